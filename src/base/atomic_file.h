@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+
+namespace velatura {
+
+/// Writes a file so that a reader sees the old content or the new one, never a part: `write` fills a temporary file
+/// in the same folder (its path is the argument), which is then flushed to disk and renamed over `path`.
+/// On any failure the temporary is removed and the old file stays. Errors: "io-write".
+Result<void> write_atomically(const std::string& path,
+                              const std::function<Result<void>(const std::string& temporary)>& write);
+
+/// The same for text or bytes at hand.
+Result<void> write_file_atomically(const std::string& path, std::string_view content);
+
+/// Reads a whole regular file. Errors: "io-open" (missing, not a regular file, too large), "io-read".
+Result<std::string> read_file(const std::string& path, size_t size_limit_bytes = size_t(1) << 32);
+
+}  // namespace velatura

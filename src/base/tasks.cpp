@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/tasks.h"
+
+#include <thread>
+
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+namespace velatura {
+
+namespace {
+
+// The arena holds the asked number of slots even on a machine with fewer cores, so that --threads 7 runs 7 threads.
+tbb::task_arena*& current_arena() {
+    static tbb::task_arena* arena = nullptr;
+    return arena;
+}
+
+struct Control {
+    tbb::global_control limit;
+    tbb::task_arena arena;
+    tbb::task_arena* outer;
+
+    explicit Control(int threads)
+        : limit(tbb::global_control::max_allowed_parallelism, size_t(threads)),
+          arena(threads),
+          outer(current_arena()) {}
+};
+
+}  // namespace
+
+ThreadLimit::ThreadLimit(int threads) {
+    const int cores = std::max(1, int(std::thread::hardware_concurrency()));
+    auto* control = new Control(threads > 0 ? threads : cores);
+    current_arena() = &control->arena;
+    control_ = control;
+}
+
+ThreadLimit::~ThreadLimit() {
+    auto* control = static_cast<Control*>(control_);
+    current_arena() = control->outer;
+    delete control;
+}
+
+int thread_count() {
+    return current_arena() ? current_arena()->max_concurrency() : tbb::this_task_arena::max_concurrency();
+}
+
+void parallel_for(size_t count, const std::function<void(size_t)>& body, size_t grain) {
+    const auto run = [&] {
+        tbb::parallel_for(tbb::blocked_range<size_t>(0, count, grain > 0 ? grain : 1),
+                          [&](const tbb::blocked_range<size_t>& range) {
+                              for (size_t i = range.begin(); i != range.end(); ++i) body(i);
+                          });
+    };
+    if (current_arena()) {
+        current_arena()->execute(run);
+    } else {
+        run();
+    }
+}
+
+}  // namespace velatura

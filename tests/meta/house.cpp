@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "meta/house.h"
+
+#include <algorithm>
+#include <array>
+
+namespace velatura::meta {
+
+const std::map<std::string, std::set<std::string>>& tier_table() {
+    static const std::set<std::string> core = {"image",  "sampling", "scene", "geometry", "accel",
+                                               "camera", "shading",  "media", "lights",   "film"};
+    static const auto with = [](std::set<std::string> more) {
+        more.insert(core.begin(), core.end());
+        return more;
+    };
+    static const std::map<std::string, std::set<std::string>> table = {
+        {"base", {}},
+        {"image", {}},
+        {"sampling", {}},
+        {"plugin", {}},
+        {"usd/layer", {}},
+        {"usd/text", {"usd/layer"}},
+        {"usd/crate", {"usd/layer"}},
+        {"usd/package", {"usd/layer"}},
+        {"usd/compose", {"usd/layer", "usd/text", "usd/crate", "usd/package"}},
+        {"usd/stage", {"usd/layer", "usd/compose"}},
+        {"scene", {}},
+        {"translate", {"usd/stage", "usd/layer", "scene", "plugin"}},
+        {"geometry", {"scene"}},
+        {"accel", {"scene", "geometry"}},
+        {"camera", {"scene", "sampling"}},
+        {"shading", {"scene", "geometry", "sampling", "image"}},
+        {"media", {"scene", "sampling"}},
+        {"lights", {"scene", "geometry", "sampling", "shading"}},
+        {"film", {"scene", "sampling", "image"}},
+        {"integrator", core},
+        {"study", with({"integrator"})},
+        {"app", with({"plugin", "usd/layer", "usd/text", "usd/crate", "usd/package", "usd/compose",
+                      "usd/stage", "translate", "integrator", "study"})},
+        {"compositor", {"image"}},
+    };
+    return table;
+}
+
+const std::vector<Library>& library_table() {
+    static const std::vector<Library> table = {
+        {"Imath", {}},
+        {"half.h", {}},
+        {"fmt/", {}},
+        {"nlohmann/", {}},
+        {"OpenEXR/", {"src/image/"}},
+        {"Imf", {"src/image/"}},
+        {"OpenColorIO/", {"src/image/"}},
+        {"OpenImageIO/", {"src/image/", "src/shading/texture"}},
+        {"openssl/", {"src/image/"}},
+        {"oneapi/tbb", {"src/base/"}},
+        {"tbb/", {"src/base/"}},
+        {"hwy/", {"src/accel/"}},
+        {"lz4", {"src/usd/crate/"}},
+        {"CLI/", {"src/app/", "compositor/"}},
+        {"opensubdiv/", {"plugins/subdivision/"}},
+        {"openvdb/", {"plugins/volume/"}},
+        {"nanovdb/", {"plugins/volume/"}},
+        {"embree3/", {"plugins/embree/"}},
+    };
+    return table;
+}
+
+bool is_system_header(std::string_view header) {
+    static constexpr std::array<std::string_view, 16> posix = {
+        "cxxabi.h",  "dirent.h", "dlfcn.h",    "fcntl.h",  "immintrin.h", "poll.h",
+        "pthread.h", "pwd.h",    "sched.h",    "signal.h", "spawn.h",     "termios.h",
+        "unistd.h",  "limits.h", "execinfo.h", "fenv.h"};
+    if (header.starts_with("sys/") || header.starts_with("linux/")) return true;
+    if (std::find(posix.begin(), posix.end(), header) != posix.end()) return true;
+    return header.find('.') == std::string_view::npos && header.find('/') == std::string_view::npos;
+}
+
+}  // namespace velatura::meta

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace velatura::meta {
+
+/// A text file of the project. `path` is relative to the root, with '/'.
+struct SourceFile {
+    std::string path;
+    std::vector<std::string> lines;
+
+    bool ends_with(const std::string& suffix) const;
+    bool is_below(const std::string& folder) const;  ///< folder ends in '/'
+    bool is_cpp_or_header() const;
+};
+
+/// Splits text into lines.
+SourceFile make_file(std::string path, const std::string& text);
+
+/// Every text file below the folders and files of the root that the project keeps, sorted by path.
+std::vector<SourceFile> read_tree(const std::string& root);
+
+/// "src/usd/text/lexer.h" → "usd/text"; "compositor/mix.h" → "compositor"; empty outside the tiers.
+std::string tier_of(const std::string& path);
+
+/// The rules: each returns one line per violation, "path:line: what is wrong". All look only at
+/// files they apply to.
+std::vector<std::string> check_tier_includes(const SourceFile&);
+std::vector<std::string> check_libraries(const SourceFile&);
+std::vector<std::string> check_file_size(const SourceFile&);
+std::vector<std::string> check_spdx(const SourceFile&);
+std::vector<std::string> check_namespace(const SourceFile&);
+std::vector<std::string> check_pragma_once(const SourceFile&);
+std::vector<std::string> check_own_header_first(const SourceFile&,
+                                                const std::vector<SourceFile>& tree);
+std::vector<std::string> check_machine_paths(const SourceFile&);
+std::vector<std::string> check_banned_words(const SourceFile&);
+std::vector<std::string> check_silence(const SourceFile&);
+std::vector<std::string> check_test_is_real(const SourceFile&);
+/// Rules on folders.
+std::vector<std::string> check_tier_readmes(const std::vector<SourceFile>& tree);
+std::vector<std::string> check_listed_in_cmake(const std::vector<SourceFile>& tree);
+std::vector<std::string> check_root_entries(const std::vector<std::string>& names);
+
+}  // namespace velatura::meta

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tests of the tests: every rule must catch a planted violation and must let its clean twin pass.
+#include "meta/rules.h"
+
+#include <gtest/gtest.h>
+
+namespace velatura::meta {
+
+namespace {
+
+using Violations = std::vector<std::string>;
+
+const std::string spdx = "SPDX-License-Identifier: Apache-2.0\n";
+
+TEST(Rules, TierIsTheLongestFolderOfTheTable) {
+    EXPECT_EQ(tier_of("src/usd/text/lexer.h"), "usd/text");
+    EXPECT_EQ(tier_of("src/usd/text/detail/lexer.h"), "usd/text");
+    EXPECT_EQ(tier_of("src/base/math.h"), "base");
+    EXPECT_EQ(tier_of("compositor/mix.h"), "compositor");
+    EXPECT_EQ(tier_of("src/nowhere/a.h"), "");
+    EXPECT_EQ(tier_of("tests/base/a.cpp"), "");
+}
+
+TEST(Rules, TierIncludes) {
+    EXPECT_EQ(
+        check_tier_includes(make_file("src/accel/bvh.h", "#include \"film/film.h\"\n")).size(), 1u);
+    EXPECT_EQ(
+        check_tier_includes(make_file("src/scene/a.cpp", "\n#include \"usd/stage/prim.h\"\n")),
+        (Violations{"src/scene/a.cpp:2: scene must not include usd/stage (\"usd/stage/prim.h\")"}));
+    EXPECT_EQ(
+        check_tier_includes(make_file("compositor/mix.cpp", "#include \"film/film.h\"\n")).size(),
+        1u);
+    EXPECT_EQ(check_tier_includes(make_file("src/usd/text/a.h", "#include \"usd/stage/prim.h\"\n"))
+                  .size(),
+              1u);
+    EXPECT_EQ(check_tier_includes(make_file("src/base/a.h", "#include \"scene/scene.h\"\n")).size(),
+              1u);
+    EXPECT_EQ(
+        check_tier_includes(make_file("src/base/a.h", "#include \"../scene/scene.h\"\n")).size(),
+        1u);
+    EXPECT_EQ(check_tier_includes(make_file("src/newroom/a.h", "\n")).size(), 1u);
+    EXPECT_TRUE(check_tier_includes(
+                    make_file("src/accel/bvh.h",
+                              "#include \"base/math.h\"\n#include \"accel/node.h\"\n#include "
+                              "\"geometry/point.h\"\n#include <vector>\n"))
+                    .empty());
+    EXPECT_TRUE(
+        check_tier_includes(make_file("compositor/a.cpp",
+                                      "#include \"compositor/mix.h\"\n#include \"image/exr.h\"\n"))
+            .empty());
+}
+
+TEST(Rules, Libraries) {
+    EXPECT_EQ(
+        check_libraries(make_file("src/film/a.cpp", "#include <OpenEXR/ImfHeader.h>\n")).size(),
+        1u);
+    EXPECT_EQ(
+        check_libraries(make_file("src/shading/bsdf.cpp", "#include <OpenImageIO/texture.h>\n"))
+            .size(),
+        1u);
+    EXPECT_EQ(
+        check_libraries(make_file("src/accel/a.cpp", "#include <oneapi/tbb/parallel_for.h>\n"))
+            .size(),
+        1u);
+    EXPECT_EQ(check_libraries(make_file("src/image/a.cpp", "#include <CLI/CLI.hpp>\n")).size(), 1u);
+    EXPECT_EQ(check_libraries(make_file("src/accel/a.cpp", "#include <embree3/rtcore.h>\n")).size(),
+              1u);
+    EXPECT_EQ(check_libraries(make_file("src/base/a.cpp", "#include <boost/any.hpp>\n")).size(),
+              1u);
+    EXPECT_TRUE(check_libraries(make_file("src/shading/texture_cache.cpp",
+                                          "#include <OpenImageIO/texture.h>\n"))
+                    .empty());
+    EXPECT_TRUE(check_libraries(make_file("src/image/a.cpp",
+                                          "#include <OpenEXR/ImfHeader.h>\n#include <sys/stat.h>\n"
+                                          "#include <vector>\n#include <Imath/half.h>\n"))
+                    .empty());
+}
+
+TEST(Rules, FileSize) {
+    const auto lines = [](size_t n) { return std::string(n, '\n'); };
+    EXPECT_EQ(check_file_size(make_file("src/base/a.cpp", lines(801))).size(), 1u);
+    EXPECT_EQ(check_file_size(make_file("src/base/a.h", lines(401))).size(), 1u);
+    EXPECT_TRUE(check_file_size(make_file("src/base/a.cpp", lines(800))).empty());
+    EXPECT_TRUE(check_file_size(make_file("src/base/a.h", lines(400))).empty());
+    EXPECT_TRUE(check_file_size(make_file("src/base/sobol_tables.cpp", lines(5000))).empty());
+}
+
+TEST(Rules, Spdx) {
+    EXPECT_EQ(check_spdx(make_file("src/base/a.h", "#pragma once\n// " + spdx)).size(), 1u);
+    EXPECT_EQ(check_spdx(make_file("src/base/a.h", "")).size(), 1u);
+    EXPECT_EQ(check_spdx(make_file("scenes/x/make.py", "#!/usr/bin/env python3\n")).size(), 1u);
+    EXPECT_EQ(check_spdx(make_file("src/CMakeLists.txt", "// " + spdx)).size(), 1u);
+    EXPECT_TRUE(check_spdx(make_file("src/base/a.h", "// " + spdx)).empty());
+    EXPECT_TRUE(
+        check_spdx(make_file("scenes/x/make.py", "#!/usr/bin/env python3\n# " + spdx)).empty());
+    EXPECT_TRUE(check_spdx(make_file("README.md", "# Velatura\n")).empty());
+}
+
+TEST(Rules, Namespace) {
+    EXPECT_EQ(check_namespace(make_file("src/film/a.h", "namespace velatura::scene {\n")).size(),
+              1u);
+    EXPECT_EQ(
+        check_namespace(
+            make_file("src/film/a.h", "namespace velatura::accel {\nnamespace velatura::film {\n"))
+            .size(),
+        1u);
+    EXPECT_EQ(check_namespace(make_file("src/usd/text/a.h", "namespace velatura::usd {\n")).size(),
+              2u);
+    EXPECT_EQ(check_namespace(make_file("src/base/a.h", "namespace velatura::base {\n")).size(),
+              2u);
+    EXPECT_TRUE(check_namespace(make_file("src/usd/text/a.h", "namespace velatura::usd::text {\n"))
+                    .empty());
+    EXPECT_TRUE(check_namespace(make_file("src/base/a.h", "namespace velatura {\n")).empty());
+    EXPECT_TRUE(
+        check_namespace(
+            make_file("src/film/a.h", "namespace velatura::scene {\nnamespace velatura::film {\n"))
+            .empty());
+    EXPECT_TRUE(check_namespace(make_file("src/app/main.cpp", "int main() {}\n")).empty());
+}
+
+TEST(Rules, PragmaOnce) {
+    EXPECT_EQ(check_pragma_once(make_file("src/base/a.h", "#ifndef A\n")).size(), 1u);
+    EXPECT_TRUE(check_pragma_once(make_file("src/base/a.h", "#pragma once\n")).empty());
+}
+
+TEST(Rules, OwnHeaderFirst) {
+    const std::vector<SourceFile> tree = {make_file("src/base/a.h", ""),
+                                          make_file("compositor/b.h", "")};
+    EXPECT_EQ(check_own_header_first(
+                  make_file("src/base/a.cpp", "#include <vector>\n#include \"base/a.h\"\n"), tree)
+                  .size(),
+              1u);
+    EXPECT_EQ(check_own_header_first(make_file("src/base/a.cpp", "\n"), tree).size(), 1u);
+    EXPECT_TRUE(check_own_header_first(
+                    make_file("src/base/a.cpp", "#include \"base/a.h\"\n#include <vector>\n"), tree)
+                    .empty());
+    EXPECT_TRUE(
+        check_own_header_first(make_file("compositor/b.cpp", "#include \"compositor/b.h\"\n"), tree)
+            .empty());
+    EXPECT_TRUE(
+        check_own_header_first(make_file("src/base/c.cpp", "#include <vector>\n"), tree).empty());
+}
+
+TEST(Rules, MachinePaths) {
+    const std::string home = "/home";
+    const std::string work = "/work";
+    EXPECT_EQ(check_machine_paths(make_file("docs/a.md", "see " + home + "/ann/x\n")).size(), 1u);
+    EXPECT_EQ(
+        check_machine_paths(make_file("src/base/a.cpp", "open(\"" + work + "/main/x\");\n")).size(),
+        1u);
+    EXPECT_TRUE(
+        check_machine_paths(make_file("docs/a.md", "a prim </World" + home +
+                                                       "/door>, ../shared/assets, /usr/share\n"))
+            .empty());
+}
+
+TEST(Rules, BannedWords) {
+    const auto caught = [](const char* line) {
+        return check_banned_words(make_file("src/base/a.cpp", line)).size();
+    };
+    EXPECT_EQ(caught("// TODO later\n"), 1u);
+    EXPECT_EQ(caught("#if 0\n"), 1u);
+    EXPECT_EQ(caught("auto s = std::format(\"{}\", 1);\n"), 1u);
+    EXPECT_EQ(caught("std::views::iota(0)\n"), 1u);
+    EXPECT_EQ(caught("TEST(A, DISABLED_B) {}\n"), 1u);
+    EXPECT_EQ(caught("fmt::format(\"{}\", 1); // previews, methods to do\n"), 0u);
+}
+
+TEST(Rules, Silence) {
+    EXPECT_EQ(check_silence(make_file("src/film/a.cpp", "std::cerr << 1;\n")).size(), 1u);
+    EXPECT_EQ(check_silence(make_file("src/film/a.cpp", "std::fprintf(stderr, \"x\");\n")).size(),
+              1u);
+    EXPECT_EQ(check_silence(make_file("compositor/mix.cpp", "fmt::print(\"x\");\n")).size(), 1u);
+    EXPECT_TRUE(
+        check_silence(make_file("src/film/a.cpp", "std::snprintf(b, 3, \"x\");\n")).empty());
+    EXPECT_TRUE(check_silence(make_file("src/app/main.cpp", "fmt::print(\"x\");\n")).empty());
+    EXPECT_TRUE(check_silence(make_file("compositor/main.cpp", "fmt::print(\"x\");\n")).empty());
+}
+
+TEST(Rules, TestIsReal) {
+    const auto caught = [](const char* line) {
+        return check_test_is_real(make_file("tests/base/a.cpp", line)).size();
+    };
+    EXPECT_EQ(caught("EXPECT_TRUE(true);\n"), 1u);
+    EXPECT_EQ(caught("EXPECT_EQ(a, a);\n"), 1u);
+    EXPECT_EQ(caught("SUCCEED();\n"), 1u);
+    EXPECT_EQ(caught("EXPECT_EQ(a, b);\n"), 0u);
+}
+
+TEST(Rules, TierReadmes) {
+    const SourceFile cmake = make_file("src/film/CMakeLists.txt", "");
+    EXPECT_EQ(check_tier_readmes({cmake}).size(), 1u);
+    EXPECT_EQ(
+        check_tier_readmes({cmake, make_file("src/film/README.md", std::string(41, '\n'))}).size(),
+        1u);
+    EXPECT_TRUE(check_tier_readmes({cmake, make_file("src/film/README.md", std::string(40, '\n'))})
+                    .empty());
+}
+
+TEST(Rules, ListedInCMake) {
+    const SourceFile source = make_file("src/film/film.cpp", "");
+    EXPECT_EQ(check_listed_in_cmake(
+                  {source, make_file("src/film/CMakeLists.txt", "SOURCES other_film.cpp\n")})
+                  .size(),
+              1u);
+    EXPECT_TRUE(check_listed_in_cmake(
+                    {source, make_file("src/film/CMakeLists.txt", "SOURCES film.cpp other.cpp\n")})
+                    .empty());
+    EXPECT_TRUE(check_listed_in_cmake({make_file("src/film/a/b.cpp", ""),
+                                       make_file("src/film/CMakeLists.txt", "  a/b.cpp)\n")})
+                    .empty());
+}
+
+TEST(Rules, RootEntries) {
+    EXPECT_EQ(check_root_entries({"src", "notes.txt"}).size(), 1u);
+    EXPECT_TRUE(check_root_entries({"src", "README.md", "build"}).empty());
+}
+
+}  // namespace
+
+}  // namespace velatura::meta
