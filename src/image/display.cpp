@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/display.h"
+
+#include <OpenColorIO/OpenColorIO.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+
+namespace velatura::image {
+
+namespace ocio = OCIO_NAMESPACE;
+
+namespace {
+
+/// Row-major 4×4 matrix of a 3×3 one.
+ocio::MatrixTransformRcPtr matrix_transform(const std::array<double, 9>& m) {
+    const double full[16] = {m[0], m[1], m[2], 0, m[3], m[4], m[5], 0,
+                             m[6], m[7], m[8], 0, 0,    0,    0,    1};
+    auto transform = ocio::MatrixTransform::Create();
+    transform->setMatrix(full);
+    return transform;
+}
+
+ocio::BuiltinTransformRcPtr builtin(const char* style) {
+    auto transform = ocio::BuiltinTransform::Create();
+    transform->setStyle(style);
+    return transform;
+}
+
+ocio::ColorSpaceRcPtr scene_space(const char* name, const ocio::ConstTransformRcPtr& to_reference) {
+    auto space = ocio::ColorSpace::Create(ocio::REFERENCE_SPACE_SCENE);
+    space->setName(name);
+    if (to_reference) space->setTransform(to_reference, ocio::COLORSPACE_DIR_TO_REFERENCE);
+    return space;
+}
+
+/// Reference: scene ACES2065-1, display CIE XYZ D65. The matrices are products of the published
+/// primaries (SMPTE ST 2065-1, ITU-R BT.709) with Bradford adaptation D65 → ACES white.
+ocio::ConstConfigRcPtr built_in_config() {
+    auto config = ocio::Config::Create();
+    config->setMajorVersion(2);
+    config->addColorSpace(scene_space("ACES2065-1", nullptr));
+    config->addColorSpace(scene_space("ACEScg", builtin("ACEScg_to_ACES2065-1")));
+    config->addColorSpace(scene_space(
+        "lin_rec709", matrix_transform({0.439632981919, 0.382988698152, 0.177378319929,
+                                        0.089776442959, 0.813439428749, 0.096784128292,
+                                        0.017541170383, 0.111546553302, 0.870912276315})));
+    auto raw = scene_space("raw", nullptr);
+    raw->setIsData(true);
+    config->addColorSpace(raw);
+    config->setRole(ocio::ROLE_SCENE_LINEAR, "lin_rec709");
+    config->setRole(ocio::ROLE_DEFAULT, "raw");
+
+    auto srgb = ocio::ColorSpace::Create(ocio::REFERENCE_SPACE_DISPLAY);
+    srgb->setName("sRGB - Display");
+    srgb->setTransform(builtin("DISPLAY - CIE-XYZ-D65_to_sRGB"),
+                       ocio::COLORSPACE_DIR_FROM_REFERENCE);
+    config->addColorSpace(srgb);
+
+    auto aces = ocio::ViewTransform::Create(ocio::REFERENCE_SPACE_SCENE);
+    aces->setName("ACES 1.0 SDR-video");
+    aces->setTransform(builtin("ACES-OUTPUT - ACES2065-1_to_CIE-XYZ-D65 - SDR-VIDEO_1.0"),
+                       ocio::VIEWTRANSFORM_DIR_FROM_REFERENCE);
+    config->addViewTransform(aces);
+    auto plain = ocio::ViewTransform::Create(ocio::REFERENCE_SPACE_SCENE);
+    plain->setName("Un-tone-mapped");
+    plain->setTransform(builtin("UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD"),
+                        ocio::VIEWTRANSFORM_DIR_FROM_REFERENCE);
+    config->addViewTransform(plain);
+    config->setDefaultViewTransformName("Un-tone-mapped");
+
+    config->addDisplayView("sRGB", "ACES", "ACES 1.0 SDR-video", "sRGB - Display", "", "", "");
+    config->addDisplayView("sRGB", "sRGB", "Un-tone-mapped", "sRGB - Display", "", "", "");
+    config->addDisplayView("sRGB", "Raw", "raw", "");
+    config->validate();
+    return config;
+}
+
+std::string list_of_views(const ocio::ConstConfigRcPtr& config) {
+    std::string list;
+    for (int d = 0; d < config->getNumDisplays(); ++d) {
+        const char* display = config->getDisplay(d);
+        for (int v = 0; v < config->getNumViews(display); ++v) {
+            list += fmt::format("{}{} / {}", list.empty() ? "" : ", ", display,
+                                config->getView(display, v));
+        }
+    }
+    return list;
+}
+
+}  // namespace
+
+struct DisplayTransform::Impl {
+    std::string display, view;
+    ocio::ConstCPUProcessorRcPtr processor;
+};
+
+DisplayTransform::DisplayTransform(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+DisplayTransform::~DisplayTransform() = default;
+DisplayTransform::DisplayTransform(DisplayTransform&&) noexcept = default;
+DisplayTransform& DisplayTransform::operator=(DisplayTransform&&) noexcept = default;
+
+Result<DisplayTransform> DisplayTransform::make(const std::string& display,
+                                                const std::string& view,
+                                                const std::string& working_space) {
+    ocio::ConstConfigRcPtr config;
+    bool is_built_in = false;
+    try {
+        // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody changes the environment
+        const char* path = std::getenv("OCIO");
+        is_built_in = path == nullptr || *path == '\0';
+        config = is_built_in ? built_in_config() : ocio::Config::CreateFromEnv();
+    } catch (const std::exception& e) {
+        return Error{"ocio-config", fmt::format("cannot use the OpenColorIO config: {}", e.what())};
+    }
+    try {
+        auto impl = std::make_unique<Impl>();
+        impl->display = display.empty() ? config->getDefaultDisplay() : display;
+        impl->view = view.empty() ? config->getDefaultView(impl->display.c_str()) : view;
+        const std::string space = !working_space.empty() ? working_space
+                                  : is_built_in          ? std::string("lin_rec709")
+                                                         : std::string(ocio::ROLE_SCENE_LINEAR);
+        auto transform = ocio::DisplayViewTransform::Create();
+        transform->setSrc(space.c_str());
+        transform->setDisplay(impl->display.c_str());
+        transform->setView(impl->view.c_str());
+        impl->processor = config->getProcessor(transform)->getDefaultCPUProcessor();
+        return DisplayTransform(std::move(impl));
+    } catch (const std::exception& e) {
+        return Error{
+            "ocio-view",
+            fmt::format("no display transform for display '{}' view '{}': {}; there are: {}",
+                        display, view, e.what(), list_of_views(config))};
+    }
+}
+
+void DisplayTransform::apply(std::vector<float>& rgb) const {
+    if (rgb.empty()) return;
+    ocio::PackedImageDesc image(rgb.data(), long(rgb.size() / 3), 1, 3);
+    impl_->processor->apply(image);
+}
+
+const std::string& DisplayTransform::display() const {
+    return impl_->display;
+}
+
+const std::string& DisplayTransform::view() const {
+    return impl_->view;
+}
+
+}  // namespace velatura::image

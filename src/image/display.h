@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/result.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace velatura::image {
+
+/// Turns scene-linear pictures into what a monitor shows, through OpenColorIO: the config of $OCIO,
+/// else a small built-in one with display `sRGB` and the views `ACES` (SDR video output transform),
+/// `sRGB` (no tone mapping) and `Raw`, for linear Rec.709 and ACEScg.
+class DisplayTransform {
+  public:
+    /// Empty names mean the config's defaults. `working_space`: `lin_rec709` or `ACEScg` for the
+    /// built-in config; for another config a colour space or role of it, empty = role scene_linear.
+    /// Errors: "ocio-config" (config cannot be read), "ocio-view" (no such display, view or colour
+    /// space; the message lists what there is).
+    static Result<DisplayTransform> make(const std::string& display,
+                                         const std::string& view,
+                                         const std::string& working_space = "");
+    ~DisplayTransform();
+    DisplayTransform(DisplayTransform&&) noexcept;
+    DisplayTransform& operator=(DisplayTransform&&) noexcept;
+
+    /// In place, [pixels][3].
+    void apply(std::vector<float>& rgb) const;
+
+    const std::string& display() const;
+    const std::string& view() const;
+
+  private:
+    struct Impl;
+    explicit DisplayTransform(std::unique_ptr<Impl> impl);
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace velatura::image

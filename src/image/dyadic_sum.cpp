@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/dyadic_sum.h"
+
+#include "base/check.h"
+
+#include <algorithm>
+
+namespace velatura::image {
+
+bool DyadicRule::is_final(const DyadicNode& n) const {
+    if (final_end_ == 0 || !is_aligned(n)) return false;
+    const uint64_t parent_size = 2 * (n.end - n.begin);
+    const uint64_t parent_begin = n.begin & ~(parent_size - 1);
+    return parent_begin < first_ || parent_begin + parent_size > final_end_;
+}
+
+bool DyadicRule::can_join(const DyadicNode& a, const DyadicNode& b) {
+    if (a.is_final && b.is_final) return true;
+    const uint64_t size = b.end - b.begin;
+    return a.end == b.begin && a.end - a.begin == size && is_aligned(a) && is_aligned(b) &&
+           (a.begin & (2 * size - 1)) == 0;
+}
+
+std::vector<DyadicNode> DyadicRule::nodes(uint64_t begin, uint64_t end) const {
+    std::vector<DyadicNode> list;
+    for (uint64_t at = begin; at < end;) {
+        // The largest aligned node that starts here and does not run past the end
+        uint64_t size = std::bit_floor(end - at);
+        if (at != 0) size = std::min(size, at & (~at + 1));
+        push(list, {at, at + size, false}, [](size_t) {});
+        at += size;
+    }
+    return list;
+}
+
+void SparseDyadicSum::add(uint64_t first, uint64_t sample, const Triple& value) {
+    // Adding +0 turns −0 into +0, so that samples without a value count exactly like zero
+    const Triple leaf = value + Triple{};
+    if (leaf.is_zero()) return;
+    // Join what the nodes finished before this sample hold
+    while (entries_.size() >= 2) {
+        const uint64_t a = entries_[entries_.size() - 2].sample;
+        const uint64_t b = entries_.back().sample;
+        const bool is_finished = std::bit_width(a ^ b) < std::bit_width(b ^ sample);
+        if (!is_finished || !common_node_starts_at_or_after(a, b, first)) break;
+        entries_[entries_.size() - 2].value += entries_.back().value;
+        entries_.pop_back();
+    }
+    VELATURA_DCHECK(entries_.empty() || entries_.back().sample < sample, "samples must ascend");
+    entries_.push_back({sample, leaf});
+}
+
+void SparseDyadicSum::finish(uint64_t first,
+                             const std::vector<DyadicNode>& nodes,
+                             std::vector<Triple>& sums) {
+    sums.assign(nodes.size(), Triple{});
+    if (entries_.empty()) return;
+    size_t node = nodes.size() - 1;
+    // From the last sample down: inside one node the right neighbour joins first
+    Triple value = entries_.back().value;
+    uint64_t sample = entries_.back().sample;
+    while (nodes[node].begin > sample) --node;
+    for (size_t i = entries_.size() - 1; i-- > 0;) {
+        if (entries_[i].sample >= nodes[node].begin) {
+            value = entries_[i].value + value;
+            continue;
+        }
+        sums[node] = value;
+        value = entries_[i].value;
+        sample = entries_[i].sample;
+        while (nodes[node].begin > sample) --node;
+    }
+    sums[node] = value;
+    VELATURA_DCHECK(sample >= first, "sample before the range");
+    static_cast<void>(first);
+}
+
+}  // namespace velatura::image

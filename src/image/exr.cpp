@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/exr.h"
+
+#include "base/tasks.h"
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfChromaticitiesAttribute.h>
+#include <OpenEXR/ImfDoubleAttribute.h>
+#include <OpenEXR/ImfFloatAttribute.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputPart.h>
+#include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfMatrixAttribute.h>
+#include <OpenEXR/ImfMultiPartInputFile.h>
+#include <OpenEXR/ImfMultiPartOutputFile.h>
+#include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfOutputPart.h>
+#include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfRationalAttribute.h>
+#include <OpenEXR/ImfStandardAttributes.h>
+#include <OpenEXR/ImfStringAttribute.h>
+#include <OpenEXR/ImfThreading.h>
+#include <OpenEXR/ImfVecAttribute.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <mutex>
+
+namespace velatura::image {
+
+namespace {
+
+constexpr size_t max_pixels = size_t(1) << 30;
+
+void start_exr_threads() {
+    static std::once_flag once;
+    std::call_once(once, [] { Imf::setGlobalThreadCount(std::max(1, thread_count())); });
+}
+
+Imf::PixelType pixel_type(ChannelType type) {
+    switch (type) {
+        case ChannelType::Half:
+            return Imf::HALF;
+        case ChannelType::Float:
+            return Imf::FLOAT;
+        case ChannelType::Uint:
+            return Imf::UINT;
+    }
+    return Imf::FLOAT;
+}
+
+ChannelType channel_type(Imf::PixelType type) {
+    if (type == Imf::HALF) return ChannelType::Half;
+    return type == Imf::UINT ? ChannelType::Uint : ChannelType::Float;
+}
+
+Imath::Box2i box(const Window& w) {
+    return {{w.x0, w.y0}, {w.x1 - 1, w.y1 - 1}};
+}
+
+Window window(const Imath::Box2i& b) {
+    return {b.min.x, b.min.y, b.max.x + 1, b.max.y + 1};
+}
+
+void insert_attribute(Imf::Header& header, const std::string& name, const Attribute& attribute) {
+    if (const auto* s = std::get_if<std::string>(&attribute)) {
+        header.insert(name, Imf::StringAttribute(*s));
+    } else if (const auto* i = std::get_if<int>(&attribute)) {
+        header.insert(name, Imf::IntAttribute(*i));
+    } else if (const auto* f = std::get_if<float>(&attribute)) {
+        header.insert(name, Imf::FloatAttribute(*f));
+    } else if (const auto* d = std::get_if<double>(&attribute)) {
+        // The one standard attribute of a rate is rational
+        if (name == "framesPerSecond") {
+            header.insert(name, Imf::RationalAttribute(Imf::Rational(*d)));
+        } else {
+            header.insert(name, Imf::DoubleAttribute(*d));
+        }
+    } else if (const auto* v = std::get_if<std::array<float, 2>>(&attribute)) {
+        header.insert(name, Imf::V2fAttribute(Imath::V2f((*v)[0], (*v)[1])));
+    } else if (const auto* m = std::get_if<Matrix44>(&attribute)) {
+        Imath::M44f matrix;
+        for (int r = 0; r < 4; ++r) {
+            for (int c = 0; c < 4; ++c) matrix[r][c] = (*m)[size_t(4 * r + c)];
+        }
+        header.insert(name, Imf::M44fAttribute(matrix));
+    } else if (const auto* p = std::get_if<Chromaticities>(&attribute)) {
+        const auto& c = *p;
+        header.insert(name, Imf::ChromaticitiesAttribute(Imf::Chromaticities(
+                                {c[0], c[1]}, {c[2], c[3]}, {c[4], c[5]}, {c[6], c[7]})));
+    }
+}
+
+void read_attribute(const Imf::Attribute& from, const std::string& name, Attributes& to) {
+    if (const auto* s = dynamic_cast<const Imf::StringAttribute*>(&from)) {
+        to[name] = s->value();
+    } else if (const auto* i = dynamic_cast<const Imf::IntAttribute*>(&from)) {
+        to[name] = i->value();
+    } else if (const auto* f = dynamic_cast<const Imf::FloatAttribute*>(&from)) {
+        to[name] = f->value();
+    } else if (const auto* d = dynamic_cast<const Imf::DoubleAttribute*>(&from)) {
+        to[name] = d->value();
+    } else if (const auto* r = dynamic_cast<const Imf::RationalAttribute*>(&from)) {
+        to[name] = double(r->value());
+    } else if (const auto* v = dynamic_cast<const Imf::V2fAttribute*>(&from)) {
+        to[name] = std::array<float, 2>{v->value().x, v->value().y};
+    } else if (const auto* m = dynamic_cast<const Imf::M44fAttribute*>(&from)) {
+        Matrix44 matrix{};
+        for (int row = 0; row < 4; ++row) {
+            for (int c = 0; c < 4; ++c) matrix[size_t(4 * row + c)] = m->value()[row][c];
+        }
+        to[name] = matrix;
+    } else if (const auto* p = dynamic_cast<const Imf::ChromaticitiesAttribute*>(&from)) {
+        const Imf::Chromaticities& c = p->value();
+        to[name] = Chromaticities{c.red.x,  c.red.y,  c.green.x, c.green.y,
+                                  c.blue.x, c.blue.y, c.white.x, c.white.y};
+    }
+}
+
+bool is_on_every_part(const Attribute& attribute) {
+    return std::holds_alternative<Matrix44>(attribute) ||
+           std::holds_alternative<Chromaticities>(attribute);
+}
+
+/// Attributes that OpenEXR itself manages.
+bool is_structural(const std::string& name) {
+    constexpr const char* own[] = {"channels",
+                                   "compression",
+                                   "dataWindow",
+                                   "displayWindow",
+                                   "lineOrder",
+                                   "pixelAspectRatio",
+                                   "screenWindowCenter",
+                                   "screenWindowWidth",
+                                   "name",
+                                   "type",
+                                   "version",
+                                   "chunkCount",
+                                   "tiles",
+                                   "view"};
+    return std::any_of(std::begin(own), std::end(own), [&](const char* n) { return name == n; });
+}
+
+Imf::FrameBuffer frame_buffer(Part& part, const Window& w) {
+    Imf::FrameBuffer buffer;
+    for (Channel& c : part.channels) {
+        const size_t size = c.type() == ChannelType::Half ? 2 : 4;
+        buffer.insert(c.name, Imf::Slice::Make(pixel_type(c.type()), c.bytes(), box(w), size,
+                                               size * size_t(w.width())));
+    }
+    return buffer;
+}
+
+std::vector<Imf::Header> headers_of(const Image& image) {
+    std::vector<Imf::Header> headers;
+    for (const Part& part : image.parts) {
+        Imf::Header header(box(image.display), box(image.data), image.pixel_aspect_ratio);
+        header.compression() = Imf::ZIP_COMPRESSION;
+        for (const auto& [name, attribute] : image.attributes) {
+            if (headers.empty() || is_on_every_part(attribute))
+                insert_attribute(header, name, attribute);
+        }
+        for (const auto& [name, attribute] : part.attributes)
+            insert_attribute(header, name, attribute);
+        for (const Channel& c : part.channels)
+            header.channels().insert(c.name, Imf::Channel(pixel_type(c.type())));
+        if (image.parts.size() > 1) {
+            header.setName(part.name);
+            header.setType(Imf::SCANLINEIMAGE);
+        }
+        headers.push_back(std::move(header));
+    }
+    return headers;
+}
+
+}  // namespace
+
+Result<void> write_exr(const std::string& path, const Image& image) {
+    start_exr_threads();
+    try {
+        const std::vector<Imf::Header> headers = headers_of(image);
+        // OpenEXR takes writable slices for reading and writing alike; it does not change them here
+        std::vector<Part>& parts = const_cast<Image&>(image).parts;
+        if (parts.size() == 1) {
+            Imf::OutputFile file(path.c_str(), headers[0]);
+            file.setFrameBuffer(frame_buffer(parts[0], image.data));
+            file.writePixels(image.data.height());
+            return {};
+        }
+        Imf::MultiPartOutputFile file(path.c_str(), headers.data(), int(headers.size()));
+        for (size_t i = 0; i < parts.size(); ++i) {
+            Imf::OutputPart part(file, int(i));
+            part.setFrameBuffer(frame_buffer(parts[i], image.data));
+            part.writePixels(image.data.height());
+        }
+        return {};
+    } catch (const std::exception& e) {
+        return Error{"io-write", fmt::format("cannot write {}: {}", path, e.what())};
+    }
+}
+
+struct ExrReader::Impl {
+    std::string path;
+    std::unique_ptr<Imf::MultiPartInputFile> file;
+    Image header;
+    std::vector<Window> windows;
+};
+
+ExrReader::ExrReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+ExrReader::~ExrReader() = default;
+ExrReader::ExrReader(ExrReader&&) noexcept = default;
+ExrReader& ExrReader::operator=(ExrReader&&) noexcept = default;
+
+Result<ExrReader> ExrReader::open(const std::string& path) {
+    start_exr_threads();
+    const auto error = [&path](const std::string& why) {
+        return Error{"io-open", fmt::format("cannot open {}: {}", path, why)};
+    };
+    auto impl = std::make_unique<Impl>();
+    impl->path = path;
+    try {
+        impl->file = std::make_unique<Imf::MultiPartInputFile>(path.c_str());
+        for (int i = 0; i < impl->file->parts(); ++i) {
+            const Imf::Header& header = impl->file->header(i);
+            if (header.hasType() && !Imf::isImage(header.type()))
+                return error("deep data are not read");
+            const Window data = window(header.dataWindow());
+            if (data.is_empty() || data.pixel_count() > max_pixels)
+                return error("data window too large");
+            impl->windows.push_back(data);
+            Part part;
+            part.name = header.hasName() ? header.name() : std::string();
+            if (i == 0) {
+                impl->header.data = data;
+                impl->header.display = window(header.displayWindow());
+                impl->header.pixel_aspect_ratio = header.pixelAspectRatio();
+            }
+            for (auto a = header.begin(); a != header.end(); ++a) {
+                if (is_structural(a.name())) continue;
+                read_attribute(a.attribute(), a.name(),
+                               i == 0 ? impl->header.attributes : part.attributes);
+            }
+            for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
+                if (c.channel().xSampling != 1 || c.channel().ySampling != 1) {
+                    return error(fmt::format("channel {} is subsampled", c.name()));
+                }
+                part.channels.push_back(Channel::make(c.name(), channel_type(c.channel().type), 0));
+            }
+            impl->header.parts.push_back(std::move(part));
+        }
+    } catch (const std::exception& e) {
+        return error(e.what());
+    }
+    return ExrReader(std::move(impl));
+}
+
+int ExrReader::part_count() const {
+    return int(impl_->header.parts.size());
+}
+
+const Image& ExrReader::header() const {
+    return impl_->header;
+}
+
+Result<Part> ExrReader::read_part(int index) const {
+    try {
+        Part part = impl_->header.parts[size_t(index)];
+        const Window& w = impl_->windows[size_t(index)];
+        for (Channel& c : part.channels) c = Channel::make(c.name, c.type(), w.pixel_count());
+        Imf::InputPart input(*impl_->file, index);
+        input.setFrameBuffer(frame_buffer(part, w));
+        input.readPixels(w.y0, w.y1 - 1);
+        return part;
+    } catch (const std::exception& e) {
+        return Error{"io-read", fmt::format("cannot read {}: {}", impl_->path, e.what())};
+    }
+}
+
+Result<Image> read_exr(const std::string& path) {
+    auto reader = ExrReader::open(path);
+    if (!reader) return reader.error();
+    Image image = reader->header();
+    for (int i = 0; i < reader->part_count(); ++i) {
+        auto part = reader->read_part(i);
+        if (!part) return part.error();
+        const size_t pixels = part->channels.empty() ? 0 : part->channels[0].size();
+        if (pixels != image.data.pixel_count()) {
+            return Error{"io-read",
+                         fmt::format("cannot read {}: parts have different data windows", path)};
+        }
+        image.parts[size_t(i)] = std::move(*part);
+    }
+    return image;
+}
+
+}  // namespace velatura::image

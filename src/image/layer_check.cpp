@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/layer_check.h"
+
+#include "base/tasks.h"
+#include "image/digest.h"
+#include "image/names.h"
+#include "image/sums_part.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <set>
+
+namespace velatura::image {
+
+namespace {
+
+using ChannelMap = std::map<std::string, std::vector<const Channel*>>;
+
+class Checker {
+  public:
+    Checker(const Image& image, const LayerHeader& header)
+        : image_(image), header_(header), channels_(channels_by_layer(image)) {}
+
+    LayerCheck run();
+
+  private:
+    std::string place(size_t pixel) const;
+    void check_names();
+    void check_presence();
+    void check_finite();
+    void check_digests();
+    void check_closure(FamilyClosure& family);
+
+    void problem(std::string text) { result_.problems.push_back(std::move(text)); }
+
+    const Image& image_;
+    const LayerHeader& header_;
+    ChannelMap channels_;
+    LayerCheck result_;
+    /// Per channel: Σ|layer| bound of the finest family, needed by the coarser ones.
+    std::array<std::vector<double>, 3> finest_bound_;
+};
+
+std::string Checker::place(size_t pixel) const {
+    return fmt::format("pixel {},{}", image_.data.x0 + int(pixel % size_t(image_.data.width())),
+                       image_.data.y0 + int(pixel / size_t(image_.data.width())));
+}
+
+void Checker::check_names() {
+    std::set<std::string> seen;
+    for (const Part& part : image_.parts) {
+        for (const Channel& c : part.channels) {
+            if (!is_legal_channel_name(c.name))
+                problem(fmt::format("channel name '{}' is not legal", c.name));
+            if (!seen.insert(c.name).second)
+                problem(fmt::format("channel {} is stored twice", c.name));
+            if (!is_bookkeeping(c.name)) ++result_.channels;
+        }
+    }
+}
+
+void Checker::check_presence() {
+    for (const LayerEntry& e : header_.layers) {
+        const bool is_stored = channels_.count(e.name) != 0;
+        if (is_stored == e.is_empty) {
+            problem(fmt::format("layer {} is {} but the header says {}", e.name,
+                                is_stored ? "stored" : "missing", e.is_empty ? "empty" : "stored"));
+        }
+        if (is_stored) ++result_.layers;
+    }
+    for (const auto& [name, list] : channels_) {
+        if (!header_.find(name))
+            problem(fmt::format("layer {} is stored but not in velatura/layers", name));
+    }
+}
+
+void Checker::check_finite() {
+    std::vector<const Channel*> channels;
+    for (const auto& [name, list] : channels_)
+        channels.insert(channels.end(), list.begin(), list.end());
+    std::vector<size_t> first_fault(channels.size(), image_.data.pixel_count());
+    parallel_for(channels.size(), [&](size_t c) {
+        if (channels[c]->type() == ChannelType::Uint) return;
+        for_each_value(*channels[c], [&first_fault, c](size_t i, float v) {
+            if (!std::isfinite(v)) first_fault[c] = std::min(first_fault[c], i);
+        });
+    });
+    for (size_t c = 0; c < channels.size(); ++c) {
+        if (first_fault[c] == image_.data.pixel_count()) continue;
+        problem(fmt::format("{}: {} is not finite", place(first_fault[c]), channels[c]->name));
+    }
+}
+
+void Checker::check_digests() {
+    std::vector<uint8_t> is_changed(header_.layers.size(), 0);
+    parallel_for(header_.layers.size(), [&](size_t i) {
+        const LayerEntry& e = header_.layers[i];
+        const auto at = channels_.find(e.name);
+        if (at == channels_.end()) return;
+        is_changed[i] = digest_of(image_.data, at->second) != e.digest;
+    });
+    for (size_t i = 0; i < is_changed.size(); ++i) {
+        if (!is_changed[i]) continue;
+        problem(fmt::format("layer {} was changed after it was written (SHA-256 differs)",
+                            header_.layers[i].name));
+    }
+    if (!are_sums_intact(image_)) problem("the stored sums were changed after they were written");
+}
+
+void Checker::check_closure(FamilyClosure& family) {
+    const char* names[] = {"R", "G", "B"};
+    bool has_half = false;
+    for (const std::string& layer : family.order) {
+        const Channel* c = image_.find(layer + ".R");
+        has_half = has_half || (c && c->type() == ChannelType::Half);
+    }
+    set_bound(family, family.order.size(), has_half);
+    family.measured = family.measured_absolute = 0;
+    for (size_t c = 0; c < 3; ++c) {
+        const Channel* beauty = image_.find(names[c]);
+        if (!beauty || beauty->type() != ChannelType::Float) {
+            problem(fmt::format("the beauty has no float channel {}", names[c]));
+            return;
+        }
+        const size_t pixels = beauty->size();
+        std::vector<float> fold(pixels, 0.0f);
+        std::vector<double> bound(pixels, 0.0);
+        for (const std::string& layer : family.order) {
+            const Channel* channel = image_.find(layer + "." + names[c]);
+            if (!channel) {
+                problem(fmt::format("{} of layer {} is missing, closure cannot be checked",
+                                    names[c], layer));
+                return;
+            }
+            for_each_value(*channel, [&fold, &bound](size_t i, float v) {
+                fold[i] += v;
+                bound[i] += std::abs(double(v));
+            });
+        }
+        for (double& b : bound) b = family.relative * b + family.absolute;
+        size_t offenders = 0, first = 0;
+        for (size_t i = 0; i < pixels; ++i) {
+            const float stored = beauty->value(i);
+            const double difference = std::abs(double(fold[i]) - double(stored));
+            // A coarser family differs by its own rounding and by that of the family that made the
+            // beauty
+            const double allowed = family.is_exact ? 0.0 : bound[i] + finest_bound_[c][i];
+            const bool is_good = family.is_exact ? std::bit_cast<uint32_t>(fold[i]) ==
+                                                       std::bit_cast<uint32_t>(stored)
+                                                 : difference <= allowed;
+            if (!is_good && offenders++ == 0) first = i;
+            family.measured_absolute = std::max(family.measured_absolute, difference);
+            if (!family.is_exact) family.measured = std::max(family.measured, difference / allowed);
+        }
+        if (offenders > 0) {
+            problem(fmt::format(
+                "{}: {} of the beauty is {}, the {} layers add up to {} ({} pixels differ)",
+                place(first), names[c], beauty->value(first), family.family, fold[first],
+                offenders));
+        }
+        if (family.is_exact) finest_bound_[c] = std::move(bound);
+    }
+}
+
+LayerCheck Checker::run() {
+    check_names();
+    check_presence();
+    check_finite();
+    for (size_t i = 0; i < header_.closure.size(); ++i) {
+        FamilyClosure family = header_.closure[i];
+        family.is_exact = i == 0;
+        if (i > 0 && finest_bound_[0].empty()) break;
+        check_closure(family);
+        result_.closure.push_back(std::move(family));
+    }
+    check_digests();
+    return std::move(result_);
+}
+
+}  // namespace
+
+std::map<std::string, std::vector<const Channel*>> channels_by_layer(const Image& image) {
+    ChannelMap map;
+    for (const Part& part : image.parts) {
+        for (const Channel& c : part.channels) {
+            if (is_bookkeeping(c.name)) continue;
+            const bool is_beauty =
+                c.name.size() == 1 && std::string("RGBA").find(c.name) != std::string::npos;
+            map[is_beauty ? "rgba" : c.name.substr(0, c.name.find('.'))].push_back(&c);
+        }
+    }
+    return map;
+}
+
+LayerCheck check_layers(const Image& image, const LayerHeader& header) {
+    return Checker(image, header).run();
+}
+
+}  // namespace velatura::image

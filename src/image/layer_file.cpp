@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/layer_file.h"
+
+#include "base/atomic_file.h"
+#include "base/tasks.h"
+#include "image/digest.h"
+#include "image/exr.h"
+#include "image/layer_check.h"
+#include "image/layer_header.h"
+#include "image/resolve.h"
+#include "image/sums_part.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <cstring>
+#include <filesystem>
+#include <set>
+
+namespace velatura::image {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+bool has_samples(const SampleSums& sums) {
+    const Window& w = sums.window();
+    for (int y = w.y0; y < w.y1; ++y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+            const PixelRecord& r = sums.record(x, y);
+            if (r.end > r.first) return true;
+        }
+    }
+    return false;
+}
+
+void set_digests(ResolvedLayers& resolved) {
+    const auto channels = channels_by_layer(resolved.image);
+    parallel_for(resolved.layers.size(), [&](size_t i) {
+        LayerEntry& e = resolved.layers[i];
+        const auto at = channels.find(e.name);
+        if (at != channels.end()) e.digest = digest_of(resolved.image.data, at->second);
+    });
+}
+
+/// Puts all channels into one part that every reader finds.
+void make_single_part(Image& image) {
+    Part all;
+    for (Part& part : image.parts) {
+        for (Channel& c : part.channels) all.channels.push_back(std::move(c));
+    }
+    image.parts.clear();
+    image.parts.push_back(std::move(all));
+}
+
+bool is_same(const Part& a, const Part& b) {
+    if (a.channels.size() != b.channels.size()) return false;
+    for (const Channel& c : a.channels) {
+        const Channel* other = b.find(c.name);
+        if (!other || other->type() != c.type() || other->byte_count() != c.byte_count())
+            return false;
+        if (std::memcmp(other->bytes(), c.bytes(), c.byte_count()) != 0) return false;
+    }
+    return true;
+}
+
+/// Reads the temporary back, part by part, and compares it with what was meant.
+Result<void> verify_written(const std::string& temporary,
+                            const std::string& path,
+                            const Image& image) {
+    const auto failed = [&path](const std::string& why) {
+        return Error{"verify-failed", fmt::format("{} was not written as meant: {}", path, why)};
+    };
+    auto reader = ExrReader::open(temporary);
+    if (!reader) return failed(reader.error().message);
+    if (reader->part_count() != int(image.parts.size())) return failed("number of parts");
+    if (reader->header().data != image.data) return failed("data window");
+    for (const auto& [name, attribute] : image.attributes) {
+        const auto at = reader->header().attributes.find(name);
+        const bool is_there = at != reader->header().attributes.end();
+        const bool is_text = std::holds_alternative<std::string>(attribute);
+        if (!is_there || (is_text && at->second != attribute))
+            return failed("header attribute " + name);
+    }
+    for (int i = 0; i < reader->part_count(); ++i) {
+        auto part = reader->read_part(i);
+        if (!part) return failed(part.error().message);
+        if (!is_same(*part, image.parts[size_t(i)]))
+            return failed("pixels of part " + image.parts[size_t(i)].name);
+    }
+    return {};
+}
+
+/// One file per light layer beside the one with the beauty, which lists them.
+Result<std::vector<std::string>> write_split(const std::string& path, Image image) {
+    const fs::path target(path);
+    const auto file_of = [&target](const std::string& layer) {
+        return target.stem().string() + "." + layer + target.extension().string();
+    };
+    std::map<std::string, Part> layers;
+    std::vector<std::string> order;
+    for (Part& part : image.parts) {
+        for (Channel& c : part.channels) {
+            const bool is_beauty = part.name == "rgba";
+            const std::string layer = is_beauty                ? "rgba"
+                                      : is_bookkeeping(c.name) ? "sums"
+                                                               : c.name.substr(0, c.name.find('.'));
+            if (layers.count(layer) == 0) order.push_back(layer);
+            layers[layer].channels.push_back(std::move(c));
+        }
+    }
+    nlohmann::ordered_json list = nlohmann::ordered_json::object();
+    for (const std::string& layer : order) {
+        if (layer != "rgba") list[layer] = file_of(layer);
+    }
+    std::vector<std::string> files;
+    const auto write_one = [&](const std::string& file, Part part, bool is_main) -> Result<void> {
+        Image one;
+        one.data = image.data;
+        one.display = image.display;
+        one.pixel_aspect_ratio = image.pixel_aspect_ratio;
+        one.attributes = image.attributes;
+        if (is_main) {
+            one.attributes[split_attribute] = list.dump();
+        } else {
+            // The strings stand in the main file; a copy in each would only grow old
+            std::erase_if(one.attributes,
+                          [](const auto& a) { return a.first.starts_with("velatura/"); });
+        }
+        one.parts.push_back(std::move(part));
+        auto written = write_image_file(file, one);
+        if (written) files.push_back(file);
+        return written;
+    };
+    for (const std::string& layer : order) {
+        const bool is_main = layer == "rgba";
+        if (is_main) continue;
+        const std::string file = (target.parent_path() / file_of(layer)).string();
+        if (auto written = write_one(file, std::move(layers[layer]), false); !written) {
+            for (const std::string& f : files) fs::remove(f);
+            return written.error();
+        }
+    }
+    if (auto written = write_one(path, std::move(layers["rgba"]), true); !written) {
+        for (const std::string& f : files) fs::remove(f);
+        return written.error();
+    }
+    return files;
+}
+
+}  // namespace
+
+Result<void> write_image_file(const std::string& path, const Image& image) {
+    return write_atomically(path, [&](const std::string& temporary) -> Result<void> {
+        if (auto written = write_exr(temporary, image); !written) {
+            // Name the file that was asked for, not the temporary
+            std::string why = written.error().message;
+            if (const size_t at = why.find(temporary); at != std::string::npos)
+                why.replace(at, temporary.size(), path);
+            return Error{written.error().code, why};
+        }
+        return verify_written(temporary, path, image);
+    });
+}
+
+Result<WriteReport> write_layer_file(const std::string& path,
+                                     const SampleSums& sums,
+                                     const FileInfo& info) {
+    if (!has_samples(sums))
+        return Error{"no-samples", fmt::format("nothing to write to {}: no samples", path)};
+    ResolvedLayers resolved = resolve_layers(sums);
+    if (!resolved.first_failure.empty()) {
+        return Error{"closure-failed",
+                     fmt::format("{} was not written: {}", path, resolved.first_failure)};
+    }
+    set_digests(resolved);
+    Image& image = resolved.image;
+    if (info.store_sums) {
+        auto part = sums_part(sums);
+        if (!part) return part.error();
+        image.parts.push_back(std::move(*part));
+        image.attributes[sums_attribute] = sums_json(sums.layer_set(), image);
+    }
+    if (info.layout == Layout::SinglePart) {
+        make_single_part(image);
+        for (LayerEntry& e : resolved.layers) e.part.clear();
+    }
+    write_layer_header(image, resolved, sums.layer_set(), sample_info(sums, info), info);
+
+    // Run the same check that `velatura-comp verify` runs on the file
+    const auto header = read_layer_header(image);
+    if (!header) return Error{"verify-failed", header.error().message};
+    const LayerCheck check = check_layers(image, *header);
+    if (!check.is_good()) {
+        return Error{"closure-failed",
+                     fmt::format("{} was not written: {}", path, check.problems[0])};
+    }
+
+    WriteReport report;
+    report.sha256 = digest_of(image);
+    report.layers = check.layers;
+    report.channels = check.channels;
+    report.float_layers = resolved.overflowed;
+    report.closure_family = resolved.closure.empty() ? "none" : resolved.closure[0].family;
+    for (const FamilyClosure& c : resolved.closure) {
+        report.closure_measured = std::max(report.closure_measured, c.measured);
+        report.closure_absolute = std::max(report.closure_absolute, c.measured_absolute);
+    }
+    if (info.layout == Layout::Split) {
+        auto files = write_split(path, std::move(image));
+        if (!files) return files.error();
+        report.files = std::move(*files);
+    } else {
+        if (auto written = write_image_file(path, image); !written) return written.error();
+        report.files.push_back(path);
+    }
+    return report;
+}
+
+Result<Image> read_layer_file(const std::string& path) {
+    auto image = read_exr(path);
+    if (!image) return image;
+    const std::string split = image->text(split_attribute);
+    if (split.empty()) return image;
+    const auto list = nlohmann::json::parse(split, nullptr, false);
+    if (!list.is_object())
+        return Error{"io-read", fmt::format("cannot read {}: velatura/split is damaged", path)};
+    for (const auto& [layer, file] : list.items()) {
+        // Only names beside the file itself, never a path out of its folder
+        const fs::path name =
+            file.is_string() ? fs::path(file.get<std::string>()).filename() : fs::path();
+        auto one = read_exr((fs::path(path).parent_path() / name).string());
+        if (!one) return one;
+        if (one->data != image->data) {
+            return Error{"io-read",
+                         fmt::format("cannot read {}: its data window differs", name.string())};
+        }
+        for (Part& part : one->parts) {
+            part.name = layer;
+            image->parts.push_back(std::move(part));
+        }
+    }
+    return image;
+}
+
+}  // namespace velatura::image

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/result.h"
+#include "image/image.h"
+#include "image/sample_sums.h"
+#include "image/window.h"
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace velatura::image {
+
+enum class Layout : uint8_t { MultiPart, SinglePart, Split };
+
+/// One sample that was left out of the picture.
+struct BadSample {
+    int x = 0, y = 0;
+    uint64_t sample = 0;
+    std::string reason;
+};
+
+/// What a file of light layers says beside its pixels. No absolute paths, no times.
+struct FileInfo {
+    Window display;  ///< the whole picture; empty = the data window
+    Layout layout = Layout::MultiPart;
+    bool store_sums =
+        false;  ///< keep the exact sums, so that `velatura-comp merge` can go on from this file
+    uint64_t seed = 0;
+    std::string scene_hash;     ///< content of the scene; files of different scenes do not merge
+    std::string settings_hash;  ///< whatever else changes pixels, without sample range, threads,
+                                ///< tiles and mode
+    std::string scene_json = "{}";
+    std::string stats_json = "{}";
+    std::string plan_json = "{}";
+    std::string software = "velatura";
+    double frames_per_second = 24;
+    double pixel_aspect_ratio = 1;
+    std::array<float, 16> world_to_camera = {1, 0, 0, 0, 0, 1, 0, 0,
+                                             0, 0, 1, 0, 0, 0, 0, 1};  ///< rows
+    std::array<float, 16> world_to_ndc = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    std::array<float, 8> chromaticities = {0.64f, 0.33f, 0.30f,   0.60f,
+                                           0.15f, 0.06f, 0.3127f, 0.3290f};
+    std::vector<BadSample> bad_samples;  ///< goes into velatura/samples
+};
+
+/// What the writer measured.
+struct WriteReport {
+    std::vector<std::string> files;
+    std::string sha256;          ///< of all pixel data
+    std::string closure_family;  ///< "matrix", "bounces", "groups" or "none"
+    double closure_measured =
+        0;  ///< largest |fold − independent beauty| in units of its bound, at most 1
+    double closure_absolute = 0;  ///< largest |fold − independent beauty|
+    int layers = 0, channels = 0;
+    std::vector<std::string> float_layers;  ///< stored float because half would overflow
+};
+
+/// Writes the light layers of `sums` as EXR by the contract of docs/layers.md, verifies the
+/// temporary, then renames. Errors: "closure-failed", "verify-failed" (exit 4), "io-write" (exit
+/// 1), "no-samples", "sums-folded".
+Result<WriteReport> write_layer_file(const std::string& path,
+                                     const SampleSums& sums,
+                                     const FileInfo& info);
+
+/// Writes an image as EXR under a temporary name, reads it back, compares, and renames.
+/// Errors: "io-write", "verify-failed".
+Result<void> write_image_file(const std::string& path, const Image& image);
+
+/// Reads a file of light layers whole, with the files beside it for the split layout.
+/// Errors: "io-open", "io-read".
+Result<Image> read_layer_file(const std::string& path);
+
+}  // namespace velatura::image

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/layer_header.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+
+namespace velatura::image {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json closure_json(const std::vector<FamilyClosure>& closure) {
+    Json j;
+    j["schema"] = "velatura.closure/1";
+    j["rule"] =
+        "R, G, B of the beauty = fold in float, in this order, of the stored layers of the exact "
+        "family";
+    j["bound"] =
+        "|fold - independent beauty| <= relative * sum |layer| + absolute, per pixel and channel";
+    j["families"] = Json::array();
+    for (const FamilyClosure& c : closure) {
+        Json f;
+        f["family"] = c.family;
+        f["exact"] = c.is_exact;
+        f["relative"] = c.relative;
+        f["absolute"] = c.absolute;
+        f["measured"] = c.measured;
+        f["measuredAbsolute"] = c.measured_absolute;
+        f["order"] = c.order;
+        j["families"].push_back(std::move(f));
+    }
+    return j;
+}
+
+Json layers_json(const std::vector<LayerEntry>& layers) {
+    Json j = Json::array();
+    for (const LayerEntry& e : layers) {
+        Json l;
+        l["name"] = e.name;
+        l["family"] = e.family;
+        l["part"] = e.part;
+        if (!e.lpe.empty()) l["lpe"] = e.lpe;
+        if (!e.bounce.empty()) l["bounce"] = e.bounce;
+        if (!e.group.empty()) l["group"] = e.group;
+        if (!e.of.empty()) l["of"] = e.of;
+        l["type"] = e.type;
+        l["inSum"] = e.in_sum;
+        if (e.is_empty) l["empty"] = true;
+        if (!e.digest.empty()) l["sha256"] = e.digest;
+        j.push_back(std::move(l));
+    }
+    return j;
+}
+
+Json lights_json(const LayerSet& set) {
+    Json j = Json::object();
+    for (const LightGroup& g : set.groups) {
+        Json light;
+        light["prims"] = g.prims;
+        light["dome"] = g.is_dome;
+        j[g.name] = std::move(light);
+    }
+    return j;
+}
+
+Json samples_json(const SampleInfo& s) {
+    Json j;
+    j["schema"] = "velatura.samples/1";
+    // As text: JSON numbers lose bits above 2^53 in many readers
+    j["seed"] = std::to_string(s.seed);
+    j["ranges"] = Json::array({Json::array({s.first, s.end})});
+    j["uniform"] = s.is_uniform;
+    j["invalid"] = s.invalid;
+    j["sceneHash"] = s.scene_hash;
+    j["settingsHash"] = s.settings_hash;
+    j["bad"] = Json::array();
+    for (const BadSample& b : s.bad) {
+        Json bad;
+        bad["x"] = b.x;
+        bad["y"] = b.y;
+        bad["sample"] = b.sample;
+        bad["reason"] = b.reason;
+        j["bad"].push_back(std::move(bad));
+    }
+    return j;
+}
+
+void parse_layers(const Json& j, LayerHeader& header) {
+    for (const Json& l : j) {
+        LayerEntry e;
+        e.name = l.at("name").get<std::string>();
+        e.family = l.at("family").get<std::string>();
+        e.part = l.at("part").get<std::string>();
+        e.lpe = l.value("lpe", "");
+        e.bounce = l.value("bounce", "");
+        e.group = l.value("group", "");
+        e.of = l.value("of", "");
+        e.type = l.at("type").get<std::string>();
+        e.in_sum = l.at("inSum").get<bool>();
+        e.is_empty = l.value("empty", false);
+        e.digest = l.value("sha256", "");
+        header.layers.push_back(std::move(e));
+    }
+}
+
+void parse_closure(const Json& j, LayerHeader& header) {
+    for (const Json& f : j.at("families")) {
+        FamilyClosure c;
+        c.family = f.at("family").get<std::string>();
+        c.is_exact = f.at("exact").get<bool>();
+        c.relative = f.at("relative").get<double>();
+        c.absolute = f.at("absolute").get<double>();
+        c.measured = f.at("measured").get<double>();
+        c.measured_absolute = f.at("measuredAbsolute").get<double>();
+        c.order = f.at("order").get<std::vector<std::string>>();
+        header.closure.push_back(std::move(c));
+    }
+}
+
+void parse_samples(const Json& j, SampleInfo& s) {
+    s.seed = std::stoull(j.at("seed").get<std::string>());
+    s.first = j.at("ranges").at(0).at(0).get<uint64_t>();
+    s.end = j.at("ranges").at(0).at(1).get<uint64_t>();
+    s.is_uniform = j.at("uniform").get<bool>();
+    s.invalid = j.at("invalid").get<uint64_t>();
+    s.scene_hash = j.at("sceneHash").get<std::string>();
+    s.settings_hash = j.at("settingsHash").get<std::string>();
+    for (const Json& b : j.at("bad")) {
+        s.bad.push_back({b.at("x").get<int>(), b.at("y").get<int>(), b.at("sample").get<uint64_t>(),
+                         b.at("reason").get<std::string>()});
+    }
+}
+
+template <class T>
+T attribute_or(const Image& image, const char* name, const T& fallback) {
+    const auto at = image.attributes.find(name);
+    const T* value = at == image.attributes.end() ? nullptr : std::get_if<T>(&at->second);
+    return value ? *value : fallback;
+}
+
+}  // namespace
+
+const LayerEntry* LayerHeader::find(const std::string& name) const {
+    const auto at = std::find_if(layers.begin(), layers.end(),
+                                 [&](const LayerEntry& e) { return e.name == name; });
+    return at == layers.end() ? nullptr : &*at;
+}
+
+const FamilyClosure* LayerHeader::find_family(const std::string& name) const {
+    const auto at = std::find_if(closure.begin(), closure.end(),
+                                 [&](const FamilyClosure& c) { return c.family == name; });
+    return at == closure.end() ? nullptr : &*at;
+}
+
+SampleInfo sample_info(const SampleSums& sums, const FileInfo& info) {
+    SampleInfo s;
+    s.seed = info.seed;
+    s.scene_hash = info.scene_hash;
+    s.settings_hash = info.settings_hash;
+    s.bad = info.bad_samples;
+    const Window& w = sums.window();
+    const PixelRecord& corner = sums.record(w.x0, w.y0);
+    s.first = corner.first;
+    s.end = corner.end;
+    for (int y = w.y0; y < w.y1; ++y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+            const PixelRecord& r = sums.record(x, y);
+            s.invalid += r.invalid;
+            if (r.first != corner.first || r.end != corner.end) s.is_uniform = false;
+            s.first = std::min(s.first, r.first);
+            s.end = std::max(s.end, r.end);
+        }
+    }
+    return s;
+}
+
+void write_layer_header(Image& image,
+                        const ResolvedLayers& resolved,
+                        const LayerSet& set,
+                        const SampleInfo& samples,
+                        const FileInfo& info) {
+    if (!info.display.is_empty()) image.display = info.display;
+    image.pixel_aspect_ratio = float(info.pixel_aspect_ratio);
+    Attributes& a = image.attributes;
+    a["software"] = info.software;
+    a["framesPerSecond"] = info.frames_per_second;
+    a["chromaticities"] = info.chromaticities;
+    a["worldToCamera"] = info.world_to_camera;
+    a["worldToNDC"] = info.world_to_ndc;
+    a[closure_attribute] = closure_json(resolved.closure).dump();
+    a[layers_attribute] = layers_json(resolved.layers).dump();
+    a[lights_attribute] = lights_json(set).dump();
+    a[samples_attribute] = samples_json(samples).dump();
+    a[scene_attribute] = info.scene_json;
+    a[stats_attribute] = info.stats_json;
+    a[plan_attribute] = info.plan_json;
+}
+
+Result<LayerHeader> read_layer_header(const Image& image) {
+    if (image.text(layers_attribute).empty() || image.text(closure_attribute).empty()) {
+        return Error{"not-layers",
+                     "the file has no light layers of Velatura (velatura/layers is missing)"};
+    }
+    LayerHeader header;
+    const char* at = layers_attribute;
+    try {
+        parse_layers(Json::parse(image.text(at)), header);
+        at = closure_attribute;
+        parse_closure(Json::parse(image.text(at)), header);
+        at = samples_attribute;
+        parse_samples(Json::parse(image.text(at)), header.samples);
+        at = lights_attribute;
+        const Json lights = Json::parse(image.text(at));
+        for (const auto& [name, light] : lights.items()) {
+            header.lights.push_back({name, light.at("prims").get<std::vector<std::string>>(),
+                                     light.at("dome").get<bool>()});
+        }
+    } catch (const std::exception& e) {
+        return Error{"layers-damaged",
+                     fmt::format("the header string {} is damaged: {}", at, e.what())};
+    }
+    return header;
+}
+
+FileInfo file_info_of(const Image& image, const LayerHeader& header) {
+    FileInfo info;
+    info.display = image.display;
+    info.seed = header.samples.seed;
+    info.scene_hash = header.samples.scene_hash;
+    info.settings_hash = header.samples.settings_hash;
+    info.bad_samples = header.samples.bad;
+    info.scene_json = image.text(scene_attribute);
+    info.stats_json = image.text(stats_attribute);
+    info.plan_json = image.text(plan_attribute);
+    info.software = image.text("software");
+    info.frames_per_second = attribute_or<double>(image, "framesPerSecond", info.frames_per_second);
+    info.pixel_aspect_ratio = double(image.pixel_aspect_ratio);
+    info.world_to_camera = attribute_or<Matrix44>(image, "worldToCamera", info.world_to_camera);
+    info.world_to_ndc = attribute_or<Matrix44>(image, "worldToNDC", info.world_to_ndc);
+    info.chromaticities =
+        attribute_or<Chromaticities>(image, "chromaticities", info.chromaticities);
+    return info;
+}
+
+}  // namespace velatura::image

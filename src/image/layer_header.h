@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/result.h"
+#include "image/image.h"
+#include "image/layer_file.h"
+#include "image/resolve.h"
+
+#include <string>
+#include <vector>
+
+namespace velatura::image {
+
+/// Names of the header strings.
+inline constexpr const char* closure_attribute = "velatura/closure";
+inline constexpr const char* layers_attribute = "velatura/layers";
+inline constexpr const char* lights_attribute = "velatura/lights";
+inline constexpr const char* samples_attribute = "velatura/samples";
+inline constexpr const char* scene_attribute = "velatura/scene";
+inline constexpr const char* stats_attribute = "velatura/stats";
+inline constexpr const char* plan_attribute = "velatura/plan";
+inline constexpr const char* sums_attribute = "velatura/sums";
+inline constexpr const char* split_attribute = "velatura/split";
+
+/// What a file says about its samples.
+struct SampleInfo {
+    uint64_t seed = 0;
+    uint64_t first = 0, end = 0;  ///< smallest first and largest end of all pixels
+    bool is_uniform = true;       ///< every pixel has [first, end)
+    uint64_t invalid = 0;
+    std::string scene_hash, settings_hash;
+    std::vector<BadSample> bad;
+};
+
+/// The header strings, parsed.
+struct LayerHeader {
+    std::vector<LayerEntry> layers;
+    std::vector<FamilyClosure> closure;  ///< finest first
+    std::vector<LightGroup> lights;
+    SampleInfo samples;
+
+    const LayerEntry* find(const std::string& name) const;
+    const FamilyClosure* find_family(const std::string& name) const;
+};
+
+SampleInfo sample_info(const SampleSums& sums, const FileInfo& info);
+
+/// Sets all attributes of the contract on the image.
+void write_layer_header(Image& image,
+                        const ResolvedLayers& resolved,
+                        const LayerSet& set,
+                        const SampleInfo& samples,
+                        const FileInfo& info);
+
+/// Errors: "not-layers" (no light layers of Velatura), "layers-damaged" (header strings that cannot
+/// be understood).
+Result<LayerHeader> read_layer_header(const Image& image);
+
+/// The caller's part of the header, for writing a merged file.
+FileInfo file_info_of(const Image& image, const LayerHeader& header);
+
+}  // namespace velatura::image

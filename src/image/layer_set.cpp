@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/layer_set.h"
+
+#include "image/names.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cctype>
+#include <set>
+
+namespace velatura::image {
+
+std::string LayerSet::column_name(int column) const {
+    return column > last_bounce ? std::string("tail") : fmt::format("b{}", column);
+}
+
+void LayerSet::normalise_names() {
+    std::set<std::string> taken;
+    for (LightGroup& group : groups) {
+        group.name = unique_name(legal_group_name(group.name), max_group_name_bytes, taken);
+    }
+}
+
+std::string LayerSet::to_json() const {
+    nlohmann::ordered_json j;
+    j["lastBounce"] = last_bounce;
+    j["bounces"] = bounce_layers;
+    j["groups"] = group_layers;
+    j["matrix"] = matrix_layers;
+    j["shadow"] = shadow_layers;
+    j["data"] = data_layers;
+    j["halves"] = halves;
+    j["float"] = float_layers;
+    j["lights"] = nlohmann::ordered_json::array();
+    for (const LightGroup& group : groups) {
+        nlohmann::ordered_json g;
+        g["name"] = group.name;
+        g["prims"] = group.prims;
+        g["dome"] = group.is_dome;
+        j["lights"].push_back(std::move(g));
+    }
+    return j.dump();
+}
+
+Result<LayerSet> LayerSet::from_json(const std::string& text) {
+    const auto j = nlohmann::json::parse(text, nullptr, false);
+    const Error error{"layer-set-json", "the description of the layer set is damaged"};
+    try {
+        LayerSet set;
+        set.last_bounce = j.at("lastBounce").get<int>();
+        set.bounce_layers = j.at("bounces").get<bool>();
+        set.group_layers = j.at("groups").get<bool>();
+        set.matrix_layers = j.at("matrix").get<bool>();
+        set.shadow_layers = j.at("shadow").get<bool>();
+        set.data_layers = j.at("data").get<bool>();
+        set.halves = j.at("halves").get<bool>();
+        set.float_layers = j.at("float").get<bool>();
+        for (const auto& g : j.at("lights")) {
+            set.groups.push_back({g.at("name").get<std::string>(),
+                                  g.at("prims").get<std::vector<std::string>>(),
+                                  g.at("dome").get<bool>()});
+        }
+        if (set.last_bounce < 0 || set.last_bounce > 999 || set.groups.empty()) return error;
+        return set;
+    } catch (const nlohmann::json::exception&) {
+        return error;
+    }
+}
+
+AccumulatorTable::AccumulatorTable(const LayerSet& set)
+    : groups_(uint32_t(set.groups.size())), count_(2), halves_(set.halves) {
+    const auto columns = uint32_t(set.bounce_count());
+    const auto take = [this](bool is_wanted, uint32_t& first, uint32_t how_many) {
+        if (!is_wanted) return;
+        first = count_;
+        count_ += how_many;
+    };
+    take(set.data_layers, albedo_, 5);
+    // With the matrix at hand its margins are sums of cells, and bounce 1 per group is one of its
+    // columns
+    take(set.matrix_layers, matrix_, columns * groups_);
+    take(set.bounce_layers && !set.matrix_layers, bounces_, columns);
+    take(set.group_layers && !set.matrix_layers, all_, groups_);
+    take(set.shadow_layers && (!set.matrix_layers || set.last_bounce < 1), direct_, groups_);
+    take(set.shadow_layers, unoccluded_, groups_);
+}
+
+}  // namespace velatura::image

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/result.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace velatura::image {
+
+/// One row of the bounce × group matrix.
+struct LightGroup {
+    std::string name;  ///< as artists see it; `LayerSet::normalise_names` makes it legal and unique
+    std::vector<std::string> prims;  ///< USD paths of the lights in it
+    bool is_dome = false;            ///< part of the alias `env`
+
+    bool operator==(const LightGroup&) const = default;
+};
+
+/// Which light layers a film accumulates and a file stores. Bounces run b0 … b<last_bounce>, then
+/// tail.
+struct LayerSet {
+    int last_bounce = 4;             ///< K >= 0: bounces above it go to `tail`
+    std::vector<LightGroup> groups;  ///< row g of every (bounce, group) pair; at least one
+    bool bounce_layers = true;       ///< b0 … bK tail
+    bool group_layers = true;        ///< C_<group>
+    bool matrix_layers = false;      ///< b<k>_<group>, tail_<group>
+    bool shadow_layers = false;      ///< U_<group>, S_<group>
+    bool data_layers = true;    ///< albedo N P Z st primId instanceId sampleCount variance invalid
+    bool halves = false;        ///< <layer>_hA, <layer>_hB of every light layer
+    bool float_layers = false;  ///< store light layers as float instead of half
+
+    bool operator==(const LayerSet&) const = default;
+
+    int bounce_count() const { return last_bounce + 2; }
+
+    int group_count() const { return int(groups.size()); }
+
+    /// Column of a bounce number: itself up to K, then the tail.
+    int column(int bounce) const { return bounce > last_bounce ? last_bounce + 1 : bounce; }
+
+    /// `b0` … `bK`, `tail`.
+    std::string column_name(int column) const;
+
+    /// Makes every group name legal in EXR channel names with all prefixes and suffixes (<= 21
+    /// bytes of [A-Za-z0-9_], not numeric, not a reserved word of the mixer) and unique. Call once
+    /// before making a film.
+    void normalise_names();
+
+    std::string to_json() const;
+    /// Errors: "layer-set-json".
+    static Result<LayerSet> from_json(const std::string& text);
+};
+
+/// Numbers the accumulators of a LayerSet. Each is a triple of doubles per pixel; `absent` when not
+/// accumulated.
+class AccumulatorTable {
+  public:
+    static constexpr uint32_t absent = 0xffffffffu;
+    static constexpr uint32_t beauty = 0;    ///< R G B, summed independently of the light layers
+    static constexpr uint32_t coverage = 1;  ///< alpha, filter weight, number of valid samples
+
+    explicit AccumulatorTable(const LayerSet& set);
+
+    uint32_t albedo() const { return albedo_; }
+
+    uint32_t normal() const { return albedo_ == absent ? absent : albedo_ + 1; }
+
+    uint32_t position() const { return albedo_ == absent ? absent : albedo_ + 2; }
+
+    uint32_t surface() const { return albedo_ == absent ? absent : albedo_ + 3; }  ///< s, t, Z
+
+    uint32_t hits() const {
+        return albedo_ == absent ? absent : albedo_ + 4;
+    }  ///< 0, weight and number of the samples that hit
+
+    uint32_t matrix(int column, int group) const {
+        return matrix_ == absent ? absent : matrix_ + uint32_t(column * groups_ + group);
+    }
+
+    uint32_t bounce(int column) const {
+        return bounces_ == absent ? absent : bounces_ + uint32_t(column);
+    }
+
+    uint32_t group(int g) const { return all_ == absent ? absent : all_ + uint32_t(g); }
+
+    uint32_t direct(int g) const { return direct_ == absent ? absent : direct_ + uint32_t(g); }
+
+    uint32_t unoccluded(int g) const {
+        return unoccluded_ == absent ? absent : unoccluded_ + uint32_t(g);
+    }
+
+    uint32_t count() const { return count_; }
+
+    /// The accumulator of the even samples alone; `absent` where the film keeps none.
+    uint32_t half_of(uint32_t accumulator) const {
+        return halves_ || accumulator <= coverage ? count_ + accumulator : absent;
+    }
+
+    /// One more than the largest number in use, halves included.
+    uint32_t total_count() const { return 2 * count_; }
+
+  private:
+    uint32_t groups_ = 0, count_ = 0;
+    uint32_t albedo_ = absent, matrix_ = absent, bounces_ = absent, all_ = absent, direct_ = absent,
+             unoccluded_ = absent;
+    bool halves_ = false;
+};
+
+}  // namespace velatura::image

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <set>
+#include <string>
+#include <string_view>
+
+namespace velatura::image {
+
+/// Longest channel name that older EXR readers take.
+inline constexpr size_t max_channel_name_bytes = 31;
+/// Leaves room for `tail_` or `b999_` before and `_hA.R` behind.
+inline constexpr size_t max_group_name_bytes = 21;
+
+/// Turns any text into a legal group name: [A-Za-z0-9_], not empty, not numeric, not a word of the
+/// mixer (`all`, `direct`, `indirect`, `tail`, `env`, `shadow`, `b0`…), at most
+/// max_group_name_bytes.
+std::string legal_group_name(std::string_view text);
+
+/// The name itself, or with _2, _3 … while `taken` has it; shortened to fit. Adds the answer to
+/// `taken`.
+std::string unique_name(std::string name, size_t max_bytes, std::set<std::string>& taken);
+
+/// `[A-Za-z0-9_]` with at most one dot inside, at most 31 bytes, layer part not numeric.
+bool is_legal_channel_name(std::string_view name);
+
+}  // namespace velatura::image

@@ -1,0 +1,530 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/resolve.h"
+
+#include "base/tasks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+namespace velatura::image {
+
+namespace {
+
+constexpr uint32_t absent = AccumulatorTable::absent;
+constexpr float largest_half = 65504.0f;
+
+enum class Selection { All, HalfA, HalfB };
+
+/// Where a layer comes from: the sum of some accumulators, in this order, minus one.
+struct LayerSource {
+    LayerEntry entry;
+    std::vector<uint32_t> plus;
+    uint32_t minus = absent;
+    bool may_be_left_out = false;  ///< not stored when zero everywhere
+};
+
+using Planes = std::array<std::vector<float>, 3>;
+
+Triple selected(const SampleSums& sums, int x, int y, uint32_t accumulator, Selection selection) {
+    const Triple all = selection == Selection::HalfA ? Triple{} : sums.total(x, y, accumulator);
+    if (selection == Selection::All) return all;
+    const Triple a = sums.total(x, y, sums.table().half_of(accumulator));
+    if (selection == Selection::HalfA) return a;
+    // The odd samples are what the even ones leave; exact zero stays exact zero
+    return {all.x - a.x, all.y - a.y, all.z - a.z};
+}
+
+void for_each_row(const Window& w, const std::function<void(int)>& body) {
+    parallel_for(size_t(w.height()), [&](size_t row) { body(w.y0 + int(row)); });
+}
+
+/// What the sums of every pixel are divided by.
+std::vector<double> pixel_weights(const SampleSums& sums, Selection selection) {
+    const Window& w = sums.window();
+    std::vector<double> weights(w.pixel_count());
+    for_each_row(w, [&](int y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+            weights[w.index(x, y)] =
+                weight_of(selected(sums, x, y, AccumulatorTable::coverage, selection));
+        }
+    });
+    return weights;
+}
+
+/// The mean of a layer in every pixel.
+Planes layer_planes(const SampleSums& sums,
+                    const std::vector<double>& weights,
+                    const LayerSource& source,
+                    Selection selection) {
+    const Window& w = sums.window();
+    Planes planes;
+    for (auto& plane : planes) plane.assign(w.pixel_count(), 0.0f);
+    for_each_row(w, [&](int y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+            const double weight = weights[w.index(x, y)];
+            if (weight == 0.0) continue;
+            Triple sum;
+            for (const uint32_t a : source.plus) sum += selected(sums, x, y, a, selection);
+            if (source.minus != absent) {
+                const Triple less = selected(sums, x, y, source.minus, selection);
+                sum += {-less.x, -less.y, -less.z};
+            }
+            const size_t i = w.index(x, y);
+            planes[0][i] = float(sum.x / weight);
+            planes[1][i] = float(sum.y / weight);
+            planes[2][i] = float(sum.z / weight);
+        }
+    });
+    return planes;
+}
+
+struct Extent {
+    float largest = 0.0f;
+    bool is_finite = true;
+    size_t bad_pixel = 0;
+};
+
+Extent extent_of(const Planes& planes) {
+    Extent extent;
+    for (const auto& plane : planes) {
+        for (size_t i = 0; i < plane.size(); ++i) {
+            if (!std::isfinite(plane[i])) {
+                if (extent.is_finite) extent.bad_pixel = i;
+                extent.is_finite = false;
+            }
+            extent.largest = std::max(extent.largest, std::abs(plane[i]));
+        }
+    }
+    return extent;
+}
+
+/// Rounds to the stored precision.
+Channel stored_channel(std::string name, std::vector<float> plane, ChannelType type) {
+    Channel channel;
+    channel.name = std::move(name);
+    if (type == ChannelType::Half) {
+        std::vector<Imath::half> half(plane.size());
+        std::transform(plane.begin(), plane.end(), half.begin(),
+                       [](float v) { return Imath::half(v); });
+        channel.data = std::move(half);
+    } else {
+        channel.data = std::move(plane);
+    }
+    return channel;
+}
+
+class Resolver {
+  public:
+    explicit Resolver(const SampleSums& sums)
+        : sums_(sums), set_(sums.layer_set()), table_(sums.table()), window_(sums.window()) {}
+
+    ResolvedLayers run();
+
+  private:
+    std::vector<LayerSource> matrix_sources() const;
+    std::vector<LayerSource> bounce_sources() const;
+    std::vector<LayerSource> group_sources() const;
+    std::vector<LayerSource> shadow_sources(bool unoccluded) const;
+
+    void store_beauty();
+    void store_family(const std::string& family, std::vector<LayerSource> sources, bool is_in_sum);
+    bool store_layer(Part& part, LayerEntry entry, Planes planes, bool may_be_left_out);
+    void fold_family(const Part& part, FamilyClosure& closure);
+    void store_data();
+    void fail(size_t pixel, const std::string& what);
+
+    Planes mean_of(const LayerSource& source, Selection selection) {
+        std::vector<double>& weights = weights_[size_t(selection)];
+        if (weights.empty()) weights = pixel_weights(sums_, selection);
+        return layer_planes(sums_, weights, source, selection);
+    }
+
+    const SampleSums& sums_;
+    const LayerSet& set_;
+    const AccumulatorTable& table_;
+    const Window window_;
+    ResolvedLayers out_;
+    std::vector<Part> halves_;
+    std::array<std::vector<double>, 3> weights_;  ///< per Selection
+};
+
+std::string group_lpe(const std::string& events, const LayerSet& set, int group) {
+    return fmt::format("{}<L.'{}'>", events, set.groups[size_t(group)].name);
+}
+
+std::string column_events(const LayerSet& set, int column) {
+    if (column == 0) return "C";
+    if (column > set.last_bounce) return fmt::format("C.{{{},}}", column);
+    return column == 1 ? "C." : fmt::format("C.{{{}}}", column);
+}
+
+std::vector<LayerSource> Resolver::matrix_sources() const {
+    std::vector<LayerSource> list;
+    for (int c = 0; c < set_.bounce_count(); ++c) {
+        for (int g = 0; g < set_.group_count(); ++g) {
+            LayerSource s;
+            s.entry.bounce = set_.column_name(c);
+            s.entry.group = set_.groups[size_t(g)].name;
+            s.entry.name = s.entry.bounce + "_" + s.entry.group;
+            s.entry.lpe = group_lpe(column_events(set_, c), set_, g);
+            s.plus = {table_.matrix(c, g)};
+            s.may_be_left_out = true;
+            list.push_back(std::move(s));
+        }
+    }
+    return list;
+}
+
+std::vector<LayerSource> Resolver::bounce_sources() const {
+    std::vector<LayerSource> list;
+    for (int c = 0; c < set_.bounce_count(); ++c) {
+        LayerSource s;
+        s.entry.name = s.entry.bounce = set_.column_name(c);
+        s.entry.lpe = column_events(set_, c) + "[LOB]";
+        if (set_.matrix_layers) {
+            for (int g = 0; g < set_.group_count(); ++g) s.plus.push_back(table_.matrix(c, g));
+        } else {
+            s.plus = {table_.bounce(c)};
+        }
+        list.push_back(std::move(s));
+    }
+    return list;
+}
+
+std::vector<LayerSource> Resolver::group_sources() const {
+    std::vector<LayerSource> list;
+    for (int g = 0; g < set_.group_count(); ++g) {
+        LayerSource s;
+        s.entry.group = set_.groups[size_t(g)].name;
+        s.entry.name = "C_" + s.entry.group;
+        s.entry.lpe = group_lpe("C.*", set_, g);
+        if (set_.matrix_layers) {
+            for (int c = 0; c < set_.bounce_count(); ++c) s.plus.push_back(table_.matrix(c, g));
+        } else {
+            s.plus = {table_.group(g)};
+        }
+        list.push_back(std::move(s));
+    }
+    return list;
+}
+
+std::vector<LayerSource> Resolver::shadow_sources(bool unoccluded) const {
+    std::vector<LayerSource> list;
+    for (int g = 0; g < set_.group_count(); ++g) {
+        LayerSource s;
+        s.entry.group = set_.groups[size_t(g)].name;
+        s.entry.bounce = "b1";
+        s.entry.name = (unoccluded ? "U_" : "S_") + s.entry.group;
+        s.entry.lpe = group_lpe(unoccluded ? "unoccluded;C." : "shadow;C.", set_, g);
+        s.plus = {table_.unoccluded(g)};
+        if (!unoccluded)
+            s.minus = table_.direct(g) != absent ? table_.direct(g) : table_.matrix(1, g);
+        s.may_be_left_out = true;
+        list.push_back(std::move(s));
+    }
+    return list;
+}
+
+void Resolver::fail(size_t pixel, const std::string& what) {
+    if (!out_.first_failure.empty()) return;
+    const int x = window_.x0 + int(pixel % size_t(window_.width()));
+    const int y = window_.y0 + int(pixel / size_t(window_.width()));
+    out_.first_failure = fmt::format("pixel {},{}: {}", x, y, what);
+}
+
+void Resolver::store_beauty() {
+    Part part;
+    part.name = "rgba";
+    const std::vector<float> rgba = resolve_rgba(sums_);
+    const char* names[] = {"R", "G", "B", "A"};
+    for (size_t c = 0; c < 4; ++c) {
+        Channel channel = Channel::make(names[c], ChannelType::Float, window_.pixel_count());
+        auto& values = std::get<std::vector<float>>(channel.data);
+        for (size_t i = 0; i < values.size(); ++i) {
+            values[i] = rgba[4 * i + c];
+            if (!std::isfinite(values[i]))
+                fail(i, fmt::format("{} of the beauty is not finite", names[c]));
+        }
+        part.channels.push_back(std::move(channel));
+    }
+    LayerEntry entry;
+    entry.name = "rgba";
+    entry.family = "beauty";
+    entry.part = "rgba";
+    entry.type = "float";
+    entry.lpe = "C.*[LOB]";
+    out_.layers.push_back(entry);
+    out_.image.parts.push_back(std::move(part));
+}
+
+bool Resolver::store_layer(Part& part, LayerEntry entry, Planes planes, bool may_be_left_out) {
+    const Extent extent = extent_of(planes);
+    if (!extent.is_finite)
+        fail(extent.bad_pixel, fmt::format("layer {} is not finite", entry.name));
+    entry.part = part.name;
+    entry.is_empty = may_be_left_out && extent.largest == 0.0f && extent.is_finite;
+    const bool overflows = !(extent.largest <= largest_half);
+    const ChannelType type =
+        set_.float_layers || overflows ? ChannelType::Float : ChannelType::Half;
+    entry.type = type == ChannelType::Half ? "half" : "float";
+    if (overflows && !set_.float_layers) out_.overflowed.push_back(entry.name);
+    if (!entry.is_empty) {
+        const char* names[] = {".R", ".G", ".B"};
+        for (size_t c = 0; c < 3; ++c) {
+            part.channels.push_back(
+                stored_channel(entry.name + names[c], std::move(planes[c]), type));
+        }
+    }
+    const bool is_stored = !entry.is_empty;
+    out_.layers.push_back(std::move(entry));
+    return is_stored;
+}
+
+void Resolver::fold_family(const Part& part, FamilyClosure& closure) {
+    const bool has_half =
+        std::any_of(part.channels.begin(), part.channels.end(),
+                    [](const Channel& c) { return c.type() == ChannelType::Half; });
+    set_bound(closure, closure.order.size(), has_half);
+    Part& rgba = out_.image.parts[0];
+    for (size_t c = 0; c < 3; ++c) {
+        auto& beauty = std::get<std::vector<float>>(rgba.channels[c].data);
+        std::vector<float> fold(window_.pixel_count(), 0.0f);
+        std::vector<double> size(window_.pixel_count(), 0.0);
+        for (size_t layer = 0; layer < closure.order.size(); ++layer) {
+            const Channel& channel = part.channels[3 * layer + c];
+            for_each_value(channel, [&fold, &size](size_t i, float v) {
+                fold[i] += v;
+                size[i] += std::abs(double(v));
+            });
+        }
+        for (int y = window_.y0; y < window_.y1; ++y) {
+            for (int x = window_.x0; x < window_.x1; ++x) {
+                const size_t i = window_.index(x, y);
+                const Triple b = sums_.total(x, y, AccumulatorTable::beauty);
+                const double weight = weight_of(sums_.total(x, y, AccumulatorTable::coverage));
+                const double mean = weight == 0.0 ? 0.0
+                                                  : (c == 0   ? b.x
+                                                     : c == 1 ? b.y
+                                                              : b.z) /
+                                                        weight;
+                const double difference = std::abs(double(fold[i]) - mean);
+                const double bound = closure.relative * size[i] + closure.absolute;
+                closure.measured = std::max(closure.measured, difference / bound);
+                closure.measured_absolute = std::max(closure.measured_absolute, difference);
+                if (!(difference <= bound)) {
+                    fail(i, fmt::format("the {} layers add up to {}, the independent beauty is {}",
+                                        closure.family, fold[i], mean));
+                }
+            }
+        }
+        // The finest family defines the beauty
+        if (closure.is_exact) beauty = std::move(fold);
+    }
+}
+
+void Resolver::store_family(const std::string& family,
+                            std::vector<LayerSource> sources,
+                            bool is_in_sum) {
+    Part part, halves;
+    part.name = family;
+    halves.name = family + "_halves";
+    FamilyClosure closure;
+    closure.family = family;
+    closure.is_exact = out_.closure.empty();
+    for (LayerSource& s : sources) {
+        s.entry.family = family;
+        s.entry.in_sum = is_in_sum && closure.is_exact;
+        const bool is_stored =
+            store_layer(part, s.entry, mean_of(s, Selection::All), s.may_be_left_out);
+        if (!is_stored) continue;
+        closure.order.push_back(s.entry.name);
+    }
+    if (is_in_sum) {
+        fold_family(part, closure);
+        out_.closure.push_back(std::move(closure));
+    }
+    if (set_.halves) {
+        for (const LayerSource& s : sources) {
+            const bool is_stored = part.find(s.entry.name + ".R") != nullptr;
+            if (!is_stored) continue;
+            for (const Selection selection : {Selection::HalfA, Selection::HalfB}) {
+                LayerEntry entry = s.entry;
+                entry.of = entry.name;
+                entry.name += selection == Selection::HalfA ? "_hA" : "_hB";
+                entry.family = "halves";
+                entry.lpe.clear();
+                entry.in_sum = false;
+                store_layer(halves, entry, mean_of(s, selection), false);
+            }
+        }
+    }
+    if (!part.channels.empty()) out_.image.parts.push_back(std::move(part));
+    if (!halves.channels.empty()) halves_.push_back(std::move(halves));
+}
+
+void Resolver::store_data() {
+    Part part;
+    part.name = "data";
+    part.attributes["colorInteropID"] = std::string("data");
+    const size_t pixels = window_.pixel_count();
+    const auto add = [&](const char* layer, std::initializer_list<const char*> suffixes,
+                         ChannelType type) {
+        LayerEntry entry;
+        entry.name = layer;
+        entry.family = "data";
+        entry.part = part.name;
+        entry.type = type == ChannelType::Uint ? "uint" : "float";
+        out_.layers.push_back(entry);
+        const size_t first = part.channels.size();
+        for (const char* suffix : suffixes) {
+            part.channels.push_back(Channel::make(std::string(layer) + suffix, type, pixels));
+        }
+        return first;
+    };
+    const size_t albedo = add("albedo", {".R", ".G", ".B"}, ChannelType::Float);
+    const size_t normal = add("N", {".X", ".Y", ".Z"}, ChannelType::Float);
+    const size_t position = add("P", {".X", ".Y", ".Z"}, ChannelType::Float);
+    const size_t depth = add("Z", {""}, ChannelType::Float);
+    const size_t st = add("st", {".U", ".V"}, ChannelType::Float);
+    const size_t prim = add("primId", {""}, ChannelType::Uint);
+    const size_t instance = add("instanceId", {""}, ChannelType::Uint);
+    const size_t count = add("sampleCount", {""}, ChannelType::Uint);
+    const size_t variance = add("variance", {""}, ChannelType::Float);
+    const size_t invalid = add("invalid", {""}, ChannelType::Uint);
+
+    const auto set_float = [&part](size_t channel, size_t i, double sum, double weight) {
+        std::get<std::vector<float>>(part.channels[channel].data)[i] =
+            weight == 0.0 ? 0.0f : float(sum / weight);
+    };
+    const auto set_triple = [&set_float](size_t first, size_t i, const Triple& sum, double weight) {
+        set_float(first, i, sum.x, weight);
+        set_float(first + 1, i, sum.y, weight);
+        set_float(first + 2, i, sum.z, weight);
+    };
+    const auto set_uint = [&part](size_t channel, size_t i, uint32_t v) {
+        std::get<std::vector<uint32_t>>(part.channels[channel].data)[i] = v;
+    };
+    for_each_row(window_, [&](int y) {
+        for (int x = window_.x0; x < window_.x1; ++x) {
+            const size_t i = window_.index(x, y);
+            const Triple coverage = sums_.total(x, y, AccumulatorTable::coverage);
+            const double all = weight_of(coverage);
+            // Colour and normal blend with nothing at silhouettes; positions are means over what
+            // was hit
+            const double hit = weight_of(sums_.total(x, y, table_.hits()));
+            set_triple(albedo, i, sums_.total(x, y, table_.albedo()), all);
+            set_triple(normal, i, sums_.total(x, y, table_.normal()), all);
+            set_triple(position, i, sums_.total(x, y, table_.position()), hit);
+            const Triple surface = sums_.total(x, y, table_.surface());
+            set_float(st, i, surface.x, hit);
+            set_float(st + 1, i, surface.y, hit);
+            set_float(depth, i, surface.z, hit);
+            const PixelRecord& record = sums_.record(x, y);
+            set_uint(prim, i, record.prim_id);
+            set_uint(instance, i, record.instance_id);
+            set_uint(count, i, uint32_t(coverage.z));
+            set_uint(invalid, i, record.invalid);
+            const PixelHalves h = resolve_halves(sums_, x, y, AccumulatorTable::beauty);
+            set_float(variance, i, h.variance[0] + h.variance[1] + h.variance[2], 3.0);
+        }
+    });
+    out_.image.parts.push_back(std::move(part));
+}
+
+ResolvedLayers Resolver::run() {
+    out_.image.data = out_.image.display = window_;
+    store_beauty();
+    if (set_.matrix_layers) store_family("matrix", matrix_sources(), true);
+    if (set_.bounce_layers) store_family("bounces", bounce_sources(), true);
+    if (set_.group_layers) store_family("groups", group_sources(), true);
+    if (set_.shadow_layers) {
+        store_family("unoccluded", shadow_sources(true), false);
+        store_family("shadow", shadow_sources(false), false);
+    }
+    if (set_.data_layers) store_data();
+    if (set_.halves) {
+        LayerSource beauty;
+        beauty.plus = {AccumulatorTable::beauty};
+        beauty.entry.family = "halves";
+        beauty.entry.of = "rgba";
+        Part part;
+        part.name = "rgba_halves";
+        for (const Selection selection : {Selection::HalfA, Selection::HalfB}) {
+            beauty.entry.name = selection == Selection::HalfA ? "beauty_hA" : "beauty_hB";
+            store_layer(part, beauty.entry, mean_of(beauty, selection), false);
+        }
+        out_.image.parts.push_back(std::move(part));
+        for (Part& p : halves_) out_.image.parts.push_back(std::move(p));
+    }
+    return std::move(out_);
+}
+
+}  // namespace
+
+double weight_of(const Triple& coverage) {
+    const double weight = coverage.y, count = coverage.z;
+    return std::abs(weight) < 0.1 * count ? count : weight;
+}
+
+PixelHalves resolve_halves(const SampleSums& sums, int x, int y, uint32_t accumulator) {
+    PixelHalves result;
+    const Triple coverage = sums.total(x, y, AccumulatorTable::coverage);
+    const Triple coverage_a = selected(sums, x, y, AccumulatorTable::coverage, Selection::HalfA);
+    const Triple coverage_b = selected(sums, x, y, AccumulatorTable::coverage, Selection::HalfB);
+    const Triple all = sums.total(x, y, accumulator);
+    const Triple a = selected(sums, x, y, accumulator, Selection::HalfA);
+    const Triple b = selected(sums, x, y, accumulator, Selection::HalfB);
+    const auto mean = [](const Triple& sum, const Triple& c) {
+        const double w = weight_of(c);
+        return w == 0.0 ? std::array<double, 3>{}
+                        : std::array<double, 3>{sum.x / w, sum.y / w, sum.z / w};
+    };
+    result.mean = mean(all, coverage);
+    result.a = mean(a, coverage_a);
+    result.b = mean(b, coverage_b);
+    result.is_known = coverage_a.z > 0 && coverage_b.z > 0;
+    if (!result.is_known) return result;
+    // Var(A − B) = s²/nA + s²/nB and Var(mean) = s²/(nA + nB); for equal halves the factor is 1/4
+    const double factor = coverage_a.z * coverage_b.z / (coverage.z * coverage.z);
+    for (size_t c = 0; c < 3; ++c) {
+        const double difference = result.a[c] - result.b[c];
+        result.variance[c] = difference * difference * factor;
+    }
+    return result;
+}
+
+std::vector<float> resolve_rgba(const SampleSums& sums) {
+    const Window& w = sums.window();
+    std::vector<float> rgba(4 * w.pixel_count(), 0.0f);
+    for_each_row(w, [&](int y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+            const Triple coverage = sums.total(x, y, AccumulatorTable::coverage);
+            const double weight = weight_of(coverage);
+            if (weight == 0.0) continue;
+            const Triple sum = sums.total(x, y, AccumulatorTable::beauty);
+            float* out = &rgba[4 * w.index(x, y)];
+            out[0] = float(sum.x / weight);
+            out[1] = float(sum.y / weight);
+            out[2] = float(sum.z / weight);
+            out[3] = float(coverage.x / weight);
+        }
+    });
+    return rgba;
+}
+
+void set_bound(FamilyClosure& closure, size_t count, bool has_half) {
+    // One rounding to storage per layer, then count roundings of the fold and one of the mean to
+    // float
+    const auto n = double(count);
+    closure.relative = (has_half ? 0x1p-11 : 0x1p-24) + (n + 2.0) * 0x1p-23;
+    closure.absolute = (n + 1.0) * (has_half ? 0x1p-25 : 0x1p-149);
+}
+
+ResolvedLayers resolve_layers(const SampleSums& sums) {
+    return Resolver(sums).run();
+}
+
+}  // namespace velatura::image

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/sample_sums.h"
+
+#include "base/check.h"
+
+#include <algorithm>
+#include <array>
+
+namespace velatura::image {
+
+namespace {
+
+constexpr size_t tile_pixels = size_t(SampleSums::tile_size) * size_t(SampleSums::tile_size);
+constexpr size_t max_nodes = 130;
+
+using Slot = std::array<Triple, tile_pixels>;
+
+}  // namespace
+
+/// The sums of one accumulator: slot i holds node i of every pixel; a missing slot is all zero.
+struct SampleSums::Plane {
+    uint32_t accumulator = 0;
+    std::vector<std::unique_ptr<Slot>> slots;
+
+    Triple value(size_t slot, size_t pixel) const {
+        return slot < slots.size() && slots[slot] ? (*slots[slot])[pixel] : Triple{};
+    }
+
+    void set(size_t slot, size_t pixel, const Triple& value) {
+        if (slot >= slots.size() || !slots[slot]) {
+            if (value.is_zero()) return;
+            if (slot >= slots.size()) slots.resize(slot + 1);
+            slots[slot] = std::make_unique<Slot>();
+        }
+        (*slots[slot])[pixel] = value;
+    }
+};
+
+struct SampleSums::Tile {
+    std::vector<Plane> planes;  ///< ascending by accumulator
+    std::array<PixelRecord, tile_pixels> records;
+    std::array<uint16_t, max_nodes> pixels_with_nodes{};  ///< how many pixels have n nodes
+
+    Plane* find(uint32_t accumulator) {
+        const auto at =
+            std::lower_bound(planes.begin(), planes.end(), accumulator,
+                             [](const Plane& p, uint32_t a) { return p.accumulator < a; });
+        return at != planes.end() && at->accumulator == accumulator ? &*at : nullptr;
+    }
+
+    void insert(uint32_t accumulator) {
+        if (find(accumulator)) return;
+        const auto at =
+            std::lower_bound(planes.begin(), planes.end(), accumulator,
+                             [](const Plane& p, uint32_t a) { return p.accumulator < a; });
+        planes.insert(at, Plane{accumulator, {}});
+    }
+};
+
+SampleSums::SampleSums(const Window& window, const LayerSet& set, uint64_t final_end)
+    : window_(window), set_(set), table_(set), final_end_(final_end) {
+    VELATURA_CHECK(!window.is_empty(), "a film needs pixels");
+    VELATURA_CHECK(!set.groups.empty(), "a film needs a light group");
+    tiles_x_ = (window.width() + tile_size - 1) / tile_size;
+    const int tiles_y = (window.height() + tile_size - 1) / tile_size;
+    tiles_.resize(size_t(tiles_x_) * size_t(tiles_y));
+}
+
+SampleSums::~SampleSums() = default;
+SampleSums::SampleSums(SampleSums&&) noexcept = default;
+SampleSums& SampleSums::operator=(SampleSums&&) noexcept = default;
+
+const SampleSums::Tile* SampleSums::tile_at(int x, int y, size_t& pixel) const {
+    VELATURA_DCHECK(window_.contains(x, y), "pixel outside the data window");
+    const int tx = (x - window_.x0) / tile_size, ty = (y - window_.y0) / tile_size;
+    pixel = size_t((y - window_.y0) % tile_size) * tile_size + size_t((x - window_.x0) % tile_size);
+    return tiles_[size_t(ty) * size_t(tiles_x_) + size_t(tx)].get();
+}
+
+SampleSums::Tile& SampleSums::make_tile_at(int x, int y) {
+    const int tx = (x - window_.x0) / tile_size, ty = (y - window_.y0) / tile_size;
+    auto& tile = tiles_[size_t(ty) * size_t(tiles_x_) + size_t(tx)];
+    if (!tile) tile = std::make_unique<Tile>();
+    return *tile;
+}
+
+const PixelRecord& SampleSums::record(int x, int y) const {
+    static const PixelRecord empty;
+    size_t pixel = 0;
+    const Tile* tile = tile_at(x, y, pixel);
+    return tile ? tile->records[pixel] : empty;
+}
+
+std::vector<DyadicNode> SampleSums::nodes_of(int x, int y) const {
+    const PixelRecord& r = record(x, y);
+    return DyadicRule(r.first, final_end_).nodes(r.first, r.end);
+}
+
+void SampleSums::append(int x, int y, const PixelRecord& added, std::span<const NodeSums> sums) {
+    if (added.first == added.end) return;
+    Tile& tile = make_tile_at(x, y);
+    size_t pixel = 0;
+    tile_at(x, y, pixel);
+    PixelRecord& record = tile.records[pixel];
+    const bool is_first = record.first == record.end;
+    VELATURA_CHECK(is_first || added.first == record.end, "samples must follow what the pixel has");
+    if (is_first) record.first = record.end = added.first;
+
+    const DyadicRule rule(record.first, final_end_);
+    const std::vector<DyadicNode> old_nodes = rule.nodes(record.first, record.end);
+    const std::vector<DyadicNode> new_nodes = DyadicRule(added.first).nodes(added.first, added.end);
+
+    for (const NodeSums& s : sums) tile.insert(s.accumulator);
+    std::vector<const NodeSums*> incoming(tile.planes.size(), nullptr);
+    for (const NodeSums& s : sums)
+        incoming[size_t(tile.find(s.accumulator) - tile.planes.data())] = &s;
+
+    // Which nodes join is the same for every accumulator: find it out once
+    std::vector<DyadicNode> nodes = old_nodes;
+    std::array<uint8_t, max_nodes> joins_after{};
+    for (size_t i = 0; i < new_nodes.size(); ++i) {
+        rule.push(nodes, new_nodes[i], [&joins_after, i](size_t) { ++joins_after[i]; });
+    }
+    std::array<Triple, max_nodes> values;
+    for (size_t p = 0; p < tile.planes.size(); ++p) {
+        Plane& plane = tile.planes[p];
+        size_t count = 0;
+        while (count < old_nodes.size()) {
+            values[count] = plane.value(count, pixel);
+            ++count;
+        }
+        for (size_t i = 0; i < new_nodes.size(); ++i) {
+            values[count++] = incoming[p] ? incoming[p]->nodes[i] : Triple{};
+            for (int join = joins_after[i]; join > 0; --join) {
+                values[count - 2] += values[count - 1];
+                --count;
+            }
+        }
+        for (size_t i = 0; i < count; ++i) plane.set(i, pixel, values[i]);
+        for (size_t i = count; i < old_nodes.size(); ++i) plane.set(i, pixel, Triple{});
+    }
+
+    record.end = added.end;
+    record.invalid += added.invalid;
+    if (!record.has_ids && added.has_ids) {
+        record.prim_id = added.prim_id;
+        record.instance_id = added.instance_id;
+        record.has_ids = true;
+    }
+
+    // Free the slots that no pixel of the tile has a node for any more
+    const size_t node_count = nodes.size();
+    if (!is_first) --tile.pixels_with_nodes[old_nodes.size()];
+    ++tile.pixels_with_nodes[node_count];
+    if (node_count >= old_nodes.size()) return;
+    size_t needed = max_nodes - 1;
+    while (tile.pixels_with_nodes[needed] == 0) --needed;
+    for (Plane& plane : tile.planes) {
+        if (plane.slots.size() > needed) plane.slots.resize(needed);
+    }
+}
+
+void SampleSums::append(const SampleSums& later) {
+    VELATURA_CHECK(later.final_end_ == 0 && later.window_ == window_,
+                   "sums that do not fit together");
+    const std::vector<uint32_t> used = later.used_accumulators();
+    std::vector<NodeSums> sums;
+    for (int y = window_.y0; y < window_.y1; ++y) {
+        for (int x = window_.x0; x < window_.x1; ++x) {
+            const size_t nodes = later.nodes_of(x, y).size();
+            sums.clear();
+            for (const uint32_t accumulator : used) {
+                NodeSums s;
+                s.accumulator = accumulator;
+                bool is_zero = true;
+                for (size_t i = 0; i < nodes; ++i) {
+                    s.nodes.push_back(later.node_sum(x, y, accumulator, i));
+                    is_zero = is_zero && s.nodes.back().is_zero();
+                }
+                if (!is_zero) sums.push_back(std::move(s));
+            }
+            append(x, y, later.record(x, y), sums);
+        }
+    }
+}
+
+Triple SampleSums::node_sum(int x, int y, uint32_t accumulator, size_t slot) const {
+    size_t pixel = 0;
+    const Tile* tile = tile_at(x, y, pixel);
+    const Plane* plane = tile ? const_cast<Tile*>(tile)->find(accumulator) : nullptr;
+    return plane ? plane->value(slot, pixel) : Triple{};
+}
+
+Triple SampleSums::total(int x, int y, uint32_t accumulator) const {
+    size_t pixel = 0;
+    const Tile* tile = tile_at(x, y, pixel);
+    const Plane* plane = tile ? const_cast<Tile*>(tile)->find(accumulator) : nullptr;
+    if (!plane) return {};
+    Triple sum;
+    for (size_t slot = 0; slot < plane->slots.size(); ++slot) sum += plane->value(slot, pixel);
+    return sum;
+}
+
+bool SampleSums::is_used(uint32_t accumulator) const {
+    return std::any_of(tiles_.begin(), tiles_.end(), [accumulator](const auto& tile) {
+        const Plane* plane = tile ? tile->find(accumulator) : nullptr;
+        return plane && std::any_of(plane->slots.begin(), plane->slots.end(),
+                                    [](const auto& s) { return bool(s); });
+    });
+}
+
+std::vector<uint32_t> SampleSums::used_accumulators() const {
+    std::vector<uint8_t> is_used(table_.total_count(), 0);
+    for (const auto& tile : tiles_) {
+        if (!tile) continue;
+        for (const Plane& plane : tile->planes) {
+            for (const auto& slot : plane.slots)
+                is_used[plane.accumulator] |= uint8_t(slot != nullptr);
+        }
+    }
+    std::vector<uint32_t> list;
+    for (uint32_t a = 0; a < is_used.size(); ++a) {
+        if (is_used[a]) list.push_back(a);
+    }
+    return list;
+}
+
+size_t SampleSums::memory_bytes() const {
+    size_t bytes = tiles_.size() * sizeof(tiles_[0]);
+    for (const auto& tile : tiles_) {
+        if (!tile) continue;
+        bytes += sizeof(Tile) + tile->planes.capacity() * sizeof(Plane);
+        for (const Plane& plane : tile->planes) {
+            for (const auto& slot : plane.slots) bytes += sizeof(slot) + (slot ? sizeof(Slot) : 0);
+        }
+    }
+    return bytes;
+}
+
+}  // namespace velatura::image

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "image/dyadic_sum.h"
+#include "image/layer_set.h"
+#include "image/window.h"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace velatura::image {
+
+/// What a pixel knows beside its sums.
+struct PixelRecord {
+    uint64_t first = 0, end = 0;  ///< samples [first, end) are in the sums; first == end: none
+    uint32_t invalid = 0;         ///< bad samples among them, left out of every sum
+    uint32_t prim_id = 0xffffffffu;
+    uint32_t instance_id = 0xffffffffu;
+    bool has_ids = false;  ///< ids come from the first valid sample that hit something
+};
+
+/// The sums of one accumulator over the canonical nodes of a pixel's new sample range.
+struct NodeSums {
+    uint32_t accumulator = 0;
+    std::vector<Triple> nodes;  ///< one per canonical node, ascending
+};
+
+/// Sums per pixel and accumulator over the canonical dyadic tree of sample indices, in double.
+/// Storage comes in tiles of 16×16 pixels and only for accumulators that got a value there other
+/// than zero. Different tiles may be used by different threads at the same time.
+class SampleSums {
+  public:
+    static constexpr int tile_size = 16;
+
+    /// `final_end`: no sample of this index or above will ever come; lets finished nodes be folded
+    /// early, which saves memory and changes no bit of the result. 0 = unknown (needed when the
+    /// nodes are to be stored or resumed).
+    SampleSums(const Window& window, const LayerSet& set, uint64_t final_end = 0);
+    ~SampleSums();
+    SampleSums(SampleSums&&) noexcept;
+    SampleSums& operator=(SampleSums&&) noexcept;
+
+    const Window& window() const { return window_; }
+
+    const LayerSet& layer_set() const { return set_; }
+
+    const AccumulatorTable& table() const { return table_; }
+
+    uint64_t final_end() const { return final_end_; }
+
+    const PixelRecord& record(int x, int y) const;
+
+    /// Adds samples [added.first, added.end) to a pixel; they must start where the pixel's samples
+    /// end.
+    void append(int x, int y, const PixelRecord& added, std::span<const NodeSums> sums);
+
+    /// Adds all samples of `later`, which must follow pixel by pixel, have the same window and
+    /// layer set, and no `final_end`.
+    void append(const SampleSums& later);
+
+    /// The fold of all nodes of one accumulator in ascending order; zero where nothing came.
+    Triple total(int x, int y, uint32_t accumulator) const;
+    /// The sum of one node; `slot` indexes `nodes_of(x, y)`.
+    Triple node_sum(int x, int y, uint32_t accumulator, size_t slot) const;
+    std::vector<DyadicNode> nodes_of(int x, int y) const;
+
+    /// True if any pixel has a value other than zero.
+    bool is_used(uint32_t accumulator) const;
+    /// All accumulators with a value other than zero somewhere, ascending.
+    std::vector<uint32_t> used_accumulators() const;
+    size_t memory_bytes() const;
+
+  private:
+    struct Plane;
+    struct Tile;
+
+    const Tile* tile_at(int x, int y, size_t& pixel) const;
+    Tile& make_tile_at(int x, int y);
+
+    Window window_;
+    LayerSet set_;
+    AccumulatorTable table_;
+    uint64_t final_end_ = 0;
+    int tiles_x_ = 0;
+    std::vector<std::unique_ptr<Tile>> tiles_;
+};
+
+}  // namespace velatura::image

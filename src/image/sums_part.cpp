@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/sums_part.h"
+
+#include "image/digest.h"
+#include "image/layer_header.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <map>
+
+namespace velatura::image {
+
+namespace {
+
+constexpr std::array<const char*, 6> word_names = {"x0", "x1", "y0", "y1", "z0", "z1"};
+constexpr std::array<const char*, 6> record_names = {
+    "sums_first", "sums_end", "sums_invalid", "sums_primId", "sums_instanceId", "sums_hasIds"};
+
+std::string channel_name(size_t node, uint32_t accumulator, size_t word) {
+    return fmt::format("sums{}_{}.{}", node, accumulator, word_names[word]);
+}
+
+std::array<uint32_t, 6> words_of(const Triple& t) {
+    std::array<uint32_t, 6> words{};
+    const std::array<double, 3> values = {t.x, t.y, t.z};
+    for (size_t i = 0; i < 3; ++i) {
+        const auto bits = std::bit_cast<uint64_t>(values[i]);
+        words[2 * i] = uint32_t(bits);
+        words[2 * i + 1] = uint32_t(bits >> 32);
+    }
+    return words;
+}
+
+Triple triple_of(const std::array<uint32_t, 6>& words) {
+    const auto value = [&words](size_t i) {
+        return std::bit_cast<double>(uint64_t(words[2 * i]) | uint64_t(words[2 * i + 1]) << 32);
+    };
+    return {value(0), value(1), value(2)};
+}
+
+const std::vector<uint32_t>* uints(const Image& image, const std::string& name) {
+    const Channel* channel = image.find(name);
+    return channel ? std::get_if<std::vector<uint32_t>>(&channel->data) : nullptr;
+}
+
+std::string bookkeeping_digest(const Image& image) {
+    std::vector<const Channel*> channels;
+    for (const Part& part : image.parts) {
+        for (const Channel& c : part.channels) {
+            if (is_bookkeeping(c.name)) channels.push_back(&c);
+        }
+    }
+    return channels.empty() ? std::string() : digest_of(image.data, channels);
+}
+
+}  // namespace
+
+Result<Part> sums_part(const SampleSums& sums) {
+    if (sums.final_end() != 0) {
+        return Error{"sums-folded",
+                     "the film was told its last sample, so the sums cannot be stored for a merge"};
+    }
+    const Window& w = sums.window();
+    const size_t pixels = w.pixel_count();
+    Part part;
+    part.name = "sums";
+    part.attributes["colorInteropID"] = std::string("data");
+    std::array<std::vector<uint32_t>, 6> records;
+    for (auto& r : records) r.resize(pixels);
+    size_t max_nodes = 0;
+    for (int y = w.y0; y < w.y1; ++y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+            const PixelRecord& r = sums.record(x, y);
+            if (r.end > 0xffffffffull)
+                return Error{"sums-range", "sample indices from 2^32 on cannot be stored"};
+            const size_t i = w.index(x, y);
+            records[0][i] = uint32_t(r.first);
+            records[1][i] = uint32_t(r.end);
+            records[2][i] = r.invalid;
+            records[3][i] = r.prim_id;
+            records[4][i] = r.instance_id;
+            records[5][i] = r.has_ids ? 1 : 0;
+            max_nodes = std::max(max_nodes, sums.nodes_of(x, y).size());
+        }
+    }
+    for (size_t i = 0; i < records.size(); ++i) {
+        Channel channel;
+        channel.name = record_names[i];
+        channel.data = std::move(records[i]);
+        part.channels.push_back(std::move(channel));
+    }
+    for (const uint32_t accumulator : sums.used_accumulators()) {
+        for (size_t node = 0; node < max_nodes; ++node) {
+            std::array<std::vector<uint32_t>, 6> words;
+            for (auto& word : words) word.resize(pixels);
+            for (int y = w.y0; y < w.y1; ++y) {
+                for (int x = w.x0; x < w.x1; ++x) {
+                    const auto split = words_of(sums.node_sum(x, y, accumulator, node));
+                    for (size_t k = 0; k < split.size(); ++k) words[k][w.index(x, y)] = split[k];
+                }
+            }
+            for (size_t k = 0; k < words.size(); ++k) {
+                if (std::all_of(words[k].begin(), words[k].end(),
+                                [](uint32_t v) { return v == 0; }))
+                    continue;
+                Channel channel;
+                channel.name = channel_name(node, accumulator, k);
+                channel.data = std::move(words[k]);
+                part.channels.push_back(std::move(channel));
+            }
+        }
+    }
+    return part;
+}
+
+std::string sums_json(const LayerSet& set, const Image& image) {
+    nlohmann::ordered_json j;
+    j["schema"] = "velatura.sums/1";
+    j["layerSet"] = nlohmann::ordered_json::parse(set.to_json());
+    j["sha256"] = bookkeeping_digest(image);
+    return j.dump();
+}
+
+bool are_sums_intact(const Image& image) {
+    const std::string digest = bookkeeping_digest(image);
+    const auto j = nlohmann::json::parse(image.text(sums_attribute), nullptr, false);
+    if (digest.empty()) return image.text(sums_attribute).empty();
+    return j.is_object() && j.contains("sha256") && j["sha256"] == digest;
+}
+
+Result<SampleSums> read_sums(const Image& image) {
+    const std::string text = image.text(sums_attribute);
+    if (text.empty()) return Error{"no-sums", "the file was written without sums"};
+    const Error damaged{"sums-damaged", "the stored sums are damaged"};
+    const auto j = nlohmann::json::parse(text, nullptr, false);
+    if (!j.is_object() || !j.contains("layerSet") || !are_sums_intact(image)) return damaged;
+    auto set = LayerSet::from_json(j["layerSet"].dump());
+    if (!set) return set.error();
+
+    std::array<const std::vector<uint32_t>*, 6> records{};
+    for (size_t i = 0; i < records.size(); ++i) {
+        records[i] = uints(image, record_names[i]);
+        if (!records[i]) return damaged;
+    }
+    SampleSums sums(image.data, *set);
+    // Gather the channels there are: accumulator → node → words
+    std::map<uint32_t, std::vector<std::array<const std::vector<uint32_t>*, 6>>> stored;
+    for (uint32_t accumulator = 0; accumulator < sums.table().total_count(); ++accumulator) {
+        for (size_t node = 0; node < 64; ++node) {
+            for (size_t k = 0; k < word_names.size(); ++k) {
+                const auto* words = uints(image, channel_name(node, accumulator, k));
+                if (!words) continue;
+                auto& nodes = stored[accumulator];
+                if (nodes.size() <= node) nodes.resize(node + 1);
+                nodes[node][k] = words;
+            }
+        }
+    }
+    const Window& w = image.data;
+    std::vector<NodeSums> pixel_sums;
+    for (int y = w.y0; y < w.y1; ++y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+            const size_t i = w.index(x, y);
+            PixelRecord r;
+            r.first = (*records[0])[i];
+            r.end = (*records[1])[i];
+            r.invalid = (*records[2])[i];
+            r.prim_id = (*records[3])[i];
+            r.instance_id = (*records[4])[i];
+            r.has_ids = (*records[5])[i] != 0;
+            if (r.end < r.first) return damaged;
+            const size_t node_count = DyadicRule(r.first).nodes(r.first, r.end).size();
+            pixel_sums.clear();
+            for (const auto& [accumulator, nodes] : stored) {
+                NodeSums s;
+                s.accumulator = accumulator;
+                for (size_t n = 0; n < node_count; ++n) {
+                    std::array<uint32_t, 6> words{};
+                    for (size_t k = 0; n < nodes.size() && k < words.size(); ++k) {
+                        if (nodes[n][k]) words[k] = (*nodes[n][k])[i];
+                    }
+                    s.nodes.push_back(triple_of(words));
+                }
+                pixel_sums.push_back(std::move(s));
+            }
+            sums.append(x, y, r, pixel_sums);
+        }
+    }
+    return sums;
+}
+
+}  // namespace velatura::image

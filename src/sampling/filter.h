@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/math.h"
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+namespace velatura::sampling {
+
+enum class FilterKind : uint8_t { Box, Triangle, Gaussian, BlackmanHarris, Mitchell };
+
+/// "box", "triangle", "gaussian", "blackman-harris", "mitchell".
+std::optional<FilterKind> filter_kind(std::string_view name);
+std::string_view filter_name(FilterKind kind);
+
+/// Where in the filter's support a camera sample goes, and its weight. The samples of a pixel are
+/// averaged with weight; the expectation of weight is 1.
+struct FilterSample {
+    Vec2 offset;       ///< pixels from the pixel's centre, within the radius
+    float weight = 1;  ///< 1 for filters without negative lobes, else ±∫|w| (see PixelFilter)
+};
+
+/// A separable pixel filter, sampled by importance so that each sample belongs to one pixel.
+/// Ref: Ernst et al. 2006, "Filter Importance Sampling". Filters with negative lobes are sampled by
+/// |w| and weighted by the sign times ∫|w|.
+class PixelFilter {
+  public:
+    /// radius in pixels; 0 = the filter's own: box 0.5, triangle 1, gaussian 1.5 (σ = 0.5),
+    /// Blackman-Harris 1.5, Mitchell 2 (B = C = 1/3).
+    explicit PixelFilter(FilterKind kind = FilterKind::BlackmanHarris, float radius = 0.0f);
+
+    FilterKind kind() const { return kind_; }
+
+    float radius() const { return radius_; }
+
+    /// u in [0,1)².
+    FilterSample sample(const Vec2& u) const;
+
+    /// The normalised filter at an offset: integrates to 1 over the plane.
+    double evaluate(double x, double y) const { return profile(x) * profile(y); }
+
+    /// ∫|w| of the normalised 2D filter; 1 without negative lobes.
+    double absolute_integral() const { return absolute_integral_ * absolute_integral_; }
+
+  private:
+    double profile(double x) const;
+    double raw_profile(double x) const;
+    /// Offset and sign by inversion of the tabulated |profile|.
+    float sample_axis(float u, float& sign) const;
+
+    FilterKind kind_;
+    float radius_;
+    double inverse_integral_ = 1;     // 1 / ∫ raw profile
+    double absolute_integral_ = 1;    // ∫|profile|
+    std::vector<float> inverse_cdf_;  // [node] offsets in [0, radius], see filter.cpp
+};
+
+}  // namespace velatura::sampling

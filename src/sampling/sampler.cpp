@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sampling/sampler.h"
+
+#include "base/hash.h"
+#include "sampling/owen.h"
+
+namespace velatura::sampling {
+
+namespace {
+
+/// 64 random bits for (pixel, bounce, purpose, repeat). The stream has 24 + 8 + 32 bits; the odd
+/// factor spreads it over all bits before it meets the pixel's, which are mixed already.
+uint64_t stream_hash(uint64_t pixel_key, int bounce, Purpose purpose, uint32_t repeat) {
+    const uint64_t stream = (uint64_t(uint32_t(bounce)) << 40) | (uint64_t(purpose) << 32) | repeat;
+    return mix64(pixel_key ^ (stream * 0x9e3779b97f4a7c15ull));
+}
+
+}  // namespace
+
+// Even sample indices are half A, odd ones half B. Each half walks its own sequence with its own
+// scrambles, so that A − B is an honest estimate of error; both are keyed by the pixel, so that
+// pixels are independent.
+PixelSampler::PixelSampler(uint64_t seed, int pixel_x, int pixel_y, uint64_t sample_index)
+    : pixel_key_(
+          hash_combine(hash_combine(seed, (uint64_t(uint32_t(pixel_x)) << 32) | uint32_t(pixel_y)),
+                       // The sequence repeats after 2^32 points: go on with fresh scrambles instead
+                       (sample_index & 1u) | (sample_index >> 33 << 1))),
+      sequence_index_(uint32_t(sample_index >> 1)) {}
+
+float PixelSampler::get_1d(int bounce, Purpose purpose, uint32_t repeat) const {
+    const uint64_t key = stream_hash(pixel_key_, bounce, purpose, repeat);
+    const uint32_t index =
+        reverse_bits(owen_hash_reversed(reverse_bits(sequence_index_), uint32_t(key)));
+    // Dimension 0 of Sobol' is the reversed index, so its reversed form is the index itself
+    return unit_float(reverse_bits(owen_hash_reversed(index, uint32_t(key >> 32))));
+}
+
+// Owen-scrambled Sobol' in two dimensions, padded: each use of random numbers has its own shuffle
+// of the index and its own scrambles. Ref: Burley 2020, "Practical Hash-based Owen Scrambling",
+// JCGT 9(4).
+Vec2 PixelSampler::get_2d(int bounce, Purpose purpose, uint32_t repeat) const {
+    const uint64_t key = stream_hash(pixel_key_, bounce, purpose, repeat);
+    const uint32_t index =
+        reverse_bits(owen_hash_reversed(reverse_bits(sequence_index_), uint32_t(key)));
+    const uint32_t seed_1 = uint32_t((key * 0xd6e8feb86659fd93ull) >> 32);
+    return {unit_float(reverse_bits(owen_hash_reversed(index, uint32_t(key >> 32)))),
+            unit_float(reverse_bits(owen_hash_reversed(sobol_1_reversed(index), seed_1)))};
+}
+
+}  // namespace velatura::sampling

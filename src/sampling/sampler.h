@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/math.h"
+
+#include <cstdint>
+
+namespace velatura::sampling {
+
+/// What a random number is used for. Together with (seed, pixel, sample index, bounce) it is the
+/// whole identity of the number: there is no "next dimension", so switching one effect off never
+/// shifts the numbers of another. Never renumber: pictures depend on the values.
+enum class Purpose : uint32_t {
+    PixelFilter = 0,
+    Lens = 1,
+    ShutterTime = 2,
+    LightSelect = 3,
+    LightSurface = 4,
+    BsdfLobe = 5,
+    BsdfDirection = 6,
+    Roulette = 7,
+    Opacity = 8,
+    LightOpacity = 9,
+    FilterSign = 10,
+};
+
+/// The numbers of one camera sample. A value; copies are equal.
+class PixelSampler {
+  public:
+    PixelSampler(uint64_t seed, int pixel_x, int pixel_y, uint64_t sample_index);
+
+    /// One number in [0, 1). `bounce` counts path vertices from 0 = camera; `repeat` tells apart
+    /// several draws of one purpose at one vertex (opacity layers of a ray).
+    float get_1d(int bounce, Purpose purpose, uint32_t repeat = 0) const;
+
+    /// Two numbers in [0, 1)², stratified together over the samples of a pixel.
+    Vec2 get_2d(int bounce, Purpose purpose, uint32_t repeat = 0) const;
+
+  private:
+    uint64_t pixel_key_;
+    uint32_t sequence_index_;
+};
+
+}  // namespace velatura::sampling

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/math.h"
+
+#include <cmath>
+
+/// Maps from the unit square to the usual domains. Directions are unit with +z as the axis; u in
+/// [0,1)^2. Densities are in 1/sr for directions and per area for points.
+namespace velatura::sampling {
+
+inline constexpr float inv_2pi = 0.15915494309189533577f;
+inline constexpr float inv_4pi = 0.07957747154594766788f;
+
+/// Uniform point in the unit disk. Ref: Shirley & Chiu 1997, "A Low Distortion Map Between Disk and
+/// Square", in the branch-light form of Cline (Shirley's blog, 2011).
+inline Vec2 concentric_disk(const Vec2& u) {
+    const float x = 2.0f * u.x - 1.0f;
+    const float y = 2.0f * u.y - 1.0f;
+    if (x == 0.0f && y == 0.0f) return {0.0f, 0.0f};
+    const bool x_leads = std::abs(x) > std::abs(y);
+    const float r = x_leads ? x : y;
+    const float phi = x_leads ? (pi / 4.0f) * (y / x) : (pi / 2.0f) - (pi / 4.0f) * (x / y);
+    return {r * std::cos(phi), r * std::sin(phi)};
+}
+
+inline constexpr float concentric_disk_pdf = inv_pi;
+
+/// Direction with density cosθ/π (Malley's method). cosθ may be as small as 0.
+inline Vec3 cosine_hemisphere(const Vec2& u) {
+    const Vec2 d = concentric_disk(u);
+    return {d.x, d.y, safe_sqrt(1.0f - d.x * d.x - d.y * d.y)};
+}
+
+inline float cosine_hemisphere_pdf(float cos_theta) {
+    return std::max(cos_theta, 0.0f) * inv_pi;
+}
+
+inline Vec3 uniform_hemisphere(const Vec2& u) {
+    const float z = 1.0f - u.x;
+    const float r = safe_sqrt(u.x * (2.0f - u.x));
+    const float phi = 2.0f * pi * u.y;
+    return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
+inline constexpr float uniform_hemisphere_pdf = inv_2pi;
+
+inline Vec3 uniform_sphere(const Vec2& u) {
+    const float z = 1.0f - 2.0f * u.x;
+    const float r = 2.0f * safe_sqrt(u.x * (1.0f - u.x));
+    const float phi = 2.0f * pi * u.y;
+    return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
+inline constexpr float uniform_sphere_pdf = inv_4pi;
+
+/// Uniform direction within the cone around +z given by 1 − cosθ_max (2 sin²(θ_max/2): keeps its
+/// digits for tiny cones).
+inline Vec3 uniform_cone(const Vec2& u, float one_minus_cos_max) {
+    const float w = u.x * one_minus_cos_max;
+    const float r = safe_sqrt(w * (2.0f - w));
+    const float phi = 2.0f * pi * u.y;
+    return {r * std::cos(phi), r * std::sin(phi), 1.0f - w};
+}
+
+inline float uniform_cone_pdf(float one_minus_cos_max) {
+    return inv_2pi / one_minus_cos_max;
+}
+
+/// Barycentric weights (b0, b1, b2) of a uniform point in a triangle; all ≥ 0, sum 1 within
+/// rounding. Ref: Heitz 2019, "A Low-Distortion Map Between Triangle and Square".
+inline Vec3 uniform_triangle(const Vec2& u) {
+    const float half_lesser = 0.5f * std::min(u.x, u.y);
+    const float b0 = u.x < u.y ? half_lesser : u.x - half_lesser;
+    const float b1 = u.x < u.y ? u.y - half_lesser : half_lesser;
+    return {b0, b1, std::max(0.0f, 1.0f - b0 - b1)};
+}
+
+}  // namespace velatura::sampling

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/dyadic_sum.h"
+
+#include "base/hash.h"
+#include "image/sample_sums.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace velatura::image {
+namespace {
+
+/// Values of many magnitudes and both signs, a third of them zero, so that any other order of
+/// additions shows.
+double value_of(uint64_t sample) {
+    const uint64_t h = mix64(sample + 77);
+    if (h % 3 == 0) return 0.0;
+    const double mantissa = 1.0 + double(h >> 12) * 0x1p-52;
+    return std::ldexp(h % 2 ? mantissa : -mantissa, int((h >> 8) % 40) - 20);
+}
+
+/// The definition: a node is the sum of its two children.
+double tree(uint64_t begin, uint64_t size) {
+    if (size == 1) return value_of(begin) + 0.0;
+    return tree(begin, size / 2) + tree(begin + size / 2, size / 2);
+}
+
+/// Maximal aligned nodes by search from the largest size down.
+std::vector<DyadicNode> nodes_by_search(uint64_t begin, uint64_t end) {
+    std::vector<DyadicNode> list;
+    while (begin < end) {
+        uint64_t size = 64;
+        while (begin % size != 0 || begin + size > end) size /= 2;
+        list.push_back({begin, begin + size, false});
+        begin += size;
+    }
+    return list;
+}
+
+std::vector<NodeSums> range_sums(uint64_t begin, uint64_t end) {
+    SparseDyadicSum sum;
+    for (uint64_t s = begin; s < end; ++s) sum.add(begin, s, {value_of(s), 1.0, 0.0});
+    NodeSums result;
+    result.accumulator = AccumulatorTable::beauty;
+    sum.finish(begin, DyadicRule(begin).nodes(begin, end), result.nodes);
+    return {result};
+}
+
+PixelRecord range(uint64_t begin, uint64_t end) {
+    PixelRecord r;
+    r.first = begin;
+    r.end = end;
+    return r;
+}
+
+LayerSet one_group() {
+    LayerSet set;
+    set.groups.push_back({"key", {}, false});
+    return set;
+}
+
+TEST(DyadicRule, CutsEveryRangeIntoItsMaximalAlignedNodes) {
+    for (uint64_t a = 0; a <= 64; ++a) {
+        for (uint64_t b = a; b <= 64; ++b)
+            ASSERT_EQ(DyadicRule(a).nodes(a, b), nodes_by_search(a, b)) << a << " " << b;
+    }
+}
+
+TEST(SparseDyadicSum, EqualsTheTreeForEveryRange) {
+    for (uint64_t a = 0; a <= 64; ++a) {
+        for (uint64_t b = a + 1; b <= 64; ++b) {
+            const auto sums = range_sums(a, b);
+            const auto nodes = nodes_by_search(a, b);
+            ASSERT_EQ(sums[0].nodes.size(), nodes.size());
+            for (size_t i = 0; i < nodes.size(); ++i) {
+                ASSERT_EQ(sums[0].nodes[i].x, tree(nodes[i].begin, nodes[i].end - nodes[i].begin))
+                    << a << " " << b;
+                ASSERT_EQ(sums[0].nodes[i].y, double(nodes[i].end - nodes[i].begin));
+            }
+        }
+    }
+}
+
+TEST(SampleSums, GivesTheBitsOfOneRunForEverySplitInTwo) {
+    for (uint64_t a = 0; a < 64; a += 3) {
+        for (uint64_t b = a + 1; b <= 64; ++b) {
+            SampleSums whole({0, 0, 1, 1}, one_group());
+            whole.append(0, 0, range(a, b), range_sums(a, b));
+            for (uint64_t m = a; m <= b; ++m) {
+                SampleSums split({0, 0, 1, 1}, one_group());
+                split.append(0, 0, range(a, m), range_sums(a, m));
+                split.append(0, 0, range(m, b), range_sums(m, b));
+                ASSERT_EQ(split.total(0, 0, 0), whole.total(0, 0, 0)) << a << " " << m << " " << b;
+                ASSERT_EQ(split.nodes_of(0, 0), whole.nodes_of(0, 0));
+            }
+        }
+    }
+}
+
+TEST(SampleSums, GivesTheBitsOfOneRunSampleBySample) {
+    // A plain left-to-right sum differs, so the comparison can fail
+    double naive = 0;
+    for (uint64_t s = 0; s < 61; ++s) naive += value_of(s);
+    SampleSums whole({0, 0, 1, 1}, one_group()), single({0, 0, 1, 1}, one_group());
+    whole.append(0, 0, range(0, 61), range_sums(0, 61));
+    for (uint64_t s = 0; s < 61; ++s) single.append(0, 0, range(s, s + 1), range_sums(s, s + 1));
+    EXPECT_EQ(single.total(0, 0, 0), whole.total(0, 0, 0));
+    EXPECT_NE(whole.total(0, 0, 0).x, naive);
+}
+
+TEST(SampleSums, KnowingTheLastSampleSavesNodesAndChangesNoBit) {
+    for (uint64_t first : {0, 5}) {
+        for (uint64_t final_end = first + 1; final_end <= 64; ++final_end) {
+            SampleSums known({0, 0, 1, 1}, one_group(), final_end);
+            for (uint64_t s = first; s < final_end; ++s) {
+                known.append(0, 0, range(s, s + 1), range_sums(s, s + 1));
+                SampleSums whole({0, 0, 1, 1}, one_group());
+                whole.append(0, 0, range(first, s + 1), range_sums(first, s + 1));
+                ASSERT_EQ(known.total(0, 0, 0), whole.total(0, 0, 0))
+                    << first << " " << s << " " << final_end;
+            }
+            EXPECT_EQ(known.nodes_of(0, 0).size(), 1u);
+        }
+    }
+}
+
+TEST(SampleSums, KeepsNoStorageForLayersThatStayBlack) {
+    LayerSet many = one_group();
+    for (int i = 0; i < 999; ++i) many.groups.push_back({"g" + std::to_string(i), {}, false});
+    many.matrix_layers = true;
+    SampleSums few({0, 0, 64, 64}, one_group()), lots({0, 0, 64, 64}, many);
+    for (SampleSums* sums : {&few, &lots}) {
+        for (int y = 0; y < 64; ++y) {
+            for (int x = 0; x < 64; ++x) sums->append(x, y, range(0, 4), range_sums(0, 4));
+        }
+    }
+    EXPECT_EQ(lots.memory_bytes(), few.memory_bytes());
+    EXPECT_EQ(lots.used_accumulators().size(), 1u);
+}
+
+TEST(SampleSums, FreesNodesThatMergedAway) {
+    SampleSums sums({0, 0, 16, 16}, one_group());
+    const auto add = [&sums](uint64_t a, uint64_t b) {
+        for (int y = 0; y < 16; ++y) {
+            for (int x = 0; x < 16; ++x) sums.append(x, y, range(a, b), range_sums(a, b));
+        }
+    };
+    add(0, 4);
+    const size_t one_node = sums.memory_bytes();
+    add(4, 7);
+    EXPECT_GT(sums.memory_bytes(), one_node);
+    add(7, 8);
+    EXPECT_LE(sums.memory_bytes(), one_node + 4 * sizeof(void*));
+}
+
+}  // namespace
+}  // namespace velatura::image

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "chi_square.h"
+#include "sampling/distribution.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace velatura::sampling {
+namespace {
+
+using testing::TestRandom;
+
+Distribution1D make(const std::vector<double>& weights) {
+    return Distribution1D(std::span<const double>(weights));
+}
+
+TEST(Distribution1D, MatchesItsWeights) {
+    const std::vector<double> weights = {1, 0, 3, 0, 0, 4, 2, 0};
+    const Distribution1D d = make(weights);
+    EXPECT_DOUBLE_EQ(d.integral(), 10.0 / 8);
+    for (size_t i = 0; i < weights.size(); ++i) {
+        EXPECT_DOUBLE_EQ(d.pmf(i), weights[i] / 10);
+        EXPECT_DOUBLE_EQ(d.pdf((double(i) + 0.5) / 8), weights[i] / 10 * 8);
+    }
+    EXPECT_EQ(d.pdf(-0.1), 0.0);
+    EXPECT_EQ(d.pdf(1.1), 0.0);
+    // Inversion: u = 0.25 lies a half into the third bin, which covers [0.1, 0.4)
+    const Distribution1D::Sample s = d.sample(0.25f);
+    EXPECT_EQ(s.index, 2u);
+    EXPECT_NEAR(s.x, 2.5 / 8, 1e-15);
+    EXPECT_NEAR(double(s.u_remapped), 0.5, 1e-7);
+    EXPECT_DOUBLE_EQ(s.pdf, d.pdf(s.x));
+}
+
+// RIGOR H28
+TEST(Distribution1D, WildWeightsZerosAreNeverDrawn) {
+    TestRandom random(3);
+    std::vector<double> weights(1 << 16);
+    double sum = 0;
+    for (double& w : weights) {
+        w = random.bits() % 3 == 0 ? 0.0 : std::pow(10.0, -30 + 60 * double(random.uniform()));
+    }
+    weights.front() = weights.back() = 0;
+    const Distribution1D d = make(weights);
+    for (size_t i = 0; i < weights.size(); ++i) {
+        sum += d.pmf(i);
+        if (weights[i] == 0) {
+            ASSERT_EQ(d.pmf(i), 0.0);
+        }
+    }
+    EXPECT_NEAR(sum, 1.0, 1e-12);
+    for (int i = 0; i < 200000; ++i) {
+        const Distribution1D::Sample s = d.sample(random.uniform());
+        ASSERT_GT(weights[s.index], 0.0);
+        ASSERT_GT(s.pdf, 0.0);
+        ASSERT_GE(s.u_remapped, 0.0f);
+        ASSERT_LT(s.u_remapped, 1.0f);
+        ASSERT_LT(s.x, 1.0);
+    }
+    for (const float u : {0.0f, 0x1.fffffep-1f, 1.0f}) EXPECT_GT(weights[d.sample(u).index], 0.0);
+}
+
+TEST(Distribution1D, HugeAndTinyWeightsKeepTheirRatio) {
+    for (const double scale : {1e-300, 1.0, 1e300}) {
+        const Distribution1D d = make({1e5 * scale, 2e5 * scale, 3e5 * scale});
+        EXPECT_NEAR(d.pmf(0), 1.0 / 6, 1e-12);
+        EXPECT_NEAR(d.pmf(2), 3.0 / 6, 1e-12);
+        EXPECT_NEAR(d.integral() / scale, 2e5, 1e-6);
+    }
+}
+
+TEST(Distribution1D, UnusableWeightsCountAsZero) {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const double infinite = std::numeric_limits<double>::infinity();
+    const Distribution1D d = make({nan, 1, -5, infinite, 1});
+    EXPECT_EQ(d.pmf(0), 0.0);
+    EXPECT_EQ(d.pmf(1), 0.5);
+    EXPECT_EQ(d.pmf(2), 0.0);
+    EXPECT_EQ(d.pmf(3), 0.0);
+    const Distribution1D none = make({0, 0, nan});
+    EXPECT_EQ(none.sample(0.3f).pdf, 0.0);
+    EXPECT_EQ(none.pdf(0.3), 0.0);
+    EXPECT_EQ(Distribution1D().sample(0.3f).pdf, 0.0);
+    EXPECT_EQ(Distribution1D().pdf(0.3), 0.0);
+}
+
+/// |sampled mass − weight/Σ| relative to the latter, over all texels; mass from the CDF, not from
+/// samples. Masses are differences of doubles below 1, hence 2^-51 is taken off the difference.
+double worst_mass_error(const std::vector<float>& weights, size_t width, size_t height) {
+    const Distribution2D d(weights, width, height);
+    double total = 0;
+    for (const float w : weights) total += double(w);
+    double worst = 0;
+    for (size_t y = 0; y < height; ++y) {
+        for (size_t x = 0; x < width; ++x) {
+            const double w = double(weights[y * width + x]);
+            const Vec2d centre((double(x) + 0.5) / double(width),
+                               (double(y) + 0.5) / double(height));
+            const double mass = d.pdf(centre) / double(width * height);
+            if (w == 0) {
+                if (mass != 0) return 1;
+            } else {
+                const double expected = w / total;
+                worst = std::max(worst, (std::abs(mass - expected) - 0x1p-51) / expected);
+            }
+        }
+    }
+    return worst;
+}
+
+// RIGOR H27, scaled down
+TEST(Distribution2D, FlatMapAndSunKeepTheirMass) {
+    constexpr size_t width = 1024, height = 512;
+    std::vector<float> flat(width * height, 1.0f);
+    EXPECT_LT(worst_mass_error(flat, width, height), 1e-9);
+    flat[200 * width + 300] = 6.4e10f;
+    EXPECT_LT(worst_mass_error(flat, width, height), 1e-6);
+    for (size_t i = 0; i < flat.size(); i += 3) flat[i] = 0;
+    EXPECT_LT(worst_mass_error(flat, width, height), 1e-6);
+}
+
+TEST(Distribution2D, SamplesItsDensity) {
+    constexpr size_t width = 16, height = 8;
+    TestRandom random(41);
+    std::vector<float> weights(width * height);
+    double total = 0;
+    for (float& w : weights) {
+        w = random.bits() % 4 == 0 ? 0.0f : random.uniform();
+        total += double(w);
+    }
+    const Distribution2D d(weights, width, height);
+    EXPECT_NEAR(d.integral(), total / double(width * height), 1e-9);
+    constexpr int count = 100000;
+    std::vector<double> counts(weights.size(), 0.0), expected(weights.size());
+    for (size_t i = 0; i < weights.size(); ++i) expected[i] = double(weights[i]) / total * count;
+    for (int i = 0; i < count; ++i) {
+        const Distribution2D::Sample s = d.sample(Vec2(random.uniform(), random.uniform()));
+        ASSERT_EQ(size_t(s.xy.x * double(width)), s.column);
+        ASSERT_EQ(size_t(s.xy.y * double(height)), s.row);
+        ASSERT_NEAR(s.pdf, d.pdf(s.xy), 1e-12);
+        counts[s.row * width + s.column] += 1;
+    }
+    EXPECT_LT(testing::chi_square(counts, expected).z, 4.0);
+}
+
+TEST(Distribution2D, BlackMapDrawsNothing) {
+    const std::vector<float> black(12, 0.0f);
+    const Distribution2D d(black, 4, 3);
+    EXPECT_EQ(d.sample(Vec2(0.2f, 0.9f)).pdf, 0.0);
+    EXPECT_EQ(d.pdf(Vec2d(0.2, 0.9)), 0.0);
+}
+
+}  // namespace
+}  // namespace velatura::sampling

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sampling/owen.h"
+#include "sampling/sampler.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <set>
+#include <vector>
+
+namespace velatura::sampling {
+namespace {
+
+TEST(Owen, ReverseBitsAgreesWithBitLoop) {
+    uint32_t v = 1;
+    for (int n = 0; n < 10000; ++n) {
+        v = v * 1664525u + 1013904223u;
+        uint32_t slow = 0;
+        for (int i = 0; i < 32; ++i) slow |= ((v >> i) & 1u) << (31 - i);
+        ASSERT_EQ(reverse_bits(v), slow);
+    }
+}
+
+// Second dimension of Sobol' from its direction numbers: m_1 = 1, v_{i+1} = v_i ^ (v_i >> 1)
+TEST(Owen, SecondDimensionAgreesWithDirectionNumbers) {
+    uint32_t direction[32];
+    direction[0] = 0x80000000u;
+    for (int i = 1; i < 32; ++i) direction[i] = direction[i - 1] ^ (direction[i - 1] >> 1);
+    uint32_t index = 12345;
+    for (int n = 0; n < 100000; ++n) {
+        index = index * 1664525u + 1013904223u;
+        uint32_t slow = 0;
+        for (int i = 0; i < 32; ++i) slow ^= ((index >> i) & 1u) ? direction[i] : 0u;
+        ASSERT_EQ(reverse_bits(sobol_1_reversed(index)), slow);
+    }
+}
+
+TEST(Owen, ScrambleKeepsNestedStrata) {
+    // Two numbers that agree in their upper k bits still do, and then differ in the next, after
+    // scrambling
+    uint32_t v = 99;
+    for (int n = 0; n < 20000; ++n) {
+        v = v * 1664525u + 1013904223u;
+        const int k = n % 32;
+        const uint32_t other = v ^ (0x80000000u >> k) ^ ((v * 2654435761u) & ((0x7fffffffu >> k)));
+        const uint32_t seed = v * 747796405u + 77u;
+        const uint32_t a = reverse_bits(owen_hash_reversed(reverse_bits(v), seed));
+        const uint32_t b = reverse_bits(owen_hash_reversed(reverse_bits(other), seed));
+        ASSERT_EQ(std::countl_zero(a ^ b), k);
+    }
+}
+
+// RIGOR H43
+TEST(Owen, UnitFloatStaysBelowOne) {
+    EXPECT_EQ(unit_float(0xffffffffu), 0x1.fffffep-1f);
+    EXPECT_EQ(unit_float(0u), 0.0f);
+    float largest = 0;
+    for (uint64_t v = 0; v <= 0xffffffffull; v += 251)
+        largest = std::max(largest, unit_float(uint32_t(v)));
+    EXPECT_LT(largest, 1.0f);
+}
+
+/// Every elementary interval of area 1/n holds one of the n = 2^k points.
+void expect_net(const std::vector<Vec2>& points) {
+    const size_t n = points.size();
+    const int k = std::bit_width(n) - 1;
+    for (int i = 0; i <= k; ++i) {
+        const size_t columns = size_t(1) << i, rows = n >> i;
+        std::vector<int> count(n, 0);
+        for (const Vec2& p : points) {
+            ++count[size_t(p.x * float(columns)) * rows + size_t(p.y * float(rows))];
+        }
+        for (const int c : count) ASSERT_EQ(c, 1) << n << " points, " << columns << " columns";
+    }
+}
+
+TEST(PixelSampler, EveryAlignedBlockOfAHalfIsANet) {
+    for (const uint64_t half : {0u, 1u}) {
+        for (const int k : {0, 1, 2, 4, 6, 10}) {
+            for (const uint64_t block : {0u, 1u, 5u}) {
+                std::vector<Vec2> points;
+                for (uint64_t i = 0; i < (uint64_t(1) << k); ++i) {
+                    const uint64_t index = 2 * ((block << k) + i) + half;
+                    points.push_back(PixelSampler(7, 3, 4, index).get_2d(2, Purpose::LightSurface));
+                }
+                expect_net(points);
+            }
+        }
+    }
+}
+
+TEST(PixelSampler, OneDimensionIsStratified) {
+    constexpr size_t n = 1024;
+    std::vector<int> count(n, 0);
+    for (uint64_t i = 0; i < n; ++i) {
+        ++count[size_t(PixelSampler(1, 2, 3, 2 * i).get_1d(0, Purpose::LightSelect) * float(n))];
+    }
+    for (const int c : count) ASSERT_EQ(c, 1);
+}
+
+// RIGOR H42: the last of 2^20 samples of the last pixel of an 8k picture, and beyond 32 bits of
+// index
+TEST(PixelSampler, LargeIndicesAreDistinctAndInRange) {
+    std::set<std::pair<float, float>> seen;
+    std::vector<Vec2> points;
+    for (uint64_t i = 0; i < 256; ++i) {
+        const PixelSampler s(0, 8191, 8191, (uint64_t(1) << 20) - 512 + 2 * i);
+        const Vec2 u = s.get_2d(9, Purpose::BsdfDirection);
+        seen.insert({u.x, u.y});
+        points.push_back(u);
+    }
+    EXPECT_EQ(seen.size(), 256u);
+    expect_net(points);
+    EXPECT_NE(PixelSampler(0, 0, 0, 0).get_1d(0, Purpose::Lens),
+              PixelSampler(0, 0, 0, uint64_t(1) << 33).get_1d(0, Purpose::Lens));
+}
+
+double correlation(const std::vector<double>& a, const std::vector<double>& b) {
+    double sum = 0;
+    for (size_t i = 0; i < a.size(); ++i) sum += (a[i] - 0.5) * (b[i] - 0.5);
+    return sum / double(a.size()) * 12;  // variance of a uniform number is 1/12
+}
+
+/// 64 streams: 4 bounces, 8 purposes, 2 dimensions. Number i of each is made by `sampler(i)`.
+template <class MakeSampler>
+double worst_correlation(size_t n, MakeSampler sampler) {
+    std::vector<std::vector<double>> streams;
+    for (int bounce = 0; bounce < 4; ++bounce) {
+        for (const Purpose purpose :
+             {Purpose::PixelFilter, Purpose::Lens, Purpose::LightSelect, Purpose::LightSurface,
+              Purpose::BsdfLobe, Purpose::BsdfDirection, Purpose::Roulette, Purpose::Opacity}) {
+            std::vector<double> x(n), y(n);
+            for (size_t i = 0; i < n; ++i) {
+                const Vec2 u = sampler(i).get_2d(bounce, purpose);
+                x[i] = double(u.x);
+                y[i] = double(u.y);
+            }
+            streams.push_back(std::move(x));
+            streams.push_back(std::move(y));
+        }
+    }
+    double worst = 0;
+    for (size_t a = 0; a < streams.size(); ++a) {
+        for (size_t b = a + 1; b < streams.size(); ++b) {
+            worst = std::max(worst, std::abs(correlation(streams[a], streams[b])));
+        }
+    }
+    return worst;
+}
+
+/// Bound that the largest of 2016 independent normal deviates keeps with probability 0.99 (Šidák).
+constexpr double largest_of_all_pairs = 4.56;
+
+// RIGOR H44: one number per pixel, so that every number is an independent draw of the hash
+TEST(PixelSampler, StreamsAreUncorrelatedOverPixels) {
+    constexpr size_t n = 4096;
+    const double worst = worst_correlation(
+        n, [](size_t i) { return PixelSampler(11, int(i % 64), int(i / 64), 0); });
+    std::printf("smallest detectable |corr|: %.3f\n",
+                (largest_of_all_pairs + 1.28) / std::sqrt(double(n)));
+    EXPECT_LT(worst, largest_of_all_pairs / std::sqrt(double(n)));
+}
+
+// Over the samples of one pixel neighbours in a net are antithetic in every stream, so that n
+// numbers hold n / 2 independent pairs: the bound is that of n / 2 draws
+TEST(PixelSampler, StreamsAreUncorrelatedOverSamples) {
+    constexpr size_t n = 4096;
+    const double worst = worst_correlation(n, [](size_t i) { return PixelSampler(11, 5, 6, i); });
+    EXPECT_LT(worst, largest_of_all_pairs / std::sqrt(double(n) / 2));
+}
+
+// The same number across neighbouring pixels, seeds, repeats and the two halves: sample by sample
+// independent
+TEST(PixelSampler, PixelsSeedsRepeatsAndHalvesAreIndependent) {
+    constexpr size_t n = 4096;
+    std::vector<std::vector<double>> streams(5, std::vector<double>(n));
+    for (size_t i = 0; i < n; ++i) {
+        streams[0][i] = double(PixelSampler(1, 10, 20, 2 * i).get_1d(1, Purpose::BsdfLobe));
+        streams[1][i] = double(PixelSampler(1, 10, 20, 2 * i + 1).get_1d(1, Purpose::BsdfLobe));
+        streams[2][i] = double(PixelSampler(1, 11, 20, 2 * i).get_1d(1, Purpose::BsdfLobe));
+        streams[3][i] = double(PixelSampler(2, 10, 20, 2 * i).get_1d(1, Purpose::BsdfLobe));
+        streams[4][i] = double(PixelSampler(1, 10, 20, 2 * i).get_1d(1, Purpose::BsdfLobe, 1));
+    }
+    for (size_t a = 0; a < streams.size(); ++a) {
+        for (size_t b = a + 1; b < streams.size(); ++b) {
+            EXPECT_LT(std::abs(correlation(streams[a], streams[b])), 4 / std::sqrt(double(n)))
+                << a << " " << b;
+        }
+    }
+}
+
+// Means of the halves must be independent errors of one truth: their covariance over pixels is 0,
+// their squared difference predicts the variance of the mean of both.
+TEST(PixelSampler, HalvesPredictTheError) {
+    constexpr int pixels = 4000;
+    constexpr int samples = 8;  // per half
+    double aa = 0, ab = 0, bb = 0;
+    for (int p = 0; p < pixels; ++p) {
+        double mean[2] = {0, 0};
+        for (uint64_t i = 0; i < 2 * samples; ++i) {
+            const Vec2 u = PixelSampler(3, p % 64, p / 64, i).get_2d(1, Purpose::LightSurface);
+            // A disk of area 1/2: its truth is 1/2
+            const float x = u.x - 0.5f, y = u.y - 0.5f;
+            mean[i & 1] += (x * x + y * y < 0.5f * inv_pi ? 1.0 : 0.0) / samples;
+        }
+        aa += (mean[0] - 0.5) * (mean[0] - 0.5);
+        bb += (mean[1] - 0.5) * (mean[1] - 0.5);
+        ab += (mean[0] - 0.5) * (mean[1] - 0.5);
+    }
+    EXPECT_LT(std::abs(ab) / std::sqrt(aa * bb), 4 / std::sqrt(double(pixels)));
+    EXPECT_NEAR(aa / bb, 1.0, 4 * std::sqrt(4.0 / pixels));
+    // And they are better than independent numbers, whose variance is 1/4 per sample
+    EXPECT_LT(aa / pixels, 0.6 * 0.25 / samples);
+}
+
+// RIGOR H44: the spread of the means of 64 seeds, for one independent draw per seed and pixel
+TEST(PixelSampler, MeansOverSeedsSpreadAsPredicted) {
+    constexpr int seeds = 64, pixels = 1024;
+    double sum2 = 0;
+    for (int s = 0; s < seeds; ++s) {
+        double mean = 0;
+        for (int p = 0; p < pixels; ++p) {
+            mean +=
+                double(PixelSampler(uint64_t(s), p, 0, 0).get_1d(0, Purpose::ShutterTime)) / pixels;
+        }
+        sum2 += (mean - 0.5) * (mean - 0.5);
+    }
+    const double ratio = sum2 / seeds * 12 * pixels;  // expectation 1, variance 2 / seeds
+    EXPECT_NEAR(ratio, 1.0, 4 * std::sqrt(2.0 / seeds));
+}
+
+TEST(PixelSampler, OneChangedKeyBitChangesHalfTheBits) {
+    const auto draw = [](uint64_t seed, int x, int y, int bounce, uint32_t repeat) {
+        const Vec2 u = PixelSampler(seed, x, y, 0).get_2d(bounce, Purpose::Lens, repeat);
+        return (uint64_t(double(u.x) * 0x1p24) << 24) | uint64_t(double(u.y) * 0x1p24);
+    };
+    double flipped = 0;
+    int trials = 0;
+    for (int i = 0; i < 4096; ++i) {
+        const uint64_t seed = uint64_t(i) * 77;
+        const uint64_t base = draw(seed, i, 2 * i, i % 9, 0);
+        flipped += std::popcount(base ^ draw(seed ^ (uint64_t(1) << (i % 64)), i, 2 * i, i % 9, 0));
+        flipped += std::popcount(base ^ draw(seed, i ^ (1 << (i % 14)), 2 * i, i % 9, 0));
+        flipped += std::popcount(base ^ draw(seed, i, (2 * i) ^ (1 << (i % 14)), i % 9, 0));
+        flipped += std::popcount(base ^ draw(seed, i, 2 * i, i % 9, 1u << (i % 16)));
+        trials += 4;
+    }
+    EXPECT_NEAR(flipped / trials / 48, 0.5, 0.01);
+}
+
+}  // namespace
+}  // namespace velatura::sampling
