@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "usd/text/layer_parser.h"
+
+#include <fmt/format.h>
+
+#include <type_traits>
+#include <unordered_set>
+
+namespace velatura::usd::text {
+
+bool LayerParser::layer_offset(layer::LayerOffset& offset, layer::Dictionary* custom_data) {
+    return values_.statements('(', ')', [&] {
+        const SourceLoc where = s_.loc();
+        const std::string_view key = s_.accept_identifier();
+        if (key == "customData" && custom_data) {
+            return expect_assignment() && values_.dictionary(*custom_data);
+        }
+        if (key != "offset" && key != "scale") {
+            return s_.error("usd-syntax", where,
+                            fmt::format("found '{}', expected 'offset', 'scale'{} or ')'",
+                                        key.empty() ? std::string(1, s_.peek()) : std::string(key),
+                                        custom_data ? ", 'customData'" : ""));
+        }
+        return expect_assignment() &&
+               values_.element(key == "offset" ? offset.offset : offset.scale);
+    });
+}
+
+bool LayerParser::sub_layers(layer::Spec& spec, SourceLoc where) {
+    std::vector<std::string> assets;
+    std::vector<layer::LayerOffset> offsets;
+    const auto one = [&] {
+        const SourceLoc at = s_.loc();
+        std::string asset;
+        if (!s_.asset(asset)) return false;
+        if (asset.empty())
+            return s_.error("usd-value", at, "found an empty sublayer path, expected a file");
+        layer::LayerOffset offset;
+        s_.skip_inline();
+        if (s_.peek() == '(' && !layer_offset(offset, nullptr)) return false;
+        assets.push_back(std::move(asset));
+        offsets.push_back(offset);
+        return true;
+    };
+    if (!values_.bracketed('[', ']', one)) return false;
+    spec.set_field(names_.sub_layers, layer::Value::array<std::string>(std::move(assets)), where);
+    spec.set_field(names_.sub_layer_offsets, layer::Value(std::move(offsets)), where);
+    return true;
+}
+
+bool LayerParser::prim_path(layer::Path owner, bool may_be_empty, layer::Path& out) {
+    const SourceLoc where = s_.loc();
+    std::string_view text;
+    if (!s_.path_text(text)) return false;
+    out = {};
+    if (text.empty() && may_be_empty) return true;
+    const auto parsed = layer::Path::parse(text);
+    if (!parsed) return s_.error("usd-path", where, parsed.error().message);
+    out = parsed->make_absolute(owner.strip_variant_selections());
+    if (!options_.allow_variants_in_arc_paths && out.has_variant_selection()) {
+        return s_.error("usd-path", where,
+                        fmt::format("found a variant selection in path <{}>, expected none", text));
+    }
+    if (!out.is_prim_or_variant()) {
+        return s_.error("usd-path", where,
+                        fmt::format("found path <{}>, expected the path of a prim", text));
+    }
+    return true;
+}
+
+template <class Arc>
+bool LayerParser::arc(layer::Path owner, Arc& out) {
+    if (s_.peek() == '@') {
+        if (!s_.asset(out.asset)) return false;
+        s_.skip_inline();
+        if (s_.peek() == '<' && !prim_path(owner, true, out.prim_path)) return false;
+    } else if (s_.peek() == '<') {
+        if (!prim_path(owner, true, out.prim_path)) return false;
+    } else {
+        return s_.fail("an asset path, a prim path or ']'");
+    }
+    s_.skip_inline();
+    if (s_.peek() != '(') return true;
+    if constexpr (std::is_same_v<Arc, layer::Reference>) {
+        return layer_offset(out.offset, &out.custom_data);
+    } else {
+        return layer_offset(out.offset, nullptr);
+    }
+}
+
+template <class Arc>
+bool LayerParser::arc_list(
+    layer::Path owner, layer::Spec& spec, layer::Token field, ListEdit edit, SourceLoc where) {
+    std::vector<Arc> arcs;
+    const auto one = [&] {
+        Arc item;
+        if (!arc(owner, item)) return false;
+        arcs.push_back(std::move(item));
+        return true;
+    };
+    if (!s_.accept_word("None")) {
+        const bool ok = s_.peek() == '[' ? values_.bracketed('[', ']', one) : one();
+        if (!ok) return false;
+    }
+    return store_list(spec, field, edit, std::move(arcs), where);
+}
+
+template bool LayerParser::arc_list<layer::Reference>(
+    layer::Path, layer::Spec&, layer::Token, ListEdit, SourceLoc);
+template bool LayerParser::arc_list<layer::Payload>(
+    layer::Path, layer::Spec&, layer::Token, ListEdit, SourceLoc);
+
+bool LayerParser::path_list(
+    layer::Path owner, layer::Spec& spec, layer::Token field, ListEdit edit, SourceLoc where) {
+    std::vector<layer::Path> paths;
+    const auto one = [&] {
+        layer::Path path;
+        if (!prim_path(owner, false, path)) return false;
+        paths.push_back(path);
+        return true;
+    };
+    if (!s_.accept_word("None")) {
+        const bool ok = s_.peek() == '[' ? values_.bracketed('[', ']', one) : one();
+        if (!ok) return false;
+    }
+    return store_list(spec, field, edit, std::move(paths), where);
+}
+
+bool LayerParser::relocate_path(layer::Path owner, bool may_be_empty, layer::Path& out) {
+    const SourceLoc where = s_.loc();
+    std::string_view text;
+    if (!s_.path_text(text)) return false;
+    out = {};
+    if (text.empty() && may_be_empty) return true;
+    const auto parsed = layer::Path::parse(text);
+    if (!parsed) return s_.error("usd-path", where, parsed.error().message);
+    out = parsed->make_absolute(owner.strip_variant_selections());
+    if (out.is_empty() || out.has_variant_selection()) {
+        return s_.error(
+            "usd-path", where,
+            fmt::format("found relocation path <{}>, expected a path without variant selections",
+                        text));
+    }
+    return true;
+}
+
+bool LayerParser::relocates(layer::Path owner,
+                            layer::Spec& spec,
+                            layer::Token field,
+                            SourceLoc where) {
+    layer::Relocates pairs;
+    const bool ok = values_.bracketed('{', '}', [&] {
+        layer::Path source;
+        layer::Path target;
+        if (!relocate_path(owner, false, source)) return false;
+        s_.skip_inline();
+        if (!s_.expect(':')) return false;
+        s_.skip_inline();
+        if (!relocate_path(owner, true, target)) return false;
+        pairs.emplace_back(source, target);
+        return true;
+    });
+    if (ok) spec.set_field(field, layer::Value(std::move(pairs)), where);
+    return ok;
+}
+
+}  // namespace velatura::usd::text

@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "usd/text/layer_parser.h"
+
+#include <fmt/format.h>
+
+namespace velatura::usd::text {
+
+namespace {
+
+constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+constexpr size_t max_errors = 100;
+
+std::string_view without_mark(std::string_view bytes) {
+    if (bytes.starts_with(byte_order_mark)) bytes.remove_prefix(byte_order_mark.size());
+    return bytes;
+}
+
+std::vector<layer::Token> tokens(const std::vector<std::string>& texts) {
+    std::vector<layer::Token> result;
+    for (const std::string& text : texts) result.emplace_back(text);
+    return result;
+}
+
+}  // namespace
+
+bool is_text_layer(std::string_view bytes) {
+    bytes = without_mark(bytes);
+    return bytes.starts_with("#usda ") || bytes.starts_with("#sdf ");
+}
+
+Result<std::shared_ptr<layer::Layer>> read_text_layer(std::string_view bytes,
+                                                      std::string identifier,
+                                                      Diagnostics& diagnostics,
+                                                      const TextOptions& options) {
+    const uint32_t file_id = diagnostics.file_id(identifier);
+    auto result = std::make_shared<layer::Layer>(identifier);
+    result->set_file_id(file_id);
+    LayerParser parser(without_mark(bytes), file_id, *result, diagnostics, options);
+    parser.parse();
+    if (parser.error_count() > 0) {
+        return Error{
+            "usd-parse",
+            fmt::format("found {} error{} in layer @{}@, expected a text layer",
+                        parser.error_count(), parser.error_count() == 1 ? "" : "s", identifier)};
+    }
+    return result;
+}
+
+LayerParser::LayerParser(std::string_view text,
+                         uint32_t file_id,
+                         layer::Layer& layer,
+                         Diagnostics& diagnostics,
+                         const TextOptions& options)
+    : s_(text, file_id, diagnostics),
+      values_(s_),
+      layer_(layer),
+      options_(options),
+      names_(layer::fields()) {}
+
+void LayerParser::parse() {
+    layer_.pseudo_root().set_loc(s_.loc());
+    if (!s_.check_utf8() || !header()) return;
+    s_.skip_lines();
+    const Scanner::Mark start = s_.mark();
+    if (s_.peek() == '(' && !metadata_block(layer::Path::absolute_root(), layer_.pseudo_root()))
+        s_.recover(start);
+    while (s_.error_count() < max_errors) {
+        s_.skip_lines();
+        if (s_.at_end()) return;
+        const Scanner::Mark item = s_.mark();
+        if (layer_item()) continue;
+        s_.recover(item);
+        // A brace too many would stop recovery at the same place for ever
+        s_.accept('}');
+    }
+}
+
+bool LayerParser::header() {
+    const auto word = [&](std::string_view expected) {
+        for (size_t i = 0; i < expected.size(); ++i) {
+            if (s_.peek(i) != expected[i]) return false;
+        }
+        for (const char c : expected) s_.accept(c);
+        return true;
+    };
+    is_legacy_ = word("#sdf ");
+    if (!is_legacy_ && !word("#usda ")) return s_.fail("'#usda 1.0' as the first line");
+    while (s_.accept(' ') || s_.accept('\t')) {
+    }
+    const SourceLoc where = s_.loc();
+    std::string version;
+    while ((s_.peek() >= '0' && s_.peek() <= '9') || s_.peek() == '.') {
+        version += s_.peek();
+        s_.accept(s_.peek());
+    }
+    const bool is_known =
+        is_legacy_ ? version.starts_with("1.") : version == "1.0" || version.starts_with("1.0.");
+    if (!is_known && !version.starts_with("1.")) {
+        return s_.error(
+            "usd-version", where,
+            fmt::format("found version '{}' of the text format, expected 1.0", version));
+    }
+    if (!is_known) {
+        s_.warn(
+            "usd-version", where,
+            fmt::format("found version '{}' of the text format, expected 1.0; reading it as 1.0",
+                        version));
+    }
+    s_.skip_inline();
+    if (!s_.at_line_end()) return s_.fail("the end of the line after the version");
+    return true;
+}
+
+bool LayerParser::layer_item() {
+    const SourceLoc where = s_.loc();
+    if (s_.accept_word("reorder")) {
+        s_.skip_inline();
+        if (!s_.accept_word("rootPrims")) return s_.fail("'rootPrims'");
+        return reorder_names(layer::Path::absolute_root(), names_.prim_order, where) &&
+               statement_end();
+    }
+    const std::string_view word = s_.peek_identifier();
+    if (word == "def" || word == "over" || word == "class") {
+        return prim(layer::Path::absolute_root()) && line_end("a prim");
+    }
+    return s_.fail("'def', 'over', 'class' or 'reorder'");
+}
+
+bool LayerParser::statement_end() {
+    s_.skip_inline();
+    return s_.accept(';') || s_.at_line_end() || s_.fail("';' or the end of the line");
+}
+
+bool LayerParser::line_end(std::string_view after) {
+    s_.skip_inline();
+    return s_.at_line_end() || s_.fail(fmt::format("the end of the line after {}", after));
+}
+
+bool LayerParser::prim(layer::Path parent) {
+    const SourceLoc where = s_.loc();
+    const std::string_view word = s_.accept_identifier();
+    const layer::Specifier specifier = word == "def"    ? layer::Specifier::Def
+                                       : word == "over" ? layer::Specifier::Over
+                                                        : layer::Specifier::Class;
+    s_.skip_inline();
+    std::string type_name;
+    const SourceLoc type_loc = s_.loc();
+    if (!s_.at_string() && !s_.type_identifier(type_name)) return false;
+    s_.skip_inline();
+    const SourceLoc name_loc = s_.loc();
+    std::string name;
+    if (!s_.string(name)) return false;
+    if (!layer::is_identifier(name)) {
+        return s_.error("usd-prim-name", name_loc,
+                        fmt::format("found prim name \"{}\", expected an identifier", name));
+    }
+    const layer::Path path = parent.append_child(name);
+    if (path.is_empty()) return s_.fail("fewer levels of prims");
+    if (layer_.has_spec(path)) {
+        return s_.error(
+            "usd-duplicate-prim", name_loc,
+            fmt::format("found a second prim <{}> in this layer, expected one", path.to_string()));
+    }
+    layer::Spec& spec = layer_.create_spec(path, layer::SpecKind::Prim, where);
+    spec.set_field(names_.specifier, layer::Value(specifier), where);
+    // Sdf's stand-in for "any type"
+    if (!type_name.empty() && type_name != "__AnyType__") {
+        spec.set_field(names_.type_name, layer::Value(layer::Token(type_name)), type_loc);
+    }
+    s_.skip_lines();
+    if (s_.peek() == '(' && !metadata_block(path, spec)) return false;
+    s_.skip_lines();
+    if (!s_.expect('{')) return false;
+    if (!values_.enter()) return false;
+    contents(path);
+    values_.leave();
+    return s_.expect('}');
+}
+
+void LayerParser::contents(layer::Path owner) {
+    while (s_.error_count() < max_errors) {
+        s_.skip_lines();
+        if (s_.at_end() || s_.peek() == '}') return;
+        const Scanner::Mark item = s_.mark();
+        if (!contents_item(owner)) s_.recover(item);
+    }
+}
+
+bool LayerParser::contents_item(layer::Path owner) {
+    const std::string_view word = s_.peek_identifier();
+    if (word == "def" || word == "over" || word == "class")
+        return prim(owner) && line_end("a prim");
+    if (word == "variantSet") return variant_set(owner) && line_end("a variant set");
+    return property(owner) && statement_end();
+}
+
+bool LayerParser::variant_set(layer::Path owner) {
+    const SourceLoc where = s_.loc();
+    s_.accept_identifier();
+    s_.skip_inline();
+    const SourceLoc name_loc = s_.loc();
+    std::string name;
+    if (!s_.string(name)) return false;
+    if (!layer::is_identifier(name)) {
+        return s_.error("usd-variant-set-name", name_loc,
+                        fmt::format("found variant set name \"{}\", expected an identifier", name));
+    }
+    if (!expect_assignment()) return false;
+    s_.skip_lines();
+    const layer::Token set(name);
+    const layer::Path path = owner.append_variant_selection(set, {});
+    if (path.is_empty()) return s_.fail("fewer levels of prims");
+    layer_.create_spec(path, layer::SpecKind::VariantSet, where);
+    if (!s_.expect('{')) return false;
+    s_.skip_lines();
+    while (s_.peek() != '}' || s_.at_end()) {
+        if (!variant(owner, set)) return false;
+        s_.skip_lines();
+    }
+    return s_.expect('}');
+}
+
+bool LayerParser::variant(layer::Path owner, layer::Token set) {
+    const SourceLoc where = s_.loc();
+    std::string name;
+    if (!s_.string(name)) return false;
+    if (!layer::is_variant_name(name)) {
+        return s_.error(
+            "usd-variant-name", where,
+            fmt::format(
+                "found variant name \"{}\", expected letters, digits, '_', '-' and '|' after "
+                "an optional '.'",
+                name));
+    }
+    const layer::Path path = owner.append_variant_selection(set, layer::Token(name));
+    layer::Spec& spec = layer_.create_spec(path, layer::SpecKind::Variant, where);
+    s_.skip_lines();
+    if (s_.peek() == '(' && !metadata_block(path, spec)) return false;
+    s_.skip_lines();
+    if (!s_.expect('{')) return false;
+    if (!values_.enter()) return false;
+    contents(path);
+    values_.leave();
+    return s_.expect('}');
+}
+
+bool LayerParser::reorder_names(layer::Path owner, layer::Token field, SourceLoc where) {
+    if (!expect_assignment()) return false;
+    std::vector<std::string> names;
+    if (!values_.names(names)) return false;
+    layer_.spec(owner)->set_field(field, layer::Value::array<layer::Token>(tokens(names)), where);
+    return true;
+}
+
+ListEdit LayerParser::accept_list_edit() {
+    if (s_.accept_word("add")) return ListEdit::Add;
+    if (s_.accept_word("delete")) return ListEdit::Delete;
+    if (s_.accept_word("append")) return ListEdit::Append;
+    if (s_.accept_word("prepend")) return ListEdit::Prepend;
+    if (s_.accept_word("reorder")) return ListEdit::Reorder;
+    return ListEdit::Explicit;
+}
+
+bool LayerParser::expect_assignment() {
+    s_.skip_inline();
+    if (!s_.expect('=')) return false;
+    s_.skip_inline();
+    return true;
+}
+
+}  // namespace velatura::usd::text

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "usd/text/layer_parser.h"
+#include "usd/text/metadata_schema.h"
+
+#include <fmt/format.h>
+
+namespace velatura::usd::text {
+
+namespace {
+
+constexpr std::string_view unit_names[] = {"mm", "cm", "dm",  "m",   "km", "in",     "ft",
+                                           "yd", "mi", "deg", "rad", "%",  "default"};
+
+}  // namespace
+
+bool LayerParser::metadata_block(layer::Path owner, layer::Spec& spec) {
+    return values_.statements('(', ')', [&] { return metadata_item(owner, spec); });
+}
+
+bool LayerParser::metadata_item(layer::Path owner, layer::Spec& spec) {
+    const SourceLoc where = s_.loc();
+    if (s_.at_string()) return string_field(spec, names_.comment, where);
+    const ListEdit edit = accept_list_edit();
+    if (edit != ListEdit::Explicit) s_.skip_inline();
+    const std::string key(s_.accept_identifier());
+    if (key.empty()) return s_.fail("the name of a metadata field or ')'");
+    if (!expect_assignment()) return false;
+    bool is_special = true;
+    if (!special_metadata(owner, spec, key, edit, where, is_special)) return false;
+    return is_special || plain_metadata(spec, key, edit, where);
+}
+
+bool LayerParser::special_metadata(layer::Path owner,
+                                   layer::Spec& spec,
+                                   const std::string& key,
+                                   ListEdit edit,
+                                   SourceLoc where,
+                                   bool& is_special) {
+    using layer::SpecKind;
+    is_special = true;
+    const SpecKind kind = spec.kind();
+    const bool is_plain = edit == ListEdit::Explicit;
+    if (key == "doc" && is_plain) return string_field(spec, names_.documentation, where);
+    if (key == "permission" && is_plain) {
+        const SourceLoc at = s_.loc();
+        const std::string_view word = s_.peek_identifier();
+        if (word != "public" && word != "private") return s_.fail("public or private");
+        s_.accept_identifier();
+        const auto value =
+            word == "public" ? layer::Permission::Public : layer::Permission::Private;
+        spec.set_field(names_.permission, layer::Value(value), at);
+        return true;
+    }
+    if (key == "symmetryFunction" && is_plain) return word_field(spec, layer::Token(key), where);
+    if (kind == SpecKind::Attribute && key == "displayUnit" && is_plain) {
+        const SourceLoc at = s_.loc();
+        if (!word_field(spec, layer::Token(key), where)) return false;
+        const layer::Token* unit = spec.field_as<layer::Token>(layer::Token(key));
+        for (const std::string_view name : unit_names) {
+            if (unit && unit->view() == name) return true;
+        }
+        return s_.error(
+            "usd-value", at,
+            fmt::format(
+                "found unit '{}', expected one of mm cm dm m km in ft yd mi deg rad % default",
+                unit ? unit->str() : ""));
+    }
+    if (kind == SpecKind::PseudoRoot && key == "subLayers" && is_plain)
+        return sub_layers(spec, where);
+    if (kind == SpecKind::PseudoRoot && key == "relocates" && is_plain) {
+        return relocates(owner, spec, names_.layer_relocates, where);
+    }
+    if (kind == SpecKind::Prim || kind == SpecKind::Variant) {
+        return prim_metadata(owner, spec, key, edit, where, is_special);
+    }
+    is_special = false;
+    return true;
+}
+
+bool LayerParser::prim_metadata(layer::Path owner,
+                                layer::Spec& spec,
+                                const std::string& key,
+                                ListEdit edit,
+                                SourceLoc where,
+                                bool& is_special) {
+    if (key == "references")
+        return arc_list<layer::Reference>(owner, spec, names_.references, edit, where);
+    if (key == "payload") return arc_list<layer::Payload>(owner, spec, names_.payload, edit, where);
+    if (key == "inherits") return path_list(owner, spec, names_.inherit_paths, edit, where);
+    if (key == "specializes") return path_list(owner, spec, names_.specializes, edit, where);
+    if (key == "variantSets") return variant_set_names(spec, edit, where);
+    if (edit == ListEdit::Explicit) {
+        if (key == "variants") return variant_selections(spec, where);
+        if (key == "relocates") return relocates(owner, spec, names_.relocates, where);
+        if (key == "prefixSubstitutions" || key == "suffixSubstitutions") {
+            layer::Dictionary strings;
+            if (!values_.string_dictionary(strings)) return false;
+            spec.set_field(layer::Token(key), layer::Value(std::move(strings)), where);
+            return true;
+        }
+    }
+    is_special = false;
+    return true;
+}
+
+bool LayerParser::string_field(layer::Spec& spec, layer::Token field, SourceLoc where) {
+    std::string text;
+    if (!s_.string(text)) return false;
+    spec.set_field(field, layer::Value(std::move(text)), where);
+    return true;
+}
+
+bool LayerParser::word_field(layer::Spec& spec, layer::Token field, SourceLoc where) {
+    // "symmetryFunction = " may be empty
+    std::string word(s_.accept_identifier());
+    if (word.empty() && s_.accept('%')) word = "%";
+    spec.set_field(field, layer::Value(layer::Token(word)), where);
+    return true;
+}
+
+template <class T>
+bool LayerParser::list_op_metadata(layer::Spec& spec,
+                                   layer::Token field,
+                                   ListEdit edit,
+                                   SourceLoc where) {
+    std::vector<T> items;
+    const auto one = [&] {
+        T item{};
+        if (!values_.element(item)) return false;
+        items.push_back(std::move(item));
+        return true;
+    };
+    if (!s_.accept_word("None")) {
+        const bool ok = s_.peek() == '[' ? values_.bracketed('[', ']', one) : one();
+        if (!ok) return false;
+    }
+    return store_list(spec, field, edit, std::move(items), where);
+}
+
+bool LayerParser::plain_metadata(layer::Spec& spec,
+                                 const std::string& key,
+                                 ListEdit edit,
+                                 SourceLoc where) {
+    const layer::Token field(key);
+    const MetadataType type = metadata_type(key);
+    switch (type.kind) {
+        case MetadataKind::Unknown:
+            return unknown_metadata(spec, field, edit, where);
+        case MetadataKind::TokenList:
+            return list_op_metadata<layer::Token>(spec, field, edit, where);
+        case MetadataKind::StringList:
+            return list_op_metadata<std::string>(spec, field, edit, where);
+        case MetadataKind::IntList:
+            return list_op_metadata<int32_t>(spec, field, edit, where);
+        case MetadataKind::Int64List:
+            return list_op_metadata<int64_t>(spec, field, edit, where);
+        case MetadataKind::UIntList:
+            return list_op_metadata<uint32_t>(spec, field, edit, where);
+        case MetadataKind::UInt64List:
+            return list_op_metadata<uint64_t>(spec, field, edit, where);
+        case MetadataKind::Typed:
+        case MetadataKind::Dictionary:
+            break;
+    }
+    if (edit != ListEdit::Explicit) {
+        return s_.error(
+            "usd-metadata", where,
+            fmt::format("found a list edit of '{}', expected a plain value: it is no list op",
+                        key));
+    }
+    if (s_.accept_word("None")) {
+        spec.set_field(field, layer::Value::block(), where);
+        return true;
+    }
+    layer::Value value;
+    if (type.kind == MetadataKind::Dictionary) {
+        layer::Dictionary dictionary;
+        if (!values_.dictionary(dictionary)) return false;
+        value = layer::Value(std::move(dictionary));
+    } else if (!values_.typed(*type.type, value)) {
+        return false;
+    }
+    spec.set_field(field, std::move(value), where);
+    return true;
+}
+
+bool LayerParser::unknown_metadata(layer::Spec& spec,
+                                   layer::Token field,
+                                   ListEdit edit,
+                                   SourceLoc where) {
+    if (edit != ListEdit::Explicit) {
+        std::vector<layer::UnregisteredValue> items;
+        const auto one = [&] {
+            layer::UnregisteredValue item;
+            if (!values_.untyped(item.text)) return false;
+            items.push_back(std::move(item));
+            return true;
+        };
+        if (!s_.accept_word("None") && !values_.bracketed('[', ']', one)) return false;
+        return store_list(spec, field, edit, std::move(items), where);
+    }
+    if (s_.peek() == '{') {
+        layer::Dictionary dictionary;
+        if (!values_.dictionary(dictionary)) return false;
+        spec.set_field(field, layer::Value(std::move(dictionary)), where);
+        return true;
+    }
+    if (s_.accept_word("None")) {
+        spec.set_field(field, layer::Value::block(), where);
+        return true;
+    }
+    layer::UnregisteredValue text;
+    if (!values_.untyped(text.text)) return false;
+    spec.set_field(field, layer::Value(std::move(text)), where);
+    return true;
+}
+
+bool LayerParser::variant_set_names(layer::Spec& spec, ListEdit edit, SourceLoc where) {
+    std::vector<std::string> names;
+    if (!s_.accept_word("None") && !values_.names(names)) return false;
+    return store_list(spec, names_.variant_set_names, edit, std::move(names), where);
+}
+
+bool LayerParser::variant_selections(layer::Spec& spec, SourceLoc where) {
+    layer::Dictionary dictionary;
+    if (!values_.dictionary(dictionary)) return false;
+    layer::VariantSelections selections;
+    for (const auto& [set, value] : dictionary.entries) {
+        const std::string* variant = value.get_if<std::string>();
+        if (!variant) {
+            return s_.error(
+                "usd-variant-selection", where,
+                fmt::format(
+                    "found another type for the selection of variant set '{}', expected a string",
+                    set));
+        }
+        const bool is_expression =
+            variant->size() >= 2 && variant->front() == '`' && variant->back() == '`';
+        if (!variant->empty() && !is_expression && !layer::is_variant_name(*variant)) {
+            return s_.error(
+                "usd-variant-selection", where,
+                fmt::format("found variant \"{}\" selected in set '{}', expected a variant name",
+                            *variant, set));
+        }
+        selections.emplace_back(set, *variant);
+    }
+    spec.set_field(names_.variant_selection, layer::Value(std::move(selections)), where);
+    return true;
+}
+
+}  // namespace velatura::usd::text

@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "usd/text/layer_parser.h"
+
+#include <fmt/format.h>
+
+#include <unordered_set>
+
+namespace velatura::usd::text {
+
+bool LayerParser::property(layer::Path owner) {
+    Declaration d;
+    d.where = s_.loc();
+    d.edit = accept_list_edit();
+    s_.skip_inline();
+    if (d.edit == ListEdit::Reorder) {
+        if (s_.accept_word("nameChildren")) return reorder_names(owner, names_.prim_order, d.where);
+        if (s_.accept_word("properties") || s_.accept_word("propertyChildren")) {
+            return reorder_names(owner, names_.property_order, d.where);
+        }
+    }
+    d.is_custom = s_.accept_word("custom");
+    s_.skip_inline();
+    const bool is_varying = s_.accept_word("varying");
+    if (!is_varying && (s_.accept_word("uniform") || s_.accept_word("config"))) {
+        d.variability = layer::Variability::Uniform;
+    }
+    s_.skip_inline();
+    if (s_.accept_word("rel")) {
+        // Relationships are uniform unless they say otherwise
+        d.variability = is_varying ? layer::Variability::Varying : layer::Variability::Uniform;
+        return relationship(owner, d);
+    }
+    if (s_.peek_identifier().empty()) return s_.fail("a prim, a property or '}'");
+    return attribute(owner, d);
+}
+
+layer::Spec* LayerParser::property_spec(layer::Path owner,
+                                        layer::SpecKind kind,
+                                        const Declaration& d) {
+    const layer::Path path = owner.append_property(d.name);
+    if (path.is_empty()) {
+        s_.fail("fewer levels of prims");
+        return nullptr;
+    }
+    layer::Spec* old = layer_.spec(path);
+    const bool is_attribute = kind == layer::SpecKind::Attribute;
+    if (!old) {
+        layer::Spec& spec = layer_.create_spec(path, kind, d.where);
+        if (is_attribute) {
+            const layer::Token type = d.type ? d.type->name : layer::Token(d.type_name);
+            spec.set_field(names_.type_name, layer::Value(type), d.where);
+        }
+        const layer::Variability usual =
+            is_attribute ? layer::Variability::Varying : layer::Variability::Uniform;
+        if (d.variability != usual)
+            spec.set_field(names_.variability, layer::Value(d.variability), d.where);
+        if (d.is_custom) spec.set_field(names_.custom, layer::Value(true), d.where);
+        return &spec;
+    }
+    if (old->kind() != kind) {
+        s_.error("usd-duplicate-property", d.where,
+                 fmt::format("found <{}> as {} and before as {}, expected one of them",
+                             path.to_string(), is_attribute ? "an attribute" : "a relationship",
+                             is_attribute ? "a relationship" : "an attribute"));
+        return nullptr;
+    }
+    if (is_attribute) {
+        const layer::Token type = d.type ? d.type->name : layer::Token(d.type_name);
+        if (old->type_name() != type) {
+            s_.error("usd-type-change", d.where,
+                     fmt::format("found type '{}' of <{}>, expected its earlier type '{}'",
+                                 type.str(), path.to_string(), old->type_name().str()));
+            return nullptr;
+        }
+        if (old->variability() != d.variability) {
+            s_.error("usd-variability-change", d.where,
+                     fmt::format("found another variability of <{}>, expected its earlier one",
+                                 path.to_string()));
+            return nullptr;
+        }
+    } else if (d.variability == layer::Variability::Varying) {
+        old->set_field(names_.variability, layer::Value(d.variability), d.where);
+    }
+    if (d.is_custom) old->set_field(names_.custom, layer::Value(true), d.where);
+    return old;
+}
+
+bool LayerParser::attribute(layer::Path owner, Declaration& d) {
+    if (!s_.type_identifier(d.type_name)) return false;
+    s_.skip_inline();
+    if (s_.accept('[')) {
+        s_.skip_inline();
+        if (!s_.expect(']')) return false;
+        d.type_name += "[]";
+        s_.skip_inline();
+    }
+    d.type = layer::find_type(d.type_name);
+    if (!s_.namespaced_identifier(d.name)) return false;
+    layer::Spec* spec = property_spec(owner, layer::SpecKind::Attribute, d);
+    if (!spec) return false;
+    s_.skip_inline();
+    if (s_.accept('.')) return attribute_extra(owner, *spec, d);
+    if (d.edit != ListEdit::Explicit) return s_.fail("'.connect'");
+    if (s_.accept('=')) {
+        s_.skip_inline();
+        const SourceLoc where = s_.loc();
+        layer::Value value;
+        if (!attribute_value(d, value)) return false;
+        spec->set_field(names_.default_value, std::move(value), where);
+        s_.skip_inline();
+    }
+    return s_.peek() != '(' || metadata_block(owner, *spec);
+}
+
+bool LayerParser::attribute_value(const Declaration& d, layer::Value& out) {
+    if (s_.accept_word("None")) {
+        out = layer::Value::block();
+        return true;
+    }
+    if (s_.accept_word("AnimationBlock")) {
+        out = layer::Value::animation_block();
+        return true;
+    }
+    if (d.type) return values_.typed(*d.type, out);
+    layer::UnregisteredValue text;
+    if (!values_.untyped(text.text)) return false;
+    s_.warn("usd-unknown-type", d.where,
+            fmt::format("found unknown type '{}' of attribute '{}', expected a value type; its "
+                        "value is kept as text",
+                        d.type_name, d.name));
+    out = layer::Value(std::move(text));
+    return true;
+}
+
+bool LayerParser::attribute_extra(layer::Path owner, layer::Spec& spec, const Declaration& d) {
+    s_.skip_inline();
+    const SourceLoc where = s_.loc();
+    if (s_.accept_word("connect")) {
+        if (!expect_assignment()) return false;
+        return target_list(owner, spec, names_.connection_paths, d.edit, where);
+    }
+    if (d.edit != ListEdit::Explicit) return s_.fail("'connect'");
+    if (s_.accept_word("timeSamples")) return expect_assignment() && attribute_samples(spec, d);
+    if (s_.accept_word("spline")) return expect_assignment() && spline(spec);
+    return s_.fail("'timeSamples', 'connect' or 'spline'");
+}
+
+bool LayerParser::attribute_samples(layer::Spec& spec, const Declaration& d) {
+    const SourceLoc where = s_.loc();
+    std::vector<std::pair<double, layer::Value>> samples;
+    const bool ok = values_.bracketed('{', '}', [&] {
+        double time = 0.0;
+        if (!values_.element(time)) return false;
+        s_.skip_inline();
+        if (!s_.expect(':')) return false;
+        s_.skip_inline();
+        layer::Value value;
+        if (!attribute_value(d, value)) return false;
+        samples.emplace_back(time, std::move(value));
+        return true;
+    });
+    if (ok)
+        spec.set_field(names_.time_samples, layer::Value(layer::TimeSamples(std::move(samples))),
+                       where);
+    return ok;
+}
+
+bool LayerParser::spline(layer::Spec& spec) {
+    const SourceLoc where = s_.loc();
+    if (!s_.expect('{')) return false;
+    const char* const begin = s_.position();
+    std::string ignored;
+    for (int depth = 1; depth > 0;) {
+        s_.skip_lines();
+        if (s_.at_end()) return s_.fail("'}' at the end of the spline");
+        if (s_.at_string()) {
+            if (!s_.string(ignored)) return false;
+            continue;
+        }
+        if (s_.peek() == '{') ++depth;
+        if (s_.peek() == '}') --depth;
+        if (depth > max_depth) return s_.fail("fewer levels of braces");
+        if (depth > 0) s_.accept(s_.peek());
+    }
+    std::string text(s_.text_from(begin));
+    const size_t first = text.find_first_not_of(" \t\r\n");
+    const size_t last = text.find_last_not_of(" \t\r\n");
+    text = first == std::string::npos ? "" : text.substr(first, last - first + 1);
+    spec.set_field(names_.spline, layer::Value(layer::SplineValue{std::move(text)}), where);
+    s_.warn("usd-spline", where,
+            "found a spline, expected time samples; it is kept as text but not evaluated");
+    return s_.expect('}');
+}
+
+bool LayerParser::relationship(layer::Path owner, Declaration& d) {
+    s_.skip_inline();
+    if (!s_.namespaced_identifier(d.name)) return false;
+    layer::Spec* spec = property_spec(owner, layer::SpecKind::Relationship, d);
+    if (!spec) return false;
+    s_.skip_inline();
+    if (s_.peek() == '.' || s_.peek() == '[') return relationship_extra(owner, *spec, d);
+    if (s_.accept('=')) {
+        s_.skip_inline();
+        const SourceLoc where = s_.loc();
+        if (!target_list(owner, *spec, names_.target_paths, d.edit, where)) return false;
+        s_.skip_inline();
+    }
+    return s_.peek() != '(' || metadata_block(owner, *spec);
+}
+
+bool LayerParser::relationship_extra(layer::Path owner, layer::Spec& spec, Declaration& d) {
+    const SourceLoc where = s_.loc();
+    if (s_.accept('[')) {
+        // "rel x[</target>]" declares a target without adding it to the list
+        layer::Path target;
+        s_.skip_inline();
+        if (!target_path(owner, target)) return false;
+        s_.skip_inline();
+        s_.warn("usd-legacy-target", where,
+                fmt::format("found a target declaration of relationship '{}', expected '= <path>'; "
+                            "it is left out",
+                            d.name));
+        return s_.expect(']');
+    }
+    s_.accept('.');
+    s_.skip_inline();
+    if (d.edit == ListEdit::Explicit && s_.accept_word("timeSamples")) {
+        return expect_assignment() && relationship_samples(owner, spec);
+    }
+    if (d.edit == ListEdit::Explicit && s_.accept_word("default")) {
+        layer::Path target;
+        if (!expect_assignment() || !target_path(owner, target)) return false;
+        spec.set_field(names_.default_value, layer::Value(target), where);
+        return true;
+    }
+    return s_.fail("'timeSamples' or 'default'");
+}
+
+bool LayerParser::relationship_samples(layer::Path owner, layer::Spec& spec) {
+    const SourceLoc where = s_.loc();
+    std::vector<std::pair<double, layer::Value>> samples;
+    const bool ok = values_.bracketed('{', '}', [&] {
+        double time = 0.0;
+        if (!values_.element(time)) return false;
+        s_.skip_inline();
+        if (!s_.expect(':')) return false;
+        s_.skip_inline();
+        layer::Path target;
+        if (s_.accept_word("None")) {
+            samples.emplace_back(time, layer::Value::block());
+            return true;
+        }
+        if (!target_path(owner, target)) return false;
+        samples.emplace_back(time, layer::Value(target));
+        return true;
+    });
+    if (ok)
+        spec.set_field(names_.time_samples, layer::Value(layer::TimeSamples(std::move(samples))),
+                       where);
+    return ok;
+}
+
+bool LayerParser::target_path(layer::Path owner, layer::Path& out) {
+    const SourceLoc where = s_.loc();
+    std::string_view text;
+    if (!s_.path_text(text)) return false;
+    out = {};
+    if (text.empty()) return true;
+    const auto parsed = layer::Path::parse(text);
+    if (!parsed) return s_.error("usd-path", where, parsed.error().message);
+    out = parsed->make_absolute(owner.strip_variant_selections());
+    if (out.is_empty()) {
+        return s_.error("usd-path", where,
+                        fmt::format("found path <{}> above the root, expected a path", text));
+    }
+    if (out.has_variant_selection()) {
+        return s_.error(
+            "usd-path", where,
+            fmt::format("found a variant selection in target <{}>, expected none", text));
+    }
+    return true;
+}
+
+bool LayerParser::target_list(
+    layer::Path owner, layer::Spec& spec, layer::Token field, ListEdit edit, SourceLoc where) {
+    std::vector<layer::Path> targets;
+    std::unordered_set<layer::Path> seen;
+    const auto one = [&] {
+        const SourceLoc at = s_.loc();
+        layer::Path target;
+        if (!target_path(owner, target)) return false;
+        // An empty path is no target
+        if (target.is_empty()) return true;
+        if (!seen.insert(target).second) {
+            return s_.error(
+                "usd-duplicate-target", at,
+                fmt::format("found <{}> twice in one list, expected it once", target.to_string()));
+        }
+        targets.push_back(target);
+        return true;
+    };
+    if (!s_.accept_word("None")) {
+        const bool ok = s_.peek() == '[' ? values_.bracketed('[', ']', one) : one();
+        if (!ok) return false;
+    }
+    return store_list(spec, field, edit, std::move(targets), where);
+}
+
+}  // namespace velatura::usd::text
