@@ -1,0 +1,410 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "usd/layer/fields.h"
+#include "usd/stage/prim_data.h"
+#include "usd/stage/schema_fallbacks.h"
+#include "usd/stage/value_cast.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <unordered_set>
+
+namespace velatura::usd::stage {
+
+using layer::Path;
+using layer::Token;
+using layer::Value;
+
+std::vector<PropertySpec> property_specs(const PrimData& prim, Token name) {
+    std::vector<PropertySpec> result;
+    for (const SpecRef& ref : prim.specs) {
+        const auto own = ref.spec->properties();
+        if (std::find(own.begin(), own.end(), name) == own.end()) continue;
+        const compose::Node& node = prim.index.nodes()[size_t(ref.node)];
+        const layer::Spec* spec = ref.layer->layer->spec(node.path.append_property(name));
+        if (!spec) continue;
+        if (!result.empty() && result.front().spec->kind() != spec->kind()) continue;
+        result.push_back({spec, &ref, node.to_root->time_offset().after(ref.layer->to_root)});
+    }
+    return result;
+}
+
+namespace {
+
+/// Composed paths of a list-op field, mapped to the stage; paths that point outside of an arc's
+/// scope are dropped.
+std::vector<Path> composed_paths(const Prim& prim, Token property, Token field) {
+    const std::vector<PropertySpec> specs = property_specs(*prim.data(), property);
+    std::vector<Path> paths;
+    for (auto it = specs.rbegin(); it != specs.rend(); ++it) {
+        const layer::Field* authored = it->spec->find_field(field);
+        const auto* op = authored ? authored->value.get_if<layer::PathListOp>() : nullptr;
+        if (!op) continue;
+        const compose::Node& node = prim.data()->index.nodes()[size_t(it->prim_spec->node)];
+        const auto mapped = op->transformed([&](const Path& path) -> std::optional<Path> {
+            const Path target = compose::map_to_root(node, path);
+            if (!target.is_empty()) return target;
+            const auto is_listed = [&](const std::vector<Path>& list) {
+                return std::find(list.begin(), list.end(), path) != list.end();
+            };
+            if (!is_listed(op->deleted) && !is_listed(op->ordered)) {
+                prim.diagnostics().warn(
+                    "usd-target-out-of-scope", authored->loc, prim.path_string(),
+                    fmt::format("target <{}> of {} lies outside of the {} from <{}> and is ignored",
+                                path.to_string(), property.str(), compose::arc_name(node.arc),
+                                prim.path_string()));
+            }
+            return std::nullopt;
+        });
+        mapped.apply_to(paths);
+    }
+    return paths;
+}
+
+std::optional<Value> composed_metadata(const Prim& prim, Token property, std::string_view key) {
+    std::vector<const layer::Spec*> specs;
+    for (const PropertySpec& s : property_specs(*prim.data(), property)) specs.push_back(s.spec);
+    return compose_field(specs, Token(key));
+}
+
+std::vector<std::string> composed_metadata_keys(const Prim& prim, Token property) {
+    std::set<std::string> keys;
+    for (const PropertySpec& s : property_specs(*prim.data(), property)) {
+        for (const layer::Field& field : s.spec->fields()) {
+            if (!is_property_field(field.name)) keys.insert(field.name.str());
+        }
+    }
+    return {keys.begin(), keys.end()};
+}
+
+bool is_attribute(const std::vector<PropertySpec>& specs) {
+    return !specs.empty() && specs.front().spec->kind() == layer::SpecKind::Attribute;
+}
+
+/// The opinion that decides an attribute's value.
+struct Winner {
+    ValueSource source = ValueSource::None;
+    PropertySpec spec;
+    const layer::Field* field = nullptr;
+};
+
+/// Walks the opinions, strongest first. At the default time samples do not count; at other times
+/// samples beat the default of the same spec, and a stronger default beats weaker samples.
+Winner find_winner(const std::vector<PropertySpec>& specs, bool default_time) {
+    bool animation_blocked = false;
+    for (const PropertySpec& s : specs) {
+        if (!default_time && !animation_blocked) {
+            const layer::Field* samples = s.spec->find_field(layer::fields().time_samples);
+            const auto* held = samples ? samples->value.get_if<layer::TimeSamples>() : nullptr;
+            if (held && !held->empty()) return {ValueSource::TimeSamples, s, samples};
+        }
+        const layer::Field* value = s.spec->find_field(layer::fields().default_value);
+        if (!value || value->value.is_empty()) continue;
+        if (value->value.is_animation_block()) {
+            animation_blocked = true;
+            continue;
+        }
+        return {value->value.is_block() ? ValueSource::Blocked : ValueSource::Default, s, value};
+    }
+    return {};
+}
+
+const SchemaAttribute* find_schema_declaration(const Prim& prim, Token name) {
+    const std::string_view type = prim.type_name().view();
+    if (const SchemaAttribute* found = find_schema_attribute(type, name.view())) return found;
+    for (const std::string_view api : schema_builtin_apis(type)) {
+        if (const SchemaAttribute* found = find_schema_attribute(api, name.view())) return found;
+    }
+    for (const Token& api : prim.applied_schemas()) {
+        const std::string_view base = api.view().substr(0, api.view().find(':'));
+        if (const SchemaAttribute* found = find_schema_attribute(base, name.view())) return found;
+        for (const std::string_view inner : schema_builtin_apis(base)) {
+            if (const SchemaAttribute* found = find_schema_attribute(inner, name.view()))
+                return found;
+        }
+    }
+    return nullptr;
+}
+
+/// The same, and the inputs of a shader node, whose identifier declares them.
+const SchemaAttribute* find_declaration(const Prim& prim, Token name) {
+    if (const SchemaAttribute* found = find_schema_declaration(prim, name)) return found;
+    if (prim.type_name() != "Shader" || !name.view().starts_with("inputs:")) return nullptr;
+    const auto id = prim.attribute("info:id").get<std::string>();
+    return id ? find_schema_attribute(*id, name.view()) : nullptr;
+}
+
+void warn_spline(const Prim& prim, Token name, const std::vector<PropertySpec>& specs) {
+    for (const PropertySpec& s : specs) {
+        if (const layer::Field* spline = s.spec->find_field(layer::fields().spline)) {
+            prim.diagnostics().warn("usd-spline-unsupported", spline->loc, prim.path_string(),
+                                    fmt::format("spline of {} is not evaluated", name.str()));
+        }
+    }
+}
+
+}  // namespace
+
+// ---- Attribute ----
+
+bool Attribute::is_authored() const {
+    return prim_ && is_attribute(property_specs(*prim_.data(), name_));
+}
+
+bool Attribute::is_valid() const {
+    return prim_ && (is_authored() || find_declaration(prim_, name_));
+}
+
+std::string Attribute::path_string() const {
+    return prim_.path_string() + "." + name_.str();
+}
+
+Token Attribute::type_name() const {
+    // The schema decides, whatever the layers declare
+    if (const SchemaAttribute* declared = find_schema_declaration(prim_, name_))
+        return Token(declared->type);
+    for (const PropertySpec& s : property_specs(*prim_.data(), name_)) {
+        if (!s.spec->type_name().empty()) return s.spec->type_name();
+    }
+    const SchemaAttribute* input = find_declaration(prim_, name_);
+    return input ? Token(input->type) : Token();
+}
+
+bool Attribute::is_custom() const {
+    if (find_schema_declaration(prim_, name_)) return false;
+    const auto specs = property_specs(*prim_.data(), name_);
+    return std::any_of(specs.begin(), specs.end(),
+                       [](const PropertySpec& s) { return s.spec->is_custom(); });
+}
+
+bool Attribute::is_uniform() const {
+    // The schema decides, else the weakest opinion
+    if (const auto* declared = find_schema_declaration(prim_, name_)) return declared->uniform;
+    const auto specs = property_specs(*prim_.data(), name_);
+    return !specs.empty() && specs.back().spec->variability() == layer::Variability::Uniform;
+}
+
+ValueSource Attribute::value_source() const {
+    const Winner winner = find_winner(property_specs(*prim_.data(), name_), false);
+    if (winner.source != ValueSource::None) return winner.source;
+    return fallback() ? ValueSource::Fallback : ValueSource::None;
+}
+
+bool Attribute::has_authored_value() const {
+    if (!prim_) return false;
+    const ValueSource source = find_winner(property_specs(*prim_.data(), name_), false).source;
+    return source == ValueSource::Default || source == ValueSource::TimeSamples;
+}
+
+bool Attribute::has_value() const {
+    return has_authored_value() || (prim_ && fallback());
+}
+
+std::optional<Value> Attribute::fallback() const {
+    const SchemaAttribute* declared = find_declaration(prim_, name_);
+    return declared ? schema_fallback(*declared) : std::nullopt;
+}
+
+std::optional<Value> Attribute::authored_default() const {
+    for (const PropertySpec& s : property_specs(*prim_.data(), name_)) {
+        if (const Value* value = s.spec->field(layer::fields().default_value))
+            return retime_value(*value, s.to_stage);
+    }
+    return std::nullopt;
+}
+
+Value Attribute::value(TimeCode time) const {
+    if (!prim_) return {};
+    const auto specs = property_specs(*prim_.data(), name_);
+    warn_spline(prim_, name_, specs);
+    const Winner winner = find_winner(specs, time.is_default());
+    Value result;
+    if (winner.source == ValueSource::Default) {
+        result = winner.field->value;
+    } else if (winner.source == ValueSource::TimeSamples) {
+        // Samples live in layer time
+        const auto& samples = *winner.field->value.get_if<layer::TimeSamples>();
+        const auto times = samples.times();
+        const double t = winner.spec.to_stage.inverse().apply(time.value());
+        const auto upper = std::upper_bound(times.begin(), times.end(), t);
+        const size_t after = size_t(upper - times.begin());
+        if (after == 0 || after == times.size()) {
+            result = samples.value(after == 0 ? 0 : after - 1);
+        } else {
+            const double lower = times[after - 1];
+            const Value before = samples.value(after - 1);
+            if (t == lower || !is_interpolable(before)) {
+                result = before;
+            } else {
+                result =
+                    interpolate(before, samples.value(after), (t - lower) / (times[after] - lower));
+            }
+        }
+    }
+    if (result.is_block() || result.is_empty()) return fallback().value_or(Value());
+    return retime_value(result, winner.spec.to_stage);
+}
+
+std::vector<double> Attribute::time_samples() const {
+    if (!prim_) return {};
+    const Winner winner = find_winner(property_specs(*prim_.data(), name_), false);
+    if (winner.source != ValueSource::TimeSamples) return {};
+    const auto times = winner.field->value.get_if<layer::TimeSamples>()->times();
+    std::vector<double> result(times.begin(), times.end());
+    for (double& t : result) t = winner.spec.to_stage.apply(t);
+    return result;
+}
+
+Value Attribute::sample_at(double time) const {
+    const Winner winner = find_winner(property_specs(*prim_.data(), name_), false);
+    if (winner.source != ValueSource::TimeSamples) return {};
+    const auto& samples = *winner.field->value.get_if<layer::TimeSamples>();
+    for (size_t i = 0; i < samples.size(); ++i) {
+        if (winner.spec.to_stage.apply(samples.times()[i]) == time) {
+            return retime_value(samples.value(i), winner.spec.to_stage);
+        }
+    }
+    return {};
+}
+
+bool Attribute::might_be_time_varying() const {
+    return time_samples().size() > 1;
+}
+
+std::vector<Path> Attribute::connections() const {
+    return prim_ ? composed_paths(prim_, name_, layer::fields().connection_paths)
+                 : std::vector<Path>();
+}
+
+bool Attribute::has_authored_connections() const {
+    if (!prim_) return false;
+    const auto specs = property_specs(*prim_.data(), name_);
+    return std::any_of(specs.begin(), specs.end(), [](const PropertySpec& s) {
+        return s.spec->has_field(layer::fields().connection_paths);
+    });
+}
+
+std::vector<std::string> Attribute::resolved_asset_paths(TimeCode time) const {
+    if (!prim_) return {};
+    const Value resolved = value(time);
+    std::vector<std::string> assets;
+    if (const auto* one = resolved.get_if<layer::AssetPath>()) assets.push_back(one->path);
+    for (const layer::AssetPath& asset : resolved.as_array<layer::AssetPath>())
+        assets.push_back(asset.path);
+    const Winner winner = find_winner(property_specs(*prim_.data(), name_), time.is_default());
+    if (winner.source == ValueSource::None || winner.source == ValueSource::Blocked) return assets;
+    for (std::string& asset : assets) {
+        if (asset.starts_with('`')) {
+            prim_.diagnostics().warn("usd-expression-unsupported", loc(), prim_.path_string(),
+                                     fmt::format("asset expression {} is not evaluated", asset));
+        }
+        if (!asset.empty())
+            asset = prim_.data()->stage->resolve_asset(asset, *winner.spec.prim_spec->layer);
+    }
+    return assets;
+}
+
+std::string Attribute::resolved_asset_path(TimeCode time) const {
+    if (!prim_ || value(time).is_array()) return {};
+    const std::vector<std::string> all = resolved_asset_paths(time);
+    return all.empty() ? std::string() : all.front();
+}
+
+std::optional<Value> Attribute::metadata(std::string_view key) const {
+    return prim_ ? composed_metadata(prim_, name_, key) : std::nullopt;
+}
+
+std::vector<std::string> Attribute::metadata_keys() const {
+    return composed_metadata_keys(prim_, name_);
+}
+
+SourceLoc Attribute::loc() const {
+    if (!prim_) return {};
+    const auto specs = property_specs(*prim_.data(), name_);
+    if (specs.empty()) return prim_.loc();
+    const Winner winner = find_winner(specs, false);
+    return winner.field ? winner.field->loc : specs.front().spec->loc();
+}
+
+template <class T>
+std::optional<T> Attribute::get(TimeCode time) const {
+    return value_cast<T>(value(time));
+}
+
+#define VELATURA_INSTANTIATE_GET(T)                           \
+    template std::optional<T> Attribute::get(TimeCode) const; \
+    template std::optional<std::vector<T>> Attribute::get(TimeCode) const;
+VELATURA_CAST_TYPES(VELATURA_INSTANTIATE_GET)
+#undef VELATURA_INSTANTIATE_GET
+
+// ---- Relationship ----
+
+bool Relationship::is_valid() const {
+    if (!prim_) return false;
+    const auto specs = property_specs(*prim_.data(), name_);
+    return !specs.empty() && specs.front().spec->kind() == layer::SpecKind::Relationship;
+}
+
+std::string Relationship::path_string() const {
+    return prim_.path_string() + "." + name_.str();
+}
+
+bool Relationship::is_custom() const {
+    const auto specs = property_specs(*prim_.data(), name_);
+    return std::any_of(specs.begin(), specs.end(),
+                       [](const PropertySpec& s) { return s.spec->is_custom(); });
+}
+
+bool Relationship::has_authored_targets() const {
+    if (!prim_) return false;
+    const auto specs = property_specs(*prim_.data(), name_);
+    return std::any_of(specs.begin(), specs.end(), [](const PropertySpec& s) {
+        return s.spec->has_field(layer::fields().target_paths);
+    });
+}
+
+std::vector<Path> Relationship::targets() const {
+    return prim_ ? composed_paths(prim_, name_, layer::fields().target_paths) : std::vector<Path>();
+}
+
+std::vector<Path> Relationship::forwarded_targets() const {
+    if (!prim_) return {};
+    std::vector<Path> result;
+    std::unordered_set<Path> seen;
+    // Depth first in target order; a relationship that was visited is not followed again
+    std::vector<Path> pending = targets();
+    std::reverse(pending.begin(), pending.end());
+    while (!pending.empty()) {
+        const Path target = pending.back();
+        pending.pop_back();
+        if (!seen.insert(target).second) continue;
+        const PrimData* owner =
+            target.is_property() ? prim_.data()->stage->find(target.prim_path()) : nullptr;
+        const Relationship next = owner ? Relationship(Prim(owner), target.name()) : Relationship();
+        if (!next.is_valid()) {
+            result.push_back(target);
+            continue;
+        }
+        const std::vector<Path> further = next.targets();
+        pending.insert(pending.end(), further.rbegin(), further.rend());
+    }
+    return result;
+}
+
+std::optional<Value> Relationship::metadata(std::string_view key) const {
+    return prim_ ? composed_metadata(prim_, name_, key) : std::nullopt;
+}
+
+std::vector<std::string> Relationship::metadata_keys() const {
+    return composed_metadata_keys(prim_, name_);
+}
+
+SourceLoc Relationship::loc() const {
+    if (!prim_) return {};
+    const auto specs = property_specs(*prim_.data(), name_);
+    return specs.empty() ? prim_.loc()
+                         : specs.front().spec->field_loc(layer::fields().target_paths);
+}
+
+}  // namespace velatura::usd::stage
