@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "geometry/geometry_set.h"
+
+#include "base/tasks.h"
+
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+namespace velatura::geometry {
+
+namespace {
+
+/// The names that texture coordinates go by, the first one present wins, else the first two-number
+/// primvar.
+scene::PrimvarId default_texture_coordinates(const scene::Scene& scene, const TriangleMesh& mesh) {
+    for (const std::string_view name : {"st", "UVMap", "uv", "map1", "st0", "st_0", "Texture_uv"}) {
+        const scene::PrimvarId id = scene::find_primvar(scene, name);
+        if (id != scene::none && mesh.has_primvar(id)) return id;
+    }
+    for (const scene::Primvar& primvar : mesh.primvars())
+        if (primvar.width == 2) return primvar.name;
+    return scene::none;
+}
+
+/// Inverse of an affine matrix by cofactors; false when there is none.
+bool invert_affine(const Mat4d& m, Mat4d& inverse) {
+    const double det = determinant3(m);
+    if (!(std::abs(det) > 0.0) || !std::isfinite(1.0 / det)) return false;
+    const Mat3d cofactors = cofactor_matrix(m);
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) inverse[i][j] = cofactors[j][i] / det;
+    for (int j = 0; j < 3; ++j) {
+        inverse[3][j] =
+            -(m[3][0] * inverse[0][j] + m[3][1] * inverse[1][j] + m[3][2] * inverse[2][j]);
+    }
+    return true;
+}
+
+InstanceTransform make_instance_transform(const scene::Instance& instance) {
+    InstanceTransform out;
+    out.prototype = instance.prototype;
+    out.render_from_prototype = instance.render_from_prototype;
+    const Mat4d forward(instance.render_from_prototype);
+    Mat4d backward;
+    out.is_mirrored = determinant3(forward) < 0.0;
+    out.is_invertible = invert_affine(forward, backward);
+    if (!out.is_invertible) return out;
+    out.prototype_from_render = backward;
+    Mat4d bound(0.0);
+    for (int i = 0; i < 4; ++i)
+        for (int k = 0; k < 3; ++k)
+            for (int j = 0; j < 3; ++j)
+                bound[i][k] += std::abs(backward[i][j]) * std::abs(forward[j][k]);
+    out.round_trip_bound = bound;
+    return out;
+}
+
+}  // namespace
+
+GeometrySet::GeometrySet(const scene::Scene& scene, const TessellationOptions& options)
+    : shapes_(scene.shapes.size()), prototypes_(scene.prototypes.size()) {
+    // One flat list of jobs, so that a scene of one big prototype is as parallel as one of many
+    // shapes
+    std::vector<std::pair<const scene::Shape*, TriangleMesh*>> jobs;
+    for (size_t i = 0; i < scene.shapes.size(); ++i)
+        jobs.emplace_back(&scene.shapes[i], &shapes_[i]);
+    for (size_t i = 0; i < scene.prototypes.size(); ++i) {
+        const std::vector<scene::Shape>& shapes = scene.prototypes[i].shapes;
+        prototypes_[i].resize(shapes.size());
+        for (size_t j = 0; j < shapes.size(); ++j)
+            jobs.emplace_back(&shapes[j], &prototypes_[i][j]);
+    }
+    parallel_for(jobs.size(), [&](size_t i) {
+        TriangleMesh mesh = make_triangle_mesh(*jobs[i].first, options);
+        mesh.set_texture_coordinates(default_texture_coordinates(scene, mesh));
+        *jobs[i].second = std::move(mesh);
+    });
+    instances_.reserve(scene.instances.size());
+    for (const scene::Instance& instance : scene.instances)
+        instances_.push_back(make_instance_transform(instance));
+}
+
+const TriangleMesh& GeometrySet::mesh(const Hit& hit) const {
+    if (hit.instance == scene::none) return shapes_[hit.shape];
+    return prototypes_[instances_[hit.instance].prototype][hit.shape];
+}
+
+size_t GeometrySet::triangle_count() const {
+    size_t count = 0;
+    for (const TriangleMesh& mesh : shapes_) count += mesh.triangle_count();
+    for (const auto& prototype : prototypes_)
+        for (const TriangleMesh& mesh : prototype) count += mesh.triangle_count();
+    return count;
+}
+
+size_t GeometrySet::bytes() const {
+    size_t total = instances_.capacity() * sizeof(InstanceTransform);
+    for (const TriangleMesh& mesh : shapes_) total += mesh.bytes();
+    for (const auto& prototype : prototypes_)
+        for (const TriangleMesh& mesh : prototype) total += mesh.bytes();
+    return total;
+}
+
+}  // namespace velatura::geometry

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/math.h"
+#include "geometry/surface_point.h"
+#include "geometry/tessellate.h"
+#include "geometry/triangle_mesh.h"
+#include "scene/scene.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace velatura::geometry {
+
+/// How an instance maps between its prototype's space and render space.
+struct InstanceTransform {
+    uint32_t prototype = 0;
+    Mat4 render_from_prototype;
+    /// Inverse of the above, in double. Traversal carries rays through it in double too: the error
+    /// bounds of SurfacePoint count on that.
+    Mat4d prototype_from_render;
+    /// Entries |prototype_from_render|·|render_from_prototype| (upper 3×3 and translation row, in
+    /// absolute values): times the roundoff, how far the rounding of a ray in prototype space
+    /// reaches in render space.
+    Mat4d round_trip_bound;
+    bool is_mirrored = false;    ///< negative determinant
+    bool is_invertible = false;  ///< an instance that is not cannot be hit
+};
+
+/// TriangleMeshes of the scene's shapes and of each prototype: what acceleration structures are
+/// built over. Does not refer to the scene after construction. Immutable, safe to share among
+/// threads.
+class GeometrySet {
+  public:
+    GeometrySet() = default;
+    /// Tessellates everything in parallel; the result does not depend on the number of threads.
+    explicit GeometrySet(const scene::Scene& scene, const TessellationOptions& options = {});
+
+    /// [shape of Scene::shapes], render space.
+    const std::vector<TriangleMesh>& shapes() const { return shapes_; }
+
+    /// [prototype][shape of the prototype], prototype space.
+    const std::vector<std::vector<TriangleMesh>>& prototypes() const { return prototypes_; }
+
+    /// [instance of Scene::instances].
+    const std::vector<InstanceTransform>& instances() const { return instances_; }
+
+    /// The mesh that was hit.
+    const TriangleMesh& mesh(const Hit& hit) const;
+
+    size_t triangle_count() const;  ///< stored ones, prototypes once
+    size_t bytes() const;
+
+  private:
+    std::vector<TriangleMesh> shapes_;
+    std::vector<std::vector<TriangleMesh>> prototypes_;
+    std::vector<InstanceTransform> instances_;
+};
+
+}  // namespace velatura::geometry

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "geometry/surface_point.h"
+
+#include "geometry/geometry_set.h"
+#include "geometry/triangle_mesh.h"
+#include "scene/scene.h"
+
+#include <cmath>
+
+namespace velatura::geometry {
+
+namespace {
+
+Vec3 cast(const Vec3d& v) {
+    return {float(v.x), float(v.y), float(v.z)};
+}
+
+Vec3d absolute(const Vec3d& v) {
+    return {std::abs(v.x), std::abs(v.y), std::abs(v.z)};
+}
+
+Mat4d absolute(const Mat4d& m) {
+    Mat4d out;
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j) out[i][j] = std::abs(m[i][j]);
+    return out;
+}
+
+/// Largest float error bound, rounded up so that the cast does not lose any.
+Vec3 cast_up(const Vec3d& v) {
+    const auto up = [](double x) {
+        const float y = float(x);
+        return double(y) < x ? next_float_up(y) : y;
+    };
+    return {up(v.x), up(v.y), up(v.z)};
+}
+
+/// Unit vector, or zero for a vector without a direction.
+Vec3d unit_or_zero(const Vec3d& v) {
+    const double length = std::sqrt(v.dot(v));
+    return length > 0.0 && std::isfinite(length) ? v / length : Vec3d(0.0);
+}
+
+/// ∂p/∂s and ∂p/∂t in shape space; false where st does not span the triangle.
+bool texture_derivatives(
+    const float st[3][4], const Vec3d& e1, const Vec3d& e2, Vec3d& dpds, Vec3d& dpdt) {
+    const double s1 = double(st[1][0]) - double(st[0][0]), t1 = double(st[1][1]) - double(st[0][1]);
+    const double s2 = double(st[2][0]) - double(st[0][0]), t2 = double(st[2][1]) - double(st[0][1]);
+    const double det = s1 * t2 - t1 * s2;
+    if (!(det != 0.0) || !std::isfinite(det)) return false;
+    const double sign = det < 0.0 ? -1.0 : 1.0;
+    dpds = (e1 * t2 - e2 * t1) * sign;
+    dpdt = (e2 * s1 - e1 * s2) * sign;
+    return true;
+}
+
+/// Texture coordinates of the normal map, else those of the mesh.
+scene::PrimvarId tangent_coordinates(const scene::Scene& scene,
+                                     scene::MaterialId material,
+                                     const TriangleMesh& mesh) {
+    if (material < scene.materials.size()) {
+        const scene::Input& normal = scene.materials[material].normal;
+        if (normal.source == scene::Input::Source::Texture &&
+            normal.texture < scene.textures.size()) {
+            const scene::PrimvarId st = scene.textures[normal.texture].st;
+            if (st != scene::none && mesh.has_primvar(st)) return st;
+        }
+    }
+    return mesh.texture_coordinates();
+}
+
+/// Sets ng, ns and the tangents from shape-space edges.
+void set_directions(SurfacePoint& point,
+                    const Vec3d& e1,
+                    const Vec3d& e2,
+                    const InstanceTransform* instance,
+                    scene::PrimvarId st) {
+    const TriangleMesh& mesh = *point.mesh;
+    const Mat4d forward = instance ? Mat4d(instance->render_from_prototype) : Mat4d();
+    const Mat3d normal_matrix = instance ? cofactor_matrix(forward) : Mat3d();
+    // Cofactors turn normals inside out under a mirror; covectors must stay outside
+    const double mirror = instance && instance->is_mirrored ? -1.0 : 1.0;
+    const double outside = mesh.flip_normals() ? -mirror : mirror;
+    const Vec3d ng = unit_or_zero(unit_or_zero(e1.cross(e2)) * normal_matrix) * outside;
+    point.ng = cast(ng);
+    if (ng == Vec3d(0.0)) point.ng = Vec3(0.0f, 0.0f, 1.0f);
+    Vec3d ns(0.0);
+    if (mesh.has_normals()) {
+        ns = mesh.normal(point.triangle, point.b1, point.b2);
+        ns = unit_or_zero(instance ? ns * normal_matrix : ns) * mirror;
+        if (ns.dot(ng) < 0.0) ns = -ns;
+    }
+    point.ns = ns == Vec3d(0.0) ? point.ng : cast(ns);
+    float corners[3][4];
+    Vec3d dpds(0.0), dpdt(0.0);
+    if (st != scene::none && mesh.primvar_corners(st, point.triangle, corners) &&
+        texture_derivatives(corners, e1, e2, dpds, dpdt)) {
+        dpds = unit_or_zero(transform_direction(dpds, forward));
+        dpdt = unit_or_zero(transform_direction(dpdt, forward));
+    }
+    // Tangents that are missing or stand along the normal say nothing
+    const bool is_usable = dpds.cross(Vec3d(point.ns)).length2() > 0.0 && dpdt != Vec3d(0.0);
+    const Frame frame = Frame::from_z(point.ns);
+    point.dpds = is_usable ? cast(dpds) : frame.x;
+    point.dpdt = is_usable ? cast(dpdt) : frame.y;
+}
+
+}  // namespace
+
+SurfacePoint make_surface_point(const scene::Scene& scene,
+                                const GeometrySet& geometry,
+                                const Ray&,
+                                const Hit& hit) {
+    SurfacePoint point;
+    const TriangleMesh& mesh = geometry.mesh(hit);
+    const InstanceTransform* instance =
+        hit.instance == scene::none ? nullptr : &geometry.instances()[hit.instance];
+    point.mesh = &mesh;
+    point.triangle = hit.triangle;
+    point.face = mesh.face(hit.triangle);
+    point.instance = hit.instance;
+    point.shape = hit.shape;
+    point.b1 = hit.b1;
+    point.b2 = hit.b2;
+    const scene::Shape& shape = instance ? scene.prototypes[instance->prototype].shapes[hit.shape]
+                                         : scene.shapes[hit.shape];
+    point.double_sided = shape.double_sided;
+    point.provenance = shape.provenance;
+    point.material = mesh.material(hit.triangle);
+    if (instance && scene.instances[hit.instance].material_override != scene::none)
+        point.material = scene.instances[hit.instance].material_override;
+
+    // Place the point on the triangle in double
+    const Vec3d p0(mesh.corner(hit.triangle, 0));
+    const Vec3d e1 = Vec3d(mesh.corner(hit.triangle, 1)) - p0;
+    const Vec3d e2 = Vec3d(mesh.corner(hit.triangle, 2)) - p0;
+    const double b1 = double(hit.b1), b2 = double(hit.b2);
+    const Vec3d p = p0 + e1 * b1 + e2 * b2;
+    // Count the double operations here and in traversal, then the cast
+    constexpr double double_error = 16.0 * 0x1p-53;
+    Vec3d error = (absolute(p0) + absolute(e1) + absolute(e2)) * double_error;
+    if (instance) {
+        const Mat4d forward(instance->render_from_prototype);
+        const Vec3d q = transform_point(p, forward);
+        error = transform_direction(error, absolute(forward));
+        error += transform_point(absolute(p), absolute(forward)) * double_error;
+        error += transform_point(absolute(q), instance->round_trip_bound) * double_error;
+        error += absolute(q) * double(gamma_bound(2));
+        point.p = cast(q);
+    } else {
+        error += absolute(p) * double(gamma_bound(2));
+        point.p = cast(p);
+    }
+    point.p_error = cast_up(error);
+    set_directions(point, e1, e2, instance, tangent_coordinates(scene, point.material, mesh));
+    return point;
+}
+
+bool primvar(const scene::Scene& scene,
+             const SurfacePoint& point,
+             scene::PrimvarId id,
+             float out[4]) {
+    if (id == scene::none || point.mesh == nullptr) return false;
+    if (point.mesh->primvar(id, point.triangle, point.b1, point.b2, out)) return true;
+    if (point.instance == scene::none) return false;
+    const scene::Instance& instance = scene.instances[point.instance];
+    if (!instance.display_color || scene.primvar_names[id] != scene::display_color_primvar)
+        return false;
+    for (int i = 0; i < 3; ++i) out[i] = (*instance.display_color)[i];
+    return true;
+}
+
+Vec3 offset_ray_origin(const SurfacePoint& point, const Vec3& w) {
+    const Vec3& n = point.ng;
+    const float distance = std::abs(n.x) * point.p_error.x + std::abs(n.y) * point.p_error.y +
+                           std::abs(n.z) * point.p_error.z;
+    Vec3 offset = n * distance;
+    if (w.dot(n) < 0.0f) offset = -offset;
+    Vec3 origin = point.p + offset;
+    for (int i = 0; i < 3; ++i) {
+        // Zero needs no step: the sum was exact, and the next float is not a length of this scene
+        if (origin[i] == 0.0f) continue;
+        if (offset[i] > 0.0f)
+            origin[i] = next_float_up(origin[i]);
+        else if (offset[i] < 0.0f)
+            origin[i] = next_float_down(origin[i]);
+    }
+    return origin;
+}
+
+Ray spawn_ray(const SurfacePoint& point, const Vec3& d) {
+    return {offset_ray_origin(point, d), d};
+}
+
+Ray spawn_ray_to(const SurfacePoint& point, const Vec3& p1) {
+    const Vec3 origin = offset_ray_origin(point, p1 - point.p);
+    return {origin, p1 - origin, 1.0f};
+}
+
+Ray spawn_ray_to(const SurfacePoint& p0, const SurfacePoint& p1) {
+    return spawn_ray_to(p0, offset_ray_origin(p1, p0.p - p1.p));
+}
+
+}  // namespace velatura::geometry

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/math.h"
+#include "scene/ids.h"
+
+#include <cstdint>
+#include <limits>
+
+namespace velatura::scene {
+struct Scene;
+}
+
+namespace velatura::geometry {
+
+class TriangleMesh;
+class GeometrySet;
+
+/// A ray in render space: points o + t·d for 0 < t < t_max. d need not be unit; t is in multiples
+/// of |d|.
+struct Ray {
+    Vec3 o;
+    Vec3 d;
+    float t_max = std::numeric_limits<float>::infinity();
+};
+
+/// Where a ray meets a triangle, as traversal reports it.
+struct Hit {
+    float t = std::numeric_limits<float>::infinity();
+    float b1 = 0, b2 = 0;  ///< barycentric weights of the triangle's second and third corner
+    uint32_t instance = scene::none;  ///< index into Scene::instances; none = placed directly
+    uint32_t shape = scene::none;     ///< index into the prototype's or the scene's shapes
+    uint32_t triangle = scene::none;  ///< index into the shape's TriangleMesh
+
+    bool is_valid() const { return triangle != scene::none; }
+};
+
+/// A surface where light scatters, in render space. All vectors unit.
+struct SurfacePoint {
+    Vec3 p;
+    Vec3 p_error;  ///< absolute bound of the rounding error of p, per axis
+    Vec3 ng;       ///< geometric normal, on the outside by orientation
+    Vec3 ns;       ///< interpolated normal, in the hemisphere of ng
+    Vec3 dpds;     ///< tangent: ∂p/∂s of the texture coordinates in use, or any direction
+                   ///< perpendicular to ns
+    Vec3 dpdt;     ///< ∂p/∂t, not made perpendicular
+    float b1 = 0, b2 = 0;
+    const TriangleMesh* mesh = nullptr;
+    uint32_t triangle = 0;
+    uint32_t face = 0;  ///< authored polygon
+    scene::MaterialId material = scene::none;
+    uint32_t instance = scene::none;
+    uint32_t shape = scene::none;
+    bool double_sided = false;
+    scene::ProvenanceId provenance = scene::none;
+};
+
+/// The surface at a valid hit of a ray. p comes from the barycentric weights, not from t, in
+/// double, and is rounded once; p_error bounds that rounding and, for instances, that of carrying a
+/// ray into prototype space. ng follows winding, flip_normals and mirroring; ns is ng where the
+/// mesh is faceted. Tangents follow the texture coordinates of the material's normal map, else
+/// those of the mesh. Ref: Pharr, Jakob, Humphreys 2023, "Physically Based Rendering" 4th ed.,
+/// section 6.8.
+SurfacePoint make_surface_point(const scene::Scene& scene,
+                                const GeometrySet& geometry,
+                                const Ray& ray,
+                                const Hit& hit);
+
+/// Primvar at the point: the mesh's own, else for displayColor that of the instance.
+/// Writes the floats that the primvar has and leaves the rest of `out` alone; false when there is
+/// none.
+bool primvar(const scene::Scene& scene,
+             const SurfacePoint& point,
+             scene::PrimvarId id,
+             float out[4]);
+
+/// Point beside the surface, on the side to which w points, from which a ray along w cannot meet
+/// the surface again. Moves along ng by the error bound and then outward to the next float; no
+/// constant distance is involved. Ref: Pharr et al. 2023, section 6.8.6.
+Vec3 offset_ray_origin(const SurfacePoint& point, const Vec3& w);
+
+/// Ray that leaves the surface along d.
+Ray spawn_ray(const SurfacePoint& point, const Vec3& d);
+
+/// Ray from a surface towards p1 (render space): p1 is at t = 1 = t_max.
+Ray spawn_ray_to(const SurfacePoint& point, const Vec3& p1);
+
+/// Ray between two surfaces that meets neither; t_max = 1.
+Ray spawn_ray_to(const SurfacePoint& p0, const SurfacePoint& p1);
+
+}  // namespace velatura::geometry

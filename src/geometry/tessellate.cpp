@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "geometry/tessellate.h"
+
+#include "geometry/gprims.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace velatura::geometry {
+
+namespace {
+
+bool needs_corners(const scene::Mesh& mesh) {
+    if (!mesh.normals.empty() && mesh.normal_interpolation == scene::Interpolation::FaceVarying)
+        return true;
+    return std::any_of(mesh.primvars.begin(), mesh.primvars.end(), [](const scene::Primvar& p) {
+        return p.interpolation == scene::Interpolation::FaceVarying;
+    });
+}
+
+/// Cuts the polygons of the mesh into triangles.
+void triangulate(const scene::Mesh& mesh, TriangleMeshData& data) {
+    const bool wants_corners = needs_corners(mesh);
+    const bool all_triangles =
+        std::all_of(mesh.face_vertex_counts.begin(), mesh.face_vertex_counts.end(),
+                    [](uint32_t count) { return count == 3; });
+    std::vector<Vec3> polygon;
+    std::vector<std::array<uint32_t, 3>> pieces;
+    bool is_identity = all_triangles;
+    size_t first = 0;
+    for (size_t face = 0; face < mesh.face_vertex_counts.size(); ++face) {
+        const size_t count = mesh.face_vertex_counts[face];
+        polygon.clear();
+        for (size_t i = 0; i < count; ++i)
+            polygon.push_back(mesh.points[mesh.face_vertex_indices[first + i]]);
+        pieces.clear();
+        triangulate_polygon(polygon, pieces);
+        for (const auto& piece : pieces) {
+            // Without an area there is nothing to hit
+            const Vec3 &a = polygon[piece[0]], &b = polygon[piece[1]], &c = polygon[piece[2]];
+            if (a == b || b == c || c == a) {
+                is_identity = false;
+                continue;
+            }
+            std::array<uint32_t, 3> vertices{}, corners{};
+            for (size_t k = 0; k < 3; ++k) {
+                corners[k] = uint32_t(first + piece[k]);
+                vertices[k] = mesh.face_vertex_indices[corners[k]];
+            }
+            data.triangles.push_back(vertices);
+            data.faces.push_back(uint32_t(face));
+            if (wants_corners) data.corners.push_back(corners);
+        }
+        first += count;
+    }
+    if (is_identity) {
+        data.faces.clear();
+        data.corners.clear();
+    }
+    data.triangles.shrink_to_fit();
+    data.faces.shrink_to_fit();
+    data.corners.shrink_to_fit();
+}
+
+}  // namespace
+
+TriangleMesh make_triangle_mesh(const scene::Shape& shape, const TessellationOptions& options) {
+    TriangleMeshData data;
+    if (const auto* gprim = std::get_if<scene::Gprim>(&shape.geometry)) {
+        data = tessellate_gprim(*gprim, std::max(options.segments, 4));
+        data.primvars = gprim->primvars;
+    } else {
+        const auto& mesh = std::get<scene::Mesh>(shape.geometry);
+        data.positions = mesh.points;
+        data.face_materials = mesh.face_materials;
+        data.normals = mesh.normals;
+        data.normal_indices = mesh.normal_indices;
+        data.normal_interpolation = mesh.normal_interpolation;
+        data.primvars = mesh.primvars;
+        triangulate(mesh, data);
+    }
+    data.material = shape.material;
+    data.flip_normals = shape.flip_normals;
+    return TriangleMesh(std::move(data));
+}
+
+}  // namespace velatura::geometry

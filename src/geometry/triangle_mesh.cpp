@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "geometry/triangle_mesh.h"
+
+#include <utility>
+
+namespace velatura::geometry {
+
+namespace {
+
+template <class T>
+size_t vector_bytes(const std::vector<T>& v) {
+    return v.capacity() * sizeof(T);
+}
+
+}  // namespace
+
+TriangleMesh::TriangleMesh(TriangleMeshData data) : data_(std::move(data)) {
+    for (const auto& triangle : data_.triangles)
+        for (const uint32_t vertex : triangle) bounds_.extendBy(data_.positions[vertex]);
+}
+
+const scene::Primvar* TriangleMesh::find(scene::PrimvarId id) const {
+    for (const scene::Primvar& primvar : data_.primvars)
+        if (primvar.name == id) return &primvar;
+    return nullptr;
+}
+
+uint32_t TriangleMesh::element(scene::Interpolation interpolation, uint32_t triangle, int k) const {
+    switch (interpolation) {
+        case scene::Interpolation::Constant:
+            return 0;
+        case scene::Interpolation::Uniform:
+            return face(triangle);
+        case scene::Interpolation::Varying:
+        case scene::Interpolation::Vertex:
+            return data_.triangles[triangle][size_t(k)];
+        case scene::Interpolation::FaceVarying:
+            return data_.corners.empty() ? 3 * triangle + uint32_t(k)
+                                         : data_.corners[triangle][size_t(k)];
+    }
+    return 0;
+}
+
+Vec3d TriangleMesh::normal(uint32_t triangle, float b1, float b2) const {
+    if (data_.normals.empty()) return Vec3d(0.0);
+    const double weights[3] = {1.0 - double(b1) - double(b2), double(b1), double(b2)};
+    Vec3d n(0.0);
+    for (int k = 0; k < 3; ++k) {
+        size_t row = element(data_.normal_interpolation, triangle, k);
+        if (!data_.normal_indices.empty()) {
+            if (row >= data_.normal_indices.size()) return Vec3d(0.0);
+            row = data_.normal_indices[row];
+        }
+        if (row >= data_.normals.size()) return Vec3d(0.0);
+        // Authored lengths do not weigh: every corner's normal counts as a direction
+        const Vec3d corner_normal(data_.normals[row]);
+        const double length = corner_normal.length();
+        if (length > 0.0) n += corner_normal * (weights[k] / length);
+    }
+    return n;
+}
+
+bool TriangleMesh::primvar_corners(scene::PrimvarId id, uint32_t triangle, float out[3][4]) const {
+    const scene::Primvar* primvar = find(id);
+    if (primvar == nullptr) return false;
+    const size_t width = primvar->width;
+    for (int k = 0; k < 3; ++k) {
+        size_t row = element(primvar->interpolation, triangle, k);
+        if (!primvar->indices.empty()) {
+            if (row >= primvar->indices.size()) return false;
+            row = primvar->indices[row];
+        }
+        if ((row + 1) * width > primvar->values.size()) return false;
+        for (size_t i = 0; i < width; ++i) out[k][i] = primvar->values[row * width + i];
+    }
+    return true;
+}
+
+bool TriangleMesh::primvar(
+    scene::PrimvarId id, uint32_t triangle, float b1, float b2, float out[4]) const {
+    const scene::Primvar* primvar = find(id);
+    if (primvar == nullptr) return false;
+    float rows[3][4];
+    if (!primvar_corners(id, triangle, rows)) return false;
+    const bool is_flat = primvar->interpolation == scene::Interpolation::Constant ||
+                         primvar->interpolation == scene::Interpolation::Uniform;
+    for (size_t i = 0; i < primvar->width; ++i) {
+        // Differences against corner 0: equal corners interpolate to themselves exactly
+        out[i] = is_flat
+                     ? rows[0][i]
+                     : rows[0][i] + b1 * (rows[1][i] - rows[0][i]) + b2 * (rows[2][i] - rows[0][i]);
+    }
+    return true;
+}
+
+size_t TriangleMesh::bytes() const {
+    size_t total = sizeof(*this) + vector_bytes(data_.positions) + vector_bytes(data_.triangles) +
+                   vector_bytes(data_.faces) + vector_bytes(data_.corners) +
+                   vector_bytes(data_.face_materials) + vector_bytes(data_.normals) +
+                   vector_bytes(data_.normal_indices) + vector_bytes(data_.primvars);
+    for (const scene::Primvar& primvar : data_.primvars)
+        total += vector_bytes(primvar.values) + vector_bytes(primvar.indices);
+    return total;
+}
+
+}  // namespace velatura::geometry

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/math.h"
+#include "scene/mesh.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace velatura::geometry {
+
+/// The parts of a TriangleMesh; see make_triangle_mesh (tessellate.h), which fills them.
+struct TriangleMeshData {
+    std::vector<Vec3> positions;  ///< [vertex], shape space
+    std::vector<std::array<uint32_t, 3>>
+        triangles;                                  ///< [triangle] vertex indices, authored winding
+    std::vector<uint32_t> faces;                    ///< [triangle] authored face; empty = identity
+    std::vector<std::array<uint32_t, 3>> corners;   ///< [triangle] authored corners; empty = none
+                                                    ///< asked for by a face-varying primvar
+    std::vector<scene::MaterialId> face_materials;  ///< [face]; empty = `material` everywhere
+    scene::MaterialId material = scene::none;
+    std::vector<Vec3> normals;             ///< rows; empty = faceted
+    std::vector<uint32_t> normal_indices;  ///< as scene::Primvar::indices
+    scene::Interpolation normal_interpolation = scene::Interpolation::Vertex;
+    std::vector<scene::Primvar> primvars;
+    bool flip_normals = false;
+};
+
+/// Triangles of one shape, in shape space: what accel builds over and what shading reads. No
+/// triangle has two equal corners. Immutable but for the choice of texture coordinates.
+class TriangleMesh {
+  public:
+    TriangleMesh() = default;
+    explicit TriangleMesh(TriangleMeshData data);
+
+    size_t triangle_count() const { return data_.triangles.size(); }
+
+    std::span<const Vec3> positions() const { return data_.positions; }
+
+    std::span<const std::array<uint32_t, 3>> triangles() const { return data_.triangles; }
+
+    const std::array<uint32_t, 3>& vertices(uint32_t triangle) const {
+        return data_.triangles[triangle];
+    }
+
+    /// Corner k of the triangle: weight 1 − b1 − b2, b1, b2 for k = 0, 1, 2.
+    const Vec3& corner(uint32_t triangle, int k) const {
+        return data_.positions[data_.triangles[triangle][size_t(k)]];
+    }
+
+    /// Authored polygon that the triangle is a piece of.
+    uint32_t face(uint32_t triangle) const {
+        return data_.faces.empty() ? triangle : data_.faces[triangle];
+    }
+
+    scene::MaterialId material(uint32_t triangle) const {
+        return data_.face_materials.empty() ? data_.material : data_.face_materials[face(triangle)];
+    }
+
+    /// Whether the outside is on the side from which the corners run clockwise.
+    bool flip_normals() const { return data_.flip_normals; }
+
+    bool has_normals() const { return !data_.normals.empty(); }
+
+    /// Interpolated shading normal in shape space, not normalised; zero when the mesh is faceted.
+    Vec3d normal(uint32_t triangle, float b1, float b2) const;
+
+    bool has_primvar(scene::PrimvarId id) const { return find(id) != nullptr; }
+
+    /// Interpolates a primvar; writes its `width` floats and leaves the rest of `out` alone.
+    /// Returns: false when the mesh has no such primvar or its numbers do not reach this triangle.
+    bool primvar(scene::PrimvarId id, uint32_t triangle, float b1, float b2, float out[4]) const;
+
+    /// Rows of the primvar at the three corners; false as above.
+    bool primvar_corners(scene::PrimvarId id, uint32_t triangle, float out[3][4]) const;
+
+    /// Texture coordinates that tangents follow when the material does not name others.
+    scene::PrimvarId texture_coordinates() const { return texture_coordinates_; }
+
+    void set_texture_coordinates(scene::PrimvarId id) { texture_coordinates_ = id; }
+
+    /// Box of the vertices that triangles use, shape space; empty without triangles.
+    const Box3& bounds() const { return bounds_; }
+
+    std::span<const scene::Primvar> primvars() const { return data_.primvars; }
+
+    size_t bytes() const;
+
+  private:
+    const scene::Primvar* find(scene::PrimvarId id) const;
+    uint32_t element(scene::Interpolation interpolation, uint32_t triangle, int k) const;
+
+    TriangleMeshData data_;
+    Box3 bounds_;
+    scene::PrimvarId texture_coordinates_ = scene::none;
+};
+
+}  // namespace velatura::geometry

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "base/math.h"
+#include "scene/ids.h"
+
+namespace velatura::scene {
+
+/// A UsdGeomCamera after aperture conforming, in scene units. Camera space: −Z view, +Y up.
+struct Camera {
+    enum class Projection : uint8_t { Perspective, Orthographic };
+    std::string name;  ///< prim path
+    Projection projection = Projection::Perspective;
+    /// Rotation (and scale, normally 1) from camera space to render space; the camera's position is the render-space
+    /// origin, hence no translation.
+    Mat4d render_from_camera;
+    /// Image window for the whole picture: at distance 1 for perspective, in scene units for orthographic.
+    double window_left = -1, window_right = 1, window_bottom = -1, window_top = 1;
+    double lens_radius = 0;     ///< scene units; 0 = pinhole
+    double focus_distance = 0;  ///< scene units
+    double clip_near = 0, clip_far = 0;  ///< along −Z, scene units; far 0 = infinite
+    double exposure_scale = 1;  ///< multiplies radiance: 2^exposure
+    Vec3d world_position = Vec3d(0.0);  ///< what was subtracted to reach render space
+    ProvenanceId provenance = none;
+};
+
+}  // namespace velatura::scene

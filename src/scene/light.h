@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/math.h"
+#include "scene/ids.h"
+
+namespace velatura::scene {
+
+enum class LightKind : uint8_t { Distant, Dome, Rect, Disk, Sphere, Cylinder };
+
+enum class DomeFormat : uint8_t { Automatic, LatLong, MirroredBall, Angular, CubeMapVerticalCross };
+
+/// UsdLuxShapingAPI; angle >= 90 with focus 0 shapes nothing.
+struct Shaping {
+    float cone_angle_deg = 90.0f;  ///< half angle off the axis −Z of light space
+    float cone_softness = 0.0f;    ///< [0, 1]
+    float focus = 0.0f;
+    Rgb focus_tint = Rgb(0.0f);
+    bool is_active = false;
+};
+
+/// A UsdLux light. Light space is the prim's own space; sizes are in it, the affine transform deforms the shape.
+/// Light shapes emit, they do not block other light (docs/adr: light shapes are non-occluding emitters).
+struct Light {
+    LightKind kind = LightKind::Sphere;
+    std::string name;  ///< prim path
+    GroupId group = 0;
+    /// Emitted radiance before texture and shaping: colour × blackbody × intensity × 2^exposure, divided by the
+    /// world-space size where `normalize` is on. For a Distant light of angle 0: irradiance on a facing surface.
+    Rgb Le = Rgb(1.0f);
+    Mat4d render_from_light;
+    float width = 1.0f, height = 1.0f;  ///< Rect: x, y
+    float radius = 0.5f;                ///< Disk, Sphere, Cylinder
+    float length = 1.0f;                ///< Cylinder, along x
+    float angle_deg = 0.53f;            ///< Distant: full apex angle
+    Shaping shaping;
+    std::string texture_file;           ///< Rect, Dome: resolved path; empty = none
+    DomeFormat dome_format = DomeFormat::Automatic;
+    float diffuse_multiplier = 1.0f, specular_multiplier = 1.0f;
+    bool is_camera_visible = true;
+    ProvenanceId provenance = none;
+};
+
+/// One row of the light mixer.
+struct LightGroup {
+    std::string name;                ///< [A-Za-z0-9]+, unique
+    std::vector<std::string> prims;  ///< prim paths of its lights
+    bool is_environment = false;     ///< every light of it is a dome: part of the alias `env`
+};
+
+}  // namespace velatura::scene

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <variant>
+#include <vector>
+
+#include "base/math.h"
+#include "scene/ids.h"
+
+namespace velatura::scene {
+
+/// UsdGeomPrimvar interpolation; Vertex and Varying differ only under subdivision.
+enum class Interpolation : uint8_t { Constant, Uniform, Varying, Vertex, FaceVarying };
+
+enum class SubdivisionScheme : uint8_t { None, CatmullClark, Loop, Bilinear };
+
+/// Numbers carried by a mesh. `values` holds rows of `width` floats; row i belongs to element i, or to element e with
+/// indices[e] == i when `indices` is not empty.
+struct Primvar {
+    PrimvarId name = none;
+    Interpolation interpolation = Interpolation::Constant;
+    uint8_t width = 1;             ///< floats per row: 1, 2, 3 or 4
+    std::vector<float> values;     ///< [row][width]
+    std::vector<uint32_t> indices; ///< [element]; empty = identity
+};
+
+/// Polygons as authored, in shape space. Indices are valid, counts >= 3 and finite points are promised by `translate`,
+/// which drops what is broken with a warning.
+struct Mesh {
+    std::vector<Vec3> points;                  ///< [vertex]
+    std::vector<uint32_t> face_vertex_counts;  ///< [face]
+    std::vector<uint32_t> face_vertex_indices; ///< [corner]
+    std::vector<MaterialId> face_materials;    ///< [face]; empty = Shape::material everywhere
+    std::vector<Vec3> normals;                 ///< rows, unit not promised; empty = faceted
+    std::vector<uint32_t> normal_indices;      ///< as Primvar::indices
+    Interpolation normal_interpolation = Interpolation::Vertex;
+    std::vector<Primvar> primvars;             ///< st, displayColor, …
+    SubdivisionScheme subdivision = SubdivisionScheme::None;
+};
+
+/// Quadrics in their own space, axis Z; `shape_from_gprim` carries axis, transform and everything affine.
+/// Sizes are those of the UsdGeom gprims (Cube: edge; Cylinder, Cone, Capsule: height without caps, radius).
+struct Gprim {
+    enum class Kind : uint8_t { Sphere, Cube, Cylinder, Cone, Capsule, Plane };
+    Kind kind = Kind::Sphere;
+    double radius = 1.0;
+    double height = 2.0;
+    double size = 2.0;    ///< Cube
+    double width = 2.0;   ///< Plane: along x
+    double length = 2.0;  ///< Plane: along y
+    Mat4d shape_from_gprim;  ///< into shape space, in double
+    std::vector<Primvar> primvars;  ///< constant ones only
+};
+
+/// Geometry with what a ray hit needs to know about it. Shape space is render space for shapes placed directly, and the
+/// space of the prototype for shapes of a prototype.
+struct Shape {
+    std::variant<Mesh, Gprim> geometry;
+    MaterialId material = none;  ///< none = displayColor / displayOpacity material
+    bool flip_normals = false;   ///< geometric normal against the winding: leftHanded xor mirrored shape transform
+    bool double_sided = false;
+    ProvenanceId provenance = none;
+};
+
+}  // namespace velatura::scene

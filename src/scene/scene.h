@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/math.h"
+#include "base/source_loc.h"
+#include "scene/camera.h"
+#include "scene/ids.h"
+#include "scene/light.h"
+#include "scene/material.h"
+#include "scene/mesh.h"
+#include "scene/render_settings.h"
+#include "scene/texture.h"
+
+namespace velatura::scene {
+
+/// Where a thing of the scene came from.
+struct Provenance {
+    std::string prim_path;
+    SourceLoc loc;
+};
+
+/// Shapes that are placed together many times.
+struct Prototype {
+    std::string name;
+    std::vector<Shape> shapes;  ///< in prototype space
+};
+
+/// One placement of a prototype. Nested instancing is resolved to leaves by `translate`.
+struct Instance {
+    uint32_t prototype = 0;
+    Mat4 render_from_prototype;           ///< camera-centred, cast from double
+    MaterialId material_override = none;
+    std::optional<Rgb> display_color;     ///< per-instance constant primvar of a point instancer
+    ProvenanceId provenance = none;
+};
+
+/// Everything one frame needs. Shapes of `shapes` are in render space; those of prototypes in prototype space.
+struct Scene {
+    std::vector<Shape> shapes;
+    std::vector<Prototype> prototypes;
+    std::vector<Instance> instances;
+    std::vector<Material> materials;
+    std::vector<Texture> textures;
+    std::vector<std::string> primvar_names;
+    std::vector<Light> lights;
+    /// Rows of the light mixer; the last one is always `emissive` (emission of surfaces).
+    std::vector<LightGroup> groups;
+    Camera camera;
+    RenderSettings settings;
+    std::vector<Provenance> provenance;
+    double meters_per_unit = 0.01;
+    double frames_per_second = 24.0;
+
+    GroupId emissive_group() const { return GroupId(groups.size() - 1); }
+};
+
+/// Id of the primvar name, interned on first use.
+PrimvarId intern_primvar(Scene& scene, std::string_view name);
+
+/// Id of the name, or none when no mesh or material mentions it.
+PrimvarId find_primvar(const Scene& scene, std::string_view name);
+
+/// "displayColor" and "displayOpacity" feed the material of shapes without one.
+inline constexpr std::string_view display_color_primvar = "displayColor";
+inline constexpr std::string_view display_opacity_primvar = "displayOpacity";
+
+}  // namespace velatura::scene

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "translate/parts.h"
+#include "translate/values.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace velatura::translate {
+
+namespace {
+
+struct Aperture {
+    double width = 20.955, height = 15.2908;  ///< tenths of scene units
+};
+
+/// Fits the aperture to the picture, or for adjustPixelAspectRatio the pixels to the aperture.
+/// Ref: UsdRenderSettingsBase aspectRatioConformPolicy (USD.md §5d).
+Aperture conform(Context& ctx, const Aperture& authored) {
+    scene::RenderSettings& settings = ctx.scene.settings;
+    const double image = settings.pixel_aspect_ratio * settings.width / settings.height;
+    const bool is_wider = authored.width > authored.height * image;
+    const Aperture by_height{authored.height * image, authored.height};
+    const Aperture by_width{authored.width, authored.width / image};
+    const std::string& policy = settings.aspect_conform;
+    if (policy == "cropAperture") return is_wider ? by_height : by_width;
+    if (policy == "adjustApertureWidth") return by_height;
+    if (policy == "adjustApertureHeight") return by_width;
+    if (policy == "adjustPixelAspectRatio") {
+        settings.pixel_aspect_ratio =
+            authored.width / authored.height * settings.height / settings.width;
+        return authored;
+    }
+    if (policy != "expandAperture") {
+        ctx.diagnostics.warn("unknown-conform-policy", {}, settings.name,
+                             fmt::format("aspectRatioConformPolicy {} is unknown, expandAperture "
+                                         "is used",
+                                         policy));
+    }
+    return is_wider ? by_width : by_height;
+}
+
+/// Number of the camera, the fallback with a warning when it is not positive.
+double positive(Context& ctx, Prim prim, std::string_view name, double fallback) {
+    const Attribute attribute = prim.attribute(name);
+    const double v = read_number(attribute, fallback, ctx.time);
+    if (v > 0.0 && std::isfinite(v)) return v;
+    ctx.warn("bad-camera-value", attribute, fmt::format("{} is {}, {} is used", name, v, fallback));
+    return fallback;
+}
+
+void read_lens(Context& ctx, Prim prim, double focal_length, scene::Camera& camera) {
+    const double f_stop = read_number(prim.attribute("fStop"), 0.0, ctx.time);
+    const double focus = read_number(prim.attribute("focusDistance"), 0.0, ctx.time);
+    if (!(f_stop > 0.0) || ctx.scene.settings.disable_depth_of_field) return;
+    if (!(focus > 0.0)) {
+        ctx.warn("no-focus-distance", prim.attribute("fStop"),
+                 "fStop without a positive focusDistance, everything is in focus");
+        return;
+    }
+    // Focal length is in tenths of scene units, the lens in scene units
+    camera.lens_radius = 0.1 * focal_length / (2 * f_stop);
+    camera.focus_distance = focus;
+}
+
+void warn_camera_features(Context& ctx, Prim prim) {
+    const double open = read_number(prim.attribute("shutter:open"), 0.0, ctx.time);
+    const double close = read_number(prim.attribute("shutter:close"), 0.0, ctx.time);
+    if (close != open && !ctx.scene.settings.disable_motion_blur) {
+        ctx.warn("unsupported-motion-blur", prim.attribute("shutter:close"),
+                 fmt::format("shutter {} to {}: motion blur is not supported, the picture shows "
+                             "the frame's instant",
+                             open, close));
+    }
+    if (prim.attribute("clippingPlanes").value(ctx.time).array_size() > 0) {
+        ctx.warn("unsupported-clipping-planes", prim.attribute("clippingPlanes"),
+                 "clippingPlanes are not supported, nothing is cut");
+    }
+    for (const char* name :
+         {"exposure:iso", "exposure:time", "exposure:fStop", "exposure:responsivity"}) {
+        const Attribute attribute = prim.attribute(name);
+        if (attribute.has_authored_value()) {
+            ctx.warn("unsupported-camera-exposure", attribute,
+                     fmt::format("{} is not supported, only exposure counts", name));
+        }
+    }
+}
+
+}  // namespace
+
+Result<scene::Camera> read_camera(Context& ctx, Prim prim) {
+    scene::Camera camera;
+    camera.name = prim.path_string();
+    camera.provenance = ctx.provenance(prim);
+    const Mat4d world = world_matrix(prim, ctx.time);
+    if (!is_finite(world) || determinant3(world) == 0.0) {
+        return Error{"bad-camera",
+                     fmt::format("camera <{}> has a singular or infinite transform", camera.name)};
+    }
+    camera.world_position = {world[3][0], world[3][1], world[3][2]};
+    camera.render_from_camera = relative_to(world, camera.world_position);
+
+    const std::string projection = read_text(prim.attribute("projection"), "perspective", ctx.time);
+    const bool is_ortho = projection == "orthographic";
+    if (is_ortho) camera.projection = scene::Camera::Projection::Orthographic;
+    const Aperture aperture = conform(ctx, {positive(ctx, prim, "horizontalAperture", 20.955),
+                                            positive(ctx, prim, "verticalAperture", 15.2908)});
+    const double offset_x = read_number(prim.attribute("horizontalApertureOffset"), 0.0, ctx.time);
+    const double offset_y = read_number(prim.attribute("verticalApertureOffset"), 0.0, ctx.time);
+    const double focal = positive(ctx, prim, "focalLength", 50.0);
+    // Tenths of scene units cancel in a perspective window
+    const double unit = is_ortho ? 0.1 : 1.0 / focal;
+    camera.window_left = (offset_x - aperture.width / 2) * unit;
+    camera.window_right = (offset_x + aperture.width / 2) * unit;
+    camera.window_bottom = (offset_y - aperture.height / 2) * unit;
+    camera.window_top = (offset_y + aperture.height / 2) * unit;
+    read_lens(ctx, prim, focal, camera);
+
+    if (const auto range = read_vector(prim.attribute("clippingRange"), 2, ctx.time)) {
+        camera.clip_near = (*range)[0];
+        camera.clip_far = (*range)[1];
+    } else {
+        camera.clip_near = 1.0;
+        camera.clip_far = 1e6;
+    }
+    if (!(camera.clip_far > camera.clip_near)) {
+        ctx.warn("bad-camera-value", prim.attribute("clippingRange"),
+                 fmt::format("clippingRange ({}, {}) is empty, nothing is clipped",
+                             camera.clip_near, camera.clip_far));
+        camera.clip_near = camera.clip_far = 0.0;
+    }
+    camera.exposure_scale = std::exp2(read_number(prim.attribute("exposure"), 0.0, ctx.time));
+    warn_camera_features(ctx, prim);
+    return camera;
+}
+
+scene::Camera framing_camera(Context& ctx, const Box3d& world_bounds) {
+    scene::Camera camera;
+    const Aperture aperture = conform(ctx, {});
+    camera.window_right = aperture.width / 2 / 50.0;
+    camera.window_top = aperture.height / 2 / 50.0;
+    camera.window_left = -camera.window_right;
+    camera.window_bottom = -camera.window_top;
+    const bool is_empty = world_bounds.isEmpty();
+    const Vec3d centre = is_empty ? Vec3d(0.0) : (world_bounds.min + world_bounds.max) / 2;
+    double radius = is_empty ? 1.0 : (world_bounds.max - world_bounds.min).length() / 2;
+    if (!(radius > 0.0)) radius = 1.0;
+    // Far enough for the sphere around the box to touch the narrower side of the picture
+    const double half_window = std::min(camera.window_right, camera.window_top);
+    const double distance = radius * std::sqrt(1 + half_window * half_window) / half_window;
+    const bool is_z_up = ctx.stage.up_axis() == "Z";
+    const Vec3d up = is_z_up ? Vec3d(0, 0, 1) : Vec3d(0, 1, 0);
+    const Vec3d back = (is_z_up ? Vec3d(0.5, -1, 0.4) : Vec3d(0.5, 0.4, 1)).normalized();
+    const Vec3d right = up.cross(back).normalized();
+    const Vec3d above = back.cross(right);
+    const Vec3d rows[3] = {right, above, back};
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) camera.render_from_camera[i][j] = rows[i][j];
+    camera.world_position = centre + back * distance;
+    return camera;
+}
+
+}  // namespace velatura::translate

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/diagnostics.h"
+#include "base/math.h"
+#include "scene/scene.h"
+#include "translate/translate.h"
+#include "usd/stage/stage.h"
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+namespace velatura::translate {
+
+using usd::stage::Attribute;
+using usd::stage::Prim;
+using usd::stage::Relationship;
+using usd::stage::TimeCode;
+
+/// A light prim and its transform into the space of what holds it.
+struct LightSite {
+    Prim prim;
+    Mat4d matrix;
+};
+
+struct Placeable;
+
+/// One placement of a prototype, in the space of what holds it.
+struct Placement {
+    Placeable* what = nullptr;
+    Mat4d matrix;
+    std::optional<Rgb> display_color;
+    scene::ProvenanceId provenance = scene::none;
+};
+
+/// What a walk through the namespace collects: the whole stage, or a prototype that is placed many
+/// times.
+struct Placeable {
+    std::string name;
+    std::vector<scene::Shape> shapes;   ///< in the space of this placeable
+    std::vector<Placement> placements;  ///< nested ones
+    std::vector<LightSite> lights;
+    uint32_t prototype = scene::none;  ///< index into Scene::prototypes once `shapes` moved there
+    bool is_being_built = false;       ///< guards against prototypes that hold themselves
+    bool is_stage = false;             ///< the whole stage, not a prototype
+    Vec3d origin = Vec3d(0.0);         ///< subtracted from the translation of every matrix
+};
+
+/// A material that was translated, and the primvars that it reads.
+struct MaterialEntry {
+    scene::MaterialId id = scene::none;
+    std::vector<std::string> primvars;
+    bool is_emissive = false;
+};
+
+/// State of one translation.
+struct Context {
+    const usd::stage::Stage& stage;
+    const TranslateOptions& options;
+    Diagnostics& diagnostics;
+    TimeCode time;
+    scene::Scene scene;
+    Vec3d origin = Vec3d(0.0);  ///< world position of render space's origin
+    std::string material_purpose = "full";
+    std::unordered_set<std::string> purposes;
+    std::unordered_set<std::string> wanted_primvars;  ///< beside those that materials read
+    std::unordered_map<std::string, MaterialEntry> materials;
+    std::unordered_map<std::string, scene::TextureId> textures;
+    std::unordered_map<std::string, std::unique_ptr<Placeable>> placeables;
+    std::unordered_map<std::string, scene::GroupId> light_groups;
+    std::unordered_map<std::string, size_t> subdivided;  ///< scheme → meshes
+    std::string first_subdivided;
+    SourceLoc first_subdivided_loc;
+    bool has_emissive_material = false;
+    bool instance_cap_hit = false;
+
+    void warn(std::string code, Prim prim, std::string message) {
+        diagnostics.warn(std::move(code), prim.loc(), prim.path_string(), std::move(message));
+    }
+
+    void warn(std::string code, const Attribute& attribute, std::string message) {
+        diagnostics.warn(std::move(code), attribute.loc(), attribute.prim().path_string(),
+                         std::move(message));
+    }
+
+    void note(std::string code, Prim prim, std::string message) {
+        diagnostics.note(std::move(code), prim.loc(), prim.path_string(), std::move(message));
+    }
+
+    scene::ProvenanceId provenance(Prim prim) {
+        scene.provenance.push_back({prim.path_string(), prim.loc()});
+        return scene::ProvenanceId(scene.provenance.size() - 1);
+    }
+};
+
+}  // namespace velatura::translate

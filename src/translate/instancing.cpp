@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/hash.h"
+#include "translate/parts.h"
+#include "translate/values.h"
+#include "usd/stage/imageable.h"
+#include "usd/stage/material_binding.h"
+#include "usd/stage/primvars.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <unordered_set>
+
+namespace velatura::translate {
+
+namespace {
+
+/// What an instance hands down to its prototype's prims: two instances share geometry only if this
+/// is the same.
+std::string inherited_signature(Context& ctx, Prim instance) {
+    std::string signature = "|" + usd::stage::computed_purpose(instance);
+    const auto binding = usd::stage::resolve_material(instance, ctx.material_purpose);
+    if (binding.is_bound()) {
+        signature += "|" + (binding.material ? binding.material.path_string() : "no material");
+        const auto strength = binding.relation.metadata("bindMaterialAs");
+        if (strength) {
+            if (const auto* token = strength->get_if<usd::layer::Token>())
+                signature += "|" + token->str();
+        }
+    }
+    for (Prim prim = instance; prim && !prim.is_pseudo_root(); prim = prim.parent()) {
+        // Collections may pick out prims below one instance and not below another
+        for (const auto& name : prim.property_names())
+            if (name.str().rfind("material:binding:collection", 0) == 0)
+                return signature + "|" + instance.path_string();
+    }
+    for (const auto& primvar : usd::stage::find_primvars(instance)) {
+        if (primvar.interpolation != usd::stage::Interpolation::Constant) continue;
+        std::vector<double> rows;
+        int width = 0;
+        read_rows(primvar.attribute.value(ctx.time), rows, width);
+        uint64_t hash = uint64_t(width);
+        for (const double v : rows) hash = hash_combine(hash, std::bit_cast<uint64_t>(v));
+        signature += fmt::format("|{}={:x}", primvar.name, hash);
+    }
+    return signature;
+}
+
+/// The placeable under a key, and whether it is new.
+std::pair<Placeable*, bool> placeable_of(Context& ctx, const std::string& key) {
+    auto& slot = ctx.placeables[key];
+    const bool is_new = !slot;
+    if (is_new) slot = std::make_unique<Placeable>();
+    return {slot.get(), is_new};
+}
+
+struct InstancerArrays {
+    std::vector<int64_t> prototype_indices, ids;
+    std::vector<double> positions, scales, orientations;
+    std::unordered_set<int64_t> hidden_ids;
+};
+
+/// Rows of an array attribute; empty with a warning when their number is not that of the instances.
+std::vector<double> read_array(
+    Context& ctx, Prim prim, const char* name, int wanted_width, size_t instances) {
+    std::vector<double> rows;
+    int width = 0;
+    const Attribute attribute = prim.attribute(name);
+    if (!read_rows(attribute.value(ctx.time), rows, width) || rows.empty()) return {};
+    if (width == wanted_width && rows.size() == instances * size_t(width)) return rows;
+    ctx.warn("bad-instancer", attribute,
+             fmt::format("{} has {} elements, expected {}; they are left out", name,
+                         rows.size() / size_t(width), instances));
+    return {};
+}
+
+InstancerArrays read_arrays(Context& ctx, Prim prim) {
+    InstancerArrays in;
+    in.prototype_indices = read_ints(prim.attribute("protoIndices").value(ctx.time));
+    const size_t n = in.prototype_indices.size();
+    in.positions = read_array(ctx, prim, "positions", 3, n);
+    in.scales = read_array(ctx, prim, "scales", 3, n);
+    in.orientations = read_array(ctx, prim, "orientationsf", 4, n);
+    if (in.orientations.empty()) in.orientations = read_array(ctx, prim, "orientations", 4, n);
+    in.ids = read_ints(prim.attribute("ids").value(ctx.time));
+    if (!in.ids.empty() && in.ids.size() != n) {
+        ctx.warn(
+            "bad-instancer", prim.attribute("ids"),
+            fmt::format("ids has {} elements, expected {}; indices are used", in.ids.size(), n));
+        in.ids.clear();
+    }
+    for (const int64_t id : read_ints(prim.attribute("invisibleIds").value(ctx.time)))
+        in.hidden_ids.insert(id);
+    if (const auto inactive = prim.metadata("inactiveIds")) {
+        if (const auto* op = inactive->get_if<usd::layer::ListOp<int64_t>>())
+            for (const int64_t id : op->applied()) in.hidden_ids.insert(id);
+    }
+    return in;
+}
+
+/// S · R · T of instance i, row vectors. Ref: UsdGeomPointInstancer, USD.md §5b.
+Mat4d instance_matrix(const InstancerArrays& in, size_t i) {
+    Mat4d m;
+    if (!in.orientations.empty()) {
+        const double* q = &in.orientations[4 * i];
+        const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+        if (length > 0.0) {
+            const double x = q[0] / length, y = q[1] / length, z = q[2] / length, w = q[3] / length;
+            m = Mat4d(1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (z * x - y * w), 0,
+                      2 * (x * y - z * w), 1 - 2 * (z * z + x * x), 2 * (y * z + x * w), 0,
+                      2 * (z * x + y * w), 2 * (y * z - x * w), 1 - 2 * (y * y + x * x), 0, 0, 0, 0,
+                      1);
+        }
+    }
+    if (!in.scales.empty())
+        for (size_t r = 0; r < 3; ++r)
+            for (int c = 0; c < 3; ++c) m[int(r)][c] *= in.scales[3 * i + r];
+    if (!in.positions.empty())
+        for (int c = 0; c < 3; ++c) m[3][c] = in.positions[3 * i + size_t(c)];
+    return m;
+}
+
+/// Colours per instance from the instancer's displayColor; constant gives every instance the same.
+std::vector<Rgb> instance_colors(Context& ctx, Prim prim, size_t n) {
+    std::vector<Rgb> colors;
+    const auto primvar = usd::stage::find_primvar(prim, scene::display_color_primvar);
+    if (!primvar) return colors;
+    std::vector<float> rows;
+    int width = 0;
+    if (!read_rows(primvar->attribute.value(ctx.time), rows, width) || width != 3) return colors;
+    const size_t count = rows.size() / 3;
+    const auto color = [&](size_t row) {
+        return Rgb(rows[3 * row], rows[3 * row + 1], rows[3 * row + 2]);
+    };
+    const std::vector<int> indices =
+        primvar->is_indexed() ? primvar->index_values(ctx.time) : std::vector<int>();
+    const bool is_constant = primvar->interpolation == usd::stage::Interpolation::Constant;
+    for (size_t i = 0; i < n; ++i) {
+        size_t row = is_constant ? 0 : i;
+        if (!indices.empty())
+            row = row < indices.size() && indices[row] >= 0 ? size_t(indices[row]) : count;
+        if (row >= count) {
+            ctx.warn(
+                "bad-primvar", primvar->attribute,
+                fmt::format("displayColor has {} values, expected {}; it is left out", count, n));
+            return {};
+        }
+        colors.push_back(color(row));
+    }
+    return colors;
+}
+
+void warn_instancer_features(Context& ctx, Prim prim) {
+    for (const char* name : {"velocities", "accelerations", "angularVelocities"}) {
+        const Attribute attribute = prim.attribute(name);
+        if (attribute.has_authored_value())
+            ctx.warn("unsupported-motion-blur", attribute,
+                     fmt::format("{} are not used, motion blur is not supported", name));
+    }
+    for (const auto& primvar : usd::stage::find_primvars(prim)) {
+        if (primvar.name == scene::display_color_primvar ||
+            primvar.attribute.prim().path() != prim.path())
+            continue;
+        ctx.warn("unsupported-primvar", primvar.attribute,
+                 fmt::format("primvar {} of a point instancer is not supported, only displayColor",
+                             primvar.name));
+    }
+}
+
+}  // namespace
+
+Placeable* native_prototype(Context& ctx, Prim instance) {
+    Prim prototype = instance.prototype();
+    if (!prototype) prototype = instance;
+    const std::string key = prototype.path_string() + inherited_signature(ctx, instance);
+    const auto [placeable, is_new] = placeable_of(ctx, key);
+    if (placeable->is_being_built) return nullptr;
+    if (is_new) {
+        placeable->name = prototype.path_string();
+        placeable->is_being_built = true;
+        for (const Prim child : instance.children()) walk(ctx, child, Mat4d(), *placeable);
+        placeable->is_being_built = false;
+    }
+    return placeable;
+}
+
+Placeable* point_prototype(Context& ctx, Prim root) {
+    const auto [placeable, is_new] = placeable_of(ctx, "point " + root.path_string());
+    if (placeable->is_being_built) return nullptr;
+    if (is_new) {
+        placeable->name = root.path_string();
+        placeable->is_being_built = true;
+        walk(ctx, root, Mat4d(), *placeable);
+        placeable->is_being_built = false;
+    }
+    return placeable;
+}
+
+void read_point_instancer(Context& ctx, Prim prim, const Mat4d& matrix, Placeable& out) {
+    std::vector<Placeable*> prototypes;
+    for (const auto& path : prim.relationship("prototypes").forwarded_targets()) {
+        const Prim root = ctx.stage.prim_at(path);
+        Placeable* placeable = root ? point_prototype(ctx, root) : nullptr;
+        prototypes.push_back(placeable);
+        if (placeable == nullptr)
+            ctx.warn("bad-instancer", prim,
+                     fmt::format("prototype <{}> {}, its instances are left out", path.to_string(),
+                                 root ? "contains this instancer" : "is not there"));
+    }
+    const InstancerArrays in = read_arrays(ctx, prim);
+    const size_t n = in.prototype_indices.size();
+    if (in.positions.empty() && n > 0)
+        ctx.warn("bad-instancer", prim, "no positions, all instances stand at the origin");
+    const std::vector<Rgb> colors = instance_colors(ctx, prim, n);
+    const scene::ProvenanceId provenance = ctx.provenance(prim);
+    const Mat4d placed = relative_to(matrix, out.origin);
+    size_t outside = 0;
+    for (size_t i = 0; i < n; ++i) {
+        const int64_t id = in.ids.empty() ? int64_t(i) : in.ids[i];
+        if (in.hidden_ids.contains(id)) continue;
+        const int64_t which = in.prototype_indices[i];
+        if (which < 0 || size_t(which) >= prototypes.size()) {
+            ++outside;
+            continue;
+        }
+        if (prototypes[size_t(which)] == nullptr) continue;
+        Placement placement;
+        placement.what = prototypes[size_t(which)];
+        placement.matrix = instance_matrix(in, i) * placed;
+        placement.provenance = provenance;
+        if (!colors.empty()) placement.display_color = colors[i];
+        out.placements.push_back(std::move(placement));
+    }
+    if (outside > 0)
+        ctx.warn("bad-instancer", prim.attribute("protoIndices"),
+                 fmt::format("{} of {} protoIndices name none of the {} prototypes", outside, n,
+                             prototypes.size()));
+    warn_instancer_features(ctx, prim);
+}
+
+}  // namespace velatura::translate

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "translate/parts.h"
+#include "translate/values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+namespace velatura::translate {
+
+namespace {
+
+/// Names that gains and layers give another meaning (DESIGN §5, §6).
+bool is_reserved(const std::string& name) {
+    static const std::unordered_set<std::string> words = {
+        "env", "emissive", "rest", "direct", "indirect", "tail", "shadow", "all"};
+    if (words.contains(name)) return true;
+    return name.size() > 1 && name[0] == 'b' &&
+           std::all_of(name.begin() + 1, name.end(),
+                       [](unsigned char c) { return std::isdigit(c); });
+}
+
+/// Letters and digits only. Short enough for `b12_<name>_hA.R` to fit the 31 bytes of a channel.
+std::string clean_name(std::string_view name) {
+    constexpr size_t longest = 18;
+    std::string out;
+    for (const char c : name) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (byte < 128 && std::isalnum(byte) && out.size() < longest) out.push_back(c);
+    }
+    return out.empty() ? "light" : out;
+}
+
+bool is_taken(const Context& ctx, const std::string& name) {
+    return std::any_of(ctx.scene.groups.begin(), ctx.scene.groups.end(),
+                       [&](const scene::LightGroup& g) { return g.name == name; });
+}
+
+/// The name itself, else with the first number that makes it unique; reserved names get an L first.
+std::string unique_name(const Context& ctx, const std::string& wanted) {
+    if (!is_reserved(wanted) && !is_taken(ctx, wanted)) return wanted;
+    // b plus any number stays reserved: the letter ends that for good
+    const bool needs_letter = is_reserved(wanted) || is_reserved(wanted + "2");
+    const std::string base = needs_letter ? wanted + "L" : wanted;
+    if (!is_taken(ctx, base)) return base;
+    for (int i = 2;; ++i) {
+        const std::string name = base + std::to_string(i);
+        if (!is_taken(ctx, name)) return name;
+    }
+}
+
+/// The group that the scene names for the light; empty when it names none.
+std::string authored_group(Context& ctx, Prim light) {
+    for (const char* name : {"velatura:light:group", "inputs:karma:light:lpetag",
+                             "karma:light:lpetag", "primvars:arnold:aov"}) {
+        const std::string group = read_text(light.attribute(name), "", ctx.time);
+        if (!group.empty()) return group;
+    }
+    return "";
+}
+
+scene::GroupId add_group(Context& ctx, std::string name) {
+    ctx.scene.groups.push_back({std::move(name), {}, true});
+    return scene::GroupId(ctx.scene.groups.size() - 1);
+}
+
+}  // namespace
+
+scene::GroupId light_group(Context& ctx, Prim light) {
+    const LightGrouping policy = ctx.options.light_grouping;
+    std::string authored;
+    if (policy != LightGrouping::Off) authored = authored_group(ctx, light);
+    // Keys carry a mark, so that a group called like a prim path cannot be taken for the prim
+    std::string key, name;
+    if (!authored.empty() && authored != "rest") {
+        key = "group " + authored;
+        name = clean_name(authored);
+    } else if (policy == LightGrouping::PerLight && authored.empty()) {
+        key = "prim " + light.path_string();
+        name = clean_name(light.name().str());
+    } else {
+        key = "rest";
+    }
+    const auto found = ctx.light_groups.find(key);
+    if (found != ctx.light_groups.end()) return found->second;
+    const scene::GroupId id = add_group(ctx, key == "rest" ? "rest" : unique_name(ctx, name));
+    const std::string& given = ctx.scene.groups[id].name;
+    if (!authored.empty() && given != authored) {
+        ctx.note("light-group-renamed", light,
+                 fmt::format("light group {} is called {} in layers and gains", authored, given));
+    }
+    ctx.light_groups.emplace(std::move(key), id);
+    return id;
+}
+
+void add_default_dome(Context& ctx) {
+    scene::Light dome;
+    dome.kind = scene::LightKind::Dome;
+    dome.name = "";
+    dome.group = add_group(ctx, "default");
+    ctx.scene.lights.push_back(dome);
+    ctx.diagnostics.note("default-light", ctx.stage.pseudo_root().loc(), "",
+                         "the stage has no light, a white dome of radiance 1 lights it (group "
+                         "default)");
+}
+
+void finish_light_groups(Context& ctx) {
+    for (scene::LightGroup& group : ctx.scene.groups) group.is_environment = true;
+    for (const scene::Light& light : ctx.scene.lights)
+        if (light.kind != scene::LightKind::Dome)
+            ctx.scene.groups[light.group].is_environment = false;
+    ctx.scene.groups.push_back({"emissive", {}, false});
+}
+
+}  // namespace velatura::translate

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "translate/parts.h"
+#include "translate/shader_inputs.h"
+#include "translate/values.h"
+#include "usd/stage/material_binding.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+namespace velatura::translate {
+
+namespace {
+
+const MaterialEntry no_material;
+
+/// Inputs of UsdPreviewSurface that this renderer reads or need not read.
+constexpr std::array known_inputs = {
+    "diffuseColor",     "emissiveColor",      "useSpecularWorkflow",
+    "specularColor",    "metallic",           "roughness",
+    "clearcoat",        "clearcoatRoughness", "opacity",
+    "opacityThreshold", "opacityMode",        "ior",
+    "normal",           "displacement",       "occlusion"};
+
+void warn_shader_features(Context& ctx, Prim shader) {
+    const Attribute displacement = shader.attribute("inputs:displacement");
+    if (displacement.has_authored_connections() ||
+        read_number(displacement, 0.0, ctx.time) != 0.0) {
+        ctx.warn("unsupported-displacement", displacement,
+                 "displacement is not supported, the surface stays where it is");
+    }
+    const Attribute occlusion = shader.attribute("inputs:occlusion");
+    if (occlusion.has_authored_connections())
+        ctx.note("ignored-occlusion", shader, "occlusion is computed, not read");
+    for (const auto& name : shader.property_names()) {
+        const std::string& text = name.str();
+        if (text.rfind("inputs:", 0) != 0) continue;
+        const std::string_view input = std::string_view(text).substr(7);
+        if (std::find(known_inputs.begin(), known_inputs.end(), input) == known_inputs.end()) {
+            ctx.warn("unknown-shader-input", shader.attribute(text),
+                     fmt::format("UsdPreviewSurface has no input {}, it is left out", input));
+        }
+    }
+}
+
+scene::Material read_preview_surface(Context& ctx, Prim shader, MaterialEntry& entry) {
+    scene::Material material;
+    InputReader reader{ctx, shader, entry};
+    material.diffuse_color = reader.color("diffuseColor", Rgb(0.18f));
+    material.emissive_color = reader.color("emissiveColor", Rgb(0.0f));
+    material.use_specular_workflow = reader.constant_number("useSpecularWorkflow", 0.0) != 0.0;
+    material.specular_color = reader.color("specularColor", Rgb(0.0f));
+    material.metallic = reader.number("metallic", 0.0f);
+    material.roughness = reader.number("roughness", 0.5f);
+    material.clearcoat = reader.number("clearcoat", 0.0f);
+    material.clearcoat_roughness = reader.number("clearcoatRoughness", 0.01f);
+    material.opacity = reader.number("opacity", 1.0f);
+    material.opacity_threshold = float(reader.constant_number("opacityThreshold", 0.0));
+    material.presence = reader.constant_text("opacityMode", "transparent") == "presence";
+    material.ior = reader.number("ior", 1.5f);
+    material.normal = reader.color("normal", Rgb(0.0f, 0.0f, 1.0f));
+    const scene::Input& emission = material.emissive_color;
+    entry.is_emissive =
+        emission.source != scene::Input::Source::Constant || !is_black(emission.value);
+    warn_shader_features(ctx, shader);
+    return material;
+}
+
+/// Shader that a material's surface output leads to; invalid with a warning when there is none to
+/// render.
+Prim surface_shader(Context& ctx, Prim material) {
+    for (const char* name : {"outputs:velatura:surface", "outputs:surface"}) {
+        const Attribute output = material.attribute(name);
+        if (!output.has_authored_connections()) continue;
+        const ShaderSource source = shader_source(ctx, output);
+        if (source.shader) return source.shader;
+        ctx.warn("unconnected-surface", output,
+                 "surface output leads to no shader, displayColor is shown");
+        return Prim();
+    }
+    std::string contexts;
+    for (const auto& name : material.property_names()) {
+        const std::string& text = name.str();
+        const bool is_surface = text.size() > 16 && text.rfind("outputs:", 0) == 0 &&
+                                text.compare(text.size() - 8, 8, ":surface") == 0;
+        if (is_surface) contexts += (contexts.empty() ? "" : ", ") + text;
+    }
+    ctx.warn("unsupported-material", material,
+             contexts.empty() ? "material has no surface output, displayColor is shown"
+                              : fmt::format("only outputs:surface is supported, found {}; "
+                                            "displayColor is shown",
+                                            contexts));
+    return Prim();
+}
+
+const MaterialEntry& material_entry(Context& ctx, Prim material) {
+    const auto [it, is_new] = ctx.materials.try_emplace(material.path_string());
+    MaterialEntry& entry = it->second;
+    if (!is_new) return entry;
+    for (const char* output : {"outputs:displacement", "outputs:volume"}) {
+        if (material.attribute(output).has_authored_connections())
+            ctx.warn("unsupported-material-output", material.attribute(output),
+                     fmt::format("{} is not supported and is left out", output));
+    }
+    const Prim shader = surface_shader(ctx, material);
+    if (!shader) return entry;
+    const std::string id = read_text(shader.attribute("info:id"), "", ctx.time);
+    if (id != "UsdPreviewSurface") {
+        ctx.warn("unsupported-shader", shader,
+                 fmt::format("surface shader {} is not supported, expected UsdPreviewSurface; "
+                             "displayColor is shown",
+                             id.empty() ? "without info:id" : id));
+        return entry;
+    }
+    scene::Material out = read_preview_surface(ctx, shader, entry);
+    out.name = material.path_string();
+    out.provenance = ctx.provenance(material);
+    entry.id = scene::MaterialId(ctx.scene.materials.size());
+    ctx.scene.materials.push_back(std::move(out));
+    ctx.has_emissive_material = ctx.has_emissive_material || entry.is_emissive;
+    return entry;
+}
+
+}  // namespace
+
+bool has_binding(Context& ctx, Prim prim) {
+    return usd::stage::resolve_material(prim, ctx.material_purpose).is_bound();
+}
+
+const MaterialEntry& bound_material(Context& ctx, Prim prim) {
+    const auto binding = usd::stage::resolve_material(prim, ctx.material_purpose);
+    if (!binding.is_bound()) return no_material;
+    if (!binding.material) {
+        ctx.diagnostics.warn("bad-material-binding", binding.relation.loc(), prim.path_string(),
+                             fmt::format("{} names no Material, displayColor is shown",
+                                         binding.relation.path_string()));
+        return no_material;
+    }
+    return material_entry(ctx, binding.material);
+}
+
+}  // namespace velatura::translate

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "translate/mesh_faces.h"
+#include "translate/parts.h"
+#include "translate/values.h"
+#include "usd/stage/material_binding.h"
+#include "usd/stage/primvars.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace velatura::translate {
+
+namespace {
+
+std::vector<Vec3d> read_points(Context& ctx, Prim prim) {
+    std::vector<double> rows;
+    int width = 0;
+    std::vector<Vec3d> points;
+    const Attribute attribute = prim.attribute("points");
+    if (!read_rows(attribute.value(ctx.time), rows, width) || width != 3) return points;
+    points.reserve(rows.size() / 3);
+    for (size_t i = 0; i + 2 < rows.size(); i += 3)
+        points.emplace_back(rows[i], rows[i + 1], rows[i + 2]);
+    return points;
+}
+
+/// The authored polygons, with those marked that can be rendered. Warns about the others, once per
+/// kind.
+FaceTable read_faces(Context& ctx, Prim prim, const std::vector<Vec3d>& points) {
+    FaceTable table;
+    const auto counts = read_ints(prim.attribute("faceVertexCounts").value(ctx.time));
+    const auto indices = read_ints(prim.attribute("faceVertexIndices").value(ctx.time));
+    size_t few = 0, outside = 0, infinite = 0, missing = 0;
+    size_t first = 0;
+    for (const int64_t count : counts) {
+        const size_t n = count > 0 ? size_t(count) : 0;
+        bool is_good = count >= 3;
+        few += !is_good;
+        if (n > indices.size() - first) {
+            // The rest of the list has no corners at all
+            ++missing;
+            table.add(first, 0, false);
+            continue;
+        }
+        for (size_t i = first; i < first + n && is_good; ++i) {
+            if (indices[i] < 0 || size_t(indices[i]) >= points.size()) {
+                ++outside;
+                is_good = false;
+            } else if (!velatura::is_finite(cast(points[size_t(indices[i])]))) {
+                ++infinite;
+                is_good = false;
+            }
+        }
+        table.add(first, n, is_good);
+        first += n;
+    }
+    table.indices.reserve(indices.size());
+    for (const int64_t i : indices) table.indices.push_back(uint32_t(i));
+    const auto complain = [&](size_t count, const char* what) {
+        if (count > 0)
+            ctx.warn("bad-topology", prim.attribute("faceVertexCounts"),
+                     fmt::format("{} of {} faces left out: {}", count, counts.size(), what));
+    };
+    complain(few, "fewer than 3 corners");
+    complain(outside, "vertex index outside the points");
+    complain(infinite, "point that is not a finite number");
+    complain(missing, "faceVertexCounts add up to more than faceVertexIndices holds");
+    if (first < indices.size())
+        ctx.warn("bad-topology", prim.attribute("faceVertexIndices"),
+                 fmt::format("{} faceVertexIndices belong to no face", indices.size() - first));
+    return table;
+}
+
+void drop_holes(Context& ctx, Prim prim, FaceTable& table) {
+    const Attribute attribute = prim.attribute("holeIndices");
+    for (const int64_t face : read_ints(attribute.value(ctx.time))) {
+        if (face < 0 || size_t(face) >= table.faces.size()) {
+            ctx.warn("bad-topology", attribute,
+                     fmt::format("hole index {} is no face of {}", face, table.faces.size()));
+            continue;
+        }
+        table.faces[size_t(face)].is_kept = false;
+    }
+}
+
+/// Materials by face; also lists every entry that some face uses.
+std::vector<scene::MaterialId> read_face_materials(Context& ctx,
+                                                   Prim prim,
+                                                   size_t face_count,
+                                                   const MaterialEntry& whole,
+                                                   std::vector<const MaterialEntry*>& used) {
+    used.push_back(&whole);
+    std::vector<scene::MaterialId> materials;
+    std::vector<bool> is_taken;
+    for (const Prim subset : usd::stage::material_subsets(prim)) {
+        if (!has_binding(ctx, subset)) continue;
+        const MaterialEntry& entry = bound_material(ctx, subset);
+        if (materials.empty()) {
+            materials.assign(face_count, whole.id);
+            is_taken.assign(face_count, false);
+        }
+        used.push_back(&entry);
+        size_t outside = 0, twice = 0;
+        for (const int64_t face : read_ints(subset.attribute("indices").value(ctx.time))) {
+            if (face < 0 || size_t(face) >= face_count) {
+                ++outside;
+            } else if (is_taken[size_t(face)]) {
+                ++twice;
+            } else {
+                is_taken[size_t(face)] = true;
+                materials[size_t(face)] = entry.id;
+            }
+        }
+        if (outside + twice > 0)
+            ctx.warn(
+                "bad-subset", subset.attribute("indices"),
+                fmt::format("{} indices are no face of the mesh, {} belong to an earlier subset",
+                            outside, twice));
+    }
+    return materials;
+}
+
+scene::SubdivisionScheme read_scheme(Context& ctx, Prim prim) {
+    const std::string name =
+        read_text(prim.attribute("subdivisionScheme"), "catmullClark", ctx.time);
+    if (name == "none") return scene::SubdivisionScheme::None;
+    if (ctx.subdivided.empty()) {
+        ctx.first_subdivided = prim.path_string();
+        ctx.first_subdivided_loc = prim.attribute("subdivisionScheme").is_authored()
+                                       ? prim.attribute("subdivisionScheme").loc()
+                                       : prim.loc();
+    }
+    ++ctx.subdivided[name];
+    if (name == "loop") return scene::SubdivisionScheme::Loop;
+    if (name == "bilinear") return scene::SubdivisionScheme::Bilinear;
+    return scene::SubdivisionScheme::CatmullClark;
+}
+
+/// Covectors under `matrix`, unit, outside kept outside.
+std::vector<Vec3> transformed_normals(const std::vector<Vec3d>& normals, const Mat4d& matrix) {
+    const Mat3d cofactors = cofactor_matrix(matrix);
+    const double sign = determinant3(matrix) < 0.0 ? -1.0 : 1.0;
+    std::vector<Vec3> out;
+    out.reserve(normals.size());
+    for (const Vec3d& n : normals) {
+        const Vec3d m = (n * cofactors) * sign;
+        const double length = std::sqrt(m.dot(m));
+        out.push_back(length > 0.0 && std::isfinite(length) ? cast(m / length) : Vec3(0.0f));
+    }
+    return out;
+}
+
+/// Authored normals, `primvars:normals` before `normals`; false when there are none that fit.
+bool read_normals(
+    Context& ctx, Prim prim, const ElementCounts& counts, const Mat4d& matrix, scene::Mesh& mesh) {
+    std::optional<usd::stage::Primvar> source;
+    const Attribute primvar = prim.attribute("primvars:normals");
+    const Attribute plain = prim.attribute("normals");
+    if (primvar.has_authored_value())
+        source = usd::stage::as_primvar(primvar, usd::stage::Interpolation::Constant);
+    else if (plain.has_authored_value())
+        source = usd::stage::as_primvar(plain, usd::stage::Interpolation::Vertex);
+    if (!source) return false;
+    std::vector<double> rows;
+    int width = 0;
+    const bool is_readable =
+        read_rows(source->attribute.value(ctx.time), rows, width) && width == 3;
+    // usd and scene list their interpolations in one order
+    const auto interpolation = scene::Interpolation(int(source->interpolation));
+    const size_t expected = element_count(counts, interpolation);
+    const std::vector<int> indices =
+        source->is_indexed() ? source->index_values(ctx.time) : std::vector<int>();
+    const size_t found = indices.empty() ? rows.size() / 3 : indices.size();
+    const bool has_good_indices = std::all_of(indices.begin(), indices.end(), [&](int i) {
+        return i >= 0 && size_t(i) < rows.size() / 3;
+    });
+    if (!is_readable || found != expected || !has_good_indices) {
+        if (found > 0)
+            ctx.warn(
+                "bad-normals", source->attribute,
+                fmt::format("{} normals or indices, expected {} ({}); they are left out", found,
+                            expected, usd::stage::interpolation_name(source->interpolation)));
+        return false;
+    }
+    std::vector<Vec3d> normals;
+    for (size_t i = 0; i + 2 < rows.size(); i += 3)
+        normals.emplace_back(rows[i], rows[i + 1], rows[i + 2]);
+    mesh.normals = transformed_normals(normals, matrix);
+    mesh.normal_indices.assign(indices.begin(), indices.end());
+    mesh.normal_interpolation = interpolation;
+    return true;
+}
+
+/// Directions of a smooth surface through the points: face normals weighted by the corners' angles.
+/// Ref: Thürmer, Wüthrich 1998, "Computing Vertex Normals from Polygonal Facets", JGT 3(1).
+std::vector<Vec3d> smooth_normals(const FaceTable& table, const std::vector<Vec3d>& points) {
+    std::vector<Vec3d> normals(points.size(), Vec3d(0.0));
+    for (const FaceTable::Face& face : table.faces) {
+        if (!face.is_kept) continue;
+        for (size_t i = 0; i < face.count; ++i) {
+            const uint32_t a = table.indices[face.first + i];
+            const Vec3d& p = points[a];
+            const Vec3d e = points[table.indices[face.first + (i + 1) % face.count]] - p;
+            const Vec3d f =
+                points[table.indices[face.first + (i + face.count - 1) % face.count]] - p;
+            const Vec3d n = e.cross(f);
+            const double length = std::sqrt(n.dot(n));
+            if (length > 0.0) normals[a] += n * (std::atan2(length, e.dot(f)) / length);
+        }
+    }
+    return normals;
+}
+
+}  // namespace
+
+std::optional<scene::Shape> read_mesh(Context& ctx, Prim prim, const Mat4d& matrix) {
+    const std::vector<Vec3d> points = read_points(ctx, prim);
+    FaceTable table = read_faces(ctx, prim, points);
+    drop_holes(ctx, prim, table);
+    if (table.kept_count() == 0) {
+        ctx.warn("empty-mesh", prim, "mesh has no face to render");
+        return std::nullopt;
+    }
+    const ElementCounts counts{table.faces.size(), points.size(), table.indices.size()};
+
+    scene::Shape shape;
+    scene::Mesh mesh;
+    const MaterialEntry& whole = bound_material(ctx, prim);
+    std::vector<const MaterialEntry*> used;
+    mesh.face_materials = read_face_materials(ctx, prim, counts.faces, whole, used);
+    shape.material = whole.id;
+    mesh.primvars = read_primvars(ctx, prim, counts, used);
+    mesh.subdivision = read_scheme(ctx, prim);
+    const bool is_left_handed =
+        read_text(prim.attribute("orientation"), "rightHanded", ctx.time) == "leftHanded";
+    const bool is_smooth = mesh.subdivision == scene::SubdivisionScheme::CatmullClark ||
+                           mesh.subdivision == scene::SubdivisionScheme::Loop;
+    if (!read_normals(ctx, prim, counts, matrix, mesh) && is_smooth) {
+        // The limit surface is smooth: so is the shading of the polygons that stand for it
+        mesh.normals = transformed_normals(smooth_normals(table, points), matrix);
+        mesh.normal_interpolation = scene::Interpolation::Vertex;
+    }
+
+    // Cast to float only now, in the space of the holder
+    mesh.points.reserve(points.size());
+    size_t overflown = 0;
+    for (const Vec3d& p : points) {
+        const Vec3 q = cast(transform_point(p, matrix));
+        overflown += !velatura::is_finite(q) && velatura::is_finite(cast(p));
+        mesh.points.push_back(q);
+    }
+    if (overflown > 0) {
+        ctx.warn("bad-transform", prim,
+                 fmt::format("{} points do not fit a float, the mesh is left out", overflown));
+        return std::nullopt;
+    }
+    compact_faces(table, mesh);
+    shape.flip_normals = is_left_handed != (determinant3(matrix) < 0.0);
+    shape.double_sided = read_bool(prim.attribute("doubleSided"), false, ctx.time);
+    shape.provenance = ctx.provenance(prim);
+    shape.geometry = std::move(mesh);
+    return shape;
+}
+
+scene::Shape baked(const scene::Shape& shape, const Mat4d& matrix) {
+    scene::Shape out = shape;
+    if (determinant3(matrix) < 0.0) out.flip_normals = !out.flip_normals;
+    if (auto* gprim = std::get_if<scene::Gprim>(&out.geometry)) {
+        gprim->shape_from_gprim = gprim->shape_from_gprim * matrix;
+        return out;
+    }
+    auto& mesh = std::get<scene::Mesh>(out.geometry);
+    for (Vec3& p : mesh.points) p = cast(transform_point(Vec3d(p), matrix));
+    std::vector<Vec3d> normals;
+    normals.reserve(mesh.normals.size());
+    for (const Vec3& n : mesh.normals) normals.emplace_back(n);
+    mesh.normals = transformed_normals(normals, matrix);
+    return out;
+}
+
+}  // namespace velatura::translate

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/result.h"
+#include "scene/scene.h"
+#include "translate/context.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace velatura::translate {
+
+/// Reads the RenderSettings prim (options.settings, else the stage's renderSettingsPrimPath) with
+/// its products and vars into ctx.scene.settings, and what follows from it: purposes, material
+/// purpose, wanted primvars. Errors: "unknown-settings", "bad-resolution".
+Result<void> read_render_settings(Context& ctx);
+
+/// Camera of a UsdGeomCamera prim for the picture that ctx.scene.settings asks for; "bad-camera"
+/// when its transform or lens cannot form a picture.
+Result<scene::Camera> read_camera(Context& ctx, Prim prim);
+
+/// Camera that sees the whole box (world space) from above and beside, field of view as a
+/// UsdGeomCamera without opinions.
+scene::Camera framing_camera(Context& ctx, const Box3d& world_bounds);
+
+// Materials
+
+/// Material bound to a gprim or GeomSubset, translated on first use; id none when nothing usable is
+/// bound.
+const MaterialEntry& bound_material(Context& ctx, Prim prim);
+/// Whether a binding reaches the prim at all, usable or not.
+bool has_binding(Context& ctx, Prim prim);
+
+// Geometry
+
+/// Shape of a Mesh prim under `matrix` (into the space of the holder); nullopt when nothing of it
+/// is left.
+std::optional<scene::Shape> read_mesh(Context& ctx, Prim prim, const Mat4d& matrix);
+/// Shape of a Sphere, Cube, Cylinder, Cone, Capsule or Plane prim; nullopt when its sizes make no
+/// surface.
+std::optional<scene::Shape> read_gprim(Context& ctx, Prim prim, const Mat4d& matrix);
+bool is_gprim_type(std::string_view type);
+
+/// Primvars that `materials` or the rest of the picture want, checked against the element counts (0
+/// = interpolation not possible), order by name.
+struct ElementCounts {
+    size_t faces = 0, points = 0, corners = 0;
+};
+
+std::vector<scene::Primvar> read_primvars(Context& ctx,
+                                          Prim prim,
+                                          const ElementCounts& counts,
+                                          const std::vector<const MaterialEntry*>& materials);
+
+/// Number of elements of a primvar of this interpolation.
+size_t element_count(const ElementCounts& counts, scene::Interpolation interpolation);
+
+/// A shape of a prototype, moved into another space.
+scene::Shape baked(const scene::Shape& shape, const Mat4d& matrix);
+
+// Instancing
+
+/// Placements of a PointInstancer in the space of its holder.
+void read_point_instancer(Context& ctx, Prim prim, const Mat4d& matrix, Placeable& out);
+/// Prototype of a native instance, walked on first use; nullptr inside itself.
+Placeable* native_prototype(Context& ctx, Prim instance);
+/// Prototype of a point instancer: the prim with its own transform and everything below.
+Placeable* point_prototype(Context& ctx, Prim root);
+/// Turns what the walk of the stage collected into Scene::shapes, prototypes, instances, lights.
+void place_all(Context& ctx, Placeable& stage_content);
+
+/// Walks the subtree of `prim` whose parent has the given matrix (absolute, before the origin is
+/// subtracted).
+void walk(Context& ctx, Prim prim, const Mat4d& parent_matrix, Placeable& out);
+
+/// Matrix with the holder's origin taken off its translation.
+Mat4d relative_to(const Mat4d& matrix, const Vec3d& origin);
+
+// Lights
+
+bool is_light_type(std::string_view type);
+/// Light of the prim; `path_prefix` is put before its path for lights inside prototypes. Appends to
+/// Scene::lights and groups. False when it emits nothing.
+bool read_light(Context& ctx, const LightSite& site, const Mat4d& render_from_light);
+/// Dome of radiance 1 in the group `default`.
+void add_default_dome(Context& ctx);
+/// Appends `emissive`, names `is_environment` and checks that names are unique.
+void finish_light_groups(Context& ctx);
+/// Row of the light; creates it.
+scene::GroupId light_group(Context& ctx, Prim light);
+
+/// Warns about a prim type that is seen and not rendered.
+void warn_unsupported(Context& ctx, Prim prim);
+/// Names features of rendered prims that are not honoured (blend shapes, velocities, …).
+void warn_unsupported_features(Context& ctx, Prim prim);
+
+}  // namespace velatura::translate

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "translate/parts.h"
+#include "translate/values.h"
+
+#include <fmt/format.h>
+
+namespace velatura::translate {
+
+namespace {
+
+/// Index of the placeable's shapes among Scene::prototypes; moves them there on first use.
+uint32_t prototype_index(Context& ctx, Placeable& placeable) {
+    if (placeable.prototype == scene::none) {
+        placeable.prototype = uint32_t(ctx.scene.prototypes.size());
+        ctx.scene.prototypes.push_back({placeable.name, std::move(placeable.shapes)});
+    }
+    return placeable.prototype;
+}
+
+void warn_at(Context& ctx, scene::ProvenanceId id, const char* code, const std::string& message) {
+    const scene::Provenance& p = ctx.scene.provenance[id];
+    ctx.diagnostics.warn(code, p.loc, p.prim_path, message);
+}
+
+/// Puts shapes of a placement whose matrix cannot be inverted straight into the scene.
+void bake(Context& ctx, uint32_t prototype, const Mat4d& matrix) {
+    for (const scene::Shape& shape : ctx.scene.prototypes[prototype].shapes)
+        ctx.scene.shapes.push_back(baked(shape, matrix));
+}
+
+void place(Context& ctx, const Placement& placement, const Mat4d& matrix) {
+    if (ctx.instance_cap_hit) return;
+    Placeable& what = *placement.what;
+    const scene::ProvenanceId provenance = placement.provenance;
+    const Mat4 cast_matrix = cast(matrix);
+    if (!is_finite(matrix) || !is_finite(Mat4d(cast_matrix)) || !keeps_a_surface(matrix)) {
+        warn_at(ctx, provenance, "bad-transform",
+                "instances whose transform is infinite or flattens everything to a line or a point "
+                "are left out");
+        return;
+    }
+    if (!what.shapes.empty() || what.prototype != scene::none) {
+        if (ctx.scene.instances.size() >= ctx.options.max_instances) {
+            const scene::Provenance& p = ctx.scene.provenance[provenance];
+            ctx.diagnostics.error("too-many-instances", p.loc, p.prim_path,
+                                  fmt::format("more than {} instances, the rest is left out",
+                                              ctx.options.max_instances));
+            ctx.instance_cap_hit = true;
+            return;
+        }
+        const uint32_t prototype = prototype_index(ctx, what);
+        if (determinant3(Mat4d(cast_matrix)) == 0.0) {
+            bake(ctx, prototype, matrix);
+        } else {
+            scene::Instance instance;
+            instance.prototype = prototype;
+            instance.render_from_prototype = cast_matrix;
+            instance.display_color = placement.display_color;
+            instance.provenance = provenance;
+            ctx.scene.instances.push_back(instance);
+        }
+    }
+    for (const LightSite& site : what.lights) read_light(ctx, site, site.matrix * matrix);
+    for (const Placement& nested : what.placements) {
+        Placement inner = nested;
+        if (!inner.display_color) inner.display_color = placement.display_color;
+        place(ctx, inner, nested.matrix * matrix);
+    }
+}
+
+}  // namespace
+
+void place_all(Context& ctx, Placeable& stage_content) {
+    ctx.scene.shapes = std::move(stage_content.shapes);
+    for (const LightSite& site : stage_content.lights) read_light(ctx, site, site.matrix);
+    for (const Placement& placement : stage_content.placements)
+        place(ctx, placement, placement.matrix);
+}
+
+}  // namespace velatura::translate

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "usd/stage/primvars.h"
+
+#include "translate/parts.h"
+#include "translate/values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace velatura::translate {
+
+namespace {
+
+scene::Interpolation interpolation_of(usd::stage::Interpolation interpolation) {
+    switch (interpolation) {
+        case usd::stage::Interpolation::Constant:
+            return scene::Interpolation::Constant;
+        case usd::stage::Interpolation::Uniform:
+            return scene::Interpolation::Uniform;
+        case usd::stage::Interpolation::Varying:
+            return scene::Interpolation::Varying;
+        case usd::stage::Interpolation::Vertex:
+            return scene::Interpolation::Vertex;
+        case usd::stage::Interpolation::FaceVarying:
+            return scene::Interpolation::FaceVarying;
+    }
+    return scene::Interpolation::Constant;
+}
+
+bool is_wanted(const Context& ctx,
+               const std::string& name,
+               const std::vector<const MaterialEntry*>& materials) {
+    if (ctx.wanted_primvars.contains(name)) return true;
+    return std::any_of(materials.begin(), materials.end(), [&](const MaterialEntry* m) {
+        return std::find(m->primvars.begin(), m->primvars.end(), name) != m->primvars.end();
+    });
+}
+
+/// Takes the indices over, checked; false when they do not fit.
+bool take_indices(Context& ctx,
+                  const usd::stage::Primvar& source,
+                  size_t rows,
+                  size_t expected,
+                  scene::Primvar& out) {
+    const std::vector<int> indices = source.index_values(ctx.time);
+    if (indices.empty() && expected > 0 && !source.is_indexed()) return true;
+    if (out.interpolation != scene::Interpolation::Constant && indices.size() != expected) {
+        ctx.warn("bad-primvar", source.indices,
+                 fmt::format("primvar {} has {} indices, expected {}; it is left out", source.name,
+                             indices.size(), expected));
+        return false;
+    }
+    out.indices.reserve(indices.size());
+    for (const int i : indices) {
+        if (i < 0 || size_t(i) >= rows) {
+            ctx.warn("bad-primvar", source.indices,
+                     fmt::format("primvar {} has the index {}, expected 0 to {}; it is left out",
+                                 source.name, i, int64_t(rows) - 1));
+            return false;
+        }
+        out.indices.push_back(uint32_t(i));
+    }
+    return true;
+}
+
+std::optional<scene::Primvar> read_primvar(Context& ctx,
+                                           const usd::stage::Primvar& source,
+                                           const ElementCounts& counts) {
+    scene::Primvar out;
+    int width = 0;
+    if (!read_rows(source.attribute.value(ctx.time), out.values, width)) {
+        ctx.warn("unsupported-primvar", source.attribute,
+                 fmt::format("primvar {} of type {} is not supported and is left out", source.name,
+                             source.attribute.type_name().str()));
+        return std::nullopt;
+    }
+    if (source.element_size != 1) {
+        ctx.warn("unsupported-primvar", source.attribute,
+                 fmt::format("primvar {} has elementSize {}, only 1 is supported; it is left out",
+                             source.name, source.element_size));
+        return std::nullopt;
+    }
+    out.width = uint8_t(width);
+    out.interpolation = interpolation_of(source.interpolation);
+    const size_t rows = out.values.size() / size_t(width);
+    const size_t expected = element_count(counts, out.interpolation);
+    if (rows == 0) return std::nullopt;
+    const bool is_constant = out.interpolation == scene::Interpolation::Constant;
+    if (!source.is_indexed() && !is_constant && rows != expected) {
+        // One value for everything is what many exporters mean by it
+        ctx.warn("bad-primvar", source.attribute,
+                 fmt::format("primvar {} has {} values, expected {}; {}", source.name, rows,
+                             expected, rows == 1 ? "it is taken as constant" : "it is left out"));
+        if (rows != 1) return std::nullopt;
+        out.interpolation = scene::Interpolation::Constant;
+    }
+    if (source.is_indexed() && !take_indices(ctx, source, rows, expected, out)) return std::nullopt;
+    out.name = scene::intern_primvar(ctx.scene, source.name);
+    return out;
+}
+
+}  // namespace
+
+size_t element_count(const ElementCounts& counts, scene::Interpolation interpolation) {
+    switch (interpolation) {
+        case scene::Interpolation::Constant:
+            return 1;
+        case scene::Interpolation::Uniform:
+            return counts.faces;
+        case scene::Interpolation::Varying:
+        case scene::Interpolation::Vertex:
+            return counts.points;
+        case scene::Interpolation::FaceVarying:
+            return counts.corners;
+    }
+    return 0;
+}
+
+std::vector<scene::Primvar> read_primvars(Context& ctx,
+                                          Prim prim,
+                                          const ElementCounts& counts,
+                                          const std::vector<const MaterialEntry*>& materials) {
+    std::vector<scene::Primvar> out;
+    for (const usd::stage::Primvar& source : usd::stage::find_primvars(prim)) {
+        if (!is_wanted(ctx, source.name, materials)) continue;
+        if (auto primvar = read_primvar(ctx, source, counts)) out.push_back(std::move(*primvar));
+    }
+    return out;
+}
+
+}  // namespace velatura::translate

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "translate/parts.h"
+#include "translate/values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace velatura::translate {
+
+namespace {
+
+/// What RenderSettingsBase declares, taken only where the prim authors it.
+void read_base(Context& ctx, Prim prim, scene::RenderSettings& out) {
+    const TimeCode time = ctx.time;
+    const auto authored = [&](std::string_view name) {
+        return prim.attribute(name).has_authored_value();
+    };
+    if (authored("resolution")) {
+        if (const auto size = read_vector(prim.attribute("resolution"), 2, time)) {
+            out.width = int((*size)[0]);
+            out.height = int((*size)[1]);
+        }
+    }
+    if (authored("pixelAspectRatio")) {
+        const double ratio = read_number(prim.attribute("pixelAspectRatio"), 1.0, time);
+        if (ratio > 0.0)
+            out.pixel_aspect_ratio = ratio;
+        else
+            ctx.warn("bad-pixel-aspect", prim.attribute("pixelAspectRatio"),
+                     fmt::format("pixelAspectRatio {} is not positive, 1 is used", ratio));
+    }
+    if (authored("aspectRatioConformPolicy"))
+        out.aspect_conform = read_text(prim.attribute("aspectRatioConformPolicy"), "", time);
+    if (authored("dataWindowNDC")) {
+        if (const auto window = read_vector(prim.attribute("dataWindowNDC"), 4, time))
+            std::copy_n(window->begin(), 4, out.data_window_ndc.begin());
+    }
+    if (authored("disableMotionBlur"))
+        out.disable_motion_blur = read_bool(prim.attribute("disableMotionBlur"), false, time);
+    else if (authored("instantaneousShutter"))
+        out.disable_motion_blur = read_bool(prim.attribute("instantaneousShutter"), false, time);
+    if (authored("disableDepthOfField"))
+        out.disable_depth_of_field = read_bool(prim.attribute("disableDepthOfField"), false, time);
+    const Relationship camera = prim.relationship("camera");
+    if (camera.has_authored_targets()) {
+        const auto targets = camera.forwarded_targets();
+        if (!targets.empty()) out.camera = targets[0].to_string();
+    }
+}
+
+scene::RenderVar read_var(Context& ctx, Prim prim) {
+    scene::RenderVar var;
+    var.name = read_text(prim.attribute("driver:parameters:aov:name"), "", ctx.time);
+    if (var.name.empty()) var.name = prim.name().str();
+    var.data_type = read_text(prim.attribute("dataType"), "color3f", ctx.time);
+    var.source_name = read_text(prim.attribute("sourceName"), "", ctx.time);
+    var.source_type = read_text(prim.attribute("sourceType"), "raw", ctx.time);
+    var.provenance = ctx.provenance(prim);
+    if (var.source_type == "primvar" && !var.source_name.empty())
+        ctx.wanted_primvars.insert(var.source_name);
+    if (var.source_type == "intrinsic") {
+        ctx.warn("unsupported-render-var", prim,
+                 "render var of sourceType intrinsic is not supported, it gets no channel");
+    }
+    return var;
+}
+
+scene::RenderProduct read_product(Context& ctx, Prim prim) {
+    scene::RenderProduct product;
+    product.name = read_text(prim.attribute("productName"), "", ctx.time);
+    product.provenance = ctx.provenance(prim);
+    const std::string type = read_text(prim.attribute("productType"), "raster", ctx.time);
+    if (type != "raster") {
+        ctx.warn("unsupported-product-type", prim.attribute("productType"),
+                 fmt::format("productType {} is not supported, raster is written", type));
+    }
+    for (const auto& path : prim.relationship("orderedVars").forwarded_targets()) {
+        const Prim var = ctx.stage.prim_at(path);
+        if (var && var.is_a("RenderVar")) {
+            product.vars.push_back(read_var(ctx, var));
+        } else {
+            ctx.warn("unknown-render-var", prim,
+                     fmt::format("orderedVars target <{}> is not a RenderVar", path.to_string()));
+        }
+    }
+    return product;
+}
+
+void read_products(Context& ctx, Prim prim, scene::RenderSettings& out) {
+    const scene::RenderSettings settings_alone = out;
+    for (const auto& path : prim.relationship("products").forwarded_targets()) {
+        const Prim product = ctx.stage.prim_at(path);
+        if (!product || !product.is_a("RenderProduct")) {
+            ctx.warn("unknown-render-product", prim,
+                     fmt::format("products target <{}> is not a RenderProduct", path.to_string()));
+            continue;
+        }
+        out.products.push_back(read_product(ctx, product));
+        scene::RenderSettings overridden = settings_alone;
+        read_base(ctx, product, overridden);
+        if (out.products.size() == 1) {
+            read_base(ctx, product, out);
+        } else if (overridden.width != out.width || overridden.height != out.height ||
+                   overridden.camera != out.camera) {
+            ctx.warn("unsupported-product-override", product,
+                     "product asks for another camera or resolution than the first product, whose "
+                     "are used for all");
+        }
+    }
+}
+
+Prim settings_prim(Context& ctx) {
+    if (!ctx.options.settings.empty()) return ctx.stage.prim_at(ctx.options.settings);
+    const auto value = ctx.stage.metadata("renderSettingsPrimPath");
+    if (!value) return Prim();
+    std::string path;
+    if (const auto* s = value->get_if<std::string>()) path = *s;
+    if (const auto* t = value->get_if<usd::layer::Token>()) path = t->str();
+    if (path.empty()) return Prim();
+    const Prim prim = ctx.stage.prim_at(path);
+    if (!prim || !prim.is_a("RenderSettings")) {
+        ctx.diagnostics.warn("unknown-settings", ctx.stage.pseudo_root().loc(), path,
+                             "renderSettingsPrimPath names no RenderSettings, fallbacks are used");
+        return Prim();
+    }
+    return prim;
+}
+
+}  // namespace
+
+Result<void> read_render_settings(Context& ctx) {
+    scene::RenderSettings& out = ctx.scene.settings;
+    const Prim prim = settings_prim(ctx);
+    if (!ctx.options.settings.empty() && !(prim && prim.is_a("RenderSettings"))) {
+        return Error{"unknown-settings",
+                     fmt::format("<{}> is not a RenderSettings prim", ctx.options.settings)};
+    }
+    if (prim) {
+        out.name = prim.path_string();
+        out.provenance = ctx.provenance(prim);
+        read_base(ctx, prim, out);
+        if (prim.attribute("includedPurposes").has_authored_value())
+            out.included_purposes = read_texts(prim.attribute("includedPurposes"), ctx.time);
+        if (prim.attribute("materialBindingPurposes").has_authored_value())
+            out.material_binding_purposes =
+                read_texts(prim.attribute("materialBindingPurposes"), ctx.time);
+        const std::string space = read_text(prim.attribute("renderingColorSpace"), "", ctx.time);
+        if (!space.empty()) {
+            ctx.warn("unsupported-color-space", prim.attribute("renderingColorSpace"),
+                     fmt::format("renderingColorSpace {} is not supported, linear Rec.709 is used",
+                                 space));
+        }
+        read_products(ctx, prim, out);
+    }
+    if (ctx.options.resolution) {
+        out.width = (*ctx.options.resolution)[0];
+        out.height = (*ctx.options.resolution)[1];
+    }
+    if (out.width <= 0 || out.height <= 0) {
+        return Error{"bad-resolution", fmt::format("resolution {} x {}, expected at least 1 x 1",
+                                                   out.width, out.height)};
+    }
+    if (!ctx.options.purposes.empty()) out.included_purposes = ctx.options.purposes;
+    ctx.purposes.insert(out.included_purposes.begin(), out.included_purposes.end());
+    const auto& bindings = out.material_binding_purposes;
+    ctx.material_purpose = bindings.empty() ? "" : bindings[0];
+    return {};
+}
+
+}  // namespace velatura::translate

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "translate/shader_inputs.h"
+
+#include "translate/values.h"
+
+#include <fmt/format.h>
+
+namespace velatura::translate {
+
+namespace {
+
+std::string shader_id(Context& ctx, Prim shader) {
+    return read_text(shader.attribute("info:id"), "", ctx.time);
+}
+
+/// One number or three as a colour; false for other values.
+bool read_rgb(const Attribute& attribute, TimeCode time, Rgb& out) {
+    std::vector<double> rows;
+    int width = 0;
+    if (!read_rows(attribute.value(time), rows, width) || rows.empty()) return false;
+    if (width >= 3 && rows.size() >= 3)
+        out = Rgb(float(rows[0]), float(rows[1]), float(rows[2]));
+    else
+        out = Rgb(float(rows[0]));
+    return true;
+}
+
+scene::TextureOutput texture_output(Context& ctx, const ShaderSource& source, bool is_color) {
+    if (source.output == "r") return scene::TextureOutput::R;
+    if (source.output == "g") return scene::TextureOutput::G;
+    if (source.output == "b") return scene::TextureOutput::B;
+    if (source.output == "a") return scene::TextureOutput::A;
+    if (source.output != "rgb") {
+        ctx.warn("unknown-shader-output", source.shader,
+                 fmt::format("UsdUVTexture has no output {}, rgb is used", source.output));
+    }
+    // A number takes the first channel of a colour
+    return is_color ? scene::TextureOutput::Rgb : scene::TextureOutput::R;
+}
+
+}  // namespace
+
+ShaderSource shader_source(Context& ctx, const Attribute& attribute) {
+    constexpr int deepest = 64;
+    Attribute current = attribute;
+    for (int depth = 0; depth < deepest; ++depth) {
+        const auto connections = current.connections();
+        if (connections.empty()) return {Prim(), "", current};
+        if (connections.size() > 1) {
+            ctx.warn("several-connections", current,
+                     fmt::format("{} has {} connections, the first is used", current.path_string(),
+                                 connections.size()));
+        }
+        const usd::layer::Path target = connections[0];
+        const Prim prim = ctx.stage.prim_at(target.prim_path());
+        const std::string name = target.name().str();
+        if (!prim || !target.is_property()) {
+            ctx.warn("unresolved-connection", current,
+                     fmt::format("connection target <{}> is not there", target.to_string()));
+            return {Prim(), "", current};
+        }
+        const bool is_output = name.rfind("outputs:", 0) == 0;
+        if (is_output && prim.type_name() == "Shader") return {prim, name.substr(8), {}};
+        current = prim.attribute(name);
+    }
+    ctx.warn("connection-cycle", attribute,
+             fmt::format("connections of {} are deeper than {}", attribute.path_string(), deepest));
+    return {Prim(), "", attribute};
+}
+
+std::string primvar_name(Context& ctx, Prim reader) {
+    const ShaderSource source = shader_source(ctx, reader.attribute("inputs:varname"));
+    const std::string name = source.shader ? "" : read_text(source.value, "", ctx.time);
+    if (name.empty())
+        ctx.warn("no-varname", reader, "primvar reader without varname gives its fallback");
+    return name;
+}
+
+scene::Input InputReader::read(std::string_view name, const scene::Input& fallback, bool is_color) {
+    scene::Input input = fallback;
+    const Attribute attribute = shader.attribute("inputs:" + std::string(name));
+    if (!attribute.is_valid()) return input;
+    const ShaderSource source = shader_source(ctx, attribute);
+    if (!source.shader) {
+        read_rgb(source.value, ctx.time, input.value);
+        return input;
+    }
+    // What the input holds itself serves where the connected node cannot be read
+    read_rgb(attribute, ctx.time, input.value);
+    const std::string id = shader_id(ctx, source.shader);
+    if (id == "UsdUVTexture") {
+        input.source = scene::Input::Source::Texture;
+        input.texture = read_texture(ctx, source.shader, entry);
+        input.output = texture_output(ctx, source, is_color);
+    } else if (id.rfind("UsdPrimvarReader_", 0) == 0) {
+        const std::string primvar = primvar_name(ctx, source.shader);
+        const ShaderSource otherwise =
+            shader_source(ctx, source.shader.attribute("inputs:fallback"));
+        input.value = Rgb(0.0f);
+        if (!otherwise.shader) read_rgb(otherwise.value, ctx.time, input.value);
+        if (primvar.empty()) return input;
+        input.source = scene::Input::Source::Primvar;
+        input.primvar = scene::intern_primvar(ctx.scene, primvar);
+        entry.primvars.push_back(primvar);
+    } else {
+        ctx.warn("unsupported-shader", source.shader,
+                 fmt::format("shader node {} is not supported, {} keeps its constant",
+                             id.empty() ? "without info:id" : id, name));
+    }
+    return input;
+}
+
+scene::Input InputReader::number(std::string_view name, float fallback) {
+    return read(name, scene::Input(fallback), false);
+}
+
+scene::Input InputReader::color(std::string_view name, const Rgb& fallback) {
+    return read(name, scene::Input(fallback), true);
+}
+
+double InputReader::constant_number(std::string_view name, double fallback) {
+    const ShaderSource source = shader_source(ctx, shader.attribute("inputs:" + std::string(name)));
+    if (!source.shader) return read_number(source.value, fallback, ctx.time);
+    ctx.warn("unsupported-connection", shader.attribute("inputs:" + std::string(name)),
+             fmt::format("{} cannot vary over the surface, {} is used", name, fallback));
+    return fallback;
+}
+
+std::string InputReader::constant_text(std::string_view name, std::string_view fallback) {
+    const ShaderSource source = shader_source(ctx, shader.attribute("inputs:" + std::string(name)));
+    return source.shader ? std::string(fallback) : read_text(source.value, fallback, ctx.time);
+}
+
+}  // namespace velatura::translate

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "scene/material.h"
+#include "translate/context.h"
+
+#include <string>
+#include <string_view>
+
+namespace velatura::translate {
+
+/// Where a connection leads, through NodeGraphs and material interfaces: a shader's output, or an
+/// attribute with a value.
+struct ShaderSource {
+    Prim shader;         ///< invalid: the value of `value` counts
+    std::string output;  ///< "rgb", "r", "result", …
+    Attribute value;
+};
+
+/// Follows the first connection of an attribute to its end; an attribute without connections is its
+/// own end. Warns about cycles and targets that are not there.
+ShaderSource shader_source(Context& ctx, const Attribute& attribute);
+
+/// Reads inputs of one shader as scene inputs, translating textures and noting primvars on the way.
+struct InputReader {
+    Context& ctx;
+    Prim shader;
+    MaterialEntry& entry;
+
+    scene::Input number(std::string_view name, float fallback);
+    scene::Input color(std::string_view name, const Rgb& fallback);
+    /// Value of an input that cannot be textured here; a warning when it is.
+    double constant_number(std::string_view name, double fallback);
+    std::string constant_text(std::string_view name, std::string_view fallback);
+
+  private:
+    scene::Input read(std::string_view name, const scene::Input& fallback, bool is_color);
+};
+
+/// Texture of a UsdUVTexture shader, one per shader prim.
+scene::TextureId read_texture(Context& ctx, Prim shader, MaterialEntry& entry);
+
+/// Name that a UsdPrimvarReader reads; empty with a warning when it has none.
+std::string primvar_name(Context& ctx, Prim reader);
+
+}  // namespace velatura::translate

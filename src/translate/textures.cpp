@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "translate/shader_inputs.h"
+#include "translate/values.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace velatura::translate {
+
+namespace {
+
+Attribute input_value(Context& ctx, Prim shader, const std::string& name) {
+    const Attribute attribute = shader.attribute("inputs:" + name);
+    const ShaderSource source = shader_source(ctx, attribute);
+    if (!source.shader) return source.value;
+    ctx.warn("unsupported-connection", attribute,
+             fmt::format("{} must be a value here, its connection is left out", name));
+    return Attribute();
+}
+
+std::string input_text(Context& ctx, Prim shader, const char* name, const char* fallback) {
+    const Attribute attribute = input_value(ctx, shader, name);
+    return attribute.is_valid() ? read_text(attribute, fallback, ctx.time) : fallback;
+}
+
+void input_floats(Context& ctx, Prim shader, const char* name, std::array<float, 4>& out) {
+    const Attribute attribute = input_value(ctx, shader, name);
+    if (!attribute.is_valid()) return;
+    std::vector<float> rows;
+    int width = 0;
+    if (!read_rows(attribute.value(ctx.time), rows, width)) return;
+    for (size_t i = 0; i < rows.size() && i < 4; ++i) out[i] = rows[i];
+}
+
+scene::Wrap wrap_mode(Context& ctx, Prim shader, const char* name) {
+    const std::string text = input_text(ctx, shader, name, "useMetadata");
+    if (text == "black") return scene::Wrap::Black;
+    if (text == "clamp") return scene::Wrap::Clamp;
+    if (text == "repeat") return scene::Wrap::Repeat;
+    if (text == "mirror") return scene::Wrap::Mirror;
+    if (text != "useMetadata") {
+        ctx.warn("unknown-wrap-mode", shader.attribute(std::string("inputs:") + name),
+                 fmt::format("{} {} is unknown, useMetadata is used", name, text));
+    }
+    return scene::Wrap::UseMetadata;
+}
+
+scene::SourceColorSpace color_space(Context& ctx, Prim shader) {
+    std::string text = input_text(ctx, shader, "sourceColorSpace", "auto");
+    if (text == "auto") {
+        // A colour space on the file's own value is what older exporters write
+        const auto metadata = shader.attribute("inputs:file").metadata("colorSpace");
+        if (metadata) {
+            if (const auto* token = metadata->get_if<usd::layer::Token>()) text = token->str();
+        }
+    }
+    if (text == "sRGB" || text == "srgb_texture" || text == "srgb_rec709_scene")
+        return scene::SourceColorSpace::Srgb;
+    if (text == "raw" || text == "Raw" || text == "data" || text == "lin_rec709" ||
+        text == "lin_rec709_scene")
+        return scene::SourceColorSpace::Raw;
+    if (text != "auto") {
+        ctx.warn("unknown-color-space", shader,
+                 fmt::format("source colour space {} is unknown, auto is used", text));
+    }
+    return scene::SourceColorSpace::Auto;
+}
+
+/// Row-vector map st' = st · (a b; c d) + offset, in double.
+struct Map2 {
+    double a = 1, b = 0, c = 0, d = 1;
+    double x = 0, y = 0;
+
+    /// First this, then `next`.
+    Map2 then(const Map2& next) const {
+        return {a * next.a + b * next.c,          a * next.b + b * next.d,
+                c * next.a + d * next.c,          c * next.b + d * next.d,
+                x * next.a + y * next.c + next.x, x * next.b + y * next.d + next.y};
+    }
+};
+
+/// Scale, then counter-clockwise rotation, then translation.
+Map2 read_transform_2d(Context& ctx, Prim shader) {
+    const auto vec2 = [&](const char* name, double fallback) {
+        std::array<double, 2> out = {fallback, fallback};
+        const Attribute attribute = input_value(ctx, shader, name);
+        if (!attribute.is_valid()) return out;
+        if (const auto v = read_vector(attribute, 2, ctx.time)) out = {(*v)[0], (*v)[1]};
+        return out;
+    };
+    const std::array<double, 2> scale = vec2("scale", 1.0), offset = vec2("translation", 0.0);
+    const Attribute rotation = input_value(ctx, shader, "rotation");
+    const double degrees = rotation.is_valid() ? read_number(rotation, 0.0, ctx.time) : 0.0;
+    double cosine = std::cos(degrees * pi_d / 180), sine = std::sin(degrees * pi_d / 180);
+    // Quarter turns must not smear texels by a rounding error
+    const double quarters = degrees / 90.0;
+    if (std::isfinite(quarters) && quarters == std::floor(quarters)) {
+        const int turn = int(std::fmod(std::fmod(quarters, 4.0) + 4.0, 4.0));
+        cosine = turn == 0 ? 1 : turn == 2 ? -1 : 0;
+        sine = turn == 1 ? 1 : turn == 3 ? -1 : 0;
+    }
+    return {scale[0] * cosine, scale[0] * sine, -scale[1] * sine,
+            scale[1] * cosine, offset[0],       offset[1]};
+}
+
+/// Where the texture is looked up: follows `inputs:st` through UsdTransform2d nodes to a primvar or
+/// a constant.
+void read_coordinates(Context& ctx, Prim shader, MaterialEntry& entry, scene::Texture& texture) {
+    Map2 map;
+    Attribute attribute = shader.attribute("inputs:st");
+    if (!attribute.has_authored_connections() && !attribute.has_authored_value())
+        ctx.warn("no-texture-coordinates", shader,
+                 "inputs:st is not connected, the texture is read at (0, 0)");
+    constexpr int deepest = 64;
+    for (int depth = 0; depth < deepest; ++depth) {
+        const ShaderSource source = shader_source(ctx, attribute);
+        if (!source.shader) {
+            if (const auto st = read_vector(source.value, 2, ctx.time))
+                texture.st_constant = Vec2(float((*st)[0]), float((*st)[1]));
+            break;
+        }
+        const std::string id = read_text(source.shader.attribute("info:id"), "", ctx.time);
+        if (id == "UsdTransform2d") {
+            map = read_transform_2d(ctx, source.shader).then(map);
+            attribute = source.shader.attribute("inputs:in");
+            continue;
+        }
+        if (id == "UsdPrimvarReader_float2") {
+            const Attribute fallback = source.shader.attribute("inputs:fallback");
+            if (const auto st = read_vector(fallback, 2, ctx.time))
+                texture.st_constant = Vec2(float((*st)[0]), float((*st)[1]));
+            const std::string name = primvar_name(ctx, source.shader);
+            if (name.empty()) break;
+            texture.st = scene::intern_primvar(ctx.scene, name);
+            entry.primvars.push_back(name);
+            break;
+        }
+        ctx.warn("unsupported-shader", source.shader,
+                 fmt::format("shader node {} is not supported for texture coordinates, the texture "
+                             "is read at (0, 0)",
+                             id.empty() ? "without info:id" : id));
+        break;
+    }
+    texture.st_matrix = {float(map.a), float(map.b), float(map.c), float(map.d)};
+    texture.st_offset = Vec2(float(map.x), float(map.y));
+}
+
+}  // namespace
+
+scene::TextureId read_texture(Context& ctx, Prim shader, MaterialEntry& entry) {
+    const auto [it, is_new] =
+        ctx.textures.try_emplace(shader.path_string(), scene::TextureId(ctx.scene.textures.size()));
+    const scene::TextureId id = it->second;
+    if (!is_new) {
+        // Another material that shares the node reads the same primvar
+        const scene::PrimvarId st = ctx.scene.textures[id].st;
+        if (st != scene::none) entry.primvars.push_back(ctx.scene.primvar_names[st]);
+        return id;
+    }
+    scene::Texture texture;
+    texture.provenance = ctx.provenance(shader);
+    const Attribute file = input_value(ctx, shader, "file");
+    if (file.is_valid()) {
+        texture.authored = read_text(file, "", ctx.time);
+        texture.file = file.resolved_asset_path(ctx.time);
+    }
+    if (texture.authored.empty())
+        ctx.warn("no-texture-file", shader, "texture without a file gives its fallback");
+    texture.wrap_s = wrap_mode(ctx, shader, "wrapS");
+    texture.wrap_t = wrap_mode(ctx, shader, "wrapT");
+    texture.source_color_space = color_space(ctx, shader);
+    input_floats(ctx, shader, "scale", texture.scale);
+    input_floats(ctx, shader, "bias", texture.bias);
+    input_floats(ctx, shader, "fallback", texture.fallback);
+    read_coordinates(ctx, shader, entry, texture);
+    ctx.scene.textures.push_back(std::move(texture));
+    return id;
+}
+
+}  // namespace velatura::translate

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "translate/translate.h"
+
+#include "translate/parts.h"
+#include "translate/values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace velatura::translate {
+
+namespace {
+
+Context make_context(const usd::stage::Stage& stage,
+                     const TranslateOptions& options,
+                     Diagnostics& diagnostics) {
+    Context ctx{.stage = stage,
+                .options = options,
+                .diagnostics = diagnostics,
+                .time = options.time,
+                .scene = {},
+                .purposes = {},
+                .wanted_primvars = {std::string(scene::display_color_primvar),
+                                    std::string(scene::display_opacity_primvar), "st", "UVMap"},
+                .materials = {},
+                .textures = {},
+                .placeables = {},
+                .light_groups = {},
+                .subdivided = {},
+                .first_subdivided = {},
+                .first_subdivided_loc = {}};
+    ctx.scene.meters_per_unit = stage.meters_per_unit();
+    ctx.scene.frames_per_second = stage.frames_per_second();
+    return ctx;
+}
+
+/// Fills the scene around ctx.origin.
+void translate_content(Context& ctx) {
+    Placeable content;
+    content.is_stage = true;
+    content.origin = ctx.origin;
+    for (const Prim child : ctx.stage.pseudo_root().children()) walk(ctx, child, Mat4d(), content);
+    place_all(ctx, content);
+}
+
+void warn_subdivided(Context& ctx) {
+    if (ctx.subdivided.empty()) return;
+    std::vector<std::pair<std::string, size_t>> schemes(ctx.subdivided.begin(),
+                                                        ctx.subdivided.end());
+    std::sort(schemes.begin(), schemes.end());
+    std::string text;
+    for (const auto& [name, count] : schemes)
+        text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, name);
+    ctx.diagnostics.warn("unsupported-subdivision", ctx.first_subdivided_loc, ctx.first_subdivided,
+                         fmt::format("subdivision is not supported, meshes are rendered as their "
+                                     "polygons (by scheme: {}; the first is named here)",
+                                     text));
+}
+
+Box3d bounds_of(const scene::Shape& shape) {
+    Box3d box;
+    if (const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry)) {
+        for (const uint32_t i : mesh->face_vertex_indices) box.extendBy(Vec3d(mesh->points[i]));
+        return box;
+    }
+    const auto& gprim = std::get<scene::Gprim>(shape.geometry);
+    using Kind = scene::Gprim::Kind;
+    Vec3d half(gprim.radius, gprim.radius, gprim.height / 2);
+    if (gprim.kind == Kind::Sphere) half.z = gprim.radius;
+    if (gprim.kind == Kind::Capsule) half.z += gprim.radius;
+    if (gprim.kind == Kind::Cube) half = Vec3d(gprim.size / 2);
+    if (gprim.kind == Kind::Plane) half = Vec3d(gprim.width / 2, gprim.length / 2, 0);
+    for (int i = 0; i < 8; ++i)
+        box.extendBy(transform_point(
+            Vec3d(i & 1 ? half.x : -half.x, i & 2 ? half.y : -half.y, i & 4 ? half.z : -half.z),
+            gprim.shape_from_gprim));
+    return box;
+}
+
+Box3d transformed(const Box3d& box, const Mat4d& m) {
+    Box3d out;
+    if (box.isEmpty()) return out;
+    for (int i = 0; i < 8; ++i)
+        out.extendBy(
+            transform_point(Vec3d(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
+                                  i & 4 ? box.max.z : box.min.z),
+                            m));
+    return out;
+}
+
+Box3d bounds_of(const scene::Scene& scene) {
+    Box3d box;
+    for (const scene::Shape& shape : scene.shapes) box.extendBy(bounds_of(shape));
+    std::vector<Box3d> prototypes;
+    for (const scene::Prototype& prototype : scene.prototypes) {
+        prototypes.emplace_back();
+        for (const scene::Shape& shape : prototype.shapes)
+            prototypes.back().extendBy(bounds_of(shape));
+    }
+    for (const scene::Instance& instance : scene.instances)
+        box.extendBy(
+            transformed(prototypes[instance.prototype], Mat4d(instance.render_from_prototype)));
+    return box;
+}
+
+/// Box of everything in world space, found by translating the stage once around its first geometry.
+Box3d world_bounds(const usd::stage::Stage& stage, const TranslateOptions& options) {
+    Diagnostics ignored;
+    Context ctx = make_context(stage, options, ignored);
+    if (!read_render_settings(ctx)) return {};
+    bool is_found = false;
+    usd::stage::traverse(stage.pseudo_root(), [&](Prim prim) {
+        if (!is_found && (prim.is_a("Gprim") || prim.is_a("PointInstancer"))) {
+            const Mat4d world = world_matrix(prim, ctx.time);
+            if (is_finite(world)) ctx.origin = {world[3][0], world[3][1], world[3][2]};
+            is_found = true;
+        }
+        return !is_found;
+    });
+    translate_content(ctx);
+    const Box3d box = bounds_of(ctx.scene);
+    return box.isEmpty() ? box : Box3d(box.min + ctx.origin, box.max + ctx.origin);
+}
+
+bool is_camera(Prim prim) {
+    return prim && prim.is_a("Camera");
+}
+
+Error unknown_camera(const usd::stage::Stage& stage, const std::string& wanted, Prim found) {
+    std::string message =
+        found ? fmt::format("<{}> is a {}, not a Camera", wanted, found.type_name().str())
+              : fmt::format("there is no camera <{}>", wanted);
+    const std::vector<std::string> cameras = camera_paths(stage);
+    if (cameras.empty()) message += "; the stage has no camera";
+    for (size_t i = 0; i < cameras.size(); ++i)
+        message += fmt::format("{}<{}>", i == 0 ? "; cameras of the stage: " : ", ", cameras[i]);
+    return {"unknown-camera", message};
+}
+
+/// The camera prim to look through; invalid when the stage has none.
+Result<Prim> chosen_camera(Context& ctx) {
+    if (!ctx.options.camera.empty()) {
+        const Prim prim = ctx.stage.prim_at(ctx.options.camera);
+        if (is_camera(prim)) return prim;
+        return unknown_camera(ctx.stage, ctx.options.camera, prim);
+    }
+    if (!ctx.scene.settings.camera.empty()) {
+        const Prim prim = ctx.stage.prim_at(ctx.scene.settings.camera);
+        if (is_camera(prim)) return prim;
+        const Error error = unknown_camera(ctx.stage, ctx.scene.settings.camera, prim);
+        ctx.diagnostics.warn(error.code, ctx.stage.prim_at(ctx.scene.settings.name).loc(),
+                             ctx.scene.settings.name, error.message);
+    }
+    const std::vector<std::string> cameras = camera_paths(ctx.stage);
+    if (cameras.empty()) return Prim();
+    const Prim prim = ctx.stage.prim_at(cameras[0]);
+    if (cameras.size() > 1)
+        ctx.note("camera-chosen", prim,
+                 fmt::format("no camera was asked for, the first of {} is used", cameras.size()));
+    return prim;
+}
+
+Result<scene::Camera> make_camera(Context& ctx) {
+    Result<Prim> prim = chosen_camera(ctx);
+    if (!prim) return prim.error();
+    if (*prim) return read_camera(ctx, *prim);
+    ctx.diagnostics.note("framing-camera", ctx.stage.pseudo_root().loc(), "",
+                         "the stage has no camera, one that frames everything is used");
+    return framing_camera(ctx, world_bounds(ctx.stage, ctx.options));
+}
+
+}  // namespace
+
+std::vector<std::string> camera_paths(const usd::stage::Stage& stage) {
+    std::vector<std::string> out;
+    usd::stage::traverse(stage.pseudo_root(), [&](Prim prim) {
+        if (is_camera(prim)) out.push_back(prim.path_string());
+        return true;
+    });
+    return out;
+}
+
+Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,
+                                     const TranslateOptions& options,
+                                     Diagnostics& diagnostics) {
+    Context ctx = make_context(stage, options, diagnostics);
+    const Result<void> settings = read_render_settings(ctx);
+    if (!settings) return settings.error();
+    Result<scene::Camera> camera = make_camera(ctx);
+    if (!camera) return camera.error();
+    ctx.scene.camera = *std::move(camera);
+    ctx.scene.settings.camera = ctx.scene.camera.name;
+    ctx.origin = ctx.scene.camera.world_position;
+    translate_content(ctx);
+    warn_subdivided(ctx);
+    if (ctx.scene.lights.empty() && !ctx.has_emissive_material) add_default_dome(ctx);
+    finish_light_groups(ctx);
+    return std::move(ctx.scene);
+}
+
+}  // namespace velatura::translate

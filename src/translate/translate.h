@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/diagnostics.h"
+#include "base/result.h"
+#include "scene/scene.h"
+#include "usd/stage/stage.h"
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace velatura::translate {
+
+/// Which lights share a row of the mixer.
+enum class LightGrouping : unsigned char {
+    PerLight,  ///< a named group where the scene names one, else one row per light prim
+    Groups,    ///< named groups only; all other lights are `rest`
+    Off,       ///< every light is `rest`
+};
+
+/// What the command line decides; empty = the stage decides.
+struct TranslateOptions {
+    std::string camera;    ///< prim path
+    std::string settings;  ///< prim path of a RenderSettings
+    usd::stage::TimeCode time;
+    std::optional<std::array<int, 2>> resolution;  ///< width, height in pixels
+    std::vector<std::string> purposes;             ///< instead of the settings' includedPurposes
+    LightGrouping light_grouping = LightGrouping::PerLight;
+    size_t max_instances = 50'000'000;  ///< leaves of nested instancing; more is an error
+};
+
+/// The scene of one frame. Doubles down to the last step: world matrices are composed in double,
+/// the camera's position is subtracted from their translation, then numbers are cast to float. A
+/// stage moved or scaled by powers of two gives the same bits up to that scale.
+///
+/// Camera: `options.camera`, else the one of the product or settings, else the first of the stage,
+/// else one that frames everything (a note says so). Lights: a stage without lights and without
+/// emissive materials gets a white dome of radiance 1 in the group `default`. What is found and not
+/// rendered gets one warning per kind and prim. Errors: "unknown-camera", "unknown-settings",
+/// "bad-camera", "bad-resolution".
+Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,
+                                     const TranslateOptions& options,
+                                     Diagnostics& diagnostics);
+
+/// Paths of the cameras of a stage that a renderer would see, in traversal order.
+std::vector<std::string> camera_paths(const usd::stage::Stage& stage);
+
+}  // namespace velatura::translate

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "translate/parts.h"
+#include "translate/values.h"
+
+#include <fmt/format.h>
+
+namespace velatura::translate {
+
+void warn_unsupported(Context& ctx, Prim prim) {
+    const std::string& type = prim.type_name().str();
+    if (type == "SkelRoot") {
+        ctx.warn("unsupported-skel", prim,
+                 "skeletal animation is not supported, meshes keep their points");
+        return;
+    }
+    const bool is_shown = prim.is_a("Gprim") || prim.is_a("Volume");
+    const bool is_light = type == "GeometryLight" || type == "PortalLight" ||
+                          type == "PluginLight" || prim.has_api("LightAPI");
+    if (is_shown || is_light) {
+        ctx.warn(is_light ? "unsupported-light" : "unsupported-geometry", prim,
+                 fmt::format("{} is not supported, the prim is left out", type));
+    }
+}
+
+void warn_unsupported_features(Context& ctx, Prim prim) {
+    if (prim.has_api("LightAPI") || prim.has_api("MeshLightAPI")) {
+        ctx.warn("unsupported-light", prim,
+                 "geometry as a light is not supported, it shows its material only");
+    }
+    if (prim.has_api("SkelBindingAPI") && !prim.relationship("skel:skeleton").targets().empty()) {
+        ctx.warn("unsupported-skel", prim, "skinning is not supported, the mesh keeps its points");
+    }
+    for (const char* name : {"velocities", "accelerations"}) {
+        const Attribute attribute = prim.attribute(name);
+        if (attribute.has_authored_value())
+            ctx.warn("unsupported-motion-blur", attribute,
+                     fmt::format("{} are not used, motion blur is not supported", name));
+    }
+}
+
+}  // namespace velatura::translate

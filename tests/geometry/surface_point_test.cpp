@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "geometry/surface_point.h"
+
+#include "geometry/geometry_set.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+
+namespace velatura::geometry {
+
+namespace {
+
+scene::Shape triangle_shape(const Vec3& a, const Vec3& b, const Vec3& c) {
+    scene::Mesh mesh;
+    mesh.points = {a, b, c};
+    mesh.face_vertex_counts = {3};
+    mesh.face_vertex_indices = {0, 1, 2};
+    scene::Shape shape;
+    shape.geometry = mesh;
+    return shape;
+}
+
+/// Whether o + t·d, t > 0, meets the plane of the triangle. The side of the origin and the heading
+/// decide, both from float data in long double: exact enough, since 2×24 + 24 bits of products fit
+/// but for the spread of exponents.
+template <class T>
+bool meets_plane(const Vec3 p[3], const Imath::Vec3<T>& o, const Imath::Vec3<T>& d) {
+    long double q[3][3];
+    for (int k = 0; k < 3; ++k)
+        for (int i = 0; i < 3; ++i)
+            q[k][i] = static_cast<long double>(p[k][i]) - static_cast<long double>(o[i]);
+    const auto edge = [&](int k, int i) {
+        return static_cast<long double>(p[k][i]) - static_cast<long double>(p[0][i]);
+    };
+    const long double n[3] = {edge(1, 1) * edge(2, 2) - edge(1, 2) * edge(2, 1),
+                              edge(1, 2) * edge(2, 0) - edge(1, 0) * edge(2, 2),
+                              edge(1, 0) * edge(2, 1) - edge(1, 1) * edge(2, 0)};
+    long double height = 0, heading = 0;
+    for (int i = 0; i < 3; ++i) {
+        height += n[i] * q[0][i];
+        heading += n[i] * static_cast<long double>(d[i]);
+    }
+    return height * heading > 0;
+}
+
+Vec3 random_unit(std::mt19937& random) {
+    std::normal_distribution<float> normal;
+    return normalize(Vec3(normal(random), normal(random), normal(random)));
+}
+
+Vec3 random_point(std::mt19937& random, int exponent) {
+    std::uniform_real_distribution<float> uniform(-1, 1);
+    return Vec3(uniform(random), uniform(random), uniform(random)) * std::ldexp(1.0f, exponent);
+}
+
+}  // namespace
+
+TEST(SurfacePoint, SpawnedRaysNeverMeetTheirTriangle) {
+    std::mt19937 random(11);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    size_t rays = 0, again = 0;
+    for (int trial = 0; trial < 4000; ++trial) {
+        scene::Scene scene;
+        // Sizes 2^-20 … 2^20, as far as 2^12 sizes from the origin, needles included
+        const int size = int(random() % 41) - 20, away = size + int(random() % 13);
+        const Vec3 centre = random_point(random, away);
+        const Vec3 a = centre + random_point(random, size);
+        const Vec3 b = centre + random_point(random, size);
+        const Vec3 c = trial % 4 == 0
+                           ? a + (b - a) * uniform(random) + random_point(random, size - 12)
+                           : centre + random_point(random, size);
+        if (a == b || b == c || c == a) continue;
+        scene.shapes.push_back(triangle_shape(a, b, c));
+        const GeometrySet geometry(scene);
+        const Vec3 corners[3] = {a, b, c};
+        for (int k = 0; k < 64; ++k) {
+            Hit hit;
+            hit.b1 = k == 0 ? 0.0f : uniform(random);
+            hit.b2 = k == 1 ? 1.0f - hit.b1 : uniform(random) * (1.0f - hit.b1);
+            hit.shape = hit.triangle = 0;
+            const SurfacePoint point = make_surface_point(scene, geometry, Ray(), hit);
+            const Vec3 d = random_unit(random);
+            // Headings within rounding of the plane have no side
+            if (std::abs(d.dot(point.ng)) < 1e-5f) continue;
+            const Ray ray = spawn_ray(point, d);
+            ++rays;
+            again += meets_plane(corners, ray.o, ray.d);
+        }
+    }
+    EXPECT_GT(rays, 200000u);
+    EXPECT_EQ(again, 0u) << "of " << rays;
+}
+
+TEST(SurfacePoint, SpawnedRaysNeverMeetTheirInstancedTriangle) {
+    std::mt19937 random(12);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    size_t rays = 0, again = 0;
+    for (int trial = 0; trial < 2000; ++trial) {
+        scene::Scene scene;
+        const Vec3 a = random_point(random, 3), b = random_point(random, 3),
+                   c = random_point(random, 3);
+        scene::Prototype prototype;
+        prototype.shapes.push_back(triangle_shape(a, b, c));
+        scene.prototypes.push_back(prototype);
+        scene::Instance instance;
+        for (int i = 0; i < 3; ++i) {
+            // Rows of lengths between 1 and 10^-4
+            const Vec3 row = random_unit(random) * std::pow(10.0f, -4.0f * uniform(random));
+            for (int j = 0; j < 3; ++j) instance.render_from_prototype[i][j] = row[j];
+            instance.render_from_prototype[3][i] = 100.0f * uniform(random);
+        }
+        scene.instances.push_back(instance);
+        const GeometrySet geometry(scene);
+        const InstanceTransform& transform = geometry.instances()[0];
+        ASSERT_TRUE(transform.is_invertible);
+        const Vec3 corners[3] = {a, b, c};
+        for (int k = 0; k < 64; ++k) {
+            Hit hit{1.0f, uniform(random), 0, 0, 0, 0};
+            hit.b2 = uniform(random) * (1.0f - hit.b1);
+            const SurfacePoint point = make_surface_point(scene, geometry, Ray(), hit);
+            const Vec3 d = random_unit(random);
+            const Ray ray = spawn_ray(point, d);
+            // As traversal carries the ray into prototype space
+            const Vec3d o = transform_point(Vec3d(ray.o), transform.prototype_from_render);
+            const Vec3d e = transform_direction(Vec3d(d), transform.prototype_from_render);
+            const Vec3 n = (b - a).cross(c - a).normalized();
+            if (std::abs(e.normalized().dot(Vec3d(n))) < 1e-4) continue;
+            ++rays;
+            again += meets_plane(corners, o, e);
+        }
+    }
+    EXPECT_GT(rays, 50000u);
+    EXPECT_EQ(again, 0u) << "of " << rays;
+}
+
+TEST(SurfacePoint, OffsetStaysWithinAFewUlps) {
+    // A wall at x = 2^20 + 3: the step must not cross a gap of 8 ulp (RIGOR H04)
+    const float x = 1048579.0f, ulp = 0.125f;
+    scene::Scene scene;
+    scene.shapes.push_back(triangle_shape({x, -1000, -1000}, {x, 1000, -1000}, {x, 0, 1000}));
+    const GeometrySet geometry(scene);
+    const Hit hit{1.0f, 0.3f, 0.3f, scene::none, 0, 0};
+    const SurfacePoint point = make_surface_point(scene, geometry, Ray(), hit);
+    const Vec3 o = offset_ray_origin(point, Vec3(1, 0, 0));
+    EXPECT_GT(o.x, x);
+    EXPECT_LE(o.x, x + 4 * ulp);
+}
+
+TEST(SurfacePoint, ErrorBoundHoldsAgainstLongDouble) {
+    std::mt19937 random(13);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    for (int trial = 0; trial < 20000; ++trial) {
+        scene::Scene scene;
+        const Vec3 p[3] = {random_point(random, 8), random_point(random, 8),
+                           random_point(random, 8)};
+        scene.shapes.push_back(triangle_shape(p[0], p[1], p[2]));
+        const GeometrySet geometry(scene);
+        Hit hit{1.0f, uniform(random), 0, scene::none, 0, 0};
+        hit.b2 = uniform(random) * (1.0f - hit.b1);
+        const SurfacePoint point = make_surface_point(scene, geometry, Ray(), hit);
+        for (int i = 0; i < 3; ++i) {
+            const long double b1 = hit.b1, b2 = hit.b2;
+            const long double truth = (1 - b1 - b2) * static_cast<long double>(p[0][i]) +
+                                      b1 * static_cast<long double>(p[1][i]) +
+                                      b2 * static_cast<long double>(p[2][i]);
+            ASSERT_LE(std::abs(truth - static_cast<long double>(point.p[i])),
+                      static_cast<long double>(point.p_error[i]));
+        }
+    }
+}
+
+TEST(SurfacePoint, OrientationFollowsWindingFlagAndMirror) {
+    for (const bool flipped : {false, true}) {
+        for (const bool mirrored : {false, true}) {
+            scene::Scene scene;
+            scene::Shape shape = triangle_shape({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+            auto& mesh = std::get<scene::Mesh>(shape.geometry);
+            mesh.normals = {{0, 0.6f, 0.8f}};
+            mesh.normal_interpolation = scene::Interpolation::Constant;
+            shape.flip_normals = flipped;
+            scene::Prototype prototype;
+            prototype.shapes.push_back(shape);
+            scene.prototypes.push_back(prototype);
+            scene::Instance instance;
+            // The mirror keeps z, hence the outside stays where it was
+            if (mirrored) instance.render_from_prototype[0][0] = -1.0f;
+            scene.instances.push_back(instance);
+            const GeometrySet geometry(scene);
+            const Hit hit{1.0f, 0.25f, 0.25f, 0, 0, 0};
+            const SurfacePoint point = make_surface_point(scene, geometry, Ray(), hit);
+            const float side = flipped ? -1.0f : 1.0f;
+            EXPECT_EQ(point.ng, Vec3(0, 0, side));
+            EXPECT_NEAR((point.ns - Vec3(0, 0.6f, 0.8f) * side).length(), 0.0f, 1e-6f);
+        }
+    }
+}
+
+TEST(SurfacePoint, NormalsUnderNonUniformScaleAreCovectors) {
+    scene::Scene scene;
+    scene::Prototype prototype;
+    // Plane x + z = 1; scaled by 4 in x it becomes x/4 + z = 1
+    prototype.shapes.push_back(triangle_shape({1, 0, 0}, {1, 1, 0}, {0, 0, 1}));
+    scene.prototypes.push_back(prototype);
+    scene::Instance instance;
+    instance.render_from_prototype[0][0] = 4.0f;
+    scene.instances.push_back(instance);
+    const GeometrySet geometry(scene);
+    const SurfacePoint point =
+        make_surface_point(scene, geometry, Ray(), {1.0f, 0.25f, 0.25f, 0, 0, 0});
+    EXPECT_NEAR((point.ng - Vec3(1, 0, 4).normalized()).length(), 0.0f, 1e-6f);
+}
+
+TEST(SurfacePoint, TangentsFollowTextureCoordinates) {
+    scene::Scene scene;
+    scene::Shape shape = triangle_shape({0, 0, 0}, {2, 0, 0}, {0, 3, 0});
+    auto& mesh = std::get<scene::Mesh>(shape.geometry);
+    scene::Primvar st;
+    st.name = scene::intern_primvar(scene, "st");
+    st.interpolation = scene::Interpolation::FaceVarying;
+    st.width = 2;
+    st.values = {0, 0, 0, 1, -1, 0};  // s runs along −y, t along +x
+    mesh.primvars = {st};
+    scene.shapes.push_back(shape);
+    const GeometrySet geometry(scene);
+    const SurfacePoint point =
+        make_surface_point(scene, geometry, Ray(), {1.0f, 0.2f, 0.2f, scene::none, 0, 0});
+    EXPECT_NEAR((point.dpds - Vec3(0, -1, 0)).length(), 0.0f, 1e-6f);
+    EXPECT_NEAR((point.dpdt - Vec3(1, 0, 0)).length(), 0.0f, 1e-6f);
+}
+
+TEST(SurfacePoint, ScalingByPowersOfTwoScalesEveryBit) {
+    std::mt19937 random(14);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    for (int trial = 0; trial < 500; ++trial) {
+        const Vec3 p[3] = {random_point(random, 2), random_point(random, 2),
+                           random_point(random, 2)};
+        scene::Instance instance;
+        for (int i = 0; i < 4; ++i) {
+            const Vec3 row = random_unit(random);
+            for (int j = 0; j < 3; ++j) instance.render_from_prototype[i][j] = row[j];
+        }
+        const float b1 = uniform(random), b2 = uniform(random) * (1 - b1);
+        const bool is_instanced = trial % 2 == 0;
+        const Vec3 d = random_unit(random);
+        SurfacePoint reference;
+        Vec3 reference_origin(0.0f);
+        for (const int k : {0, -20, 20}) {
+            const float s = std::ldexp(1.0f, k);
+            scene::Scene scene;
+            scene::Shape shape = triangle_shape(p[0] * s, p[1] * s, p[2] * s);
+            scene::Prototype prototype;
+            prototype.shapes.push_back(shape);
+            scene.prototypes.push_back(prototype);
+            scene.shapes.push_back(shape);
+            scene::Instance scaled = instance;
+            for (int j = 0; j < 3; ++j) scaled.render_from_prototype[3][j] *= s;
+            scene.instances.push_back(scaled);
+            const GeometrySet geometry(scene);
+            const Hit hit{1.0f, b1, b2, is_instanced ? 0 : scene::none, 0, 0};
+            const SurfacePoint point = make_surface_point(scene, geometry, Ray(), hit);
+            const Vec3 origin = offset_ray_origin(point, d);
+            if (k == 0) {
+                reference = point;
+                reference_origin = origin;
+            }
+            ASSERT_EQ(point.p, reference.p * s);
+            ASSERT_EQ(point.p_error, reference.p_error * s);
+            ASSERT_EQ(point.ng, reference.ng);
+            ASSERT_EQ(point.ns, reference.ns);
+            ASSERT_EQ(point.dpds, reference.dpds);
+            ASSERT_EQ(origin, reference_origin * s);
+        }
+    }
+}
+
+TEST(SurfacePoint, RayTowardsAPointEndsThere) {
+    scene::Scene scene;
+    scene.shapes.push_back(triangle_shape({0, 0, 1}, {1, 0, 1}, {0, 1, 1}));
+    const GeometrySet geometry(scene);
+    const SurfacePoint point =
+        make_surface_point(scene, geometry, Ray(), {1.0f, 0.25f, 0.25f, scene::none, 0, 0});
+    const Ray ray = spawn_ray_to(point, Vec3(3, 4, 5));
+    EXPECT_EQ(ray.t_max, 1.0f);
+    EXPECT_GT(ray.o.z, 1.0f);
+    EXPECT_NEAR((ray.o + ray.d - Vec3(3, 4, 5)).length(), 0.0f, 1e-6f);
+    EXPECT_LT(spawn_ray_to(point, Vec3(3, 4, -5)).o.z, 1.0f);
+}
+
+}  // namespace velatura::geometry

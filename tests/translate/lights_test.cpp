@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support.h"
+#include "translate/blackbody.h"
+#include "translate/light_area.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace velatura::translate {
+
+namespace {
+
+scene::Light light(const std::string& type, const std::string& body) {
+    Translated t;
+    translate_text(camera() + "def " + type + " \"L\" {\n" + body + "\n}\n", t);
+    EXPECT_EQ(t.error, "");
+    EXPECT_EQ(t.scene.lights.size(), 1u);
+    return t.scene.lights.empty() ? scene::Light() : t.scene.lights[0];
+}
+
+const char* const scaled =
+    "double3 xformOp:scale = (2, 3, 5)\nuniform token[] xformOpOrder = [\"xformOp:scale\"]\n";
+
+/// ∫ |n · C| over the unit sphere by the midpoint rule: area of the ellipsoid by another road.
+double ellipsoid_area(const Mat4d& m) {
+    const Mat3d c = cofactor_matrix(m);
+    const int n = 400;
+    double sum = 0;
+    for (int i = 0; i < n; ++i) {
+        const double z = -1 + (i + 0.5) * 2 / n, s = std::sqrt(1 - z * z);
+        for (int j = 0; j < 2 * n; ++j) {
+            const double phi = (j + 0.5) * pi_d / n;
+            sum += (Vec3d(s * std::cos(phi), s * std::sin(phi), z) * c).length();
+        }
+    }
+    return sum * 2 / n * pi_d / n;
+}
+
+double cylinder_area_by_quadrature(double r, double l, const Mat4d& m) {
+    const Vec3d x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]),
+        z(m[2][0], m[2][1], m[2][2]);
+    const int n = 4096;
+    double sum = 0;
+    for (int i = 0; i < n; ++i) {
+        const double t = 2 * pi_d * i / n;
+        sum += (x * l).cross((z * std::cos(t) - y * std::sin(t)) * r).length();
+    }
+    return sum * 2 * pi_d / n;
+}
+
+}  // namespace
+
+TEST(LightAreas, MatchClosedFormsAndQuadrature) {
+    const Mat4d scale(2, 0, 0, 0, 0, 3, 0, 0, 0, 0, 5, 0, 0, 0, 0, 1);
+    const Mat4d shear(1, 0.5, 0.2, 0, -0.3, 2, 0.7, 0, 0.1, 0.4, 0.6, 0, 9, 9, 9, 1);
+    EXPECT_DOUBLE_EQ(rect_area(2, 3, scale), 36.0);
+    EXPECT_DOUBLE_EQ(disk_area(0.5, scale), pi_d * 1.0 * 1.5);
+    EXPECT_NEAR(sphere_area(0.5, Mat4d()), pi_d, 1e-13);
+    EXPECT_NEAR(cylinder_area(0.5, 2, Mat4d()), 2 * pi_d, 1e-13);
+    for (const Mat4d& m : {scale, shear}) {
+        // The midpoint rule is off by O(1/n²), about 1e-5 relative at n = 400
+        EXPECT_NEAR(sphere_area(1, m) / ellipsoid_area(m), 1.0, 2e-5);
+        EXPECT_NEAR(cylinder_area(0.7, 3, m) / cylinder_area_by_quadrature(0.7, 3, m), 1.0, 1e-12);
+    }
+    // Prolate spheroid (1, 1, 2): 2π(1 + 2/e·asin e), e² = 3/4
+    const double e = std::sqrt(0.75);
+    const Mat4d prolate(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1);
+    EXPECT_NEAR(sphere_area(1, prolate), 2 * pi_d * (1 + 2 / e * std::asin(e)), 1e-12);
+    // Flat: both sides of an ellipse
+    const Mat4d flat(1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1);
+    EXPECT_NEAR(sphere_area(1, flat), 2 * pi_d * 2, 1e-7);
+}
+
+TEST(LightAreas, ScaleExactlyByPowersOfTwo) {
+    const Mat4d m(1, 0.5, 0.2, 0, -0.3, 2, 0.7, 0, 0.1, 0.4, 0.6, 0, 9, 9, 9, 1);
+    for (const int k : {-20, -3, 7, 20}) {
+        Mat4d s = m;
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) s[i][j] = std::ldexp(m[i][j], k);
+        EXPECT_EQ(sphere_area(0.3, s), std::ldexp(sphere_area(0.3, m), 2 * k));
+        EXPECT_EQ(cylinder_area(0.3, 2, s), std::ldexp(cylinder_area(0.3, 2, m), 2 * k));
+        EXPECT_EQ(disk_area(0.3, s), std::ldexp(disk_area(0.3, m), 2 * k));
+        EXPECT_EQ(rect_area(0.3, 2, s), std::ldexp(rect_area(0.3, 2, m), 2 * k));
+    }
+}
+
+TEST(Lights, RadianceIsIntensityTimesExposureTimesColour) {
+    const scene::Light l = light(
+        "RectLight",
+        "float inputs:intensity = 3\nfloat inputs:exposure = 2\n"
+        "color3f inputs:color = (1, 0.5, 0.25)\nfloat inputs:width = 4\nfloat inputs:height = 2");
+    EXPECT_EQ(l.Le, Rgb(12, 6, 3));
+    EXPECT_EQ(l.width, 4.0f);
+    EXPECT_EQ(l.kind, scene::LightKind::Rect);
+    // Files from before USD 21.02
+    EXPECT_EQ(light("RectLight", "float intensity = 7").Le, Rgb(7.0f));
+}
+
+TEST(Lights, NormalizeDividesByTheWorldArea) {
+    const std::string on =
+        "bool inputs:normalize = 1\nfloat inputs:intensity = 1\n" + std::string(scaled);
+    EXPECT_FLOAT_EQ(light("RectLight", on + "float inputs:width = 4").Le.x, float(1 / 24.0));
+    EXPECT_FLOAT_EQ(light("DiskLight", on).Le.x, float(1 / (pi_d * 1.5)));
+    const Mat4d m(2, 0, 0, 0, 0, 3, 0, 0, 0, 0, 5, 0, 0, 0, 0, 1);
+    // The quadrature is good to 2e-5
+    EXPECT_NEAR(double(light("SphereLight", on).Le.x) * 0.25 * ellipsoid_area(m), 1.0, 2e-5);
+    EXPECT_FLOAT_EQ(light("CylinderLight", on).Le.x,
+                    float(1 / cylinder_area_by_quadrature(0.5, 1, m)));
+}
+
+TEST(Lights, DistantNormalizeGivesLux) {
+    const double t = 0.5 * 30 * pi_d / 180;
+    EXPECT_FLOAT_EQ(
+        light("DistantLight", "bool inputs:normalize = 1\nfloat inputs:angle = 30").Le.x,
+        float(50000 / (pi_d * std::sin(t) * std::sin(t))));
+    EXPECT_FLOAT_EQ(
+        light("DistantLight",
+              "float inputs:intensity = 2\nbool inputs:normalize = 1\nfloat inputs:angle = 0")
+            .Le.x,
+        2.0f);
+    EXPECT_FLOAT_EQ(float(distant_divisor(360)), float(2 * pi_d));
+    EXPECT_FLOAT_EQ(float(distant_divisor(180)), float(pi_d));
+}
+
+TEST(Lights, BlackBodyHasLuminanceOneAndThePublishedWhite) {
+    for (double kelvin = 1000; kelvin <= 10000; kelvin += 250) {
+        const Vec3d c = blackbody_rgb(kelvin);
+        EXPECT_NEAR(0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z, 1.0, 1e-12);
+    }
+    // UsdLux at 6500 K (USD.md §5a); the fits of the observer are good to about 1 %
+    const Vec3d white = blackbody_rgb(6500);
+    EXPECT_NEAR(white.x, 1.043, 0.012);
+    EXPECT_NEAR(white.y, 0.984, 0.012);
+    EXPECT_NEAR(white.z, 1.035, 0.02);
+    EXPECT_EQ(blackbody_rgb(500), blackbody_rgb(1000));
+    const scene::Light l =
+        light("SphereLight",
+              "bool inputs:enableColorTemperature = 1\nfloat inputs:colorTemperature = 3000");
+    EXPECT_GT(l.Le.x, l.Le.y);
+    EXPECT_GT(l.Le.y, l.Le.z);
+    EXPECT_NEAR(0.2126f * l.Le.x + 0.7152f * l.Le.y + 0.0722f * l.Le.z, 1.0f, 1e-6f);
+}
+
+TEST(Lights, PositionIsRelativeToTheCamera) {
+    Translated t;
+    translate_text(camera("double3 xformOp:translate = (1, 2, 3)\nuniform token[] xformOpOrder = "
+                          "[\"xformOp:translate\"]") +
+                       "def SphereLight \"L\" {\ndouble3 xformOp:translate = (11, 2, 2)\n"
+                       "uniform token[] xformOpOrder = [\"xformOp:translate\"]\n}\n",
+                   t);
+    ASSERT_EQ(t.scene.lights.size(), 1u);
+    const Mat4d& m = t.scene.lights[0].render_from_light;
+    EXPECT_EQ(Vec3d(m[3][0], m[3][1], m[3][2]), Vec3d(10, 0, -1));
+    EXPECT_EQ(t.scene.camera.world_position, Vec3d(1, 2, 3));
+}
+
+TEST(Lights, GroupsFollowTheOrderOfNamesAndAreUnique) {
+    Translated t;
+    translate_text(camera() + R"(
+def SphereLight "Key" { string velatura:light:group = "hero"
+    string inputs:karma:light:lpetag = "x"; }
+def SphereLight "Fill" { string inputs:karma:light:lpetag = "hero"; }
+def SphereLight "Rim" { string karma:light:lpetag = "old tag!"; }
+def SphereLight "Kick" { string primvars:arnold:aov = "aov1"; }
+def Xform "A" {
+    def SphereLight "Lamp_1" {}
+}
+def Xform "B" {
+    def SphereLight "Lamp_1" {}
+}
+def DomeLight "env" {}
+def SphereLight "b2" {}
+def Xform "C" {
+    def SphereLight "b" {}
+}
+def Xform "D" {
+    def SphereLight "b" {}
+}
+)",
+                   t);
+    std::vector<std::string> names;
+    for (const auto& group : t.scene.groups) names.push_back(group.name);
+    EXPECT_EQ(names, (std::vector<std::string>{"hero", "oldtag", "aov1", "Lamp1", "Lamp12", "envL",
+                                               "b2L", "b", "bL", "emissive"}));
+    ASSERT_EQ(t.scene.groups.size(), 10u);
+    EXPECT_EQ(t.scene.groups[0].prims, (std::vector<std::string>{"/Key", "/Fill"}));
+    EXPECT_TRUE(t.scene.groups[5].is_environment);
+    EXPECT_FALSE(t.scene.groups[0].is_environment);
+    EXPECT_EQ(t.scene.emissive_group(), 9u);
+    TranslateOptions options;
+    options.light_grouping = LightGrouping::Groups;
+    Translated grouped;
+    translate_text(camera() +
+                       "def SphereLight \"A\" { string velatura:light:group = \"g\"; }\ndef "
+                       "SphereLight \"B\" {}\n"
+                       "def SphereLight \"C\" {}\n",
+                   grouped, options);
+    ASSERT_EQ(grouped.scene.groups.size(), 3u);
+    EXPECT_EQ(grouped.scene.groups[1].name, "rest");
+    EXPECT_EQ(grouped.scene.groups[1].prims.size(), 2u);
+}
+
+TEST(Lights, WithoutLightsADomeShines) {
+    Translated t;
+    translate_text(camera() + quad("Q"), t);
+    ASSERT_EQ(t.scene.lights.size(), 1u);
+    EXPECT_EQ(t.scene.lights[0].kind, scene::LightKind::Dome);
+    EXPECT_EQ(t.scene.groups[0].name, "default");
+    EXPECT_EQ(t.count("default-light"), 1u);
+}
+
+TEST(Lights, WhatIsNotHonouredIsNamed) {
+    Translated t;
+    translate_text(camera() + R"(
+def SphereLight "L" (prepend apiSchemas = ["ShapingAPI", "ShadowAPI"]) {
+    asset inputs:shaping:ies:file = @a.ies@
+    bool inputs:shadow:enable = 0
+    rel light:filters = </F>
+    rel collection:lightLink:includes = </X>
+}
+def PortalLight "P" {}
+def SphereLight "None" { float inputs:radius = 0; }
+)",
+                   t);
+    for (const char* code :
+         {"unsupported-ies", "unsupported-shadow-input", "unsupported-light-filter",
+          "unsupported-light-linking", "unsupported-light", "light-without-size"})
+        EXPECT_EQ(t.count(code), 1u) << code;
+    EXPECT_EQ(t.scene.lights.size(), 1u);
+}
+
+TEST(Lights, ShapingIsActiveOnlyWhereItShapes) {
+    EXPECT_FALSE(light("SphereLight", "").shaping.is_active);
+    EXPECT_TRUE(light("SphereLight", "float inputs:shaping:cone:angle = 40").shaping.is_active);
+    EXPECT_FALSE(light("RectLight", "float inputs:shaping:cone:angle = 120").shaping.is_active);
+    EXPECT_TRUE(light("SphereLight", "float inputs:shaping:cone:angle = 120").shaping.is_active);
+    EXPECT_TRUE(light("RectLight", "float inputs:shaping:focus = 2").shaping.is_active);
+}
+
+TEST(Lights, DomePoleTurnsTheLight) {
+    const scene::Light y = light("DomeLight_1", "uniform token poleAxis = \"Y\"");
+    EXPECT_EQ(y.render_from_light, Mat4d());
+    const scene::Light z = light("DomeLight_1", "uniform token poleAxis = \"Z\"");
+    EXPECT_EQ(transform_direction(Vec3d(0, 1, 0), z.render_from_light), Vec3d(0, 0, 1));
+    EXPECT_EQ(transform_direction(Vec3d(0, 0, 1), z.render_from_light), Vec3d(0, -1, 0));
+    EXPECT_EQ(determinant3(z.render_from_light), 1.0);
+}
+
+}  // namespace velatura::translate

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support.h"
+
+#include <gtest/gtest.h>
+
+namespace velatura::translate {
+
+namespace {
+
+std::string material(const std::string& name,
+                     const std::string& inputs,
+                     const std::string& more = "") {
+    return "def Material \"" + name + "\" {\n token outputs:surface.connect = <" + "/M/" + name +
+           "/S.outputs:surface>\n def Shader \"S\" {\n uniform token info:id = "
+           "\"UsdPreviewSurface\"\n" +
+           inputs + "\n token outputs:surface\n }\n" + more + "}\n";
+}
+
+std::string binding(const std::string& path,
+                    const std::string& suffix = "",
+                    const std::string& meta = "") {
+    return "rel material:binding" + suffix + " = <" + path + ">" + meta + "\n";
+}
+
+const scene::Material& material_of(const Translated& t, size_t shape) {
+    return t.scene.materials.at(t.scene.shapes.at(shape).material);
+}
+
+}  // namespace
+
+TEST(Materials, ConstantsAndFallbacks) {
+    Translated t;
+    translate_text(
+        camera() + "def Scope \"M\" {\n" +
+            material("A",
+                     "color3f inputs:diffuseColor = (0.1, 0.2, 0.3)\nfloat inputs:metallic = 1\n"
+                     "int inputs:useSpecularWorkflow = 1\nfloat inputs:opacityThreshold = 0.5\n"
+                     "token inputs:opacityMode = \"presence\"\nfloat inputs:displacement = 2\n"
+                     "float inputs:sheen = 1") +
+            "}\n" + quad("Q", binding("/M/A")),
+        t);
+    ASSERT_EQ(t.scene.materials.size(), 1u);
+    const scene::Material& m = material_of(t, 0);
+    EXPECT_EQ(m.diffuse_color.value, Rgb(0.1f, 0.2f, 0.3f));
+    EXPECT_EQ(m.metallic.value.x, 1.0f);
+    EXPECT_TRUE(m.use_specular_workflow);
+    EXPECT_EQ(m.opacity_threshold, 0.5f);
+    EXPECT_TRUE(m.presence);
+    EXPECT_EQ(m.roughness.value.x, 0.5f);
+    EXPECT_EQ(m.ior.value.x, 1.5f);
+    EXPECT_EQ(m.clearcoat_roughness.value.x, 0.01f);
+    EXPECT_EQ(m.specular_color.value, Rgb(0.0f));
+    EXPECT_EQ(t.count("unsupported-displacement"), 1u);
+    EXPECT_EQ(t.count("unknown-shader-input"), 1u);
+}
+
+TEST(Materials, TexturesThroughNodeGraphsTransformsAndInterfaces) {
+    Translated t;
+    translate_text(
+        camera() + R"(def Scope "M" {
+    def Material "A" {
+        float inputs:rough = 0.25
+        token inputs:stname = "map7"
+        token outputs:surface.connect = </M/A/S.outputs:surface>
+        def Shader "S" {
+            uniform token info:id = "UsdPreviewSurface"
+            color3f inputs:diffuseColor.connect = </M/A/G.outputs:color>
+            float inputs:roughness.connect = </M/A.inputs:rough>
+            float inputs:opacity.connect = </M/A/G/T.outputs:a>
+            float inputs:metallic.connect = </M/A/P.outputs:result>
+            token outputs:surface
+        }
+        def Shader "P" {
+            uniform token info:id = "UsdPrimvarReader_float"
+            string inputs:varname = "shine"
+            float inputs:fallback = 0.75
+            float outputs:result
+        }
+        def NodeGraph "G" {
+            color3f outputs:color.connect = </M/A/G/T.outputs:rgb>
+            def Shader "T" {
+                uniform token info:id = "UsdUVTexture"
+                asset inputs:file = @tex/a.png@
+                token inputs:wrapS = "repeat"
+                token inputs:wrapT = "mirror"
+                token inputs:sourceColorSpace = "raw"
+                float4 inputs:scale = (2, 2, 2, 1)
+                float4 inputs:bias = (-1, -1, -1, 0)
+                float2 inputs:st.connect = </M/A/G/X.outputs:result>
+                float3 outputs:rgb
+                float outputs:a
+            }
+            def Shader "X" {
+                uniform token info:id = "UsdTransform2d"
+                float2 inputs:in.connect = </M/A/G/R.outputs:result>
+                float inputs:rotation = 90
+                float2 inputs:scale = (2, 3)
+                float2 inputs:translation = (10, 20)
+                float2 outputs:result
+            }
+            def Shader "R" {
+                uniform token info:id = "UsdPrimvarReader_float2"
+                string inputs:varname.connect = </M/A.inputs:stname>
+                float2 outputs:result
+            }
+        }
+    }
+}
+)" +
+            quad("Q", binding("/M/A") + "float2[] primvars:map7 = [(0,0),(1,0),(1,1),(0,1)] "
+                                        "(interpolation = \"vertex\")\n"
+                                        "float2[] primvars:unused = [(0,0),(1,0),(1,1),(0,1)] "
+                                        "(interpolation = \"vertex\")"),
+        t);
+    const scene::Material& m = material_of(t, 0);
+    ASSERT_EQ(m.diffuse_color.source, scene::Input::Source::Texture);
+    EXPECT_EQ(m.diffuse_color.output, scene::TextureOutput::Rgb);
+    EXPECT_EQ(m.opacity.output, scene::TextureOutput::A);
+    EXPECT_EQ(m.opacity.texture, m.diffuse_color.texture);
+    EXPECT_EQ(m.roughness.value.x, 0.25f);
+    EXPECT_EQ(m.metallic.source, scene::Input::Source::Primvar);
+    EXPECT_EQ(t.scene.primvar_names[m.metallic.primvar], "shine");
+    EXPECT_EQ(m.metallic.value.x, 0.75f);
+    const scene::Texture& texture = t.scene.textures.at(m.diffuse_color.texture);
+    EXPECT_EQ(texture.authored, "tex/a.png");
+    EXPECT_NE(texture.file.find("/tex/a.png"), std::string::npos);
+    EXPECT_EQ(texture.wrap_s, scene::Wrap::Repeat);
+    EXPECT_EQ(texture.wrap_t, scene::Wrap::Mirror);
+    EXPECT_EQ(texture.source_color_space, scene::SourceColorSpace::Raw);
+    EXPECT_EQ(texture.scale[0], 2.0f);
+    EXPECT_EQ(texture.bias[2], -1.0f);
+    EXPECT_EQ(t.scene.primvar_names[texture.st], "map7");
+    // (s, t) → scale (2s, 3t) → quarter turn (−3t, 2s) → (−3t + 10, 2s + 20)
+    EXPECT_EQ(texture.st_matrix, (std::array<float, 4>{0, 2, -3, 0}));
+    EXPECT_EQ(texture.st_offset, Vec2(10, 20));
+    // Only what the material reads comes along
+    ASSERT_EQ(t.mesh(0).primvars.size(), 1u);
+    EXPECT_EQ(t.mesh(0).primvars[0].name, texture.st);
+}
+
+TEST(Materials, BindingsByNearestStrengthPurposeAndSubset) {
+    const std::string scope =
+        "def Scope \"M\" {\n" + material("A", "") + material("B", "") + material("C", "") + "}\n";
+    const std::string strong = " (bindMaterialAs = \"strongerThanDescendants\")";
+    Translated t;
+    translate_text(
+        camera() + scope + "def Xform \"W\" (prepend apiSchemas = [\"MaterialBindingAPI\"]) {\n" +
+            binding("/M/A") + quad("Inherits") + quad("Own", binding("/M/B")) +
+            quad("Full", binding("/M/B") + binding("/M/C", ":full")) + "}\n" +
+            "def Xform \"X\" {\n" + binding("/M/A", "", strong) + quad("Weak", binding("/M/B")) +
+            "}\n" + quad("Unbound") + quad("Broken", binding("/M/Nope")),
+        t);
+    ASSERT_EQ(t.scene.shapes.size(), 6u);
+    EXPECT_EQ(material_of(t, 0).name, "/M/A");
+    EXPECT_EQ(material_of(t, 1).name, "/M/B");
+    EXPECT_EQ(material_of(t, 2).name, "/M/C");
+    EXPECT_EQ(material_of(t, 3).name, "/M/A");
+    EXPECT_EQ(t.scene.shapes[4].material, scene::none);
+    EXPECT_EQ(t.scene.shapes[5].material, scene::none);
+    EXPECT_EQ(t.count("bad-material-binding"), 1u);
+}
+
+TEST(Materials, SubsetsBindFaces) {
+    Translated t;
+    translate_text(camera() + "def Scope \"M\" {\n" + material("A", "") + material("B", "") +
+                       "}\n" + R"(
+def Mesh "Q" {
+    point3f[] points = [(0,0,0),(1,0,0),(1,1,0),(0,1,0)]
+    int[] faceVertexCounts = [3, 3]
+    int[] faceVertexIndices = [0,1,2, 0,2,3]
+    uniform token subdivisionScheme = "none"
+)" + binding("/M/A") + R"(
+    def GeomSubset "S" {
+        uniform token elementType = "face"
+        uniform token familyName = "materialBind"
+        int[] indices = [1]
+)" + binding("/M/B") + R"(
+    }
+    def GeomSubset "Other" {
+        uniform token elementType = "face"
+        uniform token familyName = "somethingElse"
+        int[] indices = [0]
+)" + binding("/M/B") + "}\n}\n",
+                   t);
+    ASSERT_EQ(t.mesh(0).face_materials.size(), 2u);
+    EXPECT_EQ(t.scene.materials[t.mesh(0).face_materials[0]].name, "/M/A");
+    EXPECT_EQ(t.scene.materials[t.mesh(0).face_materials[1]].name, "/M/B");
+}
+
+TEST(Materials, DisplayColourIsInheritedWhenConstant) {
+    Translated t;
+    translate_text(camera() +
+                       "def Xform \"W\" {\ncolor3f[] primvars:displayColor = [(0.5, 0.25, 1)]\n" +
+                       quad("Q") + "def Sphere \"S\" {}\n}\n",
+                   t);
+    ASSERT_EQ(t.mesh(0).primvars.size(), 1u);
+    EXPECT_EQ(t.mesh(0).primvars[0].values, (std::vector<float>{0.5f, 0.25f, 1}));
+    ASSERT_EQ(t.gprim(1).primvars.size(), 1u);
+    EXPECT_EQ(t.gprim(1).primvars[0].interpolation, scene::Interpolation::Constant);
+}
+
+TEST(Materials, OtherShadersAreNamed) {
+    Translated t;
+    translate_text(camera() + R"(def Scope "M" {
+    def Material "A" {
+        token outputs:mtlx:surface.connect = </M/A/S.outputs:surface>
+        def Shader "S" { uniform token info:id = "ND_standard_surface_surfaceshader"; }
+    }
+    def Material "B" {
+        token outputs:surface.connect = </M/B/S.outputs:surface>
+        def Shader "S" { uniform token info:id = "ND_open_pbr"; }
+    }
+}
+)" + quad("Q", binding("/M/A")) +
+                       quad("R", binding("/M/B")),
+                   t);
+    EXPECT_EQ(t.count("unsupported-material"), 1u);
+    EXPECT_EQ(t.count("unsupported-shader"), 1u);
+    EXPECT_EQ(t.scene.shapes[0].material, scene::none);
+}
+
+TEST(Materials, EmissionStandsInForLights) {
+    Translated t;
+    translate_text(camera() + "def Scope \"M\" {\n" +
+                       material("A", "color3f inputs:emissiveColor = (1, 1, 1)") + "}\n" +
+                       quad("Q", binding("/M/A")),
+                   t);
+    EXPECT_TRUE(t.scene.lights.empty());
+    ASSERT_EQ(t.scene.groups.size(), 1u);
+    EXPECT_EQ(t.scene.groups[0].name, "emissive");
+}
+
+TEST(Materials, ConnectionCyclesEnd) {
+    Translated t;
+    translate_text(camera() + R"(def Scope "M" {
+    def Material "A" {
+        float inputs:a.connect = </M/A.inputs:b>
+        float inputs:b.connect = </M/A.inputs:a>
+        token outputs:surface.connect = </M/A/S.outputs:surface>
+        def Shader "S" {
+            uniform token info:id = "UsdPreviewSurface"
+            float inputs:roughness.connect = </M/A.inputs:a>
+            token outputs:surface
+        }
+    }
+}
+)" + quad("Q", binding("/M/A")),
+                   t);
+    EXPECT_EQ(t.count("connection-cycle"), 1u);
+    EXPECT_EQ(material_of(t, 0).roughness.value.x, 0.5f);
+}
+
+}  // namespace velatura::translate

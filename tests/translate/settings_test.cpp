@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support.h"
+
+#include <gtest/gtest.h>
+
+namespace velatura::translate {
+
+namespace {
+
+const char* const with_products = R"(#usda 1.0
+(
+    renderSettingsPrimPath = "/Render/S"
+)
+def Camera "A" {}
+def Camera "B" {}
+def Scope "Render" {
+    def RenderSettings "S" {
+        rel camera = </A>
+        uniform int2 resolution = (640, 480)
+        uniform bool disableDepthOfField = 1
+        rel products = [</Render/P>]
+    }
+    def RenderProduct "P" {
+        rel camera = </B>
+        token productName = "out.exr"
+        rel orderedVars = [</Render/Key>, </Render/Nope>]
+    }
+    def RenderVar "Key" {
+        uniform string sourceName = "C.{2}<L.'key'>"
+        uniform token sourceType = "lpe"
+        string driver:parameters:aov:name = "b2_key"
+    }
+}
+)";
+
+}  // namespace
+
+TEST(Settings, ProductsOverrideOnlyWhatTheyAuthor) {
+    Translated t;
+    translate_text(with_products, t);
+    ASSERT_EQ(t.error, "");
+    EXPECT_EQ(t.scene.settings.width, 640);
+    EXPECT_EQ(t.scene.settings.height, 480);
+    EXPECT_TRUE(t.scene.settings.disable_depth_of_field);
+    EXPECT_EQ(t.scene.settings.camera, "/B");
+    ASSERT_EQ(t.scene.settings.products.size(), 1u);
+    EXPECT_EQ(t.scene.settings.products[0].name, "out.exr");
+    ASSERT_EQ(t.scene.settings.products[0].vars.size(), 1u);
+    EXPECT_EQ(t.scene.settings.products[0].vars[0].name, "b2_key");
+    EXPECT_EQ(t.scene.settings.products[0].vars[0].source_type, "lpe");
+    EXPECT_EQ(t.scene.settings.products[0].vars[0].source_name, "C.{2}<L.'key'>");
+    EXPECT_EQ(t.count("unknown-render-var"), 1u);
+}
+
+TEST(Settings, OptionsBeatSettings) {
+    TranslateOptions options;
+    options.resolution = {32, 16};
+    options.camera = "/A";
+    Translated t;
+    translate_text(with_products, t, options);
+    EXPECT_EQ(t.scene.settings.width, 32);
+    EXPECT_EQ(t.scene.settings.height, 16);
+    EXPECT_EQ(t.scene.camera.name, "/A");
+}
+
+TEST(Settings, BadOnesAreErrors) {
+    TranslateOptions options;
+    options.resolution = {0, 0};
+    Translated t;
+    translate_text(with_products, t, options);
+    EXPECT_EQ(t.error, "bad-resolution");
+    TranslateOptions missing;
+    missing.settings = "/Render/P";
+    Translated u;
+    translate_text(with_products, u, missing);
+    EXPECT_EQ(u.error, "unknown-settings");
+}
+
+TEST(Settings, PurposesChooseWhatIsSeen) {
+    const std::string text = camera() + "def Xform \"G\" {\n token purpose = \"guide\"\n" +
+                             quad("Q") + "}\ndef Xform \"R\" {\n token purpose = \"render\"\n" +
+                             quad("Q") + "}\n";
+    Translated t;
+    translate_text(text, t);
+    ASSERT_EQ(t.scene.shapes.size(), 1u);
+    EXPECT_EQ(t.scene.provenance[t.scene.shapes[0].provenance].prim_path, "/R/Q");
+    TranslateOptions options;
+    options.purposes = {"guide"};
+    Translated guides;
+    translate_text(text, guides, options);
+    ASSERT_EQ(guides.scene.shapes.size(), 1u);
+    EXPECT_EQ(guides.scene.provenance[guides.scene.shapes[0].provenance].prim_path, "/G/Q");
+}
+
+}  // namespace velatura::translate
