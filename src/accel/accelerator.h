@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "base/math.h"
+#include "geometry/surface_point.h"
+
+namespace velatura::accel {
+
+/// What was built, for statistics.
+struct AcceleratorStats {
+    size_t triangles = 0;  ///< stored once per prototype
+    size_t instances = 0;
+    size_t nodes = 0;
+    size_t bytes = 0;
+    double build_seconds = 0;
+};
+
+/// Finds where rays meet the triangles of a scene. Implementations are immutable after the build and safe to share
+/// among threads. Results depend on nothing but the geometry: among hits with the same t, the one with the smallest
+/// (instance, shape, triangle) wins. Rays with a NaN or infinite component meet nothing.
+class Accelerator {
+  public:
+    virtual ~Accelerator() = default;
+
+    /// Closest hit with 0 < t < ray.t_max; an invalid Hit when there is none.
+    virtual geometry::Hit intersect(const geometry::Ray& ray) const = 0;
+
+    /// Whether anything lies at 0 < t < ray.t_max.
+    virtual bool is_occluded(const geometry::Ray& ray) const = 0;
+
+    /// Box of everything, render space.
+    virtual Box3 bounds() const = 0;
+
+    virtual AcceleratorStats stats() const = 0;
+};
+
+}  // namespace velatura::accel

@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/bvh.h"
+
+#include "accel/bvh_builder.h"
+#include "accel/bvh_collapse.h"
+#include "accel/bvh_layout.h"
+#include "accel/placement.h"
+#include "accel/ray_query.h"
+#include "accel/traverse.h"
+#include "base/check.h"
+#include "base/tasks.h"
+#include "geometry/geometry_set.h"
+#include "scene/scene.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace velatura::accel {
+
+namespace {
+
+// Numbers the triangles of some shapes in (shape, triangle) order.
+class TriangleNumbers {
+  public:
+    TriangleNumbers() = default;
+
+    explicit TriangleNumbers(std::span<const TriangleSoupView> shapes) {
+        size_t count = 0;
+        for (const TriangleSoupView& shape : shapes) {
+            first_.push_back(uint32_t(count));
+            count += shape.triangles.size();
+            VELATURA_CHECK(count < leaf_bit, "more triangles in one tree than ids");
+        }
+        count_ = count;
+    }
+
+    size_t count() const { return count_; }
+
+    uint32_t first(size_t shape) const { return first_[shape]; }
+
+    uint32_t shape(uint32_t id) const {
+        return uint32_t(std::upper_bound(first_.begin(), first_.end(), id) - first_.begin()) - 1;
+    }
+
+    size_t bytes() const { return first_.size() * sizeof(uint32_t); }
+
+  private:
+    std::vector<uint32_t> first_;
+    size_t count_ = 0;
+};
+
+struct Corners {
+    Vec3 p[3];
+};
+
+class TriangleTreeBuilder {
+  public:
+    TriangleTreeBuilder(std::span<const TriangleSoupView> shapes,
+                        const TriangleNumbers& numbers,
+                        const BvhOptions& options)
+        : shapes_(shapes), numbers_(numbers), options_(options) {}
+
+    WideTree run(size_t& stored) {
+        collect();
+        BinaryBuildOptions binary_options;
+        binary_options.bins = options_.bins;
+        binary_options.max_depth = std::clamp(options_.max_depth, 0, 56);
+        binary_options.merge_duplicates = [&](std::span<BuildPrim> range) { return merge(range); };
+        const std::vector<BinaryNode> binary = build_binary_tree(prims_, binary_options);
+        std::vector<LeafBlock> leaves;
+        leaves.reserve(prims_.size() / 5 + 1);
+        stored = 0;
+        WideTree tree = collapse(binary, prims_, wide, {}, [&](std::span<const BuildPrim> range) {
+            leaves.push_back(make_block(range));
+            stored += range.size();
+            return uint32_t(leaves.size() - 1);
+        });
+        leaves.shrink_to_fit();
+        tree.nodes.shrink_to_fit();
+        tree.leaves = std::move(leaves);
+        return tree;
+    }
+
+  private:
+    Corners corners(size_t shape, size_t triangle) const {
+        const TriangleSoupView& s = shapes_[shape];
+        const auto& v = s.triangles[triangle];
+        return {{s.positions[v[0]], s.positions[v[1]], s.positions[v[2]]}};
+    }
+
+    Corners corners(uint32_t id) const {
+        const uint32_t shape = numbers_.shape(id);
+        return corners(shape, id - numbers_.first(shape));
+    }
+
+    void collect() {
+        prims_.reserve(numbers_.count());
+        for (size_t s = 0; s < shapes_.size(); ++s) {
+            for (size_t i = 0; i < shapes_[s].triangles.size(); ++i) {
+                const Corners c = corners(s, i);
+                if (is_degenerate(c.p[0], c.p[1], c.p[2])) continue;
+                BuildPrim prim{};
+                prim.id = numbers_.first(s) + uint32_t(i);
+                for (int k = 0; k < 3; ++k) {
+                    prim.lower[k] = std::min(c.p[0][k], std::min(c.p[1][k], c.p[2][k]));
+                    prim.upper[k] = std::max(c.p[0][k], std::max(c.p[1][k], c.p[2][k]));
+                }
+                prims_.push_back(prim);
+            }
+        }
+    }
+
+    // Keeps the smallest id of triangles with the same corners in the same order.
+    size_t merge(std::span<BuildPrim> range) const {
+        const auto order = [&](const BuildPrim& a, const BuildPrim& b) {
+            const Corners ca = corners(a.id), cb = corners(b.id);
+            for (int corner = 0; corner < 3; ++corner) {
+                for (int k = 0; k < 3; ++k) {
+                    const float x = ca.p[corner][k], y = cb.p[corner][k];
+                    if (x != y) return x < y ? -1 : 1;
+                }
+            }
+            return 0;
+        };
+        std::sort(range.begin(), range.end(), [&](const BuildPrim& a, const BuildPrim& b) {
+            const int relation = order(a, b);
+            return relation != 0 ? relation < 0 : a.id < b.id;
+        });
+        const auto end =
+            std::unique(range.begin(), range.end(),
+                        [&](const BuildPrim& a, const BuildPrim& b) { return order(a, b) == 0; });
+        return size_t(end - range.begin());
+    }
+
+    LeafBlock make_block(std::span<const BuildPrim> range) const {
+        LeafBlock block;
+        for (size_t lane = 0; lane < wide; ++lane) {
+            const uint32_t id = range[lane < range.size() ? lane : 0].id;
+            const Corners c = corners(id);
+            block.id[lane] = id;
+            for (int corner = 0; corner < 3; ++corner) {
+                for (int k = 0; k < 3; ++k) block.corner[corner][k][lane] = c.p[corner][k];
+            }
+        }
+        return block;
+    }
+
+    std::span<const TriangleSoupView> shapes_;
+    const TriangleNumbers& numbers_;
+    const BvhOptions& options_;
+    std::vector<BuildPrim> prims_;
+};
+
+class Bvh final : public Accelerator {
+  public:
+    Bvh(const SoupScene& scene, const BvhOptions& options)
+        : kernels_(options.kernels ? *options.kernels : best_kernels()) {
+        const auto start = std::chrono::steady_clock::now();
+        const size_t prototypes = scene.prototypes.size();
+        std::vector<size_t> stored(prototypes + 1);
+        trees_.prototypes.resize(prototypes);
+        prototype_numbers_.resize(prototypes);
+        parallel_for(prototypes + 1, [&](size_t i) {
+            const bool is_direct = i == prototypes;
+            const std::vector<TriangleSoupView>& shapes =
+                is_direct ? scene.shapes : scene.prototypes[i];
+            TriangleNumbers& numbers = is_direct ? direct_numbers_ : prototype_numbers_[i];
+            numbers = TriangleNumbers(shapes);
+            WideTree& tree = is_direct ? trees_.direct : trees_.prototypes[i];
+            tree = TriangleTreeBuilder(shapes, numbers, options).run(stored[i]);
+        });
+        build_top(scene, options);
+        for (const size_t n : stored) stats_.triangles += n;
+        count_memory();
+        stats_.build_seconds =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    }
+
+    geometry::Hit intersect(const geometry::Ray& ray) const override {
+        TreeHit best;
+        if (!kernels_.intersect(trees_, ray, best)) return {};
+        geometry::Hit hit;
+        hit.t = best.t;
+        hit.b1 = best.b1;
+        hit.b2 = best.b2;
+        hit.instance = best.instance;
+        const TriangleNumbers& numbers = numbers_of(best.instance);
+        hit.shape = numbers.shape(best.id);
+        hit.triangle = best.id - numbers.first(hit.shape);
+        return hit;
+    }
+
+    bool is_occluded(const geometry::Ray& ray) const override {
+        return kernels_.is_occluded(trees_, ray);
+    }
+
+    Box3 bounds() const override {
+        Box3 box = trees_.direct.bounds;
+        box.extendBy(trees_.top.bounds);
+        return box;
+    }
+
+    AcceleratorStats stats() const override { return stats_; }
+
+  private:
+    const TriangleNumbers& numbers_of(uint32_t instance) const {
+        return instance == scene::none ? direct_numbers_
+                                       : prototype_numbers_[prototype_of_instance_[instance]];
+    }
+
+    void build_top(const SoupScene& scene, const BvhOptions& options) {
+        std::vector<BuildPrim> prims;
+        double worst_condition = 1;
+        prototype_of_instance_.reserve(scene.instances.size());
+        for (size_t i = 0; i < scene.instances.size(); ++i) {
+            const SoupInstance& instance = scene.instances[i];
+            VELATURA_CHECK(instance.prototype < trees_.prototypes.size(),
+                           "instance of no prototype");
+            prototype_of_instance_.push_back(instance.prototype);
+            const WideTree& tree = trees_.prototypes[instance.prototype];
+            PlacedBox placed;
+            placed.record.tree = instance.prototype;
+            placed.record.instance = uint32_t(i);
+            if (tree.is_empty() || !place(instance.render_from_prototype, tree.bounds, placed))
+                continue;
+            worst_condition = std::max(worst_condition, placed.condition);
+            BuildPrim prim{};
+            prim.id = uint32_t(trees_.instances.size());
+            for (int k = 0; k < 3; ++k) {
+                prim.lower[k] = next_float_down(float(placed.lower[k]));
+                prim.upper[k] = next_float_up(float(placed.upper[k]));
+            }
+            prims.push_back(prim);
+            trees_.instances.push_back(placed.record);
+        }
+        trees_.top_origin_slack = 0x1p-46 * worst_condition;
+        BinaryBuildOptions binary_options;
+        binary_options.bins = options.bins;
+        binary_options.max_depth = std::clamp(options.max_depth, 0, 56);
+        const std::vector<BinaryNode> binary = build_binary_tree(prims, binary_options);
+        trees_.top = collapse(binary, prims, 1, {},
+                              [](std::span<const BuildPrim> range) { return range[0].id; });
+    }
+
+    void count_memory() {
+        const auto add = [&](const WideTree& tree) {
+            stats_.nodes += tree.nodes.size();
+            stats_.bytes += tree.bytes();
+        };
+        add(trees_.direct);
+        add(trees_.top);
+        for (const WideTree& tree : trees_.prototypes) add(tree);
+        for (const TriangleNumbers& numbers : prototype_numbers_) stats_.bytes += numbers.bytes();
+        stats_.bytes += direct_numbers_.bytes() + trees_.instances.size() * sizeof(InstanceRecord) +
+                        prototype_of_instance_.size() * sizeof(uint32_t) + sizeof(Bvh);
+        stats_.instances = trees_.instances.size();
+    }
+
+    Kernels kernels_;
+    SceneTrees trees_;
+    TriangleNumbers direct_numbers_;
+    std::vector<TriangleNumbers> prototype_numbers_;
+    std::vector<uint32_t> prototype_of_instance_;
+    AcceleratorStats stats_;
+};
+
+std::vector<TriangleSoupView> views(const std::vector<geometry::TriangleMesh>& meshes) {
+    std::vector<TriangleSoupView> result;
+    for (const geometry::TriangleMesh& mesh : meshes) {
+        result.push_back({mesh.positions(), mesh.triangles()});
+    }
+    return result;
+}
+
+}  // namespace
+
+std::unique_ptr<Accelerator> build_bvh(const SoupScene& scene, const BvhOptions& options) {
+    return std::make_unique<Bvh>(scene, options);
+}
+
+std::unique_ptr<Accelerator> build_bvh(const scene::Scene& scene,
+                                       const geometry::GeometrySet& geometry,
+                                       const BvhOptions& options) {
+    SoupScene soup;
+    soup.shapes = views(geometry.shapes());
+    for (const auto& prototype : geometry.prototypes()) soup.prototypes.push_back(views(prototype));
+    for (const scene::Instance& instance : scene.instances) {
+        soup.instances.push_back({instance.prototype, instance.render_from_prototype});
+    }
+    return build_bvh(soup, options);
+}
+
+}  // namespace velatura::accel

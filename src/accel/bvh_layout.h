@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/math.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace velatura::accel {
+
+/// Children of a node, triangles of a leaf block.
+inline constexpr size_t wide = 8;
+
+/// Names a child: an inner node, or (leaf_bit set) a leaf block or an instance.
+using ChildRef = uint32_t;
+inline constexpr ChildRef leaf_bit = 0x80000000u;
+
+/// Eight boxes in rows, so that a kernel picks near and far rows by the signs of the ray. Four
+/// cache lines. Unused children have lower = +inf, upper = -inf, which no ray meets. Children are
+/// ordered by falling surface area.
+struct alignas(64) WideNode {
+    float bounds[6][wide];  ///< lower x, y, z, upper x, y, z
+    ChildRef child[wide];
+    float extent[wide];  ///< largest edge of the child's box
+};
+
+/// Eight triangles in rows. Unused lanes repeat triangle 0, with its id.
+struct alignas(64) LeafBlock {
+    float corner[3][3][wide];  ///< [corner][axis][lane]
+    uint32_t id[wide];         ///< counts the triangles of the tree in (shape, triangle) order
+};
+
+/// A tree as kernels read it. `root` is an inner node unless the tree is empty (no nodes at all).
+struct WideTree {
+    std::vector<WideNode> nodes;
+    std::vector<LeafBlock> leaves;  ///< empty when leaves are instances
+    Box3 bounds;                    ///< empty Box3 for an empty tree
+    size_t depth = 0;               ///< inner nodes from root to leaf
+
+    bool is_empty() const { return nodes.empty(); }
+
+    size_t bytes() const {
+        return nodes.size() * sizeof(WideNode) + leaves.size() * sizeof(LeafBlock);
+    }
+};
+
+/// Levels that a traversal stack has room for; the builder promises not to go deeper.
+inline constexpr size_t max_wide_depth = 96;
+
+}  // namespace velatura::accel

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/traverse.h"
+#include "base/math.h"
+
+namespace velatura::accel {
+
+/// An instance and the box of its placed prototype.
+struct PlacedBox {
+    InstanceRecord record;
+    Vec3d lower, upper;    ///< render space, holds every point that a ray can be found to meet
+    double condition = 1;  ///< growth of rounding errors on the way into the prototype and back
+};
+
+/// Fills everything but the indices of `placed.record` for a prototype within `bounds`. The inverse
+/// is computed in double. False when the matrix is singular or not finite or a box too large.
+bool place(const Mat4& render_from_prototype, const Box3& bounds, PlacedBox& placed);
+
+}  // namespace velatura::accel

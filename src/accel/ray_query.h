@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/math.h"
+
+#include <algorithm>
+#include <cstdint>
+
+namespace velatura::accel {
+
+/// Coordinates at or above this count as infinite, so that differences of two never overflow.
+inline constexpr float coordinate_limit = 0x1p126f;
+
+/// A ray made ready for one tree: an exact part in double, which decides what is hit, and a
+/// conservative part in float, which only says where to look. The direction is scaled by a power of
+/// two so that its largest component lies in [1, 2); t below is that of the scaled ray.
+struct QueryRay {
+    double origin[3];
+    double shear_x, shear_y, inverse_z;   ///< d[kx]/d[kz], d[ky]/d[kz], 1/d[kz]
+    double t_from_scaled, scaled_from_t;  ///< exact powers of two
+    uint32_t kx, ky, kz;                  ///< kz: axis of the largest component of d
+
+    /// Slab test: t = (bound − origin)·inverse, with origins moved outward by the bound of all
+    /// errors and inverses widened. Every operation is monotonic, so the interval of a box contains
+    /// that of any box inside it, exactly. Ref: Ize 2013, "Robust BVH Ray Traversal", JCGT 2(2).
+    float near_origin[3], far_origin[3];
+    float near_inverse[3], far_inverse[3];
+    uint32_t near_row[3], far_row[3];  ///< rows of WideNode::bounds
+
+    float filter_origin[3];  ///< origin rounded; components kx, ky, kz
+    float filter_shear_x, filter_shear_y;
+    float filter_error;  ///< bound of |filter_origin − origin|
+    float slop;          ///< bound of |near_origin − far_origin|
+};
+
+/// What rounding may do to a ray before a query sees it.
+struct QuerySlack {
+    float inverse = 0x1p-21f;  ///< relative widening of slab distances
+    double origin = 0x1p-48;   ///< origin error in multiples of the largest distance to the bounds
+};
+
+/// Prepares o + t·d (the tree's space) for a tree within `bounds`.
+/// Returns: false when the ray cannot meet anything: d zero or something not finite or too large.
+bool make_query(
+    const Vec3d& o, const Vec3d& d, const Box3& bounds, const QuerySlack& slack, QueryRay& query);
+
+/// A hit before shape and triangle are told apart. t as the caller of the accelerator counts it.
+struct TriangleHit {
+    float t = 0, b1 = 0, b2 = 0;
+};
+
+/// Interval of scaled t in which the ray may be inside the box given by lower x, y, z and upper
+/// x, y, z. The same arithmetic as the SIMD kernels. False when it is empty.
+inline bool clip_to_box(const QueryRay& q, const float bounds[6], float& t_near, float& t_far) {
+    const float nx = (bounds[q.near_row[0]] - q.near_origin[0]) * q.near_inverse[0];
+    const float ny = (bounds[q.near_row[1]] - q.near_origin[1]) * q.near_inverse[1];
+    const float nz = (bounds[q.near_row[2]] - q.near_origin[2]) * q.near_inverse[2];
+    const float fx = (bounds[q.far_row[0]] - q.far_origin[0]) * q.far_inverse[0];
+    const float fy = (bounds[q.far_row[1]] - q.far_origin[1]) * q.far_inverse[1];
+    const float fz = (bounds[q.far_row[2]] - q.far_origin[2]) * q.far_inverse[2];
+    t_near = std::max(std::max(nx, ny), std::max(nz, 0.0f));
+    t_far = std::min(std::min(fx, fy), fz);
+    return t_near <= t_far;
+}
+
+/// The definition of a hit, on both sides, edges and vertices included: shear test in double with
+/// t kept inside the interval of the triangle's own box. Edge functions are differences of two
+/// separately rounded products, whose sign is never wrong, and depend only on the edge's vertices
+/// up to their sign; thus rays cannot pass between triangles that share vertices. For the same
+/// reason that clip_to_box is monotonic, a tree that skips boxes entered behind the best t finds
+/// exactly what testing every triangle finds.
+/// Ref: Woop, Benthin, Wald 2013, "Watertight Ray/Triangle Intersection", JCGT 2(1).
+/// Returns: whether 0 < t < infinity; the caller compares t with its bound.
+[[gnu::always_inline]] inline bool hit_triangle(const QueryRay& q,
+                                                const float* v0,
+                                                const float* v1,
+                                                const float* v2,
+                                                size_t stride,
+                                                TriangleHit& hit) {
+    const size_t x = q.kx * stride, y = q.ky * stride, z = q.kz * stride;
+    const double az = double(v0[z]) - q.origin[q.kz];
+    const double bz = double(v1[z]) - q.origin[q.kz];
+    const double cz = double(v2[z]) - q.origin[q.kz];
+    const double ax = (double(v0[x]) - q.origin[q.kx]) - q.shear_x * az;
+    const double ay = (double(v0[y]) - q.origin[q.ky]) - q.shear_y * az;
+    const double bx = (double(v1[x]) - q.origin[q.kx]) - q.shear_x * bz;
+    const double by = (double(v1[y]) - q.origin[q.ky]) - q.shear_y * bz;
+    const double cx = (double(v2[x]) - q.origin[q.kx]) - q.shear_x * cz;
+    const double cy = (double(v2[y]) - q.origin[q.ky]) - q.shear_y * cz;
+    const double u = cx * by - cy * bx;
+    const double v = ax * cy - ay * cx;
+    const double w = bx * ay - by * ax;
+    if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return false;
+    const double det = u + v + w;
+    if (det == 0) return false;
+    const double inverse_det = 1.0 / det;
+    double t = (u * az + v * bz + w * cz) * q.inverse_z * inverse_det;
+    // Keep t inside the own box
+    if (!(t > 0)) return false;
+    float bounds[6];
+    for (size_t k = 0; k < 3; ++k) {
+        const size_t i = k * stride;
+        bounds[k] = std::min(v0[i], std::min(v1[i], v2[i]));
+        bounds[k + 3] = std::max(v0[i], std::max(v1[i], v2[i]));
+    }
+    float t_near = 0, t_far = 0;
+    if (!clip_to_box(q, bounds, t_near, t_far)) return false;
+    t = std::min(std::max(t, double(t_near)), double(t_far));
+    hit.t = float(t * q.t_from_scaled);
+    hit.b1 = float(v * inverse_det);
+    hit.b2 = float(w * inverse_det);
+    return hit.t > 0.0f && hit.t < std::numeric_limits<float>::infinity();
+}
+
+/// Whether the builder drops the triangle: no area, or a coordinate not finite or too large.
+bool is_degenerate(const Vec3& a, const Vec3& b, const Vec3& c);
+
+}  // namespace velatura::accel

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/bvh_layout.h"
+#include "geometry/surface_point.h"
+
+#include <vector>
+
+namespace velatura::accel {
+
+/// A placed prototype, as traversal needs it.
+struct InstanceRecord {
+    double prototype_from_render[4][3];  ///< row vectors, row 3 = translation
+    uint32_t tree = 0;                   ///< index into SceneTrees::prototypes
+    uint32_t instance = 0;               ///< index into Scene::instances
+};
+
+/// Everything a ray meets.
+struct SceneTrees {
+    WideTree direct;                        ///< triangles placed directly
+    std::vector<WideTree> prototypes;       ///< in prototype space
+    WideTree top;                           ///< boxes of instances; leaves index `instances`
+    std::vector<InstanceRecord> instances;  ///< those that can be hit
+    double top_origin_slack = 0;            ///< QuerySlack::origin for `top`
+};
+
+/// Best hit so far. `id` counts the triangles of its tree.
+struct TreeHit {
+    float t = 0, b1 = 0, b2 = 0;
+    uint32_t instance = scene::none;
+    uint32_t id = scene::none;
+};
+
+/// Kernels compiled for one instruction set.
+struct Kernels {
+    const char* name;
+    /// Closest hit with 0 < t < ray.t_max; smallest (instance, id) among equal t. False: no hit.
+    bool (*intersect)(const SceneTrees&, const geometry::Ray&, TreeHit&);
+    bool (*is_occluded)(const SceneTrees&, const geometry::Ray&);
+};
+
+/// The fastest kernels that this processor runs. All give the same bits: hits are decided in double
+/// by hit_triangle, and the SIMD part is only a conservative filter.
+const Kernels& best_kernels();
+
+/// Those and the slower ones that this processor runs, for tests.
+std::vector<Kernels> all_kernels();
+
+}  // namespace velatura::accel

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "brute_force.h"
+
+#include "accel/ray_query.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace velatura::accel::test {
+
+namespace {
+
+using Shapes = std::vector<TriangleSoupView>;
+
+template <class Body>
+void for_each_triangle(const Shapes& shapes, const Body& body) {
+    for (size_t s = 0; s < shapes.size(); ++s) {
+        for (size_t i = 0; i < shapes[s].triangles.size(); ++i) {
+            const auto& v = shapes[s].triangles[i];
+            const auto& p = shapes[s].positions;
+            if (!is_degenerate(p[v[0]], p[v[1]], p[v[2]])) {
+                body(uint32_t(s), uint32_t(i), p[v[0]], p[v[1]], p[v[2]]);
+            }
+        }
+    }
+}
+
+Box3 bounds_of(const Shapes& shapes) {
+    Box3 box;
+    for_each_triangle(shapes, [&](uint32_t, uint32_t, const Vec3& a, const Vec3& b, const Vec3& c) {
+        box.extendBy(a);
+        box.extendBy(b);
+        box.extendBy(c);
+    });
+    return box;
+}
+
+void closest(const Shapes& shapes, const QueryRay& q, uint32_t instance, geometry::Hit& best) {
+    for_each_triangle(
+        shapes, [&](uint32_t s, uint32_t i, const Vec3& a, const Vec3& b, const Vec3& c) {
+            TriangleHit hit;
+            if (!hit_triangle(q, &a.x, &b.x, &c.x, 1, hit)) return;
+            const auto found = std::make_tuple(hit.t, instance, s, i);
+            const auto known = std::make_tuple(best.t, best.instance, best.shape, best.triangle);
+            if (best.is_valid() ? found < known : hit.t < best.t) {
+                best = {hit.t, hit.b1, hit.b2, instance, s, i};
+            }
+        });
+}
+
+}  // namespace
+
+BruteForce::BruteForce(const SoupScene& scene)
+    : scene_(scene), direct_bounds_(bounds_of(scene.shapes)) {
+    for (const Shapes& shapes : scene.prototypes) prototype_bounds_.push_back(bounds_of(shapes));
+    for (size_t i = 0; i < scene.instances.size(); ++i) {
+        const SoupInstance& instance = scene.instances[i];
+        PlacedBox placed;
+        placed.record.tree = instance.prototype;
+        placed.record.instance = uint32_t(i);
+        const Box3& box = prototype_bounds_[instance.prototype];
+        if (!box.isEmpty() && place(instance.render_from_prototype, box, placed)) {
+            placed_.push_back(placed);
+        }
+    }
+}
+
+geometry::Hit BruteForce::intersect(const geometry::Ray& ray) const {
+    geometry::Hit best;
+    if (!velatura::is_finite(ray.o) || !velatura::is_finite(ray.d) || !(ray.t_max > 0)) return best;
+    best.t = ray.t_max;
+    QueryRay q;
+    if (!direct_bounds_.isEmpty() &&
+        make_query(Vec3d(ray.o), Vec3d(ray.d), direct_bounds_, {}, q)) {
+        closest(scene_.shapes, q, scene::none, best);
+    }
+    for (const PlacedBox& placed : placed_) {
+        const auto& m = placed.record.prototype_from_render;
+        Vec3d o, d;
+        for (int k = 0; k < 3; ++k) {
+            d[k] =
+                double(ray.d.x) * m[0][k] + double(ray.d.y) * m[1][k] + double(ray.d.z) * m[2][k];
+            o[k] = double(ray.o.x) * m[0][k] + double(ray.o.y) * m[1][k] +
+                   double(ray.o.z) * m[2][k] + m[3][k];
+        }
+        if (make_query(o, d, prototype_bounds_[placed.record.tree], {}, q)) {
+            closest(scene_.prototypes[placed.record.tree], q, placed.record.instance, best);
+        }
+    }
+    return best.is_valid() ? best : geometry::Hit{};
+}
+
+Box3 BruteForce::bounds() const {
+    return direct_bounds_;
+}
+
+OracleHit moller_trumbore(const SoupScene& scene, const geometry::Ray& ray) {
+    using Real = long double;
+    using V = Imath::Vec3<Real>;
+    OracleHit best;
+    best.t = double(ray.t_max);
+    const V o(ray.o), d(ray.d);
+    for_each_triangle(scene.shapes,
+                      [&](uint32_t s, uint32_t i, const Vec3& a, const Vec3& b, const Vec3& c) {
+                          const V e1 = V(b) - V(a), e2 = V(c) - V(a), p = d.cross(e2);
+                          const Real det = e1.dot(p);
+                          if (det == 0) return;
+                          const V r = o - V(a), n = r.cross(e1);
+                          const Real b1 = r.dot(p) / det, b2 = d.dot(n) / det, t = e2.dot(n) / det;
+                          const Real margin = std::min(std::min(b1, b2), 1 - b1 - b2);
+                          if (margin < 0 || t <= 0 || t >= Real(best.t)) return;
+                          best.t = double(t);
+                          best.margin = double(margin);
+                          best.hit = {float(t), float(b1), float(b2), scene::none, s, i};
+                      });
+    return best;
+}
+
+}  // namespace velatura::accel::test

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/accelerator.h"
+#include "accel/bvh.h"
+#include "accel/placement.h"
+
+#include <memory>
+#include <vector>
+
+namespace velatura::accel::test {
+
+/// Tests every triangle of every instance by hit_triangle: what any tree over it must find, bit for
+/// bit. Refers to the triangles of the scene.
+class BruteForce final : public Accelerator {
+  public:
+    explicit BruteForce(const SoupScene& scene);
+
+    geometry::Hit intersect(const geometry::Ray& ray) const override;
+
+    bool is_occluded(const geometry::Ray& ray) const override { return intersect(ray).is_valid(); }
+
+    Box3 bounds() const override;
+
+    AcceleratorStats stats() const override { return {}; }
+
+  private:
+    SoupScene scene_;
+    Box3 direct_bounds_;
+    std::vector<Box3> prototype_bounds_;
+    std::vector<PlacedBox> placed_;  ///< only those that can be hit
+};
+
+/// Closest hit by Möller and Trumbore in long double, on the triangles placed directly: shares no
+/// code with the tiers under test. Returns also the smallest barycentric weight, to tell hits that
+/// rounding cannot change.
+struct OracleHit {
+    geometry::Hit hit;
+    double t = 0;
+    double margin = 0;
+};
+
+OracleHit moller_trumbore(const SoupScene& scene, const geometry::Ray& ray);
+
+}  // namespace velatura::accel::test

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "soups.h"
+
+#include <cmath>
+
+namespace velatura::accel::test {
+
+void Soup::add(const Vec3& a, const Vec3& b, const Vec3& c) {
+    const auto first = uint32_t(positions.size());
+    positions.insert(positions.end(), {a, b, c});
+    triangles.push_back({first, first + 1, first + 2});
+}
+
+Soup random_soup(size_t count, float size, uint64_t seed) {
+    Random random(seed);
+    Soup soup;
+    for (size_t i = 0; i < count; ++i) {
+        const Vec3 p = random.in_cube(1);
+        soup.add(p, p + random.in_cube(size), p + random.in_cube(size));
+    }
+    return soup;
+}
+
+Soup needles(size_t count, float aspect, uint64_t seed) {
+    Random random(seed);
+    Soup soup;
+    for (size_t i = 0; i < count; ++i) {
+        const Vec3 p = random.in_cube(1), q = random.in_cube(1);
+        soup.add(p, q, q + random.direction() * ((q - p).length() / aspect));
+    }
+    return soup;
+}
+
+Soup flat_triangles(size_t count, uint64_t seed) {
+    Random random(seed);
+    Soup soup;
+    for (size_t i = 0; i < count; ++i) {
+        const int axis = int(random.below(3));
+        const float level = float(int(random.below(17)) - 8) / 8.0f;
+        Vec3 p[3];
+        for (Vec3& v : p) {
+            v = random.in_cube(1);
+            // Half of the vertices on a coarse grid: shared planes, edges and vertices
+            if (random.below(2)) {
+                for (int k = 0; k < 3; ++k) v[k] = std::round(v[k] * 8.0f) / 8.0f;
+            }
+            v[axis] = level;
+        }
+        soup.add(p[0], p[1], p[2]);
+    }
+    return soup;
+}
+
+Soup star_mesh(
+    int rings, int sectors, double radius, double roughness, const Vec3d& centre, uint64_t seed) {
+    Random random(seed);
+    Soup soup;
+    const auto vertex = [&](double theta, double phi) {
+        const double r = radius * (1.0 + roughness * double(random.unit()));
+        const Vec3d p = Vec3d(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi),
+                              std::cos(theta)) *
+                            r +
+                        centre;
+        soup.positions.emplace_back(float(p.x), float(p.y), float(p.z));
+    };
+    vertex(0, 0);
+    for (int i = 1; i < rings; ++i) {
+        for (int j = 0; j < sectors; ++j) vertex(pi_d * i / rings, 2 * pi_d * j / sectors);
+    }
+    vertex(pi_d, 0);
+    const auto at = [&](int i, int j) { return uint32_t(1 + (i - 1) * sectors + j % sectors); };
+    const auto last = uint32_t(soup.positions.size() - 1);
+    for (int j = 0; j < sectors; ++j) {
+        soup.triangles.push_back({0, at(1, j), at(1, j + 1)});
+        for (int i = 1; i + 1 < rings; ++i) {
+            soup.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+            soup.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+        }
+        soup.triangles.push_back({last, at(rings - 1, j + 1), at(rings - 1, j)});
+    }
+    return soup;
+}
+
+Soup box(const Vec3& lower, const Vec3& upper) {
+    Soup soup;
+    for (int i = 0; i < 8; ++i) {
+        soup.positions.emplace_back((i & 1) ? upper.x : lower.x, (i & 2) ? upper.y : lower.y,
+                                    (i & 4) ? upper.z : lower.z);
+    }
+    constexpr uint32_t quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                      {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    for (const auto& q : quads) {
+        soup.triangles.push_back({q[0], q[1], q[2]});
+        soup.triangles.push_back({q[0], q[2], q[3]});
+    }
+    return soup;
+}
+
+std::vector<geometry::Ray> mixed_rays(size_t count, uint64_t seed) {
+    Random random(seed);
+    std::vector<geometry::Ray> rays;
+    for (size_t i = 0; i < count; ++i) {
+        geometry::Ray ray;
+        ray.o = random.in_cube(random.below(2) ? 1.0f : 3.0f);
+        ray.d = random.in_cube(1) - ray.o;
+        const uint32_t kind = random.below(8);
+        if (kind >= 6) ray.d = random.direction();
+        if (kind < 3) {
+            // Grid origins and directions with zeros of both signs
+            for (int k = 0; k < 3; ++k) ray.o[k] = std::round(ray.o[k] * 8.0f) / 8.0f;
+            for (int k = 0; k < 3; ++k) {
+                if (kind == 0 || random.below(2)) ray.d[k] = random.below(2) ? 0.0f : -0.0f;
+            }
+            if (kind == 0) ray.d[int(random.below(3))] = random.below(2) ? 1.0f : -1.0f;
+        }
+        if (random.below(8) == 0) ray.t_max = random.between(0.01f, 1.0f);
+        rays.push_back(ray);
+    }
+    return rays;
+}
+
+}  // namespace velatura::accel::test

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/bvh.h"
+#include "base/math.h"
+#include "geometry/surface_point.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace velatura::accel::test {
+
+/// Deterministic numbers (SplitMix64).
+class Random {
+  public:
+    explicit Random(uint64_t seed) : state_(seed) {}
+
+    uint64_t bits() {
+        uint64_t z = (state_ += 0x9e3779b97f4a7c15u);
+        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+        z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+        return z ^ (z >> 31);
+    }
+
+    float unit() { return float(bits() >> 40) * 0x1p-24f; }
+
+    float between(float a, float b) { return a + (b - a) * unit(); }
+
+    uint32_t below(uint32_t n) { return uint32_t((bits() >> 32) * n >> 32); }
+
+    Vec3 in_cube(float half) {
+        return {between(-half, half), between(-half, half), between(-half, half)};
+    }
+
+    Vec3 direction() {
+        const float z = between(-1, 1), phi = between(0, 2 * pi), r = safe_sqrt(1 - z * z);
+        return {r * std::cos(phi), r * std::sin(phi), z};
+    }
+
+  private:
+    uint64_t state_;
+};
+
+/// Triangles that own their memory.
+struct Soup {
+    std::vector<Vec3> positions;
+    std::vector<std::array<uint32_t, 3>> triangles;
+
+    TriangleSoupView view() const { return {positions, triangles}; }
+
+    void add(const Vec3& a, const Vec3& b, const Vec3& c);
+};
+
+/// Loose triangles of about the given size in the cube of half edge 1.
+Soup random_soup(size_t count, float size, uint64_t seed);
+
+/// Needles: two long edges, the third `aspect` times shorter.
+Soup needles(size_t count, float aspect, uint64_t seed);
+
+/// Triangles in coordinate planes at multiples of 1/8, whose boxes are flat.
+Soup flat_triangles(size_t count, uint64_t seed);
+
+/// Closed grid sphere whose radius varies between 1 and 1 + roughness; `squeeze` < 1 makes the
+/// triangles of its rings slivers. Vertices are radius·(…) + centre, rounded once.
+Soup star_mesh(
+    int rings, int sectors, double radius, double roughness, const Vec3d& centre, uint64_t seed);
+
+/// Box with two triangles a side.
+Soup box(const Vec3& lower, const Vec3& upper);
+
+/// Rays from anywhere to anywhere in and around the cube of half edge 1, some along axes, some with
+/// zero and negative zero components, some starting in planes at multiples of 1/8, some short.
+std::vector<geometry::Ray> mixed_rays(size_t count, uint64_t seed);
+
+}  // namespace velatura::accel::test

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/bvh.h"
+#include "accel/traverse.h"
+#include "base/tasks.h"
+#include "brute_force.h"
+#include "compare.h"
+#include "soups.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace velatura::accel::test {
+namespace {
+
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+constexpr float inf = std::numeric_limits<float>::infinity();
+
+SoupScene scene_of(const std::vector<Soup>& soups) {
+    SoupScene scene;
+    for (const Soup& soup : soups) scene.shapes.push_back(soup.view());
+    return scene;
+}
+
+// The tree finds what testing every triangle finds, with every instruction set.
+void expect_exact(const std::vector<Soup>& soups,
+                  const std::vector<geometry::Ray>& rays,
+                  size_t least_hits,
+                  BvhOptions options = {}) {
+    const SoupScene scene = scene_of(soups);
+    const std::vector<geometry::Hit> expected = hits_of(BruteForce(scene), rays);
+    for (const Kernels& kernels : all_kernels()) {
+        options.kernels = &kernels;
+        const auto bvh = build_bvh(scene, options);
+        const Agreement agreement = compare(*bvh, expected, rays);
+        EXPECT_EQ(agreement.different, 0u) << kernels.name << " of " << agreement.rays << " rays";
+        EXPECT_EQ(agreement.different_occlusion, 0u) << kernels.name;
+        EXPECT_GE(agreement.hits, least_hits);
+    }
+}
+
+TEST(Bvh, FindsWhatBruteForceFindsInRandomTriangles) {
+    const auto rays = mixed_rays(20000, 1);
+    expect_exact({random_soup(700, 0.1f, 2), random_soup(300, 0.5f, 3)}, rays, 5000);
+    expect_exact({random_soup(9, 0.8f, 4)}, rays, 1000);
+    expect_exact({random_soup(1, 2.0f, 5)}, rays, 100);
+}
+
+TEST(Bvh, FindsWhatBruteForceFindsAmongNeedles) {
+    const auto rays = mixed_rays(10000, 6);
+    expect_exact({needles(300, 1e2f, 7), needles(300, 1e4f, 8), needles(300, 1e6f, 9)}, rays, 100);
+}
+
+TEST(Bvh, FindsWhatBruteForceFindsInFlatBoxesWithRaysInTheirPlanes) {
+    expect_exact({flat_triangles(800, 10)}, mixed_rays(20000, 11), 10000);
+    expect_exact({box(Vec3(-1), Vec3(1)), box(Vec3(-0.5f), Vec3(0.5f, 0.5f, -0.5f))},
+                 mixed_rays(20000, 12), 5000);
+}
+
+TEST(Bvh, AgreesWithMollerTrumboreInLongDouble) {
+    const std::vector<Soup> soups = {random_soup(500, 0.3f, 13)};
+    const SoupScene scene = scene_of(soups);
+    const auto bvh = build_bvh(scene);
+    size_t compared = 0;
+    for (const geometry::Ray& ray : mixed_rays(5000, 14)) {
+        const OracleHit oracle = moller_trumbore(scene, ray);
+        const geometry::Hit hit = bvh->intersect(ray);
+        // Hits on an edge may go either way
+        if (oracle.hit.is_valid() && oracle.margin < 1e-9) continue;
+        ASSERT_EQ(hit.is_valid(), oracle.hit.is_valid());
+        if (!hit.is_valid()) continue;
+        ++compared;
+        ASSERT_EQ(hit.triangle, oracle.hit.triangle);
+        // One rounding of a value that is exact to double precision
+        EXPECT_NEAR(double(hit.t), oracle.t, oracle.t * 0x1p-24 * 1.001);
+        EXPECT_NEAR(hit.b1, oracle.hit.b1, 0x1p-24f);
+        EXPECT_NEAR(hit.b2, oracle.hit.b2, 0x1p-24f);
+    }
+    EXPECT_GT(compared, 1500u);
+}
+
+TEST(Bvh, DropsDegenerateTrianglesAndOnlyThose) {
+    Soup good = random_soup(300, 0.3f, 15);
+    Soup mixed;
+    std::vector<uint32_t> name;  // triangle of `good` for each of `mixed`
+    Random random(16);
+    for (uint32_t i = 0; i < good.triangles.size(); ++i) {
+        const Vec3 a = random.in_cube(1), b = random.in_cube(1);
+        mixed.add(a, a, b);
+        mixed.add(a, b, b);
+        mixed.add(a, a, a);
+        mixed.add(Vec3(0), Vec3(0.25f), Vec3(0.75f));
+        mixed.add(a, Vec3(nan, 0, 0), b);
+        mixed.add(a, Vec3(0, inf, 0), b);
+        mixed.add(a, Vec3(0, 0, -inf), b);
+        mixed.add(a, Vec3(3e38f, 0, 0), b);
+        name.resize(mixed.triangles.size(), scene::none);
+        mixed.add(good.positions[3 * i], good.positions[3 * i + 1], good.positions[3 * i + 2]);
+        name.push_back(i);
+    }
+    const std::vector<Soup> good_soups = {good}, mixed_soups = {mixed};
+    const auto expected = build_bvh(scene_of(good_soups));
+    const auto bvh = build_bvh(scene_of(mixed_soups));
+    EXPECT_EQ(bvh->stats().triangles, good.triangles.size());
+    size_t hits = 0;
+    for (const geometry::Ray& ray : mixed_rays(5000, 17)) {
+        geometry::Hit hit = bvh->intersect(ray);
+        if (hit.is_valid()) hit.triangle = name[hit.triangle];
+        EXPECT_TRUE(is_same(hit, expected->intersect(ray)));
+        hits += hit.is_valid();
+    }
+    EXPECT_GT(hits, 500u);
+}
+
+TEST(Bvh, LetsRaysThatAreNotFiniteMiss) {
+    const std::vector<Soup> soups = {random_soup(500, 0.5f, 18)};
+    const auto bvh = build_bvh(scene_of(soups));
+    for (const float bad : {nan, -nan, inf, -inf}) {
+        for (int component = 0; component < 6; ++component) {
+            for (geometry::Ray ray : mixed_rays(50, 19)) {
+                (component < 3 ? ray.o : ray.d)[component % 3] = bad;
+                EXPECT_FALSE(bvh->intersect(ray).is_valid());
+                EXPECT_FALSE(bvh->is_occluded(ray));
+            }
+        }
+    }
+    for (const float t_max : {nan, 0.0f, -1.0f, -inf}) {
+        for (geometry::Ray ray : mixed_rays(50, 20)) {
+            ray.t_max = t_max;
+            EXPECT_FALSE(bvh->intersect(ray).is_valid());
+            EXPECT_FALSE(bvh->is_occluded(ray));
+        }
+    }
+    EXPECT_FALSE(bvh->intersect({Vec3(0), Vec3(0)}).is_valid());
+    EXPECT_FALSE(bvh->is_occluded({Vec3(0), Vec3(-0.0f)}));
+}
+
+TEST(Bvh, IsEmptyForAnEmptyScene) {
+    const auto bvh = build_bvh(SoupScene{});
+    EXPECT_FALSE(bvh->intersect({Vec3(0), Vec3(1)}).is_valid());
+    EXPECT_FALSE(bvh->is_occluded({Vec3(0), Vec3(1)}));
+    EXPECT_TRUE(bvh->bounds().isEmpty());
+    EXPECT_EQ(bvh->stats().triangles, 0u);
+}
+
+TEST(Bvh, TreatsTheEndOfTheRayAsOutside) {
+    Soup wall;
+    wall.add(Vec3(-1, -1, 3), Vec3(1, -1, 3), Vec3(0, 1, 3));
+    const std::vector<Soup> soups = {wall};
+    const auto bvh = build_bvh(scene_of(soups));
+    const geometry::Ray ray{Vec3(0), Vec3(0, 0, 1), 3.0f};
+    EXPECT_FALSE(bvh->intersect(ray).is_valid());
+    EXPECT_FALSE(bvh->is_occluded(ray));
+    const geometry::Ray longer{Vec3(0), Vec3(0, 0, 1), next_float_up(3.0f)};
+    EXPECT_EQ(bvh->intersect(longer).t, 3.0f);
+    EXPECT_TRUE(bvh->is_occluded(longer));
+    // t = 0 does not count either
+    EXPECT_FALSE(bvh->intersect({Vec3(0, 0, 3), Vec3(0, 0, 1)}).is_valid());
+}
+
+TEST(Bvh, KeepsBitsUnderScalingByPowersOfTwo) {
+    const std::vector<Soup> soups = {random_soup(800, 0.2f, 21), needles(100, 1e5f, 22),
+                                     flat_triangles(200, 23)};
+    const auto bvh = build_bvh(scene_of(soups));
+    const auto rays = mixed_rays(4000, 24);
+    for (const int exponent : {-40, -20, -7, 7, 20, 40}) {
+        std::vector<Soup> scaled = soups;
+        const float s = std::ldexp(1.0f, exponent);
+        for (Soup& soup : scaled) {
+            for (Vec3& p : soup.positions) p *= s;
+        }
+        const auto scaled_bvh = build_bvh(scene_of(scaled));
+        EXPECT_EQ(scaled_bvh->stats().nodes, bvh->stats().nodes);
+        size_t different = 0;
+        for (const geometry::Ray& ray : rays) {
+            const geometry::Hit expected = bvh->intersect(ray);
+            // Scale the direction too, or leave it and scale t
+            different +=
+                !is_same(scaled_bvh->intersect({ray.o * s, ray.d * s, ray.t_max}), expected);
+            geometry::Hit far = scaled_bvh->intersect({ray.o * s, ray.d, ray.t_max * s});
+            if (far.is_valid()) far.t /= s;
+            different += !is_same(far, expected);
+        }
+        EXPECT_EQ(different, 0u) << "2^" << exponent;
+    }
+}
+
+TEST(Bvh, DoesNotDependOnThreadsOrTreeShape) {
+    // Large enough for parallel binning
+    const std::vector<Soup> soups = {random_soup(150000, 0.02f, 25)};
+    const auto rays = mixed_rays(2000, 26);
+    std::unique_ptr<Accelerator> first;
+    for (const int threads : {1, 2, 3}) {
+        const ThreadLimit limit(threads);
+        auto bvh = build_bvh(scene_of(soups));
+        if (!first)
+            first = std::move(bvh);
+        else {
+            EXPECT_EQ(bvh->stats().nodes, first->stats().nodes);
+            EXPECT_EQ(bvh->stats().bytes, first->stats().bytes);
+            EXPECT_EQ(compare(*bvh, *first, rays).different, 0u);
+        }
+    }
+    for (const BvhOptions options : {BvhOptions{.bins = 4}, BvhOptions{.bins = 32},
+                                     BvhOptions{.max_depth = 0}, BvhOptions{.max_depth = 5}}) {
+        const auto bvh = build_bvh(scene_of(soups), options);
+        EXPECT_EQ(compare(*bvh, *first, rays).different, 0u);
+    }
+}
+
+}  // namespace
+}  // namespace velatura::accel::test

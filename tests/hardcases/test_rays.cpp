@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: Apache-2.0
+// Hard cases of rays, RIGOR H01–H12.
+#include "accel/bvh.h"
+#include "brute_force.h"
+#include "compare.h"
+#include "geometry/geometry_set.h"
+#include "geometry/surface_point.h"
+#include "scene/scene.h"
+#include "soups.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace velatura::accel::test {
+namespace {
+
+SoupScene scene_of(const std::vector<Soup>& soups) {
+    SoupScene scene;
+    for (const Soup& soup : soups) scene.shapes.push_back(soup.view());
+    return scene;
+}
+
+struct LeakCount {
+    size_t rays = 0, misses = 0, passed = 0, unseen = 0;
+};
+
+// Shoots from `eye` inside the closed mesh, which sees all of it, at random vertices and at random
+// points of random edges. `passed`: went through the wall by more than the tolerance.
+LeakCount count_leaks(const Soup& soup, const Vec3& eye, size_t rays, uint64_t seed) {
+    const std::vector<Soup> soups = {soup};
+    const auto bvh = build_bvh(scene_of(soups));
+    Random random(seed);
+    LeakCount count;
+    for (size_t i = 0; i < rays; ++i) {
+        const auto& v = soup.triangles[random.below(uint32_t(soup.triangles.size()))];
+        const Vec3& a = soup.positions[v[0]];
+        const Vec3& b = soup.positions[v[1]];
+        const Vec3 target = (i & 1) ? a : a + (b - a) * random.unit();
+        const geometry::Ray ray{eye, target - eye};
+        const geometry::Hit hit = bvh->intersect(ray);
+        ++count.rays;
+        count.misses += !hit.is_valid();
+        count.passed += hit.is_valid() && hit.t > 1.001f;
+        count.unseen += !bvh->is_occluded(ray);
+    }
+    return count;
+}
+
+void expect_watertight(const LeakCount& count) {
+    EXPECT_EQ(count.misses, 0u) << "of " << count.rays;
+    EXPECT_EQ(count.unseen, 0u) << "of " << count.rays;
+}
+
+TEST(HardRaysH01, ClosedStarMeshesLeakNothing) {
+    const Soup sphere = star_mesh(150, 200, 1.0, 0.0, Vec3d(0), 1);
+    const LeakCount smooth = count_leaks(sphere, Vec3(0), 400000, 2);
+    expect_watertight(smooth);
+    EXPECT_EQ(smooth.passed, 0u);
+    const LeakCount rough =
+        count_leaks(star_mesh(100, 100, 1.0, 2.0, Vec3d(0), 3), Vec3(0), 200000, 4);
+    expect_watertight(rough);
+    EXPECT_EQ(rough.passed, 0u);
+    // Off-centre eyes meet edges at grazing angles
+    expect_watertight(count_leaks(sphere, Vec3(0.3f, -0.9f, 0.1f), 200000, 5));
+}
+
+TEST(HardRaysH01, ClosedMeshesFarFromTheOriginLeakNothing) {
+    const Vec3d centre(148376, 1234, -223423);
+    for (const double radius : {2.0, 1000.0}) {
+        const Soup mesh = star_mesh(80, 100, radius, 0.5, centre, 6);
+        expect_watertight(count_leaks(mesh, Vec3(centre), 200000, 7));
+    }
+}
+
+TEST(HardRaysH01, ClosedMeshesOfSliversLeakNothing) {
+    // Squeeze one axis to reach an aspect of 1e6
+    Soup mesh = star_mesh(60, 60, 1.0, 0.3, Vec3d(0), 8);
+    for (Vec3& p : mesh.positions) p.z *= 1e-6f;
+    expect_watertight(count_leaks(mesh, Vec3(0), 100000, 9));
+    for (Vec3& p : mesh.positions) p = Vec3(p.z, p.x * 1e3f, p.y);
+    expect_watertight(count_leaks(mesh, Vec3(0), 100000, 10));
+}
+
+TEST(HardRaysH02, OriginsOnSlabPlanesAndRaysAlongAxesMatchBruteForce) {
+    const std::vector<Soup> soups = {flat_triangles(40, 11), box(Vec3(-1), Vec3(1)),
+                                     box(Vec3(-0.5f, -0.5f, 0), Vec3(0.5f, 0.5f, 0.125f))};
+    const SoupScene scene = scene_of(soups);
+    const Agreement agreement =
+        compare(*build_bvh(scene), BruteForce(scene), mixed_rays(1000000, 12));
+    EXPECT_EQ(agreement.different, 0u) << "of " << agreement.rays;
+    EXPECT_EQ(agreement.different_occlusion, 0u) << "of " << agreement.rays;
+    EXPECT_GT(agreement.hits, agreement.rays / 2);
+}
+
+scene::Mesh mesh_of(const Soup& soup) {
+    scene::Mesh mesh;
+    mesh.points = soup.positions;
+    for (const auto& v : soup.triangles) {
+        mesh.face_vertex_counts.push_back(3);
+        mesh.face_vertex_indices.insert(mesh.face_vertex_indices.end(), v.begin(), v.end());
+    }
+    return mesh;
+}
+
+// Rays that leave a flat triangle to either side cannot meet it again, nor can rays between two
+// points be stopped by the triangles on which they end.
+size_t count_rehits(const scene::Scene& scene,
+                    const std::vector<geometry::Ray>& rays,
+                    size_t& hits) {
+    const geometry::GeometrySet geometry(scene);
+    const auto bvh = build_bvh(scene, geometry);
+    Random random(21);
+    size_t rehits = 0;
+    for (const geometry::Ray& ray : rays) {
+        const geometry::Hit hit = bvh->intersect(ray);
+        if (!hit.is_valid()) continue;
+        ++hits;
+        const geometry::SurfacePoint point =
+            geometry::make_surface_point(scene, geometry, ray, hit);
+        for (int i = 0; i < 10; ++i) {
+            Vec3 d = random.direction();
+            // Grazing ones too
+            if (i & 1) d = normalize(d - point.ng * (d.dot(point.ng) * 0.9999f));
+            const geometry::Hit next = bvh->intersect(geometry::spawn_ray(point, d));
+            rehits += next.is_valid() && next.instance == hit.instance && next.shape == hit.shape &&
+                      next.triangle == hit.triangle;
+        }
+    }
+    return rehits;
+}
+
+TEST(HardRaysH03, SpawnedRaysDoNotMeetTheirTriangleAgain) {
+    for (const float size : {1e-4f, 1.0f, 1e6f}) {
+        for (const float offset : {0.0f, 1e3f}) {
+            scene::Scene scene;
+            Soup soup = random_soup(1000, 0.3f, 22);
+            for (Vec3& p : soup.positions) p = (p + Vec3(offset, -offset, 0.7f * offset)) * size;
+            scene.shapes.emplace_back();
+            scene.shapes[0].geometry = mesh_of(soup);
+            auto rays = mixed_rays(20000, 23);
+            for (geometry::Ray& ray : rays) {
+                ray.o = (ray.o + Vec3(offset, -offset, 0.7f * offset)) * size;
+                ray.t_max = std::numeric_limits<float>::infinity();
+            }
+            size_t hits = 0;
+            EXPECT_EQ(count_rehits(scene, rays, hits), 0u)
+                << "size " << size << " offset " << offset;
+            EXPECT_GT(hits, 5000u);
+        }
+    }
+}
+
+TEST(HardRaysH03, NorDoThoseSpawnedOnUnevenlyScaledNestedInstances) {
+    scene::Scene scene;
+    scene.prototypes.resize(1);
+    scene.prototypes[0].shapes.emplace_back();
+    scene.prototypes[0].shapes[0].geometry = mesh_of(random_soup(300, 0.5f, 24));
+    Random random(25);
+    for (int i = 0; i < 50; ++i) {
+        // Four levels, resolved in double as translate does
+        Mat4d m;
+        for (int level = 0; level < 4; ++level) {
+            Mat4d turn, scale, move;
+            turn.setAxisAngle(Vec3d(random.direction()), double(random.between(0, 6)));
+            scale.setScale(level == 1 ? Vec3d(1, 1e-4, i % 2 ? -1 : 1) : Vec3d(0.9));
+            move.setTranslation(Vec3d(random.in_cube(0.3f)));
+            m = m * scale * turn * move;
+        }
+        scene.instances.emplace_back();
+        scene.instances.back().render_from_prototype = Mat4(m);
+    }
+    auto rays = mixed_rays(20000, 26);
+    for (geometry::Ray& ray : rays) ray.t_max = std::numeric_limits<float>::infinity();
+    size_t hits = 0;
+    EXPECT_EQ(count_rehits(scene, rays, hits), 0u);
+    EXPECT_GT(hits, 5000u);
+}
+
+TEST(HardRaysH07, HugeThinSlabIsHitOnTopOnly) {
+    const float half = 2.95e11f, height = 1.2e5f;
+    const std::vector<Soup> soups = {box(Vec3(-half, -half, 0), Vec3(half, half, height))};
+    const auto bvh = build_bvh(scene_of(soups));
+    Random random(13);
+    size_t wrong = 0;
+    for (int i = 0; i < 100000; ++i) {
+        const Vec3 target(random.between(-half, half), random.between(-half, half), height);
+        const Vec3 origin(random.between(-half, half), random.between(-half, half),
+                          random.between(2.0f, 1e6f) * height);
+        const geometry::Ray ray{origin, target - origin};
+        const geometry::Hit hit = bvh->intersect(ray);
+        // Where the ray as given meets the plane, in double
+        const double t = (double(height) - double(ray.o.z)) / double(ray.d.z);
+        const double x = double(ray.o.x) + t * double(ray.d.x),
+                     y = double(ray.o.y) + t * double(ray.d.y);
+        if (std::max(std::abs(x), std::abs(y)) > double(half)) continue;
+        const bool is_top = hit.is_valid() && (hit.triangle == 2 || hit.triangle == 3);
+        wrong += !is_top || std::abs(double(hit.t) - t) > 4 * 0x1p-23 * t;
+    }
+    EXPECT_EQ(wrong, 0u);
+}
+
+TEST(HardRaysH10, GarbageTrianglesAreAsIfAbsent) {
+    const Soup good = star_mesh(40, 40, 1.0, 0.2, Vec3d(0), 14);
+    Soup bad = good;
+    Random random(15);
+    const float garbage[] = {std::numeric_limits<float>::quiet_NaN(),
+                             std::numeric_limits<float>::infinity(),
+                             -std::numeric_limits<float>::infinity(),
+                             std::numeric_limits<float>::max(), -std::numeric_limits<float>::max()};
+    // Broken faces come after the good ones, so indices stay
+    for (int i = 0; i < 10000; ++i) {
+        const auto first = uint32_t(bad.positions.size());
+        for (int k = 0; k < 3; ++k) bad.positions.push_back(random.in_cube(1));
+        bad.positions[first + random.below(3)][int(random.below(3))] = garbage[random.below(5)];
+        bad.triangles.push_back({first, first + 1, first + 2});
+    }
+    const std::vector<Soup> good_soups = {good}, bad_soups = {bad};
+    const auto a = build_bvh(scene_of(bad_soups)), b = build_bvh(scene_of(good_soups));
+    const Agreement agreement = compare(*a, *b, mixed_rays(50000, 16));
+    EXPECT_EQ(agreement.different, 0u);
+    EXPECT_EQ(agreement.different_occlusion, 0u);
+    EXPECT_GT(agreement.hits, 10000u);
+    EXPECT_EQ(a->stats().bytes, b->stats().bytes);
+}
+
+TEST(HardRaysH11, CoincidentTrianglesBuildAndTheFirstWins) {
+    Soup soup;
+    const Vec3 a(-1, -1, 2), b(1, -1, 2), c(0, 1, 2);
+    soup.positions = {a, b, c};
+    // Exact duplicates and the same triangle with its corners turned, which cannot be merged
+    constexpr size_t count = 60000;
+    for (size_t i = 0; i < count; ++i) {
+        if (i % 1000 == 1)
+            soup.triangles.push_back({1, 2, 0});
+        else
+            soup.triangles.push_back({0, 1, 2});
+    }
+    const std::vector<Soup> soups = {soup};
+    const auto bvh = build_bvh(scene_of(soups));
+    EXPECT_EQ(bvh->stats().triangles, 2u);
+    const geometry::Hit hit = bvh->intersect({Vec3(0), Vec3(0, 0, 1)});
+    EXPECT_EQ(hit.triangle, 0u);
+    EXPECT_EQ(hit.t, 2.0f);
+    EXPECT_TRUE(bvh->is_occluded({Vec3(0), Vec3(0, 0, 1)}));
+}
+
+TEST(HardRaysH11, DistinctTrianglesWithOneCentroidBuild) {
+    // Boxes share their centre: no plane divides them
+    Soup soup;
+    Random random(17);
+    for (int i = 0; i < 20000; ++i) {
+        const float s = random.between(0.5f, 1.0f);
+        soup.add(Vec3(-s, -s, 0), Vec3(s, -s, 0), Vec3(-s, s, 0));
+    }
+    const std::vector<Soup> soups = {soup};
+    const SoupScene scene = scene_of(soups);
+    const auto bvh = build_bvh(scene);
+    const BruteForce oracle(scene);
+    auto rays = mixed_rays(100, 18);
+    EXPECT_EQ(compare(*bvh, oracle, rays).different, 0u);
+}
+
+TEST(HardRaysH12, CoplanarOverlapIsWonByTheSmallestIndexInAnyTree) {
+    // One plane, overlapping pieces; every ray meets many of them at one t
+    Soup soup;
+    Random random(19);
+    for (int i = 0; i < 2000; ++i) {
+        Vec3 p[3];
+        for (Vec3& v : p) v = Vec3(random.between(-1, 1), random.between(-1, 1), 0.5f);
+        soup.add(p[0], p[1], p[2]);
+    }
+    const std::vector<Soup> soups = {soup, soup};
+    const SoupScene scene = scene_of(soups);
+    const BruteForce oracle(scene);
+    Random ray_random(20);
+    std::vector<geometry::Ray> rays;
+    for (int i = 0; i < 500; ++i) rays.push_back({ray_random.in_cube(0.4f), Vec3(0, 0, 1)});
+    for (const BvhOptions options :
+         {BvhOptions{}, BvhOptions{.bins = 3}, BvhOptions{.max_depth = 0}}) {
+        const Agreement agreement = compare(*build_bvh(scene, options), oracle, rays);
+        EXPECT_EQ(agreement.different, 0u);
+        EXPECT_EQ(agreement.hits, rays.size());
+    }
+}
+
+}  // namespace
+}  // namespace velatura::accel::test
