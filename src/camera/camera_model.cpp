@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "camera/camera_model.h"
+
+#include "base/check.h"
+
+#include <cmath>
+
+namespace velatura::camera {
+namespace {
+
+Vec3 to_float(const Vec3d& v) {
+    return {float(v.x), float(v.y), float(v.z)};
+}
+
+Vec3d unit(const Vec3d& v) {
+    // Divide by a power of two first: squares of very small or large scales would leave the range
+    // of double.
+    const double largest = std::max(std::abs(v.x), std::max(std::abs(v.y), std::abs(v.z)));
+    int exponent = 0;
+    std::frexp(largest, &exponent);
+    const Vec3d w(std::ldexp(v.x, -exponent), std::ldexp(v.y, -exponent),
+                  std::ldexp(v.z, -exponent));
+    return w / std::sqrt(w.dot(w));
+}
+
+/// Point on the unit disk, area-preserving. Ref: Shirley & Chiu 1997, "A Low Distortion Map Between
+/// Disk and Square".
+Vec2d concentric_disk(const Vec2& u) {
+    const double x = 2.0 * double(u.x) - 1.0;
+    const double y = 2.0 * double(u.y) - 1.0;
+    if (x == 0.0 && y == 0.0) return {0.0, 0.0};
+    const bool is_wide = std::abs(x) > std::abs(y);
+    const double r = is_wide ? x : y;
+    const double phi = is_wide ? (pi_d / 4.0) * (y / x) : pi_d / 2.0 - (pi_d / 4.0) * (x / y);
+    return {r * std::cos(phi), r * std::sin(phi)};
+}
+
+/// Camera space (x right, y up, −z view) to NDC with division by w; z in [0, 1] between the planes.
+Mat4d ndc_from_camera(const scene::Camera& c) {
+    const double sx = 1.0 / (c.window_right - c.window_left);
+    const double sy = 1.0 / (c.window_top - c.window_bottom);
+    const double near = c.clip_near;
+    const bool has_far = c.clip_far > near && std::isfinite(c.clip_far);
+    const double range = has_far ? c.clip_far - near : 0.0;
+    Mat4d m;
+    m.makeIdentity();
+    if (c.projection == scene::Camera::Projection::Orthographic) {
+        m[0][0] = sx;
+        m[3][0] = -c.window_left * sx;
+        m[1][1] = -sy;
+        m[3][1] = c.window_top * sy;
+        m[2][2] = has_far ? -1.0 / range : -1.0;
+        m[3][2] = has_far ? -near / range : -near;
+        return m;
+    }
+    // w = −z; x_ndc = (x/w − left)·sx, y_ndc = (top − y/w)·sy
+    m[0][0] = sx;
+    m[2][0] = c.window_left * sx;
+    m[1][1] = -sy;
+    m[2][1] = -c.window_top * sy;
+    m[2][2] = has_far ? -c.clip_far / range : -1.0;
+    m[3][2] = has_far ? -c.clip_far * near / range : -near;
+    m[2][3] = -1.0;
+    m[3][3] = 0.0;
+    return m;
+}
+
+}  // namespace
+
+CameraModel::CameraModel(const scene::Camera& camera, int width, int height)
+    : is_orthographic_(camera.projection == scene::Camera::Projection::Orthographic),
+      render_from_camera_(camera.render_from_camera),
+      left_(camera.window_left),
+      top_(camera.window_top),
+      dx_((camera.window_right - camera.window_left) / double(width)),
+      dy_((camera.window_top - camera.window_bottom) / double(height)),
+      lens_radius_(0.0),
+      focus_distance_(camera.focus_distance),
+      clip_near_(camera.clip_near),
+      clip_far_(std::numeric_limits<double>::infinity()),
+      exposure_scale_(float(camera.exposure_scale)) {
+    VELATURA_CHECK(width >= 1 && height >= 1, "a picture has at least one pixel");
+    // A lens focused at its own plane forms no picture: pinhole
+    if (camera.lens_radius > 0.0 && camera.focus_distance > 0.0) lens_radius_ = camera.lens_radius;
+    if (!is_orthographic_) clip_near_ = std::max(clip_near_, 0.0);
+    if (camera.clip_far > clip_near_) clip_far_ = camera.clip_far;
+
+    const Vec3d axis = transform_direction(Vec3d(0.0, 0.0, -1.0), render_from_camera_);
+    scale_ = std::sqrt(axis.dot(axis));
+    view_direction_ = to_float(unit(axis));
+
+    Mat4d world_from_camera = render_from_camera_;
+    for (int i = 0; i < 3; ++i) world_from_camera[3][i] += camera.world_position[i];
+    const Mat4d camera_from_world = world_from_camera.inverse();
+    Mat4d flip_z;
+    flip_z.makeIdentity();
+    flip_z[2][2] = -1.0;
+    world_to_camera_ = camera_from_world * flip_z;
+    world_to_ndc_ = camera_from_world * ndc_from_camera(camera);
+}
+
+CameraRay CameraModel::generate_ray(const Vec2& film_point, const Vec2& u_lens) const {
+    const double wx = left_ + double(film_point.x) * dx_;
+    const double wy = top_ - double(film_point.y) * dy_;
+
+    // Camera space: start at `from`, move by `step` per unit of depth
+    Vec3d from = is_orthographic_ ? Vec3d(wx, wy, 0.0) : Vec3d(0.0);
+    Vec3d step = is_orthographic_ ? Vec3d(0.0, 0.0, -1.0) : Vec3d(wx, wy, -1.0);
+    if (lens_radius_ > 0.0) {
+        const Vec2d disk = concentric_disk(u_lens);
+        const Vec3d lens(disk.x * lens_radius_, disk.y * lens_radius_, 0.0);
+        // Every ray of a film point meets the others in the plane of focus; at infinite focus they
+        // are parallel
+        if (std::isfinite(focus_distance_)) step -= lens / focus_distance_;
+        from += lens;
+    }
+
+    const Vec3d direction = transform_direction(step, render_from_camera_);
+    const double length = std::sqrt(direction.dot(direction));
+    CameraRay ray;
+    ray.o = to_float(transform_point(from + step * clip_near_, render_from_camera_));
+    ray.d = to_float(unit(direction));
+    ray.t_max = float((clip_far_ - clip_near_) * length);
+
+    // A pixel is dx·dy at depth 1; depth grows by 1/length per unit of t
+    const double pixel = std::sqrt(std::abs(dx_ * dy_)) * scale_;
+    ray.cone_width = float(is_orthographic_ ? pixel : pixel * clip_near_);
+    ray.cone_spread = is_orthographic_ ? 0.0f : float(pixel / length);
+    return ray;
+}
+
+}  // namespace velatura::camera

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/math.h"
+#include "scene/camera.h"
+
+#include <limits>
+
+namespace velatura::camera {
+
+/// A ray from the lens into the scene, render space. It starts on the near clipping plane (at the
+/// lens when the camera has none) and ends on the far one: visible points are o + t·d, 0 < t <
+/// t_max.
+struct CameraRay {
+    Vec3 o;
+    Vec3 d;  ///< unit
+    float t_max = std::numeric_limits<float>::infinity();
+    /// Width of the pixel's footprint at distance t: cone_width + cone_spread · t, scene units, for
+    /// texture filtering.
+    float cone_width = 0;
+    float cone_spread = 0;
+};
+
+/// Rays of a camera over a picture of width × height pixels. Immutable; all arithmetic inside is
+/// double, scale by a power of two gives bit-identical directions and exactly scaled origins.
+class CameraModel {
+  public:
+    /// Args: camera as `translate` conformed it; width, height of the whole picture (not of a
+    /// crop), >= 1.
+    CameraModel(const scene::Camera& camera, int width, int height);
+
+    /// The ray through a film point.
+    /// Args: film_point in pixels, x right, y down, (0,0) = upper left corner, pixel centres at .5;
+    /// may lie outside
+    ///       the picture. u_lens in [0,1)², unused by a pinhole.
+    CameraRay generate_ray(const Vec2& film_point, const Vec2& u_lens) const;
+
+    /// Whether u_lens matters: lens radius and focus distance both > 0.
+    bool has_lens() const { return lens_radius_ > 0.0; }
+
+    /// Unit viewing direction (−Z of the camera) in render space; depth of a point P = P ·
+    /// view_direction().
+    Vec3 view_direction() const { return view_direction_; }
+
+    /// 2^exposure: multiplies radiance.
+    float exposure_scale() const { return exposure_scale_; }
+
+    /// World to camera space in the convention of the EXR attribute `worldToCamera`: left-handed, x
+    /// right, y up, z the viewing direction; row vectors.
+    Mat4d world_to_camera() const { return world_to_camera_; }
+
+    /// World to NDC in the convention of the EXR attribute `worldToNDC`: after division by w, (0,0)
+    /// is the upper left and (1,1) the lower right corner of the picture; z is 0 on the near plane
+    /// and 1 on the far plane (1 at infinity).
+    Mat4d world_to_ndc() const { return world_to_ndc_; }
+
+  private:
+    bool is_orthographic_;
+    Mat4d render_from_camera_;
+    double left_, top_, dx_, dy_;  // window: corner and size of a pixel
+    double lens_radius_, focus_distance_, clip_near_, clip_far_;
+    double scale_;  // length in render space of one unit along −Z
+    float exposure_scale_;
+    Vec3 view_direction_;
+    Mat4d world_to_camera_, world_to_ndc_;
+};
+
+}  // namespace velatura::camera

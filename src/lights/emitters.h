@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/diagnostics.h"
+#include "base/result.h"
+#include "lights/emitter.h"
+#include "lights/environment_image.h"
+#include "scene/light.h"
+
+#include <memory>
+
+namespace velatura::lights {
+
+/// What an emitter is made from.
+struct EmitterInput {
+    const scene::Light& light;
+    EnvironmentImage* image = nullptr;  ///< dome and rect, is moved from; null = no texture
+    bool compensate_mis = false;        ///< see LightSetOptions
+};
+
+using EmitterResult = Result<std::unique_ptr<Emitter>>;
+
+/// One maker per kind. The light's Le is finite, not negative and not black. An error (code,
+/// message) tells why the light cannot shine: it is then off.
+EmitterResult make_rect(const EmitterInput& input);      ///< one-sided, −Z
+EmitterResult make_disk(const EmitterInput& input);      ///< one-sided, −Z
+EmitterResult make_sphere(const EmitterInput& input);    ///< both sides of the surface
+EmitterResult make_cylinder(const EmitterInput& input);  ///< outside of the mantle, axis X, no caps
+EmitterResult make_distant(const EmitterInput& input);  ///< from −Z's opposite, a cone or a delta
+EmitterResult make_dome(const EmitterInput& input);     ///< pole +Y, latlong
+
+/// Whether the upper 3×3 keeps angles, within a relative 1e-6.
+bool is_similarity(const Mat4d& m);
+
+/// Rows of the matrix: images of the axes and of the origin.
+inline Vec3d axis_of(const Mat4d& m, int row) {
+    return {m[row][0], m[row][1], m[row][2]};
+}
+
+}  // namespace velatura::lights

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/math.h"
+#include "lights/environment_image.h"
+#include "sampling/distribution.h"
+#include "scene/light.h"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace velatura::lights {
+
+/// Bilinear lookup between texel centres; uv in [0,1]², (0,0) = upper left corner of the image;
+/// edges are held.
+Rgb bilinear_clamped(const EnvironmentImage& image, const Vec2d& uv);
+
+/// Mean luminance of all texels, each counted alike.
+float mean_luminance(const EnvironmentImage& image);
+
+/// Sets NaN, infinite and negative texels to zero; returns how many there were.
+size_t remove_bad_texels(EnvironmentImage& image);
+
+/// A latlong picture of what a picture of another layout shows, of twice its height; LatLong and
+/// Automatic come back as they are. Layouts: see README.md.
+EnvironmentImage to_latlong(EnvironmentImage image, scene::DomeFormat format);
+
+/// A latlong environment around the origin: pole +Y; left edge at longitude +180°, longitude 0 =
+/// +Z, +90° = +X; top edge at latitude +90°. Radiance is bilinear between texel centres (wrapping
+/// around, held at the poles). Directions are sampled from the bilinear interpolant of luminance ·
+/// sinθ itself, so density and radiance agree inside texels too.
+class EnvironmentMap {
+  public:
+    struct Sample {
+        Vec3d direction;  ///< unit
+        Rgb radiance;
+        double pdf = 0;  ///< [1/sr]
+    };
+
+    /// Args: image not empty, finite, not negative. compensate_mis: see LightSetOptions.
+    EnvironmentMap(EnvironmentImage image, bool compensate_mis);
+
+    bool is_black() const { return !(total_ > 0.0); }
+
+    /// Luminance averaged over the sphere.
+    double mean_luminance() const { return mean_luminance_; }
+
+    /// Radiance seen in a unit direction.
+    Rgb radiance(const Vec3d& direction) const;
+    double pdf(const Vec3d& direction) const;
+    std::optional<Sample> sample(const Vec2& u) const;
+
+  private:
+    /// The four texels around uv and where uv lies between them.
+    struct Patch {
+        size_t x0, x1, y0, y1;
+        double fx, fy;
+    };
+
+    Patch patch_at(const Vec2d& uv) const;
+    Rgb lookup(const Patch& patch) const;
+    double weight(size_t x, size_t y) const;
+    double interpolated_weight(const Patch& patch) const;
+    double measure_mean() const;
+    double build(double floor);
+    /// Density per unit of uv to density per steradian.
+    double per_steradian(double weight, double sin_theta) const;
+
+    EnvironmentImage image_;
+    std::vector<double> row_sine_;  // sinθ at the texel centres
+    double mean_luminance_ = 0;
+    double floor_ = 0;  // luminance subtracted for MIS compensation
+    double total_ = 0;  // integral of the interpolated weight over the unit square of uv
+    sampling::Distribution2D cells_;  // [height + 1][width], between texel centres
+};
+
+}  // namespace velatura::lights

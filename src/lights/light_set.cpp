@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lights/light_set.h"
+
+#include "lights/emitter_tree.h"
+#include "lights/emitters.h"
+#include "lights/environment_map.h"
+
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace velatura::lights {
+namespace {
+
+Vec3d to_double(const Vec3& v) {
+    return {double(v.x), double(v.y), double(v.z)};
+}
+
+/// Unit vector in double; squares of floats cannot leave its range.
+Vec3d unit_direction(const Vec3& v) {
+    const Vec3d d = to_double(v);
+    return d / std::sqrt(d.dot(d));
+}
+
+bool has_size(scene::LightKind kind) {
+    return kind != scene::LightKind::Dome && kind != scene::LightKind::Distant;
+}
+
+/// Turns scene lights into emitters and says what could not be honoured.
+class Preparation {
+  public:
+    Preparation(const scene::Scene& scene,
+                const ImageLoader& load,
+                Diagnostics& diagnostics,
+                const LightSetOptions& options)
+        : scene_(scene), load_(load), diagnostics_(diagnostics), options_(options) {}
+
+    /// The emitter of a light; null when it is off.
+    std::unique_ptr<Emitter> prepare(const scene::Light& authored) {
+        scene::Light light = authored;
+        if (!clean_radiance(light)) return nullptr;
+        warn_about_ignored(light);
+        EnvironmentImage image;
+        const bool has_image = load_image(light, image);
+        const EmitterInput input{light, has_image ? &image : nullptr, options_.compensate_mis};
+        EmitterResult result = make(input);
+        if (!result) {
+            warn(light, result.error().code, result.error().message);
+            return nullptr;
+        }
+        return std::move(result).value();
+    }
+
+  private:
+    static EmitterResult make(const EmitterInput& input) {
+        switch (input.light.kind) {
+            case scene::LightKind::Distant:
+                return make_distant(input);
+            case scene::LightKind::Dome:
+                return make_dome(input);
+            case scene::LightKind::Rect:
+                return make_rect(input);
+            case scene::LightKind::Disk:
+                return make_disk(input);
+            case scene::LightKind::Sphere:
+                return make_sphere(input);
+            case scene::LightKind::Cylinder:
+                return make_cylinder(input);
+        }
+        return Error{"light-unknown-kind", "light of an unknown kind emits nothing"};
+    }
+
+    void warn(const scene::Light& light, const std::string& code, const std::string& message) {
+        SourceLoc loc;
+        if (light.provenance < scene_.provenance.size())
+            loc = scene_.provenance[light.provenance].loc;
+        diagnostics_.warn(code, loc, light.name, message);
+    }
+
+    /// False when nothing shines. A black light is the user's wish, no warning.
+    bool clean_radiance(scene::Light& light) {
+        if (!is_finite(light.Le)) {
+            warn(light, "light-radiance",
+                 "light emits nothing: its radiance is not finite, found a size of zero with "
+                 "normalize, or an intensity or exposure out of range");
+            return false;
+        }
+        bool has_negative = false;
+        for (int i = 0; i < 3; ++i) {
+            if (light.Le[i] >= 0.0f) continue;
+            light.Le[i] = 0.0f;
+            has_negative = true;
+        }
+        if (has_negative)
+            warn(light, "light-radiance", "negative radiance of the light is set to zero");
+        return !is_black(light.Le);
+    }
+
+    void warn_about_ignored(const scene::Light& light) {
+        using scene::LightKind;
+        if (light.shaping.is_active && !has_size(light.kind))
+            warn(light, "light-ignored", "shaping is not applied to distant and dome lights");
+        if (!light.texture_file.empty() && light.kind != LightKind::Rect &&
+            light.kind != LightKind::Dome)
+            warn(light, "light-ignored", "texture is applied to rect and dome lights only");
+        if (light.kind != LightKind::Dome || light.texture_file.empty()) return;
+        if (!is_similarity(light.render_from_light))
+            warn(light, "light-ignored",
+                 "scale and shear of the dome light are left out, only its rotation is used");
+        if (light.dome_format != scene::DomeFormat::Automatic &&
+            light.dome_format != scene::DomeFormat::LatLong)
+            warn(light, "light-dome-format",
+                 "dome texture is resampled to latlong; the schema does not fix how this format is "
+                 "oriented, Debevec's convention is used");
+    }
+
+    bool load_image(const scene::Light& light, EnvironmentImage& image) {
+        const bool takes_texture =
+            light.kind == scene::LightKind::Rect || light.kind == scene::LightKind::Dome;
+        if (!takes_texture || light.texture_file.empty()) return false;
+        Result<EnvironmentImage> loaded =
+            load_ ? load_(light)
+                  : Result<EnvironmentImage>(Error{"light-texture", "no image reader is at hand"});
+        if (!loaded) {
+            warn(light, "light-texture",
+                 "light emits without its texture: " + loaded.error().message);
+            return false;
+        }
+        image = std::move(loaded).value();
+        if (image.width <= 0 || image.height <= 0 ||
+            image.texels.size() != size_t(image.width) * size_t(image.height)) {
+            warn(light, "light-texture", "light emits without its texture: the image is empty");
+            return false;
+        }
+        const size_t bad = remove_bad_texels(image);
+        if (bad > 0)
+            warn(light, "light-texture",
+                 std::to_string(bad) +
+                     " texels of the texture are negative or not finite and count "
+                     "as black");
+        return true;
+    }
+
+    const scene::Scene& scene_;
+    const ImageLoader& load_;
+    Diagnostics& diagnostics_;
+    const LightSetOptions& options_;
+};
+
+}  // namespace
+
+LightSet::LightSet(const scene::Scene& scene,
+                   const ImageLoader& load,
+                   Diagnostics& diagnostics,
+                   const LightSetOptions& options)
+    : scene_(&scene) {
+    Preparation preparation(scene, load, diagnostics, options);
+    std::vector<EmitterTree::Item> finite;
+    for (const scene::Light& light : scene.lights) {
+        const uint32_t index = uint32_t(emitters_.size());
+        emitters_.push_back(preparation.prepare(light));
+        if (!is_on(index)) continue;
+        if (is_infinite(index)) {
+            infinite_.push_back(index);
+        } else {
+            finite.push_back({index, emitters_[index]->bounds()});
+        }
+    }
+    finite_ = std::make_unique<EmitterTree>(std::move(finite));
+}
+
+LightSet::~LightSet() = default;
+LightSet::LightSet(LightSet&&) noexcept = default;
+LightSet& LightSet::operator=(LightSet&&) noexcept = default;
+
+bool LightSet::is_delta(uint32_t index) const {
+    return is_on(index) && emitters_[index]->is_delta();
+}
+
+bool LightSet::is_infinite(uint32_t index) const {
+    return is_on(index) && emitters_[index]->is_infinite();
+}
+
+std::optional<LightSample> LightSet::sample(uint32_t index, const Vec3& p, const Vec2& u) const {
+    if (!is_on(index)) return std::nullopt;
+    const std::optional<EmitterSample> s = emitters_[index]->sample(to_double(p), u);
+    // Written so that NaN counts as no sample
+    if (!s || !(s->pdf > 0.0) || !(s->distance > 0.0)) return std::nullopt;
+    LightSample result;
+    result.wi = Vec3(float(s->wi.x), float(s->wi.y), float(s->wi.z));
+    result.distance = float(s->distance);
+    result.Le = s->Le;
+    result.pdf = float(s->pdf);
+    result.is_delta = emitters_[index]->is_delta();
+    if (!std::isfinite(result.pdf)) return std::nullopt;
+    return result;
+}
+
+std::optional<LightHit> LightSet::intersect(uint32_t index, const Vec3& o, const Vec3& d) const {
+    if (!is_on(index)) return std::nullopt;
+    const std::optional<EmitterHit> h =
+        emitters_[index]->intersect(to_double(o), unit_direction(d));
+    if (!h || !(h->t > 0.0)) return std::nullopt;
+    return LightHit{index, float(h->t), h->Le, float(h->pdf)};
+}
+
+float LightSet::pdf(uint32_t index, const Vec3& p, const Vec3& wi) const {
+    const std::optional<LightHit> hit = intersect(index, p, wi);
+    return hit ? hit->pdf : 0.0f;
+}
+
+double LightSet::power(uint32_t index, double scene_radius) const {
+    return is_on(index) ? emitters_[index]->power(scene_radius) : 0.0;
+}
+
+Rgb LightSet::background(const Vec3& d) const {
+    Rgb sum(0.0f);
+    for (const uint32_t index : infinite_) {
+        const std::optional<LightHit> hit = intersect(index, Vec3(0.0f), d);
+        if (hit) sum += hit->Le;
+    }
+    return sum;
+}
+
+void LightSet::for_each_hit_raw(
+    const Vec3& o, const Vec3& d, float t_max, RawVisitor visit, void* context) const {
+    const Vec3d origin = to_double(o), direction = unit_direction(d);
+    const auto report = [&](uint32_t index) {
+        const std::optional<EmitterHit> h = emitters_[index]->intersect(origin, direction);
+        if (!h || !(h->t > 0.0)) return;
+        const LightHit hit{index, float(h->t), h->Le, float(h->pdf)};
+        if (hit.t < t_max || std::isinf(hit.t)) visit(context, hit);
+    };
+    finite_->for_each(origin, direction, double(t_max), report);
+    if (!std::isinf(t_max)) return;
+    for (const uint32_t index : infinite_) report(index);
+}
+
+}  // namespace velatura::lights

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/math.h"
+#include "shading/albedo.h"
+
+#include <cstdint>
+#include <optional>
+
+namespace velatura::shading {
+
+/// What a scattering did, for light-path events; not which lobe the sampler happened to pick.
+enum class ScatterKind : uint8_t { Reflect, Transmit };
+
+struct BsdfSample {
+    Vec3 wi;  ///< render space, unit, away from the surface
+    Rgb f;  ///< [1/sr], without cosine; for a delta lobe f·cosine / pdf is the weight, with pdf a
+            ///< probability
+    float pdf = 0;  ///< [1/sr] over all non-delta lobes; probability for a delta lobe
+    float eta = 1;  ///< η_t/η_i along the path for transmission, else 1
+    bool is_delta = false;
+    ScatterKind kind = ScatterKind::Reflect;
+};
+
+/// f split as UsdLux's diffuse and specular multipliers need it; delta lobes are not in it.
+struct BsdfValue {
+    Rgb diffuse = Rgb(0.0f);   ///< [1/sr], without cosine
+    Rgb specular = Rgb(0.0f);  ///< [1/sr], without cosine
+    float pdf = 0;             ///< [1/sr], what sample_f has over all non-delta lobes
+
+    Rgb f() const { return diffuse + specular; }
+};
+
+/// A UsdPreviewSurface at one point, textures looked up: finite, in range.
+struct SurfaceParameters {
+    Rgb diffuse = Rgb(0.18f);  ///< albedo of the diffuse base; metallic already taken off
+    Rgb f0 = Rgb(0.04f);       ///< specular reflectance at normal incidence
+    Rgb f90 = Rgb(1.0f);       ///< and at grazing incidence
+    float alpha = 0.25f;       ///< GGX width, roughness²
+    float clearcoat = 0;       ///< weight of the coat, [0, 1]
+    float clearcoat_alpha = 0;
+    float opacity = 1;  ///< what is not opaque transmits (opacityMode "transparent")
+    float ior = 1.5f;   ///< inside over outside
+};
+
+/// Below this GGX width a lobe is a perfect mirror, flagged as delta.
+inline constexpr float specular_switch_alpha = 1e-3f;
+
+/// The scattering function of a surface point; lives on the stack, allocates nothing.
+///
+/// Energy: diffuse base and specular are coupled so that white bases reflect exactly 1 (Kelemen &
+/// Szirmay-Kalos 2001); the specular lobe is compensated for multiple scattering (Kulla & Conty
+/// 2017). Everything is reciprocal except reflection off the inside of a rough transmitting
+/// interface, which keeps energy instead (README). Sides: ng decides whether a pair of directions
+/// reflects or transmits, so that no light leaks through walls; lobes and the cosine use the
+/// shading normal `ns()`. Opaque surfaces shade both sides; the outside of a transmitting one is
+/// the side of ng.
+class Bsdf {
+  public:
+    /// ng, ns, wo: unit, render space; ns in the hemisphere of ng. ns is bent towards wo when wo is
+    /// behind it.
+    Bsdf(const SurfaceParameters& parameters, const Vec3& ng, const Vec3& ns, const Vec3& wo);
+
+    /// f [1/sr] without the cosine and without delta lobes. The cosine to multiply with is
+    /// cosine(wi).
+    Rgb f(const Vec3& wo, const Vec3& wi) const { return evaluate(wo, wi).f(); }
+
+    float pdf(const Vec3& wo, const Vec3& wi) const { return evaluate(wo, wi).pdf; }
+
+    /// f and pdf together; fastest when wo is the one given to the constructor.
+    BsdfValue evaluate(const Vec3& wo, const Vec3& wi) const;
+    /// Samples one lobe of the mixture; f and pdf are those of the whole mixture unless is_delta.
+    /// nullopt: the sample is absorbed (direction on the wrong side, or a black surface).
+    std::optional<BsdfSample> sample_f(const Vec3& wo, float u_lobe, const Vec2& u) const;
+
+    /// The cosine that belongs to f: |wi · ns|.
+    float cosine(const Vec3& wi) const { return abs_dot(wi, frame_.z); }
+
+    /// Normal used for shading, normal map applied, on the side of wo.
+    const Vec3& ns() const { return frame_.z; }
+
+    /// Share of light from everywhere that is sent towards wo, delta lobes and transmission
+    /// included; in [0, 1].
+    Rgb albedo() const;
+    bool has_non_delta() const;
+
+    bool has_transmission() const { return p_.opacity < 1.0f; }
+
+  private:
+    enum Lobe : uint8_t {
+        Cosine,
+        Specular,
+        Coat,
+        MirrorSpecular,
+        MirrorCoat,
+        Transmission,
+        LobeCount
+    };
+
+    /// What depends on wo alone.
+    struct View {
+        Vec3 wo;                         // local
+        float mu = 0;                    // wo.z
+        Rgb specular = Rgb(0.0f);        // directional albedo R(μ) of the specular lobe
+        Rgb single_scatter = Rgb(0.0f);  // its share without compensation
+        float loss = 0;                  // 1 − A(μ, α), what single scattering loses
+        float coat = 0;                  // directional albedo of the coat, weight included
+        float coat_single = 0;
+        float coat_loss = 0;
+        float probability[LobeCount] = {};  // of each Lobe; sums to 1 or all 0
+    };
+
+    View make_view(const Vec3& wo_local) const;
+    void set_probabilities(View& view) const;
+    Rgb interface_albedo(float mu) const;
+
+    /// Nothing but the diffuse base: no interface to account for.
+    bool is_lambert() const { return !has_specular_ && !has_coat_ && p_.opacity == 1.0f; }
+
+    void evaluate_local(const View& view, const Vec3& wi, BsdfValue& value) const;
+    std::optional<BsdfSample> sample_delta(const View& view, Lobe lobe, const Vec3& wo) const;
+    bool is_same_side(const Vec3& wo, const Vec3& wi) const;
+
+    SurfaceParameters p_;
+    Frame frame_;  // z = shading normal on the side of wo
+    Vec3 ng_;      // on the side of wo
+    Vec3 wo_;
+    float eta_ = 1;               // index beyond over index on the side of wo
+    bool is_dense_side_ = false;  // transmitting, and wo is on the side of the larger index
+    bool has_coat_ = false;
+    bool has_specular_ = true;  // f0 and f90 are not both black
+    GgxAlbedoCurve specular_curve_, coat_curve_;
+    bool specular_is_delta_ = false;
+    bool coat_is_delta_ = false;
+    float average_loss_ = 0;            // 1 − A_avg(α)
+    Rgb specular_average_ = Rgb(0.0f);  // cosine-weighted mean of R(μ)
+    Rgb multiple_f_ = Rgb(0.0f);        // Fresnel factor of the compensation lobe
+    float coat_average_loss_ = 0;
+    float coat_multiple_f_ = 0;
+    View view_;
+};
+
+}  // namespace velatura::shading

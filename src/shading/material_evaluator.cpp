@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "shading/material_evaluator.h"
+
+#include "geometry/triangle_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace velatura::shading {
+
+namespace {
+
+using geometry::SurfacePoint;
+using scene::Input;
+
+/// Grey of surfaces without any colour (usdImaging's fallback).
+constexpr float fallback_grey = 0.5f;
+
+/// v in [0, 1]; NaN counts as 0.
+float unit_interval(float v) {
+    return v > 0.0f ? std::min(v, 1.0f) : 0.0f;
+}
+
+Rgb unit_interval(const Rgb& c) {
+    return {unit_interval(c.x), unit_interval(c.y), unit_interval(c.z)};
+}
+
+float non_negative(float v) {
+    return v > 0.0f && std::isfinite(v) ? v : 0.0f;
+}
+
+Rgb mix(const Rgb& a, const Rgb& b, float t) {
+    return a + (b - a) * t;
+}
+
+bool is_constant(const Input& input) {
+    return input.source == Input::Source::Constant;
+}
+
+bool may_cut(const scene::Material& m) {
+    if (!m.presence && !(m.opacity_threshold > 0.0f)) return false;
+    const float full = m.opacity_threshold > 0.0f ? m.opacity_threshold : 1.0f;
+    return !(is_constant(m.opacity) && m.opacity.value.x >= full);
+}
+
+bool may_transmit(const scene::Material& m) {
+    if (m.presence || m.opacity_threshold > 0.0f) return false;
+    return !(is_constant(m.opacity) && m.opacity.value.x >= 1.0f);
+}
+
+/// Says which constants are out of the range that the model can honour.
+void check_constants(const scene::Scene& scene,
+                     const scene::Material& m,
+                     Diagnostics& diagnostics) {
+    scene::Provenance where;
+    if (m.provenance < scene.provenance.size()) where = scene.provenance[m.provenance];
+    const auto check = [&](const Input& input, const char* name) {
+        if (!is_constant(input)) return;
+        const Rgb clamped = unit_interval(input.value);
+        if (clamped == input.value) return;
+        diagnostics.warn("material-out-of-range", where.loc, m.name,
+                         std::string("inputs:") + name + " is outside [0, 1] and is clamped");
+    };
+    check(m.diffuse_color, "diffuseColor");
+    if (m.use_specular_workflow) check(m.specular_color, "specularColor");
+    check(m.metallic, "metallic");
+    check(m.roughness, "roughness");
+    check(m.clearcoat, "clearcoat");
+    check(m.clearcoat_roughness, "clearcoatRoughness");
+    check(m.opacity, "opacity");
+}
+
+/// Texture coordinates per render-space unit around a point, as the root of the ratio of areas; 0
+/// when unknown.
+double texture_density(const scene::Scene& scene, const SurfacePoint& point, scene::PrimvarId st) {
+    float corners[3][4] = {};
+    if (!point.mesh->primvar_corners(st, point.triangle, corners)) return 0.0;
+    const auto corner = [&](int k) { return Vec3d(point.mesh->corner(point.triangle, k)); };
+    Vec3d e1 = corner(1) - corner(0), e2 = corner(2) - corner(0);
+    if (point.instance != scene::none) {
+        const Mat4d m(scene.instances[point.instance].render_from_prototype);
+        e1 = transform_direction(e1, m);
+        e2 = transform_direction(e2, m);
+    }
+    const Vec3d n = e1.cross(e2);
+    const double area = std::sqrt(n.dot(n));
+    const double s1 = double(corners[1][0]) - double(corners[0][0]);
+    const double t1 = double(corners[1][1]) - double(corners[0][1]);
+    const double s2 = double(corners[2][0]) - double(corners[0][0]);
+    const double t2 = double(corners[2][1]) - double(corners[0][1]);
+    return area > 0.0 ? std::sqrt(std::abs(s1 * t2 - s2 * t1) / area) : 0.0;
+}
+
+}  // namespace
+
+MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene, Diagnostics& diagnostics)
+    : scene_(scene),
+      display_color_(scene::find_primvar(scene, scene::display_color_primvar)),
+      display_opacity_(scene::find_primvar(scene, scene::display_opacity_primvar)) {
+    texture_handles_.reserve(scene.textures.size());
+    for (const scene::Texture& t : scene.textures) {
+        scene::Provenance where;
+        if (t.provenance < scene.provenance.size()) where = scene.provenance[t.provenance];
+        texture_handles_.push_back(textures_.open(t, where.loc, where.prim_path, diagnostics));
+    }
+    for (const scene::Material& m : scene.materials) {
+        check_constants(scene, m, diagnostics);
+        Flags f;
+        f.has_presence = may_cut(m);
+        f.has_transmission = may_transmit(m);
+        f.is_emissive = !(is_constant(m.emissive_color) && is_black(m.emissive_color.value));
+        flags_.push_back(f);
+        has_presence_ = has_presence_ || f.has_presence;
+        has_emission_ = has_emission_ || f.is_emissive;
+    }
+    Flags display;
+    display.has_presence = display_opacity_ != scene::none;
+    has_presence_ = has_presence_ || display.has_presence;
+    flags_.push_back(display);
+}
+
+MaterialEvaluator::~MaterialEvaluator() = default;
+
+const MaterialEvaluator::Flags& MaterialEvaluator::flags(scene::MaterialId material) const {
+    return material < scene_.materials.size() ? flags_[material] : flags_.back();
+}
+
+bool MaterialEvaluator::material_has_presence(scene::MaterialId material) const {
+    return flags(material).has_presence;
+}
+
+bool MaterialEvaluator::is_emissive(scene::MaterialId material) const {
+    return flags(material).is_emissive;
+}
+
+bool MaterialEvaluator::material_has_transmission(scene::MaterialId material) const {
+    return flags(material).has_transmission;
+}
+
+TexelRgba MaterialEvaluator::texture(scene::TextureId id,
+                                     const SurfacePoint& point,
+                                     float footprint) const {
+    const scene::Texture& t = scene_.textures[id];
+    float st[4] = {t.st_constant.x, t.st_constant.y, 0, 0};
+    Vec2 width(0.0f);
+    if (t.st != scene::none) {
+        // Without the coordinates that it asks for the texture reads its constant ones
+        geometry::primvar(scene_, point, t.st, st);
+        if (footprint > 0.0f && point.mesh != nullptr) {
+            const double w = double(footprint) * texture_density(scene_, point, t.st);
+            width = Vec2(float(w * std::hypot(double(t.st_matrix[0]), double(t.st_matrix[2]))),
+                         float(w * std::hypot(double(t.st_matrix[1]), double(t.st_matrix[3]))));
+        }
+    }
+    const Vec2 mapped(st[0] * t.st_matrix[0] + st[1] * t.st_matrix[2] + t.st_offset.x,
+                      st[0] * t.st_matrix[1] + st[1] * t.st_matrix[3] + t.st_offset.y);
+    return textures_.lookup(texture_handles_[id], mapped, width);
+}
+
+Rgb MaterialEvaluator::color(const Input& input, const SurfacePoint& point, float footprint) const {
+    switch (input.source) {
+        case Input::Source::Constant:
+            return input.value;
+        case Input::Source::Primvar: {
+            float out[4] = {input.value.x, input.value.y, input.value.z, 0};
+            geometry::primvar(scene_, point, input.primvar, out);
+            return {out[0], out[1], out[2]};
+        }
+        case Input::Source::Texture: {
+            const TexelRgba c = texture(input.texture, point, footprint);
+            switch (input.output) {
+                case scene::TextureOutput::R:
+                    return Rgb(c[0]);
+                case scene::TextureOutput::G:
+                    return Rgb(c[1]);
+                case scene::TextureOutput::B:
+                    return Rgb(c[2]);
+                case scene::TextureOutput::A:
+                    return Rgb(c[3]);
+                case scene::TextureOutput::Rgb:
+                    return {c[0], c[1], c[2]};
+            }
+        }
+    }
+    return input.value;
+}
+
+float MaterialEvaluator::scalar(const Input& input,
+                                const SurfacePoint& point,
+                                float footprint) const {
+    return is_constant(input) ? input.value.x : color(input, point, footprint).x;
+}
+
+Rgb MaterialEvaluator::display_color(const SurfacePoint& point) const {
+    float out[4] = {fallback_grey, fallback_grey, fallback_grey, 1};
+    if (display_color_ != scene::none) geometry::primvar(scene_, point, display_color_, out);
+    return unit_interval(Rgb(out[0], out[1], out[2]));
+}
+
+SurfaceParameters MaterialEvaluator::parameters(const scene::Material& m,
+                                                const SurfacePoint& point,
+                                                float footprint) const {
+    SurfaceParameters p;
+    const Rgb base = unit_interval(color(m.diffuse_color, point, footprint));
+    // Keep the index where refraction has a meaning; NaN counts as the fallback 1.5
+    const float ior = scalar(m.ior, point, footprint);
+    p.ior = std::isnan(ior) ? 1.5f : std::clamp(ior, 1e-3f, 1e3f);
+    if (m.use_specular_workflow) {
+        p.diffuse = base;
+        p.f0 = unit_interval(color(m.specular_color, point, footprint));
+        p.f90 = Rgb(1.0f);
+    } else {
+        const float metallic = unit_interval(scalar(m.metallic, point, footprint));
+        const float r = (1.0f - p.ior) / (1.0f + p.ior);
+        p.diffuse = base * (1.0f - metallic);
+        p.f0 = mix(Rgb(r * r), base, metallic);
+        // No interface, no reflection: index 1 would be visible at grazing angles by Schlick's
+        // formula alone
+        p.f90 = mix(Rgb(p.ior == 1.0f ? 0.0f : 1.0f), base, metallic);
+    }
+    if (!m.has_specular) p.f0 = p.f90 = Rgb(0.0f);
+    const float roughness = unit_interval(scalar(m.roughness, point, footprint));
+    p.alpha = roughness * roughness;
+    p.clearcoat = unit_interval(scalar(m.clearcoat, point, footprint));
+    if (p.clearcoat > 0.0f) {
+        const float coat = unit_interval(scalar(m.clearcoat_roughness, point, footprint));
+        p.clearcoat_alpha = coat * coat;
+    }
+    p.opacity = may_transmit(m) ? unit_interval(scalar(m.opacity, point, footprint)) : 1.0f;
+    return p;
+}
+
+Vec3 MaterialEvaluator::mapped_normal(const scene::Material& material,
+                                      const SurfacePoint& point,
+                                      float footprint) const {
+    const Rgb n = color(material.normal, point, footprint);
+    if (n == Rgb(0.0f, 0.0f, 1.0f)) return point.ns;
+    // Frame of the texture coordinates in use; green points along ∂p/∂t, also where the coordinates
+    // are mirrored
+    const Vec3& ns = point.ns;
+    Vec3 tangent = point.dpds - ns * ns.dot(point.dpds);
+    const float length2 = tangent.dot(tangent);
+    tangent = length2 > 1e-12f ? tangent / std::sqrt(length2) : Frame::from_z(ns).x;
+    Vec3 bitangent = cross(ns, tangent);
+    if (bitangent.dot(point.dpdt) < 0.0f) bitangent = -bitangent;
+    const Vec3 mapped = tangent * n.x + bitangent * n.y + ns * n.z;
+    if (!is_finite(mapped) || mapped == Vec3(0.0f)) return ns;
+    return normalize(mapped);
+}
+
+Bsdf MaterialEvaluator::make_bsdf(const SurfacePoint& point,
+                                  const Vec3& wo,
+                                  float footprint) const {
+    if (point.material >= scene_.materials.size()) {
+        // displayColor is matt: no specular reflection
+        SurfaceParameters p;
+        p.diffuse = display_color(point);
+        p.f0 = p.f90 = Rgb(0.0f);
+        p.alpha = 0.0f;
+        return Bsdf(p, point.ng, point.ns, wo);
+    }
+    const scene::Material& m = scene_.materials[point.material];
+    return Bsdf(parameters(m, point, footprint), point.ng, mapped_normal(m, point, footprint), wo);
+}
+
+Rgb MaterialEvaluator::emission(const SurfacePoint& point, const Vec3&, float footprint) const {
+    if (!is_emissive(point.material)) return Rgb(0.0f);
+    const Rgb e = color(scene_.materials[point.material].emissive_color, point, footprint);
+    return {non_negative(e.x), non_negative(e.y), non_negative(e.z)};
+}
+
+float MaterialEvaluator::presence(const SurfacePoint& point, float footprint) const {
+    if (!material_has_presence(point.material)) return 1.0f;
+    if (point.material >= scene_.materials.size()) {
+        float out[4] = {1, 1, 1, 1};
+        geometry::primvar(scene_, point, display_opacity_, out);
+        return unit_interval(out[0]);
+    }
+    const scene::Material& m = scene_.materials[point.material];
+    const float opacity = unit_interval(scalar(m.opacity, point, footprint));
+    if (m.opacity_threshold > 0.0f) return opacity >= m.opacity_threshold ? 1.0f : 0.0f;
+    return opacity;
+}
+
+}  // namespace velatura::shading

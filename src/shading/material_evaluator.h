@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/diagnostics.h"
+#include "base/math.h"
+#include "geometry/surface_point.h"
+#include "scene/scene.h"
+#include "shading/bsdf.h"
+#include "shading/texture_cache.h"
+
+#include <memory>
+#include <vector>
+
+namespace velatura::shading {
+
+/// Every material of a scene, ready to be evaluated at surface points from many threads.
+/// `footprint` is the width of the ray cone where it meets the surface, in render-space units; 0 =
+/// finest texels.
+class MaterialEvaluator {
+  public:
+    /// Opens the textures: a missing or broken file costs one error naming file and prim, and gives
+    /// the fallback value. The scene must outlive this.
+    MaterialEvaluator(const scene::Scene& scene, Diagnostics& diagnostics);
+    ~MaterialEvaluator();
+    MaterialEvaluator(const MaterialEvaluator&) = delete;
+    MaterialEvaluator& operator=(const MaterialEvaluator&) = delete;
+
+    /// The scattering function at a point seen from wo (render space, unit, away from the surface).
+    Bsdf make_bsdf(const geometry::SurfacePoint& point, const Vec3& wo, float footprint) const;
+
+    /// Emitted radiance towards wo; both sides emit. Black for most materials at the cost of one
+    /// comparison.
+    Rgb emission(const geometry::SurfacePoint& point, const Vec3& wo, float footprint) const;
+
+    /// Probability that the surface is there at all, [0, 1]: cut-out by opacityThreshold,
+    /// opacityMode "presence" and displayOpacity. Not to be mixed up with transmission.
+    float presence(const geometry::SurfacePoint& point, float footprint) const;
+
+    /// False: presence() is 1 everywhere on the material. `none` = the displayColor material.
+    bool material_has_presence(scene::MaterialId material) const;
+
+    /// Some material of the scene may have presence below 1.
+    bool has_presence() const { return has_presence_; }
+
+    bool is_emissive(scene::MaterialId material) const;
+
+    bool has_emission() const { return has_emission_; }
+
+    /// The material may transmit (opacity below 1 in transparent mode).
+    bool material_has_transmission(scene::MaterialId material) const;
+
+    const TextureCache& textures() const { return textures_; }
+
+  private:
+    struct Flags {
+        bool has_presence = false;
+        bool is_emissive = false;
+        bool has_transmission = false;
+    };
+
+    const Flags& flags(scene::MaterialId material) const;
+    Rgb color(const scene::Input& input,
+              const geometry::SurfacePoint& point,
+              float footprint) const;
+    float scalar(const scene::Input& input,
+                 const geometry::SurfacePoint& point,
+                 float footprint) const;
+    TexelRgba texture(scene::TextureId id,
+                      const geometry::SurfacePoint& point,
+                      float footprint) const;
+    Rgb display_color(const geometry::SurfacePoint& point) const;
+    Vec3 mapped_normal(const scene::Material& material,
+                       const geometry::SurfacePoint& point,
+                       float footprint) const;
+    SurfaceParameters parameters(const scene::Material& material,
+                                 const geometry::SurfacePoint& point,
+                                 float footprint) const;
+
+    const scene::Scene& scene_;
+    TextureCache textures_;
+    std::vector<TextureCache::Handle> texture_handles_;  // [texture]
+    std::vector<Flags> flags_;  // [material], then the displayColor material
+    scene::PrimvarId display_color_ = scene::none;
+    scene::PrimvarId display_opacity_ = scene::none;
+    bool has_presence_ = false;
+    bool has_emission_ = false;
+};
+
+}  // namespace velatura::shading

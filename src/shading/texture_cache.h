@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/diagnostics.h"
+#include "base/math.h"
+#include "scene/texture.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace velatura::shading {
+
+/// RGBA of a texture lookup, scene-linear.
+using TexelRgba = std::array<float, 4>;
+
+/// File textures, mip-mapped and cached in tiles (OpenImageIO's TextureSystem). Lookups are
+/// thread-safe.
+///
+/// Texels are decoded (sRGB transfer curve) and widened to RGBA when a tile is read, before any
+/// filtering: 1 channel gives (c, c, c, 1), 2 give (c0, c0, c0, c1), 3 give (r, g, b, 1). NaN and
+/// infinite texels read as 0.
+class TextureCache {
+  public:
+    using Handle = uint32_t;
+    /// Files larger than this many pixels along a side are refused.
+    static constexpr int max_side = 1 << 20;
+
+    explicit TextureCache(size_t memory_bytes = size_t(1) << 30);
+    ~TextureCache();
+    TextureCache(const TextureCache&) = delete;
+    TextureCache& operator=(const TextureCache&) = delete;
+
+    /// Opens a texture (for <UDIM> names: every tile on disk). Not thread-safe. One error per
+    /// broken file, with `loc` and `prim_path`.
+    Handle open(const scene::Texture& texture,
+                SourceLoc loc,
+                const std::string& prim_path,
+                Diagnostics& diagnostics);
+
+    /// texel · scale + bias at st, (0,0) the lower left corner; the fallback when the file could
+    /// not be opened. width: extent of the filter in st units along s and t (0 = bilinear between
+    /// the finest texels).
+    TexelRgba lookup(Handle handle, const Vec2& st, const Vec2& width) const;
+
+    bool is_valid(Handle handle) const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace velatura::shading

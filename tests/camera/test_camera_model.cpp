@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "camera/camera_model.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace velatura::camera {
+namespace {
+
+/// USD's fallback camera for a 3:2 picture with a shifted window.
+scene::Camera shifted_camera() {
+    scene::Camera c;
+    c.window_left = -0.2;
+    c.window_right = 0.25;
+    c.window_bottom = -0.1;
+    c.window_top = 0.2;
+    c.clip_far = 0;
+    return c;
+}
+
+/// A rotation without zeros: columns of a unit quaternion's matrix.
+Mat4d rotation() {
+    const double w = 0.5, x = 0.5, y = -0.1, z = std::sqrt(1 - 0.51);
+    return Mat4d(1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y), 0,
+                 2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x), 0,
+                 2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y), 0, 0, 0, 0, 1);
+}
+
+void expect_near(const Vec3& a, const Vec3d& b, double bound) {
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(double(a[i]), b[i], bound);
+}
+
+TEST(CameraModel, PinholeRaysGoThroughTheWindow) {
+    const CameraModel camera(shifted_camera(), 300, 200);
+
+    struct Case {
+        Vec2 film;
+        Vec3d through;  // on the window at depth 1
+    };
+
+    const Case cases[] = {{{0, 0}, {-0.2, 0.2, -1}},
+                          {{300, 200}, {0.25, -0.1, -1}},
+                          {{150, 100}, {0.025, 0.05, -1}},
+                          {{0.5f, 199.5f}, {-0.2 + 0.00075, -0.1 + 0.00075, -1}}};
+    for (const Case& c : cases) {
+        const CameraRay ray = camera.generate_ray(c.film, {0.3f, 0.7f});
+        expect_near(ray.d, c.through / c.through.length(), 1e-7);
+        EXPECT_EQ(ray.o, Vec3(0.0f));
+        EXPECT_TRUE(std::isinf(ray.t_max));
+    }
+    EXPECT_FALSE(camera.has_lens());
+    EXPECT_EQ(camera.view_direction(), Vec3(0, 0, -1));
+}
+
+TEST(CameraModel, DirectionsAreUnitFromNarrowToWide) {
+    for (const double degrees : {1e-3, 1.0, 45.0, 120.0, 179.9}) {
+        scene::Camera c;
+        const double half = std::tan(degrees * pi_d / 360);
+        c.window_left = c.window_bottom = -half;
+        c.window_right = c.window_top = half;
+        c.render_from_camera = rotation();
+        const CameraModel camera(c, 64, 64);
+        for (int y = 0; y <= 64; y += 4) {
+            for (int x = 0; x <= 64; x += 4) {
+                const CameraRay ray = camera.generate_ray({float(x), float(y)}, {0, 0});
+                EXPECT_NEAR(ray.d.length(), 1.0f, 1e-6f);
+                EXPECT_TRUE(is_finite(ray.d) && ray.cone_spread > 0.0f);
+            }
+        }
+    }
+}
+
+TEST(CameraModel, ClippingPlanesArePlanes) {
+    scene::Camera c = shifted_camera();
+    c.clip_near = 2;
+    c.clip_far = 50;
+    c.render_from_camera = rotation();
+    const CameraModel camera(c, 300, 200);
+    const Vec3d axis = transform_direction(Vec3d(0, 0, -1), rotation());
+    for (const Vec2& film : {Vec2(0, 0), Vec2(300, 10), Vec2(150, 100)}) {
+        const CameraRay ray = camera.generate_ray(film, {0, 0});
+        EXPECT_NEAR(Vec3d(ray.o).dot(axis), 2, 2e-6);
+        EXPECT_NEAR((Vec3d(ray.o) + Vec3d(ray.d) * double(ray.t_max)).dot(axis), 50, 2e-5);
+    }
+}
+
+TEST(CameraModel, LensRaysMeetInThePlaneOfFocus) {
+    scene::Camera c = shifted_camera();
+    c.lens_radius = 0.3;
+    c.focus_distance = 7;
+    c.render_from_camera = rotation();
+    const CameraModel camera(c, 300, 200);
+    scene::Camera pinhole_camera = c;
+    pinhole_camera.lens_radius = 0;
+    const CameraModel pinhole(pinhole_camera, 300, 200);
+    const Vec3d axis(camera.view_direction());
+    ASSERT_TRUE(camera.has_lens());
+    for (const Vec2& film : {Vec2(0, 0), Vec2(300, 10), Vec2(150, 100)}) {
+        const Vec3d centre(pinhole.generate_ray(film, {0, 0}).d);
+        const Vec3d focus = centre * (7 / centre.dot(axis));
+        double mean_squared_radius = 0;
+        for (int i = 0; i < 16; ++i) {
+            for (int j = 0; j < 16; ++j) {
+                const Vec2 u((float(i) + 0.5f) / 16.0f, (float(j) + 0.5f) / 16.0f);
+                const CameraRay ray = camera.generate_ray(film, u);
+                const Vec3d o(ray.o), d(ray.d);
+                // The start lies on the lens, the ray goes through the focus point
+                EXPECT_NEAR(o.dot(axis), 0, 1e-7);
+                EXPECT_LE(o.length(), 0.3 * (1 + 1e-6));
+                const double t = (7 - o.dot(axis)) / d.dot(axis);
+                EXPECT_LE((o + d * t - focus).length(), 2e-6);
+                mean_squared_radius += o.dot(o) / 256;
+            }
+        }
+        // Uniform over the disk: mean of r² is R²/2
+        EXPECT_NEAR(mean_squared_radius, 0.045, 0.0005);
+    }
+}
+
+TEST(CameraModel, ApertureZeroAndFocusZeroArePinholesBitForBit) {
+    scene::Camera pinhole = shifted_camera();
+    pinhole.render_from_camera = rotation();
+    pinhole.clip_near = 0.125;
+    scene::Camera closed = pinhole;
+    closed.focus_distance = 3;
+    scene::Camera unfocused = pinhole;
+    unfocused.lens_radius = 1;
+    const CameraModel a(pinhole, 30, 20), b(closed, 30, 20), c(unfocused, 30, 20);
+    for (int i = 0; i < 600; ++i) {
+        const Vec2 film(float(i % 30) + 0.3f, float(i / 30) + 0.8f);
+        const Vec2 u(float(i) / 600.0f, 0.25f);
+        const CameraRay x = a.generate_ray(film, u);
+        for (const CameraModel* other : {&b, &c}) {
+            const CameraRay y = other->generate_ray(film, u);
+            EXPECT_TRUE(x.o == y.o && x.d == y.d && x.t_max == y.t_max);
+        }
+    }
+}
+
+TEST(CameraModel, InfiniteFocusGivesParallelRays) {
+    scene::Camera c = shifted_camera();
+    c.lens_radius = 0.5;
+    c.focus_distance = std::numeric_limits<double>::infinity();
+    const CameraModel camera(c, 30, 20);
+    const CameraRay a = camera.generate_ray({3, 4}, {0.1f, 0.9f});
+    const CameraRay b = camera.generate_ray({3, 4}, {0.8f, 0.2f});
+    EXPECT_EQ(a.d, b.d);
+    EXPECT_NE(a.o, b.o);
+    EXPECT_TRUE(is_finite(a.o) && is_finite(a.d));
+}
+
+TEST(CameraModel, OrthographicRaysAreParallelAndStartOnTheWindow) {
+    scene::Camera c;
+    c.projection = scene::Camera::Projection::Orthographic;
+    c.window_left = -3;
+    c.window_right = 1;
+    c.window_bottom = -1;
+    c.window_top = 1;
+    c.clip_near = 1;
+    c.clip_far = 11;
+    const CameraModel camera(c, 40, 20);
+    const CameraRay a = camera.generate_ray({0, 0}, {0, 0});
+    const CameraRay b = camera.generate_ray({40, 20}, {0, 0});
+    EXPECT_EQ(a.o, Vec3(-3, 1, -1));
+    EXPECT_EQ(b.o, Vec3(1, -1, -1));
+    EXPECT_EQ(a.d, Vec3(0, 0, -1));
+    EXPECT_EQ(b.d, Vec3(0, 0, -1));
+    EXPECT_EQ(a.t_max, 10.0f);
+    EXPECT_EQ(a.cone_spread, 0.0f);
+    EXPECT_NEAR(a.cone_width, 0.1f, 1e-7f);
+}
+
+TEST(CameraModel, ScalingByPowersOfTwoScalesOriginsAndKeepsDirections) {
+    scene::Camera c = shifted_camera();
+    c.render_from_camera = rotation();
+    c.lens_radius = 0.01;
+    c.focus_distance = 5;
+    c.clip_near = 0.1;
+    c.clip_far = 1e6;
+    const CameraModel camera(c, 300, 200);
+    for (const int k : {-40, -20, 1, 20, 40}) {
+        const double factor = std::ldexp(1.0, k);
+        // Scaled by its numbers, and by its transform
+        scene::Camera by_numbers = c, by_transform = c;
+        for (double* v : {&by_numbers.lens_radius, &by_numbers.focus_distance,
+                          &by_numbers.clip_near, &by_numbers.clip_far})
+            *v *= factor;
+        for (int row = 0; row < 3; ++row)
+            for (int column = 0; column < 3; ++column)
+                by_transform.render_from_camera[row][column] *= factor;
+        for (const scene::Camera& scaled : {by_numbers, by_transform}) {
+            const CameraModel other(scaled, 300, 200);
+            for (int i = 0; i < 100; ++i) {
+                const Vec2 film(float(3 * i) + 0.4f, float(2 * i) + 0.1f),
+                    u(float(i) / 100.0f, 0.7f);
+                const CameraRay a = camera.generate_ray(film, u), b = other.generate_ray(film, u);
+                EXPECT_EQ(a.d, b.d);
+                EXPECT_EQ(a.o * float(factor), b.o);
+                EXPECT_EQ(a.t_max * float(factor), b.t_max);
+                EXPECT_EQ(a.cone_spread, b.cone_spread);
+                EXPECT_EQ(a.cone_width * float(factor), b.cone_width);
+            }
+        }
+    }
+}
+
+TEST(CameraModel, ConeCoversOnePixel) {
+    const CameraModel camera(shifted_camera(), 300, 200);
+    // Distance between the rays of neighbouring pixels at depth 10 near the axis
+    const CameraRay a = camera.generate_ray({133, 133}, {0, 0});
+    const CameraRay b = camera.generate_ray({134, 133}, {0, 0});
+    const float ta = -10.0f / a.d.z, tb = -10.0f / b.d.z;
+    EXPECT_NEAR(((a.o + a.d * ta) - (b.o + b.d * tb)).length(), a.cone_width + a.cone_spread * ta,
+                2e-5f);
+}
+
+TEST(CameraModel, MatricesFollowOpenExr) {
+    for (const auto projection :
+         {scene::Camera::Projection::Perspective, scene::Camera::Projection::Orthographic}) {
+        scene::Camera c = shifted_camera();
+        c.projection = projection;
+        c.render_from_camera = rotation();
+        c.world_position = {1000, -2000, 500};
+        c.clip_near = 1;
+        c.clip_far = 100;
+        const CameraModel camera(c, 300, 200);
+        for (const Vec2& film : {Vec2(0, 0), Vec2(300, 200), Vec2(75, 150)}) {
+            const CameraRay ray = camera.generate_ray(film, {0, 0});
+            for (const double t : {0.0, double(ray.t_max)}) {
+                const Vec3d world = Vec3d(ray.o) + Vec3d(ray.d) * t + c.world_position;
+                Vec3d ndc, in_camera;
+                camera.world_to_ndc().multVecMatrix(world, ndc);  // divides by w
+                EXPECT_NEAR(ndc.x, double(film.x) / 300, 2e-5);
+                EXPECT_NEAR(ndc.y, double(film.y) / 200, 2e-5);
+                EXPECT_NEAR(ndc.z, t == 0.0 ? 0 : 1, 1e-5);
+                camera.world_to_camera().multVecMatrix(world, in_camera);
+                EXPECT_NEAR(in_camera.z, t == 0.0 ? 1 : 100, 1e-4);  // left-handed: z is depth
+            }
+        }
+        // x right and y up: the upper left corner
+        const CameraRay corner = camera.generate_ray({0, 0}, {0, 0});
+        Vec3d in_camera;
+        camera.world_to_camera().multVecMatrix(Vec3d(corner.o) + c.world_position, in_camera);
+        EXPECT_NEAR(in_camera.x, -0.2, 1e-5);
+        EXPECT_NEAR(in_camera.y, 0.2, 1e-5);
+    }
+}
+
+}  // namespace
+}  // namespace velatura::camera

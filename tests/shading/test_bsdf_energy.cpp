@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+// White furnaces by quadrature in double, and reciprocity (RIGOR H20, H21).
+#include "../sampling/chi_square.h"
+#include "bsdf_quadrature.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+namespace velatura::shading {
+namespace {
+
+using sampling::testing::TestRandom;
+using testing::direction;
+using testing::energy;
+
+const Vec3 up(0, 0, 1);
+constexpr double alphas[] = {0.0, 0.001, 0.01, 0.1, 0.25, 0.5, 1.0};
+constexpr double cosines[] = {0.01, 0.03, 0.1, 0.3, 0.7, 1.0};
+
+SurfaceParameters metal(double alpha) {
+    SurfaceParameters p;
+    p.diffuse = Rgb(0.0f);
+    p.f0 = p.f90 = Rgb(1.0f);
+    p.alpha = float(alpha);
+    return p;
+}
+
+SurfaceParameters dielectric(double alpha, float albedo) {
+    SurfaceParameters p;
+    p.diffuse = Rgb(albedo);
+    p.alpha = float(alpha);
+    return p;
+}
+
+TEST(BsdfEnergy, WhiteMetalReflectsOne) {
+    double worst = 0;
+    for (const double alpha : alphas) {
+        for (const double mu : cosines) {
+            const Vec3 wo = direction(mu);
+            const double e = energy(Bsdf(metal(alpha), up, up, wo), wo, alpha).total();
+            worst = std::max(worst, std::abs(e - 1));
+            EXPECT_NEAR(e, 1.0, 1e-3) << "alpha " << alpha << " mu " << mu;
+        }
+    }
+    std::printf("worst |R - 1|: %.1e\n", worst);
+}
+
+TEST(BsdfEnergy, WhiteDielectricReflectsOne) {
+    for (const double alpha : alphas) {
+        for (const double mu : cosines) {
+            const Vec3 wo = direction(mu);
+            EXPECT_NEAR(energy(Bsdf(dielectric(alpha, 1), up, up, wo), wo, alpha).total(), 1.0,
+                        1e-3)
+                << "alpha " << alpha << " mu " << mu;
+        }
+    }
+}
+
+TEST(BsdfEnergy, LambertReflectsItsAlbedo) {
+    SurfaceParameters p;
+    p.diffuse = Rgb(0.5f);
+    p.f0 = p.f90 = Rgb(0.0f);
+    p.alpha = 0;
+    const Vec3 wo = direction(0.4);
+    const Bsdf bsdf(p, up, up, wo);
+    EXPECT_NEAR(energy(bsdf, wo, 0.5).total(), 0.5, 1e-5);
+    EXPECT_NEAR(double(bsdf.f(wo, direction(0.2, 2)).x), 0.5 / pi_d, 1e-7);
+    EXPECT_NEAR(double(bsdf.albedo().x), 0.5, 1e-6);
+}
+
+// The smooth dielectric's own numbers: Schlick's term in front of the diffuse base
+TEST(BsdfEnergy, SmoothMirrorIsSchlick) {
+    for (const double mu : cosines) {
+        const Vec3 wo = direction(mu);
+        const auto e = energy(Bsdf(dielectric(0, 0), up, up, wo), wo, 0);
+        EXPECT_NEAR(e.mirror, 0.04 + 0.96 * std::pow(1 - mu, 5), 1e-5);
+        EXPECT_EQ(e.smooth, 0.0);
+    }
+}
+
+TEST(BsdfEnergy, GlassReflectsAndTransmitsOneFromBothSides) {
+    double worst = 0;
+    for (const double alpha : {0.0, 0.01, 0.25, 1.0}) {  // roughness 0, 0.1, 0.5, 1
+        for (const double mu : cosines) {
+            for (const float side : {1.0f, -1.0f}) {
+                SurfaceParameters p = dielectric(alpha, 0.5f);
+                p.opacity = 0;
+                const Vec3 wo = direction(mu) * side;
+                const auto e = energy(Bsdf(p, up, up, wo), wo, alpha);
+                worst = std::max(worst, std::abs(e.total() - 1));
+                EXPECT_NEAR(e.total(), 1.0, 2e-3)
+                    << "alpha " << alpha << " mu " << mu << " side " << side;
+                if (side < 0 && mu < std::sqrt(1 - 1 / 2.25)) {
+                    EXPECT_EQ(e.transmitted, 0.0);
+                } else {
+                    EXPECT_GT(e.transmitted, 0.0);
+                }
+            }
+        }
+    }
+    std::printf("worst |R + T - 1|: %.1e\n", worst);
+}
+
+TEST(BsdfEnergy, HalfOpaqueWhiteKeepsOneFromBothSides) {
+    for (const double alpha : {0.0, 0.25, 1.0}) {
+        for (const double mu : cosines) {
+            for (const float side : {1.0f, -1.0f}) {
+                SurfaceParameters p = dielectric(alpha, 1);
+                p.opacity = 0.4f;
+                const Vec3 wo = direction(mu) * side;
+                // Total reflection starts with an infinite slope: more nodes
+                EXPECT_NEAR(energy(Bsdf(p, up, up, wo), wo, alpha, 256).total(), 1.0, 3e-3)
+                    << "alpha " << alpha << " mu " << mu << " side " << side;
+            }
+        }
+    }
+}
+
+TEST(BsdfEnergy, NothingReflectsMoreThanOne) {
+    TestRandom random(31);
+    for (int i = 0; i < 60; ++i) {
+        SurfaceParameters p;
+        p.diffuse = Rgb(random.uniform() < 0.5f ? 1.0f : random.uniform());
+        p.f0 = Rgb(random.uniform());
+        p.f90 = Rgb(random.uniform() < 0.5f ? 1.0f : random.uniform());
+        const float roughness = random.uniform(), coat_roughness = 0.5f * random.uniform();
+        p.alpha = roughness * roughness;
+        p.clearcoat = random.uniform() < 0.5f ? 1.0f : random.uniform();
+        p.clearcoat_alpha = coat_roughness * coat_roughness;
+        p.opacity = random.uniform() < 0.5f ? 1.0f : random.uniform();
+        const Vec3 wo =
+            direction(0.02 + 0.98 * double(random.uniform())) * (i % 2 == 0 ? 1.0f : -1.0f);
+        const Bsdf bsdf(p, up, up, wo);
+        const auto e = energy(bsdf, wo, double(std::min(p.alpha, p.clearcoat_alpha)), 96);
+        EXPECT_LE(e.total(), 1 + 2e-3) << i;
+        EXPECT_LE(e.total(), double(bsdf.albedo().y) + 5e-3) << i;
+    }
+}
+
+// A clear coat over white loses a little to reciprocity, but not much
+TEST(BsdfEnergy, CoatOverWhiteKeepsMostOfTheEnergy) {
+    for (const double mu : {0.1, 0.3, 0.7, 1.0}) {
+        SurfaceParameters p = dielectric(0.25, 1);
+        p.clearcoat = 1;
+        p.clearcoat_alpha = 1e-4f;
+        const Vec3 wo = direction(mu);
+        const double e = energy(Bsdf(p, up, up, wo), wo, 0.25).total();
+        EXPECT_LE(e, 1 + 1e-3);
+        EXPECT_GE(e, 0.9);
+    }
+}
+
+TEST(BsdfEnergy, Reciprocity) {
+    TestRandom random(7);
+    double worst = 0;
+    for (int i = 0; i < 20000; ++i) {
+        SurfaceParameters p;
+        const float roughness = random.uniform();
+        p.diffuse = Rgb(random.uniform(), random.uniform(), random.uniform());
+        p.f0 = Rgb(random.uniform(), random.uniform(), random.uniform());
+        p.alpha = std::max(roughness * roughness, 0.002f);
+        p.clearcoat = i % 3 == 0 ? random.uniform() : 0.0f;
+        p.clearcoat_alpha = 0.1f * random.uniform();
+        p.opacity = i % 5 == 0 ? random.uniform() : 1.0f;
+        const Vec3 a =
+            direction(0.01 + 0.99 * double(random.uniform()), 7 * double(random.uniform()));
+        const Vec3 b =
+            direction(0.01 + 0.99 * double(random.uniform()), 7 * double(random.uniform()));
+        const Bsdf from_a(p, up, up, a), from_b(p, up, up, b);
+        const Rgb ab = from_a.f(a, b), ba = from_b.f(b, a), same = from_a.f(b, a);
+        for (int c = 0; c < 3; ++c) {
+            worst = std::max(worst, std::abs(double(ab[c]) / double(ba[c]) - 1));
+            ASSERT_EQ(same[c], ba[c]);
+        }
+    }
+    EXPECT_LT(worst, 1e-4);
+}
+
+// 1 − R of a refracted pair is the same from both sides, and f carries 1/η² each way
+TEST(BsdfEnergy, TransmissionIsReciprocalWithEtaSquared) {
+    for (const double alpha : {0.0, 0.25}) {
+        for (const double mu : {0.2, 0.5, 0.9}) {
+            SurfaceParameters p = dielectric(alpha, 0);
+            p.opacity = 0;
+            const Vec3 wo = direction(mu);
+            const Bsdf outside(p, up, up, wo);
+            const auto in = outside.sample_f(wo, 0.9999f, Vec2(0.5f, 0.5f));
+            ASSERT_TRUE(in && in->kind == ScatterKind::Transmit);
+            // Snell
+            EXPECT_NEAR(std::hypot(double(in->wi.x), double(in->wi.y)) * 1.5,
+                        std::sqrt(1 - mu * mu), 1e-6);
+            const Bsdf inside(p, up, up, in->wi);
+            const auto out = inside.sample_f(in->wi, 0.9999f, Vec2(0.5f, 0.5f));
+            ASSERT_TRUE(out && out->kind == ScatterKind::Transmit);
+            EXPECT_NEAR(double((out->wi - wo).length()), 0.0, 1e-5);
+            const double t_in = double(in->f.x) * double(outside.cosine(in->wi)) * 2.25;
+            const double t_out = double(out->f.x) * double(inside.cosine(out->wi)) / 2.25;
+            EXPECT_NEAR(t_in, t_out, 1e-5);
+        }
+    }
+}
+
+TEST(BsdfEnergy, IndexOnePassesStraightThrough) {
+    SurfaceParameters p;
+    p.f0 = p.f90 = Rgb(0.0f);
+    p.ior = 1;
+    p.opacity = 0;
+    p.alpha = 0;
+    for (const double mu : {1e-4, 0.1, 1.0}) {
+        const Vec3 wo = direction(mu);
+        const Bsdf bsdf(p, up, up, wo);
+        const auto s = bsdf.sample_f(wo, 0.3f, Vec2(0.1f, 0.2f));
+        ASSERT_TRUE(s.has_value());
+        EXPECT_EQ(s->eta, 1.0f);
+        EXPECT_NEAR(double((s->wi + wo).length()), 0.0, 1e-6);
+        EXPECT_NEAR(double(s->f.x * bsdf.cosine(s->wi) / s->pdf), 1.0, 1e-5);
+    }
+}
+
+}  // namespace
+}  // namespace velatura::shading

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "../sampling/chi_square.h"
+#include "albedo_quadrature.h"
+#include "shading/albedo.h"
+#include "shading/bsdf.h"
+#include "shading/fresnel.h"
+#include "shading/ggx.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+namespace velatura::shading {
+namespace {
+
+using sampling::testing::TestRandom;
+using testing::albedo_by_quadrature;
+using testing::GaussLegendre;
+
+Vec3d direction(double mu) {
+    return Vec3d(std::sqrt(std::max(0.0, 1 - mu * mu)), 0, mu);
+}
+
+// RIGOR H18
+TEST(Ggx, DistributionAgreesWithLongDouble) {
+    TestRandom random(1);
+    double worst = 0;
+    for (const float alpha : {1.0f, 0.5f, 0.1f, 0.01f, 1e-3f, 1e-4f}) {
+        for (int i = 0; i < 2000; ++i) {
+            // Normals around the peak and in the tail
+            const float slope = alpha * std::exp(8 * random.uniform() - 5);
+            const float phi = 6.2831853f * random.uniform();
+            const float z = 1 / std::sqrt(1 + slope * slope);
+            const Vec3 m(slope * z * std::cos(phi), slope * z * std::sin(phi), z);
+            const long double a = alpha, x = m.x / a, y = m.y / a, w = m.z;
+            const long double s = x * x + y * y + w * w;
+            const long double exact = 1 / (3.14159265358979323846L * a * a * s * s);
+            worst = std::max(worst, double(std::abs(ggx_d(m, alpha) / exact - 1)));
+        }
+    }
+    EXPECT_LT(worst, 1e-5);
+}
+
+// RIGOR 2.2: Smith-GGX, F = 1, without compensation
+TEST(Ggx, SingleScatteringAlbedoIsThatOfTheLiterature) {
+    const GaussLegendre rule(128);
+    EXPECT_NEAR(albedo_by_quadrature(1, 1, rule, 32).one, 1 - std::log(2.0), 1e-4);
+    EXPECT_NEAR(albedo_by_quadrature(1, 0.5, rule, 32).one, 0.688, 2e-3);
+    const auto mean = [](double alpha) {
+        const GaussLegendre mu(24), inner(48);
+        double sum = 0;
+        for (size_t i = 0; i < mu.x.size(); ++i) {
+            sum += mu.w[i] * 2 * mu.x[i] * albedo_by_quadrature(mu.x[i], alpha, inner, 48).one;
+        }
+        return sum;
+    };
+    EXPECT_NEAR(mean(1), 0.409, 2e-3);
+    EXPECT_NEAR(mean(0.5), 0.700, 2e-3);
+    EXPECT_NEAR(double(1 - ggx_average_albedo(1.0f).loss), 0.409, 2e-3);
+}
+
+// A quadrature that shares no change of variables with ggx_sample: over (μ_i, φ) for wide lobes
+TEST(Ggx, AlbedoAgreesWithPlainQuadrature) {
+    const GaussLegendre rule(96), phi(96);
+    for (const double alpha : {0.3, 0.7, 1.0}) {
+        for (const double mu : {0.2, 0.7, 1.0}) {
+            const Vec3d wo = direction(mu);
+            double one = 0, schlick = 0;
+            for (size_t i = 0; i < rule.x.size(); ++i) {
+                for (size_t j = 0; j < phi.x.size(); ++j) {
+                    const double z = rule.x[i] * rule.x[i], r = std::sqrt(1 - z * z);
+                    const Vec3d wi(r * std::cos(pi_d * phi.x[j]), r * std::sin(pi_d * phi.x[j]), z);
+                    Vec3d m = wo + wi;
+                    m /= std::sqrt(m.dot(m));
+                    const double f = ggx_d(m, alpha) * ggx_visibility(mu, z, alpha) * z *
+                                     rule.w[i] * phi.w[j] * 2 * rule.x[i] * 2 * pi_d;
+                    one += f;
+                    schlick += f * std::pow(1 - wo.dot(m), 5);
+                }
+            }
+            const auto e = albedo_by_quadrature(mu, alpha, rule, 96);
+            EXPECT_NEAR(one, e.one, 2e-4) << alpha << " " << mu;
+            EXPECT_NEAR(schlick, e.schlick, 2e-4) << alpha << " " << mu;
+        }
+    }
+}
+
+TEST(AlbedoTables, AgreeWithQuadratureBetweenTheirNodes) {
+    const GaussLegendre rule(96);
+    TestRandom random(9);
+    double worst_loss = 0, worst_schlick = 0;
+    for (int i = 0; i < 300; ++i) {
+        const double root = 0.0317 + 0.9683 * double(random.uniform());
+        const double alpha = root * root;
+        const double mu = std::pow(double(random.uniform()), 2) * 0.99 + 0.01;
+        const auto e = albedo_by_quadrature(mu, alpha, rule, 96);
+        const GgxAlbedo table = ggx_albedo(float(mu), float(alpha));
+        worst_loss = std::max(worst_loss, std::abs(1 - e.one - double(table.loss)));
+        worst_schlick = std::max(worst_schlick, std::abs(e.schlick - double(table.schlick)));
+    }
+    std::printf("worst table error: loss %.1e, schlick %.1e\n", worst_loss, worst_schlick);
+    EXPECT_LT(worst_loss, 6e-4);
+    EXPECT_LT(worst_schlick, 1e-3);
+}
+
+// RIGOR H18: what the switch to a mirror changes
+TEST(AlbedoTables, SpecularSwitchIsInvisible) {
+    for (const float mu : {0.1f, 0.3f, 0.7f, 1.0f}) {
+        const GgxAlbedo rough = ggx_albedo(mu, specular_switch_alpha);
+        const GgxAlbedo mirror = ggx_albedo(mu, 0.0f);
+        EXPECT_NEAR(double(rough.schlick), double(mirror.schlick), 1e-3);
+        EXPECT_EQ(mirror.loss, 0.0f);
+    }
+}
+
+/// χ² of ggx_sample in double. Cells: slope × azimuth of the half vector.
+void expect_samples_match_pdf(double mu, double alpha) {
+    constexpr int rows = 10, columns = 12, count = 20000, sub = 40;
+    const Vec3d wo = direction(mu);
+    TestRandom random(static_cast<unsigned long long>(mu * 1e6) +
+                      static_cast<unsigned long long>(alpha * 1e4));
+    std::vector<double> counts(rows * columns + 1, 0.0), expected(rows * columns + 1, 0.0);
+    for (int i = 0; i < count; ++i) {
+        const Vec3d wi =
+            ggx_sample(wo, alpha, Vec2d(double(random.uniform()), double(random.uniform())));
+        if (wi.z <= 0) {
+            counts.back() += 1;
+            continue;
+        }
+        Vec3d m = wo + wi;
+        m /= std::sqrt(m.dot(m));
+        const double s = std::hypot(m.x, m.y) / m.z / alpha;
+        const int r = std::min(rows - 1, int(rows / std::sqrt(1 + s * s)));
+        const int c =
+            std::min(columns - 1, int((std::atan2(m.y, m.x) / (2 * pi_d) + 0.5) * columns));
+        counts[size_t(r * columns + c)] += 1;
+        const double weight = ggx_visibility(mu, wi.z, alpha) * wi.z * ggx_pdf_divisor(wo, alpha);
+        ASSERT_LE(weight, 1 + 1e-5);
+    }
+    double inside = 0;
+    for (int r = 0; r < rows * sub; ++r) {
+        for (int c = 0; c < columns * sub; ++c) {
+            const double y = (r + 0.5) / (rows * sub),
+                         phi = ((c + 0.5) / (columns * sub) - 0.5) * 2 * pi_d;
+            const double slope = alpha * std::sqrt(1 - y * y) / y;
+            const double z = 1 / std::sqrt(1 + slope * slope);
+            const Vec3d m(slope * z * std::cos(phi), slope * z * std::sin(phi), z);
+            const double cos_m = wo.dot(m);
+            if (cos_m <= 0 || 2 * cos_m * m.z - wo.z <= 0) continue;
+            // y = 1/√(1 + (tanθ_m/α)²): D·cosθ_m·dω_m = 2y·dy·dφ/2π, dω_i = 4·cos_m·dω_m
+            const double mass = 2 * y * ggx_pdf(wo, m, alpha) * 4 * cos_m /
+                                (ggx_d(m, alpha) * m.z) / (rows * sub * columns * sub);
+            expected[size_t(r / sub * columns + c / sub)] += mass * count;
+            inside += mass;
+        }
+    }
+    EXPECT_LE(inside, 1 + 2e-3) << mu << " " << alpha;
+    expected.back() = std::max(0.0, 1 - inside) * count;
+    const auto result = sampling::testing::chi_square(counts, expected);
+    EXPECT_LT(result.z, 4.5) << "mu " << mu << " alpha " << alpha;
+}
+
+// RIGOR H19
+TEST(Ggx, BoundedSamplingFollowsItsDensity) {
+    for (const double mu : {1.0, 0.5, 0.1, 1e-2, 1e-3, 1e-4}) {
+        for (const double alpha : {1e-3, 1e-2, 0.1, 0.5, 1.0}) expect_samples_match_pdf(mu, alpha);
+    }
+    std::printf("smallest detectable error of a cell: %.0f %%\n",
+                100 * sampling::testing::smallest_detectable(20000, 120));
+}
+
+TEST(Ggx, WeightsStayBelowOneInFloat) {
+    TestRandom random(77);
+    for (const float mu : {1.0f, 0.5f, 0.1f, 1e-2f, 1e-3f, 1e-4f}) {
+        for (const float alpha : {1e-3f, 1e-2f, 0.1f, 0.5f, 1.0f}) {
+            const Vec3 wo(safe_sqrt(1 - mu * mu), 0, mu);
+            for (int i = 0; i < 2000; ++i) {
+                const Vec3 wi = ggx_sample(wo, alpha, Vec2(random.uniform(), random.uniform()));
+                ASSERT_TRUE(is_finite(wi));
+                if (wi.z <= 0) continue;
+                ASSERT_NEAR(double(wi.dot(wi)), 1.0, 1e-5);
+                ASSERT_LE(ggx_visibility(mu, wi.z, alpha) * wi.z * ggx_pdf_divisor(wo, alpha),
+                          1 + 1e-5f);
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace velatura::shading

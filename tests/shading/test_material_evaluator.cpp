@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "geometry/tessellate.h"
+#include "geometry/triangle_mesh.h"
+#include "shading/material_evaluator.h"
+#include "texture_files.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace velatura::shading {
+namespace {
+
+using geometry::SurfacePoint;
+using scene::Input;
+using testing::TemporaryFolder;
+
+/// A unit square in the xy plane, its st equal to its xy, and a point on it.
+struct Stage {
+    scene::Scene scene;
+    geometry::TriangleMesh mesh;
+    Diagnostics diagnostics;
+
+    Stage() {
+        scene::Shape shape;
+        scene::Mesh m;
+        m.points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+        m.face_vertex_counts = {4};
+        m.face_vertex_indices = {0, 1, 2, 3};
+        scene::Primvar st;
+        st.name = scene::intern_primvar(scene, "st");
+        st.interpolation = scene::Interpolation::Vertex;
+        st.width = 2;
+        st.values = {0, 0, 1, 0, 1, 1, 0, 1};
+        m.primvars.push_back(st);
+        scene::Primvar color;
+        color.name = scene::intern_primvar(scene, scene::display_color_primvar);
+        color.width = 3;
+        color.values = {0.1f, 0.2f, 0.3f};
+        m.primvars.push_back(color);
+        shape.geometry = m;
+        mesh = geometry::make_triangle_mesh(shape);
+        scene.materials.emplace_back();
+    }
+
+    scene::Material& material() { return scene.materials[0]; }
+
+    SurfacePoint point(float b1 = 0.3f, float b2 = 0.3f) const {
+        SurfacePoint p;
+        p.mesh = &mesh;
+        p.b1 = b1;
+        p.b2 = b2;
+        p.ng = p.ns = Vec3(0, 0, 1);
+        p.dpds = Vec3(1, 0, 0);
+        p.dpdt = Vec3(0, 1, 0);
+        p.material = 0;
+        return p;
+    }
+};
+
+const Vec3 up(0, 0, 1);
+
+TEST(MaterialEvaluator, NoMaterialIsLambertOfDisplayColor) {
+    Stage stage;
+    const MaterialEvaluator e(stage.scene, stage.diagnostics);
+    SurfacePoint p = stage.point();
+    p.material = scene::none;
+    const Bsdf bsdf = e.make_bsdf(p, up, 0);
+    const Vec3 wi = normalize(Vec3(1, 2, 0.5f));
+    EXPECT_NEAR(double(bsdf.f(up, wi).x), 0.1 / pi_d, 1e-7);
+    EXPECT_NEAR(double(bsdf.f(up, wi).z), 0.3 / pi_d, 1e-7);
+    EXPECT_FALSE(e.is_emissive(scene::none));
+    EXPECT_TRUE(is_black(e.emission(p, up, 0)));
+    EXPECT_EQ(e.presence(p, 0), 1.0f);
+    EXPECT_FALSE(e.has_presence());
+}
+
+// The specification's F0: ((1 − ior)/(1 + ior))², or the base colour of metals, or specularColor
+TEST(MaterialEvaluator, WorkflowsGiveTheirReflectanceAtNormalIncidence) {
+    Stage stage;
+    stage.material().diffuse_color = Input(Rgb(0.9f, 0.5f, 0.1f));
+    stage.material().roughness = Input(0.0f);
+    const auto mirror = [&] {
+        const MaterialEvaluator e(stage.scene, stage.diagnostics);
+        const Bsdf bsdf = e.make_bsdf(stage.point(), up, 0);
+        // Delta lobes come last along u_lobe
+        const auto s = bsdf.sample_f(up, 0x1.fffffep-1f, Vec2(0.5f, 0.5f));
+        return s && s->is_delta ? s->f * bsdf.cosine(s->wi) : Rgb(-1.0f);
+    };
+    EXPECT_NEAR(double(mirror().x), 0.04, 1e-6);
+    stage.material().ior = Input(2.0f);
+    EXPECT_NEAR(double(mirror().x), 1.0 / 9, 1e-6);
+    stage.material().metallic = Input(1.0f);
+    EXPECT_NEAR(double(mirror().x), 0.9, 1e-6);
+    EXPECT_NEAR(double(mirror().z), 0.1, 1e-6);
+    stage.material().use_specular_workflow = true;
+    stage.material().specular_color = Input(Rgb(0.3f, 0.2f, 0.1f));
+    EXPECT_NEAR(double(mirror().y), 0.2, 1e-6);
+}
+
+TEST(MaterialEvaluator, TexturesFollowStAndItsTransform) {
+    Stage stage;
+    const TemporaryFolder folder;
+    scene::Texture t;
+    t.file = folder.write("xy.exr", 2, 2, 3, OIIO::TypeFloat,
+                          {0.1f, 0.9f, 0, 0.9f, 0.9f, 0, 0.1f, 0.1f, 0, 0.9f, 0.1f, 0});
+    t.source_color_space = scene::SourceColorSpace::Raw;
+    t.wrap_s = t.wrap_t = scene::Wrap::Repeat;
+    t.st = scene::find_primvar(stage.scene, "st");
+    stage.scene.textures.push_back(t);
+    Input input;
+    input.source = Input::Source::Texture;
+    input.texture = 0;
+    stage.material().emissive_color = input;
+    // Both triangles meet corner 0; find the point with st = (0.25, 0.75) by its primvar
+    SurfacePoint p = stage.point();
+    float st[4] = {};
+    for (p.triangle = 0; p.triangle < 2; ++p.triangle) {
+        for (const auto& [b1, b2] :
+             {std::pair{0.25f, 0.5f}, std::pair{0.5f, 0.25f}, std::pair{0.25f, 0.25f}}) {
+            p.b1 = b1;
+            p.b2 = b2;
+            ASSERT_TRUE(stage.mesh.primvar(t.st, p.triangle, b1, b2, st));
+            const MaterialEvaluator e(stage.scene, stage.diagnostics);
+            const Rgb c = e.emission(p, up, 0);
+            if (st[0] == 0.25f) {
+                EXPECT_NEAR(double(c.x), 0.1, 1e-5);
+            }
+            if (st[1] == 0.75f) {
+                EXPECT_NEAR(double(c.y), 0.9, 1e-5);
+            }
+            // Half a turn of the coordinates exchanges the texels
+            stage.scene.textures[0].st_matrix = {-1, 0, 0, -1};
+            const MaterialEvaluator turned(stage.scene, stage.diagnostics);
+            EXPECT_NEAR(double(turned.emission(p, up, 0).x) + double(c.x), 1.0, 1e-5);
+            stage.scene.textures[0].st_matrix = {1, 0, 0, 1};
+            // A footprint as large as the square sees the mean
+            EXPECT_NEAR(double(e.emission(p, up, 1.0f).x), 0.5, 0.01);
+        }
+    }
+    const MaterialEvaluator e(stage.scene, stage.diagnostics);
+    EXPECT_TRUE(e.is_emissive(0));
+    EXPECT_TRUE(e.has_emission());
+}
+
+TEST(MaterialEvaluator, PresenceIsNotTransmission) {
+    Stage stage;
+    scene::Material& m = stage.material();
+    const auto flags = [&] {
+        const MaterialEvaluator e(stage.scene, stage.diagnostics);
+        EXPECT_EQ(e.has_presence(), e.material_has_presence(0));
+        return std::tuple(e.presence(stage.point(), 0), e.material_has_presence(0),
+                          e.make_bsdf(stage.point(), up, 0).has_transmission());
+    };
+    EXPECT_EQ(flags(), std::tuple(1.0f, false, false));
+    m.opacity = Input(0.4f);
+    EXPECT_EQ(flags(), std::tuple(1.0f, false, true));
+    m.presence = true;
+    EXPECT_EQ(flags(), std::tuple(0.4f, true, false));
+    m.presence = false;
+    m.opacity_threshold = 0.5f;
+    EXPECT_EQ(flags(), std::tuple(0.0f, true, false));
+    m.opacity_threshold = 0.4f;  // at the threshold: fully visible
+    EXPECT_EQ(flags(), std::tuple(1.0f, false, false));
+}
+
+TEST(MaterialEvaluator, NormalMapTiltsTowardsTheTangents) {
+    Stage stage;
+    stage.material().normal = Input(Rgb(0.6f, 0.0f, 0.8f));
+    {
+        const MaterialEvaluator e(stage.scene, stage.diagnostics);
+        EXPECT_NEAR(double((e.make_bsdf(stage.point(), up, 0).ns() - Vec3(0.6f, 0, 0.8f)).length()),
+                    0, 1e-6);
+    }
+    stage.material().normal = Input(Rgb(0.0f, 0.6f, 0.8f));
+    const MaterialEvaluator e(stage.scene, stage.diagnostics);
+    EXPECT_NEAR(double((e.make_bsdf(stage.point(), up, 0).ns() - Vec3(0, 0.6f, 0.8f)).length()), 0,
+                1e-6);
+    // Mirrored coordinates: green still points along ∂p/∂t (RIGOR H08)
+    SurfacePoint mirrored = stage.point();
+    mirrored.dpdt = Vec3(0, -1, 0);
+    EXPECT_NEAR(double((e.make_bsdf(mirrored, up, 0).ns() - Vec3(0, -0.6f, 0.8f)).length()), 0,
+                1e-6);
+    // From behind, the normal is turned over as a whole
+    EXPECT_NEAR(double((e.make_bsdf(stage.point(), -up, 0).ns() - Vec3(0, -0.6f, -0.8f)).length()),
+                0, 1e-6);
+}
+
+TEST(MaterialEvaluator, NanInputsAreHarmless) {
+    Stage stage;
+    const float nan = std::nanf("");
+    scene::Material& m = stage.material();
+    m.diffuse_color = m.emissive_color = m.normal = Input(Rgb(nan));
+    m.metallic = m.roughness = m.clearcoat = m.clearcoat_roughness = m.opacity = m.ior = Input(nan);
+    const MaterialEvaluator e(stage.scene, stage.diagnostics);
+    const Bsdf bsdf = e.make_bsdf(stage.point(), up, nan);
+    EXPECT_TRUE(is_finite(bsdf.f(up, normalize(Vec3(1, 0, 1)))));
+    EXPECT_TRUE(is_finite(bsdf.albedo()));
+    EXPECT_TRUE(is_black(e.emission(stage.point(), up, nan)));
+    EXPECT_GT(stage.diagnostics.warning_count(), 0u);
+}
+
+}  // namespace
+}  // namespace velatura::shading
