@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "film/film.h"
+
+#include "base/check.h"
+#include "image/resolve.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace velatura::film {
+
+namespace {
+
+constexpr size_t logged_bad_samples = 16;
+
+using image::AccumulatorTable;
+using image::Triple;
+
+Triple triple(const Imath::V3f& v) {
+    return {double(v.x), double(v.y), double(v.z)};
+}
+
+bool comes_before(const BadSample& a, const BadSample& b) {
+    return std::tie(a.sample, a.y, a.x) < std::tie(b.sample, b.y, b.x);
+}
+
+/// Data that is not finite would spoil the data layers like radiance spoils the picture.
+BadSampleReason fault_of_data(const SampleRadiance& s) {
+    if (!std::isfinite(s.weight) || !std::isfinite(s.alpha)) return BadSampleReason::Other;
+    if (!s.has_hit) return BadSampleReason::None;
+    const bool is_fine = is_finite(s.albedo) && is_finite(s.N) && is_finite(s.P) &&
+                         std::isfinite(s.Z) && std::isfinite(s.st.x) && std::isfinite(s.st.y);
+    return is_fine ? BadSampleReason::None : BadSampleReason::Other;
+}
+
+}  // namespace
+
+PixelAccumulator::PixelAccumulator(const LayerSet& set)
+    : table_(set), cell_of_(table_.total_count(), 0) {}
+
+void PixelAccumulator::deposit(uint32_t accumulator, double weight, const Triple& value) {
+    const Triple weighted{weight * value.x, weight * value.y, weight * value.z};
+    const uint64_t sample = record_.end;
+    const auto put = [&](uint32_t a) {
+        if (cell_of_[a] == 0) {
+            if (used_ == cells_.size()) {
+                cells_.emplace_back();
+                sums_.emplace_back();
+            }
+            sums_[used_].accumulator = a;
+            cell_of_[a] = uint32_t(++used_);
+        }
+        cells_[cell_of_[a] - 1].add(record_.first, sample, weighted);
+    };
+    put(accumulator);
+    // The even samples make half A
+    if (const uint32_t half = table_.half_of(accumulator);
+        half != AccumulatorTable::absent && sample % 2 == 0) {
+        put(half);
+    }
+}
+
+void PixelAccumulator::add(const SampleRadiance& s) {
+    const BadSampleReason data_fault = fault_of_data(s);
+    if (s.is_bad() || data_fault != BadSampleReason::None) {
+        ++record_.invalid;
+        if (bad_.size() < logged_bad_samples) {
+            bad_.push_back(
+                {x_, y_, record_.end, to_string(s.is_bad() ? s.bad_reason() : data_fault)});
+        }
+        ++record_.end;
+        return;
+    }
+    const auto w = double(s.weight);
+    for (const uint32_t accumulator : s.touched_) deposit(accumulator, w, s.values_[accumulator]);
+    deposit(AccumulatorTable::coverage, 1.0, {w * double(s.alpha), w, 1.0});
+    if (s.has_hit) {
+        if (table_.albedo() != AccumulatorTable::absent) {
+            deposit(table_.albedo(), w, triple(s.albedo));
+            deposit(table_.normal(), w, triple(s.N));
+            deposit(table_.position(), w, triple(s.P));
+            deposit(table_.surface(), w, {double(s.st.x), double(s.st.y), double(s.Z)});
+            deposit(table_.hits(), 1.0, {0.0, w, 1.0});
+        }
+        if (!record_.has_ids) {
+            record_.prim_id = s.prim_id;
+            record_.instance_id = s.instance_id;
+            record_.has_ids = true;
+        }
+    }
+    ++record_.end;
+}
+
+Film::Film(const Window& data_window, const LayerSet& set, const FilmOptions& options)
+    : sums_(data_window, set, options.final_sample_end),
+      bad_mutex_(std::make_unique<std::mutex>()) {}
+
+void Film::begin_pixel(PixelAccumulator& accumulator, int x, int y, uint64_t first_sample) const {
+    VELATURA_DCHECK(accumulator.used_ == 0, "end_pixel was not called");
+    accumulator.x_ = x;
+    accumulator.y_ = y;
+    accumulator.record_ = {};
+    accumulator.record_.first = accumulator.record_.end = first_sample;
+}
+
+void Film::end_pixel(PixelAccumulator& a) {
+    const auto nodes = image::DyadicRule(a.record_.first).nodes(a.record_.first, a.record_.end);
+    for (size_t i = 0; i < a.used_; ++i) {
+        a.cells_[i].finish(a.record_.first, nodes, a.sums_[i].nodes);
+        a.cells_[i].clear();
+        a.cell_of_[a.sums_[i].accumulator] = 0;
+    }
+    sums_.append(a.x_, a.y_, a.record_, std::span<const image::NodeSums>(a.sums_.data(), a.used_));
+    a.used_ = 0;
+    if (a.bad_.empty()) return;
+
+    // Keep the smallest ones, so that the list does not depend on the schedule
+    const std::lock_guard lock(*bad_mutex_);
+    bad_.insert(bad_.end(), a.bad_.begin(), a.bad_.end());
+    std::sort(bad_.begin(), bad_.end(), comes_before);
+    if (bad_.size() > logged_bad_samples) bad_.resize(logged_bad_samples);
+    a.bad_.clear();
+}
+
+Snapshot Film::snapshot() const {
+    Snapshot result;
+    result.window = window();
+    result.rgba = image::resolve_rgba(sums_);
+    return result;
+}
+
+NoiseEstimate Film::noise() const {
+    const Window& w = window();
+    NoiseEstimate result;
+    double sum = 0, weight = 0;
+    std::vector<std::pair<double, double>> batches;  // per tile: sum of the terms, their number
+    result.samples_min = ~uint64_t(0);
+    for (int ty = w.y0; ty < w.y1; ty += tile_size) {
+        for (int tx = w.x0; tx < w.x1; tx += tile_size) {
+            double batch = 0, count = 0;
+            for (int y = ty; y < std::min(ty + tile_size, w.y1); ++y) {
+                for (int x = tx; x < std::min(tx + tile_size, w.x1); ++x) {
+                    const image::PixelRecord& record = sums_.record(x, y);
+                    const uint64_t samples = record.end - record.first;
+                    result.samples_min = std::min(result.samples_min, samples);
+                    result.samples_max = std::max(result.samples_max, samples);
+                    result.samples_mean += double(samples);
+                    result.invalid += record.invalid;
+                    const image::PixelHalves h =
+                        image::resolve_halves(sums_, x, y, AccumulatorTable::beauty);
+                    if (!h.is_known) continue;
+                    for (int c = 0; c < 3; ++c) {
+                        const double mean = h.mean[size_t(c)];
+                        batch += h.variance[size_t(c)] / (mean * mean + 0.01);
+                        count += 1;
+                    }
+                }
+            }
+            if (count > 0) batches.emplace_back(batch, count);
+            sum += batch;
+            weight += count;
+        }
+    }
+    result.samples_mean /= double(w.pixel_count());
+    result.is_known = weight == 3.0 * double(w.pixel_count());
+    if (weight == 0) return result;
+
+    // The tiles are the batches of a ratio estimator; their spread gives the interval
+    const double mean = sum / weight;
+    double spread = 0;
+    for (const auto& [batch, count] : batches) {
+        const double deviation = batch - mean * count;
+        spread += deviation * deviation;
+    }
+    const auto n = double(batches.size());
+    const double error = n > 1 ? std::sqrt(spread * n / (n - 1)) / weight : mean;
+    result.relative_error = std::sqrt(mean);
+    result.low = std::sqrt(std::max(0.0, mean - 1.96 * error));
+    result.high = std::sqrt(mean + 1.96 * error);
+    return result;
+}
+
+uint64_t Film::invalid_count() const {
+    uint64_t count = 0;
+    for (int y = window().y0; y < window().y1; ++y) {
+        for (int x = window().x0; x < window().x1; ++x) count += sums_.record(x, y).invalid;
+    }
+    return count;
+}
+
+std::vector<BadSample> Film::bad_samples() const {
+    const std::lock_guard lock(*bad_mutex_);
+    return bad_;
+}
+
+Result<WriteReport> Film::write(const std::string& path, FileInfo info) const {
+    info.bad_samples = bad_samples();
+    return image::write_layer_file(path, sums_, info);
+}
+
+}  // namespace velatura::film

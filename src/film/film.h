@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "film/layer_set.h"
+#include "film/sample_radiance.h"
+#include "image/layer_file.h"
+#include "image/sample_sums.h"
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace velatura::film {
+
+using image::BadSample;
+using image::FileInfo;
+using image::WriteReport;
+
+/// The sums of one pixel over consecutive samples. One per thread, used again for every pixel.
+class PixelAccumulator {
+  public:
+    explicit PixelAccumulator(const LayerSet& set);
+
+    /// Adds the next sample: begin_pixel's first_sample, then one more each time. Bad samples are
+    /// counted, not summed.
+    void add(const SampleRadiance& sample);
+
+    uint64_t next_sample() const { return record_.end; }
+
+  private:
+    friend class Film;
+
+    void deposit(uint32_t accumulator, double weight, const image::Triple& value);
+
+    image::AccumulatorTable table_;
+    int x_ = 0, y_ = 0;
+    image::PixelRecord record_;
+    std::vector<uint32_t> cell_of_;  ///< accumulator → cells_ index + 1; 0 = none
+    std::vector<image::SparseDyadicSum> cells_;
+    std::vector<image::NodeSums> sums_;  ///< accumulator per cell; nodes filled by end_pixel
+    size_t used_ = 0;
+    std::vector<BadSample> bad_;
+};
+
+/// How noisy the picture is, from its two half images.
+struct NoiseEstimate {
+    double relative_error = 0;  ///< square root of the estimated relMSE of the picture (DESIGN §8)
+    double low = 0, high = 0;   ///< 95 % interval of relative_error
+    uint64_t samples_min = 0, samples_max = 0;
+    double samples_mean = 0;
+    uint64_t invalid = 0;
+    bool is_known = false;  ///< false before every pixel has a sample in each half
+};
+
+/// Interim picture, row 0 = top, scene-linear, premultiplied.
+struct Snapshot {
+    Window window;
+    std::vector<float> rgba;  ///< [height][width][4]
+};
+
+struct FilmOptions {
+    /// No sample of this index or above will ever be added; saves memory for counts that are no
+    /// power of two and changes no bit. 0 = unknown; required with FileInfo::store_sums.
+    uint64_t final_sample_end = 0;
+};
+
+/// Accumulates samples into light layers. The result depends on the samples alone: not on the order
+/// of tiles and passes, nor on threads, nor on how the sample range was split. Threads: one pixel
+/// belongs to one task and one 16×16 tile (aligned to the data window's corner) to one task at a
+/// time; different tiles may be filled at the same time. Reading (snapshot, noise, write) needs all
+/// tasks at rest.
+class Film {
+  public:
+    static constexpr int tile_size = image::SampleSums::tile_size;
+
+    Film(const Window& data_window, const LayerSet& set, const FilmOptions& options = {});
+
+    const Window& window() const { return sums_.window(); }
+
+    const LayerSet& layer_set() const { return sums_.layer_set(); }
+
+    /// Starts samples first_sample, first_sample + 1, … of a pixel; they must follow what the pixel
+    /// has already.
+    void begin_pixel(PixelAccumulator& accumulator, int x, int y, uint64_t first_sample) const;
+    /// Moves the sums of the accumulator into the film.
+    void end_pixel(PixelAccumulator& accumulator);
+
+    /// First sample the pixel does not have yet.
+    uint64_t next_sample(int x, int y) const { return sums_.record(x, y).end; }
+
+    Snapshot snapshot() const;
+    NoiseEstimate noise() const;
+    uint64_t invalid_count() const;
+    /// The first 16 bad samples by pixel and sample index, whatever order they came in.
+    std::vector<BadSample> bad_samples() const;
+
+    size_t memory_bytes() const { return sums_.memory_bytes(); }
+
+    const image::SampleSums& sums() const { return sums_; }
+
+    /// Writes the file of light layers. Errors as image::write_layer_file; code "closure-failed"
+    /// and "verify-failed" end with exit code 4.
+    Result<WriteReport> write(const std::string& path, FileInfo info) const;
+
+  private:
+    image::SampleSums sums_;
+    mutable std::unique_ptr<std::mutex> bad_mutex_;
+    std::vector<BadSample> bad_;
+};
+
+}  // namespace velatura::film

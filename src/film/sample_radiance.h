@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/math.h"
+#include "film/layer_set.h"
+#include "image/dyadic_sum.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace velatura::film {
+
+/// Why a sample is left out of the picture.
+enum class BadSampleReason : uint8_t { None, NotANumber, Infinite, Negative, Other };
+
+const char* to_string(BadSampleReason reason);
+
+/// What one camera sample brings home. One per thread, cleared and used again: costs nothing for
+/// layers not touched.
+class SampleRadiance {
+  public:
+    explicit SampleRadiance(const LayerSet& set);
+
+    /// Deposits light that arrived after `bounce` scatterings from light group `group`. Radiance in
+    /// the working space, without the pixel filter's weight. Values that are not finite or negative
+    /// make the sample bad.
+    void add(int bounce, int group, const Rgb& radiance);
+
+    /// Deposits what bounce 1 would have brought from `group` without visibility (layer U_<group>),
+    /// light that does arrive included. Ignored when the layer set has no shadow layers.
+    void add_unoccluded(int group, const Rgb& radiance);
+
+    /// Marks the sample as bad for a reason that the caller saw. The first reason stays.
+    void mark_bad(BadSampleReason reason) {
+        if (bad_ == BadSampleReason::None) bad_ = reason;
+    }
+
+    bool is_bad() const { return bad_ != BadSampleReason::None; }
+
+    BadSampleReason bad_reason() const { return bad_; }
+
+    /// The sum of all that was added since clear().
+    Rgb radiance() const;
+
+    /// Forgets the sample; weight = 1.
+    void clear();
+
+    float weight = 1.0f;  ///< pixel filter weight; may be negative (Mitchell)
+    float alpha = 0.0f;
+
+    /// Data of the first surface hit; ignored unless `has_hit`.
+    bool has_hit = false;
+    Rgb albedo = Rgb(0.0f);
+    Vec3 N = Vec3(0.0f);  ///< world space
+    Vec3 P = Vec3(0.0f);  ///< world space
+    float Z = 0.0f;       ///< distance along the camera's view direction
+    Vec2 st = Vec2(0.0f);
+    uint32_t prim_id = 0xffffffffu;
+    uint32_t instance_id = 0xffffffffu;
+
+  private:
+    friend class PixelAccumulator;
+
+    void deposit(uint32_t accumulator, const Rgb& radiance);
+
+    image::AccumulatorTable table_;
+    int last_bounce_;
+    bool matrix_, bounces_, groups_, direct_;
+    std::vector<image::Triple> values_;  ///< per accumulator; zero unless in touched_
+    std::vector<uint8_t> is_touched_;
+    std::vector<uint32_t> touched_;
+    BadSampleReason bad_ = BadSampleReason::None;
+};
+
+}  // namespace velatura::film

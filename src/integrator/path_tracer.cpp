@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "integrator/path_tracer.h"
+
+#include <algorithm>
+
+#include "integrator/render_options.h"
+#include "sampling/mis.h"
+
+namespace velatura::integrator {
+
+using sampling::Purpose;
+
+namespace {
+
+/// Surfaces that one straight segment may pass through (cut-outs, IOR 1) before it counts as blocked.
+constexpr uint32_t pass_through_limit = 1024;
+
+/// A shadow ray stops this part of its length short of the light, so that a light flush with a surface is not shadowed
+/// by the rounding of that surface. Relative, hence independent of scale.
+constexpr float shadow_ray_end = 1.0f - 0x1p-14f;
+
+}  // namespace
+
+/// A path while it is traced.
+struct PathTracer::Path {
+    Path(const sampling::PixelSampler& s, RayCounts& c, PathObserver* o) : sampler(s), counts(&c), observer(o) {}
+
+    sampling::PixelSampler sampler;
+    geometry::Ray ray;
+    Rgb beta = Rgb(1.0f);
+    int bounce = 0;            ///< scatterings so far; pass-throughs do not count
+    uint32_t pass_count = 0;   ///< pass-throughs since the last scattering; keeps their random numbers apart
+    bool is_certain = true;    ///< no light sampling competed for the present direction: MIS weight 1
+    Vec3 scatter_p = Vec3(0.0f);  ///< where the present direction was sampled
+    float scatter_pdf = 0;     ///< [1/sr]
+    Vec3 straight_o = Vec3(0.0f);  ///< where the present straight line began; pass-throughs do not end it
+    float travelled = 0;       ///< along that line up to the present segment
+    float segment_t = 0;       ///< length of the present segment
+    Rgb diffuse_share = Rgb(0.0f);  ///< of f at the last scattering; only kept when lights have lobe multipliers
+    float eta_scale = 1;       ///< undoes the η² of refractions for roulette
+    float cone_width = 0, cone_spread = 0;
+    RayCounts* counts;
+    PathObserver* observer;
+};
+
+PathTracer::PathTracer(const World& world, const film::LayerSet& layers, const PathTracerOptions& options)
+    : world_(world),
+      options_(options),
+      filter_(options.filter),
+      has_shadow_layers_(layers.shadow_layers),
+      depth_limit_(options.max_depth > 0 ? std::min(options.max_depth, hard_depth_limit) : hard_depth_limit) {}
+
+void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out, RayCounts& counts, PathObserver* observer) const {
+    Path path(sampling::PixelSampler(options_.seed, x, y, sample), counts, observer);
+
+    // Start at the camera, inside the pixel's filter
+    const sampling::FilterSample filtered = filter_.sample(path.sampler.get_2d(0, Purpose::PixelFilter));
+    out.weight = filtered.weight;
+    const Vec2 film_point(float(x) + 0.5f + filtered.offset.x, float(y) + 0.5f + filtered.offset.y);
+    const bool uses_lens = world_.camera.has_lens() && !options_.disable_lens;
+    const Vec2 u_lens = uses_lens ? path.sampler.get_2d(0, Purpose::Lens) : Vec2(0.5f);
+    const camera::CameraRay first = world_.camera.generate_ray(film_point, u_lens);
+    path.ray = {first.o, first.d, first.t_max};
+    path.cone_width = first.cone_width;
+    path.cone_spread = first.cone_spread;
+    path.scatter_p = path.straight_o = first.o;
+    path.beta = Rgb(world_.camera.exposure_scale());
+    ++counts.paths;
+    ++counts.camera;
+
+    const char* end = "escaped";
+    while (true) {
+        const geometry::Hit hit = world_.accelerator->intersect(path.ray);
+
+        // Add the lights that the segment crosses; beyond the last surface also those at infinity
+        add_light_hits(path, hit.is_valid() ? hit.t : std::numeric_limits<float>::infinity(), out);
+        if (!hit.is_valid()) break;
+
+        const geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, path.ray, hit);
+        path.cone_width += path.cone_spread * hit.t;
+        path.segment_t = hit.t;
+        if (observer) observer->on_hit(path.bounce, point, hit.t, path.beta);
+        if (pass_through(path, point)) {
+            if (path.pass_count < pass_through_limit) continue;
+            end = "passed through too many surfaces";
+            break;
+        }
+
+        const Vec3 wo = -path.ray.d;
+        const shading::Bsdf bsdf = world_.materials.make_bsdf(point, wo, path.cone_width);
+        if (path.bounce == 0 && !out.has_hit) record_first_hit(point, bsdf, out);
+
+        // Add the surface's own emission
+        if (world_.materials.is_emissive(point.material)) {
+            const Rgb Le = world_.materials.emission(point, wo, path.cone_width);
+            deposit(path, path.bounce, world_.scene.emissive_group(), path.beta * Le, "surface emission", out);
+        }
+
+        if (path.bounce >= depth_limit_) {
+            if (depth_limit_ == hard_depth_limit) ++counts.depth_limited;
+            end = "reached the depth limit";
+            break;
+        }
+        add_direct_light(path, point, bsdf, wo, out);
+        if (!scatter(path, point, bsdf, wo, out)) {
+            end = "absorbed";
+            break;
+        }
+        if (path.pass_count == 0 && !survives_roulette(path)) {
+            end = "ended by roulette";
+            break;
+        }
+        if (path.pass_count >= pass_through_limit) {
+            end = "passed through too many surfaces";
+            break;
+        }
+        ++counts.indirect;
+    }
+    if (observer) observer->on_end(path.bounce, end);
+}
+
+void PathTracer::deposit(const Path& path, int bounce, scene::GroupId group, const Rgb& radiance, const char* what, film::SampleRadiance& out) const {
+    if (is_black(radiance)) return;
+    out.add(bounce, int(group), radiance);
+    if (path.observer) path.observer->on_deposit(bounce, group, radiance, what);
+}
+
+float PathTracer::light_hit_weight(const Path& path, const lights::LightHit& hit) const {
+    if (path.is_certain) return 1.0f;
+    const float light_pdf = world_.selector.pmf(path.scatter_p, hit.light) * hit.pdf;
+    return sampling::balance_heuristic(path.scatter_pdf, light_pdf);
+}
+
+Rgb PathTracer::light_factor(const Path& path, uint32_t light) const {
+    if (!world_.has_lobe_multipliers || path.bounce == 0) return Rgb(1.0f);
+    const scene::Light& l = world_.lights.light(light);
+    return path.diffuse_share * l.diffuse_multiplier + (Rgb(1.0f) - path.diffuse_share) * l.specular_multiplier;
+}
+
+void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadiance& out) const {
+    // Ask along the whole straight line and keep what this segment adds: a light that a cut-out lies inside of must not
+    // count twice, and the density is that of the vertex whose light sampling competed
+    world_.lights.for_each_hit(path.straight_o, path.ray.d, path.travelled + t_max, [&](const lights::LightHit& hit) {
+        if (path.travelled > 0.0f && hit.t <= path.travelled) return;
+        if (path.bounce == 0) {
+            if (!world_.lights.light(hit.light).is_camera_visible) return;
+            if (!world_.lights.is_infinite(hit.light)) out.alpha = 1.0f;
+        }
+        const Rgb Le = path.beta * hit.Le * light_factor(path, hit.light) * light_hit_weight(path, hit);
+        deposit(path, path.bounce, world_.lights.group(hit.light), Le, "light met by the path", out);
+    });
+}
+
+void PathTracer::add_unoccluded_hits(const Path& path, film::SampleRadiance& out) const {
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    world_.lights.for_each_hit(path.ray.o, path.ray.d, infinity, [&](const lights::LightHit& hit) {
+        const Rgb Le = path.beta * hit.Le * light_factor(path, hit.light) * light_hit_weight(path, hit);
+        if (!is_black(Le)) out.add_unoccluded(int(world_.lights.group(hit.light)), Le);
+    });
+}
+
+void PathTracer::add_direct_light(Path& path, const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, const Vec3& wo, film::SampleRadiance& out) const {
+    if (world_.selector.is_empty() || !bsdf.has_non_delta()) return;
+
+    // Choose a light and a direction towards it
+    const float u_light = path.sampler.get_1d(path.bounce, Purpose::LightSelect, path.pass_count);
+    const std::optional<lights::LightChoice> choice = world_.selector.select(point.p, u_light);
+    if (!choice) return;
+    const Vec2 u = path.sampler.get_2d(path.bounce, Purpose::LightSurface, path.pass_count);
+    const std::optional<lights::LightSample> light = world_.lights.sample(choice->light, point.p, u);
+    if (!light || is_black(light->Le)) return;
+
+    // Weigh it against finding the same light by sampling the BSDF
+    const shading::BsdfValue value = bsdf.evaluate(wo, light->wi);
+    Rgb f = value.f();
+    if (world_.has_lobe_multipliers) {
+        const scene::Light& l = world_.lights.light(choice->light);
+        f = value.diffuse * l.diffuse_multiplier + value.specular * l.specular_multiplier;
+    }
+    if (is_black(f)) return;
+    const float light_pdf = choice->pmf * light->pdf;
+    const float weight = light->is_delta ? 1.0f : sampling::balance_heuristic(light_pdf, value.pdf);
+    const Rgb Ld = path.beta * f * light->Le * (bsdf.cosine(light->wi) * weight / light_pdf);
+    if (is_black(Ld)) return;
+
+    // Deposit it where it is seen, and in the unoccluded layer in any case
+    const scene::GroupId group = world_.lights.group(choice->light);
+    if (has_shadow_layers_ && path.bounce == 0) out.add_unoccluded(int(group), Ld);
+    geometry::Ray ray = geometry::spawn_ray(point, light->wi);
+    if (std::isfinite(light->distance)) {
+        ray = geometry::spawn_ray_to(point, point.p + light->wi * light->distance);
+        ray.t_max = shadow_ray_end;
+    }
+    const float visible = visibility(ray, *path.counts);
+    if (visible > 0.0f) deposit(path, path.bounce + 1, group, Ld * visible, "light sampled", out);
+}
+
+float PathTracer::visibility(geometry::Ray ray, RayCounts& counts) const {
+    ++counts.shadow;
+    if (!world_.materials.has_presence()) return world_.accelerator->is_occluded(ray) ? 0.0f : 1.0f;
+
+    // Cut-outs let light through in proportion to what is absent
+    float visible = 1.0f;
+    for (uint32_t i = 0; i < pass_through_limit; ++i) {
+        const geometry::Hit hit = world_.accelerator->intersect(ray);
+        if (!hit.is_valid()) return visible;
+        const geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, ray, hit);
+        if (!world_.materials.material_has_presence(point.material)) return 0.0f;
+        visible *= 1.0f - world_.materials.presence(point, 0.0f);
+        if (visible <= 0.0f) return 0.0f;
+        const float rest = ray.t_max - hit.t;
+        if (!(rest > 0.0f)) return visible;
+        ray = geometry::spawn_ray(point, ray.d);
+        ray.t_max = rest;
+    }
+    return 0.0f;
+}
+
+bool PathTracer::pass_through(Path& path, const geometry::SurfacePoint& point) const {
+    if (!world_.materials.material_has_presence(point.material)) return false;
+    const float presence = world_.materials.presence(point, path.cone_width);
+    if (presence >= 1.0f) return false;
+    if (path.sampler.get_1d(path.bounce, Purpose::Opacity, path.pass_count) < presence) return false;
+    path.ray = geometry::spawn_ray(point, path.ray.d);
+    path.travelled += path.segment_t;
+    ++path.pass_count;
+    return true;
+}
+
+bool PathTracer::scatter(Path& path, const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, const Vec3& wo, film::SampleRadiance& out) const {
+    const float u_lobe = path.sampler.get_1d(path.bounce, Purpose::BsdfLobe, path.pass_count);
+    const Vec2 u = path.sampler.get_2d(path.bounce, Purpose::BsdfDirection, path.pass_count);
+    const std::optional<shading::BsdfSample> sample = bsdf.sample_f(wo, u_lobe, u);
+    if (!sample || !(sample->pdf > 0.0f)) return false;
+    path.beta *= sample->f * (bsdf.cosine(sample->wi) / sample->pdf);
+    if (is_black(path.beta)) return false;
+
+    path.ray = geometry::spawn_ray(point, sample->wi);
+    path.is_certain = sample->is_delta;
+    path.scatter_p = point.p;
+    path.scatter_pdf = sample->pdf;
+    path.eta_scale *= sample->eta * sample->eta;
+    if (world_.has_lobe_multipliers) {
+        path.diffuse_share = Rgb(0.0f);
+        if (!sample->is_delta) {
+            const Rgb diffuse = bsdf.evaluate(wo, sample->wi).diffuse;
+            for (int c = 0; c < 3; ++c) path.diffuse_share[c] = sample->f[c] > 0.0f ? std::min(1.0f, diffuse[c] / sample->f[c]) : 0.0f;
+        }
+    }
+
+    // Going straight through an interface between equal media is no scattering event
+    if (sample->is_delta && sample->kind == shading::ScatterKind::Transmit && sample->eta == 1.0f) {
+        path.travelled += path.segment_t;
+        ++path.pass_count;
+        return true;
+    }
+    path.straight_o = path.ray.o;
+    path.travelled = 0;
+    const bool is_first = path.bounce == 0;
+    ++path.bounce;
+    path.pass_count = 0;
+    if (is_first && has_shadow_layers_) add_unoccluded_hits(path, out);
+    return true;
+}
+
+bool PathTracer::survives_roulette(Path& path) const {
+    if (path.bounce < options_.roulette_start) return true;
+    const float exposure = world_.camera.exposure_scale();
+    const float survival = max_component(path.beta) * path.eta_scale / exposure;
+    if (survival >= 1.0f) return true;
+    if (path.sampler.get_1d(path.bounce, Purpose::Roulette) >= survival) return false;
+    path.beta /= survival;
+    return true;
+}
+
+void PathTracer::record_first_hit(const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, film::SampleRadiance& out) const {
+    out.has_hit = true;
+    out.alpha = 1.0f;
+    out.albedo = bsdf.albedo();
+    out.N = bsdf.ns();
+    const Vec3d world = Vec3d(point.p) + world_.scene.camera.world_position;
+    out.P = Vec3(float(world.x), float(world.y), float(world.z));
+    out.Z = point.p.dot(world_.camera.view_direction());
+    float st[4] = {0, 0, 0, 0};
+    if (point.mesh->primvar(point.mesh->texture_coordinates(), point.triangle, point.b1, point.b2, st)) out.st = Vec2(st[0], st[1]);
+    out.prim_id = point.provenance;
+    out.instance_id = point.instance;
+}
+
+}  // namespace velatura::integrator

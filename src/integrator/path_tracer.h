@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "film/film.h"
+#include "integrator/ray_counts.h"
+#include "integrator/world.h"
+#include "sampling/filter.h"
+#include "sampling/sampler.h"
+
+namespace velatura::integrator {
+
+/// Looks at one path while it is traced, for `--replay`. Called in the order of events.
+class PathObserver {
+  public:
+    virtual ~PathObserver() = default;
+    virtual void on_hit(int bounce, const geometry::SurfacePoint& point, float t, const Rgb& beta) = 0;
+    virtual void on_deposit(int bounce, scene::GroupId group, const Rgb& radiance, const char* what) = 0;
+    virtual void on_end(int bounce, const char* why) = 0;
+};
+
+struct PathTracerOptions {
+    uint64_t seed = 0;
+    int max_depth = 0;  ///< scatterings after which paths are cut; 0 = never
+    sampling::FilterKind filter = sampling::FilterKind::BlackmanHarris;
+    int roulette_start = 3;  ///< scatterings before Russian roulette begins: short paths carry most of the light
+    bool disable_lens = false;  ///< UsdRenderSettings disableDepthOfField
+};
+
+/// Unidirectional path tracing with next-event estimation, multiple importance sampling and Russian roulette. Radiance
+/// goes into (bounce, light group) cells by what the path did.
+/// Ref: Veach 1997, chapters 9 and 10; Pharr, Jakob, Humphreys 2023, section 13.4.
+class PathTracer {
+  public:
+    PathTracer(const World& world, const film::LayerSet& layers, const PathTracerOptions& options);
+
+    /// One camera sample of pixel (x, y) of the whole picture. A function of its arguments and the options alone.
+    void trace(int x, int y, uint64_t sample, film::SampleRadiance& out, RayCounts& counts, PathObserver* observer = nullptr) const;
+
+  private:
+    struct Path;
+
+    void add_light_hits(const Path& path, float t_max, film::SampleRadiance& out) const;
+    void add_unoccluded_hits(const Path& path, film::SampleRadiance& out) const;
+    void add_direct_light(Path& path, const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, const Vec3& wo, film::SampleRadiance& out) const;
+    bool pass_through(Path& path, const geometry::SurfacePoint& point) const;
+    bool scatter(Path& path, const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, const Vec3& wo, film::SampleRadiance& out) const;
+    bool survives_roulette(Path& path) const;
+    float visibility(geometry::Ray ray, RayCounts& counts) const;
+    void record_first_hit(const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, film::SampleRadiance& out) const;
+    void deposit(const Path& path, int bounce, scene::GroupId group, const Rgb& radiance, const char* what, film::SampleRadiance& out) const;
+    float light_hit_weight(const Path& path, const lights::LightHit& hit) const;
+    Rgb light_factor(const Path& path, uint32_t light) const;
+
+    const World& world_;
+    PathTracerOptions options_;
+    sampling::PixelFilter filter_;
+    bool has_shadow_layers_;
+    int depth_limit_;
+};
+
+}  // namespace velatura::integrator

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace velatura::integrator {
+
+/// Tile: every tile takes all its samples at once. Progressive: whole-frame passes that double.
+/// Both give the same picture, bit for bit.
+enum class RenderMode : uint8_t { Progressive, Tile };
+
+struct RenderOptions {
+    RenderMode mode = RenderMode::Progressive;
+    uint64_t seed = 0;
+    uint64_t first_sample = 0;      ///< samples [first_sample, end_sample) of every pixel
+    uint64_t end_sample = 64;
+    int tile_size = 32;             ///< pixels
+    int max_depth = 0;              ///< scatterings after which paths are cut (a bias); 0 = only roulette ends them
+    double snapshot_interval_s = 0; ///< 0 = no interim pictures
+    double time_budget_s = 0;       ///< progressive: stop at the pass that ends after it; 0 = none
+    double target_error = 0;        ///< progressive: stop when the relative standard error is at most this; 0 = none
+};
+
+/// Even without a bias by depth, a path must end on machines with finite time; reaching this is counted and reported.
+inline constexpr int hard_depth_limit = 65536;
+
+}  // namespace velatura::integrator

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "integrator/schedule.h"
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <mutex>
+
+#include "base/tasks.h"
+
+namespace velatura::integrator {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// Pixel rectangles of whole film tiles, so that no two tasks touch one film tile.
+std::vector<film::Window> make_tiles(const film::Window& w, int tile_size) {
+    const int unit = film::Film::tile_size;
+    const int size = std::max(1, (tile_size + unit - 1) / unit) * unit;
+    std::vector<film::Window> tiles;
+    for (int y = w.y0; y < w.y1; y += size) {
+        for (int x = w.x0; x < w.x1; x += size) {
+            tiles.push_back({x, y, std::min(x + size, w.x1), std::min(y + size, w.y1)});
+        }
+    }
+    return tiles;
+}
+
+/// Work of one render: counts what is done and tells the callback.
+class Progress {
+  public:
+    Progress(const film::Film& film, const RenderOptions& options, const RenderCallbacks& callbacks)
+        : callbacks_(callbacks),
+          pixels_(double(film.window().pixel_count())),
+          samples_(double(options.end_sample - options.first_sample)),
+          time_budget_s_(options.time_budget_s),
+          start_(Clock::now()) {}
+
+    void add(double pixel_samples, const RayCounts& counts) {
+        std::lock_guard lock(mutex_);
+        done_ += pixel_samples;
+        rays_ += counts;
+        report();
+    }
+
+    void set_error(std::optional<double> error) {
+        std::lock_guard lock(mutex_);
+        error_ = error;
+        report();
+    }
+
+    double elapsed_s() const { return seconds_since(start_); }
+
+    RayCounts rays() const {
+        std::lock_guard lock(mutex_);
+        return rays_;
+    }
+
+  private:
+    void report() const {
+        if (!callbacks_.progress) return;
+        RenderState state;
+        state.samples_per_pixel = done_ / pixels_;
+        state.elapsed_s = elapsed_s();
+        state.fraction = done_ / (pixels_ * samples_);
+        if (time_budget_s_ > 0) state.fraction = std::max(state.fraction, std::min(1.0, state.elapsed_s / time_budget_s_));
+        if (state.fraction > 0.0) state.left_s = state.elapsed_s * (1.0 - state.fraction) / state.fraction;
+        state.error = error_;
+        state.rays = rays_;
+        callbacks_.progress(state);
+    }
+
+    const RenderCallbacks& callbacks_;
+    mutable std::mutex mutex_;
+    double pixels_, samples_, done_ = 0, time_budget_s_;
+    Clock::time_point start_;
+    std::optional<double> error_;
+    RayCounts rays_;
+};
+
+class Runner {
+  public:
+    Runner(film::Film& film, const RenderOptions& options, const SampleFunction& sample, const RenderCallbacks& callbacks)
+        : film_(film), sample_(sample), callbacks_(callbacks), tiles_(make_tiles(film.window(), options.tile_size)), progress_(film, options, callbacks) {}
+
+    bool is_stopped() const { return callbacks_.stop && callbacks_.stop->load(std::memory_order_relaxed); }
+    Progress& progress() { return progress_; }
+
+    /// Samples [first, end) of every pixel. Returns false when stopped inside.
+    bool run(uint64_t first, uint64_t end) {
+        std::atomic<bool> complete = true;
+        parallel_for(tiles_.size(), [&](size_t i) {
+            if (!run_tile(tiles_[i], first, end)) complete = false;
+        });
+        return complete;
+    }
+
+  private:
+    bool run_tile(const film::Window& tile, uint64_t first, uint64_t end) {
+        film::PixelAccumulator accumulator(film_.layer_set());
+        film::SampleRadiance radiance(film_.layer_set());
+        for (int y = tile.y0; y < tile.y1; ++y) {
+            RayCounts counts;
+            for (int x = tile.x0; x < tile.x1; ++x) {
+                if (is_stopped()) return false;
+                film_.begin_pixel(accumulator, x, y, first);
+                for (uint64_t s = first; s < end; ++s) {
+                    radiance.clear();
+                    sample_(x, y, s, radiance, counts);
+                    accumulator.add(radiance);
+                }
+                film_.end_pixel(accumulator);
+            }
+            progress_.add(double(tile.width()) * double(end - first), counts);
+        }
+        return true;
+    }
+
+    film::Film& film_;
+    const SampleFunction& sample_;
+    const RenderCallbacks& callbacks_;
+    std::vector<film::Window> tiles_;
+    Progress progress_;
+};
+
+RenderResult run_tile_mode(Runner& runner, const RenderOptions& options) {
+    RenderResult result;
+    result.end_sample = options.end_sample;
+    if (!runner.run(options.first_sample, options.end_sample)) {
+        result.reason = StopReason::Interrupted;
+        result.is_uniform = false;
+    }
+    return result;
+}
+
+RenderResult run_progressive_mode(film::Film& film, Runner& runner, const RenderOptions& options, const RenderCallbacks& callbacks) {
+    RenderResult result;
+    result.end_sample = options.first_sample;
+    uint64_t longest = std::numeric_limits<uint64_t>::max();
+    double last_snapshot_s = 0;
+    while (result.end_sample < options.end_sample) {
+        const uint64_t end = pass_end(result.end_sample, options.end_sample, longest);
+        const double pass_start_s = runner.progress().elapsed_s();
+        if (!runner.run(result.end_sample, end)) {
+            result.reason = StopReason::Interrupted;
+            result.is_uniform = false;
+            return result;
+        }
+        const uint64_t pass_samples = end - result.end_sample;
+        result.end_sample = end;
+
+        const film::NoiseEstimate noise = film.noise();
+        if (noise.is_known) runner.progress().set_error(noise.relative_error);
+        const double now_s = runner.progress().elapsed_s();
+        const bool is_done = end == options.end_sample;
+        if (options.target_error > 0 && noise.is_known && noise.high <= options.target_error && !is_done) {
+            result.reason = StopReason::TargetError;
+            return result;
+        }
+        if (options.time_budget_s > 0 && now_s >= options.time_budget_s && !is_done) {
+            result.reason = StopReason::TimeBudget;
+            return result;
+        }
+        const bool is_due = options.snapshot_interval_s > 0 && now_s - last_snapshot_s >= options.snapshot_interval_s;
+        const bool is_wanted = callbacks.snapshot_requested && callbacks.snapshot_requested();
+        if (callbacks.snapshot && !is_done && (is_due || is_wanted)) {
+            callbacks.snapshot(film);
+            last_snapshot_s = runner.progress().elapsed_s();
+        }
+
+        // A pass must not outlast the wait for the next interim picture or the rest of the time budget
+        double longest_s = std::numeric_limits<double>::infinity();
+        if (options.snapshot_interval_s > 0) longest_s = options.snapshot_interval_s;
+        if (options.time_budget_s > 0) longest_s = std::min(longest_s, options.time_budget_s - now_s);
+        const double sample_s = (now_s - pass_start_s) / double(pass_samples);
+        if (std::isfinite(longest_s) && sample_s > 0) {
+            longest = std::bit_floor(uint64_t(std::clamp(longest_s / sample_s, 1.0, 1e18)));
+        }
+    }
+    return result;
+}
+
+}  // namespace
+
+uint64_t pass_end(uint64_t first, uint64_t end, uint64_t longest) {
+    // The largest aligned power of two that starts here; from 0 on that gives 1, 1, 2, 4, 8 …
+    uint64_t size = first == 0 ? 1 : first & (~first + 1);
+    size = std::min(size, std::bit_floor(longest));
+    return std::min(first + size, end);
+}
+
+RenderResult run_schedule(film::Film& film, const RenderOptions& options, const SampleFunction& sample, const RenderCallbacks& callbacks) {
+    Runner runner(film, options, sample, callbacks);
+    RenderResult result = options.mode == RenderMode::Tile ? run_tile_mode(runner, options) : run_progressive_mode(film, runner, options, callbacks);
+    result.seconds = runner.progress().elapsed_s();
+    result.rays = runner.progress().rays();
+    return result;
+}
+
+}  // namespace velatura::integrator

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "film/film.h"
+#include "integrator/ray_counts.h"
+#include "integrator/render_options.h"
+
+namespace velatura::integrator {
+
+/// Traces sample `sample` of pixel (x, y) into `out`, which is cleared.
+using SampleFunction = std::function<void(int x, int y, uint64_t sample, film::SampleRadiance& out, RayCounts& counts)>;
+
+/// How far a render is. `error` is the relative standard error of the picture so far, where it is known.
+struct RenderState {
+    double fraction = 0;
+    double samples_per_pixel = 0;
+    double elapsed_s = 0;
+    std::optional<double> left_s;
+    std::optional<double> error;
+    RayCounts rays;
+};
+
+struct RenderCallbacks {
+    /// Called often, from any rendering thread but one at a time.
+    std::function<void(const RenderState&)> progress;
+    /// Called between passes with every pixel at the same sample count, when an interim picture is due.
+    std::function<void(const film::Film&)> snapshot;
+    /// Asked between passes: true = an interim picture is wanted now, whatever the interval.
+    std::function<bool()> snapshot_requested;
+    /// Set to stop: no further sample is started.
+    const std::atomic<bool>* stop = nullptr;
+};
+
+enum class StopReason : uint8_t { Complete, TimeBudget, TargetError, Interrupted };
+
+struct RenderResult {
+    StopReason reason = StopReason::Complete;
+    uint64_t end_sample = 0;  ///< every pixel has samples [first_sample, end_sample)
+    bool is_uniform = true;   ///< false: interrupted inside a pass; pixels differ in their sample count
+    double seconds = 0;
+    RayCounts rays;
+};
+
+/// Sample ranges of the passes of a progressive render that starts at `first`: [0,1) [1,2) [2,4) [4,8) …, each aligned
+/// to its power of two and no longer than `longest`.
+/// Returns: the end of the pass that starts at `first`.
+uint64_t pass_end(uint64_t first, uint64_t end, uint64_t longest);
+
+/// Runs the sample function for all samples of all pixels of the film's window, in parallel, tile by tile or pass by
+/// pass. The film's content depends on neither.
+RenderResult run_schedule(film::Film& film, const RenderOptions& options, const SampleFunction& sample, const RenderCallbacks& callbacks);
+
+}  // namespace velatura::integrator

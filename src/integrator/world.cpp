@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "integrator/world.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "accel/bvh.h"
+
+namespace velatura::integrator {
+
+namespace {
+
+/// Runs `make` and stores how long it took.
+template <class Make>
+auto timed(double& seconds, Make make) {
+    struct Stopwatch {
+        double& seconds;
+        std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+
+        ~Stopwatch() { seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); }
+    };
+    const Stopwatch stopwatch{seconds};
+    return make();
+}
+
+}  // namespace
+
+World::World(const scene::Scene& s, const WorldOptions& options, const lights::ImageLoader& load_image, Diagnostics& diagnostics)
+    : scene(s),
+      geometry(timed(times.tessellate_s, [&] { return geometry::GeometrySet(s); })),
+      accelerator(timed(times.accelerator_s, [&] { return accel::build_bvh(s, geometry); })),
+      materials(s, diagnostics),
+      // Every non-delta vertex combines light and BSDF sampling, which is what compensation asks for
+      lights(timed(times.lights_s, [&] { return lights::LightSet(s, load_image, diagnostics, {.compensate_mis = true}); })),
+      selector(lights, accelerator->bounds(), {.kind = options.light_selection}),
+      camera(s.camera, options.width, options.height),
+      has_lobe_multipliers(std::any_of(s.lights.begin(), s.lights.end(), [](const scene::Light& l) {
+          return l.diffuse_multiplier != 1.0f || l.specular_multiplier != 1.0f;
+      })) {}
+
+}  // namespace velatura::integrator

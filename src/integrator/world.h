@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include "accel/accelerator.h"
+#include "base/diagnostics.h"
+#include "camera/camera_model.h"
+#include "geometry/geometry_set.h"
+#include "lights/light_selector.h"
+#include "lights/light_set.h"
+#include "scene/scene.h"
+#include "shading/material_evaluator.h"
+
+namespace velatura::integrator {
+
+struct WorldOptions {
+    int width = 0, height = 0;  ///< whole picture, pixels
+    lights::SelectionKind light_selection = lights::SelectionKind::Power;
+};
+
+/// Seconds spent on preparing a frame.
+struct WorldTimes {
+    double tessellate_s = 0;
+    double accelerator_s = 0;
+    double materials_s = 0;
+    double lights_s = 0;
+};
+
+/// Everything that rays need, made from a Scene. Immutable once built; the scene must outlive it.
+struct World {
+    World(const scene::Scene& scene, const WorldOptions& options, const lights::ImageLoader& load_image, Diagnostics& diagnostics);
+    World(const World&) = delete;
+    World& operator=(const World&) = delete;
+
+    const scene::Scene& scene;
+    WorldTimes times;
+    geometry::GeometrySet geometry;
+    std::unique_ptr<accel::Accelerator> accelerator;
+    shading::MaterialEvaluator materials;
+    lights::LightSet lights;
+    lights::LightSelector selector;
+    camera::CameraModel camera;
+    bool has_lobe_multipliers = false;  ///< some light has a diffuse or specular multiplier other than 1
+};
+
+}  // namespace velatura::integrator

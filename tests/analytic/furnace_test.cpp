@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// Furnaces: energy that must come out exactly (RIGOR §2.2, H20, H31).
+#include <cmath>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "test_scene.h"
+
+namespace velatura::test {
+
+namespace {
+
+TestScene closed_ball(float albedo, float Le) {
+    TestScene test;
+    test.add_faceted_ball(1.0f, test.add_matte(Rgb(albedo), Rgb(Le)));
+    test.look_with_perspective(0.5);
+    return test;
+}
+
+}  // namespace
+
+TEST(Furnace, ClosedDiffuseBallPerBounce) {
+    // Inside any closed surface of albedo ρ that emits Le, bounce k brings Le·ρ^k: without roulette on every path
+    const RenderedLayers layers = render(closed_ball(0.5f, 0.5f), {.size = 16, .samples = 64, .last_bounce = 8, .roulette_start = 9});
+    for (int k = 0; k <= 8; ++k) {
+        expect_close(layers.bounce(k), 0.5 * std::pow(0.5, k), 1e-6, fmt::format("closed ball, bounce {}", k));
+    }
+}
+
+TEST(Furnace, RouletteIsUnbiasedPerBounce) {
+    const RenderedLayers layers = render(closed_ball(0.9f, 0.1f), {.size = 32, .samples = 512, .last_bounce = 5});
+    for (int k = 3; k <= 5; ++k) {
+        expect_close(layers.bounce(k), 0.1 * std::pow(double(0.9f), k), 6e-3, fmt::format("closed ball with roulette, bounce {}", k));
+    }
+    expect_close(layers.beauty(), 1.0, 6e-3, "closed ball with roulette, total");
+}
+
+TEST(Furnace, ClosedBallStoppedAtADepth) {
+    const RenderedLayers layers = render(closed_ball(0.5f, 0.5f), {.size = 16, .samples = 64, .last_bounce = 1, .max_depth = 8, .roulette_start = 100});
+    expect_close(layers.beauty(), 1.0 - std::pow(0.5, 9), 1e-6, "closed ball, cut after 8 scatterings");
+}
+
+TEST(Furnace, ClosedBallOfHighAlbedo) {
+    const RenderedLayers layers = render(closed_ball(0.99f, 0.01f), {.size = 16, .samples = 256, .last_bounce = 1});
+    expect_close(layers.beauty(), 1.0, 3e-2, "closed ball of albedo 0.99");
+}
+
+namespace {
+
+/// A sphere in a dome of radiance 1: every pixel must be 1 when no energy is lost.
+Estimate sphere_in_dome(const scene::Material& material, uint64_t samples) {
+    TestScene test;
+    test.add_sphere(Vec3(0.0f, 0.0f, -4.0f), 1.0, test.add_material(material));
+    test.add_light(scene::LightKind::Dome, Mat4d()).is_camera_visible = true;
+    // A window inside the sphere's outline, out to where it is seen at 70 degrees
+    test.look_with_perspective(0.16);
+    return render(test, {.size = 32, .samples = samples, .last_bounce = 2}).beauty();
+}
+
+}  // namespace
+
+class MetalFurnace : public testing::TestWithParam<float> {};
+
+TEST_P(MetalFurnace, IsOne) {
+    scene::Material metal;
+    metal.diffuse_color = scene::Input(Rgb(1.0f));
+    metal.metallic = scene::Input(1.0f);
+    metal.roughness = scene::Input(GetParam());
+    expect_close(sphere_in_dome(metal, 1024), 1.0, 1e-3, fmt::format("white metal, roughness {}", GetParam()));
+}
+
+INSTANTIATE_TEST_SUITE_P(Roughness, MetalFurnace, testing::Values(0.0f, 0.1f, 0.5f, 1.0f));
+
+class DielectricFurnace : public testing::TestWithParam<float> {};
+
+TEST_P(DielectricFurnace, OpaqueWhiteIsOne) {
+    scene::Material plastic;
+    plastic.diffuse_color = scene::Input(Rgb(1.0f));
+    plastic.roughness = scene::Input(GetParam());
+    expect_close(sphere_in_dome(plastic, 256), 1.0, 1e-3, fmt::format("white plastic, roughness {}", GetParam()));
+}
+
+TEST_P(DielectricFurnace, GlassIsOne) {
+    scene::Material glass;
+    glass.diffuse_color = scene::Input(Rgb(1.0f));
+    glass.roughness = scene::Input(GetParam());
+    glass.opacity = scene::Input(0.0f);
+    expect_close(sphere_in_dome(glass, 128), 1.0, 2e-3, fmt::format("glass, roughness {}", GetParam()));
+}
+
+TEST_P(DielectricFurnace, CoatedWhiteIsOne) {
+    scene::Material coated;
+    coated.diffuse_color = scene::Input(Rgb(1.0f));
+    coated.roughness = scene::Input(GetParam());
+    coated.clearcoat = scene::Input(1.0f);
+    const Estimate e = sphere_in_dome(coated, 64);
+    EXPECT_LE(e.mean, 1.0 + 1e-3 + 4.0 * e.standard_error);
+    EXPECT_GE(e.mean, 0.9) << "a coat must not swallow light";
+}
+
+INSTANTIATE_TEST_SUITE_P(Roughness, DielectricFurnace, testing::Values(0.0f, 0.1f, 0.5f, 1.0f));
+
+}  // namespace velatura::test

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "test_scene.h"
+
+#include <cmath>
+#include <memory>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "integrator/schedule.h"
+
+namespace velatura::test {
+
+TestScene::TestScene() {
+    scene.groups.push_back({"emissive", {}, false});
+    look_at_point(1e-4);
+    scene.camera.clip_near = 0;
+}
+
+scene::MaterialId TestScene::add_material(const scene::Material& material) {
+    scene.materials.push_back(material);
+    return scene::MaterialId(scene.materials.size() - 1);
+}
+
+scene::MaterialId TestScene::add_matte(const Rgb& albedo, const Rgb& emission) {
+    scene::Material material;
+    material.has_specular = false;
+    material.diffuse_color = scene::Input(albedo);
+    material.emissive_color = scene::Input(emission);
+    return add_material(material);
+}
+
+void TestScene::add_square(float z, float half_size, scene::MaterialId material) {
+    scene::Mesh mesh;
+    mesh.points = {{-half_size, -half_size, z}, {half_size, -half_size, z}, {half_size, half_size, z}, {-half_size, half_size, z}};
+    mesh.face_vertex_counts = {4};
+    mesh.face_vertex_indices = {0, 1, 2, 3};
+    scene::Shape shape;
+    shape.geometry = mesh;
+    shape.material = material;
+    scene.shapes.push_back(shape);
+}
+
+void TestScene::add_sphere(const Vec3& centre, double radius, scene::MaterialId material) {
+    scene::Gprim sphere;
+    sphere.kind = scene::Gprim::Kind::Sphere;
+    sphere.radius = radius;
+    sphere.shape_from_gprim.setTranslation(Vec3d(centre));
+    scene::Shape shape;
+    shape.geometry = sphere;
+    shape.material = material;
+    scene.shapes.push_back(shape);
+}
+
+void TestScene::add_faceted_ball(float radius, scene::MaterialId material) {
+    constexpr int rings = 12, segments = 16;
+    scene::Mesh mesh;
+    for (int i = 0; i <= rings; ++i) {
+        const float theta = pi * float(i) / float(rings);
+        for (int j = 0; j < segments; ++j) {
+            const float phi = 2.0f * pi * float(j) / float(segments);
+            mesh.points.push_back(Vec3(std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi)) * radius);
+        }
+    }
+    // The rings at the poles have no width, so that their quadrangles are triangles
+    for (int j = 0; j < segments; ++j) mesh.points[size_t(j)] = Vec3(0, radius, 0);
+    for (int j = 0; j < segments; ++j) mesh.points[size_t(rings * segments + j)] = Vec3(0, -radius, 0);
+    for (uint32_t i = 0; i < rings; ++i) {
+        for (uint32_t j = 0; j < segments; ++j) {
+            const uint32_t next = (j + 1) % segments;
+            mesh.face_vertex_counts.push_back(4);
+            for (const uint32_t v : {i * segments + j, i * segments + next, (i + 1) * segments + next, (i + 1) * segments + j}) mesh.face_vertex_indices.push_back(v);
+        }
+    }
+    scene::Shape shape;
+    shape.geometry = mesh;
+    shape.material = material;
+    scene.shapes.push_back(shape);
+}
+
+scene::Light& TestScene::add_light(scene::LightKind kind, const Mat4d& render_from_light) {
+    scene::Light light;
+    light.kind = kind;
+    light.name = fmt::format("/Light{}", scene.lights.size());
+    light.group = scene::GroupId(scene.groups.size() - 1);
+    light.render_from_light = render_from_light;
+    light.is_camera_visible = false;
+    scene.groups.insert(scene.groups.end() - 1, {fmt::format("light{}", scene.lights.size()), {light.name}, kind == scene::LightKind::Dome});
+    scene.lights.push_back(light);
+    return scene.lights.back();
+}
+
+void TestScene::look_at_point(double half_window) {
+    scene.camera.projection = scene::Camera::Projection::Orthographic;
+    scene.camera.window_left = scene.camera.window_bottom = -half_window;
+    scene.camera.window_right = scene.camera.window_top = half_window;
+}
+
+void TestScene::look_with_perspective(double half_window) {
+    look_at_point(half_window);
+    scene.camera.projection = scene::Camera::Projection::Perspective;
+}
+
+RenderedLayers render(const TestScene& test, const TestRenderOptions& options) {
+    Diagnostics diagnostics;
+    film::LayerSet layers;
+    layers.last_bounce = options.last_bounce;
+    layers.matrix_layers = layers.shadow_layers = true;
+    for (const scene::LightGroup& g : test.scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+
+    const integrator::World world(test.scene, {.width = options.size, .height = options.size}, {}, diagnostics);
+    const integrator::PathTracer tracer(world, layers, {.seed = options.seed, .max_depth = options.max_depth, .filter = sampling::FilterKind::Box, .roulette_start = options.roulette_start});
+    RenderedLayers out{film::Film({0, 0, options.size, options.size}, layers), int(layers.groups.size())};
+    integrator::RenderOptions schedule;
+    schedule.mode = integrator::RenderMode::Tile;
+    schedule.tile_size = 16;
+    schedule.end_sample = options.samples;
+    integrator::run_schedule(
+        out.film, schedule,
+        [&](int x, int y, uint64_t s, film::SampleRadiance& radiance, integrator::RayCounts& counts) { tracer.trace(x, y, s, radiance, counts); }, {});
+    for (const Diagnostic& d : diagnostics.all()) ADD_FAILURE() << diagnostics.format(d);
+    EXPECT_EQ(out.film.invalid_count(), 0u);
+    return out;
+}
+
+namespace {
+
+/// Mean and standard error over pixels of the sum of the accumulators, per sample.
+Estimate over_pixels(const film::Film& film, const std::vector<uint32_t>& accumulators, int channel) {
+    const film::Window& w = film.window();
+    double sum = 0, sum_of_squares = 0;
+    const double n = double(w.pixel_count());
+    for (int y = w.y0; y < w.y1; ++y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+            double v = 0;
+            for (const uint32_t a : accumulators) {
+                const image::Triple sum_of_samples = film.sums().total(x, y, a);
+                v += channel == 0 ? sum_of_samples.x : channel == 1 ? sum_of_samples.y : sum_of_samples.z;
+            }
+            const image::PixelRecord& record = film.sums().record(x, y);
+            v /= double(record.end - record.first);
+            sum += v;
+            sum_of_squares += v * v;
+        }
+    }
+    const double mean = sum / n;
+    const double variance = std::max(0.0, sum_of_squares / n - mean * mean) * n / (n - 1.0);
+    return {mean, std::sqrt(variance / n)};
+}
+
+}  // namespace
+
+Estimate RenderedLayers::bounce(int column, int group, int channel) const {
+    std::vector<uint32_t> cells;
+    for (int g = 0; g < groups; ++g) {
+        if (group < 0 || g == group) cells.push_back(film.sums().table().matrix(column, g));
+    }
+    return over_pixels(film, cells, channel);
+}
+
+Estimate RenderedLayers::beauty(int channel) const { return over_pixels(film, {image::AccumulatorTable::beauty}, channel); }
+
+Estimate RenderedLayers::unoccluded(int group, int channel) const {
+    return over_pixels(film, {film.sums().table().unoccluded(group)}, channel);
+}
+
+void expect_close(const Estimate& e, double expected, double relative, const std::string& what) {
+    const double scale = expected != 0.0 ? std::abs(expected) : 1.0;
+    fmt::print("{:52} measured {:.7g} expected {:.7g} deviation {:+.2e} detectable {:.2e} bound {:.0e}\n", what, e.mean, expected,
+               (e.mean - expected) / scale, e.detectable() / scale, relative);
+    // Rounding in float is no noise: below 1e-6 the standard error says nothing
+    EXPECT_LE(std::abs(e.mean - expected), std::max(4.0 * e.standard_error, 1e-6 * scale)) << what;
+    EXPECT_LE(std::abs(e.mean - expected), relative * scale) << what;
+    EXPECT_LE(e.detectable(), relative * scale) << what << ": the test could not see its bound; more samples are needed";
+}
+
+}  // namespace velatura::test

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "film/film.h"
+#include "integrator/path_tracer.h"
+#include "scene/scene.h"
+
+namespace velatura::test {
+
+/// A mean over pixels that are independent estimates of one number, with its standard error.
+struct Estimate {
+    double mean = 0;
+    double standard_error = 0;
+
+    /// Smallest deviation that a 4-sigma test would see with 90 % power: (4 + 1.2816) standard errors.
+    double detectable() const { return 5.2816 * standard_error; }
+};
+
+/// Scenes made by hand. Camera at the render-space origin, looking along −Z.
+class TestScene {
+  public:
+    TestScene();
+
+    /// Lambert (or UsdPreviewSurface) material.
+    scene::MaterialId add_matte(const Rgb& albedo, const Rgb& emission = Rgb(0.0f));
+    scene::MaterialId add_material(const scene::Material& material);
+
+    /// Horizontal square at z = `z`, facing +Z, centred on the axis.
+    void add_square(float z, float half_size, scene::MaterialId material);
+    void add_sphere(const Vec3& centre, double radius, scene::MaterialId material);
+    /// Closed ball of flat facets around the origin: no interpolated normals, whose bending would lose energy.
+    void add_faceted_ball(float radius, scene::MaterialId material);
+
+    /// A light in a group of its own; returns the light to be changed.
+    scene::Light& add_light(scene::LightKind kind, const Mat4d& render_from_light);
+
+    /// Orthographic camera that sees a window of this half size around the axis: all pixels see one point.
+    void look_at_point(double half_window);
+    void look_with_perspective(double half_window_at_1);
+
+    scene::Scene scene;
+};
+
+/// What a rendered layer holds.
+struct RenderedLayers {
+    film::Film film;
+    int groups = 0;
+
+    /// Mean of channel `channel` of a (bounce column, group) cell over the pixels; group < 0 = all groups.
+    Estimate bounce(int column, int group = -1, int channel = 0) const;
+    Estimate beauty(int channel = 0) const;
+    Estimate unoccluded(int group, int channel = 0) const;
+};
+
+struct TestRenderOptions {
+    int size = 32;
+    uint64_t samples = 64;
+    int last_bounce = 4;
+    int max_depth = 0;
+    int roulette_start = 3;
+    uint64_t seed = 1;
+};
+
+RenderedLayers render(const TestScene& test, const TestRenderOptions& options = {});
+
+/// Expects |mean − expected| within 4 standard errors and within `relative` of it, and that the test could see a
+/// deviation of `relative`; prints the smallest detectable error.
+void expect_close(const Estimate& estimate, double expected, double relative, const std::string& what);
+
+}  // namespace velatura::test

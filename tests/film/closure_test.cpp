@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/resolve.h"
+#include "film/film_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+
+namespace velatura::film {
+namespace {
+
+const Window window{0, 0, 20, 18};
+
+TEST(Closure, BeautyIsTheFoldOfTheStoredLayersBitForBit) {
+    for (const int variant : {0, 1, 2, 3}) {
+        LayerSet set = test_layer_set();
+        set.matrix_layers = variant == 1 || variant == 3;
+        set.bounce_layers = variant != 2;
+        set.float_layers = variant == 3;
+        Film film(window, set);
+        render(film, 0, 7);
+        const auto layers = image::resolve_layers(film.sums());
+        ASSERT_EQ(layers.first_failure, "");
+        ASSERT_FALSE(layers.closure.empty());
+        EXPECT_EQ(layers.closure[0].family, variant == 2        ? "groups"
+                                            : set.matrix_layers ? "matrix"
+                                                                : "bounces");
+        for (const char* c : {"R", "G", "B"}) {
+            for (size_t i = 0; i < window.pixel_count(); ++i) {
+                float fold = 0.0f;
+                for (const std::string& layer : layers.closure[0].order) {
+                    fold += layers.image.find(layer + "." + c)->value(i);
+                }
+                ASSERT_EQ(std::bit_cast<uint32_t>(fold),
+                          std::bit_cast<uint32_t>(layers.image.find(c)->value(i)));
+            }
+        }
+        for (const auto& family : layers.closure) {
+            EXPECT_GT(family.measured, 0.0) << family.family;
+            EXPECT_LE(family.measured, 1.0) << family.family;
+        }
+    }
+}
+
+TEST(Closure, MatrixMarginsAreTheBouncesAndGroups) {
+    LayerSet with = test_layer_set(), without = test_layer_set();
+    with.matrix_layers = true;
+    with.float_layers = without.float_layers = true;
+    with.shadow_layers = without.shadow_layers = true;
+    Film a(window, with), b(window, without);
+    render(a, 0, 8);
+    render(b, 0, 8);
+    const auto matrix = image::resolve_layers(a.sums()), direct = image::resolve_layers(b.sums());
+    for (const auto& entry : direct.layers) {
+        if (entry.is_empty || entry.family == "beauty" || entry.family == "data") continue;
+        for (const char* c : {".R", ".G", ".B"}) {
+            const image::Channel* x = matrix.image.find(entry.name + c);
+            const image::Channel* y = direct.image.find(entry.name + c);
+            ASSERT_TRUE(x && y) << entry.name;
+            for (size_t i = 0; i < x->size(); ++i) {
+                // Two orders of the same double sum, then one rounding to float
+                ASSERT_NEAR(x->value(i), y->value(i), 4e-7f * (std::abs(y->value(i)) + 10.0f))
+                    << entry.name;
+            }
+        }
+    }
+}
+
+TEST(Closure, ShadowIsUnoccludedMinusDirect) {
+    LayerSet set = test_layer_set();
+    set.matrix_layers = set.shadow_layers = set.float_layers = true;
+    Film film({0, 0, 1, 1}, set);
+    SampleRadiance s(set);
+    PixelAccumulator acc(set);
+    film.begin_pixel(acc, 0, 0, 0);
+    for (int i = 0; i < 4; ++i) {
+        s.clear();
+        s.add_unoccluded(0, Rgb(8.0f, 4.0f, 2.0f));
+        if (i == 0) s.add(1, 0, Rgb(8.0f, 4.0f, 2.0f));
+        acc.add(s);
+    }
+    film.end_pixel(acc);
+    const auto layers = image::resolve_layers(film.sums());
+    EXPECT_EQ(layers.image.find("U_key.R")->value(0), 8.0f);
+    EXPECT_EQ(layers.image.find("b1_key.R")->value(0), 2.0f);
+    EXPECT_EQ(layers.image.find("S_key.R")->value(0), 6.0f);
+    EXPECT_EQ(layers.image.find("S_key.B")->value(0), 1.5f);
+    // The light that never shines takes no channel, but a line in the list
+    EXPECT_EQ(layers.image.find("U_off.R"), nullptr);
+}
+
+TEST(Closure, LayersThatOverflowHalfAreStoredFloat) {
+    for (const float size : {65504.0f, 65505.0f, 3e30f}) {
+        LayerSet set = test_layer_set();
+        Film film({0, 0, 1, 1}, set);
+        SampleRadiance s(set);
+        PixelAccumulator acc(set);
+        film.begin_pixel(acc, 0, 0, 0);
+        s.add(1, 0, Rgb(size, 1.0f, 1.0f));
+        s.add(2, 1, Rgb(1.0f));
+        acc.add(s);
+        film.end_pixel(acc);
+        const auto layers = image::resolve_layers(film.sums());
+        const bool overflows = size > 65504.0f;
+        EXPECT_EQ(layers.image.find("b1.R")->type() == image::ChannelType::Float, overflows);
+        EXPECT_EQ(layers.image.find("b1.R")->value(0), size);
+        EXPECT_EQ(layers.image.find("b2.R")->type(), image::ChannelType::Half);
+        EXPECT_EQ(layers.overflowed.size(), overflows ? 2u : 0u);  // b1 and C_key
+        EXPECT_EQ(layers.first_failure, "");
+    }
+}
+
+TEST(Closure, ValuesThatAreNotFiniteFail) {
+    LayerSet set = test_layer_set();
+    Film film({0, 0, 1, 1}, set);
+    SampleRadiance s(set);
+    PixelAccumulator acc(set);
+    film.begin_pixel(acc, 0, 0, 0);
+    // Two finite deposits whose sum is beyond float
+    s.add(1, 0, Rgb(3e38f));
+    s.add(1, 0, Rgb(3e38f));
+    acc.add(s);
+    film.end_pixel(acc);
+    EXPECT_NE(image::resolve_layers(film.sums()).first_failure, "");
+    const auto written = film.write(temporary_file("infinite.exr"), {});
+    ASSERT_FALSE(written.has_value());
+    EXPECT_EQ(written.error().code, "closure-failed");
+}
+
+}  // namespace
+}  // namespace velatura::film

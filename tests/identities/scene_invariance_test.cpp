@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// Moving or scaling a whole scene by powers of two changes no bit of the picture (RIGOR H05, H06).
+#include <cmath>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "usd_render.h"
+
+namespace velatura::test {
+
+namespace {
+
+integrator::RenderOptions few_samples() {
+    integrator::RenderOptions options;
+    options.end_sample = 4;
+    return options;
+}
+
+film::Film render_room(const std::string& root_ops) { return render_scene(scene_from_usda(room_usda(root_ops), 48, 36), few_samples()); }
+
+/// relMSE of DESIGN §8 over all pixels and channels.
+double relative_mse(const std::vector<double>& a, const std::vector<double>& reference) {
+    double sum = 0;
+    for (size_t i = 0; i < a.size(); ++i) sum += (a[i] - reference[i]) * (a[i] - reference[i]) / (reference[i] * reference[i] + 0.01);
+    return sum / double(a.size());
+}
+
+}  // namespace
+
+TEST(H05FarFromTheOrigin, ShiftOnAGridIsBitIdentical) {
+    const std::vector<double> at_origin = beauty(render_room(""));
+    const std::string shift = R"(
+    double3 xformOp:translate = (1073741824, -1073741824, 1073741824)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+)";
+    EXPECT_EQ(beauty(render_room(shift)), at_origin);
+}
+
+TEST(H05FarFromTheOrigin, AnyShiftLeavesThePictureAlone) {
+    const std::vector<double> at_origin = beauty(render_room(""));
+    const std::string shift = R"(
+    double3 xformOp:translate = (123456789.123, -98765432.1, 1e8)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+)";
+    // Positions move by at most 2^-27 of a unit, which turns few paths at edges
+    const double error = relative_mse(beauty(render_room(shift)), at_origin);
+    fmt::print("relMSE after a shift of 1e8: {:.3g}\n", error);
+    EXPECT_LE(error, 1e-6);
+}
+
+class H06Scale : public testing::TestWithParam<int> {};
+
+TEST_P(H06Scale, IsBitIdentical) {
+    const std::vector<double> unscaled = beauty(render_room(""));
+    const double s = std::ldexp(1.0, GetParam());
+    const std::string scale = fmt::format(R"(
+    double3 xformOp:scale = ({0}, {0}, {0})
+    uniform token[] xformOpOrder = ["xformOp:scale"]
+)", fmt::format("{:.17g}", s));
+    EXPECT_EQ(beauty(render_room(scale)), unscaled);
+}
+
+INSTANTIATE_TEST_SUITE_P(PowersOfTwo, H06Scale, testing::Values(-20, -7, 1, 10, 20));
+
+}  // namespace velatura::test

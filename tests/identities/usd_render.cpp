@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "usd_render.h"
+
+#include <bit>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "base/atomic_file.h"
+#include "base/hash.h"
+#include "base/tasks.h"
+#include "integrator/path_tracer.h"
+#include "integrator/schedule.h"
+#include "integrator/world.h"
+#include "translate/translate.h"
+#include "usd/stage/stage.h"
+
+namespace velatura::test {
+
+scene::Scene scene_from_usda(const std::string& text, int width, int height) {
+    static int counter = 0;
+    const std::string path = (std::filesystem::temp_directory_path() / fmt::format("velatura_identity_{}_{}.usda", ::getpid(), counter++)).string();
+    const Result<void> written = write_file_atomically(path, text);
+    VELATURA_CHECK(written.has_value(), "cannot write a temporary scene");
+    Diagnostics diagnostics;
+    Result<usd::stage::Stage> stage = usd::stage::Stage::open(path, {}, diagnostics);
+    std::filesystem::remove(path);
+    for (const Diagnostic& d : diagnostics.all()) ADD_FAILURE() << diagnostics.format(d);
+    VELATURA_CHECK(stage.has_value(), "the scene of a test does not open");
+    translate::TranslateOptions options;
+    options.resolution = std::array<int, 2>{width, height};
+    options.time = 0.0;
+    Result<scene::Scene> scene = translate::translate_stage(*stage, options, diagnostics);
+    for (const Diagnostic& d : diagnostics.all()) {
+        if (d.severity == Severity::Error) ADD_FAILURE() << diagnostics.format(d);
+    }
+    VELATURA_CHECK(scene.has_value(), "the scene of a test does not translate");
+    return std::move(*scene);
+}
+
+film::Film render_scene(const scene::Scene& scene, const integrator::RenderOptions& options, int threads) {
+    const ThreadLimit limit(threads);
+    Diagnostics diagnostics;
+    film::LayerSet layers;
+    layers.last_bounce = 3;
+    layers.matrix_layers = layers.shadow_layers = layers.halves = true;
+    for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+    const integrator::World world(scene, {.width = scene.settings.width, .height = scene.settings.height}, {}, diagnostics);
+    const integrator::PathTracer tracer(world, layers, {.seed = options.seed});
+    film::Film film({0, 0, scene.settings.width, scene.settings.height}, layers);
+    integrator::run_schedule(
+        film, options,
+        [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); }, {});
+    EXPECT_EQ(film.invalid_count(), 0u);
+    return film;
+}
+
+uint64_t fingerprint(const film::Film& film) {
+    uint64_t h = 0;
+    const image::AccumulatorTable& table = film.sums().table();
+    for (int y = film.window().y0; y < film.window().y1; ++y) {
+        for (int x = film.window().x0; x < film.window().x1; ++x) {
+            for (uint32_t a = 0; a < table.total_count(); ++a) {
+                const image::Triple t = film.sums().total(x, y, a);
+                for (const double v : {t.x, t.y, t.z}) h = hash_combine(h, std::bit_cast<uint64_t>(v + 0.0));
+            }
+        }
+    }
+    return h;
+}
+
+std::vector<double> beauty(const film::Film& film) {
+    std::vector<double> out;
+    for (int y = film.window().y0; y < film.window().y1; ++y) {
+        for (int x = film.window().x0; x < film.window().x1; ++x) {
+            const image::Triple t = film.sums().total(x, y, image::AccumulatorTable::beauty);
+            out.insert(out.end(), {t.x, t.y, t.z});
+        }
+    }
+    return out;
+}
+
+std::string room_usda(const std::string& root_ops) {
+    // Every coordinate lies on a grid of 2^-10, so that a shift by 2^30 is exact in double
+    return R"usda(#usda 1.0
+(
+    defaultPrim = "Root"
+    upAxis = "Y"
+)
+def Xform "Root"
+{
+)usda" + root_ops +
+           R"usda(
+    def Camera "Cam"
+    {
+        float focalLength = 24
+        float2 clippingRange = (0, 0)
+        double3 xformOp:translate = (0, 1, 5)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+    def Mesh "Floor"
+    {
+        int[] faceVertexCounts = [4, 4]
+        int[] faceVertexIndices = [0, 1, 2, 3, 3, 2, 5, 4]
+        point3f[] points = [(-3, 0, 3), (3, 0, 3), (3, 0, -3), (-3, 0, -3), (-3, 4, -3), (3, 4, -3)]
+        uniform token subdivisionScheme = "none"
+        color3f[] primvars:displayColor = [(0.75, 0.5, 0.25)]
+    }
+    def Sphere "Ball" (prepend apiSchemas = ["MaterialBindingAPI"])
+    {
+        double radius = 0.75
+        rel material:binding = </Root/Gloss>
+        double3 xformOp:translate = (-1, 0.75, 0)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+    def Sphere "Glass" (prepend apiSchemas = ["MaterialBindingAPI"])
+    {
+        double radius = 0.5
+        rel material:binding = </Root/GlassMaterial>
+        double3 xformOp:translate = (0.25, 0.5, 1)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+    def Cube "Block" (prepend apiSchemas = ["MaterialBindingAPI"])
+    {
+        double size = 1
+        rel material:binding = </Root/Metal>
+        double3 xformOp:translate = (1.25, 0.5, 0)
+        float xformOp:rotateY = 30
+        uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateY"]
+    }
+    def Material "Gloss"
+    {
+        token outputs:surface.connect = </Root/Gloss/S.outputs:surface>
+        def Shader "S"
+        {
+            uniform token info:id = "UsdPreviewSurface"
+            color3f inputs:diffuseColor = (0.2, 0.4, 0.8)
+            float inputs:roughness = 0.3
+            float inputs:clearcoat = 0.5
+            token outputs:surface
+        }
+    }
+    def Material "GlassMaterial"
+    {
+        token outputs:surface.connect = </Root/GlassMaterial/S.outputs:surface>
+        def Shader "S"
+        {
+            uniform token info:id = "UsdPreviewSurface"
+            float inputs:opacity = 0
+            float inputs:roughness = 0
+            token outputs:surface
+        }
+    }
+    def Material "Metal"
+    {
+        token outputs:surface.connect = </Root/Metal/S.outputs:surface>
+        def Shader "S"
+        {
+            uniform token info:id = "UsdPreviewSurface"
+            color3f inputs:diffuseColor = (0.9, 0.7, 0.3)
+            float inputs:metallic = 1
+            float inputs:roughness = 0.2
+            token outputs:surface
+        }
+    }
+    def RectLight "Key"
+    {
+        float inputs:intensity = 6
+        float inputs:width = 1
+        float inputs:height = 2
+        double3 xformOp:translate = (2, 3, 2)
+        float xformOp:rotateX = -60
+        uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateX"]
+    }
+    def SphereLight "Lamp"
+    {
+        float inputs:intensity = 20
+        float inputs:radius = 0.25
+        color3f inputs:color = (1, 0.75, 0.5)
+        double3 xformOp:translate = (-2, 2.5, 1)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+    def DistantLight "Sun"
+    {
+        float inputs:intensity = 2000
+        float inputs:angle = 2
+        float xformOp:rotateX = -50
+        uniform token[] xformOpOrder = ["xformOp:rotateX"]
+    }
+    def DomeLight "Env"
+    {
+        float inputs:intensity = 0.25
+    }
+}
+)usda";
+}
+
+}  // namespace velatura::test

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "film/film.h"
+#include "integrator/render_options.h"
+#include "scene/scene.h"
+
+namespace velatura::test {
+
+/// Composes a .usda text and translates it; test failures for every diagnostic of severity error.
+scene::Scene scene_from_usda(const std::string& text, int width = 32, int height = 24);
+
+/// Renders all light layers of a scene at its own resolution.
+film::Film render_scene(const scene::Scene& scene, const integrator::RenderOptions& options, int threads = 0);
+
+/// A number that differs when any bit of any sum of any pixel does.
+uint64_t fingerprint(const film::Film& film);
+
+/// The beauty, channel by channel, row by row.
+std::vector<double> beauty(const film::Film& film);
+
+/// A small room: matte floor and walls, glossy ball, metal cube, glass ball, three kinds of light and a dome; 6 units
+/// wide, authored around the origin. `root_ops` are xformOp lines on the root prim that holds everything, camera included.
+std::string room_usda(const std::string& root_ops = "");
+
+}  // namespace velatura::test
