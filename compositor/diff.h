@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/result.h"
+#include "image/image.h"
+
+#include <string>
+#include <vector>
+
+namespace velatura::compositor {
+
+/// How far one channel group of two files is apart; B is the reference.
+struct LayerDifference {
+    std::string layer;
+    double largest = 0;    ///< max |a − b|
+    double mean = 0;       ///< mean |a − b|
+    double rel_mse = 0;    ///< mean((a − b)² / (b² + 0.01)), DESIGN §8
+    size_t different = 0;  ///< pixels with a different value
+    int x = 0, y = 0;      ///< where `largest` is
+    bool only_in_a = false, only_in_b = false;
+};
+
+struct Difference {
+    std::vector<LayerDifference> layers;
+    double worst_rel_mse = 0;
+    bool is_equal = false;  ///< same layers, all bits the same
+};
+
+/// Errors: "diff-window" (different data windows).
+Result<Difference> compare(const image::Image& a, const image::Image& b);
+
+/// A − B of every colour channel that both have, float.
+image::Image difference_image(const image::Image& a, const image::Image& b);
+
+}  // namespace velatura::compositor

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/merge.h"
+
+#include "compositor/layer_stack.h"
+#include "image/sums_part.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <tuple>
+
+namespace velatura::compositor {
+
+namespace {
+
+struct Input {
+    std::string path;
+    image::SampleInfo samples;
+    image::FileInfo info;
+    image::SampleSums sums;
+};
+
+Error refused(const std::string& why) {
+    return {"merge-refused", why};
+}
+
+Result<Input> read_input(const std::string& path) {
+    const auto stack = LayerStack::load(path);
+    if (!stack) return stack.error();
+    auto sums = image::read_sums(stack->image());
+    if (!sums && sums.error().code == "no-sums") {
+        return refused(
+            fmt::format("{} holds no sums to merge; render its part with --samples A:B", path));
+    }
+    if (!sums) return refused(fmt::format("{}: {}", path, sums.error().message));
+    return Input{path, stack->header().samples,
+                 image::file_info_of(stack->image(), stack->header()), std::move(*sums)};
+}
+
+/// Why two files are not parts of one render; empty if they are.
+std::string mismatch(const Input& a, const Input& b) {
+    const auto differ = [&](const std::string& what) {
+        return fmt::format("{} and {} {}", a.path, b.path, what);
+    };
+    if (a.samples.scene_hash != b.samples.scene_hash) return differ("show different scenes");
+    if (a.samples.settings_hash != b.samples.settings_hash)
+        return differ("were rendered with different settings");
+    if (a.samples.seed != b.samples.seed) return differ("have different seeds");
+    if (a.sums.window() != b.sums.window()) return differ("have different data windows");
+    if (a.sums.layer_set() != b.sums.layer_set()) return differ("store different layers");
+    return {};
+}
+
+/// Overlaps and gaps, pixel by pixel.
+std::string range_fault(const Input& a, const Input& b) {
+    const image::Window& w = a.sums.window();
+    for (int y = w.y0; y < w.y1; ++y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+            const image::PixelRecord& ra = a.sums.record(x, y);
+            const image::PixelRecord& rb = b.sums.record(x, y);
+            if (ra.end == rb.first || rb.first == rb.end) continue;
+            return fmt::format("{}: pixel {},{} has samples {}:{} in {} and {}:{} in {}",
+                               rb.first < ra.end ? "overlap" : "gap", x, y, ra.first, ra.end,
+                               a.path, rb.first, rb.end, b.path);
+        }
+    }
+    return {};
+}
+
+std::string merged_stats(const std::vector<Input>& inputs) {
+    nlohmann::ordered_json j;
+    j["mergedFrom"] = nlohmann::ordered_json::array();
+    for (const Input& input : inputs) {
+        const auto stats = nlohmann::ordered_json::parse(input.info.stats_json, nullptr, false);
+        nlohmann::ordered_json one;
+        one["samples"] = {input.samples.first, input.samples.end};
+        one["stats"] = stats.is_discarded() ? nlohmann::ordered_json() : stats;
+        j["mergedFrom"].push_back(std::move(one));
+    }
+    return j.dump();
+}
+
+}  // namespace
+
+Result<image::WriteReport> merge_files(std::vector<std::string> paths,
+                                       const std::string& output,
+                                       bool keep_sums) {
+    std::vector<Input> inputs;
+    for (const std::string& path : paths) {
+        auto input = read_input(path);
+        if (!input) return input.error();
+        inputs.push_back(std::move(*input));
+    }
+    if (inputs.empty()) return refused("nothing to merge");
+    std::stable_sort(inputs.begin(), inputs.end(), [](const Input& a, const Input& b) {
+        return std::tie(a.samples.first, a.samples.end) < std::tie(b.samples.first, b.samples.end);
+    });
+    // Refuse before adding anything, so that the reason names the files
+    for (size_t i = 1; i < inputs.size(); ++i) {
+        if (std::string why = mismatch(inputs[0], inputs[i]); !why.empty()) return refused(why);
+        if (std::string why = range_fault(inputs[i - 1], inputs[i]); !why.empty())
+            return refused(why);
+    }
+    image::FileInfo info = inputs[0].info;
+    info.stats_json = merged_stats(inputs);
+    info.store_sums = keep_sums;
+    for (size_t i = 1; i < inputs.size(); ++i) {
+        inputs[0].sums.append(inputs[i].sums);
+        info.bad_samples.insert(info.bad_samples.end(), inputs[i].info.bad_samples.begin(),
+                                inputs[i].info.bad_samples.end());
+    }
+    std::sort(info.bad_samples.begin(), info.bad_samples.end(), [](const auto& a, const auto& b) {
+        return std::tie(a.sample, a.y, a.x) < std::tie(b.sample, b.y, b.x);
+    });
+    if (info.bad_samples.size() > 16) info.bad_samples.resize(16);
+    return image::write_layer_file(output, inputs[0].sums, info);
+}
+
+}  // namespace velatura::compositor

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace velatura::app {
+
+/// Exit codes of every command; the table of docs/rendering.md.
+enum ExitCode : int {
+    Done = 0,
+    RenderError = 1,     ///< scene, input/output or render error
+    UsageError = 2,
+    BudgetReached = 3,   ///< stopped before the target was reached; the file is valid
+    CheckFailed = 4,     ///< numeric or closure check failed
+    MergeRefused = 5,
+    SignalBase = 128,    ///< 128 + n after signal n
+};
+
+}  // namespace velatura::app

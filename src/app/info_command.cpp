@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <map>
+#include <memory>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "app/commands.h"
+#include "app/exit_codes.h"
+#include "app/scene_loader.h"
+#include "usd/stage/dump.h"
+
+namespace velatura::app {
+
+namespace {
+
+struct InfoArguments {
+    std::string scene;
+    bool dump = false;
+    bool tree = false;
+    std::string explain;
+};
+
+void print_tree(const usd::stage::Prim& prim, int depth) {
+    if (depth >= 0) {
+        const std::string type = prim.type_name().str();
+        fmt::print("{:{}}{}{}{}\n", "", depth * 2, prim.name().str(), type.empty() ? "" : " (" + type + ")", prim.is_instance() ? " [instance]" : "");
+    }
+    for (const usd::stage::Prim& child : prim.children()) print_tree(child, depth + 1);
+}
+
+void count_types(const usd::stage::Prim& prim, std::map<std::string, size_t>& counts) {
+    for (const usd::stage::Prim& child : prim.children()) {
+        const std::string type = child.type_name().str();
+        ++counts[type.empty() ? "(untyped)" : type];
+        count_types(child, counts);
+    }
+}
+
+int explain(const usd::stage::Stage& stage, const std::string& path, Diagnostics& diagnostics) {
+    const usd::stage::Prim prim = stage.prim_at(path);
+    if (!prim) {
+        fmt::print(stderr, "error: there is no prim <{}> [unknown-prim]\n", path);
+        return RenderError;
+    }
+    fmt::print("{} {}\n", prim.path_string(), prim.type_name().str());
+    for (const auto& site : prim.prim_stack()) {
+        fmt::print("  {}:{}:{}  <{}>\n", diagnostics.file_name(site.loc.file_id), site.loc.line, site.loc.column, site.path);
+    }
+    return Done;
+}
+
+void print_summary(const LoadedStage& loaded) {
+    const usd::stage::Stage& stage = loaded.stage;
+    fmt::print("{}\n", stage.root_file());
+    fmt::print("  up axis {}, {} m per unit, {} time codes per second", stage.up_axis(), stage.meters_per_unit(), stage.time_codes_per_second());
+    if (stage.has_time_code_range()) fmt::print(", frames {} to {}", stage.start_time_code(), stage.end_time_code());
+    fmt::print("\n  {} layers, opened and composed in {:.3f} s\n", loaded.layer_names.size(), loaded.seconds);
+    std::map<std::string, size_t> counts;
+    count_types(stage.pseudo_root(), counts);
+    for (const auto& entry : counts) fmt::print("  {:8} {}\n", entry.second, entry.first);
+}
+
+int run_info(const InfoArguments& arguments) {
+    Diagnostics diagnostics;
+    print_diagnostics(diagnostics, false, false);
+    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics);
+    if (!loaded) {
+        fmt::print(stderr, "error: {} [{}]\n", loaded.error().message, loaded.error().code);
+        return RenderError;
+    }
+    if (arguments.dump) {
+        fmt::print("{}", usd::stage::dump_stage(loaded->stage));
+    } else if (arguments.tree) {
+        print_tree(loaded->stage.pseudo_root(), -1);
+    } else if (!arguments.explain.empty()) {
+        return explain(loaded->stage, arguments.explain, diagnostics);
+    } else {
+        print_summary(*loaded);
+    }
+    return Done;
+}
+
+}  // namespace
+
+void add_info_command(CLI::App& app, std::function<int()>& run) {
+    CLI::App* command = app.add_subcommand("info", "What a USD scene holds");
+    auto arguments = std::make_shared<InfoArguments>();
+    command->add_option("scene", arguments->scene, "USD scene (.usda, .usd)")->required();
+    command->add_flag("--dump", arguments->dump, "every fact of the composed stage, one per line");
+    command->add_flag("--tree", arguments->tree, "the prims a renderer sees");
+    command->add_option("--explain", arguments->explain, "where the opinions about this prim come from")->type_name("PATH");
+    command->callback([arguments, &run] { run = [arguments] { return run_info(*arguments); }; });
+}
+
+}  // namespace velatura::app

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/parse_values.h"
+
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include <fmt/format.h>
+
+namespace velatura::app {
+
+namespace {
+
+template <class T>
+std::optional<T> number(std::string_view text) {
+    T value{};
+    const auto [end, ec] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (ec != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    if constexpr (std::is_floating_point_v<T>) {
+        if (!std::isfinite(value)) return std::nullopt;
+    }
+    return value;
+}
+
+Error frames_error(std::string_view text) {
+    return {"bad-frames", fmt::format("cannot read frames \"{}\": expected a list such as 1-10x2,15", text)};
+}
+
+/// The '-' between first and last frame; not the sign of a negative frame.
+size_t range_dash(std::string_view part) { return part.find('-', 1); }
+
+}  // namespace
+
+Result<std::vector<double>> parse_frames(std::string_view text) {
+    constexpr size_t frame_limit = 1'000'000;
+    std::vector<double> frames;
+    size_t begin = 0;
+    while (begin <= text.size()) {
+        const size_t comma = std::min(text.find(',', begin), text.size());
+        const std::string_view part = text.substr(begin, comma - begin);
+        begin = comma + 1;
+        const size_t dash = part.empty() ? std::string_view::npos : range_dash(part);
+        if (dash == std::string_view::npos) {
+            const auto frame = number<double>(part);
+            if (!frame) return frames_error(text);
+            frames.push_back(*frame);
+            continue;
+        }
+        const size_t x = std::min(part.find('x', dash), part.size());
+        const auto first = number<double>(part.substr(0, dash));
+        const auto last = number<double>(part.substr(dash + 1, x - dash - 1));
+        const auto step = x < part.size() ? number<double>(part.substr(x + 1)) : std::optional<double>(1.0);
+        if (!first || !last || !step || *step <= 0.0) return frames_error(text);
+        const double direction = *last >= *first ? *step : -*step;
+        const double count = std::floor((*last - *first) / direction + 1e-9) + 1.0;
+        if (count + double(frames.size()) > double(frame_limit)) return frames_error(text);
+        for (double i = 0; i < count; ++i) frames.push_back(*first + i * direction);
+    }
+    return frames;
+}
+
+Result<double> parse_duration(std::string_view text) {
+    const Error bad{"bad-duration", fmt::format("cannot read duration \"{}\": expected seconds, or a number with s, m or h", text)};
+    double unit = 1.0;
+    std::string_view digits = text;
+    if (!text.empty()) {
+        const char last = text.back();
+        if (last == 's' || last == 'm' || last == 'h') {
+            unit = last == 's' ? 1.0 : last == 'm' ? 60.0 : 3600.0;
+            digits = text.substr(0, text.size() - 1);
+        }
+    }
+    const auto value = number<double>(digits);
+    if (!value || *value < 0.0) return bad;
+    return *value * unit;
+}
+
+Result<std::pair<uint64_t, uint64_t>> parse_sample_range(std::string_view text) {
+    const size_t colon = text.find(':');
+    if (colon != std::string_view::npos) {
+        const auto first = number<uint64_t>(text.substr(0, colon));
+        const auto end = number<uint64_t>(text.substr(colon + 1));
+        if (first && end && *first < *end && *end <= (uint64_t(1) << 32)) return std::pair(*first, *end);
+    }
+    return Error{"bad-samples", fmt::format("cannot read samples \"{}\": expected A:B with A < B <= 2^32", text)};
+}
+
+Result<double> parse_fraction(std::string_view text) {
+    const bool percent = !text.empty() && text.back() == '%';
+    const auto value = number<double>(percent ? text.substr(0, text.size() - 1) : text);
+    if (!value || *value < 0.0) {
+        return Error{"bad-fraction", fmt::format("cannot read \"{}\": expected a fraction such as 1% or 0.01", text)};
+    }
+    return percent ? *value / 100.0 : *value;
+}
+
+}  // namespace velatura::app

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/result.h"
+
+namespace velatura::app {
+
+/// Frames of "1-10x2,15": 1 3 5 7 9 15, in the order written. Frames may be fractional ("1.5").
+/// Errors: "bad-frames" (syntax, step 0, more than 10^6 frames).
+Result<std::vector<double>> parse_frames(std::string_view text);
+
+/// Seconds of "90", "90s", "10m", "1.5h". Errors: "bad-duration".
+Result<double> parse_duration(std::string_view text);
+
+/// [first, end) of "A:B" with A < B. Errors: "bad-samples".
+Result<std::pair<uint64_t, uint64_t>> parse_sample_range(std::string_view text);
+
+/// 0.01 of "1%" or "0.01". Errors: "bad-fraction".
+Result<double> parse_fraction(std::string_view text);
+
+}  // namespace velatura::app

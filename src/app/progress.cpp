@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/progress.h"
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace velatura::app {
+
+Result<ProgressStyle> parse_progress_style(std::string_view text, bool is_terminal) {
+    if (text == "bar") return is_terminal ? ProgressStyle::Bar : ProgressStyle::Plain;
+    if (text == "json") return ProgressStyle::Json;
+    if (text == "openjd") return ProgressStyle::OpenJobDescription;
+    if (text == "none") return ProgressStyle::None;
+    return Error{"bad-progress", fmt::format("unknown progress style \"{}\": expected bar, json, openjd or none", text)};
+}
+
+std::string format_duration(double seconds) {
+    if (seconds < 60.0) return fmt::format("{:.1f} s", seconds);
+    const auto whole = uint64_t(std::llround(seconds));
+    if (whole < 3600) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
+    return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
+}
+
+std::string format_bytes(size_t bytes) {
+    const double megabytes = double(bytes) / 1e6;
+    return megabytes < 1000.0 ? fmt::format("{:.0f} MB", megabytes) : fmt::format("{:.1f} GB", megabytes / 1000.0);
+}
+
+size_t resident_bytes() {
+    std::ifstream statm("/proc/self/statm");
+    size_t total = 0, resident = 0;
+    if (!(statm >> total >> resident)) return 0;
+    return resident * size_t(::sysconf(_SC_PAGESIZE));
+}
+
+size_t peak_resident_bytes() {
+    struct rusage usage {};
+    ::getrusage(RUSAGE_SELF, &usage);
+    return size_t(usage.ru_maxrss) * 1024;
+}
+
+namespace {
+
+std::string summary(const ProgressState& s) {
+    std::string line = fmt::format("{:5.1f} %  {:g}/{:g} spp  {}", s.fraction * 100.0, s.samples, s.samples_target, format_duration(s.elapsed_s));
+    if (s.left_s) line += fmt::format(" | {} left", format_duration(*s.left_s));
+    if (s.error) line += fmt::format("  error {:.2f} %", *s.error * 100.0);
+    line += fmt::format("  {:.2f} Mray/s  {}", s.rays_per_s / 1e6, format_bytes(s.memory_bytes));
+    return line;
+}
+
+std::string json_line(const ProgressState& s) {
+    nlohmann::ordered_json j;
+    j["percent"] = s.fraction * 100.0;
+    j["spp"] = s.samples;
+    j["spp_target"] = s.samples_target;
+    j["elapsed_s"] = s.elapsed_s;
+    j["left_s"] = s.left_s ? nlohmann::ordered_json(*s.left_s) : nlohmann::ordered_json(nullptr);
+    j["error"] = s.error ? nlohmann::ordered_json(*s.error) : nlohmann::ordered_json(nullptr);
+    j["rays_per_s"] = s.rays_per_s;
+    j["memory_bytes"] = s.memory_bytes;
+    return j.dump();
+}
+
+std::string bar(double fraction) {
+    constexpr int cells = 24;
+    const int full = std::clamp(int(fraction * cells), 0, cells);
+    return "[" + std::string(size_t(full), '#') + std::string(size_t(cells - full), '.') + "] ";
+}
+
+}  // namespace
+
+void ProgressPrinter::show(const ProgressState& s) {
+    if (style_ == ProgressStyle::None) return;
+    const auto now = std::chrono::steady_clock::now();
+    const double pause_s = style_ == ProgressStyle::Bar ? 0.1 : 2.0;
+    if (shown_ && !s.is_last && std::chrono::duration<double>(now - last_).count() < pause_s) return;
+    last_ = now;
+    shown_ = true;
+    switch (style_) {
+        case ProgressStyle::Bar:
+            fmt::print("\r{}{}\033[K", bar(s.fraction), summary(s));
+            line_open_ = true;
+            if (s.is_last) finish_line();
+            break;
+        case ProgressStyle::Plain: fmt::print("{}\n", summary(s)); break;
+        case ProgressStyle::Json: fmt::print("{}\n", json_line(s)); break;
+        case ProgressStyle::OpenJobDescription:
+            fmt::print("openjd_progress: {:.1f}\nopenjd_status: {}\n", s.fraction * 100.0, summary(s));
+            break;
+        case ProgressStyle::None: break;
+    }
+    std::fflush(stdout);
+}
+
+void ProgressPrinter::finish_line() {
+    if (!line_open_) return;
+    fmt::print("\n");
+    std::fflush(stdout);
+    line_open_ = false;
+}
+
+}  // namespace velatura::app

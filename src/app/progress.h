@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+
+namespace velatura::app {
+
+enum class ProgressStyle : uint8_t { Bar, Plain, Json, OpenJobDescription, None };
+
+/// "bar" (plain lines when stdout is not a terminal), "json", "openjd", "none". Errors: "bad-progress".
+Result<ProgressStyle> parse_progress_style(std::string_view text, bool is_terminal);
+
+/// What the progress line shows.
+struct ProgressState {
+    double fraction = 0;             ///< of the work of this frame, 0…1
+    double samples = 0;              ///< per pixel, done
+    double samples_target = 0;
+    double elapsed_s = 0;
+    std::optional<double> left_s;    ///< unknown at the very start
+    std::optional<double> error;     ///< relative standard error of the picture so far
+    double rays_per_s = 0;
+    size_t memory_bytes = 0;
+    bool is_last = false;
+};
+
+/// Prints progress to stdout, at most a few times a second on a terminal, every few seconds elsewhere.
+class ProgressPrinter {
+  public:
+    explicit ProgressPrinter(ProgressStyle style) : style_(style) {}
+
+    void show(const ProgressState& state);
+    /// Ends the bar's line, so that other output starts on a fresh one.
+    void finish_line();
+
+  private:
+    ProgressStyle style_;
+    std::chrono::steady_clock::time_point last_ = {};
+    bool shown_ = false;
+    bool line_open_ = false;
+};
+
+/// "12.4 s", "3 min 05 s", "2 h 03 min".
+std::string format_duration(double seconds);
+
+/// "512 MB", "1.4 GB".
+std::string format_bytes(size_t bytes);
+
+/// Memory this process has resident now / had resident at most, in bytes.
+size_t resident_bytes();
+size_t peak_resident_bytes();
+
+}  // namespace velatura::app

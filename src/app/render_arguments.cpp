@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/render_arguments.h"
+
+#include <CLI/CLI.hpp>
+
+namespace velatura::app {
+
+void declare_render_options(CLI::App& command, RenderArguments& a) {
+    command.add_option("scene", a.scene, "USD scene (.usda, .usd)")->required();
+    command.add_option("-o,--output", a.output, "EXR file; #### stands for the frame (default: the scene's productName, else SCENE.exr)");
+
+    auto* what = command.add_option_group("What to render");
+    what->add_option("-c,--camera", a.camera, "prim path of the camera (default: the render settings', else the first camera, else one that frames everything)");
+    what->add_option("-s,--settings", a.settings, "prim path of the RenderSettings (default: renderSettingsPrimPath)");
+    what->add_option("-f,--frames", a.frames, "frames such as 1-10x2,15 (default: the default time, or startTimeCode of an animated scene)");
+    what->add_option("--res", a.resolution, "width and height in pixels")->expected(2)->type_name("W H");
+    what->add_option("--crop", a.crop, "part of the picture as fractions, origin bottom left")->expected(4)->type_name("X0 X1 Y0 Y1");
+    what->add_option("--purpose", a.purposes, "purposes to include besides default: render, proxy, guide")->delimiter(',');
+
+    auto* how = command.add_option_group("How long and how well");
+    how->add_option("--mode", a.mode, "progressive: whole-frame passes that double; tile: each tile at once; same picture")
+        ->check(CLI::IsMember({"progressive", "tile"}));
+    how->add_option("--tile", a.tile, "tile size in pixels")->check(CLI::Range(1, 4096));
+    how->add_option("--spp", a.spp, "samples per pixel (default 64)")->check(CLI::Range(uint64_t(1), uint64_t(1) << 32));
+    how->add_option("--samples", a.samples, "only samples A:B of each pixel; the file can be merged with `velatura-comp merge`")->type_name("A:B");
+    how->add_option("--time", a.time, "progressive: stop after this time, e.g. 90s, 10m (exit 3 if --spp was not reached)");
+    how->add_option("--target-error", a.target_error, "progressive: stop at this relative standard error, e.g. 1%");
+    how->add_option("--max-depth", a.max_depth, "cut paths after this many scatterings, a bias; 0 = only Russian roulette ends paths")->check(CLI::Range(0, 65536));
+    how->add_option("--filter", a.filter, "pixel filter")->check(CLI::IsMember({"box", "triangle", "gaussian", "blackman-harris", "mitchell"}));
+    how->add_option("--light-selection", a.light_selection, "how a light is picked for direct light")->check(CLI::IsMember({"uniform", "power"}));
+    how->add_option("--seed", a.seed, "another seed gives other noise");
+    how->add_option("--threads", a.threads, "threads; 0 = all cores; the picture does not depend on it")->check(CLI::Range(0, 1024));
+
+    auto* layers = command.add_option_group("Light layers");
+    layers->add_option("--bounces", a.bounces, "bounces b0…bK stored one by one; everything past them goes to `tail`")->check(CLI::Range(0, 64));
+    layers->add_option("--lights", a.lights, "rows of the light mixer")->check(CLI::IsMember({"per-light", "groups", "off"}));
+    layers->add_option("--layers", a.layers, "families to store, of bounce,light,matrix,shadow,data; or none");
+    layers->add_flag("--halves", a.halves, "store two independent half images of every layer");
+    layers->add_flag("--float-layers", a.float_layers, "store light layers as float instead of half");
+    layers->add_option("--exr-layout", a.exr_layout, "multipart (one part per family), single part, or split files")->check(CLI::IsMember({"multipart", "single", "split"}));
+
+    auto* report = command.add_option_group("Reports");
+    report->add_option("--snapshot", a.snapshot, "progressive: write an interim picture this often, e.g. 10s");
+    report->add_option("--progress", a.progress, "bar (lines when not on a terminal), json, openjd or none")->check(CLI::IsMember({"bar", "json", "openjd", "none"}));
+    report->add_option("--stats", a.stats, "write statistics as JSON");
+    report->add_flag("--strict", a.strict, "an error in the scene or a bad sample stops the render with an exit code");
+    report->add_option("--replay", a.replay, "trace one sample of one pixel and print its path")->type_name("x,y,s");
+    report->add_flag("-q,--quiet", a.quiet, "print errors only");
+    report->add_flag("-v,--verbose", a.verbosity, "print more");
+}
+
+}  // namespace velatura::app

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+
+namespace CLI {
+class App;
+}
+
+namespace velatura::app {
+
+/// The command line of `velatura render`, as typed.
+struct RenderArguments {
+    std::string scene;
+    std::string output;
+    std::string camera;
+    std::string settings;
+    std::string frames;
+    std::vector<int> resolution;   ///< W H
+    std::vector<double> crop;      ///< x0 x1 y0 y1, fractions of the picture, origin bottom left
+    std::string mode = "progressive";
+    int tile = 32;
+    std::optional<uint64_t> spp;
+    std::string time;
+    std::string target_error;
+    int bounces = 6;
+    int max_depth = 0;
+    uint64_t seed = 0;
+    std::string samples;           ///< A:B
+    std::string lights = "per-light";
+    std::string layers = "bounce,light,matrix,shadow,data";
+    bool halves = false;
+    bool float_layers = false;
+    std::string exr_layout = "multipart";
+    std::string filter = "blackman-harris";
+    std::string light_selection = "power";
+    int threads = 0;
+    std::string snapshot;
+    std::string progress = "bar";
+    std::string stats;
+    bool strict = false;
+    std::string replay;            ///< x,y,s
+    std::vector<std::string> purposes;
+    bool quiet = false;
+    int verbosity = 0;
+};
+
+/// Declares the options on a subcommand; the strings are the text of --help.
+void declare_render_options(CLI::App& command, RenderArguments& arguments);
+
+}  // namespace velatura::app

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/render_frame.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "app/exit_codes.h"
+#include "app/light_images.h"
+#include "app/replay.h"
+#include "app/stats.h"
+#include "app/stop_signals.h"
+#include "base/atomic_file.h"
+#include "base/hash.h"
+#include "integrator/schedule.h"
+#include "integrator/world.h"
+
+namespace velatura::app {
+
+namespace {
+
+film::LayerSet with_groups(film::LayerSet layers, const scene::Scene& scene) {
+    for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+    layers.normalise_names();
+    return layers;
+}
+
+/// Everything beside the sample range that changes pixels; files with another hash do not merge.
+std::string settings_hash(const RenderJob& job, const FrameInput& input, const film::LayerSet& layers, const image::Window& window) {
+    const scene::RenderSettings& s = input.scene.settings;
+    const std::string text = fmt::format("{}|{}|{}|{}|{}|{}x{}|{} {} {} {}|{}|{}|{}", job.tracer.seed, job.tracer.max_depth, int(job.tracer.filter),
+                                         job.tracer.disable_lens, int(job.light_selection), s.width, s.height, window.x0, window.y0, window.x1,
+                                         window.y1, input.frame, input.scene.camera.name, layers.to_json());
+    return fmt::format("{:016x}", hash_string(text));
+}
+
+template <class Matrix>
+image::Matrix44 to_floats(const Matrix& m) {
+    image::Matrix44 out{};
+    for (size_t r = 0; r < 4; ++r) {
+        for (size_t c = 0; c < 4; ++c) out[4 * r + c] = float(m[int(r)][int(c)]);
+    }
+    return out;
+}
+
+image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, const integrator::World& world, const film::LayerSet& layers, const image::Window& window) {
+    const scene::Scene& scene = input.scene;
+    image::FileInfo info;
+    info.display = {0, 0, scene.settings.width, scene.settings.height};
+    info.layout = job.layout;
+    info.store_sums = !job.arguments.samples.empty();
+    info.seed = job.tracer.seed;
+    info.scene_hash = fmt::format("{:016x}", input.content_hash);
+    info.settings_hash = settings_hash(job, input, layers, window);
+    nlohmann::ordered_json scene_json;
+    scene_json["name"] = input.scene_name;
+    scene_json["hash"] = info.scene_hash;
+    scene_json["frame"] = input.frame;
+    scene_json["layers"] = input.layer_names;
+    scene_json["camera"] = scene.camera.name;
+    info.scene_json = scene_json.dump();
+    nlohmann::ordered_json stats;
+    stats["scene"] = make_scene_stats(input, world);
+    stats["ledger"] = make_ledger(job);
+    info.stats_json = stats.dump();
+    info.software = fmt::format("velatura {}", VELATURA_VERSION);
+    info.frames_per_second = scene.frames_per_second;
+    info.pixel_aspect_ratio = scene.settings.pixel_aspect_ratio;
+    info.world_to_camera = to_floats(world.camera.world_to_camera());
+    info.world_to_ndc = to_floats(world.camera.world_to_ndc());
+    return info;
+}
+
+/// Checks before the render that the picture will find its place: hours later is too late.
+bool can_write(const std::string& path, Diagnostics& diagnostics) {
+    namespace fs = std::filesystem;
+    const fs::path folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : fs::path(".");
+    const Result<void> probe = write_atomically((folder / fmt::format(".{}.probe", fs::path(path).filename().string())).string(),
+                                                [](const std::string&) -> Result<void> { return Error{"probe", "only a probe"}; });
+    if (!probe && probe.error().code == "probe") return true;
+    diagnostics.error("io-write", {}, {}, fmt::format("cannot write {}: the folder does not exist or is not writable", path));
+    return false;
+}
+
+class FrameRenderer {
+  public:
+    FrameRenderer(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics)
+        : job_(job),
+          input_(input),
+          diagnostics_(diagnostics),
+          window_(data_window(input.scene.settings, job.arguments.crop)),
+          layers_(with_groups(job.layers, input.scene)),
+          world_(input.scene, {.width = input.scene.settings.width, .height = input.scene.settings.height, .light_selection = job.light_selection},
+                 make_light_image_loader(), diagnostics),
+          tracer_(world_, layers_, tracer_options()),
+          printer_(job.progress) {}
+
+    int run() {
+        if (job_.replay) return replay_sample(tracer_, layers_, input_.scene, *job_.replay);
+        // A file that can be merged needs every node of the sums, also those that the picture alone would fold early
+        const bool is_partial = !job_.arguments.samples.empty();
+        film::Film film(window_, layers_, {.final_sample_end = is_partial ? 0 : job_.schedule.end_sample});
+        integrator::RenderCallbacks callbacks;
+        callbacks.progress = [&](const integrator::RenderState& state) { show(state, false); };
+        callbacks.snapshot = [&](const film::Film& f) {
+            const Result<image::WriteReport> written = write(f);
+            if (!written) diagnostics_.warn("snapshot", {}, {}, "no interim picture: " + written.error().message);
+        };
+        callbacks.snapshot_requested = [] { return StopSignals::take_snapshot_request(); };
+        callbacks.stop = &StopSignals::stop_flag();
+        const integrator::RenderResult result = integrator::run_schedule(
+            film, job_.schedule,
+            [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer_.trace(x, y, s, out, counts); }, callbacks);
+        finish_progress(film, result);
+        report_bad_samples(film, result);
+        return finish(film, result);
+    }
+
+  private:
+    integrator::PathTracerOptions tracer_options() const {
+        integrator::PathTracerOptions options = job_.tracer;
+        options.disable_lens = input_.scene.settings.disable_depth_of_field;
+        return options;
+    }
+
+    void show(const integrator::RenderState& state, bool is_last) {
+        ProgressState p;
+        p.fraction = is_last ? 1.0 : state.fraction;
+        p.samples = state.samples_per_pixel;
+        p.samples_target = double(job_.schedule.end_sample - job_.schedule.first_sample);
+        p.elapsed_s = state.elapsed_s;
+        p.left_s = is_last ? std::optional<double>(0.0) : state.left_s;
+        p.error = state.error;
+        p.rays_per_s = state.elapsed_s > 0 ? double(state.rays.total()) / state.elapsed_s : 0.0;
+        p.memory_bytes = resident_bytes();
+        p.is_last = is_last;
+        printer_.show(p);
+    }
+
+    void finish_progress(const film::Film& film, const integrator::RenderResult& result) {
+        const film::NoiseEstimate noise = film.noise();
+        integrator::RenderState state;
+        state.samples_per_pixel = noise.samples_mean;
+        state.elapsed_s = result.seconds;
+        state.rays = result.rays;
+        if (noise.is_known) state.error = noise.relative_error;
+        show(state, true);
+    }
+
+    void report_bad_samples(const film::Film& film, const integrator::RenderResult& result) {
+        for (const film::BadSample& b : film.bad_samples()) {
+            diagnostics_.warn("bad-sample", {}, {}, fmt::format("pixel ({}, {}) sample {}: radiance is {}; left out; see it with --replay {},{},{}", b.x, b.y, b.sample, b.reason, b.x, b.y, b.sample));
+        }
+        if (film.invalid_count() > 16) diagnostics_.warn("bad-sample", {}, {}, fmt::format("{} bad samples in all were left out; layer `invalid` shows where", film.invalid_count()));
+        if (result.rays.depth_limited > 0) diagnostics_.warn("depth-limit", {}, {}, fmt::format("{} paths were cut after {} scatterings", result.rays.depth_limited, integrator::hard_depth_limit));
+    }
+
+    Result<image::WriteReport> write(const film::Film& film) {
+        image::FileInfo info = make_file_info(job_, input_, world_, layers_, window_);
+        info.bad_samples = film.bad_samples();
+        return film.write(input_.output, info);
+    }
+
+    int finish(const film::Film& film, const integrator::RenderResult& result) {
+        if (result.reason == integrator::StopReason::Interrupted && film.noise().samples_min == 0) {
+            diagnostics_.error("interrupted", {}, {}, "stopped before every pixel had a sample; nothing was written");
+            return SignalBase + StopSignals::signal_number();
+        }
+        const Result<image::WriteReport> written = write(film);
+        if (!written) {
+            diagnostics_.error(written.error().code, {}, {}, written.error().message);
+            const bool is_check = written.error().code == "closure-failed" || written.error().code == "verify-failed";
+            return is_check ? CheckFailed : RenderError;
+        }
+        if (!write_stats(film, result, *written)) return RenderError;
+        if (!job_.arguments.quiet) {
+            fmt::print("{}: {} layers, {} channels, closure {:.3g} of its bound, {}\n", input_.output, written->layers, written->channels, written->closure_measured, format_duration(result.seconds));
+        }
+        if (result.reason == integrator::StopReason::Interrupted) return SignalBase + StopSignals::signal_number();
+        if (job_.arguments.strict && film.invalid_count() > 0) return CheckFailed;
+        const bool missed_target = result.reason == integrator::StopReason::TimeBudget || (job_.schedule.target_error > 0 && result.reason == integrator::StopReason::Complete);
+        return missed_target ? BudgetReached : Done;
+    }
+
+    bool write_stats(const film::Film& film, const integrator::RenderResult& result, const image::WriteReport& written) {
+        if (job_.arguments.stats.empty()) return true;
+        nlohmann::ordered_json stats = make_stats(job_, input_, world_, film, result);
+        stats["closure"] = {{"family", written.closure_family}, {"layers", written.layers}, {"bound", 1.0}, {"measured", written.closure_measured}};
+        stats["files"] = nlohmann::ordered_json::array();
+        for (const std::string& file : written.files) stats["files"].push_back({{"path", std::filesystem::path(file).filename().string()}, {"sha256", written.sha256}});
+        const Result<void> ok = write_file_atomically(job_.arguments.stats, stats.dump(2) + "\n");
+        if (!ok) diagnostics_.error(ok.error().code, {}, {}, ok.error().message);
+        return ok.has_value();
+    }
+
+    const RenderJob& job_;
+    const FrameInput& input_;
+    Diagnostics& diagnostics_;
+    image::Window window_;
+    film::LayerSet layers_;
+    integrator::World world_;
+    integrator::PathTracer tracer_;
+    ProgressPrinter printer_;
+};
+
+}  // namespace
+
+image::Window data_window(const scene::RenderSettings& s, const std::vector<double>& crop) {
+    double x0 = s.data_window_ndc[0], y0 = s.data_window_ndc[1], x1 = s.data_window_ndc[2], y1 = s.data_window_ndc[3];
+    if (crop.size() == 4) {
+        x0 = std::max(x0, crop[0]);
+        x1 = std::min(x1, crop[1]);
+        y0 = std::max(y0, crop[2]);
+        y1 = std::min(y1, crop[3]);
+    }
+    // Pixel i has its centre at (i + 0.5) / n; rows count from the top, NDC from the bottom
+    const auto first = [](double ndc, int n) { return int(std::clamp(std::ceil(ndc * n - 0.5), 0.0, double(n))); };
+    image::Window w;
+    w.x0 = first(x0, s.width);
+    w.x1 = first(x1, s.width);
+    w.y0 = s.height - first(y1, s.height);
+    w.y1 = s.height - first(y0, s.height);
+    return w;
+}
+
+int render_frame(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics) {
+    if (data_window(input.scene.settings, job.arguments.crop).is_empty()) {
+        diagnostics.error("empty-window", {}, {}, "the crop or data window holds no pixel centre");
+        return UsageError;
+    }
+    if (!job.replay && !can_write(input.output, diagnostics)) return RenderError;
+    return FrameRenderer(job, input, diagnostics).run();
+}
+
+}  // namespace velatura::app

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/progress.h"
+#include "app/render_arguments.h"
+#include "base/diagnostics.h"
+#include "film/film.h"
+#include "integrator/path_tracer.h"
+#include "integrator/render_options.h"
+#include "scene/scene.h"
+
+namespace velatura::app {
+
+/// The command line of a render, checked and with the scene's own settings filled in; the same for every frame.
+struct RenderJob {
+    RenderArguments arguments;
+    integrator::RenderOptions schedule;
+    integrator::PathTracerOptions tracer;
+    film::LayerSet layers;  ///< without groups
+    lights::SelectionKind light_selection = lights::SelectionKind::Power;
+    image::Layout layout = image::Layout::MultiPart;
+    ProgressStyle progress = ProgressStyle::Bar;
+    std::optional<std::array<uint64_t, 3>> replay;  ///< x, y, sample
+};
+
+/// Checks values and combinations of options. Errors: "usage" (exit 2).
+Result<RenderJob> make_render_job(const RenderArguments& arguments);
+
+/// One frame of one scene.
+struct FrameInput {
+    explicit FrameInput(const scene::Scene& s) : scene(s) {}
+
+    const scene::Scene& scene;
+    std::string output;
+    std::string scene_name;  ///< file name of the root layer, no folder
+    uint64_t content_hash = 0;  ///< of every layer that took part
+    std::vector<std::string> layer_names;
+    double frame = 0;
+    double open_s = 0, translate_s = 0;
+};
+
+/// Renders and writes one frame, with progress and interim pictures; prints what was written unless quiet.
+/// Returns: an exit code of exit_codes.h.
+int render_frame(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics);
+
+/// The part of the picture to render: data window of the settings cut by --crop. Origin top left, in pixels.
+/// A pixel is in if its centre is (UsdRenderSettings dataWindowNDC).
+image::Window data_window(const scene::RenderSettings& settings, const std::vector<double>& crop);
+
+}  // namespace velatura::app

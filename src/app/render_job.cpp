@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include "app/parse_values.h"
+#include "app/render_frame.h"
+
+namespace velatura::app {
+
+namespace {
+
+Error usage(std::string message) { return {"usage", std::move(message)}; }
+
+std::vector<std::string> split(std::string_view text, char separator) {
+    std::vector<std::string> parts;
+    size_t begin = 0;
+    while (begin <= text.size()) {
+        const size_t end = std::min(text.find(separator, begin), text.size());
+        parts.emplace_back(text.substr(begin, end - begin));
+        begin = end + 1;
+    }
+    return parts;
+}
+
+Result<void> choose_layers(const RenderArguments& a, film::LayerSet& layers) {
+    layers.last_bounce = a.bounces;
+    layers.halves = a.halves;
+    layers.float_layers = a.float_layers;
+    layers.bounce_layers = layers.group_layers = layers.matrix_layers = layers.shadow_layers = layers.data_layers = false;
+    for (const std::string& family : split(a.layers, ',')) {
+        if (family == "none") continue;
+        bool* flag = family == "bounce"   ? &layers.bounce_layers
+                     : family == "light"  ? &layers.group_layers
+                     : family == "matrix" ? &layers.matrix_layers
+                     : family == "shadow" ? &layers.shadow_layers
+                     : family == "data"   ? &layers.data_layers
+                                          : nullptr;
+        if (!flag) return usage(fmt::format("--layers: unknown family \"{}\": expected bounce, light, matrix, shadow, data or none", family));
+        *flag = true;
+    }
+    return {};
+}
+
+Result<void> choose_samples(const RenderArguments& a, integrator::RenderOptions& schedule) {
+    schedule.end_sample = a.spp.value_or(64);
+    if (!a.samples.empty()) {
+        if (a.spp) return usage("--samples and --spp cannot be given together");
+        const auto range = parse_sample_range(a.samples);
+        if (!range) return usage("--samples: " + range.error().message);
+        schedule.first_sample = range->first;
+        schedule.end_sample = range->second;
+    }
+    return {};
+}
+
+/// Parses an optional text option into a number; empty stays at the default.
+Result<void> parse_into(double& value, const std::string& text, const char* option, Result<double> (*parse)(std::string_view)) {
+    if (text.empty()) return {};
+    const Result<double> parsed = parse(text);
+    if (!parsed) return usage(fmt::format("{}: {}", option, parsed.error().message));
+    value = *parsed;
+    return {};
+}
+
+Result<std::array<uint64_t, 3>> parse_replay(const std::string& text) {
+    const std::vector<std::string> parts = split(text, ',');
+    std::array<uint64_t, 3> out{};
+    bool is_good = parts.size() == 3;
+    for (size_t i = 0; is_good && i < 3; ++i) {
+        const char* end = parts[i].data() + parts[i].size();
+        const auto parsed = std::from_chars(parts[i].data(), end, out[i]);
+        is_good = parsed.ec == std::errc() && parsed.ptr == end;
+    }
+    if (!is_good) return usage(fmt::format("--replay: cannot read \"{}\": expected x,y,sample", text));
+    return out;
+}
+
+Result<void> check_sizes(const RenderArguments& a) {
+    constexpr int largest = 1 << 16;
+    if (!a.resolution.empty() && (a.resolution[0] < 1 || a.resolution[1] < 1 || a.resolution[0] > largest || a.resolution[1] > largest)) {
+        return usage(fmt::format("--res: {} x {} is not a picture: expected 1 to {} pixels on each side", a.resolution[0], a.resolution[1], largest));
+    }
+    if (!a.crop.empty() && !(a.crop[0] < a.crop[1] && a.crop[2] < a.crop[3])) return usage("--crop: expected X0 < X1 and Y0 < Y1");
+    if (a.tile % film::Film::tile_size != 0) return usage(fmt::format("--tile: expected a multiple of {}, found {}", film::Film::tile_size, a.tile));
+    return {};
+}
+
+}  // namespace
+
+Result<RenderJob> make_render_job(const RenderArguments& a) {
+    RenderJob job;
+    job.arguments = a;
+    if (const auto ok = check_sizes(a); !ok) return ok.error();
+    if (const auto ok = choose_layers(a, job.layers); !ok) return ok.error();
+    if (const auto ok = choose_samples(a, job.schedule); !ok) return ok.error();
+    if (const auto ok = parse_into(job.schedule.time_budget_s, a.time, "--time", parse_duration); !ok) return ok.error();
+    if (const auto ok = parse_into(job.schedule.target_error, a.target_error, "--target-error", parse_fraction); !ok) return ok.error();
+    if (const auto ok = parse_into(job.schedule.snapshot_interval_s, a.snapshot, "--snapshot", parse_duration); !ok) return ok.error();
+    job.schedule.mode = a.mode == "tile" ? integrator::RenderMode::Tile : integrator::RenderMode::Progressive;
+    if (job.schedule.mode == integrator::RenderMode::Tile && (job.schedule.time_budget_s > 0 || job.schedule.target_error > 0 || job.schedule.snapshot_interval_s > 0)) {
+        return usage("--time, --target-error and --snapshot need --mode progressive");
+    }
+    job.schedule.seed = job.tracer.seed = a.seed;
+    job.schedule.tile_size = a.tile;
+    job.schedule.max_depth = job.tracer.max_depth = a.max_depth;
+    const auto filter = sampling::filter_kind(a.filter);
+    if (!filter) return usage(fmt::format("--filter: unknown filter \"{}\"", a.filter));
+    job.tracer.filter = *filter;
+    job.light_selection = a.light_selection == "uniform" ? lights::SelectionKind::Uniform : lights::SelectionKind::Power;
+    job.layout = a.exr_layout == "single" ? image::Layout::SinglePart : a.exr_layout == "split" ? image::Layout::Split : image::Layout::MultiPart;
+    const auto progress = parse_progress_style(a.quiet ? "none" : a.progress, ::isatty(STDOUT_FILENO) == 1);
+    if (!progress) return usage(progress.error().message);
+    job.progress = *progress;
+    if (!a.replay.empty()) {
+        const auto replay = parse_replay(a.replay);
+        if (!replay) return replay.error();
+        job.replay = *replay;
+    }
+    return job;
+}
+
+}  // namespace velatura::app

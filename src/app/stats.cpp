@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/stats.h"
+
+#include "app/progress.h"
+#include "base/tasks.h"
+
+namespace velatura::app {
+
+using json = nlohmann::ordered_json;
+
+json make_scene_stats(const FrameInput& input, const integrator::World& world) {
+    const accel::AcceleratorStats stats = world.accelerator->stats();
+    json j;
+    j["path"] = input.scene_name;
+    j["frame"] = input.frame;
+    j["lights"] = input.scene.lights.size();
+    j["shapes"] = input.scene.shapes.size();
+    j["prototypes"] = input.scene.prototypes.size();
+    j["instances"] = input.scene.instances.size();
+    j["materials"] = input.scene.materials.size();
+    j["textures"] = input.scene.textures.size();
+    j["triangles"] = stats.triangles;
+    return j;
+}
+
+json make_ledger(const RenderJob& job) {
+    json ledger = json::array();
+    if (job.tracer.max_depth > 0) {
+        ledger.push_back({{"approximation", "max-depth"}, {"value", job.tracer.max_depth}, {"kind", "bias"}, {"effect", "light of longer paths is missing; not measured"}});
+    }
+    if (job.tracer.filter == sampling::FilterKind::Mitchell) {
+        ledger.push_back({{"approximation", "mitchell-ratio"}, {"value", "weights normalised per pixel"}, {"kind", "consistent"}, {"effect", "vanishes with samples; not measured"}});
+    }
+    ledger.push_back({{"approximation", "tessellated-gprims"}, {"value", "spheres, cylinders, cones and capsules as triangles with smooth normals"}, {"kind", "bias"}, {"effect", "silhouettes; not measured"}});
+    return ledger;
+}
+
+namespace {
+
+json samples_json(const film::Film& film, const integrator::RenderResult& result, const RenderJob& job) {
+    const film::NoiseEstimate noise = film.noise();
+    json j;
+    j["spp_min"] = noise.samples_min;
+    j["spp_mean"] = noise.samples_mean;
+    j["spp_max"] = noise.samples_max;
+    j["total"] = result.rays.paths;
+    j["ranges"] = json::array({json::array({job.schedule.first_sample, result.end_sample})});
+    return j;
+}
+
+json numerics_json(const film::Film& film) {
+    json j;
+    j["rejected"] = film.invalid_count();
+    j["worst"] = json::array();
+    for (const film::BadSample& b : film.bad_samples()) {
+        j["worst"].push_back({{"x", b.x}, {"y", b.y}, {"s", b.sample}, {"reason", b.reason}, {"replay", std::to_string(b.x) + "," + std::to_string(b.y) + "," + std::to_string(b.sample)}});
+    }
+    return j;
+}
+
+}  // namespace
+
+json make_stats(const RenderJob& job, const FrameInput& input, const integrator::World& world, const film::Film& film, const integrator::RenderResult& result) {
+    const accel::AcceleratorStats accelerator = world.accelerator->stats();
+    const film::NoiseEstimate noise = film.noise();
+    json j;
+    j["header"] = {{"schema", "velatura.stats/1"}, {"app", "velatura"}, {"version", VELATURA_VERSION}, {"threads", thread_count()}};
+    j["scene"] = make_scene_stats(input, world);
+    j["phases_s"] = {{"open", input.open_s},
+                     {"sync", input.translate_s},
+                     {"tessellate", world.times.tessellate_s},
+                     {"bvh", world.times.accelerator_s},
+                     {"lights", world.times.lights_s},
+                     {"render", result.seconds}};
+    j["memory_bytes"] = {{"peak", peak_resident_bytes()}, {"geometry", world.geometry.bytes()}, {"bvh", accelerator.bytes}, {"film", film.memory_bytes()}};
+    j["samples"] = samples_json(film, result, job);
+    j["rays"] = {{"camera", result.rays.camera}, {"shadow", result.rays.shadow}, {"indirect", result.rays.indirect}};
+    j["rays_per_s"] = result.seconds > 0 ? double(result.rays.total()) / result.seconds : 0.0;
+    j["paths_per_s"] = result.seconds > 0 ? double(result.rays.paths) / result.seconds : 0.0;
+    json error;
+    error["metric"] = "sqrt(relMSE)";
+    if (noise.is_known) {
+        error["mean"] = noise.relative_error;
+        error["low"] = noise.low;
+        error["high"] = noise.high;
+        error["confidence"] = 0.95;
+    }
+    error["target"] = job.schedule.target_error;
+    error["reached"] = job.schedule.target_error <= 0 || (noise.is_known && noise.high <= job.schedule.target_error);
+    j["error"] = error;
+    j["ledger"] = make_ledger(job);
+    j["numerics"] = numerics_json(film);
+    j["numerics"]["depth_limited"] = result.rays.depth_limited;
+    return j;
+}
+
+}  // namespace velatura::app

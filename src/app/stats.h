@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "app/render_frame.h"
+#include "integrator/schedule.h"
+#include "integrator/world.h"
+
+namespace velatura::app {
+
+/// Statistics of a frame by the schema velatura.stats/1 (docs/statistics.md): units in names, stable key order.
+/// Keys of what was not measured are left out.
+nlohmann::ordered_json make_stats(const RenderJob& job, const FrameInput& input, const integrator::World& world, const film::Film& film,
+                                  const integrator::RenderResult& result);
+
+/// The part of the statistics that depends on the scene and the settings only: what goes into the file's header, so
+/// that two runs of one render give the same header.
+nlohmann::ordered_json make_scene_stats(const FrameInput& input, const integrator::World& world);
+
+/// Approximations in force, with what is known of their effect. Empty = unbiased.
+nlohmann::ordered_json make_ledger(const RenderJob& job);
+
+}  // namespace velatura::app

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+
+namespace velatura::app {
+
+/// While it lives, SIGINT and SIGTERM ask for a stop and SIGUSR1 for an interim picture; a second SIGINT or SIGTERM ends
+/// the process at once. One at a time per process.
+class StopSignals {
+  public:
+    StopSignals();
+    ~StopSignals();
+    StopSignals(const StopSignals&) = delete;
+    StopSignals& operator=(const StopSignals&) = delete;
+
+    /// True once a stop was asked for.
+    static const std::atomic<bool>& stop_flag();
+    /// The signal that asked for the stop; 0 = none.
+    static int signal_number();
+    /// True once per SIGUSR1.
+    static bool take_snapshot_request();
+};
+
+}  // namespace velatura::app

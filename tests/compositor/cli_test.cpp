@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/atomic_file.h"
+#include "film/film.h"
+#include "image/exr.h"
+#include "image/formats.h"
+#include "image/layer_file.h"
+#include "film/film_scene.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+
+namespace velatura::compositor {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+    int code = -1;
+    std::string output;  ///< stdout and stderr together
+};
+
+Outcome comp(const std::string& arguments) {
+    Outcome run;
+    const std::string command =
+        std::string(VELATURA_BIN_DIR) + "/velatura-comp " + arguments + " 2>&1";
+    FILE* pipe = popen(command.c_str(), "r");
+    if (!pipe) return run;
+    std::array<char, 4096> buffer{};
+    while (const size_t n = fread(buffer.data(), 1, buffer.size(), pipe))
+        run.output.append(buffer.data(), n);
+    const int status = pclose(pipe);
+    run.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return run;
+}
+
+std::string file(const std::string& name) {
+    return film::temporary_file("cli_" + name);
+}
+
+class Cli : public testing::Test {
+  protected:
+    static void SetUpTestSuite() {
+        film::LayerSet set = film::test_layer_set();
+        set.matrix_layers = set.shadow_layers = set.halves = true;
+        for (const auto& [name, first, end] :
+             {std::tuple{"whole", 0, 8}, std::tuple{"left", 0, 4}, std::tuple{"right", 4, 8}}) {
+            film::Film film({0, 0, 20, 17}, set);
+            film::render(film, uint64_t(first), uint64_t(end));
+            film::FileInfo info;
+            info.store_sums = true;
+            ASSERT_TRUE(film.write(file(std::string(name) + ".exr"), info).has_value());
+        }
+    }
+};
+
+TEST_F(Cli, HelpAndUsage) {
+    EXPECT_EQ(comp("--help").code, 0);
+    EXPECT_EQ(comp("merge").code, 2);
+    EXPECT_NE(comp("mix --help").output.find("--shadow"), std::string::npos);
+    EXPECT_EQ(comp("").code, 2);
+    EXPECT_EQ(comp("paint x").code, 2);
+    EXPECT_EQ(comp("mix " + file("whole.exr") + " -o " + file("x.exr") + " --gain key=loud").code,
+              2);
+    EXPECT_EQ(comp("mix " + file("whole.exr") + " -o " + file("x.exr") + " --gain moon=1").code, 2);
+    EXPECT_EQ(comp("mix " + file("whole.exr") + " -o " + file("x.gif")).code, 2);
+    EXPECT_FALSE(fs::exists(file("x.exr")));
+}
+
+TEST_F(Cli, BadFilesAreErrorsWithoutAPartialFile) {
+    ASSERT_TRUE(write_file_atomically(file("text.exr"), "no image").has_value());
+    for (const std::string command : {"info ", "verify "}) {
+        EXPECT_EQ(comp(command + file("missing.exr")).code, 1);
+        EXPECT_EQ(comp(command + file("text.exr")).code, 1);
+    }
+    EXPECT_EQ(comp("mix " + file("whole.exr") + " -o /nonexistent_folder/a.exr").code, 1);
+    EXPECT_EQ(comp("mix " + file("whole.exr") + " -o /nonexistent_folder/a.png").code, 1);
+    EXPECT_EQ(comp("mix " + file("whole.exr") + " -o " + file("y.png") + " --view Filmic").code, 1);
+    EXPECT_FALSE(fs::exists(file("y.png")));
+}
+
+TEST_F(Cli, VerifyPassesAndFailsWithFourAfterOneChange) {
+    EXPECT_EQ(comp("verify " + file("whole.exr")).code, 0);
+    int families = 0;
+    // One channel of each kind; the film tests change every channel there is
+    for (const char* name : {"R", "b1_key.G", "S_sky.B", "primId", "C_key_hB.G", "sums_end"}) {
+        auto image = image::read_exr(file("whole.exr"));
+        ASSERT_TRUE(image.has_value());
+        for (image::Part& part : image->parts) {
+            for (image::Channel& c : part.channels) {
+                if (c.name != name) continue;
+                static_cast<unsigned char*>(c.bytes())[0] ^= 1;
+                ++families;
+            }
+        }
+        ASSERT_TRUE(image::write_image_file(file("changed.exr"), *image).has_value());
+        const Outcome run = comp("verify " + file("changed.exr"));
+        EXPECT_EQ(run.code, 4) << name << ": " << run.output;
+        EXPECT_NE(run.output.find("verify-failed"), std::string::npos);
+    }
+    EXPECT_EQ(families, 6);
+}
+
+TEST_F(Cli, UnitMixHasNoDifferenceInTheBeauty) {
+    ASSERT_EQ(comp("mix " + file("whole.exr") + " -o " + file("unit.exr") + " --gain all=1").code,
+              0);
+    EXPECT_EQ(comp("verify " + file("unit.exr")).code, 0);
+    const Outcome diff = comp("diff --json " + file("unit.exr") + " " + file("whole.exr"));
+    const auto json = nlohmann::json::parse(diff.output);
+    bool has_beauty = false;
+    for (const auto& layer : json["layers"]) {
+        if (layer["name"] != "rgba") continue;
+        has_beauty = true;
+        EXPECT_EQ(layer["max"], 0.0);
+        EXPECT_EQ(layer["only"], "");
+    }
+    EXPECT_TRUE(has_beauty);
+    EXPECT_EQ(comp("diff -q " + file("whole.exr") + " " + file("whole.exr")).code, 0);
+    EXPECT_EQ(comp("diff -q " + file("left.exr") + " " + file("whole.exr")).code, 4);
+    EXPECT_EQ(comp("diff -q --threshold 1e30 " + file("left.exr") + " " + file("whole.exr")).code,
+              0);
+}
+
+TEST_F(Cli, RepeatedOptionsPresetAndPicture) {
+    const std::string look =
+        " --gain indirect=+1.5st --gain key=0.5 --tint fill=1,.9,.8 --mute env --shadow key=0.3";
+    ASSERT_EQ(comp("mix " + file("whole.exr") + " -o " + file("a.exr") + look + " --save-preset " +
+                   file("look.json"))
+                  .code,
+              0);
+    ASSERT_EQ(
+        comp("mix " + file("whole.exr") + " -o " + file("b.exr") + " --preset " + file("look.json"))
+            .code,
+        0);
+    EXPECT_EQ(comp("diff -q " + file("a.exr") + " " + file("b.exr")).code, 0);
+    EXPECT_EQ(comp("diff -q " + file("a.exr") + " " + file("unit.exr")).code, 4);
+    for (const char* name : {"c.png", "c.jpg"}) {
+        const Outcome run =
+            comp("mix " + file("whole.exr") + " -o " + file(name) + look + " --exposure -8");
+        ASSERT_EQ(run.code, 0) << run.output;
+        const auto picture = image::read_rgb_image(file(name));
+        ASSERT_TRUE(picture.has_value());
+        EXPECT_EQ(picture->width, 20);
+        EXPECT_EQ(picture->height, 17);
+    }
+}
+
+TEST_F(Cli, MergeGivesTheHashOfTheSingleRender) {
+    const Outcome merged =
+        comp("merge " + file("left.exr") + " " + file("right.exr") + " -o " + file("merged.exr"));
+    ASSERT_EQ(merged.code, 0) << merged.output;
+    EXPECT_EQ(comp("verify " + file("merged.exr")).code, 0);
+    const Outcome a = comp("info --hash " + file("merged.exr")),
+                  b = comp("info --hash " + file("whole.exr"));
+    EXPECT_EQ(a.output, b.output);
+    EXPECT_EQ(a.output.size(), 65u);
+    EXPECT_EQ(
+        comp("merge " + file("left.exr") + " " + file("whole.exr") + " -o " + file("no.exr")).code,
+        5);
+    EXPECT_FALSE(fs::exists(file("no.exr")));
+}
+
+TEST_F(Cli, InfoListsLayersGroupsAndShares) {
+    const Outcome text = comp("info " + file("whole.exr"));
+    EXPECT_EQ(text.code, 0);
+    for (const char* word : {"b1_key", "/World/FillB", "C.<L.'key'>", "--replay 5,3,6"}) {
+        EXPECT_NE(text.output.find(word), std::string::npos) << word;
+    }
+    const auto json = nlohmann::json::parse(comp("info --json " + file("whole.exr")).output);
+    double bounces = 0, groups = 0;
+    for (const auto& layer : json["layers"]) {
+        if (layer["family"] == "bounces") bounces += layer["energyShare"].get<double>();
+        if (layer["family"] == "groups") groups += layer["energyShare"].get<double>();
+    }
+    // Every family holds all the light, up to half rounding
+    EXPECT_NEAR(bounces, 1.0, 1e-3);
+    EXPECT_NEAR(groups, 1.0, 1e-3);
+}
+
+}  // namespace
+}  // namespace velatura::compositor

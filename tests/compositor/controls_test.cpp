@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/controls.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace velatura::compositor {
+namespace {
+
+TEST(Gain, IsAFactorOrStops) {
+    const std::vector<std::pair<const char*, float>> good = {
+        {"2", 2.0f}, {"0.5", 0.5f}, {"+1st", 2.0f}, {"-1st", 0.5f}, {"1.5st", std::exp2(1.5f)},
+        {"0", 0.0f}, {"0st", 1.0f}};
+    for (const auto& [text, value] : good) {
+        const auto gain = parse_gain(text);
+        ASSERT_TRUE(gain.has_value()) << text;
+        EXPECT_EQ(*gain, value) << text;
+    }
+    for (const char* text : {"", "st", "-1", "two", "1.5stops", "nan", "inf", "1,5", "++1"}) {
+        EXPECT_EQ(parse_gain(text).has_value(), false) << text;
+    }
+}
+
+TEST(Control, SaysWhatItExpected) {
+    EXPECT_TRUE(parse_control(Control::Kind::Tint, "key=1,.9,.8").has_value());
+    for (const char* text : {"key=1,1", "key=1,1,1,1", "key=", "=1,1,1", "key", "key=1,-1,1"}) {
+        EXPECT_FALSE(parse_control(Control::Kind::Tint, text).has_value()) << text;
+    }
+    for (const char* text : {"key=1.5", "key=-0.1", "key=x"}) {
+        EXPECT_FALSE(parse_control(Control::Kind::Shadow, text).has_value()) << text;
+    }
+    EXPECT_FALSE(parse_control(Control::Kind::Mute, "key=1").has_value());
+    EXPECT_FALSE(parse_control(Control::Kind::Kelvin, "key=100").has_value());
+}
+
+TEST(KelvinTint, IsWhiteAtD65WarmBelowAndKeepsLuminance) {
+    const auto white = kelvin_tint(6504.0f), warm = kelvin_tint(3200.0f),
+               cool = kelvin_tint(12000.0f);
+    for (const float v : white) EXPECT_NEAR(v, 1.0f, 1e-6f);
+    EXPECT_GT(warm[0], warm[1]);
+    EXPECT_GT(warm[1], warm[2]);
+    EXPECT_LT(cool[0], cool[2]);
+    for (const auto& t : {warm, cool})
+        EXPECT_NEAR(0.2126f * t[0] + 0.7152f * t[1] + 0.0722f * t[2], 1.0f, 1e-5f);
+}
+
+TEST(Look, SurvivesJson) {
+    Look look;
+    look.controls.push_back(*parse_control(Control::Kind::Gain, "indirect=+1.5st"));
+    look.controls.push_back(*parse_control(Control::Kind::Tint, "fill=1,.9,.8"));
+    look.controls.push_back(*parse_control(Control::Kind::Mute, "env"));
+    look.controls.push_back(*parse_control(Control::Kind::Shadow, "key=0.3"));
+    look.exposure_stops = -0.5f;
+    look.view = "sRGB";
+    const auto back = look_from_json(look_to_json(look));
+    ASSERT_TRUE(back.has_value()) << back.error().message;
+    EXPECT_EQ(look_to_json(*back), look_to_json(look));
+    ASSERT_EQ(back->controls.size(), 4u);
+    EXPECT_EQ(back->controls[0].factor, look.controls[0].factor);
+    for (const char* bad :
+         {"", "{}", "{\"schema\":\"other\",\"controls\":[]}",
+          "{\"schema\":\"velatura.look/1\",\"controls\":[{\"do\":\"blur\",\"name\":\"key\"}]}",
+          "{\"schema\":\"velatura.look/1\",\"controls\":[{\"do\":\"gain\",\"name\":\"key\"}]}"}) {
+        EXPECT_EQ(look_from_json(bad).error().code, "bad-preset") << bad;
+    }
+}
+
+}  // namespace
+}  // namespace velatura::compositor

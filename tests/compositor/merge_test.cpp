@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/merge.h"
+
+#include "compositor/diff.h"
+#include "film/film.h"
+#include "image/digest.h"
+#include "image/exr.h"
+#include "image/layer_file.h"
+#include "film/film_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <functional>
+
+namespace velatura::compositor {
+namespace {
+
+const image::Window window{0, 0, 18, 10};
+
+film::LayerSet full_set() {
+    film::LayerSet set = film::test_layer_set();
+    set.matrix_layers = set.shadow_layers = set.halves = true;
+    return set;
+}
+
+std::string part(const std::string& name,
+                 uint64_t first,
+                 uint64_t end,
+                 const std::function<void(film::LayerSet&, film::FileInfo&)>& change = {}) {
+    film::LayerSet set = full_set();
+    film::FileInfo info;
+    info.store_sums = true;
+    info.seed = 5;
+    info.scene_hash = "scene";
+    info.settings_hash = "settings";
+    if (change) change(set, info);
+    film::Film film(window, set);
+    film::render(film, first, end);
+    const std::string path = film::temporary_file("merge_" + name + ".exr");
+    const auto written = film.write(path, info);
+    EXPECT_TRUE(written.has_value()) << written.error().message;
+    return path;
+}
+
+TEST(Merge, ReproducesTheSingleRenderBitForBit) {
+    const auto whole = image::read_layer_file(
+        part("whole", 0, 13, [](auto&, auto& info) { info.store_sums = false; }));
+    const std::string out = film::temporary_file("merge_out.exr");
+    const std::vector<std::vector<uint64_t>> splits = {{0, 8, 13}, {0, 5, 13}, {0, 1, 2, 7, 13}};
+    for (const auto& split : splits) {
+        std::vector<std::string> inputs;
+        for (size_t i = 0; i + 1 < split.size(); ++i) {
+            inputs.push_back(part("part" + std::to_string(i), split[i], split[i + 1]));
+        }
+        // The order on the command line does not matter
+        std::reverse(inputs.begin(), inputs.end());
+        const auto merged = merge_files(inputs, out, false);
+        ASSERT_TRUE(merged.has_value()) << merged.error().message;
+        const auto image = image::read_layer_file(out);
+        EXPECT_EQ(merged->sha256, image::digest_of(*whole));
+        const auto difference = compare(*image, *whole);
+        ASSERT_TRUE(difference.has_value());
+        EXPECT_TRUE(difference->is_equal);
+        EXPECT_EQ(image->text("velatura/samples"), whole->text("velatura/samples"));
+        EXPECT_EQ(image->text("velatura/layers"), whole->text("velatura/layers"));
+        EXPECT_EQ(image->text("velatura/closure"), whole->text("velatura/closure"));
+    }
+}
+
+TEST(Merge, GoesOnFromAMergedFile) {
+    const std::string ab = film::temporary_file("merge_ab.exr"),
+                      abc = film::temporary_file("merge_abc.exr");
+    ASSERT_TRUE(merge_files({part("a", 0, 3), part("b", 3, 6)}, ab, true).has_value());
+    const auto merged = merge_files({ab, part("c", 6, 11)}, abc, false);
+    ASSERT_TRUE(merged.has_value()) << merged.error().message;
+    EXPECT_EQ(merged->sha256, image::digest_of(*image::read_layer_file(part("all", 0, 11))));
+}
+
+TEST(Merge, RefusesWhatDoesNotFit) {
+    const std::string first = part("first", 0, 4), out = film::temporary_file("merge_refused.exr");
+    std::filesystem::remove(out);
+
+    struct Case {
+        const char* says;
+        std::string other;
+    };
+
+    const std::vector<Case> cases = {
+        {"overlap", part("overlap", 3, 6)},
+        {"overlap", part("same", 0, 4)},
+        {"gap", part("gap", 5, 8)},
+        {"different scenes",
+         part("scene", 4, 8, [](auto&, auto& info) { info.scene_hash = "other"; })},
+        {"different settings",
+         part("settings", 4, 8, [](auto&, auto& info) { info.settings_hash = "other"; })},
+        {"different seeds", part("seed", 4, 8, [](auto&, auto& info) { info.seed = 6; })},
+        {"different layers", part("layers", 4, 8, [](auto& set, auto&) { set.halves = false; })},
+        {"different layers",
+         part("lights", 4, 8, [](auto& set, auto&) { set.groups[1].name = "rim"; })},
+        {"no sums", part("sums", 4, 8, [](auto&, auto& info) { info.store_sums = false; })},
+    };
+    for (const Case& c : cases) {
+        const auto merged = merge_files({first, c.other}, out, false);
+        ASSERT_FALSE(merged.has_value()) << c.says;
+        EXPECT_EQ(merged.error().code, "merge-refused");
+        EXPECT_NE(merged.error().message.find(c.says), std::string::npos) << merged.error().message;
+        EXPECT_FALSE(std::filesystem::exists(out));
+    }
+}
+
+TEST(Merge, RefusesDamagedSums) {
+    const std::string first = part("first", 0, 4), second = part("damaged", 4, 8);
+    auto image = image::read_exr(second);
+    for (image::Part& p : image->parts) {
+        for (image::Channel& c : p.channels) {
+            if (c.name == "sums0_0.x1") std::get<std::vector<uint32_t>>(c.data)[3] ^= 1u;
+        }
+    }
+    ASSERT_TRUE(image::write_image_file(second, *image).has_value());
+    EXPECT_EQ(merge_files({first, second}, film::temporary_file("merge_damaged_out.exr"), false)
+                  .error()
+                  .code,
+              "merge-refused");
+}
+
+TEST(Diff, MeasuresInClosedForm) {
+    image::Image a, b;
+    a.data = a.display = {0, 0, 2, 1};
+    image::Part part;
+    part.channels.push_back(image::Channel::make("b0.R", image::ChannelType::Float, 2));
+    a.parts.push_back(part);
+    b = a;
+    std::get<std::vector<float>>(a.parts[0].channels[0].data) = {1.0f, 4.0f};
+    std::get<std::vector<float>>(b.parts[0].channels[0].data) = {1.0f, 2.0f};
+    const auto difference = compare(a, b);
+    ASSERT_TRUE(difference.has_value());
+    EXPECT_FALSE(difference->is_equal);
+    EXPECT_EQ(difference->layers[0].largest, 2.0);
+    EXPECT_EQ(difference->layers[0].mean, 1.0);
+    EXPECT_EQ(difference->layers[0].x, 1);
+    EXPECT_DOUBLE_EQ(difference->layers[0].rel_mse, 0.5 * 4.0 / 4.01);
+    EXPECT_EQ(difference_image(a, b).find("b0.R")->value(1), 2.0f);
+    EXPECT_TRUE(compare(a, a)->is_equal);
+    b.data = {0, 0, 1, 2};
+    EXPECT_EQ(compare(a, b).error().code, "diff-window");
+}
+
+}  // namespace
+}  // namespace velatura::compositor
