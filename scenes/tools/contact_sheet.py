@@ -36,7 +36,7 @@ def cells(lights):
     for light in lights:
         yield f"light_{light}", f"only {light}", ["--solo", light]
     yield "indirect_up", "indirect +1.5 stops", ["--gain", "indirect=+1.5st"]
-    yield "shadows_lifted", f"shadows of {lights[0]} lifted", ["--shadow", f"{lights[0]}=0.35"]
+    yield "shadows_lifted", f"shadows of {lights[0]} lifted", ["--shadow", f"{lights[0]}=0.7"]
 
 
 def halved(path):

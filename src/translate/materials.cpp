@@ -98,10 +98,15 @@ const MaterialEntry& material_entry(Context& ctx, Prim material) {
     const auto [it, is_new] = ctx.materials.try_emplace(material.path_string());
     MaterialEntry& entry = it->second;
     if (!is_new) return entry;
-    for (const char* output : {"outputs:displacement", "outputs:volume"}) {
-        if (material.attribute(output).has_authored_connections())
-            ctx.warn("unsupported-material-output", material.attribute(output),
-                     fmt::format("{} is not supported and is left out", output));
+    for (const char* name : {"outputs:displacement", "outputs:volume"}) {
+        const Attribute output = material.attribute(name);
+        if (!output.has_authored_connections()) continue;
+        // A UsdPreviewSurface answers for its displacement itself, where it is not zero
+        const Prim source = shader_source(ctx, output).shader;
+        if (source && read_text(source.attribute("info:id"), "", ctx.time) == "UsdPreviewSurface")
+            continue;
+        ctx.warn("unsupported-material-output", output,
+                 fmt::format("{} is not supported and is left out", name));
     }
     const Prim shader = surface_shader(ctx, material);
     if (!shader) return entry;
@@ -130,13 +135,8 @@ bool has_binding(Context& ctx, Prim prim) {
 
 const MaterialEntry& bound_material(Context& ctx, Prim prim) {
     const auto binding = usd::stage::resolve_material(prim, ctx.material_purpose);
-    if (!binding.is_bound()) return no_material;
-    if (!binding.material) {
-        ctx.diagnostics.warn("bad-material-binding", binding.relation.loc(), prim.path_string(),
-                             fmt::format("{} names no Material, displayColor is shown",
-                                         binding.relation.path_string()));
-        return no_material;
-    }
+    // The stage has warned about a binding that names no Material; it still wins
+    if (!binding.material) return no_material;
     return material_entry(ctx, binding.material);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "image/resolve.h"
 #include "film/film_scene.h"
+#include "image/resolve.h"
 
 #include <gtest/gtest.h>
 

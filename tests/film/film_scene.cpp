@@ -4,6 +4,7 @@
 #include "base/hash.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +14,19 @@
 namespace velatura::film {
 
 namespace {
+
+/// Goes away with the process.
+struct TemporaryFolder {
+    std::filesystem::path path = std::filesystem::path(testing::TempDir()) /
+                                 ("velatura_film_test_" + std::to_string(getpid()));
+
+    TemporaryFolder() { std::filesystem::create_directories(path); }
+
+    ~TemporaryFolder() { std::filesystem::remove_all(path); }
+
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+};
 
 float uniform(uint64_t key) {
     return float(mix64(key) >> 40) * 0x1p-24f;
@@ -85,9 +99,9 @@ void render(Film& film, uint64_t first, uint64_t end, int order) {
 }
 
 std::string temporary_file(const std::string& name) {
-    const auto folder = std::filesystem::path(testing::TempDir()) / "velatura_film_test";
-    std::filesystem::create_directories(folder);
-    return (folder / name).string();
+    // Of this process alone: ctest runs tests side by side, and so do several builds on one machine
+    static const TemporaryFolder folder;
+    return (folder.path / name).string();
 }
 
 }  // namespace velatura::film

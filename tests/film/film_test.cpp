@@ -3,9 +3,9 @@
 
 #include "base/hash.h"
 #include "base/tasks.h"
+#include "film/film_scene.h"
 #include "image/digest.h"
 #include "image/resolve.h"
-#include "film/film_scene.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/layer_file.h"
 
+#include "film/film_scene.h"
 #include "image/digest.h"
 #include "image/exr.h"
 #include "image/layer_check.h"
 #include "image/sums_part.h"
-#include "film/film_scene.h"
 
 #include <gtest/gtest.h>
 

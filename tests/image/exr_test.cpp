@@ -5,6 +5,7 @@
 #include "image/digest.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstring>
 #include <filesystem>
@@ -12,10 +13,22 @@
 namespace velatura::image {
 namespace {
 
+/// Goes away with the process; ctest runs tests side by side.
+struct TemporaryFolder {
+    std::filesystem::path path = std::filesystem::path(testing::TempDir()) /
+                                 ("velatura_exr_test_" + std::to_string(getpid()));
+
+    TemporaryFolder() { std::filesystem::create_directories(path); }
+
+    ~TemporaryFolder() { std::filesystem::remove_all(path); }
+
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+};
+
 std::string temporary(const std::string& name) {
-    const auto folder = std::filesystem::path(testing::TempDir()) / "velatura_exr_test";
-    std::filesystem::create_directories(folder);
-    return (folder / name).string();
+    static const TemporaryFolder folder;
+    return (folder.path / name).string();
 }
 
 Image sample_image(int parts) {

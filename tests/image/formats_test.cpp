@@ -6,6 +6,7 @@
 #include "image/exr.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -13,10 +14,22 @@
 namespace velatura::image {
 namespace {
 
+/// Goes away with the process; ctest runs tests side by side.
+struct TemporaryFolder {
+    std::filesystem::path path = std::filesystem::path(testing::TempDir()) /
+                                 ("velatura_formats_test_" + std::to_string(getpid()));
+
+    TemporaryFolder() { std::filesystem::create_directories(path); }
+
+    ~TemporaryFolder() { std::filesystem::remove_all(path); }
+
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+};
+
 std::string temporary(const std::string& name) {
-    const auto folder = std::filesystem::path(testing::TempDir()) / "velatura_formats_test";
-    std::filesystem::create_directories(folder);
-    return (folder / name).string();
+    static const TemporaryFolder folder;
+    return (folder.path / name).string();
 }
 
 float srgb_from_linear(float v) {

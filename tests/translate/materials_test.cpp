@@ -157,7 +157,7 @@ TEST(Materials, BindingsByNearestStrengthPurposeAndSubset) {
     EXPECT_EQ(material_of(t, 3).name, "/M/A");
     EXPECT_EQ(t.scene.shapes[4].material, scene::none);
     EXPECT_EQ(t.scene.shapes[5].material, scene::none);
-    EXPECT_EQ(t.count("bad-material-binding"), 1u);
+    EXPECT_EQ(t.count("usd-binding-target"), 1u);
 }
 
 TEST(Materials, SubsetsBindFaces) {

@@ -149,19 +149,49 @@ void PrimIndexer::collect(int i, std::vector<int>& plain, std::vector<int>& defe
 }
 
 bool PrimIndexer::is_stronger_specialize(int a, int b) const {
-    const auto origin = [&](int i) {
-        size_t steps = 0;
-        while (node(i).parent >= 0 && node(i).origin != node(i).parent && node(i).origin >= 0) {
-            i = node(i).origin;
-            ++steps;
-        }
-        return std::pair(i, steps);
+    // The specializes that a node stands in, outermost first; each with the arc it repeats and how
+    // often
+    struct Link {
+        int node;
+        int origin;
+        size_t steps;
     };
-    const auto from_a = origin(a);
-    const auto from_b = origin(b);
-    // The same class seen from further up is stronger; else the order of what introduced them
-    if (from_a.first == from_b.first) return from_a.second > from_b.second;
-    return precedes(from_a.first, from_b.first);
+
+    const auto chain_of = [&](int i) {
+        std::vector<Link> chain;
+        while (i >= 0) {
+            if (node(i).arc != ArcType::Specialize) {
+                i = node(i).parent;
+                continue;
+            }
+            Link link{i, i, 0};
+            while (node(link.origin).origin != node(link.origin).parent) {
+                link.origin = node(link.origin).origin;
+                ++link.steps;
+            }
+            chain.push_back(link);
+            // An implied arc stands where the arc that it repeats was introduced
+            i = node(link.origin).parent;
+        }
+        std::reverse(chain.begin(), chain.end());
+        return chain;
+    };
+    const std::vector<Link> x = chain_of(a);
+    const std::vector<Link> y = chain_of(b);
+    for (size_t i = 0; i < x.size() && i < y.size(); ++i) {
+        if (x[i].origin == y[i].origin) continue;
+        // Below copies of one arc the stronger copy decides, else the order of what introduced the
+        // arcs
+        if (i > 0 && x[i - 1].node != y[i - 1].node) return x[i - 1].steps > y[i - 1].steps;
+        return precedes(x[i].origin, y[i].origin);
+    }
+    // What contains is stronger than what it contains; the same class seen from further up is
+    // stronger
+    if (x.size() != y.size()) return x.size() < y.size();
+    for (size_t i = 0; i < x.size(); ++i) {
+        if (x[i].steps != y[i].steps) return x[i].steps > y[i].steps;
+    }
+    return false;
 }
 
 void PrimIndexer::rank() {

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// What goes wrong on the user's side: a clear message, the documented exit code, no partial file.
+#include <gtest/gtest.h>
+
+#include "command.h"
+
+namespace velatura::test {
+
+namespace {
+
+constexpr const char* quick = " --res 16 16 --spp 1 --progress none";
+
+void expect_failure(const CommandResult& r, int exit_code, const std::string& text) {
+    EXPECT_EQ(r.exit_code, exit_code) << r.output;
+    EXPECT_NE(r.output.find(text), std::string::npos) << "expected \"" << text << "\" in: " << r.output;
+}
+
+}  // namespace
+
+TEST(BadInput, MissingFile) {
+    const Workplace w;
+    expect_failure(w.velatura("render nothere.usda -o x.exr"), 1, "nothere.usda");
+    EXPECT_EQ(w.files_beside(""), "");
+}
+
+TEST(BadInput, BrokenLayerNamesLineAndColumn) {
+    const Workplace w;
+    w.write("broken.usda", "#usda 1.0\ndef Mesh \"A\" {\n int[] x = [1, 2\n}\n");
+    expect_failure(w.velatura("render broken.usda -o x.exr"), 1, "broken.usda:4:1: error: ");
+    EXPECT_EQ(w.files_beside("broken.usda"), "");
+}
+
+TEST(BadInput, ReferenceCycleCostsOnlyThatArc) {
+    const Workplace w;
+    w.write("a.usda", "#usda 1.0\ndef \"A\" (references = @b.usda@</B>)\n{\n}\ndef Sphere \"S\"\n{\n}\n");
+    w.write("b.usda", "#usda 1.0\ndef \"B\" (references = @a.usda@</A>)\n{\n}\n");
+    const CommandResult r = w.velatura(std::string("render a.usda -o x.exr") + quick);
+    expect_failure(r, 0, "cycle");
+    EXPECT_TRUE(w.exists("x.exr"));
+    expect_failure(w.velatura(std::string("render a.usda -o y.exr --strict") + quick), 1, "--strict");
+    EXPECT_FALSE(w.exists("y.exr"));
+}
+
+TEST(BadInput, TextureThatIsNoImage) {
+    const Workplace w;
+    w.write("bad.png", "not an image");
+    w.write("t.usda", R"usda(#usda 1.0
+def Sphere "S" (prepend apiSchemas = ["MaterialBindingAPI"])
+{
+    rel material:binding = </M>
+}
+def Material "M"
+{
+    token outputs:surface.connect = </M/P.outputs:surface>
+    def Shader "P"
+    {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>
+        token outputs:surface
+    }
+    def Shader "T"
+    {
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @bad.png@
+        float3 outputs:rgb
+    }
+}
+)usda");
+    const CommandResult r = w.velatura(std::string("render t.usda -o x.exr") + quick);
+    expect_failure(r, 0, "bad.png");
+    EXPECT_NE(r.output.find("t.usda:15:"), std::string::npos) << "the message names the prim's place: " << r.output;
+    EXPECT_TRUE(w.exists("x.exr"));
+}
+
+TEST(BadInput, UnknownCameraListsTheCamerasThereAre) {
+    const Workplace w;
+    w.write("s.usda", small_scene());
+    expect_failure(w.velatura("render s.usda -c /W/Nope -o x.exr"), 1, "/W/Cam");
+    EXPECT_FALSE(w.exists("x.exr"));
+}
+
+TEST(BadInput, UnwritableFolderIsFoundBeforeTheRender) {
+    const Workplace w;
+    w.write("s.usda", small_scene());
+    expect_failure(w.velatura(std::string("render s.usda -o no/such/folder/x.exr") + quick), 1, "no/such/folder/x.exr");
+    EXPECT_EQ(w.files_beside("s.usda"), "");
+}
+
+TEST(BadInput, UsageErrors) {
+    const Workplace w;
+    w.write("s.usda", small_scene());
+    for (const char* arguments : {"", "render", "render s.usda --res 0 0", "render s.usda --res 16 -4", "render s.usda --spp 0", "render s.usda --spp many",
+                                  "render s.usda --samples 8:4", "render s.usda --samples 0:4 --spp 8", "render s.usda --crop 0.5 0.5 0 1",
+                                  "render s.usda --layers bounce,nonsense", "render s.usda --frames 1-", "render s.usda --tile 17",
+                                  "render s.usda --mode tile --time 10s", "render s.usda --nonsense", "render s.usda --replay 1,2"}) {
+        EXPECT_EQ(w.velatura(arguments).exit_code, 2) << arguments;
+    }
+    EXPECT_EQ(w.files_beside("s.usda"), "");
+}
+
+TEST(BadInput, EmptySceneAndEmptyCrop) {
+    const Workplace w;
+    w.write("empty.usda", "#usda 1.0\n");
+    EXPECT_EQ(w.velatura(std::string("render empty.usda -o x.exr") + quick).exit_code, 0);
+    EXPECT_EQ(w.comp("verify x.exr").exit_code, 0);
+    expect_failure(w.velatura(std::string("render empty.usda -o y.exr --crop 0 0.001 0 1") + quick), 2, "crop");
+    EXPECT_FALSE(w.exists("y.exr"));
+}
+
+TEST(BadInput, CompositorOnFilesThatAreNone) {
+    const Workplace w;
+    w.write("text.exr", "not an EXR file");
+    for (const char* command : {"info", "verify", "mix -o out.exr"}) {
+        const CommandResult r = w.comp(std::string(command) + " text.exr");
+        EXPECT_EQ(r.exit_code, 1) << command << ": " << r.output;
+    }
+    EXPECT_EQ(w.comp("info nothere.exr").exit_code, 1);
+    EXPECT_EQ(w.files_beside("text.exr"), "");
+}
+
+}  // namespace velatura::test

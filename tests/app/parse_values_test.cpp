@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/parse_values.h"
+
+#include <gtest/gtest.h>
+
+#include "app/render_frame.h"
+
+namespace velatura::app {
+
+TEST(ParseFrames, ListsAndRanges) {
+    EXPECT_EQ(*parse_frames("1-10x3,15"), (std::vector<double>{1, 4, 7, 10, 15}));
+    EXPECT_EQ(*parse_frames("5-3"), (std::vector<double>{5, 4, 3}));
+    EXPECT_EQ(*parse_frames("-2--1"), (std::vector<double>{-2, -1}));
+    EXPECT_EQ(*parse_frames("1.5"), (std::vector<double>{1.5}));
+    EXPECT_EQ(parse_frames("0-1x0.1")->size(), 11u);
+}
+
+TEST(ParseFrames, RefusesNonsense) {
+    for (const char* text : {"", "a", "1-", "1-2x0", "1-2x-1", "1,,2", "1-1e12", "nan", "inf"}) EXPECT_FALSE(parse_frames(text)) << text;
+}
+
+TEST(ParseDuration, Units) {
+    EXPECT_EQ(*parse_duration("90"), 90.0);
+    EXPECT_EQ(*parse_duration("1.5m"), 90.0);
+    EXPECT_EQ(*parse_duration("2h"), 7200.0);
+    for (const char* text : {"", "m", "-1", "1d", "1 s"}) EXPECT_FALSE(parse_duration(text)) << text;
+}
+
+TEST(ParseFraction, PercentOrNumber) {
+    EXPECT_DOUBLE_EQ(*parse_fraction("1%"), 0.01);
+    EXPECT_DOUBLE_EQ(*parse_fraction("0.25"), 0.25);
+    EXPECT_FALSE(parse_fraction("x%"));
+}
+
+TEST(ParseSampleRange, HalfOpen) {
+    EXPECT_EQ(*parse_sample_range("0:32"), (std::pair<uint64_t, uint64_t>(0, 32)));
+    for (const char* text : {"5:5", "6:5", "5", ":5", "5:", "-1:5", "0:99999999999"}) EXPECT_FALSE(parse_sample_range(text)) << text;
+}
+
+TEST(DataWindow, PixelsWhoseCentreIsInside) {
+    scene::RenderSettings s;
+    s.width = 100;
+    s.height = 50;
+    EXPECT_EQ(data_window(s, {}), (image::Window{0, 0, 100, 50}));
+    // NDC counts from the bottom, rows from the top
+    EXPECT_EQ(data_window(s, {0.0, 0.5, 0.0, 0.5}), (image::Window{0, 25, 50, 50}));
+    // Neighbouring crops share no pixel and leave none out
+    EXPECT_EQ(data_window(s, {0.0, 0.333, 0.0, 1.0}).x1, data_window(s, {0.333, 1.0, 0.0, 1.0}).x0);
+    s.data_window_ndc = {0.25, 0.0, 0.75, 1.0};
+    EXPECT_EQ(data_window(s, {0.5, 1.0, 0.0, 1.0}), (image::Window{50, 0, 75, 50}));
+}
+
+}  // namespace velatura::app

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a USD file to a recombined picture, through the two programs alone.
+#include <cmath>
+#include <vector>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "command.h"
+#include "image/exr.h"
+
+namespace velatura::test {
+
+namespace {
+
+constexpr const char* small = " --progress none -q ";
+
+image::Image read(const Workplace& w, const std::string& name) {
+    Result<image::Image> image = image::read_exr(w.path(name));
+    if (!image) throw std::runtime_error(image.error().message);
+    return std::move(*image);
+}
+
+std::vector<float> channel(const image::Image& image, const std::string& name) {
+    const image::Channel* c = image.find(name);
+    EXPECT_NE(c, nullptr) << name;
+    std::vector<float> out;
+    for (size_t i = 0; c && i < c->size(); ++i) out.push_back(c->value(i));
+    return out;
+}
+
+class Recombine : public testing::Test {
+  protected:
+    void SetUp() override { w.write("s.usda", small_scene()); }
+
+    void render(const std::string& arguments) {
+        const CommandResult r = w.velatura("render s.usda --res " + size + small + arguments);
+        ASSERT_EQ(r.exit_code, 0) << r.output;
+    }
+
+    Workplace w;
+    std::string size = "40 34";
+};
+
+}  // namespace
+
+TEST_F(Recombine, OnePictureHoweverItWasMade) {
+    render("--spp 12 -o reference.exr");
+    const std::string expected = w.hash("reference.exr");
+    ASSERT_EQ(expected.size(), 64u);
+    for (const char* how : {"--mode tile --tile 16", "--mode tile --tile 64", "--threads 1", "--threads 2", "--threads 3 --mode tile", "--snapshot 0.01s"}) {
+        render(fmt::format("--spp 12 -o other.exr {}", how));
+        EXPECT_EQ(w.hash("other.exr"), expected) << how;
+    }
+}
+
+TEST_F(Recombine, SplitBySamplesAndMergedIsTheWhole) {
+    render("--samples 0:12 -o whole.exr");
+    for (const int split : {1, 5, 8}) {
+        render(fmt::format("--samples 0:{} -o a.exr", split));
+        render(fmt::format("--samples {}:12 -o b.exr", split));
+        const CommandResult merged = w.comp("merge a.exr b.exr -o merged.exr");
+        ASSERT_EQ(merged.exit_code, 0) << merged.output;
+        EXPECT_EQ(w.hash("merged.exr"), w.hash("whole.exr")) << "split at " << split;
+        EXPECT_EQ(w.comp("verify merged.exr").exit_code, 0);
+    }
+    // The picture itself is also that of a plain render
+    render("--spp 12 -o plain.exr");
+    EXPECT_EQ(channel(read(w, "merged.exr"), "R"), channel(read(w, "plain.exr"), "R"));
+}
+
+TEST_F(Recombine, MergeRefusesWhatDoesNotBelongTogether) {
+    render("--samples 0:4 -o a.exr");
+    render("--samples 2:8 -o overlap.exr");
+    render("--samples 4:8 --seed 9 -o seed.exr");
+    render("--samples 8:12 -o gap.exr");
+    for (const char* other : {"overlap.exr", "seed.exr", "gap.exr"}) {
+        const CommandResult r = w.comp(fmt::format("merge a.exr {} -o m.exr", other));
+        EXPECT_EQ(r.exit_code, 5) << other << ": " << r.output;
+        EXPECT_FALSE(w.exists("m.exr"));
+    }
+}
+
+TEST_F(Recombine, UnitMixIsTheBeautyBitForBit) {
+    render("--spp 4 -o s.exr");
+    const CommandResult r = w.comp("mix s.exr -o m.exr --gain all=1 --gain indirect=+0st");
+    ASSERT_EQ(r.exit_code, 0) << r.output;
+    const image::Image before = read(w, "s.exr"), after = read(w, "m.exr");
+    for (const char* c : {"R", "G", "B", "A"}) EXPECT_EQ(channel(after, c), channel(before, c)) << c;
+}
+
+TEST_F(Recombine, OneStopDoublesTheIndirectLight) {
+    render("--spp 4 --bounces 2 -o s.exr");
+    ASSERT_EQ(w.comp("mix s.exr -o one.exr --mute b0 --mute b1").exit_code, 0);
+    const CommandResult r = w.comp("mix s.exr -o two.exr --gain indirect=+1st --mute b0 --mute b1");
+    ASSERT_EQ(r.exit_code, 0) << r.output;
+    const std::vector<float> one = channel(read(w, "one.exr"), "G"), two = channel(read(w, "two.exr"), "G");
+    double sum = 0;
+    for (size_t i = 0; i < one.size(); ++i) {
+        EXPECT_EQ(two[i], 2.0f * one[i]) << "pixel " << i;
+        sum += double(one[i]);
+    }
+    EXPECT_GT(sum, 0.0);
+}
+
+TEST_F(Recombine, LightGroupsSplitTheBeauty) {
+    render("--spp 4 -o s.exr");
+    ASSERT_EQ(w.comp("verify s.exr").exit_code, 0);
+    const image::Image all = read(w, "s.exr");
+    std::vector<double> sum(channel(all, "R").size(), 0.0);
+    for (const char* group : {"key", "lamp", "sky"}) {
+        const CommandResult r = w.comp(fmt::format("mix s.exr -o solo.exr --solo {}", group));
+        ASSERT_EQ(r.exit_code, 0) << r.output;
+        const std::vector<float> solo = channel(read(w, "solo.exr"), "R");
+        for (size_t i = 0; i < sum.size(); ++i) sum[i] += double(solo[i]);
+    }
+    const std::vector<float> beauty = channel(all, "R");
+    for (size_t i = 0; i < sum.size(); ++i) EXPECT_NEAR(sum[i], double(beauty[i]), 1e-5 * (1.0 + double(beauty[i])));
+}
+
+TEST_F(Recombine, MutedLightIsARenderWithoutIt) {
+    // The same seeds need not pick the same lights, so this compares pictures of many samples
+    size = "12 10";
+    render("--spp 256 -o s.exr");
+    ASSERT_EQ(w.comp("mix s.exr -o muted.exr --mute lamp").exit_code, 0);
+    std::string without = small_scene();
+    const size_t at = without.find("float inputs:intensity = 10");
+    ASSERT_NE(at, std::string::npos);
+    without.replace(at, 27, "float inputs:intensity = 0 ");
+    w.write("s.usda", without);
+    render("--spp 256 -o without.exr");
+    const std::vector<float> a = channel(read(w, "muted.exr"), "G"), b = channel(read(w, "without.exr"), "G");
+    double sum_a = 0, sum_b = 0;
+    for (size_t i = 0; i < a.size(); ++i) {
+        sum_a += double(a[i]);
+        sum_b += double(b[i]);
+    }
+    EXPECT_NEAR(sum_a / sum_b, 1.0, 0.01);
+}
+
+TEST_F(Recombine, CropIsThatPartOfThePicture) {
+    render("--spp 3 -o whole.exr");
+    render("--spp 3 --crop 0.25 0.75 0 0.5 -o crop.exr");
+    const image::Image whole = read(w, "whole.exr"), crop = read(w, "crop.exr");
+    ASSERT_EQ(crop.data, (image::Window{10, 17, 30, 34}));
+    const image::Channel* a = whole.find("R");
+    const image::Channel* b = crop.find("R");
+    for (int y = crop.data.y0; y < crop.data.y1; ++y) {
+        for (int x = crop.data.x0; x < crop.data.x1; ++x) {
+            EXPECT_EQ(b->value(crop.data.index(x, y)), a->value(whole.data.index(x, y))) << x << ", " << y;
+        }
+    }
+}
+
+TEST_F(Recombine, FramesGetNumbers) {
+    render("--spp 1 -f 1-3x2 -o shot.####.exr");
+    EXPECT_TRUE(w.exists("shot.0001.exr"));
+    EXPECT_FALSE(w.exists("shot.0002.exr"));
+    EXPECT_TRUE(w.exists("shot.0003.exr"));
+}
+
+TEST_F(Recombine, TimeBudgetEndsWithCode3AndAValidFile) {
+    const CommandResult r = w.velatura("render s.usda --res " + size + small + "--spp 1000000 --time 0.3s -o s.exr");
+    EXPECT_EQ(r.exit_code, 3) << r.output;
+    EXPECT_EQ(w.comp("verify s.exr").exit_code, 0);
+}
+
+TEST_F(Recombine, StatisticsHaveTheKeysOfTheSchema) {
+    render("--spp 2 -o s.exr --stats s.json");
+    const CommandResult r = w.velatura("render s.usda --res " + size + small + "--spp 2 --replay 20,30,1");
+    EXPECT_EQ(r.exit_code, 0) << r.output;
+    EXPECT_NE(r.output.find("pixel (20, 30) sample 1: radiance"), std::string::npos) << r.output;
+    EXPECT_TRUE(w.exists("s.json"));
+}
+
+}  // namespace velatura::test

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stage_fixture.h"
+#include "usd/stage/stage.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+namespace velatura::usd::stage {
+namespace {
+
+using ValueTest = StageTest;
+
+TEST_F(ValueTest, SamplesInterpolateByType) {
+    open(R"(
+def "P" {
+    float f.timeSamples = { 0: 1, 10: 3 }
+    int i.timeSamples = { 0: 1, 10: 3 }
+    float[] same.timeSamples = { 0: [0, 2], 10: [10, 4] }
+    float[] other.timeSamples = { 0: [0], 10: [10, 4] }
+    quatf q.timeSamples = { 0: (1, 0, 0, 0), 10: (0, 0, 0, 1) }
+    float blocked.timeSamples = { 0: 1, 5: None, 10: 2 }
+    float only_default = 7
+}
+)");
+    const Prim prim = stage().prim_at("/P");
+    EXPECT_FLOAT_EQ(*prim.attribute("f").get<float>(5.0), 2.0f);
+    EXPECT_FLOAT_EQ(*prim.attribute("f").get<float>(-5.0), 1.0f);
+    EXPECT_FLOAT_EQ(*prim.attribute("f").get<float>(50.0), 3.0f);
+    EXPECT_FALSE(prim.attribute("f").get<float>().has_value());  // no default was authored
+    EXPECT_EQ(*prim.attribute("i").get<int>(9.0), 1);
+    EXPECT_EQ(*prim.attribute("same").get<std::vector<float>>(5.0), (std::vector<float>{5, 3}));
+    EXPECT_EQ(prim.attribute("other").get<std::vector<float>>(5.0)->size(), 1u);
+    // Half of a half turn about z
+    const auto q = *prim.attribute("q").get<layer::QuatFloat>(5.0);
+    EXPECT_NEAR(q.r, std::sqrt(0.5), 1e-6);
+    EXPECT_NEAR(q.v.z, std::sqrt(0.5), 1e-6);
+    EXPECT_FLOAT_EQ(*prim.attribute("blocked").get<float>(3.0), 1.0f);
+    EXPECT_FALSE(prim.attribute("blocked").get<float>(7.0).has_value());
+    EXPECT_FLOAT_EQ(*prim.attribute("blocked").get<float>(10.0), 2.0f);
+    EXPECT_FLOAT_EQ(*prim.attribute("only_default").get<float>(3.0), 7.0f);
+}
+
+TEST_F(ValueTest, StrongerDefaultBeatsWeakerSamples) {
+    write("weak.usda", "def \"P\" { float a.timeSamples = { 0: 1, 10: 2 } float b = 1 }\n");
+    open(
+        "( subLayers = [@weak.usda@] )\nover \"P\" { float a = 9; float b.timeSamples = { 5: 6 } "
+        "}\n");
+    const Prim prim = stage().prim_at("/P");
+    EXPECT_FLOAT_EQ(*prim.attribute("a").get<float>(5.0), 9.0f);
+    EXPECT_EQ(prim.attribute("a").value_source(), ValueSource::Default);
+    EXPECT_FLOAT_EQ(*prim.attribute("b").get<float>(5.0), 6.0f);
+    EXPECT_FLOAT_EQ(*prim.attribute("b").get<float>(), 1.0f);
+}
+
+TEST_F(ValueTest, BlocksUncoverTheFallback) {
+    write("weak.usda", "def Sphere \"S\" { double radius = 5; double other = 2 }\n");
+    open(
+        "( subLayers = [@weak.usda@] )\nover \"S\" { double radius = None; double other = None "
+        "}\n");
+    const Prim prim = stage().prim_at("/S");
+    EXPECT_DOUBLE_EQ(*prim.attribute("radius").get<double>(), 1.0);
+    EXPECT_FALSE(prim.attribute("radius").has_authored_value());
+    EXPECT_FALSE(prim.attribute("other").has_value());
+}
+
+TEST_F(ValueTest, OffsetsAndRatesRetimeSamples) {
+    write("sub.usda",
+          "( timeCodesPerSecond = 48 )\n"
+          "over \"P\" { float a.timeSamples = { 48: 1, 96: 2 } timecode t = 48 }\n");
+    open("( timeCodesPerSecond = 24\n subLayers = [@sub.usda@ (offset = 10)] )\ndef \"P\" {}\n");
+    const Attribute a = stage().prim_at("/P").attribute("a");
+    EXPECT_EQ(a.time_samples(), (std::vector<double>{34.0, 58.0}));
+    EXPECT_FLOAT_EQ(*a.get<float>(46.0), 1.5f);
+    EXPECT_DOUBLE_EQ(*stage().prim_at("/P").attribute("t").get<double>(), 34.0);
+}
+
+TEST_F(ValueTest, ReferenceOffsetsCompose) {
+    write("ref.usda", "def \"R\" { float a.timeSamples = { 0: 0, 10: 10 } }\n");
+    open("def \"P\" ( references = @ref.usda@</R> (offset = 100; scale = 2) ) {}\n");
+    EXPECT_FLOAT_EQ(*stage().prim_at("/P").attribute("a").get<float>(110.0), 5.0f);
+}
+
+TEST_F(ValueTest, ZeroRateIsClampedWithAWarning) {
+    open("( timeCodesPerSecond = 0 )\ndef \"P\" { float a.timeSamples = { 0: 1 } }\n");
+    EXPECT_DOUBLE_EQ(stage().time_codes_per_second(), 24.0);
+    EXPECT_GE(diagnostics_.warning_count(), 1u);
+}
+
+TEST_F(ValueTest, FallbacksOfSchemas) {
+    open(
+        "def Mesh \"M\" {}\ndef Camera \"C\" {}\ndef DistantLight \"L\" {}\ndef SphereLight \"S\" "
+        "{}\n"
+        "def Shader \"Sh\" { uniform token info:id = \"UsdPreviewSurface\" }\n");
+    EXPECT_EQ(*stage().prim_at("/M").attribute("subdivisionScheme").get<std::string>(),
+              "catmullClark");
+    EXPECT_FLOAT_EQ(*stage().prim_at("/C").attribute("focalLength").get<float>(), 50.0f);
+    EXPECT_FLOAT_EQ(*stage().prim_at("/L").attribute("inputs:intensity").get<float>(), 50000.0f);
+    EXPECT_FLOAT_EQ(*stage().prim_at("/S").attribute("inputs:intensity").get<float>(), 1.0f);
+    EXPECT_EQ(*stage().prim_at("/Sh").attribute("inputs:diffuseColor").get<layer::Vec3f>(),
+              layer::Vec3f(0.18f));
+    EXPECT_FALSE(stage().prim_at("/M").attribute("nonsense").is_valid());
+}
+
+TEST_F(ValueTest, TargetsMapThroughReferencesAndOutsidersAreDropped) {
+    write(
+        "ref.usda",
+        "def \"R\" { rel r = [</R/Child>, </Outside>]; def \"Child\" { float x; float y.connect = "
+        "</R/Child.x> } }\n"
+        "def \"Outside\" {}\n");
+    open("def \"World\" { def \"P\" ( references = @ref.usda@</R> ) {} }\n");
+    const auto targets = stage().prim_at("/World/P").relationship("r").targets();
+    ASSERT_EQ(targets.size(), 1u);
+    EXPECT_EQ(targets[0].to_string(), "/World/P/Child");
+    EXPECT_EQ(stage().prim_at("/World/P/Child").attribute("y").connections().at(0).to_string(),
+              "/World/P/Child.x");
+    EXPECT_GE(diagnostics_.warning_count(), 1u);
+}
+
+TEST_F(ValueTest, EqualInstancesShareOnePrototypeAndIgnoreLocalDescendants) {
+    write("ref.usda", "def \"R\" { def \"Child\" { float a = 1 } }\n");
+    open(R"(
+def "A" ( instanceable = true; references = @ref.usda@</R> ) { over "Child" { float a = 2 } }
+def "B" ( instanceable = true; references = @ref.usda@</R> ) {}
+def "C" ( references = @ref.usda@</R> ) { over "Child" { float a = 2 } }
+)");
+    const Prim a = stage().prim_at("/A");
+    EXPECT_TRUE(a.is_instance());
+    EXPECT_EQ(stage().prim_at("/B").prototype(), a.prototype());
+    EXPECT_EQ(stage().prototypes().size(), 1u);
+    EXPECT_FLOAT_EQ(*stage().prim_at("/A/Child").attribute("a").get<float>(), 1.0f);
+    EXPECT_FLOAT_EQ(*stage().prim_at("/B/Child").attribute("a").get<float>(), 1.0f);
+    EXPECT_FLOAT_EQ(*stage().prim_at("/C/Child").attribute("a").get<float>(), 2.0f);
+    EXPECT_TRUE(stage().prim_at("/B/Child").is_instance_proxy());
+}
+
+TEST_F(ValueTest, WinningOpinionKnowsItsPlace) {
+    open("def \"P\"\n{\n    float a = 1\n}\n");
+    const SourceLoc loc = stage().prim_at("/P").attribute("a").loc();
+    EXPECT_EQ(loc.line, 5u);  // behind the magic line and the line that spread() adds
+    EXPECT_GT(loc.column, 4u);
+}
+
+}  // namespace
+}  // namespace velatura::usd::stage
