@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <string>
 
 #include <fmt/format.h>
@@ -57,6 +58,9 @@ Result<std::vector<double>> parse_frames(std::string_view text) {
         if (count + double(frames.size()) > double(frame_limit)) return frames_error(text);
         for (double i = 0; i < count; ++i) frames.push_back(*first + i * direction);
     }
+    // A frame named twice is rendered once
+    std::set<double> seen;
+    std::erase_if(frames, [&](double frame) { return !seen.insert(frame).second; });
     return frames;
 }
 

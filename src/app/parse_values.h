@@ -10,7 +10,7 @@
 
 namespace velatura::app {
 
-/// Frames of "1-10x2,15": 1 3 5 7 9 15, in the order written. Frames may be fractional ("1.5").
+/// Frames of "1-10x2,15": 1 3 5 7 9 15, in the order written, each once. Frames may be fractional ("1.5").
 /// Errors: "bad-frames" (syntax, step 0, more than 10^6 frames).
 Result<std::vector<double>> parse_frames(std::string_view text);
 

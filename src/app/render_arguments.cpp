@@ -7,12 +7,12 @@ namespace velatura::app {
 
 void declare_render_options(CLI::App& command, RenderArguments& a) {
     command.add_option("scene", a.scene, "USD scene (.usda, .usd)")->required();
-    command.add_option("-o,--output", a.output, "EXR file; #### stands for the frame (default: the scene's productName, else SCENE.exr)");
+    command.add_option("-o,--output", a.output, "file, .exr; #### stands for the frame (default: the scene's productName, else SCENE.exr)");
 
     auto* what = command.add_option_group("What to render");
     what->add_option("-c,--camera", a.camera, "prim path of the camera (default: the render settings', else the first camera, else one that frames everything)");
     what->add_option("-s,--settings", a.settings, "prim path of the RenderSettings (default: renderSettingsPrimPath)");
-    what->add_option("-f,--frames", a.frames, "frames such as 1-10x2,15 (default: the default time, or startTimeCode of an animated scene)");
+    what->add_option("-f,--frames", a.frames, "frames such as 1-10x2,15 (default: startTimeCode of a stage with a time range, else the default time)");
     what->add_option("--res", a.resolution, "width and height in pixels")->expected(2)->type_name("W H");
     what->add_option("--crop", a.crop, "part of the picture as fractions, origin bottom left")->expected(4)->type_name("X0 X1 Y0 Y1");
     what->add_option("--purpose", a.purposes, "purposes to include besides default: render, proxy, guide")->delimiter(',');

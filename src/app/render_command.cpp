@@ -29,6 +29,7 @@ int fail(const Error& error, int code) {
 /// "shot.####.exr" with the frame filled in; of several frames each needs a name of its own.
 std::string frame_path(const std::string& pattern, double frame, bool has_many) {
     const size_t begin = pattern.find('#');
+    if (std::isnan(frame)) frame = 0.0;  // the default time
     const bool is_whole = frame == std::floor(frame);
     const auto number = [&](int width) { return is_whole ? fmt::format("{:0{}}", int64_t(frame), width) : fmt::format("{:0{}.3f}", frame, width + 4); };
     if (begin != std::string::npos) {
@@ -40,9 +41,14 @@ std::string frame_path(const std::string& pattern, double frame, bool has_many) 
     return (path.parent_path() / (path.stem().string() + "." + number(4) + path.extension().string())).string();
 }
 
-std::string output_pattern(const RenderArguments& arguments, const scene::Scene& scene) {
+std::string output_pattern(const RenderArguments& arguments, const scene::Scene& scene, Diagnostics& diagnostics) {
     if (!arguments.output.empty()) return arguments.output;
-    if (!scene.settings.products.empty() && !scene.settings.products.front().name.empty()) return scene.settings.products.front().name;
+    if (!scene.settings.products.empty() && !scene.settings.products.front().name.empty()) {
+        const std::string& name = scene.settings.products.front().name;
+        if (has_exr_extension(name)) return name;
+        diagnostics.warn("render-products", {}, scene.settings.name, fmt::format("product \"{}\" is not an OpenEXR name; {}.exr is written", name, name));
+        return name + ".exr";
+    }
     return std::filesystem::path(arguments.scene).stem().string() + ".exr";
 }
 
@@ -80,11 +86,11 @@ int render_one(const RenderJob& job, const LoadedStage& loaded, double frame, bo
         return fail({"strict", fmt::format("{} errors in the scene and --strict", diagnostics.error_count())}, RenderError);
     }
     FrameInput input(*scene);
-    input.output = frame_path(output_pattern(job.arguments, *scene), frame, has_many);
+    input.output = frame_path(output_pattern(job.arguments, *scene, diagnostics), frame, has_many);
     input.scene_name = std::filesystem::path(job.arguments.scene).filename().string();
     input.content_hash = loaded.content_hash;
     input.layer_names = loaded.layer_names;
-    input.frame = frame;
+    if (!std::isnan(frame)) input.frame = frame;
     input.open_s = loaded.seconds;
     input.translate_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return render_frame(job, input, diagnostics);
@@ -106,7 +112,9 @@ int run_render(const RenderArguments& arguments) {
     print_diagnostics(diagnostics, arguments.quiet, arguments.verbosity > 0);
     const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics);
     if (!loaded) return fail(loaded.error(), RenderError);
-    if (frames.empty()) frames = {loaded->stage.start_time_code()};
+    // Without frames: the start of an animated stage, else the default time, which is no number
+    const bool is_animated = loaded->stage.has_time_code_range();
+    if (frames.empty()) frames = {is_animated ? loaded->stage.start_time_code() : usd::stage::TimeCode::default_time().value()};
 
     int worst = Done;
     for (const double frame : frames) {

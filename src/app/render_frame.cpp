@@ -27,12 +27,24 @@ film::LayerSet with_groups(film::LayerSet layers, const scene::Scene& scene) {
     return layers;
 }
 
+/// Says whether a picture that the scene reads is the same one, on whatever machine it lies.
+std::string file_state(const std::string& path) {
+    if (path.empty()) return {};
+    const Result<std::string> bytes = read_file(path);
+    return fmt::format("|{} {:016x}", std::filesystem::path(path).filename().string(), bytes ? hash_string(*bytes) : 0);
+}
+
 /// Everything beside the sample range that changes pixels; files with another hash do not merge.
 std::string settings_hash(const RenderJob& job, const FrameInput& input, const film::LayerSet& layers, const image::Window& window) {
     const scene::RenderSettings& s = input.scene.settings;
-    const std::string text = fmt::format("{}|{}|{}|{}|{}|{}x{}|{} {} {} {}|{}|{}|{}", job.tracer.seed, job.tracer.max_depth, int(job.tracer.filter),
+    std::string text = fmt::format("{}|{}|{}|{}|{}|{}x{}|{} {} {} {}|{}|{}|{}", job.tracer.seed, job.tracer.max_depth, int(job.tracer.filter),
                                          job.tracer.disable_lens, int(job.light_selection), s.width, s.height, window.x0, window.y0, window.x1,
                                          window.y1, input.frame, input.scene.camera.name, layers.to_json());
+    text += fmt::format("|{}|{}|{}", s.pixel_aspect_ratio, fmt::join(s.included_purposes, ","), fmt::join(s.material_binding_purposes, ","));
+    const scene::Camera& c = input.scene.camera;
+    text += fmt::format("|{} {} {} {} {} {} {}", c.window_left, c.window_right, c.window_bottom, c.window_top, c.lens_radius, c.focus_distance, c.exposure_scale);
+    for (const scene::Texture& t : input.scene.textures) text += file_state(t.file);
+    for (const scene::Light& l : input.scene.lights) text += file_state(l.texture_file);
     return fmt::format("{:016x}", hash_string(text));
 }
 
@@ -99,6 +111,10 @@ class FrameRenderer {
 
     int run() {
         if (job_.replay) return replay_sample(tracer_, layers_, input_.scene, *job_.replay);
+        if (job_.arguments.strict && diagnostics_.error_count() > 0) {
+            diagnostics_.error("strict", {}, {}, fmt::format("{} errors and --strict: nothing is rendered", diagnostics_.error_count()));
+            return RenderError;
+        }
         // A file that can be merged needs every node of the sums, also those that the picture alone would fold early
         const bool is_partial = !job_.arguments.samples.empty();
         film::Film film(window_, layers_, {.final_sample_end = is_partial ? 0 : job_.schedule.end_sample});
@@ -180,8 +196,10 @@ class FrameRenderer {
         }
         if (result.reason == integrator::StopReason::Interrupted) return SignalBase + StopSignals::signal_number();
         if (job_.arguments.strict && film.invalid_count() > 0) return CheckFailed;
-        const bool missed_target = result.reason == integrator::StopReason::TimeBudget || (job_.schedule.target_error > 0 && result.reason == integrator::StopReason::Complete);
-        return missed_target ? BudgetReached : Done;
+        const film::NoiseEstimate noise = film.noise();
+        const bool is_precise = job_.schedule.target_error <= 0 || (noise.is_known && noise.high <= job_.schedule.target_error);
+        const bool is_out_of_time = result.reason == integrator::StopReason::TimeBudget;
+        return is_precise && !is_out_of_time ? Done : BudgetReached;
     }
 
     bool write_stats(const film::Film& film, const integrator::RenderResult& result, const image::WriteReport& written) {
@@ -216,7 +234,8 @@ image::Window data_window(const scene::RenderSettings& s, const std::vector<doub
         y1 = std::min(y1, crop[3]);
     }
     // Pixel i has its centre at (i + 0.5) / n; rows count from the top, NDC from the bottom
-    const auto first = [](double ndc, int n) { return int(std::clamp(std::ceil(ndc * n - 0.5), 0.0, double(n))); };
+    constexpr double widest = 4.0;  // pictures of overscan on each side
+    const auto first = [](double ndc, int n) { return std::isnan(ndc) ? 0 : int(std::ceil(std::clamp(ndc, -widest, 1.0 + widest) * n - 0.5)); };
     image::Window w;
     w.x0 = first(x0, s.width);
     w.x1 = first(x1, s.width);

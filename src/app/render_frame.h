@@ -31,6 +31,9 @@ struct RenderJob {
 /// Checks values and combinations of options. Errors: "usage" (exit 2).
 Result<RenderJob> make_render_job(const RenderArguments& arguments);
 
+/// Whether the name ends in .exr, in whatever case: the only format a render is written in.
+bool has_exr_extension(const std::string& path);
+
 /// One frame of one scene.
 struct FrameInput {
     explicit FrameInput(const scene::Scene& s) : scene(s) {}
@@ -48,8 +51,8 @@ struct FrameInput {
 /// Returns: an exit code of exit_codes.h.
 int render_frame(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics);
 
-/// The part of the picture to render: data window of the settings cut by --crop. Origin top left, in pixels.
-/// A pixel is in if its centre is (UsdRenderSettings dataWindowNDC).
+/// The part of the picture to render: data window of the settings cut by --crop; it may reach beyond the picture
+/// (overscan). Origin top left, in pixels. A pixel is in if its centre is (UsdRenderSettings dataWindowNDC).
 image::Window data_window(const scene::RenderSettings& settings, const std::vector<double>& crop);
 
 }  // namespace velatura::app

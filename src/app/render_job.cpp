@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 
 #include <unistd.h>
@@ -90,12 +91,27 @@ Result<void> check_sizes(const RenderArguments& a) {
     return {};
 }
 
+/// Options that would be ignored beside another one.
+Result<void> check_combinations(const RenderArguments& a) {
+    if (!a.output.empty() && !has_exr_extension(a.output)) return usage(fmt::format("--output: light layers are written as OpenEXR: expected a name ending in .exr, found \"{}\"", a.output));
+    if (!a.replay.empty() && (!a.output.empty() || !a.stats.empty())) return usage("--replay writes no file: leave out --output and --stats");
+    return {};
+}
+
 }  // namespace
+
+bool has_exr_extension(const std::string& path) {
+    if (path.size() < 4) return false;
+    std::string end = path.substr(path.size() - 4);
+    std::transform(end.begin(), end.end(), end.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+    return end == ".exr";
+}
 
 Result<RenderJob> make_render_job(const RenderArguments& a) {
     RenderJob job;
     job.arguments = a;
     if (const auto ok = check_sizes(a); !ok) return ok.error();
+    if (const auto ok = check_combinations(a); !ok) return ok.error();
     if (const auto ok = choose_layers(a, job.layers); !ok) return ok.error();
     if (const auto ok = choose_samples(a, job.schedule); !ok) return ok.error();
     if (const auto ok = parse_into(job.schedule.time_budget_s, a.time, "--time", parse_duration); !ok) return ok.error();

@@ -15,9 +15,10 @@ namespace {
 /// Surfaces that one straight segment may pass through (cut-outs, IOR 1) before it counts as blocked.
 constexpr uint32_t pass_through_limit = 1024;
 
-/// A shadow ray stops this part of its length short of the light, so that a light flush with a surface is not shadowed
-/// by the rounding of that surface. Relative, hence independent of scale.
-constexpr float shadow_ray_end = 1.0f - 0x1p-14f;
+/// A shadow ray ends this part of its length short of the light, and a segment collects lights this part of its length
+/// beyond the surface it meets: a light flush with a surface is neither shadowed nor missed through rounding, by both
+/// samplers alike. Relative, hence independent of scale.
+constexpr float flush_light_margin = 0x1p-14f;
 
 }  // namespace
 
@@ -140,8 +141,12 @@ Rgb PathTracer::light_factor(const Path& path, uint32_t light) const {
 void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadiance& out) const {
     // Ask along the whole straight line and keep what this segment adds: a light that a cut-out lies inside of must not
     // count twice, and the density is that of the vertex whose light sampling competed
-    world_.lights.for_each_hit(path.straight_o, path.ray.d, path.travelled + t_max, [&](const lights::LightHit& hit) {
-        if (path.travelled > 0.0f && hit.t <= path.travelled) return;
+    const auto with_margin = [](float t) { return t * (1.0f + flush_light_margin); };
+    const float begin = with_margin(path.travelled);
+    world_.lights.for_each_hit(path.straight_o, path.ray.d, with_margin(path.travelled + t_max), [&](const lights::LightHit& hit) {
+        if (path.travelled > 0.0f && hit.t <= begin) return;
+        // What lies beyond the camera's far plane is not seen, but for the lights at infinity
+        if (std::isfinite(hit.t) && hit.t - path.travelled > path.ray.t_max) return;
         if (path.bounce == 0) {
             if (!world_.lights.light(hit.light).is_camera_visible) return;
             if (!world_.lights.is_infinite(hit.light)) out.alpha = 1.0f;
@@ -189,7 +194,7 @@ void PathTracer::add_direct_light(Path& path, const geometry::SurfacePoint& poin
     geometry::Ray ray = geometry::spawn_ray(point, light->wi);
     if (std::isfinite(light->distance)) {
         ray = geometry::spawn_ray_to(point, point.p + light->wi * light->distance);
-        ray.t_max = shadow_ray_end;
+        ray.t_max = 1.0f - flush_light_margin;
     }
     const float visible = visibility(ray, *path.counts);
     if (visible > 0.0f) deposit(path, path.bounce + 1, group, Ld * visible, "light sampled", out);
@@ -221,10 +226,17 @@ bool PathTracer::pass_through(Path& path, const geometry::SurfacePoint& point) c
     const float presence = world_.materials.presence(point, path.cone_width);
     if (presence >= 1.0f) return false;
     if (path.sampler.get_1d(path.bounce, Purpose::Opacity, path.pass_count) < presence) return false;
+    go_straight_on(path, point);
+    return true;
+}
+
+void PathTracer::go_straight_on(Path& path, const geometry::SurfacePoint& point) {
+    // The rest of the segment keeps its end: the camera's far plane also counts behind a cut-out
+    const float rest = path.ray.t_max - path.segment_t;
     path.ray = geometry::spawn_ray(point, path.ray.d);
+    path.ray.t_max = rest;
     path.travelled += path.segment_t;
     ++path.pass_count;
-    return true;
 }
 
 bool PathTracer::scatter(Path& path, const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, const Vec3& wo, film::SampleRadiance& out) const {
@@ -235,7 +247,16 @@ bool PathTracer::scatter(Path& path, const geometry::SurfacePoint& point, const 
     path.beta *= sample->f * (bsdf.cosine(sample->wi) / sample->pdf);
     if (is_black(path.beta)) return false;
 
+    // Going straight through an interface between equal media is no scattering event; light sampling cannot see through
+    // it, so that what lies behind has no rival sampler
+    if (sample->is_delta && sample->kind == shading::ScatterKind::Transmit && sample->eta == 1.0f) {
+        go_straight_on(path, point);
+        path.is_certain = true;
+        return true;
+    }
     path.ray = geometry::spawn_ray(point, sample->wi);
+    path.straight_o = path.ray.o;
+    path.travelled = 0;
     path.is_certain = sample->is_delta;
     path.scatter_p = point.p;
     path.scatter_pdf = sample->pdf;
@@ -247,15 +268,6 @@ bool PathTracer::scatter(Path& path, const geometry::SurfacePoint& point, const 
             for (int c = 0; c < 3; ++c) path.diffuse_share[c] = sample->f[c] > 0.0f ? std::min(1.0f, diffuse[c] / sample->f[c]) : 0.0f;
         }
     }
-
-    // Going straight through an interface between equal media is no scattering event
-    if (sample->is_delta && sample->kind == shading::ScatterKind::Transmit && sample->eta == 1.0f) {
-        path.travelled += path.segment_t;
-        ++path.pass_count;
-        return true;
-    }
-    path.straight_o = path.ray.o;
-    path.travelled = 0;
     const bool is_first = path.bounce == 0;
     ++path.bounce;
     path.pass_count = 0;

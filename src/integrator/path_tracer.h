@@ -45,6 +45,7 @@ class PathTracer {
     void add_unoccluded_hits(const Path& path, film::SampleRadiance& out) const;
     void add_direct_light(Path& path, const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, const Vec3& wo, film::SampleRadiance& out) const;
     bool pass_through(Path& path, const geometry::SurfacePoint& point) const;
+    static void go_straight_on(Path& path, const geometry::SurfacePoint& point);
     bool scatter(Path& path, const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, const Vec3& wo, film::SampleRadiance& out) const;
     bool survives_roulette(Path& path) const;
     float visibility(geometry::Ray ray, RayCounts& counts) const;

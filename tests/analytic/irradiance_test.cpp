@@ -149,4 +149,48 @@ TEST(Irradiance, ShadowLayerIsWhatTheOccluderTakes) {
     expect_close(e, 4.0 * corner, 1e-3, "unoccluded light behind a wall");
 }
 
+TEST(Irradiance, LightFlushWithASurfaceLosesNothing) {
+    // The light lies exactly in the plane of a larger black ceiling
+    TestScene test = patch_scene();
+    scene::Light& light = test.add_light(scene::LightKind::Rect, above_patch(0.75));
+    light.width = light.height = 2.0f;
+    test.add_square(patch_z + 0.75f, 10.0f, test.add_matte(Rgb(0.0f)));
+    test.scene.camera.clip_near = 0.5;
+    const double a = 1.0 / 0.75, q = std::sqrt(1.0 + a * a);
+    expect_irradiance(test, 4.0 * a / q * std::atan(a / q), 1e-3, "2x2 rect in a ceiling at height 0.75", 2048);
+}
+
+TEST(Irradiance, LobeMultipliersSurviveAnInvisibleInterface) {
+    // Around everything a bubble of index 1, which refracts nothing and hides the dome from light sampling
+    TestScene test = patch_scene();
+    scene::Material bubble;
+    bubble.opacity = scene::Input(0.0f);
+    bubble.ior = scene::Input(1.0f);
+    bubble.roughness = scene::Input(0.0f);
+    test.add_sphere(Vec3(0.0f), 5.0, test.add_material(bubble));
+    test.add_light(scene::LightKind::Dome, Mat4d()).specular_multiplier = 0.0f;
+    const RenderedLayers layers = render(test, {.size = 16, .samples = 1024, .last_bounce = 1});
+    Estimate e = layers.bounce(1, 0);
+    e.mean *= pi_d;
+    e.standard_error *= pi_d;
+    expect_close(e, pi_d, 1e-3, "dome without specular, seen through index 1");
+}
+
+TEST(Camera, FarPlaneCutsBehindCutOuts) {
+    TestScene test;
+    scene::Material absent;
+    absent.opacity = scene::Input(0.0f);
+    absent.presence = true;
+    test.add_square(-3.0f, 100.0f, test.add_material(absent));
+    test.add_square(-20.0f, 100.0f, test.add_matte(Rgb(0.0f), Rgb(1.0f)));
+    Mat4d far_away;
+    far_away.setTranslation(Vec3d(0.0, 0.0, -15.0));
+    test.add_light(scene::LightKind::Sphere, far_away).is_camera_visible = true;
+    test.scene.camera.clip_near = 1.0;
+    test.scene.camera.clip_far = 10.0;
+    EXPECT_EQ(render(test, {.size = 16, .samples = 16}).beauty().mean, 0.0);
+    test.scene.camera.clip_far = 30.0;
+    EXPECT_EQ(render(test, {.size = 16, .samples = 16}).beauty().mean, 2.0) << "wall and light, both of radiance 1";
+}
+
 }  // namespace velatura::test

@@ -70,6 +70,8 @@ def Material "M"
     expect_failure(r, 0, "bad.png");
     EXPECT_NE(r.output.find("t.usda:15:"), std::string::npos) << "the message names the prim's place: " << r.output;
     EXPECT_TRUE(w.exists("x.exr"));
+    expect_failure(w.velatura(std::string("render t.usda -o y.exr --strict") + quick), 1, "--strict");
+    EXPECT_FALSE(w.exists("y.exr"));
 }
 
 TEST(BadInput, UnknownCameraListsTheCamerasThereAre) {
@@ -92,7 +94,8 @@ TEST(BadInput, UsageErrors) {
     for (const char* arguments : {"", "render", "render s.usda --res 0 0", "render s.usda --res 16 -4", "render s.usda --spp 0", "render s.usda --spp many",
                                   "render s.usda --samples 8:4", "render s.usda --samples 0:4 --spp 8", "render s.usda --crop 0.5 0.5 0 1",
                                   "render s.usda --layers bounce,nonsense", "render s.usda --frames 1-", "render s.usda --tile 17",
-                                  "render s.usda --mode tile --time 10s", "render s.usda --nonsense", "render s.usda --replay 1,2"}) {
+                                  "render s.usda --mode tile --time 10s", "render s.usda --nonsense", "render s.usda --replay 1,2",
+                                  "render s.usda --replay 1,2,3 --stats x.json", "render s.usda -o x.png"}) {
         EXPECT_EQ(w.velatura(arguments).exit_code, 2) << arguments;
     }
     EXPECT_EQ(w.files_beside("s.usda"), "");

@@ -11,6 +11,7 @@ TEST(ParseFrames, ListsAndRanges) {
     EXPECT_EQ(*parse_frames("1-10x3,15"), (std::vector<double>{1, 4, 7, 10, 15}));
     EXPECT_EQ(*parse_frames("5-3"), (std::vector<double>{5, 4, 3}));
     EXPECT_EQ(*parse_frames("-2--1"), (std::vector<double>{-2, -1}));
+    EXPECT_EQ(*parse_frames("1-3x2,1"), (std::vector<double>{1, 3}));
     EXPECT_EQ(*parse_frames("1.5"), (std::vector<double>{1.5}));
     EXPECT_EQ(parse_frames("0-1x0.1")->size(), 11u);
 }
@@ -46,6 +47,8 @@ TEST(DataWindow, PixelsWhoseCentreIsInside) {
     EXPECT_EQ(data_window(s, {0.0, 0.5, 0.0, 0.5}), (image::Window{0, 25, 50, 50}));
     // Neighbouring crops share no pixel and leave none out
     EXPECT_EQ(data_window(s, {0.0, 0.333, 0.0, 1.0}).x1, data_window(s, {0.333, 1.0, 0.0, 1.0}).x0);
+    s.data_window_ndc = {-0.25, -0.5, 1.25, 1.0};
+    EXPECT_EQ(data_window(s, {}), (image::Window{-25, 0, 125, 75})) << "overscan";
     s.data_window_ndc = {0.25, 0.0, 0.75, 1.0};
     EXPECT_EQ(data_window(s, {0.5, 1.0, 0.0, 1.0}), (image::Window{50, 0, 75, 50}));
 }

@@ -74,7 +74,8 @@ TEST_F(Recombine, MergeRefusesWhatDoesNotBelongTogether) {
     render("--samples 2:8 -o overlap.exr");
     render("--samples 4:8 --seed 9 -o seed.exr");
     render("--samples 8:12 -o gap.exr");
-    for (const char* other : {"overlap.exr", "seed.exr", "gap.exr"}) {
+    render("--samples 4:8 --purpose proxy -o purpose.exr");
+    for (const char* other : {"overlap.exr", "seed.exr", "gap.exr", "purpose.exr"}) {
         const CommandResult r = w.comp(fmt::format("merge a.exr {} -o m.exr", other));
         EXPECT_EQ(r.exit_code, 5) << other << ": " << r.output;
         EXPECT_FALSE(w.exists("m.exr"));
@@ -163,6 +164,35 @@ TEST_F(Recombine, TimeBudgetEndsWithCode3AndAValidFile) {
     const CommandResult r = w.velatura("render s.usda --res " + size + small + "--spp 1000000 --time 0.3s -o s.exr");
     EXPECT_EQ(r.exit_code, 3) << r.output;
     EXPECT_EQ(w.comp("verify s.exr").exit_code, 0);
+}
+
+TEST_F(Recombine, ReachedTargetEndsWithCode0) {
+    const CommandResult r = w.velatura("render s.usda --res " + size + small + "--spp 64 --target-error 90% -o s.exr");
+    EXPECT_EQ(r.exit_code, 0) << r.output;
+    EXPECT_EQ(w.velatura("render s.usda --res " + size + small + "--spp 2 --target-error 0.01% -o s.exr").exit_code, 3);
+}
+
+TEST_F(Recombine, DefaultTimeIsNotTimeZero) {
+    // Default green, red at time 0
+    w.write("t.usda", R"usda(#usda 1.0
+def Sphere "S"
+{
+    color3f[] primvars:displayColor = [(0, 1, 0)]
+    color3f[] primvars:displayColor.timeSamples = {
+        0: [(1, 0, 0)],
+    }
+}
+def DomeLight "D"
+{
+}
+)usda");
+    const std::string common = std::string(" --res 9 9 --spp 2") + small;
+    ASSERT_EQ(w.velatura("render t.usda -o d.exr" + common).exit_code, 0);
+    ASSERT_EQ(w.velatura("render t.usda -o f.exr -f 0" + common).exit_code, 0);
+    const size_t middle = 40;
+    EXPECT_EQ(channel(read(w, "d.exr"), "albedo.R")[middle], 0.0f);
+    EXPECT_EQ(channel(read(w, "f.exr"), "albedo.G")[middle], 0.0f);
+    EXPECT_GT(channel(read(w, "d.exr"), "albedo.G")[middle], 0.9f);
 }
 
 TEST_F(Recombine, StatisticsHaveTheKeysOfTheSchema) {
