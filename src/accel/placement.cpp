@@ -11,15 +11,6 @@ namespace velatura::accel {
 
 namespace {
 
-bool is_finite(const Mat4& m) {
-    for (int i = 0; i < 4; ++i) {
-        for (int k = 0; k < 3; ++k) {
-            if (!(std::abs(m[i][k]) < coordinate_limit)) return false;
-        }
-    }
-    return true;
-}
-
 // Inverse by cofactors; false when there is none.
 bool invert(const Mat4& m, InstanceRecord& record) {
     const Mat4d forward(m);
@@ -45,7 +36,7 @@ bool invert(const Mat4& m, InstanceRecord& record) {
 }  // namespace
 
 bool place(const Mat4& m, const Box3& bounds, PlacedBox& placed) {
-    if (!is_finite(m) || !invert(m, placed.record)) return false;
+    if (!is_finite(m, coordinate_limit) || !invert(m, placed.record)) return false;
     placed.condition = 0;
     for (int i = 0; i < 3; ++i) {
         double row = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 #include <Imath/ImathBox.h>
 #include <Imath/ImathColor.h>
@@ -39,6 +40,20 @@ inline bool is_black(const Rgb& c) { return c.x == 0.0f && c.y == 0.0f && c.z ==
 inline bool is_finite(const Imath::V3f& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
+
+/// Whether all 16 entries of m lie strictly between −limit and limit; NaN does not.
+template <class T>
+inline bool is_finite(const Imath::Matrix44<T>& m, T limit = std::numeric_limits<T>::infinity()) {
+    for (int i = 0; i < 4; ++i) {
+        for (int k = 0; k < 4; ++k) {
+            if (!(std::abs(m[i][k]) < limit)) return false;
+        }
+    }
+    return true;
+}
+
+/// Nearest float vector.
+inline Vec3 to_float(const Vec3d& v) { return {float(v.x), float(v.y), float(v.z)}; }
 
 inline float abs_dot(const Vec3& a, const Vec3& b) { return std::abs(a.dot(b)); }
 

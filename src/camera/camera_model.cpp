@@ -2,15 +2,12 @@
 #include "camera/camera_model.h"
 
 #include "base/check.h"
+#include "sampling/warp.h"
 
 #include <cmath>
 
 namespace velatura::camera {
 namespace {
-
-Vec3 to_float(const Vec3d& v) {
-    return {float(v.x), float(v.y), float(v.z)};
-}
 
 Vec3d unit(const Vec3d& v) {
     // Divide by a power of two first: squares of very small or large scales would leave the range
@@ -21,18 +18,6 @@ Vec3d unit(const Vec3d& v) {
     const Vec3d w(std::ldexp(v.x, -exponent), std::ldexp(v.y, -exponent),
                   std::ldexp(v.z, -exponent));
     return w / std::sqrt(w.dot(w));
-}
-
-/// Point on the unit disk, area-preserving. Ref: Shirley & Chiu 1997, "A Low Distortion Map Between
-/// Disk and Square".
-Vec2d concentric_disk(const Vec2& u) {
-    const double x = 2.0 * double(u.x) - 1.0;
-    const double y = 2.0 * double(u.y) - 1.0;
-    if (x == 0.0 && y == 0.0) return {0.0, 0.0};
-    const bool is_wide = std::abs(x) > std::abs(y);
-    const double r = is_wide ? x : y;
-    const double phi = is_wide ? (pi_d / 4.0) * (y / x) : pi_d / 2.0 - (pi_d / 4.0) * (x / y);
-    return {r * std::cos(phi), r * std::sin(phi)};
 }
 
 /// Camera space (x right, y up, −z view) to NDC with division by w; z in [0, 1] between the planes.
@@ -107,7 +92,7 @@ CameraRay CameraModel::generate_ray(const Vec2& film_point, const Vec2& u_lens) 
     Vec3d from = is_orthographic_ ? Vec3d(wx, wy, 0.0) : Vec3d(0.0);
     Vec3d step = is_orthographic_ ? Vec3d(0.0, 0.0, -1.0) : Vec3d(wx, wy, -1.0);
     if (lens_radius_ > 0.0) {
-        const Vec2d disk = concentric_disk(u_lens);
+        const Vec2d disk = sampling::concentric_disk(Vec2d(u_lens));
         const Vec3d lens(disk.x * lens_radius_, disk.y * lens_radius_, 0.0);
         // Every ray of a film point meets the others in the plane of focus; at infinite focus they
         // are parallel

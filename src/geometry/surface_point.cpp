@@ -11,10 +11,6 @@ namespace velatura::geometry {
 
 namespace {
 
-Vec3 cast(const Vec3d& v) {
-    return {float(v.x), float(v.y), float(v.z)};
-}
-
 Vec3d absolute(const Vec3d& v) {
     return {std::abs(v.x), std::abs(v.y), std::abs(v.z)};
 }
@@ -82,7 +78,7 @@ void set_directions(SurfacePoint& point,
     const double mirror = instance && instance->is_mirrored ? -1.0 : 1.0;
     const double outside = mesh.flip_normals() ? -mirror : mirror;
     const Vec3d ng = unit_or_zero(unit_or_zero(e1.cross(e2)) * normal_matrix) * outside;
-    point.ng = cast(ng);
+    point.ng = to_float(ng);
     if (ng == Vec3d(0.0)) point.ng = Vec3(0.0f, 0.0f, 1.0f);
     Vec3d ns(0.0);
     if (mesh.has_normals()) {
@@ -90,7 +86,7 @@ void set_directions(SurfacePoint& point,
         ns = unit_or_zero(instance ? ns * normal_matrix : ns) * mirror;
         if (ns.dot(ng) < 0.0) ns = -ns;
     }
-    point.ns = ns == Vec3d(0.0) ? point.ng : cast(ns);
+    point.ns = ns == Vec3d(0.0) ? point.ng : to_float(ns);
     float corners[3][4];
     Vec3d dpds(0.0), dpdt(0.0);
     if (st != scene::none && mesh.primvar_corners(st, point.triangle, corners) &&
@@ -101,8 +97,8 @@ void set_directions(SurfacePoint& point,
     // Tangents that are missing or stand along the normal say nothing
     const bool is_usable = dpds.cross(Vec3d(point.ns)).length2() > 0.0 && dpdt != Vec3d(0.0);
     const Frame frame = Frame::from_z(point.ns);
-    point.dpds = is_usable ? cast(dpds) : frame.x;
-    point.dpdt = is_usable ? cast(dpdt) : frame.y;
+    point.dpds = is_usable ? to_float(dpds) : frame.x;
+    point.dpdt = is_usable ? to_float(dpdt) : frame.y;
 }
 
 }  // namespace
@@ -146,10 +142,10 @@ SurfacePoint make_surface_point(const scene::Scene& scene,
         error += transform_point(absolute(p), absolute(forward)) * double_error;
         error += transform_point(absolute(q), instance->round_trip_bound) * double_error;
         error += absolute(q) * double(gamma_bound(2));
-        point.p = cast(q);
+        point.p = to_float(q);
     } else {
         error += absolute(p) * double(gamma_bound(2));
-        point.p = cast(p);
+        point.p = to_float(p);
     }
     point.p_error = cast_up(error);
     set_directions(point, e1, e2, instance, tangent_coordinates(scene, point.material, mesh));

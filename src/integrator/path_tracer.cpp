@@ -15,6 +15,11 @@ namespace {
 /// Surfaces that one straight segment may pass through (cut-outs, IOR 1) before it counts as blocked.
 constexpr uint32_t pass_through_limit = 1024;
 
+/// From this many scatterings on, roulette ends one path in `trapped_path_share` at each, whatever its throughput: light
+/// that total reflection traps in lossless glass would never end by itself. Rare enough to add no noise that matters.
+constexpr int trapped_path_start = 1024;
+constexpr float trapped_path_share = 1024.0f;
+
 /// A shadow ray ends this part of its length short of the light, and a segment collects lights this part of its length
 /// beyond the surface it meets: a light flush with a surface is neither shadowed nor missed through rounding, by both
 /// samplers alike. Relative, hence independent of scale.
@@ -278,7 +283,8 @@ bool PathTracer::scatter(Path& path, const geometry::SurfacePoint& point, const 
 bool PathTracer::survives_roulette(Path& path) const {
     if (path.bounce < options_.roulette_start) return true;
     const float exposure = world_.camera.exposure_scale();
-    const float survival = max_component(path.beta) * path.eta_scale / exposure;
+    float survival = max_component(path.beta) * path.eta_scale / exposure;
+    if (path.bounce >= trapped_path_start) survival = std::min(survival, 1.0f - 1.0f / trapped_path_share);
     if (survival >= 1.0f) return true;
     if (path.sampler.get_1d(path.bounce, Purpose::Roulette) >= survival) return false;
     path.beta /= survival;

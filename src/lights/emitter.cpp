@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lights/emitter.h"
 
+#include "sampling/warp.h"
+
 #include <cmath>
 
 namespace velatura::lights {
@@ -33,13 +35,7 @@ EmitterSample to_render(const ShapeFrame& frame, const ObjectSample& sample) {
 }
 
 Vec2d concentric_disk(const Vec2& u) {
-    const double x = 2.0 * double(u.x) - 1.0;
-    const double y = 2.0 * double(u.y) - 1.0;
-    if (x == 0.0 && y == 0.0) return {0.0, 0.0};
-    const bool x_leads = std::abs(x) > std::abs(y);
-    const double r = x_leads ? x : y;
-    const double phi = x_leads ? (pi_d / 4.0) * (y / x) : pi_d / 2.0 - (pi_d / 4.0) * (x / y);
-    return {r * std::cos(phi), r * std::sin(phi)};
+    return sampling::concentric_disk(Vec2d(u));
 }
 
 Vec3d sample_cone(const Vec2& u, double one_minus_cos) {

@@ -14,13 +14,15 @@ inline constexpr float inv_4pi = 0.07957747154594766788f;
 
 /// Uniform point in the unit disk. Ref: Shirley & Chiu 1997, "A Low Distortion Map Between Disk and
 /// Square", in the branch-light form of Cline (Shirley's blog, 2011).
-inline Vec2 concentric_disk(const Vec2& u) {
-    const float x = 2.0f * u.x - 1.0f;
-    const float y = 2.0f * u.y - 1.0f;
-    if (x == 0.0f && y == 0.0f) return {0.0f, 0.0f};
+template <class T>
+inline Imath::Vec2<T> concentric_disk(const Imath::Vec2<T>& u) {
+    constexpr T quarter_pi = T(pi_d) / T(4);
+    const T x = T(2) * u.x - T(1);
+    const T y = T(2) * u.y - T(1);
+    if (x == T(0) && y == T(0)) return {T(0), T(0)};
     const bool x_leads = std::abs(x) > std::abs(y);
-    const float r = x_leads ? x : y;
-    const float phi = x_leads ? (pi / 4.0f) * (y / x) : (pi / 2.0f) - (pi / 4.0f) * (x / y);
+    const T r = x_leads ? x : y;
+    const T phi = x_leads ? quarter_pi * (y / x) : T(2) * quarter_pi - quarter_pi * (x / y);
     return {r * std::cos(phi), r * std::sin(phi)};
 }
 

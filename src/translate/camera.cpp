@@ -49,9 +49,18 @@ double positive(Context& ctx, Prim prim, std::string_view name, double fallback)
     return fallback;
 }
 
+/// Number of the camera, the fallback with a warning when it is not finite.
+double finite(Context& ctx, Prim prim, std::string_view name, double fallback) {
+    const Attribute attribute = prim.attribute(name);
+    const double v = read_number(attribute, fallback, ctx.time);
+    if (std::isfinite(v)) return v;
+    ctx.warn("bad-camera-value", attribute, fmt::format("{} is {}, {} is used", name, v, fallback));
+    return fallback;
+}
+
 void read_lens(Context& ctx, Prim prim, double focal_length, scene::Camera& camera) {
-    const double f_stop = read_number(prim.attribute("fStop"), 0.0, ctx.time);
-    const double focus = read_number(prim.attribute("focusDistance"), 0.0, ctx.time);
+    const double f_stop = finite(ctx, prim, "fStop", 0.0);
+    const double focus = finite(ctx, prim, "focusDistance", 0.0);
     if (!(f_stop > 0.0) || ctx.scene.settings.disable_depth_of_field) return;
     if (!(focus > 0.0)) {
         ctx.warn("no-focus-distance", prim.attribute("fStop"),
@@ -105,8 +114,8 @@ Result<scene::Camera> read_camera(Context& ctx, Prim prim) {
     if (is_ortho) camera.projection = scene::Camera::Projection::Orthographic;
     const Aperture aperture = conform(ctx, {positive(ctx, prim, "horizontalAperture", 20.955),
                                             positive(ctx, prim, "verticalAperture", 15.2908)});
-    const double offset_x = read_number(prim.attribute("horizontalApertureOffset"), 0.0, ctx.time);
-    const double offset_y = read_number(prim.attribute("verticalApertureOffset"), 0.0, ctx.time);
+    const double offset_x = finite(ctx, prim, "horizontalApertureOffset", 0.0);
+    const double offset_y = finite(ctx, prim, "verticalApertureOffset", 0.0);
     const double focal = positive(ctx, prim, "focalLength", 50.0);
     // Tenths of scene units cancel in a perspective window
     const double unit = is_ortho ? 0.1 : 1.0 / focal;
@@ -114,6 +123,16 @@ Result<scene::Camera> read_camera(Context& ctx, Prim prim) {
     camera.window_right = (offset_x + aperture.width / 2) * unit;
     camera.window_bottom = (offset_y - aperture.height / 2) * unit;
     camera.window_top = (offset_y + aperture.height / 2) * unit;
+    const auto is_window = [](double low, double high) {
+        return high > low && std::isfinite(high - low);
+    };
+    if (!is_window(camera.window_left, camera.window_right) ||
+        !is_window(camera.window_bottom, camera.window_top)) {
+        return Error{"bad-camera",
+                     fmt::format("camera <{}> sees nothing: aperture {} x {}, focal "
+                                 "length {}",
+                                 camera.name, aperture.width, aperture.height, focal)};
+    }
     read_lens(ctx, prim, focal, camera);
 
     if (const auto range = read_vector(prim.attribute("clippingRange"), 2, ctx.time)) {
@@ -129,7 +148,7 @@ Result<scene::Camera> read_camera(Context& ctx, Prim prim) {
                              camera.clip_near, camera.clip_far));
         camera.clip_near = camera.clip_far = 0.0;
     }
-    camera.exposure_scale = std::exp2(read_number(prim.attribute("exposure"), 0.0, ctx.time));
+    camera.exposure_scale = std::exp2(finite(ctx, prim, "exposure", 0.0));
     warn_camera_features(ctx, prim);
     return camera;
 }

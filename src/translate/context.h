@@ -32,7 +32,7 @@ struct Placeable;
 /// One placement of a prototype, in the space of what holds it.
 struct Placement {
     Placeable* what = nullptr;
-    Mat4d matrix;
+    Mat4d matrix;  ///< from around the prototype's origin to around the holder's
     std::optional<Rgb> display_color;
     scene::ProvenanceId provenance = scene::none;
 };
@@ -47,13 +47,18 @@ struct Placeable {
     uint32_t prototype = scene::none;  ///< index into Scene::prototypes once `shapes` moved there
     bool is_being_built = false;       ///< guards against prototypes that hold themselves
     bool is_stage = false;             ///< the whole stage, not a prototype
-    Vec3d origin = Vec3d(0.0);         ///< subtracted from the translation of every matrix
+    bool is_origin_fixed = false;      ///< something of a prototype stands relative to `origin`
+    /// Subtracted from the translation of every matrix: what is cast to float stays near zero. For
+    /// a prototype the position of the first thing in it, in the prototype's authored space.
+    Vec3d origin = Vec3d(0.0);
 };
 
 /// A material that was translated, and the primvars that it reads.
 struct MaterialEntry {
     scene::MaterialId id = scene::none;
     std::vector<std::string> primvars;
+    std::vector<std::string> needed;  ///< those of `primvars` that have no authored fallback
+    std::string name;                 ///< prim path
     bool is_emissive = false;
 };
 
@@ -70,13 +75,17 @@ struct Context {
     std::unordered_set<std::string> wanted_primvars;  ///< beside those that materials read
     std::unordered_map<std::string, MaterialEntry> materials;
     std::unordered_map<std::string, scene::TextureId> textures;
+    std::unordered_set<scene::TextureId>
+        needs_coordinates;  ///< textures whose `st` has no fallback
     std::unordered_map<std::string, std::unique_ptr<Placeable>> placeables;
     std::unordered_map<std::string, scene::GroupId> light_groups;
     std::unordered_map<std::string, size_t> subdivided;  ///< scheme → meshes
     std::string first_subdivided;
     SourceLoc first_subdivided_loc;
     bool has_emissive_material = false;
+    bool has_light_prim = false;  ///< a light was met, whether it shines or not
     bool instance_cap_hit = false;
+    int point_prototype_depth = 0;  ///< > 0: instances may hand a displayColor to what is walked
 
     void warn(std::string code, Prim prim, std::string message) {
         diagnostics.warn(std::move(code), prim.loc(), prim.path_string(), std::move(message));

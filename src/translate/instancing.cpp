@@ -190,7 +190,9 @@ Placeable* point_prototype(Context& ctx, Prim root) {
     if (is_new) {
         placeable->name = root.path_string();
         placeable->is_being_built = true;
+        ++ctx.point_prototype_depth;
         walk(ctx, root, Mat4d(), *placeable);
+        --ctx.point_prototype_depth;
         placeable->is_being_built = false;
     }
     return placeable;
@@ -213,7 +215,6 @@ void read_point_instancer(Context& ctx, Prim prim, const Mat4d& matrix, Placeabl
         ctx.warn("bad-instancer", prim, "no positions, all instances stand at the origin");
     const std::vector<Rgb> colors = instance_colors(ctx, prim, n);
     const scene::ProvenanceId provenance = ctx.provenance(prim);
-    const Mat4d placed = relative_to(matrix, out.origin);
     size_t outside = 0;
     for (size_t i = 0; i < n; ++i) {
         const int64_t id = in.ids.empty() ? int64_t(i) : in.ids[i];
@@ -226,10 +227,17 @@ void read_point_instancer(Context& ctx, Prim prim, const Mat4d& matrix, Placeabl
         if (prototypes[size_t(which)] == nullptr) continue;
         Placement placement;
         placement.what = prototypes[size_t(which)];
-        placement.matrix = instance_matrix(in, i) * placed;
+        const Vec3d nowhere(0.0);
+        const Mat4d local =
+            between_origins(instance_matrix(in, i), placement.what->origin, nowhere);
+        if (!out.is_stage && !out.is_origin_fixed)
+            propose_origin(out,
+                           transform_point(Vec3d(local[3][0], local[3][1], local[3][2]), matrix));
+        placement.matrix = local * relative_to(matrix, out.origin);
         placement.provenance = provenance;
         if (!colors.empty()) placement.display_color = colors[i];
         out.placements.push_back(std::move(placement));
+        out.is_origin_fixed = true;
     }
     if (outside > 0)
         ctx.warn("bad-instancer", prim.attribute("protoIndices"),

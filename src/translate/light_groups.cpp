@@ -100,7 +100,7 @@ void add_default_dome(Context& ctx) {
     dome.name = "";
     dome.group = add_group(ctx, "default");
     ctx.scene.lights.push_back(dome);
-    ctx.diagnostics.note("default-light", ctx.stage.pseudo_root().loc(), "",
+    ctx.diagnostics.warn("no-lights", ctx.stage.pseudo_root().loc(), "",
                          "the stage has no light, a white dome of radiance 1 lights it (group "
                          "default)");
 }

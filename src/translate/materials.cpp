@@ -98,6 +98,7 @@ const MaterialEntry& material_entry(Context& ctx, Prim material) {
     const auto [it, is_new] = ctx.materials.try_emplace(material.path_string());
     MaterialEntry& entry = it->second;
     if (!is_new) return entry;
+    entry.name = material.path_string();
     for (const char* name : {"outputs:displacement", "outputs:volume"}) {
         const Attribute output = material.attribute(name);
         if (!output.has_authored_connections()) continue;
@@ -119,7 +120,7 @@ const MaterialEntry& material_entry(Context& ctx, Prim material) {
         return entry;
     }
     scene::Material out = read_preview_surface(ctx, shader, entry);
-    out.name = material.path_string();
+    out.name = entry.name;
     out.provenance = ctx.provenance(material);
     entry.id = scene::MaterialId(ctx.scene.materials.size());
     ctx.scene.materials.push_back(std::move(out));

@@ -120,6 +120,10 @@ std::vector<scene::MaterialId> read_face_materials(Context& ctx,
                 fmt::format("{} indices are no face of the mesh, {} belong to an earlier subset",
                             outside, twice));
     }
+    // A material that subsets cover everywhere reads nothing
+    const auto is_one = [](bool taken) { return taken; };
+    if (!is_taken.empty() && std::all_of(is_taken.begin(), is_taken.end(), is_one))
+        used.erase(used.begin());
     return materials;
 }
 

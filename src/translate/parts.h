@@ -76,10 +76,17 @@ void walk(Context& ctx, Prim prim, const Mat4d& parent_matrix, Placeable& out);
 
 /// Matrix with the holder's origin taken off its translation.
 Mat4d relative_to(const Mat4d& matrix, const Vec3d& origin);
+/// The matrix of what stands around `from`, to around `to`: its translation is
+/// from · matrix − to, summed with twice the working precision, since large parts of it cancel.
+Mat4d between_origins(const Mat4d& matrix, const Vec3d& from, const Vec3d& to);
+/// Chooses the origin of a prototype in which nothing stands yet; no change for others.
+void propose_origin(Placeable& out, const Vec3d& position);
 
 // Lights
 
 bool is_light_type(std::string_view type);
+/// Whether the prim is a light, be it of a kind that is not rendered.
+bool is_any_light(Prim prim);
 /// Light of the prim; `path_prefix` is put before its path for lights inside prototypes. Appends to
 /// Scene::lights and groups. False when it emits nothing.
 bool read_light(Context& ctx, const LightSite& site, const Mat4d& render_from_light);

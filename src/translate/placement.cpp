@@ -22,10 +22,30 @@ void warn_at(Context& ctx, scene::ProvenanceId id, const char* code, const std::
     ctx.diagnostics.warn(code, p.loc, p.prim_path, message);
 }
 
+/// Gives the shape the instance's displayColor where it has none of its own, as a hit on an
+/// instance reads it.
+void hand_down_color(Context& ctx, const Rgb& color, scene::Shape& shape) {
+    std::vector<scene::Primvar>& primvars =
+        std::visit([](auto& geometry) -> std::vector<scene::Primvar>& { return geometry.primvars; },
+                   shape.geometry);
+    scene::Primvar primvar;
+    primvar.name = scene::intern_primvar(ctx.scene, scene::display_color_primvar);
+    for (const scene::Primvar& own : primvars)
+        if (own.name == primvar.name) return;
+    primvar.width = 3;
+    primvar.values = {color.x, color.y, color.z};
+    primvars.push_back(std::move(primvar));
+}
+
 /// Puts shapes of a placement whose matrix cannot be inverted straight into the scene.
-void bake(Context& ctx, uint32_t prototype, const Mat4d& matrix) {
-    for (const scene::Shape& shape : ctx.scene.prototypes[prototype].shapes)
+void bake(Context& ctx,
+          uint32_t prototype,
+          const Mat4d& matrix,
+          const std::optional<Rgb>& display_color) {
+    for (const scene::Shape& shape : ctx.scene.prototypes[prototype].shapes) {
         ctx.scene.shapes.push_back(baked(shape, matrix));
+        if (display_color) hand_down_color(ctx, *display_color, ctx.scene.shapes.back());
+    }
 }
 
 void place(Context& ctx, const Placement& placement, const Mat4d& matrix) {
@@ -50,7 +70,7 @@ void place(Context& ctx, const Placement& placement, const Mat4d& matrix) {
         }
         const uint32_t prototype = prototype_index(ctx, what);
         if (determinant3(Mat4d(cast_matrix)) == 0.0) {
-            bake(ctx, prototype, matrix);
+            bake(ctx, prototype, matrix, placement.display_color);
         } else {
             scene::Instance instance;
             instance.prototype = prototype;

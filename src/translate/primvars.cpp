@@ -7,6 +7,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
+#include <unordered_set>
+#include <utility>
 
 namespace velatura::translate {
 
@@ -100,6 +103,36 @@ std::optional<scene::Primvar> read_primvar(Context& ctx,
     return out;
 }
 
+/// Whether the primvar holds nothing, which is no fault of its own.
+bool is_empty(Context& ctx, const usd::stage::Primvar& source) {
+    std::vector<float> rows;
+    int width = 0;
+    return read_rows(source.attribute.value(ctx.time), rows, width) && rows.empty();
+}
+
+/// One warning for everything that the materials read here in vain. `told` are the primvars that
+/// are there, or whose own fault is reported.
+void warn_missing(Context& ctx,
+                  Prim prim,
+                  const std::vector<const MaterialEntry*>& materials,
+                  const std::unordered_set<std::string>& told) {
+    std::set<std::pair<std::string, std::string>> missing;
+    for (const MaterialEntry* material : materials) {
+        for (const std::string& name : material->needed) {
+            const bool is_of_instances =
+                ctx.point_prototype_depth > 0 && name == scene::display_color_primvar;
+            if (!told.contains(name) && !is_of_instances) missing.emplace(material->name, name);
+        }
+    }
+    if (missing.empty()) return;
+    std::string text;
+    for (const auto& [material, name] : missing)
+        text += fmt::format("{}primvar {} that material <{}> reads", text.empty() ? "" : ", ", name,
+                            material);
+    ctx.warn("missing-primvar", prim,
+             fmt::format("<{}> has no {}; zero is read", prim.path_string(), text));
+}
+
 }  // namespace
 
 size_t element_count(const ElementCounts& counts, scene::Interpolation interpolation) {
@@ -122,10 +155,17 @@ std::vector<scene::Primvar> read_primvars(Context& ctx,
                                           const ElementCounts& counts,
                                           const std::vector<const MaterialEntry*>& materials) {
     std::vector<scene::Primvar> out;
+    std::unordered_set<std::string> told;
     for (const usd::stage::Primvar& source : usd::stage::find_primvars(prim)) {
         if (!is_wanted(ctx, source.name, materials)) continue;
-        if (auto primvar = read_primvar(ctx, source, counts)) out.push_back(std::move(*primvar));
+        if (auto primvar = read_primvar(ctx, source, counts)) {
+            out.push_back(std::move(*primvar));
+        } else if (is_empty(ctx, source)) {
+            continue;
+        }
+        told.insert(source.name);
     }
+    warn_missing(ctx, prim, materials, told);
     return out;
 }
 

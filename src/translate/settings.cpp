@@ -5,37 +5,81 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
 namespace velatura::translate {
 
 namespace {
 
-/// What RenderSettingsBase declares, taken only where the prim authors it.
-void read_base(Context& ctx, Prim prim, scene::RenderSettings& out) {
+constexpr int largest_side = 65536;  ///< pixels
+
+/// Where the resolution was read, with what was authored there.
+struct AuthoredResolution {
+    Attribute attribute;
+    double width = 0, height = 0;
+
+    bool is_good() const {
+        // False for what is not a number
+        return width >= 1 && width <= largest_side && height >= 1 && height <= largest_side;
+    }
+};
+
+void read_resolution(Context& ctx,
+                     Prim prim,
+                     scene::RenderSettings& out,
+                     std::optional<AuthoredResolution>& source) {
+    const Attribute attribute = prim.attribute("resolution");
+    const auto size = read_vector(attribute, 2, ctx.time);
+    if (!size) {
+        ctx.warn("bad-resolution", attribute,
+                 fmt::format("resolution is not a pair of numbers, {} x {} is used", out.width,
+                             out.height));
+        return;
+    }
+    source = AuthoredResolution{attribute, (*size)[0], (*size)[1]};
+    if (!source->is_good()) return;
+    out.width = int(source->width);
+    out.height = int(source->height);
+}
+
+void read_data_window(Context& ctx, Prim prim, scene::RenderSettings& out) {
+    const Attribute attribute = prim.attribute("dataWindowNDC");
+    const auto window = read_vector(attribute, 4, ctx.time);
+    const auto finite = [](double v) { return std::isfinite(v); };
+    if (window && std::all_of(window->begin(), window->end(), finite)) {
+        std::copy_n(window->begin(), 4, out.data_window_ndc.begin());
+        return;
+    }
+    const auto& w = out.data_window_ndc;
+    ctx.warn("bad-data-window", attribute,
+             fmt::format("dataWindowNDC is not four finite numbers, ({}, {}, {}, {}) is used", w[0],
+                         w[1], w[2], w[3]));
+}
+
+/// What RenderSettingsBase declares, taken only where the prim authors it. A resolution that cannot
+/// be rendered stays in `resolution` alone.
+void read_base(Context& ctx,
+               Prim prim,
+               scene::RenderSettings& out,
+               std::optional<AuthoredResolution>& resolution) {
     const TimeCode time = ctx.time;
     const auto authored = [&](std::string_view name) {
         return prim.attribute(name).has_authored_value();
     };
-    if (authored("resolution")) {
-        if (const auto size = read_vector(prim.attribute("resolution"), 2, time)) {
-            out.width = int((*size)[0]);
-            out.height = int((*size)[1]);
-        }
-    }
+    if (authored("resolution")) read_resolution(ctx, prim, out, resolution);
     if (authored("pixelAspectRatio")) {
         const double ratio = read_number(prim.attribute("pixelAspectRatio"), 1.0, time);
-        if (ratio > 0.0)
+        if (ratio > 0.0 && std::isfinite(ratio))
             out.pixel_aspect_ratio = ratio;
         else
             ctx.warn("bad-pixel-aspect", prim.attribute("pixelAspectRatio"),
-                     fmt::format("pixelAspectRatio {} is not positive, 1 is used", ratio));
+                     fmt::format("pixelAspectRatio {} is not a positive number, {} is used", ratio,
+                                 out.pixel_aspect_ratio));
     }
     if (authored("aspectRatioConformPolicy"))
         out.aspect_conform = read_text(prim.attribute("aspectRatioConformPolicy"), "", time);
-    if (authored("dataWindowNDC")) {
-        if (const auto window = read_vector(prim.attribute("dataWindowNDC"), 4, time))
-            std::copy_n(window->begin(), 4, out.data_window_ndc.begin());
-    }
+    if (authored("dataWindowNDC")) read_data_window(ctx, prim, out);
     if (authored("disableMotionBlur"))
         out.disable_motion_blur = read_bool(prim.attribute("disableMotionBlur"), false, time);
     else if (authored("instantaneousShutter"))
@@ -87,7 +131,10 @@ scene::RenderProduct read_product(Context& ctx, Prim prim) {
     return product;
 }
 
-void read_products(Context& ctx, Prim prim, scene::RenderSettings& out) {
+void read_products(Context& ctx,
+                   Prim prim,
+                   scene::RenderSettings& out,
+                   std::optional<AuthoredResolution>& resolution) {
     const scene::RenderSettings settings_alone = out;
     for (const auto& path : prim.relationship("products").forwarded_targets()) {
         const Prim product = ctx.stage.prim_at(path);
@@ -98,9 +145,10 @@ void read_products(Context& ctx, Prim prim, scene::RenderSettings& out) {
         }
         out.products.push_back(read_product(ctx, product));
         scene::RenderSettings overridden = settings_alone;
-        read_base(ctx, product, overridden);
+        std::optional<AuthoredResolution> own;
+        read_base(ctx, product, overridden, own);
         if (out.products.size() == 1) {
-            read_base(ctx, product, out);
+            read_base(ctx, product, out, resolution);
         } else if (overridden.width != out.width || overridden.height != out.height ||
                    overridden.camera != out.camera) {
             ctx.warn("unsupported-product-override", product,
@@ -127,6 +175,34 @@ Prim settings_prim(Context& ctx) {
     return prim;
 }
 
+/// Error for a resolution that cannot be rendered; asked for by the options, else authored.
+std::optional<Error> check_resolution(Context& ctx,
+                                      const std::optional<AuthoredResolution>& authored) {
+    scene::RenderSettings& out = ctx.scene.settings;
+    AuthoredResolution used;
+    if (ctx.options.resolution) {
+        used.width = (*ctx.options.resolution)[0];
+        used.height = (*ctx.options.resolution)[1];
+    } else if (authored) {
+        used = *authored;
+    } else {
+        return std::nullopt;
+    }
+    if (used.is_good()) {
+        out.width = int(used.width);
+        out.height = int(used.height);
+        return std::nullopt;
+    }
+    std::string place;
+    if (used.attribute.is_valid()) {
+        const SourceLoc loc = used.attribute.loc();
+        place = fmt::format(" ({}:{}:{}, <{}>)", ctx.diagnostics.file_name(loc.file_id), loc.line,
+                            loc.column, used.attribute.path_string());
+    }
+    return Error{"bad-resolution", fmt::format("resolution {} x {}, expected 1 to {} each way{}",
+                                               used.width, used.height, largest_side, place)};
+}
+
 }  // namespace
 
 Result<void> read_render_settings(Context& ctx) {
@@ -136,10 +212,11 @@ Result<void> read_render_settings(Context& ctx) {
         return Error{"unknown-settings",
                      fmt::format("<{}> is not a RenderSettings prim", ctx.options.settings)};
     }
+    std::optional<AuthoredResolution> resolution;
     if (prim) {
         out.name = prim.path_string();
         out.provenance = ctx.provenance(prim);
-        read_base(ctx, prim, out);
+        read_base(ctx, prim, out, resolution);
         if (prim.attribute("includedPurposes").has_authored_value())
             out.included_purposes = read_texts(prim.attribute("includedPurposes"), ctx.time);
         if (prim.attribute("materialBindingPurposes").has_authored_value())
@@ -151,16 +228,9 @@ Result<void> read_render_settings(Context& ctx) {
                      fmt::format("renderingColorSpace {} is not supported, linear Rec.709 is used",
                                  space));
         }
-        read_products(ctx, prim, out);
+        read_products(ctx, prim, out, resolution);
     }
-    if (ctx.options.resolution) {
-        out.width = (*ctx.options.resolution)[0];
-        out.height = (*ctx.options.resolution)[1];
-    }
-    if (out.width <= 0 || out.height <= 0) {
-        return Error{"bad-resolution", fmt::format("resolution {} x {}, expected at least 1 x 1",
-                                                   out.width, out.height)};
-    }
+    if (auto error = check_resolution(ctx, resolution)) return *std::move(error);
     if (!ctx.options.purposes.empty()) out.included_purposes = ctx.options.purposes;
     ctx.purposes.insert(out.included_purposes.begin(), out.included_purposes.end());
     const auto& bindings = out.material_binding_purposes;

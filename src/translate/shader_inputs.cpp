@@ -68,6 +68,11 @@ ShaderSource shader_source(Context& ctx, const Attribute& attribute) {
     return {Prim(), "", attribute};
 }
 
+bool has_fallback(Prim reader) {
+    const Attribute fallback = reader.attribute("inputs:fallback");
+    return fallback.has_authored_value() || fallback.has_authored_connections();
+}
+
 std::string primvar_name(Context& ctx, Prim reader) {
     const ShaderSource source = shader_source(ctx, reader.attribute("inputs:varname"));
     const std::string name = source.shader ? "" : read_text(source.value, "", ctx.time);
@@ -102,6 +107,7 @@ scene::Input InputReader::read(std::string_view name, const scene::Input& fallba
         input.source = scene::Input::Source::Primvar;
         input.primvar = scene::intern_primvar(ctx.scene, primvar);
         entry.primvars.push_back(primvar);
+        if (!has_fallback(source.shader)) entry.needed.push_back(primvar);
     } else {
         ctx.warn("unsupported-shader", source.shader,
                  fmt::format("shader node {} is not supported, {} keeps its constant",

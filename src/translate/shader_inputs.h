@@ -40,6 +40,9 @@ struct InputReader {
 /// Texture of a UsdUVTexture shader, one per shader prim.
 scene::TextureId read_texture(Context& ctx, Prim shader, MaterialEntry& entry);
 
+/// Whether the reader says what to give where the primvar is missing.
+bool has_fallback(Prim reader);
+
 /// Name that a UsdPrimvarReader reads; empty with a warning when it has none.
 std::string primvar_name(Context& ctx, Prim reader);
 

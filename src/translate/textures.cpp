@@ -106,7 +106,8 @@ Map2 read_transform_2d(Context& ctx, Prim shader) {
 
 /// Where the texture is looked up: follows `inputs:st` through UsdTransform2d nodes to a primvar or
 /// a constant.
-void read_coordinates(Context& ctx, Prim shader, MaterialEntry& entry, scene::Texture& texture) {
+void read_coordinates(
+    Context& ctx, Prim shader, MaterialEntry& entry, scene::TextureId id, scene::Texture& texture) {
     Map2 map;
     Attribute attribute = shader.attribute("inputs:st");
     if (!attribute.has_authored_connections() && !attribute.has_authored_value())
@@ -120,13 +121,13 @@ void read_coordinates(Context& ctx, Prim shader, MaterialEntry& entry, scene::Te
                 texture.st_constant = Vec2(float((*st)[0]), float((*st)[1]));
             break;
         }
-        const std::string id = read_text(source.shader.attribute("info:id"), "", ctx.time);
-        if (id == "UsdTransform2d") {
+        const std::string node = read_text(source.shader.attribute("info:id"), "", ctx.time);
+        if (node == "UsdTransform2d") {
             map = read_transform_2d(ctx, source.shader).then(map);
             attribute = source.shader.attribute("inputs:in");
             continue;
         }
-        if (id == "UsdPrimvarReader_float2") {
+        if (node == "UsdPrimvarReader_float2") {
             const Attribute fallback = source.shader.attribute("inputs:fallback");
             if (const auto st = read_vector(fallback, 2, ctx.time))
                 texture.st_constant = Vec2(float((*st)[0]), float((*st)[1]));
@@ -134,12 +135,13 @@ void read_coordinates(Context& ctx, Prim shader, MaterialEntry& entry, scene::Te
             if (name.empty()) break;
             texture.st = scene::intern_primvar(ctx.scene, name);
             entry.primvars.push_back(name);
+            if (!has_fallback(source.shader)) ctx.needs_coordinates.insert(id);
             break;
         }
         ctx.warn("unsupported-shader", source.shader,
                  fmt::format("shader node {} is not supported for texture coordinates, the texture "
                              "is read at (0, 0)",
-                             id.empty() ? "without info:id" : id));
+                             node.empty() ? "without info:id" : node));
         break;
     }
     texture.st_matrix = {float(map.a), float(map.b), float(map.c), float(map.d)};
@@ -155,7 +157,9 @@ scene::TextureId read_texture(Context& ctx, Prim shader, MaterialEntry& entry) {
     if (!is_new) {
         // Another material that shares the node reads the same primvar
         const scene::PrimvarId st = ctx.scene.textures[id].st;
-        if (st != scene::none) entry.primvars.push_back(ctx.scene.primvar_names[st]);
+        if (st == scene::none) return id;
+        entry.primvars.push_back(ctx.scene.primvar_names[st]);
+        if (ctx.needs_coordinates.contains(id)) entry.needed.push_back(entry.primvars.back());
         return id;
     }
     scene::Texture texture;
@@ -173,7 +177,8 @@ scene::TextureId read_texture(Context& ctx, Prim shader, MaterialEntry& entry) {
     input_floats(ctx, shader, "scale", texture.scale);
     input_floats(ctx, shader, "bias", texture.bias);
     input_floats(ctx, shader, "fallback", texture.fallback);
-    read_coordinates(ctx, shader, entry, texture);
+    read_coordinates(ctx, shader, entry, id, texture);
+    if (ctx.needs_coordinates.contains(id)) entry.needed.push_back(entry.primvars.back());
     ctx.scene.textures.push_back(std::move(texture));
     return id;
 }

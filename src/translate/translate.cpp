@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <unordered_set>
 #include <utility>
 
 namespace velatura::translate {
@@ -26,6 +27,7 @@ Context make_context(const usd::stage::Stage& stage,
                                     std::string(scene::display_opacity_primvar), "st", "UVMap"},
                 .materials = {},
                 .textures = {},
+                .needs_coordinates = {},
                 .placeables = {},
                 .light_groups = {},
                 .subdivided = {},
@@ -124,6 +126,20 @@ Box3d world_bounds(const usd::stage::Stage& stage, const TranslateOptions& optio
     return box.isEmpty() ? box : Box3d(box.min + ctx.origin, box.max + ctx.origin);
 }
 
+/// Whether the stage holds a light of any kind, visible, valid, supported or not.
+bool holds_light(const Context& ctx) {
+    if (ctx.has_light_prim) return true;
+    bool is_found = false;
+    std::unordered_set<std::string> prototypes;
+    usd::stage::traverse(ctx.stage.pseudo_root(), [&](Prim prim) {
+        if (is_found) return false;
+        is_found = is_any_light(prim);
+        // Instances of one prototype hold the same
+        return !prim.is_instance() || prototypes.insert(prim.prototype().path_string()).second;
+    });
+    return is_found;
+}
+
 bool is_camera(Prim prim) {
     return prim && prim.is_a("Camera");
 }
@@ -195,7 +211,8 @@ Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,
     ctx.origin = ctx.scene.camera.world_position;
     translate_content(ctx);
     warn_subdivided(ctx);
-    if (ctx.scene.lights.empty() && !ctx.has_emissive_material) add_default_dome(ctx);
+    if (ctx.scene.lights.empty() && !ctx.has_emissive_material && !holds_light(ctx))
+        add_default_dome(ctx);
     finish_light_groups(ctx);
     return std::move(ctx.scene);
 }

@@ -6,6 +6,12 @@
 
 namespace velatura::translate {
 
+bool is_any_light(Prim prim) {
+    const std::string_view type = prim.type_name().view();
+    return is_light_type(type) || type == "GeometryLight" || type == "PortalLight" ||
+           type == "PluginLight" || prim.has_api("LightAPI") || prim.has_api("MeshLightAPI");
+}
+
 void warn_unsupported(Context& ctx, Prim prim) {
     const std::string& type = prim.type_name().str();
     if (type == "SkelRoot") {
@@ -14,8 +20,7 @@ void warn_unsupported(Context& ctx, Prim prim) {
         return;
     }
     const bool is_shown = prim.is_a("Gprim") || prim.is_a("Volume");
-    const bool is_light = type == "GeometryLight" || type == "PortalLight" ||
-                          type == "PluginLight" || prim.has_api("LightAPI");
+    const bool is_light = is_any_light(prim);
     if (is_shown || is_light) {
         ctx.warn(is_light ? "unsupported-light" : "unsupported-geometry", prim,
                  fmt::format("{} is not supported, the prim is left out", type));

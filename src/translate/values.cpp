@@ -162,6 +162,10 @@ bool is_finite(const Mat4d& m) {
     return true;
 }
 
+bool is_finite(const Vec3d& v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
 bool keeps_a_surface(const Mat4d& m) {
     const Mat3d cofactors = cofactor_matrix(m);
     for (int i = 0; i < 3; ++i)

@@ -41,6 +41,7 @@ std::vector<int64_t> read_ints(const usd::layer::Value& value);
 Mat4d world_matrix(usd::stage::Prim prim, usd::stage::TimeCode time);
 
 bool is_finite(const Mat4d& m);
+bool is_finite(const Vec3d& v);
 /// Whether the matrix leaves at least two dimensions: the image of a surface is then a surface.
 bool keeps_a_surface(const Mat4d& m);
 Mat4 cast(const Mat4d& m);

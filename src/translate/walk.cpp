@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 namespace velatura::translate {
 
 namespace {
@@ -28,11 +30,27 @@ bool has_no_picture_below(std::string_view type) {
            type == "RenderSettings" || type == "RenderProduct" || type == "RenderVar";
 }
 
+/// A point of the geometry: the first of a mesh, whose transform alone may leave it far away, else
+/// where its transform puts zero.
+Vec3d representative_point(Context& ctx, Prim prim, const Mat4d& matrix) {
+    std::vector<double> rows;
+    int width = 0;
+    if (prim.is_a("PointBased") &&
+        read_rows(prim.attribute("points").value(ctx.time), rows, width) && width == 3 &&
+        rows.size() >= 3) {
+        const Vec3d p = transform_point(Vec3d(rows[0], rows[1], rows[2]), matrix);
+        if (is_finite(p)) return p;
+    }
+    return {matrix[3][0], matrix[3][1], matrix[3][2]};
+}
+
 /// Draws the prim itself, without its children.
 void draw(Context& ctx, Prim prim, const Mat4d& matrix, Placeable& out) {
     const std::string_view type = prim.type_name().view();
     if (type.empty() || type == "Xform" || type == "Scope" || type == "Camera") return;
     if (!ctx.purposes.contains(usd::stage::computed_purpose(prim))) return;
+    if (!out.is_stage && !out.is_origin_fixed)
+        propose_origin(out, representative_point(ctx, prim, matrix));
     const Mat4d placed = relative_to(matrix, out.origin);
     std::optional<scene::Shape> shape;
     if (type == "Mesh") {
@@ -40,14 +58,18 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, Placeable& out) {
     } else if (is_gprim_type(type)) {
         shape = read_gprim(ctx, prim, placed);
     } else if (is_light_type(type)) {
+        ctx.has_light_prim = true;
         out.lights.push_back({prim, placed});
+        out.is_origin_fixed = true;
         return;
     } else {
         warn_unsupported(ctx, prim);
         return;
     }
     warn_unsupported_features(ctx, prim);
-    if (shape) out.shapes.push_back(std::move(*shape));
+    if (!shape) return;
+    out.shapes.push_back(std::move(*shape));
+    out.is_origin_fixed = true;
 }
 
 void place_instance(Context& ctx, Prim instance, const Mat4d& matrix, Placeable& out) {
@@ -59,9 +81,11 @@ void place_instance(Context& ctx, Prim instance, const Mat4d& matrix, Placeable&
     }
     Placement placement;
     placement.what = prototype;
-    placement.matrix = relative_to(matrix, out.origin);
+    propose_origin(out, transform_point(prototype->origin, matrix));
+    placement.matrix = between_origins(matrix, prototype->origin, out.origin);
     placement.provenance = ctx.provenance(instance);
     out.placements.push_back(std::move(placement));
+    out.is_origin_fixed = true;
 }
 
 }  // namespace
@@ -70,6 +94,34 @@ Mat4d relative_to(const Mat4d& matrix, const Vec3d& origin) {
     Mat4d m = matrix;
     for (int i = 0; i < 3; ++i) m[3][i] -= origin[i];
     return m;
+}
+
+Mat4d between_origins(const Mat4d& matrix, const Vec3d& from, const Vec3d& to) {
+    Mat4d m = matrix;
+    for (int c = 0; c < 3; ++c) {
+        // Sum with the rounding errors carried along. Ref: Ogita, Rump, Oishi 2005, "Accurate Sum
+        // and Dot Product", SIAM J. Sci. Comput. 26(6), algorithms TwoSum, TwoProduct, Dot2
+        double sum = 0.0, error = 0.0;
+        const auto add = [&](double v) {
+            const double next = sum + v, part = next - sum;
+            error += (sum - (next - part)) + (v - part);
+            sum = next;
+        };
+        add(matrix[3][c]);
+        add(-to[c]);
+        for (int r = 0; r < 3; ++r) {
+            const double product = from[r] * matrix[r][c];
+            add(product);
+            error += std::fma(from[r], matrix[r][c], -product);
+        }
+        m[3][c] = sum + error;
+    }
+    return m;
+}
+
+void propose_origin(Placeable& out, const Vec3d& position) {
+    if (out.is_stage || out.is_origin_fixed || !is_finite(position)) return;
+    out.origin = position;
 }
 
 void walk(Context& ctx, Prim prim, const Mat4d& parent_matrix, Placeable& out) {

@@ -85,6 +85,22 @@ TEST(Math, LuminanceOfWhiteIsOne) {
     EXPECT_FLOAT_EQ(luminance(Rgb(1.0f)), 1.0f);
 }
 
+TEST(Math, FiniteMatrixChecksEveryEntry) {
+    EXPECT_TRUE(is_finite(Mat4()));
+    EXPECT_TRUE(is_finite(Mat4d(), 2.0));
+    EXPECT_FALSE(is_finite(Mat4d(), 1.0));
+    const float bad[] = {std::numeric_limits<float>::quiet_NaN(),
+                         std::numeric_limits<float>::infinity(),
+                         -std::numeric_limits<float>::infinity()};
+    for (int i = 0; i < 16; ++i) {
+        for (const float x : bad) {
+            Mat4 m;
+            m[i / 4][i % 4] = x;
+            EXPECT_FALSE(is_finite(m));
+        }
+    }
+}
+
 }  // namespace
 
 }  // namespace velatura

@@ -49,6 +49,45 @@ TEST(H05FarFromTheOrigin, AnyShiftLeavesThePictureAlone) {
     EXPECT_LE(error, 1e-6);
 }
 
+TEST(H05FarFromTheOrigin, InstancesFarInsideTheirPrototypeStayWhole) {
+    // An instanceable prim at −1e8 whose ball stands at +1e8: the offsets must meet in double
+    const auto scene = [](const std::string& instanceable) {
+        return scene_from_usda(R"usda(#usda 1.0
+def Camera "Cam"
+{
+    float focalLength = 20
+    float2 clippingRange = (0, 0)
+    double3 xformOp:translate = (0, 0, 5)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+class Xform "Proto"
+{
+    def Sphere "Ball"
+    {
+        double3 xformOp:translate = (100000000, 0, 0)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+}
+def Xform "Far" (
+    inherits = </Proto>
+    instanceable = )usda" + instanceable + R"usda(
+)
+{
+    double3 xformOp:translate = (-100000000, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def DomeLight "Env"
+{
+}
+)usda", 24, 24);
+    };
+    const scene::Scene instanced = scene("true");
+    ASSERT_EQ(instanced.instances.size(), 1u);
+    const std::vector<double> a = beauty(render_scene(instanced, few_samples())), b = beauty(render_scene(scene("false"), few_samples()));
+    EXPECT_LE(relative_mse(a, b), 1e-6);
+    EXPECT_GT(relative_mse(a, std::vector<double>(a.size(), a[0])), 1e-3) << "the ball is in the picture";
+}
+
 class H06Scale : public testing::TestWithParam<int> {};
 
 TEST_P(H06Scale, IsBitIdentical) {

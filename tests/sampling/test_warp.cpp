@@ -100,6 +100,21 @@ TEST(Warp, ConcentricDiskIsUniform) {
     EXPECT_LT(chi_square(counts, expected).z, 4.0);
 }
 
+TEST(Warp, ConcentricDiskInFloatFollowsDouble) {
+    TestRandom random(31);
+    for (int i = 0; i < 20000; ++i) {
+        const Vec2 u(random.uniform(), random.uniform());
+        const Vec2 d = concentric_disk(u);
+        const Vec2d exact = concentric_disk(Vec2d(u));
+        ASSERT_NEAR(double(d.x), exact.x, 4e-7);
+        ASSERT_NEAR(double(d.y), exact.y, 4e-7);
+    }
+    // Squares about the centre become circles
+    EXPECT_EQ(concentric_disk(Vec2d(0.5, 0.5)), Vec2d(0.0));
+    EXPECT_EQ(concentric_disk(Vec2d(1.0, 0.5)), Vec2d(1.0, 0.0));
+    EXPECT_NEAR(concentric_disk(Vec2d(0.75, 0.75)).length(), 0.5, 1e-15);
+}
+
 TEST(Warp, TriangleIsUniform) {
     // The map (b0, b1) → (b0/(1−b2'), …) flattens the triangle: 1 − (1 − b0)² and b1/(1 − b0) are
     // uniform

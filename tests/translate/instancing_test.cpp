@@ -47,11 +47,12 @@ TEST(NativeInstancing, SharesOnePrototypeAndPlacesItsLights) {
     ASSERT_EQ(t.scene.prototypes.size(), 1u);
     ASSERT_EQ(t.scene.instances.size(), 2u);
     EXPECT_TRUE(t.scene.shapes.empty());
-    EXPECT_EQ(position(t.scene.instances[0]), Vec3(10, 0, 0));
-    EXPECT_EQ(position(t.scene.instances[1]), Vec3(20, 0, 0));
+    // The first corner of the body, (0, 1, 0), is the prototype's origin
+    EXPECT_EQ(position(t.scene.instances[0]), Vec3(10, 1, 0));
+    EXPECT_EQ(position(t.scene.instances[1]), Vec3(20, 1, 0));
     ASSERT_EQ(t.scene.prototypes[0].shapes.size(), 1u);
     EXPECT_EQ(std::get<scene::Mesh>(t.scene.prototypes[0].shapes[0].geometry).points[0],
-              Vec3(0, 1, 0));
+              Vec3(0, 0, 0));
     ASSERT_EQ(t.scene.lights.size(), 2u);
     EXPECT_EQ(t.scene.lights[0].render_from_light[3][0], 10.0);
     EXPECT_EQ(t.scene.lights[1].render_from_light[3][0], 20.0);
@@ -68,6 +69,66 @@ TEST(NativeInstancing, DifferentInheritedColourNeedsItsOwnPrototype) {
     EXPECT_EQ(t.scene.instances.size(), 2u);
     ASSERT_EQ(t.scene.prototypes.size(), 2u);
     EXPECT_EQ(std::get<scene::Mesh>(t.scene.prototypes[1].shapes[0].geometry).primvars.size(), 1u);
+}
+
+TEST(NativeInstancing, FarFromThePrototypesOriginEqualsNoInstancing) {
+    const auto text = [](const char* metadata) {
+        return camera() + "def Xform \"A\" (" + metadata + R"(
+    inherits = </Proto>) {
+    double3 xformOp:translate = (-100000000, 0, -5.3)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+class Xform "Proto" {
+    def Sphere "S" {
+        double3 xformOp:translate = (100000000, 0.7, 0)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+}
+)";
+    };
+    Translated plain, instanced;
+    translate_text(text(""), plain);
+    translate_text(text("instanceable = true"), instanced);
+    ASSERT_EQ(plain.scene.shapes.size(), 1u);
+    ASSERT_EQ(instanced.scene.instances.size(), 1u);
+    const auto& shape = instanced.scene.prototypes[0].shapes[0];
+    const Mat4d placed = std::get<scene::Gprim>(shape.geometry).shape_from_gprim *
+                         Mat4d(instanced.scene.instances[0].render_from_prototype);
+    for (int r = 0; r < 4; ++r)
+        for (int c = 0; c < 3; ++c)
+            EXPECT_EQ(float(placed[r][c]), float(plain.gprim(0).shape_from_gprim[r][c]));
+}
+
+TEST(NativeInstancing, ShiftsOnAGridLeaveTheBitsAlone) {
+    // The stage moves by `stage` with its camera, the prototype's content by `content` against it
+    const auto text = [](int64_t stage, int64_t content) {
+        const auto move = [](int64_t x, const char* rest) {
+            return "double3 xformOp:translate = (" + std::to_string(x) + rest +
+                   ")\nuniform token[] xformOpOrder = [\"xformOp:translate\"]\n";
+        };
+        return camera(move(stage + 3, ".5, 2, 1")) + "class Xform \"P\" {\ndef Xform \"X\" {\n" +
+               move(content, ".25, 0.5, 0") + quad("Q") + "}\n}\n" +
+               "def Xform \"A\" (instanceable = true\ninherits = </P>) {\n" +
+               move(stage - content, ", 0.75, -4") + "}\n" + "def PointInstancer \"I\" {\n" +
+               move(stage, ", 0, 0") +
+               "rel prototypes = </P>\nint[] protoIndices = [0]\npoint3f[] positions = [(" +
+               std::to_string(-content) + ", 1.5, -8)]\n}\n";
+    };
+    constexpr int64_t far = int64_t(1) << 30;
+    Translated at_home;
+    translate_text(text(0, 0), at_home);
+    ASSERT_EQ(at_home.scene.instances.size(), 2u);
+    for (const auto& [stage, content] :
+         {std::pair<int64_t, int64_t>{far, 0}, {0, far}, {far, far}}) {
+        Translated t;
+        translate_text(text(stage, content), t);
+        ASSERT_EQ(t.scene.instances.size(), 2u);
+        for (size_t i = 0; i < 2; ++i)
+            EXPECT_EQ(t.scene.instances[i].render_from_prototype,
+                      at_home.scene.instances[i].render_from_prototype);
+        EXPECT_EQ(std::get<scene::Mesh>(t.scene.prototypes[0].shapes[0].geometry).points,
+                  std::get<scene::Mesh>(at_home.scene.prototypes[0].shapes[0].geometry).points);
+    }
 }
 
 TEST(NativeInstancing, NestedOnesResolveToLeaves) {
@@ -136,16 +197,16 @@ def PointInstancer "P" (inactiveIds = [13]) {
                    t);
     ASSERT_EQ(t.scene.instances.size(), 2u);
     EXPECT_TRUE(t.scene.shapes.empty());
-    EXPECT_EQ(position(t.scene.instances[0]), Vec3(101, 0, 0));
+    // The cube's own move of (0, 1, 0), scaled by 2, went from its shape into the instance
+    EXPECT_EQ(position(t.scene.instances[0]), Vec3(101, 2, 0));
     EXPECT_EQ(t.scene.instances[0].render_from_prototype[1][1], 2.0f);
     EXPECT_EQ(*t.scene.instances[1].display_color, Rgb(0, 0, 1));
-    // Scale (1, 3, 1), then a quarter turn about z: the prototype's y goes to −3x. The prototype's
-    // own move is in its shape
+    // Scale (1, 3, 1), then a quarter turn about z: the prototype's y goes to −3x
     const Mat4& m = t.scene.instances[1].render_from_prototype;
     EXPECT_NEAR(m[1][0], -3.0f, 1e-3f);
     EXPECT_NEAR(m[1][1], 0.0f, 1e-3f);
     const auto& gprim = std::get<scene::Gprim>(t.scene.prototypes[0].shapes[0].geometry);
-    EXPECT_EQ(gprim.shape_from_gprim[3][1], 1.0);
+    EXPECT_EQ(gprim.shape_from_gprim[3][1], 0.0);
     EXPECT_EQ(t.count("bad-instancer"), 1u);
 }
 
@@ -157,11 +218,16 @@ def PointInstancer "P" {
     int[] protoIndices = [0, 0, 0]
     point3f[] positions = [(1, 0, 0), (2, 0, 0), (3, 0, 0)]
     float3[] scales = [(1, 1, 0), (1, 1, 1), (0, 0, 0)]
+    color3f[] primvars:displayColor = [(1, 0, 0), (0, 1, 0), (0, 0, 1)] (interpolation = "vertex")
 )" + quad("Q") + "}\n",
                    t);
     EXPECT_EQ(t.scene.instances.size(), 1u);
     ASSERT_EQ(t.scene.shapes.size(), 1u);
     EXPECT_EQ(t.mesh(0).points[2], Vec3(2, 1, 0));
+    // The colour of the instance follows it
+    ASSERT_EQ(t.mesh(0).primvars.size(), 1u);
+    EXPECT_EQ(t.scene.primvar_names[t.mesh(0).primvars[0].name], "displayColor");
+    EXPECT_EQ(t.mesh(0).primvars[0].values, (std::vector<float>{1, 0, 0}));
     EXPECT_EQ(t.count("bad-transform"), 1u);
 }
 

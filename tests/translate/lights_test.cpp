@@ -207,7 +207,21 @@ TEST(Lights, WithoutLightsADomeShines) {
     ASSERT_EQ(t.scene.lights.size(), 1u);
     EXPECT_EQ(t.scene.lights[0].kind, scene::LightKind::Dome);
     EXPECT_EQ(t.scene.groups[0].name, "default");
-    EXPECT_EQ(t.count("default-light"), 1u);
+    EXPECT_EQ(t.count("no-lights"), 1u);
+    EXPECT_EQ(t.diagnostics.warning_count(), 1u);
+}
+
+TEST(Lights, AnyLightPrimKeepsTheDomeAway) {
+    for (const char* light :
+         {"def SphereLight \"L\" { token visibility = \"invisible\"; }",
+          "def SphereLight \"L\" { float inputs:radius = 0; }",
+          "def SphereLight \"L\" { token purpose = \"guide\"; }", "def GeometryLight \"L\" {}"}) {
+        Translated t;
+        translate_text(camera() + quad("Q") + light + "\n", t);
+        EXPECT_EQ(t.error, "") << light;
+        EXPECT_TRUE(t.scene.lights.empty()) << light;
+        EXPECT_EQ(t.count("no-lights"), 0u) << light;
+    }
 }
 
 TEST(Lights, WhatIsNotHonouredIsNamed) {

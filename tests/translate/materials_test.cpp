@@ -54,6 +54,44 @@ TEST(Materials, ConstantsAndFallbacks) {
     EXPECT_EQ(t.count("unknown-shader-input"), 1u);
 }
 
+TEST(Materials, PrimvarsThatAPrimLacksAreNamedOnce) {
+    const auto text = [](const std::string& fallback, const std::string& primvar) {
+        return camera() + "def Scope \"M\" {\n" +
+               material("A",
+                        "color3f inputs:diffuseColor.connect = </M/A/T.outputs:rgb>\n"
+                        "float inputs:roughness.connect = </M/A/T.outputs:r>",
+                        R"(def Shader "T" {
+    uniform token info:id = "UsdUVTexture"
+    asset inputs:file = @a.png@
+    float2 inputs:st.connect = </M/A/P.outputs:result>
+}
+def Shader "P" {
+    uniform token info:id = "UsdPrimvarReader_float2"
+    string inputs:varname = "map1"
+)" + fallback + "\n}\n") +
+               "}\n" + quad("Q", binding("/M/A") + primvar) + "def Sphere \"S\" {\n" +
+               binding("/M/A") + "}\n";
+    };
+    Translated t;
+    translate_text(text("", ""), t);
+    EXPECT_EQ(t.count("missing-primvar"), 2u);
+    for (const Diagnostic& d : t.diagnostics.all()) {
+        if (d.code != "missing-primvar") continue;
+        EXPECT_NE(d.message.find(d.prim_path), std::string::npos);
+        EXPECT_NE(d.message.find("/M/A"), std::string::npos);
+        EXPECT_NE(d.message.find("map1"), std::string::npos);
+    }
+    Translated with_fallback;
+    translate_text(text("float2 inputs:fallback = (0.5, 0.5)", ""), with_fallback);
+    EXPECT_EQ(with_fallback.count("missing-primvar"), 0u);
+    Translated with_primvar;
+    translate_text(text("",
+                        "texCoord2f[] primvars:map1 = [(0,0),(1,0),(1,1),(0,1)] "
+                        "(interpolation = \"vertex\")\n"),
+                   with_primvar);
+    EXPECT_EQ(with_primvar.count("missing-primvar"), 1u);
+}
+
 TEST(Materials, TexturesThroughNodeGraphsTransformsAndInterfaces) {
     Translated t;
     translate_text(

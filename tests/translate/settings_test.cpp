@@ -76,6 +76,50 @@ TEST(Settings, BadOnesAreErrors) {
     EXPECT_EQ(u.error, "unknown-settings");
 }
 
+TEST(Settings, ResolutionsOutOfRangeAreErrorsUnlessOverridden) {
+    const auto text = [](const char* size) {
+        return "#usda 1.0\n(\n renderSettingsPrimPath = \"/R\"\n)\n" + camera() +
+               "def RenderSettings \"R\" {\n uniform int2 resolution = " + size + "\n}\n";
+    };
+    for (const char* size : {"(65537, 4)", "(4, 0)", "(-3, 4)", "(2147483647, 2147483647)"}) {
+        Translated t;
+        translate_text(text(size), t);
+        EXPECT_EQ(t.error, "bad-resolution") << size;
+        EXPECT_NE(t.error_message.find(":9:"), std::string::npos) << t.error_message;
+        TranslateOptions options;
+        options.resolution = {32, 16};
+        Translated asked;
+        translate_text(text(size), asked, options);
+        EXPECT_EQ(asked.error, "");
+        EXPECT_EQ(asked.scene.settings.width, 32);
+    }
+    Translated largest;
+    translate_text(text("(65536, 1)"), largest);
+    EXPECT_EQ(largest.error, "");
+    EXPECT_EQ(largest.scene.settings.width, 65536);
+}
+
+TEST(Settings, WhatIsNotFiniteGivesWayToFallbacks) {
+    Translated t;
+    translate_text("#usda 1.0\n(\n renderSettingsPrimPath = \"/R\"\n)\n" +
+                       camera("float horizontalAperture = inf\nfloat fStop = nan\n"
+                              "float horizontalApertureOffset = nan") +
+                       R"(def RenderSettings "R" {
+    uniform float4 dataWindowNDC = (nan, 0, 1, 1)
+    uniform float pixelAspectRatio = inf
+}
+)",
+                   t);
+    ASSERT_EQ(t.error, "");
+    EXPECT_EQ(t.scene.settings.data_window_ndc, (std::array<double, 4>{0, 0, 1, 1}));
+    EXPECT_EQ(t.scene.settings.pixel_aspect_ratio, 1.0);
+    EXPECT_EQ(t.scene.camera.lens_radius, 0.0);
+    EXPECT_EQ(t.scene.camera.window_left, -t.scene.camera.window_right);
+    EXPECT_EQ(t.count("bad-data-window"), 1u);
+    EXPECT_EQ(t.count("bad-pixel-aspect"), 1u);
+    EXPECT_EQ(t.count("bad-camera-value"), 3u);
+}
+
 TEST(Settings, PurposesChooseWhatIsSeen) {
     const std::string text = camera() + "def Xform \"G\" {\n token purpose = \"guide\"\n" +
                              quad("Q") + "}\ndef Xform \"R\" {\n token purpose = \"render\"\n" +

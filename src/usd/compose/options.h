@@ -20,7 +20,7 @@ struct ComposeOptions {
 
     size_t max_nodes_per_prim = 20000;  ///< nodes of one prim index; more is an error at that prim
     size_t max_arc_depth = 200;         ///< nested arcs of one prim index
-    size_t max_path_depth = 500;        ///< namespace depth of a composed prim
+    size_t max_path_depth = 1024;       ///< namespace depth of a composed prim
     size_t max_prims = 20'000'000;      ///< prims of one stage
     size_t max_layers = 100'000;        ///< layers opened
 };

@@ -136,7 +136,13 @@ bool LayerParser::line_end(std::string_view after) {
     return s_.at_line_end() || s_.fail(fmt::format("the end of the line after {}", after));
 }
 
+// The heads are functions of their own to keep the frames of the recursion small
 bool LayerParser::prim(layer::Path parent) {
+    layer::Path path;
+    return prim_head(parent, path) && block(path);
+}
+
+bool LayerParser::prim_head(layer::Path parent, layer::Path& path) {
     const SourceLoc where = s_.loc();
     const std::string_view word = s_.accept_identifier();
     const layer::Specifier specifier = word == "def"    ? layer::Specifier::Def
@@ -154,7 +160,7 @@ bool LayerParser::prim(layer::Path parent) {
         return s_.error("usd-prim-name", name_loc,
                         fmt::format("found prim name \"{}\", expected an identifier", name));
     }
-    const layer::Path path = parent.append_child(name);
+    path = parent.append_child(name);
     if (path.is_empty()) return s_.fail("fewer levels of prims");
     if (layer_.has_spec(path)) {
         return s_.error(
@@ -168,13 +174,20 @@ bool LayerParser::prim(layer::Path parent) {
         spec.set_field(names_.type_name, layer::Value(layer::Token(type_name)), type_loc);
     }
     s_.skip_lines();
-    if (s_.peek() == '(' && !metadata_block(path, spec)) return false;
+    return s_.peek() != '(' || metadata_block(path, spec);
+}
+
+bool LayerParser::block(layer::Path owner) {
     s_.skip_lines();
     if (!s_.expect('{')) return false;
-    if (!values_.enter()) return false;
-    contents(path);
-    values_.leave();
-    return s_.expect('}');
+    if (prim_depth_ >= max_prim_depth) return s_.too_deep("nested prims", max_prim_depth);
+    ++prim_depth_;
+    contents(owner);
+    --prim_depth_;
+    if (s_.expect('}')) return true;
+    // One brace too few leaves every block around open
+    if (s_.at_end()) s_.stop();
+    return false;
 }
 
 void LayerParser::contents(layer::Path owner) {
@@ -214,13 +227,14 @@ bool LayerParser::variant_set(layer::Path owner) {
     if (!s_.expect('{')) return false;
     s_.skip_lines();
     while (s_.peek() != '}' || s_.at_end()) {
-        if (!variant(owner, set)) return false;
+        layer::Path variant;
+        if (!variant_head(owner, set, variant) || !block(variant)) return false;
         s_.skip_lines();
     }
     return s_.expect('}');
 }
 
-bool LayerParser::variant(layer::Path owner, layer::Token set) {
+bool LayerParser::variant_head(layer::Path owner, layer::Token set, layer::Path& path) {
     const SourceLoc where = s_.loc();
     std::string name;
     if (!s_.string(name)) return false;
@@ -232,16 +246,10 @@ bool LayerParser::variant(layer::Path owner, layer::Token set) {
                 "an optional '.'",
                 name));
     }
-    const layer::Path path = owner.append_variant_selection(set, layer::Token(name));
+    path = owner.append_variant_selection(set, layer::Token(name));
     layer::Spec& spec = layer_.create_spec(path, layer::SpecKind::Variant, where);
     s_.skip_lines();
-    if (s_.peek() == '(' && !metadata_block(path, spec)) return false;
-    s_.skip_lines();
-    if (!s_.expect('{')) return false;
-    if (!values_.enter()) return false;
-    contents(path);
-    values_.leave();
-    return s_.expect('}');
+    return s_.peek() != '(' || metadata_block(path, spec);
 }
 
 bool LayerParser::reorder_names(layer::Path owner, layer::Token field, SourceLoc where) {

@@ -13,6 +13,9 @@
 
 namespace velatura::usd::text {
 
+/// Nesting of prims and variants beyond which a layer is refused.
+inline constexpr int max_prim_depth = 1024;
+
 /// Word in front of a list edit.
 enum class ListEdit : uint8_t { Explicit, Add, Delete, Append, Prepend, Reorder };
 
@@ -34,10 +37,12 @@ class LayerParser {
     bool header();
     bool layer_item();
     bool prim(layer::Path parent);
+    bool prim_head(layer::Path parent, layer::Path& path);
+    bool block(layer::Path owner);
     void contents(layer::Path owner);
     bool contents_item(layer::Path owner);
     bool variant_set(layer::Path owner);
-    bool variant(layer::Path owner, layer::Token set);
+    bool variant_head(layer::Path owner, layer::Token set, layer::Path& path);
     bool reorder_names(layer::Path owner, layer::Token field, SourceLoc where);
     bool statement_end();
     bool line_end(std::string_view after);
@@ -113,6 +118,7 @@ class LayerParser {
     layer::Layer& layer_;
     const TextOptions& options_;
     const layer::FieldNames& names_;
+    int prim_depth_ = 0;
     bool is_legacy_ = false;  ///< "#sdf": stricter on empty list edits
 };
 

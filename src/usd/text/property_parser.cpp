@@ -179,7 +179,7 @@ bool LayerParser::spline(layer::Spec& spec) {
         }
         if (s_.peek() == '{') ++depth;
         if (s_.peek() == '}') --depth;
-        if (depth > max_depth) return s_.fail("fewer levels of braces");
+        if (depth > max_value_depth) return s_.fail("fewer levels of braces");
         if (depth > 0) s_.accept(s_.peek());
     }
     std::string text(s_.text_from(begin));

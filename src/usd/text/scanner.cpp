@@ -385,9 +385,16 @@ bool Scanner::fail(std::string_view expected) {
 }
 
 bool Scanner::error(const char* code, SourceLoc where, std::string message) {
-    ++errors_;
     if (is_stopped_) return false;
+    ++errors_;
     diagnostics_.error(code, where, "", std::move(message));
+    return false;
+}
+
+bool Scanner::too_deep(std::string_view what, int limit) {
+    error("usd-depth", loc(),
+          fmt::format("found more than {0} levels of {1}, expected at most {0}", limit, what));
+    stop();
     return false;
 }
 

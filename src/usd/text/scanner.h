@@ -79,6 +79,8 @@ class Scanner {
     /// Reports a message at a place; always false.
     bool error(const char* code, SourceLoc where, std::string message);
     void warn(const char* code, SourceLoc where, std::string message);
+    /// Reports more than `limit` levels of `what` here and stops; always false.
+    bool too_deep(std::string_view what, int limit);
 
     size_t error_count() const { return errors_; }
 

@@ -25,13 +25,7 @@ std::string lower_case(std::string_view text) {
 }  // namespace
 
 bool ValueParser::enter() {
-    if (depth_ >= max_depth) {
-        s_.error(
-            "usd-depth", s_.loc(),
-            fmt::format("found more than {0} levels of nesting, expected at most {0}", max_depth));
-        s_.stop();
-        return false;
-    }
+    if (depth_ >= max_value_depth) return s_.too_deep("nested values", max_value_depth);
     ++depth_;
     return true;
 }

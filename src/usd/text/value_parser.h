@@ -11,8 +11,8 @@
 
 namespace velatura::usd::text {
 
-/// Nesting of prims, dictionaries and lists beyond which a layer is refused.
-inline constexpr int max_depth = 256;
+/// Nesting of the dictionaries and lists of one value beyond which a layer is refused.
+inline constexpr int max_value_depth = 256;
 
 /// Reads values. Functions return false after having reported what is wrong.
 /// Ref: AOUSD Core Specification 1.0.1, 16.2.10 … 16.2.12 and 16.2.16.6.
@@ -70,7 +70,7 @@ class ValueParser {
         return s_.expect(close);
     }
 
-    /// Counts one level of nesting; false, with an error, beyond max_depth.
+    /// Counts one level of nesting; false, with an error, beyond max_value_depth.
     bool enter();
 
     void leave() { --depth_; }

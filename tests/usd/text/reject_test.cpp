@@ -139,11 +139,45 @@ TEST(RejectDepth, RefusesDeepNestingWithoutCrashing) {
     for (const std::string& text : deep_cases) {
         Diagnostics diagnostics;
         EXPECT_FALSE(read_text_layer("#usda 1.0\n" + text, "deep.usda", diagnostics));
-        bool names_depth = false;
-        for (const Diagnostic& d : diagnostics.all())
-            names_depth = names_depth || d.code == "usd-depth";
-        EXPECT_TRUE(names_depth) << text.substr(0, 60);
+        ASSERT_EQ(diagnostics.all().size(), 1u) << text.substr(0, 60);
+        EXPECT_EQ(diagnostics.all()[0].code, "usd-depth") << text.substr(0, 60);
     }
+}
+
+TEST(RejectDepth, ReadsPrimsAndVariantsDownToTheLimit) {
+    const auto nested = [](const std::string& open, const std::string& close, int count) {
+        return "#usda 1.0\n" + repeated(open, count) + repeated(close, count);
+    };
+    const int limit = 1024;
+    const std::string open = "def \"A\"\n{\n", close = "}\n";
+    Diagnostics diagnostics;
+    const auto prims = read_text_layer(nested(open, close, limit), "prims.usda", diagnostics);
+    ASSERT_TRUE(prims);
+    const layer::Path deepest = layer::Path::parse(repeated("/A", limit)).value();
+    EXPECT_TRUE((*prims)->has_spec(deepest));
+    // Values count on their own: 256 lists in the innermost prim
+    const std::string lists = "foo x = " + repeated("[", 256) + repeated("]", 256) + "\n";
+    EXPECT_TRUE(
+        read_text_layer("#usda 1.0\n" + repeated(open, limit) + lists + repeated(close, limit),
+                        "both.usda", diagnostics));
+    // A prim and a variant are two levels
+    EXPECT_TRUE(read_text_layer(
+        nested("def \"A\" {\nvariantSet \"v\" = {\n\"a\" {\n", "}\n}\n}\n", limit / 2),
+        "variants.usda", diagnostics));
+    Diagnostics refused;
+    EXPECT_FALSE(read_text_layer(nested(open, close, limit + 1), "deep.usda", refused));
+    ASSERT_EQ(refused.all().size(), 1u);
+    EXPECT_EQ(refused.all()[0].code, "usd-depth");
+    EXPECT_EQ(refused.all()[0].loc.line, uint32_t(1 + 2 * limit + 2));
+}
+
+TEST(RejectDepth, OneMissingBraceIsOneError) {
+    Diagnostics diagnostics;
+    const auto result =
+        read_text_layer("#usda 1.0\n" + repeated("def \"A\" {\n", 50) + repeated("}\n", 49),
+                        "open.usda", diagnostics);
+    EXPECT_FALSE(result);
+    EXPECT_EQ(diagnostics.all().size(), 1u);
 }
 
 }  // namespace
