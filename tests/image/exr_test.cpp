@@ -5,31 +5,14 @@
 #include "image/digest.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstring>
 #include <filesystem>
 
+#include "temporary.h"
+
 namespace velatura::image {
 namespace {
-
-/// Goes away with the process; ctest runs tests side by side.
-struct TemporaryFolder {
-    std::filesystem::path path = std::filesystem::path(testing::TempDir()) /
-                                 ("velatura_exr_test_" + std::to_string(getpid()));
-
-    TemporaryFolder() { std::filesystem::create_directories(path); }
-
-    ~TemporaryFolder() { std::filesystem::remove_all(path); }
-
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-};
-
-std::string temporary(const std::string& name) {
-    static const TemporaryFolder folder;
-    return (folder.path / name).string();
-}
 
 Image sample_image(int parts) {
     Image image;

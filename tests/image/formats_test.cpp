@@ -6,31 +6,13 @@
 #include "image/exr.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
+
+#include "temporary.h"
 
 namespace velatura::image {
 namespace {
-
-/// Goes away with the process; ctest runs tests side by side.
-struct TemporaryFolder {
-    std::filesystem::path path = std::filesystem::path(testing::TempDir()) /
-                                 ("velatura_formats_test_" + std::to_string(getpid()));
-
-    TemporaryFolder() { std::filesystem::create_directories(path); }
-
-    ~TemporaryFolder() { std::filesystem::remove_all(path); }
-
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-};
-
-std::string temporary(const std::string& name) {
-    static const TemporaryFolder folder;
-    return (folder.path / name).string();
-}
 
 float srgb_from_linear(float v) {
     return v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1.0f / 2.4f) - 0.055f;
