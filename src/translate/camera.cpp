@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/parts.h"
 #include "translate/values.h"
+#include "usd/stage/xform.h"
 
 #include <fmt/format.h>
 
@@ -101,7 +102,7 @@ Result<scene::Camera> read_camera(Context& ctx, Prim prim) {
     scene::Camera camera;
     camera.name = prim.path_string();
     camera.provenance = ctx.provenance(prim);
-    const Mat4d world = world_matrix(prim, ctx.time);
+    const Mat4d world = usd::stage::world_transform(prim, ctx.time);
     if (!is_finite(world) || determinant3(world) == 0.0) {
         return Error{"bad-camera",
                      fmt::format("camera <{}> has a singular or infinite transform", camera.name)};

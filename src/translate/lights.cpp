@@ -245,7 +245,7 @@ bool read_light(Context& ctx, const LightSite& site, const Mat4d& render_from_li
     light.render_from_light = render_from_light;
     const bool is_area = light.kind != LightKind::Dome && light.kind != LightKind::Distant;
     if (!is_finite(render_from_light) || !keeps_a_surface(render_from_light) ||
-        !velatura::is_finite(cast(world_position(render_from_light)))) {
+        !is_finite(to_float(world_position(render_from_light)))) {
         ctx.warn("bad-transform", prim, "transform is singular or infinite, the light is left out");
         return false;
     }

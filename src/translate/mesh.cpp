@@ -49,7 +49,7 @@ FaceTable read_faces(Context& ctx, Prim prim, const std::vector<Vec3d>& points) 
             if (indices[i] < 0 || size_t(indices[i]) >= points.size()) {
                 ++outside;
                 is_good = false;
-            } else if (!velatura::is_finite(cast(points[size_t(indices[i])]))) {
+            } else if (!is_finite(to_float(points[size_t(indices[i])]))) {
                 ++infinite;
                 is_good = false;
             }
@@ -152,7 +152,7 @@ std::vector<Vec3> transformed_normals(const std::vector<Vec3d>& normals, const M
     for (const Vec3d& n : normals) {
         const Vec3d m = (n * cofactors) * sign;
         const double length = std::sqrt(m.dot(m));
-        out.push_back(length > 0.0 && std::isfinite(length) ? cast(m / length) : Vec3(0.0f));
+        out.push_back(length > 0.0 && std::isfinite(length) ? to_float(m / length) : Vec3(0.0f));
     }
     return out;
 }
@@ -252,8 +252,8 @@ std::optional<scene::Shape> read_mesh(Context& ctx, Prim prim, const Mat4d& matr
     mesh.points.reserve(points.size());
     size_t overflown = 0;
     for (const Vec3d& p : points) {
-        const Vec3 q = cast(transform_point(p, matrix));
-        overflown += !velatura::is_finite(q) && velatura::is_finite(cast(p));
+        const Vec3 q = to_float(transform_point(p, matrix));
+        overflown += !is_finite(q) && is_finite(to_float(p));
         mesh.points.push_back(q);
     }
     if (overflown > 0) {
@@ -277,7 +277,7 @@ scene::Shape baked(const scene::Shape& shape, const Mat4d& matrix) {
         return out;
     }
     auto& mesh = std::get<scene::Mesh>(out.geometry);
-    for (Vec3& p : mesh.points) p = cast(transform_point(Vec3d(p), matrix));
+    for (Vec3& p : mesh.points) p = to_float(transform_point(Vec3d(p), matrix));
     std::vector<Vec3d> normals;
     normals.reserve(mesh.normals.size());
     for (const Vec3& n : mesh.normals) normals.emplace_back(n);

@@ -52,7 +52,7 @@ void place(Context& ctx, const Placement& placement, const Mat4d& matrix) {
     if (ctx.instance_cap_hit) return;
     Placeable& what = *placement.what;
     const scene::ProvenanceId provenance = placement.provenance;
-    const Mat4 cast_matrix = cast(matrix);
+    const Mat4 cast_matrix = to_float(matrix);
     if (!is_finite(matrix) || !is_finite(Mat4d(cast_matrix)) || !keeps_a_surface(matrix)) {
         warn_at(ctx, provenance, "bad-transform",
                 "instances whose transform is infinite or flattens everything to a line or a point "

@@ -3,6 +3,7 @@
 
 #include "translate/parts.h"
 #include "translate/values.h"
+#include "usd/stage/xform.h"
 
 #include <fmt/format.h>
 
@@ -115,7 +116,7 @@ Box3d world_bounds(const usd::stage::Stage& stage, const TranslateOptions& optio
     bool is_found = false;
     usd::stage::traverse(stage.pseudo_root(), [&](Prim prim) {
         if (!is_found && (prim.is_a("Gprim") || prim.is_a("PointInstancer"))) {
-            const Mat4d world = world_matrix(prim, ctx.time);
+            const Mat4d world = usd::stage::world_transform(prim, ctx.time);
             if (is_finite(world)) ctx.origin = {world[3][0], world[3][1], world[3][2]};
             is_found = true;
         }

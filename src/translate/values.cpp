@@ -142,26 +142,6 @@ std::vector<int64_t> read_ints(const Value& value) {
     return out;
 }
 
-Mat4d world_matrix(usd::stage::Prim prim, usd::stage::TimeCode time) {
-    std::vector<usd::stage::LocalTransform> chain;
-    for (; prim && !prim.is_pseudo_root(); prim = prim.parent()) {
-        chain.push_back(usd::stage::local_transform(prim, time));
-        if (chain.back().resets_stack) break;
-    }
-    // From the root down, in the very order of the walk through the namespace, hence with the same
-    // rounding
-    Mat4d world;
-    for (auto it = chain.rbegin(); it != chain.rend(); ++it) world = it->matrix * world;
-    return world;
-}
-
-bool is_finite(const Mat4d& m) {
-    for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j)
-            if (!std::isfinite(m[i][j])) return false;
-    return true;
-}
-
 bool is_finite(const Vec3d& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
@@ -174,15 +154,11 @@ bool keeps_a_surface(const Mat4d& m) {
     return false;
 }
 
-Mat4 cast(const Mat4d& m) {
+Mat4 to_float(const Mat4d& m) {
     Mat4 out;
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 4; ++j) out[i][j] = float(m[i][j]);
     return out;
-}
-
-Vec3 cast(const Vec3d& v) {
-    return {float(v.x), float(v.y), float(v.z)};
 }
 
 }  // namespace velatura::translate

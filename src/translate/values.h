@@ -36,15 +36,12 @@ std::vector<std::string> read_texts(const usd::stage::Attribute& attribute,
 /// Elements of an integer array; empty when there is none.
 std::vector<int64_t> read_ints(const usd::layer::Value& value);
 
-/// World matrix: local matrices from the prim up to the root or to the first that resets, in
-/// double.
-Mat4d world_matrix(usd::stage::Prim prim, usd::stage::TimeCode time);
-
-bool is_finite(const Mat4d& m);
+using velatura::is_finite;
+using velatura::to_float;
 bool is_finite(const Vec3d& v);
 /// Whether the matrix leaves at least two dimensions: the image of a surface is then a surface.
 bool keeps_a_surface(const Mat4d& m);
-Mat4 cast(const Mat4d& m);
-Vec3 cast(const Vec3d& v);
+/// Nearest float matrix.
+Mat4 to_float(const Mat4d& m);
 
 }  // namespace velatura::translate

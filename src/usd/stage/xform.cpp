@@ -215,12 +215,16 @@ LocalTransform local_transform(Prim prim, TimeCode time) {
 }
 
 Mat4d world_transform(Prim prim, TimeCode time) {
-    Mat4d world;
+    std::vector<Mat4d> chain;
     for (; prim && !prim.is_pseudo_root(); prim = prim.parent()) {
         const LocalTransform local = local_transform(prim, time);
-        world = world * local.matrix;
+        chain.push_back(local.matrix);
         if (local.resets_stack) break;
     }
+    // From the root down, in the order in which a walk through the namespace multiplies: the same
+    // rounding
+    Mat4d world;
+    for (auto it = chain.rbegin(); it != chain.rend(); ++it) world = *it * world;
     return world;
 }
 

@@ -24,7 +24,8 @@ struct LocalTransform {
 /// identity. Ref: UsdGeomXformable, UsdGeomXformOp; USD.md §5b.
 LocalTransform local_transform(Prim prim, TimeCode time = {});
 
-/// Transform from the prim's local space to the world of the stage.
+/// Transform from the prim's local space to the world of the stage: local matrices from the prim up
+/// to the root or to the first that resets, multiplied from the root down.
 Mat4d world_transform(Prim prim, TimeCode time = {});
 
 /// Times of all samples of the ops that count, ascending, without repeats.
