@@ -7,7 +7,6 @@
 
 #include <array>
 #include <filesystem>
-#include <fstream>
 #include <system_error>
 
 namespace velatura::usd::compose {
@@ -16,10 +15,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-Result<LayerPtr> read_text(std::string_view bytes,
+Result<LayerPtr> read_text(const AssetBytesPtr& asset,
                            const std::string& identifier,
                            Diagnostics& diagnostics) {
-    return text::read_text_layer(bytes, identifier, diagnostics);
+    return text::read_text_layer(asset->bytes(), identifier, diagnostics);
 }
 
 constexpr std::array<LayerFormat, 5> formats = {{
@@ -33,22 +32,6 @@ constexpr std::array<LayerFormat, 5> formats = {{
 bool is_file(const fs::path& p) {
     std::error_code ignored;
     return fs::is_regular_file(p, ignored);
-}
-
-Result<std::string> read_file(const std::string& file) {
-    std::error_code failed;
-    const fs::file_status status = fs::status(file, failed);
-    if (failed || !fs::exists(status)) {
-        return Error{"usd-file-not-found", fmt::format("file \"{}\" does not exist", file)};
-    }
-    if (!fs::is_regular_file(status)) {
-        return Error{"usd-file-unreadable", fmt::format("\"{}\" is not a regular file", file)};
-    }
-    std::ifstream in(file, std::ios::binary);
-    if (!in) return Error{"usd-file-unreadable", fmt::format("cannot open file \"{}\"", file)};
-    std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-    if (in.bad()) return Error{"usd-file-unreadable", fmt::format("cannot read file \"{}\"", file)};
-    return bytes;
 }
 
 }  // namespace
@@ -95,15 +78,15 @@ Result<LayerPtr> LayerRegistry::open(const std::string& file) {
         return Error{"usd-too-many-layers",
                      fmt::format("more than {} layers, limit reached", max_layers_)};
     }
-    const Result<std::string> bytes = read_file(file);
-    if (!bytes) return remember(bytes.error());
+    const Result<AssetBytesPtr> asset = open_asset_bytes(file);
+    if (!asset) return remember(asset.error());
     for (const LayerFormat& format : formats) {
-        if (!std::string_view(*bytes).starts_with(format.magic)) continue;
+        if (!(*asset)->bytes().starts_with(format.magic)) continue;
         if (!format.read) {
             return remember(Error{"usd-format-unsupported",
                                   fmt::format("{} is not supported: \"{}\"", format.name, file)});
         }
-        return remember(format.read(*bytes, file, diagnostics_));
+        return remember(format.read(*asset, file, diagnostics_));
     }
     return remember(Error{
         "usd-format-unknown",

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/asset_bytes.h"
 #include "base/diagnostics.h"
 #include "base/result.h"
 #include "usd/layer/layer.h"
@@ -23,7 +24,9 @@ using LayerPtr = std::shared_ptr<layer::Layer>;
 struct LayerFormat {
     std::string_view name;
     std::string_view magic;  ///< first bytes of the file
-    Result<LayerPtr> (*read)(std::string_view bytes, const std::string& identifier, Diagnostics&);
+    Result<LayerPtr> (*read)(const AssetBytesPtr& bytes,
+                             const std::string& identifier,
+                             Diagnostics&);
 };
 
 /// Every format that is recognised by content; the extension plays no part.
