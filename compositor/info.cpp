@@ -52,8 +52,9 @@ std::string info_text(const LayerStack& stack) {
         text += fmt::format("  bad      --replay {},{},{} ({})\n", b.x, b.y, b.sample, b.reason);
     for (const image::FamilyClosure& c : header.closure) {
         text += fmt::format(
-            "closure    {}: {} layers, {}, {:.3f} of the bound used\n", c.family, c.order.size(),
-            c.is_exact ? "beauty is their fold bit for bit" : "within rounding", c.measured);
+            "closure    {}: {} layers, {}; {:.3f} of the bound to the unrounded sums\n", c.family,
+            c.order.size(), c.is_exact ? "beauty is their fold bit for bit" : "within rounding",
+            c.measured);
     }
     if (header.closure.empty()) text += "closure    no light layers stored\n";
     if (const auto columns = stack.column_names(); !columns.empty()) {

@@ -49,7 +49,10 @@ size_t peak_resident_bytes() {
 namespace {
 
 std::string summary(const ProgressState& s) {
-    std::string line = fmt::format("{:5.1f} %  {:g}/{:g} spp  {}", s.fraction * 100.0, s.samples, s.samples_target, format_duration(s.elapsed_s));
+    const std::string samples =
+        s.samples < 100.0 ? fmt::format("{:.3g}", s.samples) : fmt::format("{:.0f}", s.samples);
+    std::string line = fmt::format("{:5.1f} %  {}/{:.0f} spp  {}", s.fraction * 100.0, samples,
+                                   s.samples_target, format_duration(s.elapsed_s));
     if (s.left_s) line += fmt::format(" | {} left", format_duration(*s.left_s));
     if (s.error) line += fmt::format("  error {:.2f} %", *s.error * 100.0);
     line += fmt::format("  {:.2f} Mray/s  {}", s.rays_per_s / 1e6, format_bytes(s.memory_bytes));
