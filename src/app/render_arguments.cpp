@@ -27,7 +27,7 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     how->add_option("--target-error", a.target_error, "progressive: stop at this relative standard error, e.g. 1%");
     how->add_option("--max-depth", a.max_depth, "cut paths after this many scatterings, a bias; 0 = only Russian roulette ends paths")->check(CLI::Range(0, 65536));
     how->add_option("--filter", a.filter, "pixel filter")->check(CLI::IsMember({"box", "triangle", "gaussian", "blackman-harris", "mitchell"}));
-    how->add_option("--light-selection", a.light_selection, "how a light is picked for direct light")->check(CLI::IsMember({"uniform", "power"}));
+    how->add_option("--light-selection", a.light_selection, "how a light is picked for direct light")->check(CLI::IsMember({"uniform", "power", "tree"}));
     how->add_option("--seed", a.seed, "another seed gives other noise");
     how->add_option("--threads", a.threads, "threads; 0 = all cores; the picture does not depend on it")->check(CLI::Range(0, 1024));
 

@@ -38,7 +38,7 @@ struct RenderArguments {
     bool float_layers = false;
     std::string exr_layout = "multipart";
     std::string filter = "blackman-harris";
-    std::string light_selection = "power";
+    std::string light_selection = "tree";
     int threads = 0;
     std::string snapshot;
     std::string progress = "bar";

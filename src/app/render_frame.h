@@ -22,7 +22,7 @@ struct RenderJob {
     integrator::RenderOptions schedule;
     integrator::PathTracerOptions tracer;
     film::LayerSet layers;  ///< without groups
-    lights::SelectionKind light_selection = lights::SelectionKind::Power;
+    lights::SelectionKind light_selection = lights::SelectionKind::Tree;
     image::Layout layout = image::Layout::MultiPart;
     ProgressStyle progress = ProgressStyle::Bar;
     std::optional<std::array<uint64_t, 3>> replay;  ///< x, y, sample

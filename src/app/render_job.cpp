@@ -17,6 +17,11 @@ namespace {
 
 Error usage(std::string message) { return {"usage", std::move(message)}; }
 
+lights::SelectionKind selection_kind(std::string_view name) {
+    if (name == "uniform") return lights::SelectionKind::Uniform;
+    return name == "power" ? lights::SelectionKind::Power : lights::SelectionKind::Tree;
+}
+
 std::vector<std::string> split(std::string_view text, char separator) {
     std::vector<std::string> parts;
     size_t begin = 0;
@@ -127,7 +132,7 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     const auto filter = sampling::filter_kind(a.filter);
     if (!filter) return usage(fmt::format("--filter: unknown filter \"{}\"", a.filter));
     job.tracer.filter = *filter;
-    job.light_selection = a.light_selection == "uniform" ? lights::SelectionKind::Uniform : lights::SelectionKind::Power;
+    job.light_selection = selection_kind(a.light_selection);
     job.layout = a.exr_layout == "single" ? image::Layout::SinglePart : a.exr_layout == "split" ? image::Layout::Split : image::Layout::MultiPart;
     const auto progress = parse_progress_style(a.quiet ? "none" : a.progress, ::isatty(STDOUT_FILENO) == 1);
     if (!progress) return usage(progress.error().message);

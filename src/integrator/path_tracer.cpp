@@ -25,6 +25,11 @@ constexpr float trapped_path_share = 1024.0f;
 /// samplers alike. Relative, hence independent of scale.
 constexpr float flush_light_margin = 0x1p-14f;
 
+/// Light selection at a vertex, for both samplers alike.
+lights::Receiver receiver_at(const geometry::SurfacePoint& point, const shading::Bsdf& bsdf) {
+    return {point.p, bsdf.ns(), bsdf.has_transmission()};
+}
+
 }  // namespace
 
 /// A path while it is traced.
@@ -37,7 +42,7 @@ struct PathTracer::Path {
     int bounce = 0;            ///< scatterings so far; pass-throughs do not count
     uint32_t pass_count = 0;   ///< pass-throughs since the last scattering; keeps their random numbers apart
     bool is_certain = true;    ///< no light sampling competed for the present direction: MIS weight 1
-    Vec3 scatter_p = Vec3(0.0f);  ///< where the present direction was sampled
+    lights::Receiver receiver = {};  ///< where the present direction was sampled
     float scatter_pdf = 0;     ///< [1/sr]
     Vec3 straight_o = Vec3(0.0f);  ///< where the present straight line began; pass-throughs do not end it
     float travelled = 0;       ///< along that line up to the present segment
@@ -69,7 +74,7 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
     path.ray = {first.o, first.d, first.t_max};
     path.cone_width = first.cone_width;
     path.cone_spread = first.cone_spread;
-    path.scatter_p = path.straight_o = first.o;
+    path.receiver.p = path.straight_o = first.o;
     path.beta = Rgb(world_.camera.exposure_scale());
     ++counts.paths;
     ++counts.camera;
@@ -133,7 +138,7 @@ void PathTracer::deposit(const Path& path, int bounce, scene::GroupId group, con
 
 float PathTracer::light_hit_weight(const Path& path, const lights::LightHit& hit) const {
     if (path.is_certain) return 1.0f;
-    const float light_pdf = world_.selector.pmf(path.scatter_p, hit.light) * hit.pdf;
+    const float light_pdf = world_.selector->pmf(path.receiver, hit.light) * hit.pdf;
     return sampling::balance_heuristic(path.scatter_pdf, light_pdf);
 }
 
@@ -170,11 +175,11 @@ void PathTracer::add_unoccluded_hits(const Path& path, film::SampleRadiance& out
 }
 
 void PathTracer::add_direct_light(Path& path, const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, const Vec3& wo, film::SampleRadiance& out) const {
-    if (world_.selector.is_empty() || !bsdf.has_non_delta()) return;
+    if (world_.selector->is_empty() || !bsdf.has_non_delta()) return;
 
     // Choose a light and a direction towards it
-    const float u_light = path.sampler.get_1d(path.bounce, Purpose::LightSelect, path.pass_count);
-    const std::optional<lights::LightChoice> choice = world_.selector.select(point.p, u_light);
+    const double u_light = path.sampler.get_1d_fine(path.bounce, Purpose::LightSelect, path.pass_count);
+    const std::optional<lights::LightChoice> choice = world_.selector->select(receiver_at(point, bsdf), u_light);
     if (!choice) return;
     const Vec2 u = path.sampler.get_2d(path.bounce, Purpose::LightSurface, path.pass_count);
     const std::optional<lights::LightSample> light = world_.lights.sample(choice->light, point.p, u);
@@ -263,7 +268,7 @@ bool PathTracer::scatter(Path& path, const geometry::SurfacePoint& point, const 
     path.straight_o = path.ray.o;
     path.travelled = 0;
     path.is_certain = sample->is_delta;
-    path.scatter_p = point.p;
+    path.receiver = receiver_at(point, bsdf);
     path.scatter_pdf = sample->pdf;
     path.eta_scale *= sample->eta * sample->eta;
     if (world_.has_lobe_multipliers) {

@@ -16,7 +16,7 @@ namespace velatura::integrator {
 
 struct WorldOptions {
     int width = 0, height = 0;  ///< whole picture, pixels
-    lights::SelectionKind light_selection = lights::SelectionKind::Power;
+    lights::SelectionKind light_selection = lights::SelectionKind::Tree;
 };
 
 /// Seconds spent on preparing a frame.
@@ -39,7 +39,7 @@ struct World {
     std::unique_ptr<accel::Accelerator> accelerator;
     shading::MaterialEvaluator materials;
     lights::LightSet lights;
-    lights::LightSelector selector;
+    std::unique_ptr<lights::LightSelector> selector;
     camera::CameraModel camera;
     bool has_lobe_multipliers = false;  ///< some light has a diffuse or specular multiplier other than 1
 };

@@ -82,6 +82,12 @@ class CylinderEmitter final : public Emitter {
         return {frame_.origin - extent, frame_.origin + extent};
     }
 
+    EmissionCone emission_cone() const override {
+        EmissionCone cone = shaping_.cone();
+        cone.intensity = power(0.0) / (4.0 * pi_d * shaping_.mean_over_sphere());
+        return cone;
+    }
+
     double power(double) const override {
         const double girth =
             2.0 * pi_d * std::sqrt((frame_.y.dot(frame_.y) + frame_.z.dot(frame_.z)) / 2.0);

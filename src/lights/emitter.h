@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/math.h"
+#include "lights/light_bounds.h"
 #include "lights/shaping.h"
 
 #include <optional>
@@ -41,6 +42,9 @@ class Emitter {
 
     /// Box around a finite light.
     virtual Box3d bounds() const { return {}; }
+
+    /// Where a finite light shines, and how strongly.
+    virtual EmissionCone emission_cone() const { return {}; }
 };
 
 /// Affine frame of a shape: object point (a, b, c) lies at origin + a·x + b·y + c·z. Shapes are

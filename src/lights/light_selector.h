@@ -5,16 +5,23 @@
 #include "lights/light_set.h"
 
 #include <cstdint>
+#include <memory>
 #include <optional>
-#include <vector>
 
 namespace velatura::lights {
 
-enum class SelectionKind : uint8_t { Uniform, Power };
+enum class SelectionKind : uint8_t { Uniform, Power, Tree };
 
 struct SelectorOptions {
-    SelectionKind kind = SelectionKind::Power;
+    SelectionKind kind = SelectionKind::Tree;
     double uniform_part = 0.1;  ///< of Power: share of the choices made uniformly, in (0, 1]
+};
+
+/// Where light is wanted.
+struct Receiver {
+    Vec3 p;               ///< render space
+    Vec3 n = Vec3(0.0f);  ///< unit normal on the side of the viewer; zero = every direction counts
+    bool both_sides = true;  ///< light from behind n counts too
 };
 
 /// A chosen light and the probability of that choice.
@@ -23,28 +30,25 @@ struct LightChoice {
     float pmf = 0;
 };
 
-/// Chooses one light per vertex. Lights that are off have probability zero, all others a positive
-/// one. The point is part of the interface so that a light tree can take its place; the two kinds
-/// at hand do not look at it.
+/// Chooses one light per vertex. Lights that are off have probability zero; so may lights that
+/// cannot reach the receiver.
 class LightSelector {
   public:
-    /// Args: scene_bounds in render space: what lights at infinity shine on; may be empty.
-    LightSelector(const LightSet& lights,
-                  const Box3& scene_bounds,
-                  const SelectorOptions& options = {});
+    virtual ~LightSelector() = default;
 
-    bool is_empty() const { return cdf_.empty(); }
+    /// No light is on.
+    virtual bool is_empty() const = 0;
 
-    /// Chooses by u in [0,1) for the point p; nothing when no light is on.
-    std::optional<LightChoice> select(const Vec3& p, float u) const;
+    /// Chooses by u in [0,1); nothing when no light reaches the receiver.
+    virtual std::optional<LightChoice> select(const Receiver& at, double u) const = 0;
 
-    /// The probability with which select() chooses the light at p: the same number, bit for bit.
-    float pmf(const Vec3& p, uint32_t light) const;
-
-  private:
-    std::vector<double> cdf_;   // over the lights that are on, ends with 1
-    std::vector<uint32_t> on_;  // their indices
-    std::vector<float> pmf_;    // of every light
+    /// The probability with which select() chooses the light there: the same number, bit for bit.
+    virtual float pmf(const Receiver& at, uint32_t light) const = 0;
 };
+
+/// Args: scene_bounds in render space: what lights at infinity shine on; may be empty.
+std::unique_ptr<LightSelector> make_light_selector(const LightSet& lights,
+                                                   const Box3& scene_bounds,
+                                                   const SelectorOptions& options = {});
 
 }  // namespace velatura::lights

@@ -4,6 +4,7 @@
 #include "lights/emitter_tree.h"
 #include "lights/emitters.h"
 #include "lights/environment_map.h"
+#include "lights/light_bounds.h"
 
 #include <cmath>
 #include <string>
@@ -211,6 +212,16 @@ float LightSet::pdf(uint32_t index, const Vec3& p, const Vec3& wi) const {
 
 double LightSet::power(uint32_t index, double scene_radius) const {
     return is_on(index) ? emitters_[index]->power(scene_radius) : 0.0;
+}
+
+LightBounds LightSet::bounds(uint32_t index) const {
+    return {emitters_[index]->bounds(), emitters_[index]->emission_cone()};
+}
+
+double LightSet::mean_irradiance(uint32_t index) const {
+    // Flux into a unit ball: π E of a distant light, 4 π² L of a dome whose mean irradiance is π L
+    const bool is_dome = light(index).kind == scene::LightKind::Dome;
+    return power(index, 1.0) / (is_dome ? 4.0 * pi_d : pi_d);
 }
 
 Rgb LightSet::background(const Vec3& d) const {

@@ -16,6 +16,7 @@ namespace velatura::lights {
 
 class Emitter;
 class EmitterTree;
+struct LightBounds;
 
 /// A direction toward a light.
 struct LightSample {
@@ -100,6 +101,13 @@ class LightSet {
     /// Estimate of the emitted flux (luminance) that enters a ball of radius `scene_radius`: for
     /// light selection, > 0 exactly when the light is on.
     double power(uint32_t index, double scene_radius) const;
+
+    /// Box, directions and strength of a finite light that is on.
+    LightBounds bounds(uint32_t index) const;
+
+    /// Irradiance (luminance) of a light at infinity that is on: of a distant light on a surface
+    /// that faces it, of a dome averaged over all surfaces.
+    double mean_irradiance(uint32_t index) const;
 
     /// Sum of what the dome and distant lights without delta show in direction d (unit): the
     /// picture's background.

@@ -85,6 +85,18 @@ class PlanarEmitter : public Emitter {
         return box;
     }
 
+    EmissionCone emission_cone() const override {
+        // Whichever is narrower: the half space in front, or the shaped cone
+        EmissionCone cone = shaping_.cone();
+        if (cone.normals > 0.0 || cone.spread >= pi_d / 2.0) {
+            cone.axis = unit_vector(frame_.z);
+            cone.normals = 0.0;
+            cone.spread = pi_d / 2.0;
+        }
+        cone.intensity = power(0.0) / (pi_d * shaping_.mean_over_hemisphere());
+        return cone;
+    }
+
   protected:
     double parallelogram_area() const {
         return 4.0 * half_x_ * half_y_ * length_of(frame_.x.cross(frame_.y));

@@ -29,6 +29,15 @@ LightShaping::LightShaping(const scene::Light& light) {
     tint_ = s.focus_tint;
 }
 
+EmissionCone LightShaping::cone() const {
+    EmissionCone cone;
+    if (!has_cone_ || cone_outer_ >= pi_d) return cone;
+    cone.axis = axis_;
+    cone.normals = 0.0;
+    cone.spread = cone_outer_;
+    return cone;
+}
+
 Rgb LightShaping::factor(const Vec3d& wo) const {
     return is_active() ? factor_of_cosine(axis_.dot(wo)) : Rgb(1.0f);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/math.h"
+#include "lights/light_bounds.h"
 #include "scene/light.h"
 
 namespace velatura::lights {
@@ -21,6 +22,10 @@ class LightShaping {
     Rgb factor(const Vec3d& wo) const;
 
     bool is_active() const { return has_cone_ || has_focus_; }
+
+    /// The shaped directions alone: a cone without intensity that all emission stays in; the
+    /// whole sphere when nothing is cut off.
+    EmissionCone cone() const;
 
     /// Mean of the factor's luminance over the sphere, or cosine-weighted over the hemisphere
     /// around −Z.

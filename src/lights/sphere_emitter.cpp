@@ -73,6 +73,12 @@ class SphereEmitter final : public Emitter {
         return {frame_.origin - extent, frame_.origin + extent};
     }
 
+    EmissionCone emission_cone() const override {
+        EmissionCone cone = shaping_.cone();
+        cone.intensity = power(0.0) / (4.0 * pi_d * shaping_.mean_over_sphere());
+        return cone;
+    }
+
     double power(double) const override {
         // Ref: Thomsen 2004, area of an ellipsoid within 1.1 %; enough for choosing lights
         const double a = length_of(frame_.x), b = length_of(frame_.y), c = length_of(frame_.z);

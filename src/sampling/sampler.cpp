@@ -27,12 +27,20 @@ PixelSampler::PixelSampler(uint64_t seed, int pixel_x, int pixel_y, uint64_t sam
                        (sample_index & 1u) | (sample_index >> 33 << 1))),
       sequence_index_(uint32_t(sample_index >> 1)) {}
 
-float PixelSampler::get_1d(int bounce, Purpose purpose, uint32_t repeat) const {
+uint32_t PixelSampler::bits_1d(int bounce, Purpose purpose, uint32_t repeat) const {
     const uint64_t key = stream_hash(pixel_key_, bounce, purpose, repeat);
     const uint32_t index =
         reverse_bits(owen_hash_reversed(reverse_bits(sequence_index_), uint32_t(key)));
     // Dimension 0 of Sobol' is the reversed index, so its reversed form is the index itself
-    return unit_float(reverse_bits(owen_hash_reversed(index, uint32_t(key >> 32))));
+    return reverse_bits(owen_hash_reversed(index, uint32_t(key >> 32)));
+}
+
+float PixelSampler::get_1d(int bounce, Purpose purpose, uint32_t repeat) const {
+    return unit_float(bits_1d(bounce, purpose, repeat));
+}
+
+double PixelSampler::get_1d_fine(int bounce, Purpose purpose, uint32_t repeat) const {
+    return double(bits_1d(bounce, purpose, repeat)) * 0x1p-32;
 }
 
 // Owen-scrambled Sobol' in two dimensions, padded: each use of random numbers has its own shuffle

@@ -33,10 +33,15 @@ class PixelSampler {
     /// several draws of one purpose at one vertex (opacity layers of a ray).
     float get_1d(int bounce, Purpose purpose, uint32_t repeat = 0) const;
 
+    /// The same number with 32 bits instead of 24: for choosing among very many.
+    double get_1d_fine(int bounce, Purpose purpose, uint32_t repeat = 0) const;
+
     /// Two numbers in [0, 1)², stratified together over the samples of a pixel.
     Vec2 get_2d(int bounce, Purpose purpose, uint32_t repeat = 0) const;
 
   private:
+    uint32_t bits_1d(int bounce, Purpose purpose, uint32_t repeat) const;
+
     uint64_t pixel_key_;
     uint32_t sequence_index_;
 };

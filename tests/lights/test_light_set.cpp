@@ -125,9 +125,16 @@ TEST(LightSet, ScalingByPowersOfTwoChangesNothingButDistances) {
             }
         }
         const Box3 box(Vec3(-1.0f), Vec3(1.0f));
-        const LightSelector s(lights, box), t(other, Box3(box.min * factor, box.max * factor));
-        for (uint32_t i = 0; i < lights.size(); ++i)
-            EXPECT_FLOAT_EQ(s.pmf(Vec3(0.0f), i), t.pmf(Vec3(0.0f), i));
+        for (const SelectionKind kind : {SelectionKind::Power, SelectionKind::Tree}) {
+            const auto s = make_light_selector(lights, box, {kind});
+            const auto t =
+                make_light_selector(other, Box3(box.min * factor, box.max * factor), {kind});
+            const Receiver at{Vec3(0.3f, 0.1f, -0.2f)};
+            Receiver scaled_at = at;
+            scaled_at.p *= factor;
+            for (uint32_t i = 0; i < lights.size(); ++i)
+                EXPECT_FLOAT_EQ(s->pmf(at, i), t->pmf(scaled_at, i));
+        }
     }
     EXPECT_EQ(diagnostics.warning_count(), 0u);
 }
@@ -312,18 +319,19 @@ TEST(LightSelector, ProbabilitiesSumToOneAndMatchTheChoices) {
     for (const SelectionKind kind : {SelectionKind::Uniform, SelectionKind::Power}) {
         SelectorOptions options;
         options.kind = kind;
-        const LightSelector selector(lights, Box3(Vec3(-1.0f), Vec3(1.0f)), options);
+        const auto selector = make_light_selector(lights, Box3(Vec3(-1.0f), Vec3(1.0f)), options);
+        const Receiver at{Vec3(0.0f)};
         constexpr int steps = 1 << 16;
         std::vector<int> chosen(lights.size(), 0);
         for (int i = 0; i < steps; ++i) {
-            const auto choice = selector.select(Vec3(0.0f), float(i) / float(steps));
+            const auto choice = selector->select(at, double(i) / double(steps));
             ASSERT_TRUE(choice);
-            EXPECT_EQ(choice->pmf, selector.pmf(Vec3(0.0f), choice->light));
+            EXPECT_EQ(choice->pmf, selector->pmf(at, choice->light));
             ++chosen[choice->light];
         }
         double sum = 0.0;
         for (uint32_t i = 0; i < lights.size(); ++i) {
-            const double pmf = double(selector.pmf(Vec3(0.0f), i));
+            const double pmf = double(selector->pmf(at, i));
             sum += pmf;
             EXPECT_EQ(pmf > 0.0, lights.is_on(i));
             // Every light keeps its share of the uniform part: a tenth of the choices by default
@@ -333,12 +341,17 @@ TEST(LightSelector, ProbabilitiesSumToOneAndMatchTheChoices) {
             EXPECT_NEAR(chosen[i], pmf * steps, 2.0) << i;
         }
         EXPECT_NEAR(sum, 1.0, 1e-6);
-        EXPECT_EQ(selector.pmf(Vec3(0.0f), 3), 0.0f);
-        EXPECT_EQ(kind == SelectionKind::Power, selector.pmf(Vec3(0.0f), 2) > 0.5f);
+        EXPECT_EQ(selector->pmf(at, 3), 0.0f);
+        EXPECT_EQ(kind == SelectionKind::Power, selector->pmf(at, 2) > 0.5f);
     }
     const scene::Scene empty;
     const LightSet none(empty, {}, diagnostics);
-    EXPECT_FALSE(LightSelector(none, Box3()).select(Vec3(0.0f), 0.5f));
+    for (const SelectionKind kind :
+         {SelectionKind::Uniform, SelectionKind::Power, SelectionKind::Tree}) {
+        const auto selector = make_light_selector(none, Box3(), {kind});
+        EXPECT_TRUE(selector->is_empty());
+        EXPECT_FALSE(selector->select({Vec3(0.0f)}, 0.5));
+    }
 }
 
 TEST(LightSelector, PowerOfPlainShapesIsPiTimesAreaTimesRadiance) {

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/math.h"
+
+namespace velatura::lights {
+
+/// Where a light shines: within `spread` of any normal, the normals within `normals` of `axis`.
+/// Angles in radians. Ref: Conty Estevez & Kulla 2018, "Importance Sampling of Many Lights with
+/// Adaptive Tree Splitting", 4.1.
+struct EmissionCone {
+    Vec3d axis = Vec3d(0.0, 0.0, -1.0);  ///< unit
+    double normals = pi_d;               ///< [0, π]
+    double spread = pi_d / 2.0;          ///< (0, π]
+    double intensity = 0;  ///< largest radiant intensity (luminance), about; > 0 when it shines
+};
+
+/// Box, directions and strength of a set of finite lights.
+struct LightBounds {
+    Box3d box;
+    EmissionCone cone;
+
+    /// Smallest bounds known to hold both.
+    static LightBounds merged(const LightBounds& a, const LightBounds& b);
+};
+
+/// Smallest cone of normals around two of them, spreads and intensities joined.
+EmissionCone merged(const EmissionCone& a, const EmissionCone& b);
+
+}  // namespace velatura::lights
