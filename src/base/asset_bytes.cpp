@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/asset_bytes.h"
 
+#include "base/package_path.h"
+#include "base/zip_archive.h"
+
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/mman.h>
@@ -9,7 +12,11 @@
 
 #include <cerrno>
 #include <cstddef>
+#include <list>
+#include <mutex>
+#include <span>
 #include <system_error>
+#include <vector>
 
 namespace velatura {
 
@@ -41,6 +48,18 @@ class MappedBytes final : public AssetBytes {
     size_t size_;
 };
 
+class PartOfBytes final : public AssetBytes {
+  public:
+    PartOfBytes(AssetBytesPtr owner, std::string_view part)
+        : owner_(std::move(owner)), part_(part) {}
+
+    std::string_view bytes() const override { return part_; }
+
+  private:
+    AssetBytesPtr owner_;
+    std::string_view part_;
+};
+
 class FileDescriptor {
   public:
     explicit FileDescriptor(int fd) : fd_(fd) {}
@@ -63,13 +82,7 @@ Error unreadable(const std::string& file, int error) {
             fmt::format("cannot read \"{}\": {}", file, std::generic_category().message(error))};
 }
 
-}  // namespace
-
-AssetBytesPtr make_asset_bytes(std::string bytes) {
-    return std::make_shared<OwnedBytes>(std::move(bytes));
-}
-
-Result<AssetBytesPtr> open_asset_bytes(const std::string& file) {
+Result<AssetBytesPtr> map_file(const std::string& file) {
     // Opening a pipe must not wait for its other end
     const FileDescriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
     if (fd.get() < 0) {
@@ -91,6 +104,136 @@ Result<AssetBytesPtr> open_asset_bytes(const std::string& file) {
     void* start = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, fd.get(), 0);
     if (start == MAP_FAILED) return unreadable(file, errno);
     return AssetBytesPtr(std::make_shared<MappedBytes>(start, size));
+}
+
+bool is_file(const std::string& file) {
+    struct stat status {};
+
+    return ::stat(file.c_str(), &status) == 0 && S_ISREG(status.st_mode);
+}
+
+/// Tells whether a file is still the one that was mapped.
+struct FileIdentity {
+    dev_t device = 0;
+    ino_t number = 0;
+    off_t size = 0;
+    timespec changed{};
+
+    static FileIdentity of(const std::string& file) {
+        struct stat s {};
+
+        if (::stat(file.c_str(), &s) != 0) return {};
+        return {s.st_dev, s.st_ino, s.st_size, s.st_mtim};
+    }
+
+    bool operator==(const FileIdentity& o) const {
+        return device == o.device && number == o.number && size == o.size &&
+               changed.tv_sec == o.changed.tv_sec && changed.tv_nsec == o.changed.tv_nsec;
+    }
+};
+
+using ArchivePtr = std::shared_ptr<const ZipArchive>;
+
+/// The packages used last: the textures of one package come one by one, and a directory may be
+/// long.
+class PackageCache {
+  public:
+    ArchivePtr find(const std::string& name, const FileIdentity& identity) {
+        const std::lock_guard lock(mutex_);
+        for (auto it = entries_.begin(); it != entries_.end(); ++it) {
+            if (it->name != name || !(it->identity == identity)) continue;
+            entries_.splice(entries_.begin(), entries_, it);
+            return it->archive;
+        }
+        return nullptr;
+    }
+
+    void keep(const std::string& name, const FileIdentity& identity, ArchivePtr archive) {
+        const std::lock_guard lock(mutex_);
+        entries_.remove_if([&](const Entry& e) { return e.name == name; });
+        entries_.push_front({name, identity, std::move(archive)});
+        if (entries_.size() > capacity) entries_.pop_back();
+    }
+
+  private:
+    static constexpr size_t capacity = 8;
+
+    struct Entry {
+        std::string name;
+        FileIdentity identity;
+        ArchivePtr archive;
+    };
+
+    std::mutex mutex_;
+    std::list<Entry> entries_;
+};
+
+PackageCache& package_cache() {
+    static PackageCache cache;
+    return cache;
+}
+
+Error no_such_file(const std::string& name) {
+    return {"file-not-found", fmt::format("file \"{}\" does not exist", name)};
+}
+
+Result<AssetBytesPtr> read_member(const ZipArchive& archive, std::span<const std::string> parts) {
+    const ZipMember* member = archive.find(parts.back());
+    if (!member) return no_such_file(join_package_path(parts));
+    return archive.read(*member);
+}
+
+/// The package whose name has these parts, opened from the outermost inwards.
+Result<ArchivePtr> open_archive(std::span<const std::string> parts) {
+    if (parts.size() > max_package_depth) {
+        return Error{"package-depth",
+                     fmt::format("found a name of more than {0} packages within packages in "
+                                 "\"{1}\", expected at most {0}",
+                                 max_package_depth, parts.front())};
+    }
+    const FileIdentity identity = FileIdentity::of(parts.front());
+    ArchivePtr archive;
+    for (size_t depth = 1; depth <= parts.size(); ++depth) {
+        const std::string name = join_package_path(parts.first(depth));
+        if (ArchivePtr known = package_cache().find(name, identity)) {
+            archive = std::move(known);
+            continue;
+        }
+        const Result<AssetBytesPtr> bytes =
+            depth == 1 ? map_file(name) : read_member(*archive, parts.first(depth));
+        if (!bytes) return bytes.error();
+        Result<ArchivePtr> opened = ZipArchive::open(*bytes, name);
+        if (!opened) return opened.error();
+        archive = *opened;
+        package_cache().keep(name, identity, archive);
+    }
+    return archive;
+}
+
+}  // namespace
+
+AssetBytesPtr make_asset_view(AssetBytesPtr owner, std::string_view part) {
+    return std::make_shared<PartOfBytes>(std::move(owner), part);
+}
+
+AssetBytesPtr make_asset_bytes(std::string bytes) {
+    return std::make_shared<OwnedBytes>(std::move(bytes));
+}
+
+Result<AssetBytesPtr> open_asset_bytes(const std::string& name) {
+    const std::vector<std::string> parts = split_package_path(name);
+    // A file may have brackets in its own name
+    if (parts.size() == 1 || is_file(name)) return map_file(name);
+    const Result<ArchivePtr> archive = open_archive(std::span(parts).first(parts.size() - 1));
+    if (!archive) return archive.error();
+    return read_member(**archive, parts);
+}
+
+bool asset_exists(const std::string& name) {
+    const std::vector<std::string> parts = split_package_path(name);
+    if (parts.size() == 1 || is_file(name)) return is_file(name);
+    const Result<ArchivePtr> archive = open_archive(std::span(parts).first(parts.size() - 1));
+    return archive && (*archive)->find(parts.back()) != nullptr;
 }
 
 }  // namespace velatura

@@ -22,8 +22,17 @@ using AssetBytesPtr = std::shared_ptr<const AssetBytes>;
 /// Bytes that live in memory.
 AssetBytesPtr make_asset_bytes(std::string bytes);
 
-/// Maps a file read-only; pages come in on first use. Errors: "file-not-found", "file-unreadable"
-/// (a folder, a device, no permission).
-Result<AssetBytesPtr> open_asset_bytes(const std::string& file);
+/// A part of the bytes of `owner`, which it keeps alive.
+AssetBytesPtr make_asset_view(AssetBytesPtr owner, std::string_view part);
+
+/// The one way from the name of an asset to its bytes, without a copy. Thread-safe. A name is that
+/// of a file, which is mapped read-only (pages come in on first use), or of a file in packages:
+/// "pkg.usdz[tex/a.png]", "a.usdz[b.usdz[c.usda]]". The packages used last stay mapped.
+/// Errors: "file-not-found", "file-unreadable" (a folder, a device, no permission), those of
+/// ZipArchive, "package-depth".
+Result<AssetBytesPtr> open_asset_bytes(const std::string& name);
+
+/// True for regular files, and for names of members that the directories of packages have.
+bool asset_exists(const std::string& name);
 
 }  // namespace velatura

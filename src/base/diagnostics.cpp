@@ -28,7 +28,32 @@ uint64_t identity(const Diagnostic& d) {
 
 }  // namespace
 
+void LateDiagnostics::add(Diagnostic d) const {
+    if (!link_) return;
+    const std::lock_guard lock(link_->mutex);
+    if (link_->target) link_->target->add(std::move(d));
+}
+
+Diagnostics::~Diagnostics() {
+    if (!late_link_) return;
+    const std::lock_guard lock(late_link_->mutex);
+    late_link_->target = nullptr;
+}
+
+LateDiagnostics Diagnostics::late() {
+    if (target_) return target_->late();
+    const std::lock_guard lock(mutex_);
+    if (!late_link_) {
+        late_link_ = std::make_shared<LateDiagnostics::Link>();
+        late_link_->target = this;
+    }
+    LateDiagnostics result;
+    result.link_ = late_link_;
+    return result;
+}
+
 uint32_t Diagnostics::file_id(std::string_view file_name) {
+    if (target_) return target_->file_id(file_name);
     std::lock_guard lock(mutex_);
     auto [it, is_new] = file_ids_.try_emplace(std::string(file_name), uint32_t(files_.size() + 1));
     if (is_new) files_.emplace_back(file_name);
@@ -40,12 +65,30 @@ std::string Diagnostics::file_name_locked(uint32_t id) const {
 }
 
 std::string Diagnostics::file_name(uint32_t id) const {
+    if (target_) return target_->file_name(id);
     std::lock_guard lock(mutex_);
     return file_name_locked(id);
 }
 
+void Diagnostics::forward() {
+    std::lock_guard lock(mutex_);
+    is_forwarding_ = true;
+    for (Diagnostic& d : held_) target_->add(std::move(d));
+    held_.clear();
+}
+
 void Diagnostics::add(Diagnostic d) {
     std::lock_guard lock(mutex_);
+    if (target_) {
+        if (d.severity == Severity::Error) ++errors_;
+        if (d.severity == Severity::Warning) ++warnings_;
+        if (is_forwarding_) {
+            target_->add(std::move(d));
+        } else {
+            held_.push_back(std::move(d));
+        }
+        return;
+    }
     if (d.severity == Severity::Error) ++errors_;
     if (d.severity == Severity::Warning) ++warnings_;
     if (++seen_[identity(d)] > 1) return;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -26,11 +27,48 @@ struct Diagnostic {
     std::vector<std::string> notes;
 };
 
+class Diagnostics;
+
+/// A way to a Diagnostics that may be gone when there is something to tell: for values that are
+/// brought in on first use. Thread-safe.
+class LateDiagnostics {
+  public:
+    LateDiagnostics() = default;
+
+    /// Tells it, or forgets it when the Diagnostics is gone.
+    void add(Diagnostic d) const;
+
+  private:
+    friend class Diagnostics;
+
+    struct Link {
+        std::mutex mutex;
+        Diagnostics* target = nullptr;
+    };
+
+    std::shared_ptr<Link> link_;
+};
+
 /// Collects what is wrong with the user's data while the work goes on. Thread-safe.
 /// Repeats of the same (code, loc, prim_path, message) are counted, not stored; a code that comes more than
 /// `per_code_limit` times keeps its first entries and a count of the rest.
 class Diagnostics {
   public:
+    Diagnostics() = default;
+    ~Diagnostics();
+    Diagnostics(const Diagnostics&) = delete;
+    Diagnostics& operator=(const Diagnostics&) = delete;
+
+    /// A way to report here later; through a forwarding one, to its target.
+    LateDiagnostics late();
+
+    /// Holds back what comes until forward(), for work that goes on beside other work but whose
+    /// diagnostics must come in a fixed order. Has the file ids of `target`, which must outlive it.
+    explicit Diagnostics(Diagnostics& target) : target_(&target) {}
+
+    /// Passes on to the target what was held back, and from now on at once whatever comes.
+    void forward();
+
     static constexpr size_t per_code_limit = 1000;
 
     /// Registers a file name and returns its id (>= 1); the same name gives the same id.
@@ -69,6 +107,10 @@ class Diagnostics {
     size_t errors_ = 0;
     size_t warnings_ = 0;
     std::function<void(const Diagnostic&)> listener_;
+    Diagnostics* target_ = nullptr;
+    std::vector<Diagnostic> held_;
+    bool is_forwarding_ = false;
+    std::shared_ptr<LateDiagnostics::Link> late_link_;
 };
 
 }  // namespace velatura

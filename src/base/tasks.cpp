@@ -61,4 +61,15 @@ void parallel_for(size_t count, const std::function<void(size_t)>& body, size_t 
     }
 }
 
+void parallel_for_isolated(size_t count, const std::function<void(size_t)>& body) {
+    const auto run = [&] {
+        tbb::this_task_arena::isolate([&] { tbb::parallel_for(size_t(0), count, body); });
+    };
+    if (current_arena()) {
+        current_arena()->execute(run);
+    } else {
+        run();
+    }
+}
+
 }  // namespace velatura

@@ -25,4 +25,7 @@ int thread_count();
 /// A std:: exception thrown by body is rethrown here. `grain` indices at least go to one thread at a time.
 void parallel_for(size_t count, const std::function<void(size_t)>& body, size_t grain = 1);
 
+/// The same for callers that hold a lock: while it waits, the calling thread takes up nothing but these bodies.
+void parallel_for_isolated(size_t count, const std::function<void(size_t)>& body);
+
 }  // namespace velatura

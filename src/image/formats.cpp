@@ -2,6 +2,7 @@
 #include "image/formats.h"
 
 #include "base/atomic_file.h"
+#include "image/asset_image.h"
 
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
@@ -31,12 +32,12 @@ Result<RgbImage> read_rgb_image(const std::string& path,
                                 SourceColorSpace space,
                                 const ReadLimits& limits,
                                 size_t* not_finite) {
-    const auto input = OIIO::ImageInput::open(path);
-    if (!input) {
-        std::string why = OIIO::geterror();
-        while (!why.empty() && (why.back() == '\n' || why.back() == '.')) why.pop_back();
-        return Error{"image-open", fmt::format("cannot open the image {}: {}", path, why)};
+    const Result<AssetImage> opened = open_asset_image(path);
+    if (!opened) {
+        return Error{"image-open",
+                     fmt::format("cannot open the image {}: {}", path, opened.error().message)};
     }
+    const AssetImage& input = *opened;
     const OIIO::ImageSpec spec = input->spec();
     if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0) {
         return Error{"image-open", fmt::format("cannot open the image {}: it has no pixels", path)};

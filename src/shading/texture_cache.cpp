@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shading/texture_cache.h"
 
+#include "base/asset_bytes.h"
+#include "image/asset_image.h"
 #include "shading/texture_input.h"
 
 #include <OpenImageIO/imagecache.h>
@@ -9,7 +11,6 @@
 #include <atomic>
 #include <cmath>
 #include <deque>
-#include <filesystem>
 #include <unordered_map>
 
 namespace velatura::shading {
@@ -42,19 +43,13 @@ bool is_srgb(const OIIO::ImageSpec& spec, scene::SourceColorSpace space) {
 
 FileFacts examine(const std::string& path, scene::SourceColorSpace space) {
     FileFacts facts;
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(path, error)) {
-        facts.problem = "no such file";
-        return facts;
-    }
     const OIIO::ImageSpec config = TextureInput::file_configuration();
-    const auto input = OIIO::ImageInput::open(path, &config);
+    const Result<image::AssetImage> input = image::open_asset_image(path, &config);
     if (!input) {
-        facts.problem = OIIO::geterror();
-        if (facts.problem.empty()) facts.problem = "not an image";
+        facts.problem = input.error().message;
         return facts;
     }
-    const OIIO::ImageSpec& spec = input->spec();
+    const OIIO::ImageSpec& spec = (*input)->spec();
     if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1 || spec.deep) {
         facts.problem = "not a flat picture with at least one pixel";
     } else if (spec.width > TextureCache::max_side || spec.height > TextureCache::max_side) {
@@ -174,8 +169,7 @@ void TextureCache::State::open_tiles(Entry& entry, const scene::Texture& texture
     for (int i = 0; i < udim_count; ++i) {
         std::string path = texture.file;
         path.replace(token, udim_token.size(), std::to_string(udim_first + i));
-        std::error_code error;
-        if (!std::filesystem::exists(path, error)) continue;
+        if (!asset_exists(path)) continue;
         const FileFacts facts = examine(path, texture.source_color_space);
         if (facts.problem.empty()) {
             entry.tiles[size_t(i)] = handle(path, facts.is_srgb);
@@ -205,7 +199,8 @@ TextureCache::Handle TextureCache::open(const scene::Texture& texture,
     entry.diagnostics = &diagnostics;
     const size_t token = texture.file.find(udim_token);
     if (texture.file.empty()) {
-        entry.fail("no file is given");
+        // Without a name the fallback is what the scene asks for, and `translate` has said so
+        if (!texture.authored.empty()) entry.fail("the name leads to no file");
     } else if (token != std::string::npos) {
         state_->open_tiles(entry, texture, token);
     } else {

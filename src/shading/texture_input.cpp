@@ -58,44 +58,62 @@ bool TextureInput::open(const std::string& name, OIIO::ImageSpec&) {
 }
 
 bool TextureInput::open(const std::string&, OIIO::ImageSpec& spec, const OIIO::ImageSpec& config) {
-    const std::string path(config.get_string_attribute("velatura:file"));
+    path_ = std::string(config.get_string_attribute("velatura:file"));
     is_srgb_ = config.get_int_attribute("velatura:srgb") != 0;
-    const OIIO::ImageSpec file_config = file_configuration();
-    file_ = OIIO::ImageInput::open(path, &file_config);
-    if (!file_) {
-        errorfmt("{}", OIIO::geterror());
-        return false;
-    }
+    if (!open_file()) return false;
     adopt_spec();
     spec = m_spec;
     return true;
 }
 
+bool TextureInput::open_file() {
+    const OIIO::ImageSpec file_config = file_configuration();
+    Result<image::AssetImage> opened = image::open_asset_image(path_, &file_config);
+    if (!opened) {
+        errorfmt("{}", opened.error().message);
+        return false;
+    }
+    file_.reset();
+    file_ = std::move(*opened);
+    next_line_ = 0;
+    return true;
+}
+
+bool TextureInput::reach_line(int subimage, int miplevel, int y) {
+    const bool is_forward = seek_subimage(subimage, miplevel) && y >= next_line_;
+    if (!is_forward && file_ && file_->is_packaged()) {
+        if (!open_file()) return false;
+    }
+    if (!seek_subimage(subimage, miplevel)) return false;
+    next_line_ = y + 1;
+    return true;
+}
+
 bool TextureInput::close() {
     if (!file_) return true;
-    const bool ok = file_->close();
+    const bool ok = (*file_)->close();
     file_.reset();
     return ok;
 }
 
 int TextureInput::current_subimage() const {
-    return file_ ? file_->current_subimage() : -1;
+    return file_ ? (*file_)->current_subimage() : -1;
 }
 
 int TextureInput::current_miplevel() const {
-    return file_ ? file_->current_miplevel() : -1;
+    return file_ ? (*file_)->current_miplevel() : -1;
 }
 
 bool TextureInput::seek_subimage(int subimage, int miplevel) {
     lock_guard lock(*this);
     if (!file_) return false;
-    if (!file_->seek_subimage(subimage, miplevel)) return false;
+    if (!(*file_)->seek_subimage(subimage, miplevel)) return false;
     adopt_spec();
     return true;
 }
 
 void TextureInput::adopt_spec() {
-    m_spec = file_->spec();
+    m_spec = (*file_)->spec();
     channels_ = m_spec.nchannels;
     is_8_bit_ = m_spec.format == OIIO::TypeUInt8;
     m_spec.nchannels = 4;
@@ -111,12 +129,12 @@ void TextureInput::adopt_spec() {
 
 bool TextureInput::read_native_scanline(int subimage, int miplevel, int y, int z, void* data) {
     lock_guard lock(*this);
-    if (!seek_subimage(subimage, miplevel)) return false;
+    if (!reach_line(subimage, miplevel, y)) return false;
     const size_t count = size_t(m_spec.width);
     std::vector<float> texels(count * size_t(channels_));
-    if (!file_->read_scanlines(subimage, miplevel, y, y + 1, z, 0, channels_, OIIO::TypeFloat,
-                               texels.data())) {
-        errorfmt("{}", file_->geterror());
+    if (!(*file_)->read_scanlines(subimage, miplevel, y, y + 1, z, 0, channels_, OIIO::TypeFloat,
+                                  texels.data())) {
+        errorfmt("{}", (*file_)->geterror());
         return false;
     }
     convert(texels, count, data);
@@ -133,9 +151,9 @@ bool TextureInput::read_native_tile(int subimage, int miplevel, int x, int y, in
     const int x_end = std::min(x + m_spec.tile_width, m_spec.x + m_spec.width);
     const int y_end = std::min(y + m_spec.tile_height, m_spec.y + m_spec.height);
     const OIIO::stride_t pixel = OIIO::stride_t(sizeof(float)) * channels_;
-    if (!file_->read_tiles(subimage, miplevel, x, x_end, y, y_end, z, z + 1, 0, channels_,
-                           OIIO::TypeFloat, texels.data(), pixel, pixel * m_spec.tile_width)) {
-        errorfmt("{}", file_->geterror());
+    if (!(*file_)->read_tiles(subimage, miplevel, x, x_end, y, y_end, z, z + 1, 0, channels_,
+                              OIIO::TypeFloat, texels.data(), pixel, pixel * m_spec.tile_width)) {
+        errorfmt("{}", (*file_)->geterror());
         return false;
     }
     convert(texels, count, data);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "image/asset_image.h"
+
 #include <OpenImageIO/imageio.h>
 
-#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,12 +39,17 @@ class TextureInput final : public OIIO::ImageInput {
     bool read_native_tile(int subimage, int miplevel, int x, int y, int z, void* data) override;
 
   private:
+    bool open_file();
+    /// Makes line y the next that can be read.
+    bool reach_line(int subimage, int miplevel, int y);
     void adopt_spec();
     /// Widens `count` texels of `channels_` floats and stores them in the format of m_spec.
     void convert(const std::vector<float>& texels, size_t count, void* data) const;
     float decoded(float value) const;
 
-    std::unique_ptr<OIIO::ImageInput> file_;
+    std::string path_;
+    std::optional<image::AssetImage> file_;
+    int next_line_ = 0;  ///< first one that no line before was read after, in a packaged file
     bool is_srgb_ = false;
     bool is_8_bit_ = false;
     int channels_ = 0;

@@ -1,36 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/asset_bytes.h"
 
-#include <gtest/gtest.h>
-#include <sys/stat.h>
+#include "folder_test.h"
 
-#include <filesystem>
-#include <fstream>
+#include <sys/stat.h>
 
 namespace fs = std::filesystem;
 
 namespace velatura {
 namespace {
 
-class AssetBytesTest : public testing::Test {
-  protected:
-    void SetUp() override {
-        folder_ = fs::path(testing::TempDir()) /
-                  ("asset_bytes_" +
-                   std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-        fs::create_directories(folder_);
-    }
-
-    void TearDown() override { fs::remove_all(folder_); }
-
-    std::string write(const std::string& name, const std::string& content) {
-        const std::string file = (folder_ / name).string();
-        std::ofstream(file, std::ios::binary) << content;
-        return file;
-    }
-
-    fs::path folder_;
-};
+using AssetBytesTest = FolderTest;
 
 TEST_F(AssetBytesTest, BytesAreThoseOfTheFileAndOutliveItsName) {
     const std::string content("a\0b\n#usda", 9);

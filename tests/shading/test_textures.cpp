@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shading/texture_cache.h"
 #include "shading/texture_input.h"
+#include "stored_zip.h"
 #include "texture_files.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <vector>
 
@@ -197,14 +200,15 @@ TEST_F(Textures, NanTexelsReadAsZero) {
 TEST_F(Textures, BrokenFilesCostOneErrorAndGiveTheFallback) {
     const auto missing = open(texture(folder.file("nowhere.png")));
     const auto text = open(texture(folder.write_text("text.png", "this is no picture")));
+    // Without a name there is nothing to report here
     const auto empty = open(texture(""));
-    EXPECT_EQ(diagnostics.error_count(), 3u);
+    EXPECT_EQ(diagnostics.error_count(), 2u);
     for (const auto handle : {missing, text, empty}) {
         EXPECT_FALSE(cache.is_valid(handle));
         for (int i = 0; i < 3; ++i)
             EXPECT_EQ(at(handle, 0.1 * i, 0.5), (TexelRgba{0.25f, 0.5f, 0.75f, 1.0f}));
     }
-    EXPECT_EQ(diagnostics.error_count(), 3u);
+    EXPECT_EQ(diagnostics.error_count(), 2u);
     const Diagnostic d = diagnostics.all()[0];
     EXPECT_EQ(d.prim_path, "/Looks/Tex");
     EXPECT_NE(d.message.find("nowhere.png"), std::string::npos);
@@ -237,6 +241,72 @@ TEST_F(Textures, UdimTilesAndGaps) {
     EXPECT_EQ(at(handle, 3e9, 0.5)[1], 0.5f);
     open(texture(folder.file("none.<UDIM>.png")));
     EXPECT_EQ(diagnostics.error_count(), 1u);
+}
+
+TEST_F(Textures, PicturesInPackagesAreReadFromMemory) {
+    const std::vector<float> pixels = codes(4 * 4 * 3);
+    const auto bytes_of = [&](const std::string& name, OIIO::TypeDesc format) {
+        std::ifstream in(folder.write(name, 4, 4, 3, format, pixels), std::ios::binary);
+        return std::string(std::istreambuf_iterator<char>(in), {});
+    };
+    const std::string png = bytes_of("a.png", OIIO::TypeUInt8);
+    const std::string exr = bytes_of("a.exr", OIIO::TypeFloat);
+    const std::string inner = velatura::testing::stored_zip({{"deep.png", png}});
+    const std::string file = folder.write_text(
+        "p.usdz", velatura::testing::stored_zip({{"root.usda", "#usda 1.0"},
+                                                 {"tex/a.png", png},
+                                                 {"tex/a.exr", exr},
+                                                 {"wrong.jpg", png},
+                                                 {"inner.usdz", inner},
+                                                 {"cut.png", png.substr(0, png.size() / 2)},
+                                                 {"a.ico", "data"},
+                                                 {"u.1001.png", png},
+                                                 {"u.1012.png", png}}));
+    const auto plain = open(texture(folder.file("a.png")));
+    for (const char* member : {"tex/a.png", "tex/a.exr", "wrong.jpg", "inner.usdz[deep.png]"}) {
+        const auto packed = open(texture(file + '[' + member + ']'));
+        for (double s = 0.125; s < 1.0; s += 0.25) {
+            const TexelRgba a = at(plain, s, 0.375), b = at(packed, s, 0.375);
+            for (size_t k = 0; k < 4; ++k) EXPECT_NEAR(a[k], b[k], 1e-6f) << member;
+        }
+    }
+    EXPECT_EQ(diagnostics.error_count(), 0u);
+    const auto udim = open(texture(file + "[u.<UDIM>.png]"));
+    EXPECT_EQ(at(udim, 0.375, 0.375), at(plain, 0.375, 0.375));
+    EXPECT_EQ(at(udim, 1.375, 1.375), at(plain, 0.375, 0.375));
+    EXPECT_EQ(at(udim, 2.375, 0.375), texture("").fallback);
+    // What cannot be had costs one error that names the asset
+    for (const char* member : {"none.png", "a.ico", "cut.png"}) {
+        const size_t before = diagnostics.error_count();
+        const auto broken = open(texture(file + '[' + member + ']'));
+        at(broken, 0.5, 0.1);
+        EXPECT_EQ(diagnostics.error_count(), before + 1) << member;
+        EXPECT_NE(diagnostics.all().back().message.find(member), std::string::npos);
+    }
+}
+
+TEST_F(Textures, PackedPicturesAreReadInAnyOrderOfTheirLines) {
+    constexpr int size = 200;
+    const std::vector<float> pixels = codes(size_t(size) * size * 3);
+    std::vector<velatura::testing::ZipEntry> entries;
+    const std::vector<std::string> names = {"a.png", "a.jpg", "a.TGA", "a.tif", "a.exr", "a.hdr"};
+    for (const std::string& name : names) {
+        folder.write(name, size, size, 3, OIIO::TypeUInt8, pixels);
+        std::ifstream in(folder.file(name), std::ios::binary);
+        entries.push_back({name, std::string(std::istreambuf_iterator<char>(in), {})});
+    }
+    const std::string file =
+        folder.write_text("p.usdz", velatura::testing::stored_zip(std::move(entries)));
+    for (const std::string& name : names) {
+        const auto plain = open(texture(folder.file(name)));
+        const auto packed = open(texture(file + '[' + name + ']'));
+        // From the last line of the file to the first: later tiles are read before earlier ones
+        for (int y = 0; y < size; y += 7) {
+            const double t = (y + 0.5) / size;
+            EXPECT_EQ(at(packed, 0.4, t), at(plain, 0.4, t)) << name << " line " << y;
+        }
+    }
+    EXPECT_EQ(diagnostics.error_count(), 0u);
 }
 
 TEST_F(Textures, RefusesPicturesTooWide) {
