@@ -2,6 +2,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -10,6 +11,7 @@
 #include "app/exit_codes.h"
 #include "app/scene_loader.h"
 #include "usd/stage/dump.h"
+#include "usd/stage/explain.h"
 
 namespace velatura::app {
 
@@ -17,9 +19,12 @@ namespace {
 
 struct InfoArguments {
     std::string scene;
+    std::vector<std::string> search_paths;
     bool dump = false;
     bool tree = false;
     std::string explain;
+    double time = 0;
+    bool has_time = false;
 };
 
 void print_tree(const usd::stage::Prim& prim, int depth) {
@@ -38,16 +43,14 @@ void count_types(const usd::stage::Prim& prim, std::map<std::string, size_t>& co
     }
 }
 
-int explain(const usd::stage::Stage& stage, const std::string& path, Diagnostics& diagnostics) {
-    const usd::stage::Prim prim = stage.prim_at(path);
-    if (!prim) {
-        fmt::print(stderr, "error: there is no prim <{}> [unknown-prim]\n", path);
+int explain(const usd::stage::Stage& stage, const InfoArguments& arguments, Diagnostics& diagnostics) {
+    const auto time = arguments.has_time ? usd::stage::TimeCode(arguments.time) : usd::stage::TimeCode();
+    const Result<usd::stage::Explanation> explained = usd::stage::explain(stage, arguments.explain, time);
+    if (!explained) {
+        fmt::print(stderr, "error: {} [{}]\n", explained.error().message, explained.error().code);
         return RenderError;
     }
-    fmt::print("{} {}\n", prim.path_string(), prim.type_name().str());
-    for (const auto& site : prim.prim_stack()) {
-        fmt::print("  {}:{}:{}  <{}>\n", diagnostics.file_name(site.loc.file_id), site.loc.line, site.loc.column, site.path);
-    }
+    fmt::print("{}", usd::stage::explanation_text(*explained, diagnostics));
     return Done;
 }
 
@@ -65,7 +68,7 @@ void print_summary(const LoadedStage& loaded) {
 int run_info(const InfoArguments& arguments) {
     Diagnostics diagnostics;
     print_diagnostics(diagnostics, false, false);
-    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics);
+    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.search_paths);
     if (!loaded) {
         fmt::print(stderr, "error: {} [{}]\n", loaded.error().message, loaded.error().code);
         return RenderError;
@@ -75,7 +78,7 @@ int run_info(const InfoArguments& arguments) {
     } else if (arguments.tree) {
         print_tree(loaded->stage.pseudo_root(), -1);
     } else if (!arguments.explain.empty()) {
-        return explain(loaded->stage, arguments.explain, diagnostics);
+        return explain(loaded->stage, arguments, diagnostics);
     } else {
         print_summary(*loaded);
     }
@@ -87,10 +90,12 @@ int run_info(const InfoArguments& arguments) {
 void add_info_command(CLI::App& app, std::function<int()>& run) {
     CLI::App* command = app.add_subcommand("info", "What a USD scene holds");
     auto arguments = std::make_shared<InfoArguments>();
-    command->add_option("scene", arguments->scene, "USD scene (.usda, .usd)")->required();
+    command->add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")->required();
+    add_search_path_option(*command, arguments->search_paths);
     command->add_flag("--dump", arguments->dump, "every fact of the composed stage, one per line");
     command->add_flag("--tree", arguments->tree, "the prims a renderer sees");
-    command->add_option("--explain", arguments->explain, "where the opinions about this prim come from")->type_name("PATH");
+    command->add_option("--explain", arguments->explain, "every opinion about /Prim, /Prim.property or a metadatum (/Prim#kind), strongest first")->type_name("PATH");
+    command->add_option("--time", arguments->time, "time code of --explain; the default time when left out")->each([arguments](const std::string&) { arguments->has_time = true; });
     command->callback([arguments, &run] { run = [arguments] { return run_info(*arguments); }; });
 }
 

@@ -19,6 +19,8 @@ int main(int argc, char** argv) {
     std::function<int()> run;
     add_render_command(app, run);
     add_info_command(app, run);
+    add_flatten_command(app, run);
+    add_import_command(app, run);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

@@ -3,10 +3,13 @@
 
 #include <CLI/CLI.hpp>
 
+#include "app/scene_loader.h"
+
 namespace velatura::app {
 
 void declare_render_options(CLI::App& command, RenderArguments& a) {
-    command.add_option("scene", a.scene, "USD scene (.usda, .usd)")->required();
+    command.add_option("scene", a.scene, "USD scene (.usda, .usdc, .usd, .usdz)")->required();
+    add_search_path_option(command, a.search_paths);
     command.add_option("-o,--output", a.output, "file, .exr; #### stands for the frame (default: the scene's productName, else SCENE.exr)");
 
     auto* what = command.add_option_group("What to render");

@@ -17,6 +17,7 @@ namespace velatura::app {
 /// The command line of `velatura render`, as typed.
 struct RenderArguments {
     std::string scene;
+    std::vector<std::string> search_paths;
     std::string output;
     std::string camera;
     std::string settings;

@@ -110,7 +110,7 @@ int run_render(const RenderArguments& arguments) {
     const StopSignals signals;
     Diagnostics diagnostics;
     print_diagnostics(diagnostics, arguments.quiet, arguments.verbosity > 0);
-    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics);
+    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.search_paths);
     if (!loaded) return fail(loaded.error(), RenderError);
     // Without frames: the start of an animated stage, else the default time, which is no number
     const bool is_animated = loaded->stage.has_time_code_range();

@@ -2,31 +2,77 @@
 #include "app/scene_loader.h"
 
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include "base/atomic_file.h"
+#include "base/asset_bytes.h"
 #include "base/hash.h"
+#include "usd/compose/layer_registry.h"
 
 namespace velatura::app {
 
+namespace {
+
+/// Counts what is printed of each code; says in the end how many were not.
+class RepeatedCodes {
+  public:
+    static constexpr size_t printed_limit = 20;
+
+    RepeatedCodes() = default;
+    RepeatedCodes(const RepeatedCodes&) = delete;
+    RepeatedCodes& operator=(const RepeatedCodes&) = delete;
+
+    ~RepeatedCodes() {
+        for (const auto& [code, count] : counts_) {
+            if (count <= printed_limit) continue;
+            // The collector itself lets no more through
+            const bool is_cut = count >= Diagnostics::per_code_limit;
+            fmt::print(stderr, "{}{} more like these, not printed [{}]\n", is_cut ? "at least " : "", count - printed_limit, code);
+        }
+    }
+
+    bool may_print(const std::string& code) { return ++counts_[code] <= printed_limit; }
+
+  private:
+    std::map<std::string, size_t> counts_;
+};
+
+}  // namespace
+
 void print_diagnostics(Diagnostics& diagnostics, bool quiet, bool verbose) {
-    diagnostics.set_listener([&diagnostics, quiet, verbose](const Diagnostic& d) {
+    const auto repeats = std::make_shared<RepeatedCodes>();
+    diagnostics.set_listener([&diagnostics, repeats, quiet, verbose](const Diagnostic& d) {
         const bool is_wanted = d.severity == Severity::Error || (d.severity == Severity::Warning ? !quiet : verbose);
-        if (is_wanted) fmt::print(stderr, "{}\n", diagnostics.format(d));
+        if (is_wanted && (verbose || repeats->may_print(d.code))) fmt::print(stderr, "{}\n", diagnostics.format(d));
     });
 }
 
-Result<LoadedStage> load_stage(const std::string& path, Diagnostics& diagnostics) {
+void add_search_path_option(CLI::App& command, std::vector<std::string>& folders) {
+    command.add_option("--search-path", folders, "folder for assets without ./ or ../, before $PXR_AR_DEFAULT_SEARCH_PATH; may be repeated")
+        ->type_name("DIR")
+        ->take_all()
+        ->allow_extra_args(false);
+}
+
+Result<LoadedStage> load_stage(const std::string& path, Diagnostics& diagnostics, const std::vector<std::string>& search_paths) {
     const auto start = std::chrono::steady_clock::now();
-    Result<usd::stage::Stage> stage = usd::stage::Stage::open(path, {}, diagnostics);
+    usd::stage::StageOptions options;
+    options.compose.search_paths = search_paths;
+    const char* const environment = std::getenv("PXR_AR_DEFAULT_SEARCH_PATH");
+    for (std::string& folder : usd::compose::split_search_path(environment ? environment : "")) options.compose.search_paths.push_back(std::move(folder));
+    Result<usd::stage::Stage> stage = usd::stage::Stage::open(path, options, diagnostics);
     if (!stage) return stage.error();
     LoadedStage loaded{std::move(*stage), 0, {}, 0};
     for (const std::string& file : loaded.stage.layer_files()) {
         loaded.layer_names.push_back(std::filesystem::path(file).filename().string());
-        const Result<std::string> bytes = read_file(file);
-        loaded.content_hash = hash_combine(loaded.content_hash, hash_string(bytes ? *bytes : file));
+        const Result<AssetBytesPtr> asset = open_asset_bytes(file);
+        loaded.content_hash = hash_combine(loaded.content_hash, hash_string(asset ? (*asset)->bytes() : std::string_view(file)));
     }
     loaded.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return loaded;

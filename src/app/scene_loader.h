@@ -9,9 +9,14 @@
 #include "base/result.h"
 #include "usd/stage/stage.h"
 
+namespace CLI {
+class App;
+}
+
 namespace velatura::app {
 
-/// Prints diagnostics to stderr as they come: errors always, warnings unless quiet, notes when verbose.
+/// Prints diagnostics to stderr as they come: errors always, warnings unless quiet, notes when verbose. Unless verbose,
+/// only the first 20 of a code; when the Diagnostics ends, the number of the others follows.
 void print_diagnostics(Diagnostics& diagnostics, bool quiet, bool verbose);
 
 /// A composed stage with what identifies its content.
@@ -22,7 +27,11 @@ struct LoadedStage {
     double seconds = 0;
 };
 
-/// Opens and composes. Errors: those of Stage::open.
-Result<LoadedStage> load_stage(const std::string& path, Diagnostics& diagnostics);
+/// Adds --search-path, which may come several times.
+void add_search_path_option(CLI::App& command, std::vector<std::string>& folders);
+
+/// Opens and composes. Assets are looked for in `search_paths`, then in $PXR_AR_DEFAULT_SEARCH_PATH. Errors: those
+/// of Stage::open.
+Result<LoadedStage> load_stage(const std::string& path, Diagnostics& diagnostics, const std::vector<std::string>& search_paths = {});
 
 }  // namespace velatura::app

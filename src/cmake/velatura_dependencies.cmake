@@ -15,3 +15,7 @@ set_target_properties(OpenImageIO::OpenImageIO PROPERTIES INTERFACE_INCLUDE_DIRE
 find_package(OpenColorIO 2.1 CONFIG REQUIRED PATHS /usr/share/cmake)
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(Threads REQUIRED)
+# LZ4 has no CMake files of its own
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(LZ4 REQUIRED IMPORTED_TARGET liblz4)
+find_package(assimp 5.2 CONFIG REQUIRED)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The parser corpora of OpenUSD (testSdfParsing), AOUSD and usd-wg against the text reader and
 // writer.
+#include "assets.h"
 #include "base/atomic_file.h"
 #include "usd/text/reader.h"
 #include "usd/text/writer.h"
@@ -9,7 +10,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -19,11 +19,6 @@ namespace velatura::usd::text {
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path assets() {
-    const char* folder = std::getenv("VELATURA_TEST_ASSETS");
-    return folder ? fs::path(folder) : fs::path(VELATURA_SOURCE_DIR) / "../shared/assets";
-}
 
 /// Files whose name says the opposite of what Pixar's testSdfParsing.py expects of them, and why.
 const std::map<std::string, const char*> bad_by_name_but_good = {
@@ -36,7 +31,6 @@ const std::map<std::string, const char*> good_by_name_but_bad = {
 };
 /// Files the standard itself forbids.
 const std::map<std::string, const char*> aousd_exceptions = {
-    {"attributes.usda", "gives numbers to samples of a vector3f, which 16.2.16.6 calls an error"},
     {"SubrootReferenceAndVariants_root/usda/root.usd",
      "variant selection in a reference: museum file for old rules"},
     {"BasicInherits_root/usda/root.usd",
@@ -86,7 +80,7 @@ bool is_text_file(const fs::path& path) {
 }
 
 TEST(OpenUsdParsing, AcceptsRejectsAndPrintsLikePixar) {
-    const fs::path folder = assets() / "openusd/sdf_parsing";
+    const fs::path folder = test_assets() / "openusd/sdf_parsing";
     if (!fs::exists(folder)) GTEST_SKIP() << "no test assets at " << folder;
     int good = 0, accepted = 0, bad = 0, rejected = 0, baselines = 0, printed = 0;
     for (const auto& entry : fs::directory_iterator(folder)) {
@@ -156,27 +150,27 @@ void expect_all_read(const char* label, const fs::path& folder) {
 }
 
 TEST(AousdText, ReadsEveryFileFormatFile) {
-    expect_all_read("AOUSD file_formats", assets() / "aousd/file_formats");
+    expect_all_read("AOUSD file_formats", test_assets() / "aousd/file_formats");
 }
 
 TEST(AousdText, ReadsEveryCompositionLayer) {
-    expect_all_read("AOUSD composition", assets() / "aousd/composition");
+    expect_all_read("AOUSD composition", test_assets() / "aousd/composition");
 }
 
 TEST(AousdText, ReadsEveryValueResolutionLayer) {
-    expect_all_read("AOUSD value_resolution", assets() / "aousd/value_resolution");
+    expect_all_read("AOUSD value_resolution", test_assets() / "aousd/value_resolution");
 }
 
 TEST(UsdWg, ReadsEveryTextLayer) {
-    expect_all_read("usd-wg", assets() / "usd-wg");
+    expect_all_read("usd-wg", test_assets() / "usd-wg");
 }
 
 TEST(OpenUsdImaging, ReadsEveryTextLayer) {
-    expect_all_read("OpenUSD imaging", assets() / "openusd/imaging");
+    expect_all_read("OpenUSD imaging", test_assets() / "openusd/imaging");
 }
 
 TEST(Luxtest, ReadsEveryTextLayer) {
-    expect_all_read("luxtest", assets() / "luxtest");
+    expect_all_read("luxtest", test_assets() / "luxtest");
 }
 
 }  // namespace

@@ -1,40 +1,112 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usd/compose/layer_stack.h"
 
+#include "usd/layer/expression.h"
 #include "usd/layer/fields.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
 
 namespace velatura::usd::compose {
 
 using layer::Path;
+using layer::Token;
+
+namespace {
+
+constexpr size_t max_sub_layer_depth = 100;
+constexpr size_t max_stack_layers = 10'000;
+
+const Token& owner_field() {
+    static const Token name("owner");
+    return name;
+}
+
+const Token& session_owner_field() {
+    static const Token name("sessionOwner");
+    return name;
+}
+
+const Token& owned_sub_layers_field() {
+    static const Token name("hasOwnedSubLayers");
+    return name;
+}
+
+std::string text_field(const layer::Layer& layer, Token name) {
+    const std::string* text = layer.pseudo_root().field_as<std::string>(name);
+    return text ? *text : std::string();
+}
+
+}  // namespace
 
 class LayerStackBuilder {
   public:
-    LayerStackBuilder(LayerRegistry& registry, Diagnostics& diagnostics)
-        : registry_(registry), diagnostics_(diagnostics), stack_(std::make_unique<LayerStack>()) {}
+    LayerStackBuilder(LayerRegistry& registry,
+                      Diagnostics& diagnostics,
+                      std::vector<CompositionError>& errors)
+        : registry_(registry),
+          diagnostics_(diagnostics),
+          errors_(errors),
+          stack_(std::make_unique<LayerStack>()) {}
 
-    std::unique_ptr<LayerStack> build(LayerPtr root, LayerPtr session) {
-        stack_->identifier_ = root->identifier();
-        stack_->time_codes_per_second_ = stack_rate(*root, session.get());
+    std::unique_ptr<LayerStack> build(const LayerStackInputs& inputs) {
+        stack_->identifier_ = inputs.root->identifier();
+        stack_->root_layer_ = inputs.root.get();
+        compose_variables(inputs);
+        stack_->time_codes_per_second_ = stack_rate(*inputs.root, inputs.session.get());
         const double rate = stack_->time_codes_per_second_;
-        if (session) {
-            const double own = session->has_time_codes_per_second() ? checked_rate(*session) : rate;
-            add(session, {0.0, rate / own}, own);
+        if (inputs.session) {
+            const double own =
+                inputs.session->has_time_codes_per_second() ? checked_rate(*inputs.session) : rate;
+            add(inputs.session, {0.0, rate / own}, own);
+            for (const StackLayer& entry : stack_->layers_) {
+                if (owner_.empty()) owner_ = text_field(*entry.layer, session_owner_field());
+            }
         }
-        const double own = checked_rate(*root);
-        add(root, {0.0, rate / own}, own);
-        join_relocates();
+        const double own = checked_rate(*inputs.root);
+        add(inputs.root, {0.0, rate / own}, own);
+        collect_relocates();
         return std::move(stack_);
     }
 
   private:
+    struct Opened {
+        LayerPtr layer;
+        TimeOffset to_root;
+        double rate;
+    };
+
+    void report(ErrorKind kind, SourceLoc loc, std::string message) {
+        errors_.push_back({kind, Path::absolute_root(), stack_->identifier_, Path::absolute_root(),
+                           std::move(message), loc});
+    }
+
+    void compose_variables(const LayerStackInputs& inputs) {
+        layer::Dictionary own;
+        if (const auto* variables = inputs.root->expression_variables()) own = *variables;
+        if (inputs.session) {
+            if (const auto* variables = inputs.session->expression_variables())
+                own = variables->merged_over(own);
+        }
+        if (!inputs.referrer) {
+            stack_->expression_variables_ = std::move(own);
+            return;
+        }
+        // A stack that adds nothing is the same for all referrers with one source
+        const layer::Dictionary& outer = inputs.referrer->expression_variables();
+        layer::Dictionary composed = outer.merged_over(own);
+        stack_->variables_source_ = inputs.referrer->variables_source();
+        if (!(composed == outer)) {
+            stack_->variables_source_ += '|';
+            stack_->variables_source_ += stack_->identifier_;
+        }
+        stack_->expression_variables_ = std::move(composed);
+    }
+
     /// A session layer overrides the rate of the root layer.
     double stack_rate(const layer::Layer& root, const layer::Layer* session) {
-        const layer::Token rate = layer::fields().time_codes_per_second;
+        const Token rate = layer::fields().time_codes_per_second;
         if (session && session->pseudo_root().has_field(rate)) return checked_rate(*session);
         if (!root.pseudo_root().has_field(rate) && session &&
             session->has_time_codes_per_second()) {
@@ -46,10 +118,10 @@ class LayerStackBuilder {
     /// The layer's rate; an authored rate that is not a positive number is reported, and 24 used.
     double checked_rate(const layer::Layer& layer) {
         const layer::FieldNames& f = layer::fields();
-        for (const layer::Token name : {f.time_codes_per_second, f.frames_per_second}) {
+        for (const Token name : {f.time_codes_per_second, f.frames_per_second}) {
             const double* rate = layer.pseudo_root().field_as<double>(name);
             if (!rate) continue;
-            if (*rate > 0.0 && *rate < 1e30) return *rate;
+            if (*rate > 1e-30 && *rate < 1e30) return *rate;
             diagnostics_.warn(
                 "usd-bad-time-rate", layer.pseudo_root().field_loc(name), "",
                 fmt::format("{} is {}, expected a positive number; 24 is used", name.str(), *rate));
@@ -59,116 +131,110 @@ class LayerStackBuilder {
     }
 
     void add(const LayerPtr& layer, const TimeOffset& to_root, double rate) {
-        stack_->layers_.push_back({layer, to_root});
+        stack_->layers_.push_back({layer, to_root, rate});
         open_.push_back(layer.get());
-        for (const layer::SubLayer& sub : layer->sub_layers())
-            add_sub_layer(*layer, sub, to_root, rate);
+        std::vector<Opened> subs;
+        const std::vector<layer::SubLayer> authored = layer->sub_layers();
+        std::vector<std::string> files;
+        for (const layer::SubLayer& sub : authored) {
+            if (!sub.asset.empty() && !layer::is_expression(sub.asset))
+                files.push_back(registry_.resolve(sub.asset, layer->real_path()));
+        }
+        registry_.prefetch(files);
+        for (const layer::SubLayer& sub : authored)
+            open_sub_layer(*layer, sub, to_root, rate, subs);
+        order_by_owner(*layer, subs);
+        for (const Opened& sub : subs) add(sub.layer, sub.to_root, sub.rate);
         open_.pop_back();
     }
 
-    void add_sub_layer(const layer::Layer& layer,
-                       const layer::SubLayer& sub,
-                       const TimeOffset& to_root,
-                       double rate) {
-        if (sub.asset.empty()) {
-            diagnostics_.error("usd-empty-sublayer", sub.loc, "", "empty asset path in subLayers");
+    void open_sub_layer(const layer::Layer& layer,
+                        const layer::SubLayer& sub,
+                        const TimeOffset& to_root,
+                        double rate,
+                        std::vector<Opened>& subs) {
+        const std::optional<std::string> asset =
+            stack_->evaluate(sub.asset, Path::absolute_root(), sub.loc, &errors_);
+        if (!asset) return;
+        if (asset->empty()) {
+            // An expression may choose to have no sublayer
+            if (sub.asset.empty())
+                diagnostics_.error("usd-empty-sublayer", sub.loc, "",
+                                   "empty asset path in subLayers");
             return;
         }
-        const std::string file = registry_.resolve(sub.asset, layer.real_path());
-        Result<LayerPtr> opened = registry_.open(file);
+        Result<LayerPtr> opened = registry_.open(registry_.resolve(*asset, layer.real_path()));
         if (!opened) {
-            diagnostics_.error(
-                "usd-unresolved-sublayer", sub.loc, "",
-                fmt::format("cannot open sublayer @{}@: {}", sub.asset, opened.error().message));
+            report(ErrorKind::InvalidSublayerPath, sub.loc,
+                   fmt::format("cannot open sublayer @{}@: {}", *asset, opened.error().message));
             return;
         }
         if (std::find(open_.begin(), open_.end(), opened->get()) != open_.end()) {
-            diagnostics_.error(
-                "usd-sublayer-cycle", sub.loc, "",
-                fmt::format("sublayer @{}@ is already open above this one", sub.asset));
+            report(ErrorKind::SublayerCycle, sub.loc,
+                   fmt::format("sublayer @{}@ is already open above this one", *asset));
             return;
         }
-        if (open_.size() >= 100 || stack_->layers_.size() >= 10000) {
-            diagnostics_.error("usd-too-many-sublayers", sub.loc, "",
-                               fmt::format("limit of sublayers reached at @{}@", sub.asset));
+        if (open_.size() >= max_sub_layer_depth || stack_->layers_.size() >= max_stack_layers) {
+            if (!is_full_)
+                report(
+                    ErrorKind::CapacityExceeded, sub.loc,
+                    fmt::format("limit of {} layers in a stack or {} nested ones reached at @{}@",
+                                max_stack_layers, max_sub_layer_depth, *asset));
+            is_full_ = true;
             return;
         }
         TimeOffset offset = sub.offset;
-        if (!(offset.scale > 0.0)) {
-            diagnostics_.error("usd-bad-layer-offset", sub.loc, "",
-                               fmt::format("scale of sublayer @{}@ is {}, expected above 0",
-                                           sub.asset, offset.scale));
+        if (!is_usable(offset)) {
+            report(ErrorKind::InvalidSublayerOffset, sub.loc,
+                   fmt::format("offset of sublayer @{}@ is {} and its scale {}, expected finite "
+                               "numbers and a scale above 0",
+                               *asset, offset.offset, offset.scale));
             offset = {};
         }
         const double sub_rate = checked_rate(**opened);
         offset.scale *= rate / sub_rate;
-        add(*opened, to_root.after(offset), sub_rate);
+        subs.push_back({*opened, to_root.after(offset), sub_rate});
     }
 
-    void refuse(const layer::Layer& layer, Path source, Path target, const char* why) {
-        diagnostics_.error("usd-invalid-relocate",
-                           layer.pseudo_root().field_loc(layer::fields().layer_relocates), "",
-                           fmt::format("relocation of <{}> to <{}> is ignored: {}",
-                                       source.to_string(), target.to_string(), why));
+    /// The sublayer of the session's owner is the strongest of its siblings.
+    void order_by_owner(const layer::Layer& layer, std::vector<Opened>& subs) {
+        const bool* has_owned = layer.pseudo_root().field_as<bool>(owned_sub_layers_field());
+        if (owner_.empty() || !has_owned || !*has_owned) return;
+        const auto is_owned = [&](const Opened& sub) {
+            return text_field(*sub.layer, owner_field()) == owner_;
+        };
+        const auto rest = std::stable_partition(subs.begin(), subs.end(), is_owned);
+        if (rest - subs.begin() > 1) {
+            report(ErrorKind::InvalidSublayerOwnership,
+                   layer.pseudo_root().field_loc(layer::fields().sub_layers),
+                   fmt::format("{} sublayers belong to the session's owner {}, expected one",
+                               rest - subs.begin(), owner_));
+        }
     }
 
-    /// Collects the relocations of all layers (stronger ones win per source) and joins chains of
-    /// them.
-    void join_relocates() {
-        layer::Relocates& single = stack_->single_relocates_;
+    void collect_relocates() {
+        std::vector<AuthoredRelocate> authored;
         for (const StackLayer& entry : stack_->layers_) {
-            const layer::Relocates* authored = entry.layer->relocates();
-            if (!authored) continue;
-            diagnostics_.warn("usd-relocates-unsupported",
-                              entry.layer->pseudo_root().field_loc(layer::fields().layer_relocates),
-                              "", "relocates are checked but not followed");
-            for (const auto& pair : *authored) {
-                if (is_valid(*entry.layer, pair.first, pair.second)) single.push_back(pair);
+            const layer::Relocates* relocates = entry.layer->relocates();
+            if (!relocates) continue;
+            const SourceLoc loc =
+                entry.layer->pseudo_root().field_loc(layer::fields().layer_relocates);
+            const Path root = Path::absolute_root();
+            for (const auto& pair : *relocates) {
+                authored.push_back({pair.first.make_absolute(root), pair.second.make_absolute(root),
+                                    entry.layer->identifier(), loc});
             }
         }
-        std::sort(single.begin(), single.end());
-        for (const auto& pair : single) {
-            // Name the source as it was before any relocation of its ancestors
-            Path source = pair.first;
-            for (size_t step = 0; step <= single.size(); ++step) {
-                const auto outer = std::find_if(single.begin(), single.end(), [&](const auto& p) {
-                    return p != pair && !p.second.is_empty() && source.has_prefix(p.second);
-                });
-                if (outer == single.end()) break;
-                source = source.replace_prefix(outer->second, outer->first, false);
-            }
-            stack_->relocates_.emplace_back(source, pair.second);
-        }
-        std::sort(stack_->relocates_.begin(), stack_->relocates_.end());
-    }
-
-    bool is_valid(const layer::Layer& layer, Path source, Path target) {
-        const char* why = nullptr;
-        if (!source.is_prim() || (!target.is_empty() && !target.is_prim())) {
-            why = "source and target must be prims";
-        } else if (source.is_root_prim()) {
-            why = "root prims cannot be relocated";
-        } else if (source == target) {
-            why = "source and target are the same";
-        } else if (!target.is_empty() && target.has_prefix(source)) {
-            why = "the target lies below the source";
-        } else if (!target.is_empty() && source.has_prefix(target)) {
-            why = "the target is an ancestor of the source";
-        }
-        for (const auto& other : stack_->single_relocates_) {
-            if (why) break;
-            if (other.first == source) return false;
-            if (!target.is_empty() && other.second == target)
-                why = "the target has another source already";
-        }
-        if (why) refuse(layer, source, target, why);
-        return why == nullptr;
+        if (!authored.empty()) stack_->relocations_ = Relocations(authored, errors_);
     }
 
     LayerRegistry& registry_;
     Diagnostics& diagnostics_;
+    std::vector<CompositionError>& errors_;
     std::unique_ptr<LayerStack> stack_;
     std::vector<const layer::Layer*> open_;
+    std::string owner_;
+    bool is_full_ = false;
 };
 
 bool LayerStack::has_spec(Path path) const {
@@ -176,25 +242,31 @@ bool LayerStack::has_spec(Path path) const {
                        [&](const StackLayer& l) { return l.layer->has_spec(path); });
 }
 
-Path LayerStack::relocation_source(Path target) const {
-    for (const auto& pair : relocates_) {
-        if (!pair.second.is_empty() && pair.second == target) return pair.first;
+std::optional<std::string> LayerStack::evaluate(const std::string& text,
+                                                Path site,
+                                                SourceLoc loc,
+                                                std::vector<CompositionError>* errors) const {
+    if (!layer::is_expression(text)) return text;
+    const layer::ExpressionResult result = layer::evaluate_expression(text, expression_variables_);
+    std::string why = fmt::format("{}", fmt::join(result.errors, "; "));
+    if (result.errors.empty()) {
+        if (const std::string* value = result.value.get_if<std::string>()) return *value;
+        // No value at all is a way to say "nothing here"
+        if (result.value.is_empty() || result.value.is_block()) return std::string();
+        why = "the value is not a string";
     }
-    return {};
+    if (errors) {
+        errors->push_back({ErrorKind::VariableExpression, site, identifier_, site,
+                           fmt::format("expression {} has no value: {}", text, why), loc});
+    }
+    return std::nullopt;
 }
 
-bool LayerStack::is_relocation_source(Path path) const {
-    return std::any_of(relocates_.begin(), relocates_.end(),
-                       [&](const auto& p) { return p.first == path; }) ||
-           std::any_of(single_relocates_.begin(), single_relocates_.end(),
-                       [&](const auto& p) { return p.first == path; });
-}
-
-std::unique_ptr<LayerStack> build_layer_stack(LayerPtr root,
-                                              LayerPtr session,
+std::unique_ptr<LayerStack> build_layer_stack(const LayerStackInputs& inputs,
                                               LayerRegistry& registry,
-                                              Diagnostics& diagnostics) {
-    return LayerStackBuilder(registry, diagnostics).build(std::move(root), std::move(session));
+                                              Diagnostics& diagnostics,
+                                              std::vector<CompositionError>& errors) {
+    return LayerStackBuilder(registry, diagnostics, errors).build(inputs);
 }
 
 }  // namespace velatura::usd::compose

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "usd/compose/composition_error.h"
 #include "usd/compose/layer_registry.h"
 #include "usd/compose/map_function.h"
+#include "usd/compose/relocations.h"
 #include "usd/layer/layer.h"
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -14,6 +17,7 @@ namespace velatura::usd::compose {
 struct StackLayer {
     LayerPtr layer;
     TimeOffset to_root;  ///< time of this layer → time of the stack, rates of time codes included
+    double rate = 24.0;  ///< the layer's own time codes per second, always above 0
 };
 
 /// A root layer with its sublayers, strongest first; of a stage also the session layer.
@@ -22,39 +26,57 @@ class LayerStack {
   public:
     const std::vector<StackLayer>& layers() const { return layers_; }
 
+    /// File of the root layer.
     const std::string& identifier() const { return identifier_; }
+
+    const layer::Layer& root_layer() const { return *root_layer_; }
 
     double time_codes_per_second() const { return time_codes_per_second_; }
 
     bool has_spec(layer::Path path) const;
 
-    /// Relocations of the stack, chains joined: source → target; an empty target deletes.
-    const layer::Relocates& relocates() const { return relocates_; }
+    const Relocations& relocations() const { return relocations_; }
 
-    /// Relocations as authored, one step each.
-    const layer::Relocates& single_relocates() const { return single_relocates_; }
+    bool has_relocates() const { return !relocations_.empty(); }
 
-    bool has_relocates() const { return !relocates_.empty(); }
+    /// Variables that expressions in this stack see: the stack's own, under those of the stacks
+    /// that refer to it.
+    const layer::Dictionary& expression_variables() const { return expression_variables_; }
 
-    /// The source that `target` is relocated from; empty when none.
-    layer::Path relocation_source(layer::Path target) const;
-    bool is_relocation_source(layer::Path path) const;
+    /// Names the stack whose variables count; stacks of one root layer with equal sources are one.
+    const std::string& variables_source() const { return variables_source_; }
+
+    /// Value of an expression that must give a string; text that is no expression stays as it is.
+    /// An error is added, and nothing comes back, when there is no value.
+    std::optional<std::string> evaluate(const std::string& text,
+                                        layer::Path site,
+                                        SourceLoc loc,
+                                        std::vector<CompositionError>* errors) const;
 
   private:
     friend class LayerStackBuilder;
 
     std::string identifier_;
+    const layer::Layer* root_layer_ = nullptr;
     std::vector<StackLayer> layers_;
     double time_codes_per_second_ = 24.0;
-    layer::Relocates relocates_;
-    layer::Relocates single_relocates_;
+    Relocations relocations_;
+    layer::Dictionary expression_variables_;
+    std::string variables_source_;
 };
 
-/// Builds the stack of a root layer and, for a stage, a session layer (may be null). Missing
-/// sublayers, cycles and bad offsets go to `diagnostics`.
-std::unique_ptr<LayerStack> build_layer_stack(LayerPtr root,
-                                              LayerPtr session,
+/// What a layer stack is made of.
+struct LayerStackInputs {
+    LayerPtr root;
+    LayerPtr session = nullptr;            ///< of a stage; may be null
+    const LayerStack* referrer = nullptr;  ///< whose expression variables are stronger; may be null
+};
+
+/// Builds a stack. Missing sublayers, cycles, bad offsets and relocations go to `errors`, bad rates
+/// of time codes and what is ignored to `diagnostics`.
+std::unique_ptr<LayerStack> build_layer_stack(const LayerStackInputs& inputs,
                                               LayerRegistry& registry,
-                                              Diagnostics& diagnostics);
+                                              Diagnostics& diagnostics,
+                                              std::vector<CompositionError>& errors);
 
 }  // namespace velatura::usd::compose

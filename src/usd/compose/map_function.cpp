@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usd/compose/map_function.h"
 
+#include "base/hash.h"
+
 #include <algorithm>
+#include <cmath>
+#include <functional>
+#include <unordered_map>
 
 namespace velatura::usd::compose {
 
@@ -9,39 +14,115 @@ using layer::Path;
 
 namespace {
 
-/// Image of a plain prim or property path under the pair with the longest matching prefix.
-Path map_plain(const std::vector<MapFunction::PathPair>& pairs, Path path, bool invert) {
-    const MapFunction::PathPair* best = nullptr;
-    size_t best_length = 0;
-    for (const auto& pair : pairs) {
+using Pair = MapFunction::PathPair;
+using Pairs = std::vector<Pair>;
+
+/// The pair whose source (or target, when inverted) is the longest prefix of the path; of equals
+/// the last. nullptr when none is at least `least` elements long.
+const Pair* best_pair(const Pairs& pairs, Path path, bool invert, size_t least = 0) {
+    const Pair* best = nullptr;
+    size_t length = least;
+    for (const Pair& pair : pairs) {
         const Path from = invert ? pair.second : pair.first;
-        if (from.is_empty() || !path.has_prefix(from)) continue;
-        const size_t length = from.element_count();
-        if (!best || length >= best_length) {
-            best = &pair;
-            best_length = length;
+        if (from.is_empty() || from.element_count() < length || !path.has_prefix(from)) continue;
+        best = &pair;
+        length = from.element_count();
+    }
+    return best;
+}
+
+/// Finds pairs in a list by going through it.
+struct PairList {
+    const Pairs& pairs;
+
+    const Pair* best(Path path, bool invert, size_t least = 0) const {
+        return best_pair(pairs, path, invert, least);
+    }
+};
+
+/// The same for long lists: by the ancestors of the path. Pairs can be taken out.
+class PairTable {
+  public:
+    explicit PairTable(const Pairs& pairs) {
+        for (const Pair& pair : pairs) {
+            if (!pair.first.is_empty()) by_source_[pair.first].push_back(&pair);
+            if (!pair.second.is_empty()) by_target_[pair.second].push_back(&pair);
         }
     }
+
+    const Pair* best(Path path, bool invert, size_t least = 0) const {
+        const auto& table = invert ? by_target_ : by_source_;
+        for (; !path.is_empty() && path.element_count() >= least; path = path.parent()) {
+            const auto found = table.find(path);
+            if (found != table.end() && !found->second.empty()) return found->second.back();
+        }
+        return nullptr;
+    }
+
+    void remove(const Pair& pair) {
+        std::erase(by_source_[pair.first], &pair);
+        std::erase(by_target_[pair.second], &pair);
+    }
+
+  private:
+    using Table = std::unordered_map<Path, std::vector<const Pair*>>;
+    Table by_source_;
+    Table by_target_;
+};
+
+constexpr size_t long_list = 32;
+
+/// True when an image is owned by a pair other than the one that made it: mapping it back would
+/// lead elsewhere.
+template <class Lookup>
+bool is_owned_by_other(const Lookup& pairs, Path image, const Pair* made_by, bool invert) {
+    const Path to = invert ? made_by->first : made_by->second;
+    const Pair* owner = pairs.best(image, !invert, to.element_count());
+    return owner && owner != made_by;
+}
+
+Path map_plain(const Pairs& pairs, Path path, bool invert) {
+    const Pair* best = best_pair(pairs, path, invert);
     if (!best) return {};
     const Path from = invert ? best->second : best->first;
     const Path to = invert ? best->first : best->second;
     if (to.is_empty()) return {};
-    const Path result = from == to ? path : path.replace_prefix(from, to, false);
+    const Path image = from == to ? path : path.replace_prefix(from, to, false);
+    return is_owned_by_other(PairList{pairs}, image, best, invert) ? Path() : image;
+}
 
-    // Refuse an image that a deeper pair owns: the map would not be one to one
-    const size_t to_length = to.element_count();
-    for (const auto& pair : pairs) {
-        if (&pair == best) continue;
-        const Path other = invert ? pair.first : pair.second;
-        if (other.is_empty()) continue;
-        if (other.element_count() > to_length && result.has_prefix(other)) return {};
+bool comes_before(const Pair& a, const Pair& b) {
+    const size_t x = a.first.element_count();
+    const size_t y = b.first.element_count();
+    return x != y ? x < y : a < b;
+}
+
+/// True when the map says the same without the pair.
+template <class Lookup>
+bool is_redundant(const Lookup& pairs, const Pair& pair) {
+    const Path source = pair.first;
+    const Path target = pair.second;
+    if (source.is_empty() || source.is_absolute_root()) return false;
+    const Pair* outer = pairs.best(source.parent(), false);
+    if (target.is_empty()) {
+        // A block is needed only where something would map its source
+        if (!outer || outer->second.is_empty()) return true;
+        const Path image = source.replace_prefix(outer->first, outer->second, false);
+        return is_owned_by_other(pairs, image, outer, false);
     }
-    return result;
+    if (!outer || outer->second.is_empty()) return false;
+    if (source.replace_prefix(outer->first, outer->second, false) != target) return false;
+    return !is_owned_by_other(pairs, target.parent(), outer, false);
 }
 
 }  // namespace
 
-MapFunction::MapFunction(std::vector<PathPair> pairs, TimeOffset offset)
+bool is_usable(const TimeOffset& offset) {
+    return std::isfinite(offset.offset) && std::isfinite(offset.scale) && offset.scale > 0.0 &&
+           std::isfinite(1.0 / offset.scale);
+}
+
+MapFunction::MapFunction(Pairs pairs, TimeOffset offset)
     : pairs_(std::move(pairs)), offset_(offset) {
     canonicalize();
 }
@@ -52,35 +133,29 @@ MapFunction MapFunction::identity(TimeOffset offset) {
 }
 
 void MapFunction::canonicalize() {
-    std::sort(pairs_.begin(), pairs_.end());
+    if (pairs_.size() < 2) return;
+    std::sort(pairs_.begin(), pairs_.end(), comes_before);
     pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
-
-    // Drop pairs that the remaining ones imply
-    for (size_t i = 0; i < pairs_.size();) {
-        const PathPair pair = pairs_[i];
-        std::vector<PathPair> rest = pairs_;
-        rest.erase(rest.begin() + std::ptrdiff_t(i));
-        bool implied = false;
-        if (pair.second.is_empty()) {
-            implied = map_plain(rest, pair.first, false).is_empty();
-        } else {
-            const PathPair* nearest = nullptr;
-            for (const auto& other : rest) {
-                if (pair.first.has_prefix(other.first) &&
-                    (!nearest || other.first.element_count() > nearest->first.element_count())) {
-                    nearest = &other;
-                }
+    if (pairs_.size() < long_list) {
+        for (size_t i = 0; i < pairs_.size();) {
+            if (is_redundant(PairList{pairs_}, pairs_[i])) {
+                pairs_.erase(pairs_.begin() + std::ptrdiff_t(i));
+            } else {
+                ++i;
             }
-            implied =
-                nearest && !nearest->second.is_empty() &&
-                pair.first.replace_prefix(nearest->first, nearest->second, false) == pair.second;
         }
-        if (implied) {
-            pairs_.erase(pairs_.begin() + std::ptrdiff_t(i));
+        return;
+    }
+    PairTable table(pairs_);
+    Pairs kept;
+    for (const Pair& pair : pairs_) {
+        if (is_redundant(table, pair)) {
+            table.remove(pair);
         } else {
-            ++i;
+            kept.push_back(pair);
         }
     }
+    pairs_ = std::move(kept);
 }
 
 Path MapFunction::map(Path path, bool invert) const {
@@ -100,64 +175,87 @@ Path MapFunction::map(Path path, bool invert) const {
     return map_plain(pairs_, path, invert);
 }
 
-Path MapFunction::to_target(Path path) const {
-    return map(path, false);
-}
-
-Path MapFunction::to_source(Path path) const {
-    return map(path, true);
-}
-
 MapFunction MapFunction::after(const MapFunction& inner) const {
     if (is_identity()) return inner;
     if (inner.is_identity()) return *this;
-    std::vector<PathPair> pairs;
+    Pairs pairs;
     pairs.reserve(pairs_.size() + inner.pairs_.size());
-    for (const auto& pair : inner.pairs_) {
-        if (pair.second.is_empty()) {
-            pairs.push_back(pair);
-            continue;
-        }
-        const Path target = map_plain(pairs_, pair.second, false);
-        // A source that maps nowhere must block what a shorter pair would map
-        pairs.emplace_back(pair.first, target);
+    const Path root = Path::absolute_root();
+    const Pair root_pair(root, root);
+    if (has_root_identity() && inner.has_root_identity()) pairs.push_back(root_pair);
+    // A source that maps nowhere stays as a block: it may hide what a shorter pair would map
+    for (const Pair& pair : inner.pairs_) {
+        if (pair == root_pair) continue;
+        pairs.emplace_back(pair.first, map_plain(pairs_, pair.second, false));
     }
-    for (const auto& pair : pairs_) {
+    const size_t from_inner = pairs.size();
+    for (const Pair& pair : pairs_) {
+        if (pair == root_pair) continue;
         const Path source = map_plain(inner.pairs_, pair.first, true);
         if (source.is_empty()) continue;
-        const bool known = std::any_of(pairs.begin(), pairs.end(),
-                                       [&](const PathPair& p) { return p.first == source; });
-        if (!known) pairs.emplace_back(source, pair.second);
+        const auto known = pairs.begin() + std::ptrdiff_t(from_inner);
+        const bool is_known =
+            std::any_of(pairs.begin(), known, [&](const Pair& p) { return p.first == source; });
+        if (!is_known) pairs.emplace_back(source, pair.second);
     }
-    // Blocks that block nothing are dropped by canonicalize
     return MapFunction(std::move(pairs), offset_.after(inner.offset_));
 }
 
 MapFunction MapFunction::inverse() const {
-    std::vector<PathPair> pairs;
-    pairs.reserve(pairs_.size());
-    for (const auto& pair : pairs_) {
-        if (!pair.second.is_empty()) pairs.emplace_back(pair.second, pair.first);
-    }
-    return MapFunction(std::move(pairs), offset_.inverse());
+    MapFunction result;
+    result.offset_ = offset_.inverse();
+    result.pairs_.reserve(pairs_.size());
+    for (const Pair& pair : pairs_) result.pairs_.emplace_back(pair.second, pair.first);
+    std::sort(result.pairs_.begin(), result.pairs_.end(), comes_before);
+    return result;
 }
 
 MapFunction MapFunction::with_root_identity() const {
     if (has_root_identity()) return *this;
-    std::vector<PathPair> pairs = pairs_;
+    Pairs pairs = pairs_;
     const Path root = Path::absolute_root();
     pairs.emplace_back(root, root);
     return MapFunction(std::move(pairs), offset_);
 }
 
+MapFunction MapFunction::without_root_identity() const {
+    MapFunction result = *this;
+    std::erase_if(result.pairs_, [](const Pair& p) {
+        return p.first.is_absolute_root() && p.second.is_absolute_root();
+    });
+    return result;
+}
+
 bool MapFunction::has_root_identity() const {
-    return std::any_of(pairs_.begin(), pairs_.end(), [](const PathPair& p) {
+    return std::any_of(pairs_.begin(), pairs_.end(), [](const Pair& p) {
         return p.first.is_absolute_root() && p.second.is_absolute_root();
     });
 }
 
 bool MapFunction::is_identity() const {
     return pairs_.size() == 1 && has_root_identity() && offset_.is_identity();
+}
+
+size_t MapFunction::hash() const {
+    uint64_t h =
+        hash_combine(std::hash<double>()(offset_.offset), std::hash<double>()(offset_.scale));
+    for (const Pair& pair : pairs_) {
+        h = hash_combine(h, pair.first.hash());
+        h = hash_combine(h, pair.second.hash());
+    }
+    return size_t(h);
+}
+
+MapTable::MapTable() : identity_(&*maps_.insert(MapFunction::identity()).first) {}
+
+MapPtr MapTable::intern(MapFunction map) {
+    return &*maps_.insert(std::move(map)).first;
+}
+
+MapPtr MapTable::composed(MapPtr outer, MapPtr inner) {
+    if (outer == identity_) return inner;
+    if (inner == identity_) return outer;
+    return intern(outer->after(*inner));
 }
 
 }  // namespace velatura::usd::compose

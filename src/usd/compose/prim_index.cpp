@@ -1,70 +1,98 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usd/compose/prim_index.h"
 
+#include "usd/compose/site.h"
+#include "usd/layer/fields.h"
+
 #include <fmt/format.h>
 
-#include <functional>
+#include <map>
 
 namespace velatura::usd::compose {
 
-const char* arc_name(ArcType arc) {
-    switch (arc) {
-        case ArcType::Root:
-            return "root";
-        case ArcType::Inherit:
-            return "inherit";
-        case ArcType::Variant:
-            return "variant";
-        case ArcType::Relocate:
-            return "relocate";
-        case ArcType::Reference:
-            return "reference";
-        case ArcType::Payload:
-            return "payload";
-        case ArcType::Specialize:
-            return "specialize";
+namespace {
+
+/// Visits the nodes from a direct arc down, strongest first; false from `visit` leaves out what is
+/// below.
+template <class Visit>
+void visit_instance_nodes(const PrimIndex& index, const Visit& visit) {
+    index.graph().visit(0, [&](int i) {
+        if (index.graph()[i].culled) return false;
+        return !index.is_instance_node(i) || visit(i);
+    });
+}
+
+}  // namespace
+
+std::vector<int> PrimIndex::contributing() const {
+    std::vector<int> result;
+    for (size_t i = 0; i < nodes().size(); ++i) {
+        const Node& n = nodes()[i];
+        if (n.has_specs && n.contributes()) result.push_back(int(i));
     }
-    return "?";
+    return result;
 }
 
 bool PrimIndex::is_instance_node(int i) const {
-    for (; i > 0; i = nodes_[size_t(i)].parent) {
-        if (!nodes_[size_t(i)].due_to_ancestor) return true;
+    if (!graph_[i].has_specs || graph_[i].culled) return false;
+    for (; i > 0; i = graph_[i].parent) {
+        if (!graph_[i].due_to_ancestor) return true;
     }
     return false;
 }
 
 bool PrimIndex::has_direct_arc() const {
-    for (size_t i = 1; i < nodes_.size(); ++i) {
-        if (nodes_[i].has_specs && !nodes_[i].inert && is_instance_node(int(i))) return true;
+    for (size_t i = 1; i < nodes().size(); ++i) {
+        if (is_instance_node(int(i))) return true;
     }
     return false;
 }
 
+bool PrimIndex::is_instanceable() const {
+    if (!has_direct_arc()) return false;
+    std::optional<bool> said;
+    graph_.visit(0, [&](int i) {
+        const Node& n = graph_[i];
+        if (!said && n.contributes() && n.has_specs)
+            said = site_bool(*n.stack, n.path, layer::fields().instanceable);
+        return !said;
+    });
+    return said.value_or(false);
+}
+
 std::string PrimIndex::instance_key() const {
     std::string key;
-    for (const int i : contributing_) {
-        if (!is_instance_node(i)) continue;
-        const Node& n = nodes_[size_t(i)];
+    visit_instance_nodes(*this, [&](int i) {
+        const Node& n = graph_[i];
         const TimeOffset& t = n.to_root->time_offset();
         key += fmt::format("{}:{}:{}:{}:{};", int(n.arc), static_cast<const void*>(n.stack),
                            n.path.to_string(), t.offset, t.scale);
-    }
-    if (!key.empty()) key += payloads_included_ ? "loaded" : "";
+        // What is below a node follows from it, but for payloads, which may be left out
+        return has_payloads_;
+    });
+    if (key.empty()) return key;
+    if (payloads_included_) key += "loaded;";
+    std::map<std::string, std::string> selections;
+    for (const int i : contributing())
+        site_variant_selections(*graph_[i].stack, graph_[i].path, selections);
+    for (const auto& selection : selections)
+        key += fmt::format("{}={};", selection.first, selection.second);
     return key;
 }
 
 std::string PrimIndex::to_string() const {
     std::string text;
-    const std::function<void(int, int)> print = [&](int i, int depth) {
-        const Node& n = nodes_[size_t(i)];
-        text +=
-            fmt::format("{:{}}{} {} <{}>{}{}{}\n", "", 2 * depth, arc_name(n.arc),
-                        n.stack->identifier(), n.path.to_string(), n.has_specs ? "" : " no-specs",
-                        n.inert ? " inert" : "", n.due_to_ancestor ? " ancestral" : "");
-        for (int c = n.first_child; c >= 0; c = nodes_[size_t(c)].next_sibling) print(c, depth + 1);
-    };
-    if (is_valid()) print(0, 0);
+    if (!is_valid()) return text;
+    graph_.visit(0, [&](int i) {
+        const Node& n = graph_[i];
+        int depth = 0;
+        for (int p = n.parent; p >= 0; p = graph_[p].parent) ++depth;
+        text += fmt::format("{:{}}{} {} <{}>{}{}{}{}\n", "", 2 * depth, arc_name(n.arc),
+                            n.stack->identifier(), n.path.to_string(),
+                            n.has_specs ? "" : " no-specs", n.inert ? " inert" : "",
+                            n.culled ? " culled" : "", n.due_to_ancestor ? " ancestral" : "");
+        return true;
+    });
     return text;
 }
 

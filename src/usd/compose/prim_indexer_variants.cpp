@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 namespace velatura::usd::compose {
@@ -15,206 +16,193 @@ using layer::Token;
 
 namespace {
 
-/// A path of a node's namespace as a site in its layers: inside the variants that the node stands
-/// in.
-Path site_in_variants(const Node& n, Path path) {
-    Path variant = n.path;
-    while (!variant.is_empty() && variant.element_count() > 0 && !variant.is_variant_selection()) {
-        variant = variant.parent();
-    }
-    if (variant.is_empty() || !variant.is_variant_selection()) return path;
-    const Path plain = variant.strip_variant_selections();
-    return path.has_prefix(plain) ? path.replace_prefix(plain, variant, false) : path;
+/// A path of a node's namespace as a site in its layers: inside the variants that it stands in.
+Path into_variants(Path path, Path at_introduction) {
+    if (!at_introduction.has_variant_selection()) return path;
+    return path.replace_prefix(at_introduction.strip_variant_selections(), at_introduction, false);
 }
 
 }  // namespace
 
-std::optional<std::string> PrimIndexer::selection_below(int top,
-                                                        Path path,
-                                                        const std::string& set) const {
-    // Strength order, specializes after everything else
-    std::vector<std::pair<int, Path>> deferred = {{top, path}};
-    for (size_t d = 0; d < deferred.size(); ++d) {
-        std::vector<std::pair<int, Path>> open = {deferred[d]};
-        while (!open.empty()) {
-            const int i = open.back().first;
-            const Path here = open.back().second;
-            open.pop_back();
-            if (!node(i).inert) {
-                auto found =
-                    site_variant_selection(*node(i).stack, site_in_variants(node(i), here), set);
-                if (found) return found;
-            }
-            const size_t first = open.size();
-            for (int c = node(i).first_child; c >= 0; c = node(c).next_sibling) {
-                const Path below = node(c).to_parent->to_source(here);
-                if (below.is_empty()) continue;
-                if (node(c).arc == ArcType::Specialize) {
-                    deferred.emplace_back(c, below);
-                } else {
-                    open.emplace_back(c, below);
-                }
-            }
-            std::reverse(open.begin() + std::ptrdiff_t(first), open.end());
-        }
-    }
-    return std::nullopt;
+bool PrimIndexer::may_speak_at(int i, Path path) const {
+    const size_t depth = node(i).restricted_depth;
+    return depth == 0 || depth > path.element_count();
 }
 
-std::optional<std::string> PrimIndexer::variant_selection(int i, const std::string& set) const {
-    // Express the prim that owns the set in every waiting graph that can see it
-    std::vector<std::pair<const PrimIndexer*, Path>> views;
-    const PrimIndexer* at = this;
-    Path path = node(i).to_root->to_target(node(i).path.strip_variant_selections());
-    while (!path.is_empty()) {
-        views.emplace_back(at, path);
-        const IndexFrame* f = at->frame_;
-        if (!f) break;
-        at = f->indexer;
-        // An internal arc leads about in one namespace: a path outside of what it maps means itself
-        const Path outside = path;
-        path = f->to_parent->to_target(path);
-        if (path.is_empty() && at->node(f->parent).stack == f->stack) path = outside;
-        if (!path.is_empty()) path = at->node(f->parent).to_root->to_target(path);
-    }
-    // The outermost graph holds the strongest opinions
-    for (auto view = views.rbegin(); view != views.rend(); ++view) {
-        auto found = view->first->selection_below(0, view->second, set);
-        if (found) return found;
-    }
-    return site_variant_selection(*node(i).stack, node(i).path, set);
-}
-
-bool PrimIndexer::eval_variant(const VariantTask& task, bool use_fallback) {
-    if (node(task.node).inert) return true;
-    std::optional<std::string> selection = variant_selection(task.node, task.set);
-    const auto fallback = composer_.options().variant_fallbacks.find(task.set);
-    if (!selection && fallback != composer_.options().variant_fallbacks.end()) {
-        if (!use_fallback) return false;
-        for (const std::string& name : fallback->second) {
-            if (!site_has_variant(*node(task.node).stack, node(task.node).path, task.set, name))
-                continue;
-            selection = name;
+void PrimIndexer::add_variant_tasks(int i, Path site, bool ancestral) {
+    int number = 0;
+    for (std::string& set : site_variant_sets(*node(i).stack, site)) {
+        if (size_t(number) >= composer_.options().max_variant_sets) {
+            report(ErrorKind::CapacityExceeded, i, site_loc(*node(i).stack, site),
+                   fmt::format("limit of {} variant sets reached", number));
             break;
         }
+        variants_[ancestral ? 0 : 2].push_back({i, site, std::move(set), number++});
     }
-    if (!selection) return use_fallback;
-    if (selection->empty()) return true;
-
-    const Path path =
-        node(task.node).path.append_variant_selection(Token(task.set), Token(*selection));
-    if (path.is_empty()) return true;
-    ArcRequest request{ArcType::Variant,      task.node, task.node,
-                       node(task.node).stack, path,      MapFunction::identity()};
-    request.number = task.number;
-    request.ancestral = false;
-    add_arc(request);
-    return true;
 }
 
-bool PrimIndexer::eval_next_variant() {
-    const bool use_fallback = variants_.empty();
-    std::vector<VariantTask>& pending = use_fallback ? fallbacks_ : variants_;
+void PrimIndexer::scan_ancestral_variants(int i) {
+    const Node& n = node(i);
+    Path path = n.path.parent();
+    while (n.restricted_depth != 0 && path.element_count() >= n.restricted_depth)
+        path = path.parent();
+    for (; path.element_count() > 0; path = path.parent()) {
+        if (site_arcs(*n.stack, path).variants) return add_task(AncestralVariantSets, i);
+    }
+}
+
+void PrimIndexer::eval_ancestral_variant_sets(int i) {
+    for (Path path = node(i).path.parent(); path.element_count() > 0; path = path.parent()) {
+        if (!may_speak_at(i, path)) continue;
+        add_variant_tasks(i, path, true);
+        // Sets further up have been seen to when this variant was chosen
+        if (path.is_variant_selection()) break;
+    }
+}
+
+bool PrimIndexer::run_variant(Task task) {
+    int queue = 0;
+    switch (task) {
+        case AncestralVariants:
+            queue = 0;
+            break;
+        case AncestralFallbacks:
+            queue = 1;
+            break;
+        case Variants:
+            queue = 2;
+            break;
+        case Fallbacks:
+            queue = 3;
+            break;
+        default:
+            return false;
+    }
+    std::vector<VariantTask>& pending = variants_[size_t(queue)];
     if (pending.empty()) return false;
     // The strongest node chooses first: what it brings may hold selections for the weaker ones
     auto best = pending.begin();
-    for (auto it = pending.begin(); it != pending.end(); ++it) {
-        if (it->node == best->node ? it->number < best->number : precedes(it->node, best->node))
+    for (auto it = best + 1; it != pending.end(); ++it) {
+        const int order = graph().compare(it->node, best->node);
+        if (order < 0 ||
+            (order == 0 && std::tie(it->site, it->number) < std::tie(best->site, best->number)))
             best = it;
     }
-    const VariantTask task = *best;
+    const VariantTask chosen = std::move(*best);
     pending.erase(best);
-    const size_t before = nodes().size();
-    const bool done = eval_variant(task, use_fallback);
-    if (!done) fallbacks_.push_back(task);
-    // New opinions may select what had to wait
-    if (nodes().size() != before) {
-        variants_.insert(variants_.end(), fallbacks_.begin(), fallbacks_.end());
-        fallbacks_.clear();
-    }
+    eval_variant(chosen, queue < 2, queue % 2 == 1);
     return true;
 }
 
-// ---- Ranking ----
+std::string PrimIndexer::variant_fallback(const VariantTask& task) const {
+    const auto fallback = composer_.options().variant_fallbacks.find(task.set);
+    if (fallback == composer_.options().variant_fallbacks.end()) return {};
+    for (const std::string& name : fallback->second) {
+        if (site_has_variant(*node(task.node).stack, task.site, task.set, name)) return name;
+    }
+    return {};
+}
 
-void PrimIndexer::collect(int i, std::vector<int>& plain, std::vector<int>& deferred) const {
-    plain.push_back(i);
-    for (int c = node(i).first_child; c >= 0; c = node(c).next_sibling) {
-        if (node(c).arc == ArcType::Specialize) {
-            deferred.push_back(c);
-        } else {
-            collect(c, plain, deferred);
+void PrimIndexer::eval_variant(const VariantTask& task, bool ancestral, bool use_fallback) {
+    // Every choice looks through the whole graph
+    if (!composer_.spend(1 + graph().size() / 16)) return;
+    if (!may_speak_at(task.node, task.site)) return;
+    const std::string fallback = variant_fallback(task);
+    const std::string selection =
+        use_fallback ? fallback
+                     : variant_selection(task.node, task.site, task.set).value_or(std::string());
+    if (!selection.empty()) return add_variant_arc(task, selection, ancestral);
+    if (!use_fallback && !fallback.empty()) {
+        variants_[ancestral ? 1 : 3].push_back(task);
+    } else {
+        unselected_[ancestral ? 1 : 0].push_back(task);
+    }
+}
+
+void PrimIndexer::retry_variants() {
+    // New opinions may select what had to wait
+    for (const bool ancestral : {true, false}) {
+        std::vector<VariantTask>& authored = variants_[ancestral ? 0 : 2];
+        for (std::vector<VariantTask>* waiting :
+             {&variants_[ancestral ? 1 : 3], &unselected_[ancestral ? 1 : 0]}) {
+            authored.insert(authored.end(), waiting->begin(), waiting->end());
+            waiting->clear();
         }
     }
 }
 
-bool PrimIndexer::is_stronger_specialize(int a, int b) const {
-    // The specializes that a node stands in, outermost first; each with the arc it repeats and how
-    // often
-    struct Link {
-        int node;
-        int origin;
-        size_t steps;
-    };
-
-    const auto chain_of = [&](int i) {
-        std::vector<Link> chain;
-        while (i >= 0) {
-            if (node(i).arc != ArcType::Specialize) {
-                i = node(i).parent;
-                continue;
-            }
-            Link link{i, i, 0};
-            while (node(link.origin).origin != node(link.origin).parent) {
-                link.origin = node(link.origin).origin;
-                ++link.steps;
-            }
-            chain.push_back(link);
-            // An implied arc stands where the arc that it repeats was introduced
-            i = node(link.origin).parent;
+void PrimIndexer::add_variant_arc(const VariantTask& task,
+                                  const std::string& selection,
+                                  bool ancestral) {
+    const Path variant = task.site.append_variant_selection(Token(task.set), Token(selection));
+    if (variant.is_empty()) return;
+    ArcRequest request;
+    request.arc = ArcType::Variant;
+    request.parent = request.origin = task.node;
+    request.stack = node(task.node).stack;
+    request.map = composer_.maps().identity();
+    request.number = task.number;
+    request.path = variant;
+    if (ancestral) {
+        request.path = node(task.node).path.replace_prefix(task.site, variant, false);
+        request.namespace_depth = prim_depth(task.site);
+        request.ancestral = true;
+        // As below the class arc that this variant belongs to
+        for (int i = task.node; i > 0 && !request.skip_duplicates; i = node(i).parent) {
+            request.skip_duplicates = is_class_arc(node(i).arc) && node(i).contributes() &&
+                                      graph().depth_below_introduction(i) == 0;
         }
-        std::reverse(chain.begin(), chain.end());
-        return chain;
-    };
-    const std::vector<Link> x = chain_of(a);
-    const std::vector<Link> y = chain_of(b);
-    for (size_t i = 0; i < x.size() && i < y.size(); ++i) {
-        if (x[i].origin == y[i].origin) continue;
-        // Below copies of one arc the stronger copy decides, else the order of what introduced the
-        // arcs
-        if (i > 0 && x[i - 1].node != y[i - 1].node) return x[i - 1].steps > y[i - 1].steps;
-        return precedes(x[i].origin, y[i].origin);
     }
-    // What contains is stronger than what it contains; the same class seen from further up is
-    // stronger
-    if (x.size() != y.size()) return x.size() < y.size();
-    for (size_t i = 0; i < x.size(); ++i) {
-        if (x[i].steps != y[i].steps) return x[i].steps > y[i].steps;
-    }
-    return false;
+    if (add_arc(request) >= 0) retry_variants();
 }
 
-void PrimIndexer::rank() {
+std::optional<std::string> PrimIndexer::variant_selection(int i,
+                                                          Path site,
+                                                          const std::string& set) {
+    // Find the strongest node that can see the prim of the set
+    int top = i;
+    Path path = site.strip_variant_selections();
+    if (const Path at_root = node(i).to_root->to_target(path); !at_root.is_empty()) {
+        top = 0;
+        path = at_root;
+    } else {
+        while (top > 0) {
+            const Path above = node(top).to_parent->to_target(path);
+            if (above.is_empty()) break;
+            path = above;
+            top = node(top).parent;
+        }
+    }
+    path = into_variants(path, graph().path_at_introduction(top));
+
+    // The path in each node, found on the way down
+    std::vector<Path> paths(graph().size());
     std::vector<int> order;
-    std::vector<int> deferred;
-    collect(0, order, deferred);
-    // Specializes nested in specializes are weaker than everything about the outer one
-    std::vector<int> specializes;
-    for (size_t i = 0; i < deferred.size(); ++i) {
-        std::vector<int> ignored;
-        specializes.push_back(deferred[i]);
-        collect(deferred[i], ignored, deferred);
+    graph().visit(top, [&](int at) {
+        const Path above = at == top ? Path() : paths[size_t(node(at).parent)];
+        paths[size_t(at)] = at == top ? path : node(at).to_parent->to_source(above);
+        if (!paths[size_t(at)].is_empty()) order.push_back(at);
+        return !paths[size_t(at)].is_empty();
+    });
+    // What has been chosen for the prim before holds
+    for (const int at : order) {
+        if (node(at).arc != ArcType::Variant) continue;
+        const Path variant = graph().path_at_introduction(at);
+        if (variant.variant_set() == set && variant.prim_path() == paths[size_t(at)])
+            return variant.variant().str();
     }
-    std::stable_sort(specializes.begin(), specializes.end(),
-                     [this](int a, int b) { return is_stronger_specialize(a, b); });
-    for (const int i : specializes) {
-        std::vector<int> ignored;
-        collect(i, order, ignored);
+    std::vector<CompositionError> errors;
+    std::optional<std::string> result;
+    for (const int at : order) {
+        if (!may_speak_at(at, paths[size_t(at)])) continue;
+        const Path here = node(at).arc == ArcType::Variant
+                              ? into_variants(paths[size_t(at)], graph().path_at_introduction(at))
+                              : paths[size_t(at)];
+        result = site_variant_selection(*node(at).stack, here, set, &errors);
+        if (result) break;
     }
-    index_.contributing_.clear();
-    for (const int i : order) {
-        if (node(i).has_specs && !node(i).inert) index_.contributing_.push_back(i);
-    }
+    report_all(errors, i);
+    return result;
 }
 
 }  // namespace velatura::usd::compose

@@ -41,63 +41,105 @@ namespace velatura::usd::compose {
 
 namespace {
 
-/// Applies one layer's list-op of references to the list of the weaker layers, and remembers who
-/// said what.
-template <class Arc>
-void apply_references(const layer::ListOp<Arc>& op,
-                      const StackLayer& entry,
-                      SourceLoc loc,
+/// Composes the list-ops of references of the layers, weakest first, and remembers who said what.
+class ReferenceComposer {
+  public:
+    ReferenceComposer(const LayerStack& stack,
+                      Path site,
                       const LayerRegistry& registry,
-                      std::vector<ReferenceItem>& items,
-                      std::unordered_map<ReferenceItem, SiteReference>& info) {
-    const auto convert = [&](const std::vector<Arc>& from) {
+                      std::vector<CompositionError>* errors)
+        : stack_(stack), site_(site), registry_(registry), errors_(errors) {}
+
+    template <class Arc>
+    void apply(const layer::ListOp<Arc>& op, const StackLayer& entry, SourceLoc loc) {
+        layer::ListOp<ReferenceItem> mapped;
+        mapped.is_explicit = op.is_explicit;
+        mapped.explicit_items = convert(op.explicit_items, entry, loc, true);
+        mapped.added = convert(op.added, entry, loc, true);
+        mapped.prepended = convert(op.prepended, entry, loc, true);
+        mapped.appended = convert(op.appended, entry, loc, true);
+        mapped.deleted = convert(op.deleted, entry, loc, false);
+        mapped.ordered = convert(op.ordered, entry, loc, false);
+        mapped.apply_to(items_);
+    }
+
+    std::vector<SiteReference> result() const {
+        std::vector<SiteReference> references;
+        references.reserve(items_.size());
+        for (const ReferenceItem& item : items_) references.push_back(said_.at(item));
+        return references;
+    }
+
+  private:
+    /// Deleted and reordered items are not `authored` here.
+    template <class Arc>
+    std::vector<ReferenceItem> convert(const std::vector<Arc>& from,
+                                       const StackLayer& entry,
+                                       SourceLoc loc,
+                                       bool authored) {
         std::vector<ReferenceItem> to;
+        to.reserve(from.size());
         for (const Arc& arc : from) {
-            ReferenceItem item{registry.resolve(arc.asset, entry.layer->real_path()), arc.prim_path,
+            const std::optional<std::string> asset =
+                stack_.evaluate(arc.asset, site_, loc, errors_);
+            // An expression that comes to nothing leaves its arc out
+            if (!asset || (asset->empty() && !arc.asset.empty())) continue;
+            ReferenceItem item{registry_.resolve(*asset, entry.layer->real_path()), arc.prim_path,
                                arc.offset};
-            SiteReference said{arc.asset, item.file, item.prim_path, item.offset, &entry, loc};
-            info.insert_or_assign(item, std::move(said));
+            SiteReference said{*asset, item.file, item.prim_path, item.offset, &entry, loc};
+            if (authored) said_.insert_or_assign(item, std::move(said));
             to.push_back(std::move(item));
         }
         return to;
-    };
-    layer::ListOp<ReferenceItem> mapped;
-    mapped.is_explicit = op.is_explicit;
-    mapped.explicit_items = convert(op.explicit_items);
-    mapped.added = convert(op.added);
-    mapped.prepended = convert(op.prepended);
-    mapped.appended = convert(op.appended);
-    // Deleted and reordered items must not claim authorship
-    const auto keep = info;
-    mapped.deleted = convert(op.deleted);
-    mapped.ordered = convert(op.ordered);
-    info = keep;
-    mapped.apply_to(items);
-}
+    }
+
+    const LayerStack& stack_;
+    Path site_;
+    const LayerRegistry& registry_;
+    std::vector<CompositionError>* errors_;
+    std::vector<ReferenceItem> items_;
+    std::unordered_map<ReferenceItem, SiteReference> said_;
+};
 
 }  // namespace
+
+SiteArcs site_arcs(const LayerStack& stack, Path site) {
+    SiteArcs arcs;
+    const layer::FieldNames& names = layer::fields();
+    for (const StackLayer& entry : stack.layers()) {
+        const layer::Spec* spec = entry.layer->spec(site);
+        if (!spec) continue;
+        arcs.has_specs = true;
+        for (const layer::Field& field : spec->fields()) {
+            arcs.references = arcs.references || field.name == names.references;
+            arcs.payloads = arcs.payloads || field.name == names.payload;
+            arcs.inherits = arcs.inherits || field.name == names.inherit_paths;
+            arcs.specializes = arcs.specializes || field.name == names.specializes;
+            arcs.variants = arcs.variants || field.name == names.variant_set_names;
+            arcs.prim_relocates = arcs.prim_relocates || field.name == names.relocates;
+        }
+    }
+    return arcs;
+}
 
 std::vector<SiteReference> site_references(const LayerStack& stack,
                                            Path site,
                                            bool payloads,
-                                           const LayerRegistry& registry) {
-    std::vector<ReferenceItem> items;
-    std::unordered_map<ReferenceItem, SiteReference> info;
+                                           const LayerRegistry& registry,
+                                           std::vector<CompositionError>* errors) {
+    ReferenceComposer composer(stack, site, registry, errors);
     const Token name = payloads ? layer::fields().payload : layer::fields().references;
     for (auto entry = stack.layers().rbegin(); entry != stack.layers().rend(); ++entry) {
         const layer::Spec* spec = entry->layer->spec(site);
         const layer::Field* field = spec ? spec->find_field(name) : nullptr;
         if (!field) continue;
         if (const auto* op = field->value.get_if<layer::ReferenceListOp>()) {
-            apply_references(*op, *entry, field->loc, registry, items, info);
+            composer.apply(*op, *entry, field->loc);
         } else if (const auto* payload_op = field->value.get_if<layer::PayloadListOp>()) {
-            apply_references(*payload_op, *entry, field->loc, registry, items, info);
+            composer.apply(*payload_op, *entry, field->loc);
         }
     }
-    std::vector<SiteReference> result;
-    result.reserve(items.size());
-    for (const ReferenceItem& item : items) result.push_back(info.at(item));
-    return result;
+    return composer.result();
 }
 
 std::vector<SiteClass> site_classes(const LayerStack& stack, Path site, bool specializes) {
@@ -132,16 +174,41 @@ std::vector<std::string> site_variant_sets(const LayerStack& stack, Path site) {
 
 std::optional<std::string> site_variant_selection(const LayerStack& stack,
                                                   Path site,
-                                                  const std::string& set) {
+                                                  const std::string& set,
+                                                  std::vector<CompositionError>* errors) {
+    const Token name = layer::fields().variant_selection;
     for (const StackLayer& entry : stack.layers()) {
-        const auto* selections = entry.layer->field_as<layer::VariantSelections>(
-            site, layer::fields().variant_selection);
+        const layer::Spec* spec = entry.layer->spec(site);
+        const auto* selections = spec ? spec->field_as<layer::VariantSelections>(name) : nullptr;
         if (!selections) continue;
         for (const auto& selection : *selections) {
-            if (selection.first == set) return selection.second;
+            if (selection.first != set) continue;
+            // Without a value the next weaker opinion counts
+            auto value = stack.evaluate(selection.second, site, spec->field_loc(name), errors);
+            if (value) return value;
         }
     }
     return std::nullopt;
+}
+
+void site_variant_selections(const LayerStack& stack,
+                             Path site,
+                             std::map<std::string, std::string>& selections) {
+    for (const StackLayer& entry : stack.layers()) {
+        const auto* said = entry.layer->field_as<layer::VariantSelections>(
+            site, layer::fields().variant_selection);
+        if (!said) continue;
+        for (const auto& selection : *said) {
+            if (const auto value = stack.evaluate(selection.second, site, {}, nullptr))
+                selections.emplace(selection.first, *value);
+        }
+    }
+}
+
+bool site_has_variant_selections(const LayerStack& stack, Path site) {
+    return std::any_of(stack.layers().begin(), stack.layers().end(), [&](const StackLayer& entry) {
+        return entry.layer->field(site, layer::fields().variant_selection) != nullptr;
+    });
 }
 
 bool site_has_variant(const LayerStack& stack,
@@ -156,6 +223,13 @@ std::optional<bool> site_bool(const LayerStack& stack, Path site, Token field) {
         if (const bool* value = entry.layer->field_as<bool>(site, field)) return *value;
     }
     return std::nullopt;
+}
+
+SourceLoc site_loc(const LayerStack& stack, Path site) {
+    for (const StackLayer& entry : stack.layers()) {
+        if (const layer::Spec* spec = entry.layer->spec(site)) return spec->loc();
+    }
+    return {};
 }
 
 SourceLoc site_field_loc(const LayerStack& stack, Path site, Token field) {

@@ -56,6 +56,11 @@ void Spec::set_field(Token name, Value value, SourceLoc loc) {
         it->value = std::move(value);
         it->loc = loc;
     } else {
+        if (fields_.capacity() == 0) {
+            fields_.reserve(2);
+            fields_.push_back(Field{name, std::move(value), loc});
+            return;
+        }
         fields_.insert(it, Field{name, std::move(value), loc});
     }
 }
@@ -65,18 +70,33 @@ void Spec::erase_field(Token name) {
 }
 
 Layer::Layer(std::string identifier) : identifier_(identifier), real_path_(std::move(identifier)) {
-    root_ = &specs_.emplace(Path::absolute_root(), Spec(SpecKind::PseudoRoot, {})).first->second;
+    root_ = &add_entry(Path::absolute_root(), SpecKind::PseudoRoot, {});
+}
+
+Spec& Layer::add_entry(Path path, SpecKind kind, SourceLoc loc) {
+    Entry& entry = entries_.emplace_back(Entry{path, Spec(kind, loc)});
+    index_.insert(mix64(path.hash()), &entry);
+    ++spec_count_;
+    return entry.spec;
+}
+
+void Layer::erase_spec(Path path) {
+    Entry* entry = find(path);
+    if (!entry) return;
+    *entry = Entry{};
+    --spec_count_;
 }
 
 Spec& Layer::create_spec_unlisted(Path path, SpecKind kind, SourceLoc loc) {
     VELATURA_CHECK(path.is_absolute(), "specs live at absolute paths");
-    return specs_.emplace(path, Spec(kind, loc)).first->second;
+    Spec* known = spec(path);
+    return known ? *known : add_entry(path, kind, loc);
 }
 
 Spec& Layer::create_spec(Path path, SpecKind kind, SourceLoc loc) {
     VELATURA_CHECK(path.is_absolute(), "specs live at absolute paths");
-    const auto [it, is_new] = specs_.emplace(path, Spec(kind, loc));
-    if (!is_new) return it->second;
+    if (Spec* known = spec(path)) return *known;
+    Spec& added = add_entry(path, kind, loc);
     // A variant's parent is its set; a set's is the prim or variant it belongs to
     Path parent_path = path.parent();
     if (kind == SpecKind::Variant) {
@@ -101,7 +121,7 @@ Spec& Layer::create_spec(Path path, SpecKind kind, SourceLoc loc) {
         case SpecKind::PseudoRoot:
             break;
     }
-    return it->second;
+    return added;
 }
 
 void Layer::for_each_spec(Path from, const std::function<void(Path, const Spec&)>& visit) const {

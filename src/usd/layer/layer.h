@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/hash.h"
 #include "base/source_loc.h"
 #include "usd/layer/path.h"
+#include "usd/layer/pointer_table.h"
 #include "usd/layer/token.h"
 #include "usd/layer/types.h"
 #include "usd/layer/value.h"
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 namespace velatura::usd::layer {
@@ -81,6 +83,10 @@ class Spec {
     Variability variability() const;
 
     void set_field(Token name, Value value, SourceLoc loc);
+
+    /// Replaces all fields; they must be sorted by name, each name once.
+    void set_fields(std::vector<Field> fields) { fields_ = std::move(fields); }
+
     void erase_field(Token name);
 
     void set_loc(SourceLoc loc) { loc_ = loc; }
@@ -148,18 +154,18 @@ class Layer {
 
     /// The spec at an absolute path, else nullptr.
     const Spec* spec(Path path) const {
-        const auto it = specs_.find(path);
-        return it == specs_.end() ? nullptr : &it->second;
+        const Entry* entry = find(path);
+        return entry ? &entry->spec : nullptr;
     }
 
     Spec* spec(Path path) {
-        const auto it = specs_.find(path);
-        return it == specs_.end() ? nullptr : &it->second;
+        Entry* entry = find(path);
+        return entry ? &entry->spec : nullptr;
     }
 
-    bool has_spec(Path path) const { return specs_.count(path) != 0; }
+    bool has_spec(Path path) const { return find(path) != nullptr; }
 
-    size_t spec_count() const { return specs_.size(); }
+    size_t spec_count() const { return spec_count_; }
 
     const Value* field(Path path, Token name) const {
         const Spec* s = spec(path);
@@ -179,7 +185,10 @@ class Layer {
     /// own.
     Spec& create_spec_unlisted(Path path, SpecKind kind, SourceLoc loc);
 
-    void reserve(size_t specs) { specs_.reserve(specs); }
+    /// Forgets a spec that no list of children names.
+    void erase_spec(Path path);
+
+    void reserve(size_t specs) { index_.reserve(specs); }
 
     /// Calls visit for every spec at or below `from`, parents first, children in authored order.
     void for_each_spec(Path from, const std::function<void(Path, const Spec&)>& visit) const;
@@ -195,10 +204,23 @@ class Layer {
     const Dictionary* expression_variables() const;
 
   private:
+    struct Entry {
+        Path path;
+        Spec spec;
+    };
+
+    Entry* find(Path path) const {
+        return index_.find(mix64(path.hash()), [&](const Entry& e) { return e.path == path; });
+    }
+
+    Spec& add_entry(Path path, SpecKind kind, SourceLoc loc);
+
     std::string identifier_;
     std::string real_path_;
     uint32_t file_id_ = 0;
-    std::unordered_map<Path, Spec> specs_;
+    std::deque<Entry> entries_;  ///< erased ones have an empty path
+    PointerTable<Entry> index_;
+    size_t spec_count_ = 0;
     Spec* root_ = nullptr;
 };
 

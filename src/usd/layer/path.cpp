@@ -4,52 +4,67 @@
 #include "base/check.h"
 #include "base/hash.h"
 #include "usd/layer/path_node.h"
+#include "usd/layer/pointer_table.h"
 
 #include <algorithm>
 #include <array>
 #include <memory>
 #include <mutex>
-#include <shared_mutex>
-#include <unordered_set>
 
 namespace velatura::usd::layer {
 
 /// Interns nodes; the only place that makes them.
 struct PathTable {
-    struct NodeHash {
-        size_t operator()(const Path::Node& n) const {
-            uint64_t h = hash_combine(uint64_t(n.kind), std::hash<const void*>()(n.parent));
-            h = hash_combine(h, n.name.hash());
+    static uint64_t hash(const Path::Node& n) {
+        uint64_t h = hash_combine(std::hash<const void*>()(n.parent), n.name.hash());
+        if (n.variant != Token() || n.target) {
             h = hash_combine(h, n.variant.hash());
-            return hash_combine(h, n.target.hash());
+            h = hash_combine(h, n.target.hash());
         }
-    };
+        return mix64(h + uint64_t(n.kind));
+    }
 
-    struct NodeEqual {
-        bool operator()(const Path::Node& a, const Path::Node& b) const {
-            return a.kind == b.kind && a.parent == b.parent && a.name == b.name &&
-                   a.variant == b.variant && a.target == b.target;
-        }
-    };
+    static bool is_equal(const Path::Node& a, const Path::Node& b) {
+        return a.kind == b.kind && a.parent == b.parent && a.name == b.name &&
+               a.variant == b.variant && a.target == b.target;
+    }
 
     struct Shard {
-        std::shared_mutex mutex;
-        std::unordered_set<Path::Node, NodeHash, NodeEqual> nodes;
+        std::mutex mutex;
+        PointerTable<const Path::Node> nodes;
     };
 
-    static constexpr size_t shard_count = 64;
+    static constexpr int shard_bits = 6;
+
+    /// A copy that lives for ever, next to what this thread made before: a prim and its properties
+    /// are looked at together.
+    static const Path::Node* keep(const Path::Node& wanted) {
+        constexpr size_t block_size = 512;
+        thread_local Path::Node* block = nullptr;
+        thread_local size_t left = 0;
+        if (left == 0) {
+            block = new Path::Node[block_size];
+            left = block_size;
+        }
+        --left;
+        *block = wanted;
+        return block++;
+    }
 
     static Path intern(const Path::Node& wanted) {
         // Never destroyed: paths in static objects must outlive everything
-        static auto* const shards = new std::array<Shard, shard_count>;
-        Shard& shard = (*shards)[NodeHash()(wanted) % shard_count];
-        {
-            const std::shared_lock lock(shard.mutex);
-            const auto it = shard.nodes.find(wanted);
-            if (it != shard.nodes.end()) return Path(&*it);
+        static auto* const shards = new std::array<Shard, size_t(1) << shard_bits>;
+        const uint64_t h = hash(wanted);
+        // The tables use the low bits
+        Shard& shard = (*shards)[h >> (64 - shard_bits)];
+        const std::lock_guard lock(shard.mutex);
+        const Path::Node* node =
+            shard.nodes.find(h, [&](const Path::Node& n) { return is_equal(n, wanted); });
+        if (!node) {
+            node = keep(wanted);
+            shard.nodes.insert(h, node);
         }
-        const std::unique_lock lock(shard.mutex);
-        return Path(&*shard.nodes.insert(wanted).first);
+        return Path(node);
     }
 
     static Path root(PathKind kind) {

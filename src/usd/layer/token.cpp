@@ -2,34 +2,30 @@
 #include "usd/layer/token.h"
 
 #include "base/hash.h"
+#include "usd/layer/pointer_table.h"
 
 #include <array>
-#include <memory>
+#include <cstdint>
+#include <deque>
+#include <functional>
 #include <mutex>
-#include <shared_mutex>
-#include <unordered_set>
 
 namespace velatura::usd::layer {
 
 namespace {
 
-struct TextHash {
-    using is_transparent = void;
-
-    size_t operator()(std::string_view text) const { return std::hash<std::string_view>()(text); }
-};
-
-// One lock per shard keeps readers on several threads out of each other's way
+// One lock per shard keeps threads out of each other's way
 struct Shard {
-    std::shared_mutex mutex;
-    std::unordered_set<std::string, TextHash, std::equal_to<>> texts;
+    std::mutex mutex;
+    PointerTable<const std::string> index;
+    std::deque<std::string> texts;
 };
 
-constexpr size_t shard_count = 64;
+constexpr int shard_bits = 6;
 
-std::array<Shard, shard_count>& shards() {
+std::array<Shard, size_t(1) << shard_bits>& shards() {
     // Never destroyed: tokens in static objects must outlive everything
-    static auto* const table = new std::array<Shard, shard_count>;
+    static auto* const table = new std::array<Shard, size_t(1) << shard_bits>;
     return *table;
 }
 
@@ -42,14 +38,15 @@ const std::string* Token::empty_text() {
 
 const std::string* Token::intern(std::string_view text) {
     if (text.empty()) return empty_text();
-    Shard& shard = shards()[mix64(TextHash()(text)) % shard_count];
-    {
-        const std::shared_lock lock(shard.mutex);
-        const auto it = shard.texts.find(text);
-        if (it != shard.texts.end()) return &*it;
-    }
-    const std::unique_lock lock(shard.mutex);
-    return &*shard.texts.emplace(text).first;
+    const uint64_t h = mix64(std::hash<std::string_view>()(text));
+    // The tables use the low bits
+    Shard& shard = shards()[h >> (64 - shard_bits)];
+    const std::lock_guard lock(shard.mutex);
+    const std::string* known = shard.index.find(h, [&](const std::string& t) { return t == text; });
+    if (known) return known;
+    shard.texts.emplace_back(text);
+    shard.index.insert(h, &shard.texts.back());
+    return &shard.texts.back();
 }
 
 }  // namespace velatura::usd::layer

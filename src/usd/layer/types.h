@@ -71,12 +71,6 @@ struct UnregisteredValue {
     bool operator==(const UnregisteredValue&) const = default;
 };
 
-/// An authored spline, as written between its braces.
-struct SplineValue {
-    std::string text;
-    bool operator==(const SplineValue&) const = default;
-};
-
 enum class Specifier : uint8_t { Def, Over, Class };
 enum class Permission : uint8_t { Public, Private };
 enum class Variability : uint8_t { Varying, Uniform };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usd/layer/value.h"
 
+#include "usd/layer/spline.h"
+
 #include <algorithm>
 #include <array>
 

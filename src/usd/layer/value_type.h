@@ -18,6 +18,7 @@ class Dictionary;
 class TimeSamples;
 struct Reference;
 struct Payload;
+struct SplineValue;
 
 // clang-format off
 /// What a Value holds (of an array: what its elements are).

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace velatura::usd::stage {
 
 using layer::Path;
@@ -10,7 +12,8 @@ using layer::Path;
 namespace {
 
 constexpr std::string_view collection_prefix = "collection:";
-constexpr int max_nesting = 100;
+constexpr size_t max_nesting = 100;
+constexpr size_t max_weight = 10000;
 
 /// "/Prim.collection:name" → "name"; empty when the path is no collection.
 std::string collection_name(const Path& path) {
@@ -20,32 +23,84 @@ std::string collection_name(const Path& path) {
                                                    : std::string();
 }
 
-}  // namespace
-
-CollectionQuery::CollectionQuery(Prim prim, std::string_view name) {
-    add_collection(prim, name, 0);
+std::string collection_key(const Path& prim, const std::string& name) {
+    return prim.to_string() + ":" + name;
 }
 
-void CollectionQuery::add_collection(Prim prim, std::string_view name, int depth) {
-    const std::string base = std::string(collection_prefix) + std::string(name) + ":";
-    if (depth > max_nesting) {
-        prim.diagnostics().error("usd-collection-cycle", prim.loc(), prim.path_string(),
-                                 fmt::format("collection {} includes itself", name));
+Prim prim_below(Prim root, const Path& path) {
+    for (const Path& step : path.prefixes()) {
+        if (root) root = root.child(step.name().view());
+    }
+    return root;
+}
+
+}  // namespace
+
+CollectionQuery::CollectionQuery(Prim prim, std::string_view name) : root_(prim) {
+    Reading reading;
+    *this = CollectionQuery(prim, name, reading);
+}
+
+CollectionQuery::CollectionQuery(Prim prim, std::string_view name, Reading& reading) : root_(prim) {
+    while (!root_.is_pseudo_root()) root_ = root_.parent();
+    std::set<std::string> open;
+    add_collection(prim, name, open);
+    const std::string key = collection_key(prim.path(), std::string(name));
+    reading.open.insert(key);
+    if (rules_.empty()) read_expression(prim, name, reading);
+    reading.open.erase(key);
+}
+
+void CollectionQuery::read_expression(Prim prim, std::string_view name, Reading& reading) {
+    const std::string attribute =
+        std::string(collection_prefix) + std::string(name) + ":membershipExpression";
+    if (!prim.attribute(attribute).has_authored_value()) return;
+    expression_ =
+        std::make_shared<const PathExpressionNode>(membership_expression(prim, attribute));
+    find_referenced(*expression_, reading);
+    if (weight_ <= max_weight) return;
+    prim.diagnostics().error(
+        "usd-collection-size", prim.loc(), prim.path_string(),
+        fmt::format("collection {} refers to more than {} collections", name, max_weight));
+    expression_ = std::make_shared<const PathExpressionNode>();
+    weight_ = 1;
+}
+
+void CollectionQuery::find_referenced(const PathExpressionNode& node, Reading& reading) {
+    for (const PathExpressionNode& operand : node.operands) find_referenced(operand, reading);
+    if (node.op != PathExpressionNode::Op::Collection) return;
+    const std::string key = collection_key(node.collection_prim, node.collection_name);
+    const Prim owner = prim_below(root_, node.collection_prim);
+    if (!owner) return;
+    if (reading.open.count(key) != 0 || reading.open.size() > max_nesting) {
+        owner.diagnostics().error(
+            "usd-collection-cycle", owner.loc(), owner.path_string(),
+            fmt::format("collection {} refers to itself", node.collection_name));
         return;
     }
+    auto& query = reading.done[key];
+    if (!query) {
+        query = std::shared_ptr<const CollectionQuery>(
+            new CollectionQuery(owner, node.collection_name, reading));
+    }
+    referenced_[key] = query;
+    weight_ = std::min(weight_ + query->weight_, 2 * max_weight);
+}
+
+void CollectionQuery::add_collection(Prim prim,
+                                     std::string_view name,
+                                     std::set<std::string>& open) {
+    const std::string base = std::string(collection_prefix) + std::string(name) + ":";
+    const std::string key = collection_key(prim.path(), std::string(name));
+    // What was added before adds nothing new
+    if (!open.insert(key).second) return;
     const Relationship includes = prim.relationship(base + "includes");
     const Relationship excludes = prim.relationship(base + "excludes");
     const auto include_root = prim.attribute(base + "includeRoot").get<bool>().value_or(false);
     const std::string expansion =
         prim.attribute(base + "expansionRule").get<std::string>().value_or("expandPrims");
     const Rule rule = expansion == "explicitOnly" ? Rule::ExplicitOnly : Rule::ExpandPrims;
-    const Attribute expression = prim.attribute(base + "membershipExpression");
     const std::vector<Path> members = includes.targets();
-    if (members.empty() && !include_root && expression.has_authored_value()) {
-        prim.diagnostics().warn(
-            "usd-membership-expression", expression.loc(), prim.path_string(),
-            fmt::format("membershipExpression of collection {} is not evaluated", name));
-    }
     if (include_root) rules_["/"] = Rule::ExpandPrims;
     for (const Path& path : members) {
         const std::string nested = collection_name(path);
@@ -54,17 +109,20 @@ void CollectionQuery::add_collection(Prim prim, std::string_view name, int depth
             continue;
         }
         // A nested collection contributes with its own rules
-        Prim owner = prim;
-        while (!owner.is_pseudo_root()) owner = owner.parent();
-        for (const Path& step : path.prim_path().prefixes()) {
-            if (owner) owner = owner.child(step.name().view());
-        }
-        if (owner) add_collection(owner, nested, depth + 1);
+        const Prim owner = prim_below(root_, path.prim_path());
+        if (owner) add_collection(owner, nested, open);
     }
     for (const Path& path : excludes.targets()) rules_[path.to_string()] = Rule::Exclude;
 }
 
 bool CollectionQuery::includes(const Path& path) const {
+    if (expression_) {
+        return matches(*expression_, path, root_,
+                       [&](const Path& prim, const std::string& name, const Path& member) {
+                           const auto found = referenced_.find(collection_key(prim, name));
+                           return found != referenced_.end() && found->second->includes(member);
+                       });
+    }
     for (Path at = path; !at.is_empty(); at = at.parent()) {
         const auto rule = rules_.find(at.to_string());
         if (rule == rules_.end()) continue;

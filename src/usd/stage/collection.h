@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "usd/stage/path_expression.h"
 #include "usd/stage/stage.h"
 
 #include <map>
+#include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 
 namespace velatura::usd::stage {
 
 /// Membership rule of one UsdCollectionAPI instance, evaluated once and queried for many paths.
-/// The deepest rule that covers a path wins. Path expressions are not evaluated; a warning says so.
+/// The deepest rule that covers a path wins. Where no path is included or excluded and the root is
+/// not, the path expression `membershipExpression` decides instead.
 class CollectionQuery {
   public:
     /// The collection `name` on `prim`; an absent collection has no members.
@@ -18,14 +22,28 @@ class CollectionQuery {
 
     bool includes(const layer::Path& path) const;
 
-    bool is_empty() const { return rules_.empty(); }
+    bool is_empty() const { return rules_.empty() && !expression_; }
 
   private:
     enum class Rule : unsigned char { Exclude, ExplicitOnly, ExpandPrims };
 
-    void add_collection(Prim prim, std::string_view name, int depth);
+    /// Collections on the way, and those that are read already.
+    struct Reading {
+        std::set<std::string> open;
+        std::map<std::string, std::shared_ptr<const CollectionQuery>> done;
+    };
+
+    CollectionQuery(Prim prim, std::string_view name, Reading& reading);
+    void add_collection(Prim prim, std::string_view name, std::set<std::string>& open);
+    void read_expression(Prim prim, std::string_view name, Reading& reading);
+    void find_referenced(const PathExpressionNode& node, Reading& reading);
 
     std::map<std::string, Rule> rules_;
+    std::shared_ptr<const PathExpressionNode> expression_;
+    Prim root_;
+    /// Collections that the expression refers to, by "/Prim:name".
+    std::map<std::string, std::shared_ptr<const CollectionQuery>> referenced_;
+    size_t weight_ = 1;  ///< collections that one question may ask, this one included
 };
 
 }  // namespace velatura::usd::stage

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usd/stage/dump.h"
 
+#include "base/package_path.h"
 #include "usd/layer/fields.h"
 #include "usd/layer/type_name.h"
 
@@ -8,6 +9,8 @@
 
 #include <cmath>
 #include <filesystem>
+#include <map>
+#include <set>
 #include <type_traits>
 
 namespace velatura::usd::stage {
@@ -264,9 +267,7 @@ class Dumper {
             const std::vector<Prim> children = prim.all_children();
             open.insert(open.end(), children.rbegin(), children.rend());
         }
-        for (const Diagnostic& d : stage_.diagnostics().all()) {
-            if (d.severity == Severity::Error) line("COMPERR {}", quote_text(d.message));
-        }
+        dump_errors();
         return std::move(text_);
     }
 
@@ -275,6 +276,35 @@ class Dumper {
     void line(const char* format, Args&&... args) {
         text_ += fmt::format(fmt::runtime(format), std::forward<Args>(args)...);
         text_ += '\n';
+    }
+
+    /// Base name of a layer; the root layer of a package goes by the package's name.
+    std::string layer_name(const std::string& identifier) {
+        auto [known, is_new] = layer_names_.emplace(identifier, "");
+        if (!is_new) return known->second;
+        std::vector<std::string> parts = split_package_path(identifier);
+        if (parts.size() > 1) {
+            const std::string inner = parts.back();
+            parts.pop_back();
+            const std::string package = join_package_path(parts);
+            const bool is_root = stage_.package_root_layer(package) == identifier;
+            known->second = std::filesystem::path(is_root ? package : inner).filename().string();
+        } else {
+            known->second = std::filesystem::path(identifier).filename().string();
+        }
+        return known->second;
+    }
+
+    void dump_errors() {
+        std::set<std::string> composition;
+        for (const compose::CompositionError& error : stage_.composition_errors()) {
+            line("COMPERR {}", quote_text(error.message));
+            composition.insert(error.message);
+        }
+        for (const Diagnostic& d : stage_.diagnostics().all()) {
+            if (d.severity == Severity::Error && composition.count(d.message) == 0)
+                line("ERR {}", quote_text(d.message));
+        }
     }
 
     void dump_prim(const Prim& prim) {
@@ -292,8 +322,7 @@ class Dumper {
         for (const Prim& child : prim.all_children()) names.push_back(child.name());
         if (!names.empty()) line("{} children {}", path, name_list(names));
         for (const Prim::SpecSite& site : prim.prim_stack()) {
-            line("{} spec {} {}", path, std::filesystem::path(site.layer).filename().string(),
-                 site.path);
+            line("{} spec {} {}", path, layer_name(site.layer), site.path);
         }
         const auto apis = prim.applied_schemas();
         if (!apis.empty()) line("{} api {}", path, name_list(apis));
@@ -343,6 +372,7 @@ class Dumper {
 
     const Stage& stage_;
     std::string text_;
+    std::map<std::string, std::string> layer_names_;
 };
 
 }  // namespace
@@ -364,7 +394,8 @@ std::string dump_value(const Value& value) {
         return *p == layer::Permission::Public ? "<SdfPermission>\"SdfPermissionPublic\""
                                                : "<SdfPermission>\"SdfPermissionPrivate\"";
     }
-    if (const auto* u = value.get_if<layer::UnregisteredValue>()) return u->text;
+    if (const auto* u = value.get_if<layer::UnregisteredValue>())
+        return "<SdfUnregisteredValue>" + quote_text(u->text);
     return "?";
 }
 

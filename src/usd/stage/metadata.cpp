@@ -40,13 +40,7 @@ bool is_any_of(Token name, std::span<const Token> names) {
     return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-}  // namespace
-
-std::optional<Value> compose_field(const std::vector<const layer::Spec*>& specs, Token name) {
-    std::vector<const Value*> values;
-    for (const layer::Spec* spec : specs) {
-        if (const Value* value = spec->field(name)) values.push_back(value);
-    }
+std::optional<Value> compose(const std::vector<const Value*>& values) {
     if (values.empty()) return std::nullopt;
     if (values.front()->get_if<layer::Dictionary>()) {
         layer::Dictionary merged;
@@ -63,6 +57,22 @@ std::optional<Value> compose_field(const std::vector<const layer::Spec*>& specs,
     if (auto v = compose_list_op<layer::ListOp<uint32_t>>(values)) return v;
     if (auto v = compose_list_op<layer::ListOp<uint64_t>>(values)) return v;
     return *values.front();
+}
+
+}  // namespace
+
+std::optional<Value> compose_field(const std::vector<const layer::Spec*>& specs, Token name) {
+    std::vector<const Value*> values;
+    for (const layer::Spec* spec : specs) {
+        if (const Value* value = spec->field(name)) values.push_back(value);
+    }
+    return compose(values);
+}
+
+std::optional<Value> compose_values(const std::vector<Value>& strongest_first) {
+    std::vector<const Value*> values;
+    for (const Value& value : strongest_first) values.push_back(&value);
+    return compose(values);
 }
 
 bool is_composition_field(Token name) {

@@ -210,8 +210,9 @@ std::vector<std::pair<std::string, std::string>> Prim::variant_selections() cons
         return std::find_if(result.begin(), result.end(),
                             [&](const auto& e) { return e.first == set; });
     };
-    for (const int i : data_->index.contributing()) {
-        const compose::Node& node = data_->index.nodes()[size_t(i)];
+    // Sets of sites that must not speak are there, too
+    for (const compose::Node& node : data_->index.nodes()) {
+        if (!node.has_specs) continue;
         for (const std::string& set : compose::site_variant_sets(*node.stack, node.path)) {
             if (entry_of(set) == result.end()) result.emplace_back(set, "");
         }

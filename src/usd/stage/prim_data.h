@@ -14,6 +14,9 @@
 
 namespace velatura::usd::stage {
 
+class ClipSet;
+using ClipSets = std::vector<std::shared_ptr<const ClipSet>>;
+
 /// One spec that contributes to a prim.
 struct SpecRef {
     const layer::Spec* spec = nullptr;
@@ -29,6 +32,8 @@ struct PrimData {
     layer::Path path;
     compose::PrimIndex index;
     std::vector<SpecRef> specs;  ///< strongest first
+    /// Clip sets that may reach it, nearest prim's first; null where there are none.
+    std::shared_ptr<const ClipSets> clips;
     layer::Token type_name;
     layer::Specifier specifier = layer::Specifier::Over;
     bool is_active = true;
@@ -80,13 +85,20 @@ class StageImpl {
     /// Strongest value of a stage metadatum: session layer, then root layer.
     const layer::Value* root_field(layer::Token name) const;
     std::vector<const layer::Layer*> root_layers() const;
-    std::string resolve_asset(const std::string& asset, const compose::StackLayer& layer);
+    std::string resolve_asset(const std::string& asset, const layer::Layer& layer);
+    /// Opens the layer an asset path means, seen from another layer; null with a warning at `loc`
+    /// when that fails.
+    compose::LayerPtr open_asset_layer(const std::string& asset,
+                                       const layer::Layer& from,
+                                       const std::string& what,
+                                       SourceLoc loc);
 
   private:
     void populate();
     void expand(PrimData& prim);
     std::unique_ptr<PrimData> make_prim(PrimData* parent, compose::PrimIndex index);
     void read_prim(PrimData& prim);
+    void read_clips(PrimData& prim);
     void classify(PrimData& prim);
 
     StageOptions options_;
@@ -105,6 +117,9 @@ class StageImpl {
 /// else the strongest.
 std::optional<layer::Value> compose_field(const std::vector<const layer::Spec*>& specs,
                                           layer::Token name);
+
+/// The same for values at hand.
+std::optional<layer::Value> compose_values(const std::vector<layer::Value>& strongest_first);
 
 /// True for fields that are composition, not metadata.
 bool is_composition_field(layer::Token name);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usd/layer/fields.h"
+#include "usd/stage/asset_expression.h"
 #include "usd/stage/prim_data.h"
+#include "usd/stage/resolve.h"
 #include "usd/stage/schema_fallbacks.h"
 #include "usd/stage/value_cast.h"
 
@@ -82,34 +84,6 @@ bool is_attribute(const std::vector<PropertySpec>& specs) {
     return !specs.empty() && specs.front().spec->kind() == layer::SpecKind::Attribute;
 }
 
-/// The opinion that decides an attribute's value.
-struct Winner {
-    ValueSource source = ValueSource::None;
-    PropertySpec spec;
-    const layer::Field* field = nullptr;
-};
-
-/// Walks the opinions, strongest first. At the default time samples do not count; at other times
-/// samples beat the default of the same spec, and a stronger default beats weaker samples.
-Winner find_winner(const std::vector<PropertySpec>& specs, bool default_time) {
-    bool animation_blocked = false;
-    for (const PropertySpec& s : specs) {
-        if (!default_time && !animation_blocked) {
-            const layer::Field* samples = s.spec->find_field(layer::fields().time_samples);
-            const auto* held = samples ? samples->value.get_if<layer::TimeSamples>() : nullptr;
-            if (held && !held->empty()) return {ValueSource::TimeSamples, s, samples};
-        }
-        const layer::Field* value = s.spec->find_field(layer::fields().default_value);
-        if (!value || value->value.is_empty()) continue;
-        if (value->value.is_animation_block()) {
-            animation_blocked = true;
-            continue;
-        }
-        return {value->value.is_block() ? ValueSource::Blocked : ValueSource::Default, s, value};
-    }
-    return {};
-}
-
 const SchemaAttribute* find_schema_declaration(const Prim& prim, Token name) {
     const std::string_view type = prim.type_name().view();
     if (const SchemaAttribute* found = find_schema_attribute(type, name.view())) return found;
@@ -133,15 +107,6 @@ const SchemaAttribute* find_declaration(const Prim& prim, Token name) {
     if (prim.type_name() != "Shader" || !name.view().starts_with("inputs:")) return nullptr;
     const auto id = prim.attribute("info:id").get<std::string>();
     return id ? find_schema_attribute(*id, name.view()) : nullptr;
-}
-
-void warn_spline(const Prim& prim, Token name, const std::vector<PropertySpec>& specs) {
-    for (const PropertySpec& s : specs) {
-        if (const layer::Field* spline = s.spec->find_field(layer::fields().spline)) {
-            prim.diagnostics().warn("usd-spline-unsupported", spline->loc, prim.path_string(),
-                                    fmt::format("spline of {} is not evaluated", name.str()));
-        }
-    }
 }
 
 }  // namespace
@@ -186,15 +151,15 @@ bool Attribute::is_uniform() const {
 }
 
 ValueSource Attribute::value_source() const {
-    const Winner winner = find_winner(property_specs(*prim_.data(), name_), false);
-    if (winner.source != ValueSource::None) return winner.source;
+    const ValueSource source = find_value_opinion(*prim_.data(), name_, false).source;
+    if (source != ValueSource::None) return source;
     return fallback() ? ValueSource::Fallback : ValueSource::None;
 }
 
 bool Attribute::has_authored_value() const {
     if (!prim_) return false;
-    const ValueSource source = find_winner(property_specs(*prim_.data(), name_), false).source;
-    return source == ValueSource::Default || source == ValueSource::TimeSamples;
+    const ValueSource source = find_value_opinion(*prim_.data(), name_, false).source;
+    return source != ValueSource::None && source != ValueSource::Blocked;
 }
 
 bool Attribute::has_value() const {
@@ -208,68 +173,42 @@ std::optional<Value> Attribute::fallback() const {
 
 std::optional<Value> Attribute::authored_default() const {
     for (const PropertySpec& s : property_specs(*prim_.data(), name_)) {
-        if (const Value* value = s.spec->field(layer::fields().default_value))
-            return retime_value(*value, s.to_stage);
+        const Value* value = s.spec->field(layer::fields().default_value);
+        // An animation block says nothing about defaults
+        if (value && !value->is_animation_block()) return retime_value(*value, s.to_stage);
     }
     return std::nullopt;
 }
 
 Value Attribute::value(TimeCode time) const {
     if (!prim_) return {};
-    const auto specs = property_specs(*prim_.data(), name_);
-    warn_spline(prim_, name_, specs);
-    const Winner winner = find_winner(specs, time.is_default());
-    Value result;
-    if (winner.source == ValueSource::Default) {
-        result = winner.field->value;
-    } else if (winner.source == ValueSource::TimeSamples) {
-        // Samples live in layer time
-        const auto& samples = *winner.field->value.get_if<layer::TimeSamples>();
-        const auto times = samples.times();
-        const double t = winner.spec.to_stage.inverse().apply(time.value());
-        const auto upper = std::upper_bound(times.begin(), times.end(), t);
-        const size_t after = size_t(upper - times.begin());
-        if (after == 0 || after == times.size()) {
-            result = samples.value(after == 0 ? 0 : after - 1);
-        } else {
-            const double lower = times[after - 1];
-            const Value before = samples.value(after - 1);
-            if (t == lower || !is_interpolable(before)) {
-                result = before;
-            } else {
-                result =
-                    interpolate(before, samples.value(after), (t - lower) / (times[after] - lower));
-            }
-        }
-    }
+    const Value result = find_value_opinion(*prim_.data(), name_, time.is_default()).value(time);
     if (result.is_block() || result.is_empty()) return fallback().value_or(Value());
-    return retime_value(result, winner.spec.to_stage);
+    return result;
 }
 
 std::vector<double> Attribute::time_samples() const {
     if (!prim_) return {};
-    const Winner winner = find_winner(property_specs(*prim_.data(), name_), false);
-    if (winner.source != ValueSource::TimeSamples) return {};
-    const auto times = winner.field->value.get_if<layer::TimeSamples>()->times();
-    std::vector<double> result(times.begin(), times.end());
-    for (double& t : result) t = winner.spec.to_stage.apply(t);
-    return result;
+    return find_value_opinion(*prim_.data(), name_, false).sample_times();
 }
 
 Value Attribute::sample_at(double time) const {
-    const Winner winner = find_winner(property_specs(*prim_.data(), name_), false);
-    if (winner.source != ValueSource::TimeSamples) return {};
-    const auto& samples = *winner.field->value.get_if<layer::TimeSamples>();
+    const ValueOpinion opinion = find_value_opinion(*prim_.data(), name_, false);
+    if (opinion.source == ValueSource::Clips)
+        return opinion.clips->value_at_sample(opinion.clip_attribute, time);
+    if (opinion.source != ValueSource::TimeSamples) return {};
+    const auto& samples = *opinion.field->value.get_if<layer::TimeSamples>();
     for (size_t i = 0; i < samples.size(); ++i) {
-        if (winner.spec.to_stage.apply(samples.times()[i]) == time) {
-            return retime_value(samples.value(i), winner.spec.to_stage);
-        }
+        if (opinion.spec.to_stage.apply(samples.times()[i]) == time)
+            return retime_value(samples.value(i), opinion.spec.to_stage);
     }
     return {};
 }
 
 bool Attribute::might_be_time_varying() const {
-    return time_samples().size() > 1;
+    if (!prim_) return false;
+    const ValueOpinion opinion = find_value_opinion(*prim_.data(), name_, false);
+    return opinion.source == ValueSource::Spline || opinion.sample_times().size() > 1;
 }
 
 std::vector<Path> Attribute::connections() const {
@@ -292,15 +231,12 @@ std::vector<std::string> Attribute::resolved_asset_paths(TimeCode time) const {
     if (const auto* one = resolved.get_if<layer::AssetPath>()) assets.push_back(one->path);
     for (const layer::AssetPath& asset : resolved.as_array<layer::AssetPath>())
         assets.push_back(asset.path);
-    const Winner winner = find_winner(property_specs(*prim_.data(), name_), time.is_default());
-    if (winner.source == ValueSource::None || winner.source == ValueSource::Blocked) return assets;
+    const ValueOpinion winner = find_value_opinion(*prim_.data(), name_, time.is_default());
+    const AssetAnchor anchor = asset_anchor(*prim_.data(), winner, time);
+    if (!anchor.layer) return assets;
     for (std::string& asset : assets) {
-        if (asset.starts_with('`')) {
-            prim_.diagnostics().warn("usd-expression-unsupported", loc(), prim_.path_string(),
-                                     fmt::format("asset expression {} is not evaluated", asset));
-        }
-        if (!asset.empty())
-            asset = prim_.data()->stage->resolve_asset(asset, *winner.spec.prim_spec->layer);
+        asset = evaluate_asset(asset, anchor, prim_.path_string(), loc(), prim_.diagnostics());
+        if (!asset.empty()) asset = prim_.data()->stage->resolve_asset(asset, *anchor.layer);
     }
     return assets;
 }
@@ -323,8 +259,8 @@ SourceLoc Attribute::loc() const {
     if (!prim_) return {};
     const auto specs = property_specs(*prim_.data(), name_);
     if (specs.empty()) return prim_.loc();
-    const Winner winner = find_winner(specs, false);
-    return winner.field ? winner.field->loc : specs.front().spec->loc();
+    const SourceLoc place = find_value_opinion(*prim_.data(), name_, false).loc();
+    return place.is_known() ? place : specs.front().spec->loc();
 }
 
 template <class T>

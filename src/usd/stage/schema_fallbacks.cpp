@@ -84,10 +84,27 @@ std::optional<Value> as(const std::optional<Value>& value) {
     return cast ? std::optional<Value>(Value(*cast)) : std::nullopt;
 }
 
+std::optional<Value> empty_array(ValueType type) {
+    switch (type) {
+        case ValueType::Int:
+            return Value::array(std::vector<int>());
+        case ValueType::Int64:
+            return Value::array(std::vector<int64_t>());
+        case ValueType::Float:
+            return Value::array(std::vector<float>());
+        case ValueType::Float3:
+            return Value::array(std::vector<layer::Vec3f>());
+        case ValueType::Float4:
+            return Value::array(std::vector<layer::Vec4f>());
+        default:
+            return std::nullopt;
+    }
+}
+
 std::optional<Value> parse(const layer::TypeInfo& info, std::string_view text) {
     if (info.is_array) {
         if (info.type == ValueType::Token) return Value::array(tokens_in(text));
-        if (info.type == ValueType::Int && text == "[]") return Value::array(std::vector<int>());
+        if (text == "[]") return empty_array(info.type);
         if (info.type == ValueType::Float3 && info.columns == 3) {
             const std::vector<double> n = numbers_in(text);
             std::vector<layer::Vec3f> points;
@@ -107,6 +124,8 @@ std::optional<Value> parse(const layer::TypeInfo& info, std::string_view text) {
             return Value(float(numbers_in(text).at(0)));
         case ValueType::Double:
             return Value(numbers_in(text).at(0));
+        case ValueType::TimeCode:
+            return Value(layer::TimeCodeValue{numbers_in(text).at(0)});
         case ValueType::Token:
             return Value(tokens_in(text).at(0));
         case ValueType::String:

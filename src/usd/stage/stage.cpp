@@ -133,8 +133,18 @@ std::vector<std::string> Stage::layer_files() const {
     return impl_->composer().registry().opened();
 }
 
+std::string Stage::package_root_layer(const std::string& package) const {
+    const Result<compose::LayerPtr> root = impl_->composer().registry().open(package);
+    return root ? (*root)->identifier() : std::string();
+}
+
 Diagnostics& Stage::diagnostics() const {
     return impl_->diagnostics();
+}
+
+std::vector<compose::CompositionError> Stage::composition_errors() const {
+    const compose::Composer& composer = impl_->composer();
+    return composer.errors().all();
 }
 
 void traverse(Prim root, const std::function<bool(Prim)>& visit) {

@@ -4,6 +4,7 @@
 #include "base/diagnostics.h"
 #include "base/result.h"
 #include "base/source_loc.h"
+#include "usd/compose/composition_error.h"
 #include "usd/compose/options.h"
 #include "usd/layer/path.h"
 #include "usd/layer/token.h"
@@ -76,8 +77,12 @@ class Stage {
     std::string root_file() const;
     /// Every layer file that took part, in the order of opening.
     std::vector<std::string> layer_files() const;
+    /// Identifier of the root layer of a package file; empty when it is none.
+    std::string package_root_layer(const std::string& package) const;
 
     Diagnostics& diagnostics() const;
+    /// What was wrong with the arcs of the prims composed so far, in the order found.
+    std::vector<compose::CompositionError> composition_errors() const;
 
     const StageImpl& impl() const { return *impl_; }
 
@@ -169,7 +174,7 @@ class Prim {
 };
 
 /// Where the value of an attribute comes from.
-enum class ValueSource : uint8_t { None, Fallback, Default, TimeSamples, Blocked };
+enum class ValueSource : uint8_t { None, Fallback, Default, TimeSamples, Spline, Clips, Blocked };
 
 /// Handle on an attribute by name; it may have no authored spec (then only a schema fallback can
 /// answer).
@@ -196,7 +201,7 @@ class Attribute {
     bool is_uniform() const;
 
     ValueSource value_source() const;
-    bool has_authored_value() const;  ///< default or samples, not blocked
+    bool has_authored_value() const;  ///< default, samples, spline or clips, not blocked
     bool has_value() const;           ///< authored or fallback
     /// Resolved value, interpolated between samples; an empty Value when there is none or it is
     /// blocked.
@@ -225,7 +230,7 @@ class Attribute {
     std::vector<double> time_samples() const;
     /// The sample authored exactly at a time of time_samples(); a block is a block Value.
     layer::Value sample_at(double time) const;
-    bool might_be_time_varying() const;  ///< more than one sample
+    bool might_be_time_varying() const;  ///< more than one sample, or a spline
 
     /// Connections, list-op composed and mapped to this stage.
     std::vector<layer::Path> connections() const;

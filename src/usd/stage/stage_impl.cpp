@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usd/layer/fields.h"
+#include "usd/stage/asset_expression.h"
+#include "usd/stage/clips.h"
 #include "usd/stage/prim_data.h"
 
 #include <fmt/format.h>
@@ -92,6 +94,7 @@ std::unique_ptr<PrimData> StageImpl::make_prim(PrimData* parent, compose::PrimIn
         }
     }
     read_prim(*prim);
+    read_clips(*prim);
     classify(*prim);
     ++prim_count_;
     return prim;
@@ -107,12 +110,6 @@ void StageImpl::read_prim(PrimData& prim) {
     bool decided = false;
     for (const SpecRef& ref : prim.specs) {
         if (prim.type_name.empty()) prim.type_name = ref.spec->type_name();
-        if (ref.spec->has_field(layer::fields().clips)) {
-            diagnostics_.warn("usd-clips-unsupported",
-                              ref.spec->field_loc(layer::fields().clips),
-                              prim.path.to_string(),
-                              "value clips are not evaluated");
-        }
         if (!has_active) {
             if (const bool* active = ref.spec->field_as<bool>(layer::fields().active)) {
                 prim.is_active = *active;
@@ -133,6 +130,27 @@ void StageImpl::read_prim(PrimData& prim) {
         prim.specifier = said;
         decided = said == Specifier::Def || !direct_inherit;
     }
+}
+
+void StageImpl::read_clips(PrimData& prim) {
+    if (prim.parent) prim.clips = prim.parent->clips;
+    const auto has_clips = [](const SpecRef& ref) {
+        return ref.spec->has_field(layer::fields().clips);
+    };
+    if (std::none_of(prim.specs.begin(), prim.specs.end(), has_clips)) return;
+    auto sets = std::make_shared<ClipSets>();
+    for (ClipDefinition& definition :
+         read_clip_definitions(prim, composer_.registry(), diagnostics_)) {
+        const SourceLoc loc = prim.specs.front().spec->field_loc(layer::fields().clips);
+        const AssetAnchor anchor{definition.anchor->layer, definition.stack};
+        const auto open = [this, loc, anchor](const std::string& asset) {
+            return open_asset_layer(evaluate_asset(asset, anchor, "", loc, diagnostics_),
+                                    *anchor.layer, "clip", loc);
+        };
+        sets->push_back(std::make_shared<const ClipSet>(std::move(definition), open));
+    }
+    if (prim.clips) sets->insert(sets->end(), prim.clips->begin(), prim.clips->end());
+    if (!sets->empty()) prim.clips = std::move(sets);
 }
 
 void StageImpl::classify(PrimData& prim) {
@@ -205,9 +223,23 @@ const Value* StageImpl::root_field(Token name) const {
     return nullptr;
 }
 
-std::string StageImpl::resolve_asset(const std::string& asset, const compose::StackLayer& layer) {
+std::string StageImpl::resolve_asset(const std::string& asset, const layer::Layer& layer) {
     const std::lock_guard lock(mutex_);
-    return composer_.registry().resolve(asset, layer.layer->real_path());
+    return composer_.registry().resolve(asset, layer.real_path());
+}
+
+compose::LayerPtr StageImpl::open_asset_layer(const std::string& asset,
+                                              const layer::Layer& from,
+                                              const std::string& what,
+                                              SourceLoc loc) {
+    const std::lock_guard lock(mutex_);
+    const std::string file = composer_.registry().resolve(asset, from.real_path());
+    const Result<compose::LayerPtr> opened = composer_.registry().open(file);
+    if (opened) return *opened;
+    diagnostics_.warn(
+        "usd-missing-layer", loc, "",
+        fmt::format("{} layer @{}@ cannot be opened: {}", what, asset, opened.error().message));
+    return nullptr;
 }
 
 }  // namespace velatura::usd::stage

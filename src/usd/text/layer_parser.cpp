@@ -261,12 +261,15 @@ bool LayerParser::reorder_names(layer::Path owner, layer::Token field, SourceLoc
 }
 
 ListEdit LayerParser::accept_list_edit() {
-    if (s_.accept_word("add")) return ListEdit::Add;
-    if (s_.accept_word("delete")) return ListEdit::Delete;
-    if (s_.accept_word("append")) return ListEdit::Append;
-    if (s_.accept_word("prepend")) return ListEdit::Prepend;
-    if (s_.accept_word("reorder")) return ListEdit::Reorder;
-    return ListEdit::Explicit;
+    const std::string_view word = s_.peek_identifier();
+    const ListEdit edit = word == "prepend"   ? ListEdit::Prepend
+                          : word == "append"  ? ListEdit::Append
+                          : word == "delete"  ? ListEdit::Delete
+                          : word == "add"     ? ListEdit::Add
+                          : word == "reorder" ? ListEdit::Reorder
+                                              : ListEdit::Explicit;
+    if (edit != ListEdit::Explicit) s_.accept_identifier();
+    return edit;
 }
 
 bool LayerParser::expect_assignment() {

@@ -58,6 +58,7 @@ class LayerParser {
                                layer::SpecKind kind,
                                const Declaration& declaration);
     bool attribute_value(const Declaration& declaration, layer::Value& out);
+    bool sample_value(const Declaration& declaration, layer::Value& out);
     bool attribute_samples(layer::Spec& spec, const Declaration& declaration);
     bool relationship_samples(layer::Path owner, layer::Spec& spec);
     bool spline(layer::Spec& spec);
@@ -67,6 +68,7 @@ class LayerParser {
 
     // metadata_parser.cpp
     bool metadata_block(layer::Path owner, layer::Spec& spec);
+    bool metadata_end();
     bool metadata_item(layer::Path owner, layer::Spec& spec);
     bool special_metadata(layer::Path owner,
                           layer::Spec& spec,

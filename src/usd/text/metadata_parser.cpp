@@ -14,7 +14,28 @@ constexpr std::string_view unit_names[] = {"mm", "cm", "dm",  "m",   "km", "in",
 }  // namespace
 
 bool LayerParser::metadata_block(layer::Path owner, layer::Spec& spec) {
-    return values_.statements('(', ')', [&] { return metadata_item(owner, spec); });
+    if (!s_.expect('(')) return false;
+    s_.skip_lines();
+    bool is_broken = false;
+    while (s_.peek() != ')' || s_.at_end()) {
+        const Scanner::Mark item = s_.mark();
+        if (metadata_item(owner, spec) && metadata_end()) {
+            is_broken = false;
+        } else {
+            // Two in a row: rather the block itself is broken, and what follows is no metadata
+            if (is_broken || s_.at_end()) return false;
+            is_broken = true;
+            s_.recover(item, ')');
+        }
+        s_.skip_lines();
+    }
+    return s_.expect(')');
+}
+
+bool LayerParser::metadata_end() {
+    s_.skip_inline();
+    if (s_.peek() == ')' || s_.accept(';') || (s_.at_line_end() && !s_.at_end())) return true;
+    return s_.fail("';', ')' or the end of the line");
 }
 
 bool LayerParser::metadata_item(layer::Path owner, layer::Spec& spec) {

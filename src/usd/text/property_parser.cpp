@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usd/text/layer_parser.h"
+#include "usd/text/spline_text.h"
 
 #include <fmt/format.h>
 
@@ -18,19 +19,24 @@ bool LayerParser::property(layer::Path owner) {
             return reorder_names(owner, names_.property_order, d.where);
         }
     }
-    d.is_custom = s_.accept_word("custom");
-    s_.skip_inline();
-    const bool is_varying = s_.accept_word("varying");
-    if (!is_varying && (s_.accept_word("uniform") || s_.accept_word("config"))) {
-        d.variability = layer::Variability::Uniform;
-    }
-    s_.skip_inline();
-    if (s_.accept_word("rel")) {
+    std::string_view word = s_.peek_identifier();
+    const auto next_word = [&] {
+        s_.accept_identifier();
+        s_.skip_inline();
+        word = s_.peek_identifier();
+    };
+    d.is_custom = word == "custom";
+    if (d.is_custom) next_word();
+    const bool is_varying = word == "varying";
+    if (word == "uniform" || word == "config") d.variability = layer::Variability::Uniform;
+    if (is_varying || d.variability == layer::Variability::Uniform) next_word();
+    if (word == "rel") {
+        s_.accept_identifier();
         // Relationships are uniform unless they say otherwise
         d.variability = is_varying ? layer::Variability::Varying : layer::Variability::Uniform;
         return relationship(owner, d);
     }
-    if (s_.peek_identifier().empty()) return s_.fail("a prim, a property or '}'");
+    if (word.empty()) return s_.fail("a prim, a property or '}'");
     return attribute(owner, d);
 }
 
@@ -42,10 +48,11 @@ layer::Spec* LayerParser::property_spec(layer::Path owner,
         s_.fail("fewer levels of prims");
         return nullptr;
     }
-    layer::Spec* old = layer_.spec(path);
+    const size_t count = layer_.spec_count();
+    layer::Spec* const old = &layer_.create_spec(path, kind, d.where);
     const bool is_attribute = kind == layer::SpecKind::Attribute;
-    if (!old) {
-        layer::Spec& spec = layer_.create_spec(path, kind, d.where);
+    if (layer_.spec_count() != count) {
+        layer::Spec& spec = *old;
         if (is_attribute) {
             const layer::Token type = d.type ? d.type->name : layer::Token(d.type_name);
             spec.set_field(names_.type_name, layer::Value(type), d.where);
@@ -145,6 +152,24 @@ bool LayerParser::attribute_extra(layer::Path owner, layer::Spec& spec, const De
     return s_.fail("'timeSamples', 'connect' or 'spline'");
 }
 
+bool LayerParser::sample_value(const Declaration& d, layer::Value& out) {
+    // AOUSD's own suite gives numbers to a vector: such a sample costs itself, not the layer
+    const char bracket = !d.type                                     ? '\0'
+                         : d.type->is_array                          ? '['
+                         : layer::shape_of(d.type->type).columns > 1 ? '('
+                                                                     : '\0';
+    const bool is_bare = s_.at_number() || s_.at_string();
+    if (bracket == '\0' || s_.peek() == bracket || !is_bare) return attribute_value(d, out);
+    const SourceLoc where = s_.loc();
+    layer::UnregisteredValue text;
+    if (!values_.untyped(text.text)) return false;
+    s_.warn("usd-sample-type", where,
+            fmt::format("found {} as a time sample of type '{}', expected '{}'; it is kept as text",
+                        text.text, d.type_name, bracket));
+    out = layer::Value(std::move(text));
+    return true;
+}
+
 bool LayerParser::attribute_samples(layer::Spec& spec, const Declaration& d) {
     const SourceLoc where = s_.loc();
     std::vector<std::pair<double, layer::Value>> samples;
@@ -155,7 +180,7 @@ bool LayerParser::attribute_samples(layer::Spec& spec, const Declaration& d) {
         if (!s_.expect(':')) return false;
         s_.skip_inline();
         layer::Value value;
-        if (!attribute_value(d, value)) return false;
+        if (!sample_value(d, value)) return false;
         samples.emplace_back(time, std::move(value));
         return true;
     });
@@ -167,29 +192,14 @@ bool LayerParser::attribute_samples(layer::Spec& spec, const Declaration& d) {
 
 bool LayerParser::spline(layer::Spec& spec) {
     const SourceLoc where = s_.loc();
-    if (!s_.expect('{')) return false;
-    const char* const begin = s_.position();
-    std::string ignored;
-    for (int depth = 1; depth > 0;) {
-        s_.skip_lines();
-        if (s_.at_end()) return s_.fail("'}' at the end of the spline");
-        if (s_.at_string()) {
-            if (!s_.string(ignored)) return false;
-            continue;
-        }
-        if (s_.peek() == '{') ++depth;
-        if (s_.peek() == '}') --depth;
-        if (depth > max_value_depth) return s_.fail("fewer levels of braces");
-        if (depth > 0) s_.accept(s_.peek());
-    }
-    std::string text(s_.text_from(begin));
-    const size_t first = text.find_first_not_of(" \t\r\n");
-    const size_t last = text.find_last_not_of(" \t\r\n");
-    text = first == std::string::npos ? "" : text.substr(first, last - first + 1);
-    spec.set_field(names_.spline, layer::Value(layer::SplineValue{std::move(text)}), where);
-    s_.warn("usd-spline", where,
-            "found a spline, expected time samples; it is kept as text but not evaluated");
-    return s_.expect('}');
+    layer::SplineValue value;
+    const std::string_view type = spec.type_name().view();
+    if (type == "float") value.type = layer::SplineType::Float;
+    if (type == "half") value.type = layer::SplineType::Half;
+    value.is_time_valued = type == "timecode";
+    if (!parse_spline(s_, values_, value)) return false;
+    spec.set_field(names_.spline, layer::Value(std::move(value)), where);
+    return true;
 }
 
 bool LayerParser::relationship(layer::Path owner, Declaration& d) {

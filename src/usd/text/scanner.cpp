@@ -5,8 +5,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <cstddef>
+#include <cstring>
 #include <limits>
 
 namespace velatura::usd::text {
@@ -24,10 +28,18 @@ int hex_value(char c) {
     return -1;
 }
 
-bool is_ascii_identifier(char c, bool is_first) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' ||
-           (!is_first && is_digit(c));
-}
+/// Which ASCII characters an identifier may hold.
+constexpr std::array<bool, 256> identifier_characters = [] {
+    std::array<bool, 256> table{};
+    for (size_t c = 'a'; c <= 'z'; ++c) table[c] = true;
+    for (size_t c = 'A'; c <= 'Z'; ++c) table[c] = true;
+    for (size_t c = '0'; c <= '9'; ++c) table[c] = true;
+    table['_'] = true;
+    return table;
+}();
+
+/// Digits from which a number may not fit 64 bits.
+constexpr std::ptrdiff_t max_plain_digits = 19;
 
 constexpr double powers_of_ten[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
                                     1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
@@ -73,7 +85,7 @@ void Scanner::skip_line_comment() {
     while (at_ < end_ && *at_ != '\n' && *at_ != '\r') ++at_;
 }
 
-void Scanner::skip_inline() {
+void Scanner::skip_inline_slowly() {
     while (at_ < end_) {
         if (*at_ == ' ' || *at_ == '\t') {
             ++at_;
@@ -87,7 +99,7 @@ void Scanner::skip_inline() {
     }
 }
 
-void Scanner::skip_lines() {
+void Scanner::skip_lines_slowly() {
     while (true) {
         skip_inline();
         if (at_ == end_ || (*at_ != '\n' && *at_ != '\r')) return;
@@ -102,13 +114,14 @@ bool Scanner::expect(char c) {
 
 std::string_view Scanner::peek_identifier() const {
     const char* p = at_;
+    if (p < end_ && is_digit(*p)) return {};
     const std::string_view rest(at_, size_t(end_ - at_));
     while (p < end_) {
-        if (static_cast<unsigned char>(*p) < 0x80) {
-            if (!is_ascii_identifier(*p, p == at_)) break;
+        if (identifier_characters[static_cast<unsigned char>(*p)]) {
             ++p;
             continue;
         }
+        if (static_cast<unsigned char>(*p) < 0x80) break;
         size_t length = 0;
         const uint32_t c = layer::decode_utf8(rest, size_t(p - at_), length);
         if (!(p == at_ ? layer::is_xid_start(c) : layer::is_xid_continue(c))) break;
@@ -287,26 +300,56 @@ bool Scanner::at_number() const {
 
 bool Scanner::fast_number(double& out) {
     const char* p = at_;
-    const bool is_negative = p < end_ && *p == '-';
+    const bool is_negative = p != end_ && *p == '-';
     if (is_negative) ++p;
     uint64_t digits = 0;
-    int count = 0;
-    int decimals = 0;
     const char* const first = p;
-    for (; p < end_ && is_digit(*p); ++p, ++count) digits = digits * 10 + uint64_t(*p - '0');
-    if (p < end_ && *p == '.') {
-        ++p;
-        for (; p < end_ && is_digit(*p); ++p, ++count, ++decimals) {
-            digits = digits * 10 + uint64_t(*p - '0');
-        }
+    for (; p != end_ && is_digit(*p); ++p) digits = digits * 10 + uint64_t(*p - '0');
+    auto count = p - first;
+    int power = 0;
+    if (p != end_ && *p == '.') {
+        const char* const decimals = ++p;
+        for (; p != end_ && is_digit(*p); ++p) digits = digits * 10 + uint64_t(*p - '0');
+        count += p - decimals;
+        power = -int(std::min<std::ptrdiff_t>(p - decimals, max_plain_digits));
     }
-    // Exact: 15 digits and powers up to 10^22 are doubles, so one division rounds once (Clinger
+    if (count == 0) return false;
+    if (p != end_ && (*p == 'e' || *p == 'E')) {
+        ++p;
+        const bool is_small = p != end_ && *p == '-';
+        if (p != end_ && (*p == '-' || *p == '+')) ++p;
+        const char* const exponent = p;
+        int e = 0;
+        for (; p != end_ && is_digit(*p) && p - exponent < 4; ++p) e = e * 10 + (*p - '0');
+        if (p == exponent) return false;
+        power += is_small ? -e : e;
+    }
+    if (!at_separator(p)) return false;
+    // Exact: such digits and powers up to 10^22 are doubles, so one operation rounds once (Clinger
     // 1990)
-    if (p == end_ || p == first || count == 0 || count > 15 || decimals > 22) return false;
-    const char next = *p;
-    if (next != ',' && next != ')' && next != ']' && next != ' ' && next != '\n' && next != '\r')
-        return false;
-    const double value = double(digits) / powers_of_ten[decimals];
+    constexpr uint64_t largest_exact = uint64_t(1) << 53;
+    if (count < max_plain_digits && digits <= largest_exact && power >= -22 && power <= 22) {
+        const double value = power < 0 ? double(digits) / powers_of_ten[-power]
+                                       : double(digits) * powers_of_ten[power];
+        out = is_negative ? -value : value;
+    } else {
+        const auto parsed = std::from_chars(at_, p, out);
+        if (parsed.ec != std::errc() || parsed.ptr != p) return false;
+    }
+    at_ = p;
+    return true;
+}
+
+bool Scanner::fast_integer(int64_t& out) {
+    const char* p = at_;
+    const bool is_negative = p != end_ && *p == '-';
+    if (is_negative) ++p;
+    const char* const first = p;
+    int64_t value = 0;
+    for (; p != end_ && is_digit(*p) && p - first < max_plain_digits - 1; ++p) {
+        value = value * 10 + (*p - '0');
+    }
+    if (p == first || !at_separator(p)) return false;
     out = is_negative ? -value : value;
     at_ = p;
     return true;
@@ -421,7 +464,7 @@ void Scanner::skip_broken_string() {
     }
 }
 
-void Scanner::recover(const Mark& start) {
+void Scanner::recover(const Mark& start, char closer) {
     if (is_stopped_) return;
     const char* const broken_at = at_;
     at_ = start.at;
@@ -441,8 +484,8 @@ void Scanner::recover(const Mark& start) {
             if (depth <= 0 && at_ > broken_at && peek() != '{') return;
         } else {
             if (c == '(' || c == '[' || c == '{') ++depth;
-            if (c == ')' || c == ']') --depth;
-            if (c == '}' && --depth < 0) {
+            if (c == ')' || c == ']' || c == '}') --depth;
+            if (c == closer && depth < 0) {
                 if (at_ >= broken_at) return;
                 depth = 0;
             }
@@ -453,24 +496,26 @@ void Scanner::recover(const Mark& start) {
 
 bool Scanner::check_utf8() {
     const std::string_view all(begin_, size_t(end_ - begin_));
-    const char* line_start = begin_;
-    uint32_t line = 1;
-    for (size_t at = 0, length = 1; at < all.size(); at += length) {
-        const auto c = static_cast<unsigned char>(all[at]);
-        length = 1;
-        if (c < 0x80) {
-            if (c == '\n') {
-                ++line;
-                line_start = begin_ + at + 1;
-            }
-            continue;
+    for (size_t at = 0; at < all.size();) {
+        // Eight bytes of ASCII at a time
+        uint64_t word = 0;
+        while (all.size() - at >= sizeof word) {
+            std::memcpy(&word, all.data() + at, sizeof word);
+            if ((word & 0x8080808080808080u) != 0) break;
+            at += sizeof word;
         }
-        if (layer::decode_utf8(all, at, length) == 0xffffffffu) {
-            const SourceLoc where{file_id_, line, uint32_t(begin_ + at - line_start) + 1};
+        if (at == all.size()) break;
+        const auto c = static_cast<unsigned char>(all[at]);
+        size_t length = 1;
+        if (c >= 0x80 && layer::decode_utf8(all, at, length) == 0xffffffffu) {
+            const size_t line_start = all.rfind('\n', at) + 1;
+            const auto lines = std::count(begin_, begin_ + at, '\n');
+            const SourceLoc where{file_id_, uint32_t(lines) + 1, uint32_t(at - line_start) + 1};
             return error("usd-encoding", where,
                          fmt::format("found byte 0x{:02x} that is not UTF-8, expected UTF-8 text",
                                      unsigned(c)));
         }
+        at += length;
     }
     return true;
 }

@@ -36,9 +36,18 @@ class Scanner {
 
     /// Skips blanks and comments within the line; a comment between slash and asterisk may span
     /// lines.
-    void skip_inline();
+    void skip_inline() {
+        if (at_ != end_ && *at_ == ' ') ++at_;
+        if (at_ == end_ || is_plain(*at_)) return;
+        skip_inline_slowly();
+    }
+
     /// Skips blanks, comments and line ends.
-    void skip_lines();
+    void skip_lines() {
+        if (at_ != end_ && *at_ == ' ') ++at_;
+        if (at_ == end_ || is_plain(*at_)) return;
+        skip_lines_slowly();
+    }
 
     bool at_line_end() const { return at_end() || *at_ == '\n' || *at_ == '\r'; }
 
@@ -70,9 +79,11 @@ class Scanner {
 
     bool at_number() const;
     bool number(Number& out);
-    /// The same for the common case of plain decimals; false, taking nothing, when it is not so
-    /// plain.
+    /// The same for a decimal, perhaps with an exponent, in front of a separator, exactly rounded
+    /// too; false, taking nothing, when it is something else.
     bool fast_number(double& out);
+    /// The same for an integer of up to 18 digits.
+    bool fast_integer(int64_t& out);
 
     /// Reports "found …, expected `expected`" here; always false.
     bool fail(std::string_view expected);
@@ -100,9 +111,9 @@ class Scanner {
     Mark mark() const { return {at_, line_start_, line_}; }
 
     /// After an error in the statement that began at `start`: skips to the end of the line past the
-    /// error on which all brackets opened since the start are closed again, or to the brace that
-    /// ends the enclosing block.
-    void recover(const Mark& start);
+    /// error on which all brackets opened since the start are closed again, or to the bracket
+    /// `closer` that ends the enclosing block.
+    void recover(const Mark& start, char closer = '}');
     /// Reports bytes that are not UTF-8; false when there are any.
     bool check_utf8();
 
@@ -111,6 +122,16 @@ class Scanner {
     std::string_view text_from(const char* begin) const { return {begin, size_t(at_ - begin)}; }
 
   private:
+    /// Neither a blank nor the begin of a line end or comment.
+    static bool is_plain(char c) { return c > ' ' && c != '#' && c != '/'; }
+
+    bool at_separator(const char* p) const {
+        return p != end_ && (*p == ',' || *p == ')' || *p == ']' || *p == ' ' || *p == '\n' ||
+                             *p == '\r' || *p == ':');
+    }
+
+    void skip_inline_slowly();
+    void skip_lines_slowly();
     void newline();
     void skip_broken_string();
     bool skip_block_comment();

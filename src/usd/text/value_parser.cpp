@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace velatura::usd::text {
 
@@ -39,10 +40,14 @@ bool ValueParser::wrong_count(size_t found, size_t expected) {
 template <class T>
 bool ValueParser::integer(T& out) {
     const SourceLoc where = s_.loc();
-    double plain = 0.0;
+    int64_t plain = 0;
     Number n;
-    if (s_.fast_number(plain)) {
-        n.value = plain;
+    if (s_.fast_integer(plain)) {
+        if (std::in_range<T>(plain)) {
+            out = T(plain);
+            return true;
+        }
+        n.value = std::numeric_limits<double>::infinity();
     } else {
         if (!s_.at_number()) return s_.fail("an integer");
         if (!s_.number(n)) return false;
@@ -182,6 +187,9 @@ bool ValueParser::scalar_of(ValueParser& parser, layer::Value& out) {
 template <class T>
 bool ValueParser::array_of(ValueParser& parser, layer::Value& out) {
     std::vector<T> items;
+    // What the smallest block of memory holds
+    constexpr size_t few = sizeof(T) < 24 ? 24 / sizeof(T) : 1;
+    items.reserve(few);
     const bool ok = parser.bracketed('[', ']', [&] {
         T item{};
         if (!parser.element(item)) return false;
@@ -189,7 +197,7 @@ bool ValueParser::array_of(ValueParser& parser, layer::Value& out) {
         return true;
     });
     if (!ok) return false;
-    items.shrink_to_fit();
+    if (items.size() > few) items.shrink_to_fit();
     out = layer::Value::array<T>(std::move(items));
     return true;
 }

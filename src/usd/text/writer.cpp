@@ -3,6 +3,7 @@
 
 #include "usd/text/layer_writer.h"
 #include "usd/text/number_text.h"
+#include "usd/text/spline_text.h"
 #include "usd/text/value_writer.h"
 
 #include <algorithm>
@@ -222,7 +223,8 @@ void LayerWriter::attribute(Path path, const Spec& spec, int indent) {
     if (spline) {
         start(indent);
         out_ += declaration + ".spline = {\n";
-        if (!spline->text.empty()) line(indent + 1, spline->text);
+        append_spline(out_, *spline, indent + 1,
+                      [&](const layer::Dictionary& d) { dictionary(d, indent + 1); });
         line(indent, "}");
     }
     if (connections) target_list(declaration, ".connect", *connections, indent);

@@ -14,13 +14,17 @@
 namespace velatura::usd::stage {
 
 /// Layers of these tests are written tersely: gives every brace a line of its own, as the grammar
-/// wants.
+/// wants. Strings stay as they are.
 inline std::string spread(const std::string& body) {
     std::string text;
-    for (const char c : body) {
-        if (c == '}') text += '\n';
+    bool in_string = false;
+    for (size_t i = 0; i < body.size(); ++i) {
+        const char c = body[i];
+        if (c == '"' && (i == 0 || body[i - 1] != '\\')) in_string = !in_string;
+        const bool is_brace = !in_string && (c == '{' || c == '}');
+        if (is_brace && c == '}') text += '\n';
         text += c;
-        if (c == '{' || c == '}') text += '\n';
+        if (is_brace) text += '\n';
     }
     return text;
 }

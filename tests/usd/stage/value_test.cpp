@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stage_fixture.h"
+#include "usd/layer/type_name.h"
+#include "usd/stage/schema_tables.h"
 #include "usd/stage/stage.h"
 
 #include <gtest/gtest.h>
@@ -88,6 +90,18 @@ TEST_F(ValueTest, ZeroRateIsClampedWithAWarning) {
     open("( timeCodesPerSecond = 0 )\ndef \"P\" { float a.timeSamples = { 0: 1 } }\n");
     EXPECT_DOUBLE_EQ(stage().time_codes_per_second(), 24.0);
     EXPECT_GE(diagnostics_.warning_count(), 1u);
+}
+
+TEST(SchemaTable, EveryFallbackIsAValueOfItsType) {
+    for (const SchemaAttribute& attribute : schema_attributes()) {
+        const layer::TypeInfo* type = layer::find_type(attribute.type);
+        ASSERT_NE(type, nullptr) << attribute.schema << "." << attribute.name;
+        if (attribute.fallback.empty()) continue;
+        const auto value = schema_fallback(attribute);
+        ASSERT_TRUE(value.has_value()) << attribute.schema << "." << attribute.name;
+        EXPECT_EQ(value->type(), type->type) << attribute.schema << "." << attribute.name;
+        EXPECT_EQ(value->is_array(), type->is_array) << attribute.schema << "." << attribute.name;
+    }
 }
 
 TEST_F(ValueTest, FallbacksOfSchemas) {

@@ -107,7 +107,69 @@ TEST(RejectMany, ReportsEveryStatementThatIsWrong) {
     EXPECT_FALSE(read_text_layer(text, "bad.usda", diagnostics));
     std::vector<uint32_t> lines;
     for (const Diagnostic& d : diagnostics.all()) lines.push_back(d.loc.line);
-    EXPECT_EQ(lines, (std::vector<uint32_t>{3, 7, 20}));
+    EXPECT_EQ(lines, (std::vector<uint32_t>{3, 4, 7, 10, 14, 16, 20}));
+}
+
+TEST(RejectMany, IndependentErrorsOfEveryKindHaveTheirPlaceAndWhatWasExpected) {
+    const std::string text = R"(#usda 1.0
+(
+    upAxis = 1
+    metersPerUnit = 0.01
+)
+def Xform "A" (
+    kind = [1]
+    active = true
+    references = @x.usda@<not a path>
+)
+{
+    float3 a = (1, 2)
+    int b = "text"
+    rel r = <//>
+    token t = one
+    def "1bad" {}
+    def Mesh "Good"
+    {
+        int[] c = [1, 2 3]
+        double d.timeSamples = { 1: 2, 3 4 }
+    }
+    variantSet "v" = {
+        "one" {
+            float e = --1
+        }
+    }
+}
+def "A" {}
+over "B" {}
+)";
+
+    struct Expected {
+        uint32_t line;
+        uint32_t column;
+    };
+
+    constexpr Expected expected[] = {{3, 14},  {7, 12}, {9, 26},  {12, 21}, {13, 13}, {14, 13},
+                                     {15, 15}, {16, 9}, {19, 25}, {20, 42}, {24, 23}, {28, 5}};
+    Diagnostics diagnostics;
+    EXPECT_FALSE(read_text_layer(text, "bad.usda", diagnostics));
+    const auto all = diagnostics.all();
+    for (size_t i = 0; i < all.size(); ++i) {
+        const std::string line = diagnostics.format(all[i]);
+        EXPECT_NE(all[i].message.find("found "), std::string::npos) << line;
+        EXPECT_NE(all[i].message.find("expected "), std::string::npos) << line;
+        if (i >= std::size(expected)) continue;
+        EXPECT_EQ(all[i].loc.line, expected[i].line) << line;
+        EXPECT_EQ(all[i].loc.column, expected[i].column) << line;
+    }
+    EXPECT_EQ(all.size(), std::size(expected));
+}
+
+TEST(RejectMany, ABrokenMetadataBlockIsNotReadOnForEver) {
+    Diagnostics diagnostics;
+    const std::string text =
+        "#usda 1.0\ndef \"A\" (\n    kind = \"x\"\n{\n    int a = 1\n    int b = 2\n}\ndef \"B\" "
+        "{}\n";
+    EXPECT_FALSE(read_text_layer(text, "bad.usda", diagnostics));
+    EXPECT_LE(diagnostics.error_count(), 2u);
 }
 
 TEST(RejectMany, GoesOnInsidePrims) {

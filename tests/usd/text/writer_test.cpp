@@ -76,7 +76,11 @@ def Xform "A" (
     ]
     prepend rel g = </B>
     double h.spline = {
-        bezier, 1: 2
+        bezier,
+        pre: sloped(0.5),
+        loop: (1, 2, 0, 3, 4),
+        1: 1 & 2; pre (0, 0); post curve (1.25, 0.125),
+        6: 20; pre (1.5, -0.5); post linear,
     }
 
     over "Child"

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "app/commands.h"
+#include "app/exit_codes.h"
+#include "app/scene_loader.h"
+#include "base/atomic_file.h"
+#include "usd/compose/layer_registry.h"
+#include "usd/crate/writer.h"
+#include "usd/stage/flatten.h"
+#include "usd/text/writer.h"
+
+namespace velatura::app {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct FlattenArguments {
+    std::string scene;
+    std::vector<std::string> search_paths;
+    std::string output;
+    bool layer_only = false;
+    bool crate = false;
+};
+
+int fail(const Error& error) {
+    fmt::print(stderr, "error: {} [{}]\n", error.message, error.code);
+    return RenderError;
+}
+
+std::string absolute(const std::string& path) {
+    std::error_code failed;
+    return fs::absolute(path, failed).lexically_normal().string();
+}
+
+/// The layer to write: the composed stage as one layer, or that one file's layer as it stands.
+Result<std::shared_ptr<usd::layer::Layer>> make_layer(const FlattenArguments& arguments, Diagnostics& diagnostics) {
+    if (arguments.layer_only) {
+        usd::compose::LayerRegistry registry({}, 1, diagnostics);
+        return registry.open(absolute(arguments.scene));
+    }
+    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.search_paths);
+    if (!loaded) return loaded.error();
+    usd::stage::FlattenOptions options;
+    if (!arguments.output.empty()) options.asset_folder = fs::path(absolute(arguments.output)).parent_path().string();
+    return usd::stage::flatten_stage(loaded->stage, options);
+}
+
+int run_flatten(const FlattenArguments& arguments) {
+    const bool as_crate = arguments.crate || fs::path(arguments.output).extension() == ".usdc";
+    if (as_crate && arguments.output.empty()) {
+        fmt::print(stderr, "error: --usdc needs a file: -o FILE.usdc [usage]\n");
+        return UsageError;
+    }
+    Diagnostics diagnostics;
+    print_diagnostics(diagnostics, false, false);
+    const auto layer = make_layer(arguments, diagnostics);
+    if (!layer) return fail(layer.error());
+    std::string content;
+    if (as_crate) {
+        Result<std::string> bytes = usd::crate::write_crate_layer(**layer, diagnostics);
+        if (!bytes) return fail(bytes.error());
+        content = *std::move(bytes);
+    } else {
+        content = usd::text::write_text_layer(**layer);
+    }
+    if (arguments.output.empty()) {
+        fmt::print("{}", content);
+        return Done;
+    }
+    const Result<void> written = write_file_atomically(arguments.output, content);
+    return written ? Done : fail(written.error());
+}
+
+}  // namespace
+
+void add_flatten_command(CLI::App& app, std::function<int()>& run) {
+    CLI::App* command = app.add_subcommand("flatten", "The composed stage as one USD layer");
+    auto arguments = std::make_shared<FlattenArguments>();
+    command->add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")->required();
+    add_search_path_option(*command, arguments->search_paths);
+    command->add_option("-o,--output", arguments->output, "file to write; text on the terminal when left out")->type_name("FILE");
+    command->add_flag("--layer", arguments->layer_only, "that one layer as it stands, not composed");
+    command->add_flag("--usdc", arguments->crate, "binary (crate), as for a FILE.usdc");
+    command->callback([arguments, &run] { run = [arguments] { return run_flatten(*arguments); }; });
+}
+
+}  // namespace velatura::app

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/commands.h"
+#include "app/exit_codes.h"
+#include "app/scene_loader.h"
+#include "import/import.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+namespace velatura::app {
+
+namespace {
+
+struct ImportArguments {
+    std::string file, output;
+    bool quiet = false, verbose = false;
+};
+
+int run_import(const ImportArguments& arguments) {
+    const std::filesystem::path output(arguments.output);
+    if (output.extension() != ".usda" && output.extension() != ".usd") {
+        fmt::print(stderr, "error: output {} must end in .usda or .usd [usage]\n",
+                   arguments.output);
+        return UsageError;
+    }
+    Diagnostics diagnostics;
+    print_diagnostics(diagnostics, arguments.quiet, arguments.verbose);
+    const Result<velatura::import::ImportSummary> summary =
+        velatura::import::import_file(arguments.file, arguments.output, diagnostics);
+    if (!summary) {
+        fmt::print(stderr, "error: {} [{}]\n", summary.error().message, summary.error().code);
+        return RenderError;
+    }
+    if (!arguments.quiet)
+        fmt::print("{}: {} meshes ({} instances), {} materials, {} lights, {} cameras, {} embedded "
+                   "textures\n",
+                   arguments.output, summary->meshes, summary->instances, summary->materials,
+                   summary->lights, summary->cameras, summary->textures);
+    return Done;
+}
+
+}  // namespace
+
+void add_import_command(CLI::App& app, std::function<int()>& run) {
+    CLI::App* command =
+        app.add_subcommand("import", "Turn a .dae, .obj, .gltf, .glb, .ply or .fbx file into .usda");
+    auto arguments = std::make_shared<ImportArguments>();
+    command->add_option("file", arguments->file, "scene or model")->required();
+    command->add_option("-o,--output", arguments->output, "layer to write")
+        ->required()
+        ->type_name("OUT.usda");
+    command->add_flag("-q,--quiet", arguments->quiet, "only errors");
+    command->add_flag("-v,--verbose", arguments->verbose, "notes too");
+    command->callback([arguments, &run] { run = [arguments] { return run_import(*arguments); }; });
+}
+
+}  // namespace velatura::app

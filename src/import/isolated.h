@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/result.h"
+
+#include <cstddef>
+#include <functional>
+#include <string>
+
+namespace velatura::import {
+
+struct IsolationLimits {
+    size_t cpu_seconds = 60;
+    size_t address_bytes = size_t(8) << 30;  ///< not enforced under sanitizers
+};
+
+/// Runs `work` in a child process and returns its bytes: what it does to memory, and how long it
+/// takes, cannot harm this one. Errors: "import-timeout" (CPU limit), "import-crashed".
+Result<std::string> run_isolated(const IsolationLimits& limits,
+                                 const std::function<std::string()>& work);
+
+}  // namespace velatura::import

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "usd/compose/targets.h"
+
+#include "usd/layer/fields.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+namespace velatura::usd::compose {
+
+using layer::Path;
+using layer::SpecKind;
+using layer::Token;
+
+namespace {
+
+enum class ListKind { Item, Deleted };
+
+/// Translates the targets of one property, and keeps the errors.
+class TargetComposer {
+  public:
+    TargetComposer(const PrimIndex& index, Token property, Composer* composer)
+        : index_(index), property_(property), composer_(composer) {}
+
+    void apply(const PropertySite& site, const layer::Field& field, const layer::PathListOp& op) {
+        if (!op.has_opinion()) return;
+        result_.has_opinion = true;
+        if (op.is_explicit) {
+            // What is replaced cannot be wrong any more
+            errors_.clear();
+            result_.deleted.clear();
+        }
+        site_ = &site;
+        loc_ = field.loc;
+        // Deletes first: they are applied first, and take errors of weaker layers away
+        layer::PathListOp mapped;
+        mapped.is_explicit = op.is_explicit;
+        mapped.deleted = translated(op.deleted, ListKind::Deleted);
+        mapped.explicit_items = translated(op.explicit_items, ListKind::Item);
+        mapped.added = translated(op.added, ListKind::Item);
+        mapped.prepended = translated(op.prepended, ListKind::Item);
+        mapped.appended = translated(op.appended, ListKind::Item);
+        mapped.ordered = translated(op.ordered, ListKind::Item);
+        mapped.apply_to(result_.paths);
+    }
+
+    ComposedTargets result() {
+        for (Failed& failed : errors_) result_.errors.push_back(std::move(failed.error));
+        return std::move(result_);
+    }
+
+  private:
+    struct Failed {
+        Path target;  ///< in the stage's namespace, where it has one
+        CompositionError error;
+    };
+
+    const Node& node() const { return index_.graph()[site_->node]; }
+
+    std::vector<Path> translated(const std::vector<Path>& targets, ListKind kind) {
+        std::vector<Path> paths;
+        for (const Path& target : targets) {
+            if (const std::optional<Path> path = translate(target, kind)) paths.push_back(*path);
+        }
+        return paths;
+    }
+
+    std::optional<Path> translate(Path target, ListKind kind) {
+        const Path path = map_to_root(node(), target);
+        if (kind == ListKind::Deleted) {
+            if (path.is_empty()) return std::nullopt;
+            result_.deleted.push_back(path);
+            std::erase_if(errors_, [&](const Failed& failed) { return failed.target == path; });
+            return path;
+        }
+        if (path.is_empty()) {
+            fail(ErrorKind::InvalidExternalTargetPath, path,
+                 fmt::format("target <{}> lies outside of what the {} brings in",
+                             target.to_string(), arc_name(node().arc)));
+            return std::nullopt;
+        }
+        if (composer_ && targets_own_instance(target, path)) {
+            fail(ErrorKind::InvalidInstanceTargetPath, path,
+                 fmt::format("target <{}> is authored in a class but is an instance of that class",
+                             target.to_string()));
+            return std::nullopt;
+        }
+        return path;
+    }
+
+    bool targets_own_instance(Path target, Path path) const {
+        if (node().arc != ArcType::Inherit) return false;
+        const Path class_path = index_.graph().path_at_introduction(site_->node);
+        if (target.has_prefix(class_path)) return false;
+        const PrimIndex other = composer_->prim_index(path.prim_path());
+        return std::any_of(other.nodes().begin(), other.nodes().end(), [&](const Node& n) {
+            return n.arc == ArcType::Inherit && n.stack == node().stack &&
+                   n.path.has_prefix(class_path);
+        });
+    }
+
+    void fail(ErrorKind kind, Path path, std::string message) {
+        const Path owner = index_.path().append_property(property_);
+        errors_.push_back({path,
+                           {kind, owner, node().stack->identifier(),
+                            node().path.append_property(property_), std::move(message), loc_}});
+    }
+
+    const PrimIndex& index_;
+    Token property_;
+    Composer* composer_;
+    const PropertySite* site_ = nullptr;
+    SourceLoc loc_;
+    std::vector<Failed> errors_;
+    ComposedTargets result_;
+};
+
+}  // namespace
+
+std::vector<PropertySite> property_stack(const PrimIndex& index,
+                                         Token name,
+                                         std::vector<CompositionError>* errors) {
+    std::vector<PropertySite> result;
+    for (const int i : index.contributing()) {
+        const Node& n = index.graph()[i];
+        const Path path = n.path.append_property(name);
+        for (const StackLayer& entry : n.stack->layers()) {
+            const layer::Spec* spec = entry.layer->spec(path);
+            if (!spec) continue;
+            if (result.empty() || result.front().spec->kind() == spec->kind()) {
+                result.push_back({spec, &entry, i});
+            } else if (errors) {
+                const bool is_attribute = spec->kind() == SpecKind::Attribute;
+                errors->push_back({ErrorKind::InconsistentPropertyType,
+                                   index.path().append_property(name), n.stack->identifier(), path,
+                                   fmt::format("{} is ignored: a stronger layer says {}",
+                                               is_attribute ? "an attribute" : "a relationship",
+                                               is_attribute ? "a relationship" : "an attribute"),
+                                   spec->loc()});
+            }
+        }
+    }
+    return result;
+}
+
+ComposedTargets compose_targets(const PrimIndex& index, Token property, Composer* composer) {
+    TargetComposer targets(index, property, composer);
+    const std::vector<PropertySite> stack = property_stack(index, property);
+    if (stack.empty()) return {};
+    const bool is_attribute = stack.front().spec->kind() == SpecKind::Attribute;
+    const Token name =
+        is_attribute ? layer::fields().connection_paths : layer::fields().target_paths;
+    for (auto site = stack.rbegin(); site != stack.rend(); ++site) {
+        const layer::Field* field = site->spec->find_field(name);
+        const auto* op = field ? field->value.get_if<layer::PathListOp>() : nullptr;
+        if (op) targets.apply(*site, *field, *op);
+    }
+    return targets.result();
+}
+
+}  // namespace velatura::usd::compose
