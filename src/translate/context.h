@@ -5,6 +5,7 @@
 #include "base/math.h"
 #include "scene/scene.h"
 #include "translate/translate.h"
+#include "usd/stage/skeleton.h"
 #include "usd/stage/stage.h"
 
 #include <memory>
@@ -41,6 +42,7 @@ struct Placement {
 /// times.
 struct Placeable {
     std::string name;
+    Prim frame;  ///< of a prototype: the prim whose children's space the walk is in
     std::vector<scene::Shape> shapes;   ///< in the space of this placeable
     std::vector<Placement> placements;  ///< nested ones
     std::vector<LightSite> lights;
@@ -79,6 +81,7 @@ struct Context {
         needs_coordinates;  ///< textures whose `st` has no fallback
     std::unordered_map<std::string, std::unique_ptr<Placeable>> placeables;
     std::unordered_map<std::string, scene::GroupId> light_groups;
+    std::unordered_map<std::string, usd::stage::SkeletonPose> skeleton_poses;
     std::unordered_map<std::string, size_t> subdivided;  ///< scheme → meshes
     std::string first_subdivided;
     SourceLoc first_subdivided_loc;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/hash.h"
 #include "translate/parts.h"
+#include "translate/pose.h"
 #include "translate/values.h"
 #include "usd/stage/imageable.h"
 #include "usd/stage/material_binding.h"
@@ -8,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <unordered_set>
 
@@ -43,7 +45,7 @@ std::string inherited_signature(Context& ctx, Prim instance) {
         for (const double v : rows) hash = hash_combine(hash, std::bit_cast<uint64_t>(v));
         signature += fmt::format("|{}={:x}", primvar.name, hash);
     }
-    return signature;
+    return signature + skel_signature(ctx, instance);
 }
 
 /// The placeable under a key, and whether it is new.
@@ -150,6 +152,13 @@ std::vector<Rgb> instance_colors(Context& ctx, Prim prim, size_t n) {
     return colors;
 }
 
+bool is_read_by_a_material(const Context& ctx, const std::string& primvar) {
+    return std::any_of(ctx.materials.begin(), ctx.materials.end(), [&](const auto& entry) {
+        const std::vector<std::string>& names = entry.second.primvars;
+        return std::find(names.begin(), names.end(), primvar) != names.end();
+    });
+}
+
 void warn_instancer_features(Context& ctx, Prim prim) {
     for (const char* name : {"velocities", "accelerations", "angularVelocities"}) {
         const Attribute attribute = prim.attribute(name);
@@ -159,7 +168,8 @@ void warn_instancer_features(Context& ctx, Prim prim) {
     }
     for (const auto& primvar : usd::stage::find_primvars(prim)) {
         if (primvar.name == scene::display_color_primvar ||
-            primvar.attribute.prim().path() != prim.path())
+            primvar.attribute.prim().path() != prim.path() ||
+            !is_read_by_a_material(ctx, primvar.name))
             continue;
         ctx.warn("unsupported-primvar", primvar.attribute,
                  fmt::format("primvar {} of a point instancer is not supported, only displayColor",
@@ -177,6 +187,7 @@ Placeable* native_prototype(Context& ctx, Prim instance) {
     if (placeable->is_being_built) return nullptr;
     if (is_new) {
         placeable->name = prototype.path_string();
+        placeable->frame = instance;
         placeable->is_being_built = true;
         for (const Prim child : instance.children()) walk(ctx, child, Mat4d(), *placeable);
         placeable->is_being_built = false;
@@ -189,6 +200,7 @@ Placeable* point_prototype(Context& ctx, Prim root) {
     if (placeable->is_being_built) return nullptr;
     if (is_new) {
         placeable->name = root.path_string();
+        placeable->frame = root.parent();
         placeable->is_being_built = true;
         ++ctx.point_prototype_depth;
         walk(ctx, root, Mat4d(), *placeable);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/mesh_faces.h"
 #include "translate/parts.h"
+#include "translate/pose.h"
 #include "translate/values.h"
 #include "usd/stage/material_binding.h"
 #include "usd/stage/primvars.h"
@@ -157,9 +158,43 @@ std::vector<Vec3> transformed_normals(const std::vector<Vec3d>& normals, const M
     return out;
 }
 
+/// Which point each normal stands at. Normals that many points share get one for each of the
+/// corners, since the points may turn apart.
+std::vector<uint32_t> spread_normals(const FaceTable& table,
+                                     size_t points,
+                                     scene::Interpolation& interpolation,
+                                     std::vector<Vec3d>& normals) {
+    std::vector<uint32_t> owners;
+    const bool is_by_point = interpolation == scene::Interpolation::Vertex ||
+                             interpolation == scene::Interpolation::Varying;
+    if (is_by_point) {
+        owners.resize(points);
+        std::iota(owners.begin(), owners.end(), 0u);
+        return owners;
+    }
+    owners = table.indices;
+    if (interpolation == scene::Interpolation::FaceVarying) return owners;
+    std::vector<Vec3d> by_corner(table.indices.size(), Vec3d(0.0));
+    for (size_t f = 0; f < table.faces.size(); ++f) {
+        const FaceTable::Face& face = table.faces[f];
+        const bool is_uniform = interpolation == scene::Interpolation::Uniform;
+        for (size_t i = face.first; i < face.first + face.count; ++i)
+            by_corner[i] = normals[is_uniform ? f : 0];
+    }
+    normals = std::move(by_corner);
+    interpolation = scene::Interpolation::FaceVarying;
+    return owners;
+}
+
 /// Authored normals, `primvars:normals` before `normals`; false when there are none that fit.
-bool read_normals(
-    Context& ctx, Prim prim, const ElementCounts& counts, const Mat4d& matrix, scene::Mesh& mesh) {
+/// `matrix` leads from where `pose` leaves the points.
+bool read_normals(Context& ctx,
+                  Prim prim,
+                  const FaceTable& table,
+                  const ElementCounts& counts,
+                  const Mat4d& matrix,
+                  const Pose* pose,
+                  scene::Mesh& mesh) {
     std::optional<usd::stage::Primvar> source;
     const Attribute primvar = prim.attribute("primvars:normals");
     const Attribute plain = prim.attribute("normals");
@@ -173,9 +208,9 @@ bool read_normals(
     const bool is_readable =
         read_rows(source->attribute.value(ctx.time), rows, width) && width == 3;
     // usd and scene list their interpolations in one order
-    const auto interpolation = scene::Interpolation(int(source->interpolation));
+    auto interpolation = scene::Interpolation(int(source->interpolation));
     const size_t expected = element_count(counts, interpolation);
-    const std::vector<int> indices =
+    std::vector<int> indices =
         source->is_indexed() ? source->index_values(ctx.time) : std::vector<int>();
     const size_t found = indices.empty() ? rows.size() / 3 : indices.size();
     const bool has_good_indices = std::all_of(indices.begin(), indices.end(), [&](int i) {
@@ -192,6 +227,14 @@ bool read_normals(
     std::vector<Vec3d> normals;
     for (size_t i = 0; i + 2 < rows.size(); i += 3)
         normals.emplace_back(rows[i], rows[i + 1], rows[i + 2]);
+    if (pose && (pose->skin || pose->has_normal_offsets)) {
+        std::vector<Vec3d> rowwise;
+        for (const int i : indices) rowwise.push_back(normals[size_t(i)]);
+        if (!indices.empty()) normals = std::move(rowwise);
+        indices.clear();
+        const auto owners = spread_normals(table, counts.points, interpolation, normals);
+        pose->deform_normals(normals, owners);
+    }
     mesh.normals = transformed_normals(normals, matrix);
     mesh.normal_indices.assign(indices.begin(), indices.end());
     mesh.normal_interpolation = interpolation;
@@ -220,8 +263,14 @@ std::vector<Vec3d> smooth_normals(const FaceTable& table, const std::vector<Vec3
 
 }  // namespace
 
-std::optional<scene::Shape> read_mesh(Context& ctx, Prim prim, const Mat4d& matrix) {
-    const std::vector<Vec3d> points = read_points(ctx, prim);
+std::optional<scene::Shape> read_mesh(Context& ctx,
+                                      Prim prim,
+                                      const Mat4d& matrix,
+                                      const Pose* pose) {
+    std::vector<Vec3d> points = read_points(ctx, prim);
+    if (pose) pose->deform_points(points);
+    // From where the points are now
+    const Mat4d& point_matrix = pose && pose->skin ? pose->matrix : matrix;
     FaceTable table = read_faces(ctx, prim, points);
     drop_holes(ctx, prim, table);
     if (table.kept_count() == 0) {
@@ -242,9 +291,14 @@ std::optional<scene::Shape> read_mesh(Context& ctx, Prim prim, const Mat4d& matr
         read_text(prim.attribute("orientation"), "rightHanded", ctx.time) == "leftHanded";
     const bool is_smooth = mesh.subdivision == scene::SubdivisionScheme::CatmullClark ||
                            mesh.subdivision == scene::SubdivisionScheme::Loop;
-    if (!read_normals(ctx, prim, counts, matrix, mesh) && is_smooth) {
-        // The limit surface is smooth: so is the shading of the polygons that stand for it
-        mesh.normals = transformed_normals(smooth_normals(table, points), matrix);
+    if (!read_normals(ctx, prim, table, counts, point_matrix, pose, mesh) && is_smooth) {
+        // The limit surface is smooth: so is the shading of the polygons that stand for it. Which
+        // side is outside is decided in the prim's own space
+        const bool is_mirrored = (determinant3(point_matrix) < 0.0) != (determinant3(matrix) < 0.0);
+        std::vector<Vec3d> normals = smooth_normals(table, points);
+        if (is_mirrored)
+            for (Vec3d& n : normals) n = -n;
+        mesh.normals = transformed_normals(normals, point_matrix);
         mesh.normal_interpolation = scene::Interpolation::Vertex;
     }
 
@@ -252,7 +306,7 @@ std::optional<scene::Shape> read_mesh(Context& ctx, Prim prim, const Mat4d& matr
     mesh.points.reserve(points.size());
     size_t overflown = 0;
     for (const Vec3d& p : points) {
-        const Vec3 q = to_float(transform_point(p, matrix));
+        const Vec3 q = to_float(transform_point(p, point_matrix));
         overflown += !is_finite(q) && is_finite(to_float(p));
         mesh.points.push_back(q);
     }

@@ -24,6 +24,8 @@ Result<scene::Camera> read_camera(Context& ctx, Prim prim);
 /// UsdGeomCamera without opinions.
 scene::Camera framing_camera(Context& ctx, const Box3d& world_bounds);
 
+struct Pose;
+
 // Materials
 
 /// Material bound to a gprim or GeomSubset, translated on first use; id none when nothing usable is
@@ -34,9 +36,12 @@ bool has_binding(Context& ctx, Prim prim);
 
 // Geometry
 
-/// Shape of a Mesh prim under `matrix` (into the space of the holder); nullopt when nothing of it
-/// is left.
-std::optional<scene::Shape> read_mesh(Context& ctx, Prim prim, const Mat4d& matrix);
+/// Shape of a Mesh prim under `matrix` (into the space of the holder), deformed by `pose`, whose
+/// matrix leads there too; nullopt when nothing of it is left.
+std::optional<scene::Shape> read_mesh(Context& ctx,
+                                      Prim prim,
+                                      const Mat4d& matrix,
+                                      const Pose* pose = nullptr);
 /// Shape of a Sphere, Cube, Cylinder, Cone, Capsule or Plane prim; nullopt when its sizes make no
 /// surface.
 std::optional<scene::Shape> read_gprim(Context& ctx, Prim prim, const Mat4d& matrix);
@@ -99,7 +104,7 @@ scene::GroupId light_group(Context& ctx, Prim light);
 
 /// Warns about a prim type that is seen and not rendered.
 void warn_unsupported(Context& ctx, Prim prim);
-/// Names features of rendered prims that are not honoured (blend shapes, velocities, …).
+/// Names features of rendered prims that are not honoured (velocities, …).
 void warn_unsupported_features(Context& ctx, Prim prim);
 
 }  // namespace velatura::translate

@@ -111,7 +111,7 @@ void read_coordinates(
     Map2 map;
     Attribute attribute = shader.attribute("inputs:st");
     if (!attribute.has_authored_connections() && !attribute.has_authored_value())
-        ctx.warn("no-texture-coordinates", shader,
+        ctx.note("no-texture-coordinates", shader,
                  "inputs:st is not connected, the texture is read at (0, 0)");
     constexpr int deepest = 64;
     for (int depth = 0; depth < deepest; ++depth) {

@@ -31,6 +31,7 @@ Context make_context(const usd::stage::Stage& stage,
                 .needs_coordinates = {},
                 .placeables = {},
                 .light_groups = {},
+                .skeleton_poses = {},
                 .subdivided = {},
                 .first_subdivided = {},
                 .first_subdivided_loc = {}};

@@ -14,11 +14,6 @@ bool is_any_light(Prim prim) {
 
 void warn_unsupported(Context& ctx, Prim prim) {
     const std::string& type = prim.type_name().str();
-    if (type == "SkelRoot") {
-        ctx.warn("unsupported-skel", prim,
-                 "skeletal animation is not supported, meshes keep their points");
-        return;
-    }
     const bool is_shown = prim.is_a("Gprim") || prim.is_a("Volume");
     const bool is_light = is_any_light(prim);
     if (is_shown || is_light) {
@@ -31,9 +26,6 @@ void warn_unsupported_features(Context& ctx, Prim prim) {
     if (prim.has_api("LightAPI") || prim.has_api("MeshLightAPI")) {
         ctx.warn("unsupported-light", prim,
                  "geometry as a light is not supported, it shows its material only");
-    }
-    if (prim.has_api("SkelBindingAPI") && !prim.relationship("skel:skeleton").targets().empty()) {
-        ctx.warn("unsupported-skel", prim, "skinning is not supported, the mesh keeps its points");
     }
     for (const char* name : {"velocities", "accelerations"}) {
         const Attribute attribute = prim.attribute(name);

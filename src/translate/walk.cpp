@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/parts.h"
+#include "translate/pose.h"
 #include "translate/values.h"
 #include "usd/stage/imageable.h"
 #include "usd/stage/xform.h"
@@ -32,29 +33,32 @@ bool has_no_picture_below(std::string_view type) {
 
 /// A point of the geometry: the first of a mesh, whose transform alone may leave it far away, else
 /// where its transform puts zero.
-Vec3d representative_point(Context& ctx, Prim prim, const Mat4d& matrix) {
+Vec3d representative_point(Context& ctx, Prim prim, const Mat4d& matrix, const Pose* pose) {
     std::vector<double> rows;
     int width = 0;
     if (prim.is_a("PointBased") &&
         read_rows(prim.attribute("points").value(ctx.time), rows, width) && width == 3 &&
         rows.size() >= 3) {
-        const Vec3d p = transform_point(Vec3d(rows[0], rows[1], rows[2]), matrix);
+        const Vec3d first(rows[0], rows[1], rows[2]);
+        const Vec3d p =
+            pose && pose->skin ? pose->posed_point(first) : transform_point(first, matrix);
         if (is_finite(p)) return p;
     }
     return {matrix[3][0], matrix[3][1], matrix[3][2]};
 }
 
 /// Draws the prim itself, without its children.
-void draw(Context& ctx, Prim prim, const Mat4d& matrix, Placeable& out) {
+void draw(Context& ctx, Prim prim, const Mat4d& matrix, Pose* pose, Placeable& out) {
     const std::string_view type = prim.type_name().view();
     if (type.empty() || type == "Xform" || type == "Scope" || type == "Camera") return;
     if (!ctx.purposes.contains(usd::stage::computed_purpose(prim))) return;
     if (!out.is_stage && !out.is_origin_fixed)
-        propose_origin(out, representative_point(ctx, prim, matrix));
+        propose_origin(out, representative_point(ctx, prim, matrix, pose));
     const Mat4d placed = relative_to(matrix, out.origin);
     std::optional<scene::Shape> shape;
     if (type == "Mesh") {
-        shape = read_mesh(ctx, prim, placed);
+        if (pose) pose->matrix = relative_to(pose->matrix, out.origin);
+        shape = read_mesh(ctx, prim, placed, pose);
     } else if (is_gprim_type(type)) {
         shape = read_gprim(ctx, prim, placed);
     } else if (is_light_type(type)) {
@@ -132,7 +136,9 @@ void walk(Context& ctx, Prim prim, const Mat4d& parent_matrix, Placeable& out) {
     if (local.resets_stack && !out.is_stage)
         ctx.warn("unsupported-reset-stack", prim,
                  "!resetXformStack! inside a prototype is taken relative to the prototype");
-    const Mat4d matrix = local.resets_stack ? local.matrix : local.matrix * parent_matrix;
+    Mat4d matrix = local.resets_stack ? local.matrix : local.matrix * parent_matrix;
+    std::optional<Pose> pose = read_pose(ctx, prim, out.frame);
+    if (pose && pose->is_rigid) matrix = pose->matrix;
     if (!is_finite(matrix) || !keeps_a_surface(matrix)) {
         ctx.warn("bad-transform", prim,
                  "transform is infinite or flattens everything to a line or a point, the prim and "
@@ -149,7 +155,7 @@ void walk(Context& ctx, Prim prim, const Mat4d& parent_matrix, Placeable& out) {
             read_point_instancer(ctx, prim, matrix, out);
         return;
     }
-    draw(ctx, prim, matrix, out);
+    draw(ctx, prim, matrix, pose ? &*pose : nullptr, out);
     for (const Prim child : shown_children(prim)) walk(ctx, child, matrix, out);
 }
 
