@@ -54,7 +54,16 @@ Result<std::shared_ptr<usd::layer::Layer>> make_layer(const FlattenArguments& ar
 }
 
 int run_flatten(const FlattenArguments& arguments) {
-    const bool as_crate = arguments.crate || fs::path(arguments.output).extension() == ".usdc";
+    const std::string extension = fs::path(arguments.output).extension().string();
+    if (!arguments.output.empty() && extension != ".usda" && extension != ".usdc" && extension != ".usd") {
+        fmt::print(stderr, "error: -o {}: expected a name that ends in .usda, .usdc or .usd [usage]\n", arguments.output);
+        return UsageError;
+    }
+    if (arguments.crate && extension == ".usda") {
+        fmt::print(stderr, "error: --usdc writes binary, -o {} asks for text [usage]\n", arguments.output);
+        return UsageError;
+    }
+    const bool as_crate = arguments.crate || extension == ".usdc";
     if (as_crate && arguments.output.empty()) {
         fmt::print(stderr, "error: --usdc needs a file: -o FILE.usdc [usage]\n");
         return UsageError;

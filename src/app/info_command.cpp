@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
 #include <map>
 #include <memory>
 #include <string>
@@ -23,6 +24,7 @@ struct InfoArguments {
     bool dump = false;
     bool tree = false;
     std::string explain;
+    bool has_explain = false;
     double time = 0;
     bool has_time = false;
 };
@@ -65,7 +67,16 @@ void print_summary(const LoadedStage& loaded) {
     for (const auto& entry : counts) fmt::print("  {:8} {}\n", entry.second, entry.first);
 }
 
+int usage(const char* what) {
+    fmt::print(stderr, "error: {} [usage]\n", what);
+    return UsageError;
+}
+
 int run_info(const InfoArguments& arguments) {
+    if (int(arguments.dump) + int(arguments.tree) + int(arguments.has_explain) > 1) return usage("choose one of --dump, --tree and --explain");
+    if (arguments.has_explain && arguments.explain.empty()) return usage("--explain needs a path");
+    if (arguments.has_time && !arguments.has_explain) return usage("--time belongs to --explain");
+    if (std::isnan(arguments.time)) return usage("--time is not a number");
     Diagnostics diagnostics;
     print_diagnostics(diagnostics, false, false);
     const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.search_paths);
@@ -77,7 +88,7 @@ int run_info(const InfoArguments& arguments) {
         fmt::print("{}", usd::stage::dump_stage(loaded->stage));
     } else if (arguments.tree) {
         print_tree(loaded->stage.pseudo_root(), -1);
-    } else if (!arguments.explain.empty()) {
+    } else if (arguments.has_explain) {
         return explain(loaded->stage, arguments, diagnostics);
     } else {
         print_summary(*loaded);
@@ -94,7 +105,7 @@ void add_info_command(CLI::App& app, std::function<int()>& run) {
     add_search_path_option(*command, arguments->search_paths);
     command->add_flag("--dump", arguments->dump, "every fact of the composed stage, one per line");
     command->add_flag("--tree", arguments->tree, "the prims a renderer sees");
-    command->add_option("--explain", arguments->explain, "every opinion about /Prim, /Prim.property or a metadatum (/Prim#kind), strongest first")->type_name("PATH");
+    command->add_option("--explain", arguments->explain, "every opinion about /Prim, /Prim.property or a metadatum (/Prim#kind), strongest first")->type_name("PATH")->each([arguments](const std::string&) { arguments->has_explain = true; });
     command->add_option("--time", arguments->time, "time code of --explain; the default time when left out")->each([arguments](const std::string&) { arguments->has_time = true; });
     command->callback([arguments, &run] { run = [arguments] { return run_info(*arguments); }; });
 }

@@ -103,6 +103,19 @@ TEST(UsdCommands, FlattenThatFailsLeavesNothing) {
     EXPECT_EQ(place.files_beside(before), "");
 }
 
+TEST(UsdCommands, NamesAndOptionsThatDoNotFitAreUsageErrors) {
+    const Workplace place;
+    write_five_arcs(place);
+    for (const char* arguments :
+         {"flatten root.usda -o x.usdz", "flatten root.usda -o x.foo",
+          "flatten --usdc root.usda -o x.usda", "info root.usda --dump --tree",
+          "info root.usda --explain ''", "info root.usda --time 3",
+          "info root.usda --explain /Lamp.size --time nan"}) {
+        EXPECT_EQ(place.velatura(arguments).exit_code, 2) << arguments;
+    }
+    EXPECT_EQ(place.files_beside("pay.usda ref.usda root.usda sub.usda"), "");
+}
+
 TEST(UsdCommands, ImportWritesAStageThatOpens) {
     const Workplace place;
     place.write("tri.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");

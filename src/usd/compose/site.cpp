@@ -6,7 +6,9 @@
 #include "usd/layer/value.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
+#include <limits>
 
 namespace velatura::usd::compose {
 
@@ -22,6 +24,14 @@ struct ReferenceItem {
     TimeOffset offset;
     bool operator==(const ReferenceItem& o) const = default;
 };
+
+/// NaN is not equal to itself; infinity is as unusable and is reported the same.
+TimeOffset comparable(TimeOffset offset) {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    if (std::isnan(offset.offset)) offset.offset = infinity;
+    if (std::isnan(offset.scale)) offset.scale = infinity;
+    return offset;
+}
 
 struct ReferenceItemHash {
     size_t operator()(const ReferenceItem& r) const {
@@ -85,7 +95,7 @@ class ReferenceComposer {
             // An expression that comes to nothing leaves its arc out
             if (!asset || (asset->empty() && !arc.asset.empty())) continue;
             ReferenceItem item{registry_.resolve(*asset, entry.layer->real_path()), arc.prim_path,
-                               arc.offset};
+                               comparable(arc.offset)};
             SiteReference said{*asset, item.file, item.prim_path, item.offset, &entry, loc};
             if (authored) said_.insert_or_assign(item, std::move(said));
             to.push_back(std::move(item));

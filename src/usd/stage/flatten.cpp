@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usd/stage/flatten.h"
 
+#include "usd/compose/layer_registry.h"
 #include "usd/layer/fields.h"
 #include "usd/layer/spline.h"
 #include "usd/layer/type_name.h"
 #include "usd/stage/asset_expression.h"
+#include "usd/stage/path_expression.h"
 #include "usd/stage/prim_data.h"
 #include "usd/stage/resolve.h"
 #include "usd/stage/value_cast.h"
@@ -38,9 +40,14 @@ class AssetAnchorer {
                          const std::string& prim,
                          SourceLoc loc) const {
         const std::string path = evaluate_asset(authored, anchor, prim, loc, stage_.diagnostics());
-        // Names of other kinds (http:…) are not files
-        if (path.empty() || !anchor.layer || path.find("://") != std::string::npos) return path;
+        if (path.empty()) return authored;
+        // Names of other kinds (http:…) are not files; absolute ones mean the same everywhere
+        const bool is_other = path.find("://") != std::string::npos;
+        if (!anchor.layer || is_other || fs::path(path).is_absolute()) return path;
         const std::string file = stage_.resolve_asset(path, *anchor.layer);
+        // A search path that finds nothing here may find it elsewhere
+        const bool is_anchored = path.starts_with("./") || path.starts_with("../");
+        if (!is_anchored && !compose::LayerRegistry::exists(file)) return path;
         if (folder_.empty() || !fs::path(file).is_absolute()) return file;
         const fs::path relative = fs::path(file).lexically_relative(folder_);
         if (relative.empty()) return file;
@@ -90,8 +97,10 @@ layer::SplineValue retimed_spline(layer::SplineValue spline, const layer::LayerO
     }
     spline.pre.slope *= slope_scale;
     spline.post.slope *= slope_scale;
-    spline.loop.start = to_stage.apply(spline.loop.start);
-    spline.loop.end = to_stage.apply(spline.loop.end);
+    if (spline.loop != decltype(spline.loop)()) {
+        spline.loop.start = to_stage.apply(spline.loop.start);
+        spline.loop.end = to_stage.apply(spline.loop.end);
+    }
     if (spline.is_time_valued) spline.loop.value_offset *= scale;
     return spline;
 }
@@ -242,7 +251,8 @@ class Flattener {
                 const compose::Node& node =
                     prim.data()->index.nodes()[size_t(source.prim_spec->node)];
                 values.push_back(assets_.anchored(
-                    field->value, {source.prim_spec->layer->layer, node.stack}, where, field->loc));
+                    stage_value(*prim.data(), *source.prim_spec, field->value),
+                    {source.prim_spec->layer->layer, node.stack}, where, field->loc));
             }
             if (auto value = compose_values(values)) set(path, key, *std::move(value), loc);
         }
@@ -330,7 +340,7 @@ class Flattener {
         });
         if (!strongest.field) return;
         const Value& authored = strongest.field->value;
-        const Value value = retime_value(authored, strongest.spec.to_stage);
+        const Value value = mapped(stage_value(prim, *strongest.spec.prim_spec, authored));
         set(path, layer::fields().default_value,
             assets_.anchored(value, asset_anchor(prim, strongest, {}), a.prim().path_string(),
                              strongest.field->loc),
@@ -386,6 +396,15 @@ class Flattener {
             if (path.has_prefix(mapped_from_)) path = path.replace_prefix(mapped_from_, mapped_to_);
         }
         return paths;
+    }
+
+    /// The same for the paths of an expression.
+    Value mapped(const Value& value) const {
+        const auto* expression = value.get_if<layer::PathExpression>();
+        if (!expression || mapped_from_.is_empty()) return value;
+        const auto follow = [this](Path path) { return mapped(std::vector<Path>{path}).front(); };
+        return Value(layer::PathExpression{
+            path_expression_text(expression->text, Path::absolute_root(), follow)});
     }
 
     const Stage& stage_;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "usd/compose/composer.h"
 #include "usd/layer/fields.h"
+#include "usd/stage/path_expression.h"
 #include "usd/stage/prim_data.h"
+#include "usd/stage/value_cast.h"
 
 #include <algorithm>
 #include <array>
@@ -60,6 +63,36 @@ std::optional<Value> compose(const std::vector<const Value*>& values) {
 }
 
 }  // namespace
+
+Value with_stage_paths(const PrimData& prim, const SpecRef& ref, const Value& value) {
+    const compose::Node& node = prim.index.nodes()[size_t(ref.node)];
+    if (node.to_root->is_identity()) return value;
+    const auto mapped = [&](const layer::PathExpression& expression) {
+        return layer::PathExpression{
+            path_expression_text(expression.text, node.path.strip_variant_selections(),
+                                 [&](layer::Path path) { return map_to_root(node, path); })};
+    };
+    if (const auto* one = value.get_if<layer::PathExpression>()) return Value(mapped(*one));
+    if (value.holds_array<layer::PathExpression>()) {
+        std::vector<layer::PathExpression> all;
+        for (const auto& expression : value.as_array<layer::PathExpression>())
+            all.push_back(mapped(expression));
+        return Value::array(std::move(all));
+    }
+    if (const auto* dictionary = value.get_if<layer::Dictionary>()) {
+        layer::Dictionary result = *dictionary;
+        for (auto& entry : result.entries) entry.second = with_stage_paths(prim, ref, entry.second);
+        return Value(std::move(result));
+    }
+    return value;
+}
+
+Value stage_value(const PrimData& prim, const SpecRef& ref, const Value& value) {
+    const compose::Node& node = prim.index.nodes()[size_t(ref.node)];
+    const Value retimed =
+        retime_value(value, node.to_root->time_offset().after(ref.layer->to_root));
+    return with_stage_paths(prim, ref, retimed);
+}
 
 std::optional<Value> compose_field(const std::vector<const layer::Spec*>& specs, Token name) {
     std::vector<const Value*> values;

@@ -62,6 +62,12 @@ PathExpressionNode parse_path_expression(std::string_view text,
                                          const PathMapper& to_stage,
                                          std::string& error);
 
+/// The same expression as text whose literal paths are those of the stage. What lies outside of the
+/// arcs becomes "(~//)", which matches nothing; text that cannot be parsed stays as it is.
+std::string path_expression_text(std::string_view text,
+                                 layer::Path anchor,
+                                 const PathMapper& to_stage);
+
 /// What a collection's membershipExpression comes to: `%_` replaced by weaker opinions. Errors go
 /// to the stage's diagnostics. Nothing when there is no opinion.
 PathExpressionNode membership_expression(const Prim& prim, std::string_view attribute);

@@ -39,7 +39,26 @@ class Parser {
         return error_.empty() ? node : Node{};
     }
 
+    /// The text with the literal paths of the stage, after parse().
+    std::string mapped_text() const {
+        std::string result;
+        size_t copied = 0;
+        for (const Edit& edit : edits_) {
+            result.append(text_, copied, edit.from - copied).append(edit.replacement);
+            copied = edit.end;
+        }
+        return result.append(text_, copied);
+    }
+
   private:
+    /// What stands for text_[from, end) on the stage.
+    struct Edit {
+        size_t from, end;
+        std::string replacement;
+    };
+
+    static constexpr const char* nothing = "(~//)";
+
     void fail(std::string_view what) {
         if (error_.empty()) error_ = fmt::format("{} at character {}", what, at_);
     }
@@ -157,15 +176,22 @@ class Parser {
         if (node.collection_name.empty()) fail("missing name of a collection");
         const Path prim = path.empty() ? anchor_ : Path::from(path).make_absolute(anchor_);
         node.collection_prim = to_stage_(prim);
-        if (node.collection_prim.is_empty()) node.op = Op::Nothing;
+        if (node.collection_prim.is_empty()) {
+            node.op = Op::Nothing;
+            edits_.push_back({from - 1, at_, nothing});
+        } else if (!path.empty()) {
+            edits_.push_back({from, from + path.size(), node.collection_prim.to_string()});
+        }
         return node;
     }
 
     Node pattern() {
         Node node;
         node.op = Op::Pattern;
+        const size_t from = at_;
         Path prefix = peek() == '/' ? Path::absolute_root() : anchor_;
         step_up(prefix);
+        size_t prefix_end = at_;
         bool any_part = false;
         while (error_.empty()) {
             if (peek() == '/' && peek(1) == '/') {
@@ -181,16 +207,32 @@ class Parser {
             PathPatternPart one = part(false);
             any_part = true;
             add_part(node, prefix, std::move(one));
+            if (node.parts.empty()) prefix_end = at_;
         }
         if (error_.empty() && peek() == '.' &&
             (is_word(peek(1)) || has_wildcard(text_.substr(at_ + 1, 1)))) {
             ++at_;
             add_part(node, prefix, part(true));
+            if (node.parts.empty()) prefix_end = at_;
             if (peek() == '/' && peek(1) == '/') at_ += 2;
         }
         node.prefix = to_stage_(prefix);
-        if (node.prefix.is_empty()) node.op = Op::Nothing;
+        if (node.prefix.is_empty()) {
+            node.op = Op::Nothing;
+            edits_.push_back({from, at_, nothing});
+        } else if (error_.empty()) {
+            edits_.push_back({from, prefix_end, literal(node.prefix, prefix_end)});
+        }
         return node;
+    }
+
+    /// A prefix as text, with what must stand between it and the rest of the pattern.
+    std::string literal(const Path& prefix, size_t prefix_end) const {
+        const bool has_rest = prefix_end < at_;
+        const char next = has_rest ? text_[prefix_end] : '\0';
+        const bool is_joined = !has_rest || next == '/' || next == '.';
+        if (prefix.is_absolute_root()) return is_joined && has_rest ? "" : "/";
+        return prefix.to_string() + (is_joined ? "" : "/");
     }
 
     /// "." and "../.." in front of a relative pattern.
@@ -362,6 +404,7 @@ class Parser {
     const PathMapper& to_stage_;
     std::string& error_;
     size_t at_ = 0;
+    std::vector<Edit> edits_;
 };
 
 }  // namespace
@@ -371,6 +414,13 @@ PathExpressionNode parse_path_expression(std::string_view text,
                                          const PathMapper& to_stage,
                                          std::string& error) {
     return Parser(text, anchor, to_stage, error).parse();
+}
+
+std::string path_expression_text(std::string_view text, Path anchor, const PathMapper& to_stage) {
+    std::string error;
+    Parser parser(text, anchor, to_stage, error);
+    parser.parse();
+    return error.empty() ? parser.mapped_text() : std::string(text);
 }
 
 }  // namespace velatura::usd::stage

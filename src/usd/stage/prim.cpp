@@ -15,13 +15,6 @@ using layer::Value;
 
 namespace {
 
-std::vector<const layer::Spec*> specs_of(const PrimData& prim) {
-    std::vector<const layer::Spec*> specs;
-    specs.reserve(prim.specs.size());
-    for (const SpecRef& ref : prim.specs) specs.push_back(ref.spec);
-    return specs;
-}
-
 bool is_rendered(const PrimData& prim) {
     return prim.is_active && prim.is_defined && !prim.is_abstract && prim.is_loaded;
 }
@@ -190,7 +183,12 @@ bool Prim::has_property(std::string_view name) const {
 }
 
 std::optional<Value> Prim::metadata(std::string_view key) const {
-    return compose_field(specs_of(*data_), Token(key));
+    std::vector<Value> values;
+    for (const SpecRef& ref : data_->specs) {
+        if (const Value* value = ref.spec->field(Token(key)))
+            values.push_back(stage_value(*data_, ref, *value));
+    }
+    return compose_values(values);
 }
 
 std::vector<std::string> Prim::metadata_keys() const {

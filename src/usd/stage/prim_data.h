@@ -111,6 +111,13 @@ class StageImpl {
     std::mutex mutex_;
 };
 
+/// What a value of a layer is on the stage: time codes retimed, path expressions mapped, inside
+/// dictionaries too. Ref: AOUSD Core Specification 1.0.1, 7.6.1.2.2.
+layer::Value stage_value(const PrimData& prim, const SpecRef& ref, const layer::Value& value);
+
+/// The same without time.
+layer::Value with_stage_paths(const PrimData& prim, const SpecRef& ref, const layer::Value& value);
+
 // Metadata of stacked specs, shared by prims and properties
 
 /// Composed value of a field over specs, strongest first: list-ops composed, dictionaries merged,

@@ -65,9 +65,12 @@ std::vector<Path> composed_paths(const Prim& prim, Token property, Token field) 
 }
 
 std::optional<Value> composed_metadata(const Prim& prim, Token property, std::string_view key) {
-    std::vector<const layer::Spec*> specs;
-    for (const PropertySpec& s : property_specs(*prim.data(), property)) specs.push_back(s.spec);
-    return compose_field(specs, Token(key));
+    std::vector<Value> values;
+    for (const PropertySpec& s : property_specs(*prim.data(), property)) {
+        if (const Value* value = s.spec->field(Token(key)))
+            values.push_back(stage_value(*prim.data(), *s.prim_spec, *value));
+    }
+    return compose_values(values);
 }
 
 std::vector<std::string> composed_metadata_keys(const Prim& prim, Token property) {
@@ -175,14 +178,18 @@ std::optional<Value> Attribute::authored_default() const {
     for (const PropertySpec& s : property_specs(*prim_.data(), name_)) {
         const Value* value = s.spec->field(layer::fields().default_value);
         // An animation block says nothing about defaults
-        if (value && !value->is_animation_block()) return retime_value(*value, s.to_stage);
+        if (value && !value->is_animation_block())
+            return stage_value(*prim_.data(), *s.prim_spec, *value);
     }
     return std::nullopt;
 }
 
 Value Attribute::value(TimeCode time) const {
     if (!prim_) return {};
-    const Value result = find_value_opinion(*prim_.data(), name_, time.is_default()).value(time);
+    const ValueOpinion winner = find_value_opinion(*prim_.data(), name_, time.is_default());
+    Value result = winner.value(time);
+    if (result.type() == layer::ValueType::PathExpression && winner.spec.prim_spec)
+        result = with_stage_paths(*prim_.data(), *winner.spec.prim_spec, result);
     if (result.is_block() || result.is_empty()) return fallback().value_or(Value());
     return result;
 }

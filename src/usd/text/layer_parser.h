@@ -59,6 +59,8 @@ class LayerParser {
                                const Declaration& declaration);
     bool attribute_value(const Declaration& declaration, layer::Value& out);
     bool sample_value(const Declaration& declaration, layer::Value& out);
+    /// "time :"; a time of nan is warned about.
+    bool sample_time(double& time);
     bool attribute_samples(layer::Spec& spec, const Declaration& declaration);
     bool relationship_samples(layer::Path owner, layer::Spec& spec);
     bool spline(layer::Spec& spec);

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <unordered_set>
 
 namespace velatura::usd::text {
@@ -170,18 +171,28 @@ bool LayerParser::sample_value(const Declaration& d, layer::Value& out) {
     return true;
 }
 
+bool LayerParser::sample_time(double& time) {
+    s_.skip_inline();
+    const SourceLoc where = s_.loc();
+    if (!values_.element(time)) return false;
+    if (std::isnan(time)) {
+        s_.warn("usd-sample-time", where, "found a sample at nan, expected a time; it is left out");
+    }
+    s_.skip_inline();
+    if (!s_.expect(':')) return false;
+    s_.skip_inline();
+    return true;
+}
+
 bool LayerParser::attribute_samples(layer::Spec& spec, const Declaration& d) {
     const SourceLoc where = s_.loc();
     std::vector<std::pair<double, layer::Value>> samples;
     const bool ok = values_.bracketed('{', '}', [&] {
         double time = 0.0;
-        if (!values_.element(time)) return false;
-        s_.skip_inline();
-        if (!s_.expect(':')) return false;
-        s_.skip_inline();
+        if (!sample_time(time)) return false;
         layer::Value value;
         if (!sample_value(d, value)) return false;
-        samples.emplace_back(time, std::move(value));
+        if (!std::isnan(time)) samples.emplace_back(time, std::move(value));
         return true;
     });
     if (ok)
@@ -251,17 +262,12 @@ bool LayerParser::relationship_samples(layer::Path owner, layer::Spec& spec) {
     std::vector<std::pair<double, layer::Value>> samples;
     const bool ok = values_.bracketed('{', '}', [&] {
         double time = 0.0;
-        if (!values_.element(time)) return false;
-        s_.skip_inline();
-        if (!s_.expect(':')) return false;
-        s_.skip_inline();
+        if (!sample_time(time)) return false;
         layer::Path target;
-        if (s_.accept_word("None")) {
-            samples.emplace_back(time, layer::Value::block());
-            return true;
-        }
-        if (!target_path(owner, target)) return false;
-        samples.emplace_back(time, layer::Value(target));
+        const bool is_block = s_.accept_word("None");
+        if (!is_block && !target_path(owner, target)) return false;
+        if (std::isnan(time)) return true;
+        samples.emplace_back(time, is_block ? layer::Value::block() : layer::Value(target));
         return true;
     });
     if (ok)

@@ -287,5 +287,20 @@ TEST_F(ArcsTest, ArcsIntoOneAnotherComeToAnEnd) {
     EXPECT_EQ(count(ErrorKind::CapacityExceeded), 1u);
 }
 
+TEST_F(ArcsTest, OffsetsOfNanAreReportedAndTheRestGoesOn) {
+    write("b.usda", "def \"B\" { def \"x\" {} }\n");
+    for (const char* arc : {"payload", "references"}) {
+        for (const char* offset : {"offset = nan", "scale = nan", "scale = inf; offset = nan"}) {
+            write("root.usda", fmt::format("def \"A\" ( {} = @b.usda@</B> ({}) ) {{}}\n"
+                                           "def \"C\" ( references = @b.usda@</B> ) {{}}\n",
+                                           arc, offset));
+            reopen();
+            EXPECT_EQ(index("/C/x").contributing().size(), 1u);
+            index("/A");
+            EXPECT_EQ(errors().size(), 1u) << arc << " " << offset;
+        }
+    }
+}
+
 }  // namespace
 }  // namespace velatura::usd::compose

@@ -117,5 +117,59 @@ def "P" (
     EXPECT_EQ(flat().find("double x = 1"), std::string::npos);
 }
 
+TEST_F(FlattenTest, PathExpressionsSpeakOfTheStage) {
+    write("asset.usda", R"(
+def "Asset" {
+ pathExpression a = "/Asset/Geo//"
+ pathExpression b = "/Asset/Geo/S*{isa:Sphere} - (/Asset/Geo/Skin + ../Elsewhere/x) %/Asset:c %:c"
+ def "Geo" {
+ pathExpression self = "/Asset/Geo"
+ }
+ }
+)");
+    open(
+        "def \"W\" {\n def \"A\" ( references = @asset.usda@</Asset> ) {}\n }\n"
+        "def \"I\" ( references = @asset.usda@</Asset>\n instanceable = true ) {}\n");
+    EXPECT_TRUE(flat_has("pathExpression a = \"/W/A/Geo//\""));
+    EXPECT_TRUE(flat_has("\"/W/A/Geo/S*{isa:Sphere} - (/W/A/Geo/Skin + (~//)) %/W/A:c %:c\""));
+    EXPECT_TRUE(flat_has("pathExpression self = \"/Flattened_Prototype_1/Geo\""));
+    EXPECT_EQ(stage().prim_at("/W/A").attribute("a").value().get_if<layer::PathExpression>()->text,
+              "/W/A/Geo//");
+}
+
+TEST_F(FlattenTest, TimeCodesOfMetadataAreRetimed) {
+    write(
+        "ref.usda",
+        "def \"R\" ( customData = {\n timecode t = 48\n dictionary d = {\n timecode[] u = [1, 2]\n"
+        "}\n } ) {\n timecode x = 48 ( customData = {\n timecode t = 4\n } )\n }\n");
+    open("def \"P\" ( references = @ref.usda@</R> (offset = 10; scale = 2) ) {}\n");
+    const auto data = stage().prim_at("/P").metadata("customData");
+    ASSERT_TRUE(data);
+    const auto* dictionary = data->get_if<layer::Dictionary>();
+    EXPECT_EQ(dictionary->find("t")->get_if<layer::TimeCodeValue>()->value, 106.0);
+    EXPECT_EQ(dictionary->find_path("d:u")->as_array<layer::TimeCodeValue>()[1].value, 14.0);
+    EXPECT_TRUE(flat_has("timecode t = 106"));
+    EXPECT_TRUE(flat_has("timecode t = 18"));
+    EXPECT_TRUE(flat_has("timecode x = 106"));
+}
+
+TEST_F(FlattenTest, SearchPathsThatFindNothingAndAbsolutePathsStay) {
+    open(
+        "def \"P\" {\n asset a = @missing.png@\n asset b = @/abs/x.png@\n asset c = @./near.png@\n "
+        "}\n");
+    const FlattenOptions elsewhere{(folder_ / "out").string()};
+    EXPECT_TRUE(flat_has("asset a = @missing.png@", elsewhere));
+    EXPECT_TRUE(flat_has("asset b = @/abs/x.png@", elsewhere));
+    EXPECT_TRUE(flat_has("asset c = @../near.png@", elsewhere));
+}
+
+TEST_F(FlattenTest, RetimedSplinesGetNoLoopOfTheirOwn) {
+    write("ref.usda",
+          "def \"R\" {\n double x.spline = {\n bezier,\n 0: 1; post linear,\n 4: 2,\n }\n }\n");
+    open("def \"P\" ( references = @ref.usda@</R> (offset = 10) ) {}\n");
+    EXPECT_TRUE(flat_has("10: 1"));
+    EXPECT_EQ(flat().find("loop"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace velatura::usd::stage

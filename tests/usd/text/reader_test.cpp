@@ -250,5 +250,16 @@ TEST(IsTextLayer, LooksAtTheCookie) {
     EXPECT_FALSE(is_text_layer(""));
 }
 
+TEST_F(Reader, SamplesAtNoTimeAreLeftOutWithAWarning) {
+    const Layer& l = read("def \"A\" {\nfloat x.timeSamples = { 1: 2, nan: 4, inf: 5 }\n}\n");
+    const auto* samples = l.field_as<TimeSamples>(Path::from("/A.x"), fields().time_samples);
+    ASSERT_TRUE(samples);
+    EXPECT_EQ(samples->size(), 2u);
+    ASSERT_EQ(diagnostics_.warning_count(), 1u);
+    EXPECT_EQ(diagnostics_.all()[0].code, "usd-sample-time");
+    EXPECT_EQ(diagnostics_.all()[0].loc.line, 3u);
+    EXPECT_EQ(diagnostics_.all()[0].loc.column, 31u);
+}
+
 }  // namespace
 }  // namespace velatura::usd::text
