@@ -108,6 +108,45 @@ std::string time_text(TimeCode time) {
     return time.is_default() ? "the default time" : fmt::format("time {}", time.value());
 }
 
+std::string paths_text(const std::vector<Path>& paths) {
+    std::string text = "[";
+    for (const Path& path : paths)
+        text += (text.size() > 1 ? ", " : "") + std::string("<") + path.to_string() + ">";
+    return text + "]";
+}
+
+/// Opinions of the specs of a prim or property on one field.
+void add_field_opinions(const Prim& prim, Token property, Token field, Explanation& result) {
+    const PrimData& data = *prim.data();
+    const auto add = [&](const SpecRef& ref, const layer::Spec& spec) {
+        const layer::Field* said = spec.find_field(field);
+        if (!said) return;
+        ExplainedOpinion opinion = opinion_at(data, ref, property);
+        opinion.what = field.str();
+        opinion.loc = said->loc;
+        opinion.value = value_text(said->value);
+        opinion.decides = result.opinions.empty();
+        result.opinions.push_back(std::move(opinion));
+    };
+    if (property.empty()) {
+        for (const SpecRef& ref : data.specs) add(ref, *ref.spec);
+    } else {
+        for (const PropertySpec& spec : property_specs(data, property))
+            add(*spec.prim_spec, *spec.spec);
+    }
+}
+
+/// Adds who says what about an attribute's connections; all of them take part.
+void add_connections(const Attribute& attribute, Explanation& result) {
+    const size_t values = result.opinions.size();
+    add_field_opinions(attribute.prim(), attribute.name(), layer::fields().connection_paths,
+                       result);
+    if (result.opinions.size() == values) return;
+    for (size_t i = values; i < result.opinions.size(); ++i) result.opinions[i].decides = true;
+    result.result += ", connected to " + shortened(paths_text(attribute.connections()));
+    result.reason += "; list edits of connections are applied from the weakest opinion up";
+}
+
 Explanation explain_attribute(const Attribute& attribute, TimeCode time) {
     const PrimData& prim = *attribute.prim().data();
     const bool at_default = time.is_default();
@@ -161,35 +200,8 @@ Explanation explain_attribute(const Attribute& attribute, TimeCode time) {
                 fmt::format("{} of the strongest opinion that counts at {}",
                             value_opinion(prim, attribute.name(), winner).what, time_text(time));
     }
+    add_connections(attribute, result);
     return result;
-}
-
-std::string paths_text(const std::vector<Path>& paths) {
-    std::string text = "[";
-    for (const Path& path : paths)
-        text += (text.size() > 1 ? ", " : "") + std::string("<") + path.to_string() + ">";
-    return text + "]";
-}
-
-/// Opinions of the specs of a prim or property on one field.
-void add_field_opinions(const Prim& prim, Token property, Token field, Explanation& result) {
-    const PrimData& data = *prim.data();
-    const auto add = [&](const SpecRef& ref, const layer::Spec& spec) {
-        const layer::Field* said = spec.find_field(field);
-        if (!said) return;
-        ExplainedOpinion opinion = opinion_at(data, ref, property);
-        opinion.what = field.str();
-        opinion.loc = said->loc;
-        opinion.value = value_text(said->value);
-        opinion.decides = result.opinions.empty();
-        result.opinions.push_back(std::move(opinion));
-    };
-    if (property.empty()) {
-        for (const SpecRef& ref : data.specs) add(ref, *ref.spec);
-    } else {
-        for (const PropertySpec& spec : property_specs(data, property))
-            add(*spec.prim_spec, *spec.spec);
-    }
 }
 
 /// List-ops and dictionaries: every opinion takes part.
@@ -300,12 +312,18 @@ Result<Explanation> explain(const Stage& stage, std::string_view object, TimeCod
     const Prim prim = stage.prim_at(path.prim_path());
     if (!prim) return unknown(object);
     if (prim.is_pseudo_root() && !key.empty()) return explain_stage_metadata(stage, key);
+    const bool is_list_of_paths = key == layer::fields().target_paths.view() ||
+                                  key == layer::fields().connection_paths.view();
+    if (is_composition_field(Token(key))) {
+        return Error{"unknown-object", fmt::format("{} is composition, not metadata: ask for <{}>",
+                                                   key, path.prim_path().to_string())};
+    }
     if (!path.is_property())
         return key.empty() ? explain_prim(prim) : explain_metadata(prim, Token(), key);
     const Attribute attribute = prim.attribute(path.name().view());
     const Relationship relationship = prim.relationship(path.name().view());
     if (!attribute && !relationship) return unknown(object);
-    if (!key.empty()) return explain_metadata(prim, path.name(), key);
+    if (!key.empty() && !is_list_of_paths) return explain_metadata(prim, path.name(), key);
     return relationship ? explain_relationship(relationship) : explain_attribute(attribute, time);
 }
 

@@ -128,5 +128,26 @@ def "P" (
     EXPECT_EQ(explained->result, "1");
 }
 
+TEST_F(ExplainTest, ConnectionsAndTargetsAreCombinedFromAllOpinions) {
+    write("weak.usda",
+          "def \"P\" {\n int c.connect = </P.x>\n append rel r = </C>\n int x = 1\n }\n");
+    open(
+        "( subLayers = [@weak.usda@] )\nover \"P\" {\n prepend int c.connect = </P.y>\n"
+        "prepend rel r = </P>\n }\n");
+    const auto connections = explain(stage(), "/P.c");
+    ASSERT_TRUE(connections.has_value());
+    EXPECT_NE(connections->result.find("connected to [</P.y>, </P.x>]"), std::string::npos)
+        << connections->result;
+    ASSERT_EQ(connections->opinions.size(), 2u);
+    EXPECT_TRUE(connections->opinions[0].decides && connections->opinions[1].decides);
+    for (const char* object : {"/P.r", "/P.r#targetPaths"}) {
+        const auto targets = explain(stage(), object);
+        ASSERT_TRUE(targets.has_value());
+        EXPECT_EQ(targets->result, "[</P>, </C>]");
+        EXPECT_EQ(targets->opinions.size(), 2u);
+    }
+    EXPECT_EQ(explain(stage(), "/P#references").error().code, "unknown-object");
+}
+
 }  // namespace
 }  // namespace velatura::usd::stage
