@@ -338,8 +338,4 @@ float LightTree::pmf(const Receiver& at, uint32_t light) const {
     return float(pmf);
 }
 
-size_t LightTree::bytes() const {
-    return nodes_.capacity() * sizeof(Node) + places_.capacity() * sizeof(Place);
-}
-
 }  // namespace velatura::lights

@@ -26,8 +26,6 @@ class LightTree final : public LightSelector {
     std::optional<LightChoice> select(const Receiver& at, double u) const override;
     float pmf(const Receiver& at, uint32_t light) const override;
 
-    size_t bytes() const;
-
   private:
     static constexpr size_t cut_size = 8;
     static constexpr size_t infinite_size = 8;  // lights at infinity beyond share one entry
