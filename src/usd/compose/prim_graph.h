@@ -43,7 +43,7 @@ struct Node {
     bool has_specs = false;
     bool inert = false;           ///< contributes no opinions; its children may
     bool culled = false;          ///< contributes nothing, nor does anything below it
-    bool placeholder = false;     ///< added only for what it implies further up
+    bool only_implies = false;    ///< added only for what it implies further up
     bool moved = false;           ///< inert, since a copy elsewhere in the graph speaks instead
     LayerStack* stack = nullptr;  ///< owned by the Composer
     layer::Path path;

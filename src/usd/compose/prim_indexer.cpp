@@ -207,7 +207,7 @@ int PrimIndexer::add_node(const ArcRequest& request) {
     if (!request.contributes) {
         graph().set_inert(added, true);
         graph().edit(added).restricted_depth = 1;
-        graph().edit(added).placeholder = true;
+        graph().edit(added).only_implies = true;
     }
     return added;
 }

@@ -204,9 +204,9 @@ int PrimIndexer::propagate_node(int parent, int source, MapPtr map, int tree, bo
         graph().make_subtree_inert(source);
         return -1;
     }
-    if (node(copy).placeholder && node(source).contributes()) {
+    if (node(copy).only_implies && node(source).contributes()) {
         // It speaks from now on: its variants have not been looked at
-        graph().edit(copy).placeholder = false;
+        graph().edit(copy).only_implies = false;
         if (site_arcs(*node(copy).stack, node(copy).path).variants) add_task(VariantSets, copy);
     }
     // Remember in the source how deep the copy had lost its say, for the way back
