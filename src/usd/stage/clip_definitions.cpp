@@ -84,7 +84,7 @@ class SiteReader {
                     const layer::Spec& spec,
                     const Dictionary& clips) {
         const SourceLoc loc = spec.field_loc(layer::fields().clips);
-        const layer::LayerOffset to_stage = node_.to_root->time_offset().after(layer.to_root);
+        const layer::LayerOffset to_stage = offset_to_stage(node_, layer);
         for (const auto& entry : clips.entries) {
             const Dictionary* own = entry.second.get_if<Dictionary>();
             if (!own || entry.first.empty()) {

@@ -89,8 +89,7 @@ Value with_stage_paths(const PrimData& prim, const SpecRef& ref, const Value& va
 
 Value stage_value(const PrimData& prim, const SpecRef& ref, const Value& value) {
     const compose::Node& node = prim.index.nodes()[size_t(ref.node)];
-    const Value retimed =
-        retime_value(value, node.to_root->time_offset().after(ref.layer->to_root));
+    const Value retimed = retime_value(value, offset_to_stage(node, *ref.layer));
     return with_stage_paths(prim, ref, retimed);
 }
 

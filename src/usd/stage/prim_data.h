@@ -57,6 +57,12 @@ struct PropertySpec {
     layer::LayerOffset to_stage;  ///< layer time → stage time
 };
 
+/// Time of a layer → time of the stage.
+inline layer::LayerOffset offset_to_stage(const compose::Node& node,
+                                          const compose::StackLayer& layer) {
+    return node.to_root->time_offset().after(layer.to_root);
+}
+
 /// Specs of a property, strongest first; only those of one kind (the strongest spec's) count.
 std::vector<PropertySpec> property_specs(const PrimData& prim, layer::Token name);
 

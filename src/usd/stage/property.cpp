@@ -27,7 +27,7 @@ std::vector<PropertySpec> property_specs(const PrimData& prim, Token name) {
         const layer::Spec* spec = ref.layer->layer->spec(node.path.append_property(name));
         if (!spec) continue;
         if (!result.empty() && result.front().spec->kind() != spec->kind()) continue;
-        result.push_back({spec, &ref, node.to_root->time_offset().after(ref.layer->to_root)});
+        result.push_back({spec, &ref, offset_to_stage(node, *ref.layer)});
     }
     return result;
 }

@@ -66,12 +66,6 @@ void StageImpl::expand(PrimData& prim) {
         } else {
             prim.children.reserve(names.size());
             for (const Token& name : names) {
-                if (prim_count_ >= options_.compose.max_prims) {
-                    diagnostics_.error(
-                        "usd-too-many-prims", {}, prim.path.to_string(),
-                        fmt::format("limit of {} prims reached", options_.compose.max_prims));
-                    break;
-                }
                 prim.children.push_back(
                     make_prim(&prim, composer_.child_index(prim.index, name, prim.is_instance)));
             }
