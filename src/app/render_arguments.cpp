@@ -30,9 +30,16 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     how->add_option("--target-error", a.target_error, "progressive: stop at this relative standard error, e.g. 1%");
     how->add_option("--max-depth", a.max_depth, "cut paths after this many scatterings, a bias; 0 = only Russian roulette ends paths")->check(CLI::Range(0, 65536));
     how->add_option("--filter", a.filter, "pixel filter")->check(CLI::IsMember({"box", "triangle", "gaussian", "blackman-harris", "mitchell"}));
-    how->add_option("--light-selection", a.light_selection, "how a light is picked for direct light")->check(CLI::IsMember({"uniform", "power", "tree"}));
     how->add_option("--seed", a.seed, "another seed gives other noise");
     how->add_option("--threads", a.threads, "threads; 0 = all cores; the picture does not depend on it")->check(CLI::Range(0, 1024));
+
+    auto* estimator = command.add_option_group("Estimator, to compare with the classic ones");
+    estimator->add_option("--integrator", a.integrator, "path: light and BSDF sampling by MIS; nee: light sampling alone; naive: BSDF sampling alone; whitted: direct light and mirror chains only, another picture")
+        ->check(CLI::IsMember({"path", "nee", "naive", "whitted"}));
+    estimator->add_option("--light-sampling", a.light_sampling, "who looks for lights: mis, light or bsdf (default: as the integrator says)")->check(CLI::IsMember({"mis", "light", "bsdf"}));
+    estimator->add_option("--light-selection", a.light_selection, "how a light is picked for direct light")->check(CLI::IsMember({"uniform", "power", "tree"}));
+    estimator->add_option("--roulette", a.roulette, "how paths end: by their throughput, with a constant chance, or not (needs --max-depth)")->check(CLI::IsMember({"throughput", "constant", "none"}));
+    estimator->add_option("--sampler", a.sampler, "points of a pixel: Owen-scrambled Sobol' or independent random ones")->check(CLI::IsMember({"sobol", "independent"}));
 
     auto* layers = command.add_option_group("Light layers");
     layers->add_option("--bounces", a.bounces, "bounces b0…bK stored one by one; everything past them goes to `tail`")->check(CLI::Range(0, 64));

@@ -39,7 +39,11 @@ struct RenderArguments {
     bool float_layers = false;
     std::string exr_layout = "multipart";
     std::string filter = "blackman-harris";
+    std::string integrator = "path";
+    std::string light_sampling;    ///< empty = what the integrator stands for
     std::string light_selection = "tree";
+    std::string roulette = "throughput";
+    std::string sampler = "sobol";
     int threads = 0;
     std::string snapshot;
     std::string progress = "bar";

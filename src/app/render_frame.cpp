@@ -40,6 +40,8 @@ std::string settings_hash(const RenderJob& job, const FrameInput& input, const f
     std::string text = fmt::format("{}|{}|{}|{}|{}|{}x{}|{} {} {} {}|{}|{}|{}", job.tracer.seed, job.tracer.max_depth, int(job.tracer.filter),
                                          job.tracer.disable_lens, int(job.light_selection), s.width, s.height, window.x0, window.y0, window.x1,
                                          window.y1, input.frame, input.scene.camera.name, layers.to_json());
+    const integrator::EstimatorOptions& e = job.tracer.estimator;
+    text += fmt::format("|{} {} {} {} {}", int(e.light_sampling), int(e.roulette), e.roulette_start, e.specular_chains_only, int(job.tracer.sampler));
     text += fmt::format("|{}|{}|{}", s.pixel_aspect_ratio, fmt::join(s.included_purposes, ","), fmt::join(s.material_binding_purposes, ","));
     const scene::Camera& c = input.scene.camera;
     text += fmt::format("|{} {} {} {} {} {} {}", c.window_left, c.window_right, c.window_bottom, c.window_top, c.lens_radius, c.focus_distance, c.exposure_scale);
@@ -75,6 +77,7 @@ image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, co
     info.scene_json = scene_json.dump();
     nlohmann::ordered_json stats;
     stats["scene"] = make_scene_stats(input, world);
+    stats["estimator"] = make_estimator_stats(job);
     stats["ledger"] = make_ledger(job);
     info.stats_json = stats.dump();
     info.software = fmt::format("velatura {}", VELATURA_VERSION);
@@ -104,8 +107,7 @@ class FrameRenderer {
           diagnostics_(diagnostics),
           window_(data_window(input.scene.settings, job.arguments.crop)),
           layers_(with_groups(job.layers, input.scene)),
-          world_(input.scene, {.width = input.scene.settings.width, .height = input.scene.settings.height, .light_selection = job.light_selection},
-                 make_light_image_loader(), diagnostics),
+          world_(input.scene, world_options(job, input.scene.settings), make_light_image_loader(), diagnostics),
           tracer_(world_, layers_, tracer_options()),
           printer_(job.progress) {}
 
@@ -135,6 +137,15 @@ class FrameRenderer {
     }
 
   private:
+    static integrator::WorldOptions world_options(const RenderJob& job, const scene::RenderSettings& settings) {
+        integrator::WorldOptions options;
+        options.width = settings.width;
+        options.height = settings.height;
+        options.light_selection = job.light_selection;
+        options.compensate_mis = job.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
+        return options;
+    }
+
     integrator::PathTracerOptions tracer_options() const {
         integrator::PathTracerOptions options = job_.tracer;
         options.disable_lens = input_.scene.settings.disable_depth_of_field;

@@ -22,6 +22,25 @@ lights::SelectionKind selection_kind(std::string_view name) {
     return name == "power" ? lights::SelectionKind::Power : lights::SelectionKind::Tree;
 }
 
+/// The estimator that the command line names.
+Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
+    using integrator::LightSampling;
+    integrator::EstimatorOptions& estimator = job.tracer.estimator;
+
+    // The integrator's name stands for a way of light sampling; naming another one is a contradiction but for `path`
+    const std::string_view usual = a.integrator == "path" ? "mis" : a.integrator == "naive" ? "bsdf" : "light";
+    const std::string_view wanted = a.light_sampling.empty() ? usual : std::string_view(a.light_sampling);
+    if (wanted != usual && a.integrator != "path") return usage(fmt::format("--integrator {} means --light-sampling {}, not {}", a.integrator, usual, wanted));
+    estimator.light_sampling = wanted == "mis" ? LightSampling::Mis : wanted == "light" ? LightSampling::Light : LightSampling::Bsdf;
+    estimator.specular_chains_only = a.integrator == "whitted";
+
+    estimator.roulette = a.roulette == "throughput" ? integrator::Roulette::Throughput : a.roulette == "constant" ? integrator::Roulette::Constant : integrator::Roulette::None;
+    if (estimator.roulette == integrator::Roulette::None && a.max_depth == 0) return usage("--roulette none needs --max-depth: without either, paths in closed rooms do not end");
+    job.tracer.sampler = a.sampler == "independent" ? sampling::SamplerKind::Independent : sampling::SamplerKind::Sobol;
+    job.light_selection = selection_kind(a.light_selection);
+    return {};
+}
+
 std::vector<std::string> split(std::string_view text, char separator) {
     std::vector<std::string> parts;
     size_t begin = 0;
@@ -132,7 +151,7 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     const auto filter = sampling::filter_kind(a.filter);
     if (!filter) return usage(fmt::format("--filter: unknown filter \"{}\"", a.filter));
     job.tracer.filter = *filter;
-    job.light_selection = selection_kind(a.light_selection);
+    if (const auto ok = choose_estimator(a, job); !ok) return ok.error();
     job.layout = a.exr_layout == "single" ? image::Layout::SinglePart : a.exr_layout == "split" ? image::Layout::Split : image::Layout::MultiPart;
     const auto progress = parse_progress_style(a.quiet ? "none" : a.progress, ::isatty(STDOUT_FILENO) == 1);
     if (!progress) return usage(progress.error().message);

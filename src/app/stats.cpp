@@ -23,10 +23,26 @@ json make_scene_stats(const FrameInput& input, const integrator::World& world) {
     return j;
 }
 
+json make_estimator_stats(const RenderJob& job) {
+    const RenderArguments& a = job.arguments;
+    using integrator::LightSampling;
+    const LightSampling sampling = job.tracer.estimator.light_sampling;
+    json j;
+    j["integrator"] = a.integrator;
+    j["light_sampling"] = sampling == LightSampling::Mis ? "mis" : sampling == LightSampling::Light ? "light" : "bsdf";
+    j["light_selection"] = a.light_selection;
+    j["roulette"] = a.roulette;
+    j["sampler"] = a.sampler;
+    return j;
+}
+
 json make_ledger(const RenderJob& job) {
     json ledger = json::array();
     if (job.tracer.max_depth > 0) {
         ledger.push_back({{"approximation", "max-depth"}, {"value", job.tracer.max_depth}, {"kind", "bias"}, {"effect", "light of longer paths is missing; not measured"}});
+    }
+    if (job.tracer.estimator.specular_chains_only) {
+        ledger.push_back({{"approximation", "whitted"}, {"value", "paths end at the first surface that is no perfect mirror or glass"}, {"kind", "bias"}, {"effect", "indirect light is missing; not measured"}});
     }
     if (job.tracer.filter == sampling::FilterKind::Mitchell) {
         ledger.push_back({{"approximation", "mitchell-ratio"}, {"value", "weights normalised per pixel"}, {"kind", "consistent"}, {"effect", "vanishes with samples; not measured"}});
@@ -73,6 +89,7 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
                      {"lights", world.times.lights_s},
                      {"render", result.seconds}};
     j["memory_bytes"] = {{"peak", peak_resident_bytes()}, {"geometry", world.geometry.bytes()}, {"bvh", accelerator.bytes}, {"film", film.memory_bytes()}};
+    j["estimator"] = make_estimator_stats(job);
     j["samples"] = samples_json(film, result, job);
     j["rays"] = {{"camera", result.rays.camera}, {"shadow", result.rays.shadow}, {"indirect", result.rays.indirect}};
     j["rays_per_s"] = result.seconds > 0 ? double(result.rays.total()) / result.seconds : 0.0;

@@ -20,6 +20,9 @@ nlohmann::ordered_json make_stats(const RenderJob& job, const FrameInput& input,
 /// that two runs of one render give the same header.
 nlohmann::ordered_json make_scene_stats(const FrameInput& input, const integrator::World& world);
 
+/// Names of the options that choose the estimator: integrator, light_sampling, light_selection, roulette, sampler.
+nlohmann::ordered_json make_estimator_stats(const RenderJob& job);
+
 /// Approximations in force, with what is known of their effect. Empty = unbiased.
 nlohmann::ordered_json make_ledger(const RenderJob& job);
 

@@ -62,7 +62,7 @@ PathTracer::PathTracer(const World& world, const film::LayerSet& layers, const P
       depth_limit_(options.max_depth > 0 ? std::min(options.max_depth, hard_depth_limit) : hard_depth_limit) {}
 
 void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out, RayCounts& counts, PathObserver* observer) const {
-    Path path(sampling::PixelSampler(options_.seed, x, y, sample), counts, observer);
+    Path path(sampling::PixelSampler(options_.seed, x, y, sample, options_.sampler), counts, observer);
 
     // Start at the camera, inside the pixel's filter
     const sampling::FilterSample filtered = filter_.sample(path.sampler.get_2d(0, Purpose::PixelFilter));
@@ -137,7 +137,8 @@ void PathTracer::deposit(const Path& path, int bounce, scene::GroupId group, con
 }
 
 float PathTracer::light_hit_weight(const Path& path, const lights::LightHit& hit) const {
-    if (path.is_certain) return 1.0f;
+    if (path.is_certain || options_.estimator.light_sampling == LightSampling::Bsdf) return 1.0f;
+    if (options_.estimator.light_sampling == LightSampling::Light) return 0.0f;
     const float light_pdf = world_.selector->pmf(path.receiver, hit.light) * hit.pdf;
     return sampling::balance_heuristic(path.scatter_pdf, light_pdf);
 }
@@ -184,6 +185,8 @@ void PathTracer::add_direct_light(Path& path, const geometry::SurfacePoint& poin
     const Vec2 u = path.sampler.get_2d(path.bounce, Purpose::LightSurface, path.pass_count);
     const std::optional<lights::LightSample> light = world_.lights.sample(choice->light, point.p, u);
     if (!light || is_black(light->Le)) return;
+    const LightSampling strategy = options_.estimator.light_sampling;
+    if (strategy == LightSampling::Bsdf && !light->is_delta) return;
 
     // Weigh it against finding the same light by sampling the BSDF
     const shading::BsdfValue value = bsdf.evaluate(wo, light->wi);
@@ -194,7 +197,8 @@ void PathTracer::add_direct_light(Path& path, const geometry::SurfacePoint& poin
     }
     if (is_black(f)) return;
     const float light_pdf = choice->pmf * light->pdf;
-    const float weight = light->is_delta ? 1.0f : sampling::balance_heuristic(light_pdf, value.pdf);
+    const bool has_rival = strategy == LightSampling::Mis && !light->is_delta;
+    const float weight = has_rival ? sampling::balance_heuristic(light_pdf, value.pdf) : 1.0f;
     const Rgb Ld = path.beta * f * light->Le * (bsdf.cosine(light->wi) * weight / light_pdf);
     if (is_black(Ld)) return;
 
@@ -254,6 +258,7 @@ bool PathTracer::scatter(Path& path, const geometry::SurfacePoint& point, const 
     const Vec2 u = path.sampler.get_2d(path.bounce, Purpose::BsdfDirection, path.pass_count);
     const std::optional<shading::BsdfSample> sample = bsdf.sample_f(wo, u_lobe, u);
     if (!sample || !(sample->pdf > 0.0f)) return false;
+    if (options_.estimator.specular_chains_only && !sample->is_delta) return false;
     path.beta *= sample->f * (bsdf.cosine(sample->wi) / sample->pdf);
     if (is_black(path.beta)) return false;
 
@@ -286,9 +291,11 @@ bool PathTracer::scatter(Path& path, const geometry::SurfacePoint& point, const 
 }
 
 bool PathTracer::survives_roulette(Path& path) const {
-    if (path.bounce < options_.roulette_start) return true;
+    const EstimatorOptions& estimator = options_.estimator;
+    if (estimator.roulette == Roulette::None || path.bounce < estimator.roulette_start) return true;
     const float exposure = world_.camera.exposure_scale();
-    float survival = max_component(path.beta) * path.eta_scale / exposure;
+    const bool is_constant = estimator.roulette == Roulette::Constant;
+    float survival = is_constant ? constant_survival : max_component(path.beta) * path.eta_scale / exposure;
     if (path.bounce >= trapped_path_start) survival = std::min(survival, 1.0f - 1.0f / trapped_path_share);
     if (survival >= 1.0f) return true;
     if (path.sampler.get_1d(path.bounce, Purpose::Roulette) >= survival) return false;

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "film/film.h"
+#include "integrator/estimator.h"
 #include "integrator/ray_counts.h"
 #include "integrator/world.h"
 #include "sampling/filter.h"
@@ -24,12 +25,13 @@ struct PathTracerOptions {
     uint64_t seed = 0;
     int max_depth = 0;  ///< scatterings after which paths are cut; 0 = never
     sampling::FilterKind filter = sampling::FilterKind::BlackmanHarris;
-    int roulette_start = 3;  ///< scatterings before Russian roulette begins: short paths carry most of the light
+    EstimatorOptions estimator = {};
+    sampling::SamplerKind sampler = sampling::SamplerKind::Sobol;
     bool disable_lens = false;  ///< UsdRenderSettings disableDepthOfField
 };
 
-/// Unidirectional path tracing with next-event estimation, multiple importance sampling and Russian roulette. Radiance
-/// goes into (bounce, light group) cells by what the path did.
+/// Unidirectional path tracing with next-event estimation, multiple importance sampling and Russian roulette, or with less
+/// of it where the estimator says so. Radiance goes into (bounce, light group) cells by what the path did.
 /// Ref: Veach 1997, chapters 9 and 10; Pharr, Jakob, Humphreys 2023, section 13.4.
 class PathTracer {
   public:

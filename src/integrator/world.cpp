@@ -30,8 +30,7 @@ World::World(const scene::Scene& s, const WorldOptions& options, const lights::I
       geometry(timed(times.tessellate_s, [&] { return geometry::GeometrySet(s); })),
       accelerator(timed(times.accelerator_s, [&] { return accel::build_bvh(s, geometry); })),
       materials(s, diagnostics),
-      // Every non-delta vertex combines light and BSDF sampling, which is what compensation asks for
-      lights(timed(times.lights_s, [&] { return lights::LightSet(s, load_image, diagnostics, {.compensate_mis = true}); })),
+      lights(timed(times.lights_s, [&] { return lights::LightSet(s, load_image, diagnostics, {.compensate_mis = options.compensate_mis}); })),
       selector(lights::make_light_selector(lights, accelerator->bounds(), {.kind = options.light_selection})),
       camera(s.camera, options.width, options.height),
       has_lobe_multipliers(std::any_of(s.lights.begin(), s.lights.end(), [](const scene::Light& l) {

@@ -17,6 +17,7 @@ namespace velatura::integrator {
 struct WorldOptions {
     int width = 0, height = 0;  ///< whole picture, pixels
     lights::SelectionKind light_selection = lights::SelectionKind::Tree;
+    bool compensate_mis = true;  ///< only where light sampling is always combined with BSDF sampling; see LightSetOptions
 };
 
 /// Seconds spent on preparing a frame.

@@ -20,15 +20,20 @@ uint64_t stream_hash(uint64_t pixel_key, int bounce, Purpose purpose, uint32_t r
 // Even sample indices are half A, odd ones half B. Each half walks its own sequence with its own
 // scrambles, so that A − B is an honest estimate of error; both are keyed by the pixel, so that
 // pixels are independent.
-PixelSampler::PixelSampler(uint64_t seed, int pixel_x, int pixel_y, uint64_t sample_index)
+PixelSampler::PixelSampler(
+    uint64_t seed, int pixel_x, int pixel_y, uint64_t sample_index, SamplerKind kind)
     : pixel_key_(
           hash_combine(hash_combine(seed, (uint64_t(uint32_t(pixel_x)) << 32) | uint32_t(pixel_y)),
                        // The sequence repeats after 2^32 points: go on with fresh scrambles instead
                        (sample_index & 1u) | (sample_index >> 33 << 1))),
-      sequence_index_(uint32_t(sample_index >> 1)) {}
+      sequence_index_(uint32_t(sample_index >> 1)),
+      is_independent_(kind == SamplerKind::Independent) {
+    if (is_independent_) pixel_key_ = hash_combine(pixel_key_, sample_index);
+}
 
 uint32_t PixelSampler::bits_1d(int bounce, Purpose purpose, uint32_t repeat) const {
     const uint64_t key = stream_hash(pixel_key_, bounce, purpose, repeat);
+    if (is_independent_) return uint32_t(key >> 32);
     const uint32_t index =
         reverse_bits(owen_hash_reversed(reverse_bits(sequence_index_), uint32_t(key)));
     // Dimension 0 of Sobol' is the reversed index, so its reversed form is the index itself
@@ -48,6 +53,7 @@ double PixelSampler::get_1d_fine(int bounce, Purpose purpose, uint32_t repeat) c
 // JCGT 9(4).
 Vec2 PixelSampler::get_2d(int bounce, Purpose purpose, uint32_t repeat) const {
     const uint64_t key = stream_hash(pixel_key_, bounce, purpose, repeat);
+    if (is_independent_) return {unit_float(uint32_t(key)), unit_float(uint32_t(key >> 32))};
     const uint32_t index =
         reverse_bits(owen_hash_reversed(reverse_bits(sequence_index_), uint32_t(key)));
     const uint32_t seed_1 = uint32_t((key * 0xd6e8feb86659fd93ull) >> 32);

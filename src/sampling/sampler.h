@@ -24,10 +24,16 @@ enum class Purpose : uint32_t {
     FilterSign = 10,
 };
 
+/// Which points the samples of a pixel are.
+enum class SamplerKind : uint8_t {
+    Sobol,        ///< Owen-scrambled Sobol' points, padded in pairs of dimensions
+    Independent,  ///< hashes: plain Monte Carlo, to compare with
+};
+
 /// The numbers of one camera sample. A value; copies are equal.
 class PixelSampler {
   public:
-    PixelSampler(uint64_t seed, int pixel_x, int pixel_y, uint64_t sample_index);
+    PixelSampler(uint64_t seed, int pixel_x, int pixel_y, uint64_t sample_index, SamplerKind kind = SamplerKind::Sobol);
 
     /// One number in [0, 1). `bounce` counts path vertices from 0 = camera; `repeat` tells apart
     /// several draws of one purpose at one vertex (opacity layers of a ray).
@@ -44,6 +50,7 @@ class PixelSampler {
 
     uint64_t pixel_key_;
     uint32_t sequence_index_;
+    bool is_independent_;
 };
 
 }  // namespace velatura::sampling

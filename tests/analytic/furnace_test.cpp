@@ -22,7 +22,7 @@ TestScene closed_ball(float albedo, float Le) {
 
 TEST(Furnace, ClosedDiffuseBallPerBounce) {
     // Inside any closed surface of albedo ρ that emits Le, bounce k brings Le·ρ^k: without roulette on every path
-    const RenderedLayers layers = render(closed_ball(0.5f, 0.5f), {.size = 16, .samples = 64, .last_bounce = 8, .roulette_start = 9});
+    const RenderedLayers layers = render(closed_ball(0.5f, 0.5f), {.size = 16, .samples = 64, .last_bounce = 8, .estimator = {.roulette_start = 9}});
     for (int k = 0; k <= 8; ++k) {
         expect_close(layers.bounce(k), 0.5 * std::pow(0.5, k), 1e-6, fmt::format("closed ball, bounce {}", k));
     }
@@ -37,7 +37,7 @@ TEST(Furnace, RouletteIsUnbiasedPerBounce) {
 }
 
 TEST(Furnace, ClosedBallStoppedAtADepth) {
-    const RenderedLayers layers = render(closed_ball(0.5f, 0.5f), {.size = 16, .samples = 64, .last_bounce = 1, .max_depth = 8, .roulette_start = 100});
+    const RenderedLayers layers = render(closed_ball(0.5f, 0.5f), {.size = 16, .samples = 64, .last_bounce = 1, .max_depth = 8, .estimator = {.roulette_start = 100}});
     expect_close(layers.beauty(), 1.0 - std::pow(0.5, 9), 1e-6, "closed ball, cut after 8 scatterings");
 }
 

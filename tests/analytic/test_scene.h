@@ -60,7 +60,7 @@ struct TestRenderOptions {
     uint64_t samples = 64;
     int last_bounce = 4;
     int max_depth = 0;
-    int roulette_start = 3;
+    integrator::EstimatorOptions estimator = {};
     uint64_t seed = 1;
 };
 
