@@ -230,11 +230,6 @@ std::optional<std::vector<T>> cast_array(const Value& value) {
 // ---- Interpolation ----
 
 template <class T>
-constexpr bool is_linear =
-    Shape<T>::group == Group::Vector || Shape<T>::group == Group::Matrix ||
-    std::is_same_v<T, float> || std::is_same_v<T, double> || std::is_same_v<T, layer::Float16>;
-
-template <class T>
 constexpr bool is_float_element = [] {
     if constexpr (Shape<T>::group == Group::None) {
         return false;
