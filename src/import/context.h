@@ -74,6 +74,10 @@ void author_camera(Context& ctx, Path parent, const aiCamera& camera);
 /// `world`: of the node that holds the light.
 void author_light(Context& ctx, Path parent, const aiLight& light, const Mat4d& world);
 
+/// A path as files of other formats write it: slashes turned, "%20" and the like read, "file://"
+/// taken off.
+std::string file_of_uri(std::string name);
+
 /// Path of a material's texture, as it is to stand in the layer; empty when there is none. Writes
 /// embedded images.
 std::string texture_asset(Context& ctx, const std::string& name, const std::string& material);

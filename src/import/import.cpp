@@ -3,13 +3,16 @@
 
 #include "base/atomic_file.h"
 #include "import/context.h"
+#include "import/gltf.h"
 #include "import/isolated.h"
 #include "usd/layer/fields.h"
 #include "usd/text/writer.h"
 
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/DefaultLogger.hpp>
 #include <assimp/Importer.hpp>
 #include <assimp/LogStream.hpp>
+#include <assimp/MemoryIOWrapper.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <fmt/format.h>
@@ -86,6 +89,36 @@ class LogToDiagnostics final : public Assimp::LogStream {
     Diagnostics& diagnostics_;
     SourceLoc loc_;
 };
+
+/// Files as they are on disk, but for one with other bytes.
+class FilesWithOneReplaced final : public Assimp::DefaultIOSystem {
+  public:
+    FilesWithOneReplaced(std::string file, std::string bytes)
+        : file_(std::move(file)), bytes_(std::move(bytes)) {}
+
+    Assimp::IOStream* Open(const char* name, const char* mode) override {
+        if (name != file_) return DefaultIOSystem::Open(name, mode);
+        return new Assimp::MemoryIOStream(reinterpret_cast<const uint8_t*>(bytes_.data()),
+                                          bytes_.size());
+    }
+
+  private:
+    std::string file_, bytes_;
+};
+
+/// What Assimp reads, made ready for it.
+void prepare(Assimp::Importer& importer,
+             const fs::path& file,
+             Format format,
+             Diagnostics& diagnostics,
+             SourceLoc loc) {
+    if (format != Format::Gltf) return;
+    const Result<std::string> bytes = read_file(file.string());
+    if (!bytes) return;
+    std::optional<std::string> better = prepare_gltf(*bytes, file.parent_path(), diagnostics, loc);
+    // The importer owns it
+    if (better) importer.SetIOHandler(new FilesWithOneReplaced(file.string(), *std::move(better)));
+}
 
 /// Reads the file; Assimp's logger is one per process.
 Result<const aiScene*> read_scene(Assimp::Importer& importer,
@@ -296,6 +329,7 @@ std::string read_and_convert(const std::string& file, const std::string& output,
     const SourceLoc loc{diagnostics.file_id(file), 0, 0};
     json out;
     Assimp::Importer importer;
+    prepare(importer, file, format, diagnostics, loc);
     const Result<const aiScene*> scene = read_scene(importer, file, diagnostics, loc);
     if (scene) {
         layer::Layer made(output);

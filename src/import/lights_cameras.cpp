@@ -61,9 +61,11 @@ double point_intensity(Context& ctx, Path prim, const aiLight& light, const Mat4
     double distance = (ctx.center - position).length();
     if (!(distance > 0.0)) distance = 1.0;
     const double d = scale > 0.0 ? distance / scale : distance;
-    const double constant = double(light.mAttenuationConstant);
     const double linear = double(light.mAttenuationLinear);
     const double quadratic = double(light.mAttenuationQuadratic);
+    // Lights of .fbx files that do not decay have the distance there from which on they would
+    const bool is_distance = ctx.format == Format::Fbx && linear == 0.0 && quadratic == 0.0;
+    const double constant = is_distance ? 1.0 : double(light.mAttenuationConstant);
     const double falloff = constant + linear * d + quadratic * d * d;
     if (constant != 0.0 || linear != 0.0)
         ctx.warn("import-falloff",
@@ -115,6 +117,11 @@ const char* light_type(const aiLight& light) {
         default:
             return nullptr;
     }
+}
+
+/// Assimp's angle for cameras of .fbx files that have none.
+bool is_made_up_angle(const Context& ctx, const aiCamera& camera) {
+    return ctx.format == Format::Fbx && std::abs(double(camera.mHorizontalFOV) - pi_d / 180) < 1e-8;
 }
 
 /// Vertical field of view in radians and aspect ratio (0 = unknown).
@@ -188,9 +195,16 @@ void author_camera(Context& ctx, Path parent, const aiCamera& camera) {
         width = 20.0 * double(camera.mOrthographicWidth);
         height = camera.mAspect > 0 ? width / double(camera.mAspect) : width;
     } else {
+        if (ctx.format == Format::Fbx)
+            ctx.diagnostics.note("import-projection", ctx.loc, prim.to_string(),
+                                 "perspective is written: Assimp does not tell the projection of "
+                                 ".fbx cameras");
         const auto [fov, aspect] = field_of_view(ctx, camera);
         if (aspect > 0.0) height = width / aspect;
-        if (fov > 0.0 && fov < pi_d)
+        if (is_made_up_angle(ctx, camera))
+            ctx.warn("import-camera", "the file gives no field of view, 50 mm are used",
+                     prim.to_string());
+        else if (fov > 0.0 && fov < pi_d)
             author.attribute(prim, "focalLength", "float",
                              Value(float(height / 2 / std::tan(fov / 2))));
         else

@@ -4,6 +4,7 @@
 
 #include <assimp/GltfMaterial.h>
 #include <assimp/ObjMaterial.h>
+#include <assimp/commonMetaData.h>
 #include <assimp/material.h>
 #include <fmt/format.h>
 
@@ -39,6 +40,8 @@ constexpr const char* emissive_key = "$clr.emissive";
 constexpr const char* opacity_key = "$mat.opacity";
 constexpr const char* roughness_key = "$mat.roughnessFactor";
 constexpr const char* metallic_key = "$mat.metallicFactor";
+constexpr const char* shininess_key = "$mat.shininess";
+constexpr const char* emission_strength_key = "$mat.emissiveIntensity";
 
 bool is_unlit(const aiMaterial& material) {
     return get<int>(material, "$mat.shadingm") == int(aiShadingMode_Unlit);
@@ -193,6 +196,7 @@ void author_gltf(SurfaceAuthor& surface, const aiMaterial& material, const BaseC
         author_specular_glossiness(surface, material, *gloss);
     else
         author_metallic_roughness(surface, material);
+    // KHR_materials_emissive_strength is part of the colour by now, see prepare_gltf
     author_emission(surface, material, 1.0f);
     author_gltf_opacity(surface, material, base.opacity);
     author_gltf_extensions(surface, material);
@@ -207,12 +211,27 @@ float obj_transmission(const aiMaterial& material) {
     return std::clamp(std::max({filter.x, filter.y, filter.z}), 0.0f, 1.0f);
 }
 
+/// The roughness that a file gives beside Phong's model. For .fbx files Assimp 5.2 makes one up out
+/// of the exponent, by the rule of Blender's exporter; it counts where that wrote the file.
+std::optional<float> given_roughness(const Context& ctx, const aiMaterial& material) {
+    const auto roughness = number(material, roughness_key);
+    const auto exponent = number(material, shininess_key);
+    if (ctx.format != Format::Fbx || !roughness || !exponent) return roughness;
+    aiString generator;
+    if (ctx.scene.mMetaData != nullptr)
+        ctx.scene.mMetaData->Get(AI_METADATA_SOURCE_GENERATOR, generator);
+    const bool is_blender =
+        std::string_view(generator.C_Str()).find("Blender") != std::string::npos;
+    const float made_up = 1.0f - std::sqrt(std::max(*exponent, 0.0f)) / 10.0f;
+    return !is_blender && std::abs(*roughness - made_up) < 1e-5f ? std::nullopt : roughness;
+}
+
 /// Phong's highlight as a microfacet lobe. The exponent n becomes the width alpha² = 2 / (n + 2)
 /// (Walter et al. 2007, "Microfacet Models for Refraction", EGSR, section 5.2), and roughness is
 /// the root of alpha. Its colour is a weight without physical meaning: 1 stands for a reflectance
 /// of 0.08 at normal incidence, or for all of it where the .mtl file speaks of ray-traced mirrors.
 void author_highlight(SurfaceAuthor& surface, const aiMaterial& material) {
-    const auto roughness = number(material, roughness_key);
+    const auto roughness = given_roughness(surface.context(), material);
     const auto metallic = number(material, metallic_key);
     const int model = get<int>(material, "$mat.illum").value_or(2);
     if (metallic) {
@@ -228,7 +247,7 @@ void author_highlight(SurfaceAuthor& surface, const aiMaterial& material) {
             surface.constant("specularColor", specular);
         }
     }
-    const float exponent = std::max(number(material, "$mat.shininess").value_or(0.0f), 0.0f);
+    const float exponent = std::max(number(material, shininess_key).value_or(0.0f), 0.0f);
     const bool is_mirror = model >= 3 && exponent >= 1000;
     const float from_exponent = is_mirror ? 0.0f : std::pow(2.0f / (exponent + 2.0f), 0.25f);
     surface.constant("roughness", std::clamp(roughness.value_or(from_exponent), 0.0f, 1.0f));
@@ -243,7 +262,7 @@ void author_highlight(SurfaceAuthor& surface, const aiMaterial& material) {
 void author_phong(SurfaceAuthor& surface, const aiMaterial& material, const BaseColor& base) {
     author_diffuse(surface, base, "diffuseColor");
     author_highlight(surface, material);
-    author_emission(surface, material, 1.0f);
+    author_emission(surface, material, number(material, emission_strength_key).value_or(1.0f));
     const TextureSlot opacity_slot{aiTextureType_OPACITY, 0};
     const float transmission = obj_transmission(material);
     if (surface.has_texture(opacity_slot)) {

@@ -31,6 +31,8 @@ class SurfaceAuthor {
 
     Path prim() const { return prim_; }
 
+    const Context& context() const { return ctx_; }
+
     Format format() const { return ctx_.format; }
 
     bool has_vertex_colors() const { return has_vertex_colors_; }

@@ -8,12 +8,9 @@
 
 namespace velatura::import {
 
-namespace {
-
 namespace fs = std::filesystem;
 
-/// Slashes turned, "%20" and the like read, "file://" taken off.
-std::string cleaned(std::string name) {
+std::string file_of_uri(std::string name) {
     if (name.starts_with("file://")) name.erase(0, 7);
     std::string out;
     for (size_t i = 0; i < name.size(); ++i) {
@@ -29,6 +26,8 @@ std::string cleaned(std::string name) {
     }
     return out;
 }
+
+namespace {
 
 /// "@path@" as the layer wants it: relative to the output, never mistaken for a search path.
 std::string anchored(const fs::path& file, const fs::path& output) {
@@ -78,7 +77,7 @@ std::string texture_asset(Context& ctx, const std::string& name, const std::stri
     }
     for (size_t i = 0; i < ctx.scene.mNumTextures; ++i)
         if (name == ctx.scene.mTextures[i]->mFilename.C_Str()) return write_embedded(ctx, i);
-    const fs::path wanted = fs::path(cleaned(name));
+    const fs::path wanted = fs::path(file_of_uri(name));
     const fs::path beside = ctx.file.parent_path() / wanted;
     std::error_code error;
     if (fs::exists(beside, error)) return anchored(beside.lexically_normal(), ctx.output);

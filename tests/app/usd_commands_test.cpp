@@ -103,6 +103,15 @@ TEST(UsdCommands, FlattenThatFailsLeavesNothing) {
     EXPECT_EQ(place.files_beside(before), "");
 }
 
+TEST(UsdCommands, FlattenNamesThePrimThatNoCrateCanHold) {
+    const Workplace place;
+    place.write("zero.usda", "#usda 1.0\ndef \"A\"\n{\n    string s = \"a\\x00b\"\n}\n");
+    const CommandResult result = place.velatura("flatten zero.usda -o zero.usdc");
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_NE(result.output.find("</A.s>"), std::string::npos) << result.output;
+    EXPECT_EQ(place.files_beside("zero.usda"), "");
+}
+
 TEST(UsdCommands, NamesAndOptionsThatDoNotFitAreUsageErrors) {
     const Workplace place;
     write_five_arcs(place);

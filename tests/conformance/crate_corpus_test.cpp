@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every crate at hand against its text twin, and every text at hand through the crate writer.
-#include "assets.h"
+#include "test_assets.h"
 #include "usd/crate/crate_format.h"
 #include "usd/crate/reader.h"
 #include "usd/crate/writer.h"

@@ -3,7 +3,7 @@
 // equal `velatura info --dump`, and a flattened stage must dump like the stage it was made from.
 #include "usd/stage/dump.h"
 
-#include "assets.h"
+#include "test_assets.h"
 #include "usd/stage/flatten.h"
 #include "usd/stage/stage.h"
 #include "usd/text/writer.h"

@@ -3,6 +3,7 @@
 // mode): per prim the prim stack, time offsets, variants, names of children and properties,
 // property stacks, targets and the kinds of errors.
 #include "pcp_baseline.h"
+#include "test_assets.h"
 
 #include <gtest/gtest.h>
 
@@ -15,11 +16,6 @@ namespace velatura::usd::compose {
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path assets() {
-    const char* chosen = std::getenv("VELATURA_TEST_ASSETS");
-    return chosen ? fs::path(chosen) : fs::path(VELATURA_SOURCE_DIR) / ".." / "shared" / "assets";
-}
 
 std::string read(const fs::path& file) {
     std::ifstream in(file, std::ios::binary);
@@ -47,7 +43,7 @@ std::vector<std::string> differences_of(const fs::path& folder, const Baseline& 
 }
 
 TEST(PcpConformance, AousdBaselines) {
-    const fs::path cases = assets() / "aousd" / "composition" / "tests" / "assets";
+    const fs::path cases = test_assets() / "aousd" / "composition" / "tests" / "assets";
     if (!fs::exists(cases)) GTEST_SKIP() << "no assets at " << cases;
     const char* only = std::getenv("VELATURA_PCP_CASE");
     int passed = 0;

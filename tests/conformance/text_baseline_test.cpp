@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // AOUSD's text files against its JSON baselines: every spec and every field.
-#include "assets.h"
 #include "base/atomic_file.h"
+#include "test_assets.h"
 #include "usd/layer/fields.h"
 #include "usd/layer/spline.h"
 #include "usd/layer/type_name.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The parser corpora of OpenUSD (testSdfParsing), AOUSD and usd-wg against the text reader and
 // writer.
-#include "assets.h"
 #include "base/atomic_file.h"
+#include "test_assets.h"
 #include "usd/text/reader.h"
 #include "usd/text/writer.h"
 

@@ -71,16 +71,33 @@ class Import : public testing::Test {
 struct Placed {
     std::vector<Vec3> points;
     std::vector<uint32_t> counts, indices;
-    std::vector<Vec3> normals;
-    std::vector<float> st, colors;
+    std::vector<Vec3> normals;      ///< [corner]
+    std::vector<float> st, colors;  ///< [corner]
     bool is_double_sided = false;
     const scene::Material* material = nullptr;
 };
 
+/// Row of the numbers of a corner.
+size_t row_at(const scene::Mesh& mesh,
+              scene::Interpolation interpolation,
+              const std::vector<uint32_t>& indices,
+              size_t corner) {
+    const bool is_by_corner = interpolation == scene::Interpolation::FaceVarying;
+    EXPECT_TRUE(is_by_corner || interpolation == scene::Interpolation::Vertex);
+    const size_t element = is_by_corner ? corner : mesh.face_vertex_indices[corner];
+    return indices.empty() ? element : indices[element];
+}
+
+/// Numbers of a primvar, corner after corner.
 std::vector<float> primvar(const scene::Scene& scene, const scene::Mesh& mesh, const char* name) {
-    for (const scene::Primvar& p : mesh.primvars)
-        if (scene.primvar_names[p.name] == name) return p.values;
-    return {};
+    std::vector<float> out;
+    for (const scene::Primvar& p : mesh.primvars) {
+        if (scene.primvar_names[p.name] != name) continue;
+        for (size_t c = 0; c < mesh.face_vertex_indices.size(); ++c)
+            for (size_t k = 0; k < p.width; ++k)
+                out.push_back(p.values[row_at(mesh, p.interpolation, p.indices, c) * p.width + k]);
+    }
+    return out;
 }
 
 void add_shape(const scene::Scene& scene,
@@ -92,7 +109,13 @@ void add_shape(const scene::Scene& scene,
     for (const Vec3& p : mesh.points) placed.points.push_back(transform_point(p, matrix));
     placed.counts = mesh.face_vertex_counts;
     placed.indices = mesh.face_vertex_indices;
-    placed.normals = mesh.normals;
+    const Mat4 normal_matrix = matrix.inverse().transposed();
+    for (size_t c = 0; c < mesh.face_vertex_indices.size() && !mesh.normals.empty(); ++c) {
+        const size_t row = row_at(mesh, mesh.normal_interpolation, mesh.normal_indices, c);
+        Vec3 turned;
+        normal_matrix.multDirMatrix(mesh.normals[row], turned);
+        placed.normals.push_back(turned.normalized());
+    }
     placed.st = primvar(scene, mesh, "st");
     placed.colors = primvar(scene, mesh, "displayColor");
     placed.is_double_sided = shape.double_sided;
@@ -202,7 +225,9 @@ void expect_like(const scene::Scene& a, const scene::Scene& b, float unit) {
         ASSERT_EQ(x[i].indices.size(), y[i].indices.size());
         for (size_t c = 0; c < x[i].indices.size(); ++c)
             expect_near(x[i].points[x[i].indices[c]], y[i].points[y[i].indices[c]], 2e-6f * unit);
-        EXPECT_EQ(x[i].normals.size(), y[i].normals.size());
+        ASSERT_EQ(x[i].normals.size(), y[i].normals.size());
+        for (size_t c = 0; c < x[i].normals.size(); ++c)
+            expect_near(x[i].normals[c], y[i].normals[c], 1e-5f);
         expect_near(x[i].st, y[i].st, 1e-6f);
         expect_near(x[i].colors, y[i].colors, 1e-6f);
         EXPECT_EQ(x[i].is_double_sided, y[i].is_double_sided);
@@ -258,6 +283,75 @@ TEST_F(Import, ColladaIsLikeItsUsdTwin) {
     EXPECT_EQ(stage.up_axis(), "Z");
     EXPECT_EQ(stage.meters_per_unit(), 0.01);
     expect_like(translate(output()), translate(files / "room_dae.usda"), 1000.0f);
+}
+
+TEST_F(Import, FbxIsLikeItsUsdTwin) {
+    const auto summary = run(files / "room.fbx");
+    ASSERT_TRUE(summary) << summary.error().message;
+    EXPECT_EQ(summary->meshes, 1u);
+    EXPECT_EQ(summary->instances, 2u);
+    EXPECT_EQ(summary->lights, 3u);
+    EXPECT_EQ(summary->cameras, 1u);
+    // Lamp and Spot do not decay, which no light of USD does
+    EXPECT_EQ(count("import-falloff"), 2u);
+    EXPECT_EQ(diagnostics_.warning_count(), 2u);
+    EXPECT_EQ(count("import-projection"), 1u);
+    expect_like(translate(output()), translate(files / "room_fbx.usda"), 1000.0f);
+}
+
+TEST_F(Import, FbxRoughnessFollowsTheProgramThatWroteIt) {
+    // Blender writes the exponent (10 (1 - roughness))^2, others Phong's
+    for (const auto& [creator, roughness] :
+         {std::pair("Blender (stable FBX IO)", 0.45227744f), std::pair("written by hand", 0.5f)}) {
+        std::string text = text_of(files / "room.fbx");
+        const std::string by_hand = "written by hand";
+        text.replace(text.find(by_hand), by_hand.size(), creator);
+        std::ofstream(folder_ / "room.fbx") << text;
+        ASSERT_TRUE(run(folder_ / "room.fbx"));
+        const usd::stage::Stage stage = open(output());
+        const auto shader = stage.prim_at("/out/Materials/red_paint/Surface");
+        EXPECT_NEAR(shader.attribute("inputs:roughness").get_or<float>(-1.0f), roughness, 1e-6f);
+    }
+}
+
+TEST_F(Import, FbxEmissionHasItsIntensity) {
+    std::string text = text_of(files / "room.fbx");
+    const std::string before = "P: \"DiffuseColor\"";
+    text.insert(text.find(before), "P: \"Maya|emissive_intensity\", \"Float\", \"\", \"A\",3\n");
+    std::ofstream(folder_ / "room.fbx") << text;
+    ASSERT_TRUE(run(folder_ / "room.fbx"));
+    const usd::stage::Stage stage = open(output());
+    EXPECT_EQ(stage.prim_at("/out/Materials/red_paint/Surface")
+                  .attribute("inputs:emissiveColor")
+                  .get<usd::layer::Vec3f>(),
+              usd::layer::Vec3f(1.5f, 0, 0));
+}
+
+TEST_F(Import, FbxCameraWithoutAnAngleIsNamed) {
+    std::string text = text_of(files / "room.fbx");
+    const size_t line = text.find("P: \"FieldOfView\"");
+    text.erase(line, text.find('\n', line) - line);
+    std::ofstream(folder_ / "room.fbx") << text;
+    ASSERT_TRUE(run(folder_ / "room.fbx"));
+    EXPECT_EQ(count("import-camera"), 1u);
+    EXPECT_EQ(open(output()).prim_at("/out/Eye/Camera").attribute("focalLength").get<float>(),
+              50.0f);
+}
+
+TEST_F(Import, FbxUnitAndUpAxisAreKept) {
+    std::string text = text_of(files / "room.fbx");
+    const auto swap = [&](const std::string& from, const std::string& to) {
+        ASSERT_NE(text.find(from), std::string::npos);
+        text.replace(text.find(from), from.size(), to);
+    };
+    swap("\"UpAxis\", \"int\", \"Integer\", \"\",1", "\"UpAxis\", \"int\", \"Integer\", \"\",2");
+    swap("\"UnitScaleFactor\", \"double\", \"Number\", \"\",1",
+         "\"UnitScaleFactor\", \"double\", \"Number\", \"\",100");
+    std::ofstream(folder_ / "room.fbx") << text;
+    ASSERT_TRUE(run(folder_ / "room.fbx"));
+    const usd::stage::Stage stage = open(output());
+    EXPECT_EQ(stage.up_axis(), "Z");
+    EXPECT_EQ(stage.meters_per_unit(), 1.0);
 }
 
 TEST_F(Import, ObjKeepsPolygonsMaterialsAndNames) {

@@ -310,6 +310,14 @@ std::vector<std::string> check_test_is_real(const SourceFile& file) {
     return lines_matching(file, pattern, "an assertion that cannot fail");
 }
 
+std::vector<std::string> check_test_assets(const SourceFile& file) {
+    if (!file.is_cpp_or_header() || file.path == "tests/base/test_assets.h" ||
+        file.is_below("tests/meta/"))
+        return {};
+    static const std::regex pattern(R"(getenv\("VELATURA_TEST_ASSETS|\bshared/assets\b)");
+    return lines_matching(file, pattern, "ask test_assets.h for the folder");
+}
+
 std::vector<std::string> check_tier_readmes(const std::vector<SourceFile>& tree) {
     std::vector<std::string> out;
     for (const auto& [tier, right] : tier_table()) {

@@ -187,6 +187,16 @@ TEST(Rules, TestIsReal) {
     EXPECT_EQ(caught("EXPECT_EQ(a, b);\n"), 0u);
 }
 
+TEST(Rules, TestAssets) {
+    const std::string line = "getenv(\"VELATURA_TEST_ASSETS\");\n";
+    EXPECT_EQ(check_test_assets(make_file("tests/film/a.cpp", line)).size(), 1u);
+    EXPECT_EQ(check_test_assets(make_file("tests/film/a.cpp", "\"../shared/assets\"\n")).size(),
+              1u);
+    EXPECT_TRUE(check_test_assets(make_file("tests/base/test_assets.h", line)).empty());
+    EXPECT_TRUE(
+        check_test_assets(make_file("tests/film/a.cpp", "test_assets() / \"hdri\"\n")).empty());
+}
+
 TEST(Rules, TierReadmes) {
     const SourceFile cmake = make_file("src/film/CMakeLists.txt", "");
     EXPECT_EQ(check_tier_readmes({cmake}).size(), 1u);

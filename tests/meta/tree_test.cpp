@@ -94,6 +94,10 @@ TEST(Tree, TestsCanFail) {
     expect_none(report_all(check_test_is_real));
 }
 
+TEST(Tree, OneHeaderFindsTheTestAssets) {
+    expect_none(report_all(check_test_assets));
+}
+
 TEST(Tree, SourcesIncludeTheirOwnHeaderFirst) {
     expect_none(report_all([](const SourceFile& f) { return check_own_header_first(f, tree()); }));
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support.h"
+#include "test_assets.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 
 namespace velatura::translate {
@@ -94,7 +94,8 @@ std::vector<Vec3> points_of(const std::string& text, TimeCode time = {}) {
     translate_text(text + camera(), t, options);
     EXPECT_TRUE(t.error.empty()) << t.error_message;
     for (const Diagnostic& d : t.diagnostics.all())
-        if (d.severity == Severity::Warning && d.code != "no-lights") ADD_FAILURE() << t.diagnostics.format(d);
+        if (d.severity == Severity::Warning && d.code != "no-lights")
+            ADD_FAILURE() << t.diagnostics.format(d);
     return t.scene.shapes.empty() ? std::vector<Vec3>() : t.mesh(0).points;
 }
 
@@ -472,10 +473,8 @@ def SkelRoot "Root" (
 }
 
 TEST(Skel, PixarsBlendShapesReachTheirGroundTruth) {
-    const char* root = std::getenv("VELATURA_TEST_ASSETS");
     const std::filesystem::path file =
-        std::filesystem::path(root ? root : VELATURA_SOURCE_DIR "/../shared/assets") /
-        "openusd/imaging/testUsdImagingGLSkelBlendShapes/blendshapes.usda";
+        test_assets() / "openusd/imaging/testUsdImagingGLSkelBlendShapes/blendshapes.usda";
     if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there";
     for (const double time : {1.0, 2.0, 3.0}) {
         Diagnostics diagnostics;

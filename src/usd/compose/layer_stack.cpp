@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 namespace velatura::usd::compose {
 
@@ -17,6 +18,10 @@ namespace {
 
 constexpr size_t max_sub_layer_depth = 100;
 constexpr size_t max_stack_layers = 10'000;
+/// Time codes per second; between these, products and ratios of rates stay finite.
+constexpr double least_rate = 1e-30;
+constexpr double greatest_rate = 1e30;
+constexpr double default_rate = 24.0;
 
 const Token& owner_field() {
     static const Token name("owner");
@@ -115,19 +120,21 @@ class LayerStackBuilder {
         return checked_rate(root);
     }
 
-    /// The layer's rate; an authored rate that is not a positive number is reported, and 24 used.
+    /// The layer's rate; an authored rate out of bounds is reported, once per stack, and 24 used.
     double checked_rate(const layer::Layer& layer) {
         const layer::FieldNames& f = layer::fields();
         for (const Token name : {f.time_codes_per_second, f.frames_per_second}) {
             const double* rate = layer.pseudo_root().field_as<double>(name);
             if (!rate) continue;
-            if (*rate > 1e-30 && *rate < 1e30) return *rate;
+            if (*rate >= least_rate && *rate <= greatest_rate) return *rate;
+            if (!bad_rates_.insert(&layer).second) return default_rate;
             diagnostics_.warn(
                 "usd-bad-time-rate", layer.pseudo_root().field_loc(name), "",
-                fmt::format("{} is {}, expected a positive number; 24 is used", name.str(), *rate));
-            return 24.0;
+                fmt::format("found {} = {}, expected a number from {} to {}; {} is used",
+                            name.str(), *rate, least_rate, greatest_rate, default_rate));
+            return default_rate;
         }
-        return 24.0;
+        return default_rate;
     }
 
     void add(const LayerPtr& layer, const TimeOffset& to_root, double rate) {
@@ -233,6 +240,7 @@ class LayerStackBuilder {
     std::vector<CompositionError>& errors_;
     std::unique_ptr<LayerStack> stack_;
     std::vector<const layer::Layer*> open_;
+    std::set<const layer::Layer*> bad_rates_;  ///< reported already
     std::string owner_;
     bool is_full_ = false;
 };

@@ -76,6 +76,9 @@ class FileWriter {
 
   private:
     void add_spec(Path path, const Spec& spec);
+    /// Remembers where a text with a zero byte came up first; without a field, in the names of the
+    /// spec's children.
+    void note_zero_byte(Path path, Token field);
     bool pack_field(const layer::Field& field, ValueRep& out);
     void add_field(std::vector<uint32_t>& set, Token name, ValueRep rep);
     void add_children(std::vector<uint32_t>& set, Token name, std::span<const Token> children);
@@ -111,6 +114,7 @@ class FileWriter {
     Version version_;
     Diagnostics& diagnostics_;
     Packer packer_;
+    std::string zero_byte_place_;
     std::vector<FieldEntry> fields_;
     std::map<std::pair<uint32_t, uint64_t>, uint32_t> field_indices_;
     std::vector<uint32_t> field_sets_;
@@ -139,14 +143,21 @@ bool FileWriter::pack_field(const layer::Field& field, ValueRep& out) {
     return is_list ? packer_.pack_vector(field.value, out) : packer_.pack(field.value, out);
 }
 
+void FileWriter::note_zero_byte(Path path, Token field) {
+    if (!packer_.has_zero_byte() || !zero_byte_place_.empty()) return;
+    const std::string part =
+        field.empty() ? "the names below" : fmt::format("field '{}' of", field.str());
+    zero_byte_place_ = fmt::format("{} <{}>", part, path.to_string());
+}
+
 void FileWriter::add_spec(Path path, const Spec& spec) {
     std::vector<uint32_t> set;
     for (const layer::Field& field : spec.fields()) {
         ValueRep rep;
-        if (pack_field(field, rep)) {
-            add_field(set, field.name, rep);
-            continue;
-        }
+        const bool is_packed = pack_field(field, rep);
+        if (is_packed) add_field(set, field.name, rep);
+        note_zero_byte(path, field.name);
+        if (is_packed) continue;
         diagnostics_.warn("usd-crate-unwritable", field.loc, path.to_string(),
                           fmt::format("found a value of field '{}' that crates have no type for, "
                                       "expected another; it is left out",
@@ -164,6 +175,7 @@ void FileWriter::add_spec(Path path, const Spec& spec) {
     add_children(set, children.prims, spec.prim_children());
     add_children(set, children.properties, spec.properties());
     add_children(set, is_set ? children.variants : children.variant_sets, spec.variant_sets());
+    note_zero_byte(path, {});
     const auto [it, is_new] = field_set_starts_.emplace(set, uint32_t(field_sets_.size()));
     if (is_new) {
         field_sets_.insert(field_sets_.end(), set.begin(), set.end());
@@ -259,7 +271,8 @@ void FileWriter::specs(std::string& out) {
 Result<std::string> FileWriter::finish() {
     if (packer_.has_zero_byte()) {
         return Error{"usd-crate-write",
-                     layer_.identifier() + ": found a text with a zero byte, expected none"};
+                     fmt::format("{}: found a text with a zero byte in {}, expected none",
+                                 layer_.identifier(), zero_byte_place_)};
     }
     std::string& out = packer_.out();
     // The names of path elements are tokens too

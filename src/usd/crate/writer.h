@@ -19,7 +19,7 @@ struct CrateWriteOptions {
 /// Tables and arrays are compressed, equal values stored once, plain arrays aligned so that readers
 /// can map them. What the format has no type for (a relationship's default, say) is left out with a
 /// warning "usd-crate-unwritable". Error "usd-crate-write" for other versions and for
-/// texts with a zero byte.
+/// texts with a zero byte, naming the first spec that has one.
 Result<std::string> write_crate_layer(const layer::Layer& layer,
                                       Diagnostics& diagnostics,
                                       const CrateWriteOptions& options = {});

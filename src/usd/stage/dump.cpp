@@ -120,6 +120,10 @@ std::string print(const layer::OpaqueValue&) {
     return "opaque";
 }
 
+std::string print(const layer::UnregisteredValue& v) {
+    return "<SdfUnregisteredValue>" + quote_text(v.text);
+}
+
 std::string print(const Path& v) {
     return "<" + v.to_string() + ">";
 }
@@ -388,14 +392,15 @@ std::string dump_value(const Value& value) {
     if (const auto* op = value.get_if<layer::ListOp<uint32_t>>()) return print_list_op(*op);
     if (const auto* op = value.get_if<layer::ListOp<int64_t>>()) return print_list_op(*op);
     if (const auto* op = value.get_if<layer::ListOp<uint64_t>>()) return print_list_op(*op);
+    if (const auto* op = value.get_if<layer::ListOp<layer::UnregisteredValue>>())
+        return print_list_op(*op);
     if (const auto* path = value.get_if<Path>()) return print(*path);
     if (const auto* s = value.get_if<layer::Specifier>()) return quote_text(specifier_name(*s));
     if (const auto* p = value.get_if<layer::Permission>()) {
         return *p == layer::Permission::Public ? "<SdfPermission>\"SdfPermissionPublic\""
                                                : "<SdfPermission>\"SdfPermissionPrivate\"";
     }
-    if (const auto* u = value.get_if<layer::UnregisteredValue>())
-        return "<SdfUnregisteredValue>" + quote_text(u->text);
+    if (const auto* u = value.get_if<layer::UnregisteredValue>()) return print(*u);
     return "?";
 }
 

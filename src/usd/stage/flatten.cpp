@@ -357,6 +357,7 @@ class Flattener {
                 winner.field->loc);
             return;
         }
+        write_empty_spline(prim, a.name(), path);
         std::vector<std::pair<double, Value>> samples;
         if (winner.source == ValueSource::TimeSamples) {
             const auto& held = *winner.field->value.get_if<layer::TimeSamples>();
@@ -376,6 +377,22 @@ class Flattener {
         if (samples.empty()) return;
         set(path, layer::fields().time_samples, Value(layer::TimeSamples(std::move(samples))),
             winner.loc());
+    }
+
+    /// A spline without knots has no value and hides none; it is kept since someone wrote it.
+    void write_empty_spline(const PrimData& prim, Token name, Path path) {
+        const layer::FieldNames& names = layer::fields();
+        for (const PropertySpec& spec : property_specs(prim, name)) {
+            if (const layer::Field* field = spec.spec->find_field(names.spline)) {
+                const auto* spline = field->value.get_if<layer::SplineValue>();
+                if (spline && spline->knots.empty())
+                    set(path, names.spline, Value(retimed_spline(*spline, spec.to_stage)),
+                        field->loc);
+                return;
+            }
+            const Value* value = spec.spec->field(names.default_value);
+            if (value && (value->is_block() || value->is_animation_block())) return;
+        }
     }
 
     void write_relationship(const Relationship& r, Path path) {

@@ -66,6 +66,26 @@ TEST_F(ArcsTest, RatesThatAreNotPositiveAreReportedAnd24IsUsed) {
     EXPECT_EQ(diagnostics_.all().front().code, "usd-bad-time-rate");
 }
 
+TEST_F(ArcsTest, RatesOutOfBoundsAreNamedOnceWithWhatIsExpected) {
+    for (const char* rate : {"1e-300", "1e300"}) {
+        for (const char* name : {"timeCodesPerSecond", "framesPerSecond"}) {
+            reopen();
+            const size_t before = diagnostics_.all().size();
+            write("root.usda", "( " + std::string(name) + " = " + rate + " )\ndef \"P\" {}");
+            EXPECT_EQ(times("/P"), (Lines{"root 0 1"}));
+            const auto all = diagnostics_.all();
+            ASSERT_EQ(all.size(), before + 1) << rate;
+            EXPECT_NE(all.back().message.find(std::string("found ") + name + " = "),
+                      std::string::npos)
+                << all.back().message;
+            EXPECT_NE(all.back().message.find("expected a number from 1e-30 to 1e+30"),
+                      std::string::npos)
+                << all.back().message;
+            EXPECT_EQ(all.back().loc.line, 2u);
+        }
+    }
+}
+
 TEST_F(ArcsTest, UnusableOffsetsAreErrorsAndLeftOut) {
     write("root.usda", R"(( subLayers = [@sub.usda@ (offset = 3; scale = 0)] )
 def "P" ( references = @r.usda@</R> (offset = 1; scale = -1) ) {}

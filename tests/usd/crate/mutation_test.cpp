@@ -2,6 +2,7 @@
 // Hostile files: whatever is done to a crate, it is read or refused. VELATURA_MUTATIONS=100000 runs
 // as many.
 #include "crate_fixture.h"
+#include "test_assets.h"
 #include "usd/crate/coding.h"
 #include "usd/crate/crate_format.h"
 
@@ -217,10 +218,7 @@ std::vector<std::string> seeds() {
     for (const uint8_t minor : {4, 5, 6, 8}) {
         if (small) result.push_back(crate_of(*small, {Version{0, minor, 0}}));
     }
-    const char* folder = std::getenv("VELATURA_TEST_ASSETS");
-    const fs::path assets =
-        folder ? fs::path(folder) : fs::path(VELATURA_SOURCE_DIR) / "../shared/assets";
-    const fs::path binary = assets / "aousd/file_formats/tests/assets/binary";
+    const fs::path binary = test_assets() / "aousd/file_formats/tests/assets/binary";
     if (!fs::exists(binary)) return result;
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(binary)) {

@@ -62,6 +62,29 @@ TEST(CrateWriter, RefusesTextsThatTheFileWouldEnd) {
     EXPECT_FALSE(write_crate_layer(l, diagnostics));
 }
 
+TEST(CrateWriter, RefusalsNameTheSpecAndItsField) {
+    const LayerPtr l =
+        layer_of("#usda 1.0\ndef \"A\" {\n string t = \"fine\"\n string s = \"x\"\n}\n");
+    const layer::Path path = layer::Path::absolute_root().append_child("A").append_property("s");
+    l->spec(path)->set_field(layer::Token("default"), layer::Value(std::string("a\0b", 3)), {});
+    Diagnostics diagnostics;
+    const auto bytes = write_crate_layer(*l, diagnostics);
+    ASSERT_FALSE(bytes);
+    EXPECT_NE(bytes.error().message.find("field 'default' of </A.s>"), std::string::npos)
+        << bytes.error().message;
+}
+
+TEST(CrateWriter, KeepsSplinesWithoutKnots) {
+    const std::string text =
+        "#usda 1.0\n\ndef \"A\"\n{\n    float s.spline = {\n        pre: linear,\n    }\n"
+        "    half t.spline = {\n    }\n}\n\n";
+    const LayerPtr l = layer_of(text);
+    Diagnostics diagnostics;
+    const auto back = read_crate_layer(make_asset_bytes(crate_of(*l)), "s.usdc", diagnostics);
+    ASSERT_TRUE(back);
+    EXPECT_EQ(text::write_text_layer(**back), text);
+}
+
 TEST(CrateWriter, RefusesVersionsItDoesNotWrite) {
     Diagnostics diagnostics;
     const LayerPtr l = layer_of("#usda 1.0\n");

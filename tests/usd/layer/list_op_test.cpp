@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "test_assets.h"
 #include "usd/layer/value.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -72,11 +72,6 @@ TEST(ListOp, ComposedOpDoesWhatBothDo) {
     }
 }
 
-std::string assets() {
-    const char* folder = std::getenv("VELATURA_TEST_ASSETS");
-    return folder ? folder : std::string(VELATURA_SOURCE_DIR) + "/../shared/assets";
-}
-
 ListOp<int64_t> from_json(const nlohmann::json& j) {
     ListOp<int64_t> op;
     const auto read = [&](const char* key, std::vector<int64_t>& out) {
@@ -91,7 +86,7 @@ ListOp<int64_t> from_json(const nlohmann::json& j) {
 }
 
 TEST(ListOp, PassesTheAousdCombineChains) {
-    const std::filesystem::path folder = assets() + "/aousd/data_types/tests/combine_chain";
+    const std::filesystem::path folder = test_assets() / "aousd/data_types/tests/combine_chain";
     if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no test assets at " << folder;
     int cases = 0;
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {

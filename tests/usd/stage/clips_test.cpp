@@ -2,12 +2,12 @@
 #include "usd/stage/clips.h"
 
 #include "stage_fixture.h"
+#include "test_assets.h"
 #include "usd/stage/prim_data.h"
 #include "usd/stage/stage.h"
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 
 namespace velatura::usd::stage {
@@ -18,10 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 fs::path suite() {
-    const char* chosen = std::getenv("VELATURA_TEST_ASSETS");
-    const fs::path assets =
-        chosen ? fs::path(chosen) : fs::path(VELATURA_SOURCE_DIR) / ".." / "shared" / "assets";
-    return assets / "aousd/value_resolution/tests/assets";
+    return test_assets() / "aousd/value_resolution/tests/assets";
 }
 
 struct Expected {

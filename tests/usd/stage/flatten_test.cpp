@@ -171,5 +171,23 @@ TEST_F(FlattenTest, RetimedSplinesGetNoLoopOfTheirOwn) {
     EXPECT_EQ(flat().find("loop"), std::string::npos);
 }
 
+TEST_F(FlattenTest, SplinesWithoutKnotsStayAndHideNothing) {
+    write("weak.usda",
+          "def \"P\" {\n double y.spline = {\n 1: 5,\n }\n double z = 7\n double w.spline = {\n }\n"
+          "double v.spline = {\n }\n }\n");
+    open(
+        "( subLayers = [@weak.usda@ (scale = 2)] )\nover \"P\" {\n double x.spline = {\n post: "
+        "sloped(4),\n }\n double y.spline = {\n }\n double z.spline = {\n }\n double w = None\n "
+        "}\n");
+    EXPECT_TRUE(flat_has("double x.spline = {\n        post: sloped(4),\n    }\n"));
+    // What has a value keeps it
+    EXPECT_TRUE(flat_has("2: 5"));
+    EXPECT_TRUE(flat_has("double z = 7\n    double z.spline = {\n    }\n"));
+    EXPECT_EQ(stage().prim_at("/P").attribute("z").get<double>(), 7.0);
+    EXPECT_TRUE(flat_has("double v.spline = {\n    }\n"));
+    // Nothing shows through a block
+    EXPECT_EQ(flat().find("w.spline"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace velatura::usd::stage
