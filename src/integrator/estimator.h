@@ -14,7 +14,7 @@ enum class LightSampling : uint8_t {
 
 /// How paths end. All are unbiased but for `None` together with a depth limit.
 enum class Roulette : uint8_t {
-    Throughput,  ///< survival = what the path still carries, largest channel
+    Throughput,  ///< survival = twice what the path still carries, largest channel
     Constant,    ///< survival = constant_survival, whatever it carries
     None,        ///< paths end by absorption and by the depth limit alone
 };

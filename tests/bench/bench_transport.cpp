@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// What each technique of light transport is worth: efficiency = 1 / (relMSE × CPU seconds) of the defaults over that of the
+// same renderer with one technique taken away, per scene, with intervals. Usage: velatura_bench_transport [SCENE…]
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+
+#include <fmt/format.h>
+
+#include "base/tasks.h"
+#include "transport/transport_scene.h"
+
+namespace {
+
+using namespace velatura;
+using test::Pixels;
+
+constexpr int size_px = 96;
+constexpr int run_count = 12;  ///< independent seeds: their spread is the error, without any reference picture
+constexpr uint64_t sample_count = 16;
+constexpr double floor_squared = 0.01;  ///< of the relative error: mean² + 0.01, as in docs/numerics.md
+
+double cpu_seconds() {
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+/// Independent renders of one technique.
+struct Runs {
+    std::vector<Pixels> pixels;
+    double cpu_s = 0;  ///< of one run
+    uint64_t bad = 0;
+    integrator::RayCounts rays;
+};
+
+Runs measure(const scene::Scene& scene, const test::Technique& technique) {
+    test::TransportRenderer renderer(scene, technique);
+    Runs runs;
+    renderer.render(99, 1);  // caches warm
+    const double start = cpu_seconds();
+    for (int r = 0; r < run_count; ++r) runs.pixels.push_back(renderer.render(uint64_t(r) + 1, sample_count));
+    runs.cpu_s = (cpu_seconds() - start) / run_count;
+    runs.bad = renderer.bad_samples();
+    runs.rays = renderer.rays();
+    return runs;
+}
+
+/// relMSE of one run, from the spread of those chosen by `use`; `norm` is mean² + floor per value.
+template <class Use>
+double relative_variance(const std::vector<Pixels>& runs, const Pixels& norm, Use use) {
+    double total = 0;
+    for (size_t i = 0; i < norm.size(); ++i) {
+        double n = 0, sum = 0, squares = 0;
+        for (size_t r = 0; r < runs.size(); ++r) {
+            if (!use(r)) continue;
+            ++n;
+            sum += runs[r][i];
+            squares += runs[r][i] * runs[r][i];
+        }
+        total += std::max(0.0, squares - sum * sum / n) / (n - 1) / norm[i];
+    }
+    return total / double(norm.size());
+}
+
+/// A ratio with its 95 % interval.
+struct Ratio {
+    double value = 0, low = 0, high = 0;
+};
+
+/// Efficiency of `a` over that of `b`. The interval is the delete-one jackknife over seeds, in the logarithm; CPU time counts
+/// as exact (repeat the command to see its noise).
+Ratio efficiency_ratio(const Runs& a, const Runs& b, const Pixels& norm) {
+    const auto log_ratio = [&](size_t left_out) {
+        const auto use = [left_out](size_t r) { return r != left_out; };
+        return std::log(relative_variance(b.pixels, norm, use) * b.cpu_s) - std::log(relative_variance(a.pixels, norm, use) * a.cpu_s);
+    };
+    const double whole = log_ratio(size_t(run_count));
+    double mean = 0, squares = 0;
+    for (size_t r = 0; r < size_t(run_count); ++r) {
+        const double x = log_ratio(r);
+        mean += x / run_count;
+        squares += x * x / run_count;
+    }
+    const double sd = std::sqrt(std::max(0.0, squares - mean * mean) * (run_count - 1));
+    return {std::exp(whole), std::exp(whole - 2.2 * sd), std::exp(whole + 2.2 * sd)};
+}
+
+void report(const std::string& name) {
+    const scene::Scene scene = test::load_scene(name, size_px, size_px);
+    const Runs usual = measure(scene, test::default_technique());
+    Pixels norm = test::mean_of(usual.pixels);
+    for (double& v : norm) v = v * v + floor_squared;
+    const double error = relative_variance(usual.pixels, norm, [](size_t) { return true; });
+    const double paths = double(size_px * size_px) * double(sample_count);
+    fmt::print("\n{}: relMSE {:.3g} at {} spp, {:.3f} CPU s, efficiency {:.3g}, {:.3f} Mpaths per CPU s, {} bad samples\n", name, error, sample_count, usual.cpu_s,
+               1.0 / (error * usual.cpu_s), 1e-6 * paths / usual.cpu_s, usual.bad);
+    for (const test::Technique& technique : test::techniques()) {
+        if (technique.instead_of.empty()) continue;
+        const Runs other = measure(scene, technique);
+        const Ratio ratio = efficiency_ratio(usual, other, norm);
+        const double other_error = relative_variance(other.pixels, norm, [](size_t) { return true; });
+        fmt::print("  {:24} in place of {:22}  default is {:8.2f} x as efficient [{:.2f}, {:.2f}]  relMSE x {:.2f}, time x {:.2f}\n", technique.name, technique.instead_of,
+                   ratio.value, ratio.low, ratio.high, other_error / error, other.cpu_s / usual.cpu_s);
+        std::fflush(stdout);
+    }
+}
+
+/// Lamps above a floor, all alike, on a grid; time per path must grow like their logarithm at most.
+void report_light_counts() {
+    fmt::print("\nTime per path against the number of lights (sphere lights on a grid above a floor)\n");
+    for (int exponent = 0; exponent <= 6; ++exponent) {
+        const auto count = size_t(std::pow(10.0, exponent));
+        scene::Scene scene = test::load_scene("transport/sun", 64, 64);
+        const scene::Light first = scene.lights.front();
+        scene.lights.clear();
+        const auto side = size_t(std::ceil(std::sqrt(double(count))));
+        for (size_t i = 0; i < count; ++i) {
+            scene::Light light = first;
+            light.kind = scene::LightKind::Sphere;
+            light.radius = 0.02f;
+            light.Le = Rgb(float(1e5 / double(count)));
+            light.is_camera_visible = false;
+            light.render_from_light.setTranslation(Vec3d(-10.0 + 20.0 * (double(i % side) + 0.5) / double(side), 1.0, -20.0 + 20.0 * (double(i / side) + 0.5) / double(side)));
+            scene.lights.push_back(light);
+        }
+        const double start = cpu_seconds();
+        test::TransportRenderer renderer(scene, test::default_technique());
+        const double prepared = cpu_seconds();
+        renderer.render(1, 32);
+        const double rendered = cpu_seconds();
+        fmt::print("  {:8} lights: {:6.2f} us per path, {:7.3f} s to prepare\n", count, 1e6 * (rendered - prepared) / (64.0 * 64.0 * 32.0), prepared - start);
+        std::fflush(stdout);
+    }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    const ThreadLimit one_thread(1);
+    // `./dev bench` passes its arguments to every program: names of scenes are meant for this one
+    std::vector<std::string> chosen;
+    for (const std::string& scene : test::transport_scenes()) {
+        for (int i = 1; i < argc; ++i) {
+            if (scene.find(argv[i]) != std::string::npos) chosen.push_back(scene);
+        }
+    }
+    fmt::print("{0} x {0} pixels, {1} samples per pixel, {2} seeds, one thread\n", size_px, sample_count, run_count);
+    for (const std::string& scene : chosen.empty() ? test::transport_scenes() : chosen) report(scene);
+    if (chosen.empty()) report_light_counts();
+    return 0;
+}

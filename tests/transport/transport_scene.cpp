@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "transport/transport_scene.h"
+
+#include <array>
+
+#include <fmt/format.h>
+
+#include "app/light_images.h"
+#include "base/check.h"
+#include "base/tasks.h"
+#include "translate/translate.h"
+#include "usd/stage/stage.h"
+
+namespace velatura::test {
+
+const std::vector<Technique>& techniques() {
+    using integrator::LightSampling;
+    using integrator::PathTracerOptions;
+    using integrator::Roulette;
+    using integrator::WorldOptions;
+    static const std::vector<Technique> table = {
+        {"default", "", [](WorldOptions&, PathTracerOptions&) {}},
+        {"light sampling alone", "MIS",
+         [](WorldOptions& w, PathTracerOptions& p) {
+             p.estimator.light_sampling = LightSampling::Light;
+             w.compensate_mis = false;
+         }},
+        {"BSDF sampling alone", "light sampling",
+         [](WorldOptions& w, PathTracerOptions& p) {
+             p.estimator.light_sampling = LightSampling::Bsdf;
+             w.compensate_mis = false;
+         }},
+        {"no MIS compensation", "MIS compensation", [](WorldOptions& w, PathTracerOptions&) { w.compensate_mis = false; }},
+        {"lights by power", "light tree", [](WorldOptions& w, PathTracerOptions&) { w.light_selection = lights::SelectionKind::Power; }},
+        {"lights uniformly", "light tree", [](WorldOptions& w, PathTracerOptions&) { w.light_selection = lights::SelectionKind::Uniform; }},
+        {"constant roulette", "roulette by throughput", [](WorldOptions&, PathTracerOptions& p) { p.estimator.roulette = Roulette::Constant; }},
+        {"independent samples", "Owen-Sobol' points", [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::Independent; }},
+    };
+    return table;
+}
+
+const Technique& default_technique() { return techniques().front(); }
+
+const std::vector<std::string>& transport_scenes() {
+    static const std::vector<std::string> table = {
+        "cornell/cornell",  "transport/sun",   "transport/wide_sun", "transport/many_lights", "transport/lamp_sizes", "transport/lens",
+        "transport/glass",  "transport/caustic", "transport/baffle",   "transport/glowing_mesh", "transport/gloss",
+    };
+    return table;
+}
+
+scene::Scene load_scene(const std::string& name, int width, int height) {
+    Diagnostics diagnostics;
+    const std::string path = std::string(VELATURA_SOURCE_DIR) + "/scenes/" + name + ".usda";
+    const Result<usd::stage::Stage> stage = usd::stage::Stage::open(path, {}, diagnostics);
+    VELATURA_CHECK(stage.has_value(), "a scene of the project does not open");
+    translate::TranslateOptions options;
+    options.resolution = std::array<int, 2>{width, height};
+    options.time = stage->start_time_code();
+    Result<scene::Scene> scene = translate::translate_stage(*stage, options, diagnostics);
+    for (const Diagnostic& d : diagnostics.all()) fmt::print(stderr, "{}\n", diagnostics.format(d));
+    VELATURA_CHECK(scene.has_value() && diagnostics.error_count() == 0, "a scene of the project has errors");
+    return std::move(*scene);
+}
+
+TransportRenderer::TransportRenderer(const scene::Scene& scene, const Technique& technique) : scene_(scene) {
+    integrator::WorldOptions world;
+    world.width = scene.settings.width;
+    world.height = scene.settings.height;
+    technique.change(world, options_);
+    Diagnostics diagnostics;
+    world_ = std::make_unique<integrator::World>(scene, world, app::make_light_image_loader(), diagnostics);
+    for (const Diagnostic& d : diagnostics.all()) fmt::print(stderr, "{}\n", diagnostics.format(d));
+}
+
+Pixels TransportRenderer::render(uint64_t seed, uint64_t samples) {
+    film::LayerSet layers;
+    layers.matrix_layers = layers.shadow_layers = layers.bounce_layers = layers.group_layers = layers.data_layers = false;
+    for (const scene::LightGroup& g : scene_.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+    integrator::PathTracerOptions options = options_;
+    options.seed = seed;
+    const integrator::PathTracer tracer(*world_, layers, options);
+
+    // Every row sums its own pixels, so that the result does not depend on the threads
+    const int width = scene_.settings.width, height = scene_.settings.height;
+    Pixels pixels(size_t(width) * size_t(height) * 3);
+    std::vector<integrator::RayCounts> rays{size_t(height)};
+    std::vector<uint64_t> bad(size_t(height), 0);
+    parallel_for(size_t(height), [&](size_t y) {
+        film::SampleRadiance out(layers);
+        for (int x = 0; x < width; ++x) {
+            double* pixel = &pixels[(y * size_t(width) + size_t(x)) * 3];
+            for (uint64_t s = 0; s < samples; ++s) {
+                out.clear();
+                tracer.trace(x, int(y), s, out, rays[y]);
+                if (out.is_bad()) {
+                    ++bad[y];
+                    continue;
+                }
+                const Rgb L = out.radiance();
+                for (int c = 0; c < 3; ++c) pixel[c] += double(out.weight) * double(L[c]) / double(samples);
+            }
+        }
+    });
+    for (const integrator::RayCounts& r : rays) rays_ += r;
+    for (const uint64_t b : bad) bad_ += b;
+    return pixels;
+}
+
+Pixels mean_of(const std::vector<Pixels>& estimates) {
+    Pixels mean(estimates.front().size());
+    for (const Pixels& e : estimates) {
+        for (size_t i = 0; i < mean.size(); ++i) mean[i] += e[i] / double(estimates.size());
+    }
+    return mean;
+}
+
+}  // namespace velatura::test

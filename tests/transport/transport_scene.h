@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "integrator/path_tracer.h"
+#include "integrator/world.h"
+#include "scene/scene.h"
+
+namespace velatura::test {
+
+/// One way to estimate the light transport, as the options of `velatura render` name it.
+struct Technique {
+    std::string name;
+    std::string instead_of;  ///< what it switches off; empty = the defaults
+    std::function<void(integrator::WorldOptions&, integrator::PathTracerOptions&)> change;
+};
+
+/// The defaults, then each technique with one thing switched to its classic form.
+const std::vector<Technique>& techniques();
+
+/// The defaults alone.
+const Technique& default_technique();
+
+/// The scenes of scenes/transport and the Cornell box: paths below scenes/, and what to call them.
+const std::vector<std::string>& transport_scenes();
+
+/// scenes/<name>.usda, composed and translated. Ends the program when it cannot be read: the scenes are the project's own.
+scene::Scene load_scene(const std::string& name, int width, int height);
+
+/// What one estimate of a whole picture is: mean radiance per pixel, [height][width][3], row 0 = top.
+using Pixels = std::vector<double>;
+
+/// A scene made ready for one technique.
+class TransportRenderer {
+  public:
+    /// The scene must outlive this.
+    TransportRenderer(const scene::Scene& scene, const Technique& technique);
+
+    /// Mean of the samples [0, samples) of every pixel, in parallel over rows. Samples that are not finite or negative are
+    /// left out and counted in bad_samples().
+    Pixels render(uint64_t seed, uint64_t samples);
+
+    uint64_t bad_samples() const { return bad_; }
+
+    const integrator::RayCounts& rays() const { return rays_; }
+
+  private:
+    const scene::Scene& scene_;
+    integrator::PathTracerOptions options_;
+    std::unique_ptr<integrator::World> world_;
+    integrator::RayCounts rays_;
+    uint64_t bad_ = 0;
+};
+
+/// Element-wise mean of estimates of one picture.
+Pixels mean_of(const std::vector<Pixels>& estimates);
+
+}  // namespace velatura::test
