@@ -23,20 +23,20 @@ bool is_usable(const Vec3& p) {
            std::abs(p.z) < coordinate_limit;
 }
 
-// Slab constants of axis k for the unscaled origin o and the scaled direction component d.
+// Slab constants of axis k for the unscaled origin o and the scaled direction component d. Without
+// branches: the signs of directions are what a processor cannot predict.
 void set_slab(QueryRay& q, int k, double o, double d, double error, float widening) {
-    const bool is_forward = !std::signbit(d);
-    const double outward = is_forward ? error : -error;
-    const auto near_o = float(o + outward);
-    const auto far_o = float(o - outward);
-    q.near_origin[k] = is_forward ? next_float_up(near_o) : next_float_down(near_o);
-    q.far_origin[k] = is_forward ? next_float_down(far_o) : next_float_up(far_o);
+    const uint32_t is_backward = std::signbit(d) ? 1u : 0u;
+    const int32_t forward = 1 - 2 * int32_t(is_backward);
+    const double outward = std::copysign(error, d);
+    q.near_origin[k] = next_float_toward(float(o + outward), forward);
+    q.far_origin[k] = next_float_toward(float(o - outward), -forward);
     // A finite bound instead of infinity keeps 0·inf out; distances are far smaller than 1e38
-    const double inverse = std::copysign(std::min(1.0 / std::abs(d), 1e38), d);
-    q.near_inverse[k] = float(inverse) * (1.0f - widening);
-    q.far_inverse[k] = float(inverse) * (1.0f + widening);
-    q.near_row[k] = uint32_t(is_forward ? k : k + 3);
-    q.far_row[k] = uint32_t(is_forward ? k + 3 : k);
+    const auto inverse = float(std::copysign(std::min(1.0 / std::abs(d), 1e38), d));
+    q.near_inverse[k] = inverse * (1.0f - widening);
+    q.far_inverse[k] = inverse * (1.0f + widening);
+    q.near_row[k] = uint32_t(k) + 3u * is_backward;
+    q.far_row[k] = uint32_t(k) + 3u * (1u - is_backward);
 }
 
 }  // namespace

@@ -29,6 +29,16 @@ inline float next_float_up(float v) {
 /// The next float towards −infinity.
 inline float next_float_down(float v) { return -next_float_up(-v); }
 
+/// next_float_up(v) for step = 1 and next_float_down(v) for step = −1, without branches; v finite.
+inline float next_float_toward(float v, int32_t step) {
+    // Floats in order, as integers of either sign; both zeros are 0
+    const int32_t bits = std::bit_cast<int32_t>(v);
+    const int32_t sign = bits >> 31;
+    const int32_t next = (((bits & 0x7fffffff) ^ sign) - sign) + step;
+    const int32_t next_sign = next >> 31;
+    return std::bit_cast<float>(((next ^ next_sign) - next_sign) | (next_sign & int32_t(0x80000000)));
+}
+
 template <class T>
 constexpr T sqr(T x) {
     return x * x;

@@ -7,10 +7,11 @@
 namespace velatura::lights {
 namespace {
 
-double triangle_solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c, double triple) {
-    const double la = std::sqrt(a.dot(a)), lb = std::sqrt(b.dot(b)), lc = std::sqrt(c.dot(c));
-    const double denominator = la * lb * lc + a.dot(b) * lc + a.dot(c) * lb + b.dot(c) * la;
-    return 2.0 * std::atan2(triple, denominator);
+/// Denominator of tan(Ω/2) for the triangle that the unit-free corners a, b, c span. Ref: Van
+/// Oosterom & Strackee 1983, "The Solid Angle of a Plane Triangle".
+double half_tangent_denominator(
+    const Vec3d& a, const Vec3d& b, const Vec3d& c, double la, double lb, double lc) {
+    return la * lb * lc + a.dot(b) * lc + a.dot(c) * lb + b.dot(c) * la;
 }
 
 }  // namespace
@@ -18,24 +19,37 @@ double triangle_solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c, doub
 double solid_angle(const RectangleView& v) {
     const Vec3d a(v.x0, v.y0, -v.height), b(v.x1, v.y0, -v.height);
     const Vec3d c(v.x1, v.y1, -v.height), d(v.x0, v.y1, -v.height);
+    const double la = std::sqrt(a.dot(a)), lb = std::sqrt(b.dot(b));
+    const double lc = std::sqrt(c.dot(c)), ld = std::sqrt(d.dot(d));
+    // Both halves have the same triple product. Their half angles sum to less than π, so that one
+    // arc tangent of the product of the two complex numbers does for both
     const double triple = v.width * v.length * v.height;
-    return triangle_solid_angle(a, b, c, triple) + triangle_solid_angle(a, c, d, triple);
+    const double first = half_tangent_denominator(a, b, c, la, lb, lc);
+    const double second = half_tangent_denominator(a, c, d, la, lc, ld);
+    return 2.0 * std::atan2(triple * (first + second), first * second - triple * triple);
 }
 
 Vec2d sample_solid_angle(const RectangleView& v, double omega, const Vec2& u) {
     const double h = v.height, h_squared = h * h;
-    // Dihedral angles of the pyramid at the corners (x0, y1) and (x0, y0); atan2, not acos, for
-    // grazing views
-    const double x0_squared = v.x0 * v.x0;
-    const double g2 = std::atan2(h * std::sqrt(h_squared + x0_squared + v.y1 * v.y1), v.x0 * v.y1);
-    const double g3 = std::atan2(h * std::sqrt(h_squared + x0_squared + v.y0 * v.y0), -v.x0 * v.y0);
+    // Dihedral angles g2, g3 of the pyramid at the corners (x0, y1) and (x0, y0) as complex numbers
+    // (cosine, sine) up to length: their product has the sum as its angle, without any arc function
+    const double h_x0_squared = h_squared + v.x0 * v.x0;
+    const double cos_2 = v.x0 * v.y1, sin_2 = h * std::sqrt(h_x0_squared + v.y1 * v.y1);
+    const double cos_3 = -v.x0 * v.y0, sin_3 = h * std::sqrt(h_x0_squared + v.y0 * v.y0);
+    const double cos_sum = cos_2 * cos_3 - sin_2 * sin_3;
+    const double sin_sum = sin_2 * cos_3 + cos_2 * sin_3;
     // z components of the normals of the sides through y0 and y1
     const double b0 = -v.y0 / std::sqrt(h_squared + v.y0 * v.y0);
     const double b1 = v.y1 / std::sqrt(h_squared + v.y1 * v.y1);
 
-    // x: where the part of the rectangle left of it has the solid angle u.x · omega
-    const double au = double(u.x) * omega + 2.0 * pi_d - g2 - g3;
-    const double fu = (std::cos(au) * b0 - b1) / std::sin(au);
+    // x: where the part of the rectangle left of it has the solid angle u.x · omega; here with
+    // cosine and sine of au = u.x · omega − g2 − g3 times the length of the product
+    const double part = double(u.x) * omega;
+    const double cos_part = std::cos(part), sin_part = std::sin(part);
+    const double cos_au = cos_part * cos_sum + sin_part * sin_sum;
+    const double sin_au = sin_part * cos_sum - cos_part * sin_sum;
+    const double length = std::sqrt(cos_sum * cos_sum + sin_sum * sin_sum);
+    const double fu = (cos_au * b0 - length * b1) / sin_au;
     const double cu = std::clamp(std::copysign(1.0 / std::sqrt(fu * fu + b0 * b0), fu), -1.0, 1.0);
     const double cu_rest = (1.0 - cu) * (1.0 + cu);
     const double x = cu_rest > 0.0 ? cu * h / std::sqrt(cu_rest) : (cu > 0.0 ? v.x1 : v.x0);

@@ -19,6 +19,10 @@ TEST(Floats, NextFloatIsTheNextOne) {
         EXPECT_EQ(next_float_up(v), std::nextafter(v, infinity)) << v;
         EXPECT_EQ(next_float_down(v), std::nextafter(v, -infinity)) << v;
     }
+    for (const float v : {0.0f, -0.0f, 1.0f, -1.0f, 1e-30f, -1e30f, 1.4e-45f, -1.4e-45f}) {
+        EXPECT_EQ(next_float_toward(v, 1), next_float_up(v)) << v;
+        EXPECT_EQ(next_float_toward(v, -1), next_float_down(v)) << v;
+    }
     EXPECT_EQ(next_float_up(0.0f), std::numeric_limits<float>::denorm_min());
     EXPECT_EQ(next_float_up(-0.0f), std::numeric_limits<float>::denorm_min());
     EXPECT_EQ(next_float_up(infinity), infinity);
