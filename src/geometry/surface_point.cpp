@@ -152,6 +152,56 @@ SurfacePoint make_surface_point(const scene::Scene& scene,
     return point;
 }
 
+SurfacePoint lifted(const GeometrySet& geometry, const SurfacePoint& point, const Vec3& wo) {
+    constexpr double cos2_flattest = 0.99984769896;  // half the diagonal of a facet of 1 degree
+    constexpr double cos2_steepest = 0.5;            // 45 degrees
+    Vec3d normals[3];
+    if (!point.mesh->corner_normals(point.triangle, normals)) return point;
+    const bool is_instanced = point.instance != scene::none;
+    const Mat4d forward =
+        is_instanced ? Mat4d(geometry.instances()[point.instance].render_from_prototype) : Mat4d();
+    if (is_instanced) {
+        const Mat3d normal_matrix = cofactor_matrix(forward);
+        for (Vec3d& n : normals) n = unit_or_zero(n) * normal_matrix;
+    }
+
+    // Let the normals face the viewer, as a whole, as ns does. Squares tell which surfaces are flat
+    // without a root, for most meshes are fine
+    const bool is_behind = point.ng.dot(wo) < 0.0f;
+    const Vec3d out = Vec3d(is_behind ? -point.ng : point.ng);
+    const double facing[3] = {normals[0].dot(out), normals[1].dot(out), normals[2].dot(out)};
+    const double sign = facing[0] + facing[1] + facing[2] < 0.0 ? -1.0 : 1.0;
+    bool is_flat = true;
+    for (int k = 0; k < 3; ++k) {
+        const double square = facing[k] * facing[k], length2 = normals[k].dot(normals[k]);
+        if (!(facing[k] * sign > 0.0) || square < cos2_steepest * length2) return point;
+        is_flat = is_flat && square > cos2_flattest * length2;
+    }
+    if (is_flat) return point;
+
+    // Rise to the tangent planes that are above
+    Vec3d corners[3];
+    for (int k = 0; k < 3; ++k) {
+        corners[k] = Vec3d(point.mesh->corner(point.triangle, k));
+        if (is_instanced) corners[k] = transform_point(corners[k], forward);
+    }
+    const double b1 = double(point.b1), b2 = double(point.b2);
+    const double weights[3] = {1.0 - b1 - b2, b1, b2};
+    const Vec3d p = corners[0] + (corners[1] - corners[0]) * b1 + (corners[2] - corners[0]) * b2;
+    Vec3d lift(0.0);
+    for (int k = 0; k < 3; ++k) {
+        const Vec3d n = unit_or_zero(normals[k]) * sign;
+        const double below = (corners[k] - p).dot(n);
+        if (below > 0.0) lift += n * (weights[k] * below);
+    }
+    if (!(lift.dot(out) > 0.0)) return point;
+    SurfacePoint start = point;
+    start.p = to_float(p + lift);
+    start.p_error += cast_up(absolute(lift) * double(gamma_bound(2)));
+    start.side = is_behind ? -1 : 1;
+    return start;
+}
+
 bool primvar(const scene::Scene& scene,
              const SurfacePoint& point,
              scene::PrimvarId id,
@@ -171,7 +221,7 @@ Vec3 offset_ray_origin(const SurfacePoint& point, const Vec3& w) {
     const float distance = std::abs(n.x) * point.p_error.x + std::abs(n.y) * point.p_error.y +
                            std::abs(n.z) * point.p_error.z;
     Vec3 offset = n * distance;
-    if (w.dot(n) < 0.0f) offset = -offset;
+    if (point.side != 0 ? point.side < 0 : w.dot(n) < 0.0f) offset = -offset;
     Vec3 origin = point.p + offset;
     for (int i = 0; i < 3; ++i) {
         // Zero needs no step: the sum was exact, and the next float is not a length of this scene

@@ -48,6 +48,7 @@ struct SurfacePoint {
     const TriangleMesh* mesh = nullptr;
     uint32_t triangle = 0;
     uint32_t face = 0;  ///< authored polygon
+    int8_t side = 0;  ///< rays start on the side of ng (1), of −ng (−1) or of their direction (0)
     scene::MaterialId material = scene::none;
     uint32_t instance = scene::none;
     uint32_t shape = scene::none;
@@ -66,6 +67,17 @@ SurfacePoint make_surface_point(const scene::Scene& scene,
                                 const Ray& ray,
                                 const Hit& hit);
 
+/// The point where rays leave a surface that is seen from wo and does not transmit: above the
+/// facet, near the curved surface that its interpolated normals stand for, so that facets do not
+/// shadow their own lit side at the terminator. p moves by the mean of its distances from the
+/// tangent planes of the corners, towards wo only: twice the height of the arc, which clears the
+/// neighbouring facets. The point itself where the surface is flat or hollow towards wo, where
+/// normals turn by less than half a degree from the facet (neighbours by 1), and where they turn by
+/// more than 45 degrees: those do not tell of a curved surface. Every ray of the path must leave
+/// from here, also those of light sampling. Ref: Hanika 2021, "Hacking the Shadow Terminator", Ray
+/// Tracing Gems II, chapter 4.
+SurfacePoint lifted(const GeometrySet& geometry, const SurfacePoint& point, const Vec3& wo);
+
 /// Primvar at the point: the mesh's own, else for displayColor that of the instance.
 /// Writes the floats that the primvar has and leaves the rest of `out` alone; false when there is
 /// none.
@@ -74,9 +86,9 @@ bool primvar(const scene::Scene& scene,
              scene::PrimvarId id,
              float out[4]);
 
-/// Point beside the surface, on the side to which w points, from which a ray along w cannot meet
-/// the surface again. Moves along ng by the error bound and then outward to the next float; no
-/// constant distance is involved. Ref: Pharr et al. 2023, section 6.8.6.
+/// Point beside the surface, on point.side, else on the side to which w points, from which a ray
+/// along w cannot meet the surface again. Moves along ng by the error bound and then outward to the
+/// next float; no constant distance is involved. Ref: Pharr et al. 2023, section 6.8.6.
 Vec3 offset_ray_origin(const SurfacePoint& point, const Vec3& w);
 
 /// Ray that leaves the surface along d.

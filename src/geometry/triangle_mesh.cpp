@@ -41,23 +41,38 @@ uint32_t TriangleMesh::element(scene::Interpolation interpolation, uint32_t tria
     return 0;
 }
 
+const Vec3* TriangleMesh::corner_normal(uint32_t triangle, int k) const {
+    size_t row = element(data_.normal_interpolation, triangle, k);
+    if (!data_.normal_indices.empty()) {
+        if (row >= data_.normal_indices.size()) return nullptr;
+        row = data_.normal_indices[row];
+    }
+    return row < data_.normals.size() ? &data_.normals[row] : nullptr;
+}
+
 Vec3d TriangleMesh::normal(uint32_t triangle, float b1, float b2) const {
     if (data_.normals.empty()) return Vec3d(0.0);
     const double weights[3] = {1.0 - double(b1) - double(b2), double(b1), double(b2)};
     Vec3d n(0.0);
     for (int k = 0; k < 3; ++k) {
-        size_t row = element(data_.normal_interpolation, triangle, k);
-        if (!data_.normal_indices.empty()) {
-            if (row >= data_.normal_indices.size()) return Vec3d(0.0);
-            row = data_.normal_indices[row];
-        }
-        if (row >= data_.normals.size()) return Vec3d(0.0);
+        const Vec3* stored = corner_normal(triangle, k);
+        if (stored == nullptr) return Vec3d(0.0);
         // Authored lengths do not weigh: every corner's normal counts as a direction
-        const Vec3d corner_normal(data_.normals[row]);
-        const double length = corner_normal.length();
-        if (length > 0.0) n += corner_normal * (weights[k] / length);
+        const Vec3d at_corner(*stored);
+        const double length = at_corner.length();
+        if (length > 0.0) n += at_corner * (weights[k] / length);
     }
     return n;
+}
+
+bool TriangleMesh::corner_normals(uint32_t triangle, Vec3d out[3]) const {
+    if (data_.normals.empty()) return false;
+    for (int k = 0; k < 3; ++k) {
+        const Vec3* stored = corner_normal(triangle, k);
+        if (stored == nullptr || *stored == Vec3(0.0f)) return false;
+        out[k] = Vec3d(*stored);
+    }
+    return true;
 }
 
 bool TriangleMesh::primvar_corners(scene::PrimvarId id, uint32_t triangle, float out[3][4]) const {

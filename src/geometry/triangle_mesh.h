@@ -68,6 +68,10 @@ class TriangleMesh {
     /// Interpolated shading normal in shape space, not normalised; zero when the mesh is faceted.
     Vec3d normal(uint32_t triangle, float b1, float b2) const;
 
+    /// Shading normals of the three corners in shape space, not normalised; false when the mesh is
+    /// faceted or one of them is missing.
+    bool corner_normals(uint32_t triangle, Vec3d out[3]) const;
+
     bool has_primvar(scene::PrimvarId id) const { return find(id) != nullptr; }
 
     /// Interpolates a primvar; writes its `width` floats and leaves the rest of `out` alone.
@@ -91,6 +95,7 @@ class TriangleMesh {
 
   private:
     const scene::Primvar* find(scene::PrimvarId id) const;
+    const Vec3* corner_normal(uint32_t triangle, int k) const;
     uint32_t element(scene::Interpolation interpolation, uint32_t triangle, int k) const;
 
     TriangleMeshData data_;

@@ -34,6 +34,15 @@ lights::Receiver receiver_at(const geometry::SurfacePoint& point, const shading:
     return {point.p, bsdf.ns(), bsdf.has_transmission()};
 }
 
+/// Where rays leave a surface: near the smooth one that coarse facets stand for, unless something lies between.
+geometry::SurfacePoint leaving_point(const World& world, const geometry::SurfacePoint& point, const Vec3& wo, RayCounts& counts) {
+    if (world.materials.material_has_transmission(point.material)) return point;
+    const geometry::SurfacePoint start = geometry::lifted(world.geometry, point, wo);
+    if (start.side == 0) return point;
+    ++counts.shadow;
+    return world.accelerator->is_occluded(geometry::spawn_ray_to(point, start.p)) ? point : start;
+}
+
 }  // namespace
 
 /// A path while it is traced.
@@ -102,7 +111,8 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
         }
 
         const Vec3 wo = -path.ray.d;
-        const shading::Bsdf bsdf = world_.materials.make_bsdf(point, wo, path.cone_width);
+        const geometry::SurfacePoint start = leaving_point(world_, point, wo, counts);
+        const shading::Bsdf bsdf = world_.materials.make_bsdf(start, wo, path.cone_width);
         if (path.bounce == 0 && !out.has_hit) record_first_hit(point, bsdf, out);
 
         // Add the surface's own emission
@@ -116,8 +126,8 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
             end = "reached the depth limit";
             break;
         }
-        add_direct_light(path, point, bsdf, wo, out);
-        if (!scatter(path, point, bsdf, wo, out)) {
+        add_direct_light(path, start, bsdf, wo, out);
+        if (!scatter(path, start, bsdf, wo, out)) {
             end = "absorbed";
             break;
         }

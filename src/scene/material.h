@@ -41,6 +41,8 @@ struct Material {
     float opacity_threshold = 0.0f;
     bool presence = false;  ///< opacityMode = "presence": opacity fades the whole surface instead of transmitting
     Input ior = Input(1.5f);
+    /// velatura:roughTransmission: roughness also blurs what is transmitted. UsdPreviewSurface itself never does.
+    bool rough_transmission = false;
     /// false: no specular at all, pure Lambert; what shapes without a material get with their displayColor.
     bool has_specular = true;
     Input normal = Input(Rgb(0.0f, 0.0f, 1.0f));  ///< tangent space, already scaled and biased into [-1, 1]

@@ -3,6 +3,7 @@
 
 #include "base/math.h"
 #include "shading/albedo.h"
+#include "shading/rough_interface.h"
 
 #include <cstdint>
 #include <optional>
@@ -27,6 +28,8 @@ struct BsdfValue {
     Rgb diffuse = Rgb(0.0f);   ///< [1/sr], without cosine
     Rgb specular = Rgb(0.0f);  ///< [1/sr], without cosine
     float pdf = 0;             ///< [1/sr], what sample_f has over all non-delta lobes
+    ScatterKind kind = ScatterKind::Reflect;
+    float eta = 1;  ///< as in BsdfSample
 
     Rgb f() const { return diffuse + specular; }
 };
@@ -41,6 +44,9 @@ struct SurfaceParameters {
     float clearcoat_alpha = 0;
     float opacity = 1;  ///< what is not opaque transmits (opacityMode "transparent")
     float ior = 1.5f;   ///< inside over outside
+    /// Made for this ior: the roughness blurs what is transmitted, too. Null: it is refracted
+    /// without blur, as the specification has it. Must outlive the Bsdf.
+    const RoughInterface* interface = nullptr;
 };
 
 /// Below this GGX width a lobe is a perfect mirror, flagged as delta.
@@ -50,16 +56,25 @@ inline constexpr float specular_switch_alpha = 1e-3f;
 ///
 /// Energy: diffuse base and specular are coupled so that white bases reflect exactly 1 (Kelemen &
 /// Szirmay-Kalos 2001); the specular lobe is compensated for multiple scattering (Kulla & Conty
-/// 2017). Everything is reciprocal except reflection off the inside of a rough transmitting
-/// interface, which keeps energy instead (README). Sides: ng decides whether a pair of directions
-/// reflects or transmits, so that no light leaks through walls; lobes and the cosine use the
-/// shading normal `ns()`. Opaque surfaces shade both sides; the outside of a transmitting one is
-/// the side of ng.
+/// 2017). Everything is reciprocal except a rough reflection off the inside of an interface that
+/// transmits without blur, which keeps energy instead (README). Sides: ng decides whether a pair of
+/// directions reflects or transmits, so that no light leaks through walls; lobes and the cosine use
+/// the shading normal `ns()`. Opaque surfaces shade both sides; the outside of a transmitting one
+/// is the side of ng.
 class Bsdf {
   public:
     /// ng, ns, wo: unit, render space; ns in the hemisphere of ng. ns is bent towards wo when wo is
-    /// behind it.
-    Bsdf(const SurfaceParameters& parameters, const Vec3& ng, const Vec3& ns, const Vec3& wo);
+    /// behind it, and so far towards ng that the mirror image of wo stays above the surface.
+    /// horizon: normal of the smooth surface that facets stand for, when rays start above the facet
+    /// (geometry::lifted): what is in front of it is above the surface, too. Else ng.
+    Bsdf(const SurfaceParameters& parameters,
+         const Vec3& ng,
+         const Vec3& ns,
+         const Vec3& wo,
+         const Vec3& horizon);
+
+    Bsdf(const SurfaceParameters& parameters, const Vec3& ng, const Vec3& ns, const Vec3& wo)
+        : Bsdf(parameters, ng, ns, wo, ng) {}
 
     /// f [1/sr] without the cosine and without delta lobes. The cosine to multiply with is
     /// cosine(wi).
@@ -83,6 +98,8 @@ class Bsdf {
     /// included; in [0, 1].
     Rgb albedo() const;
     bool has_non_delta() const;
+    /// Probability that sample_f draws from a lobe as broad as learned directions can resolve.
+    float broad_share() const;
 
     bool has_transmission() const { return p_.opacity < 1.0f; }
 
@@ -91,6 +108,8 @@ class Bsdf {
         Cosine,
         Specular,
         Coat,
+        Interface,  // rough: reflects or refracts at one microfacet, for Specular and
+                    // Transmission
         MirrorSpecular,
         MirrorCoat,
         Transmission,
@@ -104,6 +123,7 @@ class Bsdf {
         Rgb specular = Rgb(0.0f);        // directional albedo R(μ) of the specular lobe
         Rgb single_scatter = Rgb(0.0f);  // its share without compensation
         float loss = 0;                  // 1 − A(μ, α), what single scattering loses
+        Rgb lost = Rgb(0.0f);            // of a rough interface: what returns by compensation
         float coat = 0;                  // directional albedo of the coat, weight included
         float coat_single = 0;
         float coat_loss = 0;
@@ -113,20 +133,35 @@ class Bsdf {
     View make_view(const Vec3& wo_local) const;
     void set_probabilities(View& view) const;
     Rgb interface_albedo(float mu) const;
+    bool wants_rough_transmission() const;
+    void set_coat();
+    Rgb rough_loss(float mu, const rough_interface::Shares& shares) const;
+    Rgb microfacet_fresnel(float cos_m) const;
+    float reflect_share(const Rgb& fresnel) const;
 
     /// Nothing but the diffuse base: no interface to account for.
     bool is_lambert() const { return !has_specular_ && !has_coat_ && p_.opacity == 1.0f; }
 
     void evaluate_local(const View& view, const Vec3& wi, BsdfValue& value) const;
+    Rgb add_reflection(
+        const View& view, float mu_i, const Vec3& wm, float cos_m, BsdfValue& value) const;
+    Rgb add_rough_reflection(
+        const View& view, float mu_i, const Vec3& wm, float cos_m, BsdfValue& value) const;
+    void add_coat(
+        const View& view, float mu_i, const Vec3& wm, float cos_m, BsdfValue& value) const;
+    void evaluate_refraction(const View& view, const Vec3& wi, BsdfValue& value) const;
+    Vec3 sample_interface(const View& view, float u_choice, const Vec2& u) const;
     std::optional<BsdfSample> sample_delta(const View& view, Lobe lobe, const Vec3& wo) const;
-    bool is_same_side(const Vec3& wo, const Vec3& wi) const;
+    bool is_above(const Vec3& w) const;
 
     SurfaceParameters p_;
-    Frame frame_;  // z = shading normal on the side of wo
-    Vec3 ng_;      // on the side of wo
+    Frame frame_;   // z = shading normal on the side of wo
+    Vec3 ng_;       // on the side of wo
+    Vec3 horizon_;  // on the side of wo
     Vec3 wo_;
     float eta_ = 1;               // index beyond over index on the side of wo
     bool is_dense_side_ = false;  // transmitting, and wo is on the side of the larger index
+    bool is_rough_interface_ = false;
     bool has_coat_ = false;
     bool has_specular_ = true;  // f0 and f90 are not both black
     GgxAlbedoCurve specular_curve_, coat_curve_;
@@ -135,8 +170,12 @@ class Bsdf {
     float average_loss_ = 0;            // 1 − A_avg(α)
     Rgb specular_average_ = Rgb(0.0f);  // cosine-weighted mean of R(μ)
     Rgb multiple_f_ = Rgb(0.0f);        // Fresnel factor of the compensation lobe
+    std::optional<RoughInterface::Curve> interface_curve_;  // of a rough interface
+    Rgb lost_average_ = Rgb(0.0f);                          // cosine-weighted mean of View::lost
+    float coat_f0_ = 0.04f;
     float coat_average_loss_ = 0;
     float coat_multiple_f_ = 0;
+    Rgb coat_coupling_ = Rgb(1.0f);  // makes a white base under the coat reflect 1
     View view_;
 };
 

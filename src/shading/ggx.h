@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-/// Isotropic GGX microfacet reflection in the local frame (z = normal). Directions are unit with z
+/// Isotropic GGX microfacets in the local frame (z = normal). Directions are unit with z
 /// > 0 where not said otherwise; alpha in [1e-4, 1]. Templates, so that the oracles of the tests
 /// run the same formulas in double.
 namespace velatura::shading {
@@ -41,7 +41,49 @@ T cap_bound(const Imath::Vec3<T>& wo, T alpha) {
     return (T(1) - a2) * s2 / (s2 + a2 * wo.z * wo.z);
 }
 
+/// Unnormalised microfacet normal from the spherical cap of directions that `o` (wo, stretched and
+/// unit) can reflect to, of which `bound` is cut away below. Ref: Dupuy & Benyoub 2023, "Sampling
+/// Visible GGX Normals with Spherical Caps".
+template <class T>
+Imath::Vec3<T> cap_normal(const Imath::Vec3<T>& o, T bound, T alpha, const Imath::Vec2<T>& u) {
+    const T one_minus_z = u.y * (T(1) + bound);
+    const T z = T(1) - one_minus_z;
+    const T r = std::sqrt(std::max(one_minus_z * (T(1) + z), T(0)));
+    const T phi = T(2 * pi_d) * u.x;
+    return {alpha * (o.x + r * std::cos(phi)), alpha * (o.y + r * std::sin(phi)), o.z + z};
+}
+
+template <class T>
+Imath::Vec3<T> stretched(const Imath::Vec3<T>& wo, T alpha) {
+    const Imath::Vec3<T> s(alpha * wo.x, alpha * wo.y, wo.z);
+    return s / std::sqrt(s.dot(s));
+}
+
 }  // namespace ggx_detail
+
+/// Smith's masking: share of the microfacets facing a direction that are visible from it. cos > 0.
+template <class T>
+T ggx_g1(T cos, T alpha) {
+    return T(2) * cos / (cos + std::sqrt(alpha * alpha * (T(1) - cos * cos) + cos * cos));
+}
+
+/// Density [1/sr] of the normals visible from wo, at a wm with cos_m = wo·wm > 0. Ref: Heitz 2018,
+/// "Sampling the GGX Distribution of Visible Normals".
+template <class T>
+T ggx_normal_pdf(const Imath::Vec3<T>& wo, const Imath::Vec3<T>& wm, T cos_m, T alpha) {
+    const T t = std::sqrt(alpha * alpha * (wo.x * wo.x + wo.y * wo.y) + wo.z * wo.z);
+    return ggx_d(wm, alpha) * T(2) * cos_m / (wo.z + t);
+}
+
+/// Draws a normal visible from wo, with density ggx_normal_pdf. Zero vector: none.
+template <class T>
+Imath::Vec3<T> ggx_sample_normal(const Imath::Vec3<T>& wo, T alpha, const Imath::Vec2<T>& u) {
+    const Imath::Vec3<T> o = ggx_detail::stretched(wo, alpha);
+    const Imath::Vec3<T> m = ggx_detail::cap_normal(o, o.z, alpha, u);
+    const T length2 = m.dot(m);
+    if (!(length2 > T(0))) return Imath::Vec3<T>(T(0));
+    return m / std::sqrt(length2);
+}
 
 /// Factor (2·(k·z + t)) with pdf(wi) = D(wm) / factor; f·cosθ_i / pdf needs no D.
 template <class T>
@@ -64,14 +106,8 @@ T ggx_pdf(const Imath::Vec3<T>& wo, const Imath::Vec3<T>& wm, T alpha) {
 template <class T>
 Imath::Vec3<T> ggx_sample(const Imath::Vec3<T>& wo, T alpha, const Imath::Vec2<T>& u) {
     using V = Imath::Vec3<T>;
-    const V stretched(alpha * wo.x, alpha * wo.y, wo.z);
-    const V o = stretched / std::sqrt(stretched.dot(stretched));
-    const T b = ggx_detail::cap_bound(wo, alpha) * o.z;
-    const T one_minus_z = u.y * (T(1) + b);
-    const T z = T(1) - one_minus_z;
-    const T r = std::sqrt(std::max(one_minus_z * (T(1) + z), T(0)));
-    const T phi = T(2 * pi_d) * u.x;
-    V m(alpha * (o.x + r * std::cos(phi)), alpha * (o.y + r * std::sin(phi)), o.z + z);
+    const V o = ggx_detail::stretched(wo, alpha);
+    V m = ggx_detail::cap_normal(o, ggx_detail::cap_bound(wo, alpha) * o.z, alpha, u);
     const T length2 = m.dot(m);
     if (!(length2 > T(0))) return V(T(0));
     m /= std::sqrt(length2);

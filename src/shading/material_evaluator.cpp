@@ -29,6 +29,11 @@ float non_negative(float v) {
     return v > 0.0f && std::isfinite(v) ? v : 0.0f;
 }
 
+/// Keeps the index where refraction has a meaning; NaN counts as the fallback 1.5.
+float valid_ior(float ior) {
+    return std::isnan(ior) ? 1.5f : std::clamp(ior, 1e-3f, 1e3f);
+}
+
 Rgb mix(const Rgb& a, const Rgb& b, float t) {
     return a + (b - a) * t;
 }
@@ -108,6 +113,8 @@ MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene, Diagnostics& dia
         Flags f;
         f.has_presence = may_cut(m);
         f.has_transmission = may_transmit(m);
+        if (m.rough_transmission && f.has_transmission)
+            f.interface = make_interface(m, diagnostics);
         f.is_emissive = !(is_constant(m.emissive_color) && is_black(m.emissive_color.value));
         flags_.push_back(f);
         has_presence_ = has_presence_ || f.has_presence;
@@ -120,6 +127,32 @@ MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene, Diagnostics& dia
 }
 
 MaterialEvaluator::~MaterialEvaluator() = default;
+
+const RoughInterface* MaterialEvaluator::make_interface(const scene::Material& m,
+                                                        Diagnostics& diagnostics) {
+    if (!is_constant(m.ior)) {
+        scene::Provenance where;
+        if (m.provenance < scene_.provenance.size()) where = scene_.provenance[m.provenance];
+        diagnostics.warn("rough-transmission", where.loc, m.name,
+                         "inputs:velatura:roughTransmission needs a constant inputs:ior; light is "
+                         "transmitted without blur");
+        return nullptr;
+    }
+    const float ior = valid_ior(m.ior.value.x);
+    float low = specular_switch_alpha, high = 1.0f;
+    if (is_constant(m.roughness)) {
+        const float roughness = unit_interval(m.roughness.value.x);
+        low = high = roughness * roughness;
+    }
+    // Without roughness or without an interface there is nothing to blur
+    if (high < specular_switch_alpha || ior == 1.0f || !m.has_specular) return nullptr;
+    for (const auto& made : interfaces_) {
+        if (made->ior() == ior && made->alpha_low() == low && made->alpha_high() == high)
+            return made.get();
+    }
+    interfaces_.push_back(std::make_unique<RoughInterface>(ior, low, high));
+    return interfaces_.back().get();
+}
 
 const MaterialEvaluator::Flags& MaterialEvaluator::flags(scene::MaterialId material) const {
     return material < scene_.materials.size() ? flags_[material] : flags_.back();
@@ -197,14 +230,14 @@ Rgb MaterialEvaluator::display_color(const SurfacePoint& point) const {
     return unit_interval(Rgb(out[0], out[1], out[2]));
 }
 
-SurfaceParameters MaterialEvaluator::parameters(const scene::Material& m,
+SurfaceParameters MaterialEvaluator::parameters(scene::MaterialId material,
                                                 const SurfacePoint& point,
                                                 float footprint) const {
+    const scene::Material& m = scene_.materials[material];
     SurfaceParameters p;
+    p.interface = flags_[material].interface;
     const Rgb base = unit_interval(color(m.diffuse_color, point, footprint));
-    // Keep the index where refraction has a meaning; NaN counts as the fallback 1.5
-    const float ior = scalar(m.ior, point, footprint);
-    p.ior = std::isnan(ior) ? 1.5f : std::clamp(ior, 1e-3f, 1e3f);
+    p.ior = valid_ior(scalar(m.ior, point, footprint));
     if (m.use_specular_workflow) {
         p.diffuse = base;
         p.f0 = unit_interval(color(m.specular_color, point, footprint));
@@ -251,16 +284,19 @@ Vec3 MaterialEvaluator::mapped_normal(const scene::Material& material,
 Bsdf MaterialEvaluator::make_bsdf(const SurfacePoint& point,
                                   const Vec3& wo,
                                   float footprint) const {
+    // What is in front of the smooth surface does not lie below the facet that stands for it
+    const Vec3& horizon = point.side != 0 ? point.ns : point.ng;
     if (point.material >= scene_.materials.size()) {
         // displayColor is matt: no specular reflection
         SurfaceParameters p;
         p.diffuse = display_color(point);
         p.f0 = p.f90 = Rgb(0.0f);
         p.alpha = 0.0f;
-        return Bsdf(p, point.ng, point.ns, wo);
+        return Bsdf(p, point.ng, point.ns, wo, horizon);
     }
     const scene::Material& m = scene_.materials[point.material];
-    return Bsdf(parameters(m, point, footprint), point.ng, mapped_normal(m, point, footprint), wo);
+    return Bsdf(parameters(point.material, point, footprint), point.ng,
+                mapped_normal(m, point, footprint), wo, horizon);
 }
 
 Rgb MaterialEvaluator::emission(const SurfacePoint& point, const Vec3&, float footprint) const {

@@ -56,9 +56,11 @@ class MaterialEvaluator {
         bool has_presence = false;
         bool is_emissive = false;
         bool has_transmission = false;
+        const RoughInterface* interface = nullptr;  // of rough transmission
     };
 
     const Flags& flags(scene::MaterialId material) const;
+    const RoughInterface* make_interface(const scene::Material& material, Diagnostics& diagnostics);
     Rgb color(const scene::Input& input,
               const geometry::SurfacePoint& point,
               float footprint) const;
@@ -72,7 +74,7 @@ class MaterialEvaluator {
     Vec3 mapped_normal(const scene::Material& material,
                        const geometry::SurfacePoint& point,
                        float footprint) const;
-    SurfaceParameters parameters(const scene::Material& material,
+    SurfaceParameters parameters(scene::MaterialId material,
                                  const geometry::SurfacePoint& point,
                                  float footprint) const;
 
@@ -80,6 +82,7 @@ class MaterialEvaluator {
     TextureCache textures_;
     std::vector<TextureCache::Handle> texture_handles_;  // [texture]
     std::vector<Flags> flags_;  // [material], then the displayColor material
+    std::vector<std::unique_ptr<RoughInterface>> interfaces_;  // shared by materials alike
     scene::PrimvarId display_color_ = scene::none;
     scene::PrimvarId display_opacity_ = scene::none;
     bool has_presence_ = false;

@@ -27,8 +27,9 @@ constexpr int udim_row = 10;
 /// What open() learns about one file.
 struct FileFacts {
     bool is_srgb = false;
-    std::string wrap_modes;  // OpenImageIO's "wrapmodes", e.g. "periodic,clamp"
-    std::string problem;     // empty = readable
+    std::string wrap_modes;      // OpenImageIO's "wrapmodes", e.g. "periodic,clamp"
+    std::string wrap_s, wrap_t;  // the specification's own metadata: black, clamp, repeat, mirror
+    std::string problem;         // empty = readable
 };
 
 bool is_srgb(const OIIO::ImageSpec& spec, scene::SourceColorSpace space) {
@@ -59,10 +60,18 @@ FileFacts examine(const std::string& path, scene::SourceColorSpace space) {
     }
     facts.is_srgb = is_srgb(spec, space);
     facts.wrap_modes = spec.get_string_attribute("wrapmodes");
+    facts.wrap_s = spec.get_string_attribute("wrapS");
+    facts.wrap_t = spec.get_string_attribute("wrapT");
     return facts;
 }
 
-TextureOpt::Wrap wrap_mode(scene::Wrap wrap, const std::string& metadata, bool is_t) {
+/// OpenImageIO calls repeating "periodic"; WrapDefault for what is no wrap mode.
+TextureOpt::Wrap named_wrap(const std::string& name) {
+    if (name == "repeat") return TextureOpt::WrapPeriodic;
+    return TextureOpt::decode_wrapmode(name.c_str());
+}
+
+TextureOpt::Wrap wrap_mode(scene::Wrap wrap, const FileFacts& facts, bool is_t) {
     switch (wrap) {
         case scene::Wrap::Black:
             return TextureOpt::WrapBlack;
@@ -75,7 +84,10 @@ TextureOpt::Wrap wrap_mode(scene::Wrap wrap, const std::string& metadata, bool i
         case scene::Wrap::UseMetadata:
             break;
     }
+    const TextureOpt::Wrap named = named_wrap(is_t ? facts.wrap_t : facts.wrap_s);
+    if (named != TextureOpt::WrapDefault) return named;
     // Without metadata in the file, black
+    const std::string& metadata = facts.wrap_modes;
     if (metadata.empty()) return TextureOpt::WrapBlack;
     TextureOpt::Wrap s = TextureOpt::WrapBlack, t = TextureOpt::WrapBlack;
     TextureOpt::parse_wrapmodes(metadata.c_str(), s, t);
@@ -154,8 +166,8 @@ void TextureCache::State::open_file(Entry& entry, const scene::Texture& texture)
         entry.fail(one_line(facts.problem));
         return;
     }
-    entry.wrap_s = wrap_mode(texture.wrap_s, facts.wrap_modes, false);
-    entry.wrap_t = wrap_mode(texture.wrap_t, facts.wrap_modes, true);
+    entry.wrap_s = wrap_mode(texture.wrap_s, facts, false);
+    entry.wrap_t = wrap_mode(texture.wrap_t, facts, true);
     entry.tiles = {handle(texture.file, facts.is_srgb)};
 }
 

@@ -17,11 +17,10 @@ const MaterialEntry no_material;
 
 /// Inputs of UsdPreviewSurface that this renderer reads or need not read.
 constexpr std::array known_inputs = {
-    "diffuseColor",     "emissiveColor",      "useSpecularWorkflow",
-    "specularColor",    "metallic",           "roughness",
-    "clearcoat",        "clearcoatRoughness", "opacity",
-    "opacityThreshold", "opacityMode",        "ior",
-    "normal",           "displacement",       "occlusion"};
+    "diffuseColor", "emissiveColor",    "useSpecularWorkflow", "specularColor",
+    "metallic",     "roughness",        "clearcoat",           "clearcoatRoughness",
+    "opacity",      "opacityThreshold", "opacityMode",         "ior",
+    "normal",       "displacement",     "occlusion",           "velatura:roughTransmission"};
 
 void warn_shader_features(Context& ctx, Prim shader) {
     const Attribute displacement = shader.attribute("inputs:displacement");
@@ -59,6 +58,7 @@ scene::Material read_preview_surface(Context& ctx, Prim shader, MaterialEntry& e
     material.opacity_threshold = float(reader.constant_number("opacityThreshold", 0.0));
     material.presence = reader.constant_text("opacityMode", "transparent") == "presence";
     material.ior = reader.number("ior", 1.5f);
+    material.rough_transmission = reader.constant_number("velatura:roughTransmission", 0.0) != 0.0;
     material.normal = reader.color("normal", Rgb(0.0f, 0.0f, 1.0f));
     const scene::Input& emission = material.emissive_color;
     entry.is_emissive =

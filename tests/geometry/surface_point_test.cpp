@@ -276,6 +276,132 @@ TEST(SurfacePoint, ScalingByPowersOfTwoScalesEveryBit) {
     }
 }
 
+namespace {
+
+/// A triangle of the unit sphere around the origin, with the sphere's normals at its corners.
+scene::Shape sphere_triangle(const Vec3& a, const Vec3& b, const Vec3& c, float scale = 1) {
+    scene::Shape shape = triangle_shape(a * scale, b * scale, c * scale);
+    auto& mesh = std::get<scene::Mesh>(shape.geometry);
+    mesh.normals = {a, b, c};
+    mesh.normal_interpolation = scene::Interpolation::Vertex;
+    return shape;
+}
+
+/// Corners `turn` radians around a random direction of the sphere.
+void random_cap(std::mt19937& random, float turn, Vec3 corners[3]) {
+    const Frame frame = Frame::from_z(random_unit(random));
+    for (int k = 0; k < 3; ++k) {
+        const float phi = 2 * pi * float(k) / 3;
+        corners[k] = frame.from_local(
+            Vec3(std::sin(turn) * std::cos(phi), std::sin(turn) * std::sin(phi), std::cos(turn)));
+    }
+}
+
+}  // namespace
+
+// RIGOR H15
+TEST(SurfacePoint, LiftedPointsLieJustAboveTheCurvedSurface) {
+    std::mt19937 random(15);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    for (int trial = 0; trial < 3000; ++trial) {
+        const float turn = 0.02f + 0.7f * uniform(random);
+        Vec3 c[3];
+        random_cap(random, turn, c);
+        const float b1 = uniform(random), b2 = uniform(random) * (1 - b1);
+        Vec3 reference_p(0.0f), reference_error(0.0f);
+        for (const int k : {0, -20, 20}) {
+            const float s = std::ldexp(1.0f, k);
+            scene::Scene scene;
+            scene.shapes.push_back(sphere_triangle(c[0], c[1], c[2], s));
+            const GeometrySet geometry(scene);
+            const SurfacePoint point =
+                make_surface_point(scene, geometry, Ray(), {1.0f, b1, b2, scene::none, 0, 0});
+            const SurfacePoint start = lifted(geometry, point, point.ng);
+            if (k == 0) {
+                reference_p = start.p;
+                reference_error = start.p_error;
+                // Outside the sphere, by no more than the height of the arc
+                ASSERT_EQ(start.side, 1);
+                ASSERT_GE(start.p.length(), 1 - 1e-6f);
+                ASSERT_LE(start.p.length(), 2 - std::cos(turn) + 1e-6f);
+            }
+            ASSERT_EQ(start.p, reference_p * s);
+            ASSERT_EQ(start.p_error, reference_error * s);
+            // A ray that leaves below the facet's horizon starts above the facet all the same
+            const Vec3 grazing = normalize(cross(point.ns, random_unit(random))) - point.ng * 0.01f;
+            ASSERT_GT((spawn_ray(start, grazing).o - point.p).dot(point.ng), 0.0f);
+            // Seen from inside, the sphere is hollow
+            const SurfacePoint inside = lifted(geometry, point, -point.ng);
+            ASSERT_EQ(inside.p, point.p);
+            ASSERT_EQ(inside.side, 0);
+        }
+    }
+}
+
+TEST(SurfacePoint, OnlyCoarseCurvedFacetsAreLifted) {
+    const auto lifts = [](const scene::Shape& shape) {
+        scene::Scene scene;
+        scene.shapes.push_back(shape);
+        const GeometrySet geometry(scene);
+        const SurfacePoint point =
+            make_surface_point(scene, geometry, Ray(), {1.0f, 0.25f, 0.25f, scene::none, 0, 0});
+        const SurfacePoint start = lifted(geometry, point, point.ng);
+        EXPECT_EQ(start.side == 0, start.p == point.p);
+        return start.side != 0;
+    };
+    std::mt19937 random(16);
+    const float degree = pi / 180;
+    Vec3 c[3];
+    const auto cap = [&](float turn) {
+        random_cap(random, turn * degree, c);
+        return sphere_triangle(c[0], c[1], c[2]);
+    };
+    EXPECT_FALSE(lifts(cap(0.6f)));
+    EXPECT_TRUE(lifts(cap(1)));
+    EXPECT_TRUE(lifts(cap(44)));
+    EXPECT_FALSE(lifts(cap(46)));
+    // Faceted, and flat with normals
+    scene::Shape flat = triangle_shape(c[0], c[1], c[2]);
+    EXPECT_FALSE(lifts(flat));
+    auto& mesh = std::get<scene::Mesh>(flat.geometry);
+    const Vec3 n = (c[1] - c[0]).cross(c[2] - c[0]).normalized();
+    mesh.normals = {n, n, n};
+    mesh.normal_interpolation = scene::Interpolation::Vertex;
+    EXPECT_FALSE(lifts(flat));
+}
+
+TEST(SurfacePoint, LiftingFollowsInstances) {
+    std::mt19937 random(17);
+    Vec3 c[3];
+    random_cap(random, 0.4f, c);
+    for (const bool is_mirrored : {false, true}) {
+        for (const bool is_flipped : {false, true}) {
+            scene::Scene scene;
+            scene::Shape shape = sphere_triangle(c[0], c[1], c[2]);
+            shape.flip_normals = is_flipped;
+            scene::Prototype prototype;
+            prototype.shapes.push_back(shape);
+            scene.prototypes.push_back(prototype);
+            scene::Instance instance;
+            instance.render_from_prototype[0][0] = is_mirrored ? -3.0f : 3.0f;
+            instance.render_from_prototype[1][1] = 3.0f;
+            instance.render_from_prototype[2][2] = 3.0f;
+            instance.render_from_prototype[3][1] = 100.0f;
+            scene.instances.push_back(instance);
+            const GeometrySet geometry(scene);
+            const SurfacePoint point =
+                make_surface_point(scene, geometry, Ray(), {1.0f, 0.3f, 0.3f, 0, 0, 0});
+            // The viewer outside the sphere, whatever is called the outside of the mesh
+            const Vec3 wo = (point.p - Vec3(0, 100, 0)).normalized();
+            const SurfacePoint start = lifted(geometry, point, wo);
+            EXPECT_NE(start.side, 0);
+            EXPECT_GT((start.p - point.p).dot(wo), 0.1f);
+            EXPECT_GE((start.p - Vec3(0, 100, 0)).length(), 3 - 1e-4f);
+            EXPECT_EQ(lifted(geometry, point, -wo).side, 0);
+        }
+    }
+}
+
 TEST(SurfacePoint, RayTowardsAPointEndsThere) {
     scene::Scene scene;
     scene.shapes.push_back(triangle_shape({0, 0, 1}, {1, 0, 1}, {0, 1, 1}));

@@ -139,16 +139,51 @@ TEST(BsdfEnergy, NothingReflectsMoreThanOne) {
     }
 }
 
-// A clear coat over white loses a little to reciprocity, but not much
-TEST(BsdfEnergy, CoatOverWhiteKeepsMostOfTheEnergy) {
-    for (const double mu : {0.1, 0.3, 0.7, 1.0}) {
-        SurfaceParameters p = dielectric(0.25, 1);
+// A clear coat over white loses what a specular base reflects between the two, and nothing else
+TEST(BsdfEnergy, CoatOverWhiteKeepsTheEnergy) {
+    double lowest = 2, lowest_matt = 2;
+    for (const double mu : {0.03, 0.1, 0.3, 0.7, 1.0}) {
+        for (const float coat_alpha : {1e-4f, 0.04f, 0.3f}) {
+            for (const float weight : {0.3f, 1.0f}) {
+                for (const float ior : {1.2f, 1.5f, 2.0f}) {
+                    SurfaceParameters p = dielectric(0.25, 1);
+                    p.clearcoat = weight;
+                    p.clearcoat_alpha = coat_alpha;
+                    p.ior = ior;
+                    const Vec3 wo = direction(mu);
+                    const double rule = double(coat_alpha) < 1e-3 ? 0.25 : double(coat_alpha);
+                    const double e = energy(Bsdf(p, up, up, wo), wo, rule, 128).total();
+                    EXPECT_LE(e, 1 + 1e-3);
+                    lowest = std::min(lowest, e);
+                    // Over a matt base the coupling is exact
+                    p.f0 = p.f90 = Rgb(0.0f);
+                    const double matt = energy(Bsdf(p, up, up, wo), wo, rule, 128).total();
+                    EXPECT_NEAR(matt, 1.0, 2e-3) << mu << " " << coat_alpha << " " << ior;
+                    lowest_matt = std::min(lowest_matt, matt);
+                }
+            }
+        }
+    }
+    std::printf("coat over white: matt base %.4f, specular base %.4f at least\n", lowest_matt,
+                lowest);
+    EXPECT_GE(lowest, 0.97);
+}
+
+// The specification: ior counts for the coat as well
+TEST(BsdfEnergy, CoatFollowsTheIndex) {
+    for (const float ior : {1.0f, 1.2f, 1.5f, 2.0f}) {
+        SurfaceParameters p = dielectric(0, 0);
+        p.f0 = p.f90 = Rgb(0.0f);
         p.clearcoat = 1;
-        p.clearcoat_alpha = 1e-4f;
-        const Vec3 wo = direction(mu);
-        const double e = energy(Bsdf(p, up, up, wo), wo, 0.25).total();
-        EXPECT_LE(e, 1 + 1e-3);
-        EXPECT_GE(e, 0.9);
+        p.clearcoat_alpha = 0;
+        p.ior = ior;
+        const double r = double((1 - ior) / (1 + ior));
+        for (const double mu : cosines) {
+            const Vec3 wo = direction(mu);
+            const auto e = energy(Bsdf(p, up, up, wo), wo, 0);
+            const double f = r * r + (1 - r * r) * std::pow(1 - mu, 5);
+            EXPECT_NEAR(e.mirror, ior == 1.0f ? 0.0 : f, 1e-5) << ior << " " << mu;
+        }
     }
 }
 

@@ -77,6 +77,54 @@ TEST(BsdfSides, TiltedNormalsGainNoEnergy) {
     }
 }
 
+// No mirror image of the viewer is swallowed by a normal map, and none is gained
+TEST(BsdfSides, TiltedMirrorsReflectEveryRay) {
+    for (const double tilt : {0.0, 10.0, 30.0, 45.0, 60.0, 80.0, 89.9}) {
+        for (const double mu : {1e-3, 0.05, 0.4, 1.0}) {
+            for (const double phi : {0.0, 0.7, 2.0, pi_d, 5.0}) {
+                for (const float side : {1.0f, -1.0f}) {
+                    SurfaceParameters p;
+                    p.diffuse = Rgb(0.0f);
+                    p.f0 = p.f90 = Rgb(1.0f);
+                    p.alpha = 0;
+                    const Vec3 wo = direction(mu, phi) * side;
+                    const Bsdf bsdf(p, up, tilted(tilt), wo);
+                    const auto s = bsdf.sample_f(wo, 0.5f, Vec2(0.5f, 0.5f));
+                    ASSERT_TRUE(s) << tilt << " " << mu << " " << phi << " " << side;
+                    EXPECT_GT(s->wi.z * side, 0.0f);
+                    EXPECT_NEAR(double(s->f.x * bsdf.cosine(s->wi) / s->pdf), 1.0, 1e-4);
+                    // Rough ones gain nothing
+                    p.alpha = 0.1f;
+                    EXPECT_LE(testing::energy(Bsdf(p, up, tilted(tilt), wo), wo, 0.1).total(),
+                              1 + 1e-3)
+                        << tilt << " " << mu << " " << phi << " " << side;
+                }
+            }
+        }
+    }
+}
+
+// A normal that need not be turned is not, to the bit
+TEST(BsdfSides, NormalsThatReflectUpwardsStay) {
+    TestRandom random(6);
+    for (int i = 0; i < 20000; ++i) {
+        SurfaceParameters p;
+        const Vec3 wo = direction(double(random.uniform()), 6 * double(random.uniform()));
+        if (wo.z < 1e-2f) continue;
+        EXPECT_EQ(Bsdf(p, up, up, wo).ns(), up);
+        const Vec3 ns = tilted(80 * double(random.uniform()));
+        const Vec3 mirrored = ns * (2 * ns.dot(wo)) - wo;
+        if (ns.dot(wo) > 1e-2f && mirrored.z > 0.011f) {
+            EXPECT_EQ(Bsdf(p, up, ns, wo).ns(), ns);
+        }
+        // Lambert does not mirror
+        p.f0 = p.f90 = Rgb(0.0f);
+        if (ns.dot(wo) > 1e-2f) {
+            EXPECT_EQ(Bsdf(p, up, ns, wo).ns(), ns);
+        }
+    }
+}
+
 TEST(BsdfSides, ShadingNormalBehindTheViewerIsBentForward) {
     const Vec3 wo = direction(0.1, pi_d);  // from −x, the normal leans to +x
     SurfaceParameters p;
@@ -84,6 +132,34 @@ TEST(BsdfSides, ShadingNormalBehindTheViewerIsBentForward) {
     EXPECT_GT(bsdf.ns().dot(wo), 0.0f);
     EXPECT_GT(bsdf.ns().z, 0.0f);
     EXPECT_FALSE(is_black(bsdf.f(wo, up)));
+}
+
+// Above the smooth surface that a facet stands for counts as above (RIGOR H15), behind both does
+// not
+TEST(BsdfSides, TheHorizonIsThatOfTheSmoothSurface) {
+    const Vec3 smooth = tilted(15), wo = direction(0.9, 0.3);
+    TestRandom random(2);
+    for (const float alpha : {0.0f, 0.2f}) {
+        SurfaceParameters p;
+        p.alpha = alpha;
+        const Bsdf facet(p, up, smooth, wo), lifted(p, up, smooth, wo, smooth);
+        const Vec3 between = normalize(Vec3(1, 0, -0.1f)), behind = normalize(Vec3(1, 0, -0.4f));
+        EXPECT_TRUE(is_black(facet.f(wo, between)));
+        EXPECT_GT(lifted.f(wo, between).x, 0.0f);
+        EXPECT_GT(lifted.pdf(wo, between), 0.0f);
+        EXPECT_TRUE(is_black(lifted.f(wo, behind)));
+        EXPECT_EQ(facet.f(wo, up).x, lifted.f(wo, up).x);
+        int below = 0;
+        for (int i = 0; i < 20000; ++i) {
+            const auto s =
+                lifted.sample_f(wo, random.uniform(), Vec2(random.uniform(), random.uniform()));
+            if (!s || s->is_delta) continue;
+            below += s->wi.z < 0 ? 1 : 0;
+            ASSERT_GT(s->wi.dot(smooth), 0.0f);
+            ASSERT_NEAR(double(s->pdf / lifted.pdf(wo, s->wi)), 1.0, 1e-2);
+        }
+        EXPECT_GT(below, 50);
+    }
 }
 
 TEST(BsdfSides, OpaqueSurfacesShadeBothSidesAlike) {

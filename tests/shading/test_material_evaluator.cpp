@@ -165,6 +165,34 @@ TEST(MaterialEvaluator, PresenceIsNotTransmission) {
     EXPECT_EQ(flags(), std::tuple(1.0f, false, false));
 }
 
+// The specification: "the transmissive lobe (if any) always assumes roughness 0.0"; our own input
+// changes that
+TEST(MaterialEvaluator, RoughTransmissionIsAskedFor) {
+    Stage stage;
+    scene::Material& m = stage.material();
+    m.opacity = Input(0.0f);
+    m.roughness = Input(0.5f);
+    const Vec3 below = normalize(Vec3(0.1f, 0, -1));
+    const auto through = [&] {
+        const MaterialEvaluator e(stage.scene, stage.diagnostics);
+        return e.make_bsdf(stage.point(), up, 0).f(up, below).x;
+    };
+    EXPECT_EQ(through(), 0.0f);
+    m.rough_transmission = true;
+    EXPECT_GT(through(), 0.0f);
+    m.roughness = Input(0.0f);
+    EXPECT_EQ(through(), 0.0f);
+    m.roughness = Input(0.5f);
+    m.ior = Input(1.0f);
+    EXPECT_EQ(through(), 0.0f);
+    EXPECT_EQ(stage.diagnostics.warning_count(), 0u);
+    // An index that varies over the surface has no table: said once, and transmitted as without
+    m.ior.source = Input::Source::Primvar;
+    m.ior.primvar = scene::find_primvar(stage.scene, "st");
+    EXPECT_EQ(through(), 0.0f);
+    EXPECT_EQ(stage.diagnostics.warning_count(), 1u);
+}
+
 TEST(MaterialEvaluator, NormalMapTiltsTowardsTheTangents) {
     Stage stage;
     stage.material().normal = Input(Rgb(0.6f, 0.0f, 0.8f));

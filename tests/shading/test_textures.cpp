@@ -169,6 +169,29 @@ TEST_F(Textures, WrapModes) {
     EXPECT_EQ(at(outside, 2.5, 2.5)[3], 0.0f);
 }
 
+// wrapS and wrapT of the specification, else OpenImageIO's wrapmodes; what the scene says wins
+TEST_F(Textures, WrapModesOfTheFile) {
+    const std::vector<float> pixels = {1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4};
+    const auto row = [&](const std::string& name, const std::map<std::string, std::string>& said,
+                         Wrap wrap, double s) {
+        const std::string path = folder.write(name, 4, 1, 3, OIIO::TypeFloat, pixels, said);
+        return at(open(texture(path, SourceColorSpace::Raw, wrap)), s, 0.5)[0];
+    };
+    const auto both = [](const char* mode) {
+        return std::map<std::string, std::string>{{"wrapS", mode}, {"wrapT", mode}};
+    };
+    const Wrap use = Wrap::UseMetadata;
+    EXPECT_EQ(row("repeat.exr", both("repeat"), use, 1.125), 1.0f);
+    EXPECT_EQ(row("mirror.exr", both("mirror"), use, 1.125), 4.0f);
+    EXPECT_EQ(row("clamp.exr", both("clamp"), use, 3.0), 4.0f);
+    EXPECT_EQ(row("black.exr", both("black"), use, 1.125), 0.0f);
+    EXPECT_EQ(row("typing.exr", both("sideways"), use, 1.125), 0.0f);
+    EXPECT_EQ(row("oiio.exr", {{"wrapmodes", "periodic,clamp"}}, use, 1.125), 1.0f);
+    EXPECT_EQ(row("both.exr", {{"wrapmodes", "periodic,clamp"}, {"wrapS", "mirror"}}, use, 1.125),
+              4.0f);
+    EXPECT_EQ(row("scene.exr", both("repeat"), Wrap::Clamp, 1.125), 4.0f);
+}
+
 TEST_F(Textures, ScaleAndBias) {
     scene::Texture t = texture(folder.write("n.png", 1, 1, 3, OIIO::TypeUInt8, {0.0f, 0.4f, 1.0f}));
     t.scale = {2, 2, 2, 1};

@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -32,17 +33,19 @@ class TemporaryFolder {
 
     std::string file(const std::string& name) const { return (path_ / name).string(); }
 
-    /// pixels[height][width][channels], row 0 = top.
+    /// pixels[height][width][channels], row 0 = top; attributes are strings of the file's header.
     std::string write(const std::string& name,
                       int width,
                       int height,
                       int channels,
                       OIIO::TypeDesc format,
-                      const std::vector<float>& pixels) const {
+                      const std::vector<float>& pixels,
+                      const std::map<std::string, std::string>& attributes = {}) const {
         const std::string path = file(name);
         const auto out = OIIO::ImageOutput::create(path);
         OIIO::ImageSpec spec(width, height, channels, format);
         spec.attribute("oiio:UnassociatedAlpha", 1);
+        for (const auto& [key, value] : attributes) spec.attribute(key, value);
         // Values are codes: nothing is to be converted on the way to the file
         EXPECT_TRUE(out && out->open(path, spec)) << path;
         EXPECT_TRUE(out->write_image(OIIO::TypeFloat, pixels.data()));

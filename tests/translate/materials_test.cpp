@@ -54,6 +54,18 @@ TEST(Materials, ConstantsAndFallbacks) {
     EXPECT_EQ(t.count("unknown-shader-input"), 1u);
 }
 
+TEST(Materials, RoughTransmissionIsAnInputOfOurOwn) {
+    Translated t;
+    translate_text(camera() + "def Scope \"M\" {\n" +
+                       material("A", "bool inputs:velatura:roughTransmission = 1") +
+                       material("B", "float inputs:opacity = 0.5") + "}\n" +
+                       quad("Q", binding("/M/A")) + quad("R", binding("/M/B")),
+                   t);
+    EXPECT_TRUE(material_of(t, 0).rough_transmission);
+    EXPECT_FALSE(material_of(t, 1).rough_transmission);
+    EXPECT_EQ(t.count("unknown-shader-input"), 0u);
+}
+
 TEST(Materials, PrimvarsThatAPrimLacksAreNamedOnce) {
     const auto text = [](const std::string& fallback, const std::string& primvar) {
         return camera() + "def Scope \"M\" {\n" +
