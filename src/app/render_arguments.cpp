@@ -39,6 +39,7 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     estimator->add_option("--light-sampling", a.light_sampling, "who looks for lights: mis, light or bsdf (default: as the integrator says)")->check(CLI::IsMember({"mis", "light", "bsdf"}));
     estimator->add_option("--light-selection", a.light_selection, "how a light is picked for direct light")->check(CLI::IsMember({"uniform", "power", "tree"}));
     estimator->add_option("--roulette", a.roulette, "how paths end: by their throughput, with a constant chance, or not (needs --max-depth)")->check(CLI::IsMember({"throughput", "constant", "none"}));
+    estimator->add_option("--guiding", a.guiding, "learn from trial paths where light comes from: off, on, or auto: where the trial says that it pays")->check(CLI::IsMember({"off", "auto", "on"}));
     estimator->add_option("--sampler", a.sampler, "points of a pixel: Owen-scrambled Sobol' or independent random ones")->check(CLI::IsMember({"sobol", "independent"}));
 
     auto* layers = command.add_option_group("Light layers");

@@ -43,6 +43,7 @@ struct RenderArguments {
     std::string light_sampling;    ///< empty = what the integrator stands for
     std::string light_selection = "tree";
     std::string roulette = "throughput";
+    std::string guiding = "auto";
     std::string sampler = "sobol";
     int threads = 0;
     std::string snapshot;

@@ -42,6 +42,7 @@ std::string settings_hash(const RenderJob& job, const FrameInput& input, const f
                                          window.y1, input.frame, input.scene.camera.name, layers.to_json());
     const integrator::EstimatorOptions& e = job.tracer.estimator;
     text += fmt::format("|{} {} {} {} {}", int(e.light_sampling), int(e.roulette), e.roulette_start, e.specular_chains_only, int(job.tracer.sampler));
+    text += fmt::format("|{}", int(job.guiding));
     text += fmt::format("|{}|{}|{}", s.pixel_aspect_ratio, fmt::join(s.included_purposes, ","), fmt::join(s.material_binding_purposes, ","));
     const scene::Camera& c = input.scene.camera;
     text += fmt::format("|{} {} {} {} {} {} {}", c.window_left, c.window_right, c.window_bottom, c.window_top, c.lens_radius, c.focus_distance, c.exposure_scale);
@@ -59,7 +60,8 @@ image::Matrix44 to_floats(const Matrix& m) {
     return out;
 }
 
-image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, const integrator::World& world, const film::LayerSet& layers, const image::Window& window) {
+image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, const integrator::World& world, const integrator::GuideTraining& training,
+                               const film::LayerSet& layers, const image::Window& window) {
     const scene::Scene& scene = input.scene;
     image::FileInfo info;
     info.display = {0, 0, scene.settings.width, scene.settings.height};
@@ -78,6 +80,7 @@ image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, co
     nlohmann::ordered_json stats;
     stats["scene"] = make_scene_stats(input, world);
     stats["estimator"] = make_estimator_stats(job);
+    stats["guiding"] = make_guiding_stats(training);
     stats["ledger"] = make_ledger(job);
     info.stats_json = stats.dump();
     info.software = fmt::format("velatura {}", VELATURA_VERSION);
@@ -108,7 +111,8 @@ class FrameRenderer {
           window_(data_window(input.scene.settings, job.arguments.crop)),
           layers_(with_groups(job.layers, input.scene)),
           world_(input.scene, world_options(job, input.scene.settings), make_light_image_loader(), diagnostics),
-          tracer_(world_, layers_, tracer_options()),
+          training_(integrator::train_guide(world_, tracer_options(nullptr), job.guiding, &StopSignals::stop_flag())),
+          tracer_(world_, layers_, tracer_options(training_.is_used ? &training_.field : nullptr)),
           printer_(job.progress) {}
 
     int run() {
@@ -129,7 +133,7 @@ class FrameRenderer {
         callbacks.snapshot_requested = [] { return StopSignals::take_snapshot_request(); };
         callbacks.stop = &StopSignals::stop_flag();
         const integrator::RenderResult result = integrator::run_schedule(
-            film, job_.schedule,
+            film, schedule(),
             [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer_.trace(x, y, s, out, counts); }, callbacks);
         finish_progress(film, result);
         report_bad_samples(film, result);
@@ -146,9 +150,17 @@ class FrameRenderer {
         return options;
     }
 
-    integrator::PathTracerOptions tracer_options() const {
+    integrator::PathTracerOptions tracer_options(const guiding::GuidingField* guide) const {
         integrator::PathTracerOptions options = job_.tracer;
+        options.guide = guide;
         options.disable_lens = input_.scene.settings.disable_depth_of_field;
+        return options;
+    }
+
+    /// What is left of the time after the training.
+    integrator::RenderOptions schedule() const {
+        integrator::RenderOptions options = job_.schedule;
+        if (options.time_budget_s > 0) options.time_budget_s = std::max(options.time_budget_s - training_.seconds, 1e-6);
         return options;
     }
 
@@ -185,7 +197,7 @@ class FrameRenderer {
     }
 
     Result<image::WriteReport> write(const film::Film& film) {
-        image::FileInfo info = make_file_info(job_, input_, world_, layers_, window_);
+        image::FileInfo info = make_file_info(job_, input_, world_, training_, layers_, window_);
         info.bad_samples = film.bad_samples();
         return film.write(input_.output, info);
     }
@@ -215,7 +227,7 @@ class FrameRenderer {
 
     bool write_stats(const film::Film& film, const integrator::RenderResult& result, const image::WriteReport& written) {
         if (job_.arguments.stats.empty()) return true;
-        nlohmann::ordered_json stats = make_stats(job_, input_, world_, film, result);
+        nlohmann::ordered_json stats = make_stats(job_, input_, world_, training_, film, result);
         stats["closure"] = {{"family", written.closure_family}, {"layers", written.layers}, {"bound", 1.0}, {"measured", written.closure_measured}};
         stats["files"] = nlohmann::ordered_json::array();
         for (const std::string& file : written.files) stats["files"].push_back({{"path", std::filesystem::path(file).filename().string()}, {"sha256", written.sha256}});
@@ -230,6 +242,7 @@ class FrameRenderer {
     image::Window window_;
     film::LayerSet layers_;
     integrator::World world_;
+    integrator::GuideTraining training_;
     integrator::PathTracer tracer_;
     ProgressPrinter printer_;
 };

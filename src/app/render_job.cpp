@@ -38,6 +38,11 @@ Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
     if (estimator.roulette == integrator::Roulette::None && a.max_depth == 0) return usage("--roulette none needs --max-depth: without either, paths in closed rooms do not end");
     job.tracer.sampler = a.sampler == "independent" ? sampling::SamplerKind::Independent : sampling::SamplerKind::Sobol;
     job.light_selection = selection_kind(a.light_selection);
+    const std::optional<integrator::Guiding> guiding = integrator::guiding_mode(a.guiding);
+    if (!guiding) return usage(fmt::format("--guiding: expected off, auto or on, found \"{}\"", a.guiding));
+    // Chains of mirrors leave no direction to learn
+    if (*guiding == integrator::Guiding::On && estimator.specular_chains_only) return usage("--integrator whitted follows mirrors only: --guiding on has nothing to guide");
+    job.guiding = *guiding;
     return {};
 }
 

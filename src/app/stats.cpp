@@ -33,6 +33,17 @@ json make_estimator_stats(const RenderJob& job) {
     j["light_selection"] = a.light_selection;
     j["roulette"] = a.roulette;
     j["sampler"] = a.sampler;
+    j["guiding"] = a.guiding;
+    return j;
+}
+
+json make_guiding_stats(const integrator::GuideTraining& training) {
+    json j;
+    j["used"] = training.is_used;
+    j["trial_variance"] = training.trial_variance;
+    j["wins"] = {training.wins, integrator::GuideTraining::group_count};
+    j["paths"] = training.rays.paths;
+    j["cells"] = training.field.cell_count();
     return j;
 }
 
@@ -76,7 +87,8 @@ json numerics_json(const film::Film& film) {
 
 }  // namespace
 
-json make_stats(const RenderJob& job, const FrameInput& input, const integrator::World& world, const film::Film& film, const integrator::RenderResult& result) {
+json make_stats(const RenderJob& job, const FrameInput& input, const integrator::World& world, const integrator::GuideTraining& training, const film::Film& film,
+                const integrator::RenderResult& result) {
     const accel::AcceleratorStats accelerator = world.accelerator->stats();
     const film::NoiseEstimate noise = film.noise();
     json j;
@@ -87,9 +99,11 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
                      {"tessellate", world.times.tessellate_s},
                      {"bvh", world.times.accelerator_s},
                      {"lights", world.times.lights_s},
+                     {"guiding", training.seconds},
                      {"render", result.seconds}};
-    j["memory_bytes"] = {{"peak", peak_resident_bytes()}, {"geometry", world.geometry.bytes()}, {"bvh", accelerator.bytes}, {"film", film.memory_bytes()}};
+    j["memory_bytes"] = {{"peak", peak_resident_bytes()}, {"geometry", world.geometry.bytes()}, {"bvh", accelerator.bytes}, {"guiding", training.field.memory_bytes()}, {"film", film.memory_bytes()}};
     j["estimator"] = make_estimator_stats(job);
+    j["guiding"] = make_guiding_stats(training);
     j["samples"] = samples_json(film, result, job);
     j["rays"] = {{"camera", result.rays.camera}, {"shadow", result.rays.shadow}, {"indirect", result.rays.indirect}};
     j["rays_per_s"] = result.seconds > 0 ? double(result.rays.total()) / result.seconds : 0.0;

@@ -13,15 +13,18 @@ namespace velatura::app {
 
 /// Statistics of a frame by the schema velatura.stats/1 (docs/statistics.md): units in names, stable key order.
 /// Keys of what was not measured are left out.
-nlohmann::ordered_json make_stats(const RenderJob& job, const FrameInput& input, const integrator::World& world, const film::Film& film,
-                                  const integrator::RenderResult& result);
+nlohmann::ordered_json make_stats(const RenderJob& job, const FrameInput& input, const integrator::World& world, const integrator::GuideTraining& training,
+                                  const film::Film& film, const integrator::RenderResult& result);
 
 /// The part of the statistics that depends on the scene and the settings only: what goes into the file's header, so
 /// that two runs of one render give the same header.
 nlohmann::ordered_json make_scene_stats(const FrameInput& input, const integrator::World& world);
 
-/// Names of the options that choose the estimator: integrator, light_sampling, light_selection, roulette, sampler.
+/// Names of the options that choose the estimator: integrator, light_sampling, light_selection, roulette, sampler, guiding.
 nlohmann::ordered_json make_estimator_stats(const RenderJob& job);
+
+/// What the training before the render came to: used, trial_variance, wins of groups, paths, cells. The same in every run.
+nlohmann::ordered_json make_guiding_stats(const integrator::GuideTraining& training);
 
 /// Approximations in force, with what is known of their effect. Empty = unbiased.
 nlohmann::ordered_json make_ledger(const RenderJob& job);

@@ -29,6 +29,9 @@ constexpr float survival_per_throughput = 2.0f;
 /// samplers alike. Relative, hence independent of scale.
 constexpr float flush_light_margin = 0x1p-14f;
 
+/// A path that may bring half of what it set out with, or more, does not end by roulette.
+constexpr float importance_scale = 2.0f;
+
 /// Light selection at a vertex, for both samplers alike.
 lights::Receiver receiver_at(const geometry::SurfacePoint& point, const shading::Bsdf& bsdf) {
     return {point.p, bsdf.ns(), bsdf.has_transmission()};
@@ -62,9 +65,21 @@ struct PathTracer::Path {
     float segment_t = 0;       ///< length of the present segment
     Rgb diffuse_share = Rgb(0.0f);  ///< of f at the last scattering; only kept when lights have lobe multipliers
     float eta_scale = 1;       ///< undoes the η² of refractions for roulette
+    /// What the path may expect to bring by its present direction, over what it could at its first guided vertex, as
+    /// learned; 0 = not known.
+    float importance = 0;
+    float first_expected = 0;  ///< luminance
     float cone_width = 0, cone_spread = 0;
     RayCounts* counts;
     PathObserver* observer;
+};
+
+/// Where a path scatters.
+struct PathTracer::Vertex {
+    const geometry::SurfacePoint& point;
+    const shading::Bsdf& bsdf;
+    Vec3 wo;
+    DirectionMixture directions;
 };
 
 PathTracer::PathTracer(const World& world, const film::LayerSet& layers, const PathTracerOptions& options)
@@ -117,7 +132,7 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
 
         // Add the surface's own emission
         if (world_.materials.is_emissive(point.material)) {
-            const Rgb Le = world_.materials.emission(point, wo, path.cone_width);
+            const Rgb Le = world_.materials.emission(point, wo, path.cone_width) * surface_hit_weight(path, point);
             deposit(path, path.bounce, world_.scene.emissive_group(), path.beta * Le, "surface emission", out);
         }
 
@@ -126,8 +141,9 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
             end = "reached the depth limit";
             break;
         }
-        add_direct_light(path, start, bsdf, wo, out);
-        if (!scatter(path, start, bsdf, wo, out)) {
+        const Vertex vertex{start, bsdf, wo, DirectionMixture(bsdf, wo, start.p, options_.guide)};
+        add_direct_light(path, vertex, out);
+        if (!scatter(path, vertex, out)) {
             end = "absorbed";
             break;
         }
@@ -154,6 +170,15 @@ float PathTracer::light_hit_weight(const Path& path, const lights::LightHit& hit
     if (path.is_certain || options_.estimator.light_sampling == LightSampling::Bsdf) return 1.0f;
     if (options_.estimator.light_sampling == LightSampling::Light) return 0.0f;
     const float light_pdf = world_.selector->pmf(path.receiver, hit.light) * hit.pdf;
+    return sampling::balance_heuristic(path.scatter_pdf, light_pdf);
+}
+
+float PathTracer::surface_hit_weight(const Path& path, const geometry::SurfacePoint& point) const {
+    if (path.is_certain || options_.estimator.light_sampling == LightSampling::Bsdf) return 1.0f;
+    const std::optional<lights::LightId> light = world_.lights.find_surface(point);
+    if (!light) return 1.0f;
+    if (options_.estimator.light_sampling == LightSampling::Light) return 0.0f;
+    const float light_pdf = world_.selector->pmf(path.receiver, *light) * world_.lights.surface_pdf(*light, path.receiver.p, point.p);
     return sampling::balance_heuristic(path.scatter_pdf, light_pdf);
 }
 
@@ -187,32 +212,52 @@ void PathTracer::add_unoccluded_hits(const Path& path, film::SampleRadiance& out
         const Rgb Le = path.beta * hit.Le * light_factor(path, hit.light) * light_hit_weight(path, hit);
         if (!is_black(Le)) out.add_unoccluded(int(world_.lights.group(hit.light)), Le);
     });
+    if (world_.lights.surfaces() == nullptr) return;
+
+    // Emissive surfaces as well, one behind the other
+    geometry::Ray ray = path.ray;
+    float cone_width = path.cone_width;
+    for (uint32_t i = 0; i < pass_through_limit; ++i) {
+        const geometry::Hit hit = world_.accelerator->intersect(ray);
+        ++path.counts->shadow;
+        if (!hit.is_valid()) return;
+        const geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, ray, hit);
+        cone_width += path.cone_spread * hit.t;
+        if (world_.materials.is_emissive(point.material)) {
+            const float weight = world_.materials.presence(point, cone_width) * surface_hit_weight(path, point);
+            const Rgb Le = path.beta * world_.materials.emission(point, -ray.d, cone_width) * weight;
+            if (!is_black(Le)) out.add_unoccluded(int(world_.scene.emissive_group()), Le);
+        }
+        ray = geometry::spawn_ray(point, ray.d);
+    }
 }
 
-void PathTracer::add_direct_light(Path& path, const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, const Vec3& wo, film::SampleRadiance& out) const {
+void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
+    const auto& [point, bsdf, wo, directions] = vertex;
     if (world_.selector->is_empty() || !bsdf.has_non_delta()) return;
 
     // Choose a light and a direction towards it
-    const double u_light = path.sampler.get_1d_fine(path.bounce, Purpose::LightSelect, path.pass_count);
+    double u_light = path.sampler.get_1d_fine(path.bounce, Purpose::LightSelect, path.pass_count);
+    if (world_.has_very_many_lights) u_light += 0x1p-32 * path.sampler.get_1d_fine(path.bounce, Purpose::LightSelectFine, path.pass_count);
     const std::optional<lights::LightChoice> choice = world_.selector->select(receiver_at(point, bsdf), u_light);
     if (!choice) return;
     const Vec2 u = path.sampler.get_2d(path.bounce, Purpose::LightSurface, path.pass_count);
-    const std::optional<lights::LightSample> light = world_.lights.sample(choice->light, point.p, u);
+    const std::optional<lights::LightSample> light = world_.lights.sample(choice->light, point.p, u, {path.cone_width, path.cone_spread});
     if (!light || is_black(light->Le)) return;
     const LightSampling strategy = options_.estimator.light_sampling;
     if (strategy == LightSampling::Bsdf && !light->is_delta) return;
 
-    // Weigh it against finding the same light by sampling the BSDF
+    // Weigh it against finding the same light by going on
     const shading::BsdfValue value = bsdf.evaluate(wo, light->wi);
     Rgb f = value.f();
-    if (world_.has_lobe_multipliers) {
-        const scene::Light& l = world_.lights.light(choice->light);
+    if (world_.has_lobe_multipliers && !light->is_surface) {
+        const scene::Light& l = world_.lights.light(choice->light.index);
         f = value.diffuse * l.diffuse_multiplier + value.specular * l.specular_multiplier;
     }
     if (is_black(f)) return;
     const float light_pdf = choice->pmf * light->pdf;
     const bool has_rival = strategy == LightSampling::Mis && !light->is_delta;
-    const float weight = has_rival ? sampling::balance_heuristic(light_pdf, value.pdf) : 1.0f;
+    const float weight = has_rival ? sampling::balance_heuristic(light_pdf, directions.pdf(light->wi, value.pdf)) : 1.0f;
     const Rgb Ld = path.beta * f * light->Le * (bsdf.cosine(light->wi) * weight / light_pdf);
     if (is_black(Ld)) return;
 
@@ -220,7 +265,9 @@ void PathTracer::add_direct_light(Path& path, const geometry::SurfacePoint& poin
     const scene::GroupId group = world_.lights.group(choice->light);
     if (has_shadow_layers_ && path.bounce == 0) out.add_unoccluded(int(group), Ld);
     geometry::Ray ray = geometry::spawn_ray(point, light->wi);
-    if (std::isfinite(light->distance)) {
+    if (light->is_surface) {
+        ray = geometry::spawn_ray_to(point, light->target);
+    } else if (std::isfinite(light->distance)) {
         ray = geometry::spawn_ray_to(point, point.p + light->wi * light->distance);
         ray.t_max = 1.0f - flush_light_margin;
     }
@@ -267,14 +314,17 @@ void PathTracer::go_straight_on(Path& path, const geometry::SurfacePoint& point)
     ++path.pass_count;
 }
 
-bool PathTracer::scatter(Path& path, const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, const Vec3& wo, film::SampleRadiance& out) const {
-    const float u_lobe = path.sampler.get_1d(path.bounce, Purpose::BsdfLobe, path.pass_count);
-    const Vec2 u = path.sampler.get_2d(path.bounce, Purpose::BsdfDirection, path.pass_count);
-    const std::optional<shading::BsdfSample> sample = bsdf.sample_f(wo, u_lobe, u);
-    if (!sample || !(sample->pdf > 0.0f)) return false;
+bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
+    const auto& [point, bsdf, wo, directions] = vertex;
+    if (path.observer && bsdf.has_non_delta()) path.observer->on_vertex({point.p, bsdf.ns()}, path.beta);
+    const std::optional<ScatterSample> scattered = directions.sample(path.sampler, path.bounce, path.pass_count);
+    if (!scattered) return false;
+    const shading::BsdfSample* sample = &scattered->bsdf;
     if (options_.estimator.specular_chains_only && !sample->is_delta) return false;
+    const Rgb beta = path.beta;
     path.beta *= sample->f * (bsdf.cosine(sample->wi) / sample->pdf);
     if (is_black(path.beta)) return false;
+    path.eta_scale *= sample->eta * sample->eta;
 
     // Going straight through an interface between equal media is no scattering event; light sampling cannot see through
     // it, so that what lies behind has no rival sampler
@@ -289,7 +339,9 @@ bool PathTracer::scatter(Path& path, const geometry::SurfacePoint& point, const 
     path.is_certain = sample->is_delta;
     path.receiver = receiver_at(point, bsdf);
     path.scatter_pdf = sample->pdf;
-    path.eta_scale *= sample->eta * sample->eta;
+    if (path.observer && !sample->is_delta) path.observer->on_scatter(sample->wi);
+    if (!(path.first_expected > 0.0f)) path.first_expected = luminance(beta) * directions.expected();
+    path.importance = scattered->expected > 0.0f ? luminance(beta) * scattered->expected / path.first_expected : 0.0f;
     if (world_.has_lobe_multipliers) {
         path.diffuse_share = Rgb(0.0f);
         if (!sample->is_delta) {
@@ -310,6 +362,9 @@ bool PathTracer::survives_roulette(Path& path) const {
     const float exposure = world_.camera.exposure_scale();
     const bool is_constant = estimator.roulette == Roulette::Constant;
     float survival = is_constant ? constant_survival : survival_per_throughput * max_component(path.beta) * path.eta_scale / exposure;
+    // A dim path on its way to where much light is must not end: keep it by what it may bring (Vorba & Křivánek 2016,
+    // without splitting). What was learned never makes a path end earlier.
+    if (!is_constant && std::isfinite(path.importance)) survival = std::max(survival, importance_scale * path.importance);
     if (path.bounce >= trapped_path_start) survival = std::min(survival, 1.0f - 1.0f / trapped_path_share);
     if (survival >= 1.0f) return true;
     if (path.sampler.get_1d(path.bounce, Purpose::Roulette) >= survival) return false;

@@ -4,6 +4,8 @@
 #include <cstdint>
 
 #include "film/film.h"
+#include "guiding/guiding_field.h"
+#include "integrator/direction_mixture.h"
 #include "integrator/estimator.h"
 #include "integrator/ray_counts.h"
 #include "integrator/world.h"
@@ -18,6 +20,10 @@ class PathObserver {
     virtual ~PathObserver() = default;
     virtual void on_hit(int bounce, const geometry::SurfacePoint& point, float t, const Rgb& beta) = 0;
     virtual void on_deposit(int bounce, scene::GroupId group, const Rgb& radiance, const char* what) = 0;
+    /// The path may scatter at `at` by lobes that are no delta; beta before it does. Lights sampled there came before.
+    virtual void on_vertex(const guiding::Place& at, const Rgb& beta) { (void)at, (void)beta; }
+    /// It did, and goes on along wi. Not called for delta lobes.
+    virtual void on_scatter(const Vec3& wi) { (void)wi; }
     virtual void on_end(int bounce, const char* why) = 0;
 };
 
@@ -28,6 +34,7 @@ struct PathTracerOptions {
     EstimatorOptions estimator = {};
     sampling::SamplerKind sampler = sampling::SamplerKind::Sobol;
     bool disable_lens = false;  ///< UsdRenderSettings disableDepthOfField
+    const guiding::GuidingField* guide = nullptr;  ///< learned beforehand, must outlive the tracer; null = none
 };
 
 /// Unidirectional path tracing with next-event estimation, multiple importance sampling and Russian roulette, or with less
@@ -42,18 +49,20 @@ class PathTracer {
 
   private:
     struct Path;
+    struct Vertex;
 
     void add_light_hits(const Path& path, float t_max, film::SampleRadiance& out) const;
     void add_unoccluded_hits(const Path& path, film::SampleRadiance& out) const;
-    void add_direct_light(Path& path, const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, const Vec3& wo, film::SampleRadiance& out) const;
+    void add_direct_light(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool pass_through(Path& path, const geometry::SurfacePoint& point) const;
     static void go_straight_on(Path& path, const geometry::SurfacePoint& point);
-    bool scatter(Path& path, const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, const Vec3& wo, film::SampleRadiance& out) const;
+    bool scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool survives_roulette(Path& path) const;
     float visibility(geometry::Ray ray, RayCounts& counts) const;
     void record_first_hit(const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, film::SampleRadiance& out) const;
     void deposit(const Path& path, int bounce, scene::GroupId group, const Rgb& radiance, const char* what, film::SampleRadiance& out) const;
     float light_hit_weight(const Path& path, const lights::LightHit& hit) const;
+    float surface_hit_weight(const Path& path, const geometry::SurfacePoint& point) const;
     Rgb light_factor(const Path& path, uint32_t light) const;
 
     const World& world_;

@@ -10,14 +10,14 @@ namespace velatura::integrator {
 
 namespace {
 
-/// Runs `make` and stores how long it took.
+/// Runs `make` and adds up how long it took.
 template <class Make>
 auto timed(double& seconds, Make make) {
     struct Stopwatch {
         double& seconds;
         std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
 
-        ~Stopwatch() { seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); }
+        ~Stopwatch() { seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); }
     };
     const Stopwatch stopwatch{seconds};
     return make();
@@ -30,9 +30,15 @@ World::World(const scene::Scene& s, const WorldOptions& options, const lights::I
       geometry(timed(times.tessellate_s, [&] { return geometry::GeometrySet(s); })),
       accelerator(timed(times.accelerator_s, [&] { return accel::build_bvh(s, geometry); })),
       materials(s, diagnostics),
-      lights(timed(times.lights_s, [&] { return lights::LightSet(s, load_image, diagnostics, {.compensate_mis = options.compensate_mis}); })),
-      selector(lights::make_light_selector(lights, accelerator->bounds(), {.kind = options.light_selection})),
+      lights(timed(times.lights_s, [&] {
+          return lights::LightSet(s, load_image, diagnostics,
+                                  {.compensate_mis = options.compensate_mis, .geometry = &geometry, .materials = &materials});
+      })),
+      selector(timed(times.lights_s, [&] {
+          return lights::make_light_selector(lights, accelerator->bounds(), {.kind = options.light_selection});
+      })),
       camera(s.camera, options.width, options.height),
+      has_very_many_lights(lights::wants_fine_numbers(lights)),
       has_lobe_multipliers(std::any_of(s.lights.begin(), s.lights.end(), [](const scene::Light& l) {
           return l.diffuse_multiplier != 1.0f || l.specular_multiplier != 1.0f;
       })) {}

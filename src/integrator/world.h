@@ -42,6 +42,7 @@ struct World {
     lights::LightSet lights;
     std::unique_ptr<lights::LightSelector> selector;
     camera::CameraModel camera;
+    bool has_very_many_lights = false;  ///< see lights::wants_fine_numbers
     bool has_lobe_multipliers = false;  ///< some light has a diffuse or specular multiplier other than 1
 };
 

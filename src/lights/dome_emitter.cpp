@@ -79,15 +79,6 @@ class TexturedDome final : public Emitter {
 
 }  // namespace
 
-bool is_similarity(const Mat4d& m) {
-    const Vec3d x = axis_of(m, 0), y = axis_of(m, 1), z = axis_of(m, 2);
-    const double xx = x.dot(x), yy = y.dot(y), zz = z.dot(z);
-    const double bound = 1e-6 * (xx + yy + zz);
-    return std::abs(xx - yy) <= bound && std::abs(yy - zz) <= bound &&
-           std::abs(x.dot(y)) <= bound && std::abs(y.dot(z)) <= bound &&
-           std::abs(z.dot(x)) <= bound;
-}
-
 EmitterResult make_dome(const EmitterInput& input) {
     const scene::Light& light = input.light;
     if (input.image == nullptr) return std::unique_ptr<Emitter>(new UniformDome(light.Le));

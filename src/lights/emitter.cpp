@@ -55,6 +55,16 @@ Vec3d unit_vector(const Vec3d& v) {
     return w / std::sqrt(w.dot(w));
 }
 
+bool is_similarity(const Mat4d& m) {
+    const auto axis = [&m](int row) { return Vec3d(m[row][0], m[row][1], m[row][2]); };
+    const Vec3d x = axis(0), y = axis(1), z = axis(2);
+    const double xx = x.dot(x), yy = y.dot(y), zz = z.dot(z);
+    const double bound = 1e-6 * (xx + yy + zz);
+    return std::abs(xx - yy) <= bound && std::abs(yy - zz) <= bound &&
+           std::abs(x.dot(y)) <= bound && std::abs(y.dot(z)) <= bound &&
+           std::abs(z.dot(x)) <= bound;
+}
+
 Vec3d from_axis_frame(const Vec3d& n, const Vec3d& local) {
     // Ref: Duff et al. 2017, "Building an Orthonormal Basis, Revisited", JCGT 6(1)
     const double sign = std::copysign(1.0, n.z);

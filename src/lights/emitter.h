@@ -92,6 +92,9 @@ Vec2d concentric_disk(const Vec2& u);
 /// Args: one_minus_cos of the cone's half angle, in (0, 2].
 Vec3d sample_cone(const Vec2& u, double one_minus_cos);
 
+/// Whether the upper 3×3 keeps angles, within a relative 1e-6.
+bool is_similarity(const Mat4d& m);
+
 /// Unit vector along v; v not zero. Exact under scaling by powers of two.
 Vec3d unit_vector(const Vec3d& v);
 

@@ -8,6 +8,7 @@
 #include "scene/light.h"
 
 #include <memory>
+#include <vector>
 
 namespace velatura::lights {
 
@@ -29,8 +30,9 @@ EmitterResult make_cylinder(const EmitterInput& input);  ///< outside of the man
 EmitterResult make_distant(const EmitterInput& input);  ///< from −Z's opposite, a cone or a delta
 EmitterResult make_dome(const EmitterInput& input);     ///< pole +Y, latlong
 
-/// Whether the upper 3×3 keeps angles, within a relative 1e-6.
-bool is_similarity(const Mat4d& m);
+/// The dome, sampled also through windows. Portals: makers' rects of radiance 1, not empty.
+std::unique_ptr<Emitter> with_portals(std::unique_ptr<Emitter> dome,
+                                      std::vector<std::unique_ptr<Emitter>> portals);
 
 /// Rows of the matrix: images of the axes and of the origin.
 inline Vec3d axis_of(const Mat4d& m, int row) {

@@ -209,8 +209,14 @@ double EnvironmentMap::interpolated_weight(const Patch& p) const {
     return top * (1.0 - p.fy) + bottom * p.fy;
 }
 
-double EnvironmentMap::per_steradian(double weight, double sin_theta) const {
-    return weight / (total_ * 2.0 * pi_d * pi_d * sin_theta);
+double EnvironmentMap::density(const Patch& p, size_t column, size_t row, double sin_theta) const {
+    const double mean =
+        0.25 * (weight(p.x0, p.y0) + weight(p.x1, p.y0) + weight(p.x0, p.y1) + weight(p.x1, p.y1));
+    if (!(mean > 0.0)) return 0.0;
+    const double height = row == 0 || row == size_t(image_.height) ? 0.5 : 1.0;
+    const double area = height / (double(image_.width) * double(image_.height));
+    const double per_uv = cells_.pmf(column, row) / area * (interpolated_weight(p) / mean);
+    return per_uv / (2.0 * pi_d * pi_d * sin_theta);
 }
 
 Rgb EnvironmentMap::radiance(const Vec3d& direction) const {
@@ -222,7 +228,11 @@ double EnvironmentMap::pdf(const Vec3d& direction) const {
     double sin_theta = 0.0;
     const Vec2d uv = uv_of(direction, &sin_theta);
     if (!(sin_theta > 0.0)) return 0.0;
-    return per_steradian(interpolated_weight(patch_at(uv)), sin_theta);
+    Patch p = patch_at(uv);
+    const double rows_passed = std::floor(uv.y * double(image_.height) + 0.5);
+    const size_t row = size_t(std::clamp(rows_passed, 0.0, double(image_.height)));
+    if (row == 0) p.y1 = p.y0;  // between the pole and the first row there is that row alone
+    return density(p, p.x0, row, sin_theta);
 }
 
 std::optional<EnvironmentMap::Sample> EnvironmentMap::sample(const Vec2& u) const {
@@ -251,11 +261,12 @@ std::optional<EnvironmentMap::Sample> EnvironmentMap::sample(const Vec2& u) cons
     if (cell.row == height) y = double(height) - 0.5 + 0.5 * p.fy;
     const double theta = pi_d * y / double(height);
     const double sin_theta = std::sin(theta);
-    const double w = interpolated_weight(p);
-    if (!(sin_theta > 0.0) || !(w > 0.0)) return std::nullopt;
+    if (!(sin_theta > 0.0)) return std::nullopt;
+    const double pdf = density(p, cell.column, cell.row, sin_theta);
+    if (!(pdf > 0.0)) return std::nullopt;
     double x = (double(cell.column) + 0.5 + p.fx) / double(width);
     if (x >= 1.0) x -= 1.0;
-    return Sample{direction_of(theta, x), lookup(p), per_steradian(w, sin_theta)};
+    return Sample{direction_of(theta, x), lookup(p), pdf};
 }
 
 }  // namespace velatura::lights

@@ -51,6 +51,11 @@ class EnvironmentMap {
     double pdf(const Vec3d& direction) const;
     std::optional<Sample> sample(const Vec2& u) const;
 
+    /// Probability with which sample() falls between the centres of the texels `column`, the next
+    /// one to the right (around the map), row − 1 and row; row 0 and row `height` reach from the
+    /// poles to the first and last centres.
+    double cell_probability(size_t column, size_t row) const { return cells_.pmf(column, row); }
+
   private:
     /// The four texels around uv and where uv lies between them.
     struct Patch {
@@ -64,8 +69,9 @@ class EnvironmentMap {
     double interpolated_weight(const Patch& patch) const;
     double measure_mean() const;
     double build(double floor);
-    /// Density per unit of uv to density per steradian.
-    double per_steradian(double weight, double sin_theta) const;
+    /// [1/sr] in a cell: what its probability leaves for this place, so that the density is that of
+    /// the samples in the dimmest cell beside the brightest sun.
+    double density(const Patch& patch, size_t column, size_t row, double sin_theta) const;
 
     EnvironmentImage image_;
     std::vector<double> row_sine_;  // sinθ at the texel centres

@@ -28,10 +28,20 @@ Vec3d turn_towards(const Vec3d& a, const Vec3d& b, double angle) {
 
 }  // namespace
 
-EmissionCone merged(const EmissionCone& a, const EmissionCone& b) {
+EmissionCone merged(const EmissionCone& a, const EmissionCone& given_b) {
+    // Two double cones merge along whichever of the axes is closer. With a one-sided one a double
+    // cone stands for all directions.
+    EmissionCone b = given_b;
+    const bool are_two_sided = a.is_two_sided && b.is_two_sided;
+    if (are_two_sided && a.axis.dot(b.axis) < 0.0) b.axis = -b.axis;
     EmissionCone out = a.normals >= b.normals ? a : b;
     out.spread = std::max(a.spread, b.spread);
     out.intensity = a.intensity + b.intensity;
+    out.is_two_sided = are_two_sided;
+    if (a.is_two_sided != b.is_two_sided) {
+        out.normals = pi_d;
+        return out;
+    }
 
     // The wider cone of normals holds the other one already
     const EmissionCone& narrow = a.normals >= b.normals ? b : a;

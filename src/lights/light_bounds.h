@@ -13,6 +13,7 @@ struct EmissionCone {
     double normals = pi_d;               ///< [0, π]
     double spread = pi_d / 2.0;          ///< (0, π]
     double intensity = 0;  ///< largest radiant intensity (luminance), about; > 0 when it shines
+    bool is_two_sided = false;  ///< the same around the opposite axis
 };
 
 /// Box, directions and strength of a set of finite lights.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lights/light_selector.h"
 
+#include "lights/emissive_surfaces.h"
 #include "lights/light_tree.h"
 
 #include <algorithm>
@@ -10,70 +11,143 @@
 namespace velatura::lights {
 namespace {
 
-std::vector<uint32_t> lights_on(const LightSet& lights) {
-    std::vector<uint32_t> on;
-    for (uint32_t i = 0; i < lights.size(); ++i)
-        if (lights.is_on(i)) on.push_back(i);
-    return on;
-}
+/// Chooses by fixed probabilities.
+class Table {
+  public:
+    Table() = default;
 
-/// Weights of the lights that are on; all 1 when the powers cannot be compared.
-std::vector<double> powers_of(const LightSet& lights,
-                              const std::vector<uint32_t>& on,
-                              const Box3& bounds) {
-    const Vec3d size(bounds.isEmpty() ? Vec3(0.0f) : bounds.size());
-    const double radius = 0.5 * std::sqrt(size.dot(size));
-    std::vector<double> powers;
-    double sum = 0.0;
-    for (const uint32_t light : on) {
-        powers.push_back(lights.power(light, radius));
-        sum += powers.back();
+    explicit Table(const std::vector<double>& weights) {
+        double sum = 0.0;
+        for (const double w : weights) sum += w;
+        if (!(sum > 0.0)) return;
+        double running = 0.0;
+        for (size_t i = 0; i < weights.size(); ++i) {
+            if (!(weights[i] > 0.0)) continue;
+            running += weights[i] / sum;
+            cdf_.push_back(running);
+            pmf_.push_back(float(weights[i] / sum));
+            number_.push_back(uint32_t(i));
+        }
+        cdf_.back() = 1.0;
     }
-    if (!(sum > 0.0) || !std::isfinite(sum)) std::fill(powers.begin(), powers.end(), 1.0);
-    return powers;
-}
+
+    bool is_empty() const { return cdf_.empty(); }
+
+    struct Choice {
+        uint32_t number = 0;
+        float pmf = 0;
+        double rest = 0;  // of the random number
+    };
+
+    Choice select(double u) const {
+        const auto it = std::upper_bound(cdf_.begin(), cdf_.end(), u);
+        const size_t i = std::min(size_t(it - cdf_.begin()), cdf_.size() - 1);
+        const double before = i > 0 ? cdf_[i - 1] : 0.0;
+        const double rest = (u - before) / (cdf_[i] - before);
+        return {number_[i], pmf_[i], std::clamp(rest, 0.0, 1.0 - 0x1p-53)};
+    }
+
+    float pmf(uint32_t number) const {
+        const auto it = std::lower_bound(number_.begin(), number_.end(), number);
+        return it != number_.end() && *it == number ? pmf_[size_t(it - number_.begin())] : 0.0f;
+    }
+
+  private:
+    // Of the numbers with weight
+    std::vector<double> cdf_;  // ends with 1
+    std::vector<float> pmf_;
+    std::vector<uint32_t> number_;
+};
 
 /// The same probabilities everywhere.
 class TableSelector final : public LightSelector {
   public:
     TableSelector(const LightSet& lights, const Box3& bounds, const SelectorOptions& options)
-        : on_(lights_on(lights)), pmf_(lights.size(), 0.0f) {
-        const double count = double(on_.size());
-        std::vector<double> weights(on_.size(), 1.0 / count);
-        if (options.kind == SelectionKind::Power) {
-            const std::vector<double> powers = powers_of(lights, on_, bounds);
-            double sum = 0.0;
-            for (const double p : powers) sum += p;
-            const double uniform = std::clamp(options.uniform_part, 1e-3, 1.0);
-            for (size_t i = 0; i < on_.size(); ++i)
-                weights[i] = uniform / count + (1.0 - uniform) * (powers[i] / sum);
+        : lights_(lights) {
+        const bool by_power = options.kind == SelectionKind::Power;
+        const double uniform = std::clamp(options.uniform_part, 1e-3, 1.0);
+        const std::vector<double> ones = counts();
+        lights_table_ = Table(by_power ? blend(ones, powers(bounds), uniform) : ones);
+        const EmissiveSurfaces* surfaces = lights.surfaces();
+        if (surfaces == nullptr) return;
+        for (uint32_t group = 0; group < surfaces->group_count(); ++group) {
+            std::vector<double> on, power;
+            for (uint32_t part = 0; part < surfaces->group_size(group); ++part) {
+                power.push_back(surfaces->part_power(group, part));
+                on.push_back(power.back() > 0.0 ? 1.0 : 0.0);
+            }
+            group_tables_.emplace_back(by_power ? blend(on, power, uniform) : on);
         }
-        double sum = 0.0;
-        for (const double w : weights) sum += w;
-        double running = 0.0;
-        for (size_t i = 0; i < on_.size(); ++i) {
-            running += weights[i] / sum;
-            cdf_.push_back(running);
-            pmf_[on_[i]] = float(weights[i] / sum);
-        }
-        if (!cdf_.empty()) cdf_.back() = 1.0;
     }
 
-    bool is_empty() const override { return cdf_.empty(); }
+    bool is_empty() const override { return lights_table_.is_empty(); }
 
     std::optional<LightChoice> select(const Receiver&, double u) const override {
-        if (cdf_.empty()) return std::nullopt;
-        const auto it = std::upper_bound(cdf_.begin(), cdf_.end(), u);
-        const size_t i = std::min(size_t(it - cdf_.begin()), cdf_.size() - 1);
-        return LightChoice{on_[i], pmf_[on_[i]]};
+        if (is_empty()) return std::nullopt;
+        const Table::Choice choice = lights_table_.select(u);
+        if (!lights_.is_instance(choice.number)) return LightChoice{choice.number, choice.pmf};
+        const Table& parts = group_tables_[lights_.group_of_instance(choice.number)];
+        const Table::Choice part = parts.select(choice.rest);
+        return LightChoice{LightId(choice.number, part.number), choice.pmf * part.pmf};
     }
 
-    float pmf(const Receiver&, uint32_t light) const override { return pmf_[light]; }
+    float pmf(const Receiver&, LightId light) const override {
+        const float pmf = lights_table_.pmf(light.index);
+        if (!(pmf > 0.0f) || !lights_.is_instance(light.index)) return pmf;
+        return pmf * group_tables_[lights_.group_of_instance(light.index)].pmf(light.part);
+    }
 
   private:
-    std::vector<double> cdf_;   // over the lights that are on, ends with 1
-    std::vector<uint32_t> on_;  // their indices
-    std::vector<float> pmf_;    // of every light
+    /// How many lights that are on stand behind each item.
+    std::vector<double> counts() const {
+        std::vector<double> result(lights_.item_count(), 0.0);
+        std::vector<double> of_group;
+        for (uint32_t i = 0; i < result.size(); ++i) {
+            if (!lights_.is_instance(i)) {
+                result[i] = lights_.is_on(i) ? 1.0 : 0.0;
+                continue;
+            }
+            const uint32_t group = lights_.group_of_instance(i);
+            if (of_group.empty()) of_group.assign(lights_.surfaces()->group_count(), -1.0);
+            if (of_group[group] < 0.0) {
+                of_group[group] = 0.0;
+                for (uint32_t part = 0; part < lights_.surfaces()->group_size(group); ++part)
+                    of_group[group] += lights_.is_on(LightId(i, part)) ? 1.0 : 0.0;
+            }
+            result[i] = of_group[group];
+        }
+        return result;
+    }
+
+    /// Of every item; empty when the powers cannot be compared.
+    std::vector<double> powers(const Box3& bounds) const {
+        const Vec3d size(bounds.isEmpty() ? Vec3(0.0f) : bounds.size());
+        const double radius = 0.5 * std::sqrt(size.dot(size));
+        std::vector<double> result(lights_.item_count(), 0.0);
+        for (uint32_t i = 0; i < result.size(); ++i) result[i] = lights_.power(i, radius);
+        return result;
+    }
+
+    /// `uniform` parts of one distribution, the rest of the other; the first alone when the second
+    /// has no finite sum.
+    static std::vector<double> blend(const std::vector<double>& a,
+                                     const std::vector<double>& b,
+                                     double uniform) {
+        double sum_a = 0.0, sum_b = 0.0;
+        for (size_t i = 0; i < a.size(); ++i) {
+            sum_a += a[i];
+            sum_b += b[i];
+        }
+        if (!(sum_b > 0.0) || !std::isfinite(sum_b) || !(sum_a > 0.0)) return a;
+        std::vector<double> result;
+        for (size_t i = 0; i < a.size(); ++i)
+            result.push_back(uniform * (a[i] / sum_a) + (1.0 - uniform) * (b[i] / sum_b));
+        return result;
+    }
+
+    const LightSet& lights_;
+    Table lights_table_;
+    std::vector<Table> group_tables_;
 };
 
 }  // namespace
@@ -81,9 +155,16 @@ class TableSelector final : public LightSelector {
 std::unique_ptr<LightSelector> make_light_selector(const LightSet& lights,
                                                    const Box3& scene_bounds,
                                                    const SelectorOptions& options) {
-    if (options.kind == SelectionKind::Tree)
-        return std::make_unique<LightTree>(lights, lights_on(lights));
+    if (options.kind == SelectionKind::Tree) return std::make_unique<LightTree>(lights);
     return std::make_unique<TableSelector>(lights, scene_bounds, options);
+}
+
+bool wants_fine_numbers(const LightSet& lights) {
+    constexpr size_t few = size_t(1) << 16;
+    size_t count = 0;
+    for (uint32_t i = 0; i < lights.item_count() && count <= few; ++i)
+        count += lights.is_instance(i) ? lights.surfaces()->part_count(i - lights.size()) : 1;
+    return count > few;
 }
 
 }  // namespace velatura::lights

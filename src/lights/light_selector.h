@@ -26,12 +26,12 @@ struct Receiver {
 
 /// A chosen light and the probability of that choice.
 struct LightChoice {
-    uint32_t light = 0;
+    LightId light;
     float pmf = 0;
 };
 
-/// Chooses one light per vertex. Lights that are off have probability zero; so may lights that
-/// cannot reach the receiver.
+/// Chooses one light per vertex: a light of the scene or an emissive triangle. Lights that are off
+/// have probability zero; so may lights that cannot reach the receiver.
 class LightSelector {
   public:
     virtual ~LightSelector() = default;
@@ -39,16 +39,21 @@ class LightSelector {
     /// No light is on.
     virtual bool is_empty() const = 0;
 
-    /// Chooses by u in [0,1); nothing when no light reaches the receiver.
+    /// Chooses by u in [0,1); nothing when no light reaches the receiver. Bits of u below 2^-32
+    /// matter among very many lights only, see wants_fine_numbers().
     virtual std::optional<LightChoice> select(const Receiver& at, double u) const = 0;
 
     /// The probability with which select() chooses the light there: the same number, bit for bit.
-    virtual float pmf(const Receiver& at, uint32_t light) const = 0;
+    virtual float pmf(const Receiver& at, LightId light) const = 0;
 };
 
 /// Args: scene_bounds in render space: what lights at infinity shine on; may be empty.
 std::unique_ptr<LightSelector> make_light_selector(const LightSet& lights,
                                                    const Box3& scene_bounds,
                                                    const SelectorOptions& options = {});
+
+/// Whether 32 bits of a random number are too few to choose one of so many lights: then its
+/// choices differ from its probabilities.
+bool wants_fine_numbers(const LightSet& lights);
 
 }  // namespace velatura::lights

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lights/light_set.h"
 
+#include "geometry/surface_point.h"
+#include "lights/emissive_surfaces.h"
 #include "lights/emitter_tree.h"
 #include "lights/emitters.h"
 #include "lights/environment_map.h"
@@ -49,10 +51,27 @@ class Preparation {
             warn(light, result.error().code, result.error().message);
             return nullptr;
         }
-        return std::move(result).value();
+        return add_portals(light, std::move(result).value());
     }
 
   private:
+    std::unique_ptr<Emitter> add_portals(const scene::Light& light, std::unique_ptr<Emitter> dome) {
+        if (light.kind != scene::LightKind::Dome) return dome;
+        std::vector<std::unique_ptr<Emitter>> portals;
+        for (const Mat4d& render_from_portal : light.render_from_portals) {
+            scene::Light window;
+            window.kind = scene::LightKind::Rect;
+            window.render_from_light = render_from_portal;
+            EmitterResult portal = make_rect({window});
+            if (portal)
+                portals.push_back(std::move(portal).value());
+            else
+                warn(light, "light-portal", "portal without area is left out");
+        }
+        return portals.empty() ? std::move(dome)
+                               : with_portals(std::move(dome), std::move(portals));
+    }
+
     static EmitterResult make(const EmitterInput& input) {
         switch (input.light.kind) {
             case scene::LightKind::Distant:
@@ -168,22 +187,51 @@ LightSet::LightSet(const scene::Scene& scene,
         }
     }
     finite_ = std::make_unique<EmitterTree>(std::move(finite));
+    if (options.geometry == nullptr || options.materials == nullptr) return;
+    surfaces_ = std::make_unique<EmissiveSurfaces>(scene, *options.geometry, *options.materials);
+    if (surfaces_->item_count() == 0) surfaces_.reset();
 }
 
 LightSet::~LightSet() = default;
 LightSet::LightSet(LightSet&&) noexcept = default;
 LightSet& LightSet::operator=(LightSet&&) noexcept = default;
 
-bool LightSet::is_delta(uint32_t index) const {
-    return is_on(index) && emitters_[index]->is_delta();
+uint32_t LightSet::item_count() const {
+    return size() + (surfaces_ ? surfaces_->item_count() : 0);
 }
 
-bool LightSet::is_infinite(uint32_t index) const {
-    return is_on(index) && emitters_[index]->is_infinite();
+bool LightSet::is_instance(uint32_t item) const {
+    return is_surface(item) && surfaces_->is_instance(item - size());
 }
 
-std::optional<LightSample> LightSet::sample(uint32_t index, const Vec3& p, const Vec2& u) const {
-    if (!is_on(index)) return std::nullopt;
+uint32_t LightSet::group_of_instance(uint32_t item) const {
+    return surfaces_->group_of(item - size());
+}
+
+scene::GroupId LightSet::group(LightId id) const {
+    return is_surface(id.index) ? scene_->emissive_group() : scene_->lights[id.index].group;
+}
+
+bool LightSet::is_on(LightId id) const {
+    return is_surface(id.index) ? surfaces_->is_on(id.index - size(), id.part)
+                                : emitters_[id.index] != nullptr;
+}
+
+bool LightSet::is_delta(uint32_t item) const {
+    return !is_surface(item) && is_on(item) && emitters_[item]->is_delta();
+}
+
+bool LightSet::is_infinite(uint32_t item) const {
+    return !is_surface(item) && is_on(item) && emitters_[item]->is_infinite();
+}
+
+std::optional<LightSample> LightSet::sample(LightId id,
+                                            const Vec3& p,
+                                            const Vec2& u,
+                                            const RayCone& cone) const {
+    if (!is_on(id)) return std::nullopt;
+    const uint32_t index = id.index;
+    if (is_surface(index)) return surfaces_->sample(in_surfaces(id), p, u, cone);
     const std::optional<EmitterSample> s = emitters_[index]->sample(to_double(p), u);
     // Written so that NaN counts as no sample
     if (!s || !(s->pdf > 0.0) || !(s->distance > 0.0)) return std::nullopt;
@@ -197,25 +245,48 @@ std::optional<LightSample> LightSet::sample(uint32_t index, const Vec3& p, const
     return result;
 }
 
-std::optional<LightHit> LightSet::intersect(uint32_t index, const Vec3& o, const Vec3& d) const {
-    if (!is_on(index)) return std::nullopt;
+std::optional<LightHit> LightSet::intersect(LightId id, const Vec3& o, const Vec3& d) const {
+    if (!is_on(id)) return std::nullopt;
+    const uint32_t index = id.index;
+    if (is_surface(index)) {
+        std::optional<LightHit> hit = surfaces_->intersect(in_surfaces(id), o, d);
+        if (hit) hit->light = index;
+        return hit;
+    }
     const std::optional<EmitterHit> h =
         emitters_[index]->intersect(to_double(o), unit_direction(d));
     if (!h || !(h->t > 0.0)) return std::nullopt;
     return LightHit{index, float(h->t), h->Le, float(h->pdf)};
 }
 
-float LightSet::pdf(uint32_t index, const Vec3& p, const Vec3& wi) const {
-    const std::optional<LightHit> hit = intersect(index, p, wi);
+float LightSet::pdf(LightId id, const Vec3& p, const Vec3& wi) const {
+    const std::optional<LightHit> hit = intersect(id, p, wi);
     return hit ? hit->pdf : 0.0f;
 }
 
-double LightSet::power(uint32_t index, double scene_radius) const {
-    return is_on(index) ? emitters_[index]->power(scene_radius) : 0.0;
+std::optional<LightId> LightSet::find_surface(const geometry::SurfacePoint& point) const {
+    if (!surfaces_) return std::nullopt;
+    const std::optional<LightId> id = surfaces_->find(point);
+    if (!id) return std::nullopt;
+    return LightId(id->index + size(), id->part);
 }
 
-LightBounds LightSet::bounds(uint32_t index) const {
-    return {emitters_[index]->bounds(), emitters_[index]->emission_cone()};
+float LightSet::surface_pdf(LightId id, const Vec3& p, const Vec3& q) const {
+    return float(surfaces_->pdf(in_surfaces(id), p, q));
+}
+
+double LightSet::power(uint32_t item, double scene_radius) const {
+    if (is_surface(item)) return surfaces_->power(item - size());
+    return is_on(item) ? emitters_[item]->power(scene_radius) : 0.0;
+}
+
+LightBounds LightSet::bounds(uint32_t item) const {
+    if (is_surface(item)) return surfaces_->bounds(item - size());
+    return {emitters_[item]->bounds(), emitters_[item]->emission_cone()};
+}
+
+LightBounds LightSet::place(uint32_t item, const LightBounds& bounds) const {
+    return surfaces_->place(item - size(), bounds);
 }
 
 double LightSet::mean_irradiance(uint32_t index) const {

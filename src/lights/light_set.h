@@ -4,6 +4,7 @@
 #include "base/diagnostics.h"
 #include "base/math.h"
 #include "lights/environment_image.h"
+#include "lights/light_sample.h"
 #include "scene/scene.h"
 
 #include <cstdint>
@@ -12,42 +13,45 @@
 #include <optional>
 #include <vector>
 
+namespace velatura::geometry {
+class GeometrySet;
+struct SurfacePoint;
+}  // namespace velatura::geometry
+
+namespace velatura::shading {
+class MaterialEvaluator;
+}
+
 namespace velatura::lights {
 
+class EmissiveSurfaces;
 class Emitter;
 class EmitterTree;
 struct LightBounds;
-
-/// A direction toward a light.
-struct LightSample {
-    Vec3 wi;             ///< unit, from p toward the light
-    float distance = 0;  ///< to the point on the light; +infinity for distant and dome lights
-    Rgb Le = Rgb(0.0f);  ///< radiance that arrives unoccluded; irradiance across wi when is_delta
-    float pdf = 0;       ///< [1/sr], without the probability of picking this light; 1 when is_delta
-    bool is_delta = false;  ///< no other sampler can find it: MIS weight 1
-};
-
-/// A light that a ray crosses.
-struct LightHit {
-    uint32_t light = 0;
-    float t = 0;         ///< distance along the ray; +infinity for distant and dome lights
-    Rgb Le = Rgb(0.0f);  ///< radiance toward the ray's origin
-    float pdf = 0;       ///< what sample() has for this direction from the ray's origin, [1/sr]
-};
 
 struct LightSetOptions {
     /// Sample textured domes in proportion to what exceeds their mean (Karlík et al. 2019, "MIS
     /// Compensation"). Only for integrators that combine light and BSDF sampling by MIS at every
     /// vertex: sample() alone is then biased.
     bool compensate_mis = false;
+
+    /// Surfaces to look for emissive triangles on, both or none: without them such triangles are
+    /// only found by chance. Both must outlive the set.
+    const geometry::GeometrySet* geometry = nullptr;
+    const shading::MaterialEvaluator* materials = nullptr;
 };
 
-/// The lights of a scene, ready to be sampled; light i is scene.lights[i]. Light shapes emit and do
-/// not block: they are not part of the accelerator, neither stop rays nor hide one another.
+/// The lights of a scene and its emissive triangles, ready to be sampled.
+///
+/// Items 0 … size() − 1 are scene.lights. Their shapes emit and do not block: they are not part of
+/// the accelerator, neither stop rays nor hide one another. After them come emissive triangles of
+/// shapes placed directly, one item each, then instances with emissive triangles, one item each
+/// with its triangles as parts. These are surfaces like others, found by rays in the accelerator.
+///
 /// Immutable after construction and safe to share among threads. The scene must outlive it. All
 /// geometry inside is in double; results scale exactly with scenes scaled by a power of two.
-/// sample() and for_each_hit() describe the same density: for every direction, the pdf of both
-/// agrees.
+/// sample() and for_each_hit() or surface_pdf() describe the same density: for every direction,
+/// the pdf of both agrees.
 class LightSet {
   public:
     /// Prepares all lights. Textures come from `load`, which may be empty when no light has one.
@@ -61,36 +65,60 @@ class LightSet {
     LightSet(LightSet&&) noexcept;
     LightSet& operator=(LightSet&&) noexcept;
 
+    /// Lights of the scene.
     uint32_t size() const { return uint32_t(emitters_.size()); }
+
+    /// All items.
+    uint32_t item_count() const;
+
+    bool is_surface(uint32_t item) const { return item >= size(); }
+
+    /// The item is an instance, whose parts are chosen among.
+    bool is_instance(uint32_t item) const;
+    /// Its group in surfaces().
+    uint32_t group_of_instance(uint32_t item) const;
+
+    /// The emissive triangles; null when there are none. Item i is theirs with number i − size().
+    const EmissiveSurfaces* surfaces() const { return surfaces_.get(); }
 
     const scene::Light& light(uint32_t index) const { return scene_->lights[index]; }
 
-    scene::GroupId group(uint32_t index) const { return scene_->lights[index].group; }
+    /// Light group; of emissive triangles Scene::emissive_group().
+    scene::GroupId group(LightId id) const;
 
     /// Whether the light can contribute at all; the others are never sampled nor hit.
-    bool is_on(uint32_t index) const { return emitters_[index] != nullptr; }
+    bool is_on(LightId id) const;
 
-    bool is_delta(uint32_t index) const;
+    bool is_delta(uint32_t item) const;
     /// Dome and distant lights: at infinite distance.
-    bool is_infinite(uint32_t index) const;
+    bool is_infinite(uint32_t item) const;
 
-    /// Samples a direction from point p (render space) toward light `index`; u in [0,1)². Nothing
-    /// when the light does not reach p or the sample fell beside it: that counts as a sample of
-    /// value zero.
-    std::optional<LightSample> sample(uint32_t index, const Vec3& p, const Vec2& u) const;
+    /// Samples a direction from point p (render space) toward a light; u in [0,1)². Nothing when
+    /// the light does not reach p or the sample fell beside it: that counts as a sample of value
+    /// zero. `cone` filters the textures of emissive triangles.
+    std::optional<LightSample> sample(LightId id,
+                                      const Vec3& p,
+                                      const Vec2& u,
+                                      const RayCone& cone = {}) const;
 
     /// Density [1/sr] with which sample() finds the unit direction wi from p; 0 for delta lights
     /// and directions that miss.
-    float pdf(uint32_t index, const Vec3& p, const Vec3& wi) const;
+    float pdf(LightId id, const Vec3& p, const Vec3& wi) const;
 
-    /// The light as the ray o + t·d (d unit) sees it: nothing when it misses, lies behind or is a
-    /// delta light.
-    std::optional<LightHit> intersect(uint32_t index, const Vec3& o, const Vec3& d) const;
+    /// Item and part of the triangle that was hit; nothing when it is not one that can be sampled.
+    std::optional<LightId> find_surface(const geometry::SurfacePoint& point) const;
 
-    /// Calls visit(const LightHit&) for every light that the segment 0 < t < t_max of the ray
-    /// crosses (d unit). Lights at infinity are reported, with t = infinity, only when t_max is
-    /// infinite: pass the distance of the surface hit otherwise. Every light comes at most once.
-    /// The order depends on the scene only.
+    /// Density [1/sr] with which sample() finds the point q of an emissive triangle from p.
+    float surface_pdf(LightId id, const Vec3& p, const Vec3& q) const;
+
+    /// The light as the ray o + t·d (d unit) sees it, as if nothing else were there: nothing when
+    /// it misses, lies behind or is a delta light.
+    std::optional<LightHit> intersect(LightId id, const Vec3& o, const Vec3& d) const;
+
+    /// Calls visit(const LightHit&) for every light of the scene that the segment 0 < t < t_max of
+    /// the ray crosses (d unit). Lights at infinity are reported, with t = infinity, only when
+    /// t_max is infinite: pass the distance of the surface hit otherwise. Every light comes at most
+    /// once. The order depends on the scene only.
     template <class Visitor>
     void for_each_hit(const Vec3& o, const Vec3& d, float t_max, Visitor&& visit) const {
         for_each_hit_raw(
@@ -99,11 +127,14 @@ class LightSet {
     }
 
     /// Estimate of the emitted flux (luminance) that enters a ball of radius `scene_radius`: for
-    /// light selection, > 0 exactly when the light is on.
-    double power(uint32_t index, double scene_radius) const;
+    /// light selection, > 0 exactly when the light is on; of an instance that of all its parts.
+    double power(uint32_t item, double scene_radius) const;
 
-    /// Box, directions and strength of a finite light that is on.
-    LightBounds bounds(uint32_t index) const;
+    /// Box, directions and strength of a finite light that is on and no instance.
+    LightBounds bounds(uint32_t item) const;
+
+    /// Bounds in the space of an instance's prototype, carried to where the instance is.
+    LightBounds place(uint32_t item, const LightBounds& bounds) const;
 
     /// Irradiance (luminance) of a light at infinity that is on: of a distant light on a surface
     /// that faces it, of a dome averaged over all surfaces.
@@ -114,6 +145,8 @@ class LightSet {
     Rgb background(const Vec3& d) const;
 
   private:
+    LightId in_surfaces(LightId id) const { return {id.index - size(), id.part}; }
+
     using RawVisitor = void (*)(void*, const LightHit&);
     void for_each_hit_raw(
         const Vec3& o, const Vec3& d, float t_max, RawVisitor visit, void* context) const;
@@ -122,6 +155,7 @@ class LightSet {
     std::vector<std::unique_ptr<Emitter>> emitters_;  // null = off
     std::vector<uint32_t> infinite_;
     std::unique_ptr<EmitterTree> finite_;
+    std::unique_ptr<EmissiveSurfaces> surfaces_;
 };
 
 }  // namespace velatura::lights

@@ -70,6 +70,11 @@ class Distribution2D {
     Sample sample(const Vec2& u) const;
     double pdf(const Vec2d& xy) const;
 
+    /// Probability of one bin.
+    double pmf(size_t column, size_t row) const {
+        return integral() > 0.0 ? rows_.pmf(row) * columns_[row].pmf(column) : 0.0;
+    }
+
   private:
     Distribution1D rows_;
     std::vector<Distribution1D> columns_;  // [row]

@@ -22,6 +22,9 @@ enum class Purpose : uint32_t {
     Opacity = 8,
     LightOpacity = 9,
     FilterSign = 10,
+    GuideSelect = 11,
+    GuideDirection = 12,
+    LightSelectFine = 13,
 };
 
 /// Which points the samples of a pixel are.

@@ -40,6 +40,9 @@ struct Light {
     Shaping shaping;
     std::string texture_file;           ///< Rect, Dome: resolved path; empty = none
     DomeFormat dome_format = DomeFormat::Automatic;
+    /// Dome: windows through which it is seen, unit squares around the origin of their xy planes; light comes through
+    /// them towards −Z. They guide sampling and change no picture.
+    std::vector<Mat4d> render_from_portals;
     float diffuse_multiplier = 1.0f, specular_multiplier = 1.0f;
     bool is_camera_visible = true;
     ProvenanceId provenance = none;

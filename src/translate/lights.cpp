@@ -3,6 +3,7 @@
 #include "translate/light_area.h"
 #include "translate/parts.h"
 #include "translate/values.h"
+#include "usd/stage/xform.h"
 
 #include <fmt/format.h>
 
@@ -159,6 +160,24 @@ Mat4d z_pole() {
     return Mat4d(1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1);
 }
 
+/// Portals stand in the namespace, wherever an instance has put their dome: they only guide.
+void read_portals(Context& ctx, Prim prim, scene::Light& light) {
+    for (const auto& path : prim.relationship("portals").forwarded_targets()) {
+        const Prim portal = ctx.stage.prim_at(path);
+        if (!portal || portal.type_name().str() != "PortalLight") {
+            ctx.warn(
+                "bad-portal", prim,
+                fmt::format("portal <{}> is no PortalLight, it is left out", path.to_string()));
+            continue;
+        }
+        const Vec3d size(input_number(ctx, portal, "width", 1.0),
+                         input_number(ctx, portal, "height", 1.0), 1.0);
+        const Mat4d world = usd::stage::world_transform(portal, ctx.time);
+        light.render_from_portals.push_back(Mat4d().setScale(size) *
+                                            relative_to(world, ctx.origin));
+    }
+}
+
 void read_dome(Context& ctx, Prim prim, scene::Light& light) {
     const std::string format = read_text(input(prim, "texture:format"), "automatic", ctx.time);
     if (format == "latlong") {
@@ -178,9 +197,7 @@ void read_dome(Context& ctx, Prim prim, scene::Light& light) {
         if (pole == "Z" || (pole == "scene" && ctx.stage.up_axis() == "Z"))
             light.render_from_light = z_pole() * light.render_from_light;
     }
-    if (!prim.relationship("portals").targets().empty())
-        ctx.warn("unsupported-portals", prim,
-                 "dome light portals are not supported, all directions light");
+    read_portals(ctx, prim, light);
 }
 
 /// Whether a linking collection says more than "everything".

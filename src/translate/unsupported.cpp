@@ -14,6 +14,7 @@ bool is_any_light(Prim prim) {
 
 void warn_unsupported(Context& ctx, Prim prim) {
     const std::string& type = prim.type_name().str();
+    if (type == "PortalLight") return;  // read with the dome that it belongs to
     const bool is_shown = prim.is_a("Gprim") || prim.is_a("Volume");
     const bool is_light = is_any_light(prim);
     if (is_shown || is_light) {

@@ -62,6 +62,7 @@ struct TestRenderOptions {
     int max_depth = 0;
     integrator::EstimatorOptions estimator = {};
     uint64_t seed = 1;
+    lights::SelectionKind light_selection = lights::SelectionKind::Tree;
 };
 
 RenderedLayers render(const TestScene& test, const TestRenderOptions& options = {});

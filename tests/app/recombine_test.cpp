@@ -69,13 +69,25 @@ TEST_F(Recombine, SplitBySamplesAndMergedIsTheWhole) {
     EXPECT_EQ(channel(read(w, "merged.exr"), "R"), channel(read(w, "plain.exr"), "R"));
 }
 
+TEST_F(Recombine, GuidedPicturesSplitAndMergeToo) {
+    render("--samples 0:12 --guiding on -o whole.exr");
+    render("--samples 0:5 --guiding on --mode tile -o a.exr");
+    render("--samples 5:12 --guiding on --threads 1 -o b.exr");
+    const CommandResult merged = w.comp("merge a.exr b.exr -o merged.exr");
+    ASSERT_EQ(merged.exit_code, 0) << merged.output;
+    EXPECT_EQ(w.hash("merged.exr"), w.hash("whole.exr"));
+    render("--samples 0:12 --guiding off -o unguided.exr");
+    EXPECT_NE(w.hash("unguided.exr"), w.hash("whole.exr")) << "nothing was guided";
+}
+
 TEST_F(Recombine, MergeRefusesWhatDoesNotBelongTogether) {
     render("--samples 0:4 -o a.exr");
     render("--samples 2:8 -o overlap.exr");
     render("--samples 4:8 --seed 9 -o seed.exr");
     render("--samples 8:12 -o gap.exr");
     render("--samples 4:8 --purpose proxy -o purpose.exr");
-    for (const char* other : {"overlap.exr", "seed.exr", "gap.exr", "purpose.exr"}) {
+    render("--samples 4:8 --guiding on -o guiding.exr");
+    for (const char* other : {"overlap.exr", "seed.exr", "gap.exr", "purpose.exr", "guiding.exr"}) {
         const CommandResult r = w.comp(fmt::format("merge a.exr {} -o m.exr", other));
         EXPECT_EQ(r.exit_code, 5) << other << ": " << r.output;
         EXPECT_FALSE(w.exists("m.exr"));

@@ -42,19 +42,29 @@ scene::Scene scene_from_usda(const std::string& text, int width, int height) {
     return std::move(*scene);
 }
 
-film::Film render_scene(const scene::Scene& scene, const integrator::RenderOptions& options, int threads) {
-    const ThreadLimit limit(threads);
+film::Film render_scene(const scene::Scene& scene, const integrator::RenderOptions& options, const RenderSetup& setup) {
+    const ThreadLimit limit(setup.threads);
     Diagnostics diagnostics;
     film::LayerSet layers;
     layers.last_bounce = 3;
     layers.matrix_layers = layers.shadow_layers = layers.halves = true;
     for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
     const integrator::World world(scene, {.width = scene.settings.width, .height = scene.settings.height}, {}, diagnostics);
-    const integrator::PathTracer tracer(world, layers, {.seed = options.seed});
-    film::Film film({0, 0, scene.settings.width, scene.settings.height}, layers);
-    integrator::run_schedule(
-        film, options,
-        [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); }, {});
+    film::Film film(setup.window.value_or(film::Window{0, 0, scene.settings.width, scene.settings.height}), layers);
+    std::vector<uint64_t> ends = setup.sample_splits;
+    ends.push_back(options.end_sample);
+    integrator::RenderOptions part = options;
+    for (const uint64_t end : ends) {
+        part.end_sample = end;
+        const integrator::GuideTraining training = integrator::train_guide(world, {.seed = options.seed}, setup.guiding);
+        integrator::PathTracerOptions tracer_options{.seed = options.seed};
+        if (training.is_used) tracer_options.guide = &training.field;
+        const integrator::PathTracer tracer(world, layers, tracer_options);
+        integrator::run_schedule(
+            film, part,
+            [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); }, {});
+        part.first_sample = end;
+    }
     EXPECT_EQ(film.invalid_count(), 0u);
     return film;
 }
@@ -131,6 +141,24 @@ def Xform "Root"
         double3 xformOp:translate = (1.25, 0.5, 0)
         float xformOp:rotateY = 30
         uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateY"]
+    }
+    def Mesh "Panel" (prepend apiSchemas = ["MaterialBindingAPI"])
+    {
+        int[] faceVertexCounts = [4]
+        int[] faceVertexIndices = [0, 1, 2, 3]
+        point3f[] points = [(-2.75, 1, -2.5), (-2.75, 1, -1.5), (-2.5, 2.5, -1.5), (-2.5, 2.5, -2.5)]
+        uniform token subdivisionScheme = "none"
+        rel material:binding = </Root/Glow>
+    }
+    def Material "Glow"
+    {
+        token outputs:surface.connect = </Root/Glow/S.outputs:surface>
+        def Shader "S"
+        {
+            uniform token info:id = "UsdPreviewSurface"
+            color3f inputs:emissiveColor = (2, 3, 4)
+            token outputs:surface
+        }
     }
     def Material "Gloss"
     {

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "film/film.h"
+#include "integrator/guide_training.h"
 #include "integrator/render_options.h"
 #include "scene/scene.h"
 
@@ -14,8 +16,20 @@ namespace velatura::test {
 /// Composes a .usda text and translates it; test failures for every diagnostic of severity error.
 scene::Scene scene_from_usda(const std::string& text, int width = 32, int height = 24);
 
+/// What a render may differ in without another picture, and whether it is guided.
+struct RenderSetup {
+    int threads = 0;
+    integrator::Guiding guiding = integrator::Guiding::Off;
+    std::optional<film::Window> window = {};  ///< the whole picture if not given
+    std::vector<uint64_t> sample_splits = {};  ///< rendered in parts that begin here, each on its own
+};
+
 /// Renders all light layers of a scene at its own resolution.
-film::Film render_scene(const scene::Scene& scene, const integrator::RenderOptions& options, int threads = 0);
+film::Film render_scene(const scene::Scene& scene, const integrator::RenderOptions& options, const RenderSetup& setup);
+
+inline film::Film render_scene(const scene::Scene& scene, const integrator::RenderOptions& options, int threads = 0) {
+    return render_scene(scene, options, RenderSetup{.threads = threads});
+}
 
 /// A number that differs when any bit of any sum of any pixel does.
 uint64_t fingerprint(const film::Film& film);

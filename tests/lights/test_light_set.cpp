@@ -327,7 +327,7 @@ TEST(LightSelector, ProbabilitiesSumToOneAndMatchTheChoices) {
             const auto choice = selector->select(at, double(i) / double(steps));
             ASSERT_TRUE(choice);
             EXPECT_EQ(choice->pmf, selector->pmf(at, choice->light));
-            ++chosen[choice->light];
+            ++chosen[choice->light.index];
         }
         double sum = 0.0;
         for (uint32_t i = 0; i < lights.size(); ++i) {

@@ -7,8 +7,8 @@
 namespace velatura::meta {
 
 const std::map<std::string, std::set<std::string>>& tier_table() {
-    static const std::set<std::string> core = {"image",  "sampling", "scene", "geometry", "accel",
-                                               "camera", "shading",  "media", "lights",   "film"};
+    static const std::set<std::string> core = {"image",  "sampling", "guiding", "scene",  "geometry", "accel",
+                                               "camera", "shading",  "media",   "lights", "film"};
     static const auto with = [](std::set<std::string> more) {
         more.insert(core.begin(), core.end());
         return more;
@@ -17,6 +17,7 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
         {"base", {}},
         {"image", {}},
         {"sampling", {}},
+        {"guiding", {"sampling"}},
         {"plugin", {}},
         {"usd/layer", {}},
         {"usd/text", {"usd/layer"}},

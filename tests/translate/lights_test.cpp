@@ -233,7 +233,7 @@ def SphereLight "L" (prepend apiSchemas = ["ShapingAPI", "ShadowAPI"]) {
     rel light:filters = </F>
     rel collection:lightLink:includes = </X>
 }
-def PortalLight "P" {}
+def GeometryLight "P" {}
 def SphereLight "None" { float inputs:radius = 0; }
 )",
                    t);
@@ -242,6 +242,30 @@ def SphereLight "None" { float inputs:radius = 0; }
           "unsupported-light-linking", "unsupported-light", "light-without-size"})
         EXPECT_EQ(t.count(code), 1u) << code;
     EXPECT_EQ(t.scene.lights.size(), 1u);
+}
+
+TEST(Lights, PortalsOfADomeArePlacedRelativeToTheCamera) {
+    Translated t;
+    translate_text(camera() + R"(
+def DomeLight "Sky" { rel portals = [</Wall/Window>, </Nowhere>]; }
+def Xform "Wall" {
+    double3 xformOp:translate = (1, 2, 3)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    def PortalLight "Window" {
+        float inputs:width = 2
+        double3 xformOp:scale = (1, 3, 1)
+        uniform token[] xformOpOrder = ["xformOp:scale"]
+    }
+}
+)",
+                   t);
+    ASSERT_EQ(t.scene.lights.size(), 1u);
+    ASSERT_EQ(t.scene.lights[0].render_from_portals.size(), 1u);
+    const Mat4d& m = t.scene.lights[0].render_from_portals[0];
+    const Vec3d corner = transform_point(Vec3d(0.5, 0.5, 0), m) + t.scene.camera.world_position;
+    EXPECT_EQ(corner, Vec3d(1 + 1.0, 2 + 1.5, 3));
+    EXPECT_EQ(t.count("bad-portal"), 1u);
+    EXPECT_EQ(t.diagnostics.warning_count(), 1u);
 }
 
 TEST(Lights, ShapingIsActiveOnlyWhereItShapes) {

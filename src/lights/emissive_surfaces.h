@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/math.h"
+#include "geometry/surface_point.h"
+#include "lights/light_bounds.h"
+#include "lights/light_sample.h"
+#include "lights/triangle_list.h"
+#include "scene/scene.h"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace velatura::geometry {
+class GeometrySet;
+}
+
+namespace velatura::shading {
+class MaterialEvaluator;
+}
+
+namespace velatura::lights {
+
+/// The triangles whose material emits, ready to be sampled as area lights; both sides emit.
+///
+/// An *item* is an emissive triangle of a shape that is placed directly, or an instance with
+/// emissive triangles; its triangles are its *parts*. Instances of one prototype with one material
+/// share one *group*, so that memory grows with what is stored, not with what is seen. Groups live
+/// in the space of their prototype. Immutable after construction, safe to share among threads; the
+/// scene, the geometry and the materials must outlive it.
+class EmissiveSurfaces {
+  public:
+    /// Below this solid angle [sr] triangles are sampled by area, where the density is smooth and
+    /// free of cancellation.
+    static constexpr double smallest_solid_angle = 1e-6;
+
+    EmissiveSurfaces(const scene::Scene& scene,
+                     const geometry::GeometrySet& geometry,
+                     const shading::MaterialEvaluator& materials);
+
+    /// Items: first the triangles placed directly, then the instances.
+    uint32_t item_count() const { return direct_count() + uint32_t(instances_.size()); }
+
+    uint32_t direct_count() const { return direct_.triangles.size(); }
+
+    bool is_instance(uint32_t item) const { return item >= direct_count(); }
+
+    uint32_t part_count(uint32_t item) const;
+
+    /// Whether the triangle can contribute: it has an area.
+    bool is_on(uint32_t item, uint32_t part) const;
+
+    /// Bounds of a triangle placed directly; box and intensity in render space.
+    LightBounds bounds(uint32_t item) const;
+
+    uint32_t group_count() const { return uint32_t(groups_.size()); }
+
+    uint32_t group_of(uint32_t item) const { return instances_[item - direct_count()].group; }
+
+    uint32_t group_size(uint32_t group) const { return groups_[group].triangles.size(); }
+
+    /// Bounds of one triangle of a group, in the space of the prototype.
+    LightBounds part_bounds(uint32_t group, uint32_t part) const;
+
+    /// Bounds in the space of its prototype, carried along with the instance `item`.
+    LightBounds place(uint32_t item, const LightBounds& bounds) const;
+
+    /// The instance's map from render space to the space of its prototype.
+    Vec3d to_prototype(uint32_t item, const Vec3d& p) const;
+    /// Normal of a plane there (unit; zero stays zero): what is in front of it stays in front.
+    Vec3d normal_to_prototype(uint32_t item, const Vec3d& n) const;
+
+    /// Emitted flux (luminance), about: both sides of every part. In render space.
+    double power(uint32_t item) const;
+    /// The same of one part of a group, up to a factor common to the group.
+    double part_power(uint32_t group, uint32_t part) const;
+
+    /// Item and part of a triangle that was hit; nothing when its material does not emit.
+    std::optional<LightId> find(const geometry::SurfacePoint& point) const;
+
+    /// Samples the triangle by the solid angle that it fills as seen from p. Radiance is that of
+    /// the material at the sampled point times its presence; `cone` filters textures as for a path
+    /// that goes there.
+    std::optional<LightSample> sample(LightId id,
+                                      const Vec3& p,
+                                      const Vec2& u,
+                                      const RayCone& cone) const;
+
+    /// Density [1/sr] with which sample() finds the point q of the triangle.
+    double pdf(LightId id, const Vec3& p, const Vec3& q) const;
+
+    /// What the ray o + t·d (d unit) sees of the triangle, as if nothing else were there.
+    std::optional<LightHit> intersect(LightId id, const Vec3& o, const Vec3& d) const;
+
+  private:
+    /// Listed triangles with the luminance that each emits on average; 0 = off.
+    struct Listed {
+        TriangleList triangles;
+        std::vector<float> luminance;
+    };
+
+    struct Group : Listed {
+        uint32_t prototype = 0;
+        double power = 0;  ///< sum of part_power
+    };
+
+    struct InstanceItem {
+        uint32_t instance = 0;
+        uint32_t group = 0;
+    };
+
+    /// Corner and edges of a triangle in double.
+    struct Triangle {
+        Vec3d v0, e1, e2;
+
+        Vec3d scaled_normal() const { return e1.cross(e2); }  ///< twice the area long
+    };
+
+    void list_direct();
+    void list_instances();
+    uint32_t add_group(uint32_t instance);
+    void measure(Listed& listed, uint32_t instance) const;
+    float mean_luminance(geometry::Hit place, int steps) const;
+    void lift_dark_triangles(Listed& listed, uint32_t instance) const;
+
+    geometry::Hit place_of(LightId id) const;
+    Triangle triangle(const geometry::Hit& place) const;
+    Triangle triangle(uint32_t group, uint32_t part) const;
+
+    const scene::Scene& scene_;
+    const geometry::GeometrySet& geometry_;
+    const shading::MaterialEvaluator& materials_;
+    Listed direct_;
+    std::vector<Group> groups_;
+    std::vector<InstanceItem> instances_;
+    std::vector<uint32_t> item_of_instance_;  // [instance], none = does not emit; empty = none does
+};
+
+}  // namespace velatura::lights
