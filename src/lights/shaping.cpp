@@ -21,9 +21,9 @@ LightShaping::LightShaping(const scene::Light& light) {
     if (!s.is_active || !std::isfinite(squared) || axis == Vec3d(0.0)) return;
     axis_ = unit_vector(axis);
     const double softness = std::clamp(double(s.cone_softness), 0.0, 1.0);
-    has_cone_ = s.cone_angle_deg < 180.0f && !(s.cone_angle_deg == 90.0f && softness == 0.0);
     cone_outer_ = std::max(0.0, double(s.cone_angle_deg)) * (pi_d / 180.0);
     cone_inner_ = cone_outer_ * (1.0 - softness);
+    has_cone_ = cone_inner_ < pi_d;
     has_focus_ = s.focus > 0.0f;
     focus_ = double(s.focus);
     tint_ = s.focus_tint;

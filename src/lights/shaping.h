@@ -8,9 +8,8 @@
 namespace velatura::lights {
 
 /// UsdLuxShapingAPI cone and focus around the light's −Z axis in render space. Angles are measured
-/// in render space, also under non-uniform scale. The cone at its fallback (90 degrees, no
-/// softness) cuts nothing, so that a ShapingAPI without opinions does not halve a sphere. Focus
-/// uses the axis for every shape (OpenUSD's reference code), not the normal.
+/// in render space, also under non-uniform scale. Focus uses the axis for every shape (OpenUSD's
+/// reference code), not the normal.
 class LightShaping {
   public:
     /// Shapes nothing.

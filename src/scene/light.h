@@ -14,9 +14,10 @@ enum class LightKind : uint8_t { Distant, Dome, Rect, Disk, Sphere, Cylinder };
 
 enum class DomeFormat : uint8_t { Automatic, LatLong, MirroredBall, Angular, CubeMapVerticalCross };
 
-/// UsdLuxShapingAPI; angle >= 90 with focus 0 shapes nothing.
+/// UsdLuxShapingAPI. A light whose cone nobody authored has none, though the schema's fallback is 90 degrees: a ShapingAPI
+/// without opinions does not halve a sphere.
 struct Shaping {
-    float cone_angle_deg = 90.0f;  ///< half angle off the axis −Z of light space
+    float cone_angle_deg = 180.0f; ///< half angle off the axis −Z of light space; 180 = no cone
     float cone_softness = 0.0f;    ///< [0, 1]
     float focus = 0.0f;
     Rgb focus_tint = Rgb(0.0f);

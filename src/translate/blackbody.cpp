@@ -2,45 +2,48 @@
 #include "translate/blackbody.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace velatura::translate {
 
 namespace {
 
-/// Gaussian with a width for each side, in nanometres.
-double lobe(double x, double peak, double inverse_left, double inverse_right) {
-    const double t = (x - peak) * (x < peak ? inverse_left : inverse_right);
-    return std::exp(-0.5 * t * t);
-}
+constexpr double first_kelvin = 1000.0, last_kelvin = 10000.0, kelvin_step = 500.0;
 
-/// CIE 1931 2° observer, Wyman et al. 2013, equation 4.
-Vec3d observer(double nm) {
-    return {1.056 * lobe(nm, 599.8, 0.0264, 0.0323) + 0.362 * lobe(nm, 442.0, 0.0624, 0.0374) -
-                0.065 * lobe(nm, 501.1, 0.0490, 0.0382),
-            0.821 * lobe(nm, 568.8, 0.0213, 0.0247) + 0.286 * lobe(nm, 530.9, 0.0613, 0.0322),
-            1.217 * lobe(nm, 437.0, 0.0845, 0.0278) + 0.681 * lobe(nm, 459.0, 0.0385, 0.0725)};
-}
+/// Black bodies of 1000, 1500 … 10000 K in linear Rec.709, brightest channel 1, as UsdLux has them.
+/// Ref: Walker, "Colour Rendering of Spectra" (fourmilab.ch/documents/specrend), public domain.
+const std::array<Vec3d, 19> knots = {{
+    {1.0, 0.027490, 0.0},      {1.0, 0.149664, 0.0},      {1.0, 0.256644, 0.008095},
+    {1.0, 0.372033, 0.067450}, {1.0, 0.476725, 0.153601}, {1.0, 0.570376, 0.259196},
+    {1.0, 0.653480, 0.377155}, {1.0, 0.726878, 0.501606}, {1.0, 0.791543, 0.628050},
+    {1.0, 0.848462, 0.753228}, {1.0, 0.898581, 0.874905}, {1.0, 0.942771, 0.991642},
+    {0.906947, 0.890456, 1.0}, {0.828247, 0.841838, 1.0}, {0.765791, 0.801896, 1.0},
+    {0.715255, 0.768579, 1.0}, {0.673683, 0.740423, 1.0}, {0.638992, 0.716359, 1.0},
+    {0.609681, 0.695588, 1.0},
+}};
 
-/// Planck's law up to a factor; relative to 560 nm, so that nothing under- or overflows.
-double planck(double nm, double kelvin) {
-    constexpr double c2_nm_k = 1.438776877e7;
-    const double reference = std::expm1(c2_nm_k / (560.0 * kelvin));
-    return std::pow(560.0 / nm, 5.0) * reference / std::expm1(c2_nm_k / (nm * kelvin));
+/// Catmull-Rom spline through b at t = 0 and c at t = 1.
+Vec3d spline(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d, double t) {
+    const Vec3d slope = (c - a) / 2, next_slope = (d - b) / 2, rise = c - b;
+    const Vec3d quadratic = rise * 3.0 - slope * 2.0 - next_slope;
+    const Vec3d cubic = slope + next_slope - rise * 2.0;
+    return b + (slope + (quadratic + cubic * t) * t) * t;
 }
 
 }  // namespace
 
 Vec3d blackbody_rgb(double kelvin) {
-    kelvin = std::clamp(kelvin, 1000.0, 10000.0);
-    Vec3d xyz(0.0);
-    for (int nm = 360; nm <= 830; ++nm) xyz += observer(nm) * planck(nm, kelvin);
-    // CIE XYZ to linear Rec.709, white D65 (ITU-R BT.709 primaries)
-    Vec3d rgb(3.2404541621 * xyz.x - 1.5371385128 * xyz.y - 0.4985314096 * xyz.z,
-              -0.9692660305 * xyz.x + 1.8760108454 * xyz.y + 0.0415560175 * xyz.z,
-              0.0556434310 * xyz.x - 0.2040259135 * xyz.y + 1.0572251882 * xyz.z);
-    for (int i = 0; i < 3; ++i) rgb[i] = std::max(rgb[i], 0.0);
-    return rgb / (0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z);
+    const double x = (std::clamp(kelvin, first_kelvin, last_kelvin) - first_kelvin) / kelvin_step;
+    const int last = int(knots.size()) - 1;
+    const int i = std::min(int(x), last - 1);
+    // The end knots stand twice
+    const auto knot = [&](int k) { return knots[size_t(std::clamp(k, 0, last))]; };
+    Vec3d rgb = spline(knot(i - 1), knot(i), knot(i + 1), knot(i + 2), x - i);
+    rgb /= 0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z;
+    // The spline dips below zero in blue near 1300 K
+    for (int c = 0; c < 3; ++c) rgb[c] = std::max(rgb[c], 0.0);
+    return rgb;
 }
 
 }  // namespace velatura::translate

@@ -131,19 +131,15 @@ void read_shaping(Context& ctx, Prim prim, scene::Light& light) {
     const Attribute angle = input(prim, "shaping:cone:angle");
     const Attribute focus = input(prim, "shaping:focus");
     scene::Shaping& shaping = light.shaping;
-    shaping.cone_angle_deg = float(read_number(angle, 90.0, ctx.time));
     shaping.cone_softness =
         std::clamp(float(input_number(ctx, prim, "shaping:cone:softness", 0.0)), 0.0f, 1.0f);
     shaping.focus = float(read_number(focus, 0.0, ctx.time));
     if (const auto tint = read_vector(input(prim, "shaping:focusTint"), 3, ctx.time))
         shaping.focus_tint = Rgb(float((*tint)[0]), float((*tint)[1]), float((*tint)[2]));
-    // Only lights that shine backwards can tell a cone of 90° and more from none
-    const bool shines_backwards =
-        light.kind == LightKind::Sphere || light.kind == LightKind::Cylinder;
-    const float open_angle = shines_backwards && angle.has_authored_value() ? 180.0f : 90.0f;
-    const bool has_cone = shaping.cone_angle_deg < open_angle;
-    shaping.is_active = has_cone || shaping.focus != 0.0f;
-    if (!has_cone) shaping.cone_angle_deg = shines_backwards ? 180.0f : 90.0f;
+    if (angle.has_authored_value() || shaping.cone_softness > 0.0f)
+        shaping.cone_angle_deg = float(read_number(angle, 90.0, ctx.time));
+    const bool has_cone = shaping.cone_angle_deg * (1.0f - shaping.cone_softness) < 180.0f;
+    shaping.is_active = has_cone || shaping.focus > 0.0f;
     if (shaping.is_active && (light.kind == LightKind::Dome || light.kind == LightKind::Distant)) {
         ctx.warn("unsupported-light-input", angle.has_authored_value() ? angle : focus,
                  "shaping of a dome or distant light is not supported and is left out");

@@ -290,7 +290,11 @@ TEST(LightShaping, ConeCutsAtItsAngleAndSoftensInside) {
     EXPECT_NEAR(seen_at(26.25, 0.5f), 0.15625f, 1e-5f);  // 1 − smoothstep(3/4)
     EXPECT_EQ(seen_at(30.1, 0.5f), 0.0f);
     light.shaping.cone_angle_deg = 90.0f;
-    EXPECT_EQ(seen_at(170.0, 0.0f), 1.0f);  // the fallback shapes nothing
+    EXPECT_EQ(seen_at(89.9, 0.0f), 1.0f);
+    EXPECT_EQ(seen_at(90.1, 0.0f), 0.0f);
+    light.shaping.cone_angle_deg = 180.0f;
+    EXPECT_EQ(seen_at(179.0, 0.0f), 1.0f);
+    EXPECT_NEAR(seen_at(135.0, 0.5f), 0.5f, 1e-5f);
 }
 
 TEST(LightShaping, FocusTintsWhatItTakesAway) {

@@ -123,16 +123,55 @@ TEST(Lights, DistantNormalizeGivesLux) {
     EXPECT_FLOAT_EQ(float(distant_divisor(180)), float(pi_d));
 }
 
-TEST(Lights, BlackBodyHasLuminanceOneAndThePublishedWhite) {
-    for (double kelvin = 1000; kelvin <= 10000; kelvin += 250) {
-        const Vec3d c = blackbody_rgb(kelvin);
+namespace {
+
+/// Gaussian with a width for each side, in nanometres.
+double lobe(double x, double peak, double inverse_left, double inverse_right) {
+    const double t = (x - peak) * (x < peak ? inverse_left : inverse_right);
+    return std::exp(-0.5 * t * t);
+}
+
+/// CIE 1931 2° observer. Ref: Wyman, Sloan, Shirley 2013, "Simple Analytic Approximations to the
+/// CIE XYZ Color Matching Functions", equation 4.
+Vec3d observer(double nm) {
+    return {1.056 * lobe(nm, 599.8, 0.0264, 0.0323) + 0.362 * lobe(nm, 442.0, 0.0624, 0.0374) -
+                0.065 * lobe(nm, 501.1, 0.0490, 0.0382),
+            0.821 * lobe(nm, 568.8, 0.0213, 0.0247) + 0.286 * lobe(nm, 530.9, 0.0613, 0.0322),
+            1.217 * lobe(nm, 437.0, 0.0845, 0.0278) + 0.681 * lobe(nm, 459.0, 0.0385, 0.0725)};
+}
+
+/// Planck's law seen by the observer, in linear Rec.709 of luminance 1: not by a table.
+Vec3d blackbody_by_spectrum(double kelvin) {
+    Vec3d xyz(0.0);
+    for (int nm = 360; nm <= 830; ++nm)
+        xyz +=
+            observer(nm) * (std::pow(560.0 / nm, 5.0) / std::expm1(1.438776877e7 / (nm * kelvin)));
+    const Vec3d rgb(3.2404541621 * xyz.x - 1.5371385128 * xyz.y - 0.4985314096 * xyz.z,
+                    -0.9692660305 * xyz.x + 1.8760108454 * xyz.y + 0.0415560175 * xyz.z,
+                    0.0556434310 * xyz.x - 0.2040259135 * xyz.y + 1.0572251882 * xyz.z);
+    return rgb / (0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z);
+}
+
+}  // namespace
+
+TEST(Lights, BlackBodyIsTheOneOfUsdLux) {
+    for (double kelvin = 2000; kelvin <= 10000; kelvin += 250) {
+        const Vec3d c = blackbody_rgb(kelvin), physical = blackbody_by_spectrum(kelvin);
         EXPECT_NEAR(0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z, 1.0, 1e-12);
+        // The fits of the observer are good to about 1 %
+        for (int i = 0; i < 3; ++i) EXPECT_NEAR(c[i], physical[i], 0.02 * c.x) << kelvin;
     }
-    // UsdLux at 6500 K (USD.md §5a); the fits of the observer are good to about 1 %
-    const Vec3d white = blackbody_rgb(6500);
-    EXPECT_NEAR(white.x, 1.043, 0.012);
-    EXPECT_NEAR(white.y, 0.984, 0.012);
-    EXPECT_NEAR(white.z, 1.035, 0.02);
+    // Returned by UsdLuxBlackbodyTemperatureAsRgb, at knots and between
+    const std::pair<double, Vec3d> published[] = {{2000, {2.5205663, 0.6468882, 0.0204040}},
+                                                  {4250, {1.3536833, 0.9358438, 0.5940642}},
+                                                  {6500, {1.0433334, 0.9836245, 1.0346132}},
+                                                  {8750, {0.9138679, 0.9935212, 1.3178025}},
+                                                  {10000, {0.8718413, 0.9946880, 1.4299959}}};
+    for (const auto& [kelvin, rgb] : published) {
+        for (int i = 0; i < 3; ++i) EXPECT_NEAR(blackbody_rgb(kelvin)[i], rgb[i], 1e-6) << kelvin;
+    }
+    EXPECT_EQ(blackbody_rgb(1300).z, 0.0);
+    EXPECT_EQ(blackbody_rgb(20000), blackbody_rgb(10000));
     EXPECT_EQ(blackbody_rgb(500), blackbody_rgb(1000));
     const scene::Light l =
         light("SphereLight",
@@ -271,7 +310,13 @@ def Xform "Wall" {
 TEST(Lights, ShapingIsActiveOnlyWhereItShapes) {
     EXPECT_FALSE(light("SphereLight", "").shaping.is_active);
     EXPECT_TRUE(light("SphereLight", "float inputs:shaping:cone:angle = 40").shaping.is_active);
-    EXPECT_FALSE(light("RectLight", "float inputs:shaping:cone:angle = 120").shaping.is_active);
+    EXPECT_TRUE(light("SphereLight", "float inputs:shaping:cone:angle = 90").shaping.is_active);
+    EXPECT_FALSE(light("SphereLight", "float inputs:shaping:cone:angle = 180").shaping.is_active);
+    // Under shear or with softness a cone of more than 90° cuts from a flat light too
+    EXPECT_TRUE(light("RectLight", "float inputs:shaping:cone:angle = 120").shaping.is_active);
+    const scene::Light soft = light("RectLight", "float inputs:shaping:cone:softness = 0.5");
+    EXPECT_TRUE(soft.shaping.is_active);
+    EXPECT_EQ(soft.shaping.cone_angle_deg, 90.0f) << "the schema's fallback";
     EXPECT_TRUE(light("SphereLight", "float inputs:shaping:cone:angle = 120").shaping.is_active);
     EXPECT_TRUE(light("RectLight", "float inputs:shaping:focus = 2").shaping.is_active);
 }
