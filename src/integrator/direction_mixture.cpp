@@ -39,7 +39,8 @@ std::optional<ScatterSample> DirectionMixture::sample(const sampling::PixelSampl
     if (guide_ && sampler.get_1d(bounce, Purpose::GuideSelect, repeat) < guide_share_) {
         return sample_guide(sampler.get_2d(bounce, Purpose::GuideDirection, repeat));
     }
-    const float u_lobe = sampler.get_1d(bounce, Purpose::BsdfLobe, repeat);
+    const float u_lobe =
+        bsdf_.is_lambert() ? 0.0f : sampler.get_1d(bounce, Purpose::BsdfLobe, repeat);
     const Vec2 u = sampler.get_2d(bounce, Purpose::BsdfDirection, repeat);
     const std::optional<shading::BsdfSample> sample = bsdf_.sample_f(wo_, u_lobe, u);
     if (!sample || !(sample->pdf > 0.0f)) return std::nullopt;

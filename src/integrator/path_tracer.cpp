@@ -237,7 +237,7 @@ void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::Sample
     if (world_.selector->is_empty() || !bsdf.has_non_delta()) return;
 
     // Choose a light and a direction towards it
-    double u_light = path.sampler.get_1d_fine(path.bounce, Purpose::LightSelect, path.pass_count);
+    double u_light = world_.selector->is_single() ? 0.0 : path.sampler.get_1d_fine(path.bounce, Purpose::LightSelect, path.pass_count);
     if (world_.has_very_many_lights) u_light += 0x1p-32 * path.sampler.get_1d_fine(path.bounce, Purpose::LightSelectFine, path.pass_count);
     const std::optional<lights::LightChoice> choice = world_.selector->select(receiver_at(point, bsdf), u_light);
     if (!choice) return;

@@ -28,7 +28,7 @@ double luminance_d(const Rgb& c) {
 /// The same radiance from everywhere.
 class UniformDome final : public Emitter {
   public:
-    explicit UniformDome(const Rgb& Le) : Le_(Le) {}
+    UniformDome(const Rgb& Le, bool compensate_mis) : Le_(Le), compensate_mis_(compensate_mis) {}
 
     std::optional<EmitterSample> sample(const Vec3d&, const Vec2& u) const override {
         return EmitterSample{sample_cone(u, 2.0), infinity, Le_, 1.0 / (4.0 * pi_d)};
@@ -42,10 +42,14 @@ class UniformDome final : public Emitter {
         return 4.0 * pi_d * pi_d * radius * radius * luminance_d(Le_);
     }
 
+    /// Nothing exceeds the mean: sampling the BSDF is the better way to all of it.
+    double sampled_share() const override { return compensate_mis_ ? 0.0 : 1.0; }
+
     bool is_infinite() const override { return true; }
 
   private:
     Rgb Le_;
+    bool compensate_mis_;
 };
 
 class TexturedDome final : public Emitter {
@@ -69,6 +73,8 @@ class TexturedDome final : public Emitter {
         return 4.0 * pi_d * pi_d * radius * radius * luminance_d(Le_) * map_.mean_luminance();
     }
 
+    double sampled_share() const override { return map_.sampled_share(); }
+
     bool is_infinite() const override { return true; }
 
   private:
@@ -81,7 +87,8 @@ class TexturedDome final : public Emitter {
 
 EmitterResult make_dome(const EmitterInput& input) {
     const scene::Light& light = input.light;
-    if (input.image == nullptr) return std::unique_ptr<Emitter>(new UniformDome(light.Le));
+    if (input.image == nullptr)
+        return std::unique_ptr<Emitter>(new UniformDome(light.Le, input.compensate_mis));
 
     const Vec3d y_axis = axis_of(light.render_from_light, 1);
     const Vec3d z_axis = axis_of(light.render_from_light, 2);

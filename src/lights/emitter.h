@@ -36,6 +36,10 @@ class Emitter {
     /// See LightSet::power.
     virtual double power(double scene_radius) const = 0;
 
+    /// Part of its light that sample() is there to find; BSDF sampling finds the rest. Below 1 only
+    /// under MIS compensation.
+    virtual double sampled_share() const { return 1.0; }
+
     virtual bool is_infinite() const { return false; }
 
     virtual bool is_delta() const { return false; }

@@ -138,8 +138,17 @@ EnvironmentMap::EnvironmentMap(EnvironmentImage image, bool compensate_mis)
         row_sine_.push_back(std::sin(pi_d * (y + 0.5) / image_.height));
     mean_luminance_ = measure_mean();
     total_ = build(compensate_mis ? mean_luminance_ : 0.0);
-    // A constant map has nothing above its mean
-    if (!(total_ > 0.0) && compensate_mis) total_ = build(0.0);
+    if (!compensate_mis) return;
+
+    // A constant map has nothing above its mean; it can still be sampled, but need not
+    sampled_share_ = total_ > 0.0 ? total_ / (mean_luminance_ * mean_sine()) : 0.0;
+    if (!(total_ > 0.0)) total_ = build(0.0);
+}
+
+double EnvironmentMap::mean_sine() const {
+    double sum = 0.0;
+    for (const double sine : row_sine_) sum += sine;
+    return sum / image_.height;
 }
 
 double EnvironmentMap::measure_mean() const {

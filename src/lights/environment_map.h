@@ -46,6 +46,10 @@ class EnvironmentMap {
     /// Luminance averaged over the sphere.
     double mean_luminance() const { return mean_luminance_; }
 
+    /// Part of the light that exceeds the mean, which MIS compensation leaves to sample(); 1
+    /// without.
+    double sampled_share() const { return sampled_share_; }
+
     /// Radiance seen in a unit direction.
     Rgb radiance(const Vec3d& direction) const;
     double pdf(const Vec3d& direction) const;
@@ -68,6 +72,7 @@ class EnvironmentMap {
     double weight(size_t x, size_t y) const;
     double interpolated_weight(const Patch& patch) const;
     double measure_mean() const;
+    double mean_sine() const;
     double build(double floor);
     /// [1/sr] in a cell: what its probability leaves for this place, so that the density is that of
     /// the samples in the dimmest cell beside the brightest sun.
@@ -76,6 +81,7 @@ class EnvironmentMap {
     EnvironmentImage image_;
     std::vector<double> row_sine_;  // sinθ at the texel centres
     double mean_luminance_ = 0;
+    double sampled_share_ = 1;
     double floor_ = 0;  // luminance subtracted for MIS compensation
     double total_ = 0;  // integral of the interpolated weight over the unit square of uv
     sampling::Distribution2D cells_;  // [height + 1][width], between texel centres

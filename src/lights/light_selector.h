@@ -39,6 +39,9 @@ class LightSelector {
     /// No light is on.
     virtual bool is_empty() const = 0;
 
+    /// select() gives one light whatever the receiver and the number.
+    virtual bool is_single() const { return false; }
+
     /// Chooses by u in [0,1); nothing when no light reaches the receiver. Bits of u below 2^-32
     /// matter among very many lights only, see wants_fine_numbers().
     virtual std::optional<LightChoice> select(const Receiver& at, double u) const = 0;

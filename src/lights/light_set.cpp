@@ -295,6 +295,10 @@ double LightSet::mean_irradiance(uint32_t index) const {
     return power(index, 1.0) / (is_dome ? 4.0 * pi_d : pi_d);
 }
 
+double LightSet::sampled_share(uint32_t index) const {
+    return emitters_[index]->sampled_share();
+}
+
 Rgb LightSet::background(const Vec3& d) const {
     Rgb sum(0.0f);
     for (const uint32_t index : infinite_) {

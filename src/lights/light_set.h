@@ -140,6 +140,10 @@ class LightSet {
     /// that faces it, of a dome averaged over all surfaces.
     double mean_irradiance(uint32_t index) const;
 
+    /// Part of a light's irradiance that sample() is there to find, in [0, 1]: below 1 for domes
+    /// under MIS compensation.
+    double sampled_share(uint32_t index) const;
+
     /// Sum of what the dome and distant lights without delta show in direction d (unit): the
     /// picture's background.
     Rgb background(const Vec3& d) const;

@@ -40,6 +40,7 @@ LightTree::LightTree(const LightSet& lights) : lights_(lights), places_(lights.i
         });
     }
     add_infinite(lights, infinite);
+    find_single();
 }
 
 void LightTree::build_groups(const LightSet& lights) {
@@ -88,8 +89,9 @@ void LightTree::choose_cut() {
 void LightTree::add_infinite(const LightSet& lights, const std::vector<uint32_t>& infinite) {
     std::vector<std::pair<double, uint32_t>> ranked;
     for (const uint32_t light : infinite) {
-        const double irradiance = lights.mean_irradiance(light);
-        ranked.push_back({irradiance / tree_.intensity_unit(), light});
+        // What BSDF sampling finds by itself needs no choice
+        const double irradiance = lights.mean_irradiance(light) * lights.sampled_share(light);
+        if (irradiance > 0.0) ranked.push_back({irradiance / tree_.intensity_unit(), light});
     }
     std::stable_sort(ranked.begin(), ranked.end(),
                      [](const auto& a, const auto& b) { return a.first > b.first; });
@@ -125,6 +127,14 @@ ClusterReceiver LightTree::in_prototype(uint32_t light, const ClusterReceiver& a
             at.both_sides};
 }
 
+void LightTree::find_single() {
+    const bool is_finite = cut_.size() == 1 && tree_.node(cut_[0]).is_leaf && infinite_.empty();
+    const bool is_infinite = cut_.empty() && infinite_.size() == 1 && rest_.empty();
+    if (entry_count_ != 1 || !(is_finite || is_infinite)) return;
+    const uint32_t light = is_finite ? tree_.node(cut_[0]).left : infinite_[0];
+    if (!lights_.is_instance(light)) single_ = light;
+}
+
 double LightTree::entry_weights(const ClusterReceiver& at, Weights& weights) const {
     double total = 0.0;
     size_t entry = 0;
@@ -135,6 +145,7 @@ double LightTree::entry_weights(const ClusterReceiver& at, Weights& weights) con
 }
 
 std::optional<LightChoice> LightTree::select(const Receiver& receiver, double u) const {
+    if (single_ != no_entry) return LightChoice{single_, 1.0f};
     const ClusterReceiver at = to_cluster_receiver(receiver);
     Weights weights;
     const double total = entry_weights(at, weights);
@@ -176,6 +187,7 @@ std::optional<LightChoice> LightTree::select(const Receiver& receiver, double u)
 float LightTree::pmf(const Receiver& receiver, LightId light) const {
     const Place& place = places_[light.index];
     if (place.entry == no_entry) return 0.0f;
+    if (single_ != no_entry) return 1.0f;
     const ClusterReceiver at = to_cluster_receiver(receiver);
     Weights weights;
     const double total = entry_weights(at, weights);

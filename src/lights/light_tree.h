@@ -22,6 +22,8 @@ class LightTree final : public LightSelector {
 
     bool is_empty() const override { return entry_count_ == 0; }
 
+    bool is_single() const override { return single_ != no_entry; }
+
     std::optional<LightChoice> select(const Receiver& at, double u) const override;
     float pmf(const Receiver& at, LightId light) const override;
 
@@ -55,6 +57,7 @@ class LightTree final : public LightSelector {
 
     void build_groups(const LightSet& lights);
     void choose_cut();
+    void find_single();
     void add_infinite(const LightSet& lights, const std::vector<uint32_t>& infinite);
     double entry_weights(const ClusterReceiver& at, Weights& weights) const;
     ClusterReceiver in_prototype(uint32_t light, const ClusterReceiver& at) const;
@@ -69,6 +72,7 @@ class LightTree final : public LightSelector {
     std::vector<double> rest_cdf_;
     std::vector<Place> places_;  // of every light
     size_t entry_count_ = 0;
+    uint32_t single_ = no_entry;  // the only light there is: chosen without looking
 };
 
 }  // namespace velatura::lights

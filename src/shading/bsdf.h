@@ -98,6 +98,10 @@ class Bsdf {
     /// included; in [0, 1].
     Rgb albedo() const;
     bool has_non_delta() const;
+
+    /// One diffuse lobe and nothing else: sample_f does not look at u_lobe.
+    bool is_lambert() const { return !has_specular_ && !has_coat_ && p_.opacity == 1.0f; }
+
     /// Probability that sample_f draws from a lobe as broad as learned directions can resolve.
     float broad_share() const;
 
@@ -140,7 +144,6 @@ class Bsdf {
     float reflect_share(const Rgb& fresnel) const;
 
     /// Nothing but the diffuse base: no interface to account for.
-    bool is_lambert() const { return !has_specular_ && !has_coat_ && p_.opacity == 1.0f; }
 
     void evaluate_local(const View& view, const Vec3& wi, BsdfValue& value) const;
     Rgb add_reflection(

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "light_fixtures.h"
 #include "lights/environment_map.h"
+#include "lights/light_selector.h"
 
 #include <gtest/gtest.h>
 
@@ -247,6 +248,39 @@ TEST(DomeLight, CompensatedSamplingPlusUniformSamplingKeepsTheIrradiance) {
     EXPECT_NEAR(e.mean, expected, 4 * e.standard_error + 1e-4 * expected)
         << "detectable " << e.detectable() / expected;
     EXPECT_LE(e.standard_error, 1e-3 * expected);
+}
+
+TEST(DomeLight, SampledShareIsWhatExceedsTheMean) {
+    // 1 + cosθ has the mean 1 over the sphere, and ½ ∫ max(0, cosθ) d(cosθ) = 1/4 of it lies above
+    const int width = 256, height = 512;
+    EnvironmentImage image = image_of(width, height, Rgb(1.0f));
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            image.texels[size_t(y * width + x)] =
+                Rgb(float(1.0 + std::cos(pi_d * (y + 0.5) / height)));
+    EXPECT_NEAR(EnvironmentMap(image, true).sampled_share(), 0.25, 1e-4);
+    EXPECT_EQ(EnvironmentMap(image, false).sampled_share(), 1.0);
+    EXPECT_EQ(EnvironmentMap(image_of(64, 32, Rgb(3.0f)), true).sampled_share(), 0.0);
+}
+
+TEST(DomeLight, TheTreeLeavesEvenSkiesToTheBsdfUnderCompensation) {
+    scene::Light sun = light_of(LightKind::Distant);
+    const scene::Scene scene = scene_of({light_of(LightKind::Dome), sun});
+    for (const bool compensate : {false, true}) {
+        Diagnostics diagnostics;
+        const LightSet lights(scene, {}, diagnostics, {.compensate_mis = compensate});
+        const auto tree = make_light_selector(lights, Box3(Vec3(-1.0f), Vec3(1.0f)));
+        const Receiver at{Vec3(0.0f), Vec3(0.0f, 1.0f, 0.0f)};
+        EXPECT_EQ(tree->is_single(), compensate);
+        EXPECT_EQ(tree->pmf(at, 0) > 0.0f, !compensate);
+        EXPECT_GT(tree->pmf(at, 1), 0.0f);
+        for (const double u : {0.0, 0.3, 0.7, 0.999}) {
+            const auto choice = tree->select(at, u);
+            ASSERT_TRUE(choice);
+            EXPECT_EQ(choice->pmf, tree->pmf(at, choice->light));
+            EXPECT_TRUE(!compensate || choice->light.index == 1);
+        }
+    }
 }
 
 TEST(DomeLight, OtherLayoutsShowTheSameDirections) {
