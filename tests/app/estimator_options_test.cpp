@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// The options that choose the estimator, from the outside. That the estimators agree is tests/transport's.
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "command.h"
+#include "image/exr.h"
+
+namespace velatura::test {
+
+namespace {
+
+/// small_scene() with a perfect mirror on the wall behind.
+std::string scene_with_mirror() {
+    std::string text = small_scene();
+    text += R"usda(
+def Mesh "Mirror" (
+    prepend apiSchemas = ["MaterialBindingAPI"]
+)
+{
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    point3f[] points = [(0.8, 0.2, -1.5), (2.5, 0.2, -1.5), (2.5, 2.5, -1.5), (0.8, 2.5, -1.5)]
+    uniform token subdivisionScheme = "none"
+    rel material:binding = </Silver>
+}
+def Material "Silver"
+{
+    token outputs:surface.connect = </Silver/P.outputs:surface>
+    def Shader "P"
+    {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor = (1, 1, 1)
+        float inputs:metallic = 1
+        float inputs:roughness = 0
+        token outputs:surface
+    }
+}
+)usda";
+    return text;
+}
+
+class EstimatorOptions : public testing::Test {
+  protected:
+    void SetUp() override { w.write("s.usda", scene_with_mirror()); }
+
+    void render(const std::string& arguments) {
+        const CommandResult r = w.velatura("render s.usda --res 40 34 --progress none -q " + arguments);
+        ASSERT_EQ(r.exit_code, 0) << r.output;
+    }
+
+    /// Mean of a channel of a file.
+    double mean(const std::string& file, const std::string& name) const {
+        const Result<image::Image> image = image::read_exr(w.path(file));
+        const image::Channel* c = image ? image->find(name) : nullptr;
+        EXPECT_NE(c, nullptr) << file << ' ' << name;
+        double sum = 0;
+        for (size_t i = 0; c && i < c->size(); ++i) sum += double(c->value(i)) / double(c->size());
+        return sum;
+    }
+
+    Workplace w;
+};
+
+}  // namespace
+
+TEST_F(EstimatorOptions, ContradictionsAreUsageErrors) {
+    for (const char* arguments : {"--roulette none", "--integrator naive --light-sampling light", "--integrator nee --light-sampling mis",
+                                  "--integrator whitted --light-sampling bsdf", "--integrator bdpt", "--light-sampling both", "--sampler halton"}) {
+        EXPECT_EQ(w.velatura(std::string("render s.usda -o x.exr --res 8 8 --spp 1 ") + arguments).exit_code, 2) << arguments;
+    }
+    EXPECT_FALSE(w.exists("x.exr"));
+}
+
+TEST_F(EstimatorOptions, NamesForOneEstimatorGiveOnePicture) {
+    render("--spp 4 -o a.exr --integrator naive");
+    render("--spp 4 -o b.exr --light-sampling bsdf");
+    EXPECT_EQ(w.hash("a.exr"), w.hash("b.exr"));
+    render("--spp 4 -o c.exr --integrator nee");
+    render("--spp 4 -o d.exr --integrator path --light-sampling light");
+    EXPECT_EQ(w.hash("c.exr"), w.hash("d.exr"));
+}
+
+TEST_F(EstimatorOptions, EachChangesThePictureAndCannotBeMergedWithAnother) {
+    render("--samples 0:4 -o usual.exr");
+    const std::string usual = w.hash("usual.exr");
+    for (const char* other : {"--integrator nee", "--integrator whitted", "--light-selection uniform", "--roulette constant", "--sampler independent"}) {
+        render(std::string("--samples 0:4 -o same_range.exr ") + other);
+        EXPECT_NE(w.hash("same_range.exr"), usual) << other;
+        render(std::string("--samples 4:8 -o rest.exr ") + other);
+        EXPECT_EQ(w.comp("merge usual.exr rest.exr -o both.exr").exit_code, 5) << other;
+    }
+}
+
+TEST_F(EstimatorOptions, WhittedFollowsMirrorsAlone) {
+    render("--spp 64 --lights off -o whitted.exr --integrator whitted");
+    render("--spp 64 --lights off -o path.exr --integrator nee");
+    // Direct light is the same, what the mirror shows of it is there, light that two matte surfaces pass on is not
+    const double direct = mean("path.exr", "b1.G");
+    EXPECT_NEAR(mean("whitted.exr", "b1.G"), direct, 0.02 * direct);
+    const double whitted = mean("whitted.exr", "b2.G"), all = mean("path.exr", "b2.G");
+    EXPECT_GT(whitted, 0.001 * direct);
+    EXPECT_LT(whitted, 0.7 * all);
+    EXPECT_LT(mean("whitted.exr", "b3.G"), 0.05 * mean("path.exr", "b3.G"));
+}
+
+}  // namespace velatura::test
