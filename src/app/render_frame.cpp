@@ -116,6 +116,7 @@ class FrameRenderer {
           printer_(job.progress) {}
 
     int run() {
+        note_guiding();
         if (job_.replay) return replay_sample(tracer_, layers_, input_.scene, *job_.replay);
         if (job_.arguments.strict && diagnostics_.error_count() > 0) {
             diagnostics_.error("strict", {}, {}, fmt::format("{} errors and --strict: nothing is rendered", diagnostics_.error_count()));
@@ -162,6 +163,14 @@ class FrameRenderer {
         integrator::RenderOptions options = job_.schedule;
         if (options.time_budget_s > 0) options.time_budget_s = std::max(options.time_budget_s - training_.seconds, 1e-6);
         return options;
+    }
+
+    /// What auto decided: -v prints it.
+    void note_guiding() {
+        if (job_.guiding != integrator::Guiding::Auto) return;
+        const std::string why = training_.field.is_empty() ? std::string("indirect light makes little noise here")
+                                                           : fmt::format("guided trial paths were the better ones in {} of {} groups", training_.wins, integrator::GuideTraining::group_count);
+        diagnostics_.note("guiding", {}, {}, fmt::format("paths are {}guided: {}; --guiding on or off decides otherwise", training_.is_used ? "" : "not ", why));
     }
 
     void show(const integrator::RenderState& state, bool is_last) {
