@@ -35,14 +35,14 @@ std::string file_state(const std::string& path) {
 }
 
 /// Everything beside the sample range that changes pixels; files with another hash do not merge.
-std::string settings_hash(const RenderJob& job, const FrameInput& input, const film::LayerSet& layers, const image::Window& window) {
+std::string settings_hash(const RenderJob& job, const FrameInput& input, const film::LayerSet& layers, const image::Window& window, bool is_guided) {
     const scene::RenderSettings& s = input.scene.settings;
     std::string text = fmt::format("{}|{}|{}|{}|{}|{}x{}|{} {} {} {}|{}|{}|{}", job.tracer.seed, job.tracer.max_depth, int(job.tracer.filter),
                                          job.tracer.disable_lens, int(job.light_selection), s.width, s.height, window.x0, window.y0, window.x1,
                                          window.y1, input.frame, input.scene.camera.name, layers.to_json());
     const integrator::EstimatorOptions& e = job.tracer.estimator;
     text += fmt::format("|{} {} {} {} {}", int(e.light_sampling), int(e.roulette), e.roulette_start, e.specular_chains_only, int(job.tracer.sampler));
-    text += fmt::format("|{}", int(job.guiding));
+    text += fmt::format("|{}", is_guided);
     text += fmt::format("|{}|{}|{}", s.pixel_aspect_ratio, fmt::join(s.included_purposes, ","), fmt::join(s.material_binding_purposes, ","));
     const scene::Camera& c = input.scene.camera;
     text += fmt::format("|{} {} {} {} {} {} {}", c.window_left, c.window_right, c.window_bottom, c.window_top, c.lens_radius, c.focus_distance, c.exposure_scale);
@@ -69,7 +69,7 @@ image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, co
     info.store_sums = !job.arguments.samples.empty();
     info.seed = job.tracer.seed;
     info.scene_hash = fmt::format("{:016x}", input.content_hash);
-    info.settings_hash = settings_hash(job, input, layers, window);
+    info.settings_hash = settings_hash(job, input, layers, window, training.is_used);
     nlohmann::ordered_json scene_json;
     scene_json["name"] = input.scene_name;
     scene_json["hash"] = info.scene_hash;

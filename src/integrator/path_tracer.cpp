@@ -46,6 +46,40 @@ geometry::SurfacePoint leaving_point(const World& world, const geometry::Surface
     return world.accelerator->is_occluded(geometry::spawn_ray_to(point, start.p)) ? point : start;
 }
 
+/// The way from a surface to a sampled light, layer by layer of cut-outs. It is aimed anew from each: a rest carried along
+/// would creep beyond the light by the offsets of the rays, and emissive triangles are there to be hit.
+struct ShadowSegment {
+    ShadowSegment(const geometry::SurfacePoint& from, const lights::LightSample& light) : wi(light.wi), is_surface(light.is_surface) {
+        is_infinite = !is_surface && !std::isfinite(light.distance);
+        if (is_surface) target = light.target;
+        else if (!is_infinite) {
+            target = from.p + light.wi * light.distance;
+            margin = flush_light_margin * light.distance;
+        }
+        go_on_from(from);
+    }
+
+    /// False: nothing is left before the light.
+    bool go_on_from(const geometry::SurfacePoint& point) {
+        if (is_infinite) {
+            ray = geometry::spawn_ray(point, wi);
+            return true;
+        }
+        ray = geometry::spawn_ray_to(point, target);
+        const float rest = std::sqrt(ray.d.dot(ray.d));
+        if (!is_surface && rest > 0.0f) ray.t_max = 1.0f - margin / rest;
+        return rest > 0.0f && ray.t_max > 0.0f;
+    }
+
+    /// Of the part of the ray up to t, in render-space units.
+    float length(float t) const { return is_infinite ? t : t * std::sqrt(ray.d.dot(ray.d)); }
+
+    geometry::Ray ray;
+    Vec3 wi, target = Vec3(0.0f);
+    bool is_surface, is_infinite = false;
+    float margin = 0;
+};
+
 }  // namespace
 
 /// A path while it is traced.
@@ -169,7 +203,10 @@ void PathTracer::deposit(const Path& path, int bounce, scene::GroupId group, con
 float PathTracer::light_hit_weight(const Path& path, const lights::LightHit& hit) const {
     if (path.is_certain || options_.estimator.light_sampling == LightSampling::Bsdf) return 1.0f;
     if (options_.estimator.light_sampling == LightSampling::Light) return 0.0f;
-    const float light_pdf = world_.selector->pmf(path.receiver, hit.light) * hit.pdf;
+    // The density is that of the point that sampled, not of the ray's origin beside it: portals make a difference there
+    const bool has_portals = !world_.lights.light(hit.light).render_from_portals.empty();
+    const float pdf = has_portals ? world_.lights.pdf(hit.light, path.receiver.p, path.ray.d) : hit.pdf;
+    const float light_pdf = world_.selector->pmf(path.receiver, hit.light) * pdf;
     return sampling::balance_heuristic(path.scatter_pdf, light_pdf);
 }
 
@@ -264,34 +301,26 @@ void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::Sample
     // Deposit it where it is seen, and in the unoccluded layer in any case
     const scene::GroupId group = world_.lights.group(choice->light);
     if (has_shadow_layers_ && path.bounce == 0) out.add_unoccluded(int(group), Ld);
-    geometry::Ray ray = geometry::spawn_ray(point, light->wi);
-    if (light->is_surface) {
-        ray = geometry::spawn_ray_to(point, light->target);
-    } else if (std::isfinite(light->distance)) {
-        ray = geometry::spawn_ray_to(point, point.p + light->wi * light->distance);
-        ray.t_max = 1.0f - flush_light_margin;
-    }
-    const float visible = visibility(ray, *path.counts);
+    const float visible = visibility(path, point, *light);
     if (visible > 0.0f) deposit(path, path.bounce + 1, group, Ld * visible, "light sampled", out);
 }
 
-float PathTracer::visibility(geometry::Ray ray, RayCounts& counts) const {
-    ++counts.shadow;
-    if (!world_.materials.has_presence()) return world_.accelerator->is_occluded(ray) ? 0.0f : 1.0f;
+float PathTracer::visibility(const Path& path, const geometry::SurfacePoint& from, const lights::LightSample& light) const {
+    ++path.counts->shadow;
+    ShadowSegment segment(from, light);
+    if (!world_.materials.has_presence()) return world_.accelerator->is_occluded(segment.ray) ? 0.0f : 1.0f;
 
-    // Cut-outs let light through in proportion to what is absent
-    float visible = 1.0f;
+    // Cut-outs let light through in proportion to what is absent, as wide a part of them as a path would see
+    float visible = 1.0f, cone_width = path.cone_width;
     for (uint32_t i = 0; i < pass_through_limit; ++i) {
-        const geometry::Hit hit = world_.accelerator->intersect(ray);
+        const geometry::Hit hit = world_.accelerator->intersect(segment.ray);
         if (!hit.is_valid()) return visible;
-        const geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, ray, hit);
+        const geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, segment.ray, hit);
         if (!world_.materials.material_has_presence(point.material)) return 0.0f;
-        visible *= 1.0f - world_.materials.presence(point, 0.0f);
+        cone_width += path.cone_spread * segment.length(hit.t);
+        visible *= 1.0f - world_.materials.presence(point, cone_width);
         if (visible <= 0.0f) return 0.0f;
-        const float rest = ray.t_max - hit.t;
-        if (!(rest > 0.0f)) return visible;
-        ray = geometry::spawn_ray(point, ray.d);
-        ray.t_max = rest;
+        if (!segment.go_on_from(point)) return visible;
     }
     return 0.0f;
 }

@@ -58,7 +58,7 @@ class PathTracer {
     static void go_straight_on(Path& path, const geometry::SurfacePoint& point);
     bool scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool survives_roulette(Path& path) const;
-    float visibility(geometry::Ray ray, RayCounts& counts) const;
+    float visibility(const Path& path, const geometry::SurfacePoint& from, const lights::LightSample& light) const;
     void record_first_hit(const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, film::SampleRadiance& out) const;
     void deposit(const Path& path, int bounce, scene::GroupId group, const Rgb& radiance, const char* what, film::SampleRadiance& out) const;
     float light_hit_weight(const Path& path, const lights::LightHit& hit) const;

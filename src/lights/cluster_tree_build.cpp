@@ -85,8 +85,9 @@ struct Plane {
     float low = 0, scale = 0;
 
     size_t bin_of(const BuildLeaf& leaf) const {
+        // Written so that NaN, of an extent too small for its inverse, gives the first bin
         const float x = (leaf.center(axis) - low) * scale;
-        return std::min(size_t(std::max(x, 0.0f)), bin_count - 1);
+        return x > 0.0f ? size_t(std::min(x, float(bin_count - 1))) : 0;
     }
 };
 
@@ -203,7 +204,7 @@ class Builder {
         if (end - first > 2 && depth < deepest_by_cost) {
             const Plane plane = cheapest_plane(at(first), at(end));
             if (plane.axis >= 0) {
-                const BuildLeaf* right = std::partition(
+                const BuildLeaf* right = std::stable_partition(
                     at(first), at(end),
                     [&](const BuildLeaf& leaf) { return plane.bin_of(leaf) <= plane.bin; });
                 middle = size_t(right - at(0));

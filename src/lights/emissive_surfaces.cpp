@@ -79,14 +79,15 @@ void EmissiveSurfaces::list_direct() {
 
 void EmissiveSurfaces::list_instances() {
     // Prototype, override, colour → group; a group without triangles is not kept
-    using Key = std::array<uint32_t, 5>;
+    using Key = std::array<uint32_t, 6>;
     std::map<Key, uint32_t> groups;
     const bool by_color = reads_display_color(scene_);
     for (uint32_t i = 0; i < scene_.instances.size(); ++i) {
         const scene::Instance& instance = scene_.instances[i];
         if (!geometry_.instances()[i].is_invertible) continue;
-        Key key{instance.prototype, instance.material_override, 0, 0, 0};
+        Key key{instance.prototype, instance.material_override, 0, 0, 0, 0};
         if (by_color && instance.display_color) {
+            key[5] = 1;
             for (int c = 0; c < 3; ++c)
                 key[size_t(c) + 2] = std::bit_cast<uint32_t>((*instance.display_color)[c]);
         }
@@ -183,8 +184,8 @@ void EmissiveSurfaces::lift_dark_triangles(Listed& listed, uint32_t instance) co
         const double least = mean > 0.0 ? dark_share * mean : least_luminance;
         const float lifted = std::max(float(least), std::numeric_limits<float>::min());
         for (uint32_t i = first; i < end; ++i) {
-            if (listed.luminance[i] == 0.0f) listed.luminance[i] = lifted;
-            if (listed.luminance[i] < 0.0f) listed.luminance[i] = 0.0f;
+            const bool may_emit = listed.luminance[i] >= 0.0f;
+            listed.luminance[i] = may_emit ? std::max(listed.luminance[i], lifted) : 0.0f;
         }
     }
 }

@@ -119,7 +119,7 @@ class TableSelector final : public LightSelector {
         return result;
     }
 
-    /// Of every item; empty when the powers cannot be compared.
+    /// Of every item.
     std::vector<double> powers(const Box3& bounds) const {
         const Vec3d size(bounds.isEmpty() ? Vec3(0.0f) : bounds.size());
         const double radius = 0.5 * std::sqrt(size.dot(size));

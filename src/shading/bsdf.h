@@ -143,7 +143,6 @@ class Bsdf {
     Rgb microfacet_fresnel(float cos_m) const;
     float reflect_share(const Rgb& fresnel) const;
 
-    /// Nothing but the diffuse base: no interface to account for.
 
     void evaluate_local(const View& view, const Vec3& wi, BsdfValue& value) const;
     Rgb add_reflection(

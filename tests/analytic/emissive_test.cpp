@@ -231,4 +231,32 @@ TEST(EmissiveSurface, StrategiesAndSelectionsAgreeInAMixedScene) {
                      "BSDF sampling against MIS");
 }
 
+TEST(Emissive, LightComesThroughManyPanes) {
+    // Every pane of presence 1/2 takes half of it, whichever sampler looks for the light
+    for (const int panes : {0, 1, 2, 5}) {
+        for (const LightSampling strategy : strategies) {
+            TestScene test = patch_scene();
+            test.add_square(lamp_z, 0.5f, test.add_matte(Rgb(0.0f), Rgb(1.0f)));
+            scene::Material pane;
+            pane.opacity = scene::Input(0.5f);
+            pane.presence = true;
+            const scene::MaterialId material = test.add_material(pane);
+            for (int i = 0; i < panes; ++i)
+                test.add_square(patch_z + 0.1f + 0.07f * float(i), 4.0f, material);
+            const RenderedLayers layers = render(test, {.size = 16,
+                                                        .samples = panes > 2 ? 2048u : 512u,
+                                                        .last_bounce = 1,
+                                                        .max_depth = 1,
+                                                        .estimator = {.light_sampling = strategy}});
+            const Estimate e = layers.bounce(1);
+            const double expected = irradiance_of_square(0.5) / pi_d * std::pow(0.5, panes);
+            fmt::print("{} panes, {}: {:.5f} of {:.5f}, detectable {:.1f} %\n", panes,
+                       name_of(strategy), e.mean, expected, 100 * e.detectable() / expected);
+            EXPECT_NEAR(e.mean, expected, 4 * e.standard_error + 1e-3 * expected)
+                << panes << " panes, " << name_of(strategy);
+            EXPECT_LE(e.detectable(), 0.2 * expected);
+        }
+    }
+}
+
 }  // namespace velatura::test

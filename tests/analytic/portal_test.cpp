@@ -104,4 +104,24 @@ TEST(Portal, ChangesTheNoiseAndNotThePicture) {
     EXPECT_LT(with.variance * 4.0, without.variance);
 }
 
+TEST(Portal, FlushWithAWallThatSeesTheSkyBesideIt) {
+    // The wall fills the half space behind it; the portal lies in its plane, far to the side, so
+    // that nothing comes through it: the wall shows albedo times the even sky
+    TestScene test;
+    add_quad(test, {-1.0f, -1.0f, -3.0f}, {2, 0, 0}, {0, 2, 0}, test.add_matte(Rgb(0.5f)));
+    // Shines towards +Z, the camera's side
+    test.add_light(scene::LightKind::Dome, Mat4d()).render_from_portals = {
+        Mat4d(-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0, 3, 0, -3, 1)};
+    test.look_at_point(0.01);
+    for (const auto strategy : {integrator::LightSampling::Mis, integrator::LightSampling::Light,
+                                integrator::LightSampling::Bsdf}) {
+        expect_close(render(test, {.size = 16,
+                                   .samples = 1024,
+                                   .last_bounce = 1,
+                                   .estimator = {.light_sampling = strategy}})
+                         .beauty(),
+                     0.5, 5e-3, "wall beside a flush portal");
+    }
+}
+
 }  // namespace velatura::test
