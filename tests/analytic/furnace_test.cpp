@@ -76,7 +76,7 @@ TEST_P(MetalFurnace, IsOne) {
     metal.diffuse_color = scene::Input(Rgb(1.0f));
     metal.metallic = scene::Input(1.0f);
     metal.roughness = scene::Input(GetParam());
-    expect_close(sphere_in_dome(metal, 1024), 1.0, 1e-3, fmt::format("white metal, roughness {}", GetParam()));
+    expect_close(sphere_in_dome(metal, 2048), 1.0, 1e-3, fmt::format("white metal, roughness {}", GetParam()));
 }
 
 INSTANTIATE_TEST_SUITE_P(Roughness, MetalFurnace, testing::Values(0.0f, 0.1f, 0.5f, 1.0f));
@@ -98,13 +98,17 @@ TEST_P(DielectricFurnace, GlassIsOne) {
     expect_close(sphere_in_dome(glass, 128), 1.0, 2e-3, fmt::format("glass, roughness {}", GetParam()));
 }
 
-// To 2e-3 by quadrature in tests/shading; here the paths through the ball join in
+// The compensation is tabulated: 2e-3 is its bound (RIGOR H20), tested by quadrature in tests/shading; here the paths
+// through the ball join in
 TEST_P(DielectricFurnace, FrostedGlassIsOne) {
     scene::Material glass;
     glass.roughness = scene::Input(GetParam());
     glass.opacity = scene::Input(0.0f);
     glass.rough_transmission = true;
-    expect_close(sphere_in_dome(glass, 256), 1.0, 1.2e-2, fmt::format("frosted glass, roughness {}", GetParam()));
+    const Estimate e = sphere_in_dome(glass, 256);
+    fmt::print("frosted glass, roughness {}: {:.6f}, detectable {:.2e}\n", GetParam(), e.mean, e.detectable());
+    EXPECT_NEAR(e.mean, 1.0, 2e-3 + 4.0 * e.standard_error);
+    EXPECT_LE(e.detectable(), 1.2e-2) << "the test could not see its bound; more samples are needed";
 }
 
 TEST_P(DielectricFurnace, CoatedWhiteIsOne) {
