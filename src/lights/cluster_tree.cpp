@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lights/cluster_tree.h"
 
-#include "base/check.h"
-
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace velatura::lights {
 namespace {

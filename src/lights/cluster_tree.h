@@ -56,8 +56,6 @@ class ClusterTree {
 
     const Node& node(uint32_t index) const { return nodes_[index]; }
 
-    uint32_t node_count() const { return uint32_t(nodes_.size()); }
-
     /// Bounds of everything.
     const LightBounds& bounds() const { return bounds_; }
 
