@@ -3,6 +3,7 @@
 // 14 orientations under the maps in the folder hdri of the test files, efficiency = 1 / (relative
 // variance × CPU seconds). Usage: velatura_bench_environment [MAP…]
 #include "app/light_images.h"
+#include "cpu_clock.h"
 #include "lights/light_set.h"
 #include "sampling/sampler.h"
 #include "sampling/warp.h"
@@ -13,7 +14,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -21,6 +21,7 @@
 namespace {
 
 using namespace velatura;
+using bench::cpu_seconds;
 using sampling::Purpose;
 using sampling::SamplerKind;
 
@@ -29,12 +30,6 @@ constexpr int run_count = 48;      ///< per orientation; their spread is the err
 constexpr int mean_run_count = 24, mean_sample_count = 1 << 14;  ///< of the check of the means
 constexpr int moment_sample_count = 1 << 15;
 constexpr double largest_sigma = 5.0;
-
-double cpu_seconds() {
-    timespec t{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
-}
 
 /// Where the directions come from.
 enum class Method { Map, Mis, Cosine, Uniform };

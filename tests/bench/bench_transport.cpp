@@ -4,28 +4,23 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 
 #include <fmt/format.h>
 
 #include "base/tasks.h"
+#include "cpu_clock.h"
 #include "transport/transport_scene.h"
 
 namespace {
 
 using namespace velatura;
+using bench::cpu_seconds;
 using test::Pixels;
 
 constexpr int size_px = 96;
 constexpr int run_count = 12;  ///< independent seeds: their spread is the error, without any reference picture
 constexpr uint64_t sample_count = 16;
 constexpr double floor_squared = 0.01;  ///< of the relative error: mean² + 0.01, as in docs/numerics.md
-
-double cpu_seconds() {
-    timespec t{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
-}
 
 /// Independent renders of one technique.
 struct Runs {
