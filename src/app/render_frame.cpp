@@ -111,17 +111,17 @@ class FrameRenderer {
           window_(data_window(input.scene.settings, job.arguments.crop)),
           layers_(with_groups(job.layers, input.scene)),
           world_(input.scene, world_options(job, input.scene.settings), make_light_image_loader(), diagnostics),
-          training_(integrator::train_guide(world_, tracer_options(nullptr), job.guiding, &StopSignals::stop_flag())),
+          training_(integrator::train_guide(world_, tracer_options(nullptr), is_refused() ? integrator::Guiding::Off : job.guiding, &StopSignals::stop_flag())),
           tracer_(world_, layers_, tracer_options(training_.is_used ? &training_.field : nullptr)),
           printer_(job.progress) {}
 
     int run() {
-        note_guiding();
         if (job_.replay) return replay_sample(tracer_, layers_, input_.scene, *job_.replay);
-        if (job_.arguments.strict && diagnostics_.error_count() > 0) {
+        if (is_refused()) {
             diagnostics_.error("strict", {}, {}, fmt::format("{} errors and --strict: nothing is rendered", diagnostics_.error_count()));
             return RenderError;
         }
+        note_guiding();
         // A file that can be merged needs every node of the sums, also those that the picture alone would fold early
         const bool is_partial = !job_.arguments.samples.empty();
         film::Film film(window_, layers_, {.final_sample_end = is_partial ? 0 : job_.schedule.end_sample});
@@ -164,6 +164,9 @@ class FrameRenderer {
         if (options.time_budget_s > 0) options.time_budget_s = std::max(options.time_budget_s - training_.seconds, 1e-6);
         return options;
     }
+
+    /// A strict render of a scene with errors, which makes no picture and no training either; a replay goes on.
+    bool is_refused() const { return job_.arguments.strict && diagnostics_.error_count() > 0 && !job_.replay; }
 
     /// What auto decided: -v prints it.
     void note_guiding() {
