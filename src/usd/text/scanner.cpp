@@ -263,8 +263,7 @@ bool Scanner::asset(std::string& out) {
             for (int i = 0; i < 2 && peek() == '@'; ++i, ++at_) out += '@';
             return true;
         }
-        const auto c = static_cast<unsigned char>(*at_);
-        if (c < 0x20 || c == 0x7f) return fail("an asset path without control characters");
+        if (is_control(*at_)) return fail("an asset path without control characters");
         out += *at_++;
     }
     return error("usd-syntax", start,

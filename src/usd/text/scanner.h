@@ -19,6 +19,11 @@ struct Number {
     bool is_negative = false;
 };
 
+/// Characters that asset paths must not have, however they are written.
+inline bool is_control(char c) {
+    return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
+}
+
 /// Walks over the text of a layer, keeps line and column, and reads the words all rules are made
 /// of. Functions that read something return false after having reported what they found and
 /// expected. Ref: AOUSD Core Specification 1.0.1, 16.2.3 … 16.2.9.

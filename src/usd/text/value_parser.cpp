@@ -163,6 +163,10 @@ bool ValueParser::element(layer::AssetPath& out) {
     if (!s_.at_string()) return s_.asset(out.path);
     const SourceLoc where = s_.loc();
     if (!s_.string(out.path)) return false;
+    if (std::any_of(out.path.begin(), out.path.end(), is_control))
+        return s_.error(
+            "usd-value", where,
+            "found a control character in this string, expected an asset path without any");
     s_.warn("usd-value", where,
             fmt::format("found string \"{}\", expected @an asset path@", out.path));
     return true;
