@@ -41,6 +41,7 @@ class Collapser {
         plan();
         tree_.bounds = Box3(Vec3(binary_[0].lower[0], binary_[0].lower[1], binary_[0].lower[2]),
                             Vec3(binary_[0].upper[0], binary_[0].upper[1], binary_[0].upper[2]));
+        tree_.query_bounds = QueryBounds(tree_.bounds);
         tree_.nodes.emplace_back();
         std::vector<uint32_t> children;
         // A root that would be a leaf still becomes a node

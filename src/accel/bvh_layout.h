@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "accel/ray_query.h"
 #include "base/math.h"
 
 #include <cstddef>
@@ -36,6 +37,7 @@ struct WideTree {
     std::vector<WideNode> nodes;
     std::vector<LeafBlock> leaves;  ///< empty when leaves are instances
     Box3 bounds;                    ///< empty Box3 for an empty tree
+    QueryBounds query_bounds;       ///< the same, ready for make_query
     size_t depth = 0;               ///< inner nodes from root to leaf
 
     bool is_empty() const { return nodes.empty(); }

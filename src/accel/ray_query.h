@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 
 namespace velatura::accel {
 
@@ -15,7 +16,7 @@ inline constexpr float coordinate_limit = 0x1p126f;
 /// conservative part in float, which only says where to look. The direction is scaled by a power of
 /// two so that its largest component lies in [1, 2); t below is that of the scaled ray.
 struct QueryRay {
-    double origin[3];
+    double origin[4];                     ///< element 3 has no meaning
     double shear_x, shear_y, inverse_z;   ///< d[kx]/d[kz], d[ky]/d[kz], 1/d[kz]
     double t_from_scaled, scaled_from_t;  ///< exact powers of two
     uint32_t kx, ky, kz;                  ///< kz: axis of the largest component of d
@@ -23,9 +24,10 @@ struct QueryRay {
     /// Slab test: t = (bound − origin)·inverse, with origins moved outward by the bound of all
     /// errors and inverses widened. Every operation is monotonic, so the interval of a box contains
     /// that of any box inside it, exactly. Ref: Ize 2013, "Robust BVH Ray Traversal", JCGT 2(2).
-    float near_origin[3], far_origin[3];
-    float near_inverse[3], far_inverse[3];
-    uint32_t near_row[3], far_row[3];  ///< rows of WideNode::bounds
+    /// Element 3 of each has no meaning.
+    alignas(16) float near_origin[4], far_origin[4];
+    alignas(16) float near_inverse[4], far_inverse[4];
+    alignas(16) int32_t near_row[4], far_row[4];  ///< rows of WideNode::bounds
 
     float filter_origin[3];  ///< origin rounded; components kx, ky, kz
     float filter_shear_x, filter_shear_y;
@@ -39,10 +41,16 @@ struct QuerySlack {
     double origin = 0x1p-48;   ///< origin error in multiples of the largest distance to the bounds
 };
 
-/// Prepares o + t·d (the tree's space) for a tree within `bounds`.
-/// Returns: false when the ray cannot meet anything: d zero or something not finite or too large.
-bool make_query(
-    const Vec3d& o, const Vec3d& d, const Box3& bounds, const QuerySlack& slack, QueryRay& query);
+/// A box that is not empty, in double; the elements 3 are zero.
+struct alignas(32) QueryBounds {
+    double lower[4] = {}, upper[4] = {};
+
+    QueryBounds() = default;
+
+    explicit QueryBounds(const Box3& box)
+        : lower{double(box.min.x), double(box.min.y), double(box.min.z), 0},
+          upper{double(box.max.x), double(box.max.y), double(box.max.z), 0} {}
+};
 
 /// A hit before shape and triangle are told apart. t as the caller of the accelerator counts it.
 struct TriangleHit {

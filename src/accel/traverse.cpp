@@ -2,7 +2,7 @@
 // Compiled once per instruction set by Highway; see the README of this tier for the seam.
 #include "accel/traverse.h"
 
-#include "accel/ray_query.h"
+#include "accel/make_query.h"
 
 #include <bit>
 #include <utility>
@@ -49,7 +49,7 @@ HWY_INLINE uint32_t meet_children(const WideNode& node,
     const Lanes8 d;
     uint32_t bits = 0;
     for (size_t i = 0; i < wide; i += hn::Lanes(d)) {
-        const auto slab = [&](const uint32_t* row, const float* origin, const float* inverse,
+        const auto slab = [&](const int32_t* row, const float* origin, const float* inverse,
                               int k) HWY_ATTR {
             const auto bound = hn::Load(d, node.bounds[row[k]] + i);
             return hn::Mul(hn::Sub(bound, hn::Set(d, origin[k])), hn::Set(d, inverse[k]));
@@ -294,7 +294,7 @@ HWY_INLINE bool enter_instance(const SceneTrees& trees,
         o[k] = double(ray.o.x) * m[0][k] + double(ray.o.y) * m[1][k] + double(ray.o.z) * m[2][k] +
                m[3][k];
     }
-    return make_query(o, d, trees.prototypes[record.tree].bounds, {}, q);
+    return make_query(o, d, trees.prototypes[record.tree].query_bounds, {}, q);
 }
 
 QuerySlack top_slack(const SceneTrees& trees) {
@@ -314,10 +314,10 @@ bool intersect(const SceneTrees& trees, const geometry::Ray& ray, TreeHit& best)
     best.t = ray.t_max;
     const Vec3d o(ray.o), d(ray.d);
     QueryRay q;
-    if (!trees.direct.is_empty() && make_query(o, d, trees.direct.bounds, {}, q)) {
+    if (!trees.direct.is_empty() && make_query(o, d, trees.direct.query_bounds, {}, q)) {
         closest_in_tree(trees.direct, q, scene::none, best);
     }
-    if (!trees.top.is_empty() && make_query(o, d, trees.top.bounds, top_slack(trees), q)) {
+    if (!trees.top.is_empty() && make_query(o, d, trees.top.query_bounds, top_slack(trees), q)) {
         float t_bound = float(double(best.t) * q.scaled_from_t);
         walk_closest(trees.top, q, t_bound, [&](uint32_t index, float, float) HWY_ATTR {
             const InstanceRecord& record = trees.instances[index];
@@ -334,11 +334,11 @@ bool is_occluded(const SceneTrees& trees, const geometry::Ray& ray) {
     if (!is_valid_ray(ray)) return false;
     const Vec3d o(ray.o), d(ray.d);
     QueryRay q;
-    if (!trees.direct.is_empty() && make_query(o, d, trees.direct.bounds, {}, q) &&
+    if (!trees.direct.is_empty() && make_query(o, d, trees.direct.query_bounds, {}, q) &&
         any_in_tree(trees.direct, q, ray.t_max)) {
         return true;
     }
-    if (trees.top.is_empty() || !make_query(o, d, trees.top.bounds, top_slack(trees), q))
+    if (trees.top.is_empty() || !make_query(o, d, trees.top.query_bounds, top_slack(trees), q))
         return false;
     const float t_bound = float(double(ray.t_max) * q.scaled_from_t);
     return walk_any(trees.top, q, t_bound, [&](uint32_t index, float, float) HWY_ATTR {

@@ -9,17 +9,6 @@
 namespace velatura::camera {
 namespace {
 
-Vec3d unit(const Vec3d& v) {
-    // Divide by a power of two first: squares of very small or large scales would leave the range
-    // of double.
-    const double largest = std::max(std::abs(v.x), std::max(std::abs(v.y), std::abs(v.z)));
-    int exponent = 0;
-    std::frexp(largest, &exponent);
-    const Vec3d w(std::ldexp(v.x, -exponent), std::ldexp(v.y, -exponent),
-                  std::ldexp(v.z, -exponent));
-    return w / std::sqrt(w.dot(w));
-}
-
 /// Camera space (x right, y up, −z view) to NDC with division by w; z in [0, 1] between the planes.
 Mat4d ndc_from_camera(const scene::Camera& c) {
     const double sx = 1.0 / (c.window_right - c.window_left);
@@ -72,7 +61,7 @@ CameraModel::CameraModel(const scene::Camera& camera, int width, int height)
 
     const Vec3d axis = transform_direction(Vec3d(0.0, 0.0, -1.0), render_from_camera_);
     scale_ = std::sqrt(axis.dot(axis));
-    view_direction_ = to_float(unit(axis));
+    view_direction_ = to_float(normalize(axis));
 
     Mat4d world_from_camera = render_from_camera_;
     for (int i = 0; i < 3; ++i) world_from_camera[3][i] += camera.world_position[i];
@@ -104,7 +93,7 @@ CameraRay CameraModel::generate_ray(const Vec2& film_point, const Vec2& u_lens) 
     const double length = std::sqrt(direction.dot(direction));
     CameraRay ray;
     ray.o = to_float(transform_point(from + step * clip_near_, render_from_camera_));
-    ray.d = to_float(unit(direction));
+    ray.d = to_float(normalize(direction));
     ray.t_max = float((clip_far_ - clip_near_) * length);
 
     // A pixel is dx·dy at depth 1; depth grows by 1/length per unit of t

@@ -22,19 +22,16 @@ Mat4d absolute(const Mat4d& m) {
     return out;
 }
 
-/// Largest float error bound, rounded up so that the cast does not lose any.
+/// Float error bound that is not below v: the widening outdoes the rounding.
 Vec3 cast_up(const Vec3d& v) {
-    const auto up = [](double x) {
-        const float y = float(x);
-        return double(y) < x ? next_float_up(y) : y;
-    };
-    return {up(v.x), up(v.y), up(v.z)};
+    constexpr double widening = 1.0 + 0x1p-22;
+    return to_float(v * widening);
 }
 
 /// Unit vector, or zero for a vector without a direction.
 Vec3d unit_or_zero(const Vec3d& v) {
     const double length = std::sqrt(v.dot(v));
-    return length > 0.0 && std::isfinite(length) ? v / length : Vec3d(0.0);
+    return length > 0.0 && std::isfinite(length) ? v * (1.0 / length) : Vec3d(0.0);
 }
 
 /// ∂p/∂s and ∂p/∂t in shape space; false where st does not span the triangle.
@@ -65,40 +62,34 @@ scene::PrimvarId tangent_coordinates(const scene::Scene& scene,
     return mesh.texture_coordinates();
 }
 
-/// Sets ng, ns and the tangents from shape-space edges.
-void set_directions(SurfacePoint& point,
-                    const Vec3d& e1,
-                    const Vec3d& e2,
-                    const InstanceTransform* instance,
-                    scene::PrimvarId st) {
+/// Sets ng and ns of a point on a shape that is placed directly.
+void set_normals(SurfacePoint& point, const Vec3d& e1, const Vec3d& e2) {
     const TriangleMesh& mesh = *point.mesh;
-    const Mat4d forward = instance ? Mat4d(instance->render_from_prototype) : Mat4d();
-    const Mat3d normal_matrix = instance ? cofactor_matrix(forward) : Mat3d();
+    const Vec3d ng = unit_or_zero(e1.cross(e2)) * (mesh.flip_normals() ? -1.0 : 1.0);
+    point.ng = ng == Vec3d(0.0) ? Vec3(0.0f, 0.0f, 1.0f) : to_float(ng);
+    point.ns = point.ng;
+    if (!mesh.has_normals()) return;
+    const Vec3d ns = unit_or_zero(mesh.normal(point.triangle, point.b1, point.b2));
+    if (ns != Vec3d(0.0)) point.ns = to_float(ns.dot(ng) < 0.0 ? -ns : ns);
+}
+
+/// The same for one in a prototype, from edges in its space.
+void set_normals(SurfacePoint& point,
+                 const Vec3d& e1,
+                 const Vec3d& e2,
+                 const InstanceTransform& instance) {
+    const TriangleMesh& mesh = *point.mesh;
+    const Mat3d normal_matrix = cofactor_matrix(Mat4d(instance.render_from_prototype));
     // Cofactors turn normals inside out under a mirror; covectors must stay outside
-    const double mirror = instance && instance->is_mirrored ? -1.0 : 1.0;
+    const double mirror = instance.is_mirrored ? -1.0 : 1.0;
     const double outside = mesh.flip_normals() ? -mirror : mirror;
     const Vec3d ng = unit_or_zero(unit_or_zero(e1.cross(e2)) * normal_matrix) * outside;
-    point.ng = to_float(ng);
-    if (ng == Vec3d(0.0)) point.ng = Vec3(0.0f, 0.0f, 1.0f);
-    Vec3d ns(0.0);
-    if (mesh.has_normals()) {
-        ns = mesh.normal(point.triangle, point.b1, point.b2);
-        ns = unit_or_zero(instance ? ns * normal_matrix : ns) * mirror;
-        if (ns.dot(ng) < 0.0) ns = -ns;
-    }
-    point.ns = ns == Vec3d(0.0) ? point.ng : to_float(ns);
-    float corners[3][4];
-    Vec3d dpds(0.0), dpdt(0.0);
-    if (st != scene::none && mesh.primvar_corners(st, point.triangle, corners) &&
-        texture_derivatives(corners, e1, e2, dpds, dpdt)) {
-        dpds = unit_or_zero(transform_direction(dpds, forward));
-        dpdt = unit_or_zero(transform_direction(dpdt, forward));
-    }
-    // Tangents that are missing or stand along the normal say nothing
-    const bool is_usable = dpds.cross(Vec3d(point.ns)).length2() > 0.0 && dpdt != Vec3d(0.0);
-    const Frame frame = Frame::from_z(point.ns);
-    point.dpds = is_usable ? to_float(dpds) : frame.x;
-    point.dpdt = is_usable ? to_float(dpdt) : frame.y;
+    point.ng = ng == Vec3d(0.0) ? Vec3(0.0f, 0.0f, 1.0f) : to_float(ng);
+    point.ns = point.ng;
+    if (!mesh.has_normals()) return;
+    const Vec3d n = mesh.normal(point.triangle, point.b1, point.b2);
+    const Vec3d ns = unit_or_zero(n * normal_matrix) * mirror;
+    if (ns != Vec3d(0.0)) point.ns = to_float(ns.dot(ng) < 0.0 ? -ns : ns);
 }
 
 }  // namespace
@@ -148,15 +139,45 @@ SurfacePoint make_surface_point(const scene::Scene& scene,
         point.p = to_float(p);
     }
     point.p_error = cast_up(error);
-    set_directions(point, e1, e2, instance, tangent_coordinates(scene, point.material, mesh));
+    if (instance)
+        set_normals(point, e1, e2, *instance);
+    else
+        set_normals(point, e1, e2);
     return point;
 }
 
-SurfacePoint lifted(const GeometrySet& geometry, const SurfacePoint& point, const Vec3& wo) {
+Tangents tangents(const scene::Scene& scene, const SurfacePoint& point) {
+    const Frame frame = Frame::from_z(point.ns);
+    const Tangents fallback{frame.x, frame.y};
+    if (point.mesh == nullptr) return fallback;
+    const scene::PrimvarId st = tangent_coordinates(scene, point.material, *point.mesh);
+    float corners[3][4];
+    if (st == scene::none || !point.mesh->primvar_corners(st, point.triangle, corners))
+        return fallback;
+    const Vec3d p0(point.mesh->corner(point.triangle, 0));
+    const Vec3d e1 = Vec3d(point.mesh->corner(point.triangle, 1)) - p0;
+    const Vec3d e2 = Vec3d(point.mesh->corner(point.triangle, 2)) - p0;
+    Vec3d dpds(0.0), dpdt(0.0);
+    if (!texture_derivatives(corners, e1, e2, dpds, dpdt)) return fallback;
+    if (point.instance != scene::none) {
+        const Mat4d forward(scene.instances[point.instance].render_from_prototype);
+        dpds = transform_direction(dpds, forward);
+        dpdt = transform_direction(dpdt, forward);
+    }
+    dpds = unit_or_zero(dpds);
+    dpdt = unit_or_zero(dpdt);
+    // Tangents that are missing or stand along the normal say nothing
+    const bool is_usable = dpds.cross(Vec3d(point.ns)).length2() > 0.0 && dpdt != Vec3d(0.0);
+    return is_usable ? Tangents{to_float(dpds), to_float(dpdt)} : fallback;
+}
+
+std::optional<SurfacePoint> lifted(const GeometrySet& geometry,
+                                   const SurfacePoint& point,
+                                   const Vec3& wo) {
     constexpr double cos2_flattest = 0.99984769896;  // half the diagonal of a facet of 1 degree
     constexpr double cos2_steepest = 0.5;            // 45 degrees
     Vec3d normals[3];
-    if (!point.mesh->corner_normals(point.triangle, normals)) return point;
+    if (!point.mesh->corner_normals(point.triangle, normals)) return std::nullopt;
     const bool is_instanced = point.instance != scene::none;
     const Mat4d forward =
         is_instanced ? Mat4d(geometry.instances()[point.instance].render_from_prototype) : Mat4d();
@@ -174,10 +195,10 @@ SurfacePoint lifted(const GeometrySet& geometry, const SurfacePoint& point, cons
     bool is_flat = true;
     for (int k = 0; k < 3; ++k) {
         const double square = facing[k] * facing[k], length2 = normals[k].dot(normals[k]);
-        if (!(facing[k] * sign > 0.0) || square < cos2_steepest * length2) return point;
+        if (!(facing[k] * sign > 0.0) || square < cos2_steepest * length2) return std::nullopt;
         is_flat = is_flat && square > cos2_flattest * length2;
     }
-    if (is_flat) return point;
+    if (is_flat) return std::nullopt;
 
     // Rise to the tangent planes that are above
     Vec3d corners[3];
@@ -194,7 +215,7 @@ SurfacePoint lifted(const GeometrySet& geometry, const SurfacePoint& point, cons
         const double below = (corners[k] - p).dot(n);
         if (below > 0.0) lift += n * (weights[k] * below);
     }
-    if (!(lift.dot(out) > 0.0)) return point;
+    if (!(lift.dot(out) > 0.0)) return std::nullopt;
     SurfacePoint start = point;
     start.p = to_float(p + lift);
     start.p_error += cast_up(absolute(lift) * double(gamma_bound(2)));
@@ -220,16 +241,13 @@ Vec3 offset_ray_origin(const SurfacePoint& point, const Vec3& w) {
     const Vec3& n = point.ng;
     const float distance = std::abs(n.x) * point.p_error.x + std::abs(n.y) * point.p_error.y +
                            std::abs(n.z) * point.p_error.z;
-    Vec3 offset = n * distance;
-    if (point.side != 0 ? point.side < 0 : w.dot(n) < 0.0f) offset = -offset;
+    const bool is_inward = point.side != 0 ? point.side < 0 : w.dot(n) < 0.0f;
+    const Vec3 offset = n * (is_inward ? -distance : distance);
     Vec3 origin = point.p + offset;
     for (int i = 0; i < 3; ++i) {
-        // Zero needs no step: the sum was exact, and the next float is not a length of this scene
-        if (origin[i] == 0.0f) continue;
-        if (offset[i] > 0.0f)
-            origin[i] = next_float_up(origin[i]);
-        else if (offset[i] < 0.0f)
-            origin[i] = next_float_down(origin[i]);
+        // One or two floats further, for what rounding took away
+        const float step = std::copysign(origin[i] * 0x1p-23f, offset[i]);
+        origin[i] += offset[i] != 0.0f ? step : 0.0f;
     }
     return origin;
 }

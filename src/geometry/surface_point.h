@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 namespace velatura::scene {
 struct Scene;
@@ -41,9 +42,6 @@ struct SurfacePoint {
     Vec3 p_error;  ///< absolute bound of the rounding error of p, per axis
     Vec3 ng;       ///< geometric normal, on the outside by orientation
     Vec3 ns;       ///< interpolated normal, in the hemisphere of ng
-    Vec3 dpds;     ///< tangent: ∂p/∂s of the texture coordinates in use, or any direction
-                   ///< perpendicular to ns
-    Vec3 dpdt;     ///< ∂p/∂t, not made perpendicular
     float b1 = 0, b2 = 0;
     const TriangleMesh* mesh = nullptr;
     uint32_t triangle = 0;
@@ -59,24 +57,35 @@ struct SurfacePoint {
 /// The surface at a valid hit of a ray. p comes from the barycentric weights, not from t, in
 /// double, and is rounded once; p_error bounds that rounding and, for instances, that of carrying a
 /// ray into prototype space. ng follows winding, flip_normals and mirroring; ns is ng where the
-/// mesh is faceted. Tangents follow the texture coordinates of the material's normal map, else
-/// those of the mesh. Ref: Pharr, Jakob, Humphreys 2023, "Physically Based Rendering" 4th ed.,
+/// mesh is faceted. Ref: Pharr, Jakob, Humphreys 2023, "Physically Based Rendering" 4th ed.,
 /// section 6.8.
 SurfacePoint make_surface_point(const scene::Scene& scene,
                                 const GeometrySet& geometry,
                                 const Ray& ray,
                                 const Hit& hit);
 
+/// How the texture coordinates run over a surface. Unit vectors, render space.
+struct Tangents {
+    Vec3 dpds;  ///< along ∂p/∂s
+    Vec3 dpdt;  ///< along ∂p/∂t, not made perpendicular
+};
+
+/// Tangents at a point by the texture coordinates of its material's normal map, else by those of
+/// the mesh; a frame around ns where they do not span the surface.
+Tangents tangents(const scene::Scene& scene, const SurfacePoint& point);
+
 /// The point where rays leave a surface that is seen from wo and does not transmit: above the
 /// facet, near the curved surface that its interpolated normals stand for, so that facets do not
 /// shadow their own lit side at the terminator. p moves by the mean of its distances from the
 /// tangent planes of the corners, towards wo only: twice the height of the arc, which clears the
-/// neighbouring facets. The point itself where the surface is flat or hollow towards wo, where
+/// neighbouring facets. Nothing where the surface is flat or hollow towards wo, where
 /// normals turn by less than half a degree from the facet (neighbours by 1), and where they turn by
 /// more than 45 degrees: those do not tell of a curved surface. Every ray of the path must leave
 /// from here, also those of light sampling. Ref: Hanika 2021, "Hacking the Shadow Terminator", Ray
 /// Tracing Gems II, chapter 4.
-SurfacePoint lifted(const GeometrySet& geometry, const SurfacePoint& point, const Vec3& wo);
+std::optional<SurfacePoint> lifted(const GeometrySet& geometry,
+                                   const SurfacePoint& point,
+                                   const Vec3& wo);
 
 /// Primvar at the point: the mesh's own, else for displayColor that of the instance.
 /// Writes the floats that the primvar has and leaves the rest of `out` alone; false when there is
@@ -87,8 +96,8 @@ bool primvar(const scene::Scene& scene,
              float out[4]);
 
 /// Point beside the surface, on point.side, else on the side to which w points, from which a ray
-/// along w cannot meet the surface again. Moves along ng by the error bound and then outward to the
-/// next float; no constant distance is involved. Ref: Pharr et al. 2023, section 6.8.6.
+/// along w cannot meet the surface again. Moves along ng by the error bound and then outward by a
+/// float or two; no constant distance is involved. Ref: Pharr et al. 2023, section 6.8.6.
 Vec3 offset_ray_origin(const SurfacePoint& point, const Vec3& w);
 
 /// Ray that leaves the surface along d.

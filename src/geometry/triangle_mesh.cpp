@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geometry/triangle_mesh.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace velatura::geometry {
@@ -17,6 +18,8 @@ size_t vector_bytes(const std::vector<T>& v) {
 TriangleMesh::TriangleMesh(TriangleMeshData data) : data_(std::move(data)) {
     for (const auto& triangle : data_.triangles)
         for (const uint32_t vertex : triangle) bounds_.extendBy(data_.positions[vertex]);
+    // Authored lengths do not weigh: every corner's normal counts as a direction
+    for (Vec3& n : data_.normals) n = is_finite(n) && n != Vec3(0.0f) ? normalize(n) : Vec3(0.0f);
 }
 
 const scene::Primvar* TriangleMesh::find(scene::PrimvarId id) const {
@@ -57,10 +60,7 @@ Vec3d TriangleMesh::normal(uint32_t triangle, float b1, float b2) const {
     for (int k = 0; k < 3; ++k) {
         const Vec3* stored = corner_normal(triangle, k);
         if (stored == nullptr) return Vec3d(0.0);
-        // Authored lengths do not weigh: every corner's normal counts as a direction
-        const Vec3d at_corner(*stored);
-        const double length = at_corner.length();
-        if (length > 0.0) n += at_corner * (weights[k] / length);
+        n += Vec3d(*stored) * weights[k];
     }
     return n;
 }
@@ -75,18 +75,24 @@ bool TriangleMesh::corner_normals(uint32_t triangle, Vec3d out[3]) const {
     return true;
 }
 
+/// Numbers of the primvar at corner k; null when they do not reach it.
+const float* TriangleMesh::row(const scene::Primvar& primvar, uint32_t triangle, int k) const {
+    size_t row = element(primvar.interpolation, triangle, k);
+    if (!primvar.indices.empty()) {
+        if (row >= primvar.indices.size()) return nullptr;
+        row = primvar.indices[row];
+    }
+    const size_t width = primvar.width;
+    return (row + 1) * width <= primvar.values.size() ? &primvar.values[row * width] : nullptr;
+}
+
 bool TriangleMesh::primvar_corners(scene::PrimvarId id, uint32_t triangle, float out[3][4]) const {
     const scene::Primvar* primvar = find(id);
     if (primvar == nullptr) return false;
-    const size_t width = primvar->width;
     for (int k = 0; k < 3; ++k) {
-        size_t row = element(primvar->interpolation, triangle, k);
-        if (!primvar->indices.empty()) {
-            if (row >= primvar->indices.size()) return false;
-            row = primvar->indices[row];
-        }
-        if ((row + 1) * width > primvar->values.size()) return false;
-        for (size_t i = 0; i < width; ++i) out[k][i] = primvar->values[row * width + i];
+        const float* values = row(*primvar, triangle, k);
+        if (values == nullptr) return false;
+        std::copy_n(values, primvar->width, out[k]);
     }
     return true;
 }
@@ -95,16 +101,19 @@ bool TriangleMesh::primvar(
     scene::PrimvarId id, uint32_t triangle, float b1, float b2, float out[4]) const {
     const scene::Primvar* primvar = find(id);
     if (primvar == nullptr) return false;
-    float rows[3][4];
-    if (!primvar_corners(id, triangle, rows)) return false;
-    const bool is_flat = primvar->interpolation == scene::Interpolation::Constant ||
-                         primvar->interpolation == scene::Interpolation::Uniform;
-    for (size_t i = 0; i < primvar->width; ++i) {
-        // Differences against corner 0: equal corners interpolate to themselves exactly
-        out[i] = is_flat
-                     ? rows[0][i]
-                     : rows[0][i] + b1 * (rows[1][i] - rows[0][i]) + b2 * (rows[2][i] - rows[0][i]);
+    const float* first = row(*primvar, triangle, 0);
+    if (first == nullptr) return false;
+    if (primvar->interpolation == scene::Interpolation::Constant ||
+        primvar->interpolation == scene::Interpolation::Uniform) {
+        std::copy_n(first, primvar->width, out);
+        return true;
     }
+    const float* second = row(*primvar, triangle, 1);
+    const float* third = row(*primvar, triangle, 2);
+    if (second == nullptr || third == nullptr) return false;
+    // Differences against corner 0: equal corners interpolate to themselves exactly
+    for (size_t i = 0; i < primvar->width; ++i)
+        out[i] = first[i] + b1 * (second[i] - first[i]) + b2 * (third[i] - first[i]);
     return true;
 }
 

@@ -22,7 +22,7 @@ struct TriangleMeshData {
                                                     ///< asked for by a face-varying primvar
     std::vector<scene::MaterialId> face_materials;  ///< [face]; empty = `material` everywhere
     scene::MaterialId material = scene::none;
-    std::vector<Vec3> normals;             ///< rows; empty = faceted
+    std::vector<Vec3> normals;             ///< rows of any length; empty = faceted
     std::vector<uint32_t> normal_indices;  ///< as scene::Primvar::indices
     scene::Interpolation normal_interpolation = scene::Interpolation::Vertex;
     std::vector<scene::Primvar> primvars;
@@ -95,6 +95,7 @@ class TriangleMesh {
 
   private:
     const scene::Primvar* find(scene::PrimvarId id) const;
+    const float* row(const scene::Primvar& primvar, uint32_t triangle, int k) const;
     const Vec3* corner_normal(uint32_t triangle, int k) const;
     uint32_t element(scene::Interpolation interpolation, uint32_t triangle, int k) const;
 

@@ -37,13 +37,15 @@ lights::Receiver receiver_at(const geometry::SurfacePoint& point, const shading:
     return {point.p, bsdf.ns(), bsdf.has_transmission()};
 }
 
-/// Where rays leave a surface: near the smooth one that coarse facets stand for, unless something lies between.
-geometry::SurfacePoint leaving_point(const World& world, const geometry::SurfacePoint& point, const Vec3& wo, RayCounts& counts) {
-    if (world.materials.material_has_transmission(point.material)) return point;
-    const geometry::SurfacePoint start = geometry::lifted(world.geometry, point, wo);
-    if (start.side == 0) return point;
+/// Where rays leave a surface: near the smooth one that coarse facets stand for, unless something lies between. Nothing:
+/// from the point itself.
+std::optional<geometry::SurfacePoint> leaving_point(const World& world, const geometry::SurfacePoint& point, const Vec3& wo, RayCounts& counts) {
+    if (!point.mesh->has_normals() || world.materials.material_has_transmission(point.material)) return std::nullopt;
+    const std::optional<geometry::SurfacePoint> start = geometry::lifted(world.geometry, point, wo);
+    if (!start) return std::nullopt;
     ++counts.shadow;
-    return world.accelerator->is_occluded(geometry::spawn_ray_to(point, start.p)) ? point : start;
+    if (world.accelerator->is_occluded(geometry::spawn_ray_to(point, start->p))) return std::nullopt;
+    return start;
 }
 
 /// The way from a surface to a sampled light, layer by layer of cut-outs. It is aimed anew from each: a rest carried along
@@ -160,7 +162,8 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
         }
 
         const Vec3 wo = -path.ray.d;
-        const geometry::SurfacePoint start = leaving_point(world_, point, wo, counts);
+        const std::optional<geometry::SurfacePoint> moved = leaving_point(world_, point, wo, counts);
+        const geometry::SurfacePoint& start = moved ? *moved : point;
         const shading::Bsdf bsdf = world_.materials.make_bsdf(start, wo, path.cone_width);
         if (path.bounce == 0 && !out.has_hit) record_first_hit(point, bsdf, out);
 

@@ -70,7 +70,7 @@ EmitterResult make_distant(const EmitterInput& input) {
             "distant light emits nothing: its direction or its angle is zero or not finite"};
     }
     const double half_angle = std::clamp(0.5 * angle, 0.0, 180.0) * (pi_d / 180.0);
-    return std::unique_ptr<Emitter>(new DistantEmitter(light, unit_vector(axis), half_angle));
+    return std::unique_ptr<Emitter>(new DistantEmitter(light, normalize(axis), half_angle));
 }
 
 }  // namespace velatura::lights

@@ -97,11 +97,11 @@ EmitterResult make_dome(const EmitterInput& input) {
     if (!std::isfinite(y_axis.dot(y_axis)) || !std::isfinite(z_axis.dot(z_axis))) return broken;
     if (y_axis == Vec3d(0.0) || z_axis == Vec3d(0.0)) return broken;
     Orientation o;
-    o.y = unit_vector(y_axis);
-    const Vec3d z_unit = unit_vector(z_axis);
+    o.y = normalize(y_axis);
+    const Vec3d z_unit = normalize(z_axis);
     const Vec3d across = z_unit - o.y * z_unit.dot(o.y);
     if (!(across.dot(across) > 1e-24)) return broken;
-    o.z = unit_vector(across);
+    o.z = normalize(across);
     o.x = o.y.cross(o.z);
     if (determinant3(light.render_from_light) < 0.0) o.x = -o.x;
 

@@ -245,7 +245,7 @@ LightBounds bounds_of(const Vec3d& v0, const Vec3d& e1, const Vec3d& e2, float l
     bounds.box.extendBy(v0 + e1);
     bounds.box.extendBy(v0 + e2);
     const Vec3d n = e1.cross(e2);
-    if (n != Vec3d(0.0)) bounds.cone.axis = unit_vector(n);
+    if (n != Vec3d(0.0)) bounds.cone.axis = normalize(n);
     bounds.cone.normals = 0.0;
     bounds.cone.spread = pi_d / 2.0;
     bounds.cone.is_two_sided = true;
@@ -279,7 +279,7 @@ LightBounds EmissiveSurfaces::place(uint32_t item, const LightBounds& bounds) co
     placed.cone.intensity *= std::cbrt(sqr(determinant3(m)));
     // Normals keep their angles under similarities only, but a single normal has none
     const Vec3d axis = bounds.cone.axis * cofactor_matrix(m);
-    if (axis != Vec3d(0.0)) placed.cone.axis = unit_vector(axis);
+    if (axis != Vec3d(0.0)) placed.cone.axis = normalize(axis);
     if (placed.cone.normals > 0.0 && !is_similarity(m)) placed.cone.normals = pi_d;
     return placed;
 }
@@ -295,7 +295,7 @@ Vec3d EmissiveSurfaces::normal_to_prototype(uint32_t item, const Vec3d& n) const
     Vec3d out(0.0);
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) out[i] += double(m[i][j]) * n[j];
-    return out != Vec3d(0.0) ? unit_vector(out) : out;
+    return out != Vec3d(0.0) ? normalize(out) : out;
 }
 
 double EmissiveSurfaces::power(uint32_t item) const {
@@ -396,7 +396,7 @@ std::optional<LightHit> EmissiveSurfaces::intersect(LightId id,
     const TriangleView view{t.v0 - Vec3d(o), t.e1, t.e2};
     const double omega = visible_solid_angle(view, o);
     if (!(omega > 0.0)) return std::nullopt;
-    const Vec3d w = unit_vector(Vec3d(d)), n = t.scaled_normal();
+    const Vec3d w = normalize(Vec3d(d)), n = t.scaled_normal();
     const double det = w.dot(n);
     const double distance = view.a.dot(n) / det;
     const double x = w.dot(t.e2.cross(view.a)) / det, y = w.dot(view.a.cross(t.e1)) / det;

@@ -28,7 +28,7 @@ EmitterSample to_render(const ShapeFrame& frame, const ObjectSample& sample) {
     const Vec3d v = frame.from_object_direction(sample.wi);
     const double stretch = std::sqrt(v.dot(v));
     EmitterSample s;
-    s.wi = v / stretch;
+    s.wi = v * (1.0 / stretch);
     s.distance = sample.distance * stretch;
     s.pdf = sample.pdf * frame.density_ratio(stretch);
     return s;
@@ -44,15 +44,6 @@ Vec3d sample_cone(const Vec2& u, double one_minus_cos) {
     const double s = std::min(one_minus_cos * disk.dot(disk), 2.0);
     const double k = std::sqrt(one_minus_cos * (2.0 - s));
     return {disk.x * k, disk.y * k, 1.0 - s};
-}
-
-Vec3d unit_vector(const Vec3d& v) {
-    const double largest = std::max(std::abs(v.x), std::max(std::abs(v.y), std::abs(v.z)));
-    int exponent = 0;
-    std::frexp(largest, &exponent);
-    const Vec3d w(std::ldexp(v.x, -exponent), std::ldexp(v.y, -exponent),
-                  std::ldexp(v.z, -exponent));
-    return w / std::sqrt(w.dot(w));
 }
 
 bool is_similarity(const Mat4d& m) {

@@ -99,9 +99,6 @@ Vec3d sample_cone(const Vec2& u, double one_minus_cos);
 /// Whether the upper 3×3 keeps angles, within a relative 1e-6.
 bool is_similarity(const Mat4d& m);
 
-/// Unit vector along v; v not zero. Exact under scaling by powers of two.
-Vec3d unit_vector(const Vec3d& v);
-
 /// Coordinates of `local` in a right-handed orthonormal frame whose z is the unit vector `axis`,
 /// taken to render space.
 Vec3d from_axis_frame(const Vec3d& axis, const Vec3d& local);

@@ -19,10 +19,9 @@ Vec3d to_double(const Vec3& v) {
     return {double(v.x), double(v.y), double(v.z)};
 }
 
-/// Unit vector in double; squares of floats cannot leave its range.
+/// The double of a float unit vector. Two steps, since the first leaves the square of the error.
 Vec3d unit_direction(const Vec3& v) {
-    const Vec3d d = to_double(v);
-    return d / std::sqrt(d.dot(d));
+    return renormalize(renormalize(to_double(v)));
 }
 
 bool has_size(scene::LightKind kind) {

@@ -29,7 +29,7 @@ std::optional<ShapeFrame> planar_frame(const scene::Light& light, const Vec3d& x
     if (!std::isfinite(normal.dot(normal)) || normal == Vec3d(0.0)) return std::nullopt;
     // A mirrored transform swaps the winding but light still leaves toward the image of −Z
     const bool is_mirrored = determinant3(m) < 0.0;
-    const Vec3d n = unit_vector(is_mirrored ? normal : -normal);
+    const Vec3d n = normalize(is_mirrored ? normal : -normal);
     return ShapeFrame::make(axis_of(m, 3), x, y, n * std::sqrt(length_of(x) * length_of(y)));
 }
 
@@ -55,7 +55,7 @@ ObjectSample toward(const Vec3d& p, const Vec2d& point) {
     const Vec3d v(point.x - p.x, point.y - p.y, -p.z);
     ObjectSample s;
     s.distance = length_of(v);
-    s.wi = v / s.distance;
+    s.wi = v * (1.0 / s.distance);
     return s;
 }
 
@@ -89,7 +89,7 @@ class PlanarEmitter : public Emitter {
         // Whichever is narrower: the half space in front, or the shaped cone
         EmissionCone cone = shaping_.cone();
         if (cone.normals > 0.0 || cone.spread >= pi_d / 2.0) {
-            cone.axis = unit_vector(frame_.z);
+            cone.axis = normalize(frame_.z);
             cone.normals = 0.0;
             cone.spread = pi_d / 2.0;
         }

@@ -76,7 +76,7 @@ class PortalDome final : public Emitter {
     double solid_angle(size_t portal, const Vec3d& p) const {
         const Vec3d to_center = centers_[portal] - p;
         if (to_center == Vec3d(0.0)) return 0.0;
-        const auto hit = portals_[portal]->intersect(p, unit_vector(to_center));
+        const auto hit = portals_[portal]->intersect(p, normalize(to_center));
         return hit && hit->pdf > 0.0 && std::isfinite(hit->pdf) ? 1.0 / hit->pdf : 0.0;
     }
 

@@ -19,7 +19,7 @@ LightShaping::LightShaping(const scene::Light& light) {
     const Vec3d axis = transform_direction(Vec3d(0.0, 0.0, -1.0), light.render_from_light);
     const double squared = axis.dot(axis);
     if (!s.is_active || !std::isfinite(squared) || axis == Vec3d(0.0)) return;
-    axis_ = unit_vector(axis);
+    axis_ = normalize(axis);
     const double softness = std::clamp(double(s.cone_softness), 0.0, 1.0);
     cone_outer_ = std::max(0.0, double(s.cone_angle_deg)) * (pi_d / 180.0);
     cone_inner_ = cone_outer_ * (1.0 - softness);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lights/spherical_rectangle.h"
 
+#include "sampling/warp.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -33,26 +35,34 @@ Vec2d sample_solid_angle(const RectangleView& v, double omega, const Vec2& u) {
     const double h = v.height, h_squared = h * h;
     // Dihedral angles g2, g3 of the pyramid at the corners (x0, y1) and (x0, y0) as complex numbers
     // (cosine, sine) up to length: their product has the sum as its angle, without any arc function
-    const double h_x0_squared = h_squared + v.x0 * v.x0;
+    const double h_x0_squared = h_squared + v.x0 * v.x0, h_y0_squared = h_squared + v.y0 * v.y0;
     const double cos_2 = v.x0 * v.y1, sin_2 = h * std::sqrt(h_x0_squared + v.y1 * v.y1);
     const double cos_3 = -v.x0 * v.y0, sin_3 = h * std::sqrt(h_x0_squared + v.y0 * v.y0);
     const double cos_sum = cos_2 * cos_3 - sin_2 * sin_3;
     const double sin_sum = sin_2 * cos_3 + cos_2 * sin_3;
-    // z components of the normals of the sides through y0 and y1
-    const double b0 = -v.y0 / std::sqrt(h_squared + v.y0 * v.y0);
-    const double b1 = v.y1 / std::sqrt(h_squared + v.y1 * v.y1);
 
-    // x: where the part of the rectangle left of it has the solid angle u.x · omega; here with
-    // cosine and sine of au = u.x · omega − g2 − g3 times the length of the product
+    // x: where the part of the rectangle left of it has the solid angle u.x · omega. Cosine and
+    // sine of au = u.x · omega − g2 − g3, times the length of the product, which is
+    // (h² + x0²)·√(h² + y0²)·√(h² + y1²); then the paper's x = cu · h / √(1 − cu²) with its cu, b0
+    // and b1 put in and all denominators taken out
     const double part = double(u.x) * omega;
-    const double cos_part = std::cos(part), sin_part = std::sin(part);
+    double cos_part = 0, sin_part = 0;
+    if (part <= pi_d / 4.0) {
+        sampling::cos_sin_eighth_turn(part * (4.0 / pi_d), cos_part, sin_part);
+    } else {
+        cos_part = std::cos(part);
+        sin_part = std::sin(part);
+    }
     const double cos_au = cos_part * cos_sum + sin_part * sin_sum;
     const double sin_au = sin_part * cos_sum - cos_part * sin_sum;
-    const double length = std::sqrt(cos_sum * cos_sum + sin_sum * sin_sum);
-    const double fu = (cos_au * b0 - length * b1) / sin_au;
-    const double cu = std::clamp(std::copysign(1.0 / std::sqrt(fu * fu + b0 * b0), fu), -1.0, 1.0);
-    const double cu_rest = (1.0 - cu) * (1.0 + cu);
-    const double x = cu_rest > 0.0 ? cu * h / std::sqrt(cu_rest) : (cu > 0.0 ? v.x1 : v.x0);
+    double m = -(cos_au * v.y0 + h_x0_squared * h_y0_squared * v.y1), n = h * sin_au;
+    const double scale = normalizing_scale(std::abs(m));  // squares of it leave the range
+    m *= scale;
+    n *= scale;
+    const double rest_x = (m - n) * (m + n);
+    const double signed_n = std::copysign(n, n * m);
+    const double x = rest_x > 0.0 ? signed_n * std::sqrt(h_y0_squared / rest_x)
+                                  : (signed_n > 0.0 ? v.x1 : v.x0);
     const double xu = std::clamp(x, v.x0, v.x1);
 
     // y: uniform in the sine of its elevation over the great circle through xu

@@ -13,6 +13,13 @@ constexpr uint32_t reverse_bits(uint32_t v) {
     return ((v >> 1) & 0x55555555u) | ((v & 0x55555555u) << 1);
 }
 
+constexpr uint64_t reverse_bits(uint64_t v) {
+    v = __builtin_bswap64(v);
+    v = ((v >> 4) & 0x0f0f0f0f0f0f0f0full) | ((v & 0x0f0f0f0f0f0f0f0full) << 4);
+    v = ((v >> 2) & 0x3333333333333333ull) | ((v & 0x3333333333333333ull) << 2);
+    return ((v >> 1) & 0x5555555555555555ull) | ((v & 0x5555555555555555ull) << 1);
+}
+
 /// Owen scrambling of a number given with its bits reversed: every bit is flipped by a hash of the
 /// bits below it. Ref: Laine & Karras 2011, "Stratified Sampling for Stochastic Transparency";
 /// constants of Vegdahl 2021, "Building a Better LK Hash".

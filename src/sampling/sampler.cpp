@@ -26,7 +26,7 @@ PixelSampler::PixelSampler(
           hash_combine(hash_combine(seed, (uint64_t(uint32_t(pixel_x)) << 32) | uint32_t(pixel_y)),
                        // The sequence repeats after 2^32 points: go on with fresh scrambles instead
                        (sample_index & 1u) | (sample_index >> 33 << 1))),
-      sequence_index_(uint32_t(sample_index >> 1)),
+      reversed_index_(reverse_bits(uint32_t(sample_index >> 1))),
       is_independent_(kind == SamplerKind::Independent) {
     if (is_independent_) pixel_key_ = hash_combine(pixel_key_, sample_index);
 }
@@ -35,7 +35,7 @@ uint32_t PixelSampler::bits_1d(int bounce, Purpose purpose, uint32_t repeat) con
     const uint64_t key = stream_hash(pixel_key_, bounce, purpose, repeat);
     if (is_independent_) return uint32_t(key >> 32);
     const uint32_t index =
-        reverse_bits(owen_hash_reversed(reverse_bits(sequence_index_), uint32_t(key)));
+        reverse_bits(owen_hash_reversed(reversed_index_, uint32_t(key)));
     // Dimension 0 of Sobol' is the reversed index, so its reversed form is the index itself
     return reverse_bits(owen_hash_reversed(index, uint32_t(key >> 32)));
 }
@@ -55,10 +55,13 @@ Vec2 PixelSampler::get_2d(int bounce, Purpose purpose, uint32_t repeat) const {
     const uint64_t key = stream_hash(pixel_key_, bounce, purpose, repeat);
     if (is_independent_) return {unit_float(uint32_t(key)), unit_float(uint32_t(key >> 32))};
     const uint32_t index =
-        reverse_bits(owen_hash_reversed(reverse_bits(sequence_index_), uint32_t(key)));
+        reverse_bits(owen_hash_reversed(reversed_index_, uint32_t(key)));
     const uint32_t seed_1 = uint32_t((key * 0xd6e8feb86659fd93ull) >> 32);
-    return {unit_float(reverse_bits(owen_hash_reversed(index, uint32_t(key >> 32)))),
-            unit_float(reverse_bits(owen_hash_reversed(sobol_1_reversed(index), seed_1)))};
+    // Both numbers are turned round in one word, which swaps them
+    const uint64_t reversed = uint64_t(owen_hash_reversed(index, uint32_t(key >> 32))) |
+                              uint64_t(owen_hash_reversed(sobol_1_reversed(index), seed_1)) << 32;
+    const uint64_t bits = reverse_bits(reversed);
+    return {unit_float(uint32_t(bits >> 32)), unit_float(uint32_t(bits))};
 }
 
 }  // namespace velatura::sampling

@@ -52,7 +52,7 @@ class PixelSampler {
     uint32_t bits_1d(int bounce, Purpose purpose, uint32_t repeat) const;
 
     uint64_t pixel_key_;
-    uint32_t sequence_index_;
+    uint32_t reversed_index_;  ///< of the point in its sequence
     bool is_independent_;
 };
 

@@ -12,18 +12,34 @@ namespace velatura::sampling {
 inline constexpr float inv_2pi = 0.15915494309189533577f;
 inline constexpr float inv_4pi = 0.07957747154594766788f;
 
+/// Cosine and sine of x·π/4 for x in [−1, 1], within an ulp or two: Taylor's series, which is short
+/// there and needs no branch.
+template <class T>
+inline void cos_sin_eighth_turn(T x, T& cosine, T& sine) {
+    const T a = x * (T(pi_d) / T(4)), s = a * a;
+    // 1 − s/(1·2)·(1 − s/(3·4)·(1 − …)), and 1 − s/(2·3)·(1 − s/(4·5)·(1 − …))
+    const auto step = [s](T inner, double divisor) { return T(1) - s * T(1.0 / divisor) * inner; };
+    T c = T(1), q = T(1);
+    if constexpr (sizeof(T) > sizeof(float)) {
+        c = step(step(step(step(c, 17 * 18.0), 15 * 16.0), 13 * 14.0), 11 * 12.0);
+        q = step(step(step(q, 16 * 17.0), 14 * 15.0), 12 * 13.0);
+    }
+    cosine = step(step(step(step(step(c, 9 * 10.0), 7 * 8.0), 5 * 6.0), 3 * 4.0), 1 * 2.0);
+    sine = a * step(step(step(step(step(q, 10 * 11.0), 8 * 9.0), 6 * 7.0), 4 * 5.0), 2 * 3.0);
+}
+
 /// Uniform point in the unit disk. Ref: Shirley & Chiu 1997, "A Low Distortion Map Between Disk and
 /// Square", in the branch-light form of Cline (Shirley's blog, 2011).
 template <class T>
 inline Imath::Vec2<T> concentric_disk(const Imath::Vec2<T>& u) {
-    constexpr T quarter_pi = T(pi_d) / T(4);
     const T x = T(2) * u.x - T(1);
     const T y = T(2) * u.y - T(1);
-    if (x == T(0) && y == T(0)) return {T(0), T(0)};
     const bool x_leads = std::abs(x) > std::abs(y);
-    const T r = x_leads ? x : y;
-    const T phi = x_leads ? quarter_pi * (y / x) : T(2) * quarter_pi - quarter_pi * (x / y);
-    return {r * std::cos(phi), r * std::sin(phi)};
+    const T r = x_leads ? x : y, other = x_leads ? y : x;
+    if (r == T(0)) return {T(0), T(0)};
+    T along, across;
+    cos_sin_eighth_turn(other / r, along, across);
+    return x_leads ? Imath::Vec2<T>(r * along, r * across) : Imath::Vec2<T>(r * across, r * along);
 }
 
 inline constexpr float concentric_disk_pdf = inv_pi;

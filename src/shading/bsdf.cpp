@@ -81,13 +81,8 @@ Bsdf::Bsdf(const SurfaceParameters& parameters,
     const bool is_behind = ng.dot(wo) < 0.0f;
     ng_ = is_behind ? -ng : ng;
     horizon_ = is_behind ? -horizon : horizon;
-    const Vec3 front = bent_normal(is_behind ? -ns : ns, ng_, ng_);
-    Vec3 shading_normal = bent_normal(front, ng_, wo);
     has_specular_ = !(is_black(p_.f0) && is_black(p_.f90));
-    if (has_specular_ || p_.clearcoat > 0.0f) {
-        shading_normal = reflecting_normal(shading_normal, ng_, horizon_, wo);
-    }
-    frame_ = Frame::from_z(shading_normal);
+    frame_ = Frame::from_z(ns == ng ? ng_ : shading_normal(is_behind ? -ns : ns, wo));
     const bool transmits = p_.opacity < 1.0f;
     if (transmits) {
         eta_ = is_behind ? 1.0f / p_.ior : p_.ior;
@@ -122,6 +117,13 @@ Bsdf::Bsdf(const SurfaceParameters& parameters,
     }
     if (has_coat_) set_coat();
     view_ = make_view(frame_.to_local(wo));
+}
+
+/// ns, in the hemisphere of ng and on the side of wo, bent as far as wo and reflection ask for.
+Vec3 Bsdf::shading_normal(const Vec3& ns, const Vec3& wo) const {
+    const Vec3 bent = bent_normal(bent_normal(ns, ng_, ng_), ng_, wo);
+    if (!has_specular_ && !(p_.clearcoat > 0.0f)) return bent;
+    return reflecting_normal(bent, ng_, horizon_, wo);
 }
 
 /// Blurred refraction, unless it turns directions by less than what counts as a mirror's blur.
@@ -417,12 +419,24 @@ Vec3 Bsdf::sample_interface(const View& v, float u_choice, const Vec2& u) const 
     return wi.z < 0.0f ? wi : Vec3(0.0f);
 }
 
+std::optional<BsdfSample> Bsdf::sample_lambert(const Vec2& u) const {
+    const Vec3 wi = sampling::cosine_hemisphere(u);
+    if (is_black(p_.diffuse) || !(wi.z > 0.0f)) return std::nullopt;
+    BsdfSample s;
+    s.wi = renormalize(frame_.from_local(wi));
+    if (!is_above(s.wi)) return std::nullopt;
+    s.f = p_.diffuse * inv_pi;
+    s.pdf = sampling::cosine_hemisphere_pdf(wi.z);
+    return s;
+}
+
 std::optional<BsdfSample> Bsdf::sample_f(const Vec3& wo, float u_lobe, const Vec2& u) const {
-    View other;
-    const bool is_cached = wo == wo_;
-    if (!is_cached) other = make_view(frame_.to_local(wo));
-    const View& v = is_cached ? view_ : other;
+    std::optional<View> other;
+    if (wo != wo_) other = make_view(frame_.to_local(wo));
+    const View& v = other ? *other : view_;
     if (!(v.wo.z > 0.0f) || !(wo.dot(ng_) > 0.0f)) return std::nullopt;
+
+    if (is_lambert()) return sample_lambert(u);
 
     // Pick a lobe; rounding of the sum falls to the last one that has a share
     int lobe = -1;
@@ -454,8 +468,7 @@ std::optional<BsdfSample> Bsdf::sample_f(const Vec3& wo, float u_lobe, const Vec
     const bool reflects = wi.z > 0.0f;
     if (!reflects && !(lobe == Interface && wi.z < 0.0f)) return std::nullopt;
     BsdfSample s;
-    s.wi = frame_.from_local(wi);
-    s.wi /= std::sqrt(s.wi.dot(s.wi));
+    s.wi = renormalize(frame_.from_local(wi));
     if (reflects ? !is_above(s.wi) : !(s.wi.dot(ng_) < 0.0f)) return std::nullopt;
     BsdfValue value;
     evaluate_local(v, wi, value);

@@ -137,13 +137,12 @@ class Bsdf {
     View make_view(const Vec3& wo_local) const;
     void set_probabilities(View& view) const;
     Rgb interface_albedo(float mu) const;
+    Vec3 shading_normal(const Vec3& ns, const Vec3& wo) const;
     bool wants_rough_transmission() const;
     void set_coat();
     Rgb rough_loss(float mu, const rough_interface::Shares& shares) const;
     Rgb microfacet_fresnel(float cos_m) const;
     float reflect_share(const Rgb& fresnel) const;
-
-
     void evaluate_local(const View& view, const Vec3& wi, BsdfValue& value) const;
     Rgb add_reflection(
         const View& view, float mu_i, const Vec3& wm, float cos_m, BsdfValue& value) const;
@@ -153,6 +152,7 @@ class Bsdf {
         const View& view, float mu_i, const Vec3& wm, float cos_m, BsdfValue& value) const;
     void evaluate_refraction(const View& view, const Vec3& wi, BsdfValue& value) const;
     Vec3 sample_interface(const View& view, float u_choice, const Vec2& u) const;
+    std::optional<BsdfSample> sample_lambert(const Vec2& u) const;
     std::optional<BsdfSample> sample_delta(const View& view, Lobe lobe, const Vec3& wo) const;
     bool is_above(const Vec3& w) const;
 

@@ -154,22 +154,6 @@ const RoughInterface* MaterialEvaluator::make_interface(const scene::Material& m
     return interfaces_.back().get();
 }
 
-const MaterialEvaluator::Flags& MaterialEvaluator::flags(scene::MaterialId material) const {
-    return material < scene_.materials.size() ? flags_[material] : flags_.back();
-}
-
-bool MaterialEvaluator::material_has_presence(scene::MaterialId material) const {
-    return flags(material).has_presence;
-}
-
-bool MaterialEvaluator::is_emissive(scene::MaterialId material) const {
-    return flags(material).is_emissive;
-}
-
-bool MaterialEvaluator::material_has_transmission(scene::MaterialId material) const {
-    return flags(material).has_transmission;
-}
-
 TexelRgba MaterialEvaluator::texture(scene::TextureId id,
                                      const SurfacePoint& point,
                                      float footprint) const {
@@ -271,11 +255,12 @@ Vec3 MaterialEvaluator::mapped_normal(const scene::Material& material,
     // Frame of the texture coordinates in use; green points along ∂p/∂t, also where the coordinates
     // are mirrored
     const Vec3& ns = point.ns;
-    Vec3 tangent = point.dpds - ns * ns.dot(point.dpds);
+    const auto [dpds, dpdt] = geometry::tangents(scene_, point);
+    Vec3 tangent = dpds - ns * ns.dot(dpds);
     const float length2 = tangent.dot(tangent);
     tangent = length2 > 1e-12f ? tangent / std::sqrt(length2) : Frame::from_z(ns).x;
     Vec3 bitangent = cross(ns, tangent);
-    if (bitangent.dot(point.dpdt) < 0.0f) bitangent = -bitangent;
+    if (bitangent.dot(dpdt) < 0.0f) bitangent = -bitangent;
     const Vec3 mapped = tangent * n.x + bitangent * n.y + ns * n.z;
     if (!is_finite(mapped) || mapped == Vec3(0.0f)) return ns;
     return normalize(mapped);

@@ -8,6 +8,7 @@
 #include "shading/bsdf.h"
 #include "shading/texture_cache.h"
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -37,17 +38,21 @@ class MaterialEvaluator {
     float presence(const geometry::SurfacePoint& point, float footprint) const;
 
     /// False: presence() is 1 everywhere on the material. `none` = the displayColor material.
-    bool material_has_presence(scene::MaterialId material) const;
+    bool material_has_presence(scene::MaterialId material) const {
+        return flags(material).has_presence;
+    }
 
     /// Some material of the scene may have presence below 1.
     bool has_presence() const { return has_presence_; }
 
-    bool is_emissive(scene::MaterialId material) const;
+    bool is_emissive(scene::MaterialId material) const { return flags(material).is_emissive; }
 
     bool has_emission() const { return has_emission_; }
 
     /// The material may transmit (opacity below 1 in transparent mode).
-    bool material_has_transmission(scene::MaterialId material) const;
+    bool material_has_transmission(scene::MaterialId material) const {
+        return flags(material).has_transmission;
+    }
 
     const TextureCache& textures() const { return textures_; }
 
@@ -59,7 +64,9 @@ class MaterialEvaluator {
         const RoughInterface* interface = nullptr;  // of rough transmission
     };
 
-    const Flags& flags(scene::MaterialId material) const;
+    const Flags& flags(scene::MaterialId material) const {
+        return flags_[std::min(size_t(material), flags_.size() - 1)];
+    }
     const RoughInterface* make_interface(const scene::Material& material, Diagnostics& diagnostics);
     Rgb color(const scene::Input& input,
               const geometry::SurfacePoint& point,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "brute_force.h"
 
-#include "accel/ray_query.h"
+#include "accel/make_query.h"
 
 #include <algorithm>
 #include <tuple>
@@ -71,7 +71,7 @@ geometry::Hit BruteForce::intersect(const geometry::Ray& ray) const {
     best.t = ray.t_max;
     QueryRay q;
     if (!direct_bounds_.isEmpty() &&
-        make_query(Vec3d(ray.o), Vec3d(ray.d), direct_bounds_, {}, q)) {
+        make_query(Vec3d(ray.o), Vec3d(ray.d), QueryBounds(direct_bounds_), {}, q)) {
         closest(scene_.shapes, q, scene::none, best);
     }
     for (const PlacedBox& placed : placed_) {
@@ -83,7 +83,7 @@ geometry::Hit BruteForce::intersect(const geometry::Ray& ray) const {
             o[k] = double(ray.o.x) * m[0][k] + double(ray.o.y) * m[1][k] +
                    double(ray.o.z) * m[2][k] + m[3][k];
         }
-        if (make_query(o, d, prototype_bounds_[placed.record.tree], {}, q)) {
+        if (make_query(o, d, QueryBounds(prototype_bounds_[placed.record.tree]), {}, q)) {
             closest(scene_.prototypes[placed.record.tree], q, placed.record.instance, best);
         }
     }

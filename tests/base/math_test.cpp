@@ -32,6 +32,14 @@ TEST(Math, NormalizeIsExactlyInvariantUnderPowersOfTwo) {
     }
 }
 
+TEST(Math, RenormalizeLeavesTheSquareOfTheError) {
+    std::mt19937 random(5);
+    for (const double e : {1e-3, 1e-5, -1e-7}) {
+        const Vec3d v = Vec3d(random_direction(random)).normalized() * (1.0 + e);
+        EXPECT_NEAR(renormalize(v).length(), 1.0 - 1.5 * e * e, std::abs(e * e * e) + 1e-15) << e;
+    }
+}
+
 TEST(Math, FrameIsOrthonormalAndRightHandedEverywhere) {
     std::mt19937 random(3);
     const auto check = [](const Vec3& n) {

@@ -198,7 +198,7 @@ Result compare(const LightSet& lights, LightId id, const Chart& chart, const Vec
         if (s) {
             const Vec3d wi(s->wi);
             const Vec3d q =
-                chart.is_infinite ? unit_vector(wi) : Vec3d(p) + wi * double(s->distance);
+                chart.is_infinite ? normalize(wi) : Vec3d(p) + wi * double(s->distance);
             cell = size_t(cell_of(chart.coordinates(q)));
         }
         found[cell] += 1.0;
@@ -251,7 +251,7 @@ std::vector<Chart> charts_of(const EmissiveStage& stage) {
         if (light.kind == LightKind::Dome)
             charts.push_back(cone_chart({0, 0, 1}, pi_d));
         else if (light.kind == LightKind::Distant)
-            charts.push_back(cone_chart(unit_vector({m[2][0], m[2][1], m[2][2]}),
+            charts.push_back(cone_chart(normalize(Vec3d{m[2][0], m[2][1], m[2][2]}),
                                         double(light.angle_deg) / 2 * pi_d / 180));
         else
             charts.push_back(light_chart(light));

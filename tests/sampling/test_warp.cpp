@@ -109,6 +109,13 @@ TEST(Warp, ConcentricDiskInFloatFollowsDouble) {
         ASSERT_NEAR(double(d.x), exact.x, 4e-7);
         ASSERT_NEAR(double(d.y), exact.y, 4e-7);
     }
+    // The map's own series against the library's functions
+    for (int i = 0; i <= 4000; ++i) {
+        const double a = -1.0 + i / 2000.0;
+        const Vec2d d = concentric_disk(Vec2d(1.0, 0.5 + a / 2.0));
+        ASSERT_NEAR(d.x, std::cos(a * pi_d / 4.0), 3e-16);
+        ASSERT_NEAR(d.y, std::sin(a * pi_d / 4.0), 3e-16);
+    }
     // Squares about the centre become circles
     EXPECT_EQ(concentric_disk(Vec2d(0.5, 0.5)), Vec2d(0.0));
     EXPECT_EQ(concentric_disk(Vec2d(1.0, 0.5)), Vec2d(1.0, 0.0));

@@ -16,13 +16,14 @@ using geometry::SurfacePoint;
 using scene::Input;
 using testing::TemporaryFolder;
 
-/// A unit square in the xy plane, its st equal to its xy, and a point on it.
+/// A unit square in the xy plane, its st equal to its xy or (mirrored) to (x, −y), and a point on
+/// it.
 struct Stage {
     scene::Scene scene;
     geometry::TriangleMesh mesh;
     Diagnostics diagnostics;
 
-    Stage() {
+    explicit Stage(bool is_mirrored = false) {
         scene::Shape shape;
         scene::Mesh m;
         m.points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
@@ -32,7 +33,8 @@ struct Stage {
         st.name = scene::intern_primvar(scene, "st");
         st.interpolation = scene::Interpolation::Vertex;
         st.width = 2;
-        st.values = {0, 0, 1, 0, 1, 1, 0, 1};
+        const float top = is_mirrored ? -1.0f : 1.0f;
+        st.values = {0, 0, 1, 0, 1, top, 0, top};
         m.primvars.push_back(st);
         scene::Primvar color;
         color.name = scene::intern_primvar(scene, scene::display_color_primvar);
@@ -41,6 +43,7 @@ struct Stage {
         m.primvars.push_back(color);
         shape.geometry = m;
         mesh = geometry::make_triangle_mesh(shape);
+        mesh.set_texture_coordinates(st.name);
         scene.materials.emplace_back();
     }
 
@@ -52,8 +55,6 @@ struct Stage {
         p.b1 = b1;
         p.b2 = b2;
         p.ng = p.ns = Vec3(0, 0, 1);
-        p.dpds = Vec3(1, 0, 0);
-        p.dpdt = Vec3(0, 1, 0);
         p.material = 0;
         return p;
     }
@@ -206,10 +207,11 @@ TEST(MaterialEvaluator, NormalMapTiltsTowardsTheTangents) {
     EXPECT_NEAR(double((e.make_bsdf(stage.point(), up, 0).ns() - Vec3(0, 0.6f, 0.8f)).length()), 0,
                 1e-6);
     // Mirrored coordinates: green still points along ∂p/∂t (RIGOR H08)
-    SurfacePoint mirrored = stage.point();
-    mirrored.dpdt = Vec3(0, -1, 0);
-    EXPECT_NEAR(double((e.make_bsdf(mirrored, up, 0).ns() - Vec3(0, -0.6f, 0.8f)).length()), 0,
-                1e-6);
+    Stage mirrored(true);
+    mirrored.material().normal = Input(Rgb(0.0f, 0.6f, 0.8f));
+    const MaterialEvaluator m(mirrored.scene, mirrored.diagnostics);
+    EXPECT_NEAR(double((m.make_bsdf(mirrored.point(), up, 0).ns() - Vec3(0, -0.6f, 0.8f)).length()),
+                0, 1e-6);
     // From behind, the normal is turned over as a whole
     EXPECT_NEAR(double((e.make_bsdf(stage.point(), -up, 0).ns() - Vec3(0, -0.6f, -0.8f)).length()),
                 0, 1e-6);
