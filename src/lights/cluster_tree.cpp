@@ -7,13 +7,6 @@
 namespace velatura::lights {
 namespace {
 
-/// Part of its intensity that a light is taken to send sideways or backwards, where its cone goes
-/// that far: the cosine says nothing there.
-constexpr double least_falloff = 0.1;
-
-/// Cosines of axes and normals in float are this uncertain, several times over.
-constexpr double cosine_slack = 1e-6;
-
 double sine_of(double cosine) {
     return std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
 }
@@ -53,7 +46,7 @@ double ClusterTree::importance(const Node& node, const ClusterReceiver& at) cons
     const double cos_least = cos_of_difference(cos_x, sin_x, cos_extent, sin_extent);
     const double cos_spread = double(node.cos_spread);
     if (cos_least <= cos_spread - cosine_slack) return 0.0;
-    const double falloff = std::max(cos_least, cos_spread < 0.0 ? least_falloff : cosine_slack);
+    const double falloff = std::max(cos_least, least_falloff_of(node));
 
     // Least angle of incidence
     if (at.n == Vec3d(0.0)) return strength * falloff;

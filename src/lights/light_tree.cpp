@@ -33,6 +33,7 @@ LightTree::LightTree(const LightSet& lights) : lights_(lights), places_(lights.i
     }
     tree_ = ClusterTree(std::move(leaves));
     if (!tree_.is_empty()) choose_cut();
+    cut_weights_ = ClusterWeights(tree_, cut_);
     entry_count_ = cut_.size();
     for (uint32_t entry = 0; entry < cut_.size(); ++entry) {
         tree_.for_each_leaf(cut_[entry], [&](uint32_t light, uint64_t trail) {
@@ -136,10 +137,11 @@ void LightTree::find_single() {
 }
 
 double LightTree::entry_weights(const ClusterReceiver& at, Weights& weights) const {
+    ClusterWeights::Weights of_cut;
+    cut_weights_.evaluate(at, of_cut);
     double total = 0.0;
     size_t entry = 0;
-    for (const uint32_t node : cut_)
-        total += weights[entry++] = tree_.importance(tree_.node(node), at);
+    for (; entry < cut_.size(); ++entry) total += weights[entry] = of_cut[entry];
     for (const double irradiance : infinite_irradiance_) total += weights[entry++] = irradiance;
     return total;
 }

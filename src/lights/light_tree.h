@@ -2,6 +2,7 @@
 #pragma once
 
 #include "lights/cluster_tree.h"
+#include "lights/cluster_weights.h"
 #include "lights/light_selector.h"
 
 #include <array>
@@ -13,9 +14,8 @@ namespace velatura::lights {
 /// Chooses lights by what they may bring to the receiver, along trees of clusters: one over the
 /// lights, the emissive triangles and the instances with emissive triangles, and below each
 /// instance one over its triangles, which instances share. The uppermost clusters, up to `cut_size`
-/// of them, and the lights at infinity are weighed one by one, so that two dozen lights are
-/// chosen among exactly; below the cut the way down takes a logarithmic number of steps. All in
-/// double; scaling a scene by a power of two changes no choice.
+/// of them, and the lights at infinity are weighed one by one, so that some dozens of lights are
+/// chosen among exactly; below the cut the way down takes a logarithmic number of steps. Scaling a scene by a power of two changes no choice.
 class LightTree final : public LightSelector {
   public:
     explicit LightTree(const LightSet& lights);
@@ -33,7 +33,7 @@ class LightTree final : public LightSelector {
     size_t bytes() const;
 
   private:
-    static constexpr size_t cut_size = 24;
+    static constexpr size_t cut_size = ClusterWeights::capacity;
     static constexpr size_t infinite_size = 8;  // lights at infinity beyond share one entry
     static constexpr size_t most_entries = cut_size + infinite_size;
 
@@ -66,6 +66,7 @@ class LightTree final : public LightSelector {
     ClusterTree tree_;
     std::vector<Group> groups_;                // of EmissiveSurfaces
     std::vector<uint32_t> cut_;                // nodes
+    ClusterWeights cut_weights_;               // of the same
     std::vector<uint32_t> infinite_;           // lights, each an entry after those of the cut
     std::vector<double> infinite_irradiance_;  // of each such entry, in intensity units
     std::vector<uint32_t> rest_;               // lights at infinity that share the last entry

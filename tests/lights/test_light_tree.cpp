@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "light_fixtures.h"
+#include "lights/cluster_weights.h"
 #include "lights/light_selector.h"
 #include "lights/light_tree.h"
 
@@ -196,6 +197,64 @@ TEST(LightTree, ManyUnequalLightsCostFewerSamplesThanByPower) {
         EXPECT_LT(tree * 3.0, power) << count;
         EXPECT_LT(power, uniform) << count;
     }
+}
+
+TEST(ClusterWeights, FollowTheTreesOwnImportances) {
+    std::mt19937 random(77);
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    const auto vector = [&] { return Vec3d(unit(random), unit(random), unit(random)); };
+    std::vector<ClusterTree::Leaf> leaves;
+    for (uint32_t i = 0; i < 40; ++i) {
+        LightBounds b;
+        const Vec3d center = vector() * 3.0,
+                    size = (vector() + Vec3d(1.0)) * (i % 3 == 0 ? 1.0 : 0.01);
+        b.box = Box3d(center, center + (i % 7 == 0 ? Vec3d(0.0) : size));
+        b.cone.axis = vector().normalized();
+        b.cone.normals = i % 2 == 0 ? 0.0 : pi_d / 2.0 * (1.0 + unit(random));
+        b.cone.spread = i % 5 == 0 ? pi_d / 2.0 : pi_d / 2.0 * (1.0 + unit(random));
+        b.cone.is_two_sided = i % 4 == 0;
+        b.cone.intensity = std::exp(3.0 * unit(random));
+        leaves.push_back({i, b});
+    }
+    const ClusterTree tree(std::move(leaves));
+    // Inner nodes as well as leaves: the children of the first ones, whatever they are
+    std::vector<uint32_t> nodes = {0};
+    for (size_t i = 0; i < nodes.size(); ++i) {
+        const ClusterTree::Node& n = tree.node(nodes[i]);
+        if (n.is_leaf || nodes.size() + 2 > ClusterWeights::capacity) continue;
+        nodes.push_back(n.left);
+        nodes.push_back(n.left + 1);
+    }
+    ASSERT_GT(nodes.size(), 60u);
+    const ClusterWeights weights(tree, nodes);
+    size_t dark = 0, lost = 0;
+    double worst = 0;
+    for (int trial = 0; trial < 20000; ++trial) {
+        ClusterReceiver at{vector() * (trial % 10 == 0 ? 1000.0 : 4.0), vector().normalized(),
+                           trial % 3 == 0};
+        if (trial % 5 == 0) at.n = Vec3d(0.0);
+        if (trial % 50 == 0)
+            at.p = Vec3d(tree.node(nodes[size_t(trial / 50) % nodes.size()]).center);
+        // Very near a light, where rounding is largest against the distance
+        if (trial % 50 == 1)
+            at.p =
+                Vec3d(tree.node(nodes[size_t(trial / 50) % nodes.size()]).center) + vector() * 1e-6;
+        ClusterWeights::Weights found;
+        weights.evaluate(at, found);
+        for (size_t i = 0; i < nodes.size(); ++i) {
+            const double exact = tree.importance(tree.node(nodes[i]), at);
+            dark += found[i] == 0.0 ? 1 : 0;
+            lost += found[i] == 0.0 && exact > 0.0 ? 1 : 0;
+            // Near the edge of a cone a weight is all slack
+            if (trial % 50 > 1 && exact > 1e-3 * tree.importance(tree.node(0), at))
+                worst = std::max(worst, std::abs(found[i] / exact - 1.0));
+        }
+    }
+    std::printf("%zu weights of nothing, worst relative difference of the others %.2g\n", dark,
+                worst);
+    EXPECT_EQ(lost, 0u);
+    EXPECT_GT(dark, 10000u);
+    EXPECT_LT(worst, 0.05);
 }
 
 TEST(LightBounds, MergedConesHoldBothOfThem) {

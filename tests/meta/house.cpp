@@ -57,7 +57,7 @@ const std::vector<Library>& library_table() {
         {"openssl/", {"src/image/"}},
         {"oneapi/tbb", {"src/base/"}},
         {"tbb/", {"src/base/"}},
-        {"hwy/", {"src/accel/"}},
+        {"hwy/", {"src/accel/", "src/lights/"}},
         {"lz4", {"src/usd/crate/"}},
         {"CLI/", {"src/app/", "compositor/"}},
         {"assimp/", {"src/import/"}},
