@@ -65,7 +65,7 @@ Result<std::vector<double>> parse_frames(std::string_view text) {
 }
 
 Result<double> parse_duration(std::string_view text) {
-    const Error bad{"bad-duration", fmt::format("cannot read duration \"{}\": expected seconds, or a number with s, m or h", text)};
+    const Error bad{"bad-duration", fmt::format("cannot read duration \"{}\": expected seconds, or a number with s, m or h, above 0", text)};
     double unit = 1.0;
     std::string_view digits = text;
     if (!text.empty()) {
@@ -76,7 +76,7 @@ Result<double> parse_duration(std::string_view text) {
         }
     }
     const auto value = number<double>(digits);
-    if (!value || *value < 0.0) return bad;
+    if (!value || !(*value > 0.0)) return bad;
     return *value * unit;
 }
 
@@ -93,10 +93,12 @@ Result<std::pair<uint64_t, uint64_t>> parse_sample_range(std::string_view text) 
 Result<double> parse_fraction(std::string_view text) {
     const bool percent = !text.empty() && text.back() == '%';
     const auto value = number<double>(percent ? text.substr(0, text.size() - 1) : text);
-    if (!value || *value < 0.0) {
-        return Error{"bad-fraction", fmt::format("cannot read \"{}\": expected a fraction such as 1% or 0.01", text)};
+    const double fraction = value ? (percent ? *value / 100.0 : *value) : 0.0;
+    // 20 is 20 % with the sign forgotten, hardly ever 2000 %
+    if (!(fraction > 0.0 && fraction < 1.0)) {
+        return Error{"bad-fraction", fmt::format("cannot read \"{}\": expected a fraction such as 1% or 0.01, above 0 and below 100%", text)};
     }
-    return percent ? *value / 100.0 : *value;
+    return fraction;
 }
 
 }  // namespace velatura::app

@@ -24,6 +24,7 @@ struct ProgressState {
     double elapsed_s = 0;
     std::optional<double> left_s;    ///< unknown at the very start
     std::optional<double> error;     ///< relative standard error of the picture so far
+    bool is_upper_error = false;     ///< it is no more than that
     double rays_per_s = 0;
     size_t memory_bytes = 0;
     bool is_last = false;

@@ -22,6 +22,12 @@ lights::SelectionKind selection_kind(std::string_view name) {
     return name == "power" ? lights::SelectionKind::Power : lights::SelectionKind::Tree;
 }
 
+/// The points of a pixel. Two halves that know nothing of each other cost efficiency: only where their difference counts.
+sampling::SamplerKind sampler_kind(const RenderArguments& a) {
+    if (a.sampler == "independent") return sampling::SamplerKind::Independent;
+    return a.halves || !a.target_error.empty() ? sampling::SamplerKind::SobolHalves : sampling::SamplerKind::Sobol;
+}
+
 /// The estimator that the command line names.
 Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
     using integrator::LightSampling;
@@ -36,7 +42,7 @@ Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
 
     estimator.roulette = a.roulette == "throughput" ? integrator::Roulette::Throughput : a.roulette == "constant" ? integrator::Roulette::Constant : integrator::Roulette::None;
     if (estimator.roulette == integrator::Roulette::None && a.max_depth == 0) return usage("--roulette none needs --max-depth: without either, paths in closed rooms do not end");
-    job.tracer.sampler = a.sampler == "independent" ? sampling::SamplerKind::Independent : sampling::SamplerKind::Sobol;
+    job.tracer.sampler = sampler_kind(a);
     job.light_selection = selection_kind(a.light_selection);
     const std::optional<integrator::Guiding> guiding = integrator::guiding_mode(a.guiding);
     if (!guiding) return usage(fmt::format("--guiding: expected off, auto or on, found \"{}\"", a.guiding));

@@ -17,17 +17,20 @@ uint64_t stream_hash(uint64_t pixel_key, int bounce, Purpose purpose, uint32_t r
 
 }  // namespace
 
-// Even sample indices are half A, odd ones half B. Each half walks its own sequence with its own
-// scrambles, so that A − B is an honest estimate of error; both are keyed by the pixel, so that
-// pixels are independent.
+// The scrambles are keyed by the pixel, so that pixels are independent. With halves, even sample
+// indices are half A and odd ones half B, and each walks its own sequence with its own scrambles,
+// so that A − B is an honest estimate of error. In one sequence the halves make up for each other's
+// errors, which A − B then shows too large.
 PixelSampler::PixelSampler(
     uint64_t seed, int pixel_x, int pixel_y, uint64_t sample_index, SamplerKind kind)
     : pixel_key_(
-          hash_combine(hash_combine(seed, (uint64_t(uint32_t(pixel_x)) << 32) | uint32_t(pixel_y)),
-                       // The sequence repeats after 2^32 points: go on with fresh scrambles instead
-                       (sample_index & 1u) | (sample_index >> 33 << 1))),
-      reversed_index_(reverse_bits(uint32_t(sample_index >> 1))),
+          hash_combine(seed, (uint64_t(uint32_t(pixel_x)) << 32) | uint32_t(pixel_y))),
       is_independent_(kind == SamplerKind::Independent) {
+    const uint64_t halves = kind == SamplerKind::SobolHalves ? 1 : 0;
+    const uint64_t index = sample_index >> halves;
+    reversed_index_ = reverse_bits(uint32_t(index));
+    // The sequence repeats after 2^32 points: go on with fresh scrambles instead
+    pixel_key_ = hash_combine(pixel_key_, (sample_index & halves) | (index >> 32 << 1));
     if (is_independent_) pixel_key_ = hash_combine(pixel_key_, sample_index);
 }
 

@@ -24,13 +24,13 @@ TEST(ParseDuration, Units) {
     EXPECT_EQ(*parse_duration("90"), 90.0);
     EXPECT_EQ(*parse_duration("1.5m"), 90.0);
     EXPECT_EQ(*parse_duration("2h"), 7200.0);
-    for (const char* text : {"", "m", "-1", "1d", "1 s"}) EXPECT_FALSE(parse_duration(text)) << text;
+    for (const char* text : {"", "m", "-1", "0", "0m", "1d", "1 s"}) EXPECT_FALSE(parse_duration(text)) << text;
 }
 
 TEST(ParseFraction, PercentOrNumber) {
     EXPECT_DOUBLE_EQ(*parse_fraction("1%"), 0.01);
     EXPECT_DOUBLE_EQ(*parse_fraction("0.25"), 0.25);
-    EXPECT_FALSE(parse_fraction("x%"));
+    for (const char* text : {"x%", "20", "1", "0", "-1%", "100%"}) EXPECT_FALSE(parse_fraction(text)) << text;
 }
 
 TEST(ParseSampleRange, HalfOpen) {

@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdio>
+#include <random>
 #include <set>
 #include <vector>
 
@@ -76,6 +77,18 @@ void expect_net(const std::vector<Vec2>& points) {
     }
 }
 
+TEST(PixelSampler, EveryAlignedBlockIsANet) {
+    for (const int k : {0, 1, 2, 4, 6, 10}) {
+        for (const uint64_t block : {0u, 1u, 5u}) {
+            std::vector<Vec2> points;
+            for (uint64_t i = 0; i < (uint64_t(1) << k); ++i)
+                points.push_back(
+                    PixelSampler(7, 3, 4, (block << k) + i).get_2d(2, Purpose::LightSurface));
+            expect_net(points);
+        }
+    }
+}
+
 TEST(PixelSampler, EveryAlignedBlockOfAHalfIsANet) {
     for (const uint64_t half : {0u, 1u}) {
         for (const int k : {0, 1, 2, 4, 6, 10}) {
@@ -83,7 +96,8 @@ TEST(PixelSampler, EveryAlignedBlockOfAHalfIsANet) {
                 std::vector<Vec2> points;
                 for (uint64_t i = 0; i < (uint64_t(1) << k); ++i) {
                     const uint64_t index = 2 * ((block << k) + i) + half;
-                    points.push_back(PixelSampler(7, 3, 4, index).get_2d(2, Purpose::LightSurface));
+                    points.push_back(PixelSampler(7, 3, 4, index, SamplerKind::SobolHalves)
+                                         .get_2d(2, Purpose::LightSurface));
                 }
                 expect_net(points);
             }
@@ -95,7 +109,7 @@ TEST(PixelSampler, OneDimensionIsStratified) {
     constexpr size_t n = 1024;
     std::vector<int> count(n, 0);
     for (uint64_t i = 0; i < n; ++i) {
-        ++count[size_t(PixelSampler(1, 2, 3, 2 * i).get_1d(0, Purpose::LightSelect) * float(n))];
+        ++count[size_t(PixelSampler(1, 2, 3, i).get_1d(0, Purpose::LightSelect) * float(n))];
     }
     for (const int c : count) ASSERT_EQ(c, 1);
 }
@@ -106,7 +120,7 @@ TEST(PixelSampler, LargeIndicesAreDistinctAndInRange) {
     std::set<std::pair<float, float>> seen;
     std::vector<Vec2> points;
     for (uint64_t i = 0; i < 256; ++i) {
-        const PixelSampler s(0, 8191, 8191, (uint64_t(1) << 20) - 512 + 2 * i);
+        const PixelSampler s(0, 8191, 8191, (uint64_t(1) << 20) - 256 + i);
         const Vec2 u = s.get_2d(9, Purpose::BsdfDirection);
         seen.insert({u.x, u.y});
         points.push_back(u);
@@ -177,8 +191,10 @@ TEST(PixelSampler, PixelsSeedsRepeatsAndHalvesAreIndependent) {
     constexpr size_t n = 4096;
     std::vector<std::vector<double>> streams(5, std::vector<double>(n));
     for (size_t i = 0; i < n; ++i) {
-        streams[0][i] = double(PixelSampler(1, 10, 20, 2 * i).get_1d(1, Purpose::BsdfLobe));
-        streams[1][i] = double(PixelSampler(1, 10, 20, 2 * i + 1).get_1d(1, Purpose::BsdfLobe));
+        for (size_t half : {size_t(0), size_t(1)}) {
+            const PixelSampler sampler(1, 10, 20, 2 * i + half, SamplerKind::SobolHalves);
+            streams[half][i] = double(sampler.get_1d(1, Purpose::BsdfLobe));
+        }
         streams[2][i] = double(PixelSampler(1, 11, 20, 2 * i).get_1d(1, Purpose::BsdfLobe));
         streams[3][i] = double(PixelSampler(2, 10, 20, 2 * i).get_1d(1, Purpose::BsdfLobe));
         streams[4][i] = double(PixelSampler(1, 10, 20, 2 * i).get_1d(1, Purpose::BsdfLobe, 1));
@@ -200,7 +216,8 @@ TEST(PixelSampler, HalvesPredictTheError) {
     for (int p = 0; p < pixels; ++p) {
         double mean[2] = {0, 0};
         for (uint64_t i = 0; i < 2 * samples; ++i) {
-            const Vec2 u = PixelSampler(3, p % 64, p / 64, i).get_2d(1, Purpose::LightSurface);
+            const Vec2 u = PixelSampler(3, p % 64, p / 64, i, SamplerKind::SobolHalves)
+                               .get_2d(1, Purpose::LightSurface);
             // A disk of area 1/2: its truth is 1/2
             const float x = u.x - 0.5f, y = u.y - 0.5f;
             mean[i & 1] += (x * x + y * y < 0.5f * inv_pi ? 1.0 : 0.0) / samples;
@@ -213,6 +230,42 @@ TEST(PixelSampler, HalvesPredictTheError) {
     EXPECT_NEAR(aa / bb, 1.0, 4 * std::sqrt(4.0 / pixels));
     // And they are better than independent numbers, whose variance is 1/4 per sample
     EXPECT_LT(aa / pixels, 0.6 * 0.25 / samples);
+}
+
+// In one sequence both halves together are better than two independent ones, and their difference
+// says so too little: it errs on the safe side.
+TEST(PixelSampler, HalvesOfOneSequenceOverstateTheError) {
+    constexpr int pixels = 4000;
+    constexpr int samples = 32;
+    constexpr float radius2 = 0.09f;
+    // Disks that lie anywhere in the square
+    const auto squares = [&](SamplerKind kind, double& predicted) {
+        std::mt19937 random(8);
+        std::uniform_real_distribution<float> center(0.3f, 0.7f);
+        double error = 0;
+        predicted = 0;
+        for (int p = 0; p < pixels; ++p) {
+            const float cx = center(random), cy = center(random);
+            double mean[2] = {0, 0};
+            for (uint64_t i = 0; i < samples; ++i) {
+                const Vec2 u =
+                    PixelSampler(3, p % 64, p / 64, i, kind).get_2d(1, Purpose::LightSurface);
+                const float d2 = sqr(u.x - cx) + sqr(u.y - cy);
+                mean[i & 1] += (d2 < radius2 ? 2.0 : 0.0) / samples;
+            }
+            error += sqr((mean[0] + mean[1]) / 2 - double(radius2) * pi_d) / pixels;
+            predicted += sqr(mean[0] - mean[1]) / 4 / pixels;
+        }
+        return error;
+    };
+    double predicted_two = 0, predicted_one = 0;
+    const double two = squares(SamplerKind::SobolHalves, predicted_two);
+    const double one = squares(SamplerKind::Sobol, predicted_one);
+    std::printf("one sequence has %.2f of the variance of two, and predicts %.2f of its own\n",
+                one / two, predicted_one / one);
+    EXPECT_NEAR(predicted_two / two, 1.0, 0.1);
+    EXPECT_LT(one, 0.8 * two);
+    EXPECT_GT(predicted_one, one);
 }
 
 // RIGOR H44: the spread of the means of 64 seeds, for one independent draw per seed and pixel
