@@ -35,6 +35,7 @@ const std::vector<Technique>& techniques() {
         {"lights uniformly", "light tree", [](WorldOptions& w, PathTracerOptions&) { w.light_selection = lights::SelectionKind::Uniform; }},
         {"constant roulette", "roulette by throughput", [](WorldOptions&, PathTracerOptions& p) { p.estimator.roulette = Roulette::Constant; }},
         {"independent samples", "Owen-Sobol' points", [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::Independent; }},
+        {"two halves", "one sequence per pixel", [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::SobolHalves; }},
     };
     return table;
 }
@@ -45,6 +46,7 @@ const std::vector<std::string>& transport_scenes() {
     static const std::vector<std::string> table = {
         "cornell/cornell",  "transport/sun",   "transport/wide_sun", "transport/many_lights", "transport/lamp_sizes", "transport/lens",
         "transport/glass",  "transport/caustic", "transport/baffle",   "transport/glowing_mesh", "transport/gloss",
+        "transport/window",
     };
     return table;
 }
