@@ -304,12 +304,9 @@ QuerySlack top_slack(const SceneTrees& trees) {
     return slack;
 }
 
-bool is_valid_ray(const geometry::Ray& ray) {
-    return is_finite(ray.o) && is_finite(ray.d) && ray.t_max > 0.0f;
-}
-
 bool intersect(const SceneTrees& trees, const geometry::Ray& ray, TreeHit& best) {
-    if (!is_valid_ray(ray)) return false;
+    // make_query refuses what is not finite
+    if (!(ray.t_max > 0.0f)) return false;
     best = {};
     best.t = ray.t_max;
     const Vec3d o(ray.o), d(ray.d);
@@ -331,7 +328,7 @@ bool intersect(const SceneTrees& trees, const geometry::Ray& ray, TreeHit& best)
 }
 
 bool is_occluded(const SceneTrees& trees, const geometry::Ray& ray) {
-    if (!is_valid_ray(ray)) return false;
+    if (!(ray.t_max > 0.0f)) return false;
     const Vec3d o(ray.o), d(ray.d);
     QueryRay q;
     if (!trees.direct.is_empty() && make_query(o, d, trees.direct.query_bounds, {}, q) &&

@@ -62,6 +62,7 @@ CameraModel::CameraModel(const scene::Camera& camera, int width, int height)
     const Vec3d axis = transform_direction(Vec3d(0.0, 0.0, -1.0), render_from_camera_);
     scale_ = std::sqrt(axis.dot(axis));
     view_direction_ = to_float(normalize(axis));
+    pixel_ = std::sqrt(std::abs(dx_ * dy_)) * scale_;
 
     Mat4d world_from_camera = render_from_camera_;
     for (int i = 0; i < 3; ++i) world_from_camera[3][i] += camera.world_position[i];
@@ -93,13 +94,12 @@ CameraRay CameraModel::generate_ray(const Vec2& film_point, const Vec2& u_lens) 
     const double length = std::sqrt(direction.dot(direction));
     CameraRay ray;
     ray.o = to_float(transform_point(from + step * clip_near_, render_from_camera_));
-    ray.d = to_float(normalize(direction));
+    ray.d = to_float(direction * (1.0 / length));
     ray.t_max = float((clip_far_ - clip_near_) * length);
 
     // A pixel is dx·dy at depth 1; depth grows by 1/length per unit of t
-    const double pixel = std::sqrt(std::abs(dx_ * dy_)) * scale_;
-    ray.cone_width = float(is_orthographic_ ? pixel : pixel * clip_near_);
-    ray.cone_spread = is_orthographic_ ? 0.0f : float(pixel / length);
+    ray.cone_width = float(is_orthographic_ ? pixel_ : pixel_ * clip_near_);
+    ray.cone_spread = is_orthographic_ ? 0.0f : float(pixel_ / length);
     return ray;
 }
 

@@ -60,6 +60,7 @@ class CameraModel {
     double left_, top_, dx_, dy_;  // window: corner and size of a pixel
     double lens_radius_, focus_distance_, clip_near_, clip_far_;
     double scale_;  // length in render space of one unit along −Z
+    double pixel_;  // edge of a pixel at depth 1, render space
     float exposure_scale_;
     Vec3 view_direction_;
     Mat4d world_to_camera_, world_to_ndc_;
