@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "integrator/ray_counts.h"
+#include "integrator/specular_chain.h"
+#include "integrator/world.h"
+#include "lights/emitter.h"
+#include "sampling/distribution.h"
+#include "sampling/sampler.h"
+#include "shading/bsdf.h"
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+namespace velatura::integrator {
+
+/// How light that comes by perfect mirrors and smooth interfaces is found.
+enum class Caustics : uint8_t {
+    Path,      ///< by paths that meet the light by chance
+    Manifold,  ///< by solving for the chain that joins a vertex and a point of the light
+};
+
+/// "path", "manifold".
+std::optional<Caustics> caustics_mode(std::string_view name);
+
+/// What a path did since it last scattered by a lobe that is no delta.
+struct SpecularHistory {
+    int length = 0;           ///< delta scatterings
+    bool is_handled = false;  ///< CausticSampler finds such chains
+};
+
+/// Solves for caustics: joins a vertex and a point of a light by a chain of perfect reflections and
+/// refractions. Which chains these are is exactly what finds() says of a path that goes the other
+/// way: paths leave out the light that they meet there, and all else stays theirs.
+///
+/// A chain is one of 1 to longest_specular_chain delta scatterings at plain vertices
+/// (is_plain_vertex), with no cut-out or index-1 surface passed, that starts at a vertex with a
+/// lobe that is no delta and ends at a light of the scene that is no dome. Emissive meshes, domes,
+/// normal-mapped mirrors and what rough lobes pass on are left to the paths.
+///
+/// A point of the light is drawn, then a chain is sought from a random ray towards a shape that
+/// reflects or refracts: the events of that ray are kept, its direction is improved by Newton's
+/// method until the chain ends at the point. How likely that was is estimated without bias by the
+/// number of further rays until the same solution is found again. Every number is a function of the
+/// pixel sampler's. Immutable, safe to share among threads; the world must outlive it.
+/// Ref: Zeltner, Georgiev & Jakob 2020, "Specular Manifold Sampling for Rendering High-Frequency
+/// Caustics and Glints", sections 3 and 4; Hanika, Droske & Fascione 2015, "Manifold Next Event
+/// Estimation".
+class CausticSampler {
+  public:
+    /// Further rays that are tried before a solution's probability counts as 1 / trial_cap.
+    static constexpr uint32_t trial_cap = 1u << 14;
+
+    explicit CausticSampler(const World& world);
+
+    /// Nothing casts caustics, or no light could: sampling finds nothing and finds() is false.
+    bool is_empty() const { return casters_.empty() || lights_.empty(); }
+
+    /// Before the path's first scattering by a lobe that is no delta.
+    static SpecularHistory at_camera() { return {}; }
+
+    /// The history after scattering. passed: surfaces that the segment before went straight
+    /// through.
+    SpecularHistory after(const SpecularHistory& before,
+                          const geometry::SurfacePoint& point,
+                          const shading::Bsdf& bsdf,
+                          bool is_delta,
+                          uint32_t passed) const;
+
+    /// Whether light met by a path of this history is what sample() brings. passed: as above, of
+    /// the segment that meets it.
+    bool finds(const SpecularHistory& history, uint32_t light, uint32_t passed) const {
+        return history.is_handled && history.length > 0 && passed == 0 && is_handled_[light];
+    }
+
+    /// A vertex to find light for.
+    struct Receiver {
+        const geometry::SurfacePoint& point;
+        const shading::Bsdf& bsdf;
+        Vec3 wo;
+        lights::RayCone cone;
+    };
+
+    struct Found {
+        Rgb radiance;      ///< estimate of what leaves the vertex towards wo
+        int length = 0;    ///< delta scatterings between vertex and light
+        uint32_t light = 0;
+    };
+
+    /// One estimate of all the light that arrives by such chains. bounce, repeat: see PixelSampler.
+    std::optional<Found> sample(const Receiver& receiver,
+                                const sampling::PixelSampler& sampler,
+                                int bounce,
+                                uint32_t repeat,
+                                RayCounts& counts) const;
+
+  private:
+    /// A shape that reflects or refracts without blur, where it stands.
+    struct Caster {
+        uint32_t instance = scene::none, shape = scene::none;
+        uint32_t triangles = 0;  ///< index into triangles_
+        Vec3d center = Vec3d(0.0);
+        double radius2 = 0;
+    };
+
+    /// What the chain must end at.
+    struct Target {
+        uint32_t light = 0;
+        bool is_infinite = false;
+        double pmf = 0;  ///< of the light
+        lights::EmitterPoint point;
+    };
+
+    /// A first direction with the chain that it leads to.
+    struct Solution {
+        SpecularEvents events;
+        Vec3d d = Vec3d(0.0);
+        SpecularChain chain;
+        double distance = 0;  ///< from the last surface to the light
+        double density = 0;   ///< solid angle at the vertex over the area across the ray at the
+                              ///< light, or over the solid angle at infinity
+    };
+
+    struct Search;
+
+    void add_lights();
+    void add_casters();
+    uint32_t add_caster(const geometry::TriangleMesh& mesh, scene::MaterialId override);
+    double caster_weight(scene::MaterialId material) const;
+    Target choose_target(const Search& search) const;
+    Vec3d seed_point(const Search& search, uint32_t trial) const;
+    bool find_events(const Search& search,
+                     uint32_t trial,
+                     const Vec3& d,
+                     SpecularEvents& events) const;
+    bool try_seed(const Search& search,
+                  uint32_t trial,
+                  const SpecularEvents* wanted,
+                  Solution& out) const;
+    bool solve(const Search& search, const Vec3d& seed, Solution& out) const;
+    Rgb contribution(const Search& search, const Solution& solution) const;
+    bool is_blocked(const Search& search, const Solution& solution, const geometry::SurfacePoint& last) const;
+
+    const World& world_;
+    std::vector<uint32_t> lights_;
+    std::vector<std::optional<Vec3d>> facing_;  // [lights_] direction towards all casters
+    sampling::Distribution1D light_choice_;     // [lights_]
+    std::vector<uint8_t> is_handled_;           // [light of the scene]
+    std::vector<Caster> casters_;
+    sampling::Distribution1D caster_choice_;  // [casters_]
+    std::vector<sampling::Distribution1D> triangles_;  // of each mesh and material
+};
+
+}  // namespace velatura::integrator
