@@ -111,7 +111,7 @@ class FrameRenderer {
           window_(data_window(input.scene.settings, job.arguments.crop)),
           layers_(with_groups(job.layers, input.scene)),
           world_(input.scene, world_options(job, input.scene.settings), make_light_image_loader(), diagnostics),
-          caustics_(job.caustics == integrator::Caustics::Manifold ? std::make_unique<integrator::CausticSampler>(world_) : nullptr),
+          caustics_(make_caustics(job.caustics, world_)),
           training_(integrator::train_guide(world_, tracer_options(nullptr), is_refused() ? integrator::Guiding::Off : job.guiding, &StopSignals::stop_flag())),
           tracer_(world_, layers_, tracer_options(training_.is_used ? &training_.field : nullptr)),
           printer_(job.progress) {}
@@ -123,7 +123,7 @@ class FrameRenderer {
             return RenderError;
         }
         note_guiding();
-        if (caustics_ && caustics_->is_empty()) diagnostics_.note("caustics", {}, {}, "--caustics manifold has nothing to do: no smooth mirror or glass, or no light that could shine through it");
+        if (caustics_ && caustics_->is_empty()) diagnostics_.note("caustics", {}, {}, "caustics are left to the paths: there is no smooth mirror or glass, or no light that is wanted to shine through it");
         // A file that can be merged needs every node of the sums, also those that the picture alone would fold early
         const bool is_partial = !job_.arguments.samples.empty();
         film::Film film(window_, layers_, {.final_sample_end = is_partial ? 0 : job_.schedule.end_sample});
@@ -151,6 +151,12 @@ class FrameRenderer {
         options.light_selection = job.light_selection;
         options.compensate_mis = job.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
         return options;
+    }
+
+    static std::unique_ptr<integrator::CausticSampler> make_caustics(integrator::Caustics mode, const integrator::World& world) {
+        if (mode == integrator::Caustics::Path) return nullptr;
+        if (mode == integrator::Caustics::Manifold) return std::make_unique<integrator::CausticSampler>(world);
+        return std::make_unique<integrator::CausticSampler>(world, integrator::CausticSampler::auto_largest_light);
     }
 
     integrator::PathTracerOptions tracer_options(const guiding::GuidingField* guide) const {

@@ -59,7 +59,7 @@ json make_ledger(const RenderJob& job) {
     if (job.tracer.filter == sampling::FilterKind::Mitchell) {
         ledger.push_back({{"approximation", "mitchell-ratio"}, {"value", "weights normalised per pixel"}, {"kind", "consistent"}, {"effect", "vanishes with samples; not measured"}});
     }
-    if (job.caustics == integrator::Caustics::Manifold) {
+    if (job.caustics != integrator::Caustics::Path) {
         ledger.push_back({{"approximation", "caustic-trial-cap"}, {"value", integrator::CausticSampler::trial_cap}, {"kind", "bias"}, {"effect", "chains not found again after so many trials count too little; numerics.caustics_capped of caustics_found in the statistics"}});
     }
     ledger.push_back({{"approximation", "tessellated-gprims"}, {"value", "spheres, cylinders, cones and capsules as triangles with smooth normals"}, {"kind", "bias"}, {"effect", "silhouettes; not measured"}});

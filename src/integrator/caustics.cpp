@@ -24,13 +24,23 @@ constexpr double converged_step = 1e-9;
 constexpr double same_direction = 1e-6;
 /// A step turns the direction by no more than about this: beyond, the linear model says nothing.
 constexpr double longest_step = 0.3;
+/// Nor does it try to turn the last direction by more.
+constexpr double longest_turn = 0.5;
 
 /// Shapes that a seed chooses among by distance; each is drawn by area.
 constexpr int caster_candidates = 4;
 
-/// How often the events of a seed end before its ray leaves the specular surfaces: where the light
-/// stands before the next surface, and elsewhere.
-constexpr float end_at_light = 0.5f, end_anywhere = 1.0f / 16.0f;
+/// How often the events of a seed end before its ray leaves the specular surfaces, where the light
+/// stands before the next one.
+constexpr float end_at_light = 0.5f;
+
+/// Share of seeds that reflect where both is possible, and that refract, at least: events that
+/// bring little must not take forever to find again.
+constexpr float least_event_share = 0.1f;
+
+/// Seeds whose last direction is further off the light are not pursued: few would lead there, and
+/// near a solution there are always others.
+constexpr double widest_seed_cosine = 0.85;
 
 /// As for the paths' own light hits: lights flush with a surface are neither shadowed nor missed.
 constexpr double flush_light_margin = 0x1p-14;
@@ -57,6 +67,7 @@ Ball ball_around(const Box3d& box) {
 
 std::optional<Caustics> caustics_mode(std::string_view name) {
     if (name == "path") return Caustics::Path;
+    if (name == "auto") return Caustics::Auto;
     if (name == "manifold") return Caustics::Manifold;
     return std::nullopt;
 }
@@ -75,9 +86,9 @@ struct CausticSampler::Search {
     }
 };
 
-CausticSampler::CausticSampler(const World& world) : world_(world) {
+CausticSampler::CausticSampler(const World& world, double largest_light) : world_(world) {
     add_casters();
-    if (!casters_.empty()) add_lights();
+    if (!casters_.empty()) add_lights(largest_light);
 }
 
 double CausticSampler::caster_weight(scene::MaterialId id) const {
@@ -156,7 +167,7 @@ void CausticSampler::add_casters() {
     caster_choice_ = sampling::Distribution1D(std::span<const double>(weights));
 }
 
-void CausticSampler::add_lights() {
+void CausticSampler::add_lights(double largest_light) {
     Box3d casters;
     for (const Caster& c : casters_) {
         const Vec3d reach(std::sqrt(c.radius2));
@@ -173,13 +184,22 @@ void CausticSampler::add_lights() {
         if (!lights.has_points(i)) continue;
         const double power = lights.power(i, scene_radius);
         if (!(power > 0.0) || !std::isfinite(power)) continue;
+        std::optional<Vec3d> facing;
+        double half_angle = 0.0;
+        if (lights.is_infinite(i)) {
+            half_angle = lights.is_delta(i) ? 0.0 : 0.5 * double(lights.light(i).angle_deg) * (pi_d / 180.0);
+        } else {
+            const Ball ball = ball_around(lights.bounds(i).box);
+            const Vec3d away = target.center - ball.center;
+            const double distance2 = away.dot(away);
+            if (distance2 > target.radius2) facing = away / std::sqrt(distance2);
+            half_angle = std::sqrt(ball.radius2 / std::max(distance2, target.radius2));
+        }
+        if (!(half_angle <= largest_light)) continue;
         is_handled_[i] = 1;
         lights_.push_back(i);
         powers.push_back(power);
-        facing_.emplace_back();
-        if (lights.is_infinite(i)) continue;
-        const Vec3d away = target.center - ball_around(lights.bounds(i).box).center;
-        if (away.dot(away) > target.radius2) facing_.back() = away / away.length();
+        facing_.push_back(facing);
     }
     light_choice_ = sampling::Distribution1D(std::span<const double>(powers));
 }
@@ -250,8 +270,9 @@ bool CausticSampler::find_events(const Search& search, uint32_t trial, const Vec
         ++search.counts.caustic;
         if (!hit.is_valid()) break;
         if (events.count > 0) {
-            const bool meets_light = !target.is_infinite && (target.point.p - Vec3d(ray.o)).dot(Vec3d(ray.d)) < double(hit.t);
-            if (u.y < (meets_light ? end_at_light : end_anywhere)) break;
+            const double passes_at = target.is_infinite ? 0.0 : (target.point.p - Vec3d(ray.o)).dot(Vec3d(ray.d));
+            const bool meets_light = passes_at > 0.0 && passes_at < double(hit.t);
+            if (meets_light && u.y < end_at_light) break;
         }
         const geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, ray, hit);
         if (!(caster_weight(point.material) > 0.0)) break;
@@ -263,12 +284,16 @@ bool CausticSampler::find_events(const Search& search, uint32_t trial, const Vec
         const float r = reflected ? max_component(reflected->weight) : 0.0f;
         const float t = transmitted && transmitted->eta != 1.0f ? max_component(transmitted->weight) * transmitted->eta * transmitted->eta : 0.0f;
         if (!(r + t > 0.0f)) break;
-        const bool reflects = u.x * (r + t) < r;
+        const bool has_both = r > 0.0f && t > 0.0f;
+        const float share = has_both ? std::clamp(r / (r + t), least_event_share, 1.0f - least_event_share) : float(r > 0.0f);
+        const bool reflects = u.x < share;
         const shading::DeltaScattering& chosen = reflects ? *reflected : *transmitted;
         events.events[size_t(events.count++)] = {reflects ? ScatterKind::Reflect : ScatterKind::Transmit, point.material, point.ng.dot(wo) < 0.0f, chosen.eta};
         ray = geometry::spawn_ray(start, chosen.wi);
     }
-    return events.count > 0;
+    // Look whether the chain ends anywhere near the light
+    const Vec3d to_light = target.is_infinite ? target.point.n : target.point.p - Vec3d(ray.o);
+    return events.count > 0 && to_light.dot(Vec3d(ray.d)) > widest_seed_cosine * to_light.length();
 }
 
 /// Newton's method with damping, from a direction whose chain has the events. The residual is the
@@ -296,11 +321,15 @@ bool CausticSampler::solve(const Search& search, const Vec3d& seed, Solution& ou
     double damping = 1.0;
     for (int step = 0; step < newton_steps; ++step) {
         const RayDifferential& ray = out.chain.ray;
-        const std::array<Vec3d, 2> plane = directions_across(state.towards);
+        // Turn along the great circle to the target, in the tangent plane of the last direction
+        const std::array<Vec3d, 2> plane = directions_across(ray.d);
         const double closeness = target.is_infinite ? 0.0 : 1.0 / state.distance;
+        const double sine = std::hypot(plane[0].dot(state.towards), plane[1].dot(state.towards));
+        const double angle = std::atan2(sine, ray.d.dot(state.towards));
+        const double stretch = sine > 0.0 ? std::min(angle, longest_turn) / sine : 1.0;
         double j[2][2], r[2];
         for (size_t row = 0; row < 2; ++row) {
-            r[row] = plane[row].dot(ray.d);
+            r[row] = -stretch * plane[row].dot(state.towards);
             for (size_t column = 0; column < 2; ++column) j[row][column] = plane[row].dot(ray.d_by[column] + ray.o_by[column] * closeness);
         }
         const double det = j[0][0] * j[1][1] - j[0][1] * j[1][0];

@@ -10,6 +10,7 @@
 #include "shading/bsdf.h"
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -20,9 +21,10 @@ namespace velatura::integrator {
 enum class Caustics : uint8_t {
     Path,      ///< by paths that meet the light by chance
     Manifold,  ///< by solving for the chain that joins a vertex and a point of the light
+    Auto,      ///< Manifold for lights so small that paths seldom meet them, Path for the others
 };
 
-/// "path", "manifold".
+/// "path", "manifold", "auto".
 std::optional<Caustics> caustics_mode(std::string_view name);
 
 /// What a path did since it last scattered by a lobe that is no delta.
@@ -53,7 +55,12 @@ class CausticSampler {
     /// Further rays that are tried before a solution's probability counts as 1 / trial_cap.
     static constexpr uint32_t trial_cap = 1u << 14;
 
-    explicit CausticSampler(const World& world);
+    /// Lights of this half angle (radians, seen from the shapes that cast caustics) are about as
+    /// well met by chance (`./dev bench transport caustic`): what Caustics::Auto leaves to paths.
+    static constexpr double auto_largest_light = 1.0 / 32.0;
+
+    /// largest_light: half angle beyond which a light is left to the paths.
+    explicit CausticSampler(const World& world, double largest_light = std::numeric_limits<double>::infinity());
 
     /// Nothing casts caustics, or no light could: sampling finds nothing and finds() is false.
     bool is_empty() const { return casters_.empty() || lights_.empty(); }
@@ -125,7 +132,7 @@ class CausticSampler {
 
     struct Search;
 
-    void add_lights();
+    void add_lights(double largest_light);
     void add_casters();
     uint32_t add_caster(const geometry::TriangleMesh& mesh, scene::MaterialId override);
     double caster_weight(scene::MaterialId material) const;

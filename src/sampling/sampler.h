@@ -30,7 +30,6 @@ enum class Purpose : uint32_t {
     ManifoldCaster = 16,
     ManifoldSeed = 17,
     ManifoldLobe = 18,
-    ManifoldRoulette = 19,
 };
 
 /// Which points the samples of a pixel are.
