@@ -27,6 +27,11 @@ constexpr double longest_step = 0.3;
 /// Nor does it try to turn the last direction by more.
 constexpr double longest_turn = 0.5;
 
+/// Share of seeds that go straight to the light, and how far about they are turned aside (radians):
+/// where interfaces bend light little, these are the best.
+constexpr float straight_share = 0.4f;
+constexpr double straight_spread = 0.1;
+
 /// Shapes that a seed chooses among by distance; each is drawn by area.
 constexpr int caster_candidates = 4;
 
@@ -225,10 +230,23 @@ CausticSampler::Target CausticSampler::choose_target(const Search& search) const
     return target;
 }
 
-/// A point of a caster, by area among those that are near.
-Vec3d CausticSampler::seed_point(const Search& search, uint32_t trial) const {
+/// A direction that may begin a chain; any density does, as long as every direction towards a caster
+/// can come. Zero: none.
+Vec3d CausticSampler::seed_direction(const Search& search, uint32_t trial) const {
     const Vec2 u = search.numbers(Purpose::ManifoldCaster, trial);
+    const Vec2 v = search.numbers(Purpose::ManifoldSeed, trial);
     const Vec3d x(search.receiver.point.p);
+    const Target& target = search.target;
+    if (u.y < straight_share) {
+        const Vec3d to_light = target.is_infinite ? target.point.n : target.point.p - x;
+        const double length = to_light.length();
+        if (!(length > 0.0)) return Vec3d(0.0);
+        const double angle = straight_spread * square(double(v.x)), turn = 2.0 * pi_d * double(v.y);
+        const Vec3d axis = to_light / length;
+        const std::array<Vec3d, 2> across = directions_across(axis);
+        return axis * std::cos(angle) + (across[0] * std::cos(turn) + across[1] * std::sin(turn)) * std::sin(angle);
+    }
+    const float u_choice = (u.y - straight_share) / (1.0f - straight_share);
     size_t candidates[caster_candidates];
     float inside[caster_candidates];
     double sums[caster_candidates], sum = 0;
@@ -242,19 +260,34 @@ Vec3d CausticSampler::seed_point(const Search& search, uint32_t trial) const {
         sums[i] = sum;
     }
     int chosen = 0;
-    while (chosen + 1 < caster_candidates && double(u.y) * sum >= sums[chosen]) ++chosen;
+    while (chosen + 1 < caster_candidates && double(u_choice) * sum >= sums[chosen]) ++chosen;
 
+    // Of a caster all around most of the area is far aside
     const Caster& caster = casters_[candidates[chosen]];
-    const auto draw = triangles_[caster.triangles].sample(inside[chosen]);
-    const geometry::TriangleMesh& mesh =
-        caster.instance == scene::none ? world_.geometry.shapes()[caster.shape]
-                                       : world_.geometry.prototypes()[world_.geometry.instances()[caster.instance].prototype][caster.shape];
-    const Vec2 v = search.numbers(Purpose::ManifoldSeed, trial);
-    const double root = std::sqrt(double(v.x));
-    const double b1 = root * (1.0 - double(v.y)), b2 = root * double(v.y);
-    const auto t = uint32_t(draw.index);
+    float u_triangle = inside[chosen];
+    const Vec3d away = caster.center - x;
+    if (away.dot(away) < square(2.0) * caster.radius2) {
+        if (u_triangle < 0.5f) {
+            const double z = 1.0 - 2.0 * double(v.x), r = safe_sqrt(1.0 - z * z), turn = 2.0 * pi_d * double(v.y);
+            return Vec3d(r * std::cos(turn), r * std::sin(turn), z);
+        }
+        u_triangle = 2.0f * u_triangle - 1.0f;
+    }
+    const Vec3d to_point = point_on(caster, u_triangle, v) - x;
+    const double length = to_point.length();
+    return length > 0.0 ? to_point / length : Vec3d(0.0);
+}
+
+/// A point of a caster, by area.
+Vec3d CausticSampler::point_on(const Caster& caster, float u_triangle, const Vec2& u) const {
+    const bool is_instanced = caster.instance != scene::none;
+    const geometry::GeometrySet& geometry = world_.geometry;
+    const geometry::TriangleMesh& mesh = is_instanced ? geometry.prototypes()[geometry.instances()[caster.instance].prototype][caster.shape] : geometry.shapes()[caster.shape];
+    const auto t = uint32_t(triangles_[caster.triangles].sample(u_triangle).index);
+    const double root = std::sqrt(double(u.x));
+    const double b1 = root * (1.0 - double(u.y)), b2 = root * double(u.y);
     const Vec3d p = Vec3d(mesh.corner(t, 0)) * (1.0 - b1 - b2) + Vec3d(mesh.corner(t, 1)) * b1 + Vec3d(mesh.corner(t, 2)) * b2;
-    return caster.instance == scene::none ? p : transform_point(p, Mat4d(world_.geometry.instances()[caster.instance].render_from_prototype));
+    return is_instanced ? transform_point(p, Mat4d(geometry.instances()[caster.instance].render_from_prototype)) : p;
 }
 
 /// Lets a ray choose its events like a path, until it leaves the specular surfaces or may end at
@@ -366,10 +399,8 @@ bool CausticSampler::solve(const Search& search, const Vec3d& seed, Solution& ou
 /// wanted: events without which the seed is none; null = any.
 bool CausticSampler::try_seed(const Search& search, uint32_t trial, const SpecularEvents* wanted, Solution& out) const {
     const Receiver& at = search.receiver;
-    const Vec3d away = seed_point(search, trial) - Vec3d(at.point.p);
-    const double length = away.length();
-    if (!(length > 0.0)) return false;
-    const Vec3d seed = away / length;
+    const Vec3d seed = seed_direction(search, trial);
+    if (seed == Vec3d(0.0)) return false;
     const Vec3 d = to_float(seed);
     // Nothing opaque takes light from behind
     if (!at.bsdf.has_transmission() && (d.dot(at.point.ng) > 0.0f) != (at.wo.dot(at.point.ng) > 0.0f)) return false;

@@ -137,7 +137,8 @@ class CausticSampler {
     uint32_t add_caster(const geometry::TriangleMesh& mesh, scene::MaterialId override);
     double caster_weight(scene::MaterialId material) const;
     Target choose_target(const Search& search) const;
-    Vec3d seed_point(const Search& search, uint32_t trial) const;
+    Vec3d seed_direction(const Search& search, uint32_t trial) const;
+    Vec3d point_on(const Caster& caster, float u_triangle, const Vec2& u) const;
     bool find_events(const Search& search,
                      uint32_t trial,
                      const Vec3& d,
