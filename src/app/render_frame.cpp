@@ -111,7 +111,7 @@ class FrameRenderer {
           window_(data_window(input.scene.settings, job.arguments.crop)),
           layers_(with_groups(job.layers, input.scene)),
           world_(input.scene, world_options(job, input.scene.settings), make_light_image_loader(), diagnostics),
-          caustics_(make_caustics(job.caustics, world_)),
+          caustics_(integrator::make_caustic_sampler(job.caustics, world_)),
           training_(integrator::train_guide(world_, tracer_options(nullptr), is_refused() ? integrator::Guiding::Off : job.guiding, &StopSignals::stop_flag())),
           tracer_(world_, layers_, tracer_options(training_.is_used ? &training_.field : nullptr)),
           printer_(job.progress) {}
@@ -151,12 +151,6 @@ class FrameRenderer {
         options.light_selection = job.light_selection;
         options.compensate_mis = job.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
         return options;
-    }
-
-    static std::unique_ptr<integrator::CausticSampler> make_caustics(integrator::Caustics mode, const integrator::World& world) {
-        if (mode == integrator::Caustics::Path) return nullptr;
-        if (mode == integrator::Caustics::Manifold) return std::make_unique<integrator::CausticSampler>(world);
-        return std::make_unique<integrator::CausticSampler>(world, integrator::CausticSampler::auto_largest_light);
     }
 
     integrator::PathTracerOptions tracer_options(const guiding::GuidingField* guide) const {
@@ -266,7 +260,7 @@ class FrameRenderer {
     image::Window window_;
     film::LayerSet layers_;
     integrator::World world_;
-    std::unique_ptr<integrator::CausticSampler> caustics_;  ///< null = by paths
+    std::unique_ptr<const integrator::CausticSampler> caustics_;  ///< null = by paths
     integrator::GuideTraining training_;
     integrator::PathTracer tracer_;
     ProgressPrinter printer_;

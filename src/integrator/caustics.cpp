@@ -475,4 +475,16 @@ std::optional<CausticSampler::Found> CausticSampler::sample(const Receiver& rece
     return Found{L * float(trial), first.events.count, search.target.light};
 }
 
+std::unique_ptr<const CausticSampler> make_caustic_sampler(Caustics mode, const World& world) {
+    switch (mode) {
+        case Caustics::Path:
+            break;
+        case Caustics::Manifold:
+            return std::make_unique<CausticSampler>(world);
+        case Caustics::Auto:
+            return std::make_unique<CausticSampler>(world, CausticSampler::auto_largest_light);
+    }
+    return nullptr;
+}
+
 }  // namespace velatura::integrator

@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -160,5 +161,8 @@ class CausticSampler {
     sampling::Distribution1D caster_choice_;  // [casters_]
     std::vector<sampling::Distribution1D> triangles_;  // of each mesh and material
 };
+
+/// The sampler that the mode asks for; null for Caustics::Path.
+std::unique_ptr<const CausticSampler> make_caustic_sampler(Caustics mode, const World& world);
 
 }  // namespace velatura::integrator

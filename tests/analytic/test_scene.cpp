@@ -109,9 +109,9 @@ RenderedLayers render(const TestScene& test, const TestRenderOptions& options) {
     for (const scene::LightGroup& g : test.scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
 
     const integrator::World world(test.scene, {.width = options.size, .height = options.size, .light_selection = options.light_selection}, {}, diagnostics);
-    const integrator::CausticSampler caustics(world);
+    const std::unique_ptr<const integrator::CausticSampler> caustics = integrator::make_caustic_sampler(options.caustics, world);
     const integrator::PathTracer tracer(world, layers, {.seed = options.seed, .max_depth = options.max_depth, .filter = sampling::FilterKind::Box, .estimator = options.estimator,
-                                                        .caustics = options.caustics == integrator::Caustics::Path ? nullptr : &caustics});
+                                                        .caustics = caustics.get()});
     RenderedLayers out{film::Film({0, 0, options.size, options.size}, layers), int(layers.groups.size())};
     integrator::RenderOptions schedule;
     schedule.mode = integrator::RenderMode::Tile;
