@@ -2,10 +2,10 @@
 #pragma once
 
 #include "integrator/ray_counts.h"
+#include "integrator/specular_casters.h"
 #include "integrator/specular_chain.h"
 #include "integrator/world.h"
 #include "lights/emitter.h"
-#include "sampling/distribution.h"
 #include "sampling/sampler.h"
 #include "shading/bsdf.h"
 
@@ -61,10 +61,11 @@ class CausticSampler {
     static constexpr double auto_largest_light = 1.0 / 32.0;
 
     /// largest_light: half angle beyond which a light is left to the paths.
-    explicit CausticSampler(const World& world, double largest_light = std::numeric_limits<double>::infinity());
+    explicit CausticSampler(const World& world,
+                            double largest_light = std::numeric_limits<double>::infinity());
 
     /// Nothing casts caustics, or no light could: sampling finds nothing and finds() is false.
-    bool is_empty() const { return casters_.empty() || lights_.empty(); }
+    bool is_empty() const { return casters_.is_empty() || lights_.empty(); }
 
     /// Before the path's first scattering by a lobe that is no delta.
     static SpecularHistory at_camera() { return {}; }
@@ -92,8 +93,8 @@ class CausticSampler {
     };
 
     struct Found {
-        Rgb radiance;      ///< estimate of what leaves the vertex towards wo
-        int length = 0;    ///< delta scatterings between vertex and light
+        Rgb radiance;    ///< estimate of what leaves the vertex towards wo
+        int length = 0;  ///< delta scatterings between vertex and light
         uint32_t light = 0;
     };
 
@@ -105,14 +106,6 @@ class CausticSampler {
                                 RayCounts& counts) const;
 
   private:
-    /// A shape that reflects or refracts without blur, where it stands.
-    struct Caster {
-        uint32_t instance = scene::none, shape = scene::none;
-        uint32_t triangles = 0;  ///< index into triangles_
-        Vec3d center = Vec3d(0.0);
-        double radius2 = 0;
-    };
-
     /// What the chain must end at.
     struct Target {
         uint32_t light = 0;
@@ -134,12 +127,8 @@ class CausticSampler {
     struct Search;
 
     void add_lights(double largest_light);
-    void add_casters();
-    uint32_t add_caster(const geometry::TriangleMesh& mesh, scene::MaterialId override);
-    double caster_weight(scene::MaterialId material) const;
     Target choose_target(const Search& search) const;
     Vec3d seed_direction(const Search& search, uint32_t trial) const;
-    Vec3d point_on(const Caster& caster, float u_triangle, const Vec2& u) const;
     bool find_events(const Search& search,
                      uint32_t trial,
                      const Vec3& d,
@@ -150,16 +139,16 @@ class CausticSampler {
                   Solution& out) const;
     bool solve(const Search& search, const Vec3d& seed, Solution& out) const;
     Rgb contribution(const Search& search, const Solution& solution) const;
-    bool is_blocked(const Search& search, const Solution& solution, const geometry::SurfacePoint& last) const;
+    bool is_blocked(const Search& search,
+                    const Solution& solution,
+                    const geometry::SurfacePoint& last) const;
 
     const World& world_;
-    std::vector<uint32_t> lights_;
-    std::vector<std::optional<Vec3d>> facing_;  // [lights_] direction towards all casters
-    sampling::Distribution1D light_choice_;     // [lights_]
+    SpecularCasters casters_;
     std::vector<uint8_t> is_handled_;           // [light of the scene]
-    std::vector<Caster> casters_;
-    sampling::Distribution1D caster_choice_;  // [casters_]
-    std::vector<sampling::Distribution1D> triangles_;  // of each mesh and material
+    std::vector<uint32_t> lights_;              // those that are
+    std::vector<double> light_cdf_;             // [lights_] share of the power up to each
+    std::vector<std::optional<Vec3d>> facing_;  // [lights_] direction towards all casters
 };
 
 /// The sampler that the mode asks for; null for Caustics::Path.

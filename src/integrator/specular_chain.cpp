@@ -25,7 +25,9 @@ Number operator-(const Number& a, const Number& b) {
     return {a.v - b.v, {a.by[0] - b.by[0], a.by[1] - b.by[1]}};
 }
 
-Number operator*(const Number& a, double s) { return {a.v * s, {a.by[0] * s, a.by[1] * s}}; }
+Number operator*(const Number& a, double s) {
+    return {a.v * s, {a.by[0] * s, a.by[1] * s}};
+}
 
 Number operator*(const Number& a, const Number& b) {
     return {a.v * b.v, {a.by[0] * b.v + a.v * b.by[0], a.by[1] * b.v + a.v * b.by[1]}};
@@ -45,7 +47,9 @@ Vector operator+(const Vector& a, const Vector& b) {
     return {a.v + b.v, {a.by[0] + b.by[0], a.by[1] + b.by[1]}};
 }
 
-Vector operator*(const Vector& a, double s) { return {a.v * s, {a.by[0] * s, a.by[1] * s}}; }
+Vector operator*(const Vector& a, double s) {
+    return {a.v * s, {a.by[0] * s, a.by[1] * s}};
+}
 
 Vector operator*(const Vector& a, const Number& s) {
     return {a.v * s.v, {a.by[0] * s.v + a.v * s.by[0], a.by[1] * s.v + a.v * s.by[1]}};
@@ -64,9 +68,13 @@ Number dot(const Vector& a, const Vec3d& b) {
     return {a.v.dot(b), {a.by[0].dot(b), a.by[1].dot(b)}};
 }
 
-Vector constant(const Vec3d& v) { return {v}; }
+Vector constant(const Vec3d& v) {
+    return {v};
+}
 
-Vector unit(const Vector& a) { return a / square_root(dot(a, a)); }
+Vector unit(const Vector& a) {
+    return a / square_root(dot(a, a));
+}
 
 /// The triangle that was hit, in render space and double.
 struct Facet {
@@ -159,7 +167,8 @@ bool scatter(const World& world,
         out = d + n * (mu * 2.0);
         if (start.side != 0) {
             Vec3d normals[3];
-            for (int k = 0; k < 3; ++k) normals[k] = facet.normals[k] * (sign / facet.normals[k].length());
+            for (int k = 0; k < 3; ++k)
+                normals[k] = facet.normals[k] * (sign / facet.normals[k].length());
             p = lifted_point(facet, normals, w, p);
         }
     } else {

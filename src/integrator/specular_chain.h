@@ -30,6 +30,7 @@ struct SpecularEvents {
     std::array<SpecularEvent, longest_specular_chain> events = {};
 
     const SpecularEvent* begin() const { return events.data(); }
+
     const SpecularEvent* end() const { return events.data() + count; }
 
     friend bool operator==(const SpecularEvents& a, const SpecularEvents& b);

@@ -27,7 +27,8 @@ struct EmitterHit {
 /// A point of a light, chosen without regard to who looks; of a light at infinity a direction.
 struct EmitterPoint {
     Vec3d p = Vec3d(0.0);  ///< unused at infinity
-    Vec3d n = Vec3d(0.0);  ///< unit: outward normal of the surface; at infinity the direction toward the light
+    Vec3d n = Vec3d(
+        0.0);  ///< unit: outward normal of the surface; at infinity the direction toward the light
     double pdf = 0;  ///< per area, at infinity [1/sr]; 1 when the light is a delta
 };
 
@@ -40,6 +41,7 @@ class Emitter {
     /// What the ray from o along the unit vector d sees at t > 0; pdf is the density of sample(o,
     /// ·) there.
     virtual std::optional<EmitterHit> intersect(const Vec3d& o, const Vec3d& d) const = 0;
+
     /// A point of the light by area, at infinity by solid angle, likelier where it faces along
     /// `facing` (unit) when that is given; nothing for kinds that have no such points.
     virtual std::optional<EmitterPoint> sample_point(const Vec2& u,

@@ -25,9 +25,9 @@ struct BsdfSample {
 
 /// What all delta lobes of one kind do together to light from the one direction they look in.
 struct DeltaScattering {
-    Vec3 wi;          ///< render space, unit, away from the surface
-    Rgb weight;       ///< radiance towards wo over radiance from wi
-    float eta = 1;    ///< as in BsdfSample
+    Vec3 wi;        ///< render space, unit, away from the surface
+    Rgb weight;     ///< radiance towards wo over radiance from wi
+    float eta = 1;  ///< as in BsdfSample
 };
 
 /// f split as UsdLux's diffuse and specular multipliers need it; delta lobes are not in it.
@@ -153,7 +153,6 @@ class Bsdf {
     Rgb rough_loss(float mu, const rough_interface::Shares& shares) const;
     Rgb microfacet_fresnel(float cos_m) const;
     float reflect_share(const Rgb& fresnel) const;
-
 
     void evaluate_local(const View& view, const Vec3& wi, BsdfValue& value) const;
     Rgb add_reflection(

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Irradiance of a matte patch behind glass and by mirrors: what --caustics manifold finds, against integrals that know
-// nothing of it.
-#include <cmath>
-#include <functional>
+// Irradiance of a matte patch behind glass and by mirrors: what --caustics manifold finds, against
+// integrals that know nothing of it.
+#include "test_scene.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "test_scene.h"
+#include <cmath>
+#include <functional>
 
 namespace velatura::test {
 
@@ -59,21 +59,28 @@ double reflectance(double cosine) {
     return f0 + (1.0 - f0) * std::pow(1.0 - cosine, 5);
 }
 
-/// Irradiance of the patch through the slab, of radiance 1 from where `is_light(o, d)` says that the ray o + t·d meets
-/// light: midpoint rule over directions. They leave the slab as they enter it, moved aside.
-double slab_irradiance(double theta_0, double theta_1, double phi_0, double phi_1, const std::function<bool(const Vec3d&, const Vec3d&)>& is_light) {
+/// Irradiance of the patch through the slab, of radiance 1 from where `is_light(o, d)` says that
+/// the ray o + t·d meets light: midpoint rule over directions. They leave the slab as they enter
+/// it, moved aside.
+double slab_irradiance(double theta_0,
+                       double theta_1,
+                       double phi_0,
+                       double phi_1,
+                       const std::function<bool(const Vec3d&, const Vec3d&)>& is_light) {
     constexpr int steps = 1500;
     double sum = 0;
     for (int i = 0; i < steps; ++i) {
         const double theta = theta_0 + (theta_1 - theta_0) * (i + 0.5) / steps;
         const double s = std::sin(theta), c = std::cos(theta);
         const double inside = std::sqrt(1.0 - s * s / (ior * ior));
-        const double aside = (slab_bottom - patch_z) * s / c + (slab_top - slab_bottom) * (s / ior) / inside;
+        const double aside =
+            (slab_bottom - patch_z) * s / c + (slab_top - slab_bottom) * (s / ior) / inside;
         const double passed = std::pow(1.0 - reflectance(c), 2);
         for (int k = 0; k < steps; ++k) {
             const double phi = phi_0 + (phi_1 - phi_0) * (k + 0.5) / steps;
             const Vec3d across(std::cos(phi), std::sin(phi), 0.0);
-            if (is_light(across * aside + Vec3d(0, 0, slab_top), across * s + Vec3d(0, 0, c))) sum += passed * c * s;
+            if (is_light(across * aside + Vec3d(0, 0, slab_top), across * s + Vec3d(0, 0, c)))
+                sum += passed * c * s;
         }
     }
     return sum * (theta_1 - theta_0) * (phi_1 - phi_0) / (double(steps) * steps);
@@ -86,8 +93,16 @@ bool meets_sphere(const Vec3d& o, const Vec3d& d, const Vec3d& centre, double ra
 }
 
 /// Irradiance in a bounce column against what is expected.
-void expect_irradiance(const TestScene& test, int bounce, double expected, double relative, const std::string& what, uint64_t samples = 1024) {
-    const RenderedLayers layers = render(test, {.size = 16, .samples = samples, .last_bounce = 6, .caustics = integrator::Caustics::Manifold});
+void expect_irradiance(const TestScene& test,
+                       int bounce,
+                       double expected,
+                       double relative,
+                       const std::string& what,
+                       uint64_t samples = 1024) {
+    const RenderedLayers layers = render(test, {.size = 16,
+                                                .samples = samples,
+                                                .last_bounce = 6,
+                                                .caustics = integrator::Caustics::Manifold});
     Estimate e = layers.bounce(bounce, 0);
     e.mean *= pi_d;
     e.standard_error *= pi_d;
@@ -103,7 +118,9 @@ TEST(Caustics, SmallSphereStraightAboveASlab) {
     const Vec3d centre(0, 0, 2);
     test.add_light(scene::LightKind::Sphere, at(centre)).radius = 0.01f;
     const double r = double(0.01f);
-    const double expected = slab_irradiance(0, 0.01, 0, 2 * pi_d, [&](const Vec3d& o, const Vec3d& d) { return meets_sphere(o, d, centre, r); });
+    const double expected = slab_irradiance(
+        0, 0.01, 0, 2 * pi_d,
+        [&](const Vec3d& o, const Vec3d& d) { return meets_sphere(o, d, centre, r); });
     expect_irradiance(test, 3, expected, 4e-2, "sphere of radius 0.01 above a slab");
 }
 
@@ -113,7 +130,9 @@ TEST(Caustics, SphereBesideASlab) {
     const Vec3d centre(2.5, 0, 2);
     test.add_light(scene::LightKind::Sphere, at(centre)).radius = 0.1f;
     const double r = double(0.1f);
-    const double expected = slab_irradiance(0.6, 0.8, -0.08, 0.08, [&](const Vec3d& o, const Vec3d& d) { return meets_sphere(o, d, centre, r); });
+    const double expected = slab_irradiance(
+        0.6, 0.8, -0.08, 0.08,
+        [&](const Vec3d& o, const Vec3d& d) { return meets_sphere(o, d, centre, r); });
     expect_irradiance(test, 3, expected, 4e-2, "sphere of radius 0.1 beside a slab");
 }
 
@@ -121,10 +140,11 @@ TEST(Caustics, DiskAboveASlab) {
     TestScene test = patch_scene();
     add_slab(test, 4.0f);
     test.add_light(scene::LightKind::Disk, at(Vec3d(0, 0, 2))).radius = 0.05f;
-    const double expected = slab_irradiance(0, 0.03, 0, 2 * pi_d, [](const Vec3d& o, const Vec3d& d) {
-        const Vec3d p = o + d * ((2.0 - o.z) / d.z);
-        return p.x * p.x + p.y * p.y < 0.0025;
-    });
+    const double expected =
+        slab_irradiance(0, 0.03, 0, 2 * pi_d, [](const Vec3d& o, const Vec3d& d) {
+            const Vec3d p = o + d * ((2.0 - o.z) / d.z);
+            return p.x * p.x + p.y * p.y < 0.0025;
+        });
     expect_irradiance(test, 3, expected, 2e-2, "disk of radius 0.05 above a slab");
 }
 
@@ -137,12 +157,15 @@ TEST(Caustics, ObliqueRectAboveASlab) {
     scene::Light& light = test.add_light(scene::LightKind::Rect, m);
     light.width = 0.2f;
     light.height = 0.1f;
-    const Vec3d x = transform_direction(Vec3d(1, 0, 0), m), y = transform_direction(Vec3d(0, 1, 0), m), n = transform_direction(Vec3d(0, 0, 1), m);
-    const double expected = slab_irradiance(0.1, 0.27, 0.1, 0.65, [&](const Vec3d& o, const Vec3d& d) {
-        const Vec3d centre(0.5, 0.2, 2);
-        const Vec3d p = o + d * ((centre - o).dot(n) / d.dot(n)) - centre;
-        return std::abs(p.dot(x)) < 0.1 && std::abs(p.dot(y)) < 0.05;
-    });
+    const Vec3d x = transform_direction(Vec3d(1, 0, 0), m),
+                y = transform_direction(Vec3d(0, 1, 0), m),
+                n = transform_direction(Vec3d(0, 0, 1), m);
+    const double expected =
+        slab_irradiance(0.1, 0.27, 0.1, 0.65, [&](const Vec3d& o, const Vec3d& d) {
+            const Vec3d centre(0.5, 0.2, 2);
+            const Vec3d p = o + d * ((centre - o).dot(n) / d.dot(n)) - centre;
+            return std::abs(p.dot(x)) < 0.1 && std::abs(p.dot(y)) < 0.05;
+        });
     expect_irradiance(test, 3, expected, 2e-2, "oblique rect above a slab");
 }
 
@@ -152,8 +175,10 @@ TEST(Caustics, SunThroughASlab) {
         add_slab(test, 8.0f);
         test.add_light(scene::LightKind::Distant, Mat4d()).angle_deg = float(angle);
         const double half = 0.5 * double(float(angle)) * pi_d / 180.0;
-        const double expected = slab_irradiance(0, half, 0, 2 * pi_d, [](const Vec3d&, const Vec3d&) { return true; });
-        expect_irradiance(test, 3, expected, 2e-2, fmt::format("sun of {} degrees through a slab", angle));
+        const double expected =
+            slab_irradiance(0, half, 0, 2 * pi_d, [](const Vec3d&, const Vec3d&) { return true; });
+        expect_irradiance(test, 3, expected, 2e-2,
+                          fmt::format("sun of {} degrees through a slab", angle));
     }
 }
 
@@ -165,12 +190,14 @@ TEST(Caustics, SunWithoutExtentThroughASlab) {
     m.setAxisAngle(Vec3d(0, 1, 0), 0.7);
     test.add_light(scene::LightKind::Distant, m).angle_deg = 0.0f;
     const double c = std::cos(0.7);
-    expect_irradiance(test, 3, c * std::pow(1.0 - reflectance(c), 2), 2e-2, "directional light through a slab");
+    expect_irradiance(test, 3, c * std::pow(1.0 - reflectance(c), 2), 2e-2,
+                      "directional light through a slab");
     EXPECT_EQ(render(test, {.size = 16, .samples = 16, .last_bounce = 6}).bounce(3, 0).mean, 0.0);
 }
 
 TEST(Caustics, UnderWater) {
-    // The patch inside, the light outside: one refraction, radiance grows by the square of the index
+    // The patch inside, the light outside: one refraction, radiance grows by the square of the
+    // index
     TestScene test = patch_scene();
     test.add_square(0.5f, 6.0f, test.add_material(smooth_glass()));
     test.add_light(scene::LightKind::Sphere, at(Vec3d(0, 0, 2))).radius = 0.05f;
@@ -181,7 +208,9 @@ TEST(Caustics, UnderWater) {
         const double theta = 0.03 * (i + 0.5) / steps;
         const double s = std::sin(theta), out_s = ior * s, out_c = std::sqrt(1.0 - out_s * out_s);
         const Vec3d o(1.5 * s / std::cos(theta), 0, 0.5), d(out_s, 0, out_c);
-        if (meets_sphere(o, d, Vec3d(0, 0, 2), r)) expected += 2.0 * pi_d * s * std::cos(theta) * ior * ior * (1.0 - reflectance(out_c)) * 0.03 / steps;
+        if (meets_sphere(o, d, Vec3d(0, 0, 2), r))
+            expected += 2.0 * pi_d * s * std::cos(theta) * ior * ior * (1.0 - reflectance(out_c)) *
+                        0.03 / steps;
     }
     expect_irradiance(test, 2, expected, 4e-2, "sphere seen from under water");
 }

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chains of mirrors and interfaces: their derivatives against differences, and all light that they carry against what
-// paths meet by chance, light layer by light layer.
-#include <algorithm>
-#include <cmath>
-#include <vector>
+// Chains of mirrors and interfaces: their derivatives against differences, and all light that they
+// carry against what paths meet by chance, light layer by light layer.
+#include "integrator/specular_chain.h"
+
+#include "sampling/sampler.h"
+#include "sampling/warp.h"
+#include "test_scene.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "integrator/specular_chain.h"
-#include "sampling/sampler.h"
-#include "sampling/warp.h"
-#include "test_scene.h"
+#include <algorithm>
+#include <cmath>
+#include <vector>
 
 namespace velatura::test {
 
@@ -42,7 +43,10 @@ Mat4d at(const Vec3d& where) {
 }
 
 /// A ball of radius 1, turned into an ellipsoid by an instance.
-void add_ellipsoid(TestScene& test, const Vec3d& centre, const Vec3d& radii, scene::MaterialId material) {
+void add_ellipsoid(TestScene& test,
+                   const Vec3d& centre,
+                   const Vec3d& radii,
+                   scene::MaterialId material) {
     TestScene ball;
     ball.add_sphere(Vec3(0.0f), 1.0, material);
     test.scene.prototypes.push_back({"Ball", ball.scene.shapes});
@@ -67,7 +71,11 @@ geometry::SurfacePoint free_point(const Vec3& p) {
 }
 
 /// Compares derivatives with central differences for rays towards a ball around `centre`.
-void expect_derivatives(const TestScene& test, const Vec3d& centre, double radius, const integrator::SpecularEvents& events, const std::string& what) {
+void expect_derivatives(const TestScene& test,
+                        const Vec3d& centre,
+                        double radius,
+                        const integrator::SpecularEvents& events,
+                        const std::string& what) {
     Diagnostics diagnostics;
     const integrator::World world(test.scene, {.width = 1, .height = 1}, {}, diagnostics);
     const geometry::SurfacePoint from = free_point(Vec3(0.25f, -0.5f, -1.0f));
@@ -89,8 +97,10 @@ void expect_derivatives(const TestScene& test, const Vec3d& centre, double radiu
             for (const double step : {h, 2 * h}) {
                 for (size_t s = 0; s < 2; ++s) {
                     const Vec3d moved = (d + across[k] * (s == 0 ? step : -step)).normalized();
-                    is_same = is_same && follow_chain(world, from, moved, across, events, side[s], counts);
-                    for (size_t v = 0; is_same && v < size_t(events.count); ++v) is_same = side[s].points[v].triangle == middle.points[v].triangle;
+                    is_same = is_same &&
+                              follow_chain(world, from, moved, across, events, side[s], counts);
+                    for (size_t v = 0; is_same && v < size_t(events.count); ++v)
+                        is_same = side[s].points[v].triangle == middle.points[v].triangle;
                 }
                 const double weight = (step == h ? 4.0 : -1.0) / (3.0 * 2.0 * step);
                 o_by += (side[0].ray.o - side[1].ray.o) * weight;
@@ -99,14 +109,19 @@ void expect_derivatives(const TestScene& test, const Vec3d& centre, double radiu
             // Across an edge of the mesh the derivative jumps
             if (!is_same) continue;
             const double scale = 1.0 + o_by.length() + d_by.length();
-            errors.push_back(std::max((o_by - middle.ray.o_by[k]).length(), (d_by - middle.ray.d_by[k]).length()) / scale);
+            errors.push_back(std::max((o_by - middle.ray.o_by[k]).length(),
+                                      (d_by - middle.ray.d_by[k]).length()) /
+                             scale);
         }
     }
     ASSERT_GT(errors.size(), 1000u);
     // Close to total reflection differences say little: judge all but the last hundredth
     std::sort(errors.begin(), errors.end());
     const double median = errors[errors.size() / 2], high = errors[errors.size() * 99 / 100];
-    fmt::print("{:32} {} derivatives, relative difference {:.2e} in the median, {:.2e} at most but for 1 %\n", what, errors.size(), median, high);
+    fmt::print(
+        "{:32} {} derivatives, relative difference {:.2e} in the median, {:.2e} at most but for 1 "
+        "%\n",
+        what, errors.size(), median, high);
     EXPECT_LT(median, 1e-9) << what;
     EXPECT_LT(high, 1e-5) << what;
 }
@@ -126,8 +141,13 @@ TestScene floor_scene() {
     return test;
 }
 
-/// Welch's test of every (bounce, group) cell; the cells named must be seen well enough to see an error of `bound`.
-void expect_same_layers(const TestScene& test, const std::vector<int>& judged, double bound, const std::string& what, uint64_t samples = 512) {
+/// Welch's test of every (bounce, group) cell; the cells named must be seen well enough to see an
+/// error of `bound`.
+void expect_same_layers(const TestScene& test,
+                        const std::vector<int>& judged,
+                        double bound,
+                        const std::string& what,
+                        uint64_t samples = 512) {
     constexpr double limit = 4.5;  // 1 in 150 000, for some 20 cells each
     TestRenderOptions options{.size = 32, .samples = samples, .last_bounce = 7, .seed = 5};
     const RenderedLayers path = render(test, options);
@@ -141,14 +161,19 @@ void expect_same_layers(const TestScene& test, const std::vector<int>& judged, d
             const double error = std::hypot(a.standard_error, b.standard_error);
             if (a.mean == 0 && b.mean == 0) continue;
             const double detectable = (limit + 1.2816) * error / std::max(a.mean, b.mean);
-            fmt::print("{:28} group {} b{}: path {:.6g}, manifold {:.6g}, {:+.2f} standard errors, detectable {:.2e}\n", what, group, bounce, a.mean, b.mean,
-                       error > 0 ? (b.mean - a.mean) / error : 0.0, detectable);
+            fmt::print(
+                "{:28} group {} b{}: path {:.6g}, manifold {:.6g}, {:+.2f} standard errors, "
+                "detectable {:.2e}\n",
+                what, group, bounce, a.mean, b.mean, error > 0 ? (b.mean - a.mean) / error : 0.0,
+                detectable);
             // Where few paths met the light their error is not known
             if (detectable < 0.5) {
-                EXPECT_LE(std::abs(a.mean - b.mean), limit * error + 1e-6 * a.mean) << what << ": bounce " << bounce;
+                EXPECT_LE(std::abs(a.mean - b.mean), limit * error + 1e-6 * a.mean)
+                    << what << ": bounce " << bounce;
             }
             if (std::find(judged.begin(), judged.end(), bounce) != judged.end()) {
-                EXPECT_LE(detectable, bound) << what << ": bounce " << bounce << " is too noisy to be judged";
+                EXPECT_LE(detectable, bound)
+                    << what << ": bounce " << bounce << " is too noisy to be judged";
             }
         }
         EXPECT_EQ(path.unoccluded(group).mean > 0, manifold.unoccluded(group).mean > 0);
@@ -168,7 +193,8 @@ TEST(SpecularChain, DerivativesThroughAnInstance) {
     TestScene test;
     const scene::MaterialId material = test.add_material(glass());
     add_ellipsoid(test, Vec3d(0, 0, 1.5), Vec3d(0.5, 1.0, 0.75), material);
-    expect_derivatives(test, Vec3d(0, 0, 1.5), 0.75, through(material), "refraction by an ellipsoid");
+    expect_derivatives(test, Vec3d(0, 0, 1.5), 0.75, through(material),
+                       "refraction by an ellipsoid");
 }
 
 TEST(SpecularChain, DerivativesOffAMirror) {
@@ -221,7 +247,8 @@ TEST(CausticLayers, LampInsideABulbBehindAnother) {
 }
 
 TEST(CausticLayers, CutOutsAndCoats) {
-    // Half of the glass is not there, a sheet that is half there hangs before the lamp, and the wall has a smooth coat
+    // Half of the glass is not there, a sheet that is half there hangs before the lamp, and the
+    // wall has a smooth coat
     TestScene test = floor_scene();
     scene::Material thin = glass();
     thin.opacity = scene::Input(0.5f);

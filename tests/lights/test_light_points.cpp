@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points of lights, chosen without regard to who looks, against directions to the light chosen for one who does: both
-// integrate the light's radiance over directions.
+// Points of lights, chosen without regard to who looks, against directions to the light chosen for
+// one who does: both integrate the light's radiance over directions.
 #include "light_fixtures.h"
 #include "lights/emitter.h"
 
@@ -38,23 +38,35 @@ scene::Light make_light(const Case& c, const Mat4d& m) {
 }
 
 /// ∫ Le dω at p by points of the light.
-double by_points(const LightSet& lights, const Vec3& p, const Vec2& u, const std::optional<Vec3d>& facing) {
+double by_points(const LightSet& lights,
+                 const Vec3& p,
+                 const Vec2& u,
+                 const std::optional<Vec3d>& facing) {
     const EmitterPoint point = lights.sample_point(0, u, facing);
     const Vec3d o(p);
-    if (lights.is_infinite(0)) return double(lights.radiance_at(0, point, o, point.n).x) / point.pdf;
+    if (lights.is_infinite(0))
+        return double(lights.radiance_at(0, point, o, point.n).x) / point.pdf;
     const Vec3d away = point.p - o;
     const double distance2 = away.dot(away);
     const Vec3d d = away / std::sqrt(distance2);
-    return double(lights.radiance_at(0, point, o, d).x) * std::abs(point.n.dot(d)) / (distance2 * point.pdf);
+    return double(lights.radiance_at(0, point, o, d).x) * std::abs(point.n.dot(d)) /
+           (distance2 * point.pdf);
 }
 
 TEST(LightPoints, BringWhatDirectionsBring) {
-    const Case cases[] = {{"rect", LightKind::Rect},         {"disk", LightKind::Disk},         {"sphere", LightKind::Sphere},
-                          {"cylinder", LightKind::Cylinder}, {"distant", LightKind::Distant},   {"shaped rect", LightKind::Rect, true},
-                          {"shaped disk", LightKind::Disk, true}, {"shaped sphere", LightKind::Sphere, true}};
-    const Mat4d skewed = matrix_of({0.75, 0.5, 0.25}, {-0.25, 1.25, 0.5}, {0.125, -0.5, 1.5}, {0.5, 0.25, 1.0});
+    const Case cases[] = {{"rect", LightKind::Rect},
+                          {"disk", LightKind::Disk},
+                          {"sphere", LightKind::Sphere},
+                          {"cylinder", LightKind::Cylinder},
+                          {"distant", LightKind::Distant},
+                          {"shaped rect", LightKind::Rect, true},
+                          {"shaped disk", LightKind::Disk, true},
+                          {"shaped sphere", LightKind::Sphere, true}};
+    const Mat4d skewed =
+        matrix_of({0.75, 0.5, 0.25}, {-0.25, 1.25, 0.5}, {0.125, -0.5, 1.5}, {0.5, 0.25, 1.0});
     const Mat4d mirrored = matrix_of({-1.5, 0, 0}, {0, 0.5, 0}, {0, 0, 1}, {0, 0, 0});
-    const Vec3 receivers[] = {Vec3(0.25f, 0.5f, -3.0f), Vec3(1.0f, 2.0f, -2.0f), Vec3(-2.0f, -1.0f, 4.0f), Vec3(0.5f, 0.25f, 1.125f)};
+    const Vec3 receivers[] = {Vec3(0.25f, 0.5f, -3.0f), Vec3(1.0f, 2.0f, -2.0f),
+                              Vec3(-2.0f, -1.0f, 4.0f), Vec3(0.5f, 0.25f, 1.125f)};
     int compared = 0;
     for (const Case& c : cases) {
         for (const Mat4d& m : {Mat4d(), skewed, mirrored}) {
@@ -67,15 +79,20 @@ TEST(LightPoints, BringWhatDirectionsBring) {
                     const auto s = lights.sample(0, p, u);
                     return s ? double(s->Le.x) / double(s->pdf) : 0.0;
                 });
-                for (const std::optional<Vec3d>& facing : {std::optional<Vec3d>(), std::optional<Vec3d>(Vec3d(0.6, 0.0, -0.8))}) {
-                    const Estimate found = integrate(1 << 14, [&](const Vec2& u) { return by_points(lights, p, u, facing); });
+                for (const std::optional<Vec3d>& facing :
+                     {std::optional<Vec3d>(), std::optional<Vec3d>(Vec3d(0.6, 0.0, -0.8))}) {
+                    const Estimate found = integrate(
+                        1 << 14, [&](const Vec2& u) { return by_points(lights, p, u, facing); });
                     const double error = std::hypot(expected.standard_error, found.standard_error);
                     if (expected.mean == 0.0) {
                         EXPECT_EQ(found.mean, 0.0) << c.name;
                         continue;
                     }
-                    EXPECT_LE(std::abs(found.mean - expected.mean), 4.5 * error + 1e-5 * expected.mean) << c.name << " from " << p;
-                    EXPECT_LE(5.8 * error, 0.08 * expected.mean) << c.name << " from " << p << ": too noisy to be judged";
+                    EXPECT_LE(std::abs(found.mean - expected.mean),
+                              4.5 * error + 1e-5 * expected.mean)
+                        << c.name << " from " << p;
+                    EXPECT_LE(5.8 * error, 0.08 * expected.mean)
+                        << c.name << " from " << p << ": too noisy to be judged";
                     ++compared;
                 }
             }
@@ -91,7 +108,8 @@ TEST(LightPoints, AreaOfASphere) {
     Diagnostics diagnostics;
     const scene::Scene scene = scene_of({light});
     const LightSet lights(scene, {}, diagnostics);
-    const Estimate area = integrate(1 << 12, [&](const Vec2& u) { return 1.0 / lights.sample_point(0, u, std::nullopt).pdf; });
+    const Estimate area = integrate(
+        1 << 12, [&](const Vec2& u) { return 1.0 / lights.sample_point(0, u, std::nullopt).pdf; });
     EXPECT_NEAR(area.mean, 4.0 * pi_d * 0.5625, 1e-9);
 }
 
