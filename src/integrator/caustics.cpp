@@ -43,6 +43,34 @@ constexpr double widest_seed_cosine = 0.85;
 /// As for the paths' own light hits: lights flush with a surface are neither shadowed nor missed.
 constexpr double flush_light_margin = 0x1p-14;
 
+/// How to turn the first direction.
+struct NewtonStep {
+    double by[2] = {0, 0};   ///< along the two directions across it
+    double length = 0;       ///< radians; not finite where the derivative is singular
+    double determinant = 0;  ///< of the last direction, as it is seen from the light, by the first
+};
+
+/// The step that turns the last direction along the great circle to the light, as far as its
+/// derivative is to be trusted. closeness: 1 / distance of the light.
+NewtonStep newton_step(const RayDifferential& ray, const Vec3d& towards, double closeness) {
+    const std::array<Vec3d, 2> plane = directions_across(ray.d);
+    const double sine = std::hypot(plane[0].dot(towards), plane[1].dot(towards));
+    const double angle = std::atan2(sine, ray.d.dot(towards));
+    const double stretch = sine > 0.0 ? std::min(angle, longest_turn) / sine : 1.0;
+    double j[2][2], wanted[2];
+    for (size_t row = 0; row < 2; ++row) {
+        wanted[row] = stretch * plane[row].dot(towards);
+        for (size_t column = 0; column < 2; ++column)
+            j[row][column] = plane[row].dot(ray.d_by[column] + ray.o_by[column] * closeness);
+    }
+    NewtonStep step;
+    step.determinant = j[0][0] * j[1][1] - j[0][1] * j[1][0];
+    step.by[0] = (j[1][1] * wanted[0] - j[0][1] * wanted[1]) / step.determinant;
+    step.by[1] = (j[0][0] * wanted[1] - j[1][0] * wanted[0]) / step.determinant;
+    step.length = std::hypot(step.by[0], step.by[1]);
+    return step;
+}
+
 }  // namespace
 
 std::optional<Caustics> caustics_mode(std::string_view name) {
@@ -66,6 +94,15 @@ struct CausticSampler::Search {
             bounce, purpose,
             (repeat * trial_cap + trial) * uint32_t(longest_specular_chain) + step);
     }
+};
+
+/// What a first direction comes to.
+struct CausticSampler::Aim {
+    Vec3d d = Vec3d(0.0);
+    std::array<Vec3d, 2> across;
+    Vec3d towards = Vec3d(0.0);  ///< from the last surface to the light, unit
+    double distance = 0;
+    double error = 0;  ///< of the last direction
 };
 
 CausticSampler::CausticSampler(const World& world, double largest_light)
@@ -206,79 +243,55 @@ bool CausticSampler::find_events(const Search& search,
     return events.count > 0 && to_light.dot(Vec3d(ray.d)) > widest_seed_cosine * to_light.length();
 }
 
-/// Newton's method with damping, from a direction whose chain has the events. The residual is the
-/// last direction minus that towards the target.
-bool CausticSampler::solve(const Search& search, const Vec3d& seed, Solution& out) const {
+/// Follows the events of the solution to where they lead; false when they lead nowhere.
+bool CausticSampler::aim(const Search& search, const Vec3d& d, Solution& out, Aim& aim) const {
     const Target& target = search.target;
+    aim.d = d;
+    aim.across = directions_across(d);
+    if (!follow_chain(world_, search.receiver.point, d, aim.across, out.events, out.chain,
+                      search.counts))
+        return false;
+    const Vec3d to_light = target.is_infinite ? target.point.n : target.point.p - out.chain.ray.o;
+    aim.distance = to_light.length();
+    if (!(aim.distance > 0.0)) return false;
+    aim.towards = to_light / aim.distance;
+    aim.error = (out.chain.ray.d - aim.towards).length();
+    return true;
+}
 
-    struct State {
-        Vec3d towards;
-        double distance, error;
-    };
-
-    const auto follow = [&](const Vec3d& d, const std::array<Vec3d, 2>& across, State& state) {
-        if (!follow_chain(world_, search.receiver.point, d, across, out.events, out.chain,
-                          search.counts))
-            return false;
-        const Vec3d to_light =
-            target.is_infinite ? target.point.n : target.point.p - out.chain.ray.o;
-        state.distance = to_light.length();
-        if (!(state.distance > 0.0)) return false;
-        state.towards = to_light / state.distance;
-        state.error = (out.chain.ray.d - state.towards).length();
-        return true;
-    };
-
-    Vec3d d = seed;
-    std::array<Vec3d, 2> across = directions_across(d);
-    State state;
-    if (!follow(d, across, state)) return false;
+/// Newton's method with damping, from a direction whose chain has the events.
+bool CausticSampler::solve(const Search& search, const Vec3d& seed, Solution& out) const {
+    const bool is_infinite = search.target.is_infinite;
+    Aim now;
+    if (!aim(search, seed, out, now)) return false;
     double damping = 1.0;
-    for (int step = 0; step < newton_steps; ++step) {
-        const RayDifferential& ray = out.chain.ray;
-        // Turn along the great circle to the target, in the tangent plane of the last direction
-        const std::array<Vec3d, 2> plane = directions_across(ray.d);
-        const double closeness = target.is_infinite ? 0.0 : 1.0 / state.distance;
-        const double sine = std::hypot(plane[0].dot(state.towards), plane[1].dot(state.towards));
-        const double angle = std::atan2(sine, ray.d.dot(state.towards));
-        const double stretch = sine > 0.0 ? std::min(angle, longest_turn) / sine : 1.0;
-        double j[2][2], r[2];
-        for (size_t row = 0; row < 2; ++row) {
-            r[row] = -stretch * plane[row].dot(state.towards);
-            for (size_t column = 0; column < 2; ++column)
-                j[row][column] = plane[row].dot(ray.d_by[column] + ray.o_by[column] * closeness);
-        }
-        const double det = j[0][0] * j[1][1] - j[0][1] * j[1][0];
-        if (!std::isfinite(det) || det == 0.0) return false;
-        double a = -(j[1][1] * r[0] - j[0][1] * r[1]) / det,
-               b = -(j[0][0] * r[1] - j[1][0] * r[0]) / det;
-        const double length = std::hypot(a, b);
-        if (!std::isfinite(length)) return false;
-        if (length < converged_step && state.error < 1.0) {
-            out.d = d;
-            out.distance = state.distance;
-            out.density = target.is_infinite
-                              ? 1.0 / std::abs(det)
-                              : 1.0 / (std::abs(det) * state.distance * state.distance);
+    for (int i = 0; i < newton_steps; ++i) {
+        const NewtonStep step =
+            newton_step(out.chain.ray, now.towards, is_infinite ? 0.0 : 1.0 / now.distance);
+        if (!std::isfinite(step.length)) return false;
+        if (step.length < converged_step && now.error < 1.0) {
+            out.d = now.d;
+            out.distance = now.distance;
+            out.density = 1.0 / std::abs(step.determinant);
+            if (!is_infinite) out.density /= now.distance * now.distance;
             return true;
         }
-        const double shortened = length > longest_step ? longest_step / length : 1.0;
+        const double shortened = step.length > longest_step ? longest_step / step.length : 1.0;
+        // Close by, roundoff decides which error is the smaller one
+        const bool is_close = step.length < 1e3 * converged_step;
         while (true) {
-            const Vec3d moved = d + (across[0] * a + across[1] * b) * (damping * shortened);
-            const Vec3d next = moved / moved.length();
-            const std::array<Vec3d, 2> next_across = directions_across(next);
-            State next_state;
-            if (follow(next, next_across, next_state) &&
-                (next_state.error < state.error || length < 1e3 * converged_step)) {
-                d = next;
-                across = next_across;
-                state = next_state;
-                damping = std::min(1.0, 2.0 * damping);
+            const Vec3d moved = now.d + (now.across[0] * step.by[0] + now.across[1] * step.by[1]) *
+                                            (damping * shortened);
+            Aim next;
+            if (aim(search, moved / moved.length(), out, next) &&
+                (next.error < now.error || is_close)) {
+                now = next;
                 break;
             }
             damping *= 0.5;
             if (damping < smallest_damping) return false;
         }
+        damping = std::min(1.0, 2.0 * damping);
     }
     return false;
 }

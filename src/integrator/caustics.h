@@ -125,6 +125,7 @@ class CausticSampler {
     };
 
     struct Search;
+    struct Aim;
 
     void add_lights(double largest_light);
     Target choose_target(const Search& search) const;
@@ -137,6 +138,7 @@ class CausticSampler {
                   uint32_t trial,
                   const SpecularEvents* wanted,
                   Solution& out) const;
+    bool aim(const Search& search, const Vec3d& d, Solution& out, Aim& aim) const;
     bool solve(const Search& search, const Vec3d& seed, Solution& out) const;
     Rgb contribution(const Search& search, const Solution& solution) const;
     bool is_blocked(const Search& search,
