@@ -191,10 +191,11 @@ Vec3d CausticSampler::seed_direction(const Search& search, uint32_t trial) const
 }
 
 /// Lets a ray choose its events like a path, until it leaves the specular surfaces or may end at
-/// the light.
+/// the light. wanted: see try_seed.
 bool CausticSampler::find_events(const Search& search,
                                  uint32_t trial,
                                  const Vec3& d,
+                                 const SpecularEvents* wanted,
                                  SpecularEvents& events) const {
     events.count = 0;
     const Target& target = search.target;
@@ -233,9 +234,12 @@ bool CausticSampler::find_events(const Search& search,
                      : float(r > 0.0f);
         const bool reflects = u.x < share;
         const shading::DeltaScattering& chosen = reflects ? *reflected : *transmitted;
-        events.events[size_t(events.count++)] = {
-            reflects ? ScatterKind::Reflect : ScatterKind::Transmit, point.material,
-            point.ng.dot(wo) < 0.0f, chosen.eta};
+        const SpecularEvent event = {reflects ? ScatterKind::Reflect : ScatterKind::Transmit,
+                                     point.material, point.ng.dot(wo) < 0.0f, chosen.eta};
+        const size_t index = size_t(events.count++);
+        events.events[index] = event;
+        if (wanted && !(events.count <= wanted->count && event == wanted->events[index]))
+            return false;
         ray = geometry::spawn_ray(start, chosen.wi);
     }
     // Look whether the chain ends anywhere near the light
@@ -309,7 +313,7 @@ bool CausticSampler::try_seed(const Search& search,
     if (!at.bsdf.has_transmission() &&
         (d.dot(at.point.ng) > 0.0f) != (at.wo.dot(at.point.ng) > 0.0f))
         return false;
-    if (!find_events(search, trial, d, out.events)) return false;
+    if (!find_events(search, trial, d, wanted, out.events)) return false;
     if (wanted && !(*wanted == out.events)) return false;
     return solve(search, seed, out);
 }

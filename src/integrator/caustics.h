@@ -133,6 +133,7 @@ class CausticSampler {
     bool find_events(const Search& search,
                      uint32_t trial,
                      const Vec3& d,
+                     const SpecularEvents* wanted,
                      SpecularEvents& events) const;
     bool try_seed(const Search& search,
                   uint32_t trial,
