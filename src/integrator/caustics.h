@@ -56,8 +56,9 @@ class CausticSampler {
     /// Further rays that are tried before a solution's probability counts as 1 / trial_cap.
     static constexpr uint32_t trial_cap = 1u << 14;
 
-    /// Lights of this half angle (radians, seen from the shapes that cast caustics) are about as
-    /// well met by chance (`./dev bench transport caustic`): what Caustics::Auto leaves to paths.
+    /// Lights of about twice this half angle (radians, of the ball around the light, seen from the
+    /// middle of the casters) are as well met by chance (docs/adr/0010): what Caustics::Auto leaves
+    /// to paths.
     static constexpr double auto_largest_light = 1.0 / 32.0;
 
     /// largest_light: half angle beyond which a light is left to the paths.
