@@ -157,7 +157,7 @@ Vec3d SpecularCasters::direction_from(const Vec3d& x, const Vec2& u, const Vec2&
     const Caster& caster = casters_[candidates[chosen]];
     float u_triangle = inside[chosen];
     const Vec3d away = caster.ball.center - x;
-    if (away.dot(away) < square(2.0) * caster.ball.radius2) {
+    if (away.dot(away) < square(0.5) * caster.ball.radius2) {
         if (u_triangle < 0.5f) {
             const double z = 1.0 - 2.0 * double(v.x), r = safe_sqrt(1.0 - z * z),
                          turn = 2.0 * pi_d * double(v.y);
