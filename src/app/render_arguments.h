@@ -44,6 +44,7 @@ struct RenderArguments {
     std::string light_selection = "tree";
     std::string roulette = "throughput";
     std::string guiding = "auto";
+    std::string caustics = "path";
     std::string sampler = "sobol";
     int threads = 0;
     std::string snapshot;

@@ -42,7 +42,7 @@ std::string settings_hash(const RenderJob& job, const FrameInput& input, const f
                                          window.y1, input.frame, input.scene.camera.name, layers.to_json());
     const integrator::EstimatorOptions& e = job.tracer.estimator;
     text += fmt::format("|{} {} {} {} {}", int(e.light_sampling), int(e.roulette), e.roulette_start, e.specular_chains_only, int(job.tracer.sampler));
-    text += fmt::format("|{}", is_guided);
+    text += fmt::format("|{}|{}", is_guided, int(job.caustics));
     text += fmt::format("|{}|{}|{}", s.pixel_aspect_ratio, fmt::join(s.included_purposes, ","), fmt::join(s.material_binding_purposes, ","));
     const scene::Camera& c = input.scene.camera;
     text += fmt::format("|{} {} {} {} {} {} {}", c.window_left, c.window_right, c.window_bottom, c.window_top, c.lens_radius, c.focus_distance, c.exposure_scale);
@@ -111,6 +111,7 @@ class FrameRenderer {
           window_(data_window(input.scene.settings, job.arguments.crop)),
           layers_(with_groups(job.layers, input.scene)),
           world_(input.scene, world_options(job, input.scene.settings), make_light_image_loader(), diagnostics),
+          caustics_(integrator::make_caustic_sampler(job.caustics, world_)),
           training_(integrator::train_guide(world_, tracer_options(nullptr), is_refused() ? integrator::Guiding::Off : job.guiding, &StopSignals::stop_flag())),
           tracer_(world_, layers_, tracer_options(training_.is_used ? &training_.field : nullptr)),
           printer_(job.progress) {}
@@ -122,6 +123,7 @@ class FrameRenderer {
             return RenderError;
         }
         note_guiding();
+        if (caustics_ && caustics_->is_empty()) diagnostics_.note("caustics", {}, {}, "caustics are left to the paths: there is no smooth mirror or glass, or no light that is wanted to shine through it");
         // A file that can be merged needs every node of the sums, also those that the picture alone would fold early
         const bool is_partial = !job_.arguments.samples.empty();
         film::Film film(window_, layers_, {.final_sample_end = is_partial ? 0 : job_.schedule.end_sample});
@@ -154,6 +156,7 @@ class FrameRenderer {
     integrator::PathTracerOptions tracer_options(const guiding::GuidingField* guide) const {
         integrator::PathTracerOptions options = job_.tracer;
         options.guide = guide;
+        options.caustics = caustics_.get();
         options.disable_lens = input_.scene.settings.disable_depth_of_field;
         return options;
     }
@@ -206,6 +209,9 @@ class FrameRenderer {
             diagnostics_.warn("bad-sample", {}, {}, fmt::format("pixel ({}, {}) sample {}: radiance is {}; left out; see it with --replay {},{},{}", b.x, b.y, b.sample, b.reason, b.x, b.y, b.sample));
         }
         if (film.invalid_count() > 16) diagnostics_.warn("bad-sample", {}, {}, fmt::format("{} bad samples in all were left out; layer `invalid` shows where", film.invalid_count()));
+        if (result.rays.caustics_capped > 0) {
+            diagnostics_.warn("caustics", {}, {}, fmt::format("{} of {} caustic chains were so hard to find again that they count too little", result.rays.caustics_capped, result.rays.caustics_found));
+        }
         if (result.rays.depth_limited > 0) diagnostics_.warn("depth-limit", {}, {}, fmt::format("{} paths were cut after {} scatterings", result.rays.depth_limited, integrator::hard_depth_limit));
     }
 
@@ -255,6 +261,7 @@ class FrameRenderer {
     image::Window window_;
     film::LayerSet layers_;
     integrator::World world_;
+    std::unique_ptr<const integrator::CausticSampler> caustics_;  ///< null = by paths
     integrator::GuideTraining training_;
     integrator::PathTracer tracer_;
     ProgressPrinter printer_;

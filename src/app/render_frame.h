@@ -10,6 +10,7 @@
 #include "app/render_arguments.h"
 #include "base/diagnostics.h"
 #include "film/film.h"
+#include "integrator/caustics.h"
 #include "integrator/guide_training.h"
 #include "integrator/path_tracer.h"
 #include "integrator/render_options.h"
@@ -25,6 +26,7 @@ struct RenderJob {
     film::LayerSet layers;  ///< without groups
     lights::SelectionKind light_selection = lights::SelectionKind::Tree;
     integrator::Guiding guiding = integrator::Guiding::Auto;
+    integrator::Caustics caustics = integrator::Caustics::Path;
     image::Layout layout = image::Layout::MultiPart;
     ProgressStyle progress = ProgressStyle::Bar;
     std::optional<std::array<uint64_t, 3>> replay;  ///< x, y, sample

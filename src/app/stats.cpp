@@ -34,6 +34,7 @@ json make_estimator_stats(const RenderJob& job) {
     j["roulette"] = a.roulette;
     j["sampler"] = a.sampler;
     j["guiding"] = a.guiding;
+    j["caustics"] = a.caustics;
     return j;
 }
 
@@ -57,6 +58,9 @@ json make_ledger(const RenderJob& job) {
     }
     if (job.tracer.filter == sampling::FilterKind::Mitchell) {
         ledger.push_back({{"approximation", "mitchell-ratio"}, {"value", "weights normalised per pixel"}, {"kind", "consistent"}, {"effect", "vanishes with samples; not measured"}});
+    }
+    if (job.caustics != integrator::Caustics::Path) {
+        ledger.push_back({{"approximation", "caustic-trial-cap"}, {"value", integrator::CausticSampler::trial_cap}, {"kind", "bias"}, {"effect", "chains not found again after so many trials count too little; numerics.caustics_capped of caustics_found in the statistics"}});
     }
     ledger.push_back({{"approximation", "tessellated-gprims"}, {"value", "spheres, cylinders, cones and capsules as triangles with smooth normals"}, {"kind", "bias"}, {"effect", "silhouettes; not measured"}});
     return ledger;
@@ -105,7 +109,7 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
     j["estimator"] = make_estimator_stats(job);
     j["guiding"] = make_guiding_stats(training);
     j["samples"] = samples_json(film, result, job);
-    j["rays"] = {{"camera", result.rays.camera}, {"shadow", result.rays.shadow}, {"indirect", result.rays.indirect}};
+    j["rays"] = {{"camera", result.rays.camera}, {"shadow", result.rays.shadow}, {"indirect", result.rays.indirect}, {"caustic", result.rays.caustic}};
     j["rays_per_s"] = result.seconds > 0 ? double(result.rays.total()) / result.seconds : 0.0;
     j["paths_per_s"] = result.seconds > 0 ? double(result.rays.paths) / result.seconds : 0.0;
     json error;
@@ -124,6 +128,8 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
     j["ledger"] = make_ledger(job);
     j["numerics"] = numerics_json(film);
     j["numerics"]["depth_limited"] = result.rays.depth_limited;
+    j["numerics"]["caustics_found"] = result.rays.caustics_found;
+    j["numerics"]["caustics_capped"] = result.rays.caustics_capped;
     return j;
 }
 

@@ -37,17 +37,6 @@ lights::Receiver receiver_at(const geometry::SurfacePoint& point, const shading:
     return {point.p, bsdf.ns(), bsdf.has_transmission()};
 }
 
-/// Where rays leave a surface: near the smooth one that coarse facets stand for, unless something lies between. Nothing:
-/// from the point itself.
-std::optional<geometry::SurfacePoint> leaving_point(const World& world, const geometry::SurfacePoint& point, const Vec3& wo, RayCounts& counts) {
-    if (!point.mesh->has_normals() || world.materials.material_has_transmission(point.material)) return std::nullopt;
-    const std::optional<geometry::SurfacePoint> start = geometry::lifted(world.geometry, point, wo);
-    if (!start) return std::nullopt;
-    ++counts.shadow;
-    if (world.accelerator->is_occluded(geometry::spawn_ray_to(point, start->p))) return std::nullopt;
-    return start;
-}
-
 /// The way from a surface to a sampled light, layer by layer of cut-outs. It is aimed anew from each: a rest carried along
 /// would creep beyond the light by the offsets of the rays, and emissive triangles are there to be hit.
 struct ShadowSegment {
@@ -106,6 +95,7 @@ struct PathTracer::Path {
     float importance = 0;
     float first_expected = 0;  ///< luminance
     float cone_width = 0, cone_spread = 0;
+    SpecularHistory history;  ///< only kept when caustics are solved for
     RayCounts* counts;
     PathObserver* observer;
 };
@@ -162,7 +152,7 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
         }
 
         const Vec3 wo = -path.ray.d;
-        const std::optional<geometry::SurfacePoint> moved = leaving_point(world_, point, wo, counts);
+        const std::optional<geometry::SurfacePoint> moved = leaving_point(world_, point, wo, counts.shadow);
         const geometry::SurfacePoint& start = moved ? *moved : point;
         const shading::Bsdf bsdf = world_.materials.make_bsdf(start, wo, path.cone_width);
         if (path.bounce == 0 && !out.has_hit) record_first_hit(point, bsdf, out);
@@ -180,6 +170,7 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
         }
         const Vertex vertex{start, bsdf, wo, DirectionMixture(bsdf, wo, start.p, options_.guide)};
         add_direct_light(path, vertex, out);
+        if (options_.caustics) add_caustics(path, vertex, out);
         if (!scatter(path, vertex, out)) {
             end = "absorbed";
             break;
@@ -235,6 +226,7 @@ void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadia
     const float begin = with_margin(path.travelled);
     world_.lights.for_each_hit(path.straight_o, path.ray.d, with_margin(path.travelled + t_max), [&](const lights::LightHit& hit) {
         if (path.travelled > 0.0f && hit.t <= begin) return;
+        if (options_.caustics && options_.caustics->finds(path.history, hit.light, path.pass_count)) return;
         // What lies beyond the camera's far plane is not seen, but for the lights at infinity
         if (std::isfinite(hit.t) && hit.t - path.travelled > path.ray.t_max) return;
         if (path.bounce == 0) {
@@ -306,6 +298,14 @@ void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::Sample
     if (has_shadow_layers_ && path.bounce == 0) out.add_unoccluded(int(group), Ld);
     const float visible = visibility(path, point, *light);
     if (visible > 0.0f) deposit(path, path.bounce + 1, group, Ld * visible, "light sampled", out);
+}
+
+void PathTracer::add_caustics(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
+    const CausticSampler::Receiver receiver{vertex.point, vertex.bsdf, vertex.wo, {path.cone_width, path.cone_spread}};
+    const auto found = options_.caustics->sample(receiver, path.sampler, path.bounce, path.pass_count, *path.counts);
+    if (!found) return;
+    const int bounce = path.bounce + 1 + found->length;
+    if (bounce <= depth_limit_) deposit(path, bounce, world_.lights.group(found->light), path.beta * found->radiance, "caustic solved for", out);
 }
 
 float PathTracer::visibility(const Path& path, const geometry::SurfacePoint& from, const lights::LightSample& light) const {
@@ -381,6 +381,7 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
             for (int c = 0; c < 3; ++c) path.diffuse_share[c] = sample->f[c] > 0.0f ? std::min(1.0f, diffuse[c] / sample->f[c]) : 0.0f;
         }
     }
+    if (options_.caustics) path.history = options_.caustics->after(path.history, point, bsdf, sample->is_delta, path.pass_count);
     const bool is_first = path.bounce == 0;
     ++path.bounce;
     path.pass_count = 0;

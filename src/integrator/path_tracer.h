@@ -5,6 +5,7 @@
 
 #include "film/film.h"
 #include "guiding/guiding_field.h"
+#include "integrator/caustics.h"
 #include "integrator/direction_mixture.h"
 #include "integrator/estimator.h"
 #include "integrator/ray_counts.h"
@@ -35,6 +36,7 @@ struct PathTracerOptions {
     sampling::SamplerKind sampler = sampling::SamplerKind::Sobol;
     bool disable_lens = false;  ///< UsdRenderSettings disableDepthOfField
     const guiding::GuidingField* guide = nullptr;  ///< learned beforehand, must outlive the tracer; null = none
+    const CausticSampler* caustics = nullptr;  ///< solves for caustics, must outlive the tracer; null = paths find all light
 };
 
 /// Unidirectional path tracing with next-event estimation, multiple importance sampling and Russian roulette, or with less
@@ -54,6 +56,7 @@ class PathTracer {
     void add_light_hits(const Path& path, float t_max, film::SampleRadiance& out) const;
     void add_unoccluded_hits(const Path& path, film::SampleRadiance& out) const;
     void add_direct_light(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
+    void add_caustics(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool pass_through(Path& path, const geometry::SurfacePoint& point) const;
     static void go_straight_on(Path& path, const geometry::SurfacePoint& point);
     bool scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;

@@ -10,17 +10,23 @@ struct RayCounts {
     uint64_t camera = 0;
     uint64_t indirect = 0;
     uint64_t shadow = 0;
+    uint64_t caustic = 0;  ///< segments of specular chains that are solved for, see CausticSampler
     uint64_t paths = 0;
     uint64_t depth_limited = 0;  ///< paths cut by hard_depth_limit
+    uint64_t caustics_found = 0;   ///< specular chains from a vertex to a light that were found by solving for them
+    uint64_t caustics_capped = 0;  ///< of these: weighed too little, because their probability takes too long to find
 
-    uint64_t total() const { return camera + indirect + shadow; }
+    uint64_t total() const { return camera + indirect + shadow + caustic; }
 
     RayCounts& operator+=(const RayCounts& o) {
         camera += o.camera;
         indirect += o.indirect;
         shadow += o.shadow;
+        caustic += o.caustic;
         paths += o.paths;
         depth_limited += o.depth_limited;
+        caustics_found += o.caustics_found;
+        caustics_capped += o.caustics_capped;
         return *this;
     }
 };

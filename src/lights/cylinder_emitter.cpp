@@ -75,6 +75,25 @@ class CylinderEmitter final : public Emitter {
         return EmitterHit{t, Le_ * shaping_.factor(-d), pdf * frame_.density_ratio(1.0 / length)};
     }
 
+    std::optional<EmitterPoint> sample_point(const Vec2& u,
+                                             const std::optional<Vec3d>&) const override {
+        const double angle = 2.0 * pi_d * double(u.x);
+        const Vec3d m(0.0, std::cos(angle), std::sin(angle));
+        EmitterPoint point;
+        const double x = (2.0 * double(u.y) - 1.0) * half_;
+        point.p = frame_.origin + frame_.from_object_direction({x, m.y, m.z});
+        const Vec3d normal = frame_.dual_y * m.y + frame_.dual_z * m.z;
+        // Areas grow by the cofactors of the map
+        point.pdf = 1.0 / (4.0 * pi_d * half_ * frame_.volume * length_of(normal));
+        point.n = normalize(normal);
+        return point;
+    }
+
+    Rgb radiance_at(const EmitterPoint& point, const Vec3d&, const Vec3d& d) const override {
+        // A ray that comes through an open end meets the dark inside
+        return point.n.dot(d) < 0.0 ? Le_ * shaping_.factor(-d) : Rgb(0.0f);
+    }
+
     Box3d bounds() const override {
         Vec3d extent;
         for (int i = 0; i < 3; ++i)

@@ -40,6 +40,16 @@ class DistantEmitter final : public Emitter {
         return EmitterHit{infinity, Le_, pdf()};
     }
 
+    std::optional<EmitterPoint> sample_point(const Vec2& u,
+                                             const std::optional<Vec3d>&) const override {
+        EmitterPoint point;
+        point.n = is_delta_ ? axis_ : from_axis_frame(axis_, sample_cone(u, one_minus_cos_));
+        point.pdf = is_delta_ ? 1.0 : pdf();
+        return point;
+    }
+
+    Rgb radiance_at(const EmitterPoint&, const Vec3d&, const Vec3d&) const override { return Le_; }
+
     double power(double scene_radius) const override {
         return irradiance_ * pi_d * scene_radius * scene_radius * double(luminance(Le_));
     }

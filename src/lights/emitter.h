@@ -24,6 +24,14 @@ struct EmitterHit {
     double pdf = 0;  ///< [1/sr]
 };
 
+/// A point of a light, chosen without regard to who looks; of a light at infinity a direction.
+struct EmitterPoint {
+    Vec3d p = Vec3d(0.0);  ///< unused at infinity
+    Vec3d n = Vec3d(
+        0.0);  ///< unit: outward normal of the surface; at infinity the direction toward the light
+    double pdf = 0;  ///< per area, at infinity [1/sr]; 1 when the light is a delta
+};
+
 /// One light, ready to be sampled. All in render space and double.
 class Emitter {
   public:
@@ -33,6 +41,22 @@ class Emitter {
     /// What the ray from o along the unit vector d sees at t > 0; pdf is the density of sample(o,
     /// ·) there.
     virtual std::optional<EmitterHit> intersect(const Vec3d& o, const Vec3d& d) const = 0;
+
+    /// A point of the light by area, at infinity by solid angle, likelier where it faces along
+    /// `facing` (unit) when that is given; nothing for kinds that have no such points.
+    virtual std::optional<EmitterPoint> sample_point(const Vec2& u,
+                                                     const std::optional<Vec3d>& facing) const {
+        (void)u, (void)facing;
+        return std::nullopt;
+    }
+
+    /// What a ray from o along d (unit) that passes through the point meets there: intersect()'s
+    /// Le; black when it crosses the light elsewhere first.
+    virtual Rgb radiance_at(const EmitterPoint& point, const Vec3d& o, const Vec3d& d) const {
+        (void)point, (void)o, (void)d;
+        return Rgb(0.0f);
+    }
+
     /// See LightSet::power.
     virtual double power(double scene_radius) const = 0;
 

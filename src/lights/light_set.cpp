@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lights/light_set.h"
 
+#include "base/check.h"
 #include "geometry/surface_point.h"
 #include "lights/emissive_surfaces.h"
 #include "lights/emitter_tree.h"
@@ -261,6 +262,25 @@ std::optional<LightHit> LightSet::intersect(LightId id, const Vec3& o, const Vec
 float LightSet::pdf(LightId id, const Vec3& p, const Vec3& wi) const {
     const std::optional<LightHit> hit = intersect(id, p, wi);
     return hit ? hit->pdf : 0.0f;
+}
+
+bool LightSet::has_points(uint32_t item) const {
+    return !is_surface(item) && is_on(item) && light(item).kind != scene::LightKind::Dome;
+}
+
+EmitterPoint LightSet::sample_point(uint32_t index,
+                                    const Vec2& u,
+                                    const std::optional<Vec3d>& facing) const {
+    const std::optional<EmitterPoint> point = emitters_[index]->sample_point(u, facing);
+    VELATURA_CHECK(point.has_value(), "a light without points was asked for one");
+    return *point;
+}
+
+Rgb LightSet::radiance_at(uint32_t index,
+                          const EmitterPoint& point,
+                          const Vec3d& o,
+                          const Vec3d& d) const {
+    return emitters_[index]->radiance_at(point, o, d);
 }
 
 std::optional<LightId> LightSet::find_surface(const geometry::SurfacePoint& point) const {

@@ -27,6 +27,7 @@ namespace velatura::lights {
 class EmissiveSurfaces;
 class Emitter;
 class EmitterTree;
+struct EmitterPoint;
 struct LightBounds;
 
 struct LightSetOptions {
@@ -104,6 +105,23 @@ class LightSet {
     /// Density [1/sr] with which sample() finds the unit direction wi from p; 0 for delta lights
     /// and directions that miss.
     float pdf(LightId id, const Vec3& p, const Vec3& wi) const;
+
+    /// Whether sample_point() has points of this light: those of the scene that are on, but domes.
+    bool has_points(uint32_t item) const;
+
+    /// A point of a light of the scene, of one at infinity a direction, chosen without regard to
+    /// who looks; u in [0,1)². facing: unit direction along which to look for points that emit that
+    /// way, a hint that the density knows. Ask has_points() first.
+    EmitterPoint sample_point(uint32_t index,
+                              const Vec2& u,
+                              const std::optional<Vec3d>& facing) const;
+
+    /// Radiance that a ray from o along d (unit) through the point meets there, irradiance across d
+    /// for a delta light; black when it meets another side of the light before.
+    Rgb radiance_at(uint32_t index,
+                    const EmitterPoint& point,
+                    const Vec3d& o,
+                    const Vec3d& d) const;
 
     /// Item and part of the triangle that was hit; nothing when it is not one that can be sampled.
     std::optional<LightId> find_surface(const geometry::SurfacePoint& point) const;

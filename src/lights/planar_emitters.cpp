@@ -98,6 +98,10 @@ class PlanarEmitter : public Emitter {
     }
 
   protected:
+    EmitterPoint point_at(const Vec2d& at, double pdf) const {
+        return {frame_.origin + frame_.x * at.x + frame_.y * at.y, normalize(frame_.z), pdf};
+    }
+
     double parallelogram_area() const {
         return 4.0 * half_x_ * half_y_ * length_of(frame_.x.cross(frame_.y));
     }
@@ -145,6 +149,18 @@ class RectEmitter final : public PlanarEmitter {
         const double object_pdf = pdf(view, solid_angle(view), hit->t * length);
         return EmitterHit{hit->t, radiance(hit->point, d),
                           object_pdf * frame_.density_ratio(1.0 / length)};
+    }
+
+    std::optional<EmitterPoint> sample_point(const Vec2& u,
+                                             const std::optional<Vec3d>&) const override {
+        const Vec2d at((2.0 * double(u.x) - 1.0) * half_x_, (2.0 * double(u.y) - 1.0) * half_y_);
+        return point_at(at, 1.0 / parallelogram_area());
+    }
+
+    Rgb radiance_at(const EmitterPoint& point, const Vec3d&, const Vec3d& d) const override {
+        if (!(point.n.dot(d) < 0.0)) return Rgb(0.0f);
+        const Vec3d q = frame_.to_object_point(point.p);
+        return radiance({q.x, q.y}, d);
     }
 
     double power(double) const override {
@@ -209,6 +225,15 @@ class DiskEmitter final : public PlanarEmitter {
         const double object_pdf = pdf(view, solid_angle(view), hit->t * length);
         return EmitterHit{hit->t, Le_ * shaping_.factor(-d),
                           object_pdf * frame_.density_ratio(1.0 / length)};
+    }
+
+    std::optional<EmitterPoint> sample_point(const Vec2& u,
+                                             const std::optional<Vec3d>&) const override {
+        return point_at(concentric_disk(u), 1.0 / (pi_d / 4.0 * parallelogram_area()));
+    }
+
+    Rgb radiance_at(const EmitterPoint& point, const Vec3d&, const Vec3d& d) const override {
+        return point.n.dot(d) < 0.0 ? Le_ * shaping_.factor(-d) : Rgb(0.0f);
     }
 
     double power(double) const override {

@@ -67,6 +67,40 @@ class SphereEmitter final : public Emitter {
                           object_pdf(distance) * frame_.density_ratio(1.0 / length)};
     }
 
+    std::optional<EmitterPoint> sample_point(const Vec2& u,
+                                             const std::optional<Vec3d>& facing) const override {
+        // Half of the sphere is seen from any one side, its middle most
+        Vec3d m;
+        double object_density = 1.0 / (4.0 * pi_d);
+        if (facing) {
+            const Vec3d axis = normalize(frame_.to_object_direction(*facing));
+            const double share = double(u.x);
+            if (share < facing_share) {
+                const Vec2d disk = concentric_disk({float(share / facing_share), u.y});
+                m = from_axis_frame(axis, {disk.x, disk.y, safe_sqrt(1.0 - disk.dot(disk))});
+            } else {
+                m = sample_cone({float((share - facing_share) / (1.0 - facing_share)), u.y}, 2.0);
+            }
+            object_density = (1.0 - facing_share) / (4.0 * pi_d) +
+                             facing_share * std::max(0.0, m.dot(axis)) / pi_d;
+        } else {
+            m = sample_cone(u, 2.0);
+        }
+        EmitterPoint point;
+        point.p = frame_.origin + frame_.from_object_direction(m);
+        const Vec3d normal = frame_.dual_x * m.x + frame_.dual_y * m.y + frame_.dual_z * m.z;
+        // Areas grow by the cofactors of the map
+        point.pdf = object_density / (frame_.volume * length_of(normal));
+        point.n = normalize(normal);
+        return point;
+    }
+
+    Rgb radiance_at(const EmitterPoint& point, const Vec3d& o, const Vec3d& d) const override {
+        const bool is_inside = length_of(frame_.to_object_point(o)) <= 1.0;
+        if (is_inside != (point.n.dot(d) > 0.0)) return Rgb(0.0f);
+        return Le_ * shaping_.factor(-d);
+    }
+
     Box3d bounds() const override {
         Vec3d extent;
         for (int i = 0; i < 3; ++i) extent[i] = length_of({frame_.x[i], frame_.y[i], frame_.z[i]});
@@ -89,6 +123,9 @@ class SphereEmitter final : public Emitter {
     }
 
   private:
+    /// Of the points chosen with regard to a direction; the others keep every point possible.
+    static constexpr double facing_share = 0.9;
+
     static double object_pdf(double d) {
         return d > 1.0 ? 1.0 / (2.0 * pi_d * cone_of_sphere(d)) : 1.0 / (4.0 * pi_d);
     }

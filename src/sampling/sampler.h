@@ -25,6 +25,11 @@ enum class Purpose : uint32_t {
     GuideSelect = 11,
     GuideDirection = 12,
     LightSelectFine = 13,
+    ManifoldLight = 14,
+    ManifoldPoint = 15,
+    ManifoldCaster = 16,
+    ManifoldSeed = 17,
+    ManifoldLobe = 18,
 };
 
 /// Which points the samples of a pixel are.

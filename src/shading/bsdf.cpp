@@ -404,6 +404,20 @@ std::optional<BsdfSample> Bsdf::sample_delta(const View& v, Lobe lobe, const Vec
     return s;
 }
 
+std::optional<DeltaScattering> Bsdf::delta(ScatterKind kind) const {
+    if (!(view_.wo.z > 0.0f) || !(wo_.dot(ng_) > 0.0f)) return std::nullopt;
+    std::optional<DeltaScattering> out;
+    for (const Lobe lobe : {MirrorSpecular, MirrorCoat, Transmission}) {
+        if ((lobe == Transmission) != (kind == ScatterKind::Transmit)) continue;
+        if (!(view_.probability[lobe] > 0.0f)) continue;
+        const std::optional<BsdfSample> sample = sample_delta(view_, lobe, wo_);
+        if (!sample) continue;
+        if (!out) out = DeltaScattering{sample->wi, Rgb(0.0f), sample->eta};
+        out->weight += sample->f * cosine(sample->wi);
+    }
+    return out;
+}
+
 /// Draws a visible microfacet and lets it reflect or refract. Zero vector: nothing.
 Vec3 Bsdf::sample_interface(const View& v, float u_choice, const Vec2& u) const {
     const Vec3 wm = ggx_sample_normal(v.wo, p_.alpha, u);

@@ -23,6 +23,13 @@ struct BsdfSample {
     ScatterKind kind = ScatterKind::Reflect;
 };
 
+/// What all delta lobes of one kind do together to light from the one direction they look in.
+struct DeltaScattering {
+    Vec3 wi;        ///< render space, unit, away from the surface
+    Rgb weight;     ///< radiance towards wo over radiance from wi
+    float eta = 1;  ///< as in BsdfSample
+};
+
 /// f split as UsdLux's diffuse and specular multipliers need it; delta lobes are not in it.
 struct BsdfValue {
     Rgb diffuse = Rgb(0.0f);   ///< [1/sr], without cosine
@@ -87,6 +94,10 @@ class Bsdf {
     /// Samples one lobe of the mixture; f and pdf are those of the whole mixture unless is_delta.
     /// nullopt: the sample is absorbed (direction on the wrong side, or a black surface).
     std::optional<BsdfSample> sample_f(const Vec3& wo, float u_lobe, const Vec2& u) const;
+
+    /// The delta lobes that reflect, or the one that transmits, seen from the constructor's wo:
+    /// what sample_f brings in the mean when it draws them. nullopt: there is none.
+    std::optional<DeltaScattering> delta(ScatterKind kind) const;
 
     /// The cosine that belongs to f: |wi · ns|.
     float cosine(const Vec3& wi) const { return abs_dot(wi, frame_.z); }

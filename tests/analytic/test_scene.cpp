@@ -109,15 +109,18 @@ RenderedLayers render(const TestScene& test, const TestRenderOptions& options) {
     for (const scene::LightGroup& g : test.scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
 
     const integrator::World world(test.scene, {.width = options.size, .height = options.size, .light_selection = options.light_selection}, {}, diagnostics);
-    const integrator::PathTracer tracer(world, layers, {.seed = options.seed, .max_depth = options.max_depth, .filter = sampling::FilterKind::Box, .estimator = options.estimator});
+    const std::unique_ptr<const integrator::CausticSampler> caustics = integrator::make_caustic_sampler(options.caustics, world);
+    const integrator::PathTracer tracer(world, layers, {.seed = options.seed, .max_depth = options.max_depth, .filter = sampling::FilterKind::Box, .estimator = options.estimator,
+                                                        .caustics = caustics.get()});
     RenderedLayers out{film::Film({0, 0, options.size, options.size}, layers), int(layers.groups.size())};
     integrator::RenderOptions schedule;
     schedule.mode = integrator::RenderMode::Tile;
     schedule.tile_size = 16;
     schedule.end_sample = options.samples;
-    integrator::run_schedule(
+    const integrator::RenderResult result = integrator::run_schedule(
         out.film, schedule,
         [&](int x, int y, uint64_t s, film::SampleRadiance& radiance, integrator::RayCounts& counts) { tracer.trace(x, y, s, radiance, counts); }, {});
+    out.rays = result.rays;
     for (const Diagnostic& d : diagnostics.all()) ADD_FAILURE() << diagnostics.format(d);
     EXPECT_EQ(out.film.invalid_count(), 0u);
     return out;

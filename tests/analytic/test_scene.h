@@ -48,6 +48,7 @@ class TestScene {
 struct RenderedLayers {
     film::Film film;
     int groups = 0;
+    integrator::RayCounts rays = {};
 
     /// Mean of channel `channel` of a (bounce column, group) cell over the pixels; group < 0 = all groups.
     Estimate bounce(int column, int group = -1, int channel = 0) const;
@@ -63,6 +64,7 @@ struct TestRenderOptions {
     integrator::EstimatorOptions estimator = {};
     uint64_t seed = 1;
     lights::SelectionKind light_selection = lights::SelectionKind::Tree;
+    integrator::Caustics caustics = integrator::Caustics::Path;
 };
 
 RenderedLayers render(const TestScene& test, const TestRenderOptions& options = {});

@@ -68,7 +68,7 @@ class EstimatorOptions : public testing::Test {
 
 TEST_F(EstimatorOptions, ContradictionsAreUsageErrors) {
     for (const char* arguments : {"--roulette none", "--integrator naive --light-sampling light", "--integrator nee --light-sampling mis",
-                                  "--integrator whitted --light-sampling bsdf", "--integrator bdpt", "--light-sampling both", "--sampler halton"}) {
+                                  "--integrator whitted --light-sampling bsdf", "--integrator bdpt", "--light-sampling both", "--sampler halton", "--caustics photons", "--integrator whitted --caustics manifold"}) {
         EXPECT_EQ(w.velatura(std::string("render s.usda -o x.exr --res 8 8 --spp 1 ") + arguments).exit_code, 2) << arguments;
     }
     EXPECT_FALSE(w.exists("x.exr"));
@@ -86,7 +86,7 @@ TEST_F(EstimatorOptions, NamesForOneEstimatorGiveOnePicture) {
 TEST_F(EstimatorOptions, EachChangesThePictureAndCannotBeMergedWithAnother) {
     render("--samples 0:4 -o usual.exr");
     const std::string usual = w.hash("usual.exr");
-    for (const char* other : {"--integrator nee", "--integrator whitted", "--light-selection uniform", "--roulette constant", "--sampler independent"}) {
+    for (const char* other : {"--integrator nee", "--integrator whitted", "--light-selection uniform", "--roulette constant", "--sampler independent", "--caustics manifold"}) {
         render(std::string("--samples 0:4 -o same_range.exr ") + other);
         EXPECT_NE(w.hash("same_range.exr"), usual) << other;
         render(std::string("--samples 4:8 -o rest.exr ") + other);

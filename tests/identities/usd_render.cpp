@@ -51,13 +51,14 @@ film::Film render_scene(const scene::Scene& scene, const integrator::RenderOptio
     for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
     const integrator::World world(scene, {.width = scene.settings.width, .height = scene.settings.height}, {}, diagnostics);
     film::Film film(setup.window.value_or(film::Window{0, 0, scene.settings.width, scene.settings.height}), layers);
+    const std::unique_ptr<const integrator::CausticSampler> caustics = integrator::make_caustic_sampler(setup.caustics, world);
     std::vector<uint64_t> ends = setup.sample_splits;
     ends.push_back(options.end_sample);
     integrator::RenderOptions part = options;
     for (const uint64_t end : ends) {
         part.end_sample = end;
-        const integrator::GuideTraining training = integrator::train_guide(world, {.seed = options.seed}, setup.guiding);
-        integrator::PathTracerOptions tracer_options{.seed = options.seed};
+        const integrator::GuideTraining training = integrator::train_guide(world, {.seed = options.seed, .caustics = caustics.get()}, setup.guiding);
+        integrator::PathTracerOptions tracer_options{.seed = options.seed, .caustics = caustics.get()};
         if (training.is_used) tracer_options.guide = &training.field;
         const integrator::PathTracer tracer(world, layers, tracer_options);
         integrator::run_schedule(

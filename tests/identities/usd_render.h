@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "film/film.h"
+#include "integrator/caustics.h"
 #include "integrator/guide_training.h"
 #include "integrator/render_options.h"
 #include "scene/scene.h"
@@ -16,12 +17,14 @@ namespace velatura::test {
 /// Composes a .usda text and translates it; test failures for every diagnostic of severity error.
 scene::Scene scene_from_usda(const std::string& text, int width = 32, int height = 24);
 
-/// What a render may differ in without another picture, and whether it is guided.
+/// What a render may differ in without another picture, whether it is guided and how
+/// caustics are found.
 struct RenderSetup {
     int threads = 0;
     integrator::Guiding guiding = integrator::Guiding::Off;
     std::optional<film::Window> window = {};  ///< the whole picture if not given
     std::vector<uint64_t> sample_splits = {};  ///< rendered in parts that begin here, each on its own
+    integrator::Caustics caustics = integrator::Caustics::Path;
 };
 
 /// Renders all light layers of a scene at its own resolution.

@@ -172,5 +172,46 @@ TEST(BsdfSides, OpaqueSurfacesShadeBothSidesAlike) {
     EXPECT_LT(back.ns().z, 0.0f);
 }
 
+// What solvers of specular chains take is what paths bring in the mean
+TEST(BsdfDelta, IsTheMeanOfItsSamples) {
+    TestRandom random(12);
+    int lobes = 0;
+    for (int i = 0; i < 200; ++i) {
+        SurfaceParameters p;
+        p.diffuse = Rgb(0.5f);
+        p.alpha = i % 3 == 0 ? 0.2f : 0.0f;
+        p.clearcoat = i % 2 == 0 ? random.uniform() : 0.0f;
+        p.clearcoat_alpha = i % 5 == 0 ? 0.1f : 0.0f;
+        p.opacity = i % 7 == 0 ? 1.0f : random.uniform();
+        const float side = random.uniform() < 0.5f ? 1.0f : -1.0f;
+        const Vec3 wo =
+            direction(0.05 + 0.95 * double(random.uniform()), 6 * double(random.uniform())) * side;
+        const Bsdf bsdf(p, up, tilted(5), wo);
+
+        // Every lobe has a share of the numbers that choose: add up over a fine grid of them
+        constexpr int steps = 1 << 14;
+        double mean[2] = {0, 0};
+        Vec3 wi[2] = {Vec3(0.0f), Vec3(0.0f)};
+        for (int k = 0; k < steps; ++k) {
+            const auto s = bsdf.sample_f(wo, (float(k) + 0.5f) / steps, Vec2(0.5f));
+            if (!s || !s->is_delta) continue;
+            const size_t kind = s->kind == ScatterKind::Transmit ? 1 : 0;
+            mean[kind] += double(s->f.y * bsdf.cosine(s->wi) / s->pdf) / steps;
+            wi[kind] = s->wi;
+        }
+        for (const ScatterKind kind : {ScatterKind::Reflect, ScatterKind::Transmit}) {
+            const size_t k = kind == ScatterKind::Transmit ? 1 : 0;
+            const auto delta = bsdf.delta(kind);
+            // A lobe may be too seldom for the grid
+            EXPECT_NEAR(delta ? double(delta->weight.y) : 0.0, mean[k], 1e-3 * (1 + mean[k])) << i;
+            if (mean[k] == 0) continue;
+            ASSERT_TRUE(delta.has_value());
+            EXPECT_EQ(delta->wi, wi[k]);
+            ++lobes;
+        }
+    }
+    EXPECT_GT(lobes, 150);
+}
+
 }  // namespace
 }  // namespace velatura::shading

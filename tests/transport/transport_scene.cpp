@@ -19,7 +19,7 @@ const std::vector<Technique>& techniques() {
     using integrator::Roulette;
     using integrator::WorldOptions;
     static const std::vector<Technique> table = {
-        {"default", "", [](WorldOptions&, PathTracerOptions&) {}},
+        {"default", "", [](WorldOptions&, PathTracerOptions&) {}, integrator::Caustics::Path},
         {"light sampling alone", "MIS",
          [](WorldOptions& w, PathTracerOptions& p) {
              p.estimator.light_sampling = LightSampling::Light;
@@ -36,6 +36,7 @@ const std::vector<Technique>& techniques() {
         {"constant roulette", "roulette by throughput", [](WorldOptions&, PathTracerOptions& p) { p.estimator.roulette = Roulette::Constant; }},
         {"independent samples", "Owen-Sobol' points", [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::Independent; }},
         {"two halves", "one sequence per pixel", [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::SobolHalves; }},
+        {"caustics solved for", "caustics by paths", [](WorldOptions&, PathTracerOptions&) {}, integrator::Caustics::Manifold},
     };
     return table;
 }
@@ -73,6 +74,8 @@ TransportRenderer::TransportRenderer(const scene::Scene& scene, const Technique&
     Diagnostics diagnostics;
     world_ = std::make_unique<integrator::World>(scene, world, app::make_light_image_loader(), diagnostics);
     for (const Diagnostic& d : diagnostics.all()) fmt::print(stderr, "{}\n", diagnostics.format(d));
+    caustics_ = integrator::make_caustic_sampler(technique.caustics, *world_);
+    options_.caustics = caustics_.get();
 }
 
 Pixels TransportRenderer::render(uint64_t seed, uint64_t samples) {

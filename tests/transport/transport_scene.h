@@ -18,6 +18,7 @@ struct Technique {
     std::string name;
     std::string instead_of;  ///< what it switches off; empty = the defaults
     std::function<void(integrator::WorldOptions&, integrator::PathTracerOptions&)> change;
+    integrator::Caustics caustics = integrator::Caustics::Path;
 };
 
 /// The defaults, then each technique with one thing switched to its classic form.
@@ -53,6 +54,7 @@ class TransportRenderer {
     const scene::Scene& scene_;
     integrator::PathTracerOptions options_;
     std::unique_ptr<integrator::World> world_;
+    std::unique_ptr<const integrator::CausticSampler> caustics_;
     integrator::RayCounts rays_;
     uint64_t bad_ = 0;
 };

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "integrator/specular_casters.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+namespace velatura::integrator {
+
+namespace {
+
+/// Shapes that a direction chooses among by distance; each is drawn by area.
+constexpr int caster_candidates = 4;
+
+double square(double x) {
+    return x * x;
+}
+
+/// The part of a number in [0, 1).
+float fraction(float x) {
+    const float f = x - std::floor(x);
+    return f < 1.0f ? f : 0.0f;
+}
+
+/// See SpecularCasters::weight.
+double material_weight(const World& world, scene::MaterialId id) {
+    const scene::Material& m = world.scene.materials[id];
+    const auto is_constant = [](const scene::Input& i) {
+        return i.source == scene::Input::Source::Constant;
+    };
+    if (!is_constant(m.normal) || !is_constant(m.ior)) return 0.0;
+    const auto may_be_smooth = [&](const scene::Input& roughness) {
+        return !is_constant(roughness) ||
+               square(double(roughness.value.x)) < double(shading::specular_switch_alpha);
+    };
+    // What passes is worth more than what a dielectric reflects
+    constexpr double dielectric_reflection = 0.04;
+    double weight = 0.0;
+    if (world.materials.material_has_transmission(id)) {
+        const double ior = double(m.ior.value.x);
+        const double turn =
+            square(double(m.roughness.value.x)) * std::abs(1.0 - ior) / std::max(ior, 1.0);
+        if (!m.rough_transmission || !is_constant(m.roughness) ||
+            turn < double(shading::specular_switch_alpha))
+            weight = 1.0;
+    }
+    if (m.has_specular && may_be_smooth(m.roughness)) {
+        const double metallic = is_constant(m.metallic) ? double(m.metallic.value.x) : 1.0;
+        const double specular = !m.use_specular_workflow ? 0.0
+                                : is_constant(m.specular_color)
+                                    ? double(max_component(m.specular_color.value))
+                                    : 1.0;
+        weight = std::max({weight, dielectric_reflection, metallic, specular});
+    }
+    const bool has_coat = !is_constant(m.clearcoat) || m.clearcoat.value.x > 0.0f;
+    if (has_coat && may_be_smooth(m.clearcoat_roughness))
+        weight = std::max(weight, dielectric_reflection);
+    return std::min(weight, 1.0);
+}
+
+}  // namespace
+
+Ball ball_around(const Box3d& box) {
+    const Vec3d half = (box.max - box.min) * 0.5;
+    return {box.min + half, half.dot(half)};
+}
+
+SpecularCasters::SpecularCasters(const World& world) : world_(world) {
+    for (scene::MaterialId m = 0; m < world.scene.materials.size(); ++m)
+        weights_.push_back(material_weight(world, m));
+    std::vector<double> weights;
+    const auto add = [&](uint32_t instance, uint32_t shape, const geometry::TriangleMesh& mesh,
+                         uint32_t triangles, const Mat4d& forward) {
+        if (triangles == scene::none) return;
+        // Weight over the mesh's own area, times how much the transform enlarges areas about
+        const double area = triangles_[triangles].integral() * double(triangles_[triangles].size());
+        if (!(area > 0.0)) return;
+        const Box3 local = mesh.bounds();
+        Box3d box;
+        for (int i = 0; i < 8; ++i) {
+            const Vec3 corner(i & 1 ? local.max.x : local.min.x, i & 2 ? local.max.y : local.min.y,
+                              i & 4 ? local.max.z : local.min.z);
+            box.extendBy(transform_point(Vec3d(corner), forward));
+        }
+        const Ball ball = ball_around(box);
+        casters_.push_back({instance, shape, triangles, ball});
+        weights.push_back(area * square(std::cbrt(std::abs(determinant3(forward)))));
+    };
+    const geometry::GeometrySet& geometry = world_.geometry;
+    for (uint32_t s = 0; s < geometry.shapes().size(); ++s) {
+        const geometry::TriangleMesh& mesh = geometry.shapes()[s];
+        add(scene::none, s, mesh, add_triangles(mesh, scene::none), Mat4d());
+    }
+    // Placements of one shape with one material share its triangles
+    std::map<std::pair<std::pair<uint32_t, uint32_t>, scene::MaterialId>, uint32_t> known;
+    for (uint32_t i = 0; i < geometry.instances().size(); ++i) {
+        const geometry::InstanceTransform& instance = geometry.instances()[i];
+        if (!instance.is_invertible) continue;
+        const auto& shapes = geometry.prototypes()[instance.prototype];
+        const scene::MaterialId override = world_.scene.instances[i].material_override;
+        for (uint32_t s = 0; s < shapes.size(); ++s) {
+            const auto key = std::make_pair(std::make_pair(instance.prototype, s), override);
+            auto found = known.find(key);
+            if (found == known.end())
+                found = known.emplace(key, add_triangles(shapes[s], override)).first;
+            add(i, s, shapes[s], found->second, Mat4d(instance.render_from_prototype));
+        }
+    }
+    choice_ = sampling::Distribution1D(std::span<const double>(weights));
+}
+
+/// Returns: an index into triangles_, or none.
+uint32_t SpecularCasters::add_triangles(const geometry::TriangleMesh& mesh,
+                                        scene::MaterialId override) {
+    // Most meshes cast nothing, and need no memory
+    std::vector<double> weights;
+    for (uint32_t t = 0; t < mesh.triangle_count(); ++t) {
+        const double of_material = weight(override != scene::none ? override : mesh.material(t));
+        if (!(of_material > 0.0)) continue;
+        weights.resize(mesh.triangle_count());
+        const Vec3d c0(mesh.corner(t, 0)), c1(mesh.corner(t, 1)), c2(mesh.corner(t, 2));
+        weights[t] = of_material * 0.5 * (c1 - c0).cross(c2 - c0).length();
+    }
+    if (weights.empty()) return scene::none;
+    triangles_.emplace_back(std::span<const double>(weights));
+    return uint32_t(triangles_.size() - 1);
+}
+
+Ball SpecularCasters::ball() const {
+    Box3d box;
+    for (const Caster& c : casters_) {
+        const Vec3d reach(std::sqrt(c.ball.radius2));
+        box.extendBy(c.ball.center - reach);
+        box.extendBy(c.ball.center + reach);
+    }
+    return ball_around(box);
+}
+
+Vec3d SpecularCasters::direction_from(const Vec3d& x, const Vec2& u, const Vec2& v) const {
+    size_t candidates[caster_candidates];
+    float inside[caster_candidates];
+    double sums[caster_candidates], sum = 0;
+    for (int i = 0; i < caster_candidates; ++i) {
+        const auto draw = choice_.sample(fraction(u.x + float(i) / float(caster_candidates)));
+        candidates[i] = draw.index;
+        inside[i] = draw.u_remapped;
+        const Caster& c = casters_[draw.index];
+        const Vec3d away = c.ball.center - x;
+        sum += 1.0 / (away.dot(away) + c.ball.radius2);
+        sums[i] = sum;
+    }
+    int chosen = 0;
+    while (chosen + 1 < caster_candidates && double(u.y) * sum >= sums[chosen]) ++chosen;
+
+    // Of a caster all around most of the area is far aside
+    const Caster& caster = casters_[candidates[chosen]];
+    float u_triangle = inside[chosen];
+    const Vec3d away = caster.ball.center - x;
+    if (away.dot(away) < square(0.5) * caster.ball.radius2) {
+        if (u_triangle < 0.5f) {
+            const double z = 1.0 - 2.0 * double(v.x), r = safe_sqrt(1.0 - z * z),
+                         turn = 2.0 * pi_d * double(v.y);
+            return Vec3d(r * std::cos(turn), r * std::sin(turn), z);
+        }
+        u_triangle = 2.0f * u_triangle - 1.0f;
+    }
+    const Vec3d to_point = point_on(caster, u_triangle, v) - x;
+    const double length = to_point.length();
+    return length > 0.0 ? to_point / length : Vec3d(0.0);
+}
+
+/// A point of a caster, by area.
+Vec3d SpecularCasters::point_on(const Caster& caster, float u_triangle, const Vec2& u) const {
+    const bool is_instanced = caster.instance != scene::none;
+    const geometry::GeometrySet& geometry = world_.geometry;
+    const geometry::TriangleMesh& mesh =
+        is_instanced
+            ? geometry.prototypes()[geometry.instances()[caster.instance].prototype][caster.shape]
+            : geometry.shapes()[caster.shape];
+    const auto t = uint32_t(triangles_[caster.triangles].sample(u_triangle).index);
+    const double root = std::sqrt(double(u.x));
+    const double b1 = root * (1.0 - double(u.y)), b2 = root * double(u.y);
+    const Vec3d p = Vec3d(mesh.corner(t, 0)) * (1.0 - b1 - b2) + Vec3d(mesh.corner(t, 1)) * b1 +
+                    Vec3d(mesh.corner(t, 2)) * b2;
+    return is_instanced ? transform_point(
+                              p, Mat4d(geometry.instances()[caster.instance].render_from_prototype))
+                        : p;
+}
+
+}  // namespace velatura::integrator

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "integrator/world.h"
+#include "sampling/distribution.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace velatura::integrator {
+
+/// A ball around things.
+struct Ball {
+    Vec3d center = Vec3d(0.0);
+    double radius2 = 0;
+};
+
+Ball ball_around(const Box3d& box);
+
+/// The shapes of a world that may reflect or refract without blur: where specular chains begin.
+/// Immutable, safe to share among threads; the world must outlive it.
+class SpecularCasters {
+  public:
+    explicit SpecularCasters(const World& world);
+
+    bool is_empty() const { return casters_.empty(); }
+
+    /// Around all of them.
+    Ball ball() const;
+
+    /// How much light a material passes on by delta lobes, very roughly, in [0, 1]; 0 only where it
+    /// has none at plain vertices (is_plain_vertex).
+    double weight(scene::MaterialId material) const {
+        return material < weights_.size() ? weights_[material] : 0.0;
+    }
+
+    /// A direction (unit) from x that may meet one of them; every direction that does can come. Its
+    /// density is nobody's business. u, v: in [0,1)². Zero: none.
+    Vec3d direction_from(const Vec3d& x, const Vec2& u, const Vec2& v) const;
+
+  private:
+    /// A shape where it stands.
+    struct Caster {
+        uint32_t instance = scene::none, shape = scene::none;
+        uint32_t triangles = 0;  ///< index into triangles_
+        Ball ball;
+    };
+
+    uint32_t add_triangles(const geometry::TriangleMesh& mesh, scene::MaterialId override);
+    Vec3d point_on(const Caster& caster, float u_triangle, const Vec2& u) const;
+
+    const World& world_;
+    std::vector<double> weights_;  // [material]
+    std::vector<Caster> casters_;
+    sampling::Distribution1D choice_;                  // [caster]
+    std::vector<sampling::Distribution1D> triangles_;  // of each mesh with one set of materials
+};
+
+}  // namespace velatura::integrator
