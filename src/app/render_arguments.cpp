@@ -18,7 +18,7 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     what->add_option("-f,--frames", a.frames, "frames such as 1-10x2,15 (default: startTimeCode of a stage with a time range, else the default time)");
     what->add_option("--res", a.resolution, "width and height in pixels")->expected(2)->type_name("W H");
     what->add_option("--crop", a.crop, "part of the picture as fractions, origin bottom left")->expected(4)->type_name("X0 X1 Y0 Y1");
-    what->add_option("--purpose", a.purposes, "purposes to include besides default: render, proxy, guide")->delimiter(',');
+    what->add_option("--purpose", a.purposes, "purposes to include besides default: render, proxy, guide")->delimiter(',')->check(CLI::IsMember({"default", "render", "proxy", "guide"}));
 
     auto* how = command.add_option_group("How long and how well");
     how->add_option("--mode", a.mode, "progressive: whole-frame passes that double; tile: each tile at once; same picture")
@@ -30,7 +30,7 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     how->add_option("--target-error", a.target_error, "progressive: stop at this relative standard error, e.g. 1%");
     how->add_option("--max-depth", a.max_depth, "cut paths after this many scatterings, a bias; 0 = only Russian roulette ends paths")->check(CLI::Range(0, 65536));
     how->add_option("--filter", a.filter, "pixel filter")->check(CLI::IsMember({"box", "triangle", "gaussian", "blackman-harris", "mitchell"}));
-    how->add_option("--seed", a.seed, "another seed gives other noise");
+    how->add_option("--seed", a.seed, "another seed gives other noise")->check(CLI::NonNegativeNumber);
     how->add_option("--threads", a.threads, "threads; 0 = all cores; the picture does not depend on it")->check(CLI::Range(0, 1024));
 
     auto* estimator = command.add_option_group("Estimator, to compare with the classic ones");

@@ -81,7 +81,7 @@ image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, co
     stats["scene"] = make_scene_stats(input, world);
     stats["estimator"] = make_estimator_stats(job);
     stats["guiding"] = make_guiding_stats(training);
-    stats["ledger"] = make_ledger(job);
+    stats["ledger"] = make_ledger(job, input.scene);
     info.stats_json = stats.dump();
     info.software = fmt::format("velatura {}", VELATURA_VERSION);
     info.frames_per_second = scene.frames_per_second;
@@ -241,7 +241,12 @@ class FrameRenderer {
         const film::NoiseEstimate noise = film.noise();
         const bool is_precise = job_.schedule.target_error <= 0 || (noise.is_known && noise.high <= job_.schedule.target_error);
         const bool is_out_of_time = result.reason == integrator::StopReason::TimeBudget;
-        return is_precise && !is_out_of_time ? Done : BudgetReached;
+        if (is_precise && !is_out_of_time) return Done;
+        diagnostics_.warn("budget", {}, {},
+                          is_precise ? fmt::format("the time budget of {} ended the render after {:g} of {} samples per pixel", format_duration(job_.schedule.time_budget_s), noise.samples_mean, job_.schedule.end_sample)
+                                     : fmt::format("{} before the target of {:g} %: the error is {}", is_out_of_time ? "the time budget ended the render" : "the samples ran out",
+                                                   job_.schedule.target_error * 100.0, noise.is_known ? fmt::format("up to {:.3g} %", noise.high * 100.0) : std::string("not known yet")));
+        return BudgetReached;
     }
 
     bool write_stats(const film::Film& film, const integrator::RenderResult& result, const image::WriteReport& written) {

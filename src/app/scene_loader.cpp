@@ -56,6 +56,7 @@ void print_diagnostics(Diagnostics& diagnostics, bool quiet, bool verbose) {
 void add_search_path_option(CLI::App& command, std::vector<std::string>& folders) {
     command.add_option("--search-path", folders, "folder for assets without ./ or ../, before $PXR_AR_DEFAULT_SEARCH_PATH; may be repeated")
         ->type_name("DIR")
+        ->check(CLI::ExistingDirectory)
         ->take_all()
         ->allow_extra_args(false);
 }

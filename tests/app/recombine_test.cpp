@@ -173,15 +173,24 @@ TEST_F(Recombine, FramesGetNumbers) {
 }
 
 TEST_F(Recombine, TimeBudgetEndsWithCode3AndAValidFile) {
-    const CommandResult r = w.velatura("render s.usda --res " + size + small + "--spp 1000000 --time 0.3s -o s.exr");
+    const CommandResult r = w.velatura("render s.usda --res " + size + " --spp 1000000 --time 0.3s -o s.exr");
     EXPECT_EQ(r.exit_code, 3) << r.output;
+    EXPECT_NE(r.output.find("the time budget of"), std::string::npos) << r.output;
     EXPECT_EQ(w.comp("verify s.exr").exit_code, 0);
 }
 
 TEST_F(Recombine, ReachedTargetEndsWithCode0) {
     const CommandResult r = w.velatura("render s.usda --res " + size + small + "--spp 64 --target-error 90% -o s.exr");
     EXPECT_EQ(r.exit_code, 0) << r.output;
-    EXPECT_EQ(w.velatura("render s.usda --res " + size + small + "--spp 2 --target-error 0.01% -o s.exr").exit_code, 3);
+    const CommandResult missed = w.velatura("render s.usda --res " + size + " --spp 2 --target-error 0.01% -o s.exr");
+    EXPECT_EQ(missed.exit_code, 3);
+    EXPECT_NE(missed.output.find("the samples ran out before the target of 0.01 %: the error is up to"), std::string::npos) << missed.output;
+}
+
+TEST_F(Recombine, OptionsOutOfRangeAreUsageErrors) {
+    for (const char* option : {"--target-error 20", "--target-error 0", "--time 0", "--snapshot 0s", "--seed -1", "--purpose renders", "--search-path nowhere"})
+        EXPECT_EQ(w.velatura("render s.usda --res " + size + small + "--spp 1 " + option + " -o no.exr").exit_code, 2) << option;
+    EXPECT_FALSE(w.exists("no.exr"));
 }
 
 TEST_F(Recombine, DefaultTimeIsNotTimeZero) {
