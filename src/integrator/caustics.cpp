@@ -90,9 +90,17 @@ struct CausticSampler::Search {
     Target target = {};
 
     Vec2 numbers(Purpose purpose, uint32_t trial, uint32_t step = 0) const {
-        return sampler.get_2d(
-            bounce, purpose,
-            (repeat * trial_cap + trial) * uint32_t(longest_specular_chain) + step);
+        return sampler.get_2d(bounce, purpose, key(trial, step));
+    }
+
+    float number(Purpose purpose, uint32_t trial) const {
+        return sampler.get_1d(bounce, purpose, key(trial, 0));
+    }
+
+    /// Tells all trials of a vertex apart, and vertices behind up to 2^13 pass-throughs.
+    uint32_t key(uint32_t trial, uint32_t step) const {
+        static_assert(uint64_t(trial_cap) * longest_specular_chain <= uint64_t(1) << 19);
+        return (repeat * trial_cap + trial) * uint32_t(longest_specular_chain) + step;
     }
 };
 
@@ -130,7 +138,7 @@ void CausticSampler::add_lights(double largest_light) {
             const Vec3d away = target.center - ball.center;
             const double distance2 = away.dot(away);
             if (distance2 > target.radius2) facing = away / std::sqrt(distance2);
-            half_angle = std::sqrt(ball.radius2 / std::max(distance2, target.radius2));
+            half_angle = casters_.half_angle_of(ball);
         }
         if (!(half_angle <= largest_light)) continue;
         is_handled_[i] = 1;
@@ -148,9 +156,9 @@ SpecularHistory CausticSampler::after(const SpecularHistory& before,
                                       bool is_delta,
                                       uint32_t passed) const {
     if (!is_delta) return {0, true};
-    const bool is_handled = before.is_handled && passed == 0 &&
-                            before.length < longest_specular_chain &&
-                            is_plain_vertex(world_, point, bsdf);
+    const bool is_handled =
+        before.is_handled && passed == 0 && before.length < longest_specular_chain &&
+        casters_.weight(point.material) > 0.0 && is_plain_vertex(world_, point, bsdf);
     return {before.length + 1, is_handled};
 }
 
@@ -178,7 +186,7 @@ Vec3d CausticSampler::seed_direction(const Search& search, uint32_t trial) const
     const Target& target = search.target;
     if (u.y >= straight_share)
         return casters_.direction_from(x, {u.x, (u.y - straight_share) / (1.0f - straight_share)},
-                                       v);
+                                       search.number(Purpose::ManifoldTriangle, trial), v);
     const Vec3d to_light = target.is_infinite ? target.point.n : target.point.p - x;
     const double length = to_light.length();
     if (!(length > 0.0)) return Vec3d(0.0);

@@ -54,11 +54,10 @@ struct SpecularHistory {
 class CausticSampler {
   public:
     /// Further rays that are tried before a solution's probability counts as 1 / trial_cap.
-    static constexpr uint32_t trial_cap = 1u << 14;
+    static constexpr uint32_t trial_cap = 1u << 16;
 
-    /// Lights of about twice this half angle (radians, of the ball around the light, seen from the
-    /// middle of the casters) are as well met by chance (docs/adr/0010): what Caustics::Auto leaves
-    /// to paths.
+    /// Lights of about twice this half angle (radians, SpecularCasters::half_angle_of) are as well
+    /// met by chance (docs/adr/0010): what Caustics::Auto leaves to paths.
     static constexpr double auto_largest_light = 1.0 / 32.0;
 
     /// largest_light: half angle beyond which a light is left to the paths.

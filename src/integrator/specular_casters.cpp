@@ -38,12 +38,16 @@ double material_weight(const World& world, scene::MaterialId id) {
     constexpr double dielectric_reflection = 0.04;
     double weight = 0.0;
     if (world.materials.material_has_transmission(id)) {
+        // Only an interface that reflects blurs what it transmits (Bsdf::wants_rough_transmission)
         const double ior = double(m.ior.value.x);
         const double turn =
             square(double(m.roughness.value.x)) * std::abs(1.0 - ior) / std::max(ior, 1.0);
-        if (!m.rough_transmission || !is_constant(m.roughness) ||
-            turn < double(shading::specular_switch_alpha))
-            weight = 1.0;
+        const bool reflects =
+            m.has_specular &&
+            (m.use_specular_workflow || (is_constant(m.metallic) && m.metallic.value.x < 1.0f));
+        const bool is_blurred = m.rough_transmission && is_constant(m.roughness) && reflects &&
+                                turn >= double(shading::specular_switch_alpha);
+        if (!is_blurred) weight = 1.0;
     }
     if (m.has_specular && may_be_smooth(m.roughness)) {
         const double metallic = is_constant(m.metallic) ? double(m.metallic.value.x) : 1.0;
@@ -107,6 +111,10 @@ SpecularCasters::SpecularCasters(const World& world) : world_(world) {
             add(i, s, shapes[s], found->second, Mat4d(instance.render_from_prototype));
         }
     }
+    // By area, but half of it in equal shares: a bead beside a lake must be found, too
+    double total = 0;
+    for (const double w : weights) total += w;
+    for (double& w : weights) w = 0.5 * w / total + 0.5 / double(weights.size());
     choice_ = sampling::Distribution1D(std::span<const double>(weights));
 }
 
@@ -127,6 +135,18 @@ uint32_t SpecularCasters::add_triangles(const geometry::TriangleMesh& mesh,
     return uint32_t(triangles_.size() - 1);
 }
 
+double SpecularCasters::half_angle_of(const Ball& light) const {
+    constexpr size_t most = 256;
+    const size_t step = (casters_.size() + most - 1) / most;
+    double largest = 0;
+    for (size_t i = 0; i < casters_.size(); i += step) {
+        const Ball& caster = casters_[i].ball;
+        const Vec3d away = caster.center - light.center;
+        largest = std::max(largest, light.radius2 / std::max(away.dot(away), caster.radius2));
+    }
+    return std::sqrt(largest);
+}
+
 Ball SpecularCasters::ball() const {
     Box3d box;
     for (const Caster& c : casters_) {
@@ -137,14 +157,15 @@ Ball SpecularCasters::ball() const {
     return ball_around(box);
 }
 
-Vec3d SpecularCasters::direction_from(const Vec3d& x, const Vec2& u, const Vec2& v) const {
+Vec3d SpecularCasters::direction_from(const Vec3d& x,
+                                      const Vec2& u,
+                                      float u_triangle,
+                                      const Vec2& v) const {
     size_t candidates[caster_candidates];
-    float inside[caster_candidates];
     double sums[caster_candidates], sum = 0;
     for (int i = 0; i < caster_candidates; ++i) {
         const auto draw = choice_.sample(fraction(u.x + float(i) / float(caster_candidates)));
         candidates[i] = draw.index;
-        inside[i] = draw.u_remapped;
         const Caster& c = casters_[draw.index];
         const Vec3d away = c.ball.center - x;
         sum += 1.0 / (away.dot(away) + c.ball.radius2);
@@ -155,7 +176,6 @@ Vec3d SpecularCasters::direction_from(const Vec3d& x, const Vec2& u, const Vec2&
 
     // Of a caster all around most of the area is far aside
     const Caster& caster = casters_[candidates[chosen]];
-    float u_triangle = inside[chosen];
     const Vec3d away = caster.ball.center - x;
     if (away.dot(away) < square(0.5) * caster.ball.radius2) {
         if (u_triangle < 0.5f) {

@@ -28,15 +28,19 @@ class SpecularCasters {
     /// Around all of them.
     Ball ball() const;
 
-    /// How much light a material passes on by delta lobes, very roughly, in [0, 1]; 0 only where it
-    /// has none at plain vertices (is_plain_vertex).
+    /// Largest half angle [rad], about, that a light in the ball fills as seen from one of them (of
+    /// at most 256 that stand for all).
+    double half_angle_of(const Ball& light) const;
+
+    /// How much light a material passes on by delta lobes, very roughly, in [0, 1]; 0: chains do
+    /// not go by it, and paths keep the light.
     double weight(scene::MaterialId material) const {
         return material < weights_.size() ? weights_[material] : 0.0;
     }
 
     /// A direction (unit) from x that may meet one of them; every direction that does can come. Its
-    /// density is nobody's business. u, v: in [0,1)². Zero: none.
-    Vec3d direction_from(const Vec3d& x, const Vec2& u, const Vec2& v) const;
+    /// density is nobody's business. u, u_triangle, v: in [0,1). Zero: none.
+    Vec3d direction_from(const Vec3d& x, const Vec2& u, float u_triangle, const Vec2& v) const;
 
   private:
     /// A shape where it stands.

@@ -48,10 +48,12 @@ class ClusterTree {
 
     /// Cosines of axes and normals in float are this uncertain, several times over.
     static constexpr double cosine_slack = 1e-6;
-    static constexpr float cosine_slack_float = 4e-6f;  ///< where they are computed with in float
+    /// Where they are computed with in float: the sine of an angle near π is off by the root of the
+    /// roundoff.
+    static constexpr float cosine_slack_float = 6e-4f;
 
-    /// Part of its intensity that a cluster is taken to send where its cone's cosine says less: some
-    /// sideways and backwards, where the cone goes that far.
+    /// Part of its intensity that a cluster is taken to send where its cone's cosine says less:
+    /// some sideways and backwards, where the cone goes that far.
     static double least_falloff_of(const Node& node) {
         return node.cos_spread < 0.0f ? 0.1 : cosine_slack;
     }

@@ -98,9 +98,10 @@ HWY_INLINE V weigh(const ClusterWeights::Lanes& lanes, size_t i, const LaneRecei
     if (at.has_normal) {
         const V cos_n = dot(hn::Set(d, at.n.x), hn::Set(d, at.n.y), hn::Set(d, at.n.z), wx, wy, wz);
         const V cos_i = at.both_sides ? hn::Abs(cos_n) : cos_n;
-        const V incidence =
-            hn::Add(cos_of_difference(cos_i, sine_of(cos_i), cos_extent, sin_extent), slack);
-        weight = hn::IfThenElseZero(hn::Gt(incidence, zero), hn::Mul(weight, incidence));
+        const V incidence = cos_of_difference(cos_i, sine_of(cos_i), cos_extent, sin_extent);
+        const V least = hn::Set(d, float(ClusterTree::cosine_slack));
+        weight = hn::IfThenElseZero(hn::Gt(incidence, hn::Neg(slack)),
+                                    hn::Mul(weight, hn::Max(incidence, least)));
     }
     // Any direction is possible from inside
     return hn::IfThenElse(hn::Le(d2, radius2), strength, hn::IfThenElseZero(is_lit, weight));
@@ -148,7 +149,7 @@ ClusterWeights::ClusterWeights(const ClusterTree& tree, std::span<const uint32_t
         }
         lanes_.radius[i] = float(double(node.radius) * scale_);
         lanes_.cos_normals[i] = node.cos_normals;
-        lanes_.sin_normals[i] = safe_sqrt(1.0f - sqr(node.cos_normals));
+        lanes_.sin_normals[i] = float(safe_sqrt(1.0 - sqr(double(node.cos_normals))));
         lanes_.cos_spread[i] = node.cos_spread;
         lanes_.least_falloff[i] = float(ClusterTree::least_falloff_of(node));
         lanes_.intensity[i] = node.intensity;

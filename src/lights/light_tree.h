@@ -15,7 +15,8 @@ namespace velatura::lights {
 /// lights, the emissive triangles and the instances with emissive triangles, and below each
 /// instance one over its triangles, which instances share. The uppermost clusters, up to `cut_size`
 /// of them, and the lights at infinity are weighed one by one, so that some dozens of lights are
-/// chosen among exactly; below the cut the way down takes a logarithmic number of steps. Scaling a scene by a power of two changes no choice.
+/// chosen among exactly; below the cut the way down takes a logarithmic number of steps. Scaling a
+/// scene by a power of two changes no choice.
 class LightTree final : public LightSelector {
   public:
     explicit LightTree(const LightSet& lights);

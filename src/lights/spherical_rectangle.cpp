@@ -61,8 +61,8 @@ Vec2d sample_solid_angle(const RectangleView& v, double omega, const Vec2& u) {
     n *= scale;
     const double rest_x = (m - n) * (m + n);
     const double signed_n = std::copysign(n, n * m);
-    const double x = rest_x > 0.0 ? signed_n * std::sqrt(h_y0_squared / rest_x)
-                                  : (signed_n > 0.0 ? v.x1 : v.x0);
+    const double x =
+        rest_x > 0.0 ? signed_n * std::sqrt(h_y0_squared / rest_x) : (signed_n > 0.0 ? v.x1 : v.x0);
     const double xu = std::clamp(x, v.x0, v.x1);
 
     // y: uniform in the sine of its elevation over the great circle through xu

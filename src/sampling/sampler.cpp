@@ -23,8 +23,7 @@ uint64_t stream_hash(uint64_t pixel_key, int bounce, Purpose purpose, uint32_t r
 // errors, which A − B then shows too large.
 PixelSampler::PixelSampler(
     uint64_t seed, int pixel_x, int pixel_y, uint64_t sample_index, SamplerKind kind)
-    : pixel_key_(
-          hash_combine(seed, (uint64_t(uint32_t(pixel_x)) << 32) | uint32_t(pixel_y))),
+    : pixel_key_(hash_combine(seed, (uint64_t(uint32_t(pixel_x)) << 32) | uint32_t(pixel_y))),
       is_independent_(kind == SamplerKind::Independent) {
     const uint64_t halves = kind == SamplerKind::SobolHalves ? 1 : 0;
     const uint64_t index = sample_index >> halves;
@@ -37,8 +36,7 @@ PixelSampler::PixelSampler(
 uint32_t PixelSampler::bits_1d(int bounce, Purpose purpose, uint32_t repeat) const {
     const uint64_t key = stream_hash(pixel_key_, bounce, purpose, repeat);
     if (is_independent_) return uint32_t(key >> 32);
-    const uint32_t index =
-        reverse_bits(owen_hash_reversed(reversed_index_, uint32_t(key)));
+    const uint32_t index = reverse_bits(owen_hash_reversed(reversed_index_, uint32_t(key)));
     // Dimension 0 of Sobol' is the reversed index, so its reversed form is the index itself
     return reverse_bits(owen_hash_reversed(index, uint32_t(key >> 32)));
 }
@@ -57,8 +55,7 @@ double PixelSampler::get_1d_fine(int bounce, Purpose purpose, uint32_t repeat) c
 Vec2 PixelSampler::get_2d(int bounce, Purpose purpose, uint32_t repeat) const {
     const uint64_t key = stream_hash(pixel_key_, bounce, purpose, repeat);
     if (is_independent_) return {unit_float(uint32_t(key)), unit_float(uint32_t(key >> 32))};
-    const uint32_t index =
-        reverse_bits(owen_hash_reversed(reversed_index_, uint32_t(key)));
+    const uint32_t index = reverse_bits(owen_hash_reversed(reversed_index_, uint32_t(key)));
     const uint32_t seed_1 = uint32_t((key * 0xd6e8feb86659fd93ull) >> 32);
     // Both numbers are turned round in one word, which swaps them
     const uint64_t reversed = uint64_t(owen_hash_reversed(index, uint32_t(key >> 32))) |

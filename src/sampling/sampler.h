@@ -30,21 +30,27 @@ enum class Purpose : uint32_t {
     ManifoldCaster = 16,
     ManifoldSeed = 17,
     ManifoldLobe = 18,
+    ManifoldTriangle = 19,
 };
 
 /// Which points the samples of a pixel are.
 enum class SamplerKind : uint8_t {
     Sobol,        ///< Owen-scrambled Sobol' points, padded in pairs of dimensions
     Independent,  ///< hashes: plain Monte Carlo, to compare with
-    /// Sobol' points of their own for the even and the odd sample indices: two independent estimates
-    /// of everything, whose difference tells the error. Costs up to 1.4 times the variance.
+    /// Sobol' points of their own for the even and the odd sample indices: two independent
+    /// estimates of everything, whose difference tells the error. Costs up to 1.4 times the
+    /// variance.
     SobolHalves,
 };
 
 /// The numbers of one camera sample. A value; copies are equal.
 class PixelSampler {
   public:
-    PixelSampler(uint64_t seed, int pixel_x, int pixel_y, uint64_t sample_index, SamplerKind kind = SamplerKind::Sobol);
+    PixelSampler(uint64_t seed,
+                 int pixel_x,
+                 int pixel_y,
+                 uint64_t sample_index,
+                 SamplerKind kind = SamplerKind::Sobol);
 
     /// One number in [0, 1). `bounce` counts path vertices from 0 = camera; `repeat` tells apart
     /// several draws of one purpose at one vertex (opacity layers of a ray).

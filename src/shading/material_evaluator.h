@@ -67,6 +67,7 @@ class MaterialEvaluator {
     const Flags& flags(scene::MaterialId material) const {
         return flags_[std::min(size_t(material), flags_.size() - 1)];
     }
+
     const RoughInterface* make_interface(const scene::Material& material, Diagnostics& diagnostics);
     Rgb color(const scene::Input& input,
               const geometry::SurfacePoint& point,

@@ -239,6 +239,11 @@ TEST(ClusterWeights, FollowTheTreesOwnImportances) {
         if (trial % 50 == 1)
             at.p =
                 Vec3d(tree.node(nodes[size_t(trial / 50) % nodes.size()]).center) + vector() * 1e-6;
+        // Nearly behind a light, where the sine of the angle loses most of its digits
+        if (trial % 50 == 2) {
+            const ClusterTree::Node& n = tree.node(nodes[size_t(trial / 50) % nodes.size()]);
+            at.p = Vec3d(n.center) - Vec3d(n.axis) * 3.0 + vector() * 1e-3;
+        }
         ClusterWeights::Weights found;
         weights.evaluate(at, found);
         for (size_t i = 0; i < nodes.size(); ++i) {
@@ -246,7 +251,7 @@ TEST(ClusterWeights, FollowTheTreesOwnImportances) {
             dark += found[i] == 0.0 ? 1 : 0;
             lost += found[i] == 0.0 && exact > 0.0 ? 1 : 0;
             // Near the edge of a cone a weight is all slack
-            if (trial % 50 > 1 && exact > 1e-3 * tree.importance(tree.node(0), at))
+            if (trial % 50 > 2 && exact > 1e-2 * tree.importance(tree.node(0), at))
                 worst = std::max(worst, std::abs(found[i] / exact - 1.0));
         }
     }
