@@ -3,6 +3,7 @@
 // carry against what paths meet by chance, light layer by light layer.
 #include "integrator/specular_chain.h"
 
+#include "integrator/specular_casters.h"
 #include "sampling/sampler.h"
 #include "sampling/warp.h"
 #include "test_scene.h"
@@ -11,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -264,6 +266,53 @@ TEST(CausticLayers, CutOutsAndCoats) {
     test.add_sphere(Vec3(-1.0f, 0.0f, 0.0f), 0.6, test.add_material(lacquer));
     test.add_light(scene::LightKind::Sphere, at(Vec3d(0.5, 0, 3))).radius = 0.5f;
     expect_same_layers(test, {3}, 0.2, "cut-outs and coats");
+}
+
+// Paths leave light out behind every delta lobe at a plain vertex: no such lobe may go without
+// seeds.
+TEST(SpecularCasters, WhateverScattersWithoutBlurIsSought) {
+    int smooth = 0, rough = 0;
+    for (int i = 0; i < 3 * 3 * 3 * 2 * 2 * 2 * 2; ++i) {
+        int rest = i;
+        const auto pick = [&rest](int n) {
+            const int k = rest % n;
+            rest /= n;
+            return k;
+        };
+        scene::Material m;
+        const float values[3] = {0.0f, 0.02f, 0.5f};
+        m.roughness = scene::Input(values[pick(3)]);
+        m.ior = scene::Input(std::array{1.0f, 1.001f, 1.5f}[size_t(pick(3))]);
+        m.metallic = scene::Input(std::array{0.0f, 0.5f, 1.0f}[size_t(pick(3))]);
+        m.diffuse_color = scene::Input(Rgb(pick(2) ? 0.5f : 0.0f));
+        m.opacity = scene::Input(pick(2) ? 1.0f : 0.0f);
+        m.rough_transmission = pick(2) == 1;
+        m.clearcoat = scene::Input(pick(2) ? 1.0f : 0.0f);
+        m.clearcoat_roughness = scene::Input(0.0f);
+        TestScene test;
+        test.scene.materials.push_back(m);
+        test.add_sphere(Vec3(0.0f), 1.0, 0);
+        Diagnostics diagnostics;
+        const integrator::World world(test.scene, {.width = 1, .height = 1}, {}, diagnostics);
+        const integrator::SpecularCasters casters(world);
+        for (const float side : {1.0f, -1.0f}) {
+            geometry::SurfacePoint point = free_point(Vec3(0.0f));
+            point.material = 0;
+            const shading::Bsdf bsdf =
+                world.materials.make_bsdf(point, normalize(Vec3(0.3f, 0.1f, side)), 0.0f);
+            const auto reflected = bsdf.delta(ScatterKind::Reflect);
+            const auto transmitted = bsdf.delta(ScatterKind::Transmit);
+            const bool is_smooth =
+                (reflected && !is_black(reflected->weight)) ||
+                (transmitted && transmitted->eta != 1.0f && !is_black(transmitted->weight));
+            ++(is_smooth ? smooth : rough);
+            if (is_smooth) {
+                EXPECT_GT(casters.weight(0), 0.0) << "material " << i;
+            }
+        }
+    }
+    EXPECT_GT(smooth, 100);
+    EXPECT_GT(rough, 100);
 }
 
 }  // namespace velatura::test
