@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/specular_chain.h"
 
+#include "lights/emitter.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -220,12 +222,8 @@ bool is_plain_vertex(const World& world,
 }
 
 std::array<Vec3d, 2> directions_across(const Vec3d& d) {
-    // Ref: Duff et al. 2017, "Building an Orthonormal Basis, Revisited", JCGT 6(1)
-    const double sign = std::copysign(1.0, d.z);
-    const double a = -1.0 / (sign + d.z);
-    const double b = d.x * d.y * a;
-    return {Vec3d(1.0 + sign * d.x * d.x * a, sign * b, -sign * d.x),
-            Vec3d(b, sign + d.y * d.y * a, -d.y)};
+    return {lights::from_axis_frame(d, Vec3d(1.0, 0.0, 0.0)),
+            lights::from_axis_frame(d, Vec3d(0.0, 1.0, 0.0))};
 }
 
 bool follow_chain(const World& world,
