@@ -17,29 +17,6 @@ constexpr double patch_z = -1.0;
 constexpr double slab_bottom = 0.25, slab_top = 0.75;  ///< above the camera, out of its sight
 constexpr double ior = 1.5;
 
-scene::Material smooth_glass() {
-    scene::Material m;
-    m.diffuse_color = scene::Input(Rgb(0.0f));
-    m.opacity = scene::Input(0.0f);
-    m.roughness = scene::Input(0.0f);
-    m.ior = scene::Input(float(ior));
-    return m;
-}
-
-scene::Material silver() {
-    scene::Material m;
-    m.diffuse_color = scene::Input(Rgb(0.9f));
-    m.metallic = scene::Input(1.0f);
-    m.roughness = scene::Input(0.0f);
-    return m;
-}
-
-Mat4d at(const Vec3d& where) {
-    Mat4d m;
-    m.setTranslation(where);
-    return m;
-}
-
 TestScene patch_scene() {
     TestScene test;
     test.add_square(float(patch_z), 0.01f, test.add_matte(Rgb(1.0f)));
@@ -47,7 +24,7 @@ TestScene patch_scene() {
 }
 
 void add_slab(TestScene& test, float half_size) {
-    const scene::MaterialId glass = test.add_material(smooth_glass());
+    const scene::MaterialId glass = test.add_material(smooth_glass(float(ior)));
     test.add_square(float(slab_top), half_size, glass);
     test.add_square(float(slab_bottom), half_size, glass);
     test.scene.shapes.back().flip_normals = true;
@@ -199,7 +176,7 @@ TEST(Caustics, UnderWater) {
     // The patch inside, the light outside: one refraction, radiance grows by the square of the
     // index
     TestScene test = patch_scene();
-    test.add_square(0.5f, 6.0f, test.add_material(smooth_glass()));
+    test.add_square(0.5f, 6.0f, test.add_material(smooth_glass(float(ior))));
     test.add_light(scene::LightKind::Sphere, at(Vec3d(0, 0, 2))).radius = 0.05f;
     const double r = double(0.05f);
     double expected = 0;
@@ -217,7 +194,7 @@ TEST(Caustics, UnderWater) {
 
 TEST(Caustics, FlatMirror) {
     TestScene test = patch_scene();
-    test.add_square(2.0f, 20.0f, test.add_material(silver()));
+    test.add_square(2.0f, 20.0f, test.add_material(mirror(Rgb(0.9f))));
     test.scene.shapes.back().flip_normals = true;
     test.add_light(scene::LightKind::Sphere, at(Vec3d(0, 0, 1))).radius = 0.05f;
     // The mirror image stands at z = 3

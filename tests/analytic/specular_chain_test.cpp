@@ -22,28 +22,6 @@ namespace {
 
 using shading::ScatterKind;
 
-scene::Material glass() {
-    scene::Material m;
-    m.diffuse_color = scene::Input(Rgb(0.0f));
-    m.opacity = scene::Input(0.0f);
-    m.roughness = scene::Input(0.0f);
-    return m;
-}
-
-scene::Material silver() {
-    scene::Material m;
-    m.diffuse_color = scene::Input(Rgb(0.9f, 0.8f, 0.7f));
-    m.metallic = scene::Input(1.0f);
-    m.roughness = scene::Input(0.0f);
-    return m;
-}
-
-Mat4d at(const Vec3d& where) {
-    Mat4d m;
-    m.setTranslation(where);
-    return m;
-}
-
 /// A ball of radius 1, turned into an ellipsoid by an instance.
 void add_ellipsoid(TestScene& test,
                    const Vec3d& centre,
@@ -186,14 +164,14 @@ void expect_same_layers(const TestScene& test,
 
 TEST(SpecularChain, DerivativesThroughABall) {
     TestScene test;
-    const scene::MaterialId material = test.add_material(glass());
+    const scene::MaterialId material = test.add_material(smooth_glass());
     test.add_sphere(Vec3(0.0f, 0.0f, 1.5f), 0.75, material);
     expect_derivatives(test, Vec3d(0, 0, 1.5), 0.75, through(material), "refraction by a ball");
 }
 
 TEST(SpecularChain, DerivativesThroughAnInstance) {
     TestScene test;
-    const scene::MaterialId material = test.add_material(glass());
+    const scene::MaterialId material = test.add_material(smooth_glass());
     add_ellipsoid(test, Vec3d(0, 0, 1.5), Vec3d(0.5, 1.0, 0.75), material);
     expect_derivatives(test, Vec3d(0, 0, 1.5), 0.75, through(material),
                        "refraction by an ellipsoid");
@@ -202,7 +180,7 @@ TEST(SpecularChain, DerivativesThroughAnInstance) {
 TEST(SpecularChain, DerivativesOffAMirror) {
     // Rays leave opaque balls above their facets
     TestScene test;
-    const scene::MaterialId material = test.add_material(silver());
+    const scene::MaterialId material = test.add_material(mirror(Rgb(0.9f, 0.8f, 0.7f)));
     test.add_sphere(Vec3(0.0f, 0.0f, 1.5f), 0.75, material);
     integrator::SpecularEvents events;
     events.count = 1;
@@ -212,14 +190,14 @@ TEST(SpecularChain, DerivativesOffAMirror) {
 
 TEST(CausticLayers, GlassBall) {
     TestScene test = floor_scene();
-    test.add_sphere(Vec3(0.25f, 0.0f, 1.0f), 0.5, test.add_material(glass()));
+    test.add_sphere(Vec3(0.25f, 0.0f, 1.0f), 0.5, test.add_material(smooth_glass()));
     test.add_light(scene::LightKind::Sphere, at(Vec3d(0.5, 0, 3))).radius = 0.5f;
     expect_same_layers(test, {3}, 0.1, "glass ball", 128);
 }
 
 TEST(CausticLayers, MirrorBallAndRect) {
     TestScene test = floor_scene();
-    test.add_sphere(Vec3(1.0f, 0.0f, 0.5f), 0.5, test.add_material(silver()));
+    test.add_sphere(Vec3(1.0f, 0.0f, 0.5f), 0.5, test.add_material(mirror(Rgb(0.9f, 0.8f, 0.7f))));
     Mat4d m;
     m.setAxisAngle(Vec3d(0, 1, 0), -0.5);
     scene::Light& light = test.add_light(scene::LightKind::Rect, m * at(Vec3d(-1.0, 0, 1.5)));
@@ -229,7 +207,7 @@ TEST(CausticLayers, MirrorBallAndRect) {
 
 TEST(CausticLayers, InstancedLensAndCylinders) {
     TestScene test = floor_scene();
-    add_ellipsoid(test, Vec3d(0, 0, 1.0), Vec3d(0.75, 0.6, 0.25), test.add_material(glass()));
+    add_ellipsoid(test, Vec3d(0, 0, 1.0), Vec3d(0.75, 0.6, 0.25), test.add_material(smooth_glass()));
     for (const double x : {-0.5, 0.75}) {
         scene::Light& light = test.add_light(scene::LightKind::Cylinder, at(Vec3d(x, 0.25, 2.5)));
         light.radius = 0.4f;
@@ -241,7 +219,7 @@ TEST(CausticLayers, InstancedLensAndCylinders) {
 TEST(CausticLayers, LampInsideABulbBehindAnother) {
     // The lamp crosses chains midway: those that end inside the bulb and those that go on
     TestScene test = floor_scene();
-    const scene::MaterialId material = test.add_material(glass());
+    const scene::MaterialId material = test.add_material(smooth_glass());
     test.add_sphere(Vec3(0.0f, 0.0f, 1.0f), 0.5, material);
     test.add_sphere(Vec3(0.5f, 0.25f, 2.25f), 0.5, material);
     test.add_light(scene::LightKind::Sphere, at(Vec3d(0.5, 0.25, 2.25))).radius = 0.3f;
@@ -252,7 +230,7 @@ TEST(CausticLayers, CutOutsAndCoats) {
     // Half of the glass is not there, a sheet that is half there hangs before the lamp, and the
     // wall has a smooth coat
     TestScene test = floor_scene();
-    scene::Material thin = glass();
+    scene::Material thin = smooth_glass();
     thin.opacity = scene::Input(0.5f);
     test.add_sphere(Vec3(0.25f, 0.0f, 1.0f), 0.5, test.add_material(thin));
     scene::Material sheet;

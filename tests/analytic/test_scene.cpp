@@ -177,4 +177,27 @@ void expect_close(const Estimate& e, double expected, double relative, const std
     EXPECT_LE(e.detectable(), relative * scale) << what << ": the test could not see its bound; more samples are needed";
 }
 
+scene::Material smooth_glass(float ior) {
+    scene::Material m;
+    m.diffuse_color = scene::Input(Rgb(0.0f));
+    m.opacity = scene::Input(0.0f);
+    m.roughness = scene::Input(0.0f);
+    m.ior = scene::Input(ior);
+    return m;
+}
+
+scene::Material mirror(const Rgb& reflectance) {
+    scene::Material m;
+    m.diffuse_color = scene::Input(reflectance);
+    m.metallic = scene::Input(1.0f);
+    m.roughness = scene::Input(0.0f);
+    return m;
+}
+
+Mat4d at(const Vec3d& where) {
+    Mat4d m;
+    m.setTranslation(where);
+    return m;
+}
+
 }  // namespace velatura::test

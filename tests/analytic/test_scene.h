@@ -73,4 +73,11 @@ RenderedLayers render(const TestScene& test, const TestRenderOptions& options = 
 /// deviation of `relative`; prints the smallest detectable error.
 void expect_close(const Estimate& estimate, double expected, double relative, const std::string& what);
 
+/// Glass and metal that scatter without blur.
+scene::Material smooth_glass(float ior = 1.5f);
+scene::Material mirror(const Rgb& reflectance);
+
+/// A translation.
+Mat4d at(const Vec3d& where);
+
 }  // namespace velatura::test
