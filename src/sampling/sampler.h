@@ -38,7 +38,7 @@ enum class SamplerKind : uint8_t {
     Sobol,        ///< Owen-scrambled Sobol' points, padded in pairs of dimensions
     Independent,  ///< hashes: plain Monte Carlo, to compare with
     /// Sobol' points of their own for the even and the odd sample indices: two independent
-    /// estimates of everything, whose difference tells the error. Costs up to 1.4 times the
+    /// estimates of everything, whose difference tells the error. Costs up to 1.5 times the
     /// variance.
     SobolHalves,
 };
