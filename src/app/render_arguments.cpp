@@ -25,6 +25,7 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
         ->check(CLI::IsMember({"progressive", "tile"}));
     how->add_option("--tile", a.tile, "tile size in pixels")->check(CLI::Range(1, 4096));
     how->add_option("--spp", a.spp, "samples per pixel (default 64)")->check(CLI::Range(uint64_t(1), uint64_t(1) << 32));
+    how->add_option("--adaptive", a.adaptive, "on: noisy parts of the picture get more samples and clean ones fewer, --spp in the mean; off: every pixel gets --spp")->check(CLI::IsMember({"on", "off"}));
     how->add_option("--samples", a.samples, "only samples A:B of each pixel; the file can be merged with `velatura-comp merge`")->type_name("A:B");
     how->add_option("--time", a.time, "progressive: stop after this time, e.g. 90s, 10m (exit 3 if --spp was not reached)");
     how->add_option("--target-error", a.target_error, "progressive: stop at this relative standard error, e.g. 1%");

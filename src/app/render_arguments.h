@@ -43,6 +43,7 @@ struct RenderArguments {
     std::string light_sampling;    ///< empty = what the integrator stands for
     std::string light_selection = "tree";
     std::string roulette = "throughput";
+    std::string adaptive = "on";
     std::string guiding = "auto";
     std::string caustics = "path";
     std::string sampler = "sobol";

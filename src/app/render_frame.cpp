@@ -42,7 +42,7 @@ std::string settings_hash(const RenderJob& job, const FrameInput& input, const f
                                          window.y1, input.frame, input.scene.camera.name, layers.to_json());
     const integrator::EstimatorOptions& e = job.tracer.estimator;
     text += fmt::format("|{} {} {} {} {}", int(e.light_sampling), int(e.roulette), e.roulette_start, e.specular_chains_only, int(job.tracer.sampler));
-    text += fmt::format("|{}|{}", is_guided, int(job.caustics));
+    text += fmt::format("|{}|{}|{}", is_guided, int(job.caustics), job.schedule.adaptive);
     text += fmt::format("|{}|{}|{}", s.pixel_aspect_ratio, fmt::join(s.included_purposes, ","), fmt::join(s.material_binding_purposes, ","));
     const scene::Camera& c = input.scene.camera;
     text += fmt::format("|{} {} {} {} {} {} {}", c.window_left, c.window_right, c.window_bottom, c.window_top, c.lens_radius, c.focus_distance, c.exposure_scale);
@@ -126,7 +126,7 @@ class FrameRenderer {
         if (caustics_ && caustics_->is_empty()) diagnostics_.note("caustics", {}, {}, "caustics are left to the paths: there is no smooth mirror or glass, or no light that is wanted to shine through it");
         // A file that can be merged needs every node of the sums, also those that the picture alone would fold early
         const bool is_partial = !job_.arguments.samples.empty();
-        film::Film film(window_, layers_, {.final_sample_end = is_partial ? 0 : job_.schedule.end_sample});
+        film::Film film(window_, layers_, {.final_sample_end = is_partial ? 0 : integrator::most_samples(job_.schedule)});
         integrator::RenderCallbacks callbacks;
         callbacks.progress = [&](const integrator::RenderState& state) { show(state, false); };
         callbacks.snapshot = [&](const film::Film& f) {

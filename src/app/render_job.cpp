@@ -162,6 +162,7 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     }
     job.schedule.seed = job.tracer.seed = a.seed;
     job.schedule.tile_size = a.tile;
+    job.schedule.adaptive = a.adaptive == "on";
     job.schedule.max_depth = job.tracer.max_depth = a.max_depth;
     const auto filter = sampling::filter_kind(a.filter);
     if (!filter) return usage(fmt::format("--filter: unknown filter \"{}\"", a.filter));

@@ -97,12 +97,16 @@ std::vector<DyadicNode> SampleSums::nodes_of(int x, int y) const {
 }
 
 void SampleSums::append(int x, int y, const PixelRecord& added, std::span<const NodeSums> sums) {
-    if (added.first == added.end) return;
     Tile& tile = make_tile_at(x, y);
     size_t pixel = 0;
     tile_at(x, y, pixel);
     PixelRecord& record = tile.records[pixel];
     const bool is_first = record.first == record.end;
+    if (added.first == added.end) {
+        // Where the samples would begin is worth knowing: what follows must begin there
+        if (is_first) record.first = record.end = added.first;
+        return;
+    }
     VELATURA_CHECK(is_first || added.first == record.end, "samples must follow what the pixel has");
     if (is_first) record.first = record.end = added.first;
 

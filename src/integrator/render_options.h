@@ -13,8 +13,10 @@ enum class RenderMode : uint8_t { Progressive, Tile };
 struct RenderOptions {
     RenderMode mode = RenderMode::Progressive;
     uint64_t seed = 0;
-    uint64_t first_sample = 0;      ///< samples [first_sample, end_sample) of every pixel
+    uint64_t first_sample = 0;      ///< samples [first_sample, end_sample) of every pixel;
+                                    ///< adaptive: of a pixel of rate 1
     uint64_t end_sample = 64;
+    bool adaptive = false;          ///< more samples where there is more noise, see SampleRates; else the same everywhere
     int tile_size = 32;             ///< pixels
     int max_depth = 0;              ///< scatterings after which paths are cut (a bias); 0 = only roulette ends them
     double snapshot_interval_s = 0; ///< 0 = no interim pictures

@@ -7,8 +7,10 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <optional>
 
 #include "base/tasks.h"
+#include "integrator/sample_placement.h"
 
 namespace velatura::integrator {
 
@@ -67,7 +69,7 @@ class Progress {
         RenderState state;
         state.samples_per_pixel = done_ / pixels_;
         state.elapsed_s = elapsed_s();
-        state.fraction = done_ / (pixels_ * samples_);
+        state.fraction = std::min(1.0, done_ / (pixels_ * samples_));
         if (time_budget_s_ > 0) state.fraction = std::max(state.fraction, std::min(1.0, state.elapsed_s / time_budget_s_));
         if (state.fraction > 0.0) state.left_s = state.elapsed_s * (1.0 - state.fraction) / state.fraction;
         state.error = error_;
@@ -86,39 +88,79 @@ class Progress {
 class Runner {
   public:
     Runner(film::Film& film, const RenderOptions& options, const SampleFunction& sample, const RenderCallbacks& callbacks)
-        : film_(film), sample_(sample), callbacks_(callbacks), tiles_(make_tiles(film.window(), options.tile_size)), progress_(film, options, callbacks) {}
+        : film_(film), sample_(sample), callbacks_(callbacks), tiles_(make_tiles(film.window(), options.tile_size)), progress_(film, options, callbacks),
+          first_sample_(options.first_sample), is_adaptive_(options.adaptive && options.end_sample > pilot_samples) {
+        if (is_adaptive_) pilot_.emplace(film.window());
+    }
 
     bool is_stopped() const { return callbacks_.stop && callbacks_.stop->load(std::memory_order_relaxed); }
     Progress& progress() { return progress_; }
 
-    /// Samples [first, end) of every pixel. Returns false when stopped inside.
+    /// Samples of every pixel at the indices [first, end), which do not lie on both sides of the pilot's end. Returns
+    /// false when stopped inside.
     bool run(uint64_t first, uint64_t end) {
+        if (is_adaptive_ && first >= pilot_samples && !has_rates_) {
+            // What comes before this part of the samples is traced for the pilot alone
+            if (!for_each_tile([&](const film::Window& tile) { return watch_tile(tile); })) return false;
+            rates_ = SampleRates(*pilot_);
+            has_rates_ = true;
+            pilot_.reset();
+        }
+        return for_each_tile([&](const film::Window& tile) { return run_tile(tile, first, end); });
+    }
+
+  private:
+    bool for_each_tile(const std::function<bool(const film::Window&)>& body) {
         std::atomic<bool> complete = true;
         parallel_for(tiles_.size(), [&](size_t i) {
-            if (!run_tile(tiles_[i], first, end)) complete = false;
+            if (!body(tiles_[i])) complete = false;
         });
         return complete;
     }
 
-  private:
     bool run_tile(const film::Window& tile, uint64_t first, uint64_t end) {
         film::PixelAccumulator accumulator(film_.layer_set());
         film::SampleRadiance radiance(film_.layer_set());
         for (int y = tile.y0; y < tile.y1; ++y) {
             RayCounts counts;
+            uint64_t done = 0;
             for (int x = tile.x0; x < tile.x1; ++x) {
                 if (is_stopped()) return false;
-                film_.begin_pixel(accumulator, x, y, first);
-                for (uint64_t s = first; s < end; ++s) {
-                    radiance.clear();
-                    sample_(x, y, s, radiance, counts);
+                const uint64_t pixel_first = rates_.count(x, y, first), pixel_end = rates_.count(x, y, end);
+                film_.begin_pixel(accumulator, x, y, pixel_first);
+                for (uint64_t s = pixel_first; s < pixel_end; ++s) {
+                    trace(x, y, s, radiance, counts);
                     accumulator.add(radiance);
                 }
                 film_.end_pixel(accumulator);
+                done += pixel_end - pixel_first;
             }
-            progress_.add(double(tile.width()) * double(end - first), counts);
+            progress_.add(double(done), counts);
         }
         return true;
+    }
+
+    /// Pilot samples that are not wanted in the picture.
+    bool watch_tile(const film::Window& tile) {
+        film::SampleRadiance radiance(film_.layer_set());
+        for (int y = tile.y0; y < tile.y1; ++y) {
+            RayCounts counts;
+            for (int x = tile.x0; x < tile.x1; ++x) {
+                if (is_stopped()) return false;
+                for (uint64_t s = 0; s < std::min(first_sample_, pilot_samples); ++s) trace(x, y, s, radiance, counts);
+            }
+            progress_.add(0, counts);
+        }
+        return true;
+    }
+
+    void trace(int x, int y, uint64_t sample, film::SampleRadiance& radiance, RayCounts& counts) {
+        const uint64_t rays = counts.total();
+        radiance.clear();
+        sample_(x, y, sample, radiance, counts);
+        if (!pilot_ || sample >= pilot_samples) return;
+        const Rgb value = radiance.is_bad() ? Rgb(0.0f) : radiance.radiance() * radiance.weight;
+        pilot_->add(x, y, sample, value, counts.total() - rays);
     }
 
     film::Film& film_;
@@ -126,12 +168,18 @@ class Runner {
     const RenderCallbacks& callbacks_;
     std::vector<film::Window> tiles_;
     Progress progress_;
+    uint64_t first_sample_;
+    bool is_adaptive_, has_rates_ = false;
+    std::optional<PilotNoise> pilot_;
+    SampleRates rates_;
 };
 
 RenderResult run_tile_mode(Runner& runner, const RenderOptions& options) {
     RenderResult result;
     result.end_sample = options.end_sample;
-    if (!runner.run(options.first_sample, options.end_sample)) {
+    // The pilot decides what comes after it
+    const uint64_t middle = std::clamp(pilot_samples, options.first_sample, options.end_sample);
+    if (!runner.run(options.first_sample, middle) || !runner.run(middle, options.end_sample)) {
         result.reason = StopReason::Interrupted;
         result.is_uniform = false;
     }
@@ -193,6 +241,8 @@ uint64_t pass_end(uint64_t first, uint64_t end, uint64_t longest) {
     size = std::min(size, std::bit_floor(longest));
     return std::min(first + size, end);
 }
+
+uint64_t most_samples(const RenderOptions& options) { return options.adaptive ? SampleRates::most(options.end_sample) : options.end_sample; }
 
 RenderResult run_schedule(film::Film& film, const RenderOptions& options, const SampleFunction& sample, const RenderCallbacks& callbacks) {
     Runner runner(film, options, sample, callbacks);

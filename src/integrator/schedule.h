@@ -52,6 +52,9 @@ struct RenderResult {
 /// Returns: the end of the pass that starts at `first`.
 uint64_t pass_end(uint64_t first, uint64_t end, uint64_t longest);
 
+/// No pixel of a render gets samples of this index or above.
+uint64_t most_samples(const RenderOptions& options);
+
 /// Runs the sample function for all samples of all pixels of the film's window, in parallel, tile by tile or pass by
 /// pass. The film's content depends on neither.
 RenderResult run_schedule(film::Film& film, const RenderOptions& options, const SampleFunction& sample, const RenderCallbacks& callbacks);

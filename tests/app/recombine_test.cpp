@@ -4,6 +4,8 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "command.h"
@@ -67,6 +69,31 @@ TEST_F(Recombine, SplitBySamplesAndMergedIsTheWhole) {
     // The picture itself is also that of a plain render
     render("--spp 12 -o plain.exr");
     EXPECT_EQ(channel(read(w, "merged.exr"), "R"), channel(read(w, "plain.exr"), "R"));
+}
+
+TEST_F(Recombine, AdaptivePicturesSplitAndMergeToo) {
+    // Indices past the pilot's 16: pixels differ in how many samples a part holds, some have none in the second one
+    render("--samples 0:40 -o whole.exr");
+    render("--samples 0:18 -o a.exr");
+    render("--samples 18:20 --mode tile -o b.exr");
+    render("--samples 20:40 --threads 1 -o c.exr");
+    const CommandResult merged = w.comp("merge a.exr c.exr b.exr -o merged.exr");
+    ASSERT_EQ(merged.exit_code, 0) << merged.output;
+    EXPECT_EQ(w.hash("merged.exr"), w.hash("whole.exr"));
+    const image::Channel* counts = nullptr;
+    const image::Image whole = read(w, "whole.exr");
+    counts = whole.find("sampleCount");
+    ASSERT_NE(counts, nullptr);
+    const auto& n = std::get<std::vector<uint32_t>>(counts->data);
+    EXPECT_GT(*std::max_element(n.begin(), n.end()), 2 * *std::min_element(n.begin(), n.end()));
+    render("--samples 18:40 --adaptive off -o uniform.exr");
+    const CommandResult refused = w.comp("merge a.exr uniform.exr -o m.exr");
+    EXPECT_EQ(refused.exit_code, 5) << refused.output;
+    // --adaptive off: the same number everywhere
+    render("--spp 40 --adaptive off -o off.exr");
+    const image::Image off = read(w, "off.exr");
+    const auto& m = std::get<std::vector<uint32_t>>(off.find("sampleCount")->data);
+    EXPECT_TRUE(std::all_of(m.begin(), m.end(), [](uint32_t v) { return v == 40; }));
 }
 
 TEST_F(Recombine, GuidedPicturesSplitAndMergeToo) {

@@ -20,6 +20,7 @@ using test::Pixels;
 constexpr int size_px = 96;
 constexpr int run_count = 12;  ///< independent seeds: their spread is the error, without any reference picture
 constexpr uint64_t sample_count = 16;
+constexpr uint64_t placed_count = 64;   ///< of adaptive renders: the first 16 of them are the pilot
 constexpr double floor_squared = 0.01;  ///< of the relative error: mean² + 0.01, as in docs/numerics.md
 
 /// Independent renders of one technique.
@@ -39,6 +40,15 @@ Runs measure(const scene::Scene& scene, const test::Technique& technique) {
     runs.cpu_s = (cpu_seconds() - start) / run_count;
     runs.bad = renderer.bad_samples();
     runs.rays = renderer.rays();
+    return runs;
+}
+
+/// The same by the render schedule.
+Runs measure_placement(test::TransportRenderer& renderer, bool adaptive) {
+    Runs runs;
+    const double start = cpu_seconds();
+    for (int r = 0; r < run_count; ++r) runs.pixels.push_back(renderer.render_scheduled(uint64_t(r) + 1, placed_count, adaptive));
+    runs.cpu_s = (cpu_seconds() - start) / run_count;
     return runs;
 }
 
@@ -109,6 +119,20 @@ void report(const std::string& name) {
     }
 }
 
+/// Samples placed by noise against the same number everywhere.
+void report_placement(const std::string& name) {
+    const scene::Scene scene = test::load_scene(name, size_px, size_px);
+    test::TransportRenderer renderer(scene, test::default_technique());
+    renderer.render(99, 1);  // caches warm
+    const Runs adaptive = measure_placement(renderer, true), uniform = measure_placement(renderer, false);
+    const Pixels norm = norm_of(test::mean_of({test::mean_of(adaptive.pixels), test::mean_of(uniform.pixels)}));
+    const auto all = [](size_t) { return true; };
+    const Ratio ratio = efficiency_ratio(adaptive, uniform, norm);
+    fmt::print("  {:24} adaptive is {:5.2f} x as efficient [{:.2f}, {:.2f}]  relMSE x {:.2f}, time x {:.2f}\n", name, ratio.value, ratio.low, ratio.high,
+               relative_variance(adaptive.pixels, norm, all) / relative_variance(uniform.pixels, norm, all), adaptive.cpu_s / uniform.cpu_s);
+    std::fflush(stdout);
+}
+
 /// Lamps above a floor, all alike, on a grid; time per path must grow like their logarithm at most.
 void report_light_counts() {
     fmt::print("\nTime per path against the number of lights (sphere lights on a grid above a floor)\n");
@@ -141,7 +165,7 @@ void report_light_counts() {
 
 int main(int argc, char** argv) {
     const ThreadLimit one_thread(1);
-    // `./dev bench` passes its arguments to every program: names of scenes are meant for this one
+    // `./dev bench` passes its arguments to every program: names of scenes and the word `adaptive` are meant for this one
     std::vector<std::string> chosen;
     for (const std::string& scene : test::transport_scenes()) {
         for (int i = 1; i < argc; ++i) {
@@ -149,7 +173,12 @@ int main(int argc, char** argv) {
         }
     }
     fmt::print("{0} x {0} pixels, {1} samples per pixel, {2} seeds, one thread\n", size_px, sample_count, run_count);
-    for (const std::string& scene : chosen.empty() ? test::transport_scenes() : chosen) report(scene);
-    if (chosen.empty()) report_light_counts();
+    const bool is_placement_only = std::any_of(argv + 1, argv + argc, [](const char* word) { return std::string_view(word) == "adaptive"; });
+    for (const std::string& scene : chosen.empty() ? test::transport_scenes() : chosen) {
+        if (!is_placement_only) report(scene);
+    }
+    fmt::print("\nAdaptive sampling, {} samples per pixel in the mean\n", placed_count);
+    for (const std::string& scene : chosen.empty() ? test::transport_scenes() : chosen) report_placement(scene);
+    if (chosen.empty() && !is_placement_only) report_light_counts();
     return 0;
 }

@@ -8,6 +8,7 @@
 #include "app/light_images.h"
 #include "base/check.h"
 #include "base/tasks.h"
+#include "integrator/schedule.h"
 #include "translate/translate.h"
 #include "usd/stage/stage.h"
 
@@ -78,10 +79,38 @@ TransportRenderer::TransportRenderer(const scene::Scene& scene, const Technique&
     options_.caustics = caustics_.get();
 }
 
-Pixels TransportRenderer::render(uint64_t seed, uint64_t samples) {
+film::LayerSet TransportRenderer::beauty_layers() const {
     film::LayerSet layers;
     layers.matrix_layers = layers.shadow_layers = layers.bounce_layers = layers.group_layers = layers.data_layers = false;
     for (const scene::LightGroup& g : scene_.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+    return layers;
+}
+
+Pixels TransportRenderer::render_scheduled(uint64_t seed, uint64_t samples, bool adaptive) {
+    const film::LayerSet layers = beauty_layers();
+    integrator::PathTracerOptions tracer_options = options_;
+    tracer_options.seed = seed;
+    const integrator::PathTracer tracer(*world_, layers, tracer_options);
+    integrator::RenderOptions options;
+    options.mode = integrator::RenderMode::Tile;
+    options.seed = seed;
+    options.end_sample = samples;
+    options.adaptive = adaptive;
+    const int width = scene_.settings.width, height = scene_.settings.height;
+    film::Film film({0, 0, width, height}, layers, {.final_sample_end = integrator::most_samples(options)});
+    const integrator::RenderResult result = integrator::run_schedule(
+        film, options, [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); }, {});
+    rays_ += result.rays;
+    bad_ += film.invalid_count();
+    const std::vector<float> rgba = film.snapshot().rgba;
+    Pixels pixels;
+    pixels.reserve(rgba.size() / 4 * 3);
+    for (size_t i = 0; i < rgba.size(); i += 4) pixels.insert(pixels.end(), {double(rgba[i]), double(rgba[i + 1]), double(rgba[i + 2])});
+    return pixels;
+}
+
+Pixels TransportRenderer::render(uint64_t seed, uint64_t samples) {
+    const film::LayerSet layers = beauty_layers();
     integrator::PathTracerOptions options = options_;
     options.seed = seed;
     const integrator::PathTracer tracer(*world_, layers, options);

@@ -46,11 +46,16 @@ class TransportRenderer {
     /// left out and counted in bad_samples().
     Pixels render(uint64_t seed, uint64_t samples);
 
+    /// The same by the render schedule, `samples` in the mean where it is adaptive.
+    Pixels render_scheduled(uint64_t seed, uint64_t samples, bool adaptive);
+
     uint64_t bad_samples() const { return bad_; }
 
     const integrator::RayCounts& rays() const { return rays_; }
 
   private:
+    film::LayerSet beauty_layers() const;
+
     const scene::Scene& scene_;
     integrator::PathTracerOptions options_;
     std::unique_ptr<integrator::World> world_;

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "base/math.h"
+#include "film/film.h"
+
+namespace velatura::integrator {
+
+/// Samples that every pixel gets before noise decides which gets more. Short renders are uniform.
+inline constexpr uint64_t pilot_samples = 16;
+
+/// What the pilot samples say about the noise and the cost of each pixel. Threads: as Film.
+class PilotNoise {
+  public:
+    explicit PilotNoise(const film::Window& window);
+
+    /// Adds sample `sample` < pilot_samples of a pixel: what it brought, filter weight included, and the rays that it took.
+    void add(int x, int y, uint64_t sample, const Rgb& value, uint64_t rays);
+
+    const film::Window& window() const { return window_; }
+
+    /// The relative standard error of a pixel's mean, √(variance / (mean² + 0.01)), divided by the square root of its
+    /// cost: samples are best spent in proportion to it. From the spread of the means of four runs of four samples, so
+    /// that what a low-discrepancy sequence integrates well counts little.
+    double merit(int x, int y) const;
+
+  private:
+    static constexpr size_t runs = 4;
+
+    struct Pixel {
+        float sum[runs][3] = {};
+        uint32_t rays = 0;
+    };
+
+    size_t index(int x, int y) const { return size_t(y - window_.y0) * size_t(window_.width()) + size_t(x - window_.x0); }
+
+    film::Window window_;
+    std::vector<Pixel> pixels_;
+};
+
+/// How many samples each pixel has when a pixel of rate 1 has `index`: the rate, a power of two from 1/4 to 8, times as
+/// many, and never fewer than the pilot's. So whatever range of sample indices is rendered, in whatever passes or parts,
+/// each pixel's samples are a run that the next range continues.
+///
+/// A pixel's rate comes from the pilot samples of its neighbours, not from its own: its samples are independent of how
+/// many there are, and their mean is unbiased (RIGOR H46: a pixel that has not met the rare bright path yet must not be
+/// left alone for it).
+class SampleRates {
+  public:
+    /// Every pixel the same.
+    SampleRates() = default;
+
+    /// Rates in proportion to the merit around each pixel, with mean 1.
+    explicit SampleRates(const PilotNoise& noise);
+
+    bool is_uniform() const { return exponents_.empty(); }
+
+    /// Samples of the pixel at `index`: its samples in [a, b) are [count(a), count(b)).
+    uint64_t count(int x, int y, uint64_t index) const;
+
+    /// No pixel has more samples than this at `index`.
+    static uint64_t most(uint64_t index) { return index <= pilot_samples ? index : index << highest; }
+
+    static constexpr int lowest = -2, highest = 3;  ///< base 2 logarithms of the rates
+
+  private:
+    film::Window window_;
+    std::vector<int8_t> exponents_;  ///< [height][width]
+};
+
+}  // namespace velatura::integrator
