@@ -36,6 +36,7 @@ json make_estimator_stats(const RenderJob& job) {
     j["light_selection"] = a.light_selection;
     j["roulette"] = a.roulette;
     j["sampler"] = a.sampler;
+    j["accelerator"] = a.accel;
     j["guiding"] = a.guiding;
     j["caustics"] = a.caustics;
     return j;
