@@ -76,6 +76,21 @@ TEST_F(PluginRender, OfTheWorkedExampleIsTheSamePicture) {
     EXPECT_EQ(w.hash("brute.exr"), w.hash("plain.exr"));
 }
 
+TEST_F(PluginRender, GoesOnWithTheOwnTreeWhereThePluginCannotBuild) {
+    const CommandResult plain = w.velatura(std::string(render) + "-o plain.exr");
+    ASSERT_EQ(plain.exit_code, 0) << plain.output;
+    const CommandResult refused = with_test_plugins("-o refused.exr --accel refusing");
+    EXPECT_EQ(refused.exit_code, 0) << refused.output;
+    EXPECT_NE(refused.output.find(
+                  "error: no memory for the test; the own tree is used instead [accelerator]"),
+              std::string::npos)
+        << refused.output;
+    EXPECT_EQ(w.hash("refused.exr"), w.hash("plain.exr"));
+    // Strict renders stop at any error
+    EXPECT_EQ(with_test_plugins("-o strict.exr --strict --accel refusing").exit_code, 1);
+    EXPECT_FALSE(w.exists("strict.exr"));
+}
+
 TEST_F(PluginRender, SaysWhatIsWrongAndWritesNothing) {
     const CommandResult unknown = w.velatura(std::string(render) + "-o x.exr --accel nonsense");
     EXPECT_EQ(unknown.exit_code, 1);
