@@ -89,9 +89,10 @@ class PathMaker {
         return {scene_.eye, normalize(forward + right * (x * s - 0.6f) + up * (0.6f - y * s))};
     }
 
-    // Any small distance from the surface will do for timing.
+    // Far enough from the surface that rounding decides nothing: tracers can be compared.
     static Vec3 start(const geometry::Ray& ray, const geometry::Hit& hit, const Vec3& n) {
-        return ray.o + ray.d * hit.t + n * (1e-4f * hit.t);
+        const Vec3 p = ray.o + ray.d * hit.t;
+        return p + n * (1e-4f * hit.t + 1e-5f * p.length());
     }
 
     static Vec3 cosine(const Vec3& n, uint64_t path, uint64_t dimension) {
