@@ -278,16 +278,20 @@ std::unique_ptr<Accelerator> build_bvh(const SoupScene& scene, const BvhOptions&
     return std::make_unique<Bvh>(scene, options);
 }
 
-std::unique_ptr<Accelerator> build_bvh(const scene::Scene& scene,
-                                       const geometry::GeometrySet& geometry,
-                                       const BvhOptions& options) {
+SoupScene make_soup(const scene::Scene& scene, const geometry::GeometrySet& geometry) {
     SoupScene soup;
     soup.shapes = views(geometry.shapes());
     for (const auto& prototype : geometry.prototypes()) soup.prototypes.push_back(views(prototype));
     for (const scene::Instance& instance : scene.instances) {
         soup.instances.push_back({instance.prototype, instance.render_from_prototype});
     }
-    return build_bvh(soup, options);
+    return soup;
+}
+
+std::unique_ptr<Accelerator> build_bvh(const scene::Scene& scene,
+                                       const geometry::GeometrySet& geometry,
+                                       const BvhOptions& options) {
+    return build_bvh(make_soup(scene, geometry), options);
 }
 
 }  // namespace velatura::accel

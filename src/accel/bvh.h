@@ -58,6 +58,9 @@ struct SoupScene {
 /// absolute value. Of exact duplicates one may be kept, the one with the smallest index.
 std::unique_ptr<Accelerator> build_bvh(const SoupScene& scene, const BvhOptions& options = {});
 
+/// The triangles of a scene; refers to those of `geometry`.
+SoupScene make_soup(const scene::Scene& scene, const geometry::GeometrySet& geometry);
+
 std::unique_ptr<Accelerator> build_bvh(const scene::Scene& scene,
                                        const geometry::GeometrySet& geometry,
                                        const BvhOptions& options = {});

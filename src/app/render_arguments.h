@@ -47,6 +47,7 @@ struct RenderArguments {
     std::string guiding = "auto";
     std::string caustics = "path";
     std::string sampler = "sobol";
+    std::string accel = "bvh";
     int threads = 0;
     std::string snapshot;
     std::string progress = "bar";

@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "app/accelerator_choice.h"
 #include "app/commands.h"
 #include "app/exit_codes.h"
 #include "app/parse_values.h"
@@ -97,7 +98,7 @@ int render_one(const RenderJob& job, const LoadedStage& loaded, double frame, bo
 }
 
 int run_render(const RenderArguments& arguments) {
-    const Result<RenderJob> job = make_render_job(arguments);
+    Result<RenderJob> job = make_render_job(arguments);
     if (!job) return fail(job.error(), UsageError);
     std::vector<double> frames;
     if (!arguments.frames.empty()) {
@@ -110,6 +111,9 @@ int run_render(const RenderArguments& arguments) {
     const StopSignals signals;
     Diagnostics diagnostics;
     print_diagnostics(diagnostics, arguments.quiet, arguments.verbosity > 0);
+    const auto accelerator = find_accelerator(arguments.accel, diagnostics);
+    if (!accelerator) return RenderError;
+    job->accelerator = *accelerator;
     const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.search_paths);
     if (!loaded) return fail(loaded.error(), RenderError);
     // Without frames: the start of an animated stage, else the default time, which is no number

@@ -43,6 +43,7 @@ std::string settings_hash(const RenderJob& job, const FrameInput& input, const f
     const integrator::EstimatorOptions& e = job.tracer.estimator;
     text += fmt::format("|{} {} {} {} {}", int(e.light_sampling), int(e.roulette), e.roulette_start, e.specular_chains_only, int(job.tracer.sampler));
     text += fmt::format("|{}|{}|{}", is_guided, int(job.caustics), job.schedule.adaptive);
+    if (job.accelerator) text += "|" + job.arguments.accel;
     text += fmt::format("|{}|{}|{}", s.pixel_aspect_ratio, fmt::join(s.included_purposes, ","), fmt::join(s.material_binding_purposes, ","));
     const scene::Camera& c = input.scene.camera;
     text += fmt::format("|{} {} {} {} {} {} {}", c.window_left, c.window_right, c.window_bottom, c.window_top, c.lens_radius, c.focus_distance, c.exposure_scale);
@@ -149,6 +150,7 @@ class FrameRenderer {
         options.width = settings.width;
         options.height = settings.height;
         options.light_selection = job.light_selection;
+        options.accelerator = job.accelerator;
         options.compensate_mis = job.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
         return options;
     }

@@ -25,6 +25,7 @@ struct RenderJob {
     integrator::PathTracerOptions tracer;
     film::LayerSet layers;  ///< without groups
     lights::SelectionKind light_selection = lights::SelectionKind::Tree;
+    const accel::AcceleratorFactory* accelerator = nullptr;  ///< nullptr = the own BVH
     integrator::Guiding guiding = integrator::Guiding::Auto;
     integrator::Caustics caustics = integrator::Caustics::Path;
     image::Layout layout = image::Layout::MultiPart;

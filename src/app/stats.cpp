@@ -37,6 +37,7 @@ json make_estimator_stats(const RenderJob& job) {
     j["roulette"] = a.roulette;
     j["sampler"] = a.sampler;
     j["adaptive"] = job.schedule.adaptive;
+    j["accelerator"] = a.accel;
     j["guiding"] = a.guiding;
     j["caustics"] = a.caustics;
     return j;

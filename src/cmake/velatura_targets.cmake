@@ -33,6 +33,44 @@ function(add_tier name)
   target_link_libraries(${target} ${scope} velatura_numerics ${TIER_DEPENDS})
 endfunction()
 
+# add_plugin(NAME SOURCES ... DEPENDS ... NEEDS VARIABLE PACKAGE): shared object of the plugin in this folder, beside its
+# plugin.txt in plugins/NAME of the build. Where the variable of NEEDS is false (find_package failed), the plugin is left out;
+# VELATURA_PLUGIN_<NAME>=ON insists on it, OFF leaves it out anyway.
+function(add_plugin name)
+  cmake_parse_arguments(PLUGIN "" "" "SOURCES;DEPENDS;NEEDS" ${ARGN})
+  string(TOUPPER ${name} upper)
+  set(option VELATURA_PLUGIN_${upper})
+  set(${option} AUTO CACHE STRING "Build the plugin ${name}: AUTO, ON or OFF")
+  set_property(CACHE ${option} PROPERTY STRINGS AUTO ON OFF)
+  if(NOT ${option} STREQUAL "AUTO" AND NOT ${option})
+    return()
+  endif()
+  list(POP_FRONT PLUGIN_NEEDS found package)
+  if(found AND NOT ${found})
+    if(${option} STREQUAL "AUTO")
+      message(STATUS "plugin ${name} is left out: ${package} was not found")
+      return()
+    endif()
+    message(FATAL_ERROR "${option} is ON and ${package} was not found")
+  endif()
+  set(folder ${CMAKE_BINARY_DIR}/plugins/${name})
+  add_plugin_library(velatura_plugin_${name} ${folder} ${name} SOURCES ${PLUGIN_SOURCES} DEPENDS ${PLUGIN_DEPENDS})
+  configure_file(plugin.txt ${folder}/plugin.txt COPYONLY)
+  # Whoever builds the program gets the plugins that it can open
+  add_dependencies(velatura velatura_plugin_${name})
+endfunction()
+
+# add_plugin_library(TARGET FOLDER NAME SOURCES ... DEPENDS ...): FOLDER/velatura_NAME.so, which shows its entry point only.
+function(add_plugin_library target folder name)
+  cmake_parse_arguments(LIBRARY "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_library(${target} MODULE ${LIBRARY_SOURCES})
+  target_link_libraries(${target} PRIVATE velatura_warnings velatura_numerics velatura_plugin ${LIBRARY_DEPENDS})
+  target_include_directories(${target} PRIVATE ${CMAKE_SOURCE_DIR})
+  target_link_options(${target} PRIVATE -Wl,--exclude-libs,ALL)
+  set_target_properties(${target} PROPERTIES PREFIX "" OUTPUT_NAME velatura_${name} LIBRARY_OUTPUT_DIRECTORY ${folder}
+    CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+endfunction()
+
 # add_tier_test(NAME SOURCES ... DEPENDS ... LABELS ...): GoogleTest program velatura_test_NAME, discovered by ctest.
 function(add_tier_test name)
   cmake_parse_arguments(T "" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})

@@ -23,12 +23,24 @@ auto timed(double& seconds, Make make) {
     return make();
 }
 
+std::unique_ptr<accel::Accelerator> make_accelerator(const scene::Scene& scene,
+                                                     const geometry::GeometrySet& geometry,
+                                                     const accel::AcceleratorFactory* factory,
+                                                     Diagnostics& diagnostics) {
+    if (factory) {
+        Result<std::unique_ptr<accel::Accelerator>> built = factory->build(accel::make_soup(scene, geometry));
+        if (built) return std::move(*built);
+        diagnostics.error(built.error().code, {}, {}, built.error().message + "; the own tree is used instead");
+    }
+    return accel::build_bvh(scene, geometry);
+}
+
 }  // namespace
 
 World::World(const scene::Scene& s, const WorldOptions& options, const lights::ImageLoader& load_image, Diagnostics& diagnostics)
     : scene(s),
       geometry(timed(times.tessellate_s, [&] { return geometry::GeometrySet(s); })),
-      accelerator(timed(times.accelerator_s, [&] { return accel::build_bvh(s, geometry); })),
+      accelerator(timed(times.accelerator_s, [&] { return make_accelerator(s, geometry, options.accelerator, diagnostics); })),
       materials(s, diagnostics),
       lights(timed(times.lights_s, [&] {
           return lights::LightSet(s, load_image, diagnostics,

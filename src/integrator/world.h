@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "accel/accelerator.h"
+#include "accel/accelerator_factory.h"
 #include "base/diagnostics.h"
 #include "camera/camera_model.h"
 #include "geometry/geometry_set.h"
@@ -17,6 +18,7 @@ namespace velatura::integrator {
 struct WorldOptions {
     int width = 0, height = 0;  ///< whole picture, pixels
     lights::SelectionKind light_selection = lights::SelectionKind::Tree;
+    const accel::AcceleratorFactory* accelerator = nullptr;  ///< nullptr = the own BVH
     bool compensate_mis = true;  ///< only where light sampling is always combined with BSDF sampling; see LightSetOptions
 };
 

@@ -7,92 +7,240 @@ namespace velatura::bench {
 
 namespace {
 
-// Deterministic numbers in [0, 1) (SplitMix64).
-class Random {
-  public:
-    explicit Random(uint64_t seed) : state_(seed) {}
-
-    float operator()() {
-        uint64_t z = (state_ += 0x9e3779b97f4a7c15u);
-        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-        z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-        return float((z ^ (z >> 31)) >> 40) * 0x1p-24f;
+BenchScene make_museum() {
+    BenchScene scene;
+    BenchMesh& mesh = scene.direct;
+    mesh.add_box(Vec3(-12, 0, -8), Vec3(24, 0, 0), Vec3(0, 7, 0), Vec3(0, 0, 16));
+    for (int i = 0; i < 10; ++i) {
+        for (const float z : {-7.2f, 7.2f})
+            mesh.add_column(Vec3(-11 + 2.4f * float(i), 0, z), Vec3(0, 7, 0), 0.3f, 96);
     }
-
-    float operator()(float a, float b) { return a + (b - a) * (*this)(); }
-
-  private:
-    uint64_t state_;
-};
-
-float bumps(const Vec3& p) {
-    float height = 0, frequency = 3, amplitude = 0.08f;
-    for (int octave = 0; octave < 5; ++octave) {
-        height += amplitude * std::sin(frequency * p.x + 1.3f * std::sin(frequency * p.y)) *
-                  std::sin(frequency * p.z + 0.7f * float(octave));
-        frequency *= 2.3f;
-        amplitude *= 0.5f;
+    Random random(3);
+    for (int i = 0; i < 24; ++i) {
+        // Eight models, three of each
+        const auto kind = float(i % 8);
+        const Vec3 foot(-10.5f + 3.0f * float(i % 8), 0, -4.0f + 4.0f * float(i / 8));
+        mesh.add_box(foot - Vec3(0.5f, 0, 0.5f), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1));
+        BlobShape shape;
+        shape.radius = Vec3(0.45f + 0.03f * kind, 0.6f + 0.05f * kind, 0.45f);
+        shape.centre = foot + Vec3(0, 1.05f + 1.15f * shape.radius.y, 0);
+        shape.phase = 1.7f * kind;
+        shape.twist = 0.6f * kind + random(0, 0.5f);
+        add_blob(mesh, shape, 112);
     }
-    return height;
+    scene.eye = Vec3(-10, 3, 6.8f);
+    scene.target = Vec3(1, 1.5f, -1);
+    scene.light = Vec3(-4, 6.9f, -2);
+    scene.light_x = Vec3(8, 0, 0);
+    scene.light_y = Vec3(0, 0, 4);
+    scene.ambient_distance = 1.0f;
+    return scene;
 }
 
-void add_displaced_sphere(BenchMesh& mesh, const Vec3& centre, float radius, int rings) {
-    const auto first = uint32_t(mesh.positions.size());
-    const int sectors = 2 * rings;
-    for (int i = 0; i <= rings; ++i) {
-        for (int j = 0; j < sectors; ++j) {
-            const float theta = pi * float(i) / float(rings),
-                        phi = 2 * pi * float(j) / float(sectors);
-            const Vec3 n(std::sin(theta) * std::cos(phi), std::cos(theta),
-                         std::sin(theta) * std::sin(phi));
-            mesh.positions.push_back(centre + n * (radius * (1.0f + bumps(n))));
-        }
-    }
-    const auto at = [&](int i, int j) { return first + uint32_t(i * sectors + j % sectors); };
-    for (int i = 0; i < rings; ++i) {
-        for (int j = 0; j < sectors; ++j) {
-            if (i > 0) mesh.triangles.push_back({at(i, j), at(i, j + 1), at(i + 1, j)});
-            if (i + 1 < rings)
-                mesh.triangles.push_back({at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)});
-        }
-    }
+BenchScene make_statue() {
+    BenchScene scene;
+    BlobShape shape;
+    shape.octaves = 7;
+    add_blob(scene.direct, shape, 881);
+    scene.eye = Vec3(0.4f, 0.5f, 1.9f);
+    scene.target = Vec3(0);
+    scene.light = Vec3(-3, 4, 2);
+    scene.light_x = Vec3(2, 0, 0);
+    scene.light_y = Vec3(0, 0, 2);
+    scene.ambient_distance = 0.3f;
+    return scene;
 }
 
-void add_column(BenchMesh& mesh, const Vec3& foot, const Vec3& axis, float radius, int sides) {
-    const Frame frame = Frame::from_z(normalize(axis));
-    const auto ring = [&](int j) {
-        const float phi = 2 * pi * float(j) / float(sides);
-        return (frame.x * std::cos(phi) + frame.y * std::sin(phi)) * radius;
+BenchScene make_hair() {
+    BenchScene scene;
+    BenchMesh& mesh = scene.direct;
+    BlobShape head;
+    head.radius = Vec3(0.95f);
+    head.octaves = 0;
+    add_blob(mesh, head, 48);
+    Random random(4);
+    constexpr int strips = 60000, segments = 20;
+    for (int i = 0; i < strips; ++i) {
+        // Roots spread evenly over the sphere above the chin
+        const float y = random(-0.3f, 1), phi = random(0, 2 * pi), r = safe_sqrt(1 - y * y);
+        const Vec3 root(r * std::cos(phi), y, r * std::sin(phi));
+        Vec3 p = root * 0.95f, d = root + random.in_cube(0.3f);
+        const Vec3 side = normalize(cross(root, random.in_cube(1) + Vec3(0, 0, 2)));
+        const float curl = random(2, 6), start = random(0, 2 * pi);
+        auto at = uint32_t(mesh.positions.size());
+        for (int k = 0; k <= segments; ++k) {
+            const float u = float(k) / float(segments);
+            const Vec3 half_width = side * (0.0007f * (1.0f - 0.8f * u));
+            mesh.positions.insert(mesh.positions.end(), {p - half_width, p + half_width});
+            d = normalize(
+                d + Vec3(std::cos(curl * u * 6 + start), -1.2f, std::sin(curl * u * 6 + start)) *
+                        0.12f);
+            p += d * 0.04f;
+            if (k == segments) break;
+            mesh.triangles.push_back({at, at + 1, at + 2});
+            mesh.triangles.push_back({at + 1, at + 3, at + 2});
+            at += 2;
+        }
+    }
+    scene.eye = Vec3(0.5f, 0.7f, 2.6f);
+    scene.target = Vec3(0);
+    scene.light = Vec3(-3, 4, 2);
+    scene.light_x = Vec3(2, 0, 0);
+    scene.light_y = Vec3(0, 0, 2);
+    scene.ambient_distance = 0.2f;
+    return scene;
+}
+
+BenchScene make_atrium() {
+    BenchScene scene;
+    Random random(2);
+    BenchMesh& mesh = scene.direct;
+    mesh.add_box(Vec3(-10, 0, -6), Vec3(20, 0, 0), Vec3(0, 6, 0), Vec3(0, 0, 12));
+    for (int i = 0; i < 12; ++i) {
+        const float x = -9.0f + 1.6f * float(i);
+        for (const float z : {-4.0f, 4.0f}) {
+            mesh.add_column(Vec3(x, 0, z), Vec3(0, 6, 0), 0.25f, 64);
+            BlobShape vase;
+            vase.centre = Vec3(x + 0.8f, 0.5f, z);
+            vase.radius = Vec3(0.3f, 0.45f, 0.3f);
+            vase.phase = float(i);
+            add_blob(mesh, vase, 100);
+        }
+    }
+    // Rods across the room: triangles hundreds of times longer than wide
+    for (int i = 0; i < 4000; ++i) {
+        const Vec3 a{random(-9.5f, 9.5f), random(2, 6), random(-5.5f, 5.5f)};
+        const Vec3 b{random(-9.5f, 9.5f), random(2, 6), random(-5.5f, 5.5f)};
+        mesh.add_column(a, (b - a) * 0.25f, 0.004f, 6);
+    }
+    for (int curtain = 0; curtain < 4; ++curtain) {
+        constexpr int columns = 300, rows = 150;
+        const float z = (curtain < 2 ? -5.5f : 5.2f) + 0.3f * float(curtain % 2);
+        const auto at = [&](int i, int j) {
+            const float u = float(i) / float(columns), v = float(j) / float(rows);
+            return Vec3(-9 + 18 * u, 5.5f * v, z + 0.1f * std::sin(200.0f * u + 2.0f * v));
+        };
+        for (int i = 0; i < columns; ++i) {
+            for (int j = 0; j < rows; ++j)
+                mesh.add_quad(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+        }
+    }
+    scene.eye = Vec3(-8.5f, 1.7f, 0.3f);
+    scene.target = Vec3(5, 2.5f, -0.5f);
+    scene.light = Vec3(-3, 5.9f, -1);
+    scene.light_x = Vec3(6, 0, 0);
+    scene.light_y = Vec3(0, 0, 2);
+    scene.ambient_distance = 0.7f;
+    // Turn everything off the axes
+    Mat4 turn;
+    turn.setAxisAngle(normalize(Vec3(1, 2, 0.5f)), 0.6f);
+    for (Vec3& p : mesh.positions) p = transform_point(p, turn);
+    for (Vec3* v : {&scene.eye, &scene.target, &scene.light, &scene.light_x, &scene.light_y}) {
+        *v = transform_direction(*v, turn);
+    }
+    return scene;
+}
+
+// A trunk, and `leaves` triangles of no common vertex along twigs too thin to draw.
+BenchMesh make_tree(Random& random, int leaves) {
+    constexpr int twigs = 60;
+    BenchMesh tree;
+    tree.add_column(Vec3(0), Vec3(0, 4, 0), 0.12f, 12);
+    for (int twig = 0; twig < twigs; ++twig) {
+        const float phi = random(0, 2 * pi), rise = random(-0.2f, 0.6f);
+        const Vec3 foot(0, random(1, 4), 0);
+        const Vec3 axis = Vec3(std::cos(phi), rise, std::sin(phi)) * random(0.5f, 1.6f);
+        for (int leaf = 0; leaf < leaves / twigs; ++leaf) {
+            const float along = random(0.2f, 1.0f);
+            const Vec3 p = foot + axis * along + random.in_cube(0.2f);
+            const Vec3 a = random.in_cube(0.08f), b = random.in_cube(0.08f);
+            tree.add(p, p + a, p + b);
+        }
+    }
+    return tree;
+}
+
+// Eight kinds of trees, `count` in all, upright on a square of ground.
+void plant(BenchScene& scene, uint32_t count, float half_side) {
+    Random random(1);
+    for (int kind = 0; kind < 8; ++kind) scene.prototypes.push_back(make_tree(random, 9600));
+    const float h = half_side;
+    scene.direct.add_quad(Vec3(-h, 0, -h), Vec3(h, 0, -h), Vec3(h, 0, h), Vec3(-h, 0, h));
+    for (uint32_t i = 0; i < count; ++i) {
+        const float phi = random(0, 2 * pi), s = random(0.7f, 1.4f);
+        Mat4 m;
+        m[0][0] = s * std::cos(phi);
+        m[0][2] = -s * std::sin(phi);
+        m[1][1] = s;
+        m[2][0] = s * std::sin(phi);
+        m[2][2] = s * std::cos(phi);
+        m[3][0] = random(-h, h);
+        m[3][2] = random(-h, h);
+        scene.instances.push_back({i % 8, m});
+    }
+    scene.eye = Vec3(0, 5, h);
+    scene.target = Vec3(0, 1, 0.6f * h);
+    scene.light = Vec3(-20, 60, -20);
+    scene.light_x = Vec3(10, 0, 0);
+    scene.light_y = Vec3(0, 0, 10);
+    scene.ambient_distance = 1.0f;
+}
+
+BenchScene make_forest() {
+    BenchScene scene;
+    plant(scene, 420, 20);
+    for (const accel::SoupInstance& instance : scene.instances) {
+        scene.direct.add(scene.prototypes[instance.prototype], instance.render_from_prototype);
+    }
+    scene.prototypes.clear();
+    scene.instances.clear();
+    return scene;
+}
+
+BenchScene make_woods() {
+    BenchScene scene;
+    plant(scene, 8 * 420, 57);
+    return scene;
+}
+
+BenchScene make_city() {
+    BenchScene scene;
+    BenchMesh& mesh = scene.direct;
+    Random random(5);
+    constexpr int lots = 100;
+    constexpr float lot = 20, half = 0.5f * lot * float(lots);
+    mesh.add_box(Vec3(-half, -1, -half), Vec3(2 * half, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 2 * half));
+    const auto add = [&](const Vec3& lower, const Vec3& size) {
+        mesh.add_box(lower, Vec3(size.x, 0, 0), Vec3(0, size.y, 0), Vec3(0, 0, size.z));
     };
-    for (int j = 0; j < sides; ++j) {
-        mesh.add_quad(foot + ring(j), foot + ring(j + 1), foot + axis + ring(j + 1),
-                      foot + axis + ring(j));
+    for (int i = 0; i < lots * lots; ++i) {
+        const Vec3 corner(lot * float(i % lots) - half, 0, lot * float(i / lots) - half);
+        const Vec3 size{random(9, 15), 6 + 60 * std::pow(random(), 3.0f), random(9, 15)};
+        const Vec3 foot = corner + Vec3{random(0.5f, 4), 0, random(0.5f, 4)};
+        add(foot, size);
+        // Cornices, and boxes on the roof
+        for (int k = 1; k <= 4; ++k) {
+            const Vec3 out(0.4f, 0, 0.4f);
+            add(foot + Vec3(0, size.y * float(k) / 4.0f, 0) - out,
+                Vec3(size.x, 0.5f, size.z) + out * 2.0f);
+        }
+        for (int k = 0; k < 2; ++k) {
+            const Vec3 at{random(0, size.x - 3), size.y + 0.5f, random(0, size.z - 3)};
+            add(foot + at, Vec3{random(1, 3), random(1, 4), random(1, 3)});
+        }
+        // Something on the pavement, in every other lot
+        if (i % 2) add(corner + Vec3(17, 0, random(2, 18)), Vec3(1.8f, 1.5f, 1.8f));
     }
+    scene.eye = Vec3(-250, 90, 420);
+    scene.target = Vec3(0, 0, 150);
+    scene.light = Vec3(-300, 800, -200);
+    scene.light_x = Vec3(100, 0, 0);
+    scene.light_y = Vec3(0, 0, 100);
+    scene.ambient_distance = 15.0f;
+    return scene;
 }
 
 }  // namespace
-
-void BenchMesh::add(const Vec3& a, const Vec3& b, const Vec3& c) {
-    const auto first = uint32_t(positions.size());
-    positions.insert(positions.end(), {a, b, c});
-    triangles.push_back({first, first + 1, first + 2});
-}
-
-void BenchMesh::add_quad(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-    const auto first = uint32_t(positions.size());
-    positions.insert(positions.end(), {a, b, c, d});
-    triangles.push_back({first, first + 1, first + 2});
-    triangles.push_back({first, first + 2, first + 3});
-}
-
-void BenchMesh::add_box(const Vec3& o, const Vec3& x, const Vec3& y, const Vec3& z) {
-    add_quad(o, o + x, o + x + y, o + y);
-    add_quad(o + z, o + z + x, o + z + x + y, o + z + y);
-    add_quad(o, o + x, o + x + z, o + z);
-    add_quad(o + y, o + y + x, o + y + x + z, o + y + z);
-    add_quad(o, o + y, o + y + z, o + z);
-    add_quad(o + x, o + x + y, o + x + y + z, o + x + z);
-}
 
 accel::SoupScene BenchScene::soup() const {
     accel::SoupScene scene;
@@ -110,113 +258,12 @@ size_t BenchScene::triangle_count() const {
     return count;
 }
 
-BenchScene make_museum() {
-    BenchScene scene;
-    scene.name = "museum";
-    scene.direct.add_box(Vec3(-8, 0, -8), Vec3(16, 0, 0), Vec3(0, 8, 0), Vec3(0, 0, 16));
-    add_displaced_sphere(scene.direct, Vec3(0, 2.2f, 0), 2.0f, 440);
-    add_displaced_sphere(scene.direct, Vec3(-4, 1.2f, 2.5f), 1.0f, 220);
-    add_displaced_sphere(scene.direct, Vec3(3.5f, 1, 3), 0.8f, 150);
-    scene.eye = Vec3(1, 3, 7.5f);
-    scene.target = Vec3(0, 2, 0);
-    scene.light = Vec3(-2, 7.9f, -2);
-    scene.light_x = Vec3(4, 0, 0);
-    scene.light_y = Vec3(0, 0, 4);
-    scene.ambient_distance = 1.0f;
-    return scene;
-}
-
-BenchScene make_forest() {
-    BenchScene scene;
-    scene.name = "forest";
-    Random random(1);
-    for (int kind = 0; kind < 4; ++kind) {
-        BenchMesh tree;
-        add_column(tree, Vec3(0), Vec3(0, 4, 0), 0.15f, 24);
-        for (int twig = 0; twig < 400; ++twig) {
-            const float phi = random(0, 2 * pi), rise = random(-0.2f, 0.6f);
-            const Vec3 foot(0, random(1, 4), 0);
-            const Vec3 axis = Vec3(std::cos(phi), rise, std::sin(phi)) * random(0.5f, 1.6f);
-            add_column(tree, foot, axis, 0.01f, 3);
-            for (int leaf = 0; leaf < 100; ++leaf) {
-                const Vec3 p = foot + axis * random(0.2f, 1.0f) +
-                               Vec3(random(-0.1f, 0.1f), random(-0.1f, 0.1f), random(-0.1f, 0.1f));
-                const auto edge = [&] {
-                    return Vec3(random(-0.04f, 0.04f), random(-0.04f, 0.04f),
-                                random(-0.04f, 0.04f));
-                };
-                tree.add(p, p + edge(), p + edge());
-            }
-        }
-        scene.prototypes.push_back(std::move(tree));
-    }
-    scene.direct.add_quad(Vec3(-60, 0, -60), Vec3(60, 0, -60), Vec3(60, 0, 60), Vec3(-60, 0, 60));
-    for (uint32_t i = 0; i < 1000; ++i) {
-        const float phi = random(0, 2 * pi), s = random(0.7f, 1.4f);
-        Mat4 m;
-        m[0][0] = s * std::cos(phi);
-        m[0][2] = -s * std::sin(phi);
-        m[1][1] = s;
-        m[2][0] = s * std::sin(phi);
-        m[2][2] = s * std::cos(phi);
-        m[3][0] = random(-50, 50);
-        m[3][2] = random(-50, 50);
-        scene.instances.push_back({i % 4, m});
-    }
-    scene.eye = Vec3(0, 6, 52);
-    scene.target = Vec3(0, 2, 20);
-    scene.light = Vec3(-20, 60, -20);
-    scene.light_x = Vec3(10, 0, 0);
-    scene.light_y = Vec3(0, 0, 10);
-    scene.ambient_distance = 2.0f;
-    return scene;
-}
-
-BenchScene make_interior() {
-    BenchScene scene;
-    scene.name = "interior";
-    Random random(2);
-    BenchMesh& mesh = scene.direct;
-    mesh.add_box(Vec3(-10, 0, -6), Vec3(20, 0, 0), Vec3(0, 6, 0), Vec3(0, 0, 12));
-    for (int i = 0; i < 12; ++i) {
-        const float x = -9.0f + 1.6f * float(i);
-        add_column(mesh, Vec3(x, 0, -4), Vec3(0, 6, 0), 0.25f, 300);
-        add_column(mesh, Vec3(x, 0, 4), Vec3(0, 6, 0), 0.25f, 300);
-    }
-    // Rods across the room: triangles hundreds of times longer than wide
-    for (int i = 0; i < 800; ++i) {
-        const Vec3 a(random(-9.5f, 9.5f), random(2, 6), random(-5.5f, 5.5f));
-        const Vec3 b(random(-9.5f, 9.5f), random(2, 6), random(-5.5f, 5.5f));
-        add_column(mesh, a, (b - a) * 0.25f, 0.004f, 6);
-    }
-    // Curtains of long thin strips
-    for (int curtain = 0; curtain < 4; ++curtain) {
-        constexpr int strips = 5000;
-        const auto fold = [&](int i) {
-            const float u = float(i) / float(strips);
-            return Vec3(-9 + 18 * u, 0,
-                        (curtain < 2 ? -5.5f : 5.2f) + 0.3f * float(curtain % 2) +
-                            0.1f * std::sin(200.0f * u));
-        };
-        for (int i = 0; i < strips; ++i) {
-            const Vec3 up(0, 5.5f, 0);
-            mesh.add_quad(fold(i), fold(i + 1), fold(i + 1) + up, fold(i) + up);
-        }
-    }
-    scene.eye = Vec3(-8.5f, 1.7f, 0.3f);
-    scene.target = Vec3(5, 2.5f, -0.5f);
-    scene.light = Vec3(-3, 5.9f, -1);
-    scene.light_x = Vec3(6, 0, 0);
-    scene.light_y = Vec3(0, 0, 2);
-    scene.ambient_distance = 0.7f;
-    // Turn everything off the axes
-    Mat4 turn;
-    turn.setAxisAngle(normalize(Vec3(1, 2, 0.5f)), 0.6f);
-    for (Vec3& p : mesh.positions) p = transform_point(p, turn);
-    for (Vec3* v : {&scene.eye, &scene.target, &scene.light, &scene.light_x, &scene.light_y}) {
-        *v = transform_direction(*v, turn);
-    }
-    return scene;
+const std::vector<SceneMaker>& all_scenes() {
+    static const std::vector<SceneMaker> makers = {
+        {"museum", make_museum, false}, {"statue", make_statue, false}, {"hair", make_hair, false},
+        {"atrium", make_atrium, true},  {"forest", make_forest, false}, {"city", make_city, false},
+        {"woods", make_woods, false}};
+    return makers;
 }
 
 }  // namespace velatura::bench

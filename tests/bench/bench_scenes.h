@@ -3,26 +3,14 @@
 
 #include "accel/bvh.h"
 #include "base/math.h"
+#include "bench_shapes.h"
 
-#include <array>
-#include <string>
 #include <vector>
 
 namespace velatura::bench {
 
-struct BenchMesh {
-    std::vector<Vec3> positions;
-    std::vector<std::array<uint32_t, 3>> triangles;
-
-    void add(const Vec3& a, const Vec3& b, const Vec3& c);
-    void add_quad(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
-    /// Six sides of the box with corner o and edges x, y, z.
-    void add_box(const Vec3& o, const Vec3& x, const Vec3& y, const Vec3& z);
-};
-
 /// A scene with a camera and a light. Generated, the same everywhere.
 struct BenchScene {
-    std::string name;
     BenchMesh direct;
     std::vector<BenchMesh> prototypes;
     std::vector<accel::SoupInstance> instances;
@@ -34,13 +22,22 @@ struct BenchScene {
     size_t triangle_count() const;  ///< stored ones
 };
 
-/// Displaced spheres of about a million triangles in a room.
-BenchScene make_museum();
+/// How to make a scene, so that only one need be in memory.
+struct SceneMaker {
+    const char* name;
+    BenchScene (*make)();
+    bool
+        is_thin;  ///< of long thin triangles off the axes, which trees without splits cannot divide
+};
 
-/// Trees of single leaf triangles and thin twigs, placed many times on a ground.
-BenchScene make_forest();
-
-/// Interior turned off the axes: large walls, columns, thin rods and curtains.
-BenchScene make_interior();
+/// Those that ray tracers are measured on:
+/// museum    24 sculptures on pedestals in a columned hall, 1.2 M triangles
+/// statue    one displaced sphere as a scanner would give it, 3.1 M
+/// hair      60,000 strips of 40 slivers on a head, 2.4 M
+/// atrium    interior turned off the axes: walls of two triangles, columns, rods, curtains, 1.4 M
+/// forest    420 trees of single leaf triangles, flattened into one mesh, 4.1 M
+/// city      axis-aligned boxes, 0.9 M
+/// woods     8 prototypes of trees, placed 420 times each
+const std::vector<SceneMaker>& all_scenes();
 
 }  // namespace velatura::bench

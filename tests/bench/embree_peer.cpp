@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "embree_peer.h"
 
+#include "cpu_clock.h"
+
 #include <embree3/rtcore.h>
 
 #include <atomic>
 #include <cstring>
 #include <limits>
+#include <vector>
 
 namespace velatura::bench {
 
@@ -14,6 +17,8 @@ struct EmbreePeer::State {
     RTCScene scene = nullptr;
     std::vector<RTCScene> prototypes;
     std::atomic<long long> bytes{0};
+    long long mesh_bytes = 0;
+    double build_seconds = 0;
 };
 
 namespace {
@@ -23,24 +28,28 @@ bool count_memory(void* bytes, ssize_t change, bool) {
     return true;
 }
 
-void attach(RTCDevice device, RTCScene scene, const BenchMesh& mesh) {
+void attach(RTCDevice device, RTCScene scene, const accel::TriangleSoupView& mesh) {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     void* positions =
         rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                 sizeof(Vec3), mesh.positions.size());
-    std::memcpy(positions, mesh.positions.data(), mesh.positions.size() * sizeof(Vec3));
+    std::memcpy(positions, mesh.positions.data(), mesh.positions.size_bytes());
     void* triangles = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                               3 * sizeof(uint32_t), mesh.triangles.size());
-    std::memcpy(triangles, mesh.triangles.data(), mesh.triangles.size() * 3 * sizeof(uint32_t));
+    std::memcpy(triangles, mesh.triangles.data(), mesh.triangles.size_bytes());
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene, geometry);
     rtcReleaseGeometry(geometry);
 }
 
-RTCScene new_scene(RTCDevice device) {
+RTCScene new_scene(RTCDevice device,
+                   EmbreeMode mode,
+                   const std::vector<accel::TriangleSoupView>& shapes) {
     RTCScene scene = rtcNewScene(device);
-    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+    const bool is_robust = mode == EmbreeMode::RobustMedium;
+    rtcSetSceneFlags(scene, is_robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+    rtcSetSceneBuildQuality(scene, is_robust ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_HIGH);
+    for (const accel::TriangleSoupView& mesh : shapes) attach(device, scene, mesh);
     return scene;
 }
 
@@ -61,28 +70,30 @@ void set_ray(RTCRay& r, const geometry::Ray& ray) {
 
 }  // namespace
 
-EmbreePeer::EmbreePeer(const BenchScene& scene) : state_(std::make_unique<State>()) {
-    state_->device = rtcNewDevice("threads=1");
-    rtcSetDeviceMemoryMonitorFunction(state_->device, &count_memory, &state_->bytes);
-    state_->scene = new_scene(state_->device);
-    attach(state_->device, state_->scene, scene.direct);
-    for (const BenchMesh& mesh : scene.prototypes) {
-        RTCScene prototype = new_scene(state_->device);
-        attach(state_->device, prototype, mesh);
-        rtcCommitScene(prototype);
-        state_->prototypes.push_back(prototype);
+EmbreePeer::EmbreePeer(const accel::SoupScene& scene, EmbreeMode mode)
+    : state_(std::make_unique<State>()) {
+    State& s = *state_;
+    s.device = rtcNewDevice("threads=1");
+    rtcSetDeviceMemoryMonitorFunction(s.device, &count_memory, &s.bytes);
+    s.scene = new_scene(s.device, mode, scene.shapes);
+    for (const auto& shapes : scene.prototypes) {
+        s.prototypes.push_back(new_scene(s.device, mode, shapes));
     }
+    s.mesh_bytes = s.bytes.load();
+    const double start = cpu_seconds();
+    for (RTCScene prototype : s.prototypes) rtcCommitScene(prototype);
     for (const accel::SoupInstance& instance : scene.instances) {
-        RTCGeometry geometry = rtcNewGeometry(state_->device, RTC_GEOMETRY_TYPE_INSTANCE);
-        rtcSetGeometryInstancedScene(geometry, state_->prototypes[instance.prototype]);
+        RTCGeometry geometry = rtcNewGeometry(s.device, RTC_GEOMETRY_TYPE_INSTANCE);
+        rtcSetGeometryInstancedScene(geometry, s.prototypes[instance.prototype]);
         // Rows of ours are columns of theirs
         rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
                                 &instance.render_from_prototype[0][0]);
         rtcCommitGeometry(geometry);
-        rtcAttachGeometry(state_->scene, geometry);
+        rtcAttachGeometry(s.scene, geometry);
         rtcReleaseGeometry(geometry);
     }
-    rtcCommitScene(state_->scene);
+    rtcCommitScene(s.scene);
+    s.build_seconds = cpu_seconds() - start;
 }
 
 EmbreePeer::~EmbreePeer() {
@@ -112,8 +123,16 @@ bool EmbreePeer::is_occluded(const geometry::Ray& ray) const {
     return query.tfar < 0;
 }
 
-size_t EmbreePeer::bytes() const {
-    return size_t(state_->bytes.load());
+size_t EmbreePeer::tree_bytes() const {
+    return size_t(state_->bytes.load() - state_->mesh_bytes);
+}
+
+size_t EmbreePeer::mesh_bytes() const {
+    return size_t(state_->mesh_bytes);
+}
+
+double EmbreePeer::build_seconds() const {
+    return state_->build_seconds;
 }
 
 }  // namespace velatura::bench

@@ -2,21 +2,22 @@
 #include "ray_sets.h"
 
 #include <cmath>
+#include <utility>
 
 namespace velatura::bench {
 
 namespace {
 
-// A number in [0, 1) of the ray's index alone.
-float number(uint64_t ray, uint64_t dimension) {
-    uint64_t z = (ray * 8 + dimension + 1) * 0x9e3779b97f4a7c15u;
+// A number in [0, 1) of the path's index alone.
+float number(uint64_t path, uint64_t dimension) {
+    uint64_t z = (path * 16 + dimension + 1) * 0x9e3779b97f4a7c15u;
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
     return float((z ^ (z >> 31)) >> 40) * 0x1p-24f;
 }
 
-// Geometric normal in render space.
-Vec3 normal_at(const BenchScene& scene, const geometry::Hit& hit) {
+// Geometric normal in render space, towards where the ray came from.
+Vec3 normal_at(const BenchScene& scene, const geometry::Ray& ray, const geometry::Hit& hit) {
     const bool is_direct = hit.instance == scene::none;
     const BenchMesh& mesh =
         is_direct ? scene.direct : scene.prototypes[scene.instances[hit.instance].prototype];
@@ -27,58 +28,94 @@ Vec3 normal_at(const BenchScene& scene, const geometry::Hit& hit) {
         if (!is_direct)
             p[k] = transform_point(p[k], scene.instances[hit.instance].render_from_prototype);
     }
-    return normalize(cross(p[1] - p[0], p[2] - p[0]));
+    const Vec3 n = normalize(cross(p[1] - p[0], p[2] - p[0]));
+    return n.dot(ray.d) > 0 ? -n : n;
 }
 
-std::vector<geometry::Ray> primary_rays(const BenchScene& scene, int size) {
-    const Vec3 forward = normalize(scene.target - scene.eye);
-    const Vec3 right = normalize(cross(forward, Vec3(0, 1, 0)));
-    const Vec3 up = cross(right, forward);
-    std::vector<geometry::Ray> rays;
-    for (int tile_y = 0; tile_y < size; tile_y += 16) {
-        for (int tile_x = 0; tile_x < size; tile_x += 16) {
-            for (int i = 0; i < 256; ++i) {
-                const float x = float(tile_x + i % 16) + number(rays.size(), 0);
-                const float y = float(tile_y + i / 16) + number(rays.size(), 1);
-                const float s = 1.2f / float(size);
-                const Vec3 d = forward + right * ((x * s) - 0.6f) + up * (0.6f - y * s);
-                rays.push_back({scene.eye, normalize(d)});
-            }
+class PathMaker {
+  public:
+    PathMaker(const BenchScene& scene, const accel::Accelerator& accelerator, int size)
+        : scene_(scene), accelerator_(accelerator), size_(size), target_(size_t(size * size)) {}
+
+    std::vector<RaySet> run() {
+        constexpr uint64_t most_passes = 32;
+        for (uint64_t pass = 0; pass < most_passes && !is_full(); ++pass) {
+            for (size_t i = 0; i < target_; ++i) add_path(pass, i);
         }
+        RaySet shuffled{"shuffled", false, bounce1_.rays};
+        for (size_t i = shuffled.rays.size(); i > 1; --i) {
+            std::swap(shuffled.rays[i - 1], shuffled.rays[size_t(number(i, 15) * float(i))]);
+        }
+        return {std::move(primary_), std::move(bounce1_), std::move(bounce2_),
+                std::move(shuffled), std::move(shadow_),  std::move(ambient_)};
     }
-    return rays;
-}
+
+  private:
+    bool is_full() const { return bounce2_.rays.size() >= target_; }
+
+    void add(RaySet& set, const geometry::Ray& ray) const {
+        if (set.rays.size() < target_) set.rays.push_back(ray);
+    }
+
+    void add_path(uint64_t pass, size_t i) {
+        const uint64_t path = pass * target_ + i;
+        const geometry::Ray primary = primary_ray(path, i);
+        add(primary_, primary);
+        if (is_full()) return;
+        const geometry::Hit hit = accelerator_.intersect(primary);
+        if (!hit.is_valid()) return;
+        const Vec3 n = normal_at(scene_, primary, hit), p = start(primary, hit, n);
+        const Vec3 light =
+            scene_.light + scene_.light_x * number(path, 4) + scene_.light_y * number(path, 5);
+        add(shadow_, {p, light - p, 0.999f});
+        add(ambient_, {p, cosine(n, path, 6), scene_.ambient_distance});
+        const geometry::Ray bounce{p, cosine(n, path, 2)};
+        add(bounce1_, bounce);
+        const geometry::Hit second = accelerator_.intersect(bounce);
+        if (!second.is_valid()) return;
+        const Vec3 m = normal_at(scene_, bounce, second);
+        add(bounce2_, {start(bounce, second, m), cosine(m, path, 8)});
+    }
+
+    // Pixel i in the order of 16×16 tiles.
+    geometry::Ray primary_ray(uint64_t path, size_t i) const {
+        const size_t tiles = size_t(size_) / 16, tile = i / 256, in_tile = i % 256;
+        const float x = float(tile % tiles * 16 + in_tile % 16) + number(path, 0);
+        const float y = float(tile / tiles * 16 + in_tile / 16) + number(path, 1);
+        const Vec3 forward = normalize(scene_.target - scene_.eye);
+        const Vec3 right = normalize(cross(forward, Vec3(0, 1, 0)));
+        const Vec3 up = cross(right, forward);
+        const float s = 1.2f / float(size_);
+        return {scene_.eye, normalize(forward + right * (x * s - 0.6f) + up * (0.6f - y * s))};
+    }
+
+    // Far enough from the surface that rounding decides nothing: tracers can be compared.
+    static Vec3 start(const geometry::Ray& ray, const geometry::Hit& hit, const Vec3& n) {
+        const Vec3 p = ray.o + ray.d * hit.t;
+        return p + n * (1e-4f * hit.t + 1e-5f * p.length());
+    }
+
+    static Vec3 cosine(const Vec3& n, uint64_t path, uint64_t dimension) {
+        const float r = std::sqrt(number(path, dimension));
+        const float phi = 2 * pi * number(path, dimension + 1);
+        const Vec3 local(r * std::cos(phi), r * std::sin(phi), safe_sqrt(1 - r * r));
+        return normalize(Frame::from_z(n).from_local(local));
+    }
+
+    const BenchScene& scene_;
+    const accel::Accelerator& accelerator_;
+    int size_;
+    size_t target_;
+    RaySet primary_{"primary", false, {}}, bounce1_{"bounce1", false, {}};
+    RaySet bounce2_{"bounce2", false, {}}, shadow_{"shadow", true, {}}, ambient_{"ao", true, {}};
+};
 
 }  // namespace
 
 std::vector<RaySet> make_ray_sets(const BenchScene& scene,
                                   const accel::Accelerator& accelerator,
                                   int size) {
-    std::vector<RaySet> sets = {{"primary", false, primary_rays(scene, size)},
-                                {"bounce", false, {}},
-                                {"shadow", true, {}},
-                                {"ao", true, {}}};
-    for (size_t i = 0; i < sets[0].rays.size(); ++i) {
-        const geometry::Ray& ray = sets[0].rays[i];
-        const geometry::Hit hit = accelerator.intersect(ray);
-        if (!hit.is_valid()) continue;
-        Vec3 n = normal_at(scene, hit);
-        if (n.dot(ray.d) > 0) n = -n;
-        // Any small distance will do for timing
-        const Vec3 p = ray.o + ray.d * hit.t + n * (1e-4f * hit.t);
-        const auto cosine = [&](uint64_t dimension) {
-            const float r = std::sqrt(number(i, dimension)),
-                        phi = 2 * pi * number(i, dimension + 1);
-            const Vec3 local(r * std::cos(phi), r * std::sin(phi), safe_sqrt(1 - r * r));
-            return normalize(Frame::from_z(n).from_local(local));
-        };
-        sets[1].rays.push_back({p, cosine(2)});
-        const Vec3 light =
-            scene.light + scene.light_x * number(i, 4) + scene.light_y * number(i, 5);
-        sets[2].rays.push_back({p, light - p, 0.999f});
-        sets[3].rays.push_back({p, cosine(6), scene.ambient_distance});
-    }
-    return sets;
+    return PathMaker(scene, accelerator, size).run();
 }
 
 }  // namespace velatura::bench

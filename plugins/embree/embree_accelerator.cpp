@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "plugins/embree/embree_accelerator.h"
+
+#include "accel/placement.h"
+#include "accel/ray_query.h"
+#include "base/floats.h"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <new>
+#include <string>
+#include <tuple>
+#include <vector>
+
+namespace velatura::plugins::embree {
+
+namespace {
+
+using accel::SoupScene;
+using accel::TriangleSoupView;
+
+bool count_memory(void* bytes, ssize_t change, bool) {
+    *static_cast<std::atomic<int64_t>*>(bytes) += change;
+    return true;
+}
+
+// Owns a handle of Embree's.
+template <class Handle, void (*release)(Handle)>
+class Owned {
+  public:
+    Owned() = default;
+
+    explicit Owned(Handle handle) : handle_(handle) {}
+
+    Owned(Owned&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
+
+    Owned& operator=(Owned&& other) noexcept {
+        std::swap(handle_, other.handle_);
+        return *this;
+    }
+
+    ~Owned() {
+        if (handle_) release(handle_);
+    }
+
+    operator Handle() const { return handle_; }
+
+  private:
+    Handle handle_ = nullptr;
+};
+
+using Device = Owned<RTCDevice, rtcReleaseDevice>;
+using Scene = Owned<RTCScene, rtcReleaseScene>;
+using Geometry = Owned<RTCGeometry, rtcReleaseGeometry>;
+
+// Which of two hits with one t wins.
+using Rank = std::tuple<uint32_t, uint32_t, uint32_t>;  // instance, shape, triangle
+
+// What the intersection filter knows of the ray. The first member is Embree's.
+struct Context {
+    RTCIntersectContext embree;
+    uint32_t shape_count = 0;  // direct shapes; geometries of the top scene beyond are instances
+    float t = std::numeric_limits<float>::infinity();
+    Rank rank{scene::none, scene::none, scene::none};
+};
+
+// Geometries of the top scene: direct shapes, then instances.
+Rank rank_of(const Context& context, uint32_t instance_id, uint32_t geometry, uint32_t triangle) {
+    const bool is_direct = instance_id == RTC_INVALID_GEOMETRY_ID;
+    return {is_direct ? scene::none : instance_id - context.shape_count, geometry, triangle};
+}
+
+// Rejects a hit as far away as the best one and after it in order. Embree offers hits with
+// t <= tfar, so that ties do come here.
+void keep_first_of_ties(const RTCFilterFunctionNArguments* args) {
+    auto* context = reinterpret_cast<Context*>(args->context);
+    const float t = RTCRayN_tfar(args->ray, args->N, 0);
+    const Rank rank =
+        rank_of(*context, RTCHitN_instID(args->hit, args->N, 0, 0),
+                RTCHitN_geomID(args->hit, args->N, 0), RTCHitN_primID(args->hit, args->N, 0));
+    if (!(t > 0) || (t == context->t && rank > context->rank)) {
+        args->valid[0] = 0;
+        return;
+    }
+    context->t = t;
+    context->rank = rank;
+}
+
+class EmbreeAccelerator final : public accel::Accelerator {
+  public:
+    // True when everything was built.
+    bool build(const SoupScene& scene, std::string& why) {
+        const auto start = std::chrono::steady_clock::now();
+        device_ = Device(rtcNewDevice(nullptr));
+        if (!device_) {
+            why = "cannot start Embree";
+            return false;
+        }
+        rtcSetDeviceMemoryMonitorFunction(device_, &count_memory, &bytes_);
+        rtcSetDeviceErrorFunction(device_, &keep_error, &why);
+        shape_count_ = uint32_t(scene.shapes.size());
+        top_ = new_scene();
+        bounds_ = attach(top_, scene.shapes);
+        std::vector<Box3> prototype_bounds;
+        for (const auto& shapes : scene.prototypes) {
+            prototypes_.push_back(new_scene());
+            prototype_bounds.push_back(attach(prototypes_.back(), shapes));
+            rtcCommitScene(prototypes_.back());
+        }
+        for (size_t i = 0; i < scene.instances.size(); ++i) {
+            place(scene.instances[i], prototype_bounds[scene.instances[i].prototype], i);
+        }
+        rtcCommitScene(top_);
+        rtcSetDeviceErrorFunction(device_, nullptr, nullptr);
+        stats_.bytes = size_t(std::max<int64_t>(bytes_.load(), 0));
+        stats_.build_seconds =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        return why.empty();
+    }
+
+    geometry::Hit intersect(const geometry::Ray& ray) const override {
+        geometry::Hit result;
+        RTCRayHit query;
+        if (!set_ray(query.ray, ray)) return result;
+        query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+        Context context = new_context();
+        rtcIntersect1(top_, &context.embree, &query);
+        if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return result;
+        result.t = query.ray.tfar;
+        result.b1 = query.hit.u;
+        result.b2 = query.hit.v;
+        std::tie(result.instance, result.shape, result.triangle) =
+            rank_of(context, query.hit.instID[0], query.hit.geomID, query.hit.primID);
+        return result;
+    }
+
+    bool is_occluded(const geometry::Ray& ray) const override {
+        RTCRay query;
+        if (!set_ray(query, ray)) return false;
+        Context context = new_context();
+        rtcOccluded1(top_, &context.embree, &query);
+        return query.tfar < 0;
+    }
+
+    Box3 bounds() const override { return bounds_; }
+
+    accel::AcceleratorStats stats() const override { return stats_; }
+
+  private:
+    static void keep_error(void* why, RTCError, const char* text) {
+        auto& message = *static_cast<std::string*>(why);
+        if (message.empty()) message = text && *text ? text : "Embree gives no reason";
+    }
+
+    Context new_context() const {
+        Context context;
+        rtcInitIntersectContext(&context.embree);
+        context.embree.filter = &keep_first_of_ties;
+        context.shape_count = shape_count_;
+        return context;
+    }
+
+    Scene new_scene() const {
+        Scene scene(rtcNewScene(device_));
+        rtcSetSceneFlags(
+            scene, RTCSceneFlags(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
+        rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+        return scene;
+    }
+
+    // False for rays that meet nothing by the rules of Accelerator.
+    static bool set_ray(RTCRay& r, const geometry::Ray& ray) {
+        if (!velatura::is_finite(ray.o) || !velatura::is_finite(ray.d) || !(ray.t_max > 0))
+            return false;
+        if (ray.d == Vec3(0)) return false;
+        r.org_x = ray.o.x;
+        r.org_y = ray.o.y;
+        r.org_z = ray.o.z;
+        r.dir_x = ray.d.x;
+        r.dir_y = ray.d.y;
+        r.dir_z = ray.d.z;
+        r.tnear = 0;
+        // Embree's end is inside
+        r.tfar = std::isinf(ray.t_max) ? ray.t_max : next_float_down(ray.t_max);
+        r.time = 0;
+        r.mask = ~0u;
+        r.id = 0;
+        r.flags = 0;
+        return true;
+    }
+
+    // Attaches one geometry per shape, numbered alike. Returns the box of triangles that count.
+    Box3 attach(RTCScene scene, const std::vector<TriangleSoupView>& shapes) {
+        Box3 box;
+        for (size_t i = 0; i < shapes.size(); ++i) attach(scene, shapes[i], unsigned(i), box);
+        return box;
+    }
+
+    void attach(RTCScene scene, const TriangleSoupView& shape, unsigned id, Box3& box) {
+        const Geometry geometry(rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE));
+        const size_t vertices = shape.positions.size();
+        auto* positions = static_cast<Vec3*>(rtcSetNewGeometryBuffer(
+            geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3), vertices + 1));
+        auto* triangles = static_cast<uint32_t*>(
+            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                    3 * sizeof(uint32_t), shape.triangles.size()));
+        if (!positions || (!triangles && !shape.triangles.empty())) return;  // keep_error knows why
+        std::copy(shape.positions.begin(), shape.positions.end(), positions);
+        // Triangles that do not count keep their number but lose their place: Embree drops those
+        // with a corner that is not finite
+        positions[vertices] = Vec3(std::numeric_limits<float>::quiet_NaN());
+        for (const auto& v : shape.triangles) {
+            const Vec3 &a = shape.positions[v[0]], &b = shape.positions[v[1]],
+                       &c = shape.positions[v[2]];
+            const bool counts = !accel::is_degenerate(a, b, c);
+            for (const uint32_t corner : v) *triangles++ = counts ? corner : uint32_t(vertices);
+            if (!counts) continue;
+            ++stats_.triangles;
+            for (const Vec3* p : {&a, &b, &c}) box.extendBy(*p);
+        }
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometryByID(scene, geometry, id);
+    }
+
+    // The same instances as in the own tree, and the same boxes.
+    void place(const accel::SoupInstance& instance, const Box3& prototype_bounds, size_t index) {
+        accel::PlacedBox placed;
+        if (prototype_bounds.isEmpty() ||
+            !accel::place(instance.render_from_prototype, prototype_bounds, placed))
+            return;
+        for (int k = 0; k < 3; ++k) {
+            bounds_.min[k] = std::min(bounds_.min[k], next_float_down(float(placed.lower[k])));
+            bounds_.max[k] = std::max(bounds_.max[k], next_float_up(float(placed.upper[k])));
+        }
+        const Geometry geometry(rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE));
+        rtcSetGeometryInstancedScene(geometry, prototypes_[instance.prototype]);
+        // Rows of ours are columns of theirs
+        rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
+                                &instance.render_from_prototype[0][0]);
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometryByID(top_, geometry, shape_count_ + unsigned(index));
+        ++stats_.instances;
+    }
+
+    // The monitor is called until the device is gone
+    std::atomic<int64_t> bytes_{0};
+    Device device_;
+    std::vector<Scene> prototypes_;
+    Scene top_;
+    uint32_t shape_count_ = 0;
+    Box3 bounds_;
+    accel::AcceleratorStats stats_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<accel::Accelerator>> EmbreeFactory::build(const SoupScene& scene) const {
+    try {
+        auto accelerator = std::make_unique<EmbreeAccelerator>();
+        std::string why;
+        if (accelerator->build(scene, why)) {
+            return std::unique_ptr<accel::Accelerator>(std::move(accelerator));
+        }
+        return Error{"accelerator", "Embree: " + why};
+    } catch (const std::bad_alloc&) {
+        return Error{"accelerator", "Embree: out of memory"};
+    }
+}
+
+}  // namespace velatura::plugins::embree

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/diagnostics.h"
+#include "plugin/manifest.h"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace velatura::plugin {
+
+/// A folder whose subfolders each may hold a plugin: a `plugin.txt` and its shared object.
+struct PluginFolder {
+    std::string path;
+    bool is_required = false;  ///< warn when it is not there
+};
+
+/// Folders of $VELATURA_PLUGIN_PATH (apart by `:`), then those that belong to the running program:
+/// ../plugins of a build and ../lib/velatura/plugins of an installation.
+std::vector<PluginFolder> plugin_folders();
+
+/// The plugins that are known. Knowing one loads none.
+class Registry {
+  public:
+    /// Reads the manifests. Of plugins with the same name the first folder's counts; broken
+    /// manifests are reported and left out.
+    Registry(const std::vector<PluginFolder>& folders, Diagnostics& diagnostics);
+
+    const std::vector<Manifest>& manifests() const { return manifests_; }
+
+    /// The folders, for messages.
+    const std::string& searched() const { return searched_; }
+
+    /// The first plugin that fills the interface and is called for by the trigger; or nullptr.
+    const Manifest* find(std::string_view interface_name, const Trigger& trigger) const;
+
+  private:
+    void read_folder(const PluginFolder& folder, Diagnostics& diagnostics);
+
+    std::vector<Manifest> manifests_;
+    std::string searched_;
+};
+
+/// Opens the plugin, on first use, and returns its object for the interface. nullptr when that
+/// cannot be had: reported at the manifest under "plugin-abi" (another ABI or version of the
+/// interface) or "plugin-load" (no shared object, not loadable, no entry point, another plugin).
+/// Thread-safe.
+const void* open_interface(const Manifest& manifest,
+                           std::string_view interface_name,
+                           uint32_t version,
+                           Diagnostics& diagnostics);
+
+}  // namespace velatura::plugin
