@@ -218,13 +218,11 @@ class Bsdf {
     bool has_coat_ = false;
     bool has_specular_ = true;  // f0 and f90 are not both black
     GgxAlbedoCurve specular_curve_, coat_curve_;
-    std::optional<AnisotropicAlbedo::Curve> anisotropic_curve_;  // takes the place of the former
     bool specular_is_delta_ = false;
     bool coat_is_delta_ = false;
     float average_loss_ = 0;            // 1 − A_avg(α)
     Rgb specular_average_ = Rgb(0.0f);  // cosine-weighted mean of R(μ)
     Rgb multiple_f_ = Rgb(0.0f);        // Fresnel factor of the compensation lobe
-    SheetShares sheet_multiple_;        // the same of a rough sheet, to either side
     std::optional<RoughInterface::Curve> interface_curve_;  // of a rough interface
     Rgb lost_average_ = Rgb(0.0f);                          // cosine-weighted mean of View::lost
     float coat_f0_ = 0.04f;
@@ -232,6 +230,10 @@ class Bsdf {
     float coat_multiple_f_ = 0;
     Rgb coat_coupling_ = Rgb(1.0f);  // makes a white base under the coat reflect 1
     View view_;
+    // Seldom in use: last, so that the rest stays close together
+    std::optional<AnisotropicAlbedo::Curve>
+        anisotropic_curve_;       // takes the place of specular_curve_
+    SheetShares sheet_multiple_;  // as multiple_f_, of a rough sheet to either side
 };
 
 }  // namespace velatura::shading
