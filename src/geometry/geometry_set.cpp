@@ -11,10 +11,10 @@ namespace velatura::geometry {
 
 namespace {
 
-/// The names that texture coordinates go by, the first one present wins, else the first two-number
+/// The first name that texture coordinates go by and that is there, else the first two-number
 /// primvar.
 scene::PrimvarId default_texture_coordinates(const scene::Scene& scene, const TriangleMesh& mesh) {
-    for (const std::string_view name : {"st", "UVMap", "uv", "map1", "st0", "st_0", "Texture_uv"}) {
+    for (const std::string_view name : scene::texture_coordinate_names) {
         const scene::PrimvarId id = scene::find_primvar(scene, name);
         if (id != scene::none && mesh.has_primvar(id)) return id;
     }

@@ -349,7 +349,10 @@ Rgb CausticSampler::contribution(const Search& search, const Solution& solution)
     if (is_black(L)) return L;
     L *= world_.lights.light(target.light).specular_multiplier;
 
-    // Scatter as the path tracer does
+    // Scatter and absorb as the path tracer does
+    const bool absorbs = world_.materials.has_absorption();
+    Interior interior = at.interior;
+    if (absorbs) interior.cross(world_.materials, at.point, at.wo, wi);
     float cone_width = at.cone.width;
     geometry::SurfacePoint last;
     for (size_t i = 0; i < size_t(solution.events.count); ++i) {
@@ -366,6 +369,16 @@ Rgb CausticSampler::contribution(const Search& search, const Solution& solution)
             (solution.events.events[i].kind == ScatterKind::Transmit && scattered->eta == 1.0f))
             return Rgb(0.0f);
         L *= scattered->weight;
+        if (absorbs) {
+            L *= interior.transmittance(world_.materials, float(chain.lengths[i]));
+            interior.cross(world_.materials, point, wo, scattered->wi);
+        }
+        if (is_black(L)) return L;
+    }
+    if (absorbs) {
+        const double distance =
+            target.is_infinite ? std::numeric_limits<double>::infinity() : solution.distance;
+        L *= interior.transmittance(world_.materials, float(distance));
         if (is_black(L)) return L;
     }
     if (is_blocked(search, solution, last)) return Rgb(0.0f);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "integrator/interior.h"
 #include "integrator/ray_counts.h"
 #include "integrator/specular_casters.h"
 #include "integrator/specular_chain.h"
@@ -90,6 +91,7 @@ class CausticSampler {
         const shading::Bsdf& bsdf;
         Vec3 wo;
         lights::RayCone cone;
+        const Interior& interior;  ///< on the side of wo
     };
 
     struct Found {

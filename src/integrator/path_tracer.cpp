@@ -96,6 +96,7 @@ struct PathTracer::Path {
     float first_expected = 0;  ///< luminance
     float cone_width = 0, cone_spread = 0;
     SpecularHistory history;  ///< only kept when caustics are solved for
+    Interior interior;        ///< of the present segment; only kept where something absorbs
     RayCounts* counts;
     PathObserver* observer;
 };
@@ -130,6 +131,8 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
     path.cone_spread = first.cone_spread;
     path.receiver.p = path.straight_o = first.o;
     path.beta = Rgb(world_.camera.exposure_scale());
+    const bool has_absorption = world_.materials.has_absorption();
+    if (has_absorption) path.interior = world_.camera_interior;
     ++counts.paths;
     ++counts.camera;
 
@@ -140,6 +143,7 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
         // Add the lights that the segment crosses; beyond the last surface also those at infinity
         add_light_hits(path, hit.is_valid() ? hit.t : std::numeric_limits<float>::infinity(), out);
         if (!hit.is_valid()) break;
+        if (has_absorption) path.beta *= path.interior.transmittance(world_.materials, hit.t);
 
         const geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, path.ray, hit);
         path.cone_width += path.cone_spread * hit.t;
@@ -163,12 +167,14 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
             deposit(path, path.bounce, world_.scene.emissive_group(), path.beta * Le, "surface emission", out);
         }
 
+        const Vertex vertex{start, bsdf, wo, DirectionMixture(bsdf, wo, start.p, options_.guide)};
         if (path.bounce >= depth_limit_) {
+            // What passes straight is not scattered
+            if (pass_straight(path, vertex)) continue;
             if (depth_limit_ == hard_depth_limit) ++counts.depth_limited;
             end = "reached the depth limit";
             break;
         }
-        const Vertex vertex{start, bsdf, wo, DirectionMixture(bsdf, wo, start.p, options_.guide)};
         add_direct_light(path, vertex, out);
         if (options_.caustics) add_caustics(path, vertex, out);
         if (!scatter(path, vertex, out)) {
@@ -233,7 +239,8 @@ void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadia
             if (!world_.lights.light(hit.light).is_camera_visible) return;
             if (!world_.lights.is_infinite(hit.light)) out.alpha = 1.0f;
         }
-        const Rgb Le = path.beta * hit.Le * light_factor(path, hit.light) * light_hit_weight(path, hit);
+        Rgb Le = path.beta * hit.Le * light_factor(path, hit.light) * light_hit_weight(path, hit);
+        if (!path.interior.is_empty()) Le *= path.interior.transmittance(world_.materials, hit.t - path.travelled);
         deposit(path, path.bounce, world_.lights.group(hit.light), Le, "light met by the path", out);
     });
 }
@@ -296,36 +303,58 @@ void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::Sample
     // Deposit it where it is seen, and in the unoccluded layer in any case
     const scene::GroupId group = world_.lights.group(choice->light);
     if (has_shadow_layers_ && path.bounce == 0) out.add_unoccluded(int(group), Ld);
-    const float visible = visibility(path, point, *light);
-    if (visible > 0.0f) deposit(path, path.bounce + 1, group, Ld * visible, "light sampled", out);
+    deposit(path, path.bounce + 1, group, Ld * visibility(path, vertex, *light), "light sampled", out);
 }
 
 void PathTracer::add_caustics(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
-    const CausticSampler::Receiver receiver{vertex.point, vertex.bsdf, vertex.wo, {path.cone_width, path.cone_spread}};
+    const CausticSampler::Receiver receiver{vertex.point, vertex.bsdf, vertex.wo, {path.cone_width, path.cone_spread}, path.interior};
     const auto found = options_.caustics->sample(receiver, path.sampler, path.bounce, path.pass_count, *path.counts);
     if (!found) return;
     const int bounce = path.bounce + 1 + found->length;
     if (bounce <= depth_limit_) deposit(path, bounce, world_.lights.group(found->light), path.beta * found->radiance, "caustic solved for", out);
 }
 
-float PathTracer::visibility(const Path& path, const geometry::SurfacePoint& from, const lights::LightSample& light) const {
+Rgb PathTracer::visibility(const Path& path, const Vertex& from, const lights::LightSample& light) const {
     ++path.counts->shadow;
-    ShadowSegment segment(from, light);
-    if (!world_.materials.has_presence()) return world_.accelerator->is_occluded(segment.ray) ? 0.0f : 1.0f;
+    const shading::MaterialEvaluator& materials = world_.materials;
+    ShadowSegment segment(from.point, light);
+    if (!materials.has_presence() && !materials.is_see_through() && !materials.has_absorption())
+        return Rgb(world_.accelerator->is_occluded(segment.ray) ? 0.0f : 1.0f);
 
-    // Cut-outs let light through in proportion to what is absent, as wide a part of them as a path would see
-    float visible = 1.0f, cone_width = path.cone_width;
+    Interior interior = path.interior;
+    if (materials.has_absorption()) interior.cross(materials, from.point, from.wo, light.wi);
+    if (!materials.has_presence() && !materials.is_see_through()) {
+        if (world_.accelerator->is_occluded(segment.ray)) return Rgb(0.0f);
+        return interior.transmittance(materials, segment.length(segment.ray.t_max));
+    }
+
+    // Cut-outs let light through in proportion to what is absent, as wide a part of them as a path would see, and what is
+    // clear without bending light lets through what goes straight on
+    Rgb visible(1.0f);
+    float cone_width = path.cone_width;
     for (uint32_t i = 0; i < pass_through_limit; ++i) {
         const geometry::Hit hit = world_.accelerator->intersect(segment.ray);
+        if (!interior.is_empty()) visible *= interior.transmittance(materials, segment.length(hit.is_valid() ? hit.t : segment.ray.t_max));
         if (!hit.is_valid()) return visible;
         const geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, segment.ray, hit);
-        if (!world_.materials.material_has_presence(point.material)) return 0.0f;
         cone_width += path.cone_spread * segment.length(hit.t);
-        visible *= 1.0f - world_.materials.presence(point, cone_width);
-        if (visible <= 0.0f) return 0.0f;
+        if (materials.material_has_presence(point.material)) {
+            visible *= 1.0f - materials.presence(point, cone_width);
+        } else {
+            visible *= straight_through(point, light.wi, cone_width);
+            if (materials.has_absorption()) interior.cross(materials, point, -light.wi, light.wi);
+        }
+        if (is_black(visible)) return visible;
         if (!segment.go_on_from(point)) return visible;
     }
-    return 0.0f;
+    return Rgb(0.0f);
+}
+
+/// What a surface lets pass straight on of light that comes against d.
+Rgb PathTracer::straight_through(const geometry::SurfacePoint& point, const Vec3& d, float cone_width) const {
+    if (!world_.materials.material_is_see_through(point.material)) return Rgb(0.0f);
+    const auto passed = world_.materials.make_bsdf(point, -d, cone_width).delta(shading::ScatterKind::Transmit);
+    return passed && passed->eta == 1.0f ? passed->weight : Rgb(0.0f);
 }
 
 bool PathTracer::pass_through(Path& path, const geometry::SurfacePoint& point) const {
@@ -346,6 +375,17 @@ void PathTracer::go_straight_on(Path& path, const geometry::SurfacePoint& point)
     ++path.pass_count;
 }
 
+/// Goes on with all the light that passes the vertex straight, and with nothing else.
+bool PathTracer::pass_straight(Path& path, const Vertex& vertex) const {
+    if (path.pass_count >= pass_through_limit) return false;
+    const Rgb passed = straight_through(vertex.point, -vertex.wo, path.cone_width);
+    if (is_black(passed)) return false;
+    path.beta *= passed;
+    if (world_.materials.has_absorption()) path.interior.cross(world_.materials, vertex.point, vertex.wo, -vertex.wo);
+    go_straight_on(path, vertex.point);
+    return true;
+}
+
 bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
     const auto& [point, bsdf, wo, directions] = vertex;
     if (path.observer && bsdf.has_non_delta()) path.observer->on_vertex({point.p, bsdf.ns()}, path.beta);
@@ -358,11 +398,14 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
     if (is_black(path.beta)) return false;
     path.eta_scale *= sample->eta * sample->eta;
 
-    // Going straight through an interface between equal media is no scattering event; light sampling cannot see through
-    // it, so that what lies behind has no rival sampler
+    if (world_.materials.has_absorption() && sample->kind == shading::ScatterKind::Transmit)
+        path.interior.cross(world_.materials, point, wo, sample->wi);
+
+    // Going straight through a thin wall or an interface between equal media is no scattering event. Light sampling looks
+    // through it as well, unless nobody knew that it is one: then what lies behind has no rival sampler
     if (sample->is_delta && sample->kind == shading::ScatterKind::Transmit && sample->eta == 1.0f) {
         go_straight_on(path, point);
-        path.is_certain = true;
+        if (!world_.materials.material_is_see_through(point.material)) path.is_certain = true;
         return true;
     }
     path.ray = geometry::spawn_ray(point, sample->wi);

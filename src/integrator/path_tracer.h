@@ -58,10 +58,12 @@ class PathTracer {
     void add_direct_light(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     void add_caustics(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool pass_through(Path& path, const geometry::SurfacePoint& point) const;
+    bool pass_straight(Path& path, const Vertex& vertex) const;
     static void go_straight_on(Path& path, const geometry::SurfacePoint& point);
     bool scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool survives_roulette(Path& path) const;
-    float visibility(const Path& path, const geometry::SurfacePoint& from, const lights::LightSample& light) const;
+    Rgb visibility(const Path& path, const Vertex& from, const lights::LightSample& light) const;
+    Rgb straight_through(const geometry::SurfacePoint& point, const Vec3& d, float cone_width) const;
     void record_first_hit(const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, film::SampleRadiance& out) const;
     void deposit(const Path& path, int bounce, scene::GroupId group, const Rgb& radiance, const char* what, film::SampleRadiance& out) const;
     float light_hit_weight(const Path& path, const lights::LightHit& hit) const;

@@ -37,7 +37,8 @@ double material_weight(const World& world, scene::MaterialId id) {
     // What passes is worth more than what a dielectric reflects
     constexpr double dielectric_reflection = 0.04;
     double weight = 0.0;
-    if (world.materials.material_has_transmission(id)) {
+    // Light passes thin walls straight: that is no part of a chain, what they reflect is
+    if (world.materials.bounds_body(id)) {
         // Only an interface that reflects blurs what it transmits (Bsdf::wants_rough_transmission)
         const double ior = double(m.ior.value.x);
         const double turn =

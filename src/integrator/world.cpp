@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
+#include <vector>
 
 #include "accel/bvh.h"
 
@@ -35,6 +37,42 @@ std::unique_ptr<accel::Accelerator> make_accelerator(const scene::Scene& scene,
     return accel::build_bvh(scene, geometry);
 }
 
+/// Surfaces that the camera's surroundings are searched through.
+constexpr int most_surfaces = 1024;
+
+/// Bodies that a ray from the camera leaves without having entered them, the innermost first.
+std::vector<scene::MaterialId> bodies_left(const World& world, const Vec3& o, const Vec3& d) {
+    std::vector<scene::MaterialId> left, entered;
+    geometry::Ray ray{o, d};
+    for (int i = 0; i < most_surfaces; ++i) {
+        const geometry::Hit hit = world.accelerator->intersect(ray);
+        if (!hit.is_valid()) break;
+        const geometry::SurfacePoint point = geometry::make_surface_point(world.scene, world.geometry, ray, hit);
+        if (world.materials.bounds_body(point.material)) {
+            const auto match = std::find(entered.rbegin(), entered.rend(), point.material);
+            if (point.ng.dot(d) < 0.0f) entered.push_back(point.material);
+            else if (match != entered.rend()) entered.erase(std::next(match).base());
+            else left.push_back(point.material);
+        }
+        ray = geometry::spawn_ray(point, d);
+    }
+    return left;
+}
+
+/// What a point is inside of: closed bodies are left in whatever direction, open sheets only in some.
+Interior interior_at(const World& world, const Vec3& p) {
+    // Any three directions that models seldom have
+    const Vec3 directions[] = {normalize(Vec3(0.31f, 0.87f, -0.39f)), normalize(Vec3(-0.72f, -0.23f, -0.65f)), normalize(Vec3(0.43f, -0.57f, 0.70f))};
+    std::vector<scene::MaterialId> bodies = bodies_left(world, p, directions[0]);
+    for (int i = 1; i < 3; ++i) {
+        const std::vector<scene::MaterialId> others = bodies_left(world, p, directions[i]);
+        std::erase_if(bodies, [&](scene::MaterialId m) { return std::find(others.begin(), others.end(), m) == others.end(); });
+    }
+    Interior interior;
+    for (auto m = bodies.rbegin(); m != bodies.rend(); ++m) interior.enter(*m);
+    return interior;
+}
+
 }  // namespace
 
 World::World(const scene::Scene& s, const WorldOptions& options, const lights::ImageLoader& load_image, Diagnostics& diagnostics)
@@ -53,6 +91,8 @@ World::World(const scene::Scene& s, const WorldOptions& options, const lights::I
       has_very_many_lights(lights::wants_fine_numbers(lights)),
       has_lobe_multipliers(std::any_of(s.lights.begin(), s.lights.end(), [](const scene::Light& l) {
           return l.diffuse_multiplier != 1.0f || l.specular_multiplier != 1.0f;
-      })) {}
+      })) {
+    if (materials.has_absorption()) camera_interior = interior_at(*this, camera.generate_ray(Vec2(0.5f * float(options.width), 0.5f * float(options.height)), Vec2(0.5f)).o);
+}
 
 }  // namespace velatura::integrator

@@ -8,6 +8,7 @@
 #include "base/diagnostics.h"
 #include "camera/camera_model.h"
 #include "geometry/geometry_set.h"
+#include "integrator/interior.h"
 #include "lights/light_selector.h"
 #include "lights/light_set.h"
 #include "scene/scene.h"
@@ -45,6 +46,7 @@ struct World {
     std::unique_ptr<lights::LightSelector> selector;
     camera::CameraModel camera;
     bool has_very_many_lights = false;  ///< see lights::wants_fine_numbers
+    Interior camera_interior;  ///< what the camera is inside of; only looked for where something absorbs
     bool has_lobe_multipliers = false;  ///< some light has a diffuse or specular multiplier other than 1
 };
 

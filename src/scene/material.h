@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "base/math.h"
@@ -26,7 +27,7 @@ struct Input {
     explicit Input(const Rgb& v) : value(v) {}
 };
 
-/// A UsdPreviewSurface (specification 2.6) with its fallbacks.
+/// A UsdPreviewSurface (specification 2.6) with its fallbacks, and what velatura: inputs add to it.
 struct Material {
     std::string name;  ///< prim path
     Input diffuse_color = Input(Rgb(0.18f));
@@ -43,6 +44,19 @@ struct Material {
     Input ior = Input(1.5f);
     /// velatura:roughTransmission: roughness also blurs what is transmitted. UsdPreviewSurface itself never does.
     bool rough_transmission = false;
+    /// How much narrower the specular lobe is across the tangent than along it; [0, 1], 0 = not. The tangent is ∂p/∂s,
+    /// turned by anisotropy_rotation (1 = once around, from ∂p/∂s towards ∂p/∂t).
+    Input anisotropy = Input(0.0f);
+    Input anisotropy_rotation = Input(0.0f);
+    /// A sheet without thickness instead of the boundary of a body: light passes straight, both sides are alike.
+    bool thin_walled = false;
+    /// Thin-walled only: share of the diffuse light that goes to the other side, and its albedo; none = diffuse_color.
+    Input diffuse_transmission = Input(0.0f);
+    std::optional<Input> diffuse_transmission_color;
+    /// With transmission_depth > 0 the body absorbs: after this distance (scene units) transmission_color, a constant, is left
+    /// of white light. Else it multiplies what crosses the surface; of a thin wall it is what passes perpendicularly once.
+    Input transmission_color = Input(Rgb(1.0f));
+    float transmission_depth = 0.0f;
     /// false: no specular at all, pure Lambert; what shapes without a material get with their displayColor.
     bool has_specular = true;
     Input normal = Input(Rgb(0.0f, 0.0f, 1.0f));  ///< tangent space, already scaled and biased into [-1, 1]

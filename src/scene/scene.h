@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -66,6 +67,8 @@ PrimvarId intern_primvar(Scene& scene, std::string_view name);
 PrimvarId find_primvar(const Scene& scene, std::string_view name);
 
 /// "displayColor" and "displayOpacity" feed the material of shapes without one.
+/// The names that texture coordinates go by, the usual ones first.
+inline constexpr std::array<std::string_view, 7> texture_coordinate_names = {"st", "UVMap", "uv", "map1", "st0", "st_0", "Texture_uv"};
 inline constexpr std::string_view display_color_primvar = "displayColor";
 inline constexpr std::string_view display_opacity_primvar = "displayOpacity";
 

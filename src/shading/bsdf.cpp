@@ -4,6 +4,8 @@
 #include "sampling/warp.h"
 #include "shading/fresnel.h"
 #include "shading/ggx.h"
+#include "shading/rgb_math.h"
+#include "shading/sheet.h"
 
 #include <algorithm>
 #include <array>
@@ -17,25 +19,6 @@ namespace {
 /// deviation against that of a mirror. Fit to the tables, within 0.02.
 float schlick_spread(float alpha) {
     return 1.0f / (1.0f + 23.0f * alpha * std::sqrt(alpha));
-}
-
-Rgb clamp01(const Rgb& c) {
-    return {std::clamp(c.x, 0.0f, 1.0f), std::clamp(c.y, 0.0f, 1.0f), std::clamp(c.z, 0.0f, 1.0f)};
-}
-
-/// What a reflectance leaves; rounding must not make it negative.
-Rgb one_minus(const Rgb& c) {
-    return {std::max(1.0f - c.x, 0.0f), std::max(1.0f - c.y, 0.0f), std::max(1.0f - c.z, 0.0f)};
-}
-
-float mean(const Rgb& c) {
-    return (c.x + c.y + c.z) * (1.0f / 3.0f);
-}
-
-/// a / b per channel, 0 where b is 0.
-Rgb safe_divide(const Rgb& a, const Rgb& b) {
-    return {b.x > 0.0f ? a.x / b.x : 0.0f, b.y > 0.0f ? a.y / b.y : 0.0f,
-            b.z > 0.0f ? a.z / b.z : 0.0f};
 }
 
 /// Bends ns towards wo until wo is clearly in front of it; both are unit and on the same side of
@@ -84,12 +67,13 @@ Bsdf::Bsdf(const SurfaceParameters& parameters,
     has_specular_ = !(is_black(p_.f0) && is_black(p_.f90));
     frame_ = Frame::from_z(ns == ng ? ng_ : shading_normal(is_behind ? -ns : ns, wo));
     const bool transmits = p_.opacity < 1.0f;
-    if (transmits) {
+    if (transmits && !p_.is_thin) {
         eta_ = is_behind ? 1.0f / p_.ior : p_.ior;
         is_dense_side_ = eta_ < 1.0f;
     }
-    // The coat lies on the outside; index 1 has no interface
-    has_coat_ = p_.clearcoat > 0.0f && p_.ior != 1.0f && !(transmits && is_behind);
+    // The coat lies on the outside, on both sides of a sheet; index 1 has no interface
+    has_coat_ = p_.clearcoat > 0.0f && p_.ior != 1.0f && !(transmits && is_behind && !p_.is_thin);
+    transmits_diffusely_ = p_.is_thin && p_.opacity > 0.0f && !is_black(p_.diffuse_transmitted);
     specular_is_delta_ = !has_specular_ || p_.alpha < specular_switch_alpha;
     coat_is_delta_ = p_.clearcoat_alpha < specular_switch_alpha;
     if (is_lambert()) {
@@ -97,13 +81,23 @@ Bsdf::Bsdf(const SurfaceParameters& parameters,
         view_.probability[Cosine] = is_black(p_.diffuse) ? 0.0f : 1.0f;
         return;
     }
-    specular_curve_ = GgxAlbedoCurve(has_specular_ ? p_.alpha : 0.0f);
-    const GgxAlbedo average = specular_curve_.average();
+    has_tint_ = transmits && p_.transmission_tint != Rgb(1.0f);
+    GgxAlbedo average;
+    if (p_.anisotropic && !specular_is_delta_) {
+        set_anisotropy();
+        average = anisotropic_curve_->average();
+    } else {
+        specular_curve_ = GgxAlbedoCurve(has_specular_ ? p_.alpha : 0.0f);
+        average = specular_curve_.average();
+    }
     average_loss_ = average.loss;
     const Rgb f_average = p_.f0 + (p_.f90 - p_.f0) * (1.0f / 21.0f);
     multiple_f_ = multiple_scattering_fresnel(f_average, average.loss);
     specular_average_ = average.reflectance(p_.f0, p_.f90) + multiple_f_ * average.loss;
     is_rough_interface_ = wants_rough_transmission();
+    is_rough_sheet_ =
+        p_.is_thin && transmits && p_.is_thin_rough && !specular_is_delta_ && p_.ior != 1.0f;
+    if (is_rough_sheet_) set_sheet_compensation(f_average, average.loss);
     if (is_rough_interface_) {
         p_.f90 = Rgb(1.0f);
         interface_curve_ = p_.interface->curve(
@@ -129,8 +123,30 @@ Vec3 Bsdf::shading_normal(const Vec3& ns, const Vec3& wo) const {
 /// Blurred refraction, unless it turns directions by less than what counts as a mirror's blur.
 bool Bsdf::wants_rough_transmission() const {
     if (p_.interface == nullptr || p_.opacity >= 1.0f || specular_is_delta_) return false;
+    if (p_.is_thin) return false;
     const float turn = p_.alpha * std::abs(1.0f - eta_) / std::max(eta_, 1.0f);
     return turn >= specular_switch_alpha;
+}
+
+/// Light that leaves a rough sheet after several microfacets: each sends on what it neither absorbs
+/// nor lets out; to which side, as one microfacet does in the mean.
+void Bsdf::set_sheet_compensation(const Rgb& f_average, float average_loss) {
+    // Of a diffuse field
+    constexpr float mean_cosine = 2.0f / 3.0f;
+    const SheetShares once = sheet_shares(f_average, passage(mean_cosine));
+    const Rgb kept = once.reflected + once.transmitted;
+    const Rgb factor = safe_divide(multiple_scattering_fresnel(kept, average_loss), kept);
+    sheet_multiple_ = {once.reflected * factor, once.transmitted * factor};
+}
+
+/// Turns the frame about the normal to where the tangent points.
+void Bsdf::set_anisotropy() {
+    anisotropic_curve_ = p_.anisotropic->curve({p_.alpha, p_.alpha_y});
+    const Vec3 along = p_.tangent - frame_.z * frame_.z.dot(p_.tangent);
+    const float length2 = along.dot(along);
+    if (!(length2 > 1e-12f)) return;
+    frame_.x = along / std::sqrt(length2);
+    frame_.y = cross(frame_.z, frame_.x);
 }
 
 void Bsdf::set_coat() {
@@ -142,33 +158,40 @@ void Bsdf::set_coat() {
     coat_multiple_f_ =
         multiple_scattering_fresnel(Rgb(coat_f0_ + (1.0f - coat_f0_) * (1.0f / 21.0f)), coat.loss)
             .x;
-    if (is_black(p_.diffuse) || !(p_.opacity > 0.0f)) return;
+    if ((is_black(p_.diffuse) && !transmits_diffusely_) || !(p_.opacity > 0.0f)) return;
     // The base receives (1 − C)(1 − R) of both directions, over the mean of that product: the
     // product of the means and the covariance of the two Schlick terms, 1/66 − 1/441 for mirrors
     const float coat_average = p_.clearcoat * (coat.reflectance(Rgb(coat_f0_), Rgb(1.0f)).x +
                                                coat_multiple_f_ * coat.loss);
-    const float covariance = p_.clearcoat * (1.0f - coat_f0_) * (1.0f / 66.0f - 1.0f / 441.0f) *
-                             schlick_spread(p_.clearcoat_alpha) * schlick_spread(p_.alpha);
+    const float covariance =
+        p_.clearcoat * (1.0f - coat_f0_) * (1.0f / 66.0f - 1.0f / 441.0f) *
+        schlick_spread(p_.clearcoat_alpha) *
+        schlick_spread(anisotropic_curve_ ? std::sqrt(p_.alpha * p_.alpha_y) : p_.alpha);
     const Rgb under_base = one_minus(specular_average_);
     coat_coupling_ =
         safe_divide(under_base, under_base * (1.0f - coat_average) + (p_.f90 - p_.f0) * covariance);
 }
 
+GgxAlbedo Bsdf::specular_albedo(const Vec3& w, float mu) const {
+    return anisotropic_curve_ ? anisotropic_curve_->at(w) : specular_curve_.at(mu);
+}
+
 /// What single scattering at a rough interface loses, and compensation returns.
-Rgb Bsdf::rough_loss(float mu, const rough_interface::Shares& shares) const {
-    return p_.f0 * specular_curve_.at(mu).loss + one_minus(p_.f0) * shares.excess;
+Rgb Bsdf::rough_loss(const Vec3& w, const rough_interface::Shares& shares) const {
+    return p_.f0 * specular_albedo(w, w.z).loss + one_minus(p_.f0) * shares.excess;
 }
 
 /// Directional albedo R(μ) of the base's specular reflection. Transmission across the interface is
 /// 1 − R(μ), equal for the two directions of a refracted pair: both ask for the cosine on the side
 /// of the smaller index.
-Rgb Bsdf::interface_albedo(float mu) const {
-    float outer = mu;
+Rgb Bsdf::interface_albedo(const Vec3& w) const {
+    Vec3 outer = w;
     if (is_dense_side_) {
-        outer = refracted_cosine(mu, eta_);
-        if (outer < 0.0f) return Rgb(1.0f);
+        const float cosine = refracted_cosine(w.z, eta_);
+        if (cosine < 0.0f) return Rgb(1.0f);
+        outer = Vec3(w.x / eta_, w.y / eta_, cosine);
     }
-    const GgxAlbedo a = specular_curve_.at(outer);
+    const GgxAlbedo a = specular_albedo(outer, outer.z);
     return a.reflectance(p_.f0, p_.f90) + multiple_f_ * a.loss;
 }
 
@@ -176,18 +199,26 @@ Bsdf::View Bsdf::make_view(const Vec3& wo_local) const {
     View v;
     v.wo = wo_local;
     v.mu = std::clamp(wo_local.z, 0.0f, 1.0f);
+    const Vec3 clamped(wo_local.x, wo_local.y, v.mu);
     if (is_rough_interface_) {
-        const rough_interface::Shares shares = interface_curve_->at(v.mu);
-        v.lost = rough_loss(v.mu, shares);
+        const rough_interface::Shares shares = interface_curve_->at(clamped);
+        v.lost = rough_loss(clamped, shares);
         v.specular = one_minus(one_minus(p_.f0) * shares.passed);
         v.single_scatter = v.specular - v.lost;
     } else {
-        const GgxAlbedo a = specular_curve_.at(v.mu);
+        const GgxAlbedo a = specular_albedo(clamped, v.mu);
         v.loss = a.loss;
-        v.specular = is_dense_side_ ? interface_albedo(v.mu)
+        v.specular = is_dense_side_ ? interface_albedo(clamped)
                                     : a.reflectance(p_.f0, p_.f90) + multiple_f_ * a.loss;
         v.single_scatter =
             is_dense_side_ ? v.specular * (1.0f - a.loss) : a.reflectance(p_.f0, p_.f90);
+    }
+    v.reflected = v.specular;
+    v.through = one_minus(v.specular);
+    if (p_.is_thin && p_.opacity < 1.0f) {
+        add_sheet(v);
+    } else if (has_tint_) {
+        v.through = v.through * p_.transmission_tint;
     }
     if (has_coat_) {
         const GgxAlbedo c = coat_curve_.at(v.mu);
@@ -199,22 +230,46 @@ Bsdf::View Bsdf::make_view(const Vec3& wo_local) const {
     return v;
 }
 
+/// What survives one passage between the interfaces of a sheet: the tint is that of the
+/// perpendicular one, and slanted ones are longer.
+Rgb Bsdf::passage(float cosine) const {
+    if (!has_tint_) return Rgb(1.0f);
+    const float inside = refracted_cosine(cosine, p_.ior);
+    if (!(inside > 0.0f)) return Rgb(0.0f);
+    const Rgb& t = p_.transmission_tint;
+    return {std::pow(t.x, 1.0f / inside), std::pow(t.y, 1.0f / inside),
+            std::pow(t.z, 1.0f / inside)};
+}
+
+/// The second interface of a sheet, behind that part of the first which does not end at the base.
+void Bsdf::add_sheet(View& v) const {
+    const SheetShares shares = sheet_shares(v.specular, passage(v.mu));
+    v.reflected = v.specular + (shares.reflected - v.specular) * (1.0f - p_.opacity);
+    v.through = shares.transmitted;
+    v.single_scatter = v.reflected * (1.0f - v.loss);
+}
+
 /// Picks lobes in proportion to what each sends towards wo.
 void Bsdf::set_probabilities(View& v) const {
     const float under_coat = 1.0f - v.coat;
     const Rgb passed = one_minus(v.specular);
     float weight[LobeCount] = {};
     const float reflected = under_coat * mean(v.single_scatter);
-    const float transmitted = under_coat * (1.0f - p_.opacity) * mean(passed);
+    const float transmitted = under_coat * (1.0f - p_.opacity) * mean(v.through);
     if (is_rough_interface_) {
         weight[Interface] = reflected + transmitted;
+    } else if (is_rough_sheet_) {
+        weight[Sheet] = reflected + transmitted * (1.0f - v.loss);
+        weight[CosineBack] = transmitted * v.loss;
     } else {
         weight[specular_is_delta_ ? MirrorSpecular : Specular] = reflected;
         weight[Transmission] = transmitted;
     }
     weight[Cosine] = under_coat * (p_.opacity * mean(p_.diffuse * passed) +
-                                   mean(v.specular - v.single_scatter)) +
+                                   mean(v.reflected - v.single_scatter)) +
                      (v.coat - v.coat_single);
+    if (transmits_diffusely_)
+        weight[CosineBack] += under_coat * p_.opacity * mean(p_.diffuse_transmitted * passed);
     if (has_coat_) weight[coat_is_delta_ ? MirrorCoat : Coat] = v.coat_single;
     float sum = 0;
     for (float& w : weight) {
@@ -227,152 +282,6 @@ void Bsdf::set_probabilities(View& v) const {
 
 bool Bsdf::is_above(const Vec3& w) const {
     return w.dot(ng_) > 0.0f || w.dot(horizon_) > 0.0f;
-}
-
-BsdfValue Bsdf::evaluate(const Vec3& wo, const Vec3& wi) const {
-    BsdfValue value;
-    if (!(wo.dot(ng_) > 0.0f)) return value;
-    const Vec3 wi_local = frame_.to_local(wi);
-    // Light through the surface comes by refraction alone, whatever the shading normal says
-    const bool reflects = is_above(wi);
-    if (reflects ? !(wi_local.z > 0.0f) : !(is_rough_interface_ && wi_local.z < 0.0f)) return value;
-    if (wo == wo_) {
-        if (view_.wo.z > 0.0f) evaluate_local(view_, wi_local, value);
-        return value;
-    }
-    const View view = make_view(frame_.to_local(wo));
-    if (view.wo.z > 0.0f) evaluate_local(view, wi_local, value);
-    return value;
-}
-
-void Bsdf::evaluate_local(const View& v, const Vec3& wi, BsdfValue& value) const {
-    if (wi.z < 0.0f) {
-        evaluate_refraction(v, wi, value);
-        return;
-    }
-    const float mu_i = std::min(wi.z, 1.0f);
-    value.pdf = v.probability[Cosine] * sampling::cosine_hemisphere_pdf(mu_i);
-    if (is_lambert()) {
-        value.diffuse = p_.diffuse * inv_pi;
-        return;
-    }
-    Vec3 wm = v.wo + wi;
-    const float wm_length2 = wm.dot(wm);
-    wm = wm_length2 > 0.0f ? wm / std::sqrt(wm_length2) : Vec3(0.0f);
-    const float cos_m = std::clamp(v.wo.dot(wm), 0.0f, 1.0f);
-
-    // Specular reflection of the base, and what its interface reflects in all
-    Rgb specular_i;
-    if (is_rough_interface_) {
-        specular_i = add_rough_reflection(v, mu_i, wm, cos_m, value);
-    } else {
-        specular_i = add_reflection(v, mu_i, wm, cos_m, value);
-    }
-
-    // Diffuse base: what passes the interface on the way in and out, over its mean
-    if (p_.opacity > 0.0f) {
-        value.diffuse = safe_divide(
-            p_.diffuse * (p_.opacity * inv_pi) * one_minus(v.specular) * one_minus(specular_i),
-            one_minus(specular_average_));
-    }
-    if (has_coat_) add_coat(v, mu_i, wm, cos_m, value);
-}
-
-/// Adds the GGX lobe of an opaque base, or of one that refracts without blur; wm may be zero.
-/// Returns: the albedo of the reflection for mu_i.
-Rgb Bsdf::add_reflection(
-    const View& v, float mu_i, const Vec3& wm, float cos_m, BsdfValue& value) const {
-    const GgxAlbedo albedo_i = specular_curve_.at(mu_i);
-    if (!specular_is_delta_) {
-        // From inside a rough interface the reflectance is that of the macroscopic normal, so that
-        // R + T = 1
-        const Rgb fresnel = is_dense_side_ ? v.specular : fresnel_schlick(p_.f0, p_.f90, cos_m);
-        const Rgb multiple = is_dense_side_ ? v.specular : multiple_f_;
-        if (wm.z > 0.0f) {
-            value.specular +=
-                fresnel * (ggx_d(wm, p_.alpha) * ggx_visibility(v.mu, mu_i, p_.alpha));
-            value.pdf += v.probability[Specular] * ggx_pdf(v.wo, wm, p_.alpha);
-        }
-        if (average_loss_ > 0.0f) {
-            value.specular += multiple * (v.loss * albedo_i.loss * inv_pi / average_loss_);
-        }
-    }
-    return is_dense_side_ ? interface_albedo(mu_i)
-                          : albedo_i.reflectance(p_.f0, p_.f90) + multiple_f_ * albedo_i.loss;
-}
-
-/// The same for an interface that blurs what it refracts.
-Rgb Bsdf::add_rough_reflection(
-    const View& v, float mu_i, const Vec3& wm, float cos_m, BsdfValue& value) const {
-    const rough_interface::Shares shares = interface_curve_->at(mu_i);
-    if (wm.z > 0.0f && cos_m > 0.0f) {
-        const Rgb fresnel = microfacet_fresnel(cos_m);
-        value.specular += fresnel * (ggx_d(wm, p_.alpha) * ggx_visibility(v.mu, mu_i, p_.alpha));
-        value.pdf += v.probability[Interface] * reflect_share(fresnel) *
-                     ggx_normal_pdf(v.wo, wm, cos_m, p_.alpha) / (4.0f * cos_m);
-    }
-    value.specular += safe_divide(v.lost * rough_loss(mu_i, shares) * inv_pi, lost_average_);
-    return one_minus(one_minus(p_.f0) * shares.passed);
-}
-
-/// Refraction at the one microfacet that turns wi to wo. Ref: Walter et al. 2007, equations 16, 17
-/// and 21; f carries the 1/η² of radiance.
-void Bsdf::evaluate_refraction(const View& v, const Vec3& wi, BsdfValue& value) const {
-    value.kind = ScatterKind::Transmit;
-    value.eta = eta_;
-    const Vec3 across = v.wo + wi * eta_;
-    const float length2 = across.dot(across);
-    if (!(length2 > 0.0f)) return;
-    const Vec3 wm = across * ((eta_ > 1.0f ? -1.0f : 1.0f) / std::sqrt(length2));
-    const float cos_o = v.wo.dot(wm), cos_i = -wi.dot(wm);
-    if (!(wm.z > 0.0f && cos_o > 0.0f && cos_i > 0.0f)) return;
-    const Rgb fresnel =
-        fresnel_schlick(p_.f0, p_.f90, std::min(is_dense_side_ ? cos_i : cos_o, 1.0f));
-    const float mu_i = std::min(-wi.z, 1.0f);
-    const float visible = ggx_normal_pdf(v.wo, wm, cos_o, p_.alpha);
-    const float jacobian = cos_i / length2;
-    // D·G1(wo)·cos_o / μo is the density of visible normals
-    const float unmasked = rough_interface::refraction_weight(v.mu, mu_i, p_.alpha);
-    value.specular = one_minus(fresnel) *
-                     ((1.0f - p_.opacity) * (1.0f - v.coat) * visible * jacobian * unmasked / mu_i);
-    value.pdf = v.probability[Interface] * (1.0f - reflect_share(fresnel)) * visible * jacobian *
-                (eta_ * eta_);
-}
-
-/// F of one microfacet of a rough interface, by the cosine on the side of the smaller index.
-Rgb Bsdf::microfacet_fresnel(float cos_m) const {
-    if (!is_dense_side_) return fresnel_schlick(p_.f0, p_.f90, cos_m);
-    const float outer = refracted_cosine(cos_m, eta_);
-    return outer < 0.0f ? Rgb(1.0f) : fresnel_schlick(p_.f0, p_.f90, outer);
-}
-
-/// Probability to reflect at a microfacet, in proportion to what it sends each way.
-float Bsdf::reflect_share(const Rgb& fresnel) const {
-    const float reflected = mean(fresnel);
-    return reflected / (reflected + (1.0f - reflected) * (1.0f - p_.opacity));
-}
-
-/// The coat takes its share first. The base below is coupled like the one below the interface;
-/// specular lobes, whose directions have much the same cosine, are left what the larger share of
-/// the two leaves. Both are reciprocal.
-void Bsdf::add_coat(
-    const View& v, float mu_i, const Vec3& wm, float cos_m, BsdfValue& value) const {
-    const GgxAlbedo c = coat_curve_.at(mu_i);
-    const float coat_i =
-        p_.clearcoat * (c.reflectance(Rgb(coat_f0_), Rgb(1.0f)).x + coat_multiple_f_ * c.loss);
-    value.diffuse *= coat_coupling_ * ((1.0f - v.coat) * (1.0f - coat_i));
-    value.specular *= 1.0f - std::max(v.coat, coat_i);
-    if (coat_is_delta_) return;
-    float coat = 0;
-    if (wm.z > 0.0f) {
-        coat = (coat_f0_ + (1.0f - coat_f0_) * schlick_weight(cos_m)) *
-               (ggx_d(wm, p_.clearcoat_alpha) * ggx_visibility(v.mu, mu_i, p_.clearcoat_alpha));
-        value.pdf += v.probability[Coat] * ggx_pdf(v.wo, wm, p_.clearcoat_alpha);
-    }
-    if (coat_average_loss_ > 0.0f) {
-        coat += coat_multiple_f_ * v.coat_loss * c.loss * inv_pi / coat_average_loss_;
-    }
-    value.specular += Rgb(p_.clearcoat * coat);
 }
 
 std::optional<BsdfSample> Bsdf::sample_delta(const View& v, Lobe lobe, const Vec3& wo) const {
@@ -390,11 +299,11 @@ std::optional<BsdfSample> Bsdf::sample_delta(const View& v, Lobe lobe, const Vec
         s.kind = ScatterKind::Transmit;
         s.eta = eta_;
         // Radiance is compressed into a smaller cone by η² on entering; (1/η²) is the price
-        weight = one_minus(v.specular) * ((1.0f - p_.opacity) * under_coat / (eta_ * eta_));
+        weight = v.through * ((1.0f - p_.opacity) * under_coat / (eta_ * eta_));
     } else {
         s.wi = frame_.from_local(Vec3(-v.wo.x, -v.wo.y, v.wo.z));
         if (!is_above(s.wi)) return std::nullopt;
-        weight = lobe == MirrorSpecular ? v.specular * under_coat : Rgb(v.coat);
+        weight = lobe == MirrorSpecular ? v.reflected * under_coat : Rgb(v.coat);
     }
     const float length2 = s.wi.dot(s.wi);
     s.wi /= std::sqrt(length2);
@@ -420,7 +329,8 @@ std::optional<DeltaScattering> Bsdf::delta(ScatterKind kind) const {
 
 /// Draws a visible microfacet and lets it reflect or refract. Zero vector: nothing.
 Vec3 Bsdf::sample_interface(const View& v, float u_choice, const Vec2& u) const {
-    const Vec3 wm = ggx_sample_normal(v.wo, p_.alpha, u);
+    const Vec3 wm = anisotropic_curve_ ? ggx_sample_normal(v.wo, Vec2(p_.alpha, p_.alpha_y), u)
+                                       : ggx_sample_normal(v.wo, p_.alpha, u);
     const float cos_m = std::min(v.wo.dot(wm), 1.0f);
     if (!(cos_m > 0.0f)) return Vec3(0.0f);
     if (u_choice < reflect_share(microfacet_fresnel(cos_m))) {
@@ -431,6 +341,21 @@ Vec3 Bsdf::sample_interface(const View& v, float u_choice, const Vec2& u) const 
     if (!(cos_t > 0.0f)) return Vec3(0.0f);
     const Vec3 wi = wm * (cos_m / eta_ - cos_t) - v.wo / eta_;
     return wi.z < 0.0f ? wi : Vec3(0.0f);
+}
+
+/// Draws a reflection and keeps it, or takes its mirror image on the other side.
+Vec3 Bsdf::sample_sheet(const View& v, float u_choice, const Vec2& u) const {
+    Vec3 wi = sample_facet(v.wo, u);
+    if (!(wi.z > 0.0f)) return Vec3(0.0f);
+    const Vec3 across = v.wo + wi;
+    const float cos_m = std::min(0.5f * std::sqrt(across.dot(across)), 1.0f);
+    if (!(u_choice < sheet_reflect_share(cos_m))) wi.z = -wi.z;
+    return wi;
+}
+
+Vec3 Bsdf::sample_facet(const Vec3& wo, const Vec2& u) const {
+    return anisotropic_curve_ ? ggx_sample(wo, Vec2(p_.alpha, p_.alpha_y), u)
+                              : ggx_sample(wo, p_.alpha, u);
 }
 
 std::optional<BsdfSample> Bsdf::sample_lambert(const Vec2& u) const {
@@ -468,7 +393,7 @@ std::optional<BsdfSample> Bsdf::sample_f(const Vec3& wo, float u_lobe, const Vec
             wi = sampling::cosine_hemisphere(u);
             break;
         case Specular:
-            wi = ggx_sample(v.wo, p_.alpha, u);
+            wi = sample_facet(v.wo, u);
             break;
         case Coat:
             wi = ggx_sample(v.wo, p_.clearcoat_alpha, u);
@@ -476,11 +401,19 @@ std::optional<BsdfSample> Bsdf::sample_f(const Vec3& wo, float u_lobe, const Vec
         case Interface:
             wi = sample_interface(v, std::min(u_lobe / v.probability[Interface], 1.0f), u);
             break;
+        case Sheet:
+            wi = sample_sheet(v, std::min(u_lobe / v.probability[Sheet], 1.0f), u);
+            break;
+        case CosineBack:
+            wi = sampling::cosine_hemisphere(u);
+            wi.z = -wi.z;
+            break;
         default:
             return sample_delta(v, Lobe(lobe), wo);
     }
     const bool reflects = wi.z > 0.0f;
-    if (!reflects && !(lobe == Interface && wi.z < 0.0f)) return std::nullopt;
+    const bool passes = wi.z < 0.0f && (lobe == Interface || lobe == Sheet || lobe == CosineBack);
+    if (!reflects && !passes) return std::nullopt;
     BsdfSample s;
     s.wi = renormalize(frame_.from_local(wi));
     if (reflects ? !is_above(s.wi) : !(s.wi.dot(ng_) < 0.0f)) return std::nullopt;
@@ -496,20 +429,27 @@ std::optional<BsdfSample> Bsdf::sample_f(const Vec3& wo, float u_lobe, const Vec
 
 Rgb Bsdf::albedo() const {
     const Rgb passed = one_minus(view_.specular);
-    const Rgb base = view_.specular + passed * (p_.diffuse * p_.opacity + Rgb(1.0f - p_.opacity));
+    const Rgb base =
+        p_.is_thin || has_tint_
+            ? view_.reflected + passed * (p_.diffuse + p_.diffuse_transmitted) * p_.opacity +
+                  view_.through * (1.0f - p_.opacity)
+            : view_.specular + passed * (p_.diffuse * p_.opacity + Rgb(1.0f - p_.opacity));
     return clamp01(Rgb(view_.coat) + base * (1.0f - view_.coat));
 }
 
 bool Bsdf::has_non_delta() const {
-    return view_.probability[Cosine] > 0.0f || view_.probability[Specular] > 0.0f ||
-           view_.probability[Coat] > 0.0f || view_.probability[Interface] > 0.0f;
+    for (const Lobe lobe : {Cosine, Specular, Coat, Interface, Sheet, CosineBack}) {
+        if (view_.probability[lobe] > 0.0f) return true;
+    }
+    return false;
 }
 
 float Bsdf::broad_share() const {
     constexpr float broad_alpha = 0.1f;
-    float share = view_.probability[Cosine];
-    if (p_.alpha >= broad_alpha)
-        share += view_.probability[Specular] + view_.probability[Interface];
+    float share = view_.probability[Cosine] + view_.probability[CosineBack];
+    if ((anisotropic_curve_ ? std::min(p_.alpha, p_.alpha_y) : p_.alpha) >= broad_alpha)
+        share +=
+            view_.probability[Specular] + view_.probability[Interface] + view_.probability[Sheet];
     if (p_.clearcoat_alpha >= broad_alpha) share += view_.probability[Coat];
     return share;
 }

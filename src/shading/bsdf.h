@@ -3,7 +3,9 @@
 
 #include "base/math.h"
 #include "shading/albedo.h"
+#include "shading/anisotropic_albedo.h"
 #include "shading/rough_interface.h"
+#include "shading/sheet.h"
 
 #include <cstdint>
 #include <optional>
@@ -41,7 +43,7 @@ struct BsdfValue {
     Rgb f() const { return diffuse + specular; }
 };
 
-/// A UsdPreviewSurface at one point, textures looked up: finite, in range.
+/// A surface at one point, textures looked up: finite, in range.
 struct SurfaceParameters {
     Rgb diffuse = Rgb(0.18f);  ///< albedo of the diffuse base; metallic already taken off
     Rgb f0 = Rgb(0.04f);       ///< specular reflectance at normal incidence
@@ -54,6 +56,21 @@ struct SurfaceParameters {
     /// Made for this ior: the roughness blurs what is transmitted, too. Null: it is refracted
     /// without blur, as the specification has it. Must outlive the Bsdf.
     const RoughInterface* interface = nullptr;
+
+    /// Facets of two widths: `alpha` along the tangent, alpha_y across it, of the range that this
+    /// was made for. Null: one width. Must outlive the Bsdf.
+    const AnisotropicAlbedo* anisotropic = nullptr;
+    float alpha_y = 0;
+    Vec3 tangent = Vec3(0.0f);  ///< render space; zero = whatever the normal suggests
+
+    /// A sheet without thickness, air on both sides: light passes straight, after what the two
+    /// interfaces reflect to and fro.
+    bool is_thin = false;
+    bool is_thin_rough = false;  ///< the roughness of a sheet blurs what passes, too
+    /// Of a sheet: what passes perpendicularly once; of a body: factor of each crossing.
+    Rgb transmission_tint = Rgb(1.0f);
+    /// Of a sheet: albedo of the base towards the other side; diffuse + this is at most 1.
+    Rgb diffuse_transmitted = Rgb(0.0f);
 };
 
 /// Below this GGX width a lobe is a perfect mirror, flagged as delta.
@@ -66,8 +83,8 @@ inline constexpr float specular_switch_alpha = 1e-3f;
 /// 2017). Everything is reciprocal except a rough reflection off the inside of an interface that
 /// transmits without blur, which keeps energy instead (README). Sides: ng decides whether a pair of
 /// directions reflects or transmits, so that no light leaks through walls; lobes and the cosine use
-/// the shading normal `ns()`. Opaque surfaces shade both sides; the outside of a transmitting one
-/// is the side of ng.
+/// the shading normal `ns()`. Opaque surfaces and thin sheets shade both sides alike; the outside
+/// of a body that transmits is the side of ng.
 class Bsdf {
   public:
     /// ng, ns, wo: unit, render space; ns in the hemisphere of ng. ns is bent towards wo when wo is
@@ -111,20 +128,24 @@ class Bsdf {
     bool has_non_delta() const;
 
     /// One diffuse lobe and nothing else: sample_f does not look at u_lobe.
-    bool is_lambert() const { return !has_specular_ && !has_coat_ && p_.opacity == 1.0f; }
+    bool is_lambert() const {
+        return !has_specular_ && !has_coat_ && p_.opacity == 1.0f && !transmits_diffusely_;
+    }
 
     /// Probability that sample_f draws from a lobe as broad as learned directions can resolve.
     float broad_share() const;
 
-    bool has_transmission() const { return p_.opacity < 1.0f; }
+    bool has_transmission() const { return p_.opacity < 1.0f || transmits_diffusely_; }
 
   private:
     enum Lobe : uint8_t {
         Cosine,
         Specular,
         Coat,
-        Interface,  // rough: reflects or refracts at one microfacet, for Specular and
-                    // Transmission
+        Interface,   // rough: reflects or refracts at one microfacet, for Specular and
+                     // Transmission
+        Sheet,       // thin and rough: reflects at one microfacet, or the same mirrored
+        CosineBack,  // to the other side of a sheet
         MirrorSpecular,
         MirrorCoat,
         Transmission,
@@ -135,7 +156,9 @@ class Bsdf {
     struct View {
         Vec3 wo;                         // local
         float mu = 0;                    // wo.z
-        Rgb specular = Rgb(0.0f);        // directional albedo R(μ) of the specular lobe
+        Rgb specular = Rgb(0.0f);        // directional albedo R(μ) of the interface to the base
+        Rgb reflected = Rgb(0.0f);       // that of all specular reflection; of a sheet more
+        Rgb through = Rgb(0.0f);         // what transmits where nothing is opaque
         Rgb single_scatter = Rgb(0.0f);  // its share without compensation
         float loss = 0;                  // 1 − A(μ, α), what single scattering loses
         Rgb lost = Rgb(0.0f);            // of a rough interface: what returns by compensation
@@ -147,22 +170,36 @@ class Bsdf {
 
     View make_view(const Vec3& wo_local) const;
     void set_probabilities(View& view) const;
-    Rgb interface_albedo(float mu) const;
+    Rgb interface_albedo(const Vec3& w) const;
+    GgxAlbedo specular_albedo(const Vec3& w, float mu) const;
+    void set_anisotropy();
+    void set_sheet_compensation(const Rgb& f_average, float average_loss);
+    Rgb passage(float cosine) const;
+    void add_sheet(View& view) const;
     Vec3 shading_normal(const Vec3& ns, const Vec3& wo) const;
     bool wants_rough_transmission() const;
     void set_coat();
-    Rgb rough_loss(float mu, const rough_interface::Shares& shares) const;
+    Rgb rough_loss(const Vec3& w, const rough_interface::Shares& shares) const;
     Rgb microfacet_fresnel(float cos_m) const;
     float reflect_share(const Rgb& fresnel) const;
     void evaluate_local(const View& view, const Vec3& wi, BsdfValue& value) const;
+    float facet_d(const Vec3& wm) const;
+    float facet_visibility(const View& view, const Vec3& wi, float mu_i) const;
+    float facet_pdf(const Vec3& wo, const Vec3& wm) const;
+    float facet_normal_pdf(const Vec3& wo, const Vec3& wm, float cos_m) const;
     Rgb add_reflection(
-        const View& view, float mu_i, const Vec3& wm, float cos_m, BsdfValue& value) const;
+        const View& view, const Vec3& wi, const Vec3& wm, float cos_m, BsdfValue& value) const;
     Rgb add_rough_reflection(
-        const View& view, float mu_i, const Vec3& wm, float cos_m, BsdfValue& value) const;
+        const View& view, const Vec3& wi, const Vec3& wm, float cos_m, BsdfValue& value) const;
+    float put_under_coat(const View& view, float mu_i, BsdfValue& value) const;
     void add_coat(
-        const View& view, float mu_i, const Vec3& wm, float cos_m, BsdfValue& value) const;
+        const View& view, const Vec3& wi, const Vec3& wm, float cos_m, BsdfValue& value) const;
     void evaluate_refraction(const View& view, const Vec3& wi, BsdfValue& value) const;
+    void evaluate_through_sheet(const View& view, const Vec3& wi, BsdfValue& value) const;
+    float sheet_reflect_share(float cos_m) const;
     Vec3 sample_interface(const View& view, float u_choice, const Vec2& u) const;
+    Vec3 sample_sheet(const View& view, float u_choice, const Vec2& u) const;
+    Vec3 sample_facet(const Vec3& wo, const Vec2& u) const;
     std::optional<BsdfSample> sample_lambert(const Vec2& u) const;
     std::optional<BsdfSample> sample_delta(const View& view, Lobe lobe, const Vec3& wo) const;
     bool is_above(const Vec3& w) const;
@@ -175,6 +212,9 @@ class Bsdf {
     float eta_ = 1;               // index beyond over index on the side of wo
     bool is_dense_side_ = false;  // transmitting, and wo is on the side of the larger index
     bool is_rough_interface_ = false;
+    bool is_rough_sheet_ = false;
+    bool transmits_diffusely_ = false;
+    bool has_tint_ = false;
     bool has_coat_ = false;
     bool has_specular_ = true;  // f0 and f90 are not both black
     GgxAlbedoCurve specular_curve_, coat_curve_;
@@ -190,6 +230,10 @@ class Bsdf {
     float coat_multiple_f_ = 0;
     Rgb coat_coupling_ = Rgb(1.0f);  // makes a white base under the coat reflect 1
     View view_;
+    // Seldom in use: last, so that the rest stays close together
+    std::optional<AnisotropicAlbedo::Curve>
+        anisotropic_curve_;       // takes the place of specular_curve_
+    SheetShares sheet_multiple_;  // as multiple_f_, of a rough sheet to either side
 };
 
 }  // namespace velatura::shading

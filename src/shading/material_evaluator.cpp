@@ -53,12 +53,27 @@ bool may_transmit(const scene::Material& m) {
     return !(is_constant(m.opacity) && m.opacity.value.x >= 1.0f);
 }
 
+bool may_transmit_diffusely(const scene::Material& m) {
+    return m.thin_walled &&
+           !(is_constant(m.diffuse_transmission) && !(m.diffuse_transmission.value.x > 0.0f));
+}
+
+/// Roughness that an input may take on, in [0, 1].
+Vec2 range_of(const Input& input) {
+    if (!is_constant(input)) return {0.0f, 1.0f};
+    return Vec2(unit_interval(input.value.x));
+}
+
+scene::Provenance provenance_of(const scene::Scene& scene, const scene::Material& m) {
+    return m.provenance < scene.provenance.size() ? scene.provenance[m.provenance]
+                                                  : scene::Provenance();
+}
+
 /// Says which constants are out of the range that the model can honour.
 void check_constants(const scene::Scene& scene,
                      const scene::Material& m,
                      Diagnostics& diagnostics) {
-    scene::Provenance where;
-    if (m.provenance < scene.provenance.size()) where = scene.provenance[m.provenance];
+    const scene::Provenance where = provenance_of(scene, m);
     const auto check = [&](const Input& input, const char* name) {
         if (!is_constant(input)) return;
         const Rgb clamped = unit_interval(input.value);
@@ -73,6 +88,11 @@ void check_constants(const scene::Scene& scene,
     check(m.clearcoat, "clearcoat");
     check(m.clearcoat_roughness, "clearcoatRoughness");
     check(m.opacity, "opacity");
+    check(m.anisotropy, "velatura:anisotropy");
+    check(m.diffuse_transmission, "velatura:diffuseTransmission");
+    if (m.diffuse_transmission_color)
+        check(*m.diffuse_transmission_color, "velatura:diffuseTransmissionColor");
+    check(m.transmission_color, "velatura:transmissionColor");
 }
 
 /// Texture coordinates per render-space unit around a point, as the root of the ratio of areas; 0
@@ -112,12 +132,12 @@ MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene, Diagnostics& dia
         check_constants(scene, m, diagnostics);
         Flags f;
         f.has_presence = may_cut(m);
-        f.has_transmission = may_transmit(m);
-        if (m.rough_transmission && f.has_transmission)
-            f.interface = make_interface(m, diagnostics);
+        set_transport(m, f, diagnostics);
         f.is_emissive = !(is_constant(m.emissive_color) && is_black(m.emissive_color.value));
         flags_.push_back(f);
         has_presence_ = has_presence_ || f.has_presence;
+        is_see_through_ = is_see_through_ || f.is_see_through;
+        has_absorption_ = has_absorption_ || !is_black(f.absorption);
         has_emission_ = has_emission_ || f.is_emissive;
     }
     Flags display;
@@ -128,12 +148,56 @@ MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene, Diagnostics& dia
 
 MaterialEvaluator::~MaterialEvaluator() = default;
 
+/// What of the material light may pass, and what lobes of two widths need.
+void MaterialEvaluator::set_transport(const scene::Material& m,
+                                      Flags& f,
+                                      Diagnostics& diagnostics) {
+    const bool transmits = may_transmit(m);
+    f.has_transmission = transmits || may_transmit_diffusely(m);
+    f.bounds_body = transmits && !m.thin_walled;
+    f.anisotropic = make_anisotropy(m);
+    if (!transmits) return;
+    const bool has_index_one = is_constant(m.ior) && m.ior.value.x == 1.0f;
+    f.is_see_through = m.thin_walled || has_index_one;
+    if (f.bounds_body && m.rough_transmission) f.interface = make_interface(m, f, diagnostics);
+    if (!f.bounds_body || !(m.transmission_depth > 0.0f)) return;
+    if (!is_constant(m.transmission_color)) {
+        diagnostics.warn("absorption", provenance_of(scene_, m).loc, m.name,
+                         "inputs:velatura:transmissionColor cannot vary inside a body "
+                         "(inputs:velatura:transmissionDepth is above 0), its fallback is used");
+    }
+    const Rgb color = unit_interval(m.transmission_color.value);
+    for (int c = 0; c < 3; ++c)
+        f.absorption[c] = color[c] < 1.0f ? -std::log(color[c]) / m.transmission_depth : 0.0f;
+}
+
+/// Null where the lobe has one width: everywhere, or as there is none.
+const AnisotropicAlbedo* MaterialEvaluator::make_anisotropy(const scene::Material& m) {
+    const Vec2 anisotropy = range_of(m.anisotropy), roughness = range_of(m.roughness);
+    if (!(anisotropy.y > 0.0f) || !m.has_specular) return nullptr;
+    // αx grows with both
+    const Vec2 narrow = anisotropic_alpha(roughness.x, anisotropy.x);
+    const Vec2 wide = anisotropic_alpha(roughness.y, anisotropy.y);
+    if (wide.x < specular_switch_alpha) return nullptr;
+    AnisotropyRange range;
+    range.alpha_low = std::max(narrow.x, specular_switch_alpha);
+    range.alpha_high = std::max(wide.x, specular_switch_alpha);
+    const float least_ratio = least_alpha / range.alpha_high;
+    range.ratio_low = std::max(1.0f - anisotropy.y, least_ratio);
+    range.ratio_high = std::max(1.0f - anisotropy.x, least_ratio);
+    for (const auto& made : anisotropies_) {
+        if (made->range() == range) return made.get();
+    }
+    anisotropies_.push_back(std::make_unique<AnisotropicAlbedo>(range));
+    return anisotropies_.back().get();
+}
+
 const RoughInterface* MaterialEvaluator::make_interface(const scene::Material& m,
+                                                        const Flags& f,
                                                         Diagnostics& diagnostics) {
+    const SourceLoc where = provenance_of(scene_, m).loc;
     if (!is_constant(m.ior)) {
-        scene::Provenance where;
-        if (m.provenance < scene_.provenance.size()) where = scene_.provenance[m.provenance];
-        diagnostics.warn("rough-transmission", where.loc, m.name,
+        diagnostics.warn("rough-transmission", where, m.name,
                          "inputs:velatura:roughTransmission needs a constant inputs:ior; light is "
                          "transmitted without blur");
         return nullptr;
@@ -145,9 +209,28 @@ const RoughInterface* MaterialEvaluator::make_interface(const scene::Material& m
         low = high = roughness * roughness;
     }
     // Without roughness or without an interface there is nothing to blur
-    if (high < specular_switch_alpha || ior == 1.0f || !m.has_specular) return nullptr;
+    if (ior == 1.0f || !m.has_specular) return nullptr;
+    if (f.anisotropic) {
+        const AnisotropyRange& range = f.anisotropic->range();
+        if (range.alpha_low < range.alpha_high || range.ratio_low < range.ratio_high) {
+            diagnostics.warn(
+                "rough-transmission", where, m.name,
+                "inputs:velatura:roughTransmission needs constant inputs:roughness and "
+                "inputs:velatura:anisotropy where these are not 0; light is "
+                "transmitted without blur");
+            return nullptr;
+        }
+        for (const auto& made : interfaces_) {
+            if (made->ior() == ior && made->anisotropic() == f.anisotropic) return made.get();
+        }
+        const Vec2 alpha = f.anisotropic->alpha();
+        interfaces_.push_back(std::make_unique<RoughInterface>(ior, alpha, f.anisotropic));
+        return interfaces_.back().get();
+    }
+    if (high < specular_switch_alpha) return nullptr;
     for (const auto& made : interfaces_) {
-        if (made->ior() == ior && made->alpha_low() == low && made->alpha_high() == high)
+        if (made->ior() == ior && made->alpha_low() == low && made->alpha_high() == high &&
+            made->anisotropic() == nullptr)
             return made.get();
     }
     interfaces_.push_back(std::make_unique<RoughInterface>(ior, low, high));
@@ -219,7 +302,8 @@ SurfaceParameters MaterialEvaluator::parameters(scene::MaterialId material,
                                                 float footprint) const {
     const scene::Material& m = scene_.materials[material];
     SurfaceParameters p;
-    p.interface = flags_[material].interface;
+    const Flags& f = flags_[material];
+    p.interface = f.interface;
     const Rgb base = unit_interval(color(m.diffuse_color, point, footprint));
     p.ior = valid_ior(scalar(m.ior, point, footprint));
     if (m.use_specular_workflow) {
@@ -244,7 +328,54 @@ SurfaceParameters MaterialEvaluator::parameters(scene::MaterialId material,
         p.clearcoat_alpha = coat * coat;
     }
     p.opacity = may_transmit(m) ? unit_interval(scalar(m.opacity, point, footprint)) : 1.0f;
+    if (f.anisotropic) add_anisotropy(m, point, footprint, p);
+    if (m.thin_walled) add_thin_wall(m, point, footprint, p);
+    if (p.opacity < 1.0f && (m.thin_walled || !(m.transmission_depth > 0.0f)))
+        p.transmission_tint = unit_interval(color(m.transmission_color, point, footprint));
     return p;
+}
+
+void MaterialEvaluator::add_anisotropy(const scene::Material& m,
+                                       const SurfacePoint& point,
+                                       float footprint,
+                                       SurfaceParameters& p) const {
+    const float roughness = unit_interval(scalar(m.roughness, point, footprint));
+    const float anisotropy = unit_interval(scalar(m.anisotropy, point, footprint));
+    const Vec2 alpha = anisotropic_alpha(roughness, anisotropy);
+    p.anisotropic = flags(point.material).anisotropic;
+    p.alpha = alpha.x;
+    p.alpha_y = alpha.y;
+    // Turn the tangent about the interpolated normal
+    const auto [dpds, dpdt] = geometry::tangents(scene_, point);
+    const Vec3 along = dpds - point.ns * point.ns.dot(dpds);
+    const float length2 = along.dot(along);
+    const Vec3 tangent = length2 > 1e-12f ? along / std::sqrt(length2) : Frame::from_z(point.ns).x;
+    const float turns = scalar(m.anisotropy_rotation, point, footprint);
+    if (!(turns != 0.0f) || !std::isfinite(turns)) {
+        p.tangent = tangent;
+        return;
+    }
+    Vec3 across = cross(point.ns, tangent);
+    if (across.dot(dpdt) < 0.0f) across = -across;
+    const float angle = 2.0f * pi * (turns - std::floor(turns));
+    p.tangent = tangent * std::cos(angle) + across * std::sin(angle);
+}
+
+void MaterialEvaluator::add_thin_wall(const scene::Material& m,
+                                      const SurfacePoint& point,
+                                      float footprint,
+                                      SurfaceParameters& p) const {
+    p.is_thin = true;
+    p.is_thin_rough = m.rough_transmission;
+    if (!may_transmit_diffusely(m)) return;
+    const float share = unit_interval(scalar(m.diffuse_transmission, point, footprint));
+    const Input& input =
+        m.diffuse_transmission_color ? *m.diffuse_transmission_color : m.diffuse_color;
+    float metallic = 0.0f;
+    if (!m.use_specular_workflow) metallic = unit_interval(scalar(m.metallic, point, footprint));
+    p.diffuse_transmitted =
+        unit_interval(color(input, point, footprint)) * (share * (1.0f - metallic));
+    p.diffuse *= 1.0f - share;
 }
 
 Vec3 MaterialEvaluator::mapped_normal(const scene::Material& material,

@@ -49,10 +49,28 @@ class MaterialEvaluator {
 
     bool has_emission() const { return has_emission_; }
 
-    /// The material may transmit (opacity below 1 in transparent mode).
+    /// The material may transmit (opacity below 1 in transparent mode, or a translucent sheet).
     bool material_has_transmission(scene::MaterialId material) const {
         return flags(material).has_transmission;
     }
+
+    /// Light that crosses the surface may enter or leave a body: it transmits and is no thin wall.
+    bool bounds_body(scene::MaterialId material) const { return flags(material).bounds_body; }
+
+    /// Some light may pass the surface straight on, without being scattered: smooth thin walls, and
+    /// interfaces of the constant index 1. What passes is Bsdf::delta.
+    bool material_is_see_through(scene::MaterialId material) const {
+        return flags(material).is_see_through;
+    }
+
+    bool is_see_through() const { return is_see_through_; }
+
+    /// Some material of the scene absorbs inside.
+    bool has_absorption() const { return has_absorption_; }
+
+    /// What is lost inside a body of the material [1/scene unit]; 0 for most. Infinite where
+    /// nothing passes.
+    const Rgb& absorption(scene::MaterialId material) const { return flags(material).absorption; }
 
     const TextureCache& textures() const { return textures_; }
 
@@ -61,14 +79,22 @@ class MaterialEvaluator {
         bool has_presence = false;
         bool is_emissive = false;
         bool has_transmission = false;
+        bool bounds_body = false;
+        bool is_see_through = false;
+        Rgb absorption = Rgb(0.0f);
         const RoughInterface* interface = nullptr;  // of rough transmission
+        const AnisotropicAlbedo* anisotropic = nullptr;
     };
 
     const Flags& flags(scene::MaterialId material) const {
         return flags_[std::min(size_t(material), flags_.size() - 1)];
     }
 
-    const RoughInterface* make_interface(const scene::Material& material, Diagnostics& diagnostics);
+    void set_transport(const scene::Material& material, Flags& flags, Diagnostics& diagnostics);
+    const RoughInterface* make_interface(const scene::Material& material,
+                                         const Flags& flags,
+                                         Diagnostics& diagnostics);
+    const AnisotropicAlbedo* make_anisotropy(const scene::Material& material);
     Rgb color(const scene::Input& input,
               const geometry::SurfacePoint& point,
               float footprint) const;
@@ -85,16 +111,27 @@ class MaterialEvaluator {
     SurfaceParameters parameters(scene::MaterialId material,
                                  const geometry::SurfacePoint& point,
                                  float footprint) const;
+    void add_anisotropy(const scene::Material& material,
+                        const geometry::SurfacePoint& point,
+                        float footprint,
+                        SurfaceParameters& parameters) const;
+    void add_thin_wall(const scene::Material& material,
+                       const geometry::SurfacePoint& point,
+                       float footprint,
+                       SurfaceParameters& parameters) const;
 
     const scene::Scene& scene_;
     TextureCache textures_;
     std::vector<TextureCache::Handle> texture_handles_;  // [texture]
     std::vector<Flags> flags_;  // [material], then the displayColor material
     std::vector<std::unique_ptr<RoughInterface>> interfaces_;  // shared by materials alike
+    std::vector<std::unique_ptr<AnisotropicAlbedo>> anisotropies_;
     scene::PrimvarId display_color_ = scene::none;
     scene::PrimvarId display_opacity_ = scene::none;
     bool has_presence_ = false;
     bool has_emission_ = false;
+    bool is_see_through_ = false;
+    bool has_absorption_ = false;
 };
 
 }  // namespace velatura::shading

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shading/rough_interface.h"
 
+#include "base/tasks.h"
 #include "shading/ggx.h"
 
 #include <algorithm>
@@ -24,15 +25,32 @@ float refraction_weight(float cos_o, float cos_i, float alpha) {
     return cos_i >= cos_o ? 1.0f : ggx_g1(cos_i, alpha) / ggx_g1(cos_o, alpha);
 }
 
-SharesOf<double> exact_shares(double mu, double alpha, double index, Side side, int count) {
-    const Vec3d wo(std::sqrt(std::max(0.0, 1.0 - mu * mu)), 0.0, mu);
+float refraction_weight(const Vec3& wo, const Vec3& wi, const Vec2& alpha) {
+    return std::min(ggx_g1(wi, alpha) / ggx_g1(wo, alpha), 1.0f);
+}
+
+namespace {
+
+/// Share of the azimuths that the lattice has to cover: isotropic facets are mirrored about wo.
+constexpr double azimuths(double) {
+    return 0.5;
+}
+
+constexpr double azimuths(const Vec2d&) {
+    return 1.0;
+}
+
+template <class Alpha>
+SharesOf<double> shares_by_quadrature(
+    const Vec3d& wo, const Alpha& alpha, double index, Side side, int count) {
+    const double mu = wo.z;
     const double eta = side == Side::Dense ? 1.0 / index : index;
-    const double g1_o = ggx_g1(mu, alpha);
+    const double g1_o = ggx_g1(wo, alpha);
     constexpr double golden = 0.61803398874989484820;
     SharesOf<double> sum;
     for (int i = 0; i < count; ++i) {
         const double turn = double(i) * golden;
-        const Vec2d u(0.5 * (turn - std::floor(turn)), (i + 0.5) / count);
+        const Vec2d u(azimuths(alpha) * (turn - std::floor(turn)), (i + 0.5) / count);
         const Vec3d wm = ggx_sample_normal(wo, alpha, u);
         const double c = wo.dot(wm);
         if (!(c > 0.0)) continue;
@@ -41,19 +59,32 @@ SharesOf<double> exact_shares(double mu, double alpha, double index, Side side, 
         if (cos2_t > 0.0) {
             const double cos_t = std::sqrt(cos2_t);
             weight = schlick(side == Side::Dense ? cos_t : std::min(c, 1.0));
-            const double z = -mu / eta + wm.z * (c / eta - cos_t);
-            if (z < 0.0) passed = std::min(1.0, ggx_g1(-z, alpha) / g1_o) * (1.0 - weight);
+            const Vec3d wi = wm * (c / eta - cos_t) - wo / eta;
+            const Vec3d mirrored(wi.x, wi.y, -wi.z);
+            if (wi.z < 0.0) passed = std::min(1.0, ggx_g1(mirrored, alpha) / g1_o) * (1.0 - weight);
         }
-        const double z = 2.0 * c * wm.z - mu;
+        const Vec3d wi = wm * (2.0 * c) - wo;
         double reflected = 0.0;
-        if (z > 0.0) {
+        if (wi.z > 0.0) {
             // G2 / G1(wo) = 4·μo·visibility / G1(wo) · μi, height-correlated
-            reflected = 4.0 * mu * z * ggx_visibility(mu, z, alpha) / g1_o;
+            reflected = 4.0 * mu * wi.z * ggx_visibility(wo, wi, alpha) / g1_o;
         }
         sum.passed += passed;
         sum.excess += 1.0 - weight * reflected - passed;
     }
     return {sum.passed / count, sum.excess / count};
+}
+
+}  // namespace
+
+SharesOf<double> exact_shares(double mu, double alpha, double index, Side side, int count) {
+    const Vec3d wo(std::sqrt(std::max(0.0, 1.0 - mu * mu)), 0.0, mu);
+    return shares_by_quadrature(wo, alpha, index, side, count);
+}
+
+SharesOf<double> exact_shares(
+    const Vec3d& wo, const Vec2d& alpha, double index, Side side, int count) {
+    return shares_by_quadrature(wo, alpha, index, side, count);
 }
 
 CosineAxis::CosineAxis(double alpha_in, double index, Side side) : alpha(alpha_in) {
@@ -92,6 +123,8 @@ constexpr int node_count = 64;
 constexpr int max_rows = 33;
 constexpr int max_average_rows = 257;
 constexpr int quadrature_points = 1597;
+constexpr int anisotropic_rows = 17;
+constexpr int anisotropic_points = 987;
 
 Shares mix(const Shares& a, const Shares& b, float t) {
     return {a.passed + (b.passed - a.passed) * t, a.excess + (b.excess - a.excess) * t};
@@ -138,6 +171,35 @@ RoughInterface::RoughInterface(float ior, float alpha_low, float alpha_high)
     }
 }
 
+RoughInterface::RoughInterface(float ior, const Vec2& alpha, const AnisotropicAlbedo* reflected)
+    : anisotropic_(reflected),
+      reflected_(reflected->curve(alpha)),
+      alpha_(alpha),
+      ior_(ior),
+      alpha_low_(alpha.y),
+      alpha_high_(alpha.x),
+      root_low_(std::sqrt(alpha.y)),
+      root_high_(std::sqrt(alpha.x)),
+      row_count_(anisotropic_rows),
+      average_count_(1) {
+    shares_.resize(size_t(2 * row_count_ * node_count));
+    parallel_for(size_t(2 * row_count_), [&](size_t k) {
+        const Side side = k < size_t(row_count_) ? Side::Light : Side::Dense;
+        const double along = alpha_at(int(k) % row_count_, row_count_);
+        const CosineAxis axis(along, larger_index(ior_), side);
+        for (int i = 0; i < node_count; ++i) {
+            const double mu = std::max(axis.cosine(double(i) / (node_count - 1)), 1e-9);
+            const Vec3d wo = anisotropy_detail::direction_with(mu, along, Vec2d(alpha_));
+            const SharesOf<double> s =
+                exact_shares(wo, Vec2d(alpha_), larger_index(ior_), side, anisotropic_points);
+            shares_[k * node_count + size_t(i)] = {float(s.passed), float(s.excess)};
+        }
+    });
+    averages_.resize(2);
+    for (const Side side : {Side::Light, Side::Dense})
+        averages_[size_t(side)] = anisotropic_mean(side);
+}
+
 double RoughInterface::alpha_at(int row, int count) const {
     const double t = count > 1 ? double(row) / (count - 1) : 0.0;
     const double root = double(root_low_) + (double(root_high_) - double(root_low_)) * t;
@@ -154,6 +216,13 @@ RoughInterface::Axis RoughInterface::axis_at(float alpha, int count) const {
 
 RoughInterface::Curve RoughInterface::curve(float alpha, Side side) const {
     Curve c;
+    if (anisotropic_) {
+        c.low_ = &shares_[size_t(int(side) * row_count_ * node_count)];
+        c.average_ = averages_[size_t(side)];
+        c.anisotropic_ = this;
+        c.side_ = side;
+        return c;
+    }
     const Axis rows = axis_at(alpha, row_count_), means = axis_at(alpha, average_count_);
     const int first = int(side) * row_count_, first_mean = int(side) * average_count_;
     c.low_ = &shares_[size_t((first + rows.row) * node_count)];
@@ -181,6 +250,39 @@ Shares RoughInterface::mean_of(const Curve& curve) {
         excess += weight * double(at.excess);
     }
     return {float(passed), float(excess)};
+}
+
+Shares RoughInterface::anisotropic_mean(Side side) const {
+    constexpr int mu_steps = 256, phi_steps = 16;
+    const Curve c = curve(0.0f, side);
+    double passed = 0.0, excess = 0.0;
+    for (int i = 0; i < mu_steps; ++i) {
+        const double s = (i + 0.5) / mu_steps, mu = s * s * s, sine = std::sqrt(1.0 - mu * mu);
+        for (int j = 0; j < phi_steps; ++j) {
+            const double v = (j + 0.5) / phi_steps, rest = 0.5 * pi_d * v * v * v;
+            const double weight = 6.0 * s * s * mu / mu_steps * (3.0 * v * v / phi_steps);
+            const Shares at =
+                c.at(to_float(Vec3d(sine * std::sin(rest), sine * std::cos(rest), mu)));
+            passed += weight * double(at.passed);
+            excess += weight * double(at.excess);
+        }
+    }
+    return {float(passed), float(excess)};
+}
+
+/// Rows and nodes as the tables were made.
+Shares RoughInterface::Curve::at_direction(const Vec3& w) const {
+    const RoughInterface& table = *anisotropic_;
+    const float along = anisotropy_detail::alpha_along(w, table.alpha_);
+    const Axis row = table.axis_at(along, table.row_count_);
+    const CosineAxis axis(double(along), larger_index(table.ior_), side_);
+    const double position = axis.position(double(std::clamp(w.z, 0.0f, 1.0f)));
+    Shares s = mix(at_position(low_ + row.row * node_count, position),
+                   at_position(low_ + row.next * node_count, position), row.t);
+    if (side_ == Side::Light) {
+        s.passed = std::max(1.0f - table.reflected_.at(w).schlick - s.excess, 0.0f);
+    }
+    return s;
 }
 
 Shares RoughInterface::Curve::at(float mu) const {

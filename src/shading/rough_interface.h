@@ -3,7 +3,9 @@
 
 #include "base/math.h"
 #include "shading/albedo.h"
+#include "shading/anisotropic_albedo.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace velatura::shading {
@@ -27,6 +29,8 @@ enum class Side { Light, Dense };
 
 /// Share of one refraction that is not masked: min(1, G1(wi) / G1(wo)); both cosines > 0.
 float refraction_weight(float cos_o, float cos_i, float alpha);
+/// For anisotropic facets; both directions with z > 0.
+float refraction_weight(const Vec3& wo, const Vec3& wi, const Vec2& alpha);
 
 /// For F0 = 0: what refracts once, and what one scattering loses.
 template <class T>
@@ -40,6 +44,9 @@ using Shares = SharesOf<float>;
 /// In double, by quadrature with `count` points of a lattice over the visible normals. mu in (0,
 /// 1]. index: of the dense side over the light one, > 1.
 SharesOf<double> exact_shares(double mu, double alpha, double index, Side side, int count);
+/// For anisotropic facets; wo in the frame of the widths, unit, z > 0.
+SharesOf<double> exact_shares(
+    const Vec3d& wo, const Vec2d& alpha, double index, Side side, int count);
 
 /// Spreads cosines over the nodes of a table, [0, 1] → [0, 1]: dense where shares change fast,
 /// towards grazing angles and around the critical one.
@@ -65,8 +72,14 @@ class RoughInterface {
     /// ior: inside over outside, ≠ 1. GGX widths from alpha_low to alpha_high, each in [1e-3, 1],
     /// can be asked for; equal ones cost little.
     RoughInterface(float ior, float alpha_low, float alpha_high);
+    /// Anisotropic facets of one pair of widths, whose reflection `reflected` knows; it must
+    /// outlive this. Takes 0.3 s.
+    RoughInterface(float ior, const Vec2& alpha, const AnisotropicAlbedo* reflected);
 
     float ior() const { return ior_; }
+
+    /// Null: isotropic.
+    const AnisotropicAlbedo* anisotropic() const { return anisotropic_; }
 
     float alpha_low() const { return alpha_low_; }
 
@@ -76,7 +89,13 @@ class RoughInterface {
     class Curve {
       public:
         Curve() = default;
-        /// mu in [0, 1].
+
+        /// w in the frame of the widths, unit; z in [0, 1].
+        rough_interface::Shares at(const Vec3& w) const {
+            return anisotropic_ ? at_direction(w) : at(std::min(w.z, 1.0f));
+        }
+
+        /// Isotropic facets; mu in [0, 1].
         rough_interface::Shares at(float mu) const;
 
         /// Cosine-weighted means over the hemisphere: ∫ 2μ·share(μ) dμ.
@@ -84,15 +103,20 @@ class RoughInterface {
 
       private:
         friend class RoughInterface;
-        const rough_interface::Shares* low_ = nullptr;  // [node]
+        rough_interface::Shares at_direction(const Vec3& w) const;
+
+        const rough_interface::Shares* low_ = nullptr;  // [node]; of anisotropic facets [row][node]
         const rough_interface::Shares* high_ = nullptr;
         float t_ = 0;
         bool is_light_ = false;
         GgxAlbedoCurve reflected_;  // on the light side, where it is known already
         rough_interface::CosineAxis axis_;
         rough_interface::Shares average_;
+        const RoughInterface* anisotropic_ = nullptr;
+        rough_interface::Side side_ = rough_interface::Side::Light;
     };
 
+    /// alpha is not looked at by anisotropic facets.
     Curve curve(float alpha, rough_interface::Side side) const;
 
   private:
@@ -104,11 +128,16 @@ class RoughInterface {
     double alpha_at(int row, int count) const;
     Axis axis_at(float alpha, int count) const;
     static rough_interface::Shares mean_of(const Curve& curve);
+    rough_interface::Shares anisotropic_mean(rough_interface::Side side) const;
 
+    const AnisotropicAlbedo* anisotropic_ = nullptr;
+    AnisotropicAlbedo::Curve reflected_;  // of anisotropic facets
+    Vec2 alpha_ = Vec2(1.0f);             // of anisotropic facets
     float ior_, alpha_low_, alpha_high_;
     float root_low_, root_high_;
     int row_count_, average_count_;
-    std::vector<rough_interface::Shares> shares_;    // [side][row][node]
+    std::vector<rough_interface::Shares> shares_;  // [side][row][node]; rows of anisotropic facets
+                                                   // are equal steps of √α∥
     std::vector<rough_interface::Shares> averages_;  // [side][average row], finer: they divide
 };
 

@@ -62,6 +62,7 @@ struct MaterialEntry {
     std::vector<std::string> needed;  ///< those of `primvars` that have no authored fallback
     std::string name;                 ///< prim path
     bool is_emissive = false;
+    bool needs_tangents = false;  ///< by texture coordinates of the mesh, whatever their name
 };
 
 /// State of one translation.

@@ -17,10 +17,18 @@ const MaterialEntry no_material;
 
 /// Inputs of UsdPreviewSurface that this renderer reads or need not read.
 constexpr std::array known_inputs = {
-    "diffuseColor", "emissiveColor",    "useSpecularWorkflow", "specularColor",
-    "metallic",     "roughness",        "clearcoat",           "clearcoatRoughness",
-    "opacity",      "opacityThreshold", "opacityMode",         "ior",
-    "normal",       "displacement",     "occlusion",           "velatura:roughTransmission"};
+    "diffuseColor",     "emissiveColor",      "useSpecularWorkflow",
+    "specularColor",    "metallic",           "roughness",
+    "clearcoat",        "clearcoatRoughness", "opacity",
+    "opacityThreshold", "opacityMode",        "ior",
+    "normal",           "displacement",       "occlusion"};
+
+/// What Velatura adds to it (docs/usd-support.md).
+constexpr std::array own_inputs = {
+    "velatura:roughTransmission",   "velatura:anisotropy",
+    "velatura:anisotropyRotation",  "velatura:thinWalled",
+    "velatura:diffuseTransmission", "velatura:diffuseTransmissionColor",
+    "velatura:transmissionColor",   "velatura:transmissionDepth"};
 
 void warn_shader_features(Context& ctx, Prim shader) {
     const Attribute displacement = shader.attribute("inputs:displacement");
@@ -36,10 +44,45 @@ void warn_shader_features(Context& ctx, Prim shader) {
         const std::string& text = name.str();
         if (text.rfind("inputs:", 0) != 0) continue;
         const std::string_view input = std::string_view(text).substr(7);
-        if (std::find(known_inputs.begin(), known_inputs.end(), input) == known_inputs.end()) {
+        const auto is_in = [&](const auto& names) {
+            return std::find(names.begin(), names.end(), input) != names.end();
+        };
+        if (!is_in(known_inputs) && !is_in(own_inputs)) {
             ctx.warn("unknown-shader-input", shader.attribute(text),
                      fmt::format("UsdPreviewSurface has no input {}, it is left out", input));
         }
+    }
+}
+
+bool is_zero(const scene::Input& input) {
+    return input.source == scene::Input::Source::Constant && !(input.value.x > 0.0f);
+}
+
+/// The inputs of Velatura's own.
+void read_own_inputs(Context& ctx, InputReader& reader, scene::Material& material) {
+    const Prim shader = reader.shader;
+    material.rough_transmission = reader.constant_number("velatura:roughTransmission", 0.0) != 0.0;
+    material.anisotropy = reader.number("velatura:anisotropy", 0.0f);
+    material.anisotropy_rotation = reader.number("velatura:anisotropyRotation", 0.0f);
+    reader.entry.needs_tangents = !is_zero(material.anisotropy);
+    material.thin_walled = reader.constant_number("velatura:thinWalled", 0.0) != 0.0;
+    material.diffuse_transmission = reader.number("velatura:diffuseTransmission", 0.0f);
+    if (!is_zero(material.diffuse_transmission) && !material.thin_walled) {
+        ctx.warn("needs-thin-walled", shader.attribute("inputs:velatura:diffuseTransmission"),
+                 "inputs:velatura:diffuseTransmission needs inputs:velatura:thinWalled = 1 and is "
+                 "left out: what is behind the surface of a body is its inside");
+    }
+    const Attribute behind = shader.attribute("inputs:velatura:diffuseTransmissionColor");
+    if (behind.has_authored_value() || behind.has_authored_connections()) {
+        material.diffuse_transmission_color =
+            reader.color("velatura:diffuseTransmissionColor", Rgb(1.0f));
+    }
+    material.transmission_color = reader.color("velatura:transmissionColor", Rgb(1.0f));
+    material.transmission_depth = float(reader.constant_number("velatura:transmissionDepth", 0.0));
+    if (material.thin_walled && material.transmission_depth > 0.0f) {
+        ctx.warn("needs-body", shader.attribute("inputs:velatura:transmissionDepth"),
+                 "inputs:velatura:transmissionDepth means nothing to a thin wall, which has no "
+                 "depth; transmissionColor is what passes it perpendicularly");
     }
 }
 
@@ -58,7 +101,7 @@ scene::Material read_preview_surface(Context& ctx, Prim shader, MaterialEntry& e
     material.opacity_threshold = float(reader.constant_number("opacityThreshold", 0.0));
     material.presence = reader.constant_text("opacityMode", "transparent") == "presence";
     material.ior = reader.number("ior", 1.5f);
-    material.rough_transmission = reader.constant_number("velatura:roughTransmission", 0.0) != 0.0;
+    read_own_inputs(ctx, reader, material);
     material.normal = reader.color("normal", Rgb(0.0f, 0.0f, 1.0f));
     const scene::Input& emission = material.emissive_color;
     entry.is_emissive =

@@ -35,9 +35,30 @@ bool is_wanted(const Context& ctx,
                const std::string& name,
                const std::vector<const MaterialEntry*>& materials) {
     if (ctx.wanted_primvars.contains(name)) return true;
+    const auto& names = scene::texture_coordinate_names;
+    const bool may_be_tangents = std::find(names.begin(), names.end(), name) != names.end();
     return std::any_of(materials.begin(), materials.end(), [&](const MaterialEntry* m) {
-        return std::find(m->primvars.begin(), m->primvars.end(), name) != m->primvars.end();
+        return (m->needs_tangents && may_be_tangents) ||
+               std::find(m->primvars.begin(), m->primvars.end(), name) != m->primvars.end();
     });
+}
+
+/// Warns about materials that stretch their highlights along a direction that nothing tells.
+void warn_tangents(Context& ctx,
+                   Prim prim,
+                   const std::vector<const MaterialEntry*>& materials,
+                   const std::vector<scene::Primvar>& primvars) {
+    const auto needs = std::find_if(materials.begin(), materials.end(),
+                                    [](const MaterialEntry* m) { return m->needs_tangents; });
+    const bool has_coordinates = std::any_of(primvars.begin(), primvars.end(), [](const auto& p) {
+        // One pair for the whole prim has no direction
+        return p.width == 2 && p.values.size() > 2;
+    });
+    if (needs == materials.end() || has_coordinates) return;
+    ctx.warn("missing-tangents", prim,
+             fmt::format("<{}> has no texture coordinates to give the anisotropy of material <{}> "
+                         "its direction; one that depends on the normal alone is used",
+                         prim.path_string(), (*needs)->name));
 }
 
 /// Takes the indices over, checked; false when they do not fit.
@@ -166,6 +187,7 @@ std::vector<scene::Primvar> read_primvars(Context& ctx,
         told.insert(source.name);
     }
     warn_missing(ctx, prim, materials, told);
+    warn_tangents(ctx, prim, materials, out);
     return out;
 }
 

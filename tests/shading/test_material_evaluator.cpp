@@ -100,6 +100,99 @@ TEST(MaterialEvaluator, WorkflowsGiveTheirReflectanceAtNormalIncidence) {
     EXPECT_NEAR(double(mirror().y), 0.2, 1e-6);
 }
 
+// The lobe is long along ∂p/∂s, turned by the rotation, on both sides and on mirrored coordinates
+TEST(MaterialEvaluator, AnisotropyFollowsTheTextureCoordinates) {
+    for (const bool is_mirrored : {false, true}) {
+        for (const float turns : {0.0f, 0.25f, 0.125f, -0.875f}) {
+            Stage stage(is_mirrored);
+            stage.material().diffuse_color = Input(Rgb(1.0f));
+            stage.material().metallic = Input(1.0f);
+            stage.material().anisotropy = Input(0.8f);
+            stage.material().anisotropy_rotation = Input(turns);
+            const MaterialEvaluator e(stage.scene, stage.diagnostics);
+            for (const float side : {1.0f, -1.0f}) {
+                const Vec3 wo = up * side;
+                const Bsdf bsdf = e.make_bsdf(stage.point(), wo, 0);
+                const double angle = 2 * pi_d * double(turns) * (is_mirrored ? -1.0 : 1.0);
+                const Vec3 along(float(std::cos(angle)), float(std::sin(angle)), 0);
+                const Vec3 across(-along.y, along.x, 0);
+                const Vec3 a = normalize(wo + along * 0.5f), b = normalize(wo + across * 0.5f);
+                EXPECT_GT(bsdf.f(wo, a).y, 2 * bsdf.f(wo, b).y) << turns << " " << side;
+                const Vec3 diagonal = along + across, other = along - across;
+                EXPECT_NEAR(double(bsdf.f(wo, normalize(wo + diagonal * 0.3f)).y /
+                                   bsdf.f(wo, normalize(wo + other * 0.3f)).y),
+                            1.0, 1e-4);
+            }
+        }
+    }
+}
+
+TEST(MaterialEvaluator, AnisotropyWithoutCoordinatesHasAFixedDirection) {
+    Stage stage;
+    stage.mesh.set_texture_coordinates(scene::none);
+    stage.material().metallic = Input(1.0f);
+    stage.material().diffuse_color = Input(Rgb(1.0f));
+    stage.material().anisotropy = Input(0.8f);
+    const MaterialEvaluator e(stage.scene, stage.diagnostics);
+    const Vec3 along = Frame::from_z(up).x, across = Frame::from_z(up).y;
+    const Bsdf bsdf = e.make_bsdf(stage.point(), up, 0);
+    EXPECT_GT(bsdf.f(up, normalize(up + along * 0.5f)).y,
+              2 * bsdf.f(up, normalize(up + across * 0.5f)).y);
+}
+
+TEST(MaterialEvaluator, AbsorptionIsThatOfColourAndDepth) {
+    Stage stage;
+    stage.material().opacity = Input(0.0f);
+    stage.material().roughness = Input(0.0f);
+    stage.material().transmission_color = Input(Rgb(0.5f, 1.0f, 0.0f));
+    stage.material().transmission_depth = 2.0f;
+    const MaterialEvaluator e(stage.scene, stage.diagnostics);
+    EXPECT_TRUE(e.has_absorption());
+    EXPECT_TRUE(e.bounds_body(0));
+    EXPECT_NEAR(double(e.absorption(0).x), std::log(2.0) / 2, 1e-6);
+    EXPECT_EQ(e.absorption(0).y, 0.0f);
+    EXPECT_TRUE(std::isinf(e.absorption(0).z));
+    // Then it does not tint the surface as well
+    const auto passed = e.make_bsdf(stage.point(), up, 0).delta(ScatterKind::Transmit);
+    ASSERT_TRUE(passed);
+    EXPECT_NEAR(double(passed->weight.x), 0.96 / 2.25, 1e-6);
+    stage.material().transmission_depth = 0.0f;
+    const MaterialEvaluator tinted(stage.scene, stage.diagnostics);
+    EXPECT_FALSE(tinted.has_absorption());
+    EXPECT_NEAR(
+        double(tinted.make_bsdf(stage.point(), up, 0).delta(ScatterKind::Transmit)->weight.x),
+        0.48 / 2.25, 1e-6);
+    EXPECT_FALSE(tinted.is_see_through());
+    stage.material().thin_walled = true;
+    stage.material().transmission_depth = 2.0f;
+    const MaterialEvaluator thin(stage.scene, stage.diagnostics);
+    EXPECT_FALSE(thin.has_absorption());
+    EXPECT_FALSE(thin.bounds_body(0));
+    EXPECT_TRUE(thin.material_is_see_through(0));
+    EXPECT_EQ(stage.diagnostics.all().size(), 0u);
+    stage.material().thin_walled = false;
+    stage.material().transmission_color.source = Input::Source::Primvar;
+    const MaterialEvaluator varying(stage.scene, stage.diagnostics);
+    EXPECT_EQ(stage.diagnostics.all().size(), 1u);
+}
+
+TEST(MaterialEvaluator, PaperTakesItsDiffuseColourWhereNoneIsGiven) {
+    Stage stage;
+    stage.material().has_specular = false;
+    stage.material().diffuse_color = Input(Rgb(0.8f, 0.4f, 0.2f));
+    stage.material().thin_walled = true;
+    stage.material().diffuse_transmission = Input(0.25f);
+    const MaterialEvaluator e(stage.scene, stage.diagnostics);
+    EXPECT_TRUE(e.material_has_transmission(0));
+    const Bsdf bsdf = e.make_bsdf(stage.point(), up, 0);
+    EXPECT_NEAR(double(bsdf.f(up, up).y) * pi_d, 0.3, 1e-6);
+    EXPECT_NEAR(double(bsdf.f(up, -up).y) * pi_d, 0.1, 1e-6);
+    stage.material().thin_walled = false;
+    const MaterialEvaluator body(stage.scene, stage.diagnostics);
+    EXPECT_FALSE(body.material_has_transmission(0));
+    EXPECT_NEAR(double(body.make_bsdf(stage.point(), up, 0).f(up, up).y) * pi_d, 0.4, 1e-6);
+}
+
 TEST(MaterialEvaluator, TexturesFollowStAndItsTransform) {
     Stage stage;
     const TemporaryFolder folder;

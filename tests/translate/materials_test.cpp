@@ -66,6 +66,59 @@ TEST(Materials, RoughTransmissionIsAnInputOfOurOwn) {
     EXPECT_EQ(t.count("unknown-shader-input"), 0u);
 }
 
+TEST(Materials, OwnInputsOfSheetsBodiesAndBrushedMetal) {
+    Translated t;
+    translate_text(
+        camera() + "def Scope \"M\" {\n" +
+            material("A",
+                     "float inputs:velatura:anisotropy = 0.7\n"
+                     "float inputs:velatura:anisotropyRotation = 0.25\n"
+                     "bool inputs:velatura:thinWalled = 1\n"
+                     "float inputs:velatura:diffuseTransmission = 0.4\n"
+                     "color3f inputs:velatura:diffuseTransmissionColor = (1, 0.5, 0)") +
+            material("B",
+                     "color3f inputs:velatura:transmissionColor = (0.5, 0.25, 1)\n"
+                     "float inputs:velatura:transmissionDepth = 3") +
+            "}\n" +
+            quad("Q", binding("/M/A") + "texCoord2f[] primvars:UVMap = [(0,0),(1,0),(1,1),(0,1)] "
+                                        "(interpolation = \"vertex\")\n") +
+            quad("R", binding("/M/B")),
+        t);
+    const scene::Material& a = material_of(t, 0);
+    EXPECT_EQ(a.anisotropy.value.x, 0.7f);
+    EXPECT_EQ(a.anisotropy_rotation.value.x, 0.25f);
+    EXPECT_TRUE(a.thin_walled);
+    EXPECT_EQ(a.diffuse_transmission.value.x, 0.4f);
+    ASSERT_TRUE(a.diffuse_transmission_color.has_value());
+    EXPECT_EQ(a.diffuse_transmission_color->value, Rgb(1.0f, 0.5f, 0.0f));
+    const scene::Material& b = material_of(t, 1);
+    EXPECT_EQ(b.transmission_color.value, Rgb(0.5f, 0.25f, 1.0f));
+    EXPECT_EQ(b.transmission_depth, 3.0f);
+    EXPECT_FALSE(b.thin_walled);
+    EXPECT_FALSE(b.diffuse_transmission_color.has_value());
+    for (const char* code : {"unknown-shader-input", "missing-tangents", "needs-thin-walled"})
+        EXPECT_EQ(t.count(code), 0u) << code;
+    // The coordinates that the tangents come from are kept
+    EXPECT_EQ(std::get<scene::Mesh>(t.scene.shapes[0].geometry).primvars.size(), 1u);
+}
+
+TEST(Materials, OwnInputsThatMeanNothingAreNamed) {
+    Translated t;
+    translate_text(camera() + "def Scope \"M\" {\n" +
+                       material("A",
+                                "float inputs:velatura:anisotropy = 0.7\n"
+                                "float inputs:velatura:diffuseTransmission = 0.4") +
+                       material("B",
+                                "bool inputs:velatura:thinWalled = 1\n"
+                                "float inputs:velatura:transmissionDepth = 3") +
+                       "}\n" + quad("Q", binding("/M/A")) + quad("R", binding("/M/B")) +
+                       "def Sphere \"S\" {\n" + binding("/M/A") + "}\n",
+                   t);
+    EXPECT_EQ(t.count("missing-tangents"), 2u);
+    EXPECT_EQ(t.count("needs-thin-walled"), 1u);
+    EXPECT_EQ(t.count("needs-body"), 1u);
+}
+
 TEST(Materials, PrimvarsThatAPrimLacksAreNamedOnce) {
     const auto text = [](const std::string& fallback, const std::string& primvar) {
         return camera() + "def Scope \"M\" {\n" +

@@ -34,6 +34,7 @@ constexpr Hopeless hopeless[] = {
     {"transport/many_lights", "BSDF sampling alone", "lamps of 10 mm; cornell judges it"},
     {"transport/gloss", "light sampling alone", "highlights of a narrow lobe are rare and bright; cornell and glass judge it"},
     {"transport/glass", "caustics solved for", "a large panel: solutions near the focus are rare and bright; analytic/specular_chain_test judges them"},
+    {"transport/sheets", "caustics solved for", "large panels as in glass; analytic/absorption_test judges chains that absorb"},
     {"transport/baffle", "BSDF sampling alone", "a small lamp out of reach of most paths; cornell judges it"},
 };
 

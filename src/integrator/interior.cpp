@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "integrator/interior.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace velatura::integrator {
+
+void Interior::cross(const shading::MaterialEvaluator& materials,
+                     const geometry::SurfacePoint& point,
+                     const Vec3& wo,
+                     const Vec3& wi) {
+    if (!materials.bounds_body(point.material)) return;
+    const bool from_outside = point.ng.dot(wo) > 0.0f, to_outside = point.ng.dot(wi) > 0.0f;
+    if (from_outside == to_outside) return;
+    if (from_outside) {
+        enter(point.material);
+    } else {
+        leave(point.material);
+    }
+}
+
+void Interior::enter(scene::MaterialId material) {
+    if (count_ < deepest) bodies_[size_t(count_++)] = material;
+}
+
+void Interior::leave(scene::MaterialId material) {
+    for (int i = count_ - 1; i >= 0; --i) {
+        if (bodies_[size_t(i)] != material) continue;
+        std::copy(bodies_.begin() + i + 1, bodies_.begin() + count_, bodies_.begin() + i);
+        --count_;
+        return;
+    }
+}
+
+Rgb Interior::transmittance(const shading::MaterialEvaluator& materials, float distance) const {
+    if (count_ == 0) return Rgb(1.0f);
+    const Rgb& sigma_a = materials.absorption(bodies_[size_t(count_ - 1)]);
+    Rgb out(1.0f);
+    for (int c = 0; c < 3; ++c) {
+        // Neither 0·∞ is asked for
+        if (sigma_a[c] > 0.0f && distance > 0.0f) out[c] = std::exp(-sigma_a[c] * distance);
+    }
+    return out;
+}
+
+}  // namespace velatura::integrator

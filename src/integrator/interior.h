@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "geometry/surface_point.h"
+#include "shading/material_evaluator.h"
+
+#include <array>
+#include <cstdint>
+
+namespace velatura::integrator {
+
+/// The bodies that a point lies in, by their materials, in the order in which it got into them. The
+/// last one entered is what fills the space: a body inside another displaces it. Whoever goes
+/// through a surface tells; where nothing absorbs nobody need.
+class Interior {
+  public:
+    /// Light goes from wo to wi at the surface: into the body behind it, out of it, or neither.
+    void cross(const shading::MaterialEvaluator& materials,
+               const geometry::SurfacePoint& point,
+               const Vec3& wo,
+               const Vec3& wi);
+
+    void enter(scene::MaterialId material);
+    /// Undoes the last enter() of the material, if there was any.
+    void leave(scene::MaterialId material);
+
+    bool is_empty() const { return count_ == 0; }
+
+    /// Share of light that is left after a distance [scene units], which may be infinite.
+    Rgb transmittance(const shading::MaterialEvaluator& materials, float distance) const;
+
+  private:
+    /// Bodies within bodies beyond this many do not count. Only sheets that are never left get
+    /// here.
+    static constexpr int deepest = 16;
+
+    std::array<scene::MaterialId, deepest> bodies_ = {};
+    int count_ = 0;
+};
+
+}  // namespace velatura::integrator
