@@ -23,6 +23,11 @@ auto timed(double& seconds, Make make) {
     return make();
 }
 
+template <class Light>
+bool has_multiplier(const Light& l) {
+    return l.diffuse_multiplier != 1.0f || l.specular_multiplier != 1.0f;
+}
+
 }  // namespace
 
 World::World(const scene::Scene& s, const WorldOptions& options, const lights::ImageLoader& load_image, Diagnostics& diagnostics)
@@ -39,8 +44,7 @@ World::World(const scene::Scene& s, const WorldOptions& options, const lights::I
       })),
       camera(s.camera, options.width, options.height),
       has_very_many_lights(lights::wants_fine_numbers(lights)),
-      has_lobe_multipliers(std::any_of(s.lights.begin(), s.lights.end(), [](const scene::Light& l) {
-          return l.diffuse_multiplier != 1.0f || l.specular_multiplier != 1.0f;
-      })) {}
+      has_lobe_multipliers(std::any_of(s.lights.begin(), s.lights.end(), has_multiplier<scene::Light>) ||
+                           std::any_of(s.mesh_lights.begin(), s.mesh_lights.end(), has_multiplier<scene::MeshLight>)) {}
 
 }  // namespace velatura::integrator

@@ -188,7 +188,10 @@ LightSet::LightSet(const scene::Scene& scene,
     }
     finite_ = std::make_unique<EmitterTree>(std::move(finite));
     if (options.geometry == nullptr || options.materials == nullptr) return;
-    surfaces_ = std::make_unique<EmissiveSurfaces>(scene, *options.geometry, *options.materials);
+    emission_ = std::make_unique<SurfaceEmission>(scene, *options.geometry, *options.materials,
+                                                  diagnostics);
+    surfaces_ = std::make_unique<EmissiveSurfaces>(scene, *options.geometry, *options.materials,
+                                                   *emission_);
     if (surfaces_->item_count() == 0) surfaces_.reset();
 }
 
@@ -209,7 +212,33 @@ uint32_t LightSet::group_of_instance(uint32_t item) const {
 }
 
 scene::GroupId LightSet::group(LightId id) const {
-    return is_surface(id.index) ? scene_->emissive_group() : scene_->lights[id.index].group;
+    if (!is_surface(id.index)) return scene_->lights[id.index].group;
+    const scene::MeshLight* light = surfaces_->mesh_light(in_surfaces(id));
+    return light ? light->group : scene_->emissive_group();
+}
+
+LobeMultipliers LightSet::lobe_multipliers(LightId id) const {
+    if (!is_surface(id.index)) {
+        const scene::Light& light = scene_->lights[id.index];
+        return {light.diffuse_multiplier, light.specular_multiplier};
+    }
+    const scene::MeshLight* light = surfaces_->mesh_light(in_surfaces(id));
+    return light ? LobeMultipliers{light->diffuse_multiplier, light->specular_multiplier}
+                 : LobeMultipliers();
+}
+
+SurfaceRadiance LightSet::surface_radiance(const geometry::SurfacePoint& point,
+                                           const Vec3& wo,
+                                           float footprint,
+                                           Onlooker onlooker) const {
+    SurfaceRadiance out;
+    out.Le = emission_->radiance(point, wo, footprint, onlooker);
+    const scene::MeshLight* light = emission_->light(point.instance, point.shape);
+    out.group = light ? light->group : scene_->emissive_group();
+    // A material that shows itself is no light to who sees it
+    const bool is_light = light && !(onlooker == Onlooker::Eye && light->shows_material);
+    if (is_light) out.multipliers = {light->diffuse_multiplier, light->specular_multiplier};
+    return out;
 }
 
 bool LightSet::is_on(LightId id) const {

@@ -5,6 +5,7 @@
 #include "base/math.h"
 #include "lights/environment_image.h"
 #include "lights/light_sample.h"
+#include "lights/surface_emission.h"
 #include "scene/scene.h"
 
 #include <cstdint>
@@ -40,6 +41,13 @@ struct LightSetOptions {
     /// only found by chance. Both must outlive the set.
     const geometry::GeometrySet* geometry = nullptr;
     const shading::MaterialEvaluator* materials = nullptr;
+};
+
+/// What a surface emits.
+struct SurfaceRadiance {
+    Rgb Le = Rgb(0.0f);
+    scene::GroupId group = 0;
+    LobeMultipliers multipliers;  ///< of who is lit by it
 };
 
 /// The lights of a scene and its emissive triangles, ready to be sampled.
@@ -84,8 +92,24 @@ class LightSet {
 
     const scene::Light& light(uint32_t index) const { return scene_->lights[index]; }
 
-    /// Light group; of emissive triangles Scene::emissive_group().
+    /// Light group; of emissive triangles that are no mesh light Scene::emissive_group().
     scene::GroupId group(LightId id) const;
+
+    /// UsdLux's factors of what a light does to diffuse and to other lobes.
+    LobeMultipliers lobe_multipliers(LightId id) const;
+
+    /// Whether any surface may emit.
+    bool has_surface_emission() const { return emission_ && emission_->has_any(); }
+
+    /// Whether somebody may see the surface emit. This and the next need surfaces to look for
+    /// emission on, see LightSetOptions.
+    bool may_emit(const geometry::SurfacePoint& point) const { return emission_->may_emit(point); }
+
+    /// What the surface emits towards wo, not weighed by presence.
+    SurfaceRadiance surface_radiance(const geometry::SurfacePoint& point,
+                                     const Vec3& wo,
+                                     float footprint,
+                                     Onlooker onlooker) const;
 
     /// Whether the light can contribute at all; the others are never sampled nor hit.
     bool is_on(LightId id) const;
@@ -177,6 +201,7 @@ class LightSet {
     std::vector<std::unique_ptr<Emitter>> emitters_;  // null = off
     std::vector<uint32_t> infinite_;
     std::unique_ptr<EmitterTree> finite_;
+    std::unique_ptr<SurfaceEmission> emission_;
     std::unique_ptr<EmissiveSurfaces> surfaces_;
 };
 
