@@ -199,8 +199,7 @@ float PathTracer::light_hit_weight(const Path& path, const lights::LightHit& hit
     if (path.is_certain || options_.estimator.light_sampling == LightSampling::Bsdf) return 1.0f;
     if (options_.estimator.light_sampling == LightSampling::Light) return 0.0f;
     // The density is that of the point that sampled, not of the ray's origin beside it: portals make a difference there
-    const bool has_portals = !world_.lights.light(hit.light).render_from_portals.empty();
-    const float pdf = has_portals ? world_.lights.pdf(hit.light, path.receiver.p, path.ray.d) : hit.pdf;
+    const float pdf = world_.lights.has_portals(hit.light) ? world_.lights.pdf(hit.light, path.receiver.p, path.ray.d) : hit.pdf;
     const float light_pdf = world_.selector->pmf(path.receiver, hit.light) * pdf;
     return sampling::balance_heuristic(path.scatter_pdf, light_pdf);
 }
@@ -236,7 +235,7 @@ void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadia
         // What lies beyond the camera's far plane is not seen, but for the lights at infinity
         if (std::isfinite(hit.t) && hit.t - path.travelled > path.ray.t_max) return;
         if (path.bounce == 0) {
-            if (!world_.lights.light(hit.light).is_camera_visible) return;
+            if (!world_.lights.is_camera_visible(hit.light)) return;
             if (!world_.lights.is_infinite(hit.light)) out.alpha = 1.0f;
         }
         const Rgb Le = path.beta * hit.Le * light_factor(path, world_.lights.lobe_multipliers(hit.light)) * light_hit_weight(path, hit);

@@ -179,6 +179,11 @@ LightSet::LightSet(const scene::Scene& scene,
     for (const scene::Light& light : scene.lights) {
         const uint32_t index = uint32_t(emitters_.size());
         emitters_.push_back(preparation.prepare(light));
+        facts_.push_back({light.group,
+                          {light.diffuse_multiplier, light.specular_multiplier},
+                          is_on(index) && emitters_[index]->is_infinite(),
+                          light.is_camera_visible,
+                          !light.render_from_portals.empty()});
         if (!is_on(index)) continue;
         if (is_infinite(index)) {
             infinite_.push_back(index);
@@ -212,16 +217,13 @@ uint32_t LightSet::group_of_instance(uint32_t item) const {
 }
 
 scene::GroupId LightSet::group(LightId id) const {
-    if (!is_surface(id.index)) return scene_->lights[id.index].group;
+    if (!is_surface(id.index)) return facts_[id.index].group;
     const scene::MeshLight* light = surfaces_->mesh_light(in_surfaces(id));
     return light ? light->group : scene_->emissive_group();
 }
 
 LobeMultipliers LightSet::lobe_multipliers(LightId id) const {
-    if (!is_surface(id.index)) {
-        const scene::Light& light = scene_->lights[id.index];
-        return {light.diffuse_multiplier, light.specular_multiplier};
-    }
+    if (!is_surface(id.index)) return facts_[id.index].multipliers;
     const scene::MeshLight* light = surfaces_->mesh_light(in_surfaces(id));
     return light ? LobeMultipliers{light->diffuse_multiplier, light->specular_multiplier}
                  : LobeMultipliers();
@@ -248,10 +250,6 @@ bool LightSet::is_on(LightId id) const {
 
 bool LightSet::is_delta(uint32_t item) const {
     return !is_surface(item) && is_on(item) && emitters_[item]->is_delta();
-}
-
-bool LightSet::is_infinite(uint32_t item) const {
-    return !is_surface(item) && is_on(item) && emitters_[item]->is_infinite();
 }
 
 std::optional<LightSample> LightSet::sample(LightId id,

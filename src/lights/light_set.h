@@ -92,6 +92,13 @@ class LightSet {
 
     const scene::Light& light(uint32_t index) const { return scene_->lights[index]; }
 
+    /// Whether the camera sees the light of the scene where it shines itself.
+    bool is_camera_visible(uint32_t index) const { return facts_[index].is_camera_visible; }
+
+    /// Whether the light of the scene is sampled through portals: its density then depends on the
+    /// very point that samples.
+    bool has_portals(uint32_t index) const { return facts_[index].has_portals; }
+
     /// Light group; of emissive triangles that are no mesh light Scene::emissive_group().
     scene::GroupId group(LightId id) const;
 
@@ -115,8 +122,9 @@ class LightSet {
     bool is_on(LightId id) const;
 
     bool is_delta(uint32_t item) const;
+
     /// Dome and distant lights: at infinite distance.
-    bool is_infinite(uint32_t item) const;
+    bool is_infinite(uint32_t item) const { return !is_surface(item) && facts_[item].is_infinite; }
 
     /// Samples a direction from point p (render space) toward a light; u in [0,1)². Nothing when
     /// the light does not reach p or the sample fell beside it: that counts as a sample of value
@@ -191,6 +199,13 @@ class LightSet {
     Rgb background(const Vec3& d) const;
 
   private:
+    /// What every meeting with a light asks for, of many lights in one place.
+    struct Facts {
+        scene::GroupId group = 0;
+        LobeMultipliers multipliers;
+        bool is_infinite = false, is_camera_visible = true, has_portals = false;
+    };
+
     LightId in_surfaces(LightId id) const { return {id.index - size(), id.part}; }
 
     using RawVisitor = void (*)(void*, const LightHit&);
@@ -199,6 +214,7 @@ class LightSet {
 
     const scene::Scene* scene_;
     std::vector<std::unique_ptr<Emitter>> emitters_;  // null = off
+    std::vector<Facts> facts_;                        // of lights of the scene
     std::vector<uint32_t> infinite_;
     std::unique_ptr<EmitterTree> finite_;
     std::unique_ptr<SurfaceEmission> emission_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What each technique of light transport is worth: efficiency = 1 / (relMSE × CPU seconds) of the defaults over that of the
-// same renderer with one technique taken away, per scene, with intervals. Usage: velatura_bench_transport [SCENE…]
+// same renderer with one technique taken away, per scene, with intervals; then tables of single questions.
+// Usage: velatura_bench_transport [SCENE… | light-counts]
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -109,30 +110,43 @@ void report(const std::string& name) {
     }
 }
 
-/// Lamps above a floor, all alike, on a grid; time per path must grow like their logarithm at most.
+struct LightTimes {
+    double prepare_s = 0, path_s = 0;
+};
+
+/// Lamps above a floor, all alike, on a grid 20 units wide.
+LightTimes time_lights(size_t count, float radius) {
+    scene::Scene scene = test::load_scene("transport/sun", 64, 64);
+    const scene::Light first = scene.lights.front();
+    scene.lights.clear();
+    const auto side = size_t(std::ceil(std::sqrt(double(count))));
+    for (size_t i = 0; i < count; ++i) {
+        scene::Light light = first;
+        light.kind = scene::LightKind::Sphere;
+        light.radius = radius;
+        light.Le = Rgb(float(1e5 / double(count)));
+        light.is_camera_visible = false;
+        light.render_from_light.setTranslation(Vec3d(-10.0 + 20.0 * (double(i % side) + 0.5) / double(side), 1.0, -20.0 + 20.0 * (double(i / side) + 0.5) / double(side)));
+        scene.lights.push_back(light);
+    }
+    const double start = cpu_seconds();
+    test::TransportRenderer renderer(scene, test::default_technique());
+    const double prepared = cpu_seconds();
+    renderer.render(1, 32);
+    const double rendered = cpu_seconds();
+    return {prepared - start, (rendered - prepared) / (64.0 * 64.0 * 32.0)};
+}
+
+/// Time per path must grow like the logarithm of the number of lights at most. Lamps of one size overlap once they are many:
+/// a ray then meets several, which is no matter of choosing among them; lamps that shrink with the grid show the choice.
 void report_light_counts() {
     fmt::print("\nTime per path against the number of lights (sphere lights on a grid above a floor)\n");
     for (int exponent = 0; exponent <= 6; ++exponent) {
         const auto count = size_t(std::pow(10.0, exponent));
-        scene::Scene scene = test::load_scene("transport/sun", 64, 64);
-        const scene::Light first = scene.lights.front();
-        scene.lights.clear();
-        const auto side = size_t(std::ceil(std::sqrt(double(count))));
-        for (size_t i = 0; i < count; ++i) {
-            scene::Light light = first;
-            light.kind = scene::LightKind::Sphere;
-            light.radius = 0.02f;
-            light.Le = Rgb(float(1e5 / double(count)));
-            light.is_camera_visible = false;
-            light.render_from_light.setTranslation(Vec3d(-10.0 + 20.0 * (double(i % side) + 0.5) / double(side), 1.0, -20.0 + 20.0 * (double(i / side) + 0.5) / double(side)));
-            scene.lights.push_back(light);
-        }
-        const double start = cpu_seconds();
-        test::TransportRenderer renderer(scene, test::default_technique());
-        const double prepared = cpu_seconds();
-        renderer.render(1, 32);
-        const double rendered = cpu_seconds();
-        fmt::print("  {:8} lights: {:6.2f} us per path, {:7.3f} s to prepare\n", count, 1e6 * (rendered - prepared) / (64.0 * 64.0 * 32.0), prepared - start);
+        const float spacing = 20.0f / std::ceil(std::sqrt(float(count)));
+        const LightTimes apart = time_lights(count, std::min(0.02f, 0.1f * spacing)), same = time_lights(count, 0.02f);
+        fmt::print("  {:8} lights: {:6.2f} us per path, {:7.3f} s to prepare; of one size, a ray upwards meets {:4.2f}: {:6.2f} us per path\n", count, 1e6 * apart.path_s,
+                   apart.prepare_s, pi * 0.02f * 0.02f / (spacing * spacing), 1e6 * same.path_s);
         std::fflush(stdout);
     }
 }
@@ -142,6 +156,9 @@ void report_light_counts() {
 int main(int argc, char** argv) {
     const ThreadLimit one_thread(1);
     // `./dev bench` passes its arguments to every program: names of scenes are meant for this one
+    const auto is_asked_for = [&](const char* table) {
+        return argc == 1 || std::any_of(argv + 1, argv + argc, [&](const char* a) { return std::string(a) == table; });
+    };
     std::vector<std::string> chosen;
     for (const std::string& scene : test::transport_scenes()) {
         for (int i = 1; i < argc; ++i) {
@@ -149,7 +166,7 @@ int main(int argc, char** argv) {
         }
     }
     fmt::print("{0} x {0} pixels, {1} samples per pixel, {2} seeds, one thread\n", size_px, sample_count, run_count);
-    for (const std::string& scene : chosen.empty() ? test::transport_scenes() : chosen) report(scene);
-    if (chosen.empty()) report_light_counts();
+    for (const std::string& scene : argc == 1 ? test::transport_scenes() : chosen) report(scene);
+    if (is_asked_for("light-counts")) report_light_counts();
     return 0;
 }
