@@ -43,7 +43,7 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     estimator->add_option("--roulette", a.roulette, "how paths end: by their throughput, with a constant chance, or not (needs --max-depth)")->check(CLI::IsMember({"throughput", "constant", "none"}));
     estimator->add_option("--guiding", a.guiding, "learn from trial paths where light comes from: off, on, or auto: where the trial says that it pays")->check(CLI::IsMember({"off", "auto", "on"}));
     estimator->add_option("--caustics", a.caustics, "light through smooth glass and off mirrors: path = met by chance, manifold = solved for, auto = solved for where lights are small")->check(CLI::IsMember({"path", "manifold", "auto"}));
-    estimator->add_option("--sampler", a.sampler, "points of a pixel: Owen-scrambled Sobol' or independent random ones")->check(CLI::IsMember({"sobol", "independent"}));
+    estimator->add_option("--sampler", a.sampler, "points of a pixel: Owen-scrambled Sobol', the same with errors that cancel among neighbours, or independent random ones")->check(CLI::IsMember({"sobol", "blue-noise", "independent"}));
 
     auto* layers = command.add_option_group("Light layers");
     layers->add_option("--bounces", a.bounces, "bounces b0…bK stored one by one; everything past them goes to `tail`")->check(CLI::Range(0, 64));

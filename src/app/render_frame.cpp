@@ -189,7 +189,7 @@ class FrameRenderer {
         p.elapsed_s = state.elapsed_s;
         p.left_s = is_last ? std::optional<double>(0.0) : state.left_s;
         p.error = state.error;
-        p.is_upper_error = job_.tracer.sampler == sampling::SamplerKind::Sobol;
+        p.is_upper_error = job_.tracer.sampler == sampling::SamplerKind::Sobol || job_.tracer.sampler == sampling::SamplerKind::BlueNoise;
         p.rays_per_s = state.elapsed_s > 0 ? double(state.rays.total()) / state.elapsed_s : 0.0;
         p.memory_bytes = resident_bytes();
         p.is_last = is_last;

@@ -25,7 +25,9 @@ lights::SelectionKind selection_kind(std::string_view name) {
 /// The points of a pixel. Two halves that know nothing of each other cost efficiency: only where their difference counts.
 sampling::SamplerKind sampler_kind(const RenderArguments& a) {
     if (a.sampler == "independent") return sampling::SamplerKind::Independent;
-    return a.halves || !a.target_error.empty() ? sampling::SamplerKind::SobolHalves : sampling::SamplerKind::Sobol;
+    const bool halves = a.halves || !a.target_error.empty();
+    if (a.sampler == "blue-noise") return halves ? sampling::SamplerKind::BlueNoiseHalves : sampling::SamplerKind::BlueNoise;
+    return halves ? sampling::SamplerKind::SobolHalves : sampling::SamplerKind::Sobol;
 }
 
 /// The estimator that the command line names.

@@ -16,7 +16,7 @@ json make_scene_stats(const FrameInput& input, const integrator::World& world) {
     json j;
     j["path"] = input.scene_name;
     j["frame"] = input.frame;
-    j["lights"] = input.scene.lights.size();
+    j["lights"] = input.scene.lights.size() + input.scene.mesh_lights.size();
     j["shapes"] = input.scene.shapes.size();
     j["prototypes"] = input.scene.prototypes.size();
     j["instances"] = input.scene.instances.size();
@@ -139,7 +139,7 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
         error["high"] = noise.high;
         error["confidence"] = 0.95;
         // In one sequence the halves make up for each other's errors: their difference is an upper estimate
-        error["is_upper"] = job.tracer.sampler == sampling::SamplerKind::Sobol;
+        error["is_upper"] = job.tracer.sampler == sampling::SamplerKind::Sobol || job.tracer.sampler == sampling::SamplerKind::BlueNoise;
     }
     error["target"] = job.schedule.target_error;
     error["reached"] = job.schedule.target_error <= 0 || (noise.is_known && noise.high <= job.schedule.target_error);

@@ -82,6 +82,7 @@ struct PathTracer::Path {
     Rgb beta = Rgb(1.0f);
     int bounce = 0;            ///< scatterings so far; pass-throughs do not count
     uint32_t pass_count = 0;   ///< pass-throughs since the last scattering; keeps their random numbers apart
+    lights::Onlooker onlooker = lights::Onlooker::Eye;  ///< at the last vertex
     bool is_certain = true;    ///< no light sampling competed for the present direction: MIS weight 1
     lights::Receiver receiver = {};  ///< where the present direction was sampled
     float scatter_pdf = 0;     ///< [1/sr]
@@ -162,9 +163,9 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
         if (path.bounce == 0 && !out.has_hit) record_first_hit(point, bsdf, out);
 
         // Add the surface's own emission
-        if (world_.materials.is_emissive(point.material)) {
-            const Rgb Le = world_.materials.emission(point, wo, path.cone_width) * surface_hit_weight(path, point);
-            deposit(path, path.bounce, world_.scene.emissive_group(), path.beta * Le, "surface emission", out);
+        if (world_.lights.may_emit(point)) {
+            const lights::SurfaceRadiance emitted = surface_emission(path, point, wo, path.cone_width);
+            deposit(path, path.bounce, emitted.group, path.beta * emitted.Le * surface_hit_weight(path, point), "surface emission", out);
         }
 
         const Vertex vertex{start, bsdf, wo, DirectionMixture(bsdf, wo, start.p, options_.guide)};
@@ -204,8 +205,7 @@ float PathTracer::light_hit_weight(const Path& path, const lights::LightHit& hit
     if (path.is_certain || options_.estimator.light_sampling == LightSampling::Bsdf) return 1.0f;
     if (options_.estimator.light_sampling == LightSampling::Light) return 0.0f;
     // The density is that of the point that sampled, not of the ray's origin beside it: portals make a difference there
-    const bool has_portals = !world_.lights.light(hit.light).render_from_portals.empty();
-    const float pdf = has_portals ? world_.lights.pdf(hit.light, path.receiver.p, path.ray.d) : hit.pdf;
+    const float pdf = world_.lights.has_portals(hit.light) ? world_.lights.pdf(hit.light, path.receiver.p, path.ray.d) : hit.pdf;
     const float light_pdf = world_.selector->pmf(path.receiver, hit.light) * pdf;
     return sampling::balance_heuristic(path.scatter_pdf, light_pdf);
 }
@@ -219,10 +219,15 @@ float PathTracer::surface_hit_weight(const Path& path, const geometry::SurfacePo
     return sampling::balance_heuristic(path.scatter_pdf, light_pdf);
 }
 
-Rgb PathTracer::light_factor(const Path& path, uint32_t light) const {
+Rgb PathTracer::light_factor(const Path& path, const lights::LobeMultipliers& multipliers) const {
     if (!world_.has_lobe_multipliers || path.bounce == 0) return Rgb(1.0f);
-    const scene::Light& l = world_.lights.light(light);
-    return path.diffuse_share * l.diffuse_multiplier + (Rgb(1.0f) - path.diffuse_share) * l.specular_multiplier;
+    return path.diffuse_share * multipliers.diffuse + (Rgb(1.0f) - path.diffuse_share) * multipliers.specular;
+}
+
+lights::SurfaceRadiance PathTracer::surface_emission(const Path& path, const geometry::SurfacePoint& point, const Vec3& wo, float footprint) const {
+    lights::SurfaceRadiance emitted = world_.lights.surface_radiance(point, wo, footprint, path.onlooker);
+    emitted.Le *= light_factor(path, emitted.multipliers);
+    return emitted;
 }
 
 void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadiance& out) const {
@@ -236,10 +241,10 @@ void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadia
         // What lies beyond the camera's far plane is not seen, but for the lights at infinity
         if (std::isfinite(hit.t) && hit.t - path.travelled > path.ray.t_max) return;
         if (path.bounce == 0) {
-            if (!world_.lights.light(hit.light).is_camera_visible) return;
+            if (!world_.lights.is_camera_visible(hit.light)) return;
             if (!world_.lights.is_infinite(hit.light)) out.alpha = 1.0f;
         }
-        Rgb Le = path.beta * hit.Le * light_factor(path, hit.light) * light_hit_weight(path, hit);
+        Rgb Le = path.beta * hit.Le * light_factor(path, world_.lights.lobe_multipliers(hit.light)) * light_hit_weight(path, hit);
         if (!path.interior.is_empty()) Le *= path.interior.transmittance(world_.materials, hit.t - path.travelled);
         deposit(path, path.bounce, world_.lights.group(hit.light), Le, "light met by the path", out);
     });
@@ -248,10 +253,10 @@ void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadia
 void PathTracer::add_unoccluded_hits(const Path& path, film::SampleRadiance& out) const {
     constexpr float infinity = std::numeric_limits<float>::infinity();
     world_.lights.for_each_hit(path.ray.o, path.ray.d, infinity, [&](const lights::LightHit& hit) {
-        const Rgb Le = path.beta * hit.Le * light_factor(path, hit.light) * light_hit_weight(path, hit);
+        const Rgb Le = path.beta * hit.Le * light_factor(path, world_.lights.lobe_multipliers(hit.light)) * light_hit_weight(path, hit);
         if (!is_black(Le)) out.add_unoccluded(int(world_.lights.group(hit.light)), Le);
     });
-    if (world_.lights.surfaces() == nullptr) return;
+    if (!world_.lights.has_surface_emission()) return;
 
     // Emissive surfaces as well, one behind the other
     geometry::Ray ray = path.ray;
@@ -262,10 +267,11 @@ void PathTracer::add_unoccluded_hits(const Path& path, film::SampleRadiance& out
         if (!hit.is_valid()) return;
         const geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, ray, hit);
         cone_width += path.cone_spread * hit.t;
-        if (world_.materials.is_emissive(point.material)) {
+        if (world_.lights.may_emit(point)) {
             const float weight = world_.materials.presence(point, cone_width) * surface_hit_weight(path, point);
-            const Rgb Le = path.beta * world_.materials.emission(point, -ray.d, cone_width) * weight;
-            if (!is_black(Le)) out.add_unoccluded(int(world_.scene.emissive_group()), Le);
+            const lights::SurfaceRadiance emitted = surface_emission(path, point, -ray.d, cone_width);
+            const Rgb Le = path.beta * emitted.Le * weight;
+            if (!is_black(Le)) out.add_unoccluded(int(emitted.group), Le);
         }
         ray = geometry::spawn_ray(point, ray.d);
     }
@@ -289,9 +295,9 @@ void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::Sample
     // Weigh it against finding the same light by going on
     const shading::BsdfValue value = bsdf.evaluate(wo, light->wi);
     Rgb f = value.f();
-    if (world_.has_lobe_multipliers && !light->is_surface) {
-        const scene::Light& l = world_.lights.light(choice->light.index);
-        f = value.diffuse * l.diffuse_multiplier + value.specular * l.specular_multiplier;
+    if (world_.has_lobe_multipliers) {
+        const lights::LobeMultipliers multipliers = world_.lights.lobe_multipliers(choice->light);
+        f = value.diffuse * multipliers.diffuse + value.specular * multipliers.specular;
     }
     if (is_black(f)) return;
     const float light_pdf = choice->pmf * light->pdf;
@@ -412,6 +418,7 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
     path.straight_o = path.ray.o;
     path.travelled = 0;
     path.is_certain = sample->is_delta;
+    path.onlooker = sample->is_delta ? lights::Onlooker::Eye : lights::Onlooker::Scattering;
     path.receiver = receiver_at(point, bsdf);
     path.scatter_pdf = sample->pdf;
     if (path.observer && !sample->is_delta) path.observer->on_scatter(sample->wi);

@@ -68,7 +68,8 @@ class PathTracer {
     void deposit(const Path& path, int bounce, scene::GroupId group, const Rgb& radiance, const char* what, film::SampleRadiance& out) const;
     float light_hit_weight(const Path& path, const lights::LightHit& hit) const;
     float surface_hit_weight(const Path& path, const geometry::SurfacePoint& point) const;
-    Rgb light_factor(const Path& path, uint32_t light) const;
+    Rgb light_factor(const Path& path, const lights::LobeMultipliers& multipliers) const;
+    lights::SurfaceRadiance surface_emission(const Path& path, const geometry::SurfacePoint& point, const Vec3& wo, float footprint) const;
 
     const World& world_;
     PathTracerOptions options_;

@@ -73,6 +73,11 @@ Interior interior_at(const World& world, const Vec3& p) {
     return interior;
 }
 
+template <class Light>
+bool has_multiplier(const Light& l) {
+    return l.diffuse_multiplier != 1.0f || l.specular_multiplier != 1.0f;
+}
+
 }  // namespace
 
 World::World(const scene::Scene& s, const WorldOptions& options, const lights::ImageLoader& load_image, Diagnostics& diagnostics)
@@ -89,9 +94,8 @@ World::World(const scene::Scene& s, const WorldOptions& options, const lights::I
       })),
       camera(s.camera, options.width, options.height),
       has_very_many_lights(lights::wants_fine_numbers(lights)),
-      has_lobe_multipliers(std::any_of(s.lights.begin(), s.lights.end(), [](const scene::Light& l) {
-          return l.diffuse_multiplier != 1.0f || l.specular_multiplier != 1.0f;
-      })) {
+      has_lobe_multipliers(std::any_of(s.lights.begin(), s.lights.end(), has_multiplier<scene::Light>) ||
+                           std::any_of(s.mesh_lights.begin(), s.mesh_lights.end(), has_multiplier<scene::MeshLight>)) {
     if (materials.has_absorption()) camera_interior = interior_at(*this, camera.generate_ray(Vec2(0.5f * float(options.width), 0.5f * float(options.height)), Vec2(0.5f)).o);
 }
 

@@ -64,6 +64,8 @@ std::optional<ClusterChoice> ClusterTree::descend(uint32_t index,
     double rest = u;
     while (!nodes_[index].is_leaf) {
         const uint32_t left = nodes_[index].left;
+        prefetch_below(left);
+        prefetch_below(left + 1);
         const double a = importance(nodes_[left], at), b = importance(nodes_[left + 1], at);
         if (!(a + b > 0.0)) return std::nullopt;
         const double p = a / (a + b);
@@ -82,6 +84,7 @@ double ClusterTree::pmf_along(uint32_t index,
                               double pmf) const {
     for (; !nodes_[index].is_leaf; trail >>= 1) {
         const uint32_t left = nodes_[index].left;
+        prefetch_below(left + uint32_t(trail & 1));
         const double a = importance(nodes_[left], at), b = importance(nodes_[left + 1], at);
         if (!(a + b > 0.0)) return 0.0;
         const double p = a / (a + b);

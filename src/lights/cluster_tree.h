@@ -108,6 +108,15 @@ class ClusterTree {
         walk(n.left + 1, trail | uint64_t(1) << depth, depth + 1, visit);
     }
 
+    /// Begins to load the children of a node, to be weighed once it is chosen.
+    void prefetch_below(uint32_t index) const {
+        const Node& node = nodes_[index];
+        if (node.is_leaf) return;
+        const char* children = reinterpret_cast<const char*>(&nodes_[node.left]);
+        __builtin_prefetch(children);
+        __builtin_prefetch(children + 64);
+    }
+
     std::vector<Node> nodes_;
     LightBounds bounds_;
     double intensity_unit_ = 1;

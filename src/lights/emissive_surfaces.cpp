@@ -44,16 +44,15 @@ bool reads_display_color(const scene::Scene& scene) {
     });
 }
 
-template <class Material>
+template <class MayLight>
 void list_triangles(TriangleList& list,
                     uint32_t shape,
                     const geometry::TriangleMesh& mesh,
-                    const shading::MaterialEvaluator& materials,
-                    Material material_of) {
+                    MayLight may_light) {
     std::vector<uint32_t> emissive;
     const uint32_t count = uint32_t(mesh.triangle_count());
     for (uint32_t i = 0; i < count; ++i)
-        if (materials.is_emissive(material_of(i))) emissive.push_back(i);
+        if (may_light(i)) emissive.push_back(i);
     list.add(shape, std::move(emissive), count);
 }
 
@@ -61,9 +60,10 @@ void list_triangles(TriangleList& list,
 
 EmissiveSurfaces::EmissiveSurfaces(const scene::Scene& scene,
                                    const geometry::GeometrySet& geometry,
-                                   const shading::MaterialEvaluator& materials)
-    : scene_(scene), geometry_(geometry), materials_(materials) {
-    if (!materials.has_emission()) return;
+                                   const shading::MaterialEvaluator& materials,
+                                   const SurfaceEmission& emission)
+    : scene_(scene), geometry_(geometry), materials_(materials), emission_(emission) {
+    if (!emission.has_any()) return;
     list_direct();
     list_instances();
 }
@@ -71,8 +71,9 @@ EmissiveSurfaces::EmissiveSurfaces(const scene::Scene& scene,
 void EmissiveSurfaces::list_direct() {
     for (uint32_t shape = 0; shape < geometry_.shapes().size(); ++shape) {
         const geometry::TriangleMesh& mesh = geometry_.shapes()[shape];
-        list_triangles(direct_.triangles, shape, mesh, materials_,
-                       [&](uint32_t triangle) { return mesh.material(triangle); });
+        list_triangles(direct_.triangles, shape, mesh, [&](uint32_t triangle) {
+            return emission_.may_light(scene::none, shape, mesh.material(triangle));
+        });
     }
     measure(direct_, scene::none);
 }
@@ -97,8 +98,20 @@ void EmissiveSurfaces::list_instances() {
         if (item_of_instance_.empty())
             item_of_instance_.assign(scene_.instances.size(), scene::none);
         item_of_instance_[i] = item_count();
-        instances_.push_back({i, at->second});
+        instances_.push_back({i, at->second, strength(groups_[at->second], i)});
     }
+}
+
+/// How much stronger the instance shines than the one that its group was measured by.
+float EmissiveSurfaces::strength(const Group& group, uint32_t instance) const {
+    if (instance == group.measured || scene_.mesh_lights.empty()) return 1.0f;
+    // The strongest of its shapes stands for all: what none shines may not be lost
+    double most = 0.0;
+    const uint32_t shapes = uint32_t(scene_.prototypes[group.prototype].shapes.size());
+    for (uint32_t shape = 0; shape < shapes; ++shape)
+        if (emission_.light(instance, shape))
+            most = std::max(most, emission_.ratio(instance, group.measured, shape));
+    return most > 0.0 && std::isfinite(most) ? float(most) : 1.0f;
 }
 
 /// The emissive triangles of an instance as a new group; none when it has none.
@@ -108,11 +121,14 @@ uint32_t EmissiveSurfaces::add_group(uint32_t instance) {
     Group group;
     group.prototype = placed.prototype;
     for (uint32_t shape = 0; shape < meshes.size(); ++shape) {
-        list_triangles(group.triangles, shape, meshes[shape], materials_, [&](uint32_t triangle) {
-            return placed.material_override != scene::none ? placed.material_override
-                                                           : meshes[shape].material(triangle);
+        list_triangles(group.triangles, shape, meshes[shape], [&](uint32_t triangle) {
+            const bool is_overridden = placed.material_override != scene::none;
+            return emission_.may_light(
+                instance, shape,
+                is_overridden ? placed.material_override : meshes[shape].material(triangle));
         });
     }
+    group.measured = instance;
     if (group.triangles.size() == 0) return scene::none;
     measure(group, instance);
     groups_.push_back(std::move(group));
@@ -146,9 +162,8 @@ float EmissiveSurfaces::mean_luminance(Hit place, int steps) const {
     const double area = 0.5 * length_of(t.scaled_normal());
     if (!(area > 0.0) || !std::isfinite(area)) return -1.0f;
     geometry::SurfacePoint point = geometry::make_surface_point(scene_, geometry_, {}, place);
-    const bool is_constant =
-        scene_.materials[point.material].emissive_color.source == scene::Input::Source::Constant &&
-        !materials_.material_has_presence(point.material);
+    const bool is_constant = emission_.is_constant(point.instance, point.shape, point.material) &&
+                             !materials_.material_has_presence(point.material);
     const int n = is_constant ? 1 : steps;
     const float footprint = is_constant ? 0.0f : float(std::sqrt(area) / n);
     double sum = 0.0;
@@ -158,7 +173,7 @@ float EmissiveSurfaces::mean_luminance(Hit place, int steps) const {
         place.b1 = float(b.x);
         place.b2 = float(b.y);
         point = geometry::make_surface_point(scene_, geometry_, {}, place);
-        const Rgb Le = materials_.emission(point, point.ng, footprint);
+        const Rgb Le = emission_.mean_radiance(point, footprint);
         sum += double(luminance(Le)) * double(materials_.presence(point, footprint));
     }
     return float(std::min(sum / (n * n), double(std::numeric_limits<float>::max())));
@@ -276,7 +291,8 @@ LightBounds EmissiveSurfaces::place(uint32_t item, const LightBounds& bounds) co
         placed.box.extendBy(transform_point(corner, m));
     }
     placed.cone = bounds.cone;
-    placed.cone.intensity *= std::cbrt(sqr(determinant3(m)));
+    placed.cone.intensity *=
+        std::cbrt(sqr(determinant3(m))) * double(instances_[item - direct_count()].strength);
     // Normals keep their angles under similarities only, but a single normal has none
     const Vec3d axis = bounds.cone.axis * cofactor_matrix(m);
     if (axis != Vec3d(0.0)) placed.cone.axis = normalize(axis);
@@ -302,7 +318,13 @@ double EmissiveSurfaces::power(uint32_t item) const {
     if (!is_instance(item)) return 2.0 * pi_d * bounds(item).cone.intensity;
     const InstanceItem& placed = instances_[item - direct_count()];
     const Mat4d m(geometry_.instances()[placed.instance].render_from_prototype);
-    return groups_[placed.group].power * std::cbrt(sqr(determinant3(m)));
+    return groups_[placed.group].power * std::cbrt(sqr(determinant3(m))) * double(placed.strength);
+}
+
+const scene::MeshLight* EmissiveSurfaces::mesh_light(LightId id) const {
+    if (scene_.mesh_lights.empty()) return nullptr;
+    const Hit place = place_of(id);
+    return emission_.light(place.instance, place.shape);
 }
 
 double EmissiveSurfaces::part_power(uint32_t group, uint32_t part) const {
@@ -373,7 +395,8 @@ std::optional<LightSample> EmissiveSurfaces::sample(LightId id,
     geometry::SurfacePoint point =
         geometry::make_surface_point(scene_, geometry_, {p, s.wi}, place);
     const float footprint = cone.width + cone.spread * s.distance;
-    s.Le = materials_.emission(point, -s.wi, footprint) * materials_.presence(point, footprint);
+    s.Le = emission_.radiance(point, -s.wi, footprint, Onlooker::Scattering) *
+           materials_.presence(point, footprint);
     s.is_surface = true;
     // The direction of a ray to there is rounded by its own length, not by that of the position
     for (int i = 0; i < 3; ++i) point.p_error[i] += 0x1p-23f * std::abs(p[i] - point.p[i]);
@@ -405,7 +428,8 @@ std::optional<LightHit> EmissiveSurfaces::intersect(LightId id,
     place.b2 = float(y);
     const geometry::SurfacePoint point =
         geometry::make_surface_point(scene_, geometry_, {o, d}, place);
-    const Rgb Le = materials_.emission(point, -d, 0.0f) * materials_.presence(point, 0.0f);
+    const Rgb Le = emission_.radiance(point, -d, 0.0f, Onlooker::Scattering) *
+                   materials_.presence(point, 0.0f);
     return LightHit{id.index, float(distance), Le, float(density(view, omega, distance))};
 }
 

@@ -5,6 +5,7 @@
 #include "geometry/surface_point.h"
 #include "lights/light_bounds.h"
 #include "lights/light_sample.h"
+#include "lights/surface_emission.h"
 #include "lights/triangle_list.h"
 #include "scene/scene.h"
 
@@ -22,13 +23,14 @@ class MaterialEvaluator;
 
 namespace velatura::lights {
 
-/// The triangles whose material emits, ready to be sampled as area lights; both sides emit.
+/// The triangles that light the scene, by their material or as mesh lights, ready to be sampled as
+/// area lights; both sides emit.
 ///
 /// An *item* is an emissive triangle of a shape that is placed directly, or an instance with
 /// emissive triangles; its triangles are its *parts*. Instances of one prototype with one material
 /// share one *group*, so that memory grows with what is stored, not with what is seen. Groups live
-/// in the space of their prototype. Immutable after construction, safe to share among threads; the
-/// scene, the geometry and the materials must outlive it.
+/// in the space of their prototype. Immutable after construction, safe to share among threads; what
+/// it is made from must outlive it.
 class EmissiveSurfaces {
   public:
     /// Below this solid angle [sr] triangles are sampled by area, where the density is smooth and
@@ -37,7 +39,8 @@ class EmissiveSurfaces {
 
     EmissiveSurfaces(const scene::Scene& scene,
                      const geometry::GeometrySet& geometry,
-                     const shading::MaterialEvaluator& materials);
+                     const shading::MaterialEvaluator& materials,
+                     const SurfaceEmission& emission);
 
     /// Items: first the triangles placed directly, then the instances.
     uint32_t item_count() const { return direct_count() + uint32_t(instances_.size()); }
@@ -71,6 +74,9 @@ class EmissiveSurfaces {
     /// Normal of a plane there (unit; zero stays zero): what is in front of it stays in front.
     Vec3d normal_to_prototype(uint32_t item, const Vec3d& n) const;
 
+    /// The mesh light that the item or its part is; null for surfaces that just emit.
+    const scene::MeshLight* mesh_light(LightId id) const;
+
     /// Emitted flux (luminance), about: both sides of every part. In render space.
     double power(uint32_t item) const;
     /// The same of one part of a group, up to a factor common to the group.
@@ -102,12 +108,14 @@ class EmissiveSurfaces {
 
     struct Group : Listed {
         uint32_t prototype = 0;
-        double power = 0;  ///< sum of part_power
+        double power = 0;       ///< sum of part_power
+        uint32_t measured = 0;  ///< the instance by which the luminances are
     };
 
     struct InstanceItem {
         uint32_t instance = 0;
         uint32_t group = 0;
+        float strength = 1;  // times the group's luminances, by mesh lights that are normalized
     };
 
     /// Corner and edges of a triangle in double.
@@ -120,6 +128,7 @@ class EmissiveSurfaces {
     void list_direct();
     void list_instances();
     uint32_t add_group(uint32_t instance);
+    float strength(const Group& group, uint32_t instance) const;
     void measure(Listed& listed, uint32_t instance) const;
     float mean_luminance(geometry::Hit place, int steps) const;
     void lift_dark_triangles(Listed& listed, uint32_t instance) const;
@@ -131,6 +140,7 @@ class EmissiveSurfaces {
     const scene::Scene& scene_;
     const geometry::GeometrySet& geometry_;
     const shading::MaterialEvaluator& materials_;
+    const SurfaceEmission& emission_;
     Listed direct_;
     std::vector<Group> groups_;
     std::vector<InstanceItem> instances_;

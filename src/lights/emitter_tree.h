@@ -3,6 +3,7 @@
 
 #include "base/math.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -24,37 +25,58 @@ class EmitterTree {
     template <class Visitor>
     void for_each(const Vec3d& o, const Vec3d& d, double t_max, Visitor&& visit) const {
         if (nodes_.empty()) {
-            for (const Item& item : items_) visit(item.light);
+            for (const uint32_t light : short_list_) visit(light);
             return;
         }
-        const Vec3d inverse(1.0 / d.x, 1.0 / d.y, 1.0 / d.z);
-        uint32_t stack[64];
+        const Line line{o, Vec3d(1.0 / d.x, 1.0 / d.y, 1.0 / d.z), t_max};
+        if (!may_meet(node(0), line)) return;
+        const Node* stack[64];
         uint32_t depth = 0;
-        stack[depth++] = 0;
+        stack[depth++] = &node(0);
         while (depth > 0) {
-            const Node& node = nodes_[stack[--depth]];
-            if (!may_meet(node.box, o, inverse, t_max)) continue;
-            if (node.count > 0) {
-                for (uint32_t i = 0; i < node.count; ++i) visit(items_[node.first + i].light);
-            } else {
-                stack[depth++] = node.first;
-                stack[depth++] = node.first + 1;
+            const Node& parent = *stack[--depth];
+            // Children and lights are tested here, where they lie side by side
+            for (uint32_t i = 0; i < std::max(parent.count, 2u); ++i) {
+                const Node& below = node(parent.first + i);
+                if (!may_meet(below, line)) continue;
+                if (parent.count > 0) {
+                    visit(below.first);
+                } else {
+                    __builtin_prefetch(&node(below.first));
+                    stack[depth++] = &below;
+                }
             }
         }
     }
 
   private:
-    struct Node {
-        Box3d box;
-        uint32_t first = 0;  // item of a leaf, left child of an inner node (the right one follows)
-        uint32_t count = 0;  // items of a leaf; 0 = inner node
+    /// Half a cache line: siblings share one. Boxes in float hold those in double.
+    struct alignas(32) Node {
+        Box3 box;
+        uint32_t first =
+            0;  // inner: left child, the right one follows; leaf: lights; light: itself
+        uint32_t count = 0;  // of lights below a leaf; 0 = inner node or light
     };
 
-    static bool may_meet(const Box3d& box, const Vec3d& o, const Vec3d& inverse, double t_max);
-    void build(uint32_t node, uint32_t first, uint32_t count);
+    struct alignas(64) Pair {
+        Node nodes[2];
+    };
 
-    std::vector<Item> items_;
-    std::vector<Node> nodes_;
+    struct Line {
+        Vec3d o, inverse;
+        double t_max;
+    };
+
+    const Node& node(uint32_t i) const { return nodes_[i / 2].nodes[i % 2]; }
+
+    Node& node(uint32_t i) { return nodes_[i / 2].nodes[i % 2]; }
+
+    static bool may_meet(const Node& node, const Line& line);
+    void build(uint32_t number, Item* items, uint32_t count);
+    uint32_t add_nodes(uint32_t count);
+
+    std::vector<uint32_t> short_list_;  // instead of a tree
+    std::vector<Pair> nodes_;           // the root, then siblings and the lights of leaves
 };
 
 }  // namespace velatura::lights

@@ -26,6 +26,11 @@ struct RayCone {
     float width = 0, spread = 0;
 };
 
+/// Non-physical factors of a light's effect on diffuse and on other lobes.
+struct LobeMultipliers {
+    float diffuse = 1, specular = 1;
+};
+
 /// A direction toward a light.
 struct LightSample {
     Vec3 wi;             ///< unit, from p toward the light

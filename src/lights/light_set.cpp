@@ -179,6 +179,11 @@ LightSet::LightSet(const scene::Scene& scene,
     for (const scene::Light& light : scene.lights) {
         const uint32_t index = uint32_t(emitters_.size());
         emitters_.push_back(preparation.prepare(light));
+        facts_.push_back({light.group,
+                          {light.diffuse_multiplier, light.specular_multiplier},
+                          is_on(index) && emitters_[index]->is_infinite(),
+                          light.is_camera_visible,
+                          !light.render_from_portals.empty()});
         if (!is_on(index)) continue;
         if (is_infinite(index)) {
             infinite_.push_back(index);
@@ -188,7 +193,10 @@ LightSet::LightSet(const scene::Scene& scene,
     }
     finite_ = std::make_unique<EmitterTree>(std::move(finite));
     if (options.geometry == nullptr || options.materials == nullptr) return;
-    surfaces_ = std::make_unique<EmissiveSurfaces>(scene, *options.geometry, *options.materials);
+    emission_ = std::make_unique<SurfaceEmission>(scene, *options.geometry, *options.materials,
+                                                  diagnostics);
+    surfaces_ = std::make_unique<EmissiveSurfaces>(scene, *options.geometry, *options.materials,
+                                                   *emission_);
     if (surfaces_->item_count() == 0) surfaces_.reset();
 }
 
@@ -209,7 +217,30 @@ uint32_t LightSet::group_of_instance(uint32_t item) const {
 }
 
 scene::GroupId LightSet::group(LightId id) const {
-    return is_surface(id.index) ? scene_->emissive_group() : scene_->lights[id.index].group;
+    if (!is_surface(id.index)) return facts_[id.index].group;
+    const scene::MeshLight* light = surfaces_->mesh_light(in_surfaces(id));
+    return light ? light->group : scene_->emissive_group();
+}
+
+LobeMultipliers LightSet::lobe_multipliers(LightId id) const {
+    if (!is_surface(id.index)) return facts_[id.index].multipliers;
+    const scene::MeshLight* light = surfaces_->mesh_light(in_surfaces(id));
+    return light ? LobeMultipliers{light->diffuse_multiplier, light->specular_multiplier}
+                 : LobeMultipliers();
+}
+
+SurfaceRadiance LightSet::surface_radiance(const geometry::SurfacePoint& point,
+                                           const Vec3& wo,
+                                           float footprint,
+                                           Onlooker onlooker) const {
+    SurfaceRadiance out;
+    out.Le = emission_->radiance(point, wo, footprint, onlooker);
+    const scene::MeshLight* light = emission_->light(point.instance, point.shape);
+    out.group = light ? light->group : scene_->emissive_group();
+    // A material that shows itself is no light to who sees it
+    const bool is_light = light && !(onlooker == Onlooker::Eye && light->shows_material);
+    if (is_light) out.multipliers = {light->diffuse_multiplier, light->specular_multiplier};
+    return out;
 }
 
 bool LightSet::is_on(LightId id) const {
@@ -219,10 +250,6 @@ bool LightSet::is_on(LightId id) const {
 
 bool LightSet::is_delta(uint32_t item) const {
     return !is_surface(item) && is_on(item) && emitters_[item]->is_delta();
-}
-
-bool LightSet::is_infinite(uint32_t item) const {
-    return !is_surface(item) && is_on(item) && emitters_[item]->is_infinite();
 }
 
 std::optional<LightSample> LightSet::sample(LightId id,

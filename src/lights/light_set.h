@@ -5,6 +5,7 @@
 #include "base/math.h"
 #include "lights/environment_image.h"
 #include "lights/light_sample.h"
+#include "lights/surface_emission.h"
 #include "scene/scene.h"
 
 #include <cstdint>
@@ -40,6 +41,13 @@ struct LightSetOptions {
     /// only found by chance. Both must outlive the set.
     const geometry::GeometrySet* geometry = nullptr;
     const shading::MaterialEvaluator* materials = nullptr;
+};
+
+/// What a surface emits.
+struct SurfaceRadiance {
+    Rgb Le = Rgb(0.0f);
+    scene::GroupId group = 0;
+    LobeMultipliers multipliers;  ///< of who is lit by it
 };
 
 /// The lights of a scene and its emissive triangles, ready to be sampled.
@@ -84,15 +92,39 @@ class LightSet {
 
     const scene::Light& light(uint32_t index) const { return scene_->lights[index]; }
 
-    /// Light group; of emissive triangles Scene::emissive_group().
+    /// Whether the camera sees the light of the scene where it shines itself.
+    bool is_camera_visible(uint32_t index) const { return facts_[index].is_camera_visible; }
+
+    /// Whether the light of the scene is sampled through portals: its density then depends on the
+    /// very point that samples.
+    bool has_portals(uint32_t index) const { return facts_[index].has_portals; }
+
+    /// Light group; of emissive triangles that are no mesh light Scene::emissive_group().
     scene::GroupId group(LightId id) const;
+
+    /// UsdLux's factors of what a light does to diffuse and to other lobes.
+    LobeMultipliers lobe_multipliers(LightId id) const;
+
+    /// Whether any surface may emit.
+    bool has_surface_emission() const { return emission_ && emission_->has_any(); }
+
+    /// Whether somebody may see the surface emit. This and the next need surfaces to look for
+    /// emission on, see LightSetOptions.
+    bool may_emit(const geometry::SurfacePoint& point) const { return emission_->may_emit(point); }
+
+    /// What the surface emits towards wo, not weighed by presence.
+    SurfaceRadiance surface_radiance(const geometry::SurfacePoint& point,
+                                     const Vec3& wo,
+                                     float footprint,
+                                     Onlooker onlooker) const;
 
     /// Whether the light can contribute at all; the others are never sampled nor hit.
     bool is_on(LightId id) const;
 
     bool is_delta(uint32_t item) const;
+
     /// Dome and distant lights: at infinite distance.
-    bool is_infinite(uint32_t item) const;
+    bool is_infinite(uint32_t item) const { return !is_surface(item) && facts_[item].is_infinite; }
 
     /// Samples a direction from point p (render space) toward a light; u in [0,1)². Nothing when
     /// the light does not reach p or the sample fell beside it: that counts as a sample of value
@@ -167,6 +199,13 @@ class LightSet {
     Rgb background(const Vec3& d) const;
 
   private:
+    /// What every meeting with a light asks for, of many lights in one place.
+    struct Facts {
+        scene::GroupId group = 0;
+        LobeMultipliers multipliers;
+        bool is_infinite = false, is_camera_visible = true, has_portals = false;
+    };
+
     LightId in_surfaces(LightId id) const { return {id.index - size(), id.part}; }
 
     using RawVisitor = void (*)(void*, const LightHit&);
@@ -175,8 +214,10 @@ class LightSet {
 
     const scene::Scene* scene_;
     std::vector<std::unique_ptr<Emitter>> emitters_;  // null = off
+    std::vector<Facts> facts_;                        // of lights of the scene
     std::vector<uint32_t> infinite_;
     std::unique_ptr<EmitterTree> finite_;
+    std::unique_ptr<SurfaceEmission> emission_;
     std::unique_ptr<EmissiveSurfaces> surfaces_;
 };
 

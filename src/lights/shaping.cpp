@@ -14,9 +14,8 @@ constexpr double smallest_mean = 1e-6;
 
 }  // namespace
 
-LightShaping::LightShaping(const scene::Light& light) {
-    const scene::Shaping& s = light.shaping;
-    const Vec3d axis = transform_direction(Vec3d(0.0, 0.0, -1.0), light.render_from_light);
+LightShaping::LightShaping(const scene::Shaping& s, const Mat4d& render_from_light) {
+    const Vec3d axis = transform_direction(Vec3d(0.0, 0.0, -1.0), render_from_light);
     const double squared = axis.dot(axis);
     if (!s.is_active || !std::isfinite(squared) || axis == Vec3d(0.0)) return;
     axis_ = normalize(axis);

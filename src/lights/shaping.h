@@ -14,8 +14,11 @@ class LightShaping {
   public:
     /// Shapes nothing.
     LightShaping() = default;
-    /// Shapes nothing either when the light's shaping is not active or its axis is degenerate.
-    explicit LightShaping(const scene::Light& light);
+    /// Shapes nothing either when the shaping is not active or its axis is degenerate.
+    LightShaping(const scene::Shaping& shaping, const Mat4d& render_from_light);
+
+    explicit LightShaping(const scene::Light& light)
+        : LightShaping(light.shaping, light.render_from_light) {}
 
     /// Factor of the radiance that leaves in the unit direction `wo` (away from the light).
     Rgb factor(const Vec3d& wo) const;

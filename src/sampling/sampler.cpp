@@ -3,6 +3,7 @@
 
 #include "base/hash.h"
 #include "sampling/owen.h"
+#include "sampling/pixel_shifts.h"
 
 namespace velatura::sampling {
 
@@ -10,9 +11,26 @@ namespace {
 
 /// 64 random bits for (pixel, bounce, purpose, repeat). The stream has 24 + 8 + 32 bits; the odd
 /// factor spreads it over all bits before it meets the pixel's, which are mixed already.
-uint64_t stream_hash(uint64_t pixel_key, int bounce, Purpose purpose, uint32_t repeat) {
+uint64_t stream_hash(uint64_t key, int bounce, Purpose purpose, uint32_t repeat) {
     const uint64_t stream = (uint64_t(uint32_t(bounce)) << 40) | (uint64_t(purpose) << 32) | repeat;
-    return mix64(pixel_key ^ (stream * 0x9e3779b97f4a7c15ull));
+    return mix64(key ^ (stream * 0x9e3779b97f4a7c15ull));
+}
+
+/// Bits of a key for more than its own 64.
+uint64_t remixed(uint64_t key) {
+    return key * 0xd6e8feb86659fd93ull;
+}
+
+uint32_t arrangement(uint64_t key) {
+    return uint32_t(remixed(key) >> 20) % shift_arrangements;
+}
+
+bool is_blue(SamplerKind kind) {
+    return kind == SamplerKind::BlueNoise || kind == SamplerKind::BlueNoiseHalves;
+}
+
+uint64_t place_key(uint64_t seed, int x, int y) {
+    return hash_combine(seed, (uint64_t(uint32_t(x)) << 32) | uint32_t(y));
 }
 
 }  // namespace
@@ -20,24 +38,40 @@ uint64_t stream_hash(uint64_t pixel_key, int bounce, Purpose purpose, uint32_t r
 // The scrambles are keyed by the pixel, so that pixels are independent. With halves, even sample
 // indices are half A and odd ones half B, and each walks its own sequence with its own scrambles,
 // so that A − B is an honest estimate of error. In one sequence the halves make up for each other's
-// errors, which A − B then shows too large.
+// errors, which A − B then shows too large. For blue noise the scrambles are those of a block of
+// pixels, and what tells its pixels apart are the order of their samples and the shifts.
 PixelSampler::PixelSampler(
     uint64_t seed, int pixel_x, int pixel_y, uint64_t sample_index, SamplerKind kind)
-    : pixel_key_(hash_combine(seed, (uint64_t(uint32_t(pixel_x)) << 32) | uint32_t(pixel_y))),
-      is_independent_(kind == SamplerKind::Independent) {
-    const uint64_t halves = kind == SamplerKind::SobolHalves ? 1 : 0;
+    : key_(place_key(seed, pixel_x, pixel_y)), is_independent_(kind == SamplerKind::Independent) {
+    const uint64_t halves = has_halves(kind) ? 1 : 0;
     const uint64_t index = sample_index >> halves;
     reversed_index_ = reverse_bits(uint32_t(index));
     // The sequence repeats after 2^32 points: go on with fresh scrambles instead
-    pixel_key_ = hash_combine(pixel_key_, (sample_index & halves) | (index >> 32 << 1));
-    if (is_independent_) pixel_key_ = hash_combine(pixel_key_, sample_index);
+    const uint64_t sequence = (sample_index & halves) | (index >> 32 << 1);
+    if (is_blue(kind)) {
+        pixel_salt_ = uint32_t(hash_combine(key_, sequence));
+        shifts_ = pixel_shifts(pixel_x, pixel_y);
+        const auto block = [](int i) { return int(uint32_t(i) / shift_block); };
+        key_ = place_key(~seed, block(pixel_x), block(pixel_y));
+    }
+    key_ = hash_combine(key_, sequence);
+    if (is_independent_) key_ = hash_combine(key_, sample_index);
+}
+
+// Of every use another order, so that uses do not pair up. Blue noise keeps the samples below each
+// power of two together: those of several pixels form a net.
+uint32_t PixelSampler::shuffled_index(uint64_t key) const {
+    const uint32_t seed = uint32_t(key) ^ pixel_salt_;
+    const uint32_t reversed = owen_hash_reversed(reversed_index_, seed);
+    return reverse_bits(shifts_ ? reversed ^ owen_hash_reversed(0, seed) : reversed);
 }
 
 uint32_t PixelSampler::bits_1d(int bounce, Purpose purpose, uint32_t repeat) const {
-    const uint64_t key = stream_hash(pixel_key_, bounce, purpose, repeat);
+    const uint64_t key = stream_hash(key_, bounce, purpose, repeat);
     if (is_independent_) return uint32_t(key >> 32);
-    const uint32_t index = reverse_bits(owen_hash_reversed(reversed_index_, uint32_t(key)));
     // Dimension 0 of Sobol' is the reversed index, so its reversed form is the index itself
+    uint32_t index = shuffled_index(key);
+    if (shifts_) index ^= shifts_[arrangement(key)].x;
     return reverse_bits(owen_hash_reversed(index, uint32_t(key >> 32)));
 }
 
@@ -53,13 +87,18 @@ double PixelSampler::get_1d_fine(int bounce, Purpose purpose, uint32_t repeat) c
 // of the index and its own scrambles. Ref: Burley 2020, "Practical Hash-based Owen Scrambling",
 // JCGT 9(4).
 Vec2 PixelSampler::get_2d(int bounce, Purpose purpose, uint32_t repeat) const {
-    const uint64_t key = stream_hash(pixel_key_, bounce, purpose, repeat);
+    const uint64_t key = stream_hash(key_, bounce, purpose, repeat);
     if (is_independent_) return {unit_float(uint32_t(key)), unit_float(uint32_t(key >> 32))};
-    const uint32_t index = reverse_bits(owen_hash_reversed(reversed_index_, uint32_t(key)));
-    const uint32_t seed_1 = uint32_t((key * 0xd6e8feb86659fd93ull) >> 32);
+    const uint32_t index = shuffled_index(key);
+    uint32_t x = index, y = sobol_1_reversed(index);
+    if (shifts_) {
+        const PixelShift& shift = shifts_[arrangement(key)];
+        x ^= shift.x;
+        y ^= shift.y;
+    }
     // Both numbers are turned round in one word, which swaps them
-    const uint64_t reversed = uint64_t(owen_hash_reversed(index, uint32_t(key >> 32))) |
-                              uint64_t(owen_hash_reversed(sobol_1_reversed(index), seed_1)) << 32;
+    const uint64_t reversed = uint64_t(owen_hash_reversed(x, uint32_t(key >> 32))) |
+                              uint64_t(owen_hash_reversed(y, uint32_t(remixed(key) >> 32))) << 32;
     const uint64_t bits = reverse_bits(reversed);
     return {unit_float(uint32_t(bits >> 32)), unit_float(uint32_t(bits))};
 }

@@ -7,6 +7,8 @@
 
 namespace velatura::sampling {
 
+struct PixelShift;
+
 /// What a random number is used for. Together with (seed, pixel, sample index, bounce) it is the
 /// whole identity of the number: there is no "next dimension", so switching one effect off never
 /// shifts the numbers of another. Never renumber: pictures depend on the values.
@@ -41,7 +43,16 @@ enum class SamplerKind : uint8_t {
     /// estimates of everything, whose difference tells the error. Costs up to 1.5 times the
     /// variance.
     SobolHalves,
+    /// Sobol' points whose errors make up for each other among neighbouring pixels: as good in
+    /// every pixel, better wherever a picture is filtered, scaled down or looked at from afar.
+    BlueNoise,
+    BlueNoiseHalves,  ///< as SobolHalves
 };
+
+/// Whether even and odd samples are independent estimates.
+constexpr bool has_halves(SamplerKind kind) {
+    return kind == SamplerKind::SobolHalves || kind == SamplerKind::BlueNoiseHalves;
+}
 
 /// The numbers of one camera sample. A value; copies are equal.
 class PixelSampler {
@@ -65,9 +76,13 @@ class PixelSampler {
   private:
     uint32_t bits_1d(int bounce, Purpose purpose, uint32_t repeat) const;
 
-    uint64_t pixel_key_;
+    uint32_t shuffled_index(uint64_t key) const;
+
+    uint64_t key_;             ///< of the pixel, of its block of pixels for blue noise
     uint32_t reversed_index_;  ///< of the point in its sequence
     bool is_independent_;
+    uint32_t pixel_salt_ = 0;             ///< blue noise: what tells the pixel from its block
+    const PixelShift* shifts_ = nullptr;  ///< blue noise: of the pixel
 };
 
 }  // namespace velatura::sampling

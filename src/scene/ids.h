@@ -11,6 +11,7 @@ using TextureId = uint32_t;
 using PrimvarId = uint32_t;  ///< index of an interned primvar name, Scene::primvar_names
 using ShapeId = uint32_t;
 using ProvenanceId = uint32_t;
+using MeshLightId = uint32_t;
 using GroupId = uint32_t;  ///< light group, index into Scene::groups
 
 inline constexpr uint32_t none = 0xffffffffu;

@@ -49,6 +49,24 @@ struct Light {
     ProvenanceId provenance = none;
 };
 
+/// Geometry that is a light: a prim of shapes with UsdLux LightAPI or MeshLightAPI. Unlike other lights it is a surface,
+/// which rays meet in the accelerator and which blocks light. Both of its sides emit.
+struct MeshLight {
+    std::string name;  ///< prim path
+    GroupId group = none;  ///< none: it stands nowhere
+    /// Radiance that it lights other things with, before shaping: colour × blackbody × intensity × 2^exposure, times the
+    /// material's emission where `is_tinted_by_glow`, divided by the area of its placement where `is_normalized`.
+    Rgb Le = Rgb(1.0f);
+    bool is_tinted_by_glow = false;  ///< materialSyncMode materialGlowTintsLight
+    /// The camera and delta reflections see the material's emission instead: every materialSyncMode but noMaterialResponse.
+    bool shows_material = false;
+    bool is_normalized = false;
+    Shaping shaping;
+    Mat4d holder_from_light;  ///< the prim's own space, whose −Z is the axis of the shaping, in the space of its shape
+    float diffuse_multiplier = 1.0f, specular_multiplier = 1.0f;
+    ProvenanceId provenance = none;
+};
+
 /// One row of the light mixer.
 struct LightGroup {
     std::string name;                ///< [A-Za-z0-9]+, unique

@@ -60,6 +60,7 @@ struct Shape {
     MaterialId material = none;  ///< none = displayColor / displayOpacity material
     bool flip_normals = false;   ///< geometric normal against the winding: leftHanded xor mirrored shape transform
     bool double_sided = false;
+    MeshLightId light = none;    ///< the shape is this light
     ProvenanceId provenance = none;
 };
 

@@ -49,6 +49,7 @@ struct Scene {
     std::vector<Texture> textures;
     std::vector<std::string> primvar_names;
     std::vector<Light> lights;
+    std::vector<MeshLight> mesh_lights;  ///< of shapes, see Shape::light
     /// Rows of the light mixer; the last one is always `emissive` (emission of surfaces).
     std::vector<LightGroup> groups;
     Camera camera;

@@ -89,6 +89,8 @@ struct Context {
     bool has_emissive_material = false;
     bool has_light_prim = false;  ///< a light was met, whether it shines or not
     bool instance_cap_hit = false;
+    scene::MaterialId black_material = scene::none;  ///< of mesh lights without material response
+    std::vector<Prim> mesh_light_prims;              ///< of Scene::mesh_lights
     int point_prototype_depth = 0;  ///< > 0: instances may hand a displayColor to what is walked
 
     void warn(std::string code, Prim prim, std::string message) {

@@ -67,6 +67,8 @@ scene::GroupId add_group(Context& ctx, std::string name) {
 
 }  // namespace
 
+namespace {
+
 scene::GroupId light_group(Context& ctx, Prim light) {
     const LightGrouping policy = ctx.options.light_grouping;
     std::string authored;
@@ -94,6 +96,16 @@ scene::GroupId light_group(Context& ctx, Prim light) {
     return id;
 }
 
+}  // namespace
+
+scene::GroupId join_light_group(Context& ctx, Prim light) {
+    const scene::GroupId group = light_group(ctx, light);
+    const std::string name = light.path_string();
+    auto& members = ctx.scene.groups[group].prims;
+    if (members.empty() || members.back() != name) members.push_back(name);
+    return group;
+}
+
 void add_default_dome(Context& ctx) {
     scene::Light dome;
     dome.kind = scene::LightKind::Dome;
@@ -110,6 +122,8 @@ void finish_light_groups(Context& ctx) {
     for (const scene::Light& light : ctx.scene.lights)
         if (light.kind != scene::LightKind::Dome)
             ctx.scene.groups[light.group].is_environment = false;
+    for (const scene::MeshLight& light : ctx.scene.mesh_lights)
+        if (light.group != scene::none) ctx.scene.groups[light.group].is_environment = false;
     ctx.scene.groups.push_back({"emissive", {}, false});
 }
 

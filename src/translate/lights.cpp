@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "translate/blackbody.h"
 #include "translate/light_area.h"
+#include "translate/light_inputs.h"
 #include "translate/parts.h"
 #include "translate/values.h"
 #include "usd/stage/xform.h"
@@ -15,6 +15,9 @@ namespace {
 
 using scene::LightKind;
 
+/// UsdLuxDistantLight's fallback.
+constexpr double default_sun_intensity = 50000.0;
+
 std::optional<LightKind> light_kind(std::string_view type) {
     if (type == "DistantLight") return LightKind::Distant;
     if (type == "DomeLight" || type == "DomeLight_1") return LightKind::Dome;
@@ -23,37 +26,6 @@ std::optional<LightKind> light_kind(std::string_view type) {
     if (type == "SphereLight") return LightKind::Sphere;
     if (type == "CylinderLight") return LightKind::Cylinder;
     return std::nullopt;
-}
-
-/// Attribute `inputs:<name>`; files from before USD 21.02 leave the prefix out.
-Attribute input(Prim prim, std::string_view name) {
-    const Attribute modern = prim.attribute("inputs:" + std::string(name));
-    if (modern.has_authored_value()) return modern;
-    const Attribute old = prim.attribute(name);
-    return old.has_authored_value() ? old : modern;
-}
-
-double input_number(Context& ctx, Prim prim, std::string_view name, double fallback) {
-    return read_number(input(prim, name), fallback, ctx.time);
-}
-
-/// Colour × blackbody × intensity × 2^exposure, in double.
-Vec3d radiance(Context& ctx, Prim prim, LightKind kind) {
-    const double intensity =
-        input_number(ctx, prim, "intensity", kind == LightKind::Distant ? 50000.0 : 1.0);
-    const double exposure = input_number(ctx, prim, "exposure", 0.0);
-    const auto color = read_vector(input(prim, "color"), 3, ctx.time);
-    Vec3d Le = color ? Vec3d((*color)[0], (*color)[1], (*color)[2]) : Vec3d(1.0);
-    if (read_bool(input(prim, "enableColorTemperature"), false, ctx.time)) {
-        const double kelvin = input_number(ctx, prim, "colorTemperature", 6500.0);
-        if (kelvin < 1000.0 || kelvin > 10000.0) {
-            ctx.warn("color-temperature-clamped", input(prim, "colorTemperature"),
-                     fmt::format("colorTemperature {} K is outside [1000, 10000] and is clamped",
-                                 kelvin));
-        }
-        Le *= blackbody_rgb(kelvin);
-    }
-    return Le * (intensity * std::exp2(exposure));
 }
 
 /// World-space size that `normalize` divides by; 0 = the shape has no area.
@@ -120,35 +92,11 @@ bool give_extent(Context& ctx, Prim prim, scene::Light& light, Vec3d& sizes) {
     if (!is_round || sizes.x != 0.0 || !(distance > 0.0) || !(scale > 0.0)) return false;
     sizes.x = distance / 1024 / scale;
     light.radius = float(sizes.x);
-    ctx.warn("light-without-size", input(prim, "radius"),
+    ctx.warn("light-without-size", light_input(prim, "radius"),
              fmt::format("radius 0 with normalize on: point lights are not supported, a radius of "
                          "{:.6g} (1/1024 of the distance from the camera) is used",
                          sizes.x));
     return true;
-}
-
-void read_shaping(Context& ctx, Prim prim, scene::Light& light) {
-    const Attribute angle = input(prim, "shaping:cone:angle");
-    const Attribute focus = input(prim, "shaping:focus");
-    scene::Shaping& shaping = light.shaping;
-    shaping.cone_softness =
-        std::clamp(float(input_number(ctx, prim, "shaping:cone:softness", 0.0)), 0.0f, 1.0f);
-    shaping.focus = float(read_number(focus, 0.0, ctx.time));
-    if (const auto tint = read_vector(input(prim, "shaping:focusTint"), 3, ctx.time))
-        shaping.focus_tint = Rgb(float((*tint)[0]), float((*tint)[1]), float((*tint)[2]));
-    if (angle.has_authored_value() || shaping.cone_softness > 0.0f)
-        shaping.cone_angle_deg = float(read_number(angle, 90.0, ctx.time));
-    const bool has_cone = shaping.cone_angle_deg * (1.0f - shaping.cone_softness) < 180.0f;
-    shaping.is_active = has_cone || shaping.focus > 0.0f;
-    if (shaping.is_active && (light.kind == LightKind::Dome || light.kind == LightKind::Distant)) {
-        ctx.warn("unsupported-light-input", angle.has_authored_value() ? angle : focus,
-                 "shaping of a dome or distant light is not supported and is left out");
-        shaping = scene::Shaping();
-    }
-    const Attribute ies = input(prim, "shaping:ies:file");
-    if (!read_text(ies, "", ctx.time).empty()) {
-        ctx.warn("unsupported-ies", ies, "IES profiles are not supported, the light is unshaped");
-    }
 }
 
 /// Rotation that puts a Y pole on Z, longitude 0 from +Z to −Y. USD.md §5a, DomeLight_1.
@@ -175,7 +123,8 @@ void read_portals(Context& ctx, Prim prim, scene::Light& light) {
 }
 
 void read_dome(Context& ctx, Prim prim, scene::Light& light) {
-    const std::string format = read_text(input(prim, "texture:format"), "automatic", ctx.time);
+    const std::string format =
+        read_text(light_input(prim, "texture:format"), "automatic", ctx.time);
     if (format == "latlong") {
         light.dome_format = scene::DomeFormat::LatLong;
     } else if (format == "mirroredBall") {
@@ -185,7 +134,7 @@ void read_dome(Context& ctx, Prim prim, scene::Light& light) {
     } else if (format == "cubeMapVerticalCross") {
         light.dome_format = scene::DomeFormat::CubeMapVerticalCross;
     } else if (format != "automatic") {
-        ctx.warn("unsupported-light-input", input(prim, "texture:format"),
+        ctx.warn("unsupported-light-input", light_input(prim, "texture:format"),
                  fmt::format("texture format {} is unknown, automatic is used", format));
     }
     if (prim.type_name() == "DomeLight_1") {
@@ -194,48 +143,6 @@ void read_dome(Context& ctx, Prim prim, scene::Light& light) {
             light.render_from_light = z_pole() * light.render_from_light;
     }
     read_portals(ctx, prim, light);
-}
-
-/// Whether a linking collection says more than "everything".
-bool is_linked(Context& ctx, Prim prim, const std::string& collection) {
-    const std::string base = "collection:" + collection;
-    const Attribute include_root = prim.attribute(base + ":includeRoot");
-    if (include_root.has_authored_value() && !read_bool(include_root, true, ctx.time)) return true;
-    return !prim.relationship(base + ":includes").targets().empty() ||
-           !prim.relationship(base + ":excludes").targets().empty();
-}
-
-void warn_light_features(Context& ctx, Prim prim) {
-    if (!prim.relationship("light:filters").targets().empty() ||
-        !prim.relationship("filters").targets().empty())
-        ctx.warn("unsupported-light-filter", prim,
-                 "light filters are not supported, the light is unfiltered");
-    for (const char* collection : {"lightLink", "shadowLink"}) {
-        if (is_linked(ctx, prim, collection)) {
-            ctx.warn("unsupported-light-linking", prim,
-                     fmt::format("{} is not supported, the light reaches everything", collection));
-        }
-    }
-    const auto unusual = [&](const char* name, double fallback, const char* what) {
-        const Attribute attribute = input(prim, name);
-        if (attribute.has_authored_value() &&
-            read_number(attribute, fallback, ctx.time) != fallback)
-            ctx.warn("unsupported-shadow-input", attribute,
-                     fmt::format("{} is not supported: {}", name, what));
-    };
-    unusual("shadow:enable", 1.0, "the light casts shadows");
-    unusual("shadow:distance", -1.0, "shadows reach any distance");
-    unusual("shadow:falloff", -1.0, "shadows do not fade");
-    const auto shadow_color = read_vector(input(prim, "shadow:color"), 3, ctx.time);
-    if (shadow_color && *shadow_color != std::vector<double>{0.0, 0.0, 0.0})
-        ctx.warn("unsupported-shadow-input", input(prim, "shadow:color"),
-                 "shadow:color is not supported: shadows are black");
-    for (const char* name : {"inputs:intensity", "inputs:exposure", "inputs:color"}) {
-        const Attribute attribute = prim.attribute(name);
-        if (attribute.has_authored_connections())
-            ctx.warn("unsupported-light-shader", attribute,
-                     fmt::format("connection of {} is not supported, its own value is used", name));
-    }
 }
 
 Vec3d world_position(const Mat4d& m) {
@@ -263,8 +170,9 @@ bool read_light(Context& ctx, const LightSite& site, const Mat4d& render_from_li
         return false;
     }
     Vec3d sizes = read_sizes(ctx, prim, light);
-    Vec3d Le = radiance(ctx, prim, light.kind);
-    const bool is_normalized = read_bool(input(prim, "normalize"), false, ctx.time);
+    Vec3d Le =
+        read_radiance(ctx, prim, light.kind == LightKind::Distant ? default_sun_intensity : 1.0);
+    const bool is_normalized = read_bool(light_input(prim, "normalize"), false, ctx.time);
     double size = world_size(light, sizes, render_from_light);
     if (is_area && !(size > 0.0) && is_normalized && give_extent(ctx, prim, light, sizes))
         size = world_size(light, sizes, render_from_light);
@@ -274,17 +182,16 @@ bool read_light(Context& ctx, const LightSite& site, const Mat4d& render_from_li
     }
     if (is_normalized && light.kind != LightKind::Dome) Le /= size;
     // The divisor 1 of a distant light without extent stands for irradiance, normalized or not
+    if (!is_good_radiance(ctx, prim, Le)) return false;
     light.Le = Rgb(float(Le.x), float(Le.y), float(Le.z));
-    if (!velatura::is_finite(light.Le) || Le.x < 0.0 || Le.y < 0.0 || Le.z < 0.0) {
-        ctx.warn("bad-light-value", prim,
-                 fmt::format("emission ({:.6g}, {:.6g}, {:.6g}) is negative or not finite, the "
-                             "light is left out",
-                             Le.x, Le.y, Le.z));
-        return false;
+    light.shaping = read_shaping(ctx, prim);
+    if (light.shaping.is_active && !is_area) {
+        ctx.warn("unsupported-light-input", prim,
+                 "shaping of a dome or distant light is not supported and is left out");
+        light.shaping = scene::Shaping();
     }
-    read_shaping(ctx, prim, light);
     if (light.kind == LightKind::Dome) read_dome(ctx, prim, light);
-    const Attribute texture = input(prim, "texture:file");
+    const Attribute texture = light_input(prim, "texture:file");
     if (!read_text(texture, "", ctx.time).empty()) {
         if (light.kind == LightKind::Rect || light.kind == LightKind::Dome)
             light.texture_file = texture.resolved_asset_path(ctx.time);
@@ -295,9 +202,7 @@ bool read_light(Context& ctx, const LightSite& site, const Mat4d& render_from_li
     light.diffuse_multiplier = float(input_number(ctx, prim, "diffuse", 1.0));
     light.specular_multiplier = float(input_number(ctx, prim, "specular", 1.0));
     warn_light_features(ctx, prim);
-    light.group = light_group(ctx, prim);
-    auto& members = ctx.scene.groups[light.group].prims;
-    if (members.empty() || members.back() != light.name) members.push_back(light.name);
+    light.group = join_light_group(ctx, prim);
     light.provenance = ctx.provenance(prim);
     ctx.scene.lights.push_back(std::move(light));
     return true;

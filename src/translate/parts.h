@@ -99,8 +99,16 @@ bool read_light(Context& ctx, const LightSite& site, const Mat4d& render_from_li
 void add_default_dome(Context& ctx);
 /// Appends `emissive`, names `is_environment` and checks that names are unique.
 void finish_light_groups(Context& ctx);
-/// Row of the light; creates it.
-scene::GroupId light_group(Context& ctx, Prim light);
+/// Row of the light, created on first use, which then lists its prim.
+scene::GroupId join_light_group(Context& ctx, Prim light);
+
+/// Whether LightAPI or MeshLightAPI makes a light of the prim's geometry.
+bool is_geometry_light(Prim prim);
+/// Makes the shape of a prim a light, if it can be one. The group is left to be joined once the
+/// shape is placed.
+void make_mesh_light(Context& ctx, Prim prim, const Mat4d& holder_from_light, scene::Shape& shape);
+/// Gives the lights among shapes that enter the scene their rows.
+void join_mesh_light_groups(Context& ctx, const std::vector<scene::Shape>& shapes);
 
 /// Warns about a prim type that is seen and not rendered.
 void warn_unsupported(Context& ctx, Prim prim);

@@ -12,6 +12,7 @@ namespace {
 uint32_t prototype_index(Context& ctx, Placeable& placeable) {
     if (placeable.prototype == scene::none) {
         placeable.prototype = uint32_t(ctx.scene.prototypes.size());
+        join_mesh_light_groups(ctx, placeable.shapes);
         ctx.scene.prototypes.push_back({placeable.name, std::move(placeable.shapes)});
     }
     return placeable.prototype;
@@ -44,6 +45,15 @@ void bake(Context& ctx,
           const std::optional<Rgb>& display_color) {
     for (const scene::Shape& shape : ctx.scene.prototypes[prototype].shapes) {
         ctx.scene.shapes.push_back(baked(shape, matrix));
+        scene::MeshLightId& light = ctx.scene.shapes.back().light;
+        if (light != scene::none) {
+            // Its shaping turns with it
+            scene::MeshLight placed = ctx.scene.mesh_lights[light];
+            placed.holder_from_light = placed.holder_from_light * matrix;
+            light = scene::MeshLightId(ctx.scene.mesh_lights.size());
+            ctx.scene.mesh_lights.push_back(std::move(placed));
+            ctx.mesh_light_prims.push_back(ctx.mesh_light_prims[shape.light]);
+        }
         if (display_color) hand_down_color(ctx, *display_color, ctx.scene.shapes.back());
     }
 }
@@ -92,6 +102,7 @@ void place(Context& ctx, const Placement& placement, const Mat4d& matrix) {
 
 void place_all(Context& ctx, Placeable& stage_content) {
     ctx.scene.shapes = std::move(stage_content.shapes);
+    join_mesh_light_groups(ctx, ctx.scene.shapes);
     for (const LightSite& site : stage_content.lights) read_light(ctx, site, site.matrix);
     for (const Placement& placement : stage_content.placements)
         place(ctx, placement, placement.matrix);

@@ -34,7 +34,8 @@ Context make_context(const usd::stage::Stage& stage,
                 .skeleton_poses = {},
                 .subdivided = {},
                 .first_subdivided = {},
-                .first_subdivided_loc = {}};
+                .first_subdivided_loc = {},
+                .mesh_light_prims = {}};
     ctx.scene.meters_per_unit = stage.meters_per_unit();
     ctx.scene.frames_per_second = stage.frames_per_second();
     return ctx;

@@ -9,12 +9,19 @@ namespace velatura::translate {
 bool is_any_light(Prim prim) {
     const std::string_view type = prim.type_name().view();
     return is_light_type(type) || type == "GeometryLight" || type == "PortalLight" ||
-           type == "PluginLight" || prim.has_api("LightAPI") || prim.has_api("MeshLightAPI");
+           type == "PluginLight" || is_geometry_light(prim) || prim.has_api("VolumeLightAPI");
 }
 
 void warn_unsupported(Context& ctx, Prim prim) {
     const std::string& type = prim.type_name().str();
     if (type == "PortalLight") return;  // read with the dome that it belongs to
+    if (prim.has_api("VolumeLightAPI")) {
+        ctx.warn(
+            "unsupported-light", prim,
+            fmt::format("{} as a light (VolumeLightAPI) is not supported, the prim is left out",
+                        type));
+        return;
+    }
     const bool is_shown = prim.is_a("Gprim") || prim.is_a("Volume");
     const bool is_light = is_any_light(prim);
     if (is_shown || is_light) {
@@ -24,10 +31,9 @@ void warn_unsupported(Context& ctx, Prim prim) {
 }
 
 void warn_unsupported_features(Context& ctx, Prim prim) {
-    if (prim.has_api("LightAPI") || prim.has_api("MeshLightAPI")) {
+    if (prim.has_api("VolumeLightAPI"))
         ctx.warn("unsupported-light", prim,
-                 "geometry as a light is not supported, it shows its material only");
-    }
+                 "VolumeLightAPI is not supported on surfaces, the prim shows its material only");
     for (const char* name : {"velocities", "accelerations"}) {
         const Attribute attribute = prim.attribute(name);
         if (attribute.has_authored_value())

@@ -72,6 +72,7 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, Pose* pose, Placeable& o
     }
     warn_unsupported_features(ctx, prim);
     if (!shape) return;
+    if (is_geometry_light(prim)) make_mesh_light(ctx, prim, placed, *shape);
     out.shapes.push_back(std::move(*shape));
     out.is_origin_fixed = true;
 }

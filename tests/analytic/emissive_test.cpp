@@ -69,16 +69,6 @@ void expect_irradiance(const TestScene& test,
     EXPECT_NEAR(layers.unoccluded(0).mean, layers.bounce(1, 0).mean, bound) << what;
 }
 
-/// Takes the last shape out of the scene and places it as an instance instead.
-void make_instance(TestScene& test, const Mat4& render_from_prototype) {
-    test.scene.prototypes.push_back({"/Lamp", {test.scene.shapes.back()}});
-    test.scene.shapes.pop_back();
-    scene::Instance instance;
-    instance.prototype = uint32_t(test.scene.prototypes.size() - 1);
-    instance.render_from_prototype = render_from_prototype;
-    test.scene.instances.push_back(instance);
-}
-
 }  // namespace
 
 TEST(EmissiveSurface, SquareByEveryStrategy) {
@@ -108,7 +98,7 @@ TEST(EmissiveSurface, InstancesUnderAnyMapShineLikeTheirImage) {
     for (const LightSampling strategy : strategies) {
         TestScene test = patch_scene();
         test.add_square(0.0f, 0.5f, test.add_matte(Rgb(0.0f), Rgb(1.0f)));
-        make_instance(test, map);
+        test.make_instance(map);
         expect_irradiance(test, irradiance_of_square(1.0), 3e-3, "instance of an emissive square",
                           1024, strategy);
     }
@@ -157,35 +147,6 @@ TEST(EmissiveSurface, LightsWithLobeMultipliersLeaveItAlone) {
                  "emissive square beside a light without diffuse");
 }
 
-namespace {
-
-/// Pictures of one scene with independent noise: the mean of their differences is zero within 4
-/// standard errors, which are below `relative` of the picture's mean.
-void expect_agreement(const RenderedLayers& a,
-                      const RenderedLayers& b,
-                      double relative,
-                      const std::string& what) {
-    const film::Window& w = a.film.window();
-    const double count = double(w.pixel_count());
-    double sum = 0, squares = 0, level = 0;
-    for (int y = w.y0; y < w.y1; ++y) {
-        for (int x = w.x0; x < w.x1; ++x) {
-            const double mine = a.film.sums().total(x, y, image::AccumulatorTable::beauty).x;
-            const double other = b.film.sums().total(x, y, image::AccumulatorTable::beauty).x;
-            sum += mine - other;
-            squares += (mine - other) * (mine - other);
-            level += other;
-        }
-    }
-    const double error = std::sqrt((squares - sum * sum / count) / (count - 1) * count);
-    fmt::print("{:<60} {:+.2f} standard errors, detectable {:.2g}\n", what, sum / error,
-               5.2816 * error / level);
-    EXPECT_LE(std::abs(sum), 4.0 * error) << what;
-    EXPECT_LE(5.2816 * error, relative * level) << what << ": the test could not see its bound";
-}
-
-}  // namespace
-
 TEST(EmissiveSurface, StrategiesAndSelectionsAgreeInAMixedScene) {
     // A lit box of glossy and matte surfaces: an emissive ball, two instances of a lamp, a cut-out
     // pane in front, a light
@@ -199,7 +160,7 @@ TEST(EmissiveSurface, StrategiesAndSelectionsAgreeInAMixedScene) {
     test.add_sphere(Vec3(-1.5f, 0.8f, -4.5f), 0.4,
                     test.add_matte(Rgb(0.2f), Rgb(3.0f, 2.0f, 1.0f)));
     test.add_square(0.0f, 0.3f, test.add_matte(Rgb(0.1f), Rgb(8.0f)));
-    make_instance(test, Mat4(1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 1.5f, 1.2f, -5, 1));
+    test.make_instance(Mat4(1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 1.5f, 1.2f, -5, 1));
     scene::Instance second = test.scene.instances[0];
     second.render_from_prototype =
         Mat4(0.5f, 0, 0, 0, 0, 1.5f, 0, 0, 0, 0, 1, 0, -0.5f, -1.2f, -5.5f, 1);

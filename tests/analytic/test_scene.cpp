@@ -78,6 +78,25 @@ void TestScene::add_faceted_ball(float radius, scene::MaterialId material) {
     scene.shapes.push_back(shape);
 }
 
+void TestScene::make_instance(const Mat4& render_from_prototype) {
+    scene.prototypes.push_back({"/Lamp", {scene.shapes.back()}});
+    scene.shapes.pop_back();
+    scene::Instance instance;
+    instance.prototype = uint32_t(scene.prototypes.size() - 1);
+    instance.render_from_prototype = render_from_prototype;
+    scene.instances.push_back(instance);
+}
+
+scene::MeshLight& TestScene::make_mesh_light() {
+    scene::MeshLight light;
+    light.name = fmt::format("/MeshLight{}", scene.mesh_lights.size());
+    light.group = scene::GroupId(scene.groups.size() - 1);
+    scene.groups.insert(scene.groups.end() - 1, {fmt::format("meshlight{}", scene.mesh_lights.size()), {light.name}, false});
+    scene.shapes.back().light = scene::MeshLightId(scene.mesh_lights.size());
+    scene.mesh_lights.push_back(light);
+    return scene.mesh_lights.back();
+}
+
 scene::Light& TestScene::add_light(scene::LightKind kind, const Mat4d& render_from_light) {
     scene::Light light;
     light.kind = kind;
@@ -198,6 +217,29 @@ Mat4d at(const Vec3d& where) {
     Mat4d m;
     m.setTranslation(where);
     return m;
+}
+
+void expect_agreement(const RenderedLayers& a,
+                      const RenderedLayers& b,
+                      double relative,
+                      const std::string& what) {
+    const film::Window& w = a.film.window();
+    const double count = double(w.pixel_count());
+    double sum = 0, squares = 0, level = 0;
+    for (int y = w.y0; y < w.y1; ++y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+            const double mine = a.film.sums().total(x, y, image::AccumulatorTable::beauty).x;
+            const double other = b.film.sums().total(x, y, image::AccumulatorTable::beauty).x;
+            sum += mine - other;
+            squares += (mine - other) * (mine - other);
+            level += other;
+        }
+    }
+    const double error = std::sqrt((squares - sum * sum / count) / (count - 1) * count);
+    fmt::print("{:<60} {:+.2f} standard errors, detectable {:.2g}\n", what, sum / error,
+               5.2816 * error / level);
+    EXPECT_LE(std::abs(sum), 4.0 * error) << what;
+    EXPECT_LE(5.2816 * error, relative * level) << what << ": the test could not see its bound";
 }
 
 }  // namespace velatura::test

@@ -34,6 +34,12 @@ class TestScene {
     /// Closed ball of flat facets around the origin: no interpolated normals, whose bending would lose energy.
     void add_faceted_ball(float radius, scene::MaterialId material);
 
+    /// Takes the last shape out of the scene and places it as an instance instead.
+    void make_instance(const Mat4& render_from_prototype);
+
+    /// Makes the last shape a light in a group of its own; returns the light to be changed.
+    scene::MeshLight& make_mesh_light();
+
     /// A light in a group of its own; returns the light to be changed.
     scene::Light& add_light(scene::LightKind kind, const Mat4d& render_from_light);
 
@@ -72,6 +78,10 @@ RenderedLayers render(const TestScene& test, const TestRenderOptions& options = 
 /// Expects |mean − expected| within 4 standard errors and within `relative` of it, and that the test could see a
 /// deviation of `relative`; prints the smallest detectable error.
 void expect_close(const Estimate& estimate, double expected, double relative, const std::string& what);
+
+/// Expects two pictures of one scene with independent noise to agree: the mean of their differences is zero within 4
+/// standard errors, which are below `relative` of the picture's mean.
+void expect_agreement(const RenderedLayers& a, const RenderedLayers& b, double relative, const std::string& what);
 
 /// Glass and metal that scatter without blur.
 scene::Material smooth_glass(float ior = 1.5f);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What each technique of light transport is worth: efficiency = 1 / (relMSE × CPU seconds) of the defaults over that of the
-// same renderer with one technique taken away, per scene, with intervals. Usage: velatura_bench_transport [SCENE…]
+// same renderer with one technique taken away, per scene, with intervals; then tables of single questions.
+// Usage: velatura_bench_transport [SCENE… | light-counts]
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -21,6 +22,7 @@ constexpr int size_px = 96;
 constexpr int run_count = 12;  ///< independent seeds: their spread is the error, without any reference picture
 constexpr uint64_t sample_count = 16;
 constexpr uint64_t placed_count = 64;   ///< of adaptive renders: the first 16 of them are the pilot
+constexpr double blur_px = 1.5;
 constexpr double floor_squared = 0.01;  ///< of the relative error: mean² + 0.01, as in docs/numerics.md
 
 /// Independent renders of one technique.
@@ -75,6 +77,29 @@ Pixels norm_of(Pixels mean) {
     return mean;
 }
 
+/// Pictures after a Gaussian of `blur_px`, cut off at the edges.
+std::vector<Pixels> blurred(const std::vector<Pixels>& pictures) {
+    const int reach = 6;
+    const auto pass = [reach](const Pixels& from, bool is_vertical) {
+        Pixels to(from.size(), 0.0);
+        for (int i = 0; i < size_px * size_px; ++i) {
+            const int at = is_vertical ? i / size_px : i % size_px;
+            double weights = 0;
+            for (int k = std::max(-reach, -at); k <= std::min(reach, size_px - 1 - at); ++k) {
+                const double w = std::exp(-k * k / (2 * blur_px * blur_px));
+                const int other = i + k * (is_vertical ? size_px : 1);
+                for (int c = 0; c < 3; ++c) to[size_t(i * 3 + c)] += w * from[size_t(other * 3 + c)];
+                weights += w;
+            }
+            for (int c = 0; c < 3; ++c) to[size_t(i * 3 + c)] /= weights;
+        }
+        return to;
+    };
+    std::vector<Pixels> out;
+    for (const Pixels& picture : pictures) out.push_back(pass(pass(picture, false), true));
+    return out;
+}
+
 /// A ratio with its 95 % interval.
 struct Ratio {
     double value = 0, low = 0, high = 0;
@@ -113,8 +138,11 @@ void report(const std::string& name) {
         const Pixels norm = norm_of(test::mean_of({test::mean_of(usual.pixels), test::mean_of(other.pixels)}));
         const Ratio ratio = efficiency_ratio(usual, other, norm);
         const double error_ratio = relative_variance(other.pixels, norm, all) / relative_variance(usual.pixels, norm, all);
-        fmt::print("  {:24} in place of {:22}  default is {:8.2f} x as efficient [{:.2f}, {:.2f}]  relMSE x {:.2f}, time x {:.2f}\n", technique.name, technique.instead_of,
-                   ratio.value, ratio.low, ratio.high, error_ratio, other.cpu_s / usual.cpu_s);
+        const std::vector<Pixels> mine = blurred(usual.pixels), theirs = blurred(other.pixels);
+        const Pixels blurred_norm = norm_of(test::mean_of({test::mean_of(mine), test::mean_of(theirs)}));
+        const double filtered_ratio = relative_variance(theirs, blurred_norm, all) / relative_variance(mine, blurred_norm, all);
+        fmt::print("  {:24} in place of {:22}  default is {:8.2f} x as efficient [{:.2f}, {:.2f}]  relMSE x {:.2f}, after a blur of {} px x {:.2f}, time x {:.2f}\n",
+                   technique.name, technique.instead_of, ratio.value, ratio.low, ratio.high, error_ratio, blur_px, filtered_ratio, other.cpu_s / usual.cpu_s);
         std::fflush(stdout);
     }
 }
@@ -133,30 +161,43 @@ void report_placement(const std::string& name) {
     std::fflush(stdout);
 }
 
-/// Lamps above a floor, all alike, on a grid; time per path must grow like their logarithm at most.
+struct LightTimes {
+    double prepare_s = 0, path_s = 0;
+};
+
+/// Lamps above a floor, all alike, on a grid 20 units wide.
+LightTimes time_lights(size_t count, float radius) {
+    scene::Scene scene = test::load_scene("transport/sun", 64, 64);
+    const scene::Light first = scene.lights.front();
+    scene.lights.clear();
+    const auto side = size_t(std::ceil(std::sqrt(double(count))));
+    for (size_t i = 0; i < count; ++i) {
+        scene::Light light = first;
+        light.kind = scene::LightKind::Sphere;
+        light.radius = radius;
+        light.Le = Rgb(float(1e5 / double(count)));
+        light.is_camera_visible = false;
+        light.render_from_light.setTranslation(Vec3d(-10.0 + 20.0 * (double(i % side) + 0.5) / double(side), 1.0, -20.0 + 20.0 * (double(i / side) + 0.5) / double(side)));
+        scene.lights.push_back(light);
+    }
+    const double start = cpu_seconds();
+    test::TransportRenderer renderer(scene, test::default_technique());
+    const double prepared = cpu_seconds();
+    renderer.render(1, 32);
+    const double rendered = cpu_seconds();
+    return {prepared - start, (rendered - prepared) / (64.0 * 64.0 * 32.0)};
+}
+
+/// Time per path must grow like the logarithm of the number of lights at most. Lamps of one size overlap once they are many:
+/// a ray then meets several, which is no matter of choosing among them; lamps that shrink with the grid show the choice.
 void report_light_counts() {
     fmt::print("\nTime per path against the number of lights (sphere lights on a grid above a floor)\n");
     for (int exponent = 0; exponent <= 6; ++exponent) {
         const auto count = size_t(std::pow(10.0, exponent));
-        scene::Scene scene = test::load_scene("transport/sun", 64, 64);
-        const scene::Light first = scene.lights.front();
-        scene.lights.clear();
-        const auto side = size_t(std::ceil(std::sqrt(double(count))));
-        for (size_t i = 0; i < count; ++i) {
-            scene::Light light = first;
-            light.kind = scene::LightKind::Sphere;
-            light.radius = 0.02f;
-            light.Le = Rgb(float(1e5 / double(count)));
-            light.is_camera_visible = false;
-            light.render_from_light.setTranslation(Vec3d(-10.0 + 20.0 * (double(i % side) + 0.5) / double(side), 1.0, -20.0 + 20.0 * (double(i / side) + 0.5) / double(side)));
-            scene.lights.push_back(light);
-        }
-        const double start = cpu_seconds();
-        test::TransportRenderer renderer(scene, test::default_technique());
-        const double prepared = cpu_seconds();
-        renderer.render(1, 32);
-        const double rendered = cpu_seconds();
-        fmt::print("  {:8} lights: {:6.2f} us per path, {:7.3f} s to prepare\n", count, 1e6 * (rendered - prepared) / (64.0 * 64.0 * 32.0), prepared - start);
+        const float spacing = 20.0f / std::ceil(std::sqrt(float(count)));
+        const LightTimes apart = time_lights(count, std::min(0.02f, 0.1f * spacing)), same = time_lights(count, 0.02f);
+        fmt::print("  {:8} lights: {:6.2f} us per path, {:7.3f} s to prepare; of one size, a ray upwards meets {:4.2f}: {:6.2f} us per path\n", count, 1e6 * apart.path_s,
+                   apart.prepare_s, pi * 0.02f * 0.02f / (spacing * spacing), 1e6 * same.path_s);
         std::fflush(stdout);
     }
 }
@@ -165,7 +206,10 @@ void report_light_counts() {
 
 int main(int argc, char** argv) {
     const ThreadLimit one_thread(1);
-    // `./dev bench` passes its arguments to every program: names of scenes and the word `adaptive` are meant for this one
+    // `./dev bench` passes its arguments to every program: names of scenes, `adaptive` and `light-counts` are meant for this one
+    const auto is_asked_for = [&](const char* table) {
+        return argc == 1 || std::any_of(argv + 1, argv + argc, [&](const char* a) { return std::string(a) == table; });
+    };
     std::vector<std::string> chosen;
     for (const std::string& scene : test::transport_scenes()) {
         for (int i = 1; i < argc; ++i) {
@@ -173,12 +217,11 @@ int main(int argc, char** argv) {
         }
     }
     fmt::print("{0} x {0} pixels, {1} samples per pixel, {2} seeds, one thread\n", size_px, sample_count, run_count);
-    const bool is_placement_only = std::any_of(argv + 1, argv + argc, [](const char* word) { return std::string_view(word) == "adaptive"; });
-    for (const std::string& scene : chosen.empty() ? test::transport_scenes() : chosen) {
-        if (!is_placement_only) report(scene);
+    for (const std::string& scene : argc == 1 ? test::transport_scenes() : chosen) report(scene);
+    if (is_asked_for("adaptive")) {
+        fmt::print("\nAdaptive sampling, {} samples per pixel in the mean\n", placed_count);
+        for (const std::string& scene : test::transport_scenes()) report_placement(scene);
     }
-    fmt::print("\nAdaptive sampling, {} samples per pixel in the mean\n", placed_count);
-    for (const std::string& scene : chosen.empty() ? test::transport_scenes() : chosen) report_placement(scene);
-    if (chosen.empty() && !is_placement_only) report_light_counts();
+    if (is_asked_for("light-counts")) report_light_counts();
     return 0;
 }

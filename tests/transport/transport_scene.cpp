@@ -36,6 +36,7 @@ const std::vector<Technique>& techniques() {
         {"lights uniformly", "light tree", [](WorldOptions& w, PathTracerOptions&) { w.light_selection = lights::SelectionKind::Uniform; }},
         {"constant roulette", "roulette by throughput", [](WorldOptions&, PathTracerOptions& p) { p.estimator.roulette = Roulette::Constant; }},
         {"independent samples", "Owen-Sobol' points", [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::Independent; }},
+        {"blue noise", "white noise", [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::BlueNoise; }},
         {"two halves", "one sequence per pixel", [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::SobolHalves; }},
         {"caustics solved for", "caustics by paths", [](WorldOptions&, PathTracerOptions&) {}, integrator::Caustics::Manifold},
     };

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "translate/light_inputs.h"
+
+#include "translate/blackbody.h"
+#include "translate/values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace velatura::translate {
+
+Attribute light_input(Prim prim, std::string_view name) {
+    const Attribute modern = prim.attribute("inputs:" + std::string(name));
+    if (modern.has_authored_value()) return modern;
+    const Attribute old = prim.attribute(name);
+    return old.has_authored_value() ? old : modern;
+}
+
+double input_number(Context& ctx, Prim prim, std::string_view name, double fallback) {
+    return read_number(light_input(prim, name), fallback, ctx.time);
+}
+
+Vec3d read_radiance(Context& ctx, Prim prim, double default_intensity) {
+    const double intensity = input_number(ctx, prim, "intensity", default_intensity);
+    const double exposure = input_number(ctx, prim, "exposure", 0.0);
+    const auto color = read_vector(light_input(prim, "color"), 3, ctx.time);
+    Vec3d Le = color ? Vec3d((*color)[0], (*color)[1], (*color)[2]) : Vec3d(1.0);
+    if (read_bool(light_input(prim, "enableColorTemperature"), false, ctx.time)) {
+        const double kelvin = input_number(ctx, prim, "colorTemperature", 6500.0);
+        if (kelvin < 1000.0 || kelvin > 10000.0) {
+            ctx.warn("color-temperature-clamped", light_input(prim, "colorTemperature"),
+                     fmt::format("colorTemperature {} K is outside [1000, 10000] and is clamped",
+                                 kelvin));
+        }
+        Le *= blackbody_rgb(kelvin);
+    }
+    return Le * (intensity * std::exp2(exposure));
+}
+
+bool is_good_radiance(Context& ctx, Prim prim, const Vec3d& Le) {
+    const bool is_good =
+        Le.x >= 0.0 && Le.y >= 0.0 && Le.z >= 0.0 && velatura::is_finite(to_float(Le));
+    if (!is_good)
+        ctx.warn("bad-light-value", prim,
+                 fmt::format("emission ({:.6g}, {:.6g}, {:.6g}) is negative or not finite, the "
+                             "light is left out",
+                             Le.x, Le.y, Le.z));
+    return is_good;
+}
+
+scene::Shaping read_shaping(Context& ctx, Prim prim) {
+    const Attribute angle = light_input(prim, "shaping:cone:angle");
+    const Attribute focus = light_input(prim, "shaping:focus");
+    scene::Shaping shaping;
+    shaping.cone_softness =
+        std::clamp(float(input_number(ctx, prim, "shaping:cone:softness", 0.0)), 0.0f, 1.0f);
+    shaping.focus = float(read_number(focus, 0.0, ctx.time));
+    if (const auto tint = read_vector(light_input(prim, "shaping:focusTint"), 3, ctx.time))
+        shaping.focus_tint = Rgb(float((*tint)[0]), float((*tint)[1]), float((*tint)[2]));
+    if (angle.has_authored_value() || shaping.cone_softness > 0.0f)
+        shaping.cone_angle_deg = float(read_number(angle, 90.0, ctx.time));
+    const bool has_cone = shaping.cone_angle_deg * (1.0f - shaping.cone_softness) < 180.0f;
+    shaping.is_active = has_cone || shaping.focus > 0.0f;
+    const Attribute ies = light_input(prim, "shaping:ies:file");
+    if (!read_text(ies, "", ctx.time).empty()) {
+        ctx.warn("unsupported-ies", ies, "IES profiles are not supported, the light is unshaped");
+    }
+    return shaping;
+}
+
+namespace {
+
+/// Whether a linking collection says more than "everything".
+bool is_linked(Context& ctx, Prim prim, const std::string& collection) {
+    const std::string base = "collection:" + collection;
+    const Attribute include_root = prim.attribute(base + ":includeRoot");
+    if (include_root.has_authored_value() && !read_bool(include_root, true, ctx.time)) return true;
+    return !prim.relationship(base + ":includes").targets().empty() ||
+           !prim.relationship(base + ":excludes").targets().empty();
+}
+
+}  // namespace
+
+void warn_light_features(Context& ctx, Prim prim) {
+    if (!prim.relationship("light:filters").targets().empty() ||
+        !prim.relationship("filters").targets().empty())
+        ctx.warn("unsupported-light-filter", prim,
+                 "light filters are not supported, the light is unfiltered");
+    for (const char* collection : {"lightLink", "shadowLink"}) {
+        if (is_linked(ctx, prim, collection)) {
+            ctx.warn("unsupported-light-linking", prim,
+                     fmt::format("{} is not supported, the light reaches everything", collection));
+        }
+    }
+    const auto unusual = [&](const char* name, double fallback, const char* what) {
+        const Attribute attribute = light_input(prim, name);
+        if (attribute.has_authored_value() &&
+            read_number(attribute, fallback, ctx.time) != fallback)
+            ctx.warn("unsupported-shadow-input", attribute,
+                     fmt::format("{} is not supported: {}", name, what));
+    };
+    unusual("shadow:enable", 1.0, "the light casts shadows");
+    unusual("shadow:distance", -1.0, "shadows reach any distance");
+    unusual("shadow:falloff", -1.0, "shadows do not fade");
+    const auto shadow_color = read_vector(light_input(prim, "shadow:color"), 3, ctx.time);
+    if (shadow_color && *shadow_color != std::vector<double>{0.0, 0.0, 0.0})
+        ctx.warn("unsupported-shadow-input", light_input(prim, "shadow:color"),
+                 "shadow:color is not supported: shadows are black");
+    for (const char* name : {"inputs:intensity", "inputs:exposure", "inputs:color"}) {
+        const Attribute attribute = prim.attribute(name);
+        if (attribute.has_authored_connections())
+            ctx.warn("unsupported-light-shader", attribute,
+                     fmt::format("connection of {} is not supported, its own value is used", name));
+    }
+}
+
+}  // namespace velatura::translate

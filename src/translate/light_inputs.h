@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/math.h"
+#include "scene/light.h"
+#include "translate/context.h"
+
+#include <string_view>
+
+namespace velatura::translate {
+
+/// What prims of type Light and prims with LightAPI have in common.
+
+/// Attribute `inputs:<name>`; files from before USD 21.02 leave the prefix out.
+Attribute light_input(Prim prim, std::string_view name);
+double input_number(Context& ctx, Prim prim, std::string_view name, double fallback);
+
+/// Colour × blackbody × intensity × 2^exposure, in double.
+Vec3d read_radiance(Context& ctx, Prim prim, double default_intensity);
+/// Whether the radiance is one that a light can have; warns when it is not.
+bool is_good_radiance(Context& ctx, Prim prim, const Vec3d& Le);
+
+/// ShapingAPI, but for IES profiles, of which it warns.
+scene::Shaping read_shaping(Context& ctx, Prim prim);
+
+/// Names features of the light that are not honoured: filters, linking, shadow controls, shaders.
+void warn_light_features(Context& ctx, Prim prim);
+
+}  // namespace velatura::translate
