@@ -12,6 +12,7 @@ namespace velatura::accel {
 /// What was built, for statistics.
 struct AcceleratorStats {
     size_t triangles = 0;  ///< stored once per prototype
+    size_t references = 0;  ///< triangles and parts of divided ones in leaves
     size_t instances = 0;
     size_t nodes = 0;
     size_t bytes = 0;

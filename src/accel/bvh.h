@@ -26,6 +26,8 @@ struct Kernels;
 struct BvhOptions {
     int bins = 16;       ///< candidate planes per axis of the surface area heuristic, 2 … 32
     int max_depth = 48;  ///< of binary splits by cost; deeper ones halve the triangles
+    double spare_references = 0.3;  ///< how many parts of divided triangles the tree may hold more
+                                    ///< than triangles, relative to them; 0 = none is divided
     const Kernels* kernels = nullptr;  ///< of traverse.h; nullptr = the fastest for this processor
 };
 

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/bvh_builder.h"
 
+#include "accel/spatial_split.h"
+#include "base/check.h"
 #include "base/tasks.h"
 
 #include <algorithm>
 #include <array>
-#include <cstring>
+#include <atomic>
 #include <limits>
 
 namespace velatura::accel {
@@ -16,74 +18,15 @@ constexpr int max_bins = 32;
 constexpr size_t parallel_split_count = 4096;  // smaller subtrees stay on one thread
 constexpr size_t parallel_bin_count = 65536;   // larger ranges are binned in chunks
 constexpr size_t bin_chunk = 16384;
-
-// Four floats in one register; a vector extension that both compilers know.
-using Vec4 = float __attribute__((vector_size(16)));
-
-constexpr float inf = std::numeric_limits<float>::infinity();
-
-// Both corners with one unused lane each.
-struct Bounds4 {
-    Vec4 lower = {inf, inf, inf, inf};
-    Vec4 upper = {-inf, -inf, -inf, -inf};
-
-    void extend(Vec4 low, Vec4 high) {
-        lower = lower < low ? lower : low;
-        upper = upper > high ? upper : high;
-    }
-
-    void extend(const Bounds4& b) { extend(b.lower, b.upper); }
-
-    double half_area() const {
-        const double x = double(upper[0]) - double(lower[0]);
-        const double y = double(upper[1]) - double(lower[1]);
-        const double z = double(upper[2]) - double(lower[2]);
-        return x * y + y * z + z * x;
-    }
-};
-
-// The fourth lane holds the bits of id or nothing; no one reads what comes of it.
-Vec4 lower_of(const BuildPrim& p) {
-    Vec4 v;
-    std::memcpy(&v, p.lower, sizeof(v));
-    return v;
-}
-
-Vec4 upper_of(const BuildPrim& p) {
-    Vec4 v;
-    std::memcpy(&v, p.upper, sizeof(v));
-    return v;
-}
-
-float centroid(const BuildPrim& p, int axis) {
-    return p.lower[axis] + p.upper[axis];
-}
-
-struct RangeBounds {
-    Bounds4 box, centroids;  // centroids: sums of both corners
-
-    void extend(const BuildPrim& p) {
-        const Vec4 low = lower_of(p), high = upper_of(p);
-        const Vec4 middle = low + high;
-        box.extend(low, high);
-        centroids.extend(middle, middle);
-    }
-
-    void extend(const RangeBounds& b) {
-        box.extend(b.box);
-        centroids.extend(b.centroids);
-    }
-};
-
-struct Bins {
-    std::array<std::array<Bounds4, max_bins>, 3> box;
-    std::array<std::array<uint32_t, max_bins>, 3> count{};
-};
+constexpr size_t small_count = 8;              // nodes that know where their references are
+constexpr size_t least_spatial_count = 16;     // fewer references than that are not worth dividing
+constexpr size_t least_spare = 4096;           // so that small scenes can be divided, too
 
 struct Split {
     int axis = -1;
     int bin = 0;  // first bin of the right side
     double cost = std::numeric_limits<double>::infinity();
+    Bounds4 left, right;
 };
 
 // Maps a centroid to its bin, the same for counting and partitioning.
@@ -106,170 +49,330 @@ struct BinMap {
     }
 };
 
-void fill_bins(std::span<const BuildPrim> prims, const BinMap& map, Bins& bins) {
-    for (const BuildPrim& p : prims) {
-        const Vec4 low = lower_of(p), high = upper_of(p);
-        for (int axis = 0; axis < 3; ++axis) {
-            const auto a = size_t(axis);
-            const auto b = size_t(map.bin(p, axis));
-            bins.box[a][b].extend(low, high);
-            ++bins.count[a][b];
+// The bins of all axes; only those of the map are ever looked at.
+class Bins {
+  public:
+    explicit Bins(const BinMap& map) : size_(size_t(map.bins)) {
+        for (size_t axis = 0; axis < 3; ++axis) {
+            for (size_t b = 0; b < size_; ++b) {
+                lower_[axis][b] = Bounds4{}.lower;
+                upper_[axis][b] = Bounds4{}.upper;
+                count_[axis][b] = 0;
+            }
         }
     }
-}
 
-Split best_split(const Bins& bins, const BinMap& map) {
-    Split best;
-    const auto n = size_t(map.bins);
-    for (size_t axis = 0; axis < 3; ++axis) {
-        if (map.scale[axis] == 0.0f) continue;
-        std::array<double, max_bins> right_cost{};
+    void fill(std::span<const BuildPrim> prims, const BinMap& map) {
+        for (const BuildPrim& p : prims) {
+            const Vec4 low = lower_of(p), high = upper_of(p);
+            for (int axis = 0; axis < 3; ++axis) {
+                const auto a = size_t(axis);
+                const auto b = size_t(map.bin(p, axis));
+                extend(a, b, low, high);
+                ++count_[a][b];
+            }
+        }
+    }
+
+    void add(const Bins& other) {
+        for (size_t axis = 0; axis < 3; ++axis) {
+            for (size_t b = 0; b < size_; ++b) {
+                extend(axis, b, other.lower_[axis][b], other.upper_[axis][b]);
+                count_[axis][b] += other.count_[axis][b];
+            }
+        }
+    }
+
+    Split best_split(const BinMap& map) const {
+        Split best;
+        for (size_t axis = 0; axis < 3; ++axis) {
+            if (map.scale[axis] != 0.0f) best_on_axis(axis, best);
+        }
+        return best;
+    }
+
+  private:
+    void extend(size_t axis, size_t b, Vec4 low, Vec4 high) {
+        Vec4 &lower = lower_[axis][b], &upper = upper_[axis][b];
+        lower = lower < low ? lower : low;
+        upper = upper > high ? upper : high;
+    }
+
+    void best_on_axis(size_t axis, Split& best) const {
+        Bounds4 right[max_bins];
+        double right_cost[max_bins];
         Bounds4 box;
         size_t count = 0;
-        for (size_t i = n - 1; i > 0; --i) {
-            box.extend(bins.box[axis][i]);
-            count += bins.count[axis][i];
+        for (size_t i = size_ - 1; i > 0; --i) {
+            box.extend(lower_[axis][i], upper_[axis][i]);
+            count += count_[axis][i];
+            right[i] = box;
             right_cost[i] = count > 0 ? box.half_area() * double(count) : -1.0;
         }
         box = {};
         count = 0;
-        for (size_t i = 1; i < n; ++i) {
-            box.extend(bins.box[axis][i - 1]);
-            count += bins.count[axis][i - 1];
+        for (size_t i = 1; i < size_; ++i) {
+            box.extend(lower_[axis][i - 1], upper_[axis][i - 1]);
+            count += count_[axis][i - 1];
             if (count == 0 || right_cost[i] < 0) continue;
             const double cost = box.half_area() * double(count) + right_cost[i];
-            if (cost < best.cost) best = {int(axis), int(i), cost};
+            if (cost < best.cost) best = {int(axis), int(i), cost, box, right[i]};
         }
     }
-    return best;
+
+    size_t size_;
+    // Not initialised beyond size_: small nodes use few of them
+    Vec4 lower_[3][max_bins], upper_[3][max_bins];
+    uint32_t count_[3][max_bins];
+};
+
+Bounds4 intersection(const Bounds4& a, const Bounds4& b) {
+    Bounds4 both;
+    both.lower = a.lower > b.lower ? a.lower : b.lower;
+    both.upper = a.upper < b.upper ? a.upper : b.upper;
+    return both;
 }
+
+RangeBounds measure(std::span<const BuildPrim> range) {
+    RangeBounds bounds;
+    if (range.size() < parallel_bin_count) {
+        for (const BuildPrim& p : range) bounds.extend(p);
+        return bounds;
+    }
+    std::vector<RangeBounds> parts((range.size() + bin_chunk - 1) / bin_chunk);
+    parallel_for(parts.size(), [&](size_t i) {
+        const size_t begin = i * bin_chunk;
+        for (const BuildPrim& p : range.subspan(begin, std::min(bin_chunk, range.size() - begin)))
+            parts[i].extend(p);
+    });
+    for (const RangeBounds& part : parts) bounds.extend(part);
+    return bounds;
+}
+
+// References of one node.
+struct Range {
+    std::shared_ptr<std::vector<BuildPrim>> owner;
+    std::span<BuildPrim> prims;
+    RangeBounds bounds;
+    size_t budget = 0;  // how many references spatial splits below may add
+
+    static Range owning(std::vector<BuildPrim> references, const RangeBounds& bounds) {
+        Range range;
+        range.owner = std::make_shared<std::vector<BuildPrim>>(std::move(references));
+        range.prims = *range.owner;
+        range.bounds = bounds;
+        return range;
+    }
+
+    // Only ranges that may be replaced by divided ones keep their memory alive themselves.
+    Range part(size_t begin, size_t count, const RangeBounds& part_bounds) const {
+        Range range;
+        if (budget > 0) range.owner = owner;
+        range.prims = prims.subspan(begin, count);
+        range.bounds = part_bounds;
+        return range;
+    }
+
+    size_t count() const { return prims.size(); }
+
+    bool is_point() const {
+        const Bounds4& c = bounds.centroids;
+        return c.lower[0] == c.upper[0] && c.lower[1] == c.upper[1] && c.lower[2] == c.upper[2];
+    }
+};
+
+struct Halves {
+    Range left, right;
+};
 
 class Builder {
   public:
-    Builder(std::span<BuildPrim> prims, const BinaryBuildOptions& options)
-        : prims_(prims), options_(options), nodes_(prims.empty() ? 0 : 2 * prims.size() - 1) {}
-
-    std::vector<BinaryNode> run() {
-        if (!prims_.empty()) build(0, 0, prims_.size(), 0);
-        return std::move(nodes_);
+    Builder(std::vector<BuildPrim> prims, const BinaryBuildOptions& options) : options_(options) {
+        if (prims.empty()) return;
+        const size_t count = prims.size();
+        size_t budget = 0;
+        if (options.clipper) {
+            budget = std::max(size_t(options.spare_references * double(count)),
+                              std::min(least_spare, 8 * count));
+        }
+        VELATURA_CHECK(2 * (count + budget) < std::numeric_limits<uint32_t>::max(),
+                       "more references in one tree than node numbers");
+        // Most of this memory is never touched unless it is used
+        tree_.nodes = std::make_unique_for_overwrite<BinaryNode[]>(2 * (count + budget));
+        tree_.order = std::make_unique_for_overwrite<uint32_t[]>(count + budget);
+        const RangeBounds bounds = measure(prims);
+        root_area_ = bounds.box.half_area();
+        Range range = Range::owning(std::move(prims), bounds);
+        range.budget = budget;
+        build(0, std::move(range), unknown, 0);
+        tree_.references = next_reference_;
+        tree_.node_count = next_node_;
     }
+
+    BinaryTree take() { return std::move(tree_); }
 
   private:
-    RangeBounds measure(std::span<const BuildPrim> range) const {
-        RangeBounds bounds;
-        if (range.size() < parallel_bin_count) {
-            for (const BuildPrim& p : range) bounds.extend(p);
-            return bounds;
-        }
-        std::vector<RangeBounds> parts((range.size() + bin_chunk - 1) / bin_chunk);
-        parallel_for(parts.size(), [&](size_t i) {
-            const size_t begin = i * bin_chunk;
-            for (const BuildPrim& p :
-                 range.subspan(begin, std::min(bin_chunk, range.size() - begin))) {
-                parts[i].extend(p);
-            }
-        });
-        for (const RangeBounds& part : parts) bounds.extend(part);
-        return bounds;
-    }
-
-    // Unions and counts do not depend on the order, so neither does the tree.
     void count_bins(std::span<const BuildPrim> range, const BinMap& map, Bins& bins) const {
-        if (range.size() < parallel_bin_count) return fill_bins(range, map, bins);
-        std::vector<Bins> parts((range.size() + bin_chunk - 1) / bin_chunk);
+        if (range.size() < parallel_bin_count) return bins.fill(range, map);
+        // Unions and counts do not depend on the order, so neither does the tree
+        std::vector<Bins> parts((range.size() + bin_chunk - 1) / bin_chunk, Bins(map));
         parallel_for(parts.size(), [&](size_t i) {
             const size_t begin = i * bin_chunk;
-            fill_bins(range.subspan(begin, std::min(bin_chunk, range.size() - begin)), map,
-                      parts[i]);
+            parts[i].fill(range.subspan(begin, std::min(bin_chunk, range.size() - begin)), map);
         });
-        for (const Bins& part : parts) {
-            for (size_t axis = 0; axis < 3; ++axis) {
-                for (size_t b = 0; b < size_t(map.bins); ++b) {
-                    bins.box[axis][b].extend(part.box[axis][b]);
-                    bins.count[axis][b] += part.count[axis][b];
-                }
-            }
-        }
+        for (const Bins& part : parts) bins.add(part);
     }
 
-    // Moves the left side to the front; returns its size.
-    size_t split_range(std::span<BuildPrim> range, const RangeBounds& bounds, int depth) const {
-        const Bounds4& c = bounds.centroids;
-        int widest = 0;
-        for (int k = 1; k < 3; ++k) {
-            if (c.upper[k] - c.lower[k] > c.upper[widest] - c.lower[widest]) widest = k;
+    Halves object_split(const Range& range, const BinMap& map, const Split& split) const {
+        RangeBounds left, right;
+        size_t i = 0, j = range.count();
+        while (true) {
+            while (i < j && map.bin(range.prims[i], split.axis) < split.bin)
+                left.extend(range.prims[i++]);
+            while (i < j && map.bin(range.prims[j - 1], split.axis) >= split.bin)
+                right.extend(range.prims[--j]);
+            if (i >= j) break;
+            std::swap(range.prims[i], range.prims[j - 1]);
         }
-        if (depth < options_.max_depth && c.upper[widest] > c.lower[widest]) {
-            // Few primitives need few candidate planes
-            const int bins_here =
-                std::min(options_.bins, int(std::min<size_t>(range.size(), 28)) + 4);
-            const BinMap map(c, std::clamp(bins_here, 2, max_bins));
-            Bins bins;
-            count_bins(range, map, bins);
-            const Split split = best_split(bins, map);
-            if (split.axis >= 0) {
-                const auto middle = std::partition(
-                    range.begin(), range.end(),
-                    [&](const BuildPrim& p) { return map.bin(p, split.axis) < split.bin; });
-                return size_t(middle - range.begin());
-            }
-        }
-        // Halve by centroid, then by index: total order, so the outcome is unique
-        const auto middle = range.begin() + std::ptrdiff_t(range.size() / 2);
-        std::nth_element(range.begin(), middle, range.end(),
+        return {range.part(0, i, left), range.part(i, range.count() - i, right)};
+    }
+
+    // By centroid, then by index: total order, so the outcome is unique.
+    Halves halve(const Range& range, int axis) const {
+        const size_t half = range.count() / 2;
+        const auto middle = range.prims.begin() + std::ptrdiff_t(half);
+        std::nth_element(range.prims.begin(), middle, range.prims.end(),
                          [&](const BuildPrim& a, const BuildPrim& b) {
-                             const float ca = centroid(a, widest), cb = centroid(b, widest);
+                             const float ca = centroid(a, axis), cb = centroid(b, axis);
                              return ca != cb ? ca < cb : a.id < b.id;
                          });
-        return range.size() / 2;
+        return {range.part(0, half, measure(range.prims.first(half))),
+                range.part(half, range.count() - half, measure(range.prims.subspan(half)))};
     }
 
-    void build(size_t at, size_t first, size_t count, int depth) {
-        BinaryNode& node = nodes_[at];
-        std::span<BuildPrim> range = prims_.subspan(first, count);
-        const RangeBounds bounds = measure(range);
-        const Bounds4& c = bounds.centroids;
-        const bool is_point =
-            c.lower[0] == c.upper[0] && c.lower[1] == c.upper[1] && c.lower[2] == c.upper[2];
-        if (is_point && count > 8 && options_.merge_duplicates) {
-            count = options_.merge_duplicates(range);
-            range = prims_.subspan(first, count);
-        }
+    // Whether the children of an object split overlap so much that dividing space may be better.
+    bool overlaps(const Split& split, const Range& range) const {
+        if (range.budget == 0 || range.count() < least_spatial_count) return false;
+        const Bounds4 both = intersection(split.left, split.right);
         for (int k = 0; k < 3; ++k) {
-            node.lower[k] = bounds.box.lower[k];
-            node.upper[k] = bounds.box.upper[k];
+            if (both.upper[k] < both.lower[k]) return false;
         }
-        node.first = uint32_t(first);
-        node.count = uint32_t(count);
-        if (count == 1) return;
-        const size_t left = split_range(range, bounds, depth);
-        // The left subtree fills exactly 2·left − 1 slots
-        node.right = uint32_t(at + 2 * left);
-        const auto child = [&](size_t side) {
-            if (side == 0) {
-                build(at + 1, first, left, depth + 1);
-            } else {
-                build(at + 2 * left, first + left, count - left, depth + 1);
+        return both.half_area() > options_.smallest_overlap * root_area_ &&
+               double(both.extent(split.axis)) >
+                   options_.thinnest_overlap * double(range.bounds.box.extent(split.axis));
+    }
+
+    // What may be added below goes where references are large.
+    static void share_budget(size_t budget, Halves& halves) {
+        if (budget == 0) return;
+        const auto weight = [](const Range& range) {
+            double sum = 0;
+            for (const BuildPrim& p : range.prims) {
+                Bounds4 box;
+                box.extend(lower_of(p), upper_of(p));
+                sum += box.half_area();
             }
+            return sum;
+        };
+        const double left = weight(halves.left), both = left + weight(halves.right);
+        halves.left.budget =
+            both > 0 ? std::min(budget, size_t(double(budget) * (left / both))) : 0;
+        halves.right.budget = budget - halves.left.budget;
+    }
+
+    // Moves to `halves`; false when no plane of space is better than the object split.
+    bool spatial_split(const Range& range, const Split& object, Halves& halves) const {
+        const SpatialSplit split =
+            find_spatial_split(range.prims, range.bounds.box, *options_.clipper);
+        if (split.axis < 0 || split.cost >= 0.97 * object.cost) return false;
+        SpatialSides sides = divide(range.prims, split, range.budget, *options_.clipper);
+        const size_t count = range.count();
+        if (sides.lower.empty() || sides.upper.empty()) return false;
+        if (sides.lower.size() >= count || sides.upper.size() >= count) return false;
+        const size_t added = sides.lower.size() + sides.upper.size() - count;
+        halves.left = Range::owning(std::move(sides.lower), sides.lower_bounds);
+        halves.right = Range::owning(std::move(sides.upper), sides.upper_bounds);
+        share_budget(range.budget - added, halves);
+        return true;
+    }
+
+    Halves split(const Range& range, int depth) const {
+        const Bounds4& c = range.bounds.centroids;
+        int widest = 0;
+        for (int k = 1; k < 3; ++k) {
+            if (c.extent(k) > c.extent(widest)) widest = k;
+        }
+        Halves halves;
+        if (depth >= options_.max_depth || !(c.upper[widest] > c.lower[widest])) {
+            halves = halve(range, widest);
+            share_budget(range.budget, halves);
+            return halves;
+        }
+        // Few primitives need few candidate planes
+        const int bins_here =
+            std::min(options_.bins, int(std::min<size_t>(range.count(), 28)) + 4);
+        const BinMap map(c, std::clamp(bins_here, 2, max_bins));
+        Bins bins(map);
+        count_bins(range.prims, map, bins);
+        const Split best = bins.best_split(map);
+        if (best.axis < 0) {
+            halves = halve(range, widest);
+        } else {
+            if (overlaps(best, range) && spatial_split(range, best, halves)) return halves;
+            halves = object_split(range, map, best);
+        }
+        share_budget(range.budget, halves);
+        return halves;
+    }
+
+    // `first`: where the references go; known below small nodes.
+    void build(uint32_t at, Range range, uint32_t first, int depth) {
+        if (range.is_point() && range.count() > small_count && options_.merge_duplicates)
+            range.prims = range.prims.first(options_.merge_duplicates(range.prims));
+        const auto count = uint32_t(range.count());
+        if (first == unknown && count <= small_count)
+            first = next_reference_.fetch_add(count, std::memory_order_relaxed);
+        BinaryNode& node = tree_.nodes[at];
+        for (int k = 0; k < 3; ++k) {
+            node.lower[k] = range.bounds.box.lower[k];
+            node.upper[k] = range.bounds.box.upper[k];
+        }
+        node.first = first;
+        node.count = count;
+        node.child = 0;
+        if (count <= options_.leaf_size) {
+            for (uint32_t i = 0; i < count; ++i) tree_.order[first + i] = range.prims[i].id;
+            return;
+        }
+        node.child = next_node_.fetch_add(2, std::memory_order_relaxed);
+        Halves halves = split(range, depth);
+        if (range.budget > 0) range.owner.reset();
+        const auto go_down = [&](size_t side) {
+            Range& half = side == 0 ? halves.left : halves.right;
+            const uint32_t before = side == 0 ? 0 : uint32_t(halves.left.count());
+            const uint32_t half_first = first == unknown ? unknown : first + before;
+            build(node.child + uint32_t(side), std::move(half), half_first, depth + 1);
         };
         if (count >= parallel_split_count) {
-            parallel_for(2, child);
+            parallel_for(2, go_down);
         } else {
-            child(0);
-            child(1);
+            go_down(0);
+            go_down(1);
         }
     }
 
-    std::span<BuildPrim> prims_;
+    static constexpr uint32_t unknown = std::numeric_limits<uint32_t>::max();
+
     const BinaryBuildOptions& options_;
-    std::vector<BinaryNode> nodes_;
+    BinaryTree tree_;
+    double root_area_ = 0;
+    std::atomic<uint32_t> next_node_ = 1, next_reference_ = 0;
 };
 
 }  // namespace
 
-std::vector<BinaryNode> build_binary_tree(std::span<BuildPrim> prims,
-                                          const BinaryBuildOptions& options) {
-    return Builder(prims, options).run();
+BinaryTree build_binary_tree(std::vector<BuildPrim> prims, const BinaryBuildOptions& options) {
+    return Builder(std::move(prims), options).take();
 }
 
 }  // namespace velatura::accel

@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <functional>
 #include <span>
-#include <vector>
 
 namespace velatura::accel {
 
@@ -17,17 +16,22 @@ struct CollapseCosts {
     double leaf = 1.0;  ///< a leaf block, however full
 };
 
-/// Writes one leaf for the primitives given and returns its index.
-using MakeLeaf = std::function<uint32_t(std::span<const BuildPrim>)>;
-
-/// Turns a binary tree into one with up to eight children per node and up to `leaf_size` primitives
-/// per leaf, of least expected cost among all that keep its grouping.
+/// Turns a binary tree into one with up to eight children per node and up to `leaf_size` references
+/// per leaf (at most 8), of least expected cost among all that keep its grouping. The layout depends
+/// on the tree's shape alone.
 /// Ref: Ylitie, Karras, Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed
 /// Wide BVHs", section 3.1.
-WideTree collapse(const std::vector<BinaryNode>& binary,
-                  std::span<const BuildPrim> prims,
+///
+/// `begin_leaves(count)` is told how many leaves there will be; then `make_leaf(index, ids)` is
+/// called once for each, from several threads: it returns the largest edge of the box of all that
+/// the leaf holds, which may be more than the leaf's own box.
+WideTree collapse(const BinaryTree& binary,
                   size_t leaf_size,
                   const CollapseCosts& costs,
-                  const MakeLeaf& make_leaf);
+                  const std::function<void(size_t count)>& begin_leaves,
+                  const std::function<float(uint32_t index, std::span<const uint32_t> ids)>& make_leaf);
+
+/// The same for leaves that hold one reference and are named by its id.
+WideTree collapse_to_ids(const BinaryTree& binary);
 
 }  // namespace velatura::accel

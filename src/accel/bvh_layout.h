@@ -26,7 +26,10 @@ struct alignas(64) WideNode {
     float extent[wide];  ///< largest edge of the child's box
 };
 
-/// Eight triangles in rows. Unused lanes repeat triangle 0, with its id.
+/// Id of a lane without a triangle.
+inline constexpr uint32_t unused_lane = 0xffffffffu;
+
+/// Eight triangles in rows. Unused lanes repeat triangle 0, with the id unused_lane.
 struct alignas(64) LeafBlock {
     float corner[3][3][wide];  ///< [corner][axis][lane]
     uint32_t id[wide];         ///< counts the triangles of the tree in (shape, triangle) order

@@ -111,6 +111,9 @@ template <class Vector, class T>
     const Double4 lost = __builtin_convertvector(rounded, Double4) - origin;
     q.filter_error = float(largest(lost < 0 ? -lost : lost));
     q.inverse_z = 1.0 / e[q.kz];
+    q.filter_inverse_z = float(q.inverse_z);
+    // With room for a t that vanishes on the way back from scaled t
+    q.filter_t_margin = 4.0f * (q.slop + q.filter_error) + float(0x1p-125 * q.scaled_from_t);
     q.shear_x = e[q.kx] * q.inverse_z;
     q.shear_y = e[q.ky] * q.inverse_z;
     q.filter_origin[0] = rounded[q.kx];

@@ -31,7 +31,9 @@ struct QueryRay {
 
     float filter_origin[3];  ///< origin rounded; components kx, ky, kz
     float filter_shear_x, filter_shear_y;
-    float filter_error;  ///< bound of |filter_origin − origin|
+    float filter_inverse_z;
+    float filter_t_margin;  ///< bound of the errors of scaled t in the filter that are not relative
+    float filter_error;     ///< bound of |filter_origin − origin|
     float slop;          ///< bound of |near_origin − far_origin|
 };
 
@@ -71,12 +73,21 @@ inline bool clip_to_box(const QueryRay& q, const float bounds[6], float& t_near,
     return t_near <= t_far;
 }
 
+/// How far the box of a part of a triangle reaches beyond it, in largest edges of the triangle's
+/// box: more than the point of a hit may err (see hit_triangle).
+inline constexpr float split_margin = 0x1p-12f;
+
 /// The definition of a hit, on both sides, edges and vertices included: shear test in double with
 /// t kept inside the interval of the triangle's own box. Edge functions are differences of two
 /// separately rounded products, whose sign is never wrong, and depend only on the edge's vertices
 /// up to their sign; thus rays cannot pass between triangles that share vertices. For the same
 /// reason that clip_to_box is monotonic, a tree that skips boxes entered behind the best t finds
 /// exactly what testing every triangle finds.
+/// A tree may also hold parts of a triangle, each with a box of its own. The computed point is, but
+/// for the rounding of the weights u, v, w, that of a triangle whose corners are moved by less than
+/// the outward shift of the ray's origin; the error that the weights add, 2^-47·(largest edge)²/det
+/// largest edges, is below split_margin/4 unless the triangle is seen edge-on or has no area to speak of. Those are
+/// hit at the end of the interval of their own box, where the ray has met every part that it meets.
 /// Ref: Woop, Benthin, Wald 2013, "Watertight Ray/Triangle Intersection", JCGT 2(1).
 /// Returns: whether 0 < t < infinity; the caller compares t with its bound.
 [[gnu::always_inline]] inline bool hit_triangle(const QueryRay& q,
@@ -114,6 +125,9 @@ inline bool clip_to_box(const QueryRay& q, const float bounds[6], float& t_near,
     float t_near = 0, t_far = 0;
     if (!clip_to_box(q, bounds, t_near, t_far)) return false;
     t = std::min(std::max(t, double(t_near)), double(t_far));
+    const auto edge = double(std::max(
+        bounds[3] - bounds[0], std::max(bounds[4] - bounds[1], bounds[5] - bounds[2])));
+    if (std::abs(det) < 0x1p-32 * edge * edge) t = double(t_far);
     hit.t = float(t * q.t_from_scaled);
     hit.b1 = float(v * inverse_det);
     hit.b2 = float(w * inverse_det);

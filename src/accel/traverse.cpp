@@ -4,6 +4,7 @@
 
 #include "accel/make_query.h"
 
+#include <algorithm>
 #include <bit>
 #include <utility>
 
@@ -79,10 +80,31 @@ HWY_INLINE float edge_error(const QueryRay& q, float t_near, float extent) {
     return 8.0f * r * (shift + u * r) + 1e-37f;
 }
 
-// Triangles of the block that the ray may hit, as bits.
-HWY_INLINE uint32_t filter_triangles(const LeafBlock& leaf, const QueryRay& q, float error) {
+// Which lanes a comparison holds for, as bits.
+template <class D, class M>
+HWY_INLINE uint32_t bits_of(D d, M mask) {
+    uint8_t bytes[8] = {};
+    hn::StoreMaskBits(d, mask, bytes);
+    return bytes[0];
+}
+
+// Triangles of a block, as bits.
+struct Candidates {
+    uint32_t possible = 0;  // hit_triangle must decide
+    uint32_t certain = 0;   // of these: hit for sure at 0 < t < t_bound
+};
+
+// What the ray may hit at scaled t <= t_bound, and what it surely hits before certain_bound. Heights z along the ray's largest component bound t:
+// the hit that hit_triangle computes lies between the smallest and the largest z times inverse_z,
+// but for a rounding that the margins cover many times over.
+HWY_INLINE Candidates filter_triangles(const LeafBlock& leaf,
+                                       const QueryRay& q,
+                                       float error,
+                                       float t_bound,
+                                       float certain_bound) {
     const Lanes8 d;
-    uint32_t bits = 0;
+    const hn::RebindToUnsigned<Lanes8> du;
+    Candidates found;
     const auto ox = hn::Set(d, q.filter_origin[0]);
     const auto oy = hn::Set(d, q.filter_origin[1]);
     const auto oz = hn::Set(d, q.filter_origin[2]);
@@ -108,11 +130,30 @@ HWY_INLINE uint32_t filter_triangles(const LeafBlock& leaf, const QueryRay& q, f
         // Certainly outside: one edge function surely negative, another surely positive
         const auto outside =
             hn::And(hn::Lt(low, hn::Set(d, -error)), hn::Gt(high, hn::Set(d, error)));
-        uint8_t mask[8] = {};
-        hn::StoreMaskBits(d, outside, mask);
-        bits |= uint32_t(mask[0]) << i;
+        const uint32_t near_line = ~bits_of(d, outside) & ((1u << hn::Lanes(d)) - 1);
+        if (near_line == 0) continue;
+
+        // Certainly behind the origin or beyond the bound
+        const auto inverse = hn::Set(d, q.filter_inverse_z);
+        const auto t_low = hn::Mul(hn::Min(az, hn::Min(bz, cz)), inverse);
+        const auto t_high = hn::Mul(hn::Max(az, hn::Max(bz, cz)), inverse);
+        const auto margin = hn::Set(d, q.filter_t_margin);
+        const auto shrink = hn::Set(d, 1.0f - 0x1p-18f), grow = hn::Set(d, 1.0f + 0x1p-18f);
+        const auto first = hn::Sub(hn::Min(t_low, t_high), margin);
+        const auto last = hn::Add(hn::Max(t_low, t_high), margin);
+        const auto bound = hn::Set(d, t_bound), zero = hn::Zero(d);
+        const auto beyond = hn::Gt(hn::Mul(first, shrink), bound);
+        const auto behind = hn::Lt(last, zero);
+        const auto unused = hn::Eq(hn::Load(du, leaf.id + i), hn::Set(du, unused_lane));
+        const uint32_t possible =
+            near_line & ~(bits_of(d, hn::Or(beyond, behind)) | bits_of(du, unused));
+        found.possible |= possible << i;
+
+        const auto inside = hn::Or(hn::Gt(low, hn::Set(d, error)), hn::Lt(high, hn::Set(d, -error)));
+        const auto between = hn::And(hn::Gt(first, zero), hn::Lt(hn::Mul(last, grow), hn::Set(d, certain_bound)));
+        found.certain |= (possible & bits_of(d, hn::And(inside, between))) << i;
     }
-    return ~bits & 0xffu;
+    return found;
 }
 
 HWY_INLINE bool hit_lane(const LeafBlock& leaf,
@@ -255,7 +296,8 @@ HWY_INLINE void closest_in_tree(const WideTree& tree,
     float t_bound = float(double(best.t) * q.scaled_from_t);
     walk_closest(tree, q, t_bound, [&](uint32_t block, float t_entry, float extent) VELATURA_LEAF {
         const LeafBlock& leaf = tree.leaves[block];
-        uint32_t bits = filter_triangles(leaf, q, edge_error(q, t_entry, extent));
+        uint32_t bits =
+            filter_triangles(leaf, q, edge_error(q, t_entry, extent), t_bound, 0).possible;
         for (; bits != 0; bits &= bits - 1) {
             const auto lane = uint32_t(std::countr_zero(bits));
             TriangleHit hit;
@@ -269,10 +311,15 @@ HWY_INLINE void closest_in_tree(const WideTree& tree,
 
 HWY_INLINE bool any_in_tree(const WideTree& tree, const QueryRay& q, float t_max) {
     const float t_bound = float(double(t_max) * q.scaled_from_t);
+    // No t that overflows on the way back from scaled t is a hit
+    const float certain_bound = std::min(t_bound, float(0x1p126 * q.scaled_from_t));
     return walk_any(
         tree, q, t_bound, [&](uint32_t block, float t_entry, float extent) VELATURA_LEAF {
             const LeafBlock& leaf = tree.leaves[block];
-            uint32_t bits = filter_triangles(leaf, q, edge_error(q, t_entry, extent));
+            const Candidates found =
+                filter_triangles(leaf, q, edge_error(q, t_entry, extent), t_bound, certain_bound);
+            if (found.certain != 0) return true;
+            uint32_t bits = found.possible;
             for (; bits != 0; bits &= bits - 1) {
                 TriangleHit hit;
                 if (hit_lane(leaf, q, uint32_t(std::countr_zero(bits)), hit) && hit.t < t_max)

@@ -31,6 +31,19 @@ Soup needles(size_t count, float aspect, uint64_t seed) {
     return soup;
 }
 
+Soup rods(size_t count, float width, uint64_t seed) {
+    Random random(seed);
+    Soup soup;
+    for (size_t i = 0; i < count; ++i) {
+        const Vec3 along = random.direction() * 1.5f, middle = random.in_cube(0.7f);
+        const Vec3 across = normalize(cross(along, random.direction())) * width;
+        const Vec3 a = middle - along, b = middle + along;
+        soup.add(a, b, b + across);
+        soup.add(a, b + across, a + across);
+    }
+    return soup;
+}
+
 Soup flat_triangles(size_t count, uint64_t seed) {
     Random random(seed);
     Soup soup;

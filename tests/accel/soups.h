@@ -58,6 +58,9 @@ Soup random_soup(size_t count, float size, uint64_t seed);
 /// Needles: two long edges, the third `aspect` times shorter.
 Soup needles(size_t count, float aspect, uint64_t seed);
 
+/// Rods: pairs of triangles 3 long and `width` wide across the cube, in any direction.
+Soup rods(size_t count, float width, uint64_t seed);
+
 /// Triangles in coordinate planes at multiples of 1/8, whose boxes are flat.
 Soup flat_triangles(size_t count, uint64_t seed);
 

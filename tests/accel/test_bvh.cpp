@@ -51,6 +51,72 @@ TEST(Bvh, FindsWhatBruteForceFindsAmongNeedles) {
     expect_exact({needles(300, 1e2f, 7), needles(300, 1e4f, 8), needles(300, 1e6f, 9)}, rays, 100);
 }
 
+// Rays along a triangle's plane, and towards its corners and edges.
+std::vector<geometry::Ray> rays_along(const Soup& soup, size_t count, uint64_t seed) {
+    Random random(seed);
+    std::vector<geometry::Ray> rays;
+    for (size_t i = 0; i < count; ++i) {
+        const auto& v = soup.triangles[random.below(uint32_t(soup.triangles.size()))];
+        const Vec3 &a = soup.positions[v[0]], &b = soup.positions[v[1]], &c = soup.positions[v[2]];
+        const Vec3 inside = a + (b - a) * random.unit() * 0.5f + (c - a) * random.unit() * 0.5f;
+        const Vec3 in_plane = a + (b - a) * random.between(-2, 2) + (c - a) * random.between(-30, 30);
+        if (i % 3 == 0) rays.push_back({in_plane, inside - in_plane});
+        if (i % 3 == 1) rays.push_back({random.in_cube(2), inside - random.in_cube(2)});
+        if (i % 3 == 2) {
+            const Vec3 o = random.in_cube(2);
+            rays.push_back({o, a + (b - a) * random.unit() - o});
+        }
+    }
+    return rays;
+}
+
+TEST(Bvh, FindsWhatBruteForceFindsAmongDividedTriangles) {
+    for (const float width : {0.02f, 1e-3f, 1e-6f}) {
+        const std::vector<Soup> soups = {rods(200, width, 31), random_soup(1500, 0.05f, 32)};
+        const SoupScene scene = scene_of(soups);
+        const size_t whole = build_bvh(scene, {.spare_references = 0})->stats().references;
+        const size_t divided = build_bvh(scene)->stats().references;
+        EXPECT_EQ(whole, build_bvh(scene)->stats().triangles);
+        EXPECT_GT(divided, whole + 200) << "hardly any triangle was divided";
+        expect_exact(soups, mixed_rays(10000, 33), 500);
+        expect_exact(soups, rays_along(soups[0], 10000, 34), 3000);
+    }
+    // Far from the origin the margins are those of rounding
+    std::vector<Soup> far = {rods(300, 0.01f, 35)};
+    for (Vec3& p : far[0].positions) p += Vec3(4000, -3000, 5000);
+    expect_exact(far, rays_along(far[0], 10000, 36), 1000);
+}
+
+// Shapes of fewer than eight triangles leave lanes of their leaf without one.
+TEST(Bvh, LanesWithoutTrianglesAreNotMet) {
+    for (size_t count = 1; count <= 8; ++count)
+        expect_exact({random_soup(count, 1.5f, 40 + count)}, mixed_rays(2000, 41), 50);
+}
+
+// The filter for occlusion decides without double: at bounds, before the origin, near zero.
+TEST(Bvh, OcclusionAgreesWithTheClosestHitAtEveryBound) {
+    const std::vector<Soup> soups = {random_soup(500, 0.3f, 42), flat_triangles(100, 43)};
+    const SoupScene scene = scene_of(soups);
+    const auto bvh = build_bvh(scene);
+    size_t hits = 0;
+    for (geometry::Ray ray : mixed_rays(20000, 44)) {
+        for (const float scale : {1.0f, 0x1p-60f, 0x1p60f}) {
+            geometry::Ray scaled = ray;
+            scaled.d *= scale;
+            scaled.t_max = inf;
+            const geometry::Hit hit = bvh->intersect(scaled);
+            EXPECT_EQ(bvh->is_occluded(scaled), hit.is_valid());
+            if (!hit.is_valid()) continue;
+            ++hits;
+            scaled.t_max = hit.t;
+            EXPECT_FALSE(bvh->is_occluded(scaled));
+            scaled.t_max = next_float_up(hit.t);
+            EXPECT_TRUE(bvh->is_occluded(scaled));
+        }
+    }
+    EXPECT_GT(hits, 20000u);
+}
+
 TEST(Bvh, FindsWhatBruteForceFindsInFlatBoxesWithRaysInTheirPlanes) {
     expect_exact({flat_triangles(800, 10)}, mixed_rays(20000, 11), 10000);
     expect_exact({box(Vec3(-1), Vec3(1)), box(Vec3(-0.5f), Vec3(0.5f, 0.5f, -0.5f))},

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <span>
+
+namespace velatura::accel {
+
+/// A reference to a primitive while a tree is built: its box, or the box of the part of it that the
+/// reference stands for. `id` is the primitive's index.
+struct alignas(32) BuildPrim {
+    float lower[3];
+    uint32_t id;
+    float upper[3];
+    uint32_t unused;
+};
+
+/// Four floats in one register; a vector extension that both compilers know.
+using Vec4 = float __attribute__((vector_size(16)));
+
+/// Both corners of a box with one unused lane each; empty at first.
+struct Bounds4 {
+    static constexpr float inf = std::numeric_limits<float>::infinity();
+
+    Vec4 lower = {inf, inf, inf, inf};
+    Vec4 upper = {-inf, -inf, -inf, -inf};
+
+    void extend(Vec4 low, Vec4 high) {
+        lower = lower < low ? lower : low;
+        upper = upper > high ? upper : high;
+    }
+
+    void extend(const Bounds4& b) { extend(b.lower, b.upper); }
+
+    float extent(int axis) const { return upper[axis] - lower[axis]; }
+
+    /// Half the surface area.
+    double half_area() const {
+        const double x = double(upper[0]) - double(lower[0]);
+        const double y = double(upper[1]) - double(lower[1]);
+        const double z = double(upper[2]) - double(lower[2]);
+        return x * y + y * z + z * x;
+    }
+};
+
+// The fourth lane holds the bits of id or nothing; no one reads what comes of it.
+inline Vec4 lower_of(const BuildPrim& p) {
+    Vec4 v;
+    std::memcpy(&v, p.lower, sizeof(v));
+    return v;
+}
+
+inline Vec4 upper_of(const BuildPrim& p) {
+    Vec4 v;
+    std::memcpy(&v, p.upper, sizeof(v));
+    return v;
+}
+
+/// Twice the centre of the box.
+inline float centroid(const BuildPrim& p, int axis) {
+    return p.lower[axis] + p.upper[axis];
+}
+
+/// Box of some references and that of their centroids.
+struct RangeBounds {
+    Bounds4 box, centroids;  ///< centroids: sums of both corners
+
+    void extend(const BuildPrim& p) {
+        const Vec4 low = lower_of(p), high = upper_of(p);
+        const Vec4 middle = low + high;
+        box.extend(low, high);
+        centroids.extend(middle, middle);
+    }
+
+    void extend(const RangeBounds& b) {
+        box.extend(b.box);
+        centroids.extend(b.centroids);
+    }
+};
+
+/// Divides primitives at planes; the geometry behind BuildPrim.
+class PrimClipper {
+  public:
+    virtual ~PrimClipper() = default;
+
+    /// Boxes of what a reference stands for below and above the plane `axis` = `position`, grown
+    /// by a margin that covers all rounding (ray_query.h) and cut to the reference's own box.
+    virtual void clip(const BuildPrim& reference,
+                      int axis,
+                      float position,
+                      BuildPrim& below,
+                      BuildPrim& above) const = 0;
+};
+
+}  // namespace velatura::accel
