@@ -54,7 +54,7 @@ class SampleSums {
     const PixelRecord& record(int x, int y) const;
 
     /// Adds samples [added.first, added.end) to a pixel; they must start where the pixel's samples
-    /// end.
+    /// end. An empty range says where the first samples of a pixel without any will begin.
     void append(int x, int y, const PixelRecord& added, std::span<const NodeSums> sums);
 
     /// Adds all samples of `later`, which must follow pixel by pixel, have the same window and

@@ -89,8 +89,8 @@ class Runner {
   public:
     Runner(film::Film& film, const RenderOptions& options, const SampleFunction& sample, const RenderCallbacks& callbacks)
         : film_(film), sample_(sample), callbacks_(callbacks), tiles_(make_tiles(film.window(), options.tile_size)), progress_(film, options, callbacks),
-          first_sample_(options.first_sample), is_adaptive_(options.adaptive && options.end_sample > pilot_samples) {
-        if (is_adaptive_) pilot_.emplace(film.window());
+          first_sample_(options.first_sample) {
+        if (options.adaptive && options.end_sample > pilot_samples) pilot_.emplace(film.window());
     }
 
     bool is_stopped() const { return callbacks_.stop && callbacks_.stop->load(std::memory_order_relaxed); }
@@ -99,11 +99,10 @@ class Runner {
     /// Samples of every pixel at the indices [first, end), which do not lie on both sides of the pilot's end. Returns
     /// false when stopped inside.
     bool run(uint64_t first, uint64_t end) {
-        if (is_adaptive_ && first >= pilot_samples && !has_rates_) {
+        if (pilot_ && first >= pilot_samples) {
             // What comes before this part of the samples is traced for the pilot alone
             if (!for_each_tile([&](const film::Window& tile) { return watch_tile(tile); })) return false;
             rates_ = SampleRates(*pilot_);
-            has_rates_ = true;
             pilot_.reset();
         }
         return for_each_tile([&](const film::Window& tile) { return run_tile(tile, first, end); });
@@ -158,7 +157,7 @@ class Runner {
         const uint64_t rays = counts.total();
         radiance.clear();
         sample_(x, y, sample, radiance, counts);
-        if (!pilot_ || sample >= pilot_samples) return;
+        if (!pilot_) return;
         const Rgb value = radiance.is_bad() ? Rgb(0.0f) : radiance.radiance() * radiance.weight;
         pilot_->add(x, y, sample, value, counts.total() - rays);
     }
@@ -169,8 +168,7 @@ class Runner {
     std::vector<film::Window> tiles_;
     Progress progress_;
     uint64_t first_sample_;
-    bool is_adaptive_, has_rates_ = false;
-    std::optional<PilotNoise> pilot_;
+    std::optional<PilotNoise> pilot_;  ///< until the rates are known; none when sampling is not adaptive
     SampleRates rates_;
 };
 

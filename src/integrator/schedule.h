@@ -29,7 +29,7 @@ struct RenderState {
 struct RenderCallbacks {
     /// Called often, from any rendering thread but one at a time.
     std::function<void(const RenderState&)> progress;
-    /// Called between passes with every pixel at the same sample count, when an interim picture is due.
+    /// Called between passes with every pixel at the same sample index, when an interim picture is due.
     std::function<void(const film::Film&)> snapshot;
     /// Asked between passes: true = an interim picture is wanted now, whatever the interval.
     std::function<bool()> snapshot_requested;
@@ -41,8 +41,8 @@ enum class StopReason : uint8_t { Complete, TimeBudget, TargetError, Interrupted
 
 struct RenderResult {
     StopReason reason = StopReason::Complete;
-    uint64_t end_sample = 0;  ///< every pixel has samples [first_sample, end_sample)
-    bool is_uniform = true;   ///< false: interrupted inside a pass; pixels differ in their sample count
+    uint64_t end_sample = 0;  ///< every pixel has what it gets of the sample indices [first_sample, end_sample), see SampleRates
+    bool is_uniform = true;   ///< false: interrupted inside a pass; pixels differ in how far they are
     double seconds = 0;
     RayCounts rays;
 };
