@@ -112,6 +112,8 @@ void join_mesh_light_groups(Context& ctx, const std::vector<scene::Shape>& shape
 
 /// Warns about a prim type that is seen and not rendered.
 void warn_unsupported(Context& ctx, Prim prim);
+/// Names a prim without geometry of its own that LightAPI or one of its kin is applied to.
+void warn_light_without_geometry(Context& ctx, Prim prim);
 /// Names features of rendered prims that are not honoured (velocities, …).
 void warn_unsupported_features(Context& ctx, Prim prim);
 

@@ -30,6 +30,13 @@ void warn_unsupported(Context& ctx, Prim prim) {
     }
 }
 
+void warn_light_without_geometry(Context& ctx, Prim prim) {
+    if (!is_any_light(prim)) return;
+    ctx.warn("unsupported-light", prim,
+             "the light API makes a light of a prim's own geometry, and this prim has none: it "
+             "lights nothing");
+}
+
 void warn_unsupported_features(Context& ctx, Prim prim) {
     if (prim.has_api("VolumeLightAPI"))
         ctx.warn("unsupported-light", prim,

@@ -50,7 +50,10 @@ Vec3d representative_point(Context& ctx, Prim prim, const Mat4d& matrix, const P
 /// Draws the prim itself, without its children.
 void draw(Context& ctx, Prim prim, const Mat4d& matrix, Pose* pose, Placeable& out) {
     const std::string_view type = prim.type_name().view();
-    if (type.empty() || type == "Xform" || type == "Scope" || type == "Camera") return;
+    if (type.empty() || type == "Xform" || type == "Scope" || type == "Camera") {
+        warn_light_without_geometry(ctx, prim);
+        return;
+    }
     if (!ctx.purposes.contains(usd::stage::computed_purpose(prim))) return;
     if (!out.is_stage && !out.is_origin_fixed)
         propose_origin(out, representative_point(ctx, prim, matrix, pose));

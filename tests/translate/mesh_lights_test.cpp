@@ -221,6 +221,12 @@ TEST(MeshLights, SayWhatTheyCannot) {
     expect_warning("def Volume \"V\" (prepend apiSchemas = [\"VolumeLightAPI\"]) {}\n",
                    "unsupported-light");
     expect_warning(lamp("\"VolumeLightAPI\"", ""), "unsupported-light");
+    // Neither do prims without geometry, whatever lies below them
+    for (const char* type : {"Xform ", "Scope ", ""}) {
+        expect_warning(std::string("def ") + type +
+                           "\"X\" (prepend apiSchemas = [\"LightAPI\"]) {}\n",
+                       "unsupported-light");
+    }
     expect_warning("def Points \"P\" (prepend apiSchemas = [\"LightAPI\"]) {}\n",
                    "unsupported-light");
 }
