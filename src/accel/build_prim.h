@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/tasks.h"
+
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <limits>
 #include <span>
+#include <vector>
 
 namespace velatura::accel {
 
@@ -19,6 +23,15 @@ struct alignas(32) BuildPrim {
 
 /// Four floats in one register; a vector extension that both compilers know.
 using Vec4 = float __attribute__((vector_size(16)));
+
+/// Half the surface area of a box.
+template <class Corner>
+double half_area(const Corner& lower, const Corner& upper) {
+    const double x = double(upper[0]) - double(lower[0]);
+    const double y = double(upper[1]) - double(lower[1]);
+    const double z = double(upper[2]) - double(lower[2]);
+    return x * y + y * z + z * x;
+}
 
 /// Both corners of a box with one unused lane each; empty at first.
 struct Bounds4 {
@@ -36,13 +49,7 @@ struct Bounds4 {
 
     float extent(int axis) const { return upper[axis] - lower[axis]; }
 
-    /// Half the surface area.
-    double half_area() const {
-        const double x = double(upper[0]) - double(lower[0]);
-        const double y = double(upper[1]) - double(lower[1]);
-        const double z = double(upper[2]) - double(lower[2]);
-        return x * y + y * z + z * x;
-    }
+    double half_area() const { return accel::half_area(lower, upper); }
 };
 
 // The fourth lane holds the bits of id or nothing; no one reads what comes of it.
@@ -79,6 +86,25 @@ struct RangeBounds {
         centroids.extend(b.centroids);
     }
 };
+
+/// Sums up references: fill(some of them, part) into parts that begin as copies of `sum`, which then
+/// take them in by join(sum, part). Large ranges in parallel; what does not depend on the order of
+/// references, such as unions and counts, does not depend on threads either.
+template <class Sum, class Fill, class Join>
+Sum sum_up(std::span<const BuildPrim> references, Sum sum, const Fill& fill, const Join& join) {
+    constexpr size_t parallel_count = 65536, chunk_size = 16384;
+    if (references.size() < parallel_count) {
+        fill(references, sum);
+        return sum;
+    }
+    std::vector<Sum> parts((references.size() + chunk_size - 1) / chunk_size, sum);
+    parallel_for(parts.size(), [&](size_t i) {
+        const size_t begin = i * chunk_size;
+        fill(references.subspan(begin, std::min(chunk_size, references.size() - begin)), parts[i]);
+    });
+    for (const Sum& part : parts) join(sum, part);
+    return sum;
+}
 
 /// Divides primitives at planes; the geometry behind BuildPrim.
 class PrimClipper {

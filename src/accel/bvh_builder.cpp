@@ -16,8 +16,6 @@ namespace {
 
 constexpr int max_bins = 32;
 constexpr size_t parallel_split_count = 4096;  // smaller subtrees stay on one thread
-constexpr size_t parallel_bin_count = 65536;   // larger ranges are binned in chunks
-constexpr size_t bin_chunk = 16384;
 constexpr size_t small_count = 8;              // nodes that know where their references are
 constexpr size_t least_spatial_count = 16;     // fewer references than that are not worth dividing
 constexpr size_t least_spare = 4096;           // so that small scenes can be divided, too
@@ -134,19 +132,12 @@ Bounds4 intersection(const Bounds4& a, const Bounds4& b) {
 }
 
 RangeBounds measure(std::span<const BuildPrim> range) {
-    RangeBounds bounds;
-    if (range.size() < parallel_bin_count) {
-        for (const BuildPrim& p : range) bounds.extend(p);
-        return bounds;
-    }
-    std::vector<RangeBounds> parts((range.size() + bin_chunk - 1) / bin_chunk);
-    parallel_for(parts.size(), [&](size_t i) {
-        const size_t begin = i * bin_chunk;
-        for (const BuildPrim& p : range.subspan(begin, std::min(bin_chunk, range.size() - begin)))
-            parts[i].extend(p);
-    });
-    for (const RangeBounds& part : parts) bounds.extend(part);
-    return bounds;
+    return sum_up(
+        range, RangeBounds{},
+        [](std::span<const BuildPrim> some, RangeBounds& bounds) {
+            for (const BuildPrim& p : some) bounds.extend(p);
+        },
+        [](RangeBounds& sum, const RangeBounds& part) { sum.extend(part); });
 }
 
 // References of one node.
@@ -212,17 +203,6 @@ class Builder {
     BinaryTree take() { return std::move(tree_); }
 
   private:
-    void count_bins(std::span<const BuildPrim> range, const BinMap& map, Bins& bins) const {
-        if (range.size() < parallel_bin_count) return bins.fill(range, map);
-        // Unions and counts do not depend on the order, so neither does the tree
-        std::vector<Bins> parts((range.size() + bin_chunk - 1) / bin_chunk, Bins(map));
-        parallel_for(parts.size(), [&](size_t i) {
-            const size_t begin = i * bin_chunk;
-            parts[i].fill(range.subspan(begin, std::min(bin_chunk, range.size() - begin)), map);
-        });
-        for (const Bins& part : parts) bins.add(part);
-    }
-
     Halves object_split(const Range& range, const BinMap& map, const Split& split) const {
         RangeBounds left, right;
         size_t i = 0, j = range.count();
@@ -312,8 +292,10 @@ class Builder {
         const int bins_here =
             std::min(options_.bins, int(std::min<size_t>(range.count(), 28)) + 4);
         const BinMap map(c, std::clamp(bins_here, 2, max_bins));
-        Bins bins(map);
-        count_bins(range.prims, map, bins);
+        const Bins bins = sum_up(
+            range.prims, Bins(map),
+            [&](std::span<const BuildPrim> some, Bins& part) { part.fill(some, map); },
+            [](Bins& sum, const Bins& part) { sum.add(part); });
         const Split best = bins.best_split(map);
         if (best.axis < 0) {
             halves = halve(range, widest);

@@ -22,13 +22,7 @@ struct BinaryNode {
 
     bool is_leaf() const { return child == 0; }
 
-    /// Half the surface area.
-    double half_area() const {
-        const double x = double(upper[0]) - double(lower[0]);
-        const double y = double(upper[1]) - double(lower[1]);
-        const double z = double(upper[2]) - double(lower[2]);
-        return x * y + y * z + z * x;
-    }
+    double half_area() const { return accel::half_area(lower, upper); }
 };
 
 struct BinaryTree {

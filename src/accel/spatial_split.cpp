@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/spatial_split.h"
 
-#include "base/tasks.h"
-
 #include <algorithm>
 #include <array>
 
@@ -11,8 +9,6 @@ namespace velatura::accel {
 namespace {
 
 constexpr size_t bin_count = 16;
-constexpr size_t parallel_count = 32768;  // larger ranges are binned in chunks
-constexpr size_t chunk_size = 8192;
 
 struct Bins {
     std::array<std::array<Bounds4, bin_count>, 3> box;
@@ -80,21 +76,6 @@ void fill(std::span<const BuildPrim> references,
     }
 }
 
-// Unions and counts do not depend on the order.
-void fill_parallel(std::span<const BuildPrim> references,
-                   const Slices& slices,
-                   const PrimClipper& clipper,
-                   Bins& bins) {
-    if (references.size() < parallel_count) return fill(references, slices, clipper, bins);
-    std::vector<Bins> parts((references.size() + chunk_size - 1) / chunk_size);
-    parallel_for(parts.size(), [&](size_t i) {
-        const size_t begin = i * chunk_size;
-        fill(references.subspan(begin, std::min(chunk_size, references.size() - begin)), slices,
-             clipper, parts[i]);
-    });
-    for (const Bins& part : parts) bins.add(part);
-}
-
 void find_on_axis(const Bins& bins, const Slices& slices, int axis, SpatialSplit& best) {
     const auto a = size_t(axis);
     std::array<Bounds4, bin_count> above;
@@ -135,8 +116,10 @@ SpatialSplit find_spatial_split(std::span<const BuildPrim> references,
                                 const Bounds4& box,
                                 const PrimClipper& clipper) {
     const Slices slices(box);
-    Bins bins;
-    fill_parallel(references, slices, clipper, bins);
+    const Bins bins = sum_up(
+        references, Bins{},
+        [&](std::span<const BuildPrim> some, Bins& part) { fill(some, slices, clipper, part); },
+        [](Bins& sum, const Bins& part) { sum.add(part); });
     SpatialSplit best;
     for (int axis = 0; axis < 3; ++axis) {
         if (!slices.is_flat(axis)) find_on_axis(bins, slices, axis, best);
