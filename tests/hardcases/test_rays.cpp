@@ -26,7 +26,7 @@ SoupScene scene_of(const std::vector<Soup>& soups) {
 TEST(HardRaysH01, ClosedMeshesLeakNothing) {
     // `./dev bench watertight` shoots a hundred times as many
     for (const ClosedMesh& mesh : closed_meshes()) {
-        const LeakCount count = count_leaks(*build_bvh(mesh.scene()), mesh, 200000, 2);
+        const LeakCount count = count_leaks(*build_bvh(mesh.scene()), mesh, 400000, 2);
         EXPECT_EQ(count.misses, 0u) << mesh.name << ", of " << count.rays;
         EXPECT_EQ(count.unseen, 0u) << mesh.name << ", of " << count.rays;
         EXPECT_EQ(count.passed, 0u) << mesh.name << ", of " << count.rays;
