@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 
 namespace velatura::accel {
 
@@ -153,12 +154,10 @@ class TriangleTreeBuilder {
         const BinaryTree binary = build_binary_tree(collect(), binary_options);
         stored.triangles = count_triangles(binary);
         stored.references = binary.references;
-        std::vector<LeafBlock> leaves;
+        std::vector<LeafBlock, LargePages<LeafBlock>> leaves;
         WideTree tree = collapse(
             binary, wide, {}, [&](size_t count) { leaves.resize(count); },
-            [&](uint32_t index, std::span<const uint32_t> ids) {
-                return fill_block(leaves[index], ids);
-            });
+            [&](uint32_t index, std::span<const uint32_t> ids) { fill_block(leaves[index], ids); });
         tree.leaves = std::move(leaves);
         return tree;
     }
@@ -220,8 +219,7 @@ class TriangleTreeBuilder {
         return count;
     }
 
-    // Returns the largest edge of the box of the whole triangles.
-    float fill_block(LeafBlock& block, std::span<const uint32_t> references) const {
+    void fill_block(LeafBlock& block, std::span<const uint32_t> references) const {
         // Parts of one triangle may meet again here
         std::array<uint32_t, wide> ids{};
         size_t count = 0;
@@ -230,18 +228,15 @@ class TriangleTreeBuilder {
                 ids.begin() + std::ptrdiff_t(count))
                 ids[count++] = id;
         }
-        Box3 box;
+        const Vec3 nowhere(std::numeric_limits<float>::quiet_NaN());
         for (size_t lane = 0; lane < wide; ++lane) {
-            const uint32_t id = ids[lane < count ? lane : 0];
-            const Corners c = corners_[id];
-            block.id[lane] = lane < count ? id : unused_lane;
+            const bool is_used = lane < count;
+            const Corners c = is_used ? corners_[ids[lane]] : Corners{{nowhere, nowhere, nowhere}};
+            block.id[lane] = is_used ? ids[lane] : unused_lane;
             for (int corner = 0; corner < 3; ++corner) {
-                box.extendBy(c.p[corner]);
                 for (int k = 0; k < 3; ++k) block.corner[corner][k][lane] = c.p[corner][k];
             }
         }
-        const Vec3 edge = box.size();
-        return std::max(edge.x, std::max(edge.y, edge.z));
     }
 
     std::span<const TriangleSoupView> shapes_;
@@ -336,7 +331,8 @@ class Bvh final : public Accelerator {
             trees_.instances.push_back(placed.record);
         }
         trees_.top_origin_slack = 0x1p-46 * worst_condition;
-        trees_.top = collapse_to_ids(build_binary_tree(std::move(prims), binary_options_of(options)));
+        trees_.top =
+            collapse_to_ids(build_binary_tree(std::move(prims), binary_options_of(options)));
     }
 
     void count_memory() {

@@ -65,6 +65,7 @@ class Collapser {
     };
 
     const std::vector<Leaf>& leaves() const { return leaves_; }
+
     WideTree& tree() { return tree_; }
 
   private:
@@ -183,7 +184,6 @@ class Collapser {
                 node.bounds[k][lane] = child ? child->lower[k] : inf;
                 node.bounds[k + 3][lane] = child ? child->upper[k] : -inf;
             }
-            node.extent[lane] = 0;
             node.child[lane] = 0;
             if (!child) continue;
             if (choices_[children.node[lane]].is_leaf) {
@@ -217,7 +217,7 @@ WideTree collapse(
     size_t leaf_size,
     const CollapseCosts& costs,
     const std::function<void(size_t count)>& begin_leaves,
-    const std::function<float(uint32_t index, std::span<const uint32_t> ids)>& make_leaf) {
+    const std::function<void(uint32_t index, std::span<const uint32_t> ids)>& make_leaf) {
     if (binary.is_empty()) return {};
     Collapser collapser(binary, leaf_size, costs);
     const auto& leaves = collapser.leaves();
@@ -227,8 +227,7 @@ WideTree collapse(
         [&](size_t i) {
             const BinaryNode& node = binary.nodes[leaves[i].binary];
             const std::span ids(&binary.order[node.first], node.count);
-            collapser.tree().nodes[leaves[i].node].extent[leaves[i].lane] =
-                make_leaf(uint32_t(i), ids);
+            make_leaf(uint32_t(i), ids);
         },
         leaf_grain);
     return std::move(collapser.tree());

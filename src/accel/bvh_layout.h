@@ -2,6 +2,7 @@
 #pragma once
 
 #include "accel/ray_query.h"
+#include "base/large_pages.h"
 #include "base/math.h"
 
 #include <cstddef>
@@ -23,13 +24,13 @@ inline constexpr ChildRef leaf_bit = 0x80000000u;
 struct alignas(64) WideNode {
     float bounds[6][wide];  ///< lower x, y, z, upper x, y, z
     ChildRef child[wide];
-    float extent[wide];  ///< largest edge of the child's box
 };
 
 /// Id of a lane without a triangle.
 inline constexpr uint32_t unused_lane = 0xffffffffu;
 
-/// Eight triangles in rows. Unused lanes repeat triangle 0, with the id unused_lane.
+/// Eight triangles in rows. Corners of unused lanes are not a number, so that no ray
+/// meets them; their id is unused_lane.
 struct alignas(64) LeafBlock {
     float corner[3][3][wide];  ///< [corner][axis][lane]
     uint32_t id[wide];         ///< counts the triangles of the tree in (shape, triangle) order
@@ -37,11 +38,11 @@ struct alignas(64) LeafBlock {
 
 /// A tree as kernels read it. `root` is an inner node unless the tree is empty (no nodes at all).
 struct WideTree {
-    std::vector<WideNode> nodes;
-    std::vector<LeafBlock> leaves;  ///< empty when leaves are instances
-    Box3 bounds;                    ///< empty Box3 for an empty tree
-    QueryBounds query_bounds;       ///< the same, ready for make_query
-    size_t depth = 0;               ///< inner nodes from root to leaf
+    std::vector<WideNode, LargePages<WideNode>> nodes;
+    std::vector<LeafBlock, LargePages<LeafBlock>> leaves;  ///< empty when leaves are instances
+    Box3 bounds;                                           ///< empty Box3 for an empty tree
+    QueryBounds query_bounds;                              ///< the same, ready for make_query
+    size_t depth = 0;                                      ///< inner nodes from root to leaf
 
     bool is_empty() const { return nodes.empty(); }
 

@@ -3,6 +3,7 @@
 
 #include "accel/ray_query.h"
 #include "base/math.h"
+#include "geometry/surface_point.h"
 
 #include <algorithm>
 #include <bit>
@@ -35,10 +36,21 @@ inline constexpr int64_t sign_bit = std::numeric_limits<int64_t>::min();
     return __builtin_bit_cast(Double4, __builtin_bit_cast(Long4, v) & ~sign_bit);
 }
 
+[[gnu::always_inline]] inline Float4 absolute(const Float4& v) {
+    return __builtin_bit_cast(Float4, __builtin_bit_cast(Int4, v) & 0x7fffffff);
+}
+
 /// v >= 0 with the signs of `signs`.
 [[gnu::always_inline]] inline Double4 with_signs(const Double4& v, const Double4& signs) {
     return __builtin_bit_cast(
         Double4, __builtin_bit_cast(Long4, v) | (__builtin_bit_cast(Long4, signs) & sign_bit));
+}
+
+/// v >= 0 with the signs of `signs`.
+[[gnu::always_inline]] inline Float4 with_signs(const Float4& v, const Float4& signs) {
+    const Int4 sign = Int4{} + std::numeric_limits<int32_t>::min();
+    return __builtin_bit_cast(
+        Float4, __builtin_bit_cast(Int4, v) | (__builtin_bit_cast(Int4, signs) & sign));
 }
 
 template <class Vector, class T>
@@ -48,29 +60,94 @@ template <class Vector, class T>
 
 }  // namespace axes
 
-/// Sets the slab constants for the unscaled origin o, known up to `error`, and the scaled direction
-/// e. Without branches: the signs of directions are what a processor cannot predict.
-[[gnu::always_inline]] inline void set_slabs(
-    QueryRay& q, const axes::Double4& o, const axes::Double4& e, double error, float widening) {
+/// Sets the slab constants from origins moved outward and the inverse of the scaled direction.
+/// Without branches: the signs of directions are what a processor cannot predict.
+[[gnu::always_inline]] inline void set_slabs(QueryRay& q,
+                                             const axes::Float4& near_origin,
+                                             const axes::Float4& far_origin,
+                                             const axes::Float4& inverse,
+                                             float widening) {
     using namespace axes;
-    // Room for the rounding to float as well, of which the last term is that of the smallest floats
-    const Double4 margin = error * (1.0 + 0x1p-22) + absolute(o) * 0x1p-23 + 0x1p-149;
-    const Double4 outward = with_signs(margin, e);
-    const Float4 near = __builtin_convertvector(o + outward, Float4);
-    const Float4 far = __builtin_convertvector(o - outward, Float4);
-    store(q.near_origin, near);
-    store(q.far_origin, far);
-    const Float4 gap = near - far;
-    q.slop = largest(gap < 0 ? -gap : gap);
-    // A finite bound instead of infinity keeps 0·inf out; distances are far smaller than 1e38
-    const Double4 steepness = 1.0 / absolute(e), limit = Double4{} + 1e38;
-    const Float4 inverse =
-        __builtin_convertvector(with_signs(steepness < limit ? steepness : limit, e), Float4);
+    store(q.near_origin, near_origin);
+    store(q.far_origin, far_origin);
     store(q.near_inverse, inverse * (1.0f - widening));
     store(q.far_inverse, inverse * (1.0f + widening));
     const Int4 backward = (__builtin_bit_cast(Int4, inverse) >> 31) & 3, axis = {0, 1, 2, 3};
     store(q.near_row, axis + backward);
     store(q.far_row, axis + 3 - backward);
+}
+
+/// Axis of the largest component (of magnitudes), the first of equal ones.
+template <class T>
+[[gnu::always_inline]] inline uint32_t largest_axis(const T& x, const T& y, const T& z) {
+    // Without branches: nothing predicts the axis
+    const auto xy = uint32_t(y > x);
+    return xy + (2 - xy) * uint32_t(z > std::max(x, y));
+}
+
+/// What hit_triangle and the filter before it need, from the scaled direction e.
+/// reach: no corner of the tree is further from the origin along an axis. rounding: bound of the
+/// error of float(o). slop: |near_origin - far_origin|.
+template <class Origin, class Direction>
+[[gnu::always_inline]] inline void set_shear(QueryRay& q,
+                                             const Origin& o,
+                                             const Direction& e,
+                                             uint32_t kz,
+                                             float reach,
+                                             float rounding,
+                                             float slop) {
+    q.kz = kz;
+    q.kx = (0x000201u >> (8 * kz)) & 0xff;  // 1, 2, 0
+    q.ky = (0x010002u >> (8 * kz)) & 0xff;  // 2, 0, 1
+    q.permuted_origin[0] = double(o[q.kx]);
+    q.permuted_origin[1] = double(o[q.ky]);
+    q.permuted_origin[2] = double(o[q.kz]);
+    q.inverse_z = 1.0 / double(e[q.kz]);
+    q.shear_x = double(e[q.kx]) * q.inverse_z;
+    q.shear_y = double(e[q.ky]) * q.inverse_z;
+    for (int k = 0; k < 3; ++k) q.filter_origin[k] = float(q.permuted_origin[k]);
+    q.filter_shear_x = float(q.shear_x);
+    q.filter_shear_y = float(q.shear_y);
+    q.filter_inverse_z = float(q.inverse_z);
+    // A difference, the shear and its product round by 2^-24 of at most 2·reach each
+    q.filter_error = 0x1p-19f * reach + 8.0f * rounding;
+    q.filter_error_2 = q.filter_error * q.filter_error + 1e-37f;
+    // With room for a t that vanishes on the way back from scaled t
+    q.filter_t_margin = 4.0f * (slop + rounding) + float(0x1p-125 * q.scaled_from_t);
+}
+
+/// The same as make_query for rays in floats that are neither very far nor very small: no doubles
+/// but in the shear. False for those that it leaves to make_query.
+[[gnu::always_inline]] inline bool make_usual_query(const geometry::Ray& ray,
+                                                    const QueryBounds& bounds,
+                                                    const QuerySlack& slack,
+                                                    QueryRay& q) {
+    using namespace axes;
+    const Float4 o = {ray.o.x, ray.o.y, ray.o.z, 0}, d = {ray.d.x, ray.d.y, ray.d.z, 1};
+    const Float4 o_size = absolute(o), d_size = absolute(d);
+    const float longest = largest(d_size);
+    // Written so that NaN fails
+    if (!(largest(o_size) < 0x1p100f && longest < 0x1p60f && longest > 0x1p-60f)) return false;
+    q.t_from_scaled = q.scaled_from_t = 1;
+
+    Float4 lower, upper;
+    __builtin_memcpy(&lower, bounds.lower_float, sizeof(lower));
+    __builtin_memcpy(&upper, bounds.upper_float, sizeof(upper));
+    const Float4 below = o - lower, above = upper - o;
+    const float reach = largest(below > above ? below : above);
+    // Twice what exact arithmetic would ask for: room for the rounding of all this to floats, of
+    // which the last term is that of the smallest ones
+    const Float4 margin = float(slack.origin) * 2.0f * reach + o_size * 0x1p-22f + 0x1p-148f;
+    const Float4 outward = with_signs(margin, d);
+    const Float4 steepness = 1.0f / d_size, limit = Float4{} + 1e38f;
+    set_slabs(q, o + outward, o - outward, with_signs(steepness < limit ? steepness : limit, d),
+              slack.inverse);
+    float origin[4], direction[4];
+    store(origin, o);
+    store(direction, d);
+    set_shear(q, origin, direction, largest_axis(d_size[0], d_size[1], d_size[2]), reach, 0.0f,
+              4.0f * largest(margin));
+    return true;
 }
 
 /// Prepares o + t·d (the tree's space) for a tree within `bounds`.
@@ -82,17 +159,15 @@ template <class Vector, class T>
                                               QueryRay& q) {
     using namespace axes;
     const double d_abs[3] = {std::abs(d.x), std::abs(d.y), std::abs(d.z)};
-    q.kz = d_abs[0] > d_abs[1] ? (d_abs[0] > d_abs[2] ? 0u : 2u) : (d_abs[1] > d_abs[2] ? 1u : 2u);
-    q.kx = q.kz == 2 ? 0u : q.kz + 1u;
-    q.ky = q.kx == 2 ? 0u : q.kx + 1u;
+    const uint32_t kz = largest_axis(d_abs[0], d_abs[1], d_abs[2]);
     // Written so that NaN fails
     const double limit = double(coordinate_limit);
     if (!(std::abs(o.x) < limit && std::abs(o.y) < limit && std::abs(o.z) < limit)) return false;
     if (!(d_abs[0] <= 0x1p300 && d_abs[1] <= 0x1p300 && d_abs[2] <= 0x1p300)) return false;
-    if (!(d_abs[q.kz] >= 0x1p-300)) return false;
+    if (!(d_abs[kz] >= 0x1p-300)) return false;
 
     // Scale d by a power of two: exact, and keeps the float part away from overflow
-    const uint64_t exponent = std::bit_cast<uint64_t>(d_abs[q.kz]) >> 52;
+    const uint64_t exponent = std::bit_cast<uint64_t>(d_abs[kz]) >> 52;
     const double scale = std::bit_cast<double>((2046 - exponent) << 52);
     q.t_from_scaled = scale;
     q.scaled_from_t = std::bit_cast<double>(exponent << 52);
@@ -104,24 +179,28 @@ template <class Vector, class T>
     // Largest distance along an axis to the far side of the bounds
     const Double4 below = origin - lower, above = upper - origin;
     const double reach = largest(below > above ? below : above);
-    set_slabs(q, origin, e, slack.origin * reach, slack.inverse);
-
-    store(q.origin, origin);
+    const Double4 margin = slack.origin * 2.0 * reach + absolute(origin) * 0x1p-22 + 0x1p-148;
+    const Double4 outward = with_signs(margin, e);
+    // A finite bound instead of infinity keeps 0·inf out; distances are far smaller than 1e38
+    const Double4 steepness = 1.0 / absolute(e), most = Double4{} + 1e38;
+    set_slabs(q, __builtin_convertvector(origin + outward, Float4),
+              __builtin_convertvector(origin - outward, Float4),
+              __builtin_convertvector(with_signs(steepness < most ? steepness : most, e), Float4),
+              slack.inverse);
     const Float4 rounded = __builtin_convertvector(origin, Float4);
-    const Double4 lost = __builtin_convertvector(rounded, Double4) - origin;
-    q.filter_error = float(largest(lost < 0 ? -lost : lost));
-    q.inverse_z = 1.0 / e[q.kz];
-    q.filter_inverse_z = float(q.inverse_z);
-    // With room for a t that vanishes on the way back from scaled t
-    q.filter_t_margin = 4.0f * (q.slop + q.filter_error) + float(0x1p-125 * q.scaled_from_t);
-    q.shear_x = e[q.kx] * q.inverse_z;
-    q.shear_y = e[q.ky] * q.inverse_z;
-    q.filter_origin[0] = rounded[q.kx];
-    q.filter_origin[1] = rounded[q.ky];
-    q.filter_origin[2] = rounded[q.kz];
-    q.filter_shear_x = float(q.shear_x);
-    q.filter_shear_y = float(q.shear_y);
+    const double rounding = largest(absolute(__builtin_convertvector(rounded, Double4) - origin));
+    set_shear(q, o, e, kz, float(reach) * (1.0f + 0x1p-20f), float(rounding) * 2.0f,
+              4.0f * float(largest(margin)));
     return true;
+}
+
+/// A ray of render space, made ready for a tree in it.
+[[gnu::always_inline]] inline bool make_query(const geometry::Ray& ray,
+                                              const QueryBounds& bounds,
+                                              const QuerySlack& slack,
+                                              QueryRay& q) {
+    return make_usual_query(ray, bounds, slack, q) ||
+           make_query(Vec3d(ray.o), Vec3d(ray.d), bounds, slack, q);
 }
 
 }  // namespace velatura::accel

@@ -16,7 +16,7 @@ inline constexpr float coordinate_limit = 0x1p126f;
 /// conservative part in float, which only says where to look. The direction is scaled by a power of
 /// two so that its largest component lies in [1, 2); t below is that of the scaled ray.
 struct QueryRay {
-    double origin[4];                     ///< element 3 has no meaning
+    double permuted_origin[3];            ///< components kx, ky, kz
     double shear_x, shear_y, inverse_z;   ///< d[kx]/d[kz], d[ky]/d[kz], 1/d[kz]
     double t_from_scaled, scaled_from_t;  ///< exact powers of two
     uint32_t kx, ky, kz;                  ///< kz: axis of the largest component of d
@@ -32,9 +32,9 @@ struct QueryRay {
     float filter_origin[3];  ///< origin rounded; components kx, ky, kz
     float filter_shear_x, filter_shear_y;
     float filter_inverse_z;
-    float filter_t_margin;  ///< bound of the errors of scaled t in the filter that are not relative
-    float filter_error;     ///< bound of |filter_origin − origin|
-    float slop;          ///< bound of |near_origin − far_origin|
+    float filter_error;     ///< bound of the errors of sheared coordinates in floats, four times
+    float filter_error_2;   ///< its square
+    float filter_t_margin;  ///< bound of the errors of scaled t in floats that are not relative
 };
 
 /// What rounding may do to a ray before a query sees it.
@@ -46,12 +46,15 @@ struct QuerySlack {
 /// A box that is not empty, in double; the elements 3 are zero.
 struct alignas(32) QueryBounds {
     double lower[4] = {}, upper[4] = {};
+    float lower_float[4] = {}, upper_float[4] = {};
 
     QueryBounds() = default;
 
     explicit QueryBounds(const Box3& box)
         : lower{double(box.min.x), double(box.min.y), double(box.min.z), 0},
-          upper{double(box.max.x), double(box.max.y), double(box.max.z), 0} {}
+          upper{double(box.max.x), double(box.max.y), double(box.max.z), 0},
+          lower_float{box.min.x, box.min.y, box.min.z, 0},
+          upper_float{box.max.x, box.max.y, box.max.z, 0} {}
 };
 
 /// A hit before shape and triangle are told apart. t as the caller of the accelerator counts it.
@@ -86,10 +89,10 @@ inline constexpr float split_margin = 0x1p-12f;
 /// A tree may also hold parts of a triangle, each with a box of its own. The computed point is, but
 /// for the rounding of the weights u, v, w, that of a triangle whose corners are moved by less than
 /// the outward shift of the ray's origin; the error that the weights add, 2^-47·(largest edge)²/det
-/// largest edges, is below split_margin/4 unless the triangle is seen edge-on or has no area to speak of. Those are
-/// hit at the end of the interval of their own box, where the ray has met every part that it meets.
-/// Ref: Woop, Benthin, Wald 2013, "Watertight Ray/Triangle Intersection", JCGT 2(1).
-/// Returns: whether 0 < t < infinity; the caller compares t with its bound.
+/// largest edges, is below split_margin/4 unless the triangle is seen edge-on or has no area to
+/// speak of. Those are hit at the end of the interval of their own box, where the ray has met every
+/// part that it meets. Ref: Woop, Benthin, Wald 2013, "Watertight Ray/Triangle Intersection", JCGT
+/// 2(1). Returns: whether 0 < t < infinity; the caller compares t with its bound.
 [[gnu::always_inline]] inline bool hit_triangle(const QueryRay& q,
                                                 const float* v0,
                                                 const float* v1,
@@ -97,15 +100,15 @@ inline constexpr float split_margin = 0x1p-12f;
                                                 size_t stride,
                                                 TriangleHit& hit) {
     const size_t x = q.kx * stride, y = q.ky * stride, z = q.kz * stride;
-    const double az = double(v0[z]) - q.origin[q.kz];
-    const double bz = double(v1[z]) - q.origin[q.kz];
-    const double cz = double(v2[z]) - q.origin[q.kz];
-    const double ax = (double(v0[x]) - q.origin[q.kx]) - q.shear_x * az;
-    const double ay = (double(v0[y]) - q.origin[q.ky]) - q.shear_y * az;
-    const double bx = (double(v1[x]) - q.origin[q.kx]) - q.shear_x * bz;
-    const double by = (double(v1[y]) - q.origin[q.ky]) - q.shear_y * bz;
-    const double cx = (double(v2[x]) - q.origin[q.kx]) - q.shear_x * cz;
-    const double cy = (double(v2[y]) - q.origin[q.ky]) - q.shear_y * cz;
+    const double az = double(v0[z]) - q.permuted_origin[2];
+    const double bz = double(v1[z]) - q.permuted_origin[2];
+    const double cz = double(v2[z]) - q.permuted_origin[2];
+    const double ax = (double(v0[x]) - q.permuted_origin[0]) - q.shear_x * az;
+    const double ay = (double(v0[y]) - q.permuted_origin[1]) - q.shear_y * az;
+    const double bx = (double(v1[x]) - q.permuted_origin[0]) - q.shear_x * bz;
+    const double by = (double(v1[y]) - q.permuted_origin[1]) - q.shear_y * bz;
+    const double cx = (double(v2[x]) - q.permuted_origin[0]) - q.shear_x * cz;
+    const double cy = (double(v2[y]) - q.permuted_origin[1]) - q.shear_y * cz;
     const double u = cx * by - cy * bx;
     const double v = ax * cy - ay * cx;
     const double w = bx * ay - by * ax;
@@ -125,8 +128,8 @@ inline constexpr float split_margin = 0x1p-12f;
     float t_near = 0, t_far = 0;
     if (!clip_to_box(q, bounds, t_near, t_far)) return false;
     t = std::min(std::max(t, double(t_near)), double(t_far));
-    const auto edge = double(std::max(
-        bounds[3] - bounds[0], std::max(bounds[4] - bounds[1], bounds[5] - bounds[2])));
+    const auto edge = double(
+        std::max(bounds[3] - bounds[0], std::max(bounds[4] - bounds[1], bounds[5] - bounds[2])));
     if (std::abs(det) < 0x1p-32 * edge * edge) t = double(t_far);
     hit.t = float(t * q.t_from_scaled);
     hit.b1 = float(v * inverse_det);

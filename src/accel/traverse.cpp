@@ -29,56 +29,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using Lanes8 = hn::CappedTag<float, wide>;
 
+using Vector8 = hn::Vec<Lanes8>;
+
 constexpr size_t stack_size = max_wide_depth * (wide - 1) + 1;
-
-struct StackEntry {
-    float t_near;
-    ChildRef ref;
-    float extent;
-};
-
-struct Stack {
-    StackEntry entries[stack_size];
-    StackEntry* top = entries;
-};
-
-// Children whose boxes the ray meets at scaled t <= t_far, as bits; entry distances into t_near.
-HWY_INLINE uint32_t meet_children(const WideNode& node,
-                                  const QueryRay& q,
-                                  float t_far_bound,
-                                  float* HWY_RESTRICT t_near) {
-    const Lanes8 d;
-    uint32_t bits = 0;
-    for (size_t i = 0; i < wide; i += hn::Lanes(d)) {
-        const auto slab = [&](const int32_t* row, const float* origin, const float* inverse,
-                              int k) HWY_ATTR {
-            const auto bound = hn::Load(d, node.bounds[row[k]] + i);
-            return hn::Mul(hn::Sub(bound, hn::Set(d, origin[k])), hn::Set(d, inverse[k]));
-        };
-        const auto nx = slab(q.near_row, q.near_origin, q.near_inverse, 0);
-        const auto ny = slab(q.near_row, q.near_origin, q.near_inverse, 1);
-        const auto nz = slab(q.near_row, q.near_origin, q.near_inverse, 2);
-        const auto fx = slab(q.far_row, q.far_origin, q.far_inverse, 0);
-        const auto fy = slab(q.far_row, q.far_origin, q.far_inverse, 1);
-        const auto fz = slab(q.far_row, q.far_origin, q.far_inverse, 2);
-        const auto tn = hn::Max(hn::Max(nx, ny), hn::Max(nz, hn::Zero(d)));
-        const auto tf = hn::Min(hn::Min(fx, fy), hn::Min(fz, hn::Set(d, t_far_bound)));
-        hn::Store(tn, d, t_near + i);
-        uint8_t mask[8] = {};
-        hn::StoreMaskBits(d, hn::Le(tn, tf), mask);
-        bits |= uint32_t(mask[0]) << i;
-    }
-    return bits;
-}
-
-// Bound of the float error of edge functions in a leaf that the ray enters at t_near: sheared
-// coordinates are at most twice the extent, heights above the origin t_near·2 + extent.
-HWY_INLINE float edge_error(const QueryRay& q, float t_near, float extent) {
-    constexpr float u = machine_epsilon;
-    const float r = 2.0f * (extent + q.slop) + 128.0f * u * t_near;
-    const float shift = 16.0f * u * (t_near + 2.0f * r) + 2.0f * q.filter_error;
-    return 8.0f * r * (shift + u * r) + 1e-37f;
-}
 
 // Which lanes a comparison holds for, as bits.
 template <class D, class M>
@@ -88,80 +41,209 @@ HWY_INLINE uint32_t bits_of(D d, M mask) {
     return bytes[0];
 }
 
+// The slab constants of a ray in every lane.
+struct SlabLanes {
+    Vector8 near_origin[3], far_origin[3], near_inverse[3], far_inverse[3];
+    size_t near_row[3], far_row[3];  // in floats from WideNode::bounds
+
+    HWY_INLINE explicit SlabLanes(const QueryRay& q) {
+        const Lanes8 d;
+        for (size_t k = 0; k < 3; ++k) {
+            near_origin[k] = hn::Set(d, q.near_origin[k]);
+            far_origin[k] = hn::Set(d, q.far_origin[k]);
+            near_inverse[k] = hn::Set(d, q.near_inverse[k]);
+            far_inverse[k] = hn::Set(d, q.far_inverse[k]);
+            near_row[k] = size_t(q.near_row[k]) * wide;
+            far_row[k] = size_t(q.far_row[k]) * wide;
+        }
+    }
+};
+
+// Children whose boxes the ray meets at scaled t <= t_far, as bits; entry distances into t_near.
+HWY_INLINE uint32_t meet_children(const WideNode& node,
+                                  const SlabLanes& q,
+                                  float t_far_bound,
+                                  float* HWY_RESTRICT t_near) {
+    const Lanes8 d;
+    const float* const bounds = &node.bounds[0][0];
+    uint32_t bits = 0;
+    for (size_t i = 0; i < wide; i += hn::Lanes(d)) {
+        const auto near = [&](size_t k) HWY_ATTR {
+            return hn::Mul(hn::Sub(hn::Load(d, bounds + q.near_row[k] + i), q.near_origin[k]),
+                           q.near_inverse[k]);
+        };
+        const auto far = [&](size_t k) HWY_ATTR {
+            return hn::Mul(hn::Sub(hn::Load(d, bounds + q.far_row[k] + i), q.far_origin[k]),
+                           q.far_inverse[k]);
+        };
+        const auto tn = hn::Max(hn::Max(near(0), near(1)), hn::Max(near(2), hn::Zero(d)));
+        const auto tf = hn::Min(hn::Min(far(0), far(1)), hn::Min(far(2), hn::Set(d, t_far_bound)));
+        hn::Store(tn, d, t_near + i);
+        bits |= bits_of(d, hn::Le(tn, tf)) << i;
+    }
+    return bits;
+}
+
 // Triangles of a block, as bits.
 struct Candidates {
     uint32_t possible = 0;  // hit_triangle must decide
-    uint32_t certain = 0;   // of these: hit for sure at 0 < t < t_bound
+    uint32_t certain = 0;   // of these: hit for sure at 0 < t < certain_bound
 };
 
-// What the ray may hit at scaled t <= t_bound, and what it surely hits before certain_bound. Heights z along the ray's largest component bound t:
-// the hit that hit_triangle computes lies between the smallest and the largest z times inverse_z,
-// but for a rounding that the margins cover many times over.
-HWY_INLINE Candidates filter_triangles(const LeafBlock& leaf,
-                                       const QueryRay& q,
-                                       float error,
-                                       float t_bound,
-                                       float certain_bound) {
+// What the ray may hit at scaled t <= t_bound, and what it surely hits before certain_bound.
+// Sheared coordinates err by filter_error, so edge functions by less than that times the sizes of
+// their factors. Heights z along the ray's largest component bound t: the hit that hit_triangle
+// computes lies between the smallest and the largest z times inverse_z, but for a rounding that the
+// margins cover many times over.
+template <bool find_certain>
+HWY_INLINE Candidates
+filter_triangles(const LeafBlock& leaf, const QueryRay& q, float t_bound, float certain_bound) {
     const Lanes8 d;
-    const hn::RebindToUnsigned<Lanes8> du;
     Candidates found;
     const auto ox = hn::Set(d, q.filter_origin[0]);
     const auto oy = hn::Set(d, q.filter_origin[1]);
     const auto oz = hn::Set(d, q.filter_origin[2]);
     const auto sx = hn::Set(d, q.filter_shear_x);
     const auto sy = hn::Set(d, q.filter_shear_y);
+    const auto slip = hn::Set(d, q.filter_error);
     for (size_t i = 0; i < wide; i += hn::Lanes(d)) {
         const auto row = [&](size_t corner, uint32_t axis)
                              HWY_ATTR { return hn::Load(d, leaf.corner[corner][axis] + i); };
         const auto az = hn::Sub(row(0, q.kz), oz);
         const auto bz = hn::Sub(row(1, q.kz), oz);
         const auto cz = hn::Sub(row(2, q.kz), oz);
-        const auto ax = hn::Sub(hn::Sub(row(0, q.kx), ox), hn::Mul(sx, az));
-        const auto ay = hn::Sub(hn::Sub(row(0, q.ky), oy), hn::Mul(sy, az));
-        const auto bx = hn::Sub(hn::Sub(row(1, q.kx), ox), hn::Mul(sx, bz));
-        const auto by = hn::Sub(hn::Sub(row(1, q.ky), oy), hn::Mul(sy, bz));
-        const auto cx = hn::Sub(hn::Sub(row(2, q.kx), ox), hn::Mul(sx, cz));
-        const auto cy = hn::Sub(hn::Sub(row(2, q.ky), oy), hn::Mul(sy, cz));
-        const auto u = hn::Sub(hn::Mul(cx, by), hn::Mul(cy, bx));
-        const auto v = hn::Sub(hn::Mul(ax, cy), hn::Mul(ay, cx));
-        const auto w = hn::Sub(hn::Mul(bx, ay), hn::Mul(by, ax));
+        const auto ax = hn::NegMulAdd(sx, az, hn::Sub(row(0, q.kx), ox));
+        const auto ay = hn::NegMulAdd(sy, az, hn::Sub(row(0, q.ky), oy));
+        const auto bx = hn::NegMulAdd(sx, bz, hn::Sub(row(1, q.kx), ox));
+        const auto by = hn::NegMulAdd(sy, bz, hn::Sub(row(1, q.ky), oy));
+        const auto cx = hn::NegMulAdd(sx, cz, hn::Sub(row(2, q.kx), ox));
+        const auto cy = hn::NegMulAdd(sy, cz, hn::Sub(row(2, q.ky), oy));
+        const auto u = hn::NegMulAdd(cy, bx, hn::Mul(cx, by));
+        const auto v = hn::NegMulAdd(ay, cx, hn::Mul(ax, cy));
+        const auto w = hn::NegMulAdd(by, ax, hn::Mul(bx, ay));
+        const auto size_x = hn::Add(hn::Abs(ax), hn::Add(hn::Abs(bx), hn::Abs(cx)));
+        const auto size_y = hn::Add(hn::Abs(ay), hn::Add(hn::Abs(by), hn::Abs(cy)));
+        const auto error = hn::MulAdd(slip, hn::Add(size_x, size_y), hn::Set(d, q.filter_error_2));
         const auto low = hn::Min(u, hn::Min(v, w));
         const auto high = hn::Max(u, hn::Max(v, w));
-        // Certainly outside: one edge function surely negative, another surely positive
-        const auto outside =
-            hn::And(hn::Lt(low, hn::Set(d, -error)), hn::Gt(high, hn::Set(d, error)));
-        const uint32_t near_line = ~bits_of(d, outside) & ((1u << hn::Lanes(d)) - 1);
+        // Not certainly outside: no edge function surely negative or none surely positive. No
+        // comparison holds for unused lanes, which are not a number.
+        const uint32_t near_line =
+            bits_of(d, hn::Or(hn::Ge(hn::Add(low, error), hn::Zero(d)), hn::Le(high, error)));
         if (near_line == 0) continue;
 
-        // Certainly behind the origin or beyond the bound
+        // Not certainly behind the origin or beyond the bound
         const auto inverse = hn::Set(d, q.filter_inverse_z);
-        const auto t_low = hn::Mul(hn::Min(az, hn::Min(bz, cz)), inverse);
-        const auto t_high = hn::Mul(hn::Max(az, hn::Max(bz, cz)), inverse);
+        const auto t_a = hn::Mul(hn::Min(az, hn::Min(bz, cz)), inverse);
+        const auto t_b = hn::Mul(hn::Max(az, hn::Max(bz, cz)), inverse);
         const auto margin = hn::Set(d, q.filter_t_margin);
         const auto shrink = hn::Set(d, 1.0f - 0x1p-18f), grow = hn::Set(d, 1.0f + 0x1p-18f);
-        const auto first = hn::Sub(hn::Min(t_low, t_high), margin);
-        const auto last = hn::Add(hn::Max(t_low, t_high), margin);
-        const auto bound = hn::Set(d, t_bound), zero = hn::Zero(d);
-        const auto beyond = hn::Gt(hn::Mul(first, shrink), bound);
-        const auto behind = hn::Lt(last, zero);
-        const auto unused = hn::Eq(hn::Load(du, leaf.id + i), hn::Set(du, unused_lane));
-        const uint32_t possible =
-            near_line & ~(bits_of(d, hn::Or(beyond, behind)) | bits_of(du, unused));
+        const auto first = hn::Sub(hn::Min(t_a, t_b), margin);
+        const auto last = hn::Add(hn::Max(t_a, t_b), margin);
+        const auto zero = hn::Zero(d);
+        const auto in_range =
+            hn::And(hn::Le(hn::Mul(first, shrink), hn::Set(d, t_bound)), hn::Ge(last, zero));
+        const uint32_t possible = near_line & bits_of(d, in_range);
         found.possible |= possible << i;
-
-        const auto inside = hn::Or(hn::Gt(low, hn::Set(d, error)), hn::Lt(high, hn::Set(d, -error)));
-        const auto between = hn::And(hn::Gt(first, zero), hn::Lt(hn::Mul(last, grow), hn::Set(d, certain_bound)));
+        if (!find_certain || possible == 0) continue;
+        const auto inside = hn::Or(hn::Gt(low, error), hn::Lt(hn::Add(high, error), zero));
+        const auto between =
+            hn::And(hn::Gt(first, zero), hn::Lt(hn::Mul(last, grow), hn::Set(d, certain_bound)));
         found.certain |= (possible & bits_of(d, hn::And(inside, between))) << i;
     }
     return found;
 }
 
-HWY_INLINE bool hit_lane(const LeafBlock& leaf,
-                         const QueryRay& q,
-                         uint32_t lane,
-                         TriangleHit& hit) {
-    return hit_triangle(q, &leaf.corner[0][0][lane], &leaf.corner[1][0][lane],
-                        &leaf.corner[2][0][lane], wide, hit);
+// Hits of a ray in the lanes of a block.
+struct LeafHits {
+    alignas(32) float t[wide];
+    alignas(32) float b1[wide], b2[wide];
+};
+
+// hit_triangle for lanes of a block, operation by operation, so with the same bits.
+// Returns: the candidates that are hit at t <= t_last, as bits.
+HWY_INLINE uint32_t hit_block(
+    const LeafBlock& leaf, const QueryRay& q, uint32_t candidates, float t_last, LeafHits& hits) {
+    // Registers of 512 bits measure slower
+    using Doubles = hn::CappedTag<double, 4>;
+    using Floats = hn::Rebind<float, Doubles>;
+    const Doubles d;
+    const Floats f;
+    const auto ox = hn::Set(d, q.permuted_origin[0]);
+    const auto oy = hn::Set(d, q.permuted_origin[1]);
+    const auto oz = hn::Set(d, q.permuted_origin[2]);
+    const auto sx = hn::Set(d, q.shear_x);
+    const auto sy = hn::Set(d, q.shear_y);
+    uint32_t found = 0;
+    for (size_t i = 0; i < wide; i += hn::Lanes(d)) {
+        if (((candidates >> i) & ((1u << hn::Lanes(d)) - 1)) == 0) continue;
+        const auto from_origin = [&](size_t corner, uint32_t axis, auto origin) HWY_ATTR {
+            return hn::Sub(hn::PromoteTo(d, hn::Load(f, leaf.corner[corner][axis] + i)), origin);
+        };
+        const auto az = from_origin(0, q.kz, oz);
+        const auto bz = from_origin(1, q.kz, oz);
+        const auto cz = from_origin(2, q.kz, oz);
+        const auto ax = hn::Sub(from_origin(0, q.kx, ox), hn::Mul(sx, az));
+        const auto ay = hn::Sub(from_origin(0, q.ky, oy), hn::Mul(sy, az));
+        const auto bx = hn::Sub(from_origin(1, q.kx, ox), hn::Mul(sx, bz));
+        const auto by = hn::Sub(from_origin(1, q.ky, oy), hn::Mul(sy, bz));
+        const auto cx = hn::Sub(from_origin(2, q.kx, ox), hn::Mul(sx, cz));
+        const auto cy = hn::Sub(from_origin(2, q.ky, oy), hn::Mul(sy, cz));
+        const auto u = hn::Sub(hn::Mul(cx, by), hn::Mul(cy, bx));
+        const auto v = hn::Sub(hn::Mul(ax, cy), hn::Mul(ay, cx));
+        const auto w = hn::Sub(hn::Mul(bx, ay), hn::Mul(by, ax));
+        const auto zero = hn::Zero(d);
+        const auto inside = hn::Or(hn::Ge(hn::Min(u, hn::Min(v, w)), zero),
+                                   hn::Le(hn::Max(u, hn::Max(v, w)), zero));
+        if (hn::AllFalse(d, inside)) continue;
+
+        const auto det = hn::Add(hn::Add(u, v), w);
+        const auto inverse_det = hn::Div(hn::Set(d, 1.0), det);
+        const auto height = hn::Add(hn::Add(hn::Mul(u, az), hn::Mul(v, bz)), hn::Mul(w, cz));
+        const auto t = hn::Mul(hn::Mul(height, hn::Set(d, q.inverse_z)), inverse_det);
+        const auto forward = hn::And(hn::And(inside, hn::Ne(det, zero)), hn::Gt(t, zero));
+        const uint32_t forward_bits = bits_of(d, forward);
+        if (forward_bits == 0) continue;
+
+        // Keep t inside the own box
+        alignas(32) float bounds[6][wide];
+        auto widest = hn::Zero(f);
+        for (size_t k = 0; k < 3; ++k) {
+            const auto a = hn::Load(f, leaf.corner[0][k] + i);
+            const auto b = hn::Load(f, leaf.corner[1][k] + i);
+            const auto c = hn::Load(f, leaf.corner[2][k] + i);
+            const auto lower = hn::Min(a, hn::Min(b, c)), upper = hn::Max(a, hn::Max(b, c));
+            hn::Store(lower, f, bounds[k]);
+            hn::Store(upper, f, bounds[k + 3]);
+            widest = hn::Max(widest, hn::Sub(upper, lower));
+        }
+        const auto slab = [&](const int32_t* row, const float* origin, const float* inverse,
+                              size_t k) HWY_ATTR {
+            return hn::Mul(hn::Sub(hn::Load(f, bounds[row[k]]), hn::Set(f, origin[k])),
+                           hn::Set(f, inverse[k]));
+        };
+        const auto near = [&](size_t k) HWY_ATTR {
+            return slab(q.near_row, q.near_origin, q.near_inverse, k);
+        };
+        const auto far = [&](size_t k)
+                             HWY_ATTR { return slab(q.far_row, q.far_origin, q.far_inverse, k); };
+        const auto t_near = hn::Max(hn::Max(near(0), near(1)), hn::Max(near(2), hn::Zero(f)));
+        const auto t_far = hn::Min(hn::Min(far(0), far(1)), far(2));
+        const auto edge = hn::PromoteTo(d, widest), last = hn::PromoteTo(d, t_far);
+        const auto clamped = hn::Min(hn::Max(t, hn::PromoteTo(d, t_near)), last);
+        const auto edge_on =
+            hn::Lt(hn::Abs(det), hn::Mul(hn::Mul(hn::Set(d, 0x1p-32), edge), edge));
+        const auto hit_t = hn::DemoteTo(
+            f, hn::Mul(hn::IfThenElse(edge_on, last, clamped), hn::Set(d, q.t_from_scaled)));
+        const auto finite = hn::Lt(hit_t, hn::Set(f, std::numeric_limits<float>::infinity()));
+        const auto in_range = hn::And(hn::And(hn::Le(t_near, t_far), hn::Gt(hit_t, hn::Zero(f))),
+                                      hn::And(finite, hn::Le(hit_t, hn::Set(f, t_last))));
+        found |= (forward_bits & bits_of(f, in_range)) << i;
+        hn::Store(hit_t, f, hits.t + i);
+        hn::Store(hn::DemoteTo(f, hn::Mul(v, inverse_det)), f, hits.b1 + i);
+        hn::Store(hn::DemoteTo(f, hn::Mul(w, inverse_det)), f, hits.b2 + i);
+    }
+    return found & candidates;
 }
 
 // Fetches the lines of a child before its first load needs them.
@@ -178,6 +260,16 @@ HWY_INLINE void prefetch(const WideTree& tree, ChildRef ref) {
     __builtin_prefetch(p + 256);
 }
 
+struct StackEntry {
+    float t_near;
+    ChildRef ref;
+};
+
+struct Stack {
+    StackEntry entries[stack_size];
+    StackEntry* top = entries;
+};
+
 // Pushes all but the nearest of three or more children, the nearer on top; returns the nearest.
 // near and far: two of them in order; bits: the others.
 HWY_INLINE uint32_t push_sorted(Stack& stack,
@@ -187,11 +279,11 @@ HWY_INLINE uint32_t push_sorted(Stack& stack,
                                 uint32_t bits,
                                 const float* t_near) {
     StackEntry* const first = stack.top;
-    *stack.top++ = {t_near[far], node.child[far], node.extent[far]};
+    *stack.top++ = {t_near[far], node.child[far]};
     for (; bits != 0; bits &= bits - 1) {
         auto lane = uint32_t(std::countr_zero(bits));
         if (t_near[lane] < t_near[near]) std::swap(lane, near);
-        const StackEntry entry{t_near[lane], node.child[lane], node.extent[lane]};
+        const StackEntry entry{t_near[lane], node.child[lane]};
         StackEntry* place = stack.top++;
         for (; place != first && place[-1].t_near < entry.t_near; --place) *place = place[-1];
         *place = entry;
@@ -199,20 +291,20 @@ HWY_INLINE uint32_t push_sorted(Stack& stack,
     return near;
 }
 
-// Walks the tree front to back. on_leaf(ref, t_near, extent) may lower t_bound (scaled).
+// Walks the tree front to back. on_leaf(ref) may lower t_bound (scaled).
 template <class OnLeaf>
 HWY_INLINE void walk_closest(const WideTree& tree,
                              const QueryRay& q,
                              const float& t_bound,
                              const OnLeaf& on_leaf) {
+    const SlabLanes slabs(q);
     Stack stack;
     ChildRef ref = 0;
-    float t_entry = 0, extent = 0;
     alignas(64) float t_near[wide];
     while (true) {
         if (!(ref & leaf_bit)) {
             const WideNode& node = tree.nodes[ref];
-            uint32_t bits = meet_children(node, q, t_bound, t_near);
+            uint32_t bits = meet_children(node, slabs, t_bound, t_near);
             if (bits != 0) {
                 // Go on with the nearest child; the usual one or two never wait for the stack
                 auto lane = uint32_t(std::countr_zero(bits));
@@ -224,16 +316,14 @@ HWY_INLINE void walk_closest(const WideTree& tree,
                     if (bits != 0)
                         lane = push_sorted(stack, node, lane, other, bits, t_near);
                     else
-                        *stack.top++ = {t_near[other], node.child[other], node.extent[other]};
+                        *stack.top++ = {t_near[other], node.child[other]};
                 }
                 ref = node.child[lane];
-                t_entry = t_near[lane];
-                extent = node.extent[lane];
                 prefetch(tree, ref);
                 continue;
             }
         } else {
-            on_leaf(ref & ~leaf_bit, t_entry, extent);
+            on_leaf(ref & ~leaf_bit);
         }
         // Pop the nearest entry that is not behind the best hit
         do {
@@ -241,50 +331,44 @@ HWY_INLINE void walk_closest(const WideTree& tree,
             --stack.top;
         } while (stack.top->t_near > t_bound);
         ref = stack.top->ref;
-        t_entry = stack.top->t_near;
-        extent = stack.top->extent;
         prefetch(tree, ref);
     }
 }
 
-// Walks until on_leaf(ref, t_near, extent) returns true. No sorting; large children first.
+// Walks until on_leaf(ref) returns true. No sorting; large children first.
 template <class OnLeaf>
 HWY_INLINE bool walk_any(const WideTree& tree,
                          const QueryRay& q,
                          float t_bound,
                          const OnLeaf& on_leaf) {
-    Stack stack;
-    StackEntry entry{0, 0, 0};
+    const SlabLanes slabs(q);
+    ChildRef stack[stack_size];
+    ChildRef* top = stack;
+    ChildRef ref = 0;
     alignas(64) float t_near[wide];
     while (true) {
-        if (!(entry.ref & leaf_bit)) {
-            const WideNode& node = tree.nodes[entry.ref];
-            uint32_t bits = meet_children(node, q, t_bound, t_near);
+        if (!(ref & leaf_bit)) {
+            const WideNode& node = tree.nodes[ref];
+            uint32_t bits = meet_children(node, slabs, t_bound, t_near);
             if (bits != 0) {
                 // Go on with the largest child, leave the others for later
-                const auto first = uint32_t(std::countr_zero(bits));
-                entry = {t_near[first], node.child[first], node.extent[first]};
-                prefetch(tree, entry.ref);
-                for (bits &= bits - 1; bits != 0; bits &= bits - 1) {
-                    const auto lane = uint32_t(std::countr_zero(bits));
-                    *stack.top++ = {t_near[lane], node.child[lane], node.extent[lane]};
-                }
+                ref = node.child[std::countr_zero(bits)];
+                prefetch(tree, ref);
+                for (bits &= bits - 1; bits != 0; bits &= bits - 1)
+                    *top++ = node.child[std::countr_zero(bits)];
                 continue;
             }
-        } else if (on_leaf(entry.ref & ~leaf_bit, entry.t_near, entry.extent)) {
+        } else if (on_leaf(ref & ~leaf_bit)) {
             return true;
         }
-        if (stack.top == stack.entries) return false;
-        entry = *--stack.top;
-        prefetch(tree, entry.ref);
+        if (top == stack) return false;
+        ref = *--top;
+        prefetch(tree, ref);
     }
 }
 
-HWY_INLINE bool is_before(const TriangleHit& hit,
-                          uint32_t instance,
-                          uint32_t id,
-                          const TreeHit& best) {
-    if (hit.t != best.t) return hit.t < best.t;
+HWY_INLINE bool is_before(float t, uint32_t instance, uint32_t id, const TreeHit& best) {
+    if (t != best.t) return t < best.t;
     return best.id != scene::none &&
            (instance != best.instance ? instance < best.instance : id < best.id);
 }
@@ -294,16 +378,16 @@ HWY_INLINE void closest_in_tree(const WideTree& tree,
                                 uint32_t instance,
                                 TreeHit& best) {
     float t_bound = float(double(best.t) * q.scaled_from_t);
-    walk_closest(tree, q, t_bound, [&](uint32_t block, float t_entry, float extent) VELATURA_LEAF {
+    walk_closest(tree, q, t_bound, [&](uint32_t block) VELATURA_LEAF {
         const LeafBlock& leaf = tree.leaves[block];
-        uint32_t bits =
-            filter_triangles(leaf, q, edge_error(q, t_entry, extent), t_bound, 0).possible;
-        for (; bits != 0; bits &= bits - 1) {
+        const uint32_t possible = filter_triangles<false>(leaf, q, t_bound, 0).possible;
+        if (possible == 0) return;
+        LeafHits hits;
+        for (uint32_t bits = hit_block(leaf, q, possible, best.t, hits); bits != 0;
+             bits &= bits - 1) {
             const auto lane = uint32_t(std::countr_zero(bits));
-            TriangleHit hit;
-            if (!hit_lane(leaf, q, lane, hit)) continue;
-            if (!is_before(hit, instance, leaf.id[lane], best)) continue;
-            best = {hit.t, hit.b1, hit.b2, instance, leaf.id[lane]};
+            if (!is_before(hits.t[lane], instance, leaf.id[lane], best)) continue;
+            best = {hits.t[lane], hits.b1[lane], hits.b2[lane], instance, leaf.id[lane]};
             t_bound = float(double(best.t) * q.scaled_from_t);
         }
     });
@@ -313,20 +397,16 @@ HWY_INLINE bool any_in_tree(const WideTree& tree, const QueryRay& q, float t_max
     const float t_bound = float(double(t_max) * q.scaled_from_t);
     // No t that overflows on the way back from scaled t is a hit
     const float certain_bound = std::min(t_bound, float(0x1p126 * q.scaled_from_t));
-    return walk_any(
-        tree, q, t_bound, [&](uint32_t block, float t_entry, float extent) VELATURA_LEAF {
-            const LeafBlock& leaf = tree.leaves[block];
-            const Candidates found =
-                filter_triangles(leaf, q, edge_error(q, t_entry, extent), t_bound, certain_bound);
-            if (found.certain != 0) return true;
-            uint32_t bits = found.possible;
-            for (; bits != 0; bits &= bits - 1) {
-                TriangleHit hit;
-                if (hit_lane(leaf, q, uint32_t(std::countr_zero(bits)), hit) && hit.t < t_max)
-                    return true;
-            }
-            return false;
-        });
+    return walk_any(tree, q, t_bound, [&](uint32_t block) VELATURA_LEAF {
+        const LeafBlock& leaf = tree.leaves[block];
+        const Candidates found = filter_triangles<true>(leaf, q, t_bound, certain_bound);
+        if (found.certain != 0) return true;
+        if (found.possible == 0) return false;
+        LeafHits hits;
+        uint32_t bits = hit_block(leaf, q, found.possible, t_max, hits);
+        while (bits != 0 && hits.t[std::countr_zero(bits)] >= t_max) bits &= bits - 1;
+        return bits != 0;
+    });
 }
 
 // The ray in prototype space, in double; d is not normalised, so t keeps its meaning.
@@ -356,14 +436,13 @@ bool intersect(const SceneTrees& trees, const geometry::Ray& ray, TreeHit& best)
     if (!(ray.t_max > 0.0f)) return false;
     best = {};
     best.t = ray.t_max;
-    const Vec3d o(ray.o), d(ray.d);
     QueryRay q;
-    if (!trees.direct.is_empty() && make_query(o, d, trees.direct.query_bounds, {}, q)) {
+    if (!trees.direct.is_empty() && make_query(ray, trees.direct.query_bounds, {}, q)) {
         closest_in_tree(trees.direct, q, scene::none, best);
     }
-    if (!trees.top.is_empty() && make_query(o, d, trees.top.query_bounds, top_slack(trees), q)) {
+    if (!trees.top.is_empty() && make_query(ray, trees.top.query_bounds, top_slack(trees), q)) {
         float t_bound = float(double(best.t) * q.scaled_from_t);
-        walk_closest(trees.top, q, t_bound, [&](uint32_t index, float, float) HWY_ATTR {
+        walk_closest(trees.top, q, t_bound, [&](uint32_t index) HWY_ATTR {
             const InstanceRecord& record = trees.instances[index];
             QueryRay inner;
             if (!enter_instance(trees, record, ray, inner)) return;
@@ -376,16 +455,15 @@ bool intersect(const SceneTrees& trees, const geometry::Ray& ray, TreeHit& best)
 
 bool is_occluded(const SceneTrees& trees, const geometry::Ray& ray) {
     if (!(ray.t_max > 0.0f)) return false;
-    const Vec3d o(ray.o), d(ray.d);
     QueryRay q;
-    if (!trees.direct.is_empty() && make_query(o, d, trees.direct.query_bounds, {}, q) &&
+    if (!trees.direct.is_empty() && make_query(ray, trees.direct.query_bounds, {}, q) &&
         any_in_tree(trees.direct, q, ray.t_max)) {
         return true;
     }
-    if (trees.top.is_empty() || !make_query(o, d, trees.top.query_bounds, top_slack(trees), q))
+    if (trees.top.is_empty() || !make_query(ray, trees.top.query_bounds, top_slack(trees), q))
         return false;
     const float t_bound = float(double(ray.t_max) * q.scaled_from_t);
-    return walk_any(trees.top, q, t_bound, [&](uint32_t index, float, float) HWY_ATTR {
+    return walk_any(trees.top, q, t_bound, [&](uint32_t index) HWY_ATTR {
         const InstanceRecord& record = trees.instances[index];
         QueryRay inner;
         return enter_instance(trees, record, ray, inner) &&

@@ -71,7 +71,7 @@ geometry::Hit BruteForce::intersect(const geometry::Ray& ray) const {
     best.t = ray.t_max;
     QueryRay q;
     if (!direct_bounds_.isEmpty() &&
-        make_query(Vec3d(ray.o), Vec3d(ray.d), QueryBounds(direct_bounds_), {}, q)) {
+        make_query(ray, QueryBounds(direct_bounds_), {}, q)) {
         closest(scene_.shapes, q, scene::none, best);
     }
     for (const PlacedBox& placed : placed_) {
