@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
-
 #include "base/math.h"
 #include "geometry/surface_point.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
 
 namespace velatura::accel {
 
 /// What was built, for statistics.
 struct AcceleratorStats {
-    size_t triangles = 0;  ///< stored once per prototype
+    size_t triangles = 0;   ///< stored once per prototype
     size_t references = 0;  ///< triangles and parts of divided ones in leaves
     size_t instances = 0;
     size_t nodes = 0;
@@ -19,9 +20,10 @@ struct AcceleratorStats {
     double build_seconds = 0;
 };
 
-/// Finds where rays meet the triangles of a scene. Implementations are immutable after the build and safe to share
-/// among threads. Results depend on nothing but the geometry: among hits with the same t, the one with the smallest
-/// (instance, shape, triangle) wins. Rays with a NaN or infinite component meet nothing.
+/// Finds where rays meet the triangles of a scene. Implementations are immutable after the build
+/// and safe to share among threads. Results depend on nothing but the geometry: among hits with the
+/// same t, the one with the smallest (instance, shape, triangle) wins. Rays with a NaN or infinite
+/// component meet nothing.
 class Accelerator {
   public:
     virtual ~Accelerator() = default;
@@ -31,6 +33,22 @@ class Accelerator {
 
     /// Whether anything lies at 0 < t < ray.t_max.
     virtual bool is_occluded(const geometry::Ray& ray) const = 0;
+
+    /// The same for many rays at once; hits[i] is that of rays[i]. Which one is faster depends on
+    /// the scene and on how alike the rays are: RayStream (ray_stream.h) finds out.
+    virtual void intersect_batch(std::span<const geometry::Ray> rays,
+                                 std::span<geometry::Hit> hits) const {
+        for (size_t i = 0; i < rays.size(); ++i) hits[i] = intersect(rays[i]);
+    }
+
+    /// The same; occluded[i] is 0 or 1.
+    virtual void is_occluded_batch(std::span<const geometry::Ray> rays,
+                                   std::span<uint8_t> occluded) const {
+        for (size_t i = 0; i < rays.size(); ++i) occluded[i] = is_occluded(rays[i]);
+    }
+
+    /// Whether these two do anything else than trace one ray after the other.
+    virtual bool has_batches() const { return false; }
 
     /// Box of everything, render space.
     virtual Box3 bounds() const = 0;

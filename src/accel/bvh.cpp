@@ -276,19 +276,30 @@ class Bvh final : public Accelerator {
     geometry::Hit intersect(const geometry::Ray& ray) const override {
         TreeHit best;
         if (!kernels_.intersect(trees_, ray, best)) return {};
-        geometry::Hit hit;
-        hit.t = best.t;
-        hit.b1 = best.b1;
-        hit.b2 = best.b2;
-        hit.instance = best.instance;
-        const TriangleNumbers& numbers = numbers_of(best.instance);
-        hit.shape = numbers.shape(best.id);
-        hit.triangle = best.id - numbers.first(hit.shape);
-        return hit;
+        return hit_of(best);
     }
 
     bool is_occluded(const geometry::Ray& ray) const override {
         return kernels_.is_occluded(trees_, ray);
+    }
+
+    void intersect_batch(std::span<const geometry::Ray> rays,
+                         std::span<geometry::Hit> hits) const override {
+        if (!has_batches()) return Accelerator::intersect_batch(rays, hits);
+        std::vector<TreeHit> found(rays.size());
+        kernels_.intersect_batch(trees_, rays, found);
+        for (size_t i = 0; i < rays.size(); ++i)
+            hits[i] = found[i].id == scene::none ? geometry::Hit{} : hit_of(found[i]);
+    }
+
+    void is_occluded_batch(std::span<const geometry::Ray> rays,
+                           std::span<uint8_t> occluded) const override {
+        if (!has_batches()) return Accelerator::is_occluded_batch(rays, occluded);
+        kernels_.occlude_batch(trees_, rays, occluded);
+    }
+
+    bool has_batches() const override {
+        return kernels_.intersect_batch != nullptr && trees_.top.is_empty();
     }
 
     Box3 bounds() const override {
@@ -300,6 +311,18 @@ class Bvh final : public Accelerator {
     AcceleratorStats stats() const override { return stats_; }
 
   private:
+    geometry::Hit hit_of(const TreeHit& best) const {
+        geometry::Hit hit;
+        hit.t = best.t;
+        hit.b1 = best.b1;
+        hit.b2 = best.b2;
+        hit.instance = best.instance;
+        const TriangleNumbers& numbers = numbers_of(best.instance);
+        hit.shape = numbers.shape(best.id);
+        hit.triangle = best.id - numbers.first(hit.shape);
+        return hit;
+    }
+
     const TriangleNumbers& numbers_of(uint32_t instance) const {
         return instance == scene::none ? direct_numbers_
                                        : prototype_numbers_[prototype_of_instance_[instance]];

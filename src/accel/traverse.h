@@ -4,6 +4,7 @@
 #include "accel/bvh_layout.h"
 #include "geometry/surface_point.h"
 
+#include <span>
 #include <vector>
 
 namespace velatura::accel {
@@ -37,6 +38,10 @@ struct Kernels {
     /// Closest hit with 0 < t < ray.t_max; smallest (instance, id) among equal t. False: no hit.
     bool (*intersect)(const SceneTrees&, const geometry::Ray&, TreeHit&);
     bool (*is_occluded)(const SceneTrees&, const geometry::Ray&);
+    /// The same for many rays, among the triangles placed directly alone; id none: no hit. nullptr
+    /// where the instruction set makes it slower than ray by ray.
+    void (*intersect_batch)(const SceneTrees&, std::span<const geometry::Ray>, std::span<TreeHit>);
+    void (*occlude_batch)(const SceneTrees&, std::span<const geometry::Ray>, std::span<uint8_t>);
 };
 
 /// The fastest kernels that this processor runs. All give the same bits: hits are decided in double

@@ -70,8 +70,7 @@ geometry::Hit BruteForce::intersect(const geometry::Ray& ray) const {
     if (!velatura::is_finite(ray.o) || !velatura::is_finite(ray.d) || !(ray.t_max > 0)) return best;
     best.t = ray.t_max;
     QueryRay q;
-    if (!direct_bounds_.isEmpty() &&
-        make_query(ray, QueryBounds(direct_bounds_), {}, q)) {
+    if (!direct_bounds_.isEmpty() && make_query(ray, QueryBounds(direct_bounds_), {}, q)) {
         closest(scene_.shapes, q, scene::none, best);
     }
     for (const PlacedBox& placed : placed_) {

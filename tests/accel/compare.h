@@ -17,7 +17,7 @@ inline bool is_same(const geometry::Hit& a, const geometry::Hit& b) {
            std::bit_cast<uint32_t>(a.b2) == std::bit_cast<uint32_t>(b.b2);
 }
 
-/// How two accelerators agree on some rays.
+/// How two accelerators agree on some rays, which the first traces one by one and all at once.
 struct Agreement {
     size_t rays = 0, hits = 0, different = 0, different_occlusion = 0;
 };
@@ -39,6 +39,14 @@ inline Agreement compare(const Accelerator& a,
         result.hits += expected[i].is_valid();
         result.different += !is_same(a.intersect(rays[i]), expected[i]);
         result.different_occlusion += a.is_occluded(rays[i]) != expected[i].is_valid();
+    }
+    std::vector<geometry::Hit> hits(rays.size());
+    std::vector<uint8_t> occluded(rays.size(), 2);
+    a.intersect_batch(rays, hits);
+    a.is_occluded_batch(rays, occluded);
+    for (size_t i = 0; i < rays.size(); ++i) {
+        result.different += !is_same(hits[i], expected[i]);
+        result.different_occlusion += occluded[i] != uint8_t(expected[i].is_valid());
     }
     return result;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/bvh.h"
+#include "accel/ray_stream.h"
 #include "accel/traverse.h"
 #include "base/tasks.h"
 #include "brute_force.h"
@@ -59,7 +60,8 @@ std::vector<geometry::Ray> rays_along(const Soup& soup, size_t count, uint64_t s
         const auto& v = soup.triangles[random.below(uint32_t(soup.triangles.size()))];
         const Vec3 &a = soup.positions[v[0]], &b = soup.positions[v[1]], &c = soup.positions[v[2]];
         const Vec3 inside = a + (b - a) * random.unit() * 0.5f + (c - a) * random.unit() * 0.5f;
-        const Vec3 in_plane = a + (b - a) * random.between(-2, 2) + (c - a) * random.between(-30, 30);
+        const Vec3 in_plane =
+            a + (b - a) * random.between(-2, 2) + (c - a) * random.between(-30, 30);
         if (i % 3 == 0) rays.push_back({in_plane, inside - in_plane});
         if (i % 3 == 1) rays.push_back({random.in_cube(2), inside - random.in_cube(2)});
         if (i % 3 == 2) {
@@ -99,22 +101,55 @@ TEST(Bvh, OcclusionAgreesWithTheClosestHitAtEveryBound) {
     const SoupScene scene = scene_of(soups);
     const auto bvh = build_bvh(scene);
     size_t hits = 0;
+    std::vector<geometry::Ray> batch;
+    std::vector<uint8_t> expected;
+    const auto expect = [&](const geometry::Ray& ray, bool is_occluded) {
+        EXPECT_EQ(bvh->is_occluded(ray), is_occluded);
+        batch.push_back(ray);
+        expected.push_back(is_occluded);
+    };
     for (geometry::Ray ray : mixed_rays(20000, 44)) {
         for (const float scale : {1.0f, 0x1p-60f, 0x1p60f}) {
             geometry::Ray scaled = ray;
             scaled.d *= scale;
             scaled.t_max = inf;
             const geometry::Hit hit = bvh->intersect(scaled);
-            EXPECT_EQ(bvh->is_occluded(scaled), hit.is_valid());
+            expect(scaled, hit.is_valid());
             if (!hit.is_valid()) continue;
             ++hits;
             scaled.t_max = hit.t;
-            EXPECT_FALSE(bvh->is_occluded(scaled));
+            expect(scaled, false);
             scaled.t_max = next_float_up(hit.t);
-            EXPECT_TRUE(bvh->is_occluded(scaled));
+            expect(scaled, true);
         }
     }
     EXPECT_GT(hits, 20000u);
+    std::vector<uint8_t> occluded(batch.size());
+    bvh->is_occluded_batch(batch, occluded);
+    EXPECT_EQ(occluded, expected);
+}
+
+TEST(RayStream, ChoosesAWayByTimingBothAndFindsTheSame) {
+    const std::vector<Soup> soups = {random_soup(2000, 0.1f, 51)};
+    const SoupScene scene = scene_of(soups);
+    const auto bvh = build_bvh(scene);
+    const std::vector<geometry::Ray> rays = mixed_rays(1000, 52);
+    const std::vector<geometry::Hit> expected = hits_of(*bvh, rays);
+    RayStream closest(*bvh), any(*bvh);
+    std::vector<geometry::Hit> hits(rays.size());
+    std::vector<uint8_t> occluded(rays.size());
+    // Too few rays are no trial
+    closest.intersect(std::span(rays).first(RayStream::smallest_batch - 1), hits);
+    for (int i = 0; i < 12; ++i) {
+        EXPECT_EQ(closest.has_chosen(), i >= 10 || !bvh->has_batches());
+        closest.intersect(rays, hits);
+        any.is_occluded(rays, occluded);
+        for (size_t k = 0; k < rays.size(); ++k) {
+            ASSERT_TRUE(is_same(hits[k], expected[k])) << k;
+            ASSERT_EQ(occluded[k] != 0, expected[k].is_valid()) << k;
+        }
+    }
+    EXPECT_TRUE(closest.has_chosen());
 }
 
 TEST(Bvh, FindsWhatBruteForceFindsInFlatBoxesWithRaysInTheirPlanes) {

@@ -2,6 +2,7 @@
 // Rays per second, build time and memory of the own tree beside Embree (robust, and fast with
 // spatial splits) where that is installed. CPU time of one thread; all in turns on the same rays.
 #include "accel/bvh.h"
+#include "accel/ray_stream.h"
 #include "accel/traverse.h"
 #include "base/tasks.h"
 #include "bench_scenes.h"
@@ -18,6 +19,9 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <map>
+#include <memory>
+#include <span>
 
 namespace velatura::bench {
 namespace {
@@ -41,6 +45,7 @@ struct Tracer {
     double copy_bytes = 0;                                 ///< of a mesh of its own
     std::function<std::vector<bool>(const RaySet&)> hits;  ///< whether each ray met something
     std::function<size_t(const RaySet&)> trace;            ///< how many did: what is timed
+    std::function<std::string(const RaySet&)> way;         ///< own: how the stream traces them
 };
 
 // The count keeps the work from being optimised away. The loop is compiled for each tracer, so that
@@ -68,10 +73,68 @@ Tracer make_tracer(const std::string& name, const Closest& closest, const Any& a
     return tracer;
 }
 
+// The own tree, by a stream for each kind of rays.
+class OwnTracer {
+  public:
+    explicit OwnTracer(const accel::Accelerator& bvh) : bvh_(bvh) {}
+
+    // Calls on_batch(hit or occluded, as bytes) for one batch after the other.
+    template <class OnBatch>
+    void trace(const RaySet& set, const OnBatch& on_batch) {
+        constexpr size_t batch = 4096;
+        accel::RayStream& stream = streams_.try_emplace(set.kind, bvh_).first->second;
+        hits_.resize(batch);
+        occluded_.resize(batch);
+        const std::span<const geometry::Ray> rays(set.rays);
+        for (size_t i = 0; i < rays.size(); i += batch) {
+            const auto some = rays.subspan(i, std::min(batch, rays.size() - i));
+            if (set.is_any_hit) {
+                stream.is_occluded(some, occluded_);
+            } else {
+                stream.intersect(some, hits_);
+                for (size_t k = 0; k < some.size(); ++k) occluded_[k] = hits_[k].is_valid();
+            }
+            on_batch(std::span<const uint8_t>(occluded_.data(), some.size()));
+        }
+    }
+
+    bool is_side_by_side(const RaySet& set) const {
+        return streams_.at(set.kind).is_side_by_side();
+    }
+
+  private:
+    const accel::Accelerator& bvh_;
+    std::map<std::string, accel::RayStream, std::less<>> streams_;
+    std::vector<geometry::Hit> hits_;
+    std::vector<uint8_t> occluded_;
+};
+
 Tracer own_tracer(const accel::Accelerator& bvh, double build_seconds) {
-    Tracer tracer = make_tracer(
-        "own", [&bvh](const geometry::Ray& r) { return bvh.intersect(r).is_valid(); },
-        [&bvh](const geometry::Ray& r) { return bvh.is_occluded(r); });
+    const auto own = std::make_shared<OwnTracer>(bvh);
+    Tracer tracer;
+    tracer.name = "own";
+    tracer.hits = [own](const RaySet& set) {
+        std::vector<bool> hits;
+        const auto once = [&] {
+            hits.clear();
+            own->trace(set, [&](std::span<const uint8_t> some) {
+                hits.insert(hits.end(), some.begin(), some.end());
+            });
+        };
+        // Small sets have too few batches for the choice
+        for (int i = 0; i < 10; ++i) once();
+        return hits;
+    };
+    tracer.trace = [own](const RaySet& set) {
+        size_t count = 0;
+        own->trace(set, [&](std::span<const uint8_t> some) {
+            for (const uint8_t hit : some) count += hit;
+        });
+        return count;
+    };
+    tracer.way = [own](const RaySet& set) {
+        return own->is_side_by_side(set) ? "batch" : "single";
+    };
     tracer.build_seconds = build_seconds;
     tracer.bytes = double(bvh.stats().bytes);
     return tracer;
@@ -157,6 +220,7 @@ void run_set(
     const double count = double(set.rays.size());
     fmt::print("  {:8} {:8} {:6.1f}", set.kind, set.rays.size(),
                100.0 * double(std::count(hits[0].begin(), hits[0].end(), true)) / count);
+    fmt::print(" {:>7}", tracers[0].way(set));
     for (const auto& t : times) fmt::print(" {:8.2f}", count * 1e-6 / median(t));
     for (size_t k = 1; k < tracers.size(); ++k) {
         const double ratio = median_ratio(times[k], times[0]);
@@ -184,7 +248,7 @@ void run_scene(const SceneMaker& maker, const Settings& settings, Cells& cells) 
     fmt::print("\n{}: {:.2f} M triangles stored, {} instances\n", maker.name,
                double(scene.triangle_count()) * 1e-6, scene.instances.size());
     print_builds(tracers, scene.triangle_count());
-    fmt::print("  {:8} {:>8} {:>6}", "rays", "count", "hit %");
+    fmt::print("  {:8} {:>8} {:>6} {:>7}", "rays", "count", "hit %", "way");
     for (const Tracer& tracer : tracers) fmt::print(" {:>8}", tracer.name);
     if (tracers.size() > 1) fmt::print("  /robust   /fast  differing hits");
     fmt::print("\n");
@@ -207,16 +271,15 @@ void run_scene(const SceneMaker& maker, const Settings& settings, Cells& cells) 
 void print_head(const Settings& settings) {
     fmt::print(
         "Own tree ({} kernels), Embree robust (medium quality) and Embree fast (not robust, high\n"
-        "quality: spatial splits). One thread, single rays, CPU time; warmed up, then {} rounds "
-        "in\n"
-        "turns; Mrays/s are medians, ratios medians of the rounds' ratios (above 1: own is "
-        "faster).\n"
-        "Build: CPU time on one thread. Bytes: all that traversal reads, nodes and leaves with "
-        "the\n"
-        "corners of their triangles, for all three; Embree's by its memory monitor, without its "
-        "copy\n"
-        "of vertices and indices, which it does not read while it traces (ours makes no copy).\n"
-        "Differing hits: rays that met something in one tree only, against robust and fast.\n",
+        "quality: spatial splits), both with single rays. Own: batches of 4096, side by side or\n"
+        "one by one (way), as the stream of that kind of rays chose by timing the first ones.\n"
+        "One thread, CPU time; warmed up, then {} rounds in turns; Mrays/s are medians, ratios\n"
+        "medians of the rounds' ratios (above 1: own is faster).\n"
+        "Build: CPU time on one thread. Bytes: all that traversal reads, nodes and leaves with\n"
+        "the corners of their triangles, for all three; Embree's by its memory monitor, without\n"
+        "its copy of vertices and indices, which it does not read while it traces (ours makes no\n"
+        "copy). Differing hits: rays that met something in one tree only, against robust and "
+        "fast.\n",
         accel::best_kernels().name, settings.rounds);
 #ifndef VELATURA_HAVE_EMBREE
     fmt::print("Embree 3 was not found when this was configured (libembree-dev): no ratios.\n");

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/accelerator.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace velatura::accel {
+
+/// Traces rays of one kind (from the camera, after the first bounce, towards lights …) through an
+/// accelerator, each by itself or many side by side, whichever is faster in this scene on this
+/// machine: the first batches take turns and are timed. Coherent rays and small scenes favour one
+/// by one, incoherent rays in large scenes side by side. What is hit does not depend on it.
+///
+/// One for each kind and thread; the accelerator must outlive it.
+class RayStream {
+  public:
+    explicit RayStream(const Accelerator& accelerator);
+
+    /// Batches of fewer rays are neither timed nor traced side by side.
+    static constexpr size_t smallest_batch = 128;
+
+    /// As Accelerator's.
+    void intersect(std::span<const geometry::Ray> rays, std::span<geometry::Hit> hits);
+    void is_occluded(std::span<const geometry::Ray> rays, std::span<uint8_t> occluded);
+
+    bool has_chosen() const { return trials_left_ == 0; }
+
+    bool is_side_by_side() const { return is_side_by_side_; }
+
+  private:
+    template <class OneByOne, class SideBySide>
+    void trace(size_t count, const OneByOne& one_by_one, const SideBySide& side_by_side);
+
+    const Accelerator& accelerator_;
+    bool is_side_by_side_ = false;
+    int trials_left_ = 0;
+    std::array<double, 2> best_ = {};  ///< seconds per ray: one by one, side by side
+};
+
+}  // namespace velatura::accel
