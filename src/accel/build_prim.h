@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/large_pages.h"
 #include "base/tasks.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -18,7 +20,8 @@ struct alignas(32) BuildPrim {
     float lower[3];
     uint32_t id;
     float upper[3];
-    uint32_t unused;
+    uint16_t is_divisible;  ///< by spatial splits
+    uint16_t is_above;      ///< scratch of theirs
 };
 
 /// Four floats in one register; a vector extension that both compilers know.
@@ -51,6 +54,13 @@ struct Bounds4 {
 
     double half_area() const { return accel::half_area(lower, upper); }
 };
+
+inline Bounds4 intersection(const Bounds4& a, const Bounds4& b) {
+    Bounds4 both;
+    both.lower = a.lower > b.lower ? a.lower : b.lower;
+    both.upper = a.upper < b.upper ? a.upper : b.upper;
+    return both;
+}
 
 // The fourth lane holds the bits of id or nothing; no one reads what comes of it.
 inline Vec4 lower_of(const BuildPrim& p) {
@@ -87,13 +97,16 @@ struct RangeBounds {
     }
 };
 
-/// Sums up references: fill(some of them, part) into parts that begin as copies of `sum`, which then
-/// take them in by join(sum, part). Large ranges in parallel; what does not depend on the order of
-/// references, such as unions and counts, does not depend on threads either.
+/// So many references are summed up by several threads.
+inline constexpr size_t parallel_sum_count = 65536;
+
+/// Sums up references: fill(some of them, part) into parts that begin as copies of `sum`, which
+/// then take them in by join(sum, part). Large ranges in parallel; what does not depend on the
+/// order of references, such as unions and counts, does not depend on threads either.
 template <class Sum, class Fill, class Join>
 Sum sum_up(std::span<const BuildPrim> references, Sum sum, const Fill& fill, const Join& join) {
-    constexpr size_t parallel_count = 65536, chunk_size = 16384;
-    if (references.size() < parallel_count) {
+    constexpr size_t chunk_size = 16384;
+    if (references.size() < parallel_sum_count) {
         fill(references, sum);
         return sum;
     }
@@ -106,18 +119,52 @@ Sum sum_up(std::span<const BuildPrim> references, Sum sum, const Fill& fill, con
     return sum;
 }
 
-/// Divides primitives at planes; the geometry behind BuildPrim.
-class PrimClipper {
+/// Memory for `capacity` objects, in large pages where there is enough; not touched. For types that
+/// need no constructor.
+template <class T>
+class Buffer {
   public:
-    virtual ~PrimClipper() = default;
+    Buffer() = default;
 
-    /// Boxes of what a reference stands for below and above the plane `axis` = `position`, grown
-    /// by a margin that covers all rounding (ray_query.h) and cut to the reference's own box.
-    virtual void clip(const BuildPrim& reference,
-                      int axis,
-                      float position,
-                      BuildPrim& below,
-                      BuildPrim& above) const = 0;
+    explicit Buffer(size_t capacity)
+        : data_(LargePages<T>().allocate(capacity)), capacity_(capacity) {}
+
+    T* data() const { return data_.get(); }
+
+    size_t capacity() const { return capacity_; }
+
+    T& operator[](size_t i) const { return data_.get()[i]; }
+
+  private:
+    struct Free {
+        void operator()(T* p) const { LargePages<T>().deallocate(p, 0); }
+    };
+
+    std::unique_ptr<T[], Free> data_;
+    size_t capacity_ = 0;
+};
+
+/// References, and room for more.
+struct BuildPrims {
+    Buffer<BuildPrim> memory;
+    size_t count = 0;
+
+    explicit BuildPrims(size_t capacity) : memory(capacity) {}
+
+    void push_back(const BuildPrim& p) { memory[count++] = p; }
+};
+
+/// A primitive that planes may divide: the corners of a triangle.
+struct TriangleCorners4 {
+    Vec4 p[3];
+};
+
+/// The geometry behind references.
+class TriangleSource {
+  public:
+    virtual ~TriangleSource() = default;
+
+    virtual TriangleCorners4 corners(uint32_t id) const = 0;
 };
 
 }  // namespace velatura::accel

@@ -58,14 +58,13 @@ BinaryBuildOptions binary_options_of(const BvhOptions& options) {
     BinaryBuildOptions binary;
     binary.bins = options.bins;
     binary.max_depth = std::clamp(options.max_depth, 0, 56);
-    binary.spare_references = options.spare_references;
     return binary;
 }
 
 // The triangles of one tree by their number.
-class TriangleCorners {
+class Triangles final : public TriangleSource {
   public:
-    TriangleCorners(std::span<const TriangleSoupView> shapes, const TriangleNumbers& numbers)
+    Triangles(std::span<const TriangleSoupView> shapes, const TriangleNumbers& numbers)
         : shapes_(shapes), numbers_(numbers) {}
 
     Corners of(size_t shape, size_t triangle) const {
@@ -79,64 +78,22 @@ class TriangleCorners {
         return of(shape, id - numbers_.first(shape));
     }
 
+    TriangleCorners4 corners(uint32_t id) const override {
+        const Corners c = (*this)[id];
+        TriangleCorners4 corners;
+        for (int i = 0; i < 3; ++i) corners.p[i] = Vec4{c.p[i].x, c.p[i].y, c.p[i].z, 0};
+        return corners;
+    }
+
   private:
     std::span<const TriangleSoupView> shapes_;
     const TriangleNumbers& numbers_;
 };
 
-// Divides triangles at planes.
-class TriangleClipper final : public PrimClipper {
-  public:
-    explicit TriangleClipper(const TriangleCorners& corners) : corners_(corners) {}
-
-    void clip(const BuildPrim& reference,
-              int axis,
-              float position,
-              BuildPrim& below,
-              BuildPrim& above) const override {
-        const Corners c = corners_[reference.id];
-        Vec4 corner[3];
-        for (int i = 0; i < 3; ++i) corner[i] = Vec4{c.p[i].x, c.p[i].y, c.p[i].z, 0};
-        Bounds4 all, low, high;
-        for (int i = 0; i < 3; ++i) {
-            const Vec4 &a = corner[i], &b = corner[i == 2 ? 0 : i + 1];
-            all.extend(a, a);
-            if (a[axis] <= position) low.extend(a, a);
-            if (a[axis] >= position) high.extend(a, a);
-            if ((a[axis] < position) == (b[axis] < position)) continue;
-            const double t =
-                (double(position) - double(a[axis])) / (double(b[axis]) - double(a[axis]));
-            const Vec4 crossing = a + (b - a) * float(t);
-            low.extend(crossing, crossing);
-            high.extend(crossing, crossing);
-        }
-        const float margin = margin_of(all);
-        cut(low, margin, reference, below);
-        cut(high, margin, reference, above);
-    }
-
-  private:
-    // What split_margin asks for and the rounding of the crossing points.
-    static float margin_of(const Bounds4& box) {
-        float edge = 0, reach = 0;
-        for (int k = 0; k < 3; ++k) {
-            edge = std::max(edge, box.extent(k));
-            reach = std::max(reach, std::max(-box.lower[k], box.upper[k]));
-        }
-        return split_margin * edge + 0x1p-20f * reach;
-    }
-
-    static void cut(const Bounds4& box, float margin, const BuildPrim& reference, BuildPrim& part) {
-        part.id = reference.id;
-        part.unused = 0;
-        for (int k = 0; k < 3; ++k) {
-            part.lower[k] = std::max(reference.lower[k], box.lower[k] - margin);
-            part.upper[k] = std::min(reference.upper[k], box.upper[k] + margin);
-        }
-    }
-
-    const TriangleCorners& corners_;
-};
+// Of what is_divisible compares. Right triangles in planes of two axes reach 0.5; such floors and
+// walls are best met near the root, whole.
+constexpr double well_fitting = 0.45;
+constexpr size_t least_spare = 4096;  // so that small scenes can be divided, too
 
 class TriangleTreeBuilder {
   public:
@@ -146,26 +103,29 @@ class TriangleTreeBuilder {
         : shapes_(shapes), numbers_(numbers), options_(options), corners_(shapes, numbers) {}
 
     WideTree run(AcceleratorStats& stored) const {
-        const TriangleClipper clipper(corners_);
         BinaryBuildOptions binary_options = binary_options_of(options_);
         binary_options.leaf_size = 4;  // finer ones cost a third of the time and find nothing more
-        binary_options.clipper = options_.spare_references > 0 ? &clipper : nullptr;
+        binary_options.source = options_.spare_references > 0 ? &corners_ : nullptr;
         binary_options.merge_duplicates = [&](std::span<BuildPrim> range) { return merge(range); };
         const BinaryTree binary = build_binary_tree(collect(), binary_options);
-        stored.triangles = count_triangles(binary);
-        stored.references = binary.references;
         std::vector<LeafBlock, LargePages<LeafBlock>> leaves;
         WideTree tree = collapse(
             binary, wide, {}, [&](size_t count) { leaves.resize(count); },
             [&](uint32_t index, std::span<const uint32_t> ids) { fill_block(leaves[index], ids); });
         tree.leaves = std::move(leaves);
+        count_triangles(tree.leaves, stored);
         return tree;
     }
 
   private:
-    std::vector<BuildPrim> collect() const {
-        std::vector<BuildPrim> prims;
-        prims.reserve(numbers_.count());
+    // With room for what spatial splits may add.
+    BuildPrims collect() const {
+        const size_t most = numbers_.count();
+        const size_t spare = options_.spare_references > 0
+                                 ? std::max(size_t(options_.spare_references * double(most)),
+                                            std::min(least_spare, 8 * most))
+                                 : 0;
+        BuildPrims prims(most + spare);
         for (size_t s = 0; s < shapes_.size(); ++s) {
             for (size_t i = 0; i < shapes_[s].triangles.size(); ++i) {
                 const Corners c = corners_.of(s, i);
@@ -176,10 +136,22 @@ class TriangleTreeBuilder {
                     prim.lower[k] = std::min(c.p[0][k], std::min(c.p[1][k], c.p[2][k]));
                     prim.upper[k] = std::max(c.p[0][k], std::max(c.p[1][k], c.p[2][k]));
                 }
+                prim.is_divisible = is_divisible(c, prim);
                 prims.push_back(prim);
             }
         }
         return prims;
+    }
+
+    // Whether parts of the triangle would have boxes of a much smaller sum of areas. The limit of
+    // that sum is the triangle's area projected along the axes.
+    // Ref: Karras, Aila 2013, "Fast Parallel Construction of High-Quality Bounding Volume
+    // Hierarchies", section 4.
+    static bool is_divisible(const Corners& c, const BuildPrim& box) {
+        const Vec3d a(c.p[0]), ab = Vec3d(c.p[1]) - a, ac = Vec3d(c.p[2]) - a;
+        const Vec3d normal = ab.cross(ac);
+        const double least = std::abs(normal.x) + std::abs(normal.y) + std::abs(normal.z);
+        return least < well_fitting * 2 * half_area(box.lower, box.upper);
     }
 
     // Keeps the smallest id of triangles with the same corners in the same order.
@@ -208,15 +180,16 @@ class TriangleTreeBuilder {
         return size_t(end - range.begin());
     }
 
-    size_t count_triangles(const BinaryTree& binary) const {
-        if (binary.references == 0) return 0;
+    void count_triangles(std::span<const LeafBlock> leaves, AcceleratorStats& stored) const {
         std::vector<bool> seen(numbers_.count());
-        size_t count = 0;
-        for (size_t i = 0; i < binary.references; ++i) {
-            count += !seen[binary.order[i]];
-            seen[binary.order[i]] = true;
+        for (const LeafBlock& leaf : leaves) {
+            for (const uint32_t id : leaf.id) {
+                if (id == unused_lane) continue;
+                ++stored.references;
+                stored.triangles += !seen[id];
+                seen[id] = true;
+            }
         }
-        return count;
     }
 
     void fill_block(LeafBlock& block, std::span<const uint32_t> references) const {
@@ -242,7 +215,7 @@ class TriangleTreeBuilder {
     std::span<const TriangleSoupView> shapes_;
     const TriangleNumbers& numbers_;
     const BvhOptions& options_;
-    TriangleCorners corners_;
+    Triangles corners_;
 };
 
 class Bvh final : public Accelerator {
@@ -329,7 +302,7 @@ class Bvh final : public Accelerator {
     }
 
     void build_top(const SoupScene& scene, const BvhOptions& options) {
-        std::vector<BuildPrim> prims;
+        BuildPrims prims(scene.instances.size());
         double worst_condition = 1;
         prototype_of_instance_.reserve(scene.instances.size());
         for (size_t i = 0; i < scene.instances.size(); ++i) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/bvh_builder.h"
 
+#include "accel/object_split.h"
 #include "accel/spatial_split.h"
 #include "base/check.h"
 #include "base/tasks.h"
@@ -9,127 +10,19 @@
 #include <array>
 #include <atomic>
 #include <limits>
+#include <utility>
 
 namespace velatura::accel {
 
 namespace {
 
-constexpr int max_bins = 32;
 constexpr size_t parallel_split_count = 4096;  // smaller subtrees stay on one thread
-constexpr size_t small_count = 8;              // nodes that know where their references are
-constexpr size_t least_spatial_count = 16;     // fewer references than that are not worth dividing
-constexpr size_t least_spare = 4096;           // so that small scenes can be divided, too
-
-struct Split {
-    int axis = -1;
-    int bin = 0;  // first bin of the right side
-    double cost = std::numeric_limits<double>::infinity();
-    Bounds4 left, right;
-};
-
-// Maps a centroid to its bin, the same for counting and partitioning.
-struct BinMap {
-    alignas(16) float origin[4];
-    alignas(16) float scale[4];
-    int bins = 0;
-
-    BinMap(const Bounds4& centroids, int n) : bins(n) {
-        for (int k = 0; k < 4; ++k) {
-            const float extent = k < 3 ? centroids.upper[k] - centroids.lower[k] : 0.0f;
-            origin[k] = k < 3 ? centroids.lower[k] : 0.0f;
-            const float s = float(n) * (1.0f - 0x1p-20f) / extent;
-            scale[k] = extent > 0 && s <= std::numeric_limits<float>::max() ? s : 0.0f;
-        }
-    }
-
-    int bin(const BuildPrim& p, int axis) const {
-        return std::min(bins - 1, int((centroid(p, axis) - origin[axis]) * scale[axis]));
-    }
-};
-
-// The bins of all axes; only those of the map are ever looked at.
-class Bins {
-  public:
-    explicit Bins(const BinMap& map) : size_(size_t(map.bins)) {
-        for (size_t axis = 0; axis < 3; ++axis) {
-            for (size_t b = 0; b < size_; ++b) {
-                lower_[axis][b] = Bounds4{}.lower;
-                upper_[axis][b] = Bounds4{}.upper;
-                count_[axis][b] = 0;
-            }
-        }
-    }
-
-    void fill(std::span<const BuildPrim> prims, const BinMap& map) {
-        for (const BuildPrim& p : prims) {
-            const Vec4 low = lower_of(p), high = upper_of(p);
-            for (int axis = 0; axis < 3; ++axis) {
-                const auto a = size_t(axis);
-                const auto b = size_t(map.bin(p, axis));
-                extend(a, b, low, high);
-                ++count_[a][b];
-            }
-        }
-    }
-
-    void add(const Bins& other) {
-        for (size_t axis = 0; axis < 3; ++axis) {
-            for (size_t b = 0; b < size_; ++b) {
-                extend(axis, b, other.lower_[axis][b], other.upper_[axis][b]);
-                count_[axis][b] += other.count_[axis][b];
-            }
-        }
-    }
-
-    Split best_split(const BinMap& map) const {
-        Split best;
-        for (size_t axis = 0; axis < 3; ++axis) {
-            if (map.scale[axis] != 0.0f) best_on_axis(axis, best);
-        }
-        return best;
-    }
-
-  private:
-    void extend(size_t axis, size_t b, Vec4 low, Vec4 high) {
-        Vec4 &lower = lower_[axis][b], &upper = upper_[axis][b];
-        lower = lower < low ? lower : low;
-        upper = upper > high ? upper : high;
-    }
-
-    void best_on_axis(size_t axis, Split& best) const {
-        Bounds4 right[max_bins];
-        double right_cost[max_bins];
-        Bounds4 box;
-        size_t count = 0;
-        for (size_t i = size_ - 1; i > 0; --i) {
-            box.extend(lower_[axis][i], upper_[axis][i]);
-            count += count_[axis][i];
-            right[i] = box;
-            right_cost[i] = count > 0 ? box.half_area() * double(count) : -1.0;
-        }
-        box = {};
-        count = 0;
-        for (size_t i = 1; i < size_; ++i) {
-            box.extend(lower_[axis][i - 1], upper_[axis][i - 1]);
-            count += count_[axis][i - 1];
-            if (count == 0 || right_cost[i] < 0) continue;
-            const double cost = box.half_area() * double(count) + right_cost[i];
-            if (cost < best.cost) best = {int(axis), int(i), cost, box, right[i]};
-        }
-    }
-
-    size_t size_;
-    // Not initialised beyond size_: small nodes use few of them
-    Vec4 lower_[3][max_bins], upper_[3][max_bins];
-    uint32_t count_[3][max_bins];
-};
-
-Bounds4 intersection(const Bounds4& a, const Bounds4& b) {
-    Bounds4 both;
-    both.lower = a.lower > b.lower ? a.lower : b.lower;
-    both.upper = a.upper < b.upper ? a.upper : b.upper;
-    return both;
-}
+constexpr size_t small_count = 8;              // nodes whose references lie side by side
+constexpr size_t least_spatial_count = 128;    // fewer references are not divided
+constexpr double least_gain = 0.99;            // costs of a spatial and of an object split
+constexpr double least_promise = 0.95;         // costs that make such a try worthwhile
+constexpr size_t sample_count = 64;            // references that say whether to try it on all
+constexpr uint32_t node_block = 64;            // nodes that a thread takes at a time
 
 RangeBounds measure(std::span<const BuildPrim> range) {
     return sum_up(
@@ -140,31 +33,18 @@ RangeBounds measure(std::span<const BuildPrim> range) {
         [](RangeBounds& sum, const RangeBounds& part) { sum.extend(part); });
 }
 
-// References of one node.
+// A range where dividing space does not pay is followed by tries where it has shrunk to
+// 2^-patience, then 2^-(2·patience) of that …
+constexpr int first_patience = 1, last_patience = 16;
+
+// References of one node, and free places behind them for parts of divided ones.
 struct Range {
-    std::shared_ptr<std::vector<BuildPrim>> owner;
-    std::span<BuildPrim> prims;
+    size_t begin = 0, end = 0, room_end = 0;
     RangeBounds bounds;
-    size_t budget = 0;  // how many references spatial splits below may add
+    size_t worth_dividing = std::numeric_limits<size_t>::max();  // at most so many references
+    int patience = first_patience;
 
-    static Range owning(std::vector<BuildPrim> references, const RangeBounds& bounds) {
-        Range range;
-        range.owner = std::make_shared<std::vector<BuildPrim>>(std::move(references));
-        range.prims = *range.owner;
-        range.bounds = bounds;
-        return range;
-    }
-
-    // Only ranges that may be replaced by divided ones keep their memory alive themselves.
-    Range part(size_t begin, size_t count, const RangeBounds& part_bounds) const {
-        Range range;
-        if (budget > 0) range.owner = owner;
-        range.prims = prims.subspan(begin, count);
-        range.bounds = part_bounds;
-        return range;
-    }
-
-    size_t count() const { return prims.size(); }
+    size_t count() const { return end - begin; }
 
     bool is_point() const {
         const Bounds4& c = bounds.centroids;
@@ -174,106 +54,175 @@ struct Range {
 
 struct Halves {
     Range left, right;
+
+    void pass_on(size_t worth_dividing, int patience) {
+        for (Range* half : {&left, &right}) {
+            half->worth_dividing = worth_dividing;
+            half->patience = patience;
+        }
+    }
+};
+
+// Numbers of nodes that one thread has taken.
+struct NodeNumbers {
+    uint32_t next = 0, end = 0;
 };
 
 class Builder {
   public:
-    Builder(std::vector<BuildPrim> prims, const BinaryBuildOptions& options) : options_(options) {
-        if (prims.empty()) return;
-        const size_t count = prims.size();
-        size_t budget = 0;
-        if (options.clipper) {
-            budget = std::max(size_t(options.spare_references * double(count)),
-                              std::min(least_spare, 8 * count));
-        }
-        VELATURA_CHECK(2 * (count + budget) < std::numeric_limits<uint32_t>::max(),
-                       "more references in one tree than node numbers");
+    Builder(BuildPrims& prims, const BinaryBuildOptions& options)
+        : options_(options), prims_(prims.memory.data()) {
+        if (prims.count == 0) return;
+        // Each parallel node leaves less than a block; halving adds at most 32 levels
+        const size_t most_parallel = prims.memory.capacity() / parallel_split_count *
+                                     (size_t(std::max(options.max_depth, 0)) + 32);
+        const size_t most_nodes = 2 * prims.memory.capacity() + (most_parallel + 2) * node_block;
+        VELATURA_CHECK(most_nodes < leaf_bit, "more references in one tree than node numbers");
         // Most of this memory is never touched unless it is used
-        tree_.nodes = std::make_unique_for_overwrite<BinaryNode[]>(2 * (count + budget));
-        tree_.order = std::make_unique_for_overwrite<uint32_t[]>(count + budget);
-        const RangeBounds bounds = measure(prims);
-        root_area_ = bounds.box.half_area();
-        Range range = Range::owning(std::move(prims), bounds);
-        range.budget = budget;
-        build(0, std::move(range), unknown, 0);
-        tree_.references = next_reference_;
+        tree_.nodes = Buffer<BinaryNode>(most_nodes);
+        tree_.order = Buffer<uint32_t>(prims.memory.capacity());
+        Range range;
+        range.end = prims.count;
+        range.room_end = options.source ? prims.memory.capacity() : prims.count;
+        range.bounds = measure({prims_, prims.count});
+        root_area_ = range.bounds.box.half_area();
+        NodeNumbers numbers;
+        build(0, range, 0, numbers);
         tree_.node_count = next_node_;
     }
 
     BinaryTree take() { return std::move(tree_); }
 
   private:
-    Halves object_split(const Range& range, const BinMap& map, const Split& split) const {
-        RangeBounds left, right;
-        size_t i = 0, j = range.count();
-        while (true) {
-            while (i < j && map.bin(range.prims[i], split.axis) < split.bin)
-                left.extend(range.prims[i++]);
-            while (i < j && map.bin(range.prims[j - 1], split.axis) >= split.bin)
-                right.extend(range.prims[--j]);
-            if (i >= j) break;
-            std::swap(range.prims[i], range.prims[j - 1]);
-        }
-        return {range.part(0, i, left), range.part(i, range.count() - i, right)};
+    std::span<BuildPrim> references(const Range& range) const {
+        return {prims_ + range.begin, range.count()};
+    }
+
+    static Halves halves_at(const Range& range, size_t left_count) {
+        Halves halves;
+        halves.left.begin = range.begin;
+        halves.left.end = halves.left.room_end = range.begin + left_count;
+        halves.right.begin = halves.left.end;
+        halves.right.end = range.end;
+        halves.right.room_end = range.room_end;
+        return halves;
     }
 
     // By centroid, then by index: total order, so the outcome is unique.
     Halves halve(const Range& range, int axis) const {
+        const std::span<BuildPrim> all = references(range);
         const size_t half = range.count() / 2;
-        const auto middle = range.prims.begin() + std::ptrdiff_t(half);
-        std::nth_element(range.prims.begin(), middle, range.prims.end(),
+        std::nth_element(all.begin(), all.begin() + std::ptrdiff_t(half), all.end(),
                          [&](const BuildPrim& a, const BuildPrim& b) {
                              const float ca = centroid(a, axis), cb = centroid(b, axis);
                              return ca != cb ? ca < cb : a.id < b.id;
                          });
-        return {range.part(0, half, measure(range.prims.first(half))),
-                range.part(half, range.count() - half, measure(range.prims.subspan(half)))};
+        Halves halves = halves_at(range, half);
+        halves.left.bounds = measure(references(halves.left));
+        halves.right.bounds = measure(references(halves.right));
+        return halves;
+    }
+
+    Halves object_split(const Range& range, const ObjectSplit& split) const {
+        const CentroidBounds centroids = partition(references(range), split);
+        Halves halves = halves_at(range, split.left_count);
+        halves.left.bounds = {split.left, centroids.left};
+        halves.right.bounds = {split.right, centroids.right};
+        return halves;
+    }
+
+    static double cost(const Bounds4& left,
+                       size_t left_count,
+                       const Bounds4& right,
+                       size_t right_count) {
+        return left.half_area() * double(left_count) + right.half_area() * double(right_count);
+    }
+
+    static bool can_divide(const Range& range) {
+        return range.room_end > range.end && range.count() >= least_spatial_count &&
+               range.count() <= range.worth_dividing;
     }
 
     // Whether the children of an object split overlap so much that dividing space may be better.
-    bool overlaps(const Split& split, const Range& range) const {
-        if (range.budget == 0 || range.count() < least_spatial_count) return false;
+    bool overlaps(const ObjectSplit& split) const {
         const Bounds4 both = intersection(split.left, split.right);
         for (int k = 0; k < 3; ++k) {
             if (both.upper[k] < both.lower[k]) return false;
         }
-        return both.half_area() > options_.smallest_overlap * root_area_ &&
-               double(both.extent(split.axis)) >
-                   options_.thinnest_overlap * double(range.bounds.box.extent(split.axis));
+        if (both.half_area() <= options_.smallest_overlap * root_area_) return false;
+        // The most that a plane through the middle of the overlap could save, if it divided nothing
+        Bounds4 left = split.left, right = split.right;
+        const float middle = 0.5f * (both.lower[split.axis] + both.upper[split.axis]);
+        left.upper[split.axis] = right.lower[split.axis] = middle;
+        return cost(left, split.left_count, right, split.right_count) <
+               least_promise * cost(split.left, split.left_count, split.right, split.right_count);
     }
 
-    // What may be added below goes where references are large.
-    static void share_budget(size_t budget, Halves& halves) {
-        if (budget == 0) return;
-        const auto weight = [](const Range& range) {
-            double sum = 0;
-            for (const BuildPrim& p : range.prims) {
-                Bounds4 box;
-                box.extend(lower_of(p), upper_of(p));
-                sum += box.half_area();
-            }
-            return sum;
-        };
-        const double left = weight(halves.left), both = left + weight(halves.right);
-        halves.left.budget =
-            both > 0 ? std::min(budget, size_t(double(budget) * (left / both))) : 0;
-        halves.right.budget = budget - halves.left.budget;
+    // What few of many references say about dividing space; they say it in a fraction of the time.
+    bool is_promising(const Range& range, const ObjectSplit& object) const {
+        if (range.count() < 2 * sample_count) return true;
+        std::array<BuildPrim, sample_count> sample;
+        Bounds4 left, right;
+        size_t left_count = 0;
+        const double step = double(range.count()) / double(sample_count);
+        for (size_t i = 0; i < sample_count; ++i) {
+            const BuildPrim& p = prims_[range.begin + size_t(step * double(i))];
+            const bool is_left = object.is_left(p);
+            left_count += is_left;
+            (is_left ? left : right).extend(lower_of(p), upper_of(p));
+            sample[i] = p;
+        }
+        if (left_count == 0 || left_count == sample_count) return true;
+        const double object_cost = cost(left, left_count, right, sample_count - left_count);
+        return find_spatial_split(sample, range.bounds.box, *options_.source).cost <
+               least_gain * object_cost;
     }
 
     // Moves to `halves`; false when no plane of space is better than the object split.
-    bool spatial_split(const Range& range, const Split& object, Halves& halves) const {
+    bool spatial_split(const Range& range, const ObjectSplit& object, Halves& halves) const {
+        if (!is_promising(range, object)) return false;
         const SpatialSplit split =
-            find_spatial_split(range.prims, range.bounds.box, *options_.clipper);
-        if (split.axis < 0 || split.cost >= 0.97 * object.cost) return false;
-        SpatialSides sides = divide(range.prims, split, range.budget, *options_.clipper);
-        const size_t count = range.count();
-        if (sides.lower.empty() || sides.upper.empty()) return false;
-        if (sides.lower.size() >= count || sides.upper.size() >= count) return false;
-        const size_t added = sides.lower.size() + sides.upper.size() - count;
-        halves.left = Range::owning(std::move(sides.lower), sides.lower_bounds);
-        halves.right = Range::owning(std::move(sides.upper), sides.upper_bounds);
-        share_budget(range.budget - added, halves);
+            find_spatial_split(references(range), range.bounds.box, *options_.source);
+        const double object_cost =
+            cost(object.left, object.left_count, object.right, object.right_count);
+        if (split.axis < 0 || split.cost >= least_gain * object_cost) return false;
+        const SpatialSides sides = divide({prims_ + range.begin, range.room_end - range.begin},
+                                          range.count(), split, *options_.source);
+        Range divided = range;
+        divided.end = range.begin + sides.lower_count + sides.upper_count;
+        if (sides.lower_count == 0 || sides.upper_count == 0) {
+            // All stayed whole on one side
+            halves = halve(divided, split.axis);
+            return true;
+        }
+        halves = halves_at(divided, sides.lower_count);
+        halves.left.bounds = sides.lower;
+        halves.right.bounds = sides.upper;
         return true;
+    }
+
+    // The room is behind the right half; where references are large and many, more of it is needed.
+    void share_room(Halves& halves) const {
+        Range &left = halves.left, &right = halves.right;
+        const size_t room = right.room_end - right.end;
+        if (room == 0) return;
+        const auto weight = [](const Range& range) {
+            return range.count() < least_spatial_count
+                       ? 0.0
+                       : range.bounds.box.half_area() * double(range.count());
+        };
+        const double of_left = weight(left), of_both = of_left + weight(right);
+        if (of_both <= 0) {
+            right.room_end = right.end;
+            return;
+        }
+        const size_t left_room = std::min(room, size_t(double(room) * (of_left / of_both)));
+        // Their order does not matter
+        const size_t moved = std::min(left_room, right.count());
+        std::copy_n(prims_ + right.begin, moved, prims_ + right.end + left_room - moved);
+        left.room_end = left.end + left_room;
+        right.begin += left_room;
+        right.end += left_room;
     }
 
     Halves split(const Range& range, int depth) const {
@@ -282,79 +231,78 @@ class Builder {
         for (int k = 1; k < 3; ++k) {
             if (c.extent(k) > c.extent(widest)) widest = k;
         }
-        Halves halves;
-        if (depth >= options_.max_depth || !(c.upper[widest] > c.lower[widest])) {
-            halves = halve(range, widest);
-            share_budget(range.budget, halves);
+        if (depth >= options_.max_depth || !(c.upper[widest] > c.lower[widest]))
+            return halve(range, widest);
+        // Few primitives need few candidate planes
+        const int few = int(std::min<size_t>(range.count() / 2, 28)) + 4;
+        const int bins = std::clamp(std::min(options_.bins, few), 2, max_bins);
+        const uint32_t block = range.count() > small_count ? small_count : 1;
+        const ObjectSplit best = find_object_split(references(range), range.bounds, bins, block);
+        if (best.axis < 0) return halve(range, widest);
+        if (!can_divide(range) || !overlaps(best)) {
+            Halves halves = object_split(range, best);
+            halves.pass_on(range.worth_dividing, range.patience);
             return halves;
         }
-        // Few primitives need few candidate planes
-        const int bins_here =
-            std::min(options_.bins, int(std::min<size_t>(range.count(), 28)) + 4);
-        const BinMap map(c, std::clamp(bins_here, 2, max_bins));
-        const Bins bins = sum_up(
-            range.prims, Bins(map),
-            [&](std::span<const BuildPrim> some, Bins& part) { part.fill(some, map); },
-            [](Bins& sum, const Bins& part) { sum.add(part); });
-        const Split best = bins.best_split(map);
-        if (best.axis < 0) {
-            halves = halve(range, widest);
-        } else {
-            if (overlaps(best, range) && spatial_split(range, best, halves)) return halves;
-            halves = object_split(range, map, best);
-        }
-        share_budget(range.budget, halves);
+        Halves halves;
+        if (spatial_split(range, best, halves)) return halves;
+        halves = object_split(range, best);
+        halves.pass_on(range.count() >> range.patience,
+                       std::min(2 * range.patience, last_patience));
         return halves;
     }
 
-    // `first`: where the references go; known below small nodes.
-    void build(uint32_t at, Range range, uint32_t first, int depth) {
+    uint32_t take_children(NodeNumbers& numbers) {
+        if (numbers.next == numbers.end) {
+            numbers.next = next_node_.fetch_add(node_block, std::memory_order_relaxed);
+            numbers.end = numbers.next + node_block;
+        }
+        numbers.next += 2;
+        return numbers.next - 2;
+    }
+
+    void build(uint32_t at, Range range, int depth, NodeNumbers& numbers) {
         if (range.is_point() && range.count() > small_count && options_.merge_duplicates)
-            range.prims = range.prims.first(options_.merge_duplicates(range.prims));
-        const auto count = uint32_t(range.count());
-        if (first == unknown && count <= small_count)
-            first = next_reference_.fetch_add(count, std::memory_order_relaxed);
+            range.end = range.begin + options_.merge_duplicates(references(range));
         BinaryNode& node = tree_.nodes[at];
         for (int k = 0; k < 3; ++k) {
             node.lower[k] = range.bounds.box.lower[k];
             node.upper[k] = range.bounds.box.upper[k];
         }
-        node.first = first;
-        node.count = count;
-        node.child = 0;
+        const size_t count = range.count();
+        node.count = uint32_t(count);
         if (count <= options_.leaf_size) {
-            for (uint32_t i = 0; i < count; ++i) tree_.order[first + i] = range.prims[i].id;
+            node.link = leaf_bit | uint32_t(range.begin);
+            for (size_t i = range.begin; i < range.end; ++i) tree_.order[i] = prims_[i].id;
             return;
         }
-        node.child = next_node_.fetch_add(2, std::memory_order_relaxed);
         Halves halves = split(range, depth);
-        if (range.budget > 0) range.owner.reset();
-        const auto go_down = [&](size_t side) {
-            Range& half = side == 0 ? halves.left : halves.right;
-            const uint32_t before = side == 0 ? 0 : uint32_t(halves.left.count());
-            const uint32_t half_first = first == unknown ? unknown : first + before;
-            build(node.child + uint32_t(side), std::move(half), half_first, depth + 1);
-        };
-        if (count >= parallel_split_count) {
-            parallel_for(2, go_down);
-        } else {
-            go_down(0);
-            go_down(1);
+        share_room(halves);
+        const uint32_t child = take_children(numbers);
+        node.link = child;
+        if (count < parallel_split_count) {
+            build(child, halves.left, depth + 1, numbers);
+            build(child + 1, halves.right, depth + 1, numbers);
+            return;
         }
+        parallel_for(2, [&](size_t side) {
+            NodeNumbers others;
+            build(child + uint32_t(side), side == 0 ? halves.left : halves.right, depth + 1,
+                  side == 0 ? numbers : others);
+        });
     }
 
-    static constexpr uint32_t unknown = std::numeric_limits<uint32_t>::max();
-
     const BinaryBuildOptions& options_;
+    BuildPrim* prims_;
     BinaryTree tree_;
     double root_area_ = 0;
-    std::atomic<uint32_t> next_node_ = 1, next_reference_ = 0;
+    std::atomic<uint32_t> next_node_ = 1;
 };
 
 }  // namespace
 
-BinaryTree build_binary_tree(std::vector<BuildPrim> prims, const BinaryBuildOptions& options) {
-    return Builder(std::move(prims), options).take();
+BinaryTree build_binary_tree(BuildPrims prims, const BinaryBuildOptions& options) {
+    return Builder(prims, options).take();
 }
 
 }  // namespace velatura::accel

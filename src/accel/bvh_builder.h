@@ -2,36 +2,44 @@
 #pragma once
 
 #include "accel/build_prim.h"
+#include "accel/bvh_layout.h"
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <span>
-#include <vector>
 
 namespace velatura::accel {
 
-/// Node of a binary tree. Children lie side by side. `first` is only known where count <= 8: there
-/// the references below are BinaryTree::order[first … first + count − 1].
-struct BinaryNode {
+/// Node of a binary tree. Children lie side by side.
+struct alignas(32) BinaryNode {
     float lower[3];
-    uint32_t child;  ///< the first of two; 0 for a leaf
+    uint32_t link;  ///< the first of two children; for a leaf (leaf_bit set) its first reference
     float upper[3];
-    uint32_t first;
-    uint32_t count;
+    uint32_t count;  ///< references below before any was divided or dropped; exact up to 8
 
-    bool is_leaf() const { return child == 0; }
+    bool is_leaf() const { return link & leaf_bit; }
+
+    uint32_t child() const { return link; }
+
+    uint32_t first() const { return link & ~leaf_bit; }
 
     double half_area() const { return accel::half_area(lower, upper); }
 };
 
 struct BinaryTree {
-    std::unique_ptr<BinaryNode[]> nodes;  ///< node 0 is the root
-    std::unique_ptr<uint32_t[]> order;    ///< ids of references
-    size_t node_count = 0;
-    size_t references = 0;  ///< 0: no nodes
+    Buffer<BinaryNode> nodes;  ///< node 0 is the root; numbers have gaps
+    /// Ids of references. Those of a node with at most 8 lie side by side; there are gaps
+    /// elsewhere.
+    Buffer<uint32_t> order;
+    size_t node_count = 0;  ///< bound of their numbers; 0: empty
 
-    bool is_empty() const { return references == 0; }
+    bool is_empty() const { return node_count == 0; }
+
+    /// Where the references of a node begin that has at most 8.
+    uint32_t first_reference(uint32_t node) const {
+        while (!nodes[node].is_leaf()) node = nodes[node].child();
+        return nodes[node].first();
+    }
 };
 
 /// How to split.
@@ -43,19 +51,19 @@ struct BinaryBuildOptions {
     /// divide; may move duplicates to the end and return how many are left.
     std::function<size_t(std::span<BuildPrim>)> merge_duplicates;
 
-    const PrimClipper* clipper = nullptr;  ///< nullptr: no spatial splits
-    double spare_references = 0;     ///< how many spatial splits may add, relative to the primitives
+    /// Nullptr: no spatial splits. They add as many references as there is room for behind the
+    /// primitives (BuildPrims).
+    const TriangleSource* source = nullptr;
     double smallest_overlap = 1e-4;  ///< of the children of an object split that makes a spatial
                                      ///< split worth trying, in surface areas of the root
-    double thinnest_overlap = 0.2;   ///< the same, in edges of the node along the split axis
 };
 
-/// Builds a binary tree by the binned surface area heuristic, with spatial splits where the children
-/// of object splits overlap. Ranges that planes cannot divide, and everything below max_depth, are
-/// halved. Parallel; the tree depends on the primitives and options alone, the numbers of its nodes
-/// do not mean anything.
-/// Ref: Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies"; Stich,
-/// Friedrich, Dietrich 2009, "Spatial Splits in Bounding Volume Hierarchies".
-BinaryTree build_binary_tree(std::vector<BuildPrim> prims, const BinaryBuildOptions& options);
+/// Builds a binary tree by the binned surface area heuristic, with spatial splits where the
+/// children of object splits overlap. Ranges that planes cannot divide, and everything below
+/// max_depth, are halved. Parallel; the tree depends on the primitives and options alone, the
+/// numbers of its nodes do not mean anything. Ref: Wald 2007, "On fast Construction of SAH-based
+/// Bounding Volume Hierarchies"; Stich, Friedrich, Dietrich 2009, "Spatial Splits in Bounding
+/// Volume Hierarchies".
+BinaryTree build_binary_tree(BuildPrims prims, const BinaryBuildOptions& options);
 
 }  // namespace velatura::accel

@@ -39,7 +39,7 @@ struct Children {
 class Collapser {
   public:
     Collapser(const BinaryTree& binary, size_t leaf_size, const CollapseCosts& costs)
-        : binary_(binary.nodes.get()), leaf_size_(leaf_size), costs_(costs) {
+        : binary_(binary.nodes.data()), leaf_size_(leaf_size), costs_(costs) {
         // Areas relative to the root, so that no cost overflows
         area_scale_ = 1.0 / std::max(binary_[0].half_area(), std::numeric_limits<double>::min());
         choices_ = std::make_unique_for_overwrite<Choice[]>(binary.node_count);
@@ -83,11 +83,11 @@ class Collapser {
         CoverCosts left, right;
         if (node.count >= parallel_plan_count) {
             parallel_for(2, [&](size_t side) {
-                plan(node.child + uint32_t(side), side == 0 ? left : right);
+                plan(node.child() + uint32_t(side), side == 0 ? left : right);
             });
         } else {
-            plan(node.child, left);
-            plan(node.child + 1, right);
+            plan(node.child(), left);
+            plan(node.child() + 1, right);
         }
         std::array<float, 8> shared{};
         for (size_t roots = 2; roots <= 8; ++roots) {
@@ -129,8 +129,8 @@ class Collapser {
 
     void gather(uint32_t i, size_t slot, Children& roots) const {
         const size_t left = choices_[i].split[slot];
-        cover(binary_[i].child, left - 1, roots);
-        cover(binary_[i].child + 1, slot - left, roots);
+        cover(binary_[i].child(), left - 1, roots);
+        cover(binary_[i].child() + 1, slot - left, roots);
     }
 
     // Larger ones first.
@@ -226,7 +226,8 @@ WideTree collapse(
         leaves.size(),
         [&](size_t i) {
             const BinaryNode& node = binary.nodes[leaves[i].binary];
-            const std::span ids(&binary.order[node.first], node.count);
+            const std::span ids(&binary.order[binary.first_reference(leaves[i].binary)],
+                                node.count);
             make_leaf(uint32_t(i), ids);
         },
         leaf_grain);
@@ -238,7 +239,7 @@ WideTree collapse_to_ids(const BinaryTree& binary) {
     Collapser collapser(binary, 1, {});
     for (const auto& leaf : collapser.leaves()) {
         collapser.tree().nodes[leaf.node].child[leaf.lane] =
-            leaf_bit | binary.order[binary.nodes[leaf.binary].first];
+            leaf_bit | binary.order[binary.nodes[leaf.binary].first()];
     }
     return std::move(collapser.tree());
 }

@@ -5,7 +5,6 @@
 
 #include <limits>
 #include <span>
-#include <vector>
 
 namespace velatura::accel {
 
@@ -21,20 +20,22 @@ struct SpatialSplit {
 /// The best of the planes that divide `box` evenly along each axis, by the surface area heuristic.
 SpatialSplit find_spatial_split(std::span<const BuildPrim> references,
                                 const Bounds4& box,
-                                const PrimClipper& clipper);
+                                const TriangleSource& source);
 
-/// References of both sides and their bounds.
+/// What became of divided references: those below the plane come first.
 struct SpatialSides {
-    std::vector<BuildPrim> lower, upper;
-    RangeBounds lower_bounds, upper_bounds;
+    size_t lower_count = 0, upper_count = 0;
+    RangeBounds lower, upper;
 };
 
-/// Divides references at a split. At most `budget` of them become two; others stay whole on the
-/// side where that costs less.
+/// Divides the first `count` of some references at a split. As many become two as there is room for
+/// behind them; others stay whole on the side where that costs less.
+/// Parts are grown by a margin that covers all rounding (ray_query.h) and cut to the reference's
+/// own box.
 /// Ref: Stich, Friedrich, Dietrich 2009, section 4.4 (reference unsplitting).
-SpatialSides divide(std::span<const BuildPrim> references,
+SpatialSides divide(std::span<BuildPrim> references_and_room,
+                    size_t count,
                     const SpatialSplit& split,
-                    size_t budget,
-                    const PrimClipper& clipper);
+                    const TriangleSource& source);
 
 }  // namespace velatura::accel
