@@ -18,6 +18,7 @@ struct AcceleratorStats {
     size_t nodes = 0;
     size_t bytes = 0;
     double build_seconds = 0;
+    const char* quality = "";  ///< of the own tree, see BvhQuality
 };
 
 /// Finds where rays meet the triangles of a scene. Implementations are immutable after the build

@@ -22,14 +22,34 @@ namespace velatura::accel {
 
 struct Kernels;
 
+/// How much time goes into building the tree. Hits do not depend on it.
+enum class BvhQuality {
+    Fast,      ///< few candidate planes, no triangle divided
+    Balanced,  ///< what BvhOptions say by default
+    High,      ///< smaller leaves where they cost less, planes through triangles tried everywhere
+};
+
+const char* name_of(BvhQuality quality);
+
+/// The one that is likely to take the least time in all, by the number of rays to come. The same on
+/// every machine.
+BvhQuality choose_quality(double rays, size_t triangles);
+
 /// How the tree is built. Hits do not depend on any of these, only time and memory do.
 struct BvhOptions {
-    int bins = 16;       ///< candidate planes per axis of the surface area heuristic, 2 … 32
-    int max_depth = 48;  ///< of binary splits by cost; deeper ones halve the triangles
+    int bins = 16;         ///< candidate planes per axis of the surface area heuristic, 2 … 32
+    size_t leaf_size = 8;  ///< triangles at which splitting ends, 1 … 8; fewer find hardly more
+    int max_depth = 48;    ///< of binary splits by cost; deeper ones halve the triangles
     double spare_references = 0.3;  ///< how many parts of divided triangles the tree may hold more
                                     ///< than triangles, relative to them; 0 = none is divided
+    int backoff =
+        1;  ///< where dividing triangles did not pay, it is tried again where the range has
+            ///< shrunk to 2^-backoff, then 2^-(2·backoff) of that …; 0 = at every node
+    BvhQuality quality = BvhQuality::Balanced;  ///< only a name here; see options_of
     const Kernels* kernels = nullptr;  ///< of traverse.h; nullptr = the fastest for this processor
 };
+
+BvhOptions options_of(BvhQuality quality);
 
 /// Triangles of one shape as the builder reads them; copied, need not outlive the build.
 struct TriangleSoupView {
@@ -62,6 +82,8 @@ std::unique_ptr<Accelerator> build_bvh(const SoupScene& scene, const BvhOptions&
 
 /// The triangles of a scene; refers to those of `geometry`.
 SoupScene make_soup(const scene::Scene& scene, const geometry::GeometrySet& geometry);
+
+size_t triangle_count(const SoupScene& scene);  ///< those of a prototype once
 
 std::unique_ptr<Accelerator> build_bvh(const scene::Scene& scene,
                                        const geometry::GeometrySet& geometry,

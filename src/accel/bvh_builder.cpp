@@ -22,6 +22,7 @@ constexpr size_t least_spatial_count = 128;    // fewer references are not divid
 constexpr double least_gain = 0.99;            // costs of a spatial and of an object split
 constexpr double least_promise = 0.95;         // costs that make such a try worthwhile
 constexpr size_t sample_count = 64;            // references that say whether to try it on all
+constexpr int last_backoff = 16;               // see BvhOptions::backoff
 constexpr uint32_t node_block = 64;            // nodes that a thread takes at a time
 
 RangeBounds measure(std::span<const BuildPrim> range) {
@@ -33,16 +34,12 @@ RangeBounds measure(std::span<const BuildPrim> range) {
         [](RangeBounds& sum, const RangeBounds& part) { sum.extend(part); });
 }
 
-// A range where dividing space does not pay is followed by tries where it has shrunk to
-// 2^-patience, then 2^-(2·patience) of that …
-constexpr int first_patience = 1, last_patience = 16;
-
 // References of one node, and free places behind them for parts of divided ones.
 struct Range {
     size_t begin = 0, end = 0, room_end = 0;
     RangeBounds bounds;
     size_t worth_dividing = std::numeric_limits<size_t>::max();  // at most so many references
-    int patience = first_patience;
+    int backoff = 0;
 
     size_t count() const { return end - begin; }
 
@@ -55,10 +52,10 @@ struct Range {
 struct Halves {
     Range left, right;
 
-    void pass_on(size_t worth_dividing, int patience) {
+    void pass_on(size_t worth_dividing, int backoff) {
         for (Range* half : {&left, &right}) {
             half->worth_dividing = worth_dividing;
-            half->patience = patience;
+            half->backoff = backoff;
         }
     }
 };
@@ -84,6 +81,7 @@ class Builder {
         Range range;
         range.end = prims.count;
         range.room_end = options.source ? prims.memory.capacity() : prims.count;
+        range.backoff = options.backoff;
         range.bounds = measure({prims_, prims.count});
         root_area_ = range.bounds.box.half_area();
         NodeNumbers numbers;
@@ -241,14 +239,16 @@ class Builder {
         if (best.axis < 0) return halve(range, widest);
         if (!can_divide(range) || !overlaps(best)) {
             Halves halves = object_split(range, best);
-            halves.pass_on(range.worth_dividing, range.patience);
+            halves.pass_on(range.worth_dividing, range.backoff);
             return halves;
         }
         Halves halves;
-        if (spatial_split(range, best, halves)) return halves;
+        if (spatial_split(range, best, halves)) {
+            halves.pass_on(std::numeric_limits<size_t>::max(), options_.backoff);
+            return halves;
+        }
         halves = object_split(range, best);
-        halves.pass_on(range.count() >> range.patience,
-                       std::min(2 * range.patience, last_patience));
+        halves.pass_on(range.count() >> range.backoff, std::min(2 * range.backoff, last_backoff));
         return halves;
     }
 

@@ -54,6 +54,7 @@ struct BinaryBuildOptions {
     /// Nullptr: no spatial splits. They add as many references as there is room for behind the
     /// primitives (BuildPrims).
     const TriangleSource* source = nullptr;
+    int backoff = 1;                 ///< see BvhOptions
     double smallest_overlap = 1e-4;  ///< of the children of an object split that makes a spatial
                                      ///< split worth trying, in surface areas of the root
 };

@@ -34,6 +34,7 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     how->add_option("--seed", a.seed, "another seed gives other noise")->check(CLI::NonNegativeNumber);
     how->add_option("--threads", a.threads, "threads; 0 = all cores; the picture does not depend on it")->check(CLI::Range(0, 1024));
     how->add_option("--accel", a.accel, "what finds where rays meet triangles: bvh, or one that a plugin brings (embree); the same picture but for ties and the last bits of distances");
+    how->add_option("--bvh-quality", a.bvh_quality, "time that goes into building the own tree: fast, balanced, high, or auto: by the expected number of rays; the same picture")->check(CLI::IsMember({"auto", "fast", "balanced", "high"}));
 
     auto* estimator = command.add_option_group("Estimator, to compare with the classic ones");
     estimator->add_option("--integrator", a.integrator, "path: light and BSDF sampling by MIS; nee: light sampling alone; naive: BSDF sampling alone; whitted: direct light and mirror chains only, another picture")

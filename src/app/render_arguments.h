@@ -48,6 +48,7 @@ struct RenderArguments {
     std::string caustics = "path";
     std::string sampler = "sobol";
     std::string accel = "bvh";
+    std::string bvh_quality = "auto";
     int threads = 0;
     std::string snapshot;
     std::string progress = "bar";

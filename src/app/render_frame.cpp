@@ -145,12 +145,22 @@ class FrameRenderer {
     }
 
   private:
+    /// Pixels times samples times a ray to the next surface and one to a light at each of a few scatterings.
+    static double expected_rays(const RenderJob& job, const scene::RenderSettings& settings) {
+        constexpr int usual_depth = 4;
+        const int depth = job.schedule.max_depth > 0 ? std::min(job.schedule.max_depth, usual_depth) : usual_depth;
+        const double samples = double(job.schedule.end_sample - job.schedule.first_sample);
+        return double(settings.width) * double(settings.height) * samples * double(1 + 2 * depth);
+    }
+
     static integrator::WorldOptions world_options(const RenderJob& job, const scene::RenderSettings& settings) {
         integrator::WorldOptions options;
         options.width = settings.width;
         options.height = settings.height;
         options.light_selection = job.light_selection;
         options.accelerator = job.accelerator;
+        options.bvh_quality = job.bvh_quality;
+        options.expected_rays = expected_rays(job, settings);
         options.compensate_mis = job.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
         return options;
     }

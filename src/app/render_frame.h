@@ -26,6 +26,7 @@ struct RenderJob {
     film::LayerSet layers;  ///< without groups
     lights::SelectionKind light_selection = lights::SelectionKind::Tree;
     const accel::AcceleratorFactory* accelerator = nullptr;  ///< nullptr = the own BVH
+    std::optional<accel::BvhQuality> bvh_quality = {};  ///< by default chosen by the expected number of rays
     integrator::Guiding guiding = integrator::Guiding::Auto;
     integrator::Caustics caustics = integrator::Caustics::Path;
     image::Layout layout = image::Layout::MultiPart;

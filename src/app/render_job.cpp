@@ -55,6 +55,10 @@ Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
     if (!caustics) return usage(fmt::format("--caustics: expected path, manifold or auto, found \"{}\"", a.caustics));
     if (*caustics != integrator::Caustics::Path && estimator.specular_chains_only) return usage(fmt::format("--integrator whitted leaves caustics out: --caustics {} has nothing to find", a.caustics));
     job.caustics = *caustics;
+    for (const accel::BvhQuality quality : {accel::BvhQuality::Fast, accel::BvhQuality::Balanced, accel::BvhQuality::High}) {
+        if (a.bvh_quality == accel::name_of(quality)) job.bvh_quality = quality;
+    }
+    if (!job.bvh_quality && a.bvh_quality != "auto") return usage(fmt::format("--bvh-quality: expected auto, fast, balanced or high, found \"{}\"", a.bvh_quality));
     return {};
 }
 

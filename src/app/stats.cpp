@@ -23,6 +23,7 @@ json make_scene_stats(const FrameInput& input, const integrator::World& world) {
     j["materials"] = input.scene.materials.size();
     j["textures"] = input.scene.textures.size();
     j["triangles"] = stats.triangles;
+    if (*stats.quality) j["bvh_quality"] = stats.quality;
     return j;
 }
 

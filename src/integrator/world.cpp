@@ -6,8 +6,6 @@
 #include <iterator>
 #include <vector>
 
-#include "accel/bvh.h"
-
 namespace velatura::integrator {
 
 namespace {
@@ -27,14 +25,16 @@ auto timed(double& seconds, Make make) {
 
 std::unique_ptr<accel::Accelerator> make_accelerator(const scene::Scene& scene,
                                                      const geometry::GeometrySet& geometry,
-                                                     const accel::AcceleratorFactory* factory,
+                                                     const WorldOptions& options,
                                                      Diagnostics& diagnostics) {
-    if (factory) {
-        Result<std::unique_ptr<accel::Accelerator>> built = factory->build(accel::make_soup(scene, geometry));
+    const accel::SoupScene soup = accel::make_soup(scene, geometry);
+    if (options.accelerator) {
+        Result<std::unique_ptr<accel::Accelerator>> built = options.accelerator->build(soup);
         if (built) return std::move(*built);
         diagnostics.error(built.error().code, {}, {}, built.error().message + "; the own tree is used instead");
     }
-    return accel::build_bvh(scene, geometry);
+    const accel::BvhQuality quality = options.bvh_quality ? *options.bvh_quality : accel::choose_quality(options.expected_rays, accel::triangle_count(soup));
+    return accel::build_bvh(soup, accel::options_of(quality));
 }
 
 /// Surfaces that the camera's surroundings are searched through.
@@ -83,7 +83,7 @@ bool has_multiplier(const Light& l) {
 World::World(const scene::Scene& s, const WorldOptions& options, const lights::ImageLoader& load_image, Diagnostics& diagnostics)
     : scene(s),
       geometry(timed(times.tessellate_s, [&] { return geometry::GeometrySet(s); })),
-      accelerator(timed(times.accelerator_s, [&] { return make_accelerator(s, geometry, options.accelerator, diagnostics); })),
+      accelerator(timed(times.accelerator_s, [&] { return make_accelerator(s, geometry, options, diagnostics); })),
       materials(s, diagnostics),
       lights(timed(times.lights_s, [&] {
           return lights::LightSet(s, load_image, diagnostics,

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "accel/accelerator.h"
 #include "accel/accelerator_factory.h"
+#include "accel/bvh.h"
 #include "base/diagnostics.h"
 #include "camera/camera_model.h"
 #include "geometry/geometry_set.h"
@@ -20,6 +22,8 @@ struct WorldOptions {
     int width = 0, height = 0;  ///< whole picture, pixels
     lights::SelectionKind light_selection = lights::SelectionKind::Tree;
     const accel::AcceleratorFactory* accelerator = nullptr;  ///< nullptr = the own BVH
+    std::optional<accel::BvhQuality> bvh_quality = {};  ///< of the own BVH; by default chosen by expected_rays
+    double expected_rays = 0;
     bool compensate_mis = true;  ///< only where light sampling is always combined with BSDF sampling; see LightSetOptions
 };
 

@@ -52,6 +52,32 @@ TEST(Bvh, FindsWhatBruteForceFindsAmongNeedles) {
     expect_exact({needles(300, 1e2f, 7), needles(300, 1e4f, 8), needles(300, 1e6f, 9)}, rays, 100);
 }
 
+// Every quality finds the same hits, and they build different trees.
+TEST(Bvh, HitsDoNotDependOnQuality) {
+    const std::vector<Soup> soups = {rods(400, 0.01f, 45), random_soup(3000, 0.05f, 46),
+                                     flat_triangles(200, 47)};
+    const auto rays = mixed_rays(10000, 48);
+    const std::vector<geometry::Hit> expected = hits_of(BruteForce(scene_of(soups)), rays);
+    std::vector<size_t> nodes;
+    for (const BvhQuality quality : {BvhQuality::Fast, BvhQuality::Balanced, BvhQuality::High}) {
+        const auto bvh = build_bvh(scene_of(soups), options_of(quality));
+        const Agreement agreement = compare(*bvh, expected, rays);
+        EXPECT_EQ(agreement.different, 0u) << name_of(quality);
+        EXPECT_EQ(agreement.different_occlusion, 0u) << name_of(quality);
+        EXPECT_STREQ(bvh->stats().quality, name_of(quality));
+        nodes.push_back(bvh->stats().nodes);
+    }
+    EXPECT_NE(nodes[0], nodes[1]);
+    EXPECT_NE(nodes[1], nodes[2]);
+}
+
+TEST(Bvh, QualityGrowsWithTheRaysPerTriangle) {
+    EXPECT_EQ(choose_quality(0, 1000), BvhQuality::Fast);
+    EXPECT_EQ(choose_quality(20000, 1000), BvhQuality::Balanced);
+    EXPECT_EQ(choose_quality(1e9, 1000), BvhQuality::High);
+    EXPECT_EQ(choose_quality(1e9, 0), BvhQuality::High);
+}
+
 // Rays along a triangle's plane, and towards its corners and edges.
 std::vector<geometry::Ray> rays_along(const Soup& soup, size_t count, uint64_t seed) {
     Random random(seed);

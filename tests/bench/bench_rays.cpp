@@ -164,6 +164,7 @@ struct Settings {
     int size = 640;
     int rounds = 5;
     std::vector<std::string> scenes;
+    accel::BvhQuality quality = accel::BvhQuality::Balanced;
 };
 
 void print_builds(const std::vector<Tracer>& tracers, size_t triangles) {
@@ -238,7 +239,8 @@ void run_scene(const SceneMaker& maker, const Settings& settings, Cells& cells) 
     const accel::SoupScene soup = scene.soup();
     const ThreadLimit one(1);
     const double start = cpu_seconds();
-    const std::unique_ptr<accel::Accelerator> bvh = accel::build_bvh(soup);
+    const std::unique_ptr<accel::Accelerator> bvh =
+        accel::build_bvh(soup, accel::options_of(settings.quality));
     std::vector<Tracer> tracers = {own_tracer(*bvh, cpu_seconds() - start)};
 #ifdef VELATURA_HAVE_EMBREE
     const EmbreePeer robust(soup, EmbreeMode::RobustMedium), fast(soup, EmbreeMode::FastHigh);
@@ -270,8 +272,8 @@ void run_scene(const SceneMaker& maker, const Settings& settings, Cells& cells) 
 
 void print_head(const Settings& settings) {
     fmt::print(
-        "Own tree ({} kernels), Embree robust (medium quality) and Embree fast (not robust, high\n"
-        "quality: spatial splits), both with single rays. Own: batches of 4096, side by side or\n"
+        "Own tree ({} kernels, {} quality), Embree robust (medium quality) and Embree fast (not\n"
+        "robust, high quality: spatial splits), both with single rays. Own: batches of 4096, side by side or\n"
         "one by one (way), as the stream of that kind of rays chose by timing the first ones.\n"
         "One thread, CPU time; warmed up, then {} rounds in turns; Mrays/s are medians, ratios\n"
         "medians of the rounds' ratios (above 1: own is faster).\n"
@@ -280,7 +282,7 @@ void print_head(const Settings& settings) {
         "its copy of vertices and indices, which it does not read while it traces (ours makes no\n"
         "copy). Differing hits: rays that met something in one tree only, against robust and "
         "fast.\n",
-        accel::best_kernels().name, settings.rounds);
+        accel::best_kernels().name, accel::name_of(settings.quality), settings.rounds);
 #ifndef VELATURA_HAVE_EMBREE
     fmt::print("Embree 3 was not found when this was configured (libembree-dev): no ratios.\n");
 #endif
@@ -321,6 +323,11 @@ int main(int argc, char** argv) {
     app.add_option("--rounds", settings.rounds, "how often each set is timed")
         ->check(CLI::Range(1, 99))
         ->capture_default_str();
+    using velatura::accel::BvhQuality;
+    const std::map<std::string, BvhQuality> qualities = {
+        {"fast", BvhQuality::Fast}, {"balanced", BvhQuality::Balanced}, {"high", BvhQuality::High}};
+    app.add_option("--quality", settings.quality, "of the own tree: fast, balanced or high")
+        ->transform(CLI::CheckedTransformer(qualities));
     CLI11_PARSE(app, argc, argv);
     settings.size = settings.size / 16 * 16;
     return run(settings);

@@ -33,6 +33,16 @@ TEST(Schedule, ModesThreadsAndTilesGiveTheSameBits) {
     }
 }
 
+TEST(Schedule, QualitiesOfTheTreeGiveTheSameBits) {
+    const scene::Scene scene = scene_from_usda(room_usda(), 40, 34);
+    const integrator::RenderOptions options = options_of(integrator::RenderMode::Tile, 16);
+    const uint64_t expected = fingerprint(render_scene(scene, options));
+    for (const accel::BvhQuality quality : {accel::BvhQuality::Fast, accel::BvhQuality::High}) {
+        EXPECT_EQ(fingerprint(render_scene(scene, options, RenderSetup{.bvh_quality = quality})), expected)
+            << accel::name_of(quality);
+    }
+}
+
 TEST(Schedule, ShortPassesGiveTheSameBits) {
     const scene::Scene scene = scene_from_usda(room_usda(), 20, 16);
     integrator::RenderOptions options = options_of(integrator::RenderMode::Progressive, 32);

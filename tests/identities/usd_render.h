@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "accel/bvh.h"
 #include "film/film.h"
 #include "integrator/caustics.h"
 #include "integrator/guide_training.h"
@@ -25,6 +26,7 @@ struct RenderSetup {
     std::optional<film::Window> window = {};  ///< the whole picture if not given
     std::vector<uint64_t> sample_splits = {};  ///< rendered in parts that begin here, each on its own
     integrator::Caustics caustics = integrator::Caustics::Path;
+    accel::BvhQuality bvh_quality = accel::BvhQuality::Balanced;
 };
 
 /// Renders all light layers of a scene at its own resolution.
