@@ -61,10 +61,12 @@ using Geometry = Owned<RTCGeometry, rtcReleaseGeometry>;
 // Which of two hits with one t wins.
 using Rank = std::tuple<uint32_t, uint32_t, uint32_t>;  // instance, shape, triangle
 
-// What the intersection filter knows of the ray. The first member is Embree's.
+// What the intersection filter and the primitives know of the ray. The first member is Embree's.
 struct Context {
     RTCIntersectContext embree;
     uint32_t shape_count = 0;  // direct shapes; geometries of the top scene beyond are instances
+    const geometry::Ray* ray = nullptr;
+    const std::vector<accel::InstanceRecord>* instances = nullptr;  // [instance]
     float t = std::numeric_limits<float>::infinity();
     Rank rank{scene::none, scene::none, scene::none};
 };
@@ -91,6 +93,57 @@ void keep_first_of_ties(const RTCFilterFunctionNArguments* args) {
     context->rank = rank;
 }
 
+// The ray as it was asked for, in the space of the primitives that Embree has reached.
+void place_ray(const Context& context, Vec3d& o, Vec3d& d) {
+    const geometry::Ray& ray = *context.ray;
+    o = Vec3d(ray.o);
+    d = Vec3d(ray.d);
+    const uint32_t instance = context.embree.instID[0];
+    if (instance == RTC_INVALID_GEOMETRY_ID) return;
+    accel::enter((*context.instances)[instance - context.shape_count], ray, o, d);
+}
+
+// Embree leaves out primitives without a finite box.
+void primitive_bounds(const RTCBoundsFunctionArguments* args) {
+    const auto& set = *static_cast<const geometry::PrimitiveSet*>(args->geometryUserPtr);
+    Box3 box;
+    if (!accel::round_outward(set.bounds(args->primID).box, box))
+        box.min = box.max = Vec3(std::numeric_limits<float>::quiet_NaN());
+    *args->bounds_o = {box.min.x, box.min.y, box.min.z, 0, box.max.x, box.max.y, box.max.z, 0};
+}
+
+void intersect_primitive(const RTCIntersectFunctionNArguments* args) {
+    if (!args->valid[0]) return;
+    const auto& set = *static_cast<const geometry::PrimitiveSet*>(args->geometryUserPtr);
+    auto* context = reinterpret_cast<Context*>(args->context);
+    auto* query = reinterpret_cast<RTCRayHit*>(args->rayhit);
+    Vec3d o, d;
+    place_ray(*context, o, d);
+    const auto found = set.intersect(args->primID, o, d, next_float_up(query->ray.tfar));
+    if (!found) return;
+    const auto t = float(found->t);
+    const Rank rank = rank_of(*context, context->embree.instID[0], args->geomID, args->primID);
+    if (t == context->t && rank > context->rank) return;
+    context->t = query->ray.tfar = t;
+    context->rank = rank;
+    query->hit.u = found->u;
+    query->hit.v = found->v;
+    query->hit.geomID = args->geomID;
+    query->hit.primID = args->primID;
+    query->hit.instID[0] = context->embree.instID[0];
+}
+
+void occlude_by_primitive(const RTCOccludedFunctionNArguments* args) {
+    if (!args->valid[0]) return;
+    const auto& set = *static_cast<const geometry::PrimitiveSet*>(args->geometryUserPtr);
+    const auto* context = reinterpret_cast<const Context*>(args->context);
+    auto* ray = reinterpret_cast<RTCRay*>(args->ray);
+    Vec3d o, d;
+    place_ray(*context, o, d);
+    if (set.is_occluded(args->primID, o, d, context->ray->t_max))
+        ray->tfar = -std::numeric_limits<float>::infinity();
+}
+
 class EmbreeAccelerator final : public accel::Accelerator {
   public:
     // True when everything was built.
@@ -104,6 +157,7 @@ class EmbreeAccelerator final : public accel::Accelerator {
         rtcSetDeviceMemoryMonitorFunction(device_, &count_memory, &bytes_);
         rtcSetDeviceErrorFunction(device_, &keep_error, &why);
         shape_count_ = uint32_t(scene.shapes.size());
+        instances_.resize(scene.instances.size());
         top_ = new_scene();
         bounds_ = attach(top_, scene.shapes);
         std::vector<Box3> prototype_bounds;
@@ -129,7 +183,7 @@ class EmbreeAccelerator final : public accel::Accelerator {
         if (!set_ray(query.ray, ray)) return result;
         query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-        Context context = new_context();
+        Context context = new_context(ray);
         rtcIntersect1(top_, &context.embree, &query);
         if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return result;
         result.t = query.ray.tfar;
@@ -143,7 +197,7 @@ class EmbreeAccelerator final : public accel::Accelerator {
     bool is_occluded(const geometry::Ray& ray) const override {
         RTCRay query;
         if (!set_ray(query, ray)) return false;
-        Context context = new_context();
+        Context context = new_context(ray);
         rtcOccluded1(top_, &context.embree, &query);
         return query.tfar < 0;
     }
@@ -158,11 +212,13 @@ class EmbreeAccelerator final : public accel::Accelerator {
         if (message.empty()) message = text && *text ? text : "Embree gives no reason";
     }
 
-    Context new_context() const {
+    Context new_context(const geometry::Ray& ray) const {
         Context context;
         rtcInitIntersectContext(&context.embree);
         context.embree.filter = &keep_first_of_ties;
         context.shape_count = shape_count_;
+        context.ray = &ray;
+        context.instances = &instances_;
         return context;
     }
 
@@ -202,7 +258,31 @@ class EmbreeAccelerator final : public accel::Accelerator {
         return box;
     }
 
+    void attach_primitives(RTCScene scene,
+                           const TriangleSoupView& shape,
+                           unsigned id,
+                           Box3& box) {
+        const geometry::PrimitiveSet& set = *shape.primitives;
+        const Geometry geometry(rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER));
+        rtcSetGeometryUserPrimitiveCount(geometry, set.size());
+        // Embree does not write to it
+        rtcSetGeometryUserData(geometry, const_cast<geometry::PrimitiveSet*>(&set));
+        rtcSetGeometryBoundsFunction(geometry, &primitive_bounds, nullptr);
+        rtcSetGeometryIntersectFunction(geometry, &intersect_primitive);
+        rtcSetGeometryOccludedFunction(geometry, &occlude_by_primitive);
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometryByID(scene, geometry, id);
+        sets_.push_back(shape.primitives);
+        for (uint32_t i = 0; i < set.size(); ++i) {
+            Box3 bounds;
+            if (!accel::round_outward(set.bounds(i).box, bounds)) continue;
+            ++stats_.primitives;
+            box.extendBy(bounds);
+        }
+    }
+
     void attach(RTCScene scene, const TriangleSoupView& shape, unsigned id, Box3& box) {
+        if (shape.primitives) return attach_primitives(scene, shape, id, box);
         const Geometry geometry(rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE));
         const size_t vertices = shape.positions.size();
         auto* positions = static_cast<Vec3*>(rtcSetNewGeometryBuffer(
@@ -245,6 +325,7 @@ class EmbreeAccelerator final : public accel::Accelerator {
                                 &instance.render_from_prototype[0][0]);
         rtcCommitGeometry(geometry);
         rtcAttachGeometryByID(top_, geometry, shape_count_ + unsigned(index));
+        instances_[index] = placed.record;
         ++stats_.instances;
     }
 
@@ -254,6 +335,8 @@ class EmbreeAccelerator final : public accel::Accelerator {
     std::vector<Scene> prototypes_;
     Scene top_;
     uint32_t shape_count_ = 0;
+    std::vector<accel::InstanceRecord> instances_;  // [instance]; of those that can be hit
+    std::vector<std::shared_ptr<const geometry::PrimitiveSet>> sets_;
     Box3 bounds_;
     accel::AcceleratorStats stats_;
 };

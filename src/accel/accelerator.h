@@ -14,6 +14,7 @@ namespace velatura::accel {
 struct AcceleratorStats {
     size_t triangles = 0;   ///< stored once per prototype
     size_t references = 0;  ///< triangles and parts of divided ones in leaves
+    size_t primitives = 0;  ///< of PrimitiveSets, stored once per prototype
     size_t instances = 0;
     size_t nodes = 0;
     size_t bytes = 0;
@@ -21,10 +22,10 @@ struct AcceleratorStats {
     const char* quality = "";  ///< of the own tree, see BvhQuality
 };
 
-/// Finds where rays meet the triangles of a scene. Implementations are immutable after the build
-/// and safe to share among threads. Results depend on nothing but the geometry: among hits with the
-/// same t, the one with the smallest (instance, shape, triangle) wins. Rays with a NaN or infinite
-/// component meet nothing.
+/// Finds where rays meet the triangles and primitives of a scene. Implementations are immutable
+/// after the build and safe to share among threads. Results depend on nothing but the geometry:
+/// among hits with the same t, the one with the smallest (instance, shape, triangle or primitive)
+/// wins. Rays with a NaN or infinite component meet nothing.
 class Accelerator {
   public:
     virtual ~Accelerator() = default;

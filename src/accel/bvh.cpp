@@ -20,7 +20,7 @@ namespace velatura::accel {
 
 namespace {
 
-// Numbers the triangles of some shapes in (shape, triangle) order.
+// Numbers the triangles and primitives of some shapes in (shape, triangle) order.
 class TriangleNumbers {
   public:
     TriangleNumbers() = default;
@@ -29,7 +29,9 @@ class TriangleNumbers {
         size_t count = 0;
         for (const TriangleSoupView& shape : shapes) {
             first_.push_back(uint32_t(count));
-            count += shape.triangles.size();
+            VELATURA_CHECK(!shape.primitives || shape.triangles.empty(),
+                           "a shape of triangles and primitives");
+            count += shape.count();
             VELATURA_CHECK(count < leaf_bit, "more triangles in one tree than ids");
         }
         count_ = count;
@@ -219,6 +221,65 @@ class TriangleTreeBuilder {
     Triangles corners_;
 };
 
+// The primitives of some shapes that can be hit, with their boxes.
+struct Primitives {
+    std::vector<PrimitiveRecord> records;
+    std::vector<BuildPrim> boxes;  // by index of the record
+    double condition = 1;          // the worst
+};
+
+// False where nothing of the box can be hit.
+bool set_box(const Box3d& box, uint32_t id, BuildPrim& prim) {
+    Box3 rounded;
+    if (!round_outward(box, rounded)) return false;
+    prim.id = id;
+    for (int k = 0; k < 3; ++k) {
+        prim.lower[k] = rounded.min[k];
+        prim.upper[k] = rounded.max[k];
+    }
+    return true;
+}
+
+Primitives collect_primitives(std::span<const TriangleSoupView> shapes,
+                              const TriangleNumbers& numbers) {
+    Primitives all;
+    for (size_t s = 0; s < shapes.size(); ++s) {
+        const geometry::PrimitiveSet* set = shapes[s].primitives.get();
+        for (uint32_t i = 0; set && i < set->size(); ++i) {
+            const geometry::PrimitiveBounds bounds = set->bounds(i);
+            BuildPrim prim{};
+            if (!set_box(bounds.box, uint32_t(all.records.size()), prim)) continue;
+            all.boxes.push_back(prim);
+            all.records.push_back({set, i, numbers.first(s) + i});
+            all.condition = std::max(all.condition, bounds.condition);
+        }
+    }
+    return all;
+}
+
+// What rounding may move a far ray by, in multiples of its distance.
+double origin_slack(double condition) {
+    return 0x1p-46 * condition;
+}
+
+PrimitiveTree build_primitive_tree(std::span<const TriangleSoupView> shapes,
+                                   const TriangleNumbers& numbers,
+                                   const BvhOptions& options) {
+    Primitives all = collect_primitives(shapes, numbers);
+    PrimitiveTree result;
+    result.primitives = std::move(all.records);
+    result.origin_slack = origin_slack(all.condition);
+    BuildPrims boxes(all.boxes.size());
+    for (const BuildPrim& box : all.boxes) boxes.push_back(box);
+    result.tree = collapse_to_ids(build_binary_tree(std::move(boxes), binary_options_of(options)));
+    return result;
+}
+
+bool has_primitives(const std::vector<TriangleSoupView>& shapes) {
+    return std::any_of(shapes.begin(), shapes.end(),
+                       [](const TriangleSoupView& s) { return s.primitives != nullptr; });
+}
+
 class Bvh final : public Accelerator {
   public:
     Bvh(const SoupScene& scene, const BvhOptions& options)
@@ -226,7 +287,10 @@ class Bvh final : public Accelerator {
         const auto start = std::chrono::steady_clock::now();
         const size_t prototypes = scene.prototypes.size();
         std::vector<AcceleratorStats> stored(prototypes + 1);
+        keep_sets(scene);
         trees_.prototypes.resize(prototypes);
+        if (std::any_of(scene.prototypes.begin(), scene.prototypes.end(), &has_primitives))
+            trees_.prototype_primitives.resize(prototypes);
         prototype_numbers_.resize(prototypes);
         parallel_for(prototypes + 1, [&](size_t i) {
             const bool is_direct = i == prototypes;
@@ -236,6 +300,8 @@ class Bvh final : public Accelerator {
             numbers = TriangleNumbers(shapes);
             WideTree& tree = is_direct ? trees_.direct : trees_.prototypes[i];
             tree = TriangleTreeBuilder(shapes, numbers, options).run(stored[i]);
+            if (!is_direct && has_primitives(shapes))
+                trees_.prototype_primitives[i] = build_primitive_tree(shapes, numbers, options);
         });
         build_top(scene, options);
         for (const AcceleratorStats& part : stored) {
@@ -303,8 +369,30 @@ class Bvh final : public Accelerator {
                                        : prototype_numbers_[prototype_of_instance_[instance]];
     }
 
+    // Trees point to the primitives of the scene.
+    void keep_sets(const SoupScene& scene) {
+        const auto keep = [&](const std::vector<TriangleSoupView>& shapes) {
+            for (const TriangleSoupView& shape : shapes)
+                if (shape.primitives) sets_.push_back(shape.primitives);
+        };
+        keep(scene.shapes);
+        for (const auto& shapes : scene.prototypes) keep(shapes);
+    }
+
+    // Box of a prototype, and how far its primitives make rays stray.
+    Box3 bounds_of_prototype(uint32_t prototype, double& condition) const {
+        Box3 box = trees_.prototypes[prototype].bounds;
+        condition = 1;
+        if (trees_.prototype_primitives.empty()) return box;
+        const PrimitiveTree& primitives = trees_.prototype_primitives[prototype];
+        box.extendBy(primitives.tree.bounds);
+        condition = std::max(1.0, primitives.origin_slack / origin_slack(1));
+        return box;
+    }
+
     void build_top(const SoupScene& scene, const BvhOptions& options) {
-        BuildPrims prims(scene.instances.size());
+        Primitives direct = collect_primitives(scene.shapes, direct_numbers_);
+        BuildPrims prims(scene.instances.size() + direct.boxes.size());
         double worst_condition = 1;
         prototype_of_instance_.reserve(scene.instances.size());
         for (size_t i = 0; i < scene.instances.size(); ++i) {
@@ -312,23 +400,25 @@ class Bvh final : public Accelerator {
             VELATURA_CHECK(instance.prototype < trees_.prototypes.size(),
                            "instance of no prototype");
             prototype_of_instance_.push_back(instance.prototype);
-            const WideTree& tree = trees_.prototypes[instance.prototype];
+            double condition = 1;
+            const Box3 box = bounds_of_prototype(instance.prototype, condition);
             PlacedBox placed;
             placed.record.tree = instance.prototype;
             placed.record.instance = uint32_t(i);
-            if (tree.is_empty() || !place(instance.render_from_prototype, tree.bounds, placed))
-                continue;
-            worst_condition = std::max(worst_condition, placed.condition);
+            if (box.isEmpty() || !place(instance.render_from_prototype, box, placed)) continue;
             BuildPrim prim{};
-            prim.id = uint32_t(trees_.instances.size());
-            for (int k = 0; k < 3; ++k) {
-                prim.lower[k] = next_float_down(float(placed.lower[k]));
-                prim.upper[k] = next_float_up(float(placed.upper[k]));
-            }
+            const Box3d placed_box(placed.lower, placed.upper);
+            if (!set_box(placed_box, uint32_t(trees_.instances.size()), prim)) continue;
+            worst_condition = std::max(worst_condition, placed.condition * condition);
             prims.push_back(prim);
             trees_.instances.push_back(placed.record);
         }
-        trees_.top_origin_slack = 0x1p-46 * worst_condition;
+        for (BuildPrim& prim : direct.boxes) {
+            prim.id += uint32_t(trees_.instances.size());
+            prims.push_back(prim);
+        }
+        trees_.primitives = std::move(direct.records);
+        trees_.top_origin_slack = origin_slack(std::max(worst_condition, direct.condition));
         trees_.top =
             collapse_to_ids(build_binary_tree(std::move(prims), binary_options_of(options)));
     }
@@ -341,6 +431,15 @@ class Bvh final : public Accelerator {
         add(trees_.direct);
         add(trees_.top);
         for (const WideTree& tree : trees_.prototypes) add(tree);
+        const auto add_primitives = [&](const std::vector<PrimitiveRecord>& records) {
+            stats_.primitives += records.size();
+            stats_.bytes += records.size() * sizeof(PrimitiveRecord);
+        };
+        add_primitives(trees_.primitives);
+        for (const PrimitiveTree& set : trees_.prototype_primitives) {
+            add(set.tree);
+            add_primitives(set.primitives);
+        }
         for (const TriangleNumbers& numbers : prototype_numbers_) stats_.bytes += numbers.bytes();
         stats_.bytes += direct_numbers_.bytes() + trees_.instances.size() * sizeof(InstanceRecord) +
                         prototype_of_instance_.size() * sizeof(uint32_t) + sizeof(Bvh);
@@ -352,13 +451,14 @@ class Bvh final : public Accelerator {
     TriangleNumbers direct_numbers_;
     std::vector<TriangleNumbers> prototype_numbers_;
     std::vector<uint32_t> prototype_of_instance_;
+    std::vector<std::shared_ptr<const geometry::PrimitiveSet>> sets_;
     AcceleratorStats stats_;
 };
 
 std::vector<TriangleSoupView> views(const std::vector<geometry::TriangleMesh>& meshes) {
     std::vector<TriangleSoupView> result;
     for (const geometry::TriangleMesh& mesh : meshes) {
-        result.push_back({mesh.positions(), mesh.triangles()});
+        result.push_back({mesh.positions(), mesh.triangles(), mesh.shared_primitives()});
     }
     return result;
 }

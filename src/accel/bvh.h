@@ -3,6 +3,7 @@
 
 #include "accel/accelerator.h"
 #include "base/math.h"
+#include "geometry/primitive_set.h"
 
 #include <array>
 #include <cstdint>
@@ -51,10 +52,15 @@ struct BvhOptions {
 
 BvhOptions options_of(BvhQuality quality);
 
-/// Triangles of one shape as the builder reads them; copied, need not outlive the build.
+/// Triangles of one shape as the builder reads them; copied, need not outlive the build. Or its
+/// primitives, which are kept; a shape has one or the other.
 struct TriangleSoupView {
     std::span<const Vec3> positions;                     ///< [vertex]
     std::span<const std::array<uint32_t, 3>> triangles;  ///< [triangle] vertex indices
+    std::shared_ptr<const geometry::PrimitiveSet> primitives = nullptr;
+
+    /// What Hit::triangle counts.
+    size_t count() const { return primitives ? primitives->size() : triangles.size(); }
 };
 
 /// One placement of a prototype. A singular or non-finite matrix makes the instance unhittable.
@@ -63,7 +69,7 @@ struct SoupInstance {
     Mat4 render_from_prototype;
 };
 
-/// A scene reduced to triangles.
+/// A scene reduced to triangles and primitives.
 struct SoupScene {
     std::vector<TriangleSoupView> shapes;                   ///< render space
     std::vector<std::vector<TriangleSoupView>> prototypes;  ///< [prototype][shape]
@@ -71,11 +77,13 @@ struct SoupScene {
 };
 
 /// Own bounding volume hierarchy: 8-wide nodes over the triangles placed directly and over each
-/// prototype, and one more over the instances. Built in parallel; the result does not depend on the
-/// number of threads.
+/// prototype, and one more over the instances and the primitives placed directly. Primitives of a
+/// prototype have a tree beside that of its triangles. Built in parallel; the result does not depend
+/// on the number of threads.
 ///
 /// A hit is what `hit_triangle` (ray_query.h) says in double precision; boxes and the SIMD filter
-/// are conservative, so every hit is the one that testing all triangles would find, bit for bit.
+/// are conservative, so every hit is the one that testing all triangles and primitives would find,
+/// bit for bit.
 /// Dropped at build: triangles without area and those with a coordinate that is not below 2^126 in
 /// absolute value. Of exact duplicates one may be kept, the one with the smallest index.
 std::unique_ptr<Accelerator> build_bvh(const SoupScene& scene, const BvhOptions& options = {});

@@ -74,4 +74,25 @@ bool place(const Mat4& m, const Box3& bounds, PlacedBox& placed) {
     return true;
 }
 
+void enter(const InstanceRecord& instance, const geometry::Ray& ray, Vec3d& o, Vec3d& d) {
+    const auto& m = instance.prototype_from_render;
+    for (int k = 0; k < 3; ++k) {
+        d[k] = double(ray.d.x) * m[0][k] + double(ray.d.y) * m[1][k] + double(ray.d.z) * m[2][k];
+        o[k] = double(ray.o.x) * m[0][k] + double(ray.o.y) * m[1][k] + double(ray.o.z) * m[2][k] +
+               m[3][k];
+    }
+}
+
+bool round_outward(const Box3d& box, Box3& out) {
+    for (int k = 0; k < 3; ++k) {
+        // Written so that NaN does not fit
+        if (!(box.min[k] <= box.max[k])) return false;
+        if (!(box.min[k] > -double(coordinate_limit) && box.max[k] < double(coordinate_limit)))
+            return false;
+        out.min[k] = next_float_down(float(box.min[k]));
+        out.max[k] = next_float_up(float(box.max[k]));
+    }
+    return true;
+}
+
 }  // namespace velatura::accel

@@ -17,4 +17,11 @@ struct PlacedBox {
 /// is computed in double. False when the matrix is singular or not finite or a box too large.
 bool place(const Mat4& render_from_prototype, const Box3& bounds, PlacedBox& placed);
 
+/// The ray in the space of the instance's prototype; d is not normalised, so t keeps its meaning.
+void enter(const InstanceRecord& instance, const geometry::Ray& ray, Vec3d& o, Vec3d& d);
+
+/// The box in floats, outside of the one in double. False: empty, not finite or too large, and what
+/// is in it cannot be hit.
+bool round_outward(const Box3d& box, Box3& out);
+
 }  // namespace velatura::accel

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <optional>
 #include <utility>
 
 // clang-format off
@@ -146,26 +147,76 @@ HWY_INLINE bool any_in_tree(const WideTree& tree, const QueryRay& q, float t_max
     });
 }
 
+// A ray in the space of a prototype or of the scene.
+struct PlacedRay {
+    Vec3d o, d;
+    uint32_t instance = scene::none;
+};
+
+void closest_primitive(const PrimitiveRecord& record, const PlacedRay& ray, TreeHit& best) {
+    // Ties count, by the smaller id
+    const float t_max = next_float_up(best.t);
+    const std::optional<geometry::PrimitiveHit> found =
+        record.set->intersect(record.index, ray.o, ray.d, t_max);
+    if (!found) return;
+    const auto t = float(found->t);
+    if (!is_before(t, ray.instance, record.id, best)) return;
+    best = {t, found->u, found->v, ray.instance, record.id};
+}
+
+QuerySlack primitive_slack(double origin_slack) {
+    QuerySlack slack;
+    slack.inverse = 0x1p-18f;
+    slack.origin = origin_slack;
+    return slack;
+}
+
+void closest_in_primitives(const PrimitiveTree& set, const PlacedRay& ray, TreeHit& best) {
+    QueryRay q;
+    const QuerySlack slack = primitive_slack(set.origin_slack);
+    if (set.tree.is_empty() || !make_query(ray.o, ray.d, set.tree.query_bounds, slack, q)) return;
+    float t_bound = float(double(best.t) * q.scaled_from_t);
+    walk_closest(set.tree, q, t_bound, [&](uint32_t index) HWY_ATTR {
+        closest_primitive(set.primitives[index], ray, best);
+        t_bound = float(double(best.t) * q.scaled_from_t);
+    });
+}
+
+bool is_occluded_by(const PrimitiveRecord& record, const PlacedRay& ray, float t_max) {
+    return record.set->is_occluded(record.index, ray.o, ray.d, t_max);
+}
+
+bool any_in_primitives(const PrimitiveTree& set, const PlacedRay& ray, float t_max) {
+    QueryRay q;
+    const QuerySlack slack = primitive_slack(set.origin_slack);
+    if (set.tree.is_empty() || !make_query(ray.o, ray.d, set.tree.query_bounds, slack, q))
+        return false;
+    const float t_bound = float(double(t_max) * q.scaled_from_t);
+    return walk_any(set.tree, q, t_bound, [&](uint32_t index) HWY_ATTR {
+        return is_occluded_by(set.primitives[index], ray, t_max);
+    });
+}
+
 // The ray in prototype space, in double; d is not normalised, so t keeps its meaning.
 HWY_INLINE bool enter_instance(const SceneTrees& trees,
                                const InstanceRecord& record,
                                const geometry::Ray& ray,
+                               PlacedRay& inner,
                                QueryRay& q) {
     const auto& m = record.prototype_from_render;
-    Vec3d o, d;
+    Vec3d &o = inner.o, &d = inner.d;
+    inner.instance = record.instance;
     for (int k = 0; k < 3; ++k) {
         d[k] = double(ray.d.x) * m[0][k] + double(ray.d.y) * m[1][k] + double(ray.d.z) * m[2][k];
         o[k] = double(ray.o.x) * m[0][k] + double(ray.o.y) * m[1][k] + double(ray.o.z) * m[2][k] +
                m[3][k];
     }
-    return make_query(o, d, trees.prototypes[record.tree].query_bounds, {}, q);
+    const WideTree& tree = trees.prototypes[record.tree];
+    return !tree.is_empty() && make_query(o, d, tree.query_bounds, {}, q);
 }
 
 QuerySlack top_slack(const SceneTrees& trees) {
-    QuerySlack slack;
-    slack.inverse = 0x1p-18f;
-    slack.origin = trees.top_origin_slack;
-    return slack;
+    return primitive_slack(trees.top_origin_slack);
 }
 
 bool intersect(const SceneTrees& trees, const geometry::Ray& ray, TreeHit& best) {
@@ -180,10 +231,18 @@ bool intersect(const SceneTrees& trees, const geometry::Ray& ray, TreeHit& best)
     if (!trees.top.is_empty() && make_query(ray, trees.top.query_bounds, top_slack(trees), q)) {
         float t_bound = float(double(best.t) * q.scaled_from_t);
         walk_closest(trees.top, q, t_bound, [&](uint32_t index) HWY_ATTR {
-            const InstanceRecord& record = trees.instances[index];
-            QueryRay inner;
-            if (!enter_instance(trees, record, ray, inner)) return;
-            closest_in_tree(trees.prototypes[record.tree], inner, record.instance, best);
+            if (index >= trees.instances.size()) {
+                const PlacedRay direct{Vec3d(ray.o), Vec3d(ray.d)};
+                closest_primitive(trees.primitives[index - trees.instances.size()], direct, best);
+            } else {
+                const InstanceRecord& record = trees.instances[index];
+                PlacedRay placed;
+                QueryRay inner;
+                if (enter_instance(trees, record, ray, placed, inner))
+                    closest_in_tree(trees.prototypes[record.tree], inner, record.instance, best);
+                if (!trees.prototype_primitives.empty())
+                    closest_in_primitives(trees.prototype_primitives[record.tree], placed, best);
+            }
             t_bound = float(double(best.t) * q.scaled_from_t);
         });
     }
@@ -201,10 +260,17 @@ bool is_occluded(const SceneTrees& trees, const geometry::Ray& ray) {
         return false;
     const float t_bound = float(double(ray.t_max) * q.scaled_from_t);
     return walk_any(trees.top, q, t_bound, [&](uint32_t index) HWY_ATTR {
+        if (index >= trees.instances.size())
+            return is_occluded_by(trees.primitives[index - trees.instances.size()],
+                                  {Vec3d(ray.o), Vec3d(ray.d)}, ray.t_max);
         const InstanceRecord& record = trees.instances[index];
+        PlacedRay placed;
         QueryRay inner;
-        return enter_instance(trees, record, ray, inner) &&
-               any_in_tree(trees.prototypes[record.tree], inner, ray.t_max);
+        if (enter_instance(trees, record, ray, placed, inner) &&
+            any_in_tree(trees.prototypes[record.tree], inner, ray.t_max))
+            return true;
+        return !trees.prototype_primitives.empty() &&
+               any_in_primitives(trees.prototype_primitives[record.tree], placed, ray.t_max);
     });
 }
 

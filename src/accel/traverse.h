@@ -2,6 +2,7 @@
 #pragma once
 
 #include "accel/bvh_layout.h"
+#include "geometry/primitive_set.h"
 #include "geometry/surface_point.h"
 
 #include <span>
@@ -16,16 +17,35 @@ struct InstanceRecord {
     uint32_t instance = 0;               ///< index into Scene::instances
 };
 
+/// A primitive, as traversal needs it.
+struct PrimitiveRecord {
+    const geometry::PrimitiveSet* set = nullptr;
+    uint32_t index = 0;  ///< within the set
+    uint32_t id = 0;     ///< counts like those of triangles
+};
+
+/// The primitives of a prototype, in its space.
+struct PrimitiveTree {
+    WideTree tree;                            ///< leaves index `primitives`
+    std::vector<PrimitiveRecord> primitives;  ///< those that can be hit
+    double origin_slack = 0;                  ///< QuerySlack::origin for `tree`
+};
+
 /// Everything a ray meets.
 struct SceneTrees {
     WideTree direct;                        ///< triangles placed directly
     std::vector<WideTree> prototypes;       ///< in prototype space
-    WideTree top;                           ///< boxes of instances; leaves index `instances`
-    std::vector<InstanceRecord> instances;  ///< those that can be hit
+    /// Boxes of instances and of primitives placed directly; leaves index `instances` and, from
+    /// their number on, `primitives`.
+    WideTree top;
+    std::vector<InstanceRecord> instances;    ///< those that can be hit
+    std::vector<PrimitiveRecord> primitives;  ///< those that can be hit
+    std::vector<PrimitiveTree> prototype_primitives;  ///< [prototype]; empty when none has any
     double top_origin_slack = 0;            ///< QuerySlack::origin for `top`
 };
 
-/// Best hit so far. `id` counts the triangles of its tree.
+/// Best hit so far. `id` counts the triangles and primitives of a prototype, or of what is placed
+/// directly.
 struct TreeHit {
     float t = 0, b1 = 0, b2 = 0;
     uint32_t instance = scene::none;

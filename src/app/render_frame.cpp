@@ -82,7 +82,7 @@ image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, co
     stats["scene"] = make_scene_stats(input, world);
     stats["estimator"] = make_estimator_stats(job);
     stats["guiding"] = make_guiding_stats(training);
-    stats["ledger"] = make_ledger(job, input.scene);
+    stats["ledger"] = make_ledger(job, world);
     info.stats_json = stats.dump();
     info.software = fmt::format("velatura {}", VELATURA_VERSION);
     info.frames_per_second = scene.frames_per_second;

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/stats.h"
 
-#include <algorithm>
-#include <variant>
-
 #include "app/progress.h"
 #include "base/tasks.h"
 
@@ -24,6 +21,8 @@ json make_scene_stats(const FrameInput& input, const integrator::World& world) {
     j["textures"] = input.scene.textures.size();
     j["triangles"] = stats.triangles;
     if (*stats.quality) j["bvh_quality"] = stats.quality;
+    j["primitives"] = json::object();
+    for (const auto& [kind, count] : world.geometry.primitive_counts()) j["primitives"][kind] = count;
     return j;
 }
 
@@ -54,21 +53,7 @@ json make_guiding_stats(const integrator::GuideTraining& training) {
     return j;
 }
 
-namespace {
-
-/// Whether something was cut into triangles that is not flat.
-bool has_curved_gprims(const scene::Scene& scene) {
-    const auto is_curved = [](const scene::Shape& shape) {
-        const auto* gprim = std::get_if<scene::Gprim>(&shape.geometry);
-        return gprim && gprim->kind != scene::Gprim::Kind::Cube && gprim->kind != scene::Gprim::Kind::Plane;
-    };
-    const auto has_any = [&](const std::vector<scene::Shape>& shapes) { return std::any_of(shapes.begin(), shapes.end(), is_curved); };
-    return has_any(scene.shapes) || std::any_of(scene.prototypes.begin(), scene.prototypes.end(), [&](const scene::Prototype& p) { return has_any(p.shapes); });
-}
-
-}  // namespace
-
-json make_ledger(const RenderJob& job, const scene::Scene& scene) {
+json make_ledger(const RenderJob& job, const integrator::World& world) {
     json ledger = json::array();
     if (job.tracer.max_depth > 0) {
         ledger.push_back({{"approximation", "max-depth"}, {"value", job.tracer.max_depth}, {"kind", "bias"}, {"effect", "light of longer paths is missing; not measured"}});
@@ -82,7 +67,9 @@ json make_ledger(const RenderJob& job, const scene::Scene& scene) {
     if (job.caustics != integrator::Caustics::Path) {
         ledger.push_back({{"approximation", "caustic-trial-cap"}, {"value", integrator::CausticSampler::trial_cap}, {"kind", "bias"}, {"effect", "chains not found again after so many trials count too little; numerics.caustics_capped of caustics_found in the statistics"}});
     }
-    if (has_curved_gprims(scene)) ledger.push_back({{"approximation", "tessellated-gprims"}, {"value", "spheres, cylinders, cones and capsules as triangles with smooth normals"}, {"kind", "bias"}, {"effect", "silhouettes; not measured"}});
+    if (world.geometry.tessellated_quadrics() > 0) {
+        ledger.push_back({{"approximation", "tessellated-gprims"}, {"value", world.geometry.tessellated_quadrics()}, {"kind", "bias"}, {"effect", "spheres, cylinders, cones and capsules that emit light or are very uneven are triangles with smooth normals: silhouettes; not measured"}});
+    }
     return ledger;
 }
 
@@ -145,7 +132,7 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
     error["target"] = job.schedule.target_error;
     error["reached"] = job.schedule.target_error <= 0 || (noise.is_known && noise.high <= job.schedule.target_error);
     j["error"] = error;
-    j["ledger"] = make_ledger(job, input.scene);
+    j["ledger"] = make_ledger(job, world);
     j["numerics"] = numerics_json(film);
     j["numerics"]["depth_limited"] = result.rays.depth_limited;
     j["numerics"]["caustics_found"] = result.rays.caustics_found;

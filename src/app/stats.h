@@ -27,6 +27,6 @@ nlohmann::ordered_json make_estimator_stats(const RenderJob& job);
 nlohmann::ordered_json make_guiding_stats(const integrator::GuideTraining& training);
 
 /// Approximations in force, with what is known of their effect. Empty = unbiased.
-nlohmann::ordered_json make_ledger(const RenderJob& job, const scene::Scene& scene);
+nlohmann::ordered_json make_ledger(const RenderJob& job, const integrator::World& world);
 
 }  // namespace velatura::app

@@ -37,6 +37,30 @@ bool invert_affine(const Mat4d& m, Mat4d& inverse) {
     return true;
 }
 
+/// Whether light is sampled from the shape.
+bool is_light(const scene::Scene& scene, const scene::Shape& shape) {
+    if (shape.light != scene::none) return true;
+    return shape.material < scene.materials.size() &&
+           scene::is_emissive(scene.materials[shape.material]);
+}
+
+/// [prototype] whether some instance gives it a material that emits.
+std::vector<bool> made_to_glow(const scene::Scene& scene) {
+    std::vector<bool> glows(scene.prototypes.size());
+    for (const scene::Instance& instance : scene.instances) {
+        const scene::MaterialId material = instance.material_override;
+        if (material < scene.materials.size() && scene::is_emissive(scene.materials[material]))
+            glows[instance.prototype] = true;
+    }
+    return glows;
+}
+
+bool is_quadric(const scene::Shape& shape) {
+    using Kind = scene::Gprim::Kind;
+    const auto* gprim = std::get_if<scene::Gprim>(&shape.geometry);
+    return gprim && gprim->kind != Kind::Cube && gprim->kind != Kind::Plane;
+}
+
 InstanceTransform make_instance_transform(const scene::Instance& instance) {
     InstanceTransform out;
     out.prototype = instance.prototype;
@@ -62,20 +86,35 @@ GeometrySet::GeometrySet(const scene::Scene& scene, const TessellationOptions& o
     : shapes_(scene.shapes.size()), prototypes_(scene.prototypes.size()) {
     // One flat list of jobs, so that a scene of one big prototype is as parallel as one of many
     // shapes
-    std::vector<std::pair<const scene::Shape*, TriangleMesh*>> jobs;
-    for (size_t i = 0; i < scene.shapes.size(); ++i)
-        jobs.emplace_back(&scene.shapes[i], &shapes_[i]);
+    struct Job {
+        const scene::Shape* shape;
+        TriangleMesh* mesh;
+        bool wants_triangles;
+    };
+
+    std::vector<Job> jobs;
+    for (size_t i = 0; i < scene.shapes.size(); ++i) {
+        jobs.push_back({&scene.shapes[i], &shapes_[i], is_light(scene, scene.shapes[i])});
+    }
+    const std::vector<bool> glows = made_to_glow(scene);
     for (size_t i = 0; i < scene.prototypes.size(); ++i) {
         const std::vector<scene::Shape>& shapes = scene.prototypes[i].shapes;
         prototypes_[i].resize(shapes.size());
-        for (size_t j = 0; j < shapes.size(); ++j)
-            jobs.emplace_back(&shapes[j], &prototypes_[i][j]);
+        for (size_t j = 0; j < shapes.size(); ++j) {
+            const bool wants_triangles = glows[i] || is_light(scene, shapes[j]);
+            jobs.push_back({&shapes[j], &prototypes_[i][j], wants_triangles});
+        }
     }
     parallel_for(jobs.size(), [&](size_t i) {
-        TriangleMesh mesh = make_triangle_mesh(*jobs[i].first, options);
-        mesh.set_texture_coordinates(default_texture_coordinates(scene, mesh));
-        *jobs[i].second = std::move(mesh);
+        const Job& job = jobs[i];
+        std::optional<TriangleMesh> mesh;
+        if (!job.wants_triangles && !options.all_quadrics) mesh = make_quadric_mesh(*job.shape);
+        if (!mesh) mesh = make_triangle_mesh(*job.shape, options);
+        mesh->set_texture_coordinates(default_texture_coordinates(scene, *mesh));
+        *job.mesh = std::move(*mesh);
     });
+    for (const Job& job : jobs)
+        tessellated_quadrics_ += is_quadric(*job.shape) && !job.mesh->primitives();
     instances_.reserve(scene.instances.size());
     for (const scene::Instance& instance : scene.instances)
         instances_.push_back(make_instance_transform(instance));
@@ -92,6 +131,17 @@ size_t GeometrySet::triangle_count() const {
     for (const auto& prototype : prototypes_)
         for (const TriangleMesh& mesh : prototype) count += mesh.triangle_count();
     return count;
+}
+
+std::map<std::string, size_t> GeometrySet::primitive_counts() const {
+    std::map<std::string, size_t> counts;
+    const auto add = [&](const TriangleMesh& mesh) {
+        if (mesh.primitives()) counts[mesh.primitives()->kind()] += mesh.primitives()->size();
+    };
+    for (const TriangleMesh& mesh : shapes_) add(mesh);
+    for (const auto& prototype : prototypes_)
+        for (const TriangleMesh& mesh : prototype) add(mesh);
+    return counts;
 }
 
 size_t GeometrySet::bytes() const {

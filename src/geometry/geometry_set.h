@@ -9,6 +9,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
+#include <string>
 #include <vector>
 
 namespace velatura::geometry {
@@ -34,7 +36,9 @@ struct InstanceTransform {
 class GeometrySet {
   public:
     GeometrySet() = default;
-    /// Tessellates everything in parallel; the result does not depend on the number of threads.
+    /// Tessellates in parallel; the result does not depend on the number of threads. Quadrics stay
+    /// what they are, but for those that are sampled as lights, triangle by triangle, and those
+    /// that are too distorted.
     explicit GeometrySet(const scene::Scene& scene, const TessellationOptions& options = {});
 
     /// [shape of Scene::shapes], render space.
@@ -50,12 +54,17 @@ class GeometrySet {
     const TriangleMesh& mesh(const Hit& hit) const;
 
     size_t triangle_count() const;  ///< stored ones, prototypes once
+    /// The same of what is not made of triangles, by PrimitiveSet::kind().
+    std::map<std::string, size_t> primitive_counts() const;
+    /// Spheres, cylinders, cones and capsules that are triangles all the same.
+    size_t tessellated_quadrics() const { return tessellated_quadrics_; }
     size_t bytes() const;
 
   private:
     std::vector<TriangleMesh> shapes_;
     std::vector<std::vector<TriangleMesh>> prototypes_;
     std::vector<InstanceTransform> instances_;
+    size_t tessellated_quadrics_ = 0;
 };
 
 }  // namespace velatura::geometry

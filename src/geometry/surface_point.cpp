@@ -11,6 +11,9 @@ namespace velatura::geometry {
 
 namespace {
 
+/// Bound of the relative error of the double operations that make a point.
+constexpr double double_error = 16.0 * 0x1p-53;
+
 Vec3d absolute(const Vec3d& v) {
     return {std::abs(v.x), std::abs(v.y), std::abs(v.z)};
 }
@@ -26,6 +29,22 @@ Mat4d absolute(const Mat4d& m) {
 Vec3 cast_up(const Vec3d& v) {
     constexpr double widening = 1.0 + 0x1p-22;
     return to_float(v * widening);
+}
+
+/// Error of a point in a prototype after the way there and back: of the double operations here and
+/// in traversal.
+Vec3d placed_error(const InstanceTransform& instance, const Vec3d& p, const Vec3d& error) {
+    const Mat4d forward(instance.render_from_prototype), reach = absolute(forward);
+    return transform_direction(error, reach) +
+           transform_point(absolute(p), reach) * double_error +
+           transform_point(absolute(transform_point(p, forward)), instance.round_trip_bound) *
+               double_error;
+}
+
+/// Sets p to q with the bound of its error before the cast to float.
+void set_place(SurfacePoint& point, const Vec3d& q, const Vec3d& error) {
+    point.p = to_float(q);
+    point.p_error = cast_up(error + absolute(q) * double(gamma_bound(2)));
 }
 
 /// Unit vector, or zero for a vector without a direction.
@@ -62,6 +81,43 @@ scene::PrimvarId tangent_coordinates(const scene::Scene& scene,
     return mesh.texture_coordinates();
 }
 
+/// ∂p/∂s and ∂p/∂t in shape space; false where the mesh does not tell.
+bool triangle_derivatives(const scene::Scene& scene,
+                          const SurfacePoint& point,
+                          Vec3d& dpds,
+                          Vec3d& dpdt) {
+    const TriangleMesh& mesh = *point.mesh;
+    const scene::PrimvarId st = tangent_coordinates(scene, point.material, mesh);
+    float corners[3][4];
+    if (st == scene::none || !mesh.primvar_corners(st, point.triangle, corners)) return false;
+    const Vec3d p0(mesh.corner(point.triangle, 0));
+    const Vec3d e1 = Vec3d(mesh.corner(point.triangle, 1)) - p0;
+    const Vec3d e2 = Vec3d(mesh.corner(point.triangle, 2)) - p0;
+    return texture_derivatives(corners, e1, e2, dpds, dpdt);
+}
+
+/// The same for a primitive; forward: from its space to render space.
+bool primitive_derivatives(const SurfacePoint& point,
+                           const Mat4d& forward,
+                           Vec3d& dpds,
+                           Vec3d& dpdt) {
+    const Vec3d p = transform_point(Vec3d(point.p), forward.inverse());
+    return point.mesh->primitives()->tangents(point.triangle, point.face, p, dpds, dpdt);
+}
+
+/// Sets all three to the primitive's.
+void set_to_primitive(SurfacePoint& point,
+                      const GeometrySet& geometry,
+                      const Ray& ray,
+                      const Hit& hit) {
+    const PrimitiveSurface surface =
+        primitive_surface(geometry, hit, Vec3d(ray.o), Vec3d(ray.d));
+    set_place(point, surface.p, surface.error);
+    point.face = surface.face;
+    point.ng = to_float(unit_or_zero(surface.n));
+    point.ns = point.ng;
+}
+
 /// Sets ng and ns of a point on a shape that is placed directly.
 void set_normals(SurfacePoint& point, const Vec3d& e1, const Vec3d& e2) {
     const TriangleMesh& mesh = *point.mesh;
@@ -94,9 +150,41 @@ void set_normals(SurfacePoint& point,
 
 }  // namespace
 
+PrimitiveSurface primitive_surface(const GeometrySet& geometry,
+                                   const Hit& hit,
+                                   const Vec3d& o,
+                                   const Vec3d& d) {
+    const TriangleMesh& mesh = geometry.mesh(hit);
+    const PrimitiveSet& set = *mesh.primitives();
+    const PrimitiveHit place{double(hit.t), hit.b1, hit.b2};
+    PrimitiveSurface surface;
+    if (hit.instance == scene::none) {
+        surface = set.surface(hit.triangle, o, d, place);
+    } else {
+        const InstanceTransform& instance = geometry.instances()[hit.instance];
+        const Mat4d& backward = instance.prototype_from_render;
+        surface = set.surface(hit.triangle, transform_point(o, backward),
+                              transform_direction(d, backward), place);
+        surface.error = placed_error(instance, surface.p, surface.error);
+        surface.p = transform_point(surface.p, Mat4d(instance.render_from_prototype));
+        // Covectors: the same number for what was carried over
+        Mat3d to_prototype;
+        for (int i = 0; i < 3; ++i)
+            for (int k = 0; k < 3; ++k) to_prototype[i][k] = backward[i][k];
+        const Mat3d covector = to_prototype.transposed();
+        surface.n = surface.n * covector;
+        surface.normal_by_p = to_prototype * surface.normal_by_p * covector;
+    }
+    if (mesh.flip_normals()) {
+        surface.n = -surface.n;
+        surface.normal_by_p = surface.normal_by_p * -1.0;
+    }
+    return surface;
+}
+
 SurfacePoint make_surface_point(const scene::Scene& scene,
                                 const GeometrySet& geometry,
-                                const Ray&,
+                                const Ray& ray,
                                 const Hit& hit) {
     SurfacePoint point;
     const TriangleMesh& mesh = geometry.mesh(hit);
@@ -104,7 +192,6 @@ SurfacePoint make_surface_point(const scene::Scene& scene,
         hit.instance == scene::none ? nullptr : &geometry.instances()[hit.instance];
     point.mesh = &mesh;
     point.triangle = hit.triangle;
-    point.face = mesh.face(hit.triangle);
     point.instance = hit.instance;
     point.shape = hit.shape;
     point.b1 = hit.b1;
@@ -117,6 +204,12 @@ SurfacePoint make_surface_point(const scene::Scene& scene,
     if (instance && scene.instances[hit.instance].material_override != scene::none)
         point.material = scene.instances[hit.instance].material_override;
 
+    if (mesh.primitives()) {
+        set_to_primitive(point, geometry, ray, hit);
+        return point;
+    }
+    point.face = mesh.face(hit.triangle);
+
     // Place the point on the triangle in double
     const Vec3d p0(mesh.corner(hit.triangle, 0));
     const Vec3d e1 = Vec3d(mesh.corner(hit.triangle, 1)) - p0;
@@ -124,25 +217,15 @@ SurfacePoint make_surface_point(const scene::Scene& scene,
     const double b1 = double(hit.b1), b2 = double(hit.b2);
     const Vec3d p = p0 + e1 * b1 + e2 * b2;
     // Count the double operations here and in traversal, then the cast
-    constexpr double double_error = 16.0 * 0x1p-53;
-    Vec3d error = (absolute(p0) + absolute(e1) + absolute(e2)) * double_error;
+    const Vec3d error = (absolute(p0) + absolute(e1) + absolute(e2)) * double_error;
     if (instance) {
-        const Mat4d forward(instance->render_from_prototype);
-        const Vec3d q = transform_point(p, forward);
-        error = transform_direction(error, absolute(forward));
-        error += transform_point(absolute(p), absolute(forward)) * double_error;
-        error += transform_point(absolute(q), instance->round_trip_bound) * double_error;
-        error += absolute(q) * double(gamma_bound(2));
-        point.p = to_float(q);
-    } else {
-        error += absolute(p) * double(gamma_bound(2));
-        point.p = to_float(p);
-    }
-    point.p_error = cast_up(error);
-    if (instance)
+        set_place(point, transform_point(p, Mat4d(instance->render_from_prototype)),
+                  placed_error(*instance, p, error));
         set_normals(point, e1, e2, *instance);
-    else
+    } else {
+        set_place(point, p, error);
         set_normals(point, e1, e2);
+    }
     return point;
 }
 
@@ -150,17 +233,15 @@ Tangents tangents(const scene::Scene& scene, const SurfacePoint& point) {
     const Frame frame = Frame::from_z(point.ns);
     const Tangents fallback{frame.x, frame.y};
     if (point.mesh == nullptr) return fallback;
-    const scene::PrimvarId st = tangent_coordinates(scene, point.material, *point.mesh);
-    float corners[3][4];
-    if (st == scene::none || !point.mesh->primvar_corners(st, point.triangle, corners))
-        return fallback;
-    const Vec3d p0(point.mesh->corner(point.triangle, 0));
-    const Vec3d e1 = Vec3d(point.mesh->corner(point.triangle, 1)) - p0;
-    const Vec3d e2 = Vec3d(point.mesh->corner(point.triangle, 2)) - p0;
+    Mat4d forward;
+    if (point.instance != scene::none)
+        forward = Mat4d(scene.instances[point.instance].render_from_prototype);
     Vec3d dpds(0.0), dpdt(0.0);
-    if (!texture_derivatives(corners, e1, e2, dpds, dpdt)) return fallback;
+    const bool is_known = point.mesh->primitives()
+                              ? primitive_derivatives(point, forward, dpds, dpdt)
+                              : triangle_derivatives(scene, point, dpds, dpdt);
+    if (!is_known) return fallback;
     if (point.instance != scene::none) {
-        const Mat4d forward(scene.instances[point.instance].render_from_prototype);
         dpds = transform_direction(dpds, forward);
         dpdt = transform_direction(dpdt, forward);
     }

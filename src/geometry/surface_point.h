@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/math.h"
+#include "geometry/primitive_set.h"
 #include "scene/ids.h"
 
 #include <cstdint>
@@ -25,13 +26,14 @@ struct Ray {
     float t_max = std::numeric_limits<float>::infinity();
 };
 
-/// Where a ray meets a triangle, as traversal reports it.
+/// Where a ray meets a triangle or a primitive of a PrimitiveSet, as traversal reports it.
 struct Hit {
     float t = std::numeric_limits<float>::infinity();
-    float b1 = 0, b2 = 0;  ///< barycentric weights of the triangle's second and third corner
+    float b1 = 0, b2 = 0;  ///< barycentric weights of the triangle's second and third corner;
+                           ///< PrimitiveHit::u and v of a primitive
     uint32_t instance = scene::none;  ///< index into Scene::instances; none = placed directly
     uint32_t shape = scene::none;     ///< index into the prototype's or the scene's shapes
-    uint32_t triangle = scene::none;  ///< index into the shape's TriangleMesh
+    uint32_t triangle = scene::none;  ///< index into the shape's TriangleMesh or PrimitiveSet
 
     bool is_valid() const { return triangle != scene::none; }
 };
@@ -43,9 +45,9 @@ struct SurfacePoint {
     Vec3 ng;       ///< geometric normal, on the outside by orientation
     Vec3 ns;       ///< interpolated normal, in the hemisphere of ng
     float b1 = 0, b2 = 0;
-    const TriangleMesh* mesh = nullptr;
-    uint32_t triangle = 0;
-    uint32_t face = 0;  ///< authored polygon
+    const TriangleMesh* mesh = nullptr;  ///< without triangles where it has primitives
+    uint32_t triangle = 0;               ///< or primitive
+    uint32_t face = 0;                   ///< authored polygon; PrimitiveSurface::face
     int8_t side = 0;  ///< rays start on the side of ng (1), of −ng (−1) or of their direction (0)
     scene::MaterialId material = scene::none;
     uint32_t instance = scene::none;
@@ -56,8 +58,9 @@ struct SurfacePoint {
 
 /// The surface at a valid hit of a ray. p comes from the barycentric weights, not from t, in
 /// double, and is rounded once; p_error bounds that rounding and, for instances, that of carrying a
-/// ray into prototype space. ng follows winding, flip_normals and mirroring; ns is ng where the
-/// mesh is faceted. Ref: Pharr, Jakob, Humphreys 2023, "Physically Based Rendering" 4th ed.,
+/// ray into prototype space. Of a primitive p is found anew along the ray, also in double. ng
+/// follows winding, flip_normals and mirroring; ns is ng where the mesh is faceted, and on
+/// primitives. Ref: Pharr, Jakob, Humphreys 2023, "Physically Based Rendering" 4th ed.,
 /// section 6.8.
 SurfacePoint make_surface_point(const scene::Scene& scene,
                                 const GeometrySet& geometry,
@@ -71,7 +74,8 @@ struct Tangents {
 };
 
 /// Tangents at a point by the texture coordinates of its material's normal map, else by those of
-/// the mesh; a frame around ns where they do not span the surface.
+/// the mesh; of a primitive those that it has by itself. A frame around ns where they do not span
+/// the surface.
 Tangents tangents(const scene::Scene& scene, const SurfacePoint& point);
 
 /// The point where rays leave a surface that is seen from wo and does not transmit: above the
@@ -86,6 +90,14 @@ Tangents tangents(const scene::Scene& scene, const SurfacePoint& point);
 std::optional<SurfacePoint> lifted(const GeometrySet& geometry,
                                    const SurfacePoint& point,
                                    const Vec3& wo);
+
+/// The surface of the primitive that was hit, where o + t·d meets it nearest to hit.t, in render
+/// space: see PrimitiveSet::surface. n is on the outside by orientation. The ray need not be the
+/// one that was traced, only near it.
+PrimitiveSurface primitive_surface(const GeometrySet& geometry,
+                                   const Hit& hit,
+                                   const Vec3d& o,
+                                   const Vec3d& d);
 
 /// Primvar at the point: the mesh's own, else for displayColor that of the instance.
 /// Writes the floats that the primvar has and leaves the rest of `out` alone; false when there is

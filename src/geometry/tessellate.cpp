@@ -2,6 +2,7 @@
 #include "geometry/tessellate.h"
 
 #include "geometry/gprims.h"
+#include "geometry/quadric.h"
 
 #include <algorithm>
 #include <utility>
@@ -81,6 +82,19 @@ TriangleMesh make_triangle_mesh(const scene::Shape& shape, const TessellationOpt
     }
     data.material = shape.material;
     data.flip_normals = shape.flip_normals;
+    return TriangleMesh(std::move(data));
+}
+
+std::optional<TriangleMesh> make_quadric_mesh(const scene::Shape& shape) {
+    const auto* gprim = std::get_if<scene::Gprim>(&shape.geometry);
+    if (!gprim) return std::nullopt;
+    TriangleMeshData data;
+    data.primitives = Quadric::make(*gprim);
+    if (!data.primitives) return std::nullopt;
+    data.primvars = gprim->primvars;
+    data.material = shape.material;
+    // Normals of a quadric are outside whatever its matrix, those of windings are not
+    data.flip_normals = shape.flip_normals != (determinant3(gprim->shape_from_gprim) < 0.0);
     return TriangleMesh(std::move(data));
 }
 

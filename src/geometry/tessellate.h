@@ -5,6 +5,7 @@
 #include "scene/mesh.h"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,7 @@ namespace velatura::geometry {
 struct TessellationOptions {
     int segments =
         96;  ///< around the axis of a quadric; half as many from pole to pole; at least 4
+    bool all_quadrics = false;  ///< GeometrySet: also those that rays could meet as they are
 };
 
 /// Triangles of a shape, in shape space. Polygons: triangles as they are, convex quads along the
@@ -21,6 +23,10 @@ struct TessellationOptions {
 /// normals, closed; computed in double, cast at the end. Triangles with two equal corners are
 /// dropped; authored faces keep their numbers. Exact under scaling of the shape by powers of two.
 TriangleMesh make_triangle_mesh(const scene::Shape& shape, const TessellationOptions& options = {});
+
+/// A shape that rays meet as the quadric that it is: without triangles. Nothing for other shapes
+/// and where Quadric::make has none.
+std::optional<TriangleMesh> make_quadric_mesh(const scene::Shape& shape);
 
 /// Appends corner triples (0 … polygon.size() − 1) that cover the polygon, in its winding.
 /// Ref: Meisters 1975, "Polygons Have Ears"; a self-crossing polygon still gives polygon.size() − 2

@@ -18,6 +18,14 @@ size_t vector_bytes(const std::vector<T>& v) {
 TriangleMesh::TriangleMesh(TriangleMeshData data) : data_(std::move(data)) {
     for (const auto& triangle : data_.triangles)
         for (const uint32_t vertex : triangle) bounds_.extendBy(data_.positions[vertex]);
+    for (uint32_t i = 0; data_.primitives && i < data_.primitives->size(); ++i) {
+        const Box3d box = data_.primitives->bounds(i).box;
+        if (box.isEmpty()) continue;
+        for (int k = 0; k < 3; ++k) {
+            bounds_.min[k] = std::min(bounds_.min[k], next_float_down(float(box.min[k])));
+            bounds_.max[k] = std::max(bounds_.max[k], next_float_up(float(box.max[k])));
+        }
+    }
     // Authored lengths do not weigh: every corner's normal counts as a direction
     for (Vec3& n : data_.normals) n = is_finite(n) && n != Vec3(0.0f) ? normalize(n) : Vec3(0.0f);
 }
@@ -122,6 +130,7 @@ size_t TriangleMesh::bytes() const {
                    vector_bytes(data_.faces) + vector_bytes(data_.corners) +
                    vector_bytes(data_.face_materials) + vector_bytes(data_.normals) +
                    vector_bytes(data_.normal_indices) + vector_bytes(data_.primvars);
+    if (data_.primitives) total += data_.primitives->bytes();
     for (const scene::Primvar& primvar : data_.primvars)
         total += vector_bytes(primvar.values) + vector_bytes(primvar.indices);
     return total;

@@ -2,11 +2,13 @@
 #pragma once
 
 #include "base/math.h"
+#include "geometry/primitive_set.h"
 #include "scene/mesh.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -27,16 +29,27 @@ struct TriangleMeshData {
     scene::Interpolation normal_interpolation = scene::Interpolation::Vertex;
     std::vector<scene::Primvar> primvars;
     bool flip_normals = false;
+    std::shared_ptr<const PrimitiveSet> primitives;  ///< then no triangles, and flip_normals says
+                                                     ///< that their outside is the shape's inside
 };
 
 /// Triangles of one shape, in shape space: what accel builds over and what shading reads. No
-/// triangle has two equal corners. Immutable but for the choice of texture coordinates.
+/// triangle has two equal corners. A shape of primitives has none; of it this holds what is the
+/// same everywhere. Immutable but for the choice of texture coordinates.
 class TriangleMesh {
   public:
     TriangleMesh() = default;
     explicit TriangleMesh(TriangleMeshData data);
 
     size_t triangle_count() const { return data_.triangles.size(); }
+
+    /// What the shape is instead of triangles; null for triangles. Hit::triangle counts these then.
+    const PrimitiveSet* primitives() const { return data_.primitives.get(); }
+
+    /// The same, to be kept.
+    const std::shared_ptr<const PrimitiveSet>& shared_primitives() const {
+        return data_.primitives;
+    }
 
     std::span<const Vec3> positions() const { return data_.positions; }
 
@@ -86,7 +99,7 @@ class TriangleMesh {
 
     void set_texture_coordinates(scene::PrimvarId id) { texture_coordinates_ = id; }
 
-    /// Box of the vertices that triangles use, shape space; empty without triangles.
+    /// Box of the vertices that triangles use or of the primitives, shape space; empty without any.
     const Box3& bounds() const { return bounds_; }
 
     std::span<const scene::Primvar> primvars() const { return data_.primvars; }

@@ -76,10 +76,10 @@ SpecularCasters::SpecularCasters(const World& world) : world_(world) {
         weights_.push_back(material_weight(world, m));
     std::vector<double> weights;
     const auto add = [&](uint32_t instance, uint32_t shape, const geometry::TriangleMesh& mesh,
-                         uint32_t triangles, const Mat4d& forward) {
-        if (triangles == scene::none) return;
+                         uint32_t pieces, const Mat4d& forward) {
+        if (pieces == scene::none) return;
         // Weight over the mesh's own area, times how much the transform enlarges areas about
-        const double area = triangles_[triangles].integral() * double(triangles_[triangles].size());
+        const double area = pieces_[pieces].integral() * double(pieces_[pieces].size());
         if (!(area > 0.0)) return;
         const Box3 local = mesh.bounds();
         Box3d box;
@@ -89,15 +89,15 @@ SpecularCasters::SpecularCasters(const World& world) : world_(world) {
             box.extendBy(transform_point(Vec3d(corner), forward));
         }
         const Ball ball = ball_around(box);
-        casters_.push_back({instance, shape, triangles, ball});
+        casters_.push_back({instance, shape, pieces, ball});
         weights.push_back(area * square(std::cbrt(std::abs(determinant3(forward)))));
     };
     const geometry::GeometrySet& geometry = world_.geometry;
     for (uint32_t s = 0; s < geometry.shapes().size(); ++s) {
         const geometry::TriangleMesh& mesh = geometry.shapes()[s];
-        add(scene::none, s, mesh, add_triangles(mesh, scene::none), Mat4d());
+        add(scene::none, s, mesh, add_pieces(mesh, scene::none), Mat4d());
     }
-    // Placements of one shape with one material share its triangles
+    // Placements of one shape with one material share its pieces
     std::map<std::pair<std::pair<uint32_t, uint32_t>, scene::MaterialId>, uint32_t> known;
     for (uint32_t i = 0; i < geometry.instances().size(); ++i) {
         const geometry::InstanceTransform& instance = geometry.instances()[i];
@@ -108,7 +108,7 @@ SpecularCasters::SpecularCasters(const World& world) : world_(world) {
             const auto key = std::make_pair(std::make_pair(instance.prototype, s), override);
             auto found = known.find(key);
             if (found == known.end())
-                found = known.emplace(key, add_triangles(shapes[s], override)).first;
+                found = known.emplace(key, add_pieces(shapes[s], override)).first;
             add(i, s, shapes[s], found->second, Mat4d(instance.render_from_prototype));
         }
     }
@@ -119,21 +119,27 @@ SpecularCasters::SpecularCasters(const World& world) : world_(world) {
     choice_ = sampling::Distribution1D(std::span<const double>(weights));
 }
 
-/// Returns: an index into triangles_, or none.
-uint32_t SpecularCasters::add_triangles(const geometry::TriangleMesh& mesh,
-                                        scene::MaterialId override) {
+/// Returns: an index into pieces_, or none.
+uint32_t SpecularCasters::add_pieces(const geometry::TriangleMesh& mesh,
+                                     scene::MaterialId override) {
+    const geometry::PrimitiveSet* primitives = mesh.primitives();
+    const auto area = [&](uint32_t i) {
+        if (primitives) return primitives->area(i);
+        const Vec3d c0(mesh.corner(i, 0)), c1(mesh.corner(i, 1)), c2(mesh.corner(i, 2));
+        return 0.5 * (c1 - c0).cross(c2 - c0).length();
+    };
     // Most meshes cast nothing, and need no memory
+    const size_t count = primitives ? primitives->size() : mesh.triangle_count();
     std::vector<double> weights;
-    for (uint32_t t = 0; t < mesh.triangle_count(); ++t) {
-        const double of_material = weight(override != scene::none ? override : mesh.material(t));
+    for (uint32_t i = 0; i < count; ++i) {
+        const double of_material = weight(override != scene::none ? override : mesh.material(i));
         if (!(of_material > 0.0)) continue;
-        weights.resize(mesh.triangle_count());
-        const Vec3d c0(mesh.corner(t, 0)), c1(mesh.corner(t, 1)), c2(mesh.corner(t, 2));
-        weights[t] = of_material * 0.5 * (c1 - c0).cross(c2 - c0).length();
+        weights.resize(count);
+        weights[i] = of_material * area(i);
     }
     if (weights.empty()) return scene::none;
-    triangles_.emplace_back(std::span<const double>(weights));
-    return uint32_t(triangles_.size() - 1);
+    pieces_.emplace_back(std::span<const double>(weights));
+    return uint32_t(pieces_.size() - 1);
 }
 
 double SpecularCasters::half_angle_of(const Ball& light) const {
@@ -160,7 +166,7 @@ Ball SpecularCasters::ball() const {
 
 Vec3d SpecularCasters::direction_from(const Vec3d& x,
                                       const Vec2& u,
-                                      float u_triangle,
+                                      float u_piece,
                                       const Vec2& v) const {
     size_t candidates[caster_candidates];
     double sums[caster_candidates], sum = 0;
@@ -179,31 +185,36 @@ Vec3d SpecularCasters::direction_from(const Vec3d& x,
     const Caster& caster = casters_[candidates[chosen]];
     const Vec3d away = caster.ball.center - x;
     if (away.dot(away) < square(0.5) * caster.ball.radius2) {
-        if (u_triangle < 0.5f) {
+        if (u_piece < 0.5f) {
             const double z = 1.0 - 2.0 * double(v.x), r = safe_sqrt(1.0 - z * z),
                          turn = 2.0 * pi_d * double(v.y);
             return Vec3d(r * std::cos(turn), r * std::sin(turn), z);
         }
-        u_triangle = 2.0f * u_triangle - 1.0f;
+        u_piece = 2.0f * u_piece - 1.0f;
     }
-    const Vec3d to_point = point_on(caster, u_triangle, v) - x;
+    const Vec3d to_point = point_on(caster, u_piece, v) - x;
     const double length = to_point.length();
     return length > 0.0 ? to_point / length : Vec3d(0.0);
 }
 
 /// A point of a caster, by area.
-Vec3d SpecularCasters::point_on(const Caster& caster, float u_triangle, const Vec2& u) const {
+Vec3d SpecularCasters::point_on(const Caster& caster, float u_piece, const Vec2& u) const {
     const bool is_instanced = caster.instance != scene::none;
     const geometry::GeometrySet& geometry = world_.geometry;
     const geometry::TriangleMesh& mesh =
         is_instanced
             ? geometry.prototypes()[geometry.instances()[caster.instance].prototype][caster.shape]
             : geometry.shapes()[caster.shape];
-    const auto t = uint32_t(triangles_[caster.triangles].sample(u_triangle).index);
-    const double root = std::sqrt(double(u.x));
-    const double b1 = root * (1.0 - double(u.y)), b2 = root * double(u.y);
-    const Vec3d p = Vec3d(mesh.corner(t, 0)) * (1.0 - b1 - b2) + Vec3d(mesh.corner(t, 1)) * b1 +
-                    Vec3d(mesh.corner(t, 2)) * b2;
+    const auto piece = uint32_t(pieces_[caster.pieces].sample(u_piece).index);
+    Vec3d p;
+    if (mesh.primitives()) {
+        p = mesh.primitives()->point(piece, Vec2d(u));
+    } else {
+        const double root = std::sqrt(double(u.x));
+        const double b1 = root * (1.0 - double(u.y)), b2 = root * double(u.y);
+        p = Vec3d(mesh.corner(piece, 0)) * (1.0 - b1 - b2) + Vec3d(mesh.corner(piece, 1)) * b1 +
+            Vec3d(mesh.corner(piece, 2)) * b2;
+    }
     return is_instanced ? transform_point(
                               p, Mat4d(geometry.instances()[caster.instance].render_from_prototype))
                         : p;

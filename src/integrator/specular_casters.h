@@ -39,25 +39,26 @@ class SpecularCasters {
     }
 
     /// A direction (unit) from x that may meet one of them; every direction that does can come. Its
-    /// density is nobody's business. u, u_triangle, v: in [0,1). Zero: none.
-    Vec3d direction_from(const Vec3d& x, const Vec2& u, float u_triangle, const Vec2& v) const;
+    /// density is nobody's business. u, u_piece, v: in [0,1). Zero: none.
+    Vec3d direction_from(const Vec3d& x, const Vec2& u, float u_piece, const Vec2& v) const;
 
   private:
     /// A shape where it stands.
     struct Caster {
         uint32_t instance = scene::none, shape = scene::none;
-        uint32_t triangles = 0;  ///< index into triangles_
+        uint32_t pieces = 0;  ///< index into pieces_
         Ball ball;
     };
 
-    uint32_t add_triangles(const geometry::TriangleMesh& mesh, scene::MaterialId override);
-    Vec3d point_on(const Caster& caster, float u_triangle, const Vec2& u) const;
+    uint32_t add_pieces(const geometry::TriangleMesh& mesh, scene::MaterialId override);
+    Vec3d point_on(const Caster& caster, float u_piece, const Vec2& u) const;
 
     const World& world_;
     std::vector<double> weights_;  // [material]
     std::vector<Caster> casters_;
-    sampling::Distribution1D choice_;                  // [caster]
-    std::vector<sampling::Distribution1D> triangles_;  // of each mesh with one set of materials
+    sampling::Distribution1D choice_;               // [caster]
+    std::vector<sampling::Distribution1D> pieces_;  // triangles or primitives of each mesh with one
+                                                    // set of materials
 };
 
 }  // namespace velatura::integrator

@@ -120,6 +120,17 @@ Weights weights_of(const Facet& facet, const Vec3d& plane, const Vector& p) {
     return w;
 }
 
+/// Normal of the smooth surface that a facet stands for at its point p; not unit.
+Vector facet_normal(const Facet& facet, const Weights& w) {
+    return constant(facet.normals[0]) * w.b[0] + constant(facet.normals[1]) * w.b[1] +
+           constant(facet.normals[2]) * w.b[2];
+}
+
+/// The same of a curved surface, which is known at the point from which p leaves along it.
+Vector curved_normal(const geometry::PrimitiveSurface& surface, const Vector& p) {
+    return {surface.n, {p.by[0] * surface.normal_by_p, p.by[1] * surface.normal_by_p}};
+}
+
 /// Point above the facet that geometry::lifted() starts rays from; see there. n: normals on the
 /// side of the ray, unit.
 Vector lifted_point(const Facet& facet, const Vec3d normals[3], const Weights& w, const Vector& p) {
@@ -134,28 +145,37 @@ Vector lifted_point(const Facet& facet, const Vec3d normals[3], const Weights& w
 /// One event at the surface that the ray has met: turns the ray into the one that leaves.
 /// start: where the path tracer starts it.
 bool scatter(const World& world,
+             const geometry::Hit& hit,
              const geometry::SurfacePoint& point,
              const geometry::SurfacePoint& start,
              const SpecularEvent& event,
              RayDifferential& ray) {
+    // A facet, or the plane that touches a curved surface where the ray meets it
+    const bool is_curved = point.mesh->primitives() != nullptr;
     Facet facet;
-    if (!make_facet(world, point, facet)) return false;
+    geometry::PrimitiveSurface curved;
+    if (is_curved)
+        curved = geometry::primitive_surface(world.geometry, hit, ray.o, ray.d);
+    else if (!make_facet(world, point, facet))
+        return false;
     const Vec3d plane =
-        (facet.corners[1] - facet.corners[0]).cross(facet.corners[2] - facet.corners[0]);
+        is_curved ? curved.n
+                  : (facet.corners[1] - facet.corners[0]).cross(facet.corners[2] - facet.corners[0]);
+    const Vec3d of_plane = is_curved ? curved.p : facet.corners[0];
     const Vector o{ray.o, {ray.o_by[0], ray.o_by[1]}};
     const Vector d{ray.d, {ray.d_by[0], ray.d_by[1]}};
     const Number across = dot(d, plane);
     if (!(std::abs(across.v) > 0.0)) return false;
-    const Number t = dot(constant(facet.corners[0]) + o * -1.0, plane) / across;
+    const Number t = dot(constant(of_plane) + o * -1.0, plane) / across;
     Vector p = o + d * t;
 
     // The normal on the side that the ray comes from
     const double facing = across.v < 0.0 ? 1.0 : -1.0;
-    const Weights w = weights_of(facet, plane, p);
+    Weights w;
+    if (!is_curved) w = weights_of(facet, plane, p);
     Vector n = constant(plane / plane.length());
-    if (facet.is_smooth) {
-        n = constant(facet.normals[0]) * w.b[0] + constant(facet.normals[1]) * w.b[1] +
-            constant(facet.normals[2]) * w.b[2];
+    if (is_curved || facet.is_smooth) {
+        n = is_curved ? curved_normal(curved, p) : facet_normal(facet, w);
         if (!(n.v.dot(n.v) > 0.0)) return false;
         n = unit(n);
     }
@@ -251,7 +271,7 @@ bool follow_chain(const World& world,
         leaving = leaving_point(world, point, -direction, counts.caustic).value_or(point);
         out.directions[size_t(i)] = ray.d;
         const Vec3d before = ray.o;
-        if (!scatter(world, point, leaving, event, ray)) return false;
+        if (!scatter(world, hit, point, leaving, event, ray)) return false;
         out.lengths[size_t(i)] = (ray.o - before).length();
         start = &leaving;
     }

@@ -63,4 +63,10 @@ struct Material {
     ProvenanceId provenance = none;
 };
 
+/// Whether surfaces of the material emit somewhere: they are lights then.
+inline bool is_emissive(const Material& material) {
+    const Input& color = material.emissive_color;
+    return color.source != Input::Source::Constant || !is_black(color.value);
+}
+
 }  // namespace velatura::scene

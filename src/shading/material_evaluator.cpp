@@ -98,8 +98,9 @@ void check_constants(const scene::Scene& scene,
 /// Texture coordinates per render-space unit around a point, as the root of the ratio of areas; 0
 /// when unknown.
 double texture_density(const scene::Scene& scene, const SurfacePoint& point, scene::PrimvarId st) {
+    // What is not made of triangles has no coordinates that vary
     float corners[3][4] = {};
-    if (!point.mesh->primvar_corners(st, point.triangle, corners)) return 0.0;
+    if (point.mesh->primitives() || !point.mesh->primvar_corners(st, point.triangle, corners)) return 0.0;
     const auto corner = [&](int k) { return Vec3d(point.mesh->corner(point.triangle, k)); };
     Vec3d e1 = corner(1) - corner(0), e2 = corner(2) - corner(0);
     if (point.instance != scene::none) {
@@ -133,7 +134,7 @@ MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene, Diagnostics& dia
         Flags f;
         f.has_presence = may_cut(m);
         set_transport(m, f, diagnostics);
-        f.is_emissive = !(is_constant(m.emissive_color) && is_black(m.emissive_color.value));
+        f.is_emissive = scene::is_emissive(m);
         flags_.push_back(f);
         has_presence_ = has_presence_ || f.has_presence;
         is_see_through_ = is_see_through_ || f.is_see_through;

@@ -43,13 +43,23 @@ bool is_wanted(const Context& ctx,
     });
 }
 
+/// Whether directions around its axis and along it come with the shape: quadrics that stay quadrics
+/// (geometry::GeometrySet), which lights do not.
+bool has_own_tangents(Prim prim, const MaterialEntry& material) {
+    const std::string_view type = prim.type_name().view();
+    const bool is_quadric = is_gprim_type(type) && type != "Cube" && type != "Plane";
+    return is_quadric && !material.is_emissive && !is_geometry_light(prim);
+}
+
 /// Warns about materials that stretch their highlights along a direction that nothing tells.
 void warn_tangents(Context& ctx,
                    Prim prim,
                    const std::vector<const MaterialEntry*>& materials,
                    const std::vector<scene::Primvar>& primvars) {
     const auto needs = std::find_if(materials.begin(), materials.end(),
-                                    [](const MaterialEntry* m) { return m->needs_tangents; });
+                                    [&](const MaterialEntry* m) {
+                                        return m->needs_tangents && !has_own_tangents(prim, *m);
+                                    });
     const bool has_coordinates = std::any_of(primvars.begin(), primvars.end(), [](const auto& p) {
         // One pair for the whole prim has no direction
         return p.width == 2 && p.values.size() > 2;

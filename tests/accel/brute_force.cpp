@@ -4,6 +4,7 @@
 #include "accel/make_query.h"
 
 #include <algorithm>
+#include <limits>
 #include <tuple>
 
 namespace velatura::accel::test {
@@ -25,7 +26,39 @@ void for_each_triangle(const Shapes& shapes, const Body& body) {
     }
 }
 
-Box3 bounds_of(const Shapes& shapes) {
+// Bodies of primitives are tested one by one, too.
+template <class Body>
+void for_each_primitive(const Shapes& shapes, const Body& body) {
+    for (size_t s = 0; s < shapes.size(); ++s) {
+        const geometry::PrimitiveSet* set = shapes[s].primitives.get();
+        for (uint32_t i = 0; set && i < set->size(); ++i) {
+            Box3 box;
+            if (round_outward(set->bounds(i).box, box)) body(uint32_t(s), i, *set, box);
+        }
+    }
+}
+
+void keep_better(geometry::Hit& best, const geometry::Hit& hit) {
+    const auto rank = [](const geometry::Hit& h) {
+        return std::make_tuple(h.t, h.instance, h.shape, h.triangle);
+    };
+    if (best.is_valid() ? rank(hit) < rank(best) : hit.t < best.t) best = hit;
+}
+
+void closest_primitive(const Shapes& shapes,
+                       const Vec3d& o,
+                       const Vec3d& d,
+                       uint32_t instance,
+                       geometry::Hit& best) {
+    for_each_primitive(
+        shapes, [&](uint32_t s, uint32_t i, const geometry::PrimitiveSet& set, const Box3&) {
+            const auto hit = set.intersect(i, o, d, std::numeric_limits<float>::infinity());
+            if (hit) keep_better(best, {float(hit->t), hit->u, hit->v, instance, s, i});
+        });
+}
+
+// Rays are made ready for triangles by the bounds of triangles alone.
+Box3 bounds_of_triangles(const Shapes& shapes) {
     Box3 box;
     for_each_triangle(shapes, [&](uint32_t, uint32_t, const Vec3& a, const Vec3& b, const Vec3& c) {
         box.extendBy(a);
@@ -35,30 +68,34 @@ Box3 bounds_of(const Shapes& shapes) {
     return box;
 }
 
+Box3 bounds_of(const Shapes& shapes) {
+    Box3 box = bounds_of_triangles(shapes);
+    for_each_primitive(shapes, [&](uint32_t, uint32_t, const geometry::PrimitiveSet&,
+                                   const Box3& primitive) { box.extendBy(primitive); });
+    return box;
+}
+
 void closest(const Shapes& shapes, const QueryRay& q, uint32_t instance, geometry::Hit& best) {
     for_each_triangle(
         shapes, [&](uint32_t s, uint32_t i, const Vec3& a, const Vec3& b, const Vec3& c) {
             TriangleHit hit;
             if (!hit_triangle(q, &a.x, &b.x, &c.x, 1, hit)) return;
-            const auto found = std::make_tuple(hit.t, instance, s, i);
-            const auto known = std::make_tuple(best.t, best.instance, best.shape, best.triangle);
-            if (best.is_valid() ? found < known : hit.t < best.t) {
-                best = {hit.t, hit.b1, hit.b2, instance, s, i};
-            }
+            keep_better(best, {hit.t, hit.b1, hit.b2, instance, s, i});
         });
 }
 
 }  // namespace
 
 BruteForce::BruteForce(const SoupScene& scene)
-    : scene_(scene), direct_bounds_(bounds_of(scene.shapes)) {
-    for (const Shapes& shapes : scene.prototypes) prototype_bounds_.push_back(bounds_of(shapes));
+    : scene_(scene), direct_bounds_(bounds_of_triangles(scene.shapes)) {
+    for (const Shapes& shapes : scene.prototypes)
+        prototype_bounds_.push_back(bounds_of_triangles(shapes));
     for (size_t i = 0; i < scene.instances.size(); ++i) {
         const SoupInstance& instance = scene.instances[i];
         PlacedBox placed;
         placed.record.tree = instance.prototype;
         placed.record.instance = uint32_t(i);
-        const Box3& box = prototype_bounds_[instance.prototype];
+        const Box3 box = bounds_of(scene.prototypes[instance.prototype]);
         if (!box.isEmpty() && place(instance.render_from_prototype, box, placed)) {
             placed_.push_back(placed);
         }
@@ -73,18 +110,16 @@ geometry::Hit BruteForce::intersect(const geometry::Ray& ray) const {
     if (!direct_bounds_.isEmpty() && make_query(ray, QueryBounds(direct_bounds_), {}, q)) {
         closest(scene_.shapes, q, scene::none, best);
     }
+    if (ray.d == Vec3(0)) return {};
+    closest_primitive(scene_.shapes, Vec3d(ray.o), Vec3d(ray.d), scene::none, best);
     for (const PlacedBox& placed : placed_) {
-        const auto& m = placed.record.prototype_from_render;
         Vec3d o, d;
-        for (int k = 0; k < 3; ++k) {
-            d[k] =
-                double(ray.d.x) * m[0][k] + double(ray.d.y) * m[1][k] + double(ray.d.z) * m[2][k];
-            o[k] = double(ray.o.x) * m[0][k] + double(ray.o.y) * m[1][k] +
-                   double(ray.o.z) * m[2][k] + m[3][k];
-        }
-        if (make_query(o, d, QueryBounds(prototype_bounds_[placed.record.tree]), {}, q)) {
-            closest(scene_.prototypes[placed.record.tree], q, placed.record.instance, best);
-        }
+        enter(placed.record, ray, o, d);
+        const Shapes& shapes = scene_.prototypes[placed.record.tree];
+        const Box3& box = prototype_bounds_[placed.record.tree];
+        if (!box.isEmpty() && make_query(o, d, QueryBounds(box), {}, q))
+            closest(shapes, q, placed.record.instance, best);
+        closest_primitive(shapes, o, d, placed.record.instance, best);
     }
     return best.is_valid() ? best : geometry::Hit{};
 }

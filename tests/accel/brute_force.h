@@ -10,8 +10,8 @@
 
 namespace velatura::accel::test {
 
-/// Tests every triangle of every instance by hit_triangle: what any tree over it must find, bit for
-/// bit. Refers to the triangles of the scene.
+/// Tests every triangle of every instance by hit_triangle, and every primitive: what any tree over
+/// it must find, bit for bit. Refers to the triangles of the scene.
 class BruteForce final : public Accelerator {
   public:
     explicit BruteForce(const SoupScene& scene);
@@ -26,8 +26,8 @@ class BruteForce final : public Accelerator {
 
   private:
     SoupScene scene_;
-    Box3 direct_bounds_;
-    std::vector<Box3> prototype_bounds_;
+    Box3 direct_bounds_;                  ///< of triangles
+    std::vector<Box3> prototype_bounds_;  ///< the same
     std::vector<PlacedBox> placed_;  ///< only those that can be hit
 };
 

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "soups.h"
 
+#include "discs.h"
+#include "geometry/quadric.h"
+
 #include <cmath>
+#include <utility>
 
 namespace velatura::accel::test {
 
@@ -107,6 +111,39 @@ Soup box(const Vec3& lower, const Vec3& upper) {
         soup.triangles.push_back({q[0], q[2], q[3]});
     }
     return soup;
+}
+
+std::vector<TriangleSoupView> quadrics(size_t count, double size, uint64_t seed) {
+    using Kind = scene::Gprim::Kind;
+    constexpr Kind kinds[] = {Kind::Sphere, Kind::Cylinder, Kind::Cone, Kind::Capsule};
+    Random random(seed);
+    std::vector<TriangleSoupView> shapes;
+    for (size_t i = 0; i < count; ++i) {
+        scene::Gprim gprim;
+        gprim.kind = kinds[i % 4];
+        gprim.radius = size * double(random.between(0.2f, 1));
+        gprim.height = size * double(random.between(0.2f, 3));
+        Mat4d scale, turn, move;
+        if (i % 3 == 1) scale.setScale(Vec3d(1, 0.2, 2));
+        if (i % 3 == 2) scale.setScale(Vec3d(-1, 1, 0.01));
+        turn.setAxisAngle(Vec3d(random.direction()), double(random.between(0, 6)));
+        move.setTranslation(Vec3d(random.in_cube(1)));
+        gprim.shape_from_gprim = scale * turn * move;
+        shapes.push_back({{}, {}, geometry::Quadric::make(gprim)});
+    }
+    return shapes;
+}
+
+TriangleSoupView discs(size_t count, double size, uint64_t seed) {
+    Random random(seed);
+    std::vector<Discs::Disc> all;
+    for (size_t i = 0; i < count; ++i) {
+        const Vec3d x = normalize(Vec3d(random.direction()));
+        const Vec3d y = normalize(x.cross(Vec3d(random.direction())));
+        const double radius = i % 5 == 4 ? 0.0 : size * double(random.between(0.2f, 1));
+        all.push_back({Vec3d(random.in_cube(1)), x, y, radius});
+    }
+    return {{}, {}, std::make_shared<Discs>(std::move(all))};
 }
 
 std::vector<geometry::Ray> mixed_rays(size_t count, uint64_t seed) {

@@ -72,6 +72,13 @@ Soup star_mesh(
 /// Box with two triangles a side.
 Soup box(const Vec3& lower, const Vec3& upper);
 
+/// Bodies of every kind of quadric, of about the given size, anywhere in the cube of half edge 1:
+/// round, uneven, mirrored. A shape each.
+std::vector<TriangleSoupView> quadrics(size_t count, double size, uint64_t seed);
+
+/// Discs in one set, every fifth of them not there.
+TriangleSoupView discs(size_t count, double size, uint64_t seed);
+
 /// Rays from anywhere to anywhere in and around the cube of half edge 1, some along axes, some with
 /// zero and negative zero components, some starting in planes at multiples of 1/8, some short.
 std::vector<geometry::Ray> mixed_rays(size_t count, uint64_t seed);

@@ -69,6 +69,33 @@ Estimate sphere_in_dome(const scene::Material& material, uint64_t samples) {
 
 }  // namespace
 
+TEST(QuadricFurnace, NoDirectionIsBelowTheSurface) {
+    // A white matte body in a dome of 1, out to and past its outline: with BSDF sampling alone every single path brings 1,
+    // unless a direction of the shading normal's hemisphere is below the geometric one or meets the body again
+    using Kind = scene::Gprim::Kind;
+    for (const Kind kind : {Kind::Sphere, Kind::Cylinder, Kind::Cone, Kind::Capsule}) {
+        for (const bool is_instanced : {false, true}) {
+            TestScene test;
+            test.add_sphere(Vec3(0.0f, 0.0f, -4.0f), 1.0, test.add_matte(Rgb(1.0f)));
+            auto& gprim = std::get<scene::Gprim>(test.scene.shapes.back().geometry);
+            gprim.kind = kind;
+            gprim.height = 1.5;
+            Mat4d turn;
+            turn.setAxisAngle(normalize(Vec3d(1.0, 2.0, 0.5)), 1.0);
+            gprim.shape_from_gprim = turn * gprim.shape_from_gprim;
+            if (is_instanced) {
+                Mat4d placed;
+                placed.setScale(Vec3d(1.2, -0.7, 1.0));
+                test.make_instance(Mat4(placed));
+            }
+            test.add_light(scene::LightKind::Dome, Mat4d()).is_camera_visible = true;
+            test.look_with_perspective(0.5);
+            const Estimate seen = render(test, {.size = 64, .samples = 64, .last_bounce = 2, .estimator = {.light_sampling = integrator::LightSampling::Bsdf, .roulette = integrator::Roulette::None}}).beauty();
+            expect_close(seen, 1.0, 1e-6, fmt::format("white body {} of 4{}", int(kind), is_instanced ? " under an instance" : ""));
+        }
+    }
+}
+
 class MetalFurnace : public testing::TestWithParam<float> {};
 
 TEST_P(MetalFurnace, IsOne) {

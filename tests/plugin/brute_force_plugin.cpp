@@ -19,7 +19,7 @@ struct Copies {
     accel::TriangleSoupView add(const accel::TriangleSoupView& view) {
         positions.emplace_back(view.positions.begin(), view.positions.end());
         triangles.emplace_back(view.triangles.begin(), view.triangles.end());
-        return {positions.back(), triangles.back()};
+        return {positions.back(), triangles.back(), view.primitives};
     }
 };
 

@@ -117,7 +117,7 @@ TEST_F(RegistryTest, RefusesAnotherPluginsObject) {
 
 TEST_F(RegistryTest, RefusesAnotherVersionOfTheInterface) {
     place("wrong_version");
-    expect_refused("wrong_version", "plugin-abi", "expected version 1 of accelerator, found 4711");
+    expect_refused("wrong_version", "plugin-abi", "expected version 2 of accelerator, found 4711");
 }
 
 TEST_F(RegistryTest, RefusesAPromiseThatIsNotKept) {

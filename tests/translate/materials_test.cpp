@@ -112,8 +112,10 @@ TEST(Materials, OwnInputsThatMeanNothingAreNamed) {
                                 "bool inputs:velatura:thinWalled = 1\n"
                                 "float inputs:velatura:transmissionDepth = 3") +
                        "}\n" + quad("Q", binding("/M/A")) + quad("R", binding("/M/B")) +
-                       "def Sphere \"S\" {\n" + binding("/M/A") + "}\n",
+                       "def Cube \"S\" {\n" + binding("/M/A") + "}\n" +
+                       "def Sphere \"Own\" {\n" + binding("/M/A") + "}\n",
                    t);
+    // The sphere has tangents of its own
     EXPECT_EQ(t.count("missing-tangents"), 2u);
     EXPECT_EQ(t.count("needs-thin-walled"), 1u);
     EXPECT_EQ(t.count("needs-body"), 1u);
