@@ -6,11 +6,6 @@ find_package(TBB REQUIRED)
 find_package(fmt REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
-find_package(OpenImageIO 2.4 CONFIG REQUIRED)
-# Debian's target names the headers of an OpenCV that its package does not depend on and that we do not use
-get_target_property(oiio_includes OpenImageIO::OpenImageIO INTERFACE_INCLUDE_DIRECTORIES)
-list(REMOVE_ITEM oiio_includes /usr/include/opencv4)
-set_target_properties(OpenImageIO::OpenImageIO PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "${oiio_includes}")
 # Debian puts OpenColorIO's CMake files directly into share/cmake, where CMake does not look by itself
 find_package(OpenColorIO 2.1 CONFIG REQUIRED PATHS /usr/share/cmake)
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/formats.h"
 
+#include "base/asset_bytes.h"
 #include "base/atomic_file.h"
-#include "image/asset_image.h"
+#include "image/picture_library.h"
 
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,11 +19,19 @@ float linear_from_srgb(float v) {
     return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
 }
 
-bool is_srgb(const OIIO::ImageSpec& spec, SourceColorSpace space) {
+bool is_srgb(const PictureFacts& facts, SourceColorSpace space) {
     if (space != SourceColorSpace::Auto) return space == SourceColorSpace::Srgb;
-    if (spec.format.is_floating_point()) return false;
-    const std::string stated = spec.get_string_attribute("oiio:ColorSpace");
+    if (facts.is_floating_point) return false;
+    const std::string& stated = facts.color_space;
     return stated.empty() || stated == "sRGB" || stated == "Rec709";
+}
+
+/// A missing file needs no library to say so.
+Result<std::unique_ptr<Picture>> open_picture(const std::string& path) {
+    if (!asset_exists(path)) return Error{"file-not-found", "no such file"};
+    const Result<const PictureLibrary*> library = picture_library();
+    if (!library) return library.error();
+    return (*library)->open(path);
 }
 
 }  // namespace
@@ -32,35 +40,35 @@ Result<RgbImage> read_rgb_image(const std::string& path,
                                 SourceColorSpace space,
                                 const ReadLimits& limits,
                                 size_t* not_finite) {
-    const Result<AssetImage> opened = open_asset_image(path);
+    const Result<std::unique_ptr<Picture>> opened = open_picture(path);
     if (!opened) {
         return Error{"image-open",
                      fmt::format("cannot open the image {}: {}", path, opened.error().message)};
     }
-    const AssetImage& input = *opened;
-    const OIIO::ImageSpec spec = input->spec();
-    if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0) {
+    Picture& picture = **opened;
+    const PictureFacts& facts = picture.facts();
+    if (facts.width <= 0 || facts.height <= 0 || facts.channels <= 0) {
         return Error{"image-open", fmt::format("cannot open the image {}: it has no pixels", path)};
     }
-    if (spec.width > limits.max_side || spec.height > limits.max_side ||
-        size_t(spec.width) * size_t(spec.height) > limits.max_pixels) {
+    if (facts.width > limits.max_side || facts.height > limits.max_side ||
+        size_t(facts.width) * size_t(facts.height) > limits.max_pixels) {
         return Error{
             "image-too-large",
             fmt::format("the image {} has {}×{} pixels, the limit is {} a side and {} together",
-                        path, spec.width, spec.height, limits.max_side, limits.max_pixels)};
+                        path, facts.width, facts.height, limits.max_side, limits.max_pixels)};
     }
-    const int channels = spec.nchannels >= 3 ? 3 : 1;
-    std::vector<float> stored(size_t(spec.width) * size_t(spec.height) * size_t(channels));
-    if (!input->read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, stored.data())) {
+    const int channels = facts.channels >= 3 ? 3 : 1;
+    std::vector<float> stored(size_t(facts.width) * size_t(facts.height) * size_t(channels));
+    if (const Result<void> read = picture.read(channels, stored); !read) {
         return Error{"image-read",
-                     fmt::format("cannot read the image {}: {}", path, input->geterror())};
+                     fmt::format("cannot read the image {}: {}", path, read.error().message)};
     }
 
     RgbImage image;
-    image.width = spec.width;
-    image.height = spec.height;
-    image.pixels.resize(3 * size_t(spec.width) * size_t(spec.height));
-    const bool decode = is_srgb(spec, space);
+    image.width = facts.width;
+    image.height = facts.height;
+    image.pixels.resize(3 * size_t(facts.width) * size_t(facts.height));
+    const bool decode = is_srgb(facts, space);
     size_t faults = 0;
     for (size_t i = 0; i < image.pixels.size(); ++i) {
         float v = stored[channels == 3 ? i : i / 3];
@@ -84,19 +92,14 @@ Result<void> write_display_image(const std::string& path,
         const float clamped = v > 0.0f ? std::min(v, 1.0f) : 0.0f;
         return uint8_t(std::lround(clamped * 255.0f));
     });
+    const auto error = [&path](const std::string& why) {
+        return Error{"io-write", fmt::format("cannot write {}: {}", path, why)};
+    };
+    const Result<const PictureLibrary*> library = picture_library();
+    if (!library) return error(library.error().message);
     return write_atomically(path, [&](const std::string& temporary) -> Result<void> {
-        const auto error = [&path](const std::string& why) {
-            return Error{"io-write", fmt::format("cannot write {}: {}", path, why)};
-        };
-        const auto output = OIIO::ImageOutput::create(temporary);
-        if (!output) return error(OIIO::geterror());
-        OIIO::ImageSpec spec(width, height, 3, OIIO::TypeDesc::UINT8);
-        spec.attribute("oiio:ColorSpace", "sRGB");
-        spec.attribute("Compression", "jpeg:95");
-        if (!output->open(temporary, spec)) return error(output->geterror());
-        if (!output->write_image(OIIO::TypeDesc::UINT8, bytes.data()))
-            return error(output->geterror());
-        if (!output->close()) return error(output->geterror());
+        const Result<void> written = (*library)->write(temporary, width, height, bytes);
+        if (!written) return error(written.error().message);
         return {};
     });
 }

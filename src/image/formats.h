@@ -31,14 +31,15 @@ struct ReadLimits {
 
 /// Reads an EXR, HDR, PNG, JPEG, TIFF … picture as RGB; grey is copied to the three channels, alpha
 /// is dropped. Values that are not finite become 0 and are counted in `not_finite` when it is
-/// given. Errors: "image-open" (missing, not an image), "image-too-large", "image-read".
+/// given. Opens the picture library. Errors: "image-open" (missing, not an image, no library),
+/// "image-too-large", "image-read".
 Result<RgbImage> read_rgb_image(const std::string& path,
                                 SourceColorSpace space = SourceColorSpace::Auto,
                                 const ReadLimits& limits = {},
                                 size_t* not_finite = nullptr);
 
 /// Writes display-referred RGB in [0, 1] (clamped, rounded to 8 bits), [height][width][3], as .png
-/// or .jpg, under a temporary name and renamed. Errors: "io-write".
+/// or .jpg, under a temporary name and renamed. Opens the picture library. Errors: "io-write".
 Result<void> write_display_image(const std::string& path,
                                  int width,
                                  int height,

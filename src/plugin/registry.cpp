@@ -160,4 +160,23 @@ const void* open_interface(const Manifest& manifest,
                               manifest.name, interface_name));
 }
 
+Result<const void*> open_needed(const Need& need) {
+    Diagnostics diagnostics;
+    const Registry registry(plugin_folders(), diagnostics);
+    if (const Manifest* manifest = registry.find(need.interface_name, need.trigger)) {
+        const void* object =
+            open_interface(*manifest, need.interface_name, need.version, diagnostics);
+        if (object) return object;
+        const Diagnostic why = diagnostics.all().back();
+        return Error{why.code, why.message};
+    }
+    std::string message = fmt::format("the plugin {} is missing: nothing brings {} in {}",
+                                      need.usual_plugin, need.interface_name, registry.searched());
+    // A folder that is not there or a manifest that is broken may be the reason
+    for (const Diagnostic& d : diagnostics.all()) {
+        if (d.severity != Severity::Note) message += "; " + diagnostics.format(d);
+    }
+    return Error{"plugin-missing", message};
+}
+
 }  // namespace velatura::plugin

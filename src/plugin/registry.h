@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/diagnostics.h"
+#include "base/result.h"
 #include "plugin/manifest.h"
 
 #include <string>
@@ -50,5 +51,18 @@ const void* open_interface(const Manifest& manifest,
                            std::string_view interface_name,
                            uint32_t version,
                            Diagnostics& diagnostics);
+
+/// What a tier needs of whatever plugin brings it.
+struct Need {
+    const char* interface_name;
+    uint32_t version;  ///< of the interface
+    Trigger trigger;
+    const char* usual_plugin;  ///< that of this house, to be named where none is found
+};
+
+/// Finds and opens the plugin for code that nobody hands a registry to, and that keeps the answer.
+/// Errors: "plugin-missing", else those of open_interface; the message names the plugin.
+/// Thread-safe.
+Result<const void*> open_needed(const Need& need);
 
 }  // namespace velatura::plugin

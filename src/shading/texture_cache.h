@@ -4,8 +4,8 @@
 #include "base/diagnostics.h"
 #include "base/math.h"
 #include "scene/texture.h"
+#include "shading/texture_source.h"
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -13,15 +13,8 @@
 
 namespace velatura::shading {
 
-/// RGBA of a texture lookup, scene-linear.
-using TexelRgba = std::array<float, 4>;
-
-/// File textures, mip-mapped and cached in tiles (OpenImageIO's TextureSystem). Lookups are
-/// thread-safe.
-///
-/// Texels are decoded (sRGB transfer curve) and widened to RGBA when a tile is read, before any
-/// filtering: 1 channel gives (c, c, c, 1), 2 give (c0, c0, c0, c1), 3 give (r, g, b, 1). NaN and
-/// infinite texels read as 0.
+/// The file textures of a scene, mip-mapped and cached in tiles by a TextureSource, whose plugin
+/// the first one opens. Lookups are thread-safe.
 class TextureCache {
   public:
     using Handle = uint32_t;
@@ -34,7 +27,7 @@ class TextureCache {
     TextureCache& operator=(const TextureCache&) = delete;
 
     /// Opens a texture (for <UDIM> names: every tile on disk). Not thread-safe. One error per
-    /// broken file, with `loc` and `prim_path`.
+    /// broken file, or texture that no plugin is there for, with `loc` and `prim_path`.
     Handle open(const scene::Texture& texture,
                 SourceLoc loc,
                 const std::string& prim_path,

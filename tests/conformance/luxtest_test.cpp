@@ -244,6 +244,9 @@ json descriptions() {
 class Luxtest : public ::testing::Test {
   protected:
     void SetUp() override {
+#ifndef VELATURA_HAVE_OPENIMAGEIO_PLUGIN
+        GTEST_SKIP() << "built without the plugin openimageio";
+#endif
         if (!std::filesystem::exists(luxtest_folder() / "light_descriptions.json"))
             GTEST_SKIP() << "luxtest is not at " << luxtest_folder();
     }

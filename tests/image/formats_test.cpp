@@ -4,13 +4,14 @@
 #include "base/atomic_file.h"
 #include "image/display.h"
 #include "image/exr.h"
+#include "temporary.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
-
-#include "temporary.h"
+#include <latch>
+#include <thread>
 
 namespace velatura::image {
 namespace {
@@ -19,7 +20,18 @@ float srgb_from_linear(float v) {
     return v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1.0f / 2.4f) - 0.055f;
 }
 
-TEST(ReadRgbImage, TakesFloatFilesAsLinear) {
+class ReadRgbImage : public testing::Test {
+  protected:
+    void SetUp() override {
+#ifndef VELATURA_HAVE_OPENIMAGEIO_PLUGIN
+        GTEST_SKIP() << "built without the plugin openimageio";
+#endif
+    }
+};
+
+using WriteDisplayImage = ReadRgbImage;
+
+TEST_F(ReadRgbImage, TakesFloatFilesAsLinear) {
     Image image;
     image.data = image.display = {0, 0, 3, 2};
     Part part;
@@ -39,7 +51,32 @@ TEST(ReadRgbImage, TakesFloatFilesAsLinear) {
     EXPECT_EQ(faults, 1u);
 }
 
-TEST(ReadRgbImage, DecodesEightBitAsSrgbUnlessRaw) {
+// The first picture opens the library, whichever thread comes with it
+TEST_F(ReadRgbImage, MayBeginInManyThreadsAtOnce) {
+    Image image;
+    image.data = image.display = {0, 0, 3, 2};
+    Part& part = image.parts.emplace_back();
+    for (const char* name : {"R", "G", "B"}) {
+        part.channels.push_back(Channel::make(name, ChannelType::Float, 6));
+        std::get<std::vector<float>>(part.channels.back().data) = {0, 1, 2, 3, 4, 5};
+    }
+    ASSERT_TRUE(write_exr(temporary("shared.exr"), image).has_value());
+    constexpr size_t thread_count = 8;
+    std::latch start(thread_count);
+    std::vector<float> last(thread_count, -1.0f);
+    std::vector<std::thread> threads;
+    for (size_t i = 0; i < thread_count; ++i) {
+        threads.emplace_back([&, i] {
+            start.arrive_and_wait();
+            const auto read = read_rgb_image(temporary("shared.exr"));
+            if (read) last[i] = read->pixels.back();
+        });
+    }
+    for (std::thread& thread : threads) thread.join();
+    EXPECT_EQ(last, std::vector<float>(thread_count, 5.0f));
+}
+
+TEST_F(ReadRgbImage, DecodesEightBitAsSrgbUnlessRaw) {
     std::vector<float> rgb;
     for (int i = 0; i < 256; ++i) rgb.insert(rgb.end(), 3, float(i) / 255.0f);
     ASSERT_TRUE(write_display_image(temporary("ramp.png"), 256, 1, rgb).has_value());
@@ -52,7 +89,7 @@ TEST(ReadRgbImage, DecodesEightBitAsSrgbUnlessRaw) {
     }
 }
 
-TEST(ReadRgbImage, RefusesWhatIsMissingTooLargeOrNoImage) {
+TEST_F(ReadRgbImage, RefusesWhatIsMissingTooLargeOrNoImage) {
     EXPECT_EQ(read_rgb_image(temporary("none.png")).error().code, "image-open");
     ASSERT_TRUE(write_file_atomically(temporary("text.png"), "hello").has_value());
     EXPECT_FALSE(read_rgb_image(temporary("text.png")).has_value());
@@ -64,7 +101,7 @@ TEST(ReadRgbImage, RefusesWhatIsMissingTooLargeOrNoImage) {
               "image-too-large");
 }
 
-TEST(WriteDisplayImage, LeavesNothingWhereItCannotWrite) {
+TEST_F(WriteDisplayImage, LeavesNothingWhereItCannotWrite) {
     EXPECT_EQ(write_display_image("/nonexistent_folder/a.png", 1, 1, {0, 0, 0}).error().code,
               "io-write");
     const std::string path = temporary("unknown.format");

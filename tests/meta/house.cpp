@@ -15,7 +15,7 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
     };
     static const std::map<std::string, std::set<std::string>> table = {
         {"base", {}},
-        {"image", {}},
+        {"image", {"plugin"}},
         {"sampling", {}},
         {"guiding", {"sampling"}},
         {"plugin", {}},
@@ -31,7 +31,7 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
         {"geometry", {"scene"}},
         {"accel", {"scene", "geometry"}},
         {"camera", {"scene", "sampling"}},
-        {"shading", {"scene", "geometry", "sampling", "image"}},
+        {"shading", {"scene", "geometry", "sampling", "image", "plugin"}},
         {"media", {"scene", "sampling"}},
         {"lights", {"scene", "geometry", "sampling", "shading"}},
         {"film", {"scene", "sampling", "image"}},
@@ -53,7 +53,7 @@ const std::vector<Library>& library_table() {
         {"OpenEXR/", {"src/image/"}},
         {"Imf", {"src/image/"}},
         {"OpenColorIO/", {"src/image/"}},
-        {"OpenImageIO/", {"src/image/", "src/shading/texture"}},
+        {"OpenImageIO/", {"plugins/openimageio/"}},
         {"openssl/", {"src/image/"}},
         {"oneapi/tbb", {"src/base/"}},
         {"tbb/", {"src/base/"}},

@@ -148,6 +148,36 @@ TEST_F(RegistryTest, TakesTheFirstOfOneName) {
     EXPECT_NE(errors().find("plugin brute_force is taken from "), std::string::npos) << errors();
 }
 
+TEST(OpenNeeded, SaysWhatIsMissingAndWhere) {
+    ::setenv("VELATURA_PLUGIN_PATH", "/nowhere/plugins", 1);
+    const Result<const void*> none = open_needed({"subdivider", 1, {"asset", "clay"}, "potter"});
+    ::unsetenv("VELATURA_PLUGIN_PATH");
+    ASSERT_FALSE(none);
+    EXPECT_EQ(none.error().code, "plugin-missing");
+    const std::string& said = none.error().message;
+    EXPECT_TRUE(said.starts_with(
+        "the plugin potter is missing: nothing brings subdivider in /nowhere/plugins, "))
+        << said;
+    EXPECT_NE(said.find(VELATURA_BUILT_PLUGINS), std::string::npos) << said;
+    EXPECT_NE(said.find("/nowhere/plugins is no folder"), std::string::npos) << said;
+}
+
+TEST(OpenNeeded, OpensWhatIsThereInTheVersionThatIsNeeded) {
+    ::setenv("VELATURA_PLUGIN_PATH", VELATURA_TEST_PLUGINS, 1);
+    const uint32_t version = accel::accelerator_interface_version;
+    const Trigger trigger = {"option", "accel=brute_force"};
+    const Result<const void*> found = open_needed({"accelerator", version, trigger, "any"});
+    const Result<const void*> newer = open_needed({"accelerator", version + 1, trigger, "any"});
+    ::unsetenv("VELATURA_PLUGIN_PATH");
+    ASSERT_TRUE(found) << found.error().message;
+    EXPECT_NE(*found, nullptr);
+    ASSERT_FALSE(newer);
+    EXPECT_EQ(newer.error().code, "plugin-abi");
+    EXPECT_NE(newer.error().message.find("plugin brute_force: expected version "),
+              std::string::npos)
+        << newer.error().message;
+}
+
 TEST(PluginFolders, AreThoseOfTheEnvironmentAndOfTheProgram) {
     const char* before = std::getenv("VELATURA_PLUGIN_PATH");
     const std::string saved = before ? before : "";

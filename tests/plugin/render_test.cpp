@@ -2,13 +2,12 @@
 // Plugins from the outside: which shared objects a render maps, and what it draws with them.
 #include "command.h"
 #include "image/exr.h"
+#include "opened_files.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <string>
 
@@ -21,23 +20,6 @@ constexpr const char* render = "render s.usda --res 12 9 --spp 1 --guiding off -
 class PluginRender : public testing::Test {
   protected:
     void SetUp() override { w.write("s.usda", small_scene()); }
-
-    // What the dynamic linker says that it opened while the program ran.
-    std::string files_opened(const std::string& arguments) {
-        const std::string line = fmt::format(
-            "cd '{}' && LD_DEBUG=files LD_DEBUG_OUTPUT=linker '{}/velatura' {} && cat linker.* && "
-            "rm linker.*",
-            w.path("."), VELATURA_BIN_DIR, render + arguments);
-        FILE* pipe = ::popen(line.c_str(), "r");
-        std::string output;
-        std::array<char, 4096> buffer{};
-        while (const size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
-            output.append(buffer.data(), n);
-        EXPECT_EQ(::pclose(pipe), 0) << arguments;
-        // Or the check below would see nothing whatever was opened
-        EXPECT_NE(output.find("libOpenEXR"), std::string::npos);
-        return output;
-    }
 
     CommandResult with_test_plugins(const std::string& arguments) {
         ::setenv("VELATURA_PLUGIN_PATH", VELATURA_TEST_PLUGINS, 1);
@@ -52,18 +34,17 @@ class PluginRender : public testing::Test {
 }  // namespace
 
 TEST_F(PluginRender, OfAPlainSceneOpensNone) {
-    for (const char* arguments : {"-o x.exr", "-o x.exr --accel bvh"}) {
-        const std::string opened = files_opened(arguments);
-        EXPECT_EQ(opened.find("libembree"), std::string::npos) << arguments;
-        EXPECT_EQ(opened.find("plugins/"), std::string::npos) << arguments;
-    }
+    for (const char* arguments : {"-o x.exr", "-o x.exr --accel bvh"})
+        expect_nothing_heavy(opened_files(w, "velatura", render + std::string(arguments)),
+                             arguments);
 }
 
 TEST_F(PluginRender, OpensTheOneThatIsNamed) {
 #ifndef VELATURA_HAVE_EMBREE_PLUGIN
     GTEST_SKIP() << "built without the plugin embree";
 #endif
-    const std::string opened = files_opened("-o x.exr --accel embree");
+    const std::string opened =
+        opened_files(w, "velatura", std::string(render) + "-o x.exr --accel embree");
     EXPECT_NE(opened.find("libembree3"), std::string::npos);
     EXPECT_NE(opened.find("velatura_embree.so"), std::string::npos);
 }

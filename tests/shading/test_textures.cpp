@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shading/texture_cache.h"
-#include "shading/texture_input.h"
 #include "stored_zip.h"
 #include "texture_files.h"
 
@@ -17,7 +16,7 @@ namespace {
 
 using scene::SourceColorSpace;
 using scene::Wrap;
-using testing::TemporaryFolder;
+using testing::PictureFolder;
 
 scene::Texture texture(const std::string& file,
                        SourceColorSpace space = SourceColorSpace::Raw,
@@ -40,7 +39,7 @@ class Textures : public ::testing::Test {
         return cache.lookup(h, Vec2(float(s), float(t)), Vec2(0.0f));
     }
 
-    TemporaryFolder folder;
+    PictureFolder folder;
     Diagnostics diagnostics;
     TextureCache cache{size_t(64) << 20};
 };

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "image/asset_image.h"
+#include "plugins/openimageio/asset_image.h"
 
 #include "base/package_path.h"
 
 #include <OpenImageIO/strutil.h>
 #include <fmt/format.h>
 
-namespace velatura::image {
-
-namespace {
+namespace velatura::plugins::openimageio {
 
 std::string one_line(std::string text) {
     while (!text.empty() && (text.back() == '\n' || text.back() == '.')) text.pop_back();
@@ -17,6 +15,8 @@ std::string one_line(std::string text) {
     }
     return text;
 }
+
+namespace {
 
 Error not_opened(const std::string& why) {
     return {"image-open", one_line(why.empty() ? "not a picture" : why)};
@@ -41,7 +41,6 @@ std::string extension_of(const std::string& name) {
 
 Result<AssetImage> open_asset_image(const std::string& name, const OIIO::ImageSpec* configuration) {
     AssetImage image;
-    if (!asset_exists(name)) return Error{"file-not-found", "no such file"};
     const std::vector<std::string> parts = split_package_path(name);
     if (parts.size() == 1 || OIIO::Filesystem::is_regular(name)) {
         image.input_ = OIIO::ImageInput::open(name, configuration);
@@ -76,4 +75,4 @@ Result<AssetImage> open_asset_image(const std::string& name, const OIIO::ImageSp
     return not_opened(why);
 }
 
-}  // namespace velatura::image
+}  // namespace velatura::plugins::openimageio

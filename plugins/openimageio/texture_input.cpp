@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "shading/texture_input.h"
+#include "plugins/openimageio/texture_input.h"
 
 #include <array>
 #include <cmath>
 
-namespace velatura::shading {
+namespace velatura::plugins::openimageio {
 
 namespace {
 
@@ -68,7 +68,7 @@ bool TextureInput::open(const std::string&, OIIO::ImageSpec& spec, const OIIO::I
 
 bool TextureInput::open_file() {
     const OIIO::ImageSpec file_config = file_configuration();
-    Result<image::AssetImage> opened = image::open_asset_image(path_, &file_config);
+    Result<AssetImage> opened = open_asset_image(path_, &file_config);
     if (!opened) {
         errorfmt("{}", opened.error().message);
         return false;
@@ -182,4 +182,4 @@ void TextureInput::convert(const std::vector<float>& texels, size_t count, void*
     OIIO::convert_types(OIIO::TypeFloat, rgba.data(), m_spec.format, data, int(count * 4));
 }
 
-}  // namespace velatura::shading
+}  // namespace velatura::plugins::openimageio

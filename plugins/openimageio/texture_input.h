@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "image/asset_image.h"
+#include "plugins/openimageio/asset_image.h"
 
 #include <OpenImageIO/imageio.h>
 
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace velatura::shading {
+namespace velatura::plugins::openimageio {
 
 /// An image file as the texture cache wants it: RGBA whatever the file has, sRGB decoded texel by
 /// texel before any filtering, NaN and infinity replaced by 0. Tiles and mip levels of the file are
@@ -48,7 +48,7 @@ class TextureInput final : public OIIO::ImageInput {
     float decoded(float value) const;
 
     std::string path_;
-    std::optional<image::AssetImage> file_;
+    std::optional<AssetImage> file_;
     int next_line_ = 0;  ///< first one that no line before was read after, in a packaged file
     bool is_srgb_ = false;
     bool is_8_bit_ = false;
@@ -59,4 +59,4 @@ class TextureInput final : public OIIO::ImageInput {
 /// above 1.
 float srgb_to_linear(float encoded);
 
-}  // namespace velatura::shading
+}  // namespace velatura::plugins::openimageio

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "plugins/openimageio/textures.h"
+
+#include "plugins/openimageio/asset_image.h"
+#include "plugins/openimageio/texture_input.h"
+
+#include <OpenImageIO/imagecache.h>
+#include <OpenImageIO/texture.h>
+
+#include <exception>
+#include <unordered_map>
+
+namespace velatura::plugins::openimageio {
+
+namespace {
+
+using OIIO::TextureOpt;
+using Handle = OIIO::TextureSystem::TextureHandle*;
+
+/// What a file says of itself.
+struct FileFacts {
+    bool is_srgb = false;
+    std::string wrap_modes;      // OpenImageIO's "wrapmodes", e.g. "periodic,clamp"
+    std::string wrap_s, wrap_t;  // the specification's own metadata: black, clamp, repeat, mirror
+};
+
+bool is_srgb(const OIIO::ImageSpec& spec, scene::SourceColorSpace space) {
+    if (space != scene::SourceColorSpace::Auto) return space == scene::SourceColorSpace::Srgb;
+    // Readers report "sRGB" for every file that says nothing: only the opposite is information
+    const OIIO::string_view said = spec.get_string_attribute("oiio:ColorSpace");
+    if (OIIO::Strutil::iequals(said, "linear") || OIIO::Strutil::iequals(said, "scene_linear")) {
+        return false;
+    }
+    return spec.format == OIIO::TypeUInt8 && (spec.nchannels == 3 || spec.nchannels == 4);
+}
+
+Result<FileFacts> examine(const std::string& path, scene::SourceColorSpace space, int max_side) {
+    const auto refuse = [](const std::string& why) { return Error{"image-open", one_line(why)}; };
+    const OIIO::ImageSpec config = TextureInput::file_configuration();
+    const Result<AssetImage> input = open_asset_image(path, &config);
+    if (!input) return refuse(input.error().message);
+    const OIIO::ImageSpec& spec = (*input)->spec();
+    if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1 || spec.deep)
+        return refuse("not a flat picture with at least one pixel");
+    if (spec.width > max_side || spec.height > max_side) {
+        return refuse("found " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
+                      " pixels, expected at most " + std::to_string(max_side) + " along a side");
+    }
+    FileFacts facts;
+    facts.is_srgb = is_srgb(spec, space);
+    facts.wrap_modes = spec.get_string_attribute("wrapmodes");
+    facts.wrap_s = spec.get_string_attribute("wrapS");
+    facts.wrap_t = spec.get_string_attribute("wrapT");
+    return facts;
+}
+
+/// OpenImageIO calls repeating "periodic"; WrapDefault for what is no wrap mode.
+TextureOpt::Wrap named_wrap(const std::string& name) {
+    if (name == "repeat") return TextureOpt::WrapPeriodic;
+    return TextureOpt::decode_wrapmode(name.c_str());
+}
+
+TextureOpt::Wrap wrap_mode(scene::Wrap wrap, const FileFacts& facts, bool is_t) {
+    switch (wrap) {
+        case scene::Wrap::Black:
+            return TextureOpt::WrapBlack;
+        case scene::Wrap::Clamp:
+            return TextureOpt::WrapClamp;
+        case scene::Wrap::Repeat:
+            return TextureOpt::WrapPeriodic;
+        case scene::Wrap::Mirror:
+            return TextureOpt::WrapMirror;
+        case scene::Wrap::UseMetadata:
+            break;
+    }
+    const TextureOpt::Wrap named = named_wrap(is_t ? facts.wrap_t : facts.wrap_s);
+    if (named != TextureOpt::WrapDefault) return named;
+    // Without metadata in the file, black
+    const std::string& metadata = facts.wrap_modes;
+    if (metadata.empty()) return TextureOpt::WrapBlack;
+    TextureOpt::Wrap s = TextureOpt::WrapBlack, t = TextureOpt::WrapBlack;
+    TextureOpt::parse_wrapmodes(metadata.c_str(), s, t);
+    const TextureOpt::Wrap found = is_t ? t : s;
+    return found == TextureOpt::WrapDefault ? TextureOpt::WrapBlack : found;
+}
+
+class SystemFile final : public shading::TextureFile {
+  public:
+    SystemFile(OIIO::TextureSystem& system,
+               Handle handle,
+               TextureOpt::Wrap wrap_s,
+               TextureOpt::Wrap wrap_t)
+        : system_(system), handle_(handle), wrap_s_(wrap_s), wrap_t_(wrap_t) {}
+
+    bool lookup(const Vec2& st, const Vec2& width, shading::TexelRgba& texel) const override {
+        TextureOpt options;
+        options.swrap = wrap_s_;
+        options.twrap = wrap_t_;
+        options.interpmode = TextureOpt::InterpBilinear;
+        options.mipmode = TextureOpt::MipModeTrilinear;
+        try {
+            // USD's origin is the lower left corner, OpenImageIO's the upper left
+            return system_.texture(handle_, nullptr, options, st.x, 1.0f - st.y, width.x, 0.0f,
+                                   0.0f, width.y, 4, texel.data());
+        } catch (const std::exception& e) {
+            system_.geterror();
+            thrown() = e.what();
+            return false;
+        }
+    }
+
+    /// What the last lookup of this thread ended with, when it was an exception.
+    static std::string& thrown() {
+        thread_local std::string text;
+        return text;
+    }
+
+  private:
+    OIIO::TextureSystem& system_;
+    Handle handle_;
+    TextureOpt::Wrap wrap_s_, wrap_t_;
+};
+
+class SystemSource final : public shading::TextureSource {
+  public:
+    explicit SystemSource(size_t memory_bytes)
+        : images_(OIIO::ImageCache::create(false)),
+          system_(OIIO::TextureSystem::create(false, images_)) {
+        images_->attribute("max_memory_MB", float(memory_bytes >> 20));
+        images_->attribute("autotile", 64);
+        images_->attribute("automip", 1);
+        images_->attribute("deduplicate", 0);
+    }
+
+    ~SystemSource() override {
+        OIIO::TextureSystem::destroy(system_);
+        OIIO::ImageCache::destroy(images_);
+    }
+
+    SystemSource(const SystemSource&) = delete;
+    SystemSource& operator=(const SystemSource&) = delete;
+
+    Result<std::unique_ptr<shading::TextureFile>> open(const std::string& file,
+                                                       scene::SourceColorSpace space,
+                                                       scene::Wrap wrap_s,
+                                                       scene::Wrap wrap_t,
+                                                       int max_side) override {
+        try {
+            const Result<FileFacts> facts = examine(file, space, max_side);
+            if (!facts) return facts.error();
+            return std::unique_ptr<shading::TextureFile>(
+                new SystemFile(*system_, handle(file, facts->is_srgb),
+                               wrap_mode(wrap_s, *facts, false), wrap_mode(wrap_t, *facts, true)));
+        } catch (const std::exception& e) {
+            return Error{"image-open", one_line(e.what())};
+        }
+    }
+
+    std::string lookup_error() const override {
+        std::string why = system_->geterror();
+        if (why.empty()) why = SystemFile::thrown();
+        return one_line(why);
+    }
+
+  private:
+    /// Handle of one file in one decoding; the same file is cached once per decoding.
+    Handle handle(const std::string& path, bool decode) {
+        const std::string name = (decode ? "velatura-srgb:" : "velatura-raw:") + path;
+        const auto [it, is_new] = handles_.try_emplace(name, nullptr);
+        if (is_new) {
+            const OIIO::ImageSpec config = TextureInput::configuration(path, decode);
+            images_->add_file(OIIO::ustring(name), TextureInput::create, &config);
+            it->second = system_->get_texture_handle(OIIO::ustring(name));
+        }
+        return it->second;
+    }
+
+    OIIO::ImageCache* images_;
+    OIIO::TextureSystem* system_;
+    std::unordered_map<std::string, Handle> handles_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<shading::TextureSource>> TextureSystemFactory::make(
+    size_t memory_bytes) const {
+    try {
+        return std::unique_ptr<shading::TextureSource>(new SystemSource(memory_bytes));
+    } catch (const std::exception& e) {
+        return Error{"textures", e.what()};
+    }
+}
+
+}  // namespace velatura::plugins::openimageio

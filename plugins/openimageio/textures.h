@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "shading/texture_source.h"
+
+namespace velatura::plugins::openimageio {
+
+/// OpenImageIO's TextureSystem, one of its own for each source.
+class TextureSystemFactory final : public shading::TextureSourceFactory {
+  public:
+    Result<std::unique_ptr<shading::TextureSource>> make(size_t memory_bytes) const override;
+};
+
+}  // namespace velatura::plugins::openimageio

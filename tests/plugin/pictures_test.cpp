@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+// The library of pictures from the outside: who opens it, from where, and what is said without it.
+#include "command.h"
+#include "image/exr.h"
+#include "opened_files.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace velatura::test {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* quick = " --res 12 9 --spp 1 --guiding off --progress none -q ";
+constexpr const char* missing = "the plugin openimageio is missing: nothing brings ";
+
+/// A ball with a texture.
+constexpr const char* textured = R"usda(#usda 1.0
+def Camera "Cam"
+{
+    double3 xformOp:translate = (0, 0, 6)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def DomeLight "sky"
+{
+}
+def Sphere "S" (prepend apiSchemas = ["MaterialBindingAPI"])
+{
+    rel material:binding = </M>
+}
+def Material "M"
+{
+    token outputs:surface.connect = </M/P.outputs:surface>
+    def Shader "P"
+    {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>
+        token outputs:surface
+    }
+    def Shader "T"
+    {
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @picture.exr@
+        token inputs:wrapS = "repeat"
+        token inputs:wrapT = "repeat"
+        float3 outputs:rgb
+    }
+}
+)usda";
+
+constexpr const char* mapped = R"usda(#usda 1.0
+def Camera "Cam"
+{
+}
+def DomeLight "sky"
+{
+    asset inputs:texture:file = @picture.exr@
+}
+)usda";
+
+class PicturePlugin : public testing::Test {
+  protected:
+    void SetUp() override {
+#ifndef VELATURA_HAVE_OPENIMAGEIO_PLUGIN
+        GTEST_SKIP() << "built without the plugin openimageio";
+#endif
+        w.write("plain.usda", small_scene());
+        w.write("textured.usda", textured);
+        w.write("mapped.usda", mapped);
+        image::Image picture;
+        picture.data = picture.display = {0, 0, 4, 2};
+        image::Part& part = picture.parts.emplace_back();
+        for (const char* name : {"R", "G", "B"}) {
+            part.channels.push_back(image::Channel::make(name, image::ChannelType::Float, 8));
+            std::get<std::vector<float>>(part.channels.back().data) = {0.1f, 0.3f, 0.5f, 0.7f,
+                                                                       0.8f, 0.6f, 0.4f, 0.2f};
+        }
+        ASSERT_TRUE(image::write_exr(w.path("picture.exr"), picture));
+    }
+
+    void expect_opened(const std::string& program, const std::string& arguments) const {
+        const std::string opened = opened_files(w, program, arguments);
+        EXPECT_NE(opened.find("velatura_openimageio.so"), std::string::npos) << arguments;
+        EXPECT_NE(opened.find("libOpenImageIO"), std::string::npos) << arguments;
+        EXPECT_EQ(opened.find("libembree"), std::string::npos) << arguments;
+    }
+
+    /// A copy of the program in <folder>/bin, away from the plugins of the build.
+    void copy_program(const std::string& folder, const std::string& program) const {
+        fs::create_directories(w.path(folder + "/bin"));
+        fs::copy_file(fs::path(VELATURA_BIN_DIR) / program, w.path(folder + "/bin/" + program));
+    }
+
+    CommandResult run_copy(const std::string& folder, const std::string& arguments) const {
+        // The shell takes the first word for the program: `velatura` is run for its folder alone
+        return w.velatura("--version >/dev/null && " + w.path(folder + "/bin/") + arguments);
+    }
+
+    Workplace w;
+};
+
+TEST_F(PicturePlugin, IsNotOpenedWithoutPictures) {
+    w.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    for (const std::string& arguments :
+         {std::string("--version"), std::string("render plain.usda -o plain.exr") + quick,
+          std::string("info plain.usda"), std::string("import a.obj -o a.usda")}) {
+        expect_nothing_heavy(opened_files(w, "velatura", arguments), arguments);
+    }
+    // OpenEXR files of layers need no other library
+    for (const char* arguments :
+         {"info plain.exr", "mix plain.exr -o mixed.exr", "verify plain.exr"})
+        expect_nothing_heavy(opened_files(w, "velatura-comp", arguments), arguments);
+}
+
+TEST_F(PicturePlugin, IsOpenedForTexturesMapsAndDisplayPictures) {
+    expect_opened("velatura", std::string("render textured.usda -o textured.exr") + quick);
+    expect_opened("velatura", std::string("render mapped.usda -o mapped.exr") + quick);
+    expect_opened("velatura-comp", "mix mapped.exr -o mapped.png");
+}
+
+TEST_F(PicturePlugin, IsFoundInAnInstallation) {
+    const std::string render = std::string("render textured.usda") + quick;
+    const CommandResult built = w.velatura(render + "-o built.exr");
+    ASSERT_EQ(built.exit_code, 0) << built.output;
+    copy_program("usr", "velatura");
+    const std::string plugins = w.path("usr/lib/velatura/plugins");
+    fs::create_directories(plugins);
+    fs::copy(fs::path(VELATURA_BUILT_PLUGINS) / "openimageio", plugins + "/openimageio");
+    const CommandResult installed = run_copy("usr", "velatura " + render + "-o installed.exr");
+    ASSERT_EQ(installed.exit_code, 0) << installed.output;
+    EXPECT_EQ(installed.output, "");
+    EXPECT_EQ(w.hash("installed.exr"), w.hash("built.exr"));
+    // Not the picture of the fallback
+    copy_program("lone", "velatura");
+    run_copy("lone", "velatura " + render + "-o lone.exr");
+    EXPECT_NE(w.hash("lone.exr"), w.hash("built.exr"));
+}
+
+TEST_F(PicturePlugin, IsNamedWhereItIsMissing) {
+    copy_program("lone", "velatura");
+    copy_program("lone", "velatura-comp");
+    const std::string render = std::string("velatura render textured.usda") + quick;
+    const CommandResult texture = run_copy("lone", render + "-o x.exr");
+    const std::string said =
+        fmt::format("cannot read texture 'picture.exr': {}textures in ", missing);
+    EXPECT_NE(texture.output.find(said), std::string::npos) << texture.output;
+    EXPECT_NE(texture.output.find("its fallback value is used"), std::string::npos);
+    EXPECT_NE(texture.output.find("textured.usda:23:"), std::string::npos) << texture.output;
+    EXPECT_NE(texture.output.find("lib/velatura/plugins"), std::string::npos) << texture.output;
+    EXPECT_EQ(run_copy("lone", render + "-o y.exr --strict").exit_code, 1);
+    EXPECT_FALSE(w.exists("y.exr"));
+
+    const CommandResult map = run_copy(
+        "lone", "velatura render mapped.usda --res 12 9 --spp 1 --progress none -o map.exr");
+    EXPECT_NE(map.output.find(fmt::format("picture.exr: {}pictures in ", missing)),
+              std::string::npos)
+        << map.output;
+
+    ASSERT_EQ(
+        run_copy("lone", std::string("velatura render plain.usda -o plain.exr") + quick).output,
+        "");
+    const CommandResult png = run_copy("lone", "velatura-comp mix plain.exr -o plain.png");
+    EXPECT_EQ(png.exit_code, 1) << png.output;
+    EXPECT_NE(png.output.find(missing), std::string::npos) << png.output;
+    EXPECT_FALSE(w.exists("plain.png"));
+}
+
+TEST_F(PicturePlugin, IsNamedWhereItCannotBeLoaded) {
+    fs::create_directories(w.path("broken/openimageio"));
+    fs::copy_file(fs::path(VELATURA_BUILT_PLUGINS) / "openimageio/plugin.txt",
+                  w.path("broken/openimageio/plugin.txt"));
+    w.write("broken/openimageio/velatura_openimageio.so", "this is no shared object");
+    ::setenv("VELATURA_PLUGIN_PATH", w.path("broken").c_str(), 1);
+    const CommandResult r = w.velatura(std::string("render textured.usda -o x.exr") + quick);
+    ::unsetenv("VELATURA_PLUGIN_PATH");
+    EXPECT_NE(r.output.find("'picture.exr': plugin openimageio: cannot be loaded: "),
+              std::string::npos)
+        << r.output;
+}
+
+}  // namespace
+}  // namespace velatura::test
