@@ -149,13 +149,17 @@ class Plot {
                     fmt::format("{:.1f},{:.1f} ", x(double(r.triangles)), y((r.*rates)[kind]));
         }
         if (points.empty()) return;
-        body_ += fmt::format("<polyline points='{}' fill='none' stroke='{}' stroke-width='2'{}/>\n",
-                             points, colour,
-                             kind == 0   ? ""
-                             : kind == 1 ? " stroke-dasharray='7 3'"
-                                         : " stroke-dasharray='2 3'");
-        body_ += fmt::format("<text x='{}' y='{}' fill='{}'>{}</text>\n", right - 150,
-                             40 + 16 * names_++, colour, name);
+        const char* const dash = kind == 0   ? ""
+                                 : kind == 1 ? " stroke-dasharray='7 3'"
+                                             : " stroke-dasharray='2 3'";
+        const std::string stroke =
+            fmt::format("fill='none' stroke='{}' stroke-width='2'{}", colour, dash);
+        body_ += fmt::format("<polyline points='{}' {}/>\n", points, stroke);
+        const int at = 40 + 16 * names_++;
+        body_ += fmt::format("<polyline points='{0},{2} {1},{2}' {3}/>\n", right - 190, right - 158,
+                             at - 4, stroke);
+        body_ +=
+            fmt::format("<text x='{}' y='{}' fill='{}'>{}</text>\n", right - 150, at, colour, name);
     }
 
     std::string svg() const {
