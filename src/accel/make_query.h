@@ -126,8 +126,10 @@ template <class Origin, class Direction>
     const Float4 o = {ray.o.x, ray.o.y, ray.o.z, 0}, d = {ray.d.x, ray.d.y, ray.d.z, 1};
     const Float4 o_size = absolute(o), d_size = absolute(d);
     const float longest = largest(d_size);
-    // Written so that NaN fails
-    if (!(largest(o_size) < 0x1p100f && longest < 0x1p60f && longest > 0x1p-60f)) return false;
+    // Sums, as a maximum may lose what is not a number; written so that NaN fails
+    const float o_sum = o_size[0] + o_size[1] + o_size[2];
+    const float d_sum = d_size[0] + d_size[1] + d_size[2];
+    if (!(o_sum < 0x1p100f && d_sum < 0x1p60f && longest > 0x1p-60f)) return false;
     q.t_from_scaled = q.scaled_from_t = 1;
 
     Float4 lower, upper;

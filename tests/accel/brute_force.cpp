@@ -128,6 +128,11 @@ Box3 BruteForce::bounds() const {
     return direct_bounds_;
 }
 
+bool is_traced(const geometry::Ray& ray, const Box3& bounds) {
+    QueryRay q;
+    return make_query(ray, QueryBounds(bounds), {}, q);
+}
+
 OracleHit moller_trumbore(const SoupScene& scene, const geometry::Ray& ray) {
     using Real = long double;
     using V = Imath::Vec3<Real>;

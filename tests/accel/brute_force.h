@@ -40,6 +40,9 @@ struct OracleHit {
     double margin = 0;
 };
 
+/// Whether a tree with these bounds is searched at all.
+bool is_traced(const geometry::Ray& ray, const Box3& bounds);
+
 OracleHit moller_trumbore(const SoupScene& scene, const geometry::Ray& ray);
 
 }  // namespace velatura::accel::test

@@ -239,6 +239,22 @@ TEST(Bvh, DropsDegenerateTrianglesAndOnlyThose) {
     EXPECT_GT(hits, 500u);
 }
 
+TEST(Bvh, IsNotSearchedForRaysThatAreNotFinite) {
+    const Box3 bounds(Vec3(-1), Vec3(1));
+    const geometry::Ray usual{Vec3(0.1f, 0.2f, 3), Vec3(0.3f, 0.1f, -1)};
+    EXPECT_TRUE(is_traced(usual, bounds));
+    for (const float bad : {nan, inf, -inf}) {
+        for (int k = 0; k < 3; ++k) {
+            geometry::Ray ray = usual;
+            ray.d[k] = bad;
+            EXPECT_FALSE(is_traced(ray, bounds)) << "d" << k << " " << bad;
+            ray = usual;
+            ray.o[k] = bad;
+            EXPECT_FALSE(is_traced(ray, bounds)) << "o" << k << " " << bad;
+        }
+    }
+}
+
 TEST(Bvh, LetsRaysThatAreNotFiniteMiss) {
     const std::vector<Soup> soups = {random_soup(500, 0.5f, 18)};
     const auto bvh = build_bvh(scene_of(soups));
