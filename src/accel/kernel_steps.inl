@@ -20,6 +20,16 @@ HWY_BEFORE_NAMESPACE();
 
 namespace velatura::accel {
 namespace HWY_NAMESPACE {
+
+// In traverse_batch.cpp
+void intersect_batch(const SceneTrees& trees,
+                     std::span<const geometry::Ray> rays,
+                     std::span<TreeHit> hits);
+void occlude_batch(const SceneTrees& trees,
+                   std::span<const geometry::Ray> rays,
+                   std::span<uint8_t> occluded);
+bool has_batch();
+
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;

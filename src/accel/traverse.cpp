@@ -276,15 +276,6 @@ bool is_occluded(const SceneTrees& trees, const geometry::Ray& ray) {
 
 }  // namespace
 
-// In traverse_batch.cpp
-void intersect_batch(const SceneTrees& trees,
-                     std::span<const geometry::Ray> rays,
-                     std::span<TreeHit> hits);
-void occlude_batch(const SceneTrees& trees,
-                   std::span<const geometry::Ray> rays,
-                   std::span<uint8_t> occluded);
-bool has_batch();
-
 Kernels kernels();
 
 Kernels kernels() {

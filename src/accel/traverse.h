@@ -65,7 +65,8 @@ struct Kernels {
 };
 
 /// The fastest kernels that this processor runs. All give the same bits: hits are decided in double
-/// by hit_triangle, and the SIMD part is only a conservative filter.
+/// by the operations of hit_triangle, one by one or four side by side, after a conservative filter in
+/// floats.
 const Kernels& best_kernels();
 
 /// Those and the slower ones that this processor runs, for tests.

@@ -23,7 +23,8 @@
 namespace velatura::accel {
 namespace {
 
-// Rays that are traced side by side. 16 and 48 measure slower.
+// Rays that are traced side by side. Enough to hide the latency of memory, few enough for their
+// states to stay in the nearest caches.
 constexpr size_t batch_width = 32;
 
 // Lies under each stack: no box is entered before it.
@@ -52,16 +53,6 @@ HWY_BEFORE_NAMESPACE();
 
 namespace velatura::accel {
 namespace HWY_NAMESPACE {
-
-void intersect_batch(const SceneTrees& trees,
-                     std::span<const geometry::Ray> rays,
-                     std::span<TreeHit> hits);
-
-void occlude_batch(const SceneTrees& trees,
-                   std::span<const geometry::Ray> rays,
-                   std::span<uint8_t> occluded);
-
-bool has_batch();
 
 #if HWY_CAP_GE256
 
