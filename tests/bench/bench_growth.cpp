@@ -36,20 +36,6 @@ struct Row {
     double own_bytes = 0, peer_bytes = 0;  // per triangle
 };
 
-BenchScene sphere_of(size_t triangles) {
-    BenchScene scene;
-    BlobShape shape;
-    shape.octaves = 7;
-    add_blob(scene.direct, shape, int(std::lround(0.5 * std::sqrt(double(triangles)))));
-    scene.eye = Vec3(0.4f, 0.5f, 1.9f);
-    scene.target = Vec3(0);
-    scene.light = Vec3(-3, 4, 2);
-    scene.light_x = Vec3(2, 0, 0);
-    scene.light_y = Vec3(0, 0, 2);
-    scene.ambient_distance = 0.3f;
-    return scene;
-}
-
 // The best of some rounds: whatever disturbs one makes it slower.
 double best_rate(size_t rays, int rounds, const std::function<size_t()>& trace) {
     double best = 0;
@@ -82,7 +68,7 @@ double own_rate(const accel::Accelerator& bvh, const RaySet& set, int rounds) {
 }
 
 Row measure(size_t wanted, int size, int rounds) {
-    const BenchScene scene = sphere_of(wanted);
+    const BenchScene scene = make_statue(int(std::lround(0.5 * std::sqrt(double(wanted)))));
     const accel::SoupScene soup = scene.soup();
     const ThreadLimit one(1);
     Row row;

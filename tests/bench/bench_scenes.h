@@ -22,6 +22,9 @@ struct BenchScene {
     size_t triangle_count() const;  ///< stored ones
 };
 
+/// A displaced sphere of 4·rings² − 4·rings triangles, as a scanner would give it, close by.
+BenchScene make_statue(int rings);
+
 /// How to make a scene, so that only one need be in memory.
 struct SceneMaker {
     const char* name;
