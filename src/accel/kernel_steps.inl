@@ -137,10 +137,11 @@ filter_triangles(const LeafBlock& leaf, const QueryRay& q, float t_bound, float 
         const auto error = hn::MulAdd(slip, hn::Add(size_x, size_y), hn::Set(d, q.filter_error_2));
         const auto low = hn::Min(u, hn::Min(v, w));
         const auto high = hn::Max(u, hn::Max(v, w));
-        // Not certainly outside: no edge function surely negative or none surely positive. No
-        // comparison holds for unused lanes, which are not a number.
-        const uint32_t near_line =
-            bits_of(d, hn::Or(hn::Ge(hn::Add(low, error), hn::Zero(d)), hn::Le(high, error)));
+        // Certainly outside: one edge function surely negative, another surely positive
+        const auto outside = hn::And(hn::Lt(low, hn::Neg(error)), hn::Gt(high, error));
+        // Corners of unused lanes are not a number
+        const auto used = hn::Eq(az, az);
+        const uint32_t near_line = bits_of(d, used) & ~bits_of(d, outside);
         if (near_line == 0) continue;
 
         // Not certainly behind the origin or beyond the bound
@@ -157,7 +158,7 @@ filter_triangles(const LeafBlock& leaf, const QueryRay& q, float t_bound, float 
         const uint32_t possible = near_line & bits_of(d, in_range);
         found.possible |= possible << i;
         if (!find_certain || possible == 0) continue;
-        const auto inside = hn::Or(hn::Gt(low, error), hn::Lt(hn::Add(high, error), zero));
+        const auto inside = hn::Or(hn::Gt(low, error), hn::Lt(high, hn::Neg(error)));
         const auto between =
             hn::And(hn::Gt(first, zero), hn::Lt(hn::Mul(last, grow), hn::Set(d, certain_bound)));
         found.certain |= (possible & bits_of(d, hn::And(inside, between))) << i;

@@ -110,8 +110,11 @@ template <class Origin, class Direction>
     q.filter_shear_y = float(q.shear_y);
     q.filter_inverse_z = float(q.inverse_z);
     // A difference, the shear and its product round by 2^-24 of at most 2·reach each
-    q.filter_error = 0x1p-19f * reach + 8.0f * rounding;
-    q.filter_error_2 = q.filter_error * q.filter_error + 1e-37f;
+    const float error = 0x1p-19f * reach + 8.0f * rounding;
+    // Products of larger coordinates overflow: then the filter must decide nothing
+    const bool is_safe = reach < 0x1p60f;
+    q.filter_error = is_safe ? error : 0.0f;
+    q.filter_error_2 = is_safe ? error * error + 1e-37f : std::numeric_limits<float>::infinity();
     // With room for a t that vanishes on the way back from scaled t
     q.filter_t_margin = 4.0f * (slop + rounding) + float(0x1p-125 * q.scaled_from_t);
 }

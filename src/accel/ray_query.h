@@ -33,7 +33,7 @@ struct QueryRay {
     float filter_shear_x, filter_shear_y;
     float filter_inverse_z;
     float filter_error;     ///< bound of the errors of sheared coordinates in floats, four times
-    float filter_error_2;   ///< its square
+    float filter_error_2;   ///< its square; infinite where the filter must decide nothing
     float filter_t_margin;  ///< bound of the errors of scaled t in floats that are not relative
 };
 

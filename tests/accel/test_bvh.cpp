@@ -328,6 +328,27 @@ TEST(Bvh, KeepsBitsUnderScalingByPowersOfTwo) {
     }
 }
 
+TEST(Bvh, FindsWhatBruteForceFindsWhereProductsOverflow) {
+    const Soup soup = random_soup(300, 0.3f, 61);
+    const auto rays = mixed_rays(1000, 62);
+    for (const int exponent : {-100, -70, 64, 80, 98, 115}) {
+        const float s = std::ldexp(1.0f, exponent);
+        std::vector<Soup> scaled = {soup};
+        for (Vec3& p : scaled[0].positions) p *= s;
+        std::vector<geometry::Ray> scaled_rays;
+        for (const geometry::Ray& ray : rays) {
+            // A direction as long as the scene or as it is
+            scaled_rays.push_back({ray.o * s, ray.d * s, ray.t_max});
+            scaled_rays.push_back({ray.o * s, ray.d, ray.t_max * s});
+        }
+        const SoupScene scene = scene_of(scaled);
+        const Agreement agreement = compare(*build_bvh(scene), BruteForce(scene), scaled_rays);
+        EXPECT_EQ(agreement.different, 0u) << "2^" << exponent;
+        EXPECT_EQ(agreement.different_occlusion, 0u) << "2^" << exponent;
+        EXPECT_GT(agreement.hits, 200u) << "2^" << exponent;
+    }
+}
+
 TEST(Bvh, DoesNotDependOnThreadsOrTreeShape) {
     // Large enough for parallel binning
     const std::vector<Soup> soups = {random_soup(150000, 0.02f, 25)};
