@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What each technique of light transport is worth: efficiency = 1 / (relMSE × CPU seconds) of the defaults over that of the
 // same renderer with one technique taken away, per scene, with intervals; then tables of single questions.
-// Usage: velatura_bench_transport [SCENE… | light-counts]
+// Usage: velatura_bench_transport [SCENE… | placed | light-counts | bias]; bias only by its name
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -45,11 +45,20 @@ Runs measure(const scene::Scene& scene, const test::Technique& technique) {
     return runs;
 }
 
-/// The same by the render schedule.
-Runs measure_placement(test::TransportRenderer& renderer, bool adaptive) {
+/// How the render schedule places and guides samples.
+struct Placement {
+    const char* name;
+    bool is_adaptive;
+    integrator::Guiding guiding;
+};
+
+constexpr Placement default_placement = {"default", true, integrator::Guiding::Auto};
+
+/// The same by the render schedule; training of guides counts.
+Runs measure_placement(test::TransportRenderer& renderer, const Placement& placement) {
     Runs runs;
     const double start = cpu_seconds();
-    for (int r = 0; r < run_count; ++r) runs.pixels.push_back(renderer.render_scheduled(uint64_t(r) + 1, placed_count, adaptive));
+    for (int r = 0; r < run_count; ++r) runs.pixels.push_back(renderer.render_scheduled(uint64_t(r) + 1, placed_count, placement.is_adaptive, placement.guiding));
     runs.cpu_s = (cpu_seconds() - start) / run_count;
     return runs;
 }
@@ -147,18 +156,89 @@ void report(const std::string& name) {
     }
 }
 
-/// Samples placed by noise against the same number everywhere.
+/// Samples placed by noise, and paths guided where trial paths ask for it, against renders without the one or the other.
 void report_placement(const std::string& name) {
+    static const Placement others[] = {
+        {"the same number of samples everywhere", false, integrator::Guiding::Auto},
+        {"no guiding", true, integrator::Guiding::Off},
+        {"guiding in any case", true, integrator::Guiding::On},
+    };
     const scene::Scene scene = test::load_scene(name, size_px, size_px);
     test::TransportRenderer renderer(scene, test::default_technique());
     renderer.render(99, 1);  // caches warm
-    const Runs adaptive = measure_placement(renderer, true), uniform = measure_placement(renderer, false);
-    const Pixels norm = norm_of(test::mean_of({test::mean_of(adaptive.pixels), test::mean_of(uniform.pixels)}));
+    const Runs usual = measure_placement(renderer, default_placement);
+    const bool is_guided = renderer.was_guided();
     const auto all = [](size_t) { return true; };
-    const Ratio ratio = efficiency_ratio(adaptive, uniform, norm);
-    fmt::print("  {:24} adaptive is {:5.2f} x as efficient [{:.2f}, {:.2f}]  relMSE x {:.2f}, time x {:.2f}\n", name, ratio.value, ratio.low, ratio.high,
-               relative_variance(adaptive.pixels, norm, all) / relative_variance(uniform.pixels, norm, all), adaptive.cpu_s / uniform.cpu_s);
-    std::fflush(stdout);
+    fmt::print("\n{}: {} samples per pixel in the mean, {:.3f} CPU s{}\n", name, placed_count, usual.cpu_s, is_guided ? ", guided" : "");
+    for (const Placement& placement : others) {
+        const Runs other = measure_placement(renderer, placement);
+        const Pixels norm = norm_of(test::mean_of({test::mean_of(usual.pixels), test::mean_of(other.pixels)}));
+        const Ratio ratio = efficiency_ratio(usual, other, norm);
+        fmt::print("  instead: {:38} default is {:6.2f} x as efficient [{:.2f}, {:.2f}]  relMSE x {:.2f}, time x {:.2f}\n", placement.name, ratio.value, ratio.low, ratio.high,
+                   relative_variance(other.pixels, norm, all) / relative_variance(usual.pixels, norm, all), other.cpu_s / usual.cpu_s);
+        std::fflush(stdout);
+    }
+}
+
+/// Mean of independent pictures and the variance of that mean, per value.
+struct Estimate {
+    Pixels mean, variance;
+};
+
+Estimate estimate_of(const std::vector<Pixels>& runs) {
+    Estimate e{test::mean_of(runs), Pixels(runs.front().size(), 0.0)};
+    const double n = double(runs.size());
+    for (size_t i = 0; i < e.mean.size(); ++i) {
+        for (const Pixels& run : runs) e.variance[i] += (run[i] - e.mean[i]) * (run[i] - e.mean[i]) / (n * (n - 1));
+    }
+    return e;
+}
+
+/// The default at 16 and 256 samples per pixel against 65,536 of plain paths: by the mean of the picture, and by blocks of
+/// pixels, whose squared distances in standard errors must be 1 in the mean.
+void report_bias(const std::string& name) {
+    constexpr int side = 32, block = 4;
+    constexpr int reference_runs = 32, runs = 64;
+    constexpr uint64_t reference_samples = 65536 / reference_runs;
+    const scene::Scene scene = test::load_scene(name, side, side);
+    test::TransportRenderer renderer(scene, test::default_technique());
+    // Sums over blocks of pixels, and over the picture: values of a picture of fewer pixels
+    const auto summed = [](const Pixels& picture, int step) {
+        const int across = side / step;
+        Pixels sums(size_t(across) * size_t(across) * 3, 0.0);
+        for (int i = 0; i < side * side; ++i) {
+            const size_t to = size_t((i / side / step) * across + i % side / step);
+            for (size_t c = 0; c < 3; ++c) sums[to * 3 + c] += picture[size_t(i) * 3 + c] / double(step * step);
+        }
+        return sums;
+    };
+    std::vector<Pixels> reference;
+    for (int r = 0; r < reference_runs; ++r) reference.push_back(renderer.render(uint64_t(r) + 1000, reference_samples));
+    for (const uint64_t samples : {uint64_t(16), uint64_t(256)}) {
+        std::vector<Pixels> pictures;
+        for (int r = 0; r < runs; ++r) pictures.push_back(renderer.render_scheduled(uint64_t(r) + 1, samples, default_placement.is_adaptive, default_placement.guiding));
+        double worst_z = 0, mean_squared_z = 0, bias = 0, detectable = 0;
+        for (const int step : {side, block}) {
+            std::vector<Pixels> a, b;
+            for (const Pixels& p : reference) a.push_back(summed(p, step));
+            for (const Pixels& p : pictures) b.push_back(summed(p, step));
+            const Estimate truth = estimate_of(a), found = estimate_of(b);
+            for (size_t i = 0; i < truth.mean.size(); ++i) {
+                const double deviation = std::sqrt(truth.variance[i] + found.variance[i]);
+                const double z = deviation > 0 ? (found.mean[i] - truth.mean[i]) / deviation : 0.0;
+                if (step == side) {
+                    bias += (found.mean[i] / truth.mean[i] - 1) / 3;
+                    detectable = std::max(detectable, 3 * deviation / truth.mean[i]);
+                } else {
+                    worst_z = std::max(worst_z, std::abs(z));
+                    mean_squared_z += z * z / double(truth.mean.size());
+                }
+            }
+        }
+        fmt::print("  {:24} {:3} spp{}: mean differs by {:+.4f} % (detectable {:.4f} %), {} blocks: mean z2 {:.2f}, largest |z| {:.1f}\n", name, samples,
+                   renderer.was_guided() ? ", guided" : "        ", 100 * bias, 100 * detectable, (side / block) * (side / block), mean_squared_z, worst_z);
+        std::fflush(stdout);
+    }
 }
 
 struct LightTimes {
@@ -206,22 +286,27 @@ void report_light_counts() {
 
 int main(int argc, char** argv) {
     const ThreadLimit one_thread(1);
-    // `./dev bench` passes its arguments to every program: names of scenes, `adaptive` and `light-counts` are meant for this one
-    const auto is_asked_for = [&](const char* table) {
-        return argc == 1 || std::any_of(argv + 1, argv + argc, [&](const char* a) { return std::string(a) == table; });
-    };
+    // `./dev bench` passes its arguments to every program: names of scenes and of these tables are meant for this one
+    const std::vector<std::string> words(argv + 1, argv + argc);
+    const auto is_said = [&](std::string_view word) { return std::find(words.begin(), words.end(), word) != words.end(); };
     std::vector<std::string> chosen;
     for (const std::string& scene : test::transport_scenes()) {
-        for (int i = 1; i < argc; ++i) {
-            if (scene.find(argv[i]) != std::string::npos) chosen.push_back(scene);
-        }
+        if (std::any_of(words.begin(), words.end(), [&](const std::string& word) { return scene.find(word) != std::string::npos; })) chosen.push_back(scene);
     }
+    const bool is_table_said = is_said("placed") || is_said("light-counts") || is_said("bias");
+    const std::vector<std::string>& scenes = chosen.empty() && (words.empty() || is_table_said) ? test::transport_scenes() : chosen;
     fmt::print("{0} x {0} pixels, {1} samples per pixel, {2} seeds, one thread\n", size_px, sample_count, run_count);
-    for (const std::string& scene : argc == 1 ? test::transport_scenes() : chosen) report(scene);
-    if (is_asked_for("adaptive")) {
-        fmt::print("\nAdaptive sampling, {} samples per pixel in the mean\n", placed_count);
-        for (const std::string& scene : test::transport_scenes()) report_placement(scene);
+    if (!is_table_said) {
+        for (const std::string& scene : scenes) report(scene);
     }
-    if (is_asked_for("light-counts")) report_light_counts();
+    if (words.empty() || is_said("placed")) {
+        fmt::print("\nAdaptive sampling and guiding\n");
+        for (const std::string& scene : scenes) report_placement(scene);
+    }
+    if (words.empty() || is_said("light-counts")) report_light_counts();
+    if (is_said("bias")) {
+        fmt::print("\nThe default against 65,536 samples per pixel\n");
+        for (const std::string& scene : scenes) report_bias(scene);
+    }
     return 0;
 }

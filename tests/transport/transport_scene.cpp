@@ -87,10 +87,13 @@ film::LayerSet TransportRenderer::beauty_layers() const {
     return layers;
 }
 
-Pixels TransportRenderer::render_scheduled(uint64_t seed, uint64_t samples, bool adaptive) {
+Pixels TransportRenderer::render_scheduled(uint64_t seed, uint64_t samples, bool adaptive, integrator::Guiding guiding) {
     const film::LayerSet layers = beauty_layers();
     integrator::PathTracerOptions tracer_options = options_;
     tracer_options.seed = seed;
+    const integrator::GuideTraining training = integrator::train_guide(*world_, tracer_options, guiding);
+    was_guided_ = training.is_used;
+    if (training.is_used) tracer_options.guide = &training.field;
     const integrator::PathTracer tracer(*world_, layers, tracer_options);
     integrator::RenderOptions options;
     options.mode = integrator::RenderMode::Tile;
@@ -102,6 +105,7 @@ Pixels TransportRenderer::render_scheduled(uint64_t seed, uint64_t samples, bool
     const integrator::RenderResult result = integrator::run_schedule(
         film, options, [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); }, {});
     rays_ += result.rays;
+    rays_ += training.rays;
     bad_ += film.invalid_count();
     const std::vector<float> rgba = film.snapshot().rgba;
     Pixels pixels;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "integrator/guide_training.h"
 #include "integrator/path_tracer.h"
 #include "integrator/world.h"
 #include "scene/scene.h"
@@ -46,8 +47,11 @@ class TransportRenderer {
     /// left out and counted in bad_samples().
     Pixels render(uint64_t seed, uint64_t samples);
 
-    /// The same by the render schedule, `samples` in the mean where it is adaptive.
-    Pixels render_scheduled(uint64_t seed, uint64_t samples, bool adaptive);
+    /// The same by the render schedule, `samples` in the mean where it is adaptive, after the training that guiding asks for.
+    Pixels render_scheduled(uint64_t seed, uint64_t samples, bool adaptive, integrator::Guiding guiding = integrator::Guiding::Off);
+
+    /// Whether the last of these was guided.
+    bool was_guided() const { return was_guided_; }
 
     uint64_t bad_samples() const { return bad_; }
 
@@ -62,6 +66,7 @@ class TransportRenderer {
     std::unique_ptr<const integrator::CausticSampler> caustics_;
     integrator::RayCounts rays_;
     uint64_t bad_ = 0;
+    bool was_guided_ = false;
 };
 
 /// Element-wise mean of estimates of one picture.
