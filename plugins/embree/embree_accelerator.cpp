@@ -312,7 +312,7 @@ class EmbreeAccelerator final : public accel::Accelerator {
     void place(const accel::SoupInstance& instance, const Box3& prototype_bounds, size_t index) {
         accel::PlacedBox placed;
         if (prototype_bounds.isEmpty() ||
-            !accel::place(instance.render_from_prototype, prototype_bounds, placed))
+            !accel::place(instance.render_from_prototype, {&prototype_bounds, 1}, placed))
             return;
         for (int k = 0; k < 3; ++k) {
             bounds_.min[k] = std::min(bounds_.min[k], next_float_down(float(placed.lower[k])));

@@ -108,6 +108,7 @@ class TriangleTreeBuilder {
     WideTree run(AcceleratorStats& stored) const {
         BinaryBuildOptions binary_options = binary_options_of(options_);
         binary_options.leaf_size = options_.leaf_size;
+        binary_options.block = wide;
         binary_options.source = options_.spare_references > 0 ? &corners_ : nullptr;
         binary_options.merge_duplicates = [&](std::span<BuildPrim> range) { return merge(range); };
         const BinaryTree binary = build_binary_tree(collect(), binary_options);
@@ -280,6 +281,10 @@ bool has_primitives(const std::vector<TriangleSoupView>& shapes) {
                        [](const TriangleSoupView& s) { return s.primitives != nullptr; });
 }
 
+// How finely prototypes are outlined to place them: more boxes fit closer, and are mapped for
+// every instance.
+constexpr size_t most_outline_boxes = 64, most_placed_boxes = size_t(1) << 24;
+
 class Bvh final : public Accelerator {
   public:
     Bvh(const SoupScene& scene, const BvhOptions& options)
@@ -379,37 +384,49 @@ class Bvh final : public Accelerator {
         for (const auto& shapes : scene.prototypes) keep(shapes);
     }
 
-    // Box of a prototype, and how far its primitives make rays stray.
-    Box3 bounds_of_prototype(uint32_t prototype, double& condition) const {
-        Box3 box = trees_.prototypes[prototype].bounds;
-        condition = 1;
-        if (trees_.prototype_primitives.empty()) return box;
-        const PrimitiveTree& primitives = trees_.prototype_primitives[prototype];
-        box.extendBy(primitives.tree.bounds);
-        condition = std::max(1.0, primitives.origin_slack / origin_slack(1));
-        return box;
+    // Boxes around a prototype's parts, and how far its primitives make rays stray.
+    struct Outline {
+        std::vector<Box3> boxes;
+        double condition = 1;
+    };
+
+    std::vector<Outline> outlines(size_t instances) const {
+        const size_t most = std::clamp(most_placed_boxes / std::max(instances, size_t(1)), size_t(1),
+                                       most_outline_boxes);
+        std::vector<Outline> all(trees_.prototypes.size());
+        for (size_t i = 0; i < all.size(); ++i) {
+            all[i].boxes = outline(trees_.prototypes[i], most);
+            if (trees_.prototype_primitives.empty()) continue;
+            const PrimitiveTree& primitives = trees_.prototype_primitives[i];
+            const std::vector<Box3> more = outline(primitives.tree, most);
+            all[i].boxes.insert(all[i].boxes.end(), more.begin(), more.end());
+            all[i].condition = std::max(1.0, primitives.origin_slack / origin_slack(1));
+        }
+        return all;
     }
 
     void build_top(const SoupScene& scene, const BvhOptions& options) {
         Primitives direct = collect_primitives(scene.shapes, direct_numbers_);
         BuildPrims prims(scene.instances.size() + direct.boxes.size());
         double worst_condition = 1;
+        const std::vector<Outline> outline_of = outlines(scene.instances.size());
         prototype_of_instance_.reserve(scene.instances.size());
         for (size_t i = 0; i < scene.instances.size(); ++i) {
             const SoupInstance& instance = scene.instances[i];
             VELATURA_CHECK(instance.prototype < trees_.prototypes.size(),
                            "instance of no prototype");
             prototype_of_instance_.push_back(instance.prototype);
-            double condition = 1;
-            const Box3 box = bounds_of_prototype(instance.prototype, condition);
+            const Outline& outline = outline_of[instance.prototype];
             PlacedBox placed;
             placed.record.tree = instance.prototype;
             placed.record.instance = uint32_t(i);
-            if (box.isEmpty() || !place(instance.render_from_prototype, box, placed)) continue;
+            if (outline.boxes.empty() ||
+                !place(instance.render_from_prototype, outline.boxes, placed))
+                continue;
             BuildPrim prim{};
             const Box3d placed_box(placed.lower, placed.upper);
             if (!set_box(placed_box, uint32_t(trees_.instances.size()), prim)) continue;
-            worst_condition = std::max(worst_condition, placed.condition * condition);
+            worst_condition = std::max(worst_condition, placed.condition * outline.condition);
             prims.push_back(prim);
             trees_.instances.push_back(placed.record);
         }

@@ -234,7 +234,7 @@ class Builder {
         // Few primitives need few candidate planes
         const int few = int(std::min<size_t>(range.count() / 2, 28)) + 4;
         const int bins = std::clamp(std::min(options_.bins, few), 2, max_bins);
-        const uint32_t block = range.count() > small_count ? small_count : 1;
+        const uint32_t block = range.count() > small_count ? options_.block : 1;
         const ObjectSplit best = find_object_split(references(range), range.bounds, bins, block);
         if (best.axis < 0) return halve(range, widest);
         if (!can_divide(range) || !overlaps(best)) {

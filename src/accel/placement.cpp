@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/placement.h"
 
+#include "accel/build_prim.h"
 #include "accel/ray_query.h"
 
 #include <algorithm>
@@ -35,7 +36,37 @@ bool invert(const Mat4& m, InstanceRecord& record) {
 
 }  // namespace
 
-bool place(const Mat4& m, const Box3& bounds, PlacedBox& placed) {
+std::vector<Box3> outline(const WideTree& tree, size_t most) {
+    if (tree.is_empty()) return {};
+    struct Part {
+        Box3 box;
+        ChildRef ref;
+        double area;
+    };
+    const auto is_smaller = [](const Part& a, const Part& b) { return a.area < b.area; };
+    std::vector<Part> open = {{tree.bounds, 0, 0}};  // a heap
+    std::vector<Box3> boxes;
+    while (!open.empty()) {
+        std::pop_heap(open.begin(), open.end(), is_smaller);
+        const Part part = open.back();
+        open.pop_back();
+        if ((part.ref & leaf_bit) != 0 || boxes.size() + open.size() >= most) {
+            boxes.push_back(part.box);
+            continue;
+        }
+        const WideNode& node = tree.nodes[part.ref];
+        for (size_t i = 0; i < wide; ++i) {
+            if (!(node.bounds[0][i] <= node.bounds[3][i])) continue;  // unused
+            const Box3 box(Vec3(node.bounds[0][i], node.bounds[1][i], node.bounds[2][i]),
+                           Vec3(node.bounds[3][i], node.bounds[4][i], node.bounds[5][i]));
+            open.push_back({box, node.child[i], half_area(box.min, box.max)});
+            std::push_heap(open.begin(), open.end(), is_smaller);
+        }
+    }
+    return boxes;
+}
+
+bool place(const Mat4& m, std::span<const Box3> boxes, PlacedBox& placed) {
     if (!is_finite(m, coordinate_limit) || !invert(m, placed.record)) return false;
     placed.condition = 0;
     for (int i = 0; i < 3; ++i) {
@@ -47,24 +78,24 @@ bool place(const Mat4& m, const Box3& bounds, PlacedBox& placed) {
         }
         placed.condition = std::max(placed.condition, row);
     }
-    placed.lower = Vec3d(std::numeric_limits<double>::max());
-    placed.upper = Vec3d(std::numeric_limits<double>::lowest());
-    double magnitude = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-        const Vec3d p(double((corner & 1) ? bounds.max.x : bounds.min.x),
-                      double((corner & 2) ? bounds.max.y : bounds.min.y),
-                      double((corner & 4) ? bounds.max.z : bounds.min.z));
-        for (int k = 0; k < 3; ++k) {
-            const double term[4] = {p.x * double(m[0][k]), p.y * double(m[1][k]),
-                                    p.z * double(m[2][k]), double(m[3][k])};
-            const double x = term[0] + term[1] + term[2] + term[3];
-            placed.lower[k] = std::min(placed.lower[k], x);
-            placed.upper[k] = std::max(placed.upper[k], x);
-            for (const double summand : term) magnitude = std::max(magnitude, std::abs(summand));
+    double largest = 0;  // summand of a mapped coordinate, or more
+    for (int k = 0; k < 3; ++k) {
+        const Vec3d column(double(m[0][k]), double(m[1][k]), double(m[2][k]));
+        const Vec3d size(std::abs(column.x), std::abs(column.y), std::abs(column.z));
+        double lower = std::numeric_limits<double>::max(), upper = -lower, magnitude = 0;
+        for (const Box3& box : boxes) {
+            const Vec3d min(box.min), max(box.max), centre = (min + max) * 0.5, half = (max - min) * 0.5;
+            const double middle = centre.dot(column), reach = half.dot(size);
+            lower = std::min(lower, middle - reach);
+            upper = std::max(upper, middle + reach);
+            magnitude = std::max(magnitude, std::abs(centre.x * column.x) + std::abs(centre.y * column.y) + std::abs(centre.z * column.z) + reach);
         }
+        placed.lower[k] = lower + double(m[3][k]);
+        placed.upper[k] = upper + double(m[3][k]);
+        largest = std::max(largest, magnitude + std::abs(double(m[3][k])));
     }
     // Grow by the error of mapping there and back
-    const double pad = 0x1p-46 * placed.condition * magnitude;
+    const double pad = 0x1p-46 * placed.condition * largest;
     for (int k = 0; k < 3; ++k) {
         placed.lower[k] -= pad;
         placed.upper[k] += pad;

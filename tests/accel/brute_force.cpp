@@ -96,7 +96,7 @@ BruteForce::BruteForce(const SoupScene& scene)
         placed.record.tree = instance.prototype;
         placed.record.instance = uint32_t(i);
         const Box3 box = bounds_of(scene.prototypes[instance.prototype]);
-        if (!box.isEmpty() && place(instance.render_from_prototype, box, placed)) {
+        if (!box.isEmpty() && place(instance.render_from_prototype, {&box, 1}, placed)) {
             placed_.push_back(placed);
         }
     }
