@@ -15,6 +15,7 @@ namespace {
 constexpr size_t logged_bad_samples = 16;
 
 using image::AccumulatorTable;
+using image::DenseDyadicSums;
 using image::Triple;
 
 Triple triple(const Imath::V3f& v) {
@@ -39,26 +40,36 @@ BadSampleReason fault_of_data(const SampleRadiance& s) {
 PixelAccumulator::PixelAccumulator(const LayerSet& set)
     : table_(set), cell_of_(table_.total_count(), 0) {}
 
-void PixelAccumulator::deposit(uint32_t accumulator, double weight, const Triple& value) {
-    const Triple weighted{weight * value.x, weight * value.y, weight * value.z};
-    const uint64_t sample = record_.end;
-    const auto put = [&](uint32_t a) {
-        if (cell_of_[a] == 0) {
-            if (used_ == cells_.size()) {
-                cells_.emplace_back();
-                sums_.emplace_back();
-            }
-            sums_[used_].accumulator = a;
-            cell_of_[a] = uint32_t(++used_);
-        }
-        cells_[cell_of_[a] - 1].add(record_.first, sample, weighted);
-    };
-    put(accumulator);
-    // The even samples make half A
-    if (const uint32_t half = table_.half_of(accumulator);
-        half != AccumulatorTable::absent && sample % 2 == 0) {
-        put(half);
+inline void PixelAccumulator::put(uint32_t accumulator, const Triple& value) {
+    const uint32_t known = cell_of_[accumulator];
+    const uint32_t cell = known != 0 ? known - 1 : open_cell(accumulator);
+    if (cell < DenseDyadicSums::capacity) {
+        // Adding to +0 turns −0 into +0, as the sparse sums do
+        dense_.at(cell) += value;
+    } else {
+        sparse_[cell - DenseDyadicSums::capacity].add(record_.first, record_.end, value);
     }
+}
+
+inline void PixelAccumulator::deposit(uint32_t accumulator, double weight, const Triple& value) {
+    const Triple weighted{weight * value.x, weight * value.y, weight * value.z};
+    put(accumulator, weighted);
+    // The even samples make half A
+    if (record_.end % 2 != 0) return;
+    const uint32_t half = table_.half_of(accumulator);
+    if (half != AccumulatorTable::absent) put(half, weighted);
+}
+
+uint32_t PixelAccumulator::open_cell(uint32_t accumulator) {
+    const size_t cell = used_++;
+    if (cell == sums_.size()) {
+        sums_.emplace_back();
+        if (cell >= DenseDyadicSums::capacity) sparse_.emplace_back();
+    }
+    if (cell < DenseDyadicSums::capacity) dense_.add_column();
+    sums_[cell].accumulator = accumulator;
+    cell_of_[accumulator] = uint32_t(used_);
+    return uint32_t(cell);
 }
 
 void PixelAccumulator::add(const SampleRadiance& s) {
@@ -69,11 +80,12 @@ void PixelAccumulator::add(const SampleRadiance& s) {
             bad_.push_back(
                 {x_, y_, record_.end, to_string(s.is_bad() ? s.bad_reason() : data_fault)});
         }
-        ++record_.end;
+        end_sample();
         return;
     }
     const auto w = double(s.weight);
-    for (const uint32_t accumulator : s.touched_) deposit(accumulator, w, s.values_[accumulator]);
+    for (const uint32_t accumulator : s.touched_)
+        deposit(accumulator, w, s.values_[accumulator].sum);
     deposit(AccumulatorTable::coverage, 1.0, {w * double(s.alpha), w, 1.0});
     if (s.has_hit) {
         if (table_.albedo() != AccumulatorTable::absent) {
@@ -89,7 +101,21 @@ void PixelAccumulator::add(const SampleRadiance& s) {
             record_.has_ids = true;
         }
     }
+    end_sample();
+}
+
+void PixelAccumulator::end_sample() {
+    dense_.next_sample();
     ++record_.end;
+}
+
+void PixelAccumulator::finish_sparse() {
+    const auto nodes = image::DyadicRule(record_.first).nodes(record_.first, record_.end);
+    for (size_t i = DenseDyadicSums::capacity; i < used_; ++i) {
+        image::SparseDyadicSum& sum = sparse_[i - DenseDyadicSums::capacity];
+        sum.finish(record_.first, nodes, sums_[i].nodes);
+        sum.clear();
+    }
 }
 
 Film::Film(const Window& data_window, const LayerSet& set, const FilmOptions& options)
@@ -102,15 +128,14 @@ void Film::begin_pixel(PixelAccumulator& accumulator, int x, int y, uint64_t fir
     accumulator.y_ = y;
     accumulator.record_ = {};
     accumulator.record_.first = accumulator.record_.end = first_sample;
+    accumulator.dense_.begin(first_sample);
 }
 
 void Film::end_pixel(PixelAccumulator& a) {
-    const auto nodes = image::DyadicRule(a.record_.first).nodes(a.record_.first, a.record_.end);
-    for (size_t i = 0; i < a.used_; ++i) {
-        a.cells_[i].finish(a.record_.first, nodes, a.sums_[i].nodes);
-        a.cells_[i].clear();
-        a.cell_of_[a.sums_[i].accumulator] = 0;
-    }
+    for (size_t i = 0; i < std::min(a.used_, DenseDyadicSums::capacity); ++i)
+        a.dense_.finish(i, a.sums_[i].nodes);
+    if (a.used_ > DenseDyadicSums::capacity) a.finish_sparse();
+    for (size_t i = 0; i < a.used_; ++i) a.cell_of_[a.sums_[i].accumulator] = 0;
     sums_.append(a.x_, a.y_, a.record_, std::span<const image::NodeSums>(a.sums_.data(), a.used_));
     a.used_ = 0;
     if (a.bad_.empty()) return;

@@ -33,14 +33,19 @@ class PixelAccumulator {
     friend class Film;
 
     void deposit(uint32_t accumulator, double weight, const image::Triple& value);
+    void put(uint32_t accumulator, const image::Triple& value);
+    uint32_t open_cell(uint32_t accumulator);
+    void end_sample();
+    void finish_sparse();
 
     image::AccumulatorTable table_;
     int x_ = 0, y_ = 0;
     image::PixelRecord record_;
-    std::vector<uint32_t> cell_of_;  ///< accumulator → cells_ index + 1; 0 = none
-    std::vector<image::SparseDyadicSum> cells_;
+    std::vector<uint32_t> cell_of_;      ///< accumulator → sums_ index + 1; 0 = none
     std::vector<image::NodeSums> sums_;  ///< accumulator per cell; nodes filled by end_pixel
     size_t used_ = 0;
+    image::DenseDyadicSums dense_;                ///< of the first cells, one column each
+    std::vector<image::SparseDyadicSum> sparse_;  ///< of the others, seldom touched
     std::vector<BadSample> bad_;
 };
 

@@ -4,16 +4,29 @@
 #include "base/check.h"
 
 #include <cmath>
+#include <limits>
 
 namespace velatura::film {
 
 namespace {
 
+/// Of radiance that is not finite and positive or zero.
 BadSampleReason fault_of(const Rgb& c) {
     if (std::isnan(c.x) || std::isnan(c.y) || std::isnan(c.z)) return BadSampleReason::NotANumber;
     if (!is_finite(c)) return BadSampleReason::Infinite;
-    if (c.x < 0.0f || c.y < 0.0f || c.z < 0.0f) return BadSampleReason::Negative;
-    return BadSampleReason::None;
+    return BadSampleReason::Negative;
+}
+
+bool is_sound(float v) {
+    return v >= 0.0f && v <= std::numeric_limits<float>::max();
+}
+
+bool is_sound(const Rgb& c) {
+    return is_sound(c.x) && is_sound(c.y) && is_sound(c.z);
+}
+
+image::Triple triple(const Rgb& c) {
+    return {double(c.x), double(c.y), double(c.z)};
 }
 
 }  // namespace
@@ -41,52 +54,50 @@ SampleRadiance::SampleRadiance(const LayerSet& set)
       bounces_(set.bounce_layers && !set.matrix_layers),
       groups_(set.group_layers && !set.matrix_layers),
       direct_(table_.direct(0) != image::AccumulatorTable::absent),
-      values_(table_.count()),
-      is_touched_(table_.count(), 0) {}
+      values_(table_.count()) {}
 
-void SampleRadiance::deposit(uint32_t accumulator, const Rgb& radiance) {
-    if (!is_touched_[accumulator]) {
-        is_touched_[accumulator] = 1;
+inline void SampleRadiance::deposit(uint32_t accumulator, const image::Triple& radiance) {
+    Value& value = values_[accumulator];
+    if (!value.is_touched) {
+        value.is_touched = true;
         touched_.push_back(accumulator);
     }
-    values_[accumulator] += {double(radiance.x), double(radiance.y), double(radiance.z)};
+    value.sum += radiance;
 }
 
 void SampleRadiance::add(int bounce, int group, const Rgb& radiance) {
     VELATURA_DCHECK(bounce >= 0 && group >= 0, "bounce and group count from 0");
-    if (const BadSampleReason fault = fault_of(radiance); fault != BadSampleReason::None) {
-        mark_bad(fault);
+    if (!is_sound(radiance)) {
+        mark_bad(fault_of(radiance));
         return;
     }
     if (is_black(radiance)) return;
     const int column = bounce > last_bounce_ ? last_bounce_ + 1 : bounce;
-    deposit(image::AccumulatorTable::beauty, radiance);
-    if (matrix_) deposit(table_.matrix(column, group), radiance);
-    if (bounces_) deposit(table_.bounce(column), radiance);
-    if (groups_) deposit(table_.group(group), radiance);
-    if (direct_ && bounce == 1) deposit(table_.direct(group), radiance);
+    const image::Triple value = triple(radiance);
+    deposit(image::AccumulatorTable::beauty, value);
+    if (matrix_) deposit(table_.matrix(column, group), value);
+    if (bounces_) deposit(table_.bounce(column), value);
+    if (groups_) deposit(table_.group(group), value);
+    if (direct_ && bounce == 1) deposit(table_.direct(group), value);
 }
 
 void SampleRadiance::add_unoccluded(int group, const Rgb& radiance) {
     const uint32_t accumulator = table_.unoccluded(group);
     if (accumulator == image::AccumulatorTable::absent) return;
-    if (const BadSampleReason fault = fault_of(radiance); fault != BadSampleReason::None) {
-        mark_bad(fault);
+    if (!is_sound(radiance)) {
+        mark_bad(fault_of(radiance));
         return;
     }
-    if (!is_black(radiance)) deposit(accumulator, radiance);
+    if (!is_black(radiance)) deposit(accumulator, triple(radiance));
 }
 
 Rgb SampleRadiance::radiance() const {
-    const image::Triple& v = values_[image::AccumulatorTable::beauty];
+    const image::Triple& v = values_[image::AccumulatorTable::beauty].sum;
     return Rgb(float(v.x), float(v.y), float(v.z));
 }
 
 void SampleRadiance::clear() {
-    for (const uint32_t accumulator : touched_) {
-        values_[accumulator] = {};
-        is_touched_[accumulator] = 0;
-    }
+    for (const uint32_t accumulator : touched_) values_[accumulator] = {};
     touched_.clear();
     bad_ = BadSampleReason::None;
     weight = 1.0f;

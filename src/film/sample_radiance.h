@@ -61,13 +61,17 @@ class SampleRadiance {
   private:
     friend class PixelAccumulator;
 
-    void deposit(uint32_t accumulator, const Rgb& radiance);
+    struct Value {
+        image::Triple sum;
+        bool is_touched = false;  ///< in touched_; else the sum is zero
+    };
+
+    void deposit(uint32_t accumulator, const image::Triple& radiance);
 
     image::AccumulatorTable table_;
     int last_bounce_;
     bool matrix_, bounces_, groups_, direct_;
-    std::vector<image::Triple> values_;  ///< per accumulator; zero unless in touched_
-    std::vector<uint8_t> is_touched_;
+    std::vector<Value> values_;  ///< per accumulator
     std::vector<uint32_t> touched_;
     BadSampleReason bad_ = BadSampleReason::None;
 };

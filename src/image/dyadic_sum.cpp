@@ -23,6 +23,12 @@ bool DyadicRule::can_join(const DyadicNode& a, const DyadicNode& b) {
 
 std::vector<DyadicNode> DyadicRule::nodes(uint64_t begin, uint64_t end) const {
     std::vector<DyadicNode> list;
+    set_nodes(begin, end, list);
+    return list;
+}
+
+void DyadicRule::set_nodes(uint64_t begin, uint64_t end, std::vector<DyadicNode>& list) const {
+    list.clear();
     for (uint64_t at = begin; at < end;) {
         // The largest aligned node that starts here and does not run past the end
         uint64_t size = std::bit_floor(end - at);
@@ -30,7 +36,6 @@ std::vector<DyadicNode> DyadicRule::nodes(uint64_t begin, uint64_t end) const {
         push(list, {at, at + size, false}, [](size_t) {});
         at += size;
     }
-    return list;
 }
 
 void SparseDyadicSum::add(uint64_t first, uint64_t sample, const Triple& value) {
@@ -73,6 +78,49 @@ void SparseDyadicSum::finish(uint64_t first,
     sums[node] = value;
     VELATURA_DCHECK(sample >= first, "sample before the range");
     static_cast<void>(first);
+}
+
+namespace {
+
+/// sum += other, two triples at a time, which compilers turn into additions of pairs.
+void add_to(Triple* __restrict sum, const Triple* __restrict other, size_t count) {
+    for (size_t c = 0; c < count; c += 2) {
+        sum[c] += other[c];
+        sum[c + 1] += other[c + 1];
+    }
+}
+
+}  // namespace
+
+void DenseDyadicSums::begin(uint64_t first) {
+    nodes_.clear();
+    sample_ = first;
+    width_ = 0;
+}
+
+size_t DenseDyadicSums::add_column() {
+    VELATURA_DCHECK(width_ < capacity, "more columns than there is room for");
+    for (size_t i = 0; i <= nodes_.size(); ++i) row(i)[width_] = {};
+    return width_++;
+}
+
+void DenseDyadicSums::next_sample() {
+    nodes_.push_back({sample_++, 1});
+    // Join siblings: neighbours of one size, the left one where a node twice as large begins
+    while (nodes_.size() >= 2) {
+        Node& left = nodes_[nodes_.size() - 2];
+        if (left.size != nodes_.back().size || (left.begin & left.size) != 0) break;
+        add_to(row(nodes_.size() - 2), row(nodes_.size() - 1), width_);
+        left.size *= 2;
+        nodes_.pop_back();
+    }
+    if (rows_.size() < (nodes_.size() + 1) * capacity) rows_.resize((nodes_.size() + 1) * capacity);
+    std::fill_n(row(nodes_.size()), width_ + width_ % 2, Triple{});
+}
+
+void DenseDyadicSums::finish(size_t column, std::vector<Triple>& sums) const {
+    sums.resize(nodes_.size());
+    for (size_t i = 0; i < nodes_.size(); ++i) sums[i] = rows_[i * capacity + column];
 }
 
 }  // namespace velatura::image

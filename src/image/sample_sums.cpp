@@ -34,6 +34,13 @@ struct SampleSums::Plane {
         }
         (*slots[slot])[pixel] = value;
     }
+
+    bool is_zero(size_t pixel) const {
+        for (const auto& slot : slots) {
+            if (slot && !(*slot)[pixel].is_zero()) return false;
+        }
+        return true;
+    }
 };
 
 struct SampleSums::Tile {
@@ -49,11 +56,61 @@ struct SampleSums::Tile {
     }
 
     void insert(uint32_t accumulator) {
-        if (find(accumulator)) return;
         const auto at =
             std::lower_bound(planes.begin(), planes.end(), accumulator,
                              [](const Plane& p, uint32_t a) { return p.accumulator < a; });
         planes.insert(at, Plane{accumulator, {}});
+    }
+
+    /// Finds the sums of every plane, null where there are none; makes the planes that are missing.
+    void assign(std::span<const NodeSums> sums, std::vector<const NodeSums*>& of_plane) {
+        bool is_complete = false;
+        while (!is_complete) {
+            of_plane.assign(planes.size(), nullptr);
+            is_complete = true;
+            for (const NodeSums& s : sums) {
+                const Plane* plane = find(s.accumulator);
+                if (plane && is_complete) {
+                    of_plane[size_t(plane - planes.data())] = &s;
+                } else if (!plane) {
+                    insert(s.accumulator);
+                    is_complete = false;
+                }
+            }
+        }
+    }
+};
+
+/// How new nodes of a pixel join with those that it has: the same for all its accumulators.
+struct SampleSums::Joining {
+    std::vector<DyadicNode> nodes;  ///< after joining
+    std::vector<DyadicNode> added;
+    size_t old_count = 0;
+    std::vector<uint32_t> joins_after;  ///< of each added node
+    std::vector<Triple> values;         ///< of apply(), which must not begin with zeros
+
+    void plan(const DyadicRule& rule, const PixelRecord& old, const PixelRecord& later) {
+        rule.set_nodes(old.first, old.end, nodes);
+        old_count = nodes.size();
+        DyadicRule(later.first).set_nodes(later.first, later.end, added);
+        joins_after.assign(added.size(), 0);
+        for (size_t i = 0; i < added.size(); ++i)
+            rule.push(nodes, added[i], [this, i](size_t) { ++joins_after[i]; });
+        values.resize(old_count + added.size());
+    }
+
+    void apply(Plane& plane, size_t pixel, const NodeSums* sums) {
+        size_t count = 0;
+        for (; count < old_count; ++count) values[count] = plane.value(count, pixel);
+        for (size_t i = 0; i < added.size(); ++i) {
+            values[count++] = sums ? sums->nodes[i] : Triple{};
+            for (uint32_t join = joins_after[i]; join > 0; --join) {
+                values[count - 2] += values[count - 1];
+                --count;
+            }
+        }
+        for (size_t i = 0; i < count; ++i) plane.set(i, pixel, values[i]);
+        for (size_t i = count; i < old_count; ++i) plane.set(i, pixel, Triple{});
     }
 };
 
@@ -111,37 +168,14 @@ void SampleSums::append(int x, int y, const PixelRecord& added, std::span<const 
     if (is_first) record.first = record.end = added.first;
 
     const DyadicRule rule(record.first, final_end_);
-    const std::vector<DyadicNode> old_nodes = rule.nodes(record.first, record.end);
-    const std::vector<DyadicNode> new_nodes = DyadicRule(added.first).nodes(added.first, added.end);
-
-    for (const NodeSums& s : sums) tile.insert(s.accumulator);
-    std::vector<const NodeSums*> incoming(tile.planes.size(), nullptr);
-    for (const NodeSums& s : sums)
-        incoming[size_t(tile.find(s.accumulator) - tile.planes.data())] = &s;
-
-    // Which nodes join is the same for every accumulator: find it out once
-    std::vector<DyadicNode> nodes = old_nodes;
-    std::array<uint8_t, max_nodes> joins_after{};
-    for (size_t i = 0; i < new_nodes.size(); ++i) {
-        rule.push(nodes, new_nodes[i], [&joins_after, i](size_t) { ++joins_after[i]; });
-    }
-    std::array<Triple, max_nodes> values;
+    thread_local Joining joining;
+    joining.plan(rule, record, added);
+    thread_local std::vector<const NodeSums*> incoming;
+    tile.assign(sums, incoming);
     for (size_t p = 0; p < tile.planes.size(); ++p) {
         Plane& plane = tile.planes[p];
-        size_t count = 0;
-        while (count < old_nodes.size()) {
-            values[count] = plane.value(count, pixel);
-            ++count;
-        }
-        for (size_t i = 0; i < new_nodes.size(); ++i) {
-            values[count++] = incoming[p] ? incoming[p]->nodes[i] : Triple{};
-            for (int join = joins_after[i]; join > 0; --join) {
-                values[count - 2] += values[count - 1];
-                --count;
-            }
-        }
-        for (size_t i = 0; i < count; ++i) plane.set(i, pixel, values[i]);
-        for (size_t i = count; i < old_nodes.size(); ++i) plane.set(i, pixel, Triple{});
+        // What is black so far and stays it needs no look
+        if (incoming[p] || !plane.is_zero(pixel)) joining.apply(plane, pixel, incoming[p]);
     }
 
     record.end = added.end;
@@ -153,10 +187,10 @@ void SampleSums::append(int x, int y, const PixelRecord& added, std::span<const 
     }
 
     // Free the slots that no pixel of the tile has a node for any more
-    const size_t node_count = nodes.size();
-    if (!is_first) --tile.pixels_with_nodes[old_nodes.size()];
+    const size_t node_count = joining.nodes.size(), old_count = joining.old_count;
+    if (!is_first) --tile.pixels_with_nodes[old_count];
     ++tile.pixels_with_nodes[node_count];
-    if (node_count >= old_nodes.size()) return;
+    if (node_count >= old_count) return;
     size_t needed = max_nodes - 1;
     while (tile.pixels_with_nodes[needed] == 0) --needed;
     for (Plane& plane : tile.planes) {

@@ -76,6 +76,7 @@ class SampleSums {
   private:
     struct Plane;
     struct Tile;
+    struct Joining;
 
     const Tile* tile_at(int x, int y, size_t& pixel) const;
     Tile& make_tile_at(int x, int y);

@@ -82,6 +82,39 @@ TEST(SparseDyadicSum, EqualsTheTreeForEveryRange) {
     }
 }
 
+TEST(DenseDyadicSums, EqualsTheTreeForEveryRange) {
+    // Every other column begins late, as layers do which the first samples do not touch
+    constexpr size_t columns = DenseDyadicSums::capacity;
+    const auto begins = [](size_t column) { return column % 2 == 0 ? 0 : column / 2; };
+    DenseDyadicSums sums;
+    for (uint64_t a = 0; a <= 64; a += 3) {
+        for (uint64_t b = a + 1; b <= 64; ++b) {
+            sums.begin(a);
+            std::vector<size_t> column_of(columns, columns);
+            for (uint64_t s = a; s < b; ++s) {
+                for (size_t c = 0; c < columns; ++c) {
+                    if (s - a < begins(c) || value_of(s + c) == 0.0) continue;
+                    if (column_of[c] == columns) column_of[c] = sums.add_column();
+                    sums.at(column_of[c]) += {value_of(s + c), 1.0, -0.0};
+                }
+                sums.next_sample();
+            }
+            for (size_t c = 0; c < columns; ++c) {
+                if (column_of[c] == columns) continue;
+                SparseDyadicSum sparse;
+                for (uint64_t s = a + begins(c); s < b; ++s) {
+                    if (value_of(s + c) != 0.0) sparse.add(a, s, {value_of(s + c), 1.0, -0.0});
+                }
+                std::vector<Triple> found, expected;
+                sums.finish(column_of[c], found);
+                sparse.finish(a, DyadicRule(a).nodes(a, b), expected);
+                ASSERT_EQ(found, expected) << a << " " << b << " " << c;
+                for (const Triple& t : found) ASSERT_FALSE(std::signbit(t.z));
+            }
+        }
+    }
+}
+
 TEST(SampleSums, GivesTheBitsOfOneRunForEverySplitInTwo) {
     for (uint64_t a = 0; a < 64; a += 3) {
         for (uint64_t b = a + 1; b <= 64; ++b) {
