@@ -8,11 +8,13 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <limits>
 #include <new>
+#include <span>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -244,7 +246,7 @@ class EmbreeAccelerator final : public accel::Accelerator {
         r.tnear = 0;
         // Embree's end is inside
         r.tfar = std::isinf(ray.t_max) ? ray.t_max : next_float_down(ray.t_max);
-        r.time = 0;
+        r.time = std::min(std::max(0.0f, ray.time), 1.0f);
         r.mask = ~0u;
         r.id = 0;
         r.flags = 0;
@@ -281,28 +283,49 @@ class EmbreeAccelerator final : public accel::Accelerator {
         }
     }
 
+    static std::span<const Vec3> positions_of(const TriangleSoupView& shape, uint32_t key) {
+        return key == 0 ? shape.positions : std::span<const Vec3>(shape.later_positions[key - 1]);
+    }
+
+    // Whether the triangle is there; one that moves must have usable corners at all keys.
+    static bool counts(const TriangleSoupView& shape, const std::array<uint32_t, 3>& v) {
+        if (shape.segments() == 0)
+            return !accel::is_degenerate(shape.positions[v[0]], shape.positions[v[1]],
+                                         shape.positions[v[2]]);
+        for (uint32_t key = 0; key <= shape.segments(); ++key) {
+            for (const uint32_t corner : v)
+                if (!accel::is_usable(positions_of(shape, key)[corner])) return false;
+        }
+        return true;
+    }
+
     void attach(RTCScene scene, const TriangleSoupView& shape, unsigned id, Box3& box) {
         if (shape.primitives) return attach_primitives(scene, shape, id, box);
         const Geometry geometry(rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE));
         const size_t vertices = shape.positions.size();
-        auto* positions = static_cast<Vec3*>(rtcSetNewGeometryBuffer(
-            geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3), vertices + 1));
+        // Triangles that do not count keep their number but lose their place: Embree drops those
+        // with a corner that is not finite
+        rtcSetGeometryTimeStepCount(geometry, shape.segments() + 1);
+        for (uint32_t key = 0; key <= shape.segments(); ++key) {
+            auto* positions = static_cast<Vec3*>(
+                rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, key, RTC_FORMAT_FLOAT3,
+                                        sizeof(Vec3), vertices + 1));
+            if (!positions) return;  // keep_error knows why
+            const std::span<const Vec3> from = positions_of(shape, key);
+            std::copy(from.begin(), from.end(), positions);
+            positions[vertices] = Vec3(std::numeric_limits<float>::quiet_NaN());
+        }
         auto* triangles = static_cast<uint32_t*>(
             rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                     3 * sizeof(uint32_t), shape.triangles.size()));
-        if (!positions || (!triangles && !shape.triangles.empty())) return;  // keep_error knows why
-        std::copy(shape.positions.begin(), shape.positions.end(), positions);
-        // Triangles that do not count keep their number but lose their place: Embree drops those
-        // with a corner that is not finite
-        positions[vertices] = Vec3(std::numeric_limits<float>::quiet_NaN());
+        if (!triangles && !shape.triangles.empty()) return;
         for (const auto& v : shape.triangles) {
-            const Vec3 &a = shape.positions[v[0]], &b = shape.positions[v[1]],
-                       &c = shape.positions[v[2]];
-            const bool counts = !accel::is_degenerate(a, b, c);
+            const bool counts = this->counts(shape, v);
             for (const uint32_t corner : v) *triangles++ = counts ? corner : uint32_t(vertices);
             if (!counts) continue;
             ++stats_.triangles;
-            for (const Vec3* p : {&a, &b, &c}) box.extendBy(*p);
+            for (uint32_t key = 0; key <= shape.segments(); ++key)
+                for (const uint32_t corner : v) box.extendBy(positions_of(shape, key)[corner]);
         }
         rtcCommitGeometry(geometry);
         rtcAttachGeometryByID(scene, geometry, id);

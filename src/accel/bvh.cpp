@@ -4,9 +4,11 @@
 #include "accel/bvh_builder.h"
 #include "accel/bvh_collapse.h"
 #include "accel/bvh_layout.h"
+#include "accel/motion_builder.h"
 #include "accel/placement.h"
 #include "accel/ray_query.h"
 #include "accel/traverse.h"
+#include "accel/triangle_numbers.h"
 #include "base/check.h"
 #include "base/tasks.h"
 #include "geometry/geometry_set.h"
@@ -20,49 +22,9 @@ namespace velatura::accel {
 
 namespace {
 
-// Numbers the triangles and primitives of some shapes in (shape, triangle) order.
-class TriangleNumbers {
-  public:
-    TriangleNumbers() = default;
-
-    explicit TriangleNumbers(std::span<const TriangleSoupView> shapes) {
-        size_t count = 0;
-        for (const TriangleSoupView& shape : shapes) {
-            first_.push_back(uint32_t(count));
-            VELATURA_CHECK(!shape.primitives || shape.triangles.empty(),
-                           "a shape of triangles and primitives");
-            count += shape.count();
-            VELATURA_CHECK(count < leaf_bit, "more triangles in one tree than ids");
-        }
-        count_ = count;
-    }
-
-    size_t count() const { return count_; }
-
-    uint32_t first(size_t shape) const { return first_[shape]; }
-
-    uint32_t shape(uint32_t id) const {
-        return uint32_t(std::upper_bound(first_.begin(), first_.end(), id) - first_.begin()) - 1;
-    }
-
-    size_t bytes() const { return first_.size() * sizeof(uint32_t); }
-
-  private:
-    std::vector<uint32_t> first_;
-    size_t count_ = 0;
-};
-
 struct Corners {
     Vec3 p[3];
 };
-
-BinaryBuildOptions binary_options_of(const BvhOptions& options) {
-    BinaryBuildOptions binary;
-    binary.bins = options.bins;
-    binary.max_depth = std::clamp(options.max_depth, 0, 56);
-    binary.backoff = std::clamp(options.backoff, 0, 16);
-    return binary;
-}
 
 // The triangles of one tree by their number.
 class Triangles final : public TriangleSource {
@@ -131,6 +93,7 @@ class TriangleTreeBuilder {
                                  : 0;
         BuildPrims prims(most + spare);
         for (size_t s = 0; s < shapes_.size(); ++s) {
+            if (shapes_[s].segments() > 0) continue;
             for (size_t i = 0; i < shapes_[s].triangles.size(); ++i) {
                 const Corners c = corners_.of(s, i);
                 if (is_degenerate(c.p[0], c.p[1], c.p[2])) continue;
@@ -160,28 +123,16 @@ class TriangleTreeBuilder {
 
     // Keeps the smallest id of triangles with the same corners in the same order.
     size_t merge(std::span<BuildPrim> range) const {
-        const auto order = [&](const BuildPrim& a, const BuildPrim& b) {
+        return merge_equal(range, [&](const BuildPrim& a, const BuildPrim& b) {
             const Corners ca = corners_[a.id], cb = corners_[b.id];
             for (int corner = 0; corner < 3; ++corner) {
-                for (int k = 0; k < 3; ++k) {
-                    const float x = ca.p[corner][k], y = cb.p[corner][k];
-                    if (x != y) return x < y ? -1 : 1;
-                }
+                const int order = order_of(ca.p[corner], cb.p[corner]);
+                if (order != 0) return order;
             }
             // Parts of one triangle are no duplicates
-            for (int k = 0; k < 3; ++k) {
-                if (a.lower[k] != b.lower[k]) return a.lower[k] < b.lower[k] ? -1 : 1;
-            }
-            return 0;
-        };
-        std::sort(range.begin(), range.end(), [&](const BuildPrim& a, const BuildPrim& b) {
-            const int relation = order(a, b);
-            return relation != 0 ? relation < 0 : a.id < b.id;
+            return order_of(Vec3(a.lower[0], a.lower[1], a.lower[2]),
+                            Vec3(b.lower[0], b.lower[1], b.lower[2]));
         });
-        const auto end =
-            std::unique(range.begin(), range.end(),
-                        [&](const BuildPrim& a, const BuildPrim& b) { return order(a, b) == 0; });
-        return size_t(end - range.begin());
     }
 
     void count_triangles(std::span<const LeafBlock> leaves, AcceleratorStats& stored) const {
@@ -281,6 +232,11 @@ bool has_primitives(const std::vector<TriangleSoupView>& shapes) {
                        [](const TriangleSoupView& s) { return s.primitives != nullptr; });
 }
 
+bool has_motion(const std::vector<TriangleSoupView>& shapes) {
+    return std::any_of(shapes.begin(), shapes.end(),
+                       [](const TriangleSoupView& s) { return s.segments() > 0; });
+}
+
 // How finely prototypes are outlined to place them: more boxes fit closer, and are mapped for
 // every instance.
 constexpr size_t most_outline_boxes = 64, most_placed_boxes = size_t(1) << 24;
@@ -296,6 +252,8 @@ class Bvh final : public Accelerator {
         trees_.prototypes.resize(prototypes);
         if (std::any_of(scene.prototypes.begin(), scene.prototypes.end(), &has_primitives))
             trees_.prototype_primitives.resize(prototypes);
+        if (std::any_of(scene.prototypes.begin(), scene.prototypes.end(), &has_motion))
+            trees_.prototype_motion.resize(prototypes);
         prototype_numbers_.resize(prototypes);
         parallel_for(prototypes + 1, [&](size_t i) {
             const bool is_direct = i == prototypes;
@@ -305,10 +263,18 @@ class Bvh final : public Accelerator {
             numbers = TriangleNumbers(shapes);
             WideTree& tree = is_direct ? trees_.direct : trees_.prototypes[i];
             tree = TriangleTreeBuilder(shapes, numbers, options).run(stored[i]);
+            if (has_motion(shapes)) {
+                MovingTrees& motion = is_direct ? trees_.direct_motion : trees_.prototype_motion[i];
+                motion = build_moving_trees(shapes, numbers, options, stored[i]);
+            }
             if (!is_direct && has_primitives(shapes))
                 trees_.prototype_primitives[i] = build_primitive_tree(shapes, numbers, options);
         });
         build_top(scene, options);
+        if (trees_.has_motion()) {
+            kernels_.intersect = kernels_.intersect_moving;
+            kernels_.is_occluded = kernels_.is_occluded_moving;
+        }
         for (const AcceleratorStats& part : stored) {
             stats_.triangles += part.triangles;
             stats_.references += part.references;
@@ -350,6 +316,7 @@ class Bvh final : public Accelerator {
 
     Box3 bounds() const override {
         Box3 box = trees_.direct.bounds;
+        box.extendBy(trees_.direct_motion.bounds);
         box.extendBy(trees_.top.bounds);
         return box;
     }
@@ -396,6 +363,8 @@ class Bvh final : public Accelerator {
         std::vector<Outline> all(trees_.prototypes.size());
         for (size_t i = 0; i < all.size(); ++i) {
             all[i].boxes = outline(trees_.prototypes[i], most);
+            if (!trees_.prototype_motion.empty() && !trees_.prototype_motion[i].is_empty())
+                all[i].boxes.push_back(box_of_motion(trees_.prototype_motion[i]));
             if (trees_.prototype_primitives.empty()) continue;
             const PrimitiveTree& primitives = trees_.prototype_primitives[i];
             const std::vector<Box3> more = outline(primitives.tree, most);
@@ -445,7 +414,15 @@ class Bvh final : public Accelerator {
             stats_.nodes += tree.nodes.size();
             stats_.bytes += tree.bytes();
         };
+        const auto add_motion = [&](const MovingTrees& motion) {
+            for (const MovingTree& tree : motion.trees) {
+                stats_.nodes += tree.nodes.size();
+                stats_.bytes += tree.bytes();
+            }
+        };
         add(trees_.direct);
+        add_motion(trees_.direct_motion);
+        for (const MovingTrees& motion : trees_.prototype_motion) add_motion(motion);
         add(trees_.top);
         for (const WideTree& tree : trees_.prototypes) add(tree);
         const auto add_primitives = [&](const std::vector<PrimitiveRecord>& records) {
@@ -475,12 +452,21 @@ class Bvh final : public Accelerator {
 std::vector<TriangleSoupView> views(const std::vector<geometry::TriangleMesh>& meshes) {
     std::vector<TriangleSoupView> result;
     for (const geometry::TriangleMesh& mesh : meshes) {
-        result.push_back({mesh.positions(), mesh.triangles(), mesh.shared_primitives()});
+        result.push_back({mesh.positions(), mesh.triangles(), mesh.shared_primitives(),
+                          mesh.later_positions()});
     }
     return result;
 }
 
 }  // namespace
+
+BinaryBuildOptions binary_options_of(const BvhOptions& options) {
+    BinaryBuildOptions binary;
+    binary.bins = options.bins;
+    binary.max_depth = std::clamp(options.max_depth, 0, 56);
+    binary.backoff = std::clamp(options.backoff, 0, 16);
+    return binary;
+}
 
 const char* name_of(BvhQuality quality) {
     switch (quality) {

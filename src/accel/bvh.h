@@ -58,6 +58,9 @@ struct TriangleSoupView {
     std::span<const Vec3> positions;                     ///< [vertex]
     std::span<const std::array<uint32_t, 3>> triangles;  ///< [triangle] vertex indices
     std::shared_ptr<const geometry::PrimitiveSet> primitives = nullptr;
+    std::span<const std::vector<Vec3>> later_positions = {};  ///< see geometry::TriangleMeshData
+
+    uint32_t segments() const { return uint32_t(later_positions.size()); }  ///< 0: does not move
 
     /// What Hit::triangle counts.
     size_t count() const { return primitives ? primitives->size() : triangles.size(); }

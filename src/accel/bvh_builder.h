@@ -42,6 +42,8 @@ struct BinaryTree {
     }
 };
 
+struct BvhOptions;
+
 /// How to split.
 struct BinaryBuildOptions {
     int bins = 16;
@@ -60,6 +62,9 @@ struct BinaryBuildOptions {
     double smallest_overlap = 1e-4;  ///< of the children of an object split that makes a spatial
                                      ///< split worth trying, in surface areas of the root
 };
+
+/// What these say of bins and depth; nothing of leaves and spatial splits.
+BinaryBuildOptions binary_options_of(const BvhOptions& options);
 
 /// Builds a binary tree by the binned surface area heuristic, with spatial splits where the
 /// children of object splits overlap. Ranges that planes cannot divide, and everything below

@@ -51,6 +51,39 @@ struct WideTree {
     }
 };
 
+/// Eight boxes that move together between two keys of a motion: f of the way a bound is
+/// bounds + f·change, and every triangle below lies inside. What they do not do together is room in
+/// the boxes. As large as a WideNode.
+struct alignas(64) MovingNode {
+    float bounds[6][wide];  ///< as those of WideNode
+    ChildRef child[wide];
+    float change[3];
+};
+
+/// The triangles of a tree that move over the same number of segments. One tree for all of these;
+/// only the boxes differ. Node 0 is the root.
+struct MovingTree {
+    uint32_t segments = 0;
+    uint32_t slabs = 1;  ///< equal parts of each segment that have boxes of their own
+    size_t node_count = 0;
+    std::vector<MovingNode, LargePages<MovingNode>> nodes;  ///< [segment][slab][node]
+    std::vector<LeafBlock, LargePages<LeafBlock>> leaves;   ///< [block][key]
+    size_t depth = 0;                                       ///< as WideTree's
+
+    size_t bytes() const {
+        return nodes.size() * sizeof(MovingNode) + leaves.size() * sizeof(LeafBlock);
+    }
+};
+
+/// The triangles of a tree that move.
+struct MovingTrees {
+    std::vector<MovingTree> trees;  ///< none of them empty
+    Box3 bounds;                    ///< of all keys of all of them; what rays are made ready for
+    QueryBounds query_bounds;       ///< the same
+
+    bool is_empty() const { return trees.empty(); }
+};
+
 /// Levels that a traversal stack has room for; the builder promises not to go deeper.
 inline constexpr size_t max_wide_depth = 96;
 

@@ -70,21 +70,36 @@ struct SlabLanes {
     }
 };
 
+// The boxes of a node as the ray meets them.
+struct StillBoxes {
+    const float* bounds;
+
+    // place: row·wide + lane; of axis k
+    HWY_INLINE Vector8 load(size_t, size_t place) const {
+        return hn::Load(Lanes8(), bounds + place);
+    }
+};
+
+HWY_INLINE StillBoxes boxes_of(const WideNode& node, const SlabLanes&) {
+    return {&node.bounds[0][0]};
+}
+
 // Children whose boxes the ray meets at scaled t <= t_far, as bits; entry distances into t_near.
-HWY_INLINE uint32_t meet_children(const WideNode& node,
-                                  const SlabLanes& q,
+template <class Node, class Slabs>
+HWY_INLINE uint32_t meet_children(const Node& node,
+                                  const Slabs& q,
                                   float t_far_bound,
                                   float* HWY_RESTRICT t_near) {
     const Lanes8 d;
-    const float* const bounds = &node.bounds[0][0];
+    const auto boxes = boxes_of(node, q);
     uint32_t bits = 0;
     for (size_t i = 0; i < wide; i += hn::Lanes(d)) {
         const auto near = [&](size_t k) HWY_ATTR {
-            return hn::Mul(hn::Sub(hn::Load(d, bounds + q.near_row[k] + i), q.near_origin[k]),
+            return hn::Mul(hn::Sub(boxes.load(k, q.near_row[k] + i), q.near_origin[k]),
                            q.near_inverse[k]);
         };
         const auto far = [&](size_t k) HWY_ATTR {
-            return hn::Mul(hn::Sub(hn::Load(d, bounds + q.far_row[k] + i), q.far_origin[k]),
+            return hn::Mul(hn::Sub(boxes.load(k, q.far_row[k] + i), q.far_origin[k]),
                            q.far_inverse[k]);
         };
         const auto tn = hn::Max(hn::Max(near(0), near(1)), hn::Max(near(2), hn::Zero(d)));
@@ -279,17 +294,28 @@ HWY_INLINE bool is_before(float t, uint32_t instance, uint32_t id, const TreeHit
            (instance != best.instance ? instance < best.instance : id < best.id);
 }
 
-// Takes the closest hit in the block into `best`, if it is before that. t_bound: best.t, scaled.
-// Returns: whether there was one.
-HWY_INLINE bool improve_hit(
-    const LeafBlock& leaf, const QueryRay& q, uint32_t instance, float t_bound, TreeHit& best) {
+// For blocks from which the builder has dropped what is degenerate.
+struct TakeAll {
+    HWY_INLINE bool operator()(const LeafBlock&, uint32_t) const { return true; }
+};
+
+// Takes the closest hit in the block into `best`, if it is before that. t_bound: best.t, scaled;
+// is_there(leaf, lane) whether the triangle in that lane counts. Returns: whether there was one.
+template <class IsThere = TakeAll>
+HWY_INLINE bool improve_hit(const LeafBlock& leaf,
+                            const QueryRay& q,
+                            uint32_t instance,
+                            float t_bound,
+                            TreeHit& best,
+                            const IsThere& is_there = {}) {
     const uint32_t possible = filter_triangles<false>(leaf, q, t_bound, 0).possible;
     if (possible == 0) return false;
     bool is_better = false;
     LeafHits hits;
     for (uint32_t bits = hit_block(leaf, q, possible, best.t, hits); bits != 0; bits &= bits - 1) {
         const auto lane = uint32_t(std::countr_zero(bits));
-        if (!is_before(hits.t[lane], instance, leaf.id[lane], best)) continue;
+        if (!is_before(hits.t[lane], instance, leaf.id[lane], best) || !is_there(leaf, lane))
+            continue;
         best = {hits.t[lane], hits.b1[lane], hits.b2[lane], instance, leaf.id[lane]};
         is_better = true;
     }
@@ -301,15 +327,23 @@ HWY_INLINE float certain_bound_of(const QueryRay& q, float t_bound) {
     return std::min(t_bound, float(0x1p126 * q.scaled_from_t));
 }
 
-// Whether the ray hits anything in the block at t < t_max, scaled: t_bound.
-HWY_INLINE bool is_block_hit(
-    const LeafBlock& leaf, const QueryRay& q, float t_max, float t_bound, float certain_bound) {
+// Whether the ray hits anything in the block at t < t_max, scaled: t_bound. What is surely hit has
+// an area.
+template <class IsThere = TakeAll>
+HWY_INLINE bool is_block_hit(const LeafBlock& leaf,
+                             const QueryRay& q,
+                             float t_max,
+                             float t_bound,
+                             float certain_bound,
+                             const IsThere& is_there = {}) {
     const Candidates found = filter_triangles<true>(leaf, q, t_bound, certain_bound);
     if (found.certain != 0) return true;
     if (found.possible == 0) return false;
     LeafHits hits;
     uint32_t bits = hit_block(leaf, q, found.possible, t_max, hits);
-    while (bits != 0 && hits.t[std::countr_zero(bits)] >= t_max) bits &= bits - 1;
+    while (bits != 0 && (hits.t[std::countr_zero(bits)] >= t_max ||
+                         !is_there(leaf, uint32_t(std::countr_zero(bits)))))
+        bits &= bits - 1;
     return bits != 0;
 }
 

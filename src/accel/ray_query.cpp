@@ -3,15 +3,11 @@
 
 namespace velatura::accel {
 
-namespace {
-
 bool is_usable(const Vec3& p) {
     // Written so that NaN is not usable
     return std::abs(p.x) < coordinate_limit && std::abs(p.y) < coordinate_limit &&
            std::abs(p.z) < coordinate_limit;
 }
-
-}  // namespace
 
 bool is_degenerate(const Vec3& a, const Vec3& b, const Vec3& c) {
     if (!is_usable(a) || !is_usable(b) || !is_usable(c)) return true;

@@ -137,7 +137,16 @@ inline constexpr float split_margin = 0x1p-12f;
     return hit.t > 0.0f && hit.t < std::numeric_limits<float>::infinity();
 }
 
-/// Whether the builder drops the triangle: no area, or a coordinate not finite or too large.
+/// Whether all coordinates are finite and not too large.
+bool is_usable(const Vec3& p);
+
+/// Whether the builder drops the triangle: no area, or a corner that is not usable.
+/// A triangle that moves is not there in segments of its motion at whose beginning or end a corner
+/// is not usable. Else it is, at each time, the triangle of its corners where geometry::moved
+/// (geometry/motion.h) puts them, in floats, and not there at times at which that is degenerate.
+/// Rays are made ready for all of these together, by the box of the corners at the keys of all
+/// segments that they are there in. Since neighbours share what the vertices that they share become,
+/// nothing slips through between them at any time.
 bool is_degenerate(const Vec3& a, const Vec3& b, const Vec3& c);
 
 }  // namespace velatura::accel

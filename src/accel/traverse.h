@@ -33,8 +33,10 @@ struct PrimitiveTree {
 
 /// Everything a ray meets.
 struct SceneTrees {
-    WideTree direct;                        ///< triangles placed directly
-    std::vector<WideTree> prototypes;       ///< in prototype space
+    WideTree direct;                           ///< triangles placed directly that do not move
+    MovingTrees direct_motion;                 ///< and those that do
+    std::vector<WideTree> prototypes;          ///< in prototype space
+    std::vector<MovingTrees> prototype_motion; ///< [prototype]; empty when nothing moves in any
     /// Boxes of instances and of primitives placed directly; leaves index `instances` and, from
     /// their number on, `primitives`.
     WideTree top;
@@ -42,6 +44,8 @@ struct SceneTrees {
     std::vector<PrimitiveRecord> primitives;  ///< those that can be hit
     std::vector<PrimitiveTree> prototype_primitives;  ///< [prototype]; empty when none has any
     double top_origin_slack = 0;            ///< QuerySlack::origin for `top`
+
+    bool has_motion() const { return !direct_motion.is_empty() || !prototype_motion.empty(); }
 };
 
 /// Best hit so far. `id` counts the triangles and primitives of a prototype, or of what is placed
@@ -58,6 +62,9 @@ struct Kernels {
     /// Closest hit with 0 < t < ray.t_max; smallest (instance, id) among equal t. False: no hit.
     bool (*intersect)(const SceneTrees&, const geometry::Ray&, TreeHit&);
     bool (*is_occluded)(const SceneTrees&, const geometry::Ray&);
+    /// The same for scenes in which something moves; those above know of no motion.
+    bool (*intersect_moving)(const SceneTrees&, const geometry::Ray&, TreeHit&);
+    bool (*is_occluded_moving)(const SceneTrees&, const geometry::Ray&);
     /// The same for many rays, among the triangles placed directly alone; id none: no hit. nullptr
     /// where the instruction set makes it slower than ray by ray.
     void (*intersect_batch)(const SceneTrees&, std::span<const geometry::Ray>, std::span<TreeHit>);

@@ -7,6 +7,7 @@
 #include <array>
 #include <bit>
 #include <memory>
+#include <type_traits>
 #include <vector>
 
 // clang-format off
@@ -14,6 +15,7 @@
 #define HWY_TARGET_INCLUDE "accel/traverse_batch.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
+#include "accel/kernel_motion.inl"
 #include "accel/kernel_steps.inl"
 // clang-format on
 
@@ -60,8 +62,90 @@ namespace {
 
 using Ints8 = hn::RebindToSigned<Lanes8>;
 
+// The triangles that do not move, as a batch sees them.
+class StillTriangles {
+  public:
+    // Nothing was found before them.
+    static constexpr bool is_first = true;
+
+    // What a ray keeps to see them.
+    struct View {};
+
+    explicit StillTriangles(const WideTree& tree) : tree_(tree) {}
+
+    size_t depth() const { return tree_.depth; }
+
+    HWY_INLINE bool prepare(const geometry::Ray& ray, QueryRay& q, View&) const {
+        return !tree_.is_empty() && make_query(ray, tree_.query_bounds, {}, q);
+    }
+
+    HWY_INLINE void fetch(const View&, ChildRef ref) const { prefetch(tree_, ref); }
+
+    HWY_INLINE const WideNode& node(const View&, ChildRef ref) const { return tree_.nodes[ref]; }
+
+    HWY_INLINE Vector8 bound(const View&, const WideNode& node, int32_t row, size_t) const {
+        return hn::Load(Lanes8(), node.bounds[row]);
+    }
+
+    // Calls visit(block, whether a lane counts).
+    template <class Visit>
+    HWY_INLINE bool at_leaf(const View&, uint32_t block, const Visit& visit) const {
+        return visit(tree_.leaves[block], TakeAll());
+    }
+
+  private:
+    const WideTree& tree_;
+};
+
+// And some that do.
+class MovingTriangles {
+  public:
+    static constexpr bool is_first = false;
+
+    struct View {
+        SegmentTree tree;
+    };
+
+    MovingTriangles(const MovingTree& tree, const QueryBounds& bounds)
+        : tree_(tree), bounds_(bounds) {}
+
+    size_t depth() const { return tree_.depth; }
+
+    HWY_INLINE bool prepare(const geometry::Ray& ray, QueryRay& q, View& view) const {
+        view.tree = SegmentTree(tree_, ray.time);
+        return make_query(ray, bounds_, {}, q);
+    }
+
+    HWY_INLINE void fetch(const View& view, ChildRef ref) const { prefetch(view.tree, ref); }
+
+    HWY_INLINE const MovingNode& node(const View& view, ChildRef ref) const {
+        return view.tree.node(ref);
+    }
+
+    HWY_INLINE Vector8 bound(const View& view,
+                             const MovingNode& node,
+                             int32_t row,
+                             size_t k) const {
+        const Lanes8 d;
+        return hn::MulAdd(hn::Set(d, view.tree.f), hn::Set(d, node.change[k]),
+                          hn::Load(d, node.bounds[row]));
+    }
+
+    template <class Visit>
+    HWY_INLINE bool at_leaf(const View& view, uint32_t block, const Visit& visit) const {
+        LeafBlock moved;
+        move_block(view.tree.leaf(block), view.tree.f, moved);
+        return visit(moved, TakeThoseWithArea());
+    }
+
+  private:
+    const MovingTree& tree_;
+    const QueryBounds& bounds_;
+};
+
 // A ray on its way.
-struct BatchRay {
+template <class Triangles>
+struct BatchRay : Triangles::View {
     QueryRay q;
     TreeHit best;         // closest hit: so far; any hit: t is the end of the ray
     float t_bound;        // of what is still to be found, scaled
@@ -119,15 +203,19 @@ HWY_INLINE V sort_falling(D d, V v) {
     return v;
 }
 
-template <bool find_any>
+template <bool find_any, class Triangles>
 class Batch {
   public:
-    Batch(const SceneTrees& trees, std::span<const geometry::Ray> rays)
-        : tree_(trees.direct), rays_(rays), stacks_(trees.direct.depth + 1) {}
+    Batch(const Triangles& triangles, std::span<const geometry::Ray> rays)
+        : triangles_(triangles), rays_(rays), stacks_(triangles.depth() + 1) {}
 
-    // done(number, best, is_hit) is called once for each ray, in no order.
+    using Found = std::conditional_t<find_any, uint8_t, TreeHit>;
+
+    // done(number, best, is_hit) is called once for each ray, in no order. before: [ray] what was
+    // found, unless these are the first triangles; rays go on from there.
     template <class Done>
-    void run(const Done& done) {
+    void run(const Found* before, const Done& done) {
+        before_ = before;
         for (size_t slot = 0; slot < batch_width; ++slot) start(slot, done);
         while (inner_.count + leaf_.count > 0) {
             const Queue inner = inner_, leaf = leaf_;
@@ -135,7 +223,7 @@ class Batch {
             for (size_t i = 0; i < inner.count; ++i) visit_node(inner.slot[i]);
             for (size_t i = 0; i < leaf.count; ++i) {
                 const size_t slot = leaf.slot[i];
-                BatchRay& ray = ray_[slot];
+                Ray& ray = ray_[slot];
                 if (visit_leaf(ray)) {
                     done(ray.number, ray.best, true);
                     start(slot, done);
@@ -153,10 +241,19 @@ class Batch {
     }
 
   private:
+    using Ray = BatchRay<Triangles>;
+
     struct Queue {
         uint8_t slot[2 * batch_width];
         size_t count = 0;
     };
+
+    // Takes over the closest hit so far. True: any hit is enough, and there was one.
+    HWY_INLINE bool found_before(size_t number, TreeHit& best) const {
+        if constexpr (find_any) return before_[number] != 0;
+        else if (before_[number].id != scene::none) best = before_[number];
+        return false;
+    }
 
     // Gives the slot the next ray that there is something to trace for.
     template <class Done>
@@ -164,16 +261,18 @@ class Batch {
         while (next_ < rays_.size()) {
             const size_t number = next_++;
             const geometry::Ray& from = rays_[number];
-            BatchRay& ray = ray_[slot];
+            Ray& ray = ray_[slot];
             ray.best = {};
             ray.best.t = from.t_max;
-            if (!(from.t_max > 0.0f) || tree_.is_empty() ||
-                !make_query(from, tree_.query_bounds, {}, ray.q)) {
+            if constexpr (!Triangles::is_first) {
+                if (found_before(number, ray.best)) continue;
+            }
+            if (!(from.t_max > 0.0f) || !triangles_.prepare(from, ray.q, ray)) {
                 done(number, ray.best, false);
                 continue;
             }
             ray.number = uint32_t(number);
-            ray.t_bound = float(double(from.t_max) * ray.q.scaled_from_t);
+            ray.t_bound = float(double(ray.best.t) * ray.q.scaled_from_t);
             if constexpr (find_any) ray.certain_bound = certain_bound_of(ray.q, ray.t_bound);
             ray.ref = 0;
             ray.height = 1;
@@ -184,7 +283,7 @@ class Batch {
 
     // Takes what is next from the stack and queues the ray by what that is.
     HWY_INLINE void pop(size_t slot) {
-        BatchRay& ray = ray_[slot];
+        Ray& ray = ray_[slot];
         const float* const t = stacks_.t(slot);
         uint32_t height = ray.height - 1;
         if constexpr (!find_any) {
@@ -193,7 +292,7 @@ class Batch {
         const ChildRef ref = stacks_.ref(slot)[height];
         ray.height = height;
         ray.ref = ref;
-        prefetch(tree_, ref == end_of_ray ? 0 : ref);
+        triangles_.fetch(ray, ref == end_of_ray ? 0 : ref);
         Queue* const queues[3] = {&inner_, &leaf_, &ended_};
         Queue& queue = *queues[(ref >> 31) + uint32_t(ref == end_of_ray)];
         queue.slot[queue.count++] = uint8_t(slot);
@@ -202,12 +301,12 @@ class Batch {
     HWY_INLINE void visit_node(size_t slot) {
         const Lanes8 d;
         const Ints8 di;
-        BatchRay& ray = ray_[slot];
+        Ray& ray = ray_[slot];
         const QueryRay& q = ray.q;
-        const WideNode& node = tree_.nodes[ray.ref];
+        const auto& node = triangles_.node(ray, ray.ref);
         const auto slab = [&](const int32_t* row, const float* origin, const float* inverse,
                               size_t k) HWY_ATTR {
-            return hn::Mul(hn::Sub(hn::Load(d, node.bounds[row[k]]), hn::Set(d, origin[k])),
+            return hn::Mul(hn::Sub(triangles_.bound(ray, node, row[k], k), hn::Set(d, origin[k])),
                            hn::Set(d, inverse[k]));
         };
         const auto near = [&](size_t k) HWY_ATTR {
@@ -244,23 +343,27 @@ class Batch {
     }
 
     // Whether the ray has found all that it looks for.
-    HWY_INLINE bool visit_leaf(BatchRay& ray) {
-        const LeafBlock& leaf = tree_.leaves[ray.ref & ~leaf_bit];
-        if constexpr (find_any) {
-            return is_block_hit(leaf, ray.q, ray.best.t, ray.t_bound, ray.certain_bound);
-        } else {
-            if (improve_hit(leaf, ray.q, scene::none, ray.t_bound, ray.best))
-                ray.t_bound = float(double(ray.best.t) * ray.q.scaled_from_t);
-            return false;
-        }
+    HWY_INLINE bool visit_leaf(Ray& ray) {
+        const auto visit = [&](const LeafBlock& leaf, const auto& is_there) VELATURA_LEAF {
+            if constexpr (find_any) {
+                return is_block_hit(leaf, ray.q, ray.best.t, ray.t_bound, ray.certain_bound,
+                                    is_there);
+            } else {
+                if (improve_hit(leaf, ray.q, scene::none, ray.t_bound, ray.best, is_there))
+                    ray.t_bound = float(double(ray.best.t) * ray.q.scaled_from_t);
+                return false;
+            }
+        };
+        return triangles_.at_leaf(ray, ray.ref & ~leaf_bit, visit);
     }
 
-    const WideTree& tree_;
+    const Triangles triangles_;
     std::span<const geometry::Ray> rays_;
     size_t next_ = 0;
     Stacks stacks_;
     Queue inner_, leaf_, ended_;
-    BatchRay ray_[batch_width];
+    const Found* before_ = nullptr;
+    Ray ray_[batch_width];
 };
 
 }  // namespace
@@ -268,17 +371,27 @@ class Batch {
 void intersect_batch(const SceneTrees& trees,
                      std::span<const geometry::Ray> rays,
                      std::span<TreeHit> hits) {
-    Batch<false> batch(trees, rays);
-    batch.run([&](size_t number, const TreeHit& best, bool is_hit)
-                  HWY_ATTR { hits[number] = is_hit ? best : TreeHit{}; });
+    const auto run = [&](const auto& triangles) {
+        Batch<false, std::decay_t<decltype(triangles)>> batch(triangles, rays);
+        batch.run(hits.data(), [&](size_t number, const TreeHit& best, bool is_hit)
+                                   HWY_ATTR { hits[number] = is_hit ? best : TreeHit{}; });
+    };
+    run(StillTriangles(trees.direct));
+    for (const MovingTree& tree : trees.direct_motion.trees)
+        run(MovingTriangles(tree, trees.direct_motion.query_bounds));
 }
 
 void occlude_batch(const SceneTrees& trees,
                    std::span<const geometry::Ray> rays,
                    std::span<uint8_t> occluded) {
-    Batch<true> batch(trees, rays);
-    batch.run([&](size_t number, const TreeHit&, bool is_hit)
-                  HWY_ATTR { occluded[number] = is_hit; });
+    const auto run = [&](const auto& triangles) {
+        Batch<true, std::decay_t<decltype(triangles)>> batch(triangles, rays);
+        batch.run(occluded.data(), [&](size_t number, const TreeHit&, bool is_hit)
+                                       HWY_ATTR { occluded[number] = is_hit; });
+    };
+    run(StillTriangles(trees.direct));
+    for (const MovingTree& tree : trees.direct_motion.trees)
+        run(MovingTriangles(tree, trees.direct_motion.query_bounds));
 }
 
 bool has_batch() {

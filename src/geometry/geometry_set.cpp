@@ -89,7 +89,7 @@ GeometrySet::GeometrySet(const scene::Scene& scene, const TessellationOptions& o
     struct Job {
         const scene::Shape* shape;
         TriangleMesh* mesh;
-        bool wants_triangles;
+        bool is_light;
     };
 
     std::vector<Job> jobs;
@@ -101,15 +101,17 @@ GeometrySet::GeometrySet(const scene::Scene& scene, const TessellationOptions& o
         const std::vector<scene::Shape>& shapes = scene.prototypes[i].shapes;
         prototypes_[i].resize(shapes.size());
         for (size_t j = 0; j < shapes.size(); ++j) {
-            const bool wants_triangles = glows[i] || is_light(scene, shapes[j]);
-            jobs.push_back({&shapes[j], &prototypes_[i][j], wants_triangles});
+            const bool emits = glows[i] || is_light(scene, shapes[j]);
+            jobs.push_back({&shapes[j], &prototypes_[i][j], emits});
         }
     }
     parallel_for(jobs.size(), [&](size_t i) {
         const Job& job = jobs[i];
         std::optional<TriangleMesh> mesh;
-        if (!job.wants_triangles && !options.all_quadrics) mesh = make_quadric_mesh(*job.shape);
-        if (!mesh) mesh = make_triangle_mesh(*job.shape, options);
+        if (!job.is_light && !options.all_quadrics) mesh = make_quadric_mesh(*job.shape);
+        TessellationOptions of_job = options;
+        of_job.stays = options.stays || job.is_light;
+        if (!mesh) mesh = make_triangle_mesh(*job.shape, of_job);
         mesh->set_texture_coordinates(default_texture_coordinates(scene, *mesh));
         *job.mesh = std::move(*mesh);
     });

@@ -90,9 +90,8 @@ bool triangle_derivatives(const scene::Scene& scene,
     const scene::PrimvarId st = tangent_coordinates(scene, point.material, mesh);
     float corners[3][4];
     if (st == scene::none || !mesh.primvar_corners(st, point.triangle, corners)) return false;
-    const Vec3d p0(mesh.corner(point.triangle, 0));
-    const Vec3d e1 = Vec3d(mesh.corner(point.triangle, 1)) - p0;
-    const Vec3d e2 = Vec3d(mesh.corner(point.triangle, 2)) - p0;
+    const auto corner = [&](int k) { return Vec3d(mesh.corner(point.triangle, k, point.time)); };
+    const Vec3d p0 = corner(0), e1 = corner(1) - p0, e2 = corner(2) - p0;
     return texture_derivatives(corners, e1, e2, dpds, dpdt);
 }
 
@@ -125,7 +124,7 @@ void set_normals(SurfacePoint& point, const Vec3d& e1, const Vec3d& e2) {
     point.ng = ng == Vec3d(0.0) ? Vec3(0.0f, 0.0f, 1.0f) : to_float(ng);
     point.ns = point.ng;
     if (!mesh.has_normals()) return;
-    const Vec3d ns = unit_or_zero(mesh.normal(point.triangle, point.b1, point.b2));
+    const Vec3d ns = unit_or_zero(mesh.normal(point.triangle, point.b1, point.b2, point.time));
     if (ns != Vec3d(0.0)) point.ns = to_float(ns.dot(ng) < 0.0 ? -ns : ns);
 }
 
@@ -143,7 +142,7 @@ void set_normals(SurfacePoint& point,
     point.ng = ng == Vec3d(0.0) ? Vec3(0.0f, 0.0f, 1.0f) : to_float(ng);
     point.ns = point.ng;
     if (!mesh.has_normals()) return;
-    const Vec3d n = mesh.normal(point.triangle, point.b1, point.b2);
+    const Vec3d n = mesh.normal(point.triangle, point.b1, point.b2, point.time);
     const Vec3d ns = unit_or_zero(n * normal_matrix) * mirror;
     if (ns != Vec3d(0.0)) point.ns = to_float(ns.dot(ng) < 0.0 ? -ns : ns);
 }
@@ -196,6 +195,7 @@ SurfacePoint make_surface_point(const scene::Scene& scene,
     point.shape = hit.shape;
     point.b1 = hit.b1;
     point.b2 = hit.b2;
+    point.time = ray.time;
     const scene::Shape& shape = instance ? scene.prototypes[instance->prototype].shapes[hit.shape]
                                          : scene.shapes[hit.shape];
     point.double_sided = shape.double_sided;
@@ -211,9 +211,8 @@ SurfacePoint make_surface_point(const scene::Scene& scene,
     point.face = mesh.face(hit.triangle);
 
     // Place the point on the triangle in double
-    const Vec3d p0(mesh.corner(hit.triangle, 0));
-    const Vec3d e1 = Vec3d(mesh.corner(hit.triangle, 1)) - p0;
-    const Vec3d e2 = Vec3d(mesh.corner(hit.triangle, 2)) - p0;
+    const auto corner = [&](int k) { return Vec3d(mesh.corner(hit.triangle, k, ray.time)); };
+    const Vec3d p0 = corner(0), e1 = corner(1) - p0, e2 = corner(2) - p0;
     const double b1 = double(hit.b1), b2 = double(hit.b2);
     const Vec3d p = p0 + e1 * b1 + e2 * b2;
     // Count the double operations here and in traversal, then the cast
@@ -258,7 +257,7 @@ std::optional<SurfacePoint> lifted(const GeometrySet& geometry,
     constexpr double cos2_flattest = 0.99984769896;  // half the diagonal of a facet of 1 degree
     constexpr double cos2_steepest = 0.5;            // 45 degrees
     Vec3d normals[3];
-    if (!point.mesh->corner_normals(point.triangle, normals)) return std::nullopt;
+    if (!point.mesh->corner_normals(point.triangle, normals, point.time)) return std::nullopt;
     const bool is_instanced = point.instance != scene::none;
     const Mat4d forward =
         is_instanced ? Mat4d(geometry.instances()[point.instance].render_from_prototype) : Mat4d();
@@ -284,7 +283,7 @@ std::optional<SurfacePoint> lifted(const GeometrySet& geometry,
     // Rise to the tangent planes that are above
     Vec3d corners[3];
     for (int k = 0; k < 3; ++k) {
-        corners[k] = Vec3d(point.mesh->corner(point.triangle, k));
+        corners[k] = Vec3d(point.mesh->corner(point.triangle, k, point.time));
         if (is_instanced) corners[k] = transform_point(corners[k], forward);
     }
     const double b1 = double(point.b1), b2 = double(point.b2);
@@ -334,12 +333,14 @@ Vec3 offset_ray_origin(const SurfacePoint& point, const Vec3& w) {
 }
 
 Ray spawn_ray(const SurfacePoint& point, const Vec3& d) {
-    return {offset_ray_origin(point, d), d};
+    Ray ray{offset_ray_origin(point, d), d};
+    ray.time = point.time;
+    return ray;
 }
 
 Ray spawn_ray_to(const SurfacePoint& point, const Vec3& p1) {
     const Vec3 origin = offset_ray_origin(point, p1 - point.p);
-    return {origin, p1 - origin, 1.0f};
+    return {origin, p1 - origin, 1.0f, point.time};
 }
 
 Ray spawn_ray_to(const SurfacePoint& p0, const SurfacePoint& p1) {

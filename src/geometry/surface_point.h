@@ -24,6 +24,7 @@ struct Ray {
     Vec3 o;
     Vec3 d;
     float t_max = std::numeric_limits<float>::infinity();
+    float time = 0;  ///< of the shutter, in [0, 1): where what moves is met, see motion.h
 };
 
 /// Where a ray meets a triangle or a primitive of a PrimitiveSet, as traversal reports it.
@@ -45,6 +46,7 @@ struct SurfacePoint {
     Vec3 ng;       ///< geometric normal, on the outside by orientation
     Vec3 ns;       ///< interpolated normal, in the hemisphere of ng
     float b1 = 0, b2 = 0;
+    float time = 0;                      ///< of the ray, and of those that leave from here
     const TriangleMesh* mesh = nullptr;  ///< without triangles where it has primitives
     uint32_t triangle = 0;               ///< or primitive
     uint32_t face = 0;                   ///< authored polygon; PrimitiveSurface::face
@@ -60,8 +62,8 @@ struct SurfacePoint {
 /// double, and is rounded once; p_error bounds that rounding and, for instances, that of carrying a
 /// ray into prototype space. Of a primitive p is found anew along the ray, also in double. ng
 /// follows winding, flip_normals and mirroring; ns is ng where the mesh is faceted, and on
-/// primitives. Ref: Pharr, Jakob, Humphreys 2023, "Physically Based Rendering" 4th ed.,
-/// section 6.8.
+/// primitives. Of what moves all of it is that of the ray's time. Ref: Pharr, Jakob, Humphreys 2023,
+/// "Physically Based Rendering" 4th ed., section 6.8.
 SurfacePoint make_surface_point(const scene::Scene& scene,
                                 const GeometrySet& geometry,
                                 const Ray& ray,

@@ -37,9 +37,9 @@ void triangulate(const scene::Mesh& mesh, TriangleMeshData& data) {
         pieces.clear();
         triangulate_polygon(polygon, pieces);
         for (const auto& piece : pieces) {
-            // Without an area there is nothing to hit
+            // Without an area there is nothing to hit, unless motion gives it one
             const Vec3 &a = polygon[piece[0]], &b = polygon[piece[1]], &c = polygon[piece[2]];
-            if (a == b || b == c || c == a) {
+            if (data.later_positions.empty() && (a == b || b == c || c == a)) {
                 is_identity = false;
                 continue;
             }
@@ -73,6 +73,10 @@ TriangleMesh make_triangle_mesh(const scene::Shape& shape, const TessellationOpt
     } else {
         const auto& mesh = std::get<scene::Mesh>(shape.geometry);
         data.positions = mesh.points;
+        if (!options.stays) {
+            data.later_positions = mesh.later_points;
+            data.later_normals = mesh.later_normals;
+        }
         data.face_materials = mesh.face_materials;
         data.normals = mesh.normals;
         data.normal_indices = mesh.normal_indices;

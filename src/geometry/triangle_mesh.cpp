@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geometry/triangle_mesh.h"
 
+#include "base/check.h"
+
 #include <algorithm>
 #include <utility>
 
@@ -13,11 +15,29 @@ size_t vector_bytes(const std::vector<T>& v) {
     return v.capacity() * sizeof(T);
 }
 
+// Authored lengths do not weigh: every corner's normal counts as a direction.
+void make_unit(std::vector<Vec3>& normals) {
+    for (Vec3& n : normals) n = is_finite(n) && n != Vec3(0.0f) ? normalize(n) : Vec3(0.0f);
+}
+
+// Keys that are all alike are no motion.
+void drop_if_still(const std::vector<Vec3>& first, std::vector<std::vector<Vec3>>& later) {
+    for (const std::vector<Vec3>& key : later) {
+        VELATURA_CHECK(key.size() == first.size(), "a key of motion with another topology");
+    }
+    if (std::all_of(later.begin(), later.end(), [&](const auto& key) { return key == first; }))
+        later.clear();
+}
+
 }  // namespace
 
 TriangleMesh::TriangleMesh(TriangleMeshData data) : data_(std::move(data)) {
-    for (const auto& triangle : data_.triangles)
-        for (const uint32_t vertex : triangle) bounds_.extendBy(data_.positions[vertex]);
+    make_unit(data_.normals);
+    for (std::vector<Vec3>& key : data_.later_normals) make_unit(key);
+    drop_if_still(data_.positions, data_.later_positions);
+    drop_if_still(data_.normals, data_.later_normals);
+    extend_bounds(data_.positions);
+    for (const std::vector<Vec3>& key : data_.later_positions) extend_bounds(key);
     for (uint32_t i = 0; data_.primitives && i < data_.primitives->size(); ++i) {
         const Box3d box = data_.primitives->bounds(i).box;
         if (box.isEmpty()) continue;
@@ -26,8 +46,18 @@ TriangleMesh::TriangleMesh(TriangleMeshData data) : data_(std::move(data)) {
             bounds_.max[k] = std::max(bounds_.max[k], next_float_up(float(box.max[k])));
         }
     }
-    // Authored lengths do not weigh: every corner's normal counts as a direction
-    for (Vec3& n : data_.normals) n = is_finite(n) && n != Vec3(0.0f) ? normalize(n) : Vec3(0.0f);
+}
+
+void TriangleMesh::extend_bounds(const std::vector<Vec3>& positions) {
+    for (const auto& triangle : data_.triangles)
+        for (const uint32_t vertex : triangle) bounds_.extendBy(positions[vertex]);
+}
+
+Vec3 TriangleMesh::moved_position(uint32_t vertex, float time) const {
+    const MotionTime at = motion_time(time, segments());
+    const std::vector<Vec3>& from =
+        at.segment == 0 ? data_.positions : data_.later_positions[at.segment - 1];
+    return moved(from[vertex], data_.later_positions[at.segment][vertex], at.f);
 }
 
 const scene::Primvar* TriangleMesh::find(scene::PrimvarId id) const {
@@ -52,33 +82,38 @@ uint32_t TriangleMesh::element(scene::Interpolation interpolation, uint32_t tria
     return 0;
 }
 
-const Vec3* TriangleMesh::corner_normal(uint32_t triangle, int k) const {
+/// False where it is missing.
+bool TriangleMesh::corner_normal(uint32_t triangle, int k, float time, Vec3d& n) const {
     size_t row = element(data_.normal_interpolation, triangle, k);
     if (!data_.normal_indices.empty()) {
-        if (row >= data_.normal_indices.size()) return nullptr;
+        if (row >= data_.normal_indices.size()) return false;
         row = data_.normal_indices[row];
     }
-    return row < data_.normals.size() ? &data_.normals[row] : nullptr;
+    if (row >= data_.normals.size()) return false;
+    n = Vec3d(data_.normals[row]);
+    if (data_.later_normals.empty()) return true;
+    const MotionTime at = motion_time(time, uint32_t(data_.later_normals.size()));
+    if (at.segment > 0) n = Vec3d(data_.later_normals[at.segment - 1][row]);
+    n += (Vec3d(data_.later_normals[at.segment][row]) - n) * double(at.f);
+    return true;
 }
 
-Vec3d TriangleMesh::normal(uint32_t triangle, float b1, float b2) const {
+Vec3d TriangleMesh::normal(uint32_t triangle, float b1, float b2, float time) const {
     if (data_.normals.empty()) return Vec3d(0.0);
     const double weights[3] = {1.0 - double(b1) - double(b2), double(b1), double(b2)};
     Vec3d n(0.0);
     for (int k = 0; k < 3; ++k) {
-        const Vec3* stored = corner_normal(triangle, k);
-        if (stored == nullptr) return Vec3d(0.0);
-        n += Vec3d(*stored) * weights[k];
+        Vec3d stored;
+        if (!corner_normal(triangle, k, time, stored)) return Vec3d(0.0);
+        n += stored * weights[k];
     }
     return n;
 }
 
-bool TriangleMesh::corner_normals(uint32_t triangle, Vec3d out[3]) const {
+bool TriangleMesh::corner_normals(uint32_t triangle, Vec3d out[3], float time) const {
     if (data_.normals.empty()) return false;
     for (int k = 0; k < 3; ++k) {
-        const Vec3* stored = corner_normal(triangle, k);
-        if (stored == nullptr || *stored == Vec3(0.0f)) return false;
-        out[k] = Vec3d(*stored);
+        if (!corner_normal(triangle, k, time, out[k]) || out[k] == Vec3d(0.0)) return false;
     }
     return true;
 }
@@ -130,6 +165,8 @@ size_t TriangleMesh::bytes() const {
                    vector_bytes(data_.faces) + vector_bytes(data_.corners) +
                    vector_bytes(data_.face_materials) + vector_bytes(data_.normals) +
                    vector_bytes(data_.normal_indices) + vector_bytes(data_.primvars);
+    for (const auto* later : {&data_.later_positions, &data_.later_normals})
+        for (const std::vector<Vec3>& key : *later) total += vector_bytes(key);
     if (data_.primitives) total += data_.primitives->bytes();
     for (const scene::Primvar& primvar : data_.primvars)
         total += vector_bytes(primvar.values) + vector_bytes(primvar.indices);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/math.h"
+#include "geometry/motion.h"
 #include "geometry/primitive_set.h"
 #include "scene/mesh.h"
 
@@ -17,6 +18,9 @@ namespace velatura::geometry {
 /// The parts of a TriangleMesh; see make_triangle_mesh (tessellate.h), which fills them.
 struct TriangleMeshData {
     std::vector<Vec3> positions;  ///< [vertex], shape space
+    /// [key − 1][vertex] the same at the later keys of a mesh that moves: key k at k/size() of the
+    /// shutter, points straight on between (motion.h). Empty = it does not.
+    std::vector<std::vector<Vec3>> later_positions;
     std::vector<std::array<uint32_t, 3>>
         triangles;                                  ///< [triangle] vertex indices, authored winding
     std::vector<uint32_t> faces;                    ///< [triangle] authored face; empty = identity
@@ -25,6 +29,7 @@ struct TriangleMeshData {
     std::vector<scene::MaterialId> face_materials;  ///< [face]; empty = `material` everywhere
     scene::MaterialId material = scene::none;
     std::vector<Vec3> normals;             ///< rows of any length; empty = faceted
+    std::vector<std::vector<Vec3>> later_normals;  ///< as later_positions; empty = `normals` always
     std::vector<uint32_t> normal_indices;  ///< as scene::Primvar::indices
     scene::Interpolation normal_interpolation = scene::Interpolation::Vertex;
     std::vector<scene::Primvar> primvars;
@@ -34,8 +39,8 @@ struct TriangleMeshData {
 };
 
 /// Triangles of one shape, in shape space: what accel builds over and what shading reads. No
-/// triangle has two equal corners. A shape of primitives has none; of it this holds what is the
-/// same everywhere. Immutable but for the choice of texture coordinates.
+/// triangle has two equal corners unless it moves. A shape of primitives has none; of it this holds
+/// what is the same everywhere. Immutable but for the choice of texture coordinates.
 class TriangleMesh {
   public:
     TriangleMesh() = default;
@@ -59,9 +64,16 @@ class TriangleMesh {
         return data_.triangles[triangle];
     }
 
-    /// Corner k of the triangle: weight 1 − b1 − b2, b1, b2 for k = 0, 1, 2.
-    const Vec3& corner(uint32_t triangle, int k) const {
-        return data_.positions[data_.triangles[triangle][size_t(k)]];
+    /// Segments of its motion; 0 = does not move.
+    uint32_t segments() const { return uint32_t(data_.later_positions.size()); }
+
+    /// [segment] positions at the end of each.
+    std::span<const std::vector<Vec3>> later_positions() const { return data_.later_positions; }
+
+    /// Corner k of the triangle: weight 1 − b1 − b2, b1, b2 for k = 0, 1, 2. time: see Ray::time.
+    Vec3 corner(uint32_t triangle, int k, float time = 0) const {
+        const uint32_t vertex = data_.triangles[triangle][size_t(k)];
+        return segments() == 0 ? data_.positions[vertex] : moved_position(vertex, time);
     }
 
     /// Authored polygon that the triangle is a piece of.
@@ -79,11 +91,12 @@ class TriangleMesh {
     bool has_normals() const { return !data_.normals.empty(); }
 
     /// Interpolated shading normal in shape space, not normalised; zero when the mesh is faceted.
-    Vec3d normal(uint32_t triangle, float b1, float b2) const;
+    /// Between keys normals go straight on, as points do.
+    Vec3d normal(uint32_t triangle, float b1, float b2, float time = 0) const;
 
     /// Shading normals of the three corners in shape space, not normalised; false when the mesh is
     /// faceted or one of them is missing.
-    bool corner_normals(uint32_t triangle, Vec3d out[3]) const;
+    bool corner_normals(uint32_t triangle, Vec3d out[3], float time = 0) const;
 
     bool has_primvar(scene::PrimvarId id) const { return find(id) != nullptr; }
 
@@ -99,7 +112,8 @@ class TriangleMesh {
 
     void set_texture_coordinates(scene::PrimvarId id) { texture_coordinates_ = id; }
 
-    /// Box of the vertices that triangles use or of the primitives, shape space; empty without any.
+    /// Box of the vertices that triangles use, at all times, or of the primitives, shape space;
+    /// empty without any.
     const Box3& bounds() const { return bounds_; }
 
     std::span<const scene::Primvar> primvars() const { return data_.primvars; }
@@ -109,7 +123,9 @@ class TriangleMesh {
   private:
     const scene::Primvar* find(scene::PrimvarId id) const;
     const float* row(const scene::Primvar& primvar, uint32_t triangle, int k) const;
-    const Vec3* corner_normal(uint32_t triangle, int k) const;
+    void extend_bounds(const std::vector<Vec3>& positions);
+    Vec3 moved_position(uint32_t vertex, float time) const;
+    bool corner_normal(uint32_t triangle, int k, float time, Vec3d& n) const;
     uint32_t element(scene::Interpolation interpolation, uint32_t triangle, int k) const;
 
     TriangleMeshData data_;

@@ -88,8 +88,8 @@ struct Facet {
 /// False: its normals are not of the kind that is interpolated over the whole triangle.
 bool make_facet(const World& world, const geometry::SurfacePoint& point, Facet& out) {
     const geometry::TriangleMesh& mesh = *point.mesh;
-    for (int k = 0; k < 3; ++k) out.corners[k] = Vec3d(mesh.corner(point.triangle, k));
-    out.is_smooth = mesh.corner_normals(point.triangle, out.normals);
+    for (int k = 0; k < 3; ++k) out.corners[k] = Vec3d(mesh.corner(point.triangle, k, point.time));
+    out.is_smooth = mesh.corner_normals(point.triangle, out.normals, point.time);
     if (!out.is_smooth && mesh.has_normals()) return false;
     if (out.is_smooth) {
         for (Vec3d& n : out.normals) n /= n.length();
@@ -235,7 +235,7 @@ bool is_plain_vertex(const World& world,
         return false;
     }
     Vec3d normals[3];
-    if (point.mesh->has_normals() && !point.mesh->corner_normals(point.triangle, normals)) {
+    if (point.mesh->has_normals() && !point.mesh->corner_normals(point.triangle, normals, point.time)) {
         return false;
     }
     return bsdf.ns() == point.ns || bsdf.ns() == -point.ns;

@@ -29,10 +29,14 @@ struct Primvar {
 /// which drops what is broken with a warning.
 struct Mesh {
     std::vector<Vec3> points;                  ///< [vertex]
+    /// [key − 1][vertex] points at the later keys of a mesh that moves, at equal steps over the shutter, the last one
+    /// when it closes; points go straight on between. Empty = the mesh does not move.
+    std::vector<std::vector<Vec3>> later_points;
     std::vector<uint32_t> face_vertex_counts;  ///< [face]
     std::vector<uint32_t> face_vertex_indices; ///< [corner]
     std::vector<MaterialId> face_materials;    ///< [face]; empty = Shape::material everywhere
     std::vector<Vec3> normals;                 ///< rows, unit not promised; empty = faceted
+    std::vector<std::vector<Vec3>> later_normals;  ///< as later_points; empty = `normals` always
     std::vector<uint32_t> normal_indices;      ///< as Primvar::indices
     Interpolation normal_interpolation = Interpolation::Vertex;
     std::vector<Primvar> primvars;             ///< st, displayColor, …

@@ -101,7 +101,7 @@ double texture_density(const scene::Scene& scene, const SurfacePoint& point, sce
     // What is not made of triangles has no coordinates that vary
     float corners[3][4] = {};
     if (point.mesh->primitives() || !point.mesh->primvar_corners(st, point.triangle, corners)) return 0.0;
-    const auto corner = [&](int k) { return Vec3d(point.mesh->corner(point.triangle, k)); };
+    const auto corner = [&](int k) { return Vec3d(point.mesh->corner(point.triangle, k, point.time)); };
     Vec3d e1 = corner(1) - corner(0), e2 = corner(2) - corner(0);
     if (point.instance != scene::none) {
         const Mat4d m(scene.instances[point.instance].render_from_prototype);

@@ -2,6 +2,7 @@
 #include "brute_force.h"
 
 #include "accel/make_query.h"
+#include "geometry/motion.h"
 
 #include <algorithm>
 #include <limits>
@@ -13,9 +14,50 @@ namespace {
 
 using Shapes = std::vector<TriangleSoupView>;
 
+// Corner of a triangle that moves, at both ends of the segment.
+struct Way {
+    Vec3 from, to;
+};
+
+Way way_of(const TriangleSoupView& shape, uint32_t vertex, uint32_t segment) {
+    return {segment == 0 ? shape.positions[vertex] : shape.later_positions[segment - 1][vertex],
+            shape.later_positions[segment][vertex]};
+}
+
+// Whether the triangle is there in the segment.
+bool is_usable(const TriangleSoupView& shape, size_t triangle, uint32_t segment) {
+    for (const uint32_t vertex : shape.triangles[triangle]) {
+        const Way way = way_of(shape, vertex, segment);
+        if (!accel::is_usable(way.from) || !accel::is_usable(way.to)) return false;
+    }
+    return true;
+}
+
+// Those that move, where they are at that time.
+template <class Body>
+void for_each_moving_triangle(const Shapes& shapes, float time, const Body& body) {
+    for (size_t s = 0; s < shapes.size(); ++s) {
+        const TriangleSoupView& shape = shapes[s];
+        if (shape.segments() == 0) continue;
+        const auto at = geometry::motion_time(time, shape.segments());
+        for (size_t i = 0; i < shape.triangles.size(); ++i) {
+            if (!is_usable(shape, i, at.segment)) continue;
+            Vec3 p[3];
+            for (size_t k = 0; k < 3; ++k) {
+                const Way way = way_of(shape, shape.triangles[i][k], at.segment);
+                p[k] = geometry::moved(way.from, way.to, at.f);
+            }
+            if (!is_degenerate(p[0], p[1], p[2]))
+                body(uint32_t(s), uint32_t(i), p[0], p[1], p[2]);
+        }
+    }
+}
+
+// Those that do not.
 template <class Body>
 void for_each_triangle(const Shapes& shapes, const Body& body) {
     for (size_t s = 0; s < shapes.size(); ++s) {
+        if (shapes[s].segments() > 0) continue;
         for (size_t i = 0; i < shapes[s].triangles.size(); ++i) {
             const auto& v = shapes[s].triangles[i];
             const auto& p = shapes[s].positions;
@@ -68,28 +110,62 @@ Box3 bounds_of_triangles(const Shapes& shapes) {
     return box;
 }
 
+// At all keys that they are there between.
+Box3 bounds_of_moving_triangles(const Shapes& shapes) {
+    Box3 box;
+    for (const TriangleSoupView& shape : shapes) {
+        for (uint32_t segment = 0; segment < shape.segments(); ++segment) {
+            for (size_t i = 0; i < shape.triangles.size(); ++i) {
+                if (!is_usable(shape, i, segment)) continue;
+                for (const uint32_t vertex : shape.triangles[i]) {
+                    const Way way = way_of(shape, vertex, segment);
+                    box.extendBy(way.from);
+                    box.extendBy(way.to);
+                }
+            }
+        }
+    }
+    return box;
+}
+
 Box3 bounds_of(const Shapes& shapes) {
     Box3 box = bounds_of_triangles(shapes);
+    box.extendBy(bounds_of_moving_triangles(shapes));
     for_each_primitive(shapes, [&](uint32_t, uint32_t, const geometry::PrimitiveSet&,
                                    const Box3& primitive) { box.extendBy(primitive); });
     return box;
 }
 
-void closest(const Shapes& shapes, const QueryRay& q, uint32_t instance, geometry::Hit& best) {
-    for_each_triangle(
-        shapes, [&](uint32_t s, uint32_t i, const Vec3& a, const Vec3& b, const Vec3& c) {
-            TriangleHit hit;
-            if (!hit_triangle(q, &a.x, &b.x, &c.x, 1, hit)) return;
-            keep_better(best, {hit.t, hit.b1, hit.b2, instance, s, i});
-        });
+// make(box, query) prepares the ray for the triangles within a box.
+template <class Make>
+void closest(const Shapes& shapes,
+             const BruteForce::Bounds& bounds,
+             float time,
+             uint32_t instance,
+             const Make& make,
+             geometry::Hit& best) {
+    QueryRay q;
+    const auto test = [&](uint32_t s, uint32_t i, const Vec3& a, const Vec3& b, const Vec3& c) {
+        TriangleHit hit;
+        if (!hit_triangle(q, &a.x, &b.x, &c.x, 1, hit)) return;
+        keep_better(best, {hit.t, hit.b1, hit.b2, instance, s, i});
+    };
+    if (!bounds.still.isEmpty() && make(QueryBounds(bounds.still), q))
+        for_each_triangle(shapes, test);
+    if (!bounds.moving.isEmpty() && make(QueryBounds(bounds.moving), q))
+        for_each_moving_triangle(shapes, time, test);
+}
+
+BruteForce::Bounds bounds_of_both(const Shapes& shapes) {
+    return {bounds_of_triangles(shapes), bounds_of_moving_triangles(shapes)};
 }
 
 }  // namespace
 
 BruteForce::BruteForce(const SoupScene& scene)
-    : scene_(scene), direct_bounds_(bounds_of_triangles(scene.shapes)) {
+    : scene_(scene), direct_bounds_(bounds_of_both(scene.shapes)) {
     for (const Shapes& shapes : scene.prototypes)
-        prototype_bounds_.push_back(bounds_of_triangles(shapes));
+        prototype_bounds_.push_back(bounds_of_both(shapes));
     for (size_t i = 0; i < scene.instances.size(); ++i) {
         const SoupInstance& instance = scene.instances[i];
         PlacedBox placed;
@@ -106,26 +182,28 @@ geometry::Hit BruteForce::intersect(const geometry::Ray& ray) const {
     geometry::Hit best;
     if (!velatura::is_finite(ray.o) || !velatura::is_finite(ray.d) || !(ray.t_max > 0)) return best;
     best.t = ray.t_max;
-    QueryRay q;
-    if (!direct_bounds_.isEmpty() && make_query(ray, QueryBounds(direct_bounds_), {}, q)) {
-        closest(scene_.shapes, q, scene::none, best);
-    }
+    closest(
+        scene_.shapes, direct_bounds_, ray.time, scene::none,
+        [&](const QueryBounds& box, QueryRay& q) { return make_query(ray, box, {}, q); }, best);
     if (ray.d == Vec3(0)) return {};
     closest_primitive(scene_.shapes, Vec3d(ray.o), Vec3d(ray.d), scene::none, best);
     for (const PlacedBox& placed : placed_) {
         Vec3d o, d;
         enter(placed.record, ray, o, d);
         const Shapes& shapes = scene_.prototypes[placed.record.tree];
-        const Box3& box = prototype_bounds_[placed.record.tree];
-        if (!box.isEmpty() && make_query(o, d, QueryBounds(box), {}, q))
-            closest(shapes, q, placed.record.instance, best);
+        closest(
+            shapes, prototype_bounds_[placed.record.tree], ray.time, placed.record.instance,
+            [&](const QueryBounds& box, QueryRay& q) { return make_query(o, d, box, {}, q); },
+            best);
         closest_primitive(shapes, o, d, placed.record.instance, best);
     }
     return best.is_valid() ? best : geometry::Hit{};
 }
 
 Box3 BruteForce::bounds() const {
-    return direct_bounds_;
+    Box3 box = direct_bounds_.still;
+    box.extendBy(direct_bounds_.moving);
+    return box;
 }
 
 bool is_traced(const geometry::Ray& ray, const Box3& bounds) {

@@ -11,10 +11,16 @@
 namespace velatura::accel::test {
 
 /// Tests every triangle of every instance by hit_triangle, and every primitive: what any tree over
-/// it must find, bit for bit. Refers to the triangles of the scene.
+/// it must find, bit for bit, with what moves where it is at the ray's time. Refers to the triangles
+/// of the scene.
 class BruteForce final : public Accelerator {
   public:
     explicit BruteForce(const SoupScene& scene);
+
+    /// Of triangles, each for what rays are made ready for.
+    struct Bounds {
+        Box3 still, moving;
+    };
 
     geometry::Hit intersect(const geometry::Ray& ray) const override;
 
@@ -26,8 +32,8 @@ class BruteForce final : public Accelerator {
 
   private:
     SoupScene scene_;
-    Box3 direct_bounds_;                  ///< of triangles
-    std::vector<Box3> prototype_bounds_;  ///< the same
+    Bounds direct_bounds_;
+    std::vector<Bounds> prototype_bounds_;
     std::vector<PlacedBox> placed_;  ///< only those that can be hit
 };
 

@@ -46,8 +46,9 @@ class Random {
 struct Soup {
     std::vector<Vec3> positions;
     std::vector<std::array<uint32_t, 3>> triangles;
+    std::vector<std::vector<Vec3>> later_positions = {};  ///< empty: does not move
 
-    TriangleSoupView view() const { return {positions, triangles}; }
+    TriangleSoupView view() const { return {positions, triangles, nullptr, later_positions}; }
 
     void add(const Vec3& a, const Vec3& b, const Vec3& c);
 };

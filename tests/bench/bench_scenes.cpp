@@ -230,10 +230,12 @@ BenchScene make_city() {
 
 accel::SoupScene BenchScene::soup() const {
     accel::SoupScene scene;
-    scene.shapes.push_back({direct.positions, direct.triangles});
-    for (const BenchMesh& mesh : prototypes) {
-        scene.prototypes.push_back({accel::TriangleSoupView{mesh.positions, mesh.triangles}});
-    }
+    const auto view = [](const BenchMesh& mesh) {
+        return accel::TriangleSoupView{mesh.positions, mesh.triangles, nullptr,
+                                       mesh.later_positions};
+    };
+    scene.shapes.push_back(view(direct));
+    for (const BenchMesh& mesh : prototypes) scene.prototypes.push_back({view(mesh)});
     scene.instances = instances;
     return scene;
 }

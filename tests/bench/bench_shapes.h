@@ -35,6 +35,7 @@ class Random {
 struct BenchMesh {
     std::vector<Vec3> positions;
     std::vector<std::array<uint32_t, 3>> triangles;
+    std::vector<std::vector<Vec3>> later_positions;  ///< empty: does not move
 
     void add(const Vec3& a, const Vec3& b, const Vec3& c);
     void add_quad(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);

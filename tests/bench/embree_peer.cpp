@@ -30,10 +30,14 @@ bool count_memory(void* bytes, ssize_t change, bool) {
 
 void attach(RTCDevice device, RTCScene scene, const accel::TriangleSoupView& mesh) {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    void* positions =
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                sizeof(Vec3), mesh.positions.size());
-    std::memcpy(positions, mesh.positions.data(), mesh.positions.size_bytes());
+    rtcSetGeometryTimeStepCount(geometry, mesh.segments() + 1);
+    for (uint32_t key = 0; key <= mesh.segments(); ++key) {
+        const std::span<const Vec3> from =
+            key == 0 ? mesh.positions : std::span<const Vec3>(mesh.later_positions[key - 1]);
+        void* positions = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, key,
+                                                  RTC_FORMAT_FLOAT3, sizeof(Vec3), from.size());
+        std::memcpy(positions, from.data(), from.size_bytes());
+    }
     void* triangles = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                               3 * sizeof(uint32_t), mesh.triangles.size());
     std::memcpy(triangles, mesh.triangles.data(), mesh.triangles.size_bytes());
@@ -62,7 +66,7 @@ void set_ray(RTCRay& r, const geometry::Ray& ray) {
     r.dir_z = ray.d.z;
     r.tnear = 0;
     r.tfar = ray.t_max;
-    r.time = 0;
+    r.time = ray.time;
     r.mask = ~0u;
     r.id = 0;
     r.flags = 0;

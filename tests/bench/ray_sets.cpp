@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ray_sets.h"
 
+#include "geometry/motion.h"
+
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace velatura::bench {
@@ -16,6 +19,14 @@ float number(uint64_t path, uint64_t dimension) {
     return float((z ^ (z >> 31)) >> 40) * 0x1p-24f;
 }
 
+// Where the vertex is at that time.
+Vec3 position(const BenchMesh& mesh, uint32_t vertex, float time) {
+    if (mesh.later_positions.empty()) return mesh.positions[vertex];
+    const auto at = geometry::motion_time(time, uint32_t(mesh.later_positions.size()));
+    const auto& from = at.segment == 0 ? mesh.positions : mesh.later_positions[at.segment - 1];
+    return geometry::moved(from[vertex], mesh.later_positions[at.segment][vertex], at.f);
+}
+
 // Geometric normal in render space, towards where the ray came from.
 Vec3 normal_at(const BenchScene& scene, const geometry::Ray& ray, const geometry::Hit& hit) {
     const bool is_direct = hit.instance == scene::none;
@@ -24,7 +35,7 @@ Vec3 normal_at(const BenchScene& scene, const geometry::Ray& ray, const geometry
     const auto& v = mesh.triangles[hit.triangle];
     Vec3 p[3];
     for (size_t k = 0; k < 3; ++k) {
-        p[k] = mesh.positions[v[k]];
+        p[k] = position(mesh, v[k], ray.time);
         if (!is_direct)
             p[k] = transform_point(p[k], scene.instances[hit.instance].render_from_prototype);
     }
@@ -67,14 +78,16 @@ class PathMaker {
         const Vec3 n = normal_at(scene_, primary, hit), p = start(primary, hit, n);
         const Vec3 light =
             scene_.light + scene_.light_x * number(path, 4) + scene_.light_y * number(path, 5);
-        add(shadow_, {p, light - p, 0.999f});
-        add(ambient_, {p, cosine(n, path, 6), scene_.ambient_distance});
-        const geometry::Ray bounce{p, cosine(n, path, 2)};
+        const float time = primary.time;
+        constexpr float endless = std::numeric_limits<float>::infinity();
+        add(shadow_, {p, light - p, 0.999f, time});
+        add(ambient_, {p, cosine(n, path, 6), scene_.ambient_distance, time});
+        const geometry::Ray bounce{p, cosine(n, path, 2), endless, time};
         add(bounce1_, bounce);
         const geometry::Hit second = accelerator_.intersect(bounce);
         if (!second.is_valid()) return;
         const Vec3 m = normal_at(scene_, bounce, second);
-        add(bounce2_, {start(bounce, second, m), cosine(m, path, 8)});
+        add(bounce2_, {start(bounce, second, m), cosine(m, path, 8), endless, time});
     }
 
     // Pixel i in the order of 16×16 tiles.
@@ -86,7 +99,8 @@ class PathMaker {
         const Vec3 right = normalize(cross(forward, Vec3(0, 1, 0)));
         const Vec3 up = cross(right, forward);
         const float s = 1.2f / float(size_);
-        return {scene_.eye, normalize(forward + right * (x * s - 0.6f) + up * (0.6f - y * s))};
+        const Vec3 d = normalize(forward + right * (x * s - 0.6f) + up * (0.6f - y * s));
+        return {scene_.eye, d, std::numeric_limits<float>::infinity(), number(path, 10)};
     }
 
     // Far enough from the surface that rounding decides nothing: tracers can be compared.

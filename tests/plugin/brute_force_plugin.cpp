@@ -15,11 +15,13 @@ using namespace velatura;
 struct Copies {
     std::vector<std::vector<Vec3>> positions;
     std::vector<std::vector<std::array<uint32_t, 3>>> triangles;
+    std::vector<std::vector<std::vector<Vec3>>> later_positions;
 
     accel::TriangleSoupView add(const accel::TriangleSoupView& view) {
         positions.emplace_back(view.positions.begin(), view.positions.end());
         triangles.emplace_back(view.triangles.begin(), view.triangles.end());
-        return {positions.back(), triangles.back(), view.primitives};
+        later_positions.emplace_back(view.later_positions.begin(), view.later_positions.end());
+        return {positions.back(), triangles.back(), view.primitives, later_positions.back()};
     }
 };
 

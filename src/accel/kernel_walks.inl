@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: Apache-2.0
+// Walks of one ray through trees. Included once per instruction set.
+#if defined(VELATURA_KERNEL_WALKS) == defined(HWY_TARGET_TOGGLE)
+#ifdef VELATURA_KERNEL_WALKS
+#undef VELATURA_KERNEL_WALKS
+#else
+#define VELATURA_KERNEL_WALKS
+#endif
+
+#include "accel/kernel_motion.inl"
+#include "accel/kernel_steps.inl"
+
+#include <optional>
+#include <utility>
+
+HWY_BEFORE_NAMESPACE();
+
+namespace velatura::accel {
+namespace HWY_NAMESPACE {
+namespace {
+
+struct StackEntry {
+    float t_near;
+    ChildRef ref;
+};
+
+struct Stack {
+    StackEntry entries[stack_size];
+    StackEntry* top = entries;
+};
+
+// Pushes all but the nearest of three or more children, the nearer on top; returns the nearest.
+// near and far: two of them in order; bits: the others.
+template <class Node>
+HWY_INLINE uint32_t push_sorted(Stack& stack,
+                                const Node& node,
+                                uint32_t near,
+                                uint32_t far,
+                                uint32_t bits,
+                                const float* t_near) {
+    StackEntry* const first = stack.top;
+    *stack.top++ = {t_near[far], node.child[far]};
+    for (; bits != 0; bits &= bits - 1) {
+        auto lane = uint32_t(std::countr_zero(bits));
+        if (t_near[lane] < t_near[near]) std::swap(lane, near);
+        const StackEntry entry{t_near[lane], node.child[lane]};
+        StackEntry* place = stack.top++;
+        for (; place != first && place[-1].t_near < entry.t_near; --place) *place = place[-1];
+        *place = entry;
+    }
+    return near;
+}
+
+HWY_INLINE const WideNode& node_of(const WideTree& tree, ChildRef ref) {
+    return tree.nodes[ref];
+}
+
+HWY_INLINE const MovingNode& node_of(const SegmentTree& tree, ChildRef ref) {
+    return tree.node(ref);
+}
+
+// Walks the tree front to back. on_leaf(ref) may lower t_bound (scaled).
+template <class Tree, class Slabs, class OnLeaf>
+HWY_INLINE void walk_closest(const Tree& tree,
+                             const Slabs& slabs,
+                             const float& t_bound,
+                             const OnLeaf& on_leaf) {
+    Stack stack;
+    ChildRef ref = 0;
+    alignas(64) float t_near[wide];
+    while (true) {
+        if (!(ref & leaf_bit)) {
+            const auto& node = node_of(tree, ref);
+            uint32_t bits = meet_children(node, slabs, t_bound, t_near);
+            if (bits != 0) {
+                // Go on with the nearest child; the usual one or two never wait for the stack
+                auto lane = uint32_t(std::countr_zero(bits));
+                bits &= bits - 1;
+                if (bits != 0) {
+                    auto other = uint32_t(std::countr_zero(bits));
+                    bits &= bits - 1;
+                    if (t_near[other] < t_near[lane]) std::swap(lane, other);
+                    if (bits != 0)
+                        lane = push_sorted(stack, node, lane, other, bits, t_near);
+                    else
+                        *stack.top++ = {t_near[other], node.child[other]};
+                }
+                ref = node.child[lane];
+                prefetch(tree, ref);
+                continue;
+            }
+        } else {
+            on_leaf(ref & ~leaf_bit);
+        }
+        // Pop the nearest entry that is not behind the best hit
+        do {
+            if (stack.top == stack.entries) return;
+            --stack.top;
+        } while (stack.top->t_near > t_bound);
+        ref = stack.top->ref;
+        prefetch(tree, ref);
+    }
+}
+
+// Walks until on_leaf(ref) returns true. No sorting; large children first.
+template <class Tree, class Slabs, class OnLeaf>
+HWY_INLINE bool walk_any(const Tree& tree,
+                         const Slabs& slabs,
+                         float t_bound,
+                         const OnLeaf& on_leaf) {
+    ChildRef stack[stack_size];
+    ChildRef* top = stack;
+    ChildRef ref = 0;
+    alignas(64) float t_near[wide];
+    while (true) {
+        if (!(ref & leaf_bit)) {
+            const auto& node = node_of(tree, ref);
+            uint32_t bits = meet_children(node, slabs, t_bound, t_near);
+            if (bits != 0) {
+                // Go on with the largest child, leave the others for later
+                ref = node.child[std::countr_zero(bits)];
+                prefetch(tree, ref);
+                for (bits &= bits - 1; bits != 0; bits &= bits - 1)
+                    *top++ = node.child[std::countr_zero(bits)];
+                continue;
+            }
+        } else if (on_leaf(ref & ~leaf_bit)) {
+            return true;
+        }
+        if (top == stack) return false;
+        ref = *--top;
+        prefetch(tree, ref);
+    }
+}
+
+HWY_INLINE void closest_in_tree(const WideTree& tree,
+                                const QueryRay& q,
+                                uint32_t instance,
+                                TreeHit& best) {
+    float t_bound = float(double(best.t) * q.scaled_from_t);
+    walk_closest(tree, SlabLanes(q), t_bound, [&](uint32_t block) VELATURA_LEAF {
+        if (improve_hit(tree.leaves[block], q, instance, t_bound, best))
+            t_bound = float(double(best.t) * q.scaled_from_t);
+    });
+}
+
+HWY_INLINE bool any_in_tree(const WideTree& tree, const QueryRay& q, float t_max) {
+    const float t_bound = float(double(t_max) * q.scaled_from_t);
+    const float certain_bound = certain_bound_of(q, t_bound);
+    return walk_any(tree, SlabLanes(q), t_bound, [&](uint32_t block) VELATURA_LEAF {
+        return is_block_hit(tree.leaves[block], q, t_max, t_bound, certain_bound);
+    });
+}
+
+// A ray in the space of a prototype or of the scene.
+struct PlacedRay {
+    Vec3d o, d;
+    uint32_t instance = scene::none;
+};
+
+void closest_primitive(const PrimitiveRecord& record, const PlacedRay& ray, TreeHit& best) {
+    // Ties count, by the smaller id
+    const float t_max = next_float_up(best.t);
+    const std::optional<geometry::PrimitiveHit> found =
+        record.set->intersect(record.index, ray.o, ray.d, t_max);
+    if (!found) return;
+    const auto t = float(found->t);
+    if (!is_before(t, ray.instance, record.id, best)) return;
+    best = {t, found->u, found->v, ray.instance, record.id};
+}
+
+QuerySlack primitive_slack(double origin_slack) {
+    QuerySlack slack;
+    slack.inverse = 0x1p-18f;
+    slack.origin = origin_slack;
+    return slack;
+}
+
+void closest_in_primitives(const PrimitiveTree& set, const PlacedRay& ray, TreeHit& best) {
+    QueryRay q;
+    const QuerySlack slack = primitive_slack(set.origin_slack);
+    if (set.tree.is_empty() || !make_query(ray.o, ray.d, set.tree.query_bounds, slack, q)) return;
+    float t_bound = float(double(best.t) * q.scaled_from_t);
+    walk_closest(set.tree, SlabLanes(q), t_bound, [&](uint32_t index) HWY_ATTR {
+        closest_primitive(set.primitives[index], ray, best);
+        t_bound = float(double(best.t) * q.scaled_from_t);
+    });
+}
+
+bool is_occluded_by(const PrimitiveRecord& record, const PlacedRay& ray, float t_max) {
+    return record.set->is_occluded(record.index, ray.o, ray.d, t_max);
+}
+
+bool any_in_primitives(const PrimitiveTree& set, const PlacedRay& ray, float t_max) {
+    QueryRay q;
+    const QuerySlack slack = primitive_slack(set.origin_slack);
+    if (set.tree.is_empty() || !make_query(ray.o, ray.d, set.tree.query_bounds, slack, q))
+        return false;
+    const float t_bound = float(double(t_max) * q.scaled_from_t);
+    return walk_any(set.tree, SlabLanes(q), t_bound, [&](uint32_t index) HWY_ATTR {
+        return is_occluded_by(set.primitives[index], ray, t_max);
+    });
+}
+
+// The ray in prototype space, in double; d is not normalised, so t keeps its meaning.
+HWY_INLINE bool enter_instance(const SceneTrees& trees,
+                               const InstanceRecord& record,
+                               const geometry::Ray& ray,
+                               PlacedRay& inner,
+                               QueryRay& q) {
+    const auto& m = record.prototype_from_render;
+    Vec3d &o = inner.o, &d = inner.d;
+    inner.instance = record.instance;
+    for (int k = 0; k < 3; ++k) {
+        d[k] = double(ray.d.x) * m[0][k] + double(ray.d.y) * m[1][k] + double(ray.d.z) * m[2][k];
+        o[k] = double(ray.o.x) * m[0][k] + double(ray.o.y) * m[1][k] + double(ray.o.z) * m[2][k] +
+               m[3][k];
+    }
+    const WideTree& tree = trees.prototypes[record.tree];
+    return !tree.is_empty() && make_query(o, d, tree.query_bounds, {}, q);
+}
+
+QuerySlack top_slack(const SceneTrees& trees) {
+    return primitive_slack(trees.top_origin_slack);
+}
+
+void closest_in_motion(
+    const MovingTrees& trees, const QueryRay& q, float time, uint32_t instance, TreeHit& best) {
+    for (const MovingTree& moving : trees.trees) {
+        const SegmentTree tree(moving, time);
+        float t_bound = float(double(best.t) * q.scaled_from_t);
+        walk_closest(tree, MovingSlabs(q, tree.f), t_bound, [&](uint32_t block) VELATURA_LEAF {
+            LeafBlock moved;
+            move_block(tree.leaf(block), tree.f, moved);
+            if (improve_hit(moved, q, instance, t_bound, best, TakeThoseWithArea()))
+                t_bound = float(double(best.t) * q.scaled_from_t);
+        });
+    }
+}
+
+void closest_in_motion(const MovingTrees& trees,
+                       const PlacedRay& ray,
+                       float time,
+                       TreeHit& best) {
+    QueryRay q;
+    if (!trees.is_empty() && make_query(ray.o, ray.d, trees.query_bounds, {}, q))
+        closest_in_motion(trees, q, time, ray.instance, best);
+}
+
+bool any_in_motion(const MovingTrees& trees, const QueryRay& q, float time, float t_max) {
+    const float t_bound = float(double(t_max) * q.scaled_from_t);
+    const float certain_bound = certain_bound_of(q, t_bound);
+    for (const MovingTree& moving : trees.trees) {
+        const SegmentTree tree(moving, time);
+        const bool is_hit =
+            walk_any(tree, MovingSlabs(q, tree.f), t_bound, [&](uint32_t block) VELATURA_LEAF {
+                LeafBlock moved;
+                move_block(tree.leaf(block), tree.f, moved);
+                return is_block_hit(moved, q, t_max, t_bound, certain_bound, TakeThoseWithArea());
+            });
+        if (is_hit) return true;
+    }
+    return false;
+}
+
+bool any_in_motion(const MovingTrees& trees, const PlacedRay& ray, float time, float t_max) {
+    QueryRay q;
+    return !trees.is_empty() && make_query(ray.o, ray.d, trees.query_bounds, {}, q) &&
+           any_in_motion(trees, q, time, t_max);
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace velatura::accel
+
+HWY_AFTER_NAMESPACE();
+
+#endif

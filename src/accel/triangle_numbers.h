@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "accel/build_prim.h"
+#include "accel/bvh.h"
+#include "accel/bvh_layout.h"
+#include "base/check.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace velatura::accel {
+
+/// Numbers the triangles and primitives of some shapes in (shape, triangle) order.
+class TriangleNumbers {
+  public:
+    TriangleNumbers() = default;
+
+    explicit TriangleNumbers(std::span<const TriangleSoupView> shapes) {
+        size_t count = 0;
+        for (const TriangleSoupView& shape : shapes) {
+            first_.push_back(uint32_t(count));
+            VELATURA_CHECK(!shape.primitives || shape.triangles.empty(),
+                           "a shape of triangles and primitives");
+            count += shape.count();
+            VELATURA_CHECK(count < leaf_bit, "more triangles in one tree than ids");
+        }
+        count_ = count;
+    }
+
+    size_t count() const { return count_; }
+
+    uint32_t first(size_t shape) const { return first_[shape]; }
+
+    uint32_t shape(uint32_t id) const {
+        return uint32_t(std::upper_bound(first_.begin(), first_.end(), id) - first_.begin()) - 1;
+    }
+
+    size_t bytes() const { return first_.size() * sizeof(uint32_t); }
+
+  private:
+    std::vector<uint32_t> first_;
+    size_t count_ = 0;
+};
+
+/// Keeps the smallest id of references that are equal, at the front of the range. order(a, b) is
+/// negative, 0 or positive. Returns: how many are left.
+template <class Order>
+size_t merge_equal(std::span<BuildPrim> range, const Order& order) {
+    std::sort(range.begin(), range.end(), [&](const BuildPrim& a, const BuildPrim& b) {
+        const int relation = order(a, b);
+        return relation != 0 ? relation < 0 : a.id < b.id;
+    });
+    const auto end = std::unique(
+        range.begin(), range.end(),
+        [&](const BuildPrim& a, const BuildPrim& b) { return order(a, b) == 0; });
+    return size_t(end - range.begin());
+}
+
+/// Of points in the order of their coordinates: negative, 0 or positive.
+inline int order_of(const Vec3& a, const Vec3& b) {
+    for (int k = 0; k < 3; ++k) {
+        if (a[k] != b[k]) return a[k] < b[k] ? -1 : 1;
+    }
+    return 0;
+}
+
+}  // namespace velatura::accel
