@@ -3,6 +3,7 @@
 
 #include "base/tasks.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 #include <utility>
@@ -125,6 +126,14 @@ GeometrySet::GeometrySet(const scene::Scene& scene, const TessellationOptions& o
 const TriangleMesh& GeometrySet::mesh(const Hit& hit) const {
     if (hit.instance == scene::none) return shapes_[hit.shape];
     return prototypes_[instances_[hit.instance].prototype][hit.shape];
+}
+
+bool GeometrySet::has_motion() const {
+    const auto moves = [](const TriangleMesh& mesh) { return mesh.segments() > 0; };
+    const auto has_one = [&](const std::vector<TriangleMesh>& meshes) {
+        return std::any_of(meshes.begin(), meshes.end(), moves);
+    };
+    return has_one(shapes_) || std::any_of(prototypes_.begin(), prototypes_.end(), has_one);
 }
 
 size_t GeometrySet::triangle_count() const {

@@ -53,6 +53,8 @@ class GeometrySet {
     /// The mesh that was hit.
     const TriangleMesh& mesh(const Hit& hit) const;
 
+    bool has_motion() const;  ///< whether some mesh moves while the shutter is open
+
     size_t triangle_count() const;  ///< stored ones, prototypes once
     /// The same of what is not made of triangles, by PrimitiveSet::kind().
     std::map<std::string, size_t> primitive_counts() const;

@@ -93,6 +93,7 @@ World::World(const scene::Scene& s, const WorldOptions& options, const lights::I
           return lights::make_light_selector(lights, accelerator->bounds(), {.kind = options.light_selection});
       })),
       camera(s.camera, options.width, options.height),
+      has_motion(geometry.has_motion()),
       has_very_many_lights(lights::wants_fine_numbers(lights)),
       has_lobe_multipliers(std::any_of(s.lights.begin(), s.lights.end(), has_multiplier<scene::Light>) ||
                            std::any_of(s.mesh_lights.begin(), s.mesh_lights.end(), has_multiplier<scene::MeshLight>)) {

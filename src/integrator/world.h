@@ -49,6 +49,7 @@ struct World {
     lights::LightSet lights;
     std::unique_ptr<lights::LightSelector> selector;
     camera::CameraModel camera;
+    bool has_motion = false;  ///< something moves while the shutter is open: camera rays have a time
     bool has_very_many_lights = false;  ///< see lights::wants_fine_numbers
     Interior camera_interior;  ///< what the camera is inside of; only looked for where something absorbs
     bool has_lobe_multipliers = false;  ///< some light has a diffuse or specular multiplier other than 1

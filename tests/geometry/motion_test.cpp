@@ -164,11 +164,13 @@ TEST(MovingMesh, ThatDoesNotMoveIsStill) {
     const scene::Scene scene = scene_of(mesh);
     const GeometrySet set(scene);
     EXPECT_EQ(set.shapes()[0].segments(), 0u);
+    EXPECT_FALSE(set.has_motion());
     EXPECT_TRUE(set.shapes()[0].later_positions().empty());
     // One coordinate is enough
     mesh.later_points[1][4].z += 1e-3f;
     const scene::Scene moving = scene_of(mesh);
     EXPECT_EQ(GeometrySet(moving).shapes()[0].segments(), 3u);
+    EXPECT_TRUE(GeometrySet(moving).has_motion());
 }
 
 TEST(MovingMesh, StaysWhereItIsAtFirstWhenItIsALight) {
