@@ -452,8 +452,8 @@ class Bvh final : public Accelerator {
 std::vector<TriangleSoupView> views(const std::vector<geometry::TriangleMesh>& meshes) {
     std::vector<TriangleSoupView> result;
     for (const geometry::TriangleMesh& mesh : meshes) {
-        result.push_back({mesh.positions(), mesh.triangles(), mesh.shared_primitives(),
-                          mesh.later_positions()});
+        result.push_back(
+            {mesh.positions(), mesh.triangles(), mesh.shared_primitives(), mesh.later_positions()});
     }
     return result;
 }

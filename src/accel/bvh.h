@@ -81,8 +81,8 @@ struct SoupScene {
 
 /// Own bounding volume hierarchy: 8-wide nodes over the triangles placed directly and over each
 /// prototype, and one more over the instances and the primitives placed directly. Primitives of a
-/// prototype have a tree beside that of its triangles. Built in parallel; the result does not depend
-/// on the number of threads.
+/// prototype have a tree beside that of its triangles. Built in parallel; the result does not
+/// depend on the number of threads.
 ///
 /// A hit is what `hit_triangle` (ray_query.h) says in double precision; boxes and the SIMD filter
 /// are conservative, so every hit is the one that testing all triangles and primitives would find,

@@ -36,7 +36,8 @@ struct alignas(64) LeafBlock {
     uint32_t id[wide];         ///< counts the triangles of the tree in (shape, triangle) order
 };
 
-/// A tree as kernels read it. Node 0 is the root, an inner node, unless the tree is empty (no nodes).
+/// A tree as kernels read it. Node 0 is the root, an inner node, unless the tree is empty (no
+/// nodes).
 struct WideTree {
     std::vector<WideNode, LargePages<WideNode>> nodes;
     std::vector<LeafBlock, LargePages<LeafBlock>> leaves;  ///< empty when leaves are instances

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all kernels do at a node and at a leaf of what moves. Included once per instruction set by each
-// of them.
+// What all kernels do at a node and at a leaf of what moves. Included once per instruction set by
+// each of them.
 #if defined(VELATURA_KERNEL_MOTION) == defined(HWY_TARGET_TOGGLE)
 #ifdef VELATURA_KERNEL_MOTION
 #undef VELATURA_KERNEL_MOTION

@@ -86,10 +86,8 @@ HWY_INLINE StillBoxes boxes_of(const WideNode& node, const SlabLanes&) {
 
 // Children whose boxes the ray meets at scaled t <= t_far, as bits; entry distances into t_near.
 template <class Node, class Slabs>
-HWY_INLINE uint32_t meet_children(const Node& node,
-                                  const Slabs& q,
-                                  float t_far_bound,
-                                  float* HWY_RESTRICT t_near) {
+HWY_INLINE uint32_t
+meet_children(const Node& node, const Slabs& q, float t_far_bound, float* HWY_RESTRICT t_near) {
     const Lanes8 d;
     const auto boxes = boxes_of(node, q);
     uint32_t bits = 0;

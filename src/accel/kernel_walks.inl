@@ -238,10 +238,7 @@ void closest_in_motion(
     }
 }
 
-void closest_in_motion(const MovingTrees& trees,
-                       const PlacedRay& ray,
-                       float time,
-                       TreeHit& best) {
+void closest_in_motion(const MovingTrees& trees, const PlacedRay& ray, float time, TreeHit& best) {
     QueryRay q;
     if (!trees.is_empty() && make_query(ray.o, ray.d, trees.query_bounds, {}, q))
         closest_in_motion(trees, q, time, ray.instance, best);

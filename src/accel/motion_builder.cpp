@@ -114,8 +114,9 @@ struct Areas {
 
 // A bound that moves by `change`: bound + f·change, as kernels compute it, is not above any
 // coordinate that moves from at least a to at least b, as geometry::moved computes that. The former
-// errs by less than 4 and the latter by less than 6 times 2^-24 of `largest`, which no coordinate of
-// the box exceeds, nor its sum with the change. Kernels choose the slab by the same f, rounded once.
+// errs by less than 4 and the latter by less than 6 times 2^-24 of `largest`, which no coordinate
+// of the box exceeds, nor its sum with the change. Kernels choose the slab by the same f, rounded
+// once.
 float lower_bound(double a, double b, double change, double largest, const Slab& slab) {
     const double rest = b - a - change;
     const double least = a + std::min(slab.begin * rest, slab.end * rest);
@@ -237,8 +238,7 @@ class MotionBuilder {
                     bounds.extendBy(from.p[k]);
                     bounds.extendBy(to.p[k]);
                     if (is_wanted)
-                        box.extendBy(
-                            geometry::moved(from.p[k], to.p[k], is_half ? half.f : 0.5f));
+                        box.extendBy(geometry::moved(from.p[k], to.p[k], is_half ? half.f : 0.5f));
                 }
             }
             from = to;
@@ -317,8 +317,7 @@ class MotionBuilder {
                 const ChildRef child = node.child[lane];
                 KeyBoxes& boxes = fits[i].children[lane];
                 if (child & leaf_bit) {
-                    boxes = boxes_of(
-                        &tree.leaves[(child & ~leaf_bit) * (segments_ + 1) + segment]);
+                    boxes = boxes_of(&tree.leaves[(child & ~leaf_bit) * (segments_ + 1) + segment]);
                 } else {
                     for (const KeyBoxes& below : fits[child].children) boxes.extend(below);
                 }

@@ -11,8 +11,8 @@
 namespace velatura::accel {
 
 /// Trees over those of the shapes that move, built by where triangles are when the shutter is half
-/// through, with boxes for each segment. What is stored is added to `stored`. Parallel; the result does not depend
-/// on the number of threads.
+/// through, with boxes for each segment. What is stored is added to `stored`. Parallel; the result
+/// does not depend on the number of threads.
 MovingTrees build_moving_trees(std::span<const TriangleSoupView> shapes,
                                const TriangleNumbers& numbers,
                                const BvhOptions& options,

@@ -93,8 +93,13 @@ bool is_occluded(const SceneTrees& trees, const geometry::Ray& ray) {
 Kernels kernels();
 
 Kernels kernels() {
-    Kernels all{hwy::TargetName(HWY_TARGET), &intersect<false>, &is_occluded<false>,
-                &intersect<true>,            &is_occluded<true>, nullptr, nullptr};
+    Kernels all{hwy::TargetName(HWY_TARGET),
+                &intersect<false>,
+                &is_occluded<false>,
+                &intersect<true>,
+                &is_occluded<true>,
+                nullptr,
+                nullptr};
     if (has_batch()) {
         all.intersect_batch = &intersect_batch;
         all.occlude_batch = &occlude_batch;

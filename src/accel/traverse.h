@@ -33,17 +33,17 @@ struct PrimitiveTree {
 
 /// Everything a ray meets.
 struct SceneTrees {
-    WideTree direct;                           ///< triangles placed directly that do not move
-    MovingTrees direct_motion;                 ///< and those that do
-    std::vector<WideTree> prototypes;          ///< in prototype space
-    std::vector<MovingTrees> prototype_motion; ///< [prototype]; empty when nothing moves in any
+    WideTree direct;                            ///< triangles placed directly that do not move
+    MovingTrees direct_motion;                  ///< and those that do
+    std::vector<WideTree> prototypes;           ///< in prototype space
+    std::vector<MovingTrees> prototype_motion;  ///< [prototype]; empty when nothing moves in any
     /// Boxes of instances and of primitives placed directly; leaves index `instances` and, from
     /// their number on, `primitives`.
     WideTree top;
-    std::vector<InstanceRecord> instances;    ///< those that can be hit
-    std::vector<PrimitiveRecord> primitives;  ///< those that can be hit
+    std::vector<InstanceRecord> instances;            ///< those that can be hit
+    std::vector<PrimitiveRecord> primitives;          ///< those that can be hit
     std::vector<PrimitiveTree> prototype_primitives;  ///< [prototype]; empty when none has any
-    double top_origin_slack = 0;            ///< QuerySlack::origin for `top`
+    double top_origin_slack = 0;                      ///< QuerySlack::origin for `top`
 
     bool has_motion() const { return !direct_motion.is_empty() || !prototype_motion.empty(); }
 };
@@ -72,8 +72,8 @@ struct Kernels {
 };
 
 /// The fastest kernels that this processor runs. All give the same bits: hits are decided in double
-/// by the operations of hit_triangle, one by one or four side by side, after a conservative filter in
-/// floats.
+/// by the operations of hit_triangle, one by one or four side by side, after a conservative filter
+/// in floats.
 const Kernels& best_kernels();
 
 /// Those and the slower ones that this processor runs, for tests.

@@ -250,8 +250,10 @@ class Batch {
 
     // Takes over the closest hit so far. True: any hit is enough, and there was one.
     HWY_INLINE bool found_before(size_t number, TreeHit& best) const {
-        if constexpr (find_any) return before_[number] != 0;
-        else if (before_[number].id != scene::none) best = before_[number];
+        if constexpr (find_any)
+            return before_[number] != 0;
+        else if (before_[number].id != scene::none)
+            best = before_[number];
         return false;
     }
 

@@ -54,9 +54,9 @@ size_t merge_equal(std::span<BuildPrim> range, const Order& order) {
         const int relation = order(a, b);
         return relation != 0 ? relation < 0 : a.id < b.id;
     });
-    const auto end = std::unique(
-        range.begin(), range.end(),
-        [&](const BuildPrim& a, const BuildPrim& b) { return order(a, b) == 0; });
+    const auto end =
+        std::unique(range.begin(), range.end(),
+                    [&](const BuildPrim& a, const BuildPrim& b) { return order(a, b) == 0; });
     return size_t(end - range.begin());
 }
 

@@ -15,8 +15,8 @@ struct MotionTime {
     float f = 0;  ///< in [0, 1)
 };
 
-/// Times run over the shutter, from 0 when it opens to 1 when it closes; others count as the nearest
-/// of these. segments: at least 1.
+/// Times run over the shutter, from 0 when it opens to 1 when it closes; others count as the
+/// nearest of these. segments: at least 1.
 inline MotionTime motion_time(float time, uint32_t segments) {
     // Written so that NaN is 0
     const float x = std::min(std::max(0.0f, time), 1.0f) * float(segments);

@@ -15,15 +15,15 @@ struct TessellationOptions {
     int segments =
         96;  ///< around the axis of a quadric; half as many from pole to pole; at least 4
     bool all_quadrics = false;  ///< GeometrySet: also those that rays could meet as they are
-    bool stays = false;         ///< as when the shutter opens; GeometrySet: what light is sampled from
+    bool stays = false;  ///< as when the shutter opens; GeometrySet: what light is sampled from
 };
 
 /// Triangles of a shape, in shape space. Polygons: triangles as they are, convex quads along the
 /// shorter diagonal (the one from corner 0 on ties), the rest by ear clipping in the coordinate
 /// plane that the polygon faces most; of a polygon that moves all that as it is first. Quadrics:
 /// points exactly on the surface up to rounding, exact normals, closed; computed in double, cast at
-/// the end. Triangles with two equal corners are dropped unless they move; authored faces keep their
-/// numbers. Exact under scaling of the shape by powers of two.
+/// the end. Triangles with two equal corners are dropped unless they move; authored faces keep
+/// their numbers. Exact under scaling of the shape by powers of two.
 TriangleMesh make_triangle_mesh(const scene::Shape& shape, const TessellationOptions& options = {});
 
 /// A shape that rays meet as the quadric that it is: without triangles. Nothing for other shapes

@@ -28,9 +28,9 @@ struct TriangleMeshData {
                                                     ///< asked for by a face-varying primvar
     std::vector<scene::MaterialId> face_materials;  ///< [face]; empty = `material` everywhere
     scene::MaterialId material = scene::none;
-    std::vector<Vec3> normals;             ///< rows of any length; empty = faceted
+    std::vector<Vec3> normals;                     ///< rows of any length; empty = faceted
     std::vector<std::vector<Vec3>> later_normals;  ///< as later_positions; empty = `normals` always
-    std::vector<uint32_t> normal_indices;  ///< as scene::Primvar::indices
+    std::vector<uint32_t> normal_indices;          ///< as scene::Primvar::indices
     scene::Interpolation normal_interpolation = scene::Interpolation::Vertex;
     std::vector<scene::Primvar> primvars;
     bool flip_normals = false;

@@ -47,8 +47,7 @@ void for_each_moving_triangle(const Shapes& shapes, float time, const Body& body
                 const Way way = way_of(shape, shape.triangles[i][k], at.segment);
                 p[k] = geometry::moved(way.from, way.to, at.f);
             }
-            if (!is_degenerate(p[0], p[1], p[2]))
-                body(uint32_t(s), uint32_t(i), p[0], p[1], p[2]);
+            if (!is_degenerate(p[0], p[1], p[2])) body(uint32_t(s), uint32_t(i), p[0], p[1], p[2]);
         }
     }
 }
@@ -87,11 +86,8 @@ void keep_better(geometry::Hit& best, const geometry::Hit& hit) {
     if (best.is_valid() ? rank(hit) < rank(best) : hit.t < best.t) best = hit;
 }
 
-void closest_primitive(const Shapes& shapes,
-                       const Vec3d& o,
-                       const Vec3d& d,
-                       uint32_t instance,
-                       geometry::Hit& best) {
+void closest_primitive(
+    const Shapes& shapes, const Vec3d& o, const Vec3d& d, uint32_t instance, geometry::Hit& best) {
     for_each_primitive(
         shapes, [&](uint32_t s, uint32_t i, const geometry::PrimitiveSet& set, const Box3&) {
             const auto hit = set.intersect(i, o, d, std::numeric_limits<float>::infinity());

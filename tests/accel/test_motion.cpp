@@ -104,8 +104,7 @@ TEST(Motion, FindsWhatBruteForceFindsAmongSpinsAndLeaps) {
                   [&](const Vec3& p, size_t) { return p + Vec3(3e4f, 0, -2e6f); }),
         with_keys(random_soup(300, 0.3f, 19), 2,
                   [&](const Vec3& p, size_t i) { return i % 50 ? p : p * 1e3f; }),
-        with_keys(random_soup(300, 0.3f, 20), 1,
-                  [&](const Vec3&, size_t) { return Vec3(0.25f); })};
+        with_keys(random_soup(300, 0.3f, 20), 1, [&](const Vec3&, size_t) { return Vec3(0.25f); })};
     expect_exact(scene_of(soups), rays, 5000);
     for (const Soup& soup : soups) expect_exact(scene_of({soup}), rays, 100);
 }
@@ -184,8 +183,8 @@ TEST(Motion, OfPrototypesIsCarriedByTheirInstances) {
     expect_exact(scene, timed(mixed_rays(8000, 47), 48), 2000);
 }
 
-// What a moving mesh is at a key is the mesh of that key. Corners that stay, far outside of all that
-// moves, give both the same bounds: edge-on hits depend on these.
+// What a moving mesh is at a key is the mesh of that key. Corners that stay, far outside of all
+// that moves, give both the same bounds: edge-on hits depend on these.
 TEST(Motion, AtItsKeysIsTheMeshOfTheKey) {
     for (const uint32_t segments : {1u, 2u, 3u, 8u}) {
         Soup soup = random_soup(400, 0.3f, 51);
@@ -267,7 +266,8 @@ TEST(Motion, LeavesNoGapBetweenTrianglesAtAnyTime) {
         for (int i = 0; i < 60000; ++i) {
             const float time = random.unit();
             const auto at = geometry::motion_time(time, 3);
-            const auto& from = at.segment == 0 ? soup.positions : soup.later_positions[at.segment - 1];
+            const auto& from =
+                at.segment == 0 ? soup.positions : soup.later_positions[at.segment - 1];
             const auto& v = soup.triangles[random.below(uint32_t(soup.triangles.size()))];
             const auto corner = [&](size_t k) {
                 return geometry::moved(from[v[k]], soup.later_positions[at.segment][v[k]], at.f);
@@ -323,9 +323,8 @@ TEST(Motion, LeavesPointsThatStayWhereTheyAre) {
 TEST(Motion, KeepsTheFirstOfDuplicates) {
     Soup soup;
     for (int i = 0; i < 100; ++i) soup.add(Vec3(-1, -1, 0), Vec3(1, -1, 0), Vec3(0, 1, 0));
-    soup = with_keys(soup, 1, [](const Vec3& p, size_t i) {
-        return p + Vec3(0, 0, i < 150 ? 1.0f : 2.0f);
-    });
+    soup = with_keys(soup, 1,
+                     [](const Vec3& p, size_t i) { return p + Vec3(0, 0, i < 150 ? 1.0f : 2.0f); });
     expect_exact(scene_of({soup}), timed(mixed_rays(5000, 91), 92), 500);
 }
 

@@ -72,8 +72,9 @@ bool is_same(const RenderedLayers& a, const RenderedLayers& b) {
 TEST(MotionBlur, OfAnEdgeHasTheProfileOfItsMotion) {
     // Fast, back, slow: three segments
     const std::vector<float> at_key = {-0.7f, 0.6f, 0.1f, 0.3f};
-    const TestScene test = plate_before_wall(
-        half_plane(at_key[0]), {half_plane(at_key[1]), half_plane(at_key[2]), half_plane(at_key[3])});
+    const TestScene test =
+        plate_before_wall(half_plane(at_key[0]),
+                          {half_plane(at_key[1]), half_plane(at_key[2]), half_plane(at_key[3])});
     const auto edge = [&](double t) {
         const auto segment = std::min(size_t(t * 3), size_t(2));
         const double a = double(at_key[segment]), b = double(at_key[segment + 1]);
@@ -123,8 +124,8 @@ TEST(MotionBlur, OfATurningWedgeHasTheProfileOfItsMotion) {
             if (px < 0.1 || py < 0.1 || r > 1.4) continue;
             const double first = std::max(angle - width / 2, 0.0);
             const double last = std::min(angle + width / 2, pi_d / 2);
-            const double bend = std::min(std::abs(angle - width / 2),
-                                         std::abs(angle + width / 2 - pi_d / 2));
+            const double bend =
+                std::min(std::abs(angle - width / 2), std::abs(angle + width / 2 - pi_d / 2));
             if (bend * r < 3.0 / size) continue;
             const double expected = 1 - (last - first) / (pi_d / 2);
             sum += pixel(layers, x, y) - expected;
@@ -144,8 +145,8 @@ TEST(MotionBlur, OfATurningWedgeHasTheProfileOfItsMotion) {
     EXPECT_LT(std::abs(ring_sum / double(ring_count)), 1e-3);
 }
 
-// Shadow rays see the scene at the time of their path: a plate that crosses the light for a third of
-// the time takes a third of it, also from a receiver that moves along below.
+// Shadow rays see the scene at the time of their path: a plate that crosses the light for a third
+// of the time takes a third of it, also from a receiver that moves along below.
 TEST(MotionBlur, OfShadowsIsThatOfTheTimeOfThePath) {
     for (const bool moves_along : {false, true}) {
         TestScene test;

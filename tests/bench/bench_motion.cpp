@@ -52,8 +52,7 @@ std::vector<Vec3> pose(const BenchMesh& mesh, float time, float amount) {
     for (const Vec3& p : mesh.positions) box.extendBy(p);
     std::vector<Vec3> positions;
     for (const Vec3& p : mesh.positions)
-        positions.push_back(
-            deformed(p, box.center(), (box.max - box.min).length(), time, amount));
+        positions.push_back(deformed(p, box.center(), (box.max - box.min).length(), time, amount));
     return positions;
 }
 
@@ -122,8 +121,7 @@ Contestant own(const std::string& name, const Moved& moved) {
         accel::RayStream& stream = streams->try_emplace(set.kind, *moved.bvh).first->second;
         size_t count = 0;
         for (size_t i = 0; i < set.rays.size(); i += batch) {
-            const auto some =
-                std::span(set.rays).subspan(i, std::min(batch, set.rays.size() - i));
+            const auto some = std::span(set.rays).subspan(i, std::min(batch, set.rays.size() - i));
             if (set.is_any_hit) {
                 stream.is_occluded(some, occluded);
                 for (size_t k = 0; k < some.size(); ++k) count += occluded[k];
@@ -239,10 +237,13 @@ void run_scene(const SceneMaker& maker, const Settings& settings, std::vector<do
 
 void run(const Settings& settings) {
     fmt::print(
-        "What motion costs ({} kernels). Meshes deform as a whole, by 2 % of the scene's size, over\n"
-        "1, 2, 4 segments; every path has a time of its own. closed: keys that are all alike. E: Embree,\n"
+        "What motion costs ({} kernels). Meshes deform as a whole, by 2 % of the scene's size, "
+        "over\n"
+        "1, 2, 4 segments; every path has a time of its own. closed: keys that are all alike. E: "
+        "Embree,\n"
         "robust, medium quality. Own rays go one by one or side by side, as their stream chooses.\n"
-        "One thread, CPU time, {} rounds in turns: medians; /static: medians of the rounds' ratios.\n",
+        "One thread, CPU time, {} rounds in turns: medians; /static: medians of the rounds' "
+        "ratios.\n",
         accel::best_kernels().name, settings.rounds);
     std::vector<double> log_ratios;
     for (const SceneMaker& maker : all_scenes()) {

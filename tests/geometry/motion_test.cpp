@@ -91,8 +91,11 @@ TEST(MovingSurfacePoint, IsThatOfTheMeshAtTheTimeOfTheRay) {
             for (size_t i = 0; i < mesh.points.size(); ++i)
                 still.positions.push_back(moved(from[i], mesh.later_points[at.segment][i], at.f));
             const TriangleMesh posed(still);
-            const Hit hit{1, uniform(random) * 0.5f, uniform(random) * 0.5f,
-                          trial % 2 ? 0u : scene::none, 0,
+            const Hit hit{1,
+                          uniform(random) * 0.5f,
+                          uniform(random) * 0.5f,
+                          trial % 2 ? 0u : scene::none,
+                          0,
                           uint32_t(random() % triangles.triangle_count())};
             for (int k = 0; k < 3; ++k)
                 ASSERT_EQ(triangles.corner(hit.triangle, k, time), posed.corner(hit.triangle, k));
@@ -148,8 +151,8 @@ TEST(MovingSurfacePoint, HasNormalsBetweenThoseOfTheKeys) {
             }
             Ray ray{Vec3(0), Vec3(0, 0, 1)};
             ray.time = time;
-            const SurfacePoint p = make_surface_point(
-                scene, set, ray, {1, 0.25f, 0.5f, scene::none, 0, triangle});
+            const SurfacePoint p =
+                make_surface_point(scene, set, ray, {1, 0.25f, 0.5f, scene::none, 0, triangle});
             const Vec3d n = expected / expected.length();
             const Vec3d facing = n.dot(Vec3d(p.ng)) < 0 ? -n : n;
             EXPECT_NEAR((Vec3d(p.ns) - facing).length(), 0, 1e-6);

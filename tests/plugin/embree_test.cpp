@@ -73,8 +73,8 @@ SoupScene scene_of(const std::vector<Soup>& soups) {
 Vec3 position(const TriangleSoupView& shape, uint32_t vertex, float time) {
     if (shape.segments() == 0) return shape.positions[vertex];
     const auto at = geometry::motion_time(time, shape.segments());
-    const Vec3& from = at.segment == 0 ? shape.positions[vertex]
-                                       : shape.later_positions[at.segment - 1][vertex];
+    const Vec3& from =
+        at.segment == 0 ? shape.positions[vertex] : shape.later_positions[at.segment - 1][vertex];
     return geometry::moved(from, shape.later_positions[at.segment][vertex], at.f);
 }
 
@@ -276,7 +276,8 @@ TEST_F(EmbreeTest, AgreesFarFromTheOriginAndOnHugeAndTinyCoordinates) {
 TEST_F(EmbreeTest, AgreesOnWhatMoves) {
     // Shapes of one to three segments, one that stays, and a prototype that moves
     std::vector<Soup> soups = {random_soup(5000, 0.1f, 61), random_soup(3000, 0.2f, 62),
-                               star_mesh(20, 30, 0.5, 0.5, Vec3d(0), 63), random_soup(500, 0.2f, 64)};
+                               star_mesh(20, 30, 0.5, 0.5, Vec3d(0), 63),
+                               random_soup(500, 0.2f, 64)};
     Random random(65);
     for (uint32_t i = 0; i < 3; ++i) {
         std::vector<Vec3> key = soups[i].positions;
