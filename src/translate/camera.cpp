@@ -73,15 +73,32 @@ void read_lens(Context& ctx, Prim prim, double focal_length, scene::Camera& came
     camera.focus_distance = focus;
 }
 
-void warn_camera_features(Context& ctx, Prim prim) {
-    const double open = read_number(prim.attribute("shutter:open"), 0.0, ctx.time);
-    const double close = read_number(prim.attribute("shutter:close"), 0.0, ctx.time);
-    if (close != open && !ctx.scene.settings.disable_motion_blur) {
-        ctx.warn("unsupported-motion-blur", prim.attribute("shutter:close"),
-                 fmt::format("shutter {} to {}: motion blur is not supported, the picture shows "
-                             "the frame's instant",
-                             open, close));
+/// The camera stays where it is at the time of the picture.
+void warn_if_it_moves(Context& ctx, Prim prim, const Shutter& shutter) {
+    const Mat4d first = usd::stage::world_transform(prim, shutter.open);
+    for (const double time : {0.5 * (shutter.open + shutter.close), shutter.close}) {
+        if (usd::stage::world_transform(prim, time) == first) continue;
+        ctx.warn("unsupported-motion-blur", prim,
+                 "the camera moves while the shutter is open: its motion is not supported, the "
+                 "picture is taken from where it is at the frame's instant");
+        return;
     }
+}
+
+/// At the default time nothing moves: there the shutter is of no consequence.
+void read_shutter(Context& ctx, Prim prim) {
+    const double open = finite(ctx, prim, "shutter:open", 0.0);
+    const double close = finite(ctx, prim, "shutter:close", 0.0);
+    if (close < open)
+        ctx.warn("bad-camera-value", prim.attribute("shutter:close"),
+                 fmt::format("the shutter closes at {}, before it opens at {}; it counts as closed",
+                             close, open));
+    if (!(close > open) || ctx.time.is_default() || ctx.scene.settings.disable_motion_blur) return;
+    ctx.shutter = Shutter{ctx.time.value() + open, ctx.time.value() + close};
+    warn_if_it_moves(ctx, prim, *ctx.shutter);
+}
+
+void warn_camera_features(Context& ctx, Prim prim) {
     if (prim.attribute("clippingPlanes").value(ctx.time).array_size() > 0) {
         ctx.warn("unsupported-clipping-planes", prim.attribute("clippingPlanes"),
                  "clippingPlanes are not supported, nothing is cut");
@@ -135,6 +152,7 @@ Result<scene::Camera> read_camera(Context& ctx, Prim prim) {
                                  camera.name, aperture.width, aperture.height, focal)};
     }
     read_lens(ctx, prim, focal, camera);
+    read_shutter(ctx, prim);
 
     if (const auto range = read_vector(prim.attribute("clippingRange"), 2, ctx.time)) {
         camera.clip_near = (*range)[0];

@@ -9,6 +9,7 @@
 #include "usd/stage/stage.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -65,6 +66,11 @@ struct MaterialEntry {
     bool needs_tangents = false;  ///< by texture coordinates of the mesh, whatever their name
 };
 
+/// When the shutter opens and closes, in times of the stage.
+struct Shutter {
+    double open = 0, close = 0;
+};
+
 /// State of one translation.
 struct Context {
     const usd::stage::Stage& stage;
@@ -72,7 +78,9 @@ struct Context {
     Diagnostics& diagnostics;
     TimeCode time;
     scene::Scene scene;
-    Vec3d origin = Vec3d(0.0);  ///< world position of render space's origin
+    std::optional<Shutter> shutter;  ///< nothing: closed, the picture is of one instant
+    bool is_quiet = false;           ///< reads again, at another time, what was complained about
+    Vec3d origin = Vec3d(0.0);       ///< world position of render space's origin
     std::string material_purpose = "full";
     std::unordered_set<std::string> purposes;
     std::unordered_set<std::string> wanted_primvars;  ///< beside those that materials read
@@ -94,10 +102,12 @@ struct Context {
     int point_prototype_depth = 0;  ///< > 0: instances may hand a displayColor to what is walked
 
     void warn(std::string code, Prim prim, std::string message) {
+        if (is_quiet) return;
         diagnostics.warn(std::move(code), prim.loc(), prim.path_string(), std::move(message));
     }
 
     void warn(std::string code, const Attribute& attribute, std::string message) {
+        if (is_quiet) return;
         diagnostics.warn(std::move(code), attribute.loc(), attribute.prim().path_string(),
                          std::move(message));
     }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/hash.h"
+#include "translate/motion.h"
 #include "translate/parts.h"
 #include "translate/pose.h"
 #include "translate/values.h"
@@ -164,7 +165,7 @@ void warn_instancer_features(Context& ctx, Prim prim) {
         const Attribute attribute = prim.attribute(name);
         if (attribute.has_authored_value())
             ctx.warn("unsupported-motion-blur", attribute,
-                     fmt::format("{} are not used, motion blur is not supported", name));
+                     fmt::format("{} are not used, only the instants of samples are", name));
     }
     for (const auto& primvar : usd::stage::find_primvars(prim)) {
         if (primvar.name == scene::display_color_primvar ||
@@ -256,6 +257,7 @@ void read_point_instancer(Context& ctx, Prim prim, const Mat4d& matrix, Placeabl
                  fmt::format("{} of {} protoIndices name none of the {} prototypes", outside, n,
                              prototypes.size()));
     warn_instancer_features(ctx, prim);
+    warn_if_it_moves(ctx, prim, out.frame);
 }
 
 }  // namespace velatura::translate

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/mesh_faces.h"
+#include "translate/mesh_surface.h"
+#include "translate/motion.h"
 #include "translate/parts.h"
 #include "translate/pose.h"
 #include "translate/values.h"
@@ -15,18 +17,6 @@
 namespace velatura::translate {
 
 namespace {
-
-std::vector<Vec3d> read_points(Context& ctx, Prim prim) {
-    std::vector<double> rows;
-    int width = 0;
-    std::vector<Vec3d> points;
-    const Attribute attribute = prim.attribute("points");
-    if (!read_rows(attribute.value(ctx.time), rows, width) || width != 3) return points;
-    points.reserve(rows.size() / 3);
-    for (size_t i = 0; i + 2 < rows.size(); i += 3)
-        points.emplace_back(rows[i], rows[i + 1], rows[i + 2]);
-    return points;
-}
 
 /// The authored polygons, with those marked that can be rendered. Warns about the others, once per
 /// kind.
@@ -144,133 +134,11 @@ scene::SubdivisionScheme read_scheme(Context& ctx, Prim prim) {
     return scene::SubdivisionScheme::CatmullClark;
 }
 
-/// Covectors under `matrix`, unit, outside kept outside.
-std::vector<Vec3> transformed_normals(const std::vector<Vec3d>& normals, const Mat4d& matrix) {
-    const Mat3d cofactors = cofactor_matrix(matrix);
-    const double sign = determinant3(matrix) < 0.0 ? -1.0 : 1.0;
-    std::vector<Vec3> out;
-    out.reserve(normals.size());
-    for (const Vec3d& n : normals) {
-        const Vec3d m = (n * cofactors) * sign;
-        const double length = std::sqrt(m.dot(m));
-        out.push_back(length > 0.0 && std::isfinite(length) ? to_float(m / length) : Vec3(0.0f));
-    }
-    return out;
-}
-
-/// Which point each normal stands at. Normals that many points share get one for each of the
-/// corners, since the points may turn apart.
-std::vector<uint32_t> spread_normals(const FaceTable& table,
-                                     size_t points,
-                                     scene::Interpolation& interpolation,
-                                     std::vector<Vec3d>& normals) {
-    std::vector<uint32_t> owners;
-    const bool is_by_point = interpolation == scene::Interpolation::Vertex ||
-                             interpolation == scene::Interpolation::Varying;
-    if (is_by_point) {
-        owners.resize(points);
-        std::iota(owners.begin(), owners.end(), 0u);
-        return owners;
-    }
-    owners = table.indices;
-    if (interpolation == scene::Interpolation::FaceVarying) return owners;
-    std::vector<Vec3d> by_corner(table.indices.size(), Vec3d(0.0));
-    for (size_t f = 0; f < table.faces.size(); ++f) {
-        const FaceTable::Face& face = table.faces[f];
-        const bool is_uniform = interpolation == scene::Interpolation::Uniform;
-        for (size_t i = face.first; i < face.first + face.count; ++i)
-            by_corner[i] = normals[is_uniform ? f : 0];
-    }
-    normals = std::move(by_corner);
-    interpolation = scene::Interpolation::FaceVarying;
-    return owners;
-}
-
-/// Authored normals, `primvars:normals` before `normals`; false when there are none that fit.
-/// `matrix` leads from where `pose` leaves the points.
-bool read_normals(Context& ctx,
-                  Prim prim,
-                  const FaceTable& table,
-                  const ElementCounts& counts,
-                  const Mat4d& matrix,
-                  const Pose* pose,
-                  scene::Mesh& mesh) {
-    std::optional<usd::stage::Primvar> source;
-    const Attribute primvar = prim.attribute("primvars:normals");
-    const Attribute plain = prim.attribute("normals");
-    if (primvar.has_authored_value())
-        source = usd::stage::as_primvar(primvar, usd::stage::Interpolation::Constant);
-    else if (plain.has_authored_value())
-        source = usd::stage::as_primvar(plain, usd::stage::Interpolation::Vertex);
-    if (!source) return false;
-    std::vector<double> rows;
-    int width = 0;
-    const bool is_readable =
-        read_rows(source->attribute.value(ctx.time), rows, width) && width == 3;
-    // usd and scene list their interpolations in one order
-    auto interpolation = scene::Interpolation(int(source->interpolation));
-    const size_t expected = element_count(counts, interpolation);
-    std::vector<int> indices =
-        source->is_indexed() ? source->index_values(ctx.time) : std::vector<int>();
-    const size_t found = indices.empty() ? rows.size() / 3 : indices.size();
-    const bool has_good_indices = std::all_of(indices.begin(), indices.end(), [&](int i) {
-        return i >= 0 && size_t(i) < rows.size() / 3;
-    });
-    if (!is_readable || found != expected || !has_good_indices) {
-        if (found > 0)
-            ctx.warn(
-                "bad-normals", source->attribute,
-                fmt::format("{} normals or indices, expected {} ({}); they are left out", found,
-                            expected, usd::stage::interpolation_name(source->interpolation)));
-        return false;
-    }
-    std::vector<Vec3d> normals;
-    for (size_t i = 0; i + 2 < rows.size(); i += 3)
-        normals.emplace_back(rows[i], rows[i + 1], rows[i + 2]);
-    if (pose && (pose->skin || pose->has_normal_offsets)) {
-        std::vector<Vec3d> rowwise;
-        for (const int i : indices) rowwise.push_back(normals[size_t(i)]);
-        if (!indices.empty()) normals = std::move(rowwise);
-        indices.clear();
-        const auto owners = spread_normals(table, counts.points, interpolation, normals);
-        pose->deform_normals(normals, owners);
-    }
-    mesh.normals = transformed_normals(normals, matrix);
-    mesh.normal_indices.assign(indices.begin(), indices.end());
-    mesh.normal_interpolation = interpolation;
-    return true;
-}
-
-/// Directions of a smooth surface through the points: face normals weighted by the corners' angles.
-/// Ref: Thürmer, Wüthrich 1998, "Computing Vertex Normals from Polygonal Facets", JGT 3(1).
-std::vector<Vec3d> smooth_normals(const FaceTable& table, const std::vector<Vec3d>& points) {
-    std::vector<Vec3d> normals(points.size(), Vec3d(0.0));
-    for (const FaceTable::Face& face : table.faces) {
-        if (!face.is_kept) continue;
-        for (size_t i = 0; i < face.count; ++i) {
-            const uint32_t a = table.indices[face.first + i];
-            const Vec3d& p = points[a];
-            const Vec3d e = points[table.indices[face.first + (i + 1) % face.count]] - p;
-            const Vec3d f =
-                points[table.indices[face.first + (i + face.count - 1) % face.count]] - p;
-            const Vec3d n = e.cross(f);
-            const double length = std::sqrt(n.dot(n));
-            if (length > 0.0) normals[a] += n * (std::atan2(length, e.dot(f)) / length);
-        }
-    }
-    return normals;
-}
-
 }  // namespace
 
-std::optional<scene::Shape> read_mesh(Context& ctx,
-                                      Prim prim,
-                                      const Mat4d& matrix,
-                                      const Pose* pose) {
-    std::vector<Vec3d> points = read_points(ctx, prim);
-    if (pose) pose->deform_points(points);
-    // From where the points are now
-    const Mat4d& point_matrix = pose && pose->skin ? pose->matrix : matrix;
+std::optional<scene::Shape> read_mesh(
+    Context& ctx, Prim prim, const Placeable& holder, const Mat4d& matrix, const Pose* pose) {
+    const std::vector<Vec3d> points = read_points(ctx, prim, pose);
     FaceTable table = read_faces(ctx, prim, points);
     drop_holes(ctx, prim, table);
     if (table.kept_count() == 0) {
@@ -286,35 +154,17 @@ std::optional<scene::Shape> read_mesh(Context& ctx,
     mesh.face_materials = read_face_materials(ctx, prim, counts.faces, whole, used);
     shape.material = whole.id;
     mesh.primvars = read_primvars(ctx, prim, counts, used);
-    mesh.subdivision = read_scheme(ctx, prim);
     const bool is_left_handed =
         read_text(prim.attribute("orientation"), "rightHanded", ctx.time) == "leftHanded";
-    const bool is_smooth = mesh.subdivision == scene::SubdivisionScheme::CatmullClark ||
-                           mesh.subdivision == scene::SubdivisionScheme::Loop;
-    if (!read_normals(ctx, prim, table, counts, point_matrix, pose, mesh) && is_smooth) {
-        // The limit surface is smooth: so is the shading of the polygons that stand for it. Which
-        // side is outside is decided in the prim's own space
-        const bool is_mirrored = (determinant3(point_matrix) < 0.0) != (determinant3(matrix) < 0.0);
-        std::vector<Vec3d> normals = smooth_normals(table, points);
-        if (is_mirrored)
-            for (Vec3d& n : normals) n = -n;
-        mesh.normals = transformed_normals(normals, point_matrix);
-        mesh.normal_interpolation = scene::Interpolation::Vertex;
-    }
-
-    // Cast to float only now, in the space of the holder
-    mesh.points.reserve(points.size());
-    size_t overflown = 0;
-    for (const Vec3d& p : points) {
-        const Vec3 q = to_float(transform_point(p, point_matrix));
-        overflown += !is_finite(q) && is_finite(to_float(p));
-        mesh.points.push_back(q);
-    }
-    if (overflown > 0) {
-        ctx.warn("bad-transform", prim,
-                 fmt::format("{} points do not fit a float, the mesh is left out", overflown));
-        return std::nullopt;
-    }
+    mesh.subdivision = read_scheme(ctx, prim);
+    if (!set_surface(ctx, prim, table, points, matrix, pose, mesh)) return std::nullopt;
+    const bool is_light =
+        is_geometry_light(prim) ||
+        std::any_of(used.begin(), used.end(), [](const auto* entry) { return entry->is_emissive; });
+    if (is_light)
+        warn_if_it_moves(ctx, prim, holder.frame);
+    else
+        read_motion(ctx, prim, holder, matrix, table, mesh);
     compact_faces(table, mesh);
     shape.flip_normals = is_left_handed != (determinant3(matrix) < 0.0);
     shape.double_sided = read_bool(prim.attribute("doubleSided"), false, ctx.time);
@@ -331,11 +181,16 @@ scene::Shape baked(const scene::Shape& shape, const Mat4d& matrix) {
         return out;
     }
     auto& mesh = std::get<scene::Mesh>(out.geometry);
-    for (Vec3& p : mesh.points) p = to_float(transform_point(Vec3d(p), matrix));
-    std::vector<Vec3d> normals;
-    normals.reserve(mesh.normals.size());
-    for (const Vec3& n : mesh.normals) normals.emplace_back(n);
-    mesh.normals = transformed_normals(normals, matrix);
+    const auto place_points = [&](std::vector<Vec3>& points) {
+        for (Vec3& p : points) p = to_float(transform_point(Vec3d(p), matrix));
+    };
+    const auto place_normals = [&](std::vector<Vec3>& placed) {
+        placed = transformed_normals(std::vector<Vec3d>(placed.begin(), placed.end()), matrix);
+    };
+    place_points(mesh.points);
+    place_normals(mesh.normals);
+    for (std::vector<Vec3>& key : mesh.later_points) place_points(key);
+    for (std::vector<Vec3>& key : mesh.later_normals) place_normals(key);
     return out;
 }
 

@@ -27,6 +27,14 @@ void keep(const std::vector<size_t>& elements,
     rows = std::move(kept);
 }
 
+/// Of all keys, which share their indices.
+void keep_normals(const std::vector<size_t>& elements, scene::Mesh& mesh) {
+    std::vector<uint32_t> no_indices;
+    if (mesh.normal_indices.empty())
+        for (std::vector<Vec3>& key : mesh.later_normals) keep(elements, 1, key, no_indices);
+    keep(elements, 1, mesh.normals, mesh.normal_indices);
+}
+
 }  // namespace
 
 size_t FaceTable::kept_count() const {
@@ -53,9 +61,9 @@ void compact_faces(const FaceTable& table, scene::Mesh& mesh) {
     if (!mesh.face_materials.empty()) keep(kept_faces, 1, mesh.face_materials, no_indices);
     if (!mesh.normals.empty()) {
         if (mesh.normal_interpolation == scene::Interpolation::Uniform)
-            keep(kept_faces, 1, mesh.normals, mesh.normal_indices);
+            keep_normals(kept_faces, mesh);
         if (mesh.normal_interpolation == scene::Interpolation::FaceVarying)
-            keep(kept_corners, 1, mesh.normals, mesh.normal_indices);
+            keep_normals(kept_corners, mesh);
     }
     for (scene::Primvar& primvar : mesh.primvars) {
         if (primvar.interpolation == scene::Interpolation::Uniform)

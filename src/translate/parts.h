@@ -37,9 +37,11 @@ bool has_binding(Context& ctx, Prim prim);
 // Geometry
 
 /// Shape of a Mesh prim under `matrix` (into the space of the holder), deformed by `pose`, whose
-/// matrix leads there too; nullopt when nothing of it is left.
+/// matrix leads there too, with its motion while the shutter is open; nullopt when nothing of it is
+/// left.
 std::optional<scene::Shape> read_mesh(Context& ctx,
                                       Prim prim,
+                                      const Placeable& holder,
                                       const Mat4d& matrix,
                                       const Pose* pose = nullptr);
 /// Shape of a Sphere, Cube, Cylinder, Cone, Capsule or Plane prim; nullopt when its sizes make no

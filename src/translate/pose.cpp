@@ -21,7 +21,9 @@ using usd::stage::SkelBinding;
 using usd::stage::SkeletonPose;
 
 const SkeletonPose& skeleton_pose(Context& ctx, Prim skeleton) {
-    const auto [found, is_new] = ctx.skeleton_poses.try_emplace(skeleton.path_string());
+    std::string key = skeleton.path_string();
+    if (!ctx.time.is_default()) key += fmt::format(" {}", ctx.time.value());
+    const auto [found, is_new] = ctx.skeleton_poses.try_emplace(std::move(key));
     if (is_new) found->second = usd::stage::skeleton_pose(skeleton, ctx.time);
     return found->second;
 }

@@ -45,7 +45,7 @@ void warn_unsupported_features(Context& ctx, Prim prim) {
         const Attribute attribute = prim.attribute(name);
         if (attribute.has_authored_value())
             ctx.warn("unsupported-motion-blur", attribute,
-                     fmt::format("{} are not used, motion blur is not supported", name));
+                     fmt::format("{} are not used, meshes move from sample to sample", name));
     }
 }
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "translate/motion.h"
 #include "translate/parts.h"
 #include "translate/pose.h"
 #include "translate/values.h"
@@ -61,11 +62,13 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, Pose* pose, Placeable& o
     std::optional<scene::Shape> shape;
     if (type == "Mesh") {
         if (pose) pose->matrix = relative_to(pose->matrix, out.origin);
-        shape = read_mesh(ctx, prim, placed, pose);
+        shape = read_mesh(ctx, prim, out, placed, pose);
     } else if (is_gprim_type(type)) {
         shape = read_gprim(ctx, prim, placed);
+        warn_if_it_moves(ctx, prim, out.frame);
     } else if (is_light_type(type)) {
         ctx.has_light_prim = true;
+        warn_if_it_moves(ctx, prim, out.frame);
         out.lights.push_back({prim, placed});
         out.is_origin_fixed = true;
         return;
@@ -87,6 +90,7 @@ void place_instance(Context& ctx, Prim instance, const Mat4d& matrix, Placeable&
                  "instance lies inside its own prototype, it is left out");
         return;
     }
+    warn_if_it_moves(ctx, instance, out.frame);
     Placement placement;
     placement.what = prototype;
     propose_origin(out, transform_point(prototype->origin, matrix));

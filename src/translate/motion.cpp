@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "translate/motion.h"
+
+#include "translate/mesh_surface.h"
+#include "translate/parts.h"
+#include "translate/pose.h"
+#include "translate/values.h"
+#include "usd/stage/skeleton.h"
+#include "usd/stage/xform.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+namespace velatura::translate {
+
+namespace {
+
+constexpr size_t most_segments = 16;
+constexpr double straying = 0x1p-11;  ///< from straight lines, in sizes of the mesh
+
+/// Reads at another time, without complaining again.
+class AnotherTime {
+  public:
+    AnotherTime(Context& ctx, double time) : ctx_(ctx), time_(ctx.time), is_quiet_(ctx.is_quiet) {
+        ctx_.time = time;
+        ctx_.is_quiet = true;
+    }
+
+    AnotherTime(const AnotherTime&) = delete;
+    AnotherTime& operator=(const AnotherTime&) = delete;
+
+    ~AnotherTime() {
+        ctx_.time = time_;
+        ctx_.is_quiet = is_quiet_;
+    }
+
+  private:
+    Context& ctx_;
+    TimeCode time_;
+    bool is_quiet_;
+};
+
+/// The prim and what is above it, up to the children of `frame`.
+std::vector<Prim> chain_of(Prim prim, Prim frame) {
+    std::vector<Prim> chain;
+    for (Prim at = prim; at && !at.is_pseudo_root() && !(frame && at == frame); at = at.parent())
+        chain.push_back(at);
+    return chain;
+}
+
+constexpr const char* moving_attributes[] = {"points", "normals", "primvars:normals"};
+
+/// Whether anything that moves the mesh has more than one value.
+bool may_move(Context& ctx, Prim prim, Prim frame) {
+    for (const char* name : moving_attributes)
+        if (prim.attribute(name).might_be_time_varying()) return true;
+    if (usd::stage::skel_binding(prim)) return true;
+    const std::vector<Prim> chain = chain_of(prim, frame);
+    return std::any_of(chain.begin(), chain.end(), [&](Prim at) {
+        return usd::stage::local_transform(at, ctx.time).might_be_varying;
+    });
+}
+
+class MotionReader {
+  public:
+    MotionReader(Context& ctx,
+                 Prim prim,
+                 const Placeable& holder,
+                 const FaceTable& table,
+                 const scene::Mesh& mesh)
+        : ctx_(ctx), prim_(prim), holder_(holder), table_(table), mesh_(mesh) {}
+
+    /// The mesh at equal steps; empty when it cannot be followed.
+    std::vector<scene::Mesh> keys() {
+        if (changes_topology()) {
+            complain("its topology changes");
+            return {};
+        }
+        size_t segments = authored_segments();
+        std::vector<scene::Mesh> keys;
+        for (size_t k = 0; k <= segments; ++k)
+            if (!add(double(k) / double(segments), keys)) return {};
+        while (2 * segments <= most_segments) {
+            std::vector<scene::Mesh> halfway;
+            for (size_t k = 0; k < segments; ++k)
+                if (!add((double(k) + 0.5) / double(segments), halfway)) return {};
+            if (is_straight(keys, halfway)) break;
+            std::vector<scene::Mesh> finer;
+            for (size_t k = 0; k < segments; ++k) {
+                finer.push_back(std::move(keys[k]));
+                finer.push_back(std::move(halfway[k]));
+            }
+            finer.push_back(std::move(keys.back()));
+            keys = std::move(finer);
+            segments *= 2;
+        }
+        return keys;
+    }
+
+  private:
+    double time_at(double way) const {
+        return ctx_.shutter->open + way * (ctx_.shutter->close - ctx_.shutter->open);
+    }
+
+    void complain(const char* what) {
+        ctx_.warn("unsupported-motion-blur", prim_,
+                  fmt::format("{} while the shutter is open: the mesh is rendered as it is at the "
+                              "frame's instant",
+                              what));
+    }
+
+    bool changes_topology() const {
+        for (const char* name : {"faceVertexCounts", "faceVertexIndices"}) {
+            const Attribute attribute = prim_.attribute(name);
+            if (!attribute.might_be_time_varying()) continue;
+            for (const double way : {0.0, 1.0})
+                if (!(attribute.value(time_at(way)) == attribute.value(ctx_.time))) return true;
+        }
+        return false;
+    }
+
+    /// The fewest equal steps at which all samples inside the shutter's time are keys.
+    size_t authored_segments() const {
+        std::vector<double> times = usd::stage::transform_sample_times(prim_);
+        for (const Prim at : chain_of(prim_, holder_.frame)) {
+            const auto more = usd::stage::transform_sample_times(at);
+            times.insert(times.end(), more.begin(), more.end());
+        }
+        for (const char* name : moving_attributes) {
+            const auto more = prim_.attribute(name).time_samples();
+            times.insert(times.end(), more.begin(), more.end());
+        }
+        const Shutter& shutter = *ctx_.shutter;
+        std::erase_if(times, [&](double t) { return !(t > shutter.open && t < shutter.close); });
+        for (size_t segments = 1; segments < most_segments; ++segments) {
+            const auto is_key = [&](double t) {
+                const double at =
+                    (t - shutter.open) / (shutter.close - shutter.open) * double(segments);
+                return std::abs(at - std::round(at)) < 1e-6;
+            };
+            if (std::all_of(times.begin(), times.end(), is_key)) return segments;
+        }
+        return most_segments;
+    }
+
+    bool add(double way, std::vector<scene::Mesh>& keys) {
+        const AnotherTime at(ctx_, time_at(way));
+        Mat4d matrix = matrix_in_frame(ctx_, prim_, holder_.frame);
+        std::optional<Pose> pose = read_pose(ctx_, prim_, holder_.frame);
+        if (pose && pose->is_rigid) matrix = pose->matrix;
+        if (pose) pose->matrix = relative_to(pose->matrix, holder_.origin);
+        matrix = relative_to(matrix, holder_.origin);
+        const std::vector<Vec3d> points = read_points(ctx_, prim_, pose ? &*pose : nullptr);
+        scene::Mesh key;
+        key.subdivision = mesh_.subdivision;
+        const bool is_good =
+            points.size() == mesh_.points.size() && is_finite(matrix) && keeps_a_surface(matrix) &&
+            set_surface(ctx_, prim_, table_, points, matrix, pose ? &*pose : nullptr, key);
+        if (is_good) {
+            keys.push_back(std::move(key));
+            return true;
+        }
+        ctx_.is_quiet = false;
+        complain(points.size() == mesh_.points.size() ? "its transform makes no surface of it"
+                                                      : "the number of its points changes");
+        return false;
+    }
+
+    static bool is_straight(const std::vector<scene::Mesh>& keys,
+                            const std::vector<scene::Mesh>& halfway) {
+        Box3 box;
+        for (const scene::Mesh& key : keys)
+            for (const Vec3& p : key.points)
+                if (is_finite(p)) box.extendBy(p);
+        if (box.isEmpty()) return true;
+        const double most = straying * Vec3d(box.max - box.min).length();
+        for (size_t k = 0; k < halfway.size(); ++k) {
+            for (size_t i = 0; i < halfway[k].points.size(); ++i) {
+                const Vec3d middle =
+                    (Vec3d(keys[k].points[i]) + Vec3d(keys[k + 1].points[i])) * 0.5;
+                // What is not a number strays nowhere
+                if ((Vec3d(halfway[k].points[i]) - middle).length() > most) return false;
+            }
+        }
+        return true;
+    }
+
+    Context& ctx_;
+    Prim prim_;
+    const Placeable& holder_;
+    const FaceTable& table_;
+    const scene::Mesh& mesh_;
+};
+
+bool has_same_normals(const scene::Mesh& a, const scene::Mesh& b) {
+    return a.normals.size() == b.normals.size() && a.normal_indices == b.normal_indices &&
+           a.normal_interpolation == b.normal_interpolation;
+}
+
+}  // namespace
+
+void read_motion(Context& ctx,
+                 Prim prim,
+                 const Placeable& holder,
+                 const Mat4d& matrix,
+                 const FaceTable& table,
+                 scene::Mesh& mesh) {
+    if (!ctx.shutter || !may_move(ctx, prim, holder.frame)) return;
+    const std::optional<Pose> pose = read_pose(ctx, prim, holder.frame);
+    const bool is_rigid = pose && pose->is_rigid;
+    if (!is_rigid &&
+        matrix != relative_to(matrix_in_frame(ctx, prim, holder.frame), holder.origin)) {
+        ctx.warn("unsupported-motion-blur", prim,
+                 "the mesh is carried by a joint that moves what is above it: it is rendered as it "
+                 "is at the frame's instant");
+        return;
+    }
+    std::vector<scene::Mesh> keys = MotionReader(ctx, prim, holder, table, mesh).keys();
+    if (keys.empty()) return;
+    const bool has_all_normals = std::all_of(keys.begin(), keys.end(), [&](const scene::Mesh& key) {
+        return has_same_normals(key, mesh);
+    });
+    if (!has_all_normals)
+        ctx.warn("bad-normals", prim,
+                 "the number of normals changes while the shutter is open: those of the frame's "
+                 "instant are used all the time");
+    const auto stays = [&](const scene::Mesh& key) {
+        return key.points == keys[0].points && key.normals == keys[0].normals;
+    };
+    const bool is_still = std::all_of(keys.begin(), keys.end(), stays);
+    mesh.points = std::move(keys[0].points);
+    if (has_all_normals) mesh.normals = std::move(keys[0].normals);
+    for (size_t k = 1; k < keys.size() && !is_still; ++k) {
+        mesh.later_points.push_back(std::move(keys[k].points));
+        if (has_all_normals && !mesh.normals.empty())
+            mesh.later_normals.push_back(std::move(keys[k].normals));
+    }
+}
+
+void warn_if_it_moves(Context& ctx, Prim prim, Prim frame) {
+    if (!ctx.shutter) return;
+    const auto differs = [&](const Attribute& attribute, double time) {
+        return attribute.might_be_time_varying() &&
+               !(attribute.value(time) == attribute.value(ctx.time));
+    };
+    const auto [open, close] = *ctx.shutter;
+    const Mat4d now = matrix_in_frame(ctx, prim, frame);
+    for (const double time : {open, 0.5 * (open + close), close}) {
+        bool is_elsewhere = false;
+        for (const char* name : {"points", "positions", "orientations", "scales"})
+            is_elsewhere = is_elsewhere || differs(prim.attribute(name), time);
+        const AnotherTime at(ctx, time);
+        if (!is_elsewhere && matrix_in_frame(ctx, prim, frame) == now) continue;
+        ctx.is_quiet = false;
+        ctx.warn("unsupported-motion-blur", prim,
+                 fmt::format("a {} that moves while the shutter is open{} is rendered as it is at "
+                             "the frame's instant: of what moves only meshes that give no light "
+                             "are blurred",
+                             prim.type_name().str(), prim.is_instance() ? " as an instance" : ""));
+        return;
+    }
+}
+
+}  // namespace velatura::translate

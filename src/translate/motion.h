@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "scene/mesh.h"
+#include "translate/context.h"
+#include "translate/mesh_faces.h"
+
+namespace velatura::translate {
+
+/// Gives a mesh the keys of its motion while the shutter is open, by its points, the transforms
+/// that carry it, skeletons and blend shapes: at equal steps, as many as there must be for all
+/// authored samples to be keys and for points to stray less than 2^-11 of the mesh's size from
+/// straight lines, at most 16. A mesh that does not move, or cannot (a warning says why), is left
+/// as it is. `mesh`: before faces are left out; `matrix`: into the space of the holder at the
+/// frame's instant.
+void read_motion(Context& ctx,
+                 Prim prim,
+                 const Placeable& holder,
+                 const Mat4d& matrix,
+                 const FaceTable& table,
+                 scene::Mesh& mesh);
+
+/// Names a prim whose motion is not rendered: it is not a mesh, or a mesh that gives light.
+void warn_if_it_moves(Context& ctx, Prim prim, Prim frame);
+
+}  // namespace velatura::translate

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace velatura::translate {
+
+namespace {
+
+TranslateOptions at_time(double time) {
+    TranslateOptions options;
+    options.time = time;
+    return options;
+}
+
+const char* const half_a_frame = "double shutter:open = 0\ndouble shutter:close = 0.5\n";
+
+/// A quad whose points are at p and q at frames 1 and 2, and between in the middle: `extra` holds
+/// more samples.
+std::string moving_quad(const std::string& extra = "", const std::string& lines = "") {
+    return R"(def Mesh "Q" {
+    point3f[] points.timeSamples = {
+        1: [(0,0,0),(1,0,0),(1,1,0),(0,1,0)],)" +
+           extra + R"(
+        2: [(4,0,0),(5,0,0),(5,1,2),(4,1,0)]
+    }
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0,1,2,3]
+    uniform token subdivisionScheme = "none"
+)" + lines +
+           "}\n";
+}
+
+/// Translates behind a camera with this shutter.
+void translate_at(double time,
+                  const std::string& shutter,
+                  const std::string& text,
+                  Translated& out) {
+    translate_text(camera(shutter) + text, out, at_time(time));
+    ASSERT_EQ(out.error, "") << out.error_message;
+}
+
+}  // namespace
+
+TEST(Motion, OfPointsGoesFromTheOpeningOfTheShutterToItsEnd) {
+    Translated t;
+    translate_at(1.25, half_a_frame, moving_quad(), t);
+    const scene::Mesh& mesh = t.mesh(0);
+    ASSERT_EQ(mesh.later_points.size(), 1u);
+    EXPECT_EQ(mesh.points[1], Vec3(2, 0, 0));
+    EXPECT_EQ(mesh.later_points[0][1], Vec3(4, 0, 0));
+    EXPECT_EQ(mesh.points[2].z, 0.5f);
+    EXPECT_EQ(mesh.later_points[0][2].z, 1.5f);
+    EXPECT_TRUE(mesh.normals.empty());
+    EXPECT_EQ(t.count("unsupported-motion-blur"), 0u);
+}
+
+TEST(Motion, IsNoneWhereTheShutterIsClosed) {
+    for (const char* shutter : {"", "double shutter:open = 0.25\ndouble shutter:close = 0.25\n"}) {
+        Translated t;
+        translate_at(1.5, shutter, moving_quad(), t);
+        EXPECT_TRUE(t.mesh(0).later_points.empty());
+        EXPECT_EQ(t.mesh(0).points[1], Vec3(3, 0, 0));
+    }
+    // Settings may keep it from opening
+    Translated t;
+    translate_text("#usda 1.0\n(\n renderSettingsPrimPath = \"/S\"\n)\n" + camera(half_a_frame) +
+                       moving_quad() +
+                       "def RenderSettings \"S\" { rel camera = </Cam>\n uniform bool "
+                       "disableMotionBlur = 1\n }\n",
+                   t, at_time(1.5));
+    ASSERT_EQ(t.error, "");
+    EXPECT_TRUE(t.mesh(0).later_points.empty());
+    // Without a time nothing moves
+    Translated still;
+    translate_text(camera(half_a_frame) + moving_quad("", "") + quad("R"), still);
+    for (const scene::Shape& shape : still.scene.shapes)
+        EXPECT_TRUE(std::get<scene::Mesh>(shape.geometry).later_points.empty());
+    Translated backward;
+    translate_at(1.5, "double shutter:open = 0.5\ndouble shutter:close = 0\n", moving_quad(),
+                 backward);
+    EXPECT_TRUE(backward.mesh(0).later_points.empty());
+    EXPECT_EQ(backward.count("bad-camera-value"), 1u);
+}
+
+TEST(Motion, HasAKeyAtEverySample) {
+    // A sample at a third of the shutter's time
+    Translated t;
+    translate_at(1, "double shutter:close = 0.75\n",
+                 moving_quad("1.25: [(9,0,0),(1,0,0),(1,1,0),(0,1,0)],"), t);
+    const scene::Mesh& mesh = t.mesh(0);
+    ASSERT_EQ(mesh.later_points.size(), 3u);
+    EXPECT_EQ(mesh.points[0].x, 0);
+    EXPECT_EQ(mesh.later_points[0][0].x, 9);
+    EXPECT_NEAR(mesh.later_points[1][0].x, 9 - 5.0 / 3, 1e-6);
+    EXPECT_NEAR(mesh.later_points[2][0].x, 9 - 10.0 / 3, 1e-6);
+}
+
+TEST(Motion, OfTransformsIsOneOfPoints) {
+    // A turn of 90 degrees in half a frame about a pivot above, which also drifts
+    const std::string text = R"(def Xform "Up" {
+    double3 xformOp:translate.timeSamples = { 1: (0, 0, -4), 2: (0, 2, -4) }
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    def Xform "Turn" {
+        float xformOp:rotateZ.timeSamples = { 1: 0, 2: 180 }
+        uniform token[] xformOpOrder = ["xformOp:rotateZ"]
+)" + quad("Q") + "}\n}\n";
+    Translated t;
+    translate_at(1, half_a_frame, text, t);
+    const scene::Mesh& mesh = t.mesh(0);
+    const size_t segments = mesh.later_points.size();
+    EXPECT_EQ(segments, 16u);
+    for (size_t k = 1; k <= segments; ++k) {
+        const double way = double(k) / double(segments), angle = way * pi_d / 2;
+        const Vec3d expected(std::cos(angle), std::sin(angle) + way, -4);
+        EXPECT_NEAR((Vec3d(mesh.later_points[k - 1][1]) - expected).length(), 0, 1e-6);
+    }
+    // Three degrees are nearly straight
+    Translated slow;
+    translate_at(1, "double shutter:close = 0.01666\n", text, slow);
+    EXPECT_EQ(slow.mesh(0).later_points.size(), 1u);
+    EXPECT_EQ(slow.count("unsupported-motion-blur"), 0u);
+}
+
+TEST(Motion, TurnsNormalsAsWell) {
+    const std::string authored =
+        "normal3f[] normals.timeSamples = { 1: [(0,0,1),(0,0,1),(0,0,1),(0,0,1)],"
+        " 2: [(1,0,0),(0,0,1),(0,0,1),(0,0,1)] }\n";
+    Translated t;
+    translate_at(1, half_a_frame, moving_quad("", authored), t);
+    ASSERT_EQ(t.mesh(0).later_normals.size(), t.mesh(0).later_points.size());
+    EXPECT_EQ(t.mesh(0).normals[0], Vec3(0, 0, 1));
+    const Vec3& n = t.mesh(0).later_normals.back()[0];
+    EXPECT_NEAR(n.x, std::sqrt(0.5), 1e-6);
+    // Those of a smooth surface follow the points
+    Translated smooth;
+    std::string text = moving_quad();
+    text.replace(text.find("\"none\""), 6, "\"catmullClark\"");
+    translate_at(1, half_a_frame, text, smooth);
+    const scene::Mesh& mesh = smooth.mesh(0);
+    ASSERT_EQ(mesh.later_normals.size(), mesh.later_points.size());
+    EXPECT_EQ(mesh.normals[2], Vec3(0, 0, 1));
+    EXPECT_LT(mesh.later_normals.back()[2].z, 0.9f);
+}
+
+TEST(Motion, LeavesOutTheNormalsOfFacesThatAreLeftOut) {
+    const std::string text = R"(def Mesh "M" {
+    point3f[] points.timeSamples = { 1: [(0,0,0),(1,0,0),(1,1,0),(0,1,0)], 2: [(0,0,1),(1,0,1),(1,1,1),(0,1,1)] }
+    int[] faceVertexCounts = [3, 3]
+    int[] faceVertexIndices = [0,1,2, 0,2,3]
+    int[] holeIndices = [0]
+    uniform token subdivisionScheme = "none"
+    normal3f[] normals (interpolation = "faceVarying")
+    normal3f[] normals.timeSamples = {
+        1: [(1,0,0),(1,0,0),(1,0,0),(0,0,1),(0,0,1),(0,0,1)],
+        2: [(1,0,0),(1,0,0),(1,0,0),(0,1,0),(0,1,0),(0,1,0)] }
+})";
+    Translated t;
+    translate_at(1, "double shutter:close = 1\n", text, t);
+    const scene::Mesh& mesh = t.mesh(0);
+    ASSERT_EQ(mesh.later_normals.size(), 1u);
+    EXPECT_EQ(mesh.normals, std::vector<Vec3>(3, Vec3(0, 0, 1)));
+    EXPECT_EQ(mesh.later_normals[0], std::vector<Vec3>(3, Vec3(0, 1, 0)));
+}
+
+TEST(Motion, OfSkinnedPointsIsThatOfTheirJoints) {
+    const std::string text = R"(def SkelRoot "Root" (prepend apiSchemas = ["SkelBindingAPI"]) {
+    rel skel:skeleton = </Root/Skel>
+    def Skeleton "Skel" (prepend apiSchemas = ["SkelBindingAPI"]) {
+        uniform token[] joints = ["A"]
+        uniform matrix4d[] bindTransforms = [((1,0,0,0),(0,1,0,0),(0,0,1,0),(0,0,0,1))]
+        uniform matrix4d[] restTransforms = [((1,0,0,0),(0,1,0,0),(0,0,1,0),(0,0,0,1))]
+        rel skel:animationSource = </Root/Skel/Anim>
+        def SkelAnimation "Anim" {
+            uniform token[] joints = ["A"]
+            float3[] translations.timeSamples = { 1: [(0,0,0)], 2: [(0,8,0)] }
+            quatf[] rotations = [(1, 0, 0, 0)]
+            half3[] scales = [(1, 1, 1)]
+        }
+    }
+    def Mesh "Mesh" (prepend apiSchemas = ["SkelBindingAPI"]) {
+        point3f[] points = [(0,0,0),(1,0,0),(1,1,0),(0,1,0)]
+        int[] faceVertexCounts = [4]
+        int[] faceVertexIndices = [0,1,2,3]
+        uniform token subdivisionScheme = "none"
+        int[] primvars:skel:jointIndices = [0,0,0,0] (interpolation = "vertex"; elementSize = 1)
+        float[] primvars:skel:jointWeights = [1,1,1,1] (interpolation = "vertex"; elementSize = 1)
+    }
+})";
+    Translated t;
+    translate_at(1.25, half_a_frame, text, t);
+    const scene::Mesh& mesh = t.mesh(0);
+    ASSERT_EQ(mesh.later_points.size(), 1u);
+    EXPECT_EQ(mesh.points[1], Vec3(1, 2, 0));
+    EXPECT_EQ(mesh.later_points[0][1], Vec3(1, 6, 0));
+}
+
+TEST(Motion, OfAPrototypeIsInItsOwnSpace) {
+    const std::string instances = "class Xform \"Model\" {\n" + moving_quad() + "}\n" +
+                                  R"(def "A" (instanceable = true; prepend references = </Model>) {}
+def "B" (instanceable = true; prepend references = </Model>) {}
+)";
+    Translated t;
+    translate_at(1, half_a_frame, instances, t);
+    ASSERT_EQ(t.scene.instances.size(), 2u);
+    ASSERT_EQ(t.scene.prototypes.size(), 1u);
+    const auto& mesh = std::get<scene::Mesh>(t.scene.prototypes[0].shapes[0].geometry);
+    ASSERT_EQ(mesh.later_points.size(), 1u);
+    EXPECT_EQ(mesh.later_points[0][0].x - mesh.points[0].x, 2);
+    EXPECT_EQ(t.count("unsupported-motion-blur"), 0u);
+}
+
+TEST(Motion, LeavesWhatStaysAsItIs) {
+    const std::string text =
+        "def Xform \"X\" {\n double3 xformOp:translate.timeSamples = { 1: (1.1, 2.3, -3.7), 2: "
+        "(1.1, 2.3, -3.7) }\n uniform token[] xformOpOrder = [\"xformOp:translate\"]\n" +
+        quad("Q") + "}\n" + quad("R");
+    Translated open, closed;
+    translate_at(1, half_a_frame, text, open);
+    translate_at(1, "", text, closed);
+    for (const size_t i : {0u, 1u}) {
+        EXPECT_EQ(open.mesh(i).points, closed.mesh(i).points);
+        EXPECT_TRUE(open.mesh(i).later_points.empty());
+    }
+}
+
+TEST(Motion, ThatIsNotRenderedIsNamed) {
+    const std::string moves =
+        "double3 xformOp:translate.timeSamples = { 1: (0,0,0), 2: (1,0,0) }\nuniform token[] "
+        "xformOpOrder = [\"xformOp:translate\"]\n";
+
+    const struct {
+        const char* what;
+        std::string shutter, text;
+        size_t warnings;
+    } cases[] = {
+        {"a camera", half_a_frame + moves, quad("Q"), 1},
+        {"a sphere", half_a_frame, "def Sphere \"S\" {\n" + moves + "}\n", 1},
+        {"a light", half_a_frame, "def RectLight \"L\" {\n" + moves + "}\n", 1},
+        {"a mesh light", half_a_frame,
+         "def Mesh \"M\" (prepend apiSchemas = [\"MeshLightAPI\"]) {\n" + moves +
+             quad("Q").substr(std::string("def Mesh \"Q\" {").size()),
+         1},
+        {"an instance", half_a_frame,
+         "class Xform \"Model\" {\n" + quad("Q") +
+             "}\ndef \"A\" (instanceable = true; prepend references = </Model>) {\n" + moves +
+             "}\n",
+         1},
+        {"instances of a point instancer", half_a_frame,
+         "def PointInstancer \"P\" {\n rel prototypes = </P/Proto>\n int[] protoIndices = [0]\n "
+         "point3f[] positions.timeSamples = { 1: [(0,0,0)], 2: [(1,0,0)] }\n def Cube \"Proto\" "
+         "{}\n}\n",
+         1},
+        {"a topology that changes", half_a_frame,
+         moving_quad("1.4: [(0,0,0),(1,0,0),(1,1,0),(0,1,0),(0,2,0)],"), 1},
+        {"nothing with a closed shutter", moves, "def Sphere \"S\" {\n" + moves + "}\n", 0},
+        {"nothing that stays", half_a_frame, "def Sphere \"S\" {}\n" + quad("Q"), 0},
+    };
+
+    for (const auto& c : cases) {
+        Translated t;
+        translate_at(1, c.shutter, c.text, t);
+        EXPECT_EQ(t.count("unsupported-motion-blur"), c.warnings) << c.what;
+        for (const scene::Shape& shape : t.scene.shapes) {
+            const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry);
+            EXPECT_TRUE(!mesh || mesh->later_points.empty()) << c.what;
+        }
+    }
+}
+
+}  // namespace velatura::translate
