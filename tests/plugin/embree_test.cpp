@@ -208,7 +208,13 @@ void expect_agreement(const SoupScene& scene,
     testing::Test::RecordProperty("ties", int(d.ties));
     testing::Test::RecordProperty("edges", int(d.edges));
     testing::Test::RecordProperty("worst_t_in_roundings", std::to_string(d.worst_t));
-    EXPECT_EQ(own->bounds(), embree->bounds());
+    if (scene.instances.empty()) {
+        EXPECT_EQ(own->bounds(), embree->bounds());
+    }
+    // The own tree fits instances more closely, but for the rounding of what moves in them
+    const Vec3 room = (own->bounds().max - own->bounds().min) * 0x1p-20f;
+    const Box3 most(embree->bounds().min - room, embree->bounds().max + room);
+    EXPECT_TRUE(most.intersects(own->bounds().min) && most.intersects(own->bounds().max));
     EXPECT_EQ(own->stats().instances, embree->stats().instances);
 }
 
