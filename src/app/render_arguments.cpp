@@ -43,6 +43,7 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     estimator->add_option("--light-selection", a.light_selection, "how a light is picked for direct light")->check(CLI::IsMember({"uniform", "power", "tree"}));
     estimator->add_option("--roulette", a.roulette, "how paths end: by their throughput, with a constant chance, or not (needs --max-depth)")->check(CLI::IsMember({"throughput", "constant", "none"}));
     estimator->add_option("--guiding", a.guiding, "learn from trial paths where light comes from: off, on, or auto: where the trial says that it pays")->check(CLI::IsMember({"off", "auto", "on"}));
+    estimator->add_option("--splitting", a.splitting, "auto: paths divide into up to 4 branches at the first surface that spreads light, as many as trial paths say that pay there; off: they go on by one")->check(CLI::IsMember({"auto", "off"}));
     estimator->add_option("--caustics", a.caustics, "light through smooth glass and off mirrors: path = met by chance, manifold = solved for, auto = solved for where lights are small")->check(CLI::IsMember({"path", "manifold", "auto"}));
     estimator->add_option("--sampler", a.sampler, "points of a pixel: Owen-scrambled Sobol', the same with errors that cancel among neighbours, or independent random ones")->check(CLI::IsMember({"sobol", "blue-noise", "independent"}));
 

@@ -44,6 +44,7 @@ struct RenderArguments {
     std::string light_selection = "tree";
     std::string roulette = "throughput";
     std::string adaptive = "on";
+    std::string splitting = "auto";
     std::string guiding = "auto";
     std::string caustics = "path";
     std::string sampler = "sobol";

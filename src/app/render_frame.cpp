@@ -43,6 +43,7 @@ std::string settings_hash(const RenderJob& job, const FrameInput& input, const f
     const integrator::EstimatorOptions& e = job.tracer.estimator;
     text += fmt::format("|{} {} {} {} {}", int(e.light_sampling), int(e.roulette), e.roulette_start, e.specular_chains_only, int(job.tracer.sampler));
     text += fmt::format("|{}|{}|{}", is_guided, int(job.caustics), job.schedule.adaptive);
+    text += fmt::format("|{}", job.splits);
     if (job.accelerator) text += "|" + job.arguments.accel;
     text += fmt::format("|{}|{}|{}", s.pixel_aspect_ratio, fmt::join(s.included_purposes, ","), fmt::join(s.material_binding_purposes, ","));
     const scene::Camera& c = input.scene.camera;
@@ -62,7 +63,7 @@ image::Matrix44 to_floats(const Matrix& m) {
 }
 
 image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, const integrator::World& world, const integrator::GuideTraining& training,
-                               const film::LayerSet& layers, const image::Window& window) {
+                               const integrator::BranchTrial& branches, const film::LayerSet& layers, const image::Window& window) {
     const scene::Scene& scene = input.scene;
     image::FileInfo info;
     info.display = {0, 0, scene.settings.width, scene.settings.height};
@@ -82,6 +83,7 @@ image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, co
     stats["scene"] = make_scene_stats(input, world);
     stats["estimator"] = make_estimator_stats(job);
     stats["guiding"] = make_guiding_stats(training);
+    stats["splitting"] = make_splitting_stats(branches);
     stats["ledger"] = make_ledger(job, world);
     info.stats_json = stats.dump();
     info.software = fmt::format("velatura {}", VELATURA_VERSION);
@@ -113,8 +115,9 @@ class FrameRenderer {
           layers_(with_groups(job.layers, input.scene)),
           world_(input.scene, world_options(job, input.scene.settings), make_light_image_loader(), diagnostics),
           caustics_(integrator::make_caustic_sampler(job.caustics, world_)),
-          training_(integrator::train_guide(world_, tracer_options(nullptr), is_refused() ? integrator::Guiding::Off : job.guiding, &StopSignals::stop_flag())),
-          tracer_(world_, layers_, tracer_options(training_.is_used ? &training_.field : nullptr)),
+          training_(integrator::train_guide(world_, tracer_options(nullptr, nullptr), is_refused() ? integrator::Guiding::Off : job.guiding, &StopSignals::stop_flag())),
+          branches_(job.splits && !is_refused() ? integrator::try_branches(world_, tracer_options(guide(), nullptr), &StopSignals::stop_flag()) : integrator::BranchTrial()),
+          tracer_(world_, layers_, tracer_options(guide(), &branches_.map)),
           printer_(job.progress) {}
 
     int run() {
@@ -165,18 +168,21 @@ class FrameRenderer {
         return options;
     }
 
-    integrator::PathTracerOptions tracer_options(const guiding::GuidingField* guide) const {
+    integrator::PathTracerOptions tracer_options(const guiding::GuidingField* guide, const integrator::BranchMap* branches) const {
         integrator::PathTracerOptions options = job_.tracer;
         options.guide = guide;
+        options.branches = branches;
         options.caustics = caustics_.get();
         options.disable_lens = input_.scene.settings.disable_depth_of_field;
         return options;
     }
 
-    /// What is left of the time after the training.
+    const guiding::GuidingField* guide() const { return training_.is_used ? &training_.field : nullptr; }
+
+    /// What is left of the time after training and trial.
     integrator::RenderOptions schedule() const {
         integrator::RenderOptions options = job_.schedule;
-        if (options.time_budget_s > 0) options.time_budget_s = std::max(options.time_budget_s - training_.seconds, 1e-6);
+        if (options.time_budget_s > 0) options.time_budget_s = std::max(options.time_budget_s - training_.seconds - branches_.seconds, 1e-6);
         return options;
     }
 
@@ -228,7 +234,7 @@ class FrameRenderer {
     }
 
     Result<image::WriteReport> write(const film::Film& film) {
-        image::FileInfo info = make_file_info(job_, input_, world_, training_, layers_, window_);
+        image::FileInfo info = make_file_info(job_, input_, world_, training_, branches_, layers_, window_);
         info.bad_samples = film.bad_samples();
         return film.write(input_.output, info);
     }
@@ -263,7 +269,7 @@ class FrameRenderer {
 
     bool write_stats(const film::Film& film, const integrator::RenderResult& result, const image::WriteReport& written) {
         if (job_.arguments.stats.empty()) return true;
-        nlohmann::ordered_json stats = make_stats(job_, input_, world_, training_, film, result);
+        nlohmann::ordered_json stats = make_stats(job_, input_, world_, training_, branches_, film, result);
         stats["closure"] = {{"family", written.closure_family}, {"layers", written.layers}, {"bound", 1.0}, {"measured", written.closure_measured}};
         stats["files"] = nlohmann::ordered_json::array();
         for (const std::string& file : written.files) stats["files"].push_back({{"path", std::filesystem::path(file).filename().string()}, {"sha256", written.sha256}});
@@ -280,6 +286,7 @@ class FrameRenderer {
     integrator::World world_;
     std::unique_ptr<const integrator::CausticSampler> caustics_;  ///< null = by paths
     integrator::GuideTraining training_;
+    integrator::BranchTrial branches_;
     integrator::PathTracer tracer_;
     ProgressPrinter printer_;
 };

@@ -11,6 +11,7 @@
 #include "base/diagnostics.h"
 #include "film/film.h"
 #include "integrator/caustics.h"
+#include "integrator/branch_trial.h"
 #include "integrator/guide_training.h"
 #include "integrator/path_tracer.h"
 #include "integrator/render_options.h"
@@ -28,6 +29,7 @@ struct RenderJob {
     const accel::AcceleratorFactory* accelerator = nullptr;  ///< nullptr = the own BVH
     std::optional<accel::BvhQuality> bvh_quality = {};  ///< by default chosen by the expected number of rays
     integrator::Guiding guiding = integrator::Guiding::Auto;
+    bool splits = true;  ///< paths divide where trial paths say that it pays
     integrator::Caustics caustics = integrator::Caustics::Path;
     image::Layout layout = image::Layout::MultiPart;
     ProgressStyle progress = ProgressStyle::Bar;

@@ -51,6 +51,7 @@ Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
     // Chains of mirrors leave no direction to learn
     if (*guiding == integrator::Guiding::On && estimator.specular_chains_only) return usage("--integrator whitted follows mirrors only: --guiding on has nothing to guide");
     job.guiding = *guiding;
+    job.splits = a.splitting == "auto";
     const std::optional<integrator::Caustics> caustics = integrator::caustics_mode(a.caustics);
     if (!caustics) return usage(fmt::format("--caustics: expected path, manifold or auto, found \"{}\"", a.caustics));
     if (*caustics != integrator::Caustics::Path && estimator.specular_chains_only) return usage(fmt::format("--integrator whitted leaves caustics out: --caustics {} has nothing to find", a.caustics));

@@ -39,6 +39,7 @@ json make_estimator_stats(const RenderJob& job) {
     j["adaptive"] = job.schedule.adaptive;
     j["accelerator"] = a.accel;
     j["guiding"] = a.guiding;
+    j["splitting"] = a.splitting;
     j["caustics"] = a.caustics;
     return j;
 }
@@ -51,6 +52,10 @@ json make_guiding_stats(const integrator::GuideTraining& training) {
     j["paths"] = training.rays.paths;
     j["cells"] = training.field.cell_count();
     return j;
+}
+
+json make_splitting_stats(const integrator::BranchTrial& trial) {
+    return {{"mean_branches", trial.map.mean()}, {"trial_paths", trial.rays.paths}};
 }
 
 json make_ledger(const RenderJob& job, const integrator::World& world) {
@@ -98,7 +103,8 @@ json numerics_json(const film::Film& film) {
 
 }  // namespace
 
-json make_stats(const RenderJob& job, const FrameInput& input, const integrator::World& world, const integrator::GuideTraining& training, const film::Film& film,
+json make_stats(const RenderJob& job, const FrameInput& input, const integrator::World& world, const integrator::GuideTraining& training,
+                const integrator::BranchTrial& branches, const film::Film& film,
                 const integrator::RenderResult& result) {
     const accel::AcceleratorStats accelerator = world.accelerator->stats();
     const film::NoiseEstimate noise = film.noise();
@@ -111,10 +117,12 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
                      {"bvh", world.times.accelerator_s},
                      {"lights", world.times.lights_s},
                      {"guiding", training.seconds},
+                     {"splitting", branches.seconds},
                      {"render", result.seconds}};
     j["memory_bytes"] = {{"peak", peak_resident_bytes()}, {"geometry", world.geometry.bytes()}, {"bvh", accelerator.bytes}, {"guiding", training.field.memory_bytes()}, {"film", film.memory_bytes()}};
     j["estimator"] = make_estimator_stats(job);
     j["guiding"] = make_guiding_stats(training);
+    j["splitting"] = make_splitting_stats(branches);
     j["samples"] = samples_json(film, result, job);
     j["rays"] = {{"camera", result.rays.camera}, {"shadow", result.rays.shadow}, {"indirect", result.rays.indirect}, {"caustic", result.rays.caustic}};
     j["rays_per_s"] = result.seconds > 0 ? double(result.rays.total()) / result.seconds : 0.0;

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/render_frame.h"
+#include "integrator/branch_trial.h"
 #include "integrator/schedule.h"
 #include "integrator/world.h"
 
@@ -14,6 +15,7 @@ namespace velatura::app {
 /// Statistics of a frame by the schema velatura.stats/1 (docs/statistics.md): units in names, stable key order.
 /// Keys of what was not measured are left out.
 nlohmann::ordered_json make_stats(const RenderJob& job, const FrameInput& input, const integrator::World& world, const integrator::GuideTraining& training,
+                                 const integrator::BranchTrial& branches,
                                   const film::Film& film, const integrator::RenderResult& result);
 
 /// The part of the statistics that depends on the scene and the settings only: what goes into the file's header, so
@@ -25,6 +27,9 @@ nlohmann::ordered_json make_estimator_stats(const RenderJob& job);
 
 /// What the training before the render came to: used, trial_variance, wins of groups, paths, cells. The same in every run.
 nlohmann::ordered_json make_guiding_stats(const integrator::GuideTraining& training);
+
+/// What trial paths said of dividing paths; same everywhere for the same picture.
+nlohmann::ordered_json make_splitting_stats(const integrator::BranchTrial& trial);
 
 /// Approximations in force, with what is known of their effect. Empty = unbiased.
 nlohmann::ordered_json make_ledger(const RenderJob& job, const integrator::World& world);

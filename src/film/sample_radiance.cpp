@@ -96,10 +96,17 @@ Rgb SampleRadiance::radiance() const {
     return Rgb(float(v.x), float(v.y), float(v.z));
 }
 
+Rgb SampleRadiance::branch_radiance() const {
+    if (!has_branches_) return Rgb(0.0f);
+    const image::Triple& v = values_[image::AccumulatorTable::beauty].sum;
+    return Rgb(float(v.x - trunk_.x), float(v.y - trunk_.y), float(v.z - trunk_.z));
+}
+
 void SampleRadiance::clear() {
     for (const uint32_t accumulator : touched_) values_[accumulator] = {};
     touched_.clear();
     bad_ = BadSampleReason::None;
+    has_branches_ = false;
     weight = 1.0f;
     alpha = 0.0f;
     has_hit = false;

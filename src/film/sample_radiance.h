@@ -42,6 +42,15 @@ class SampleRadiance {
     /// The sum of all that was added since clear().
     Rgb radiance() const;
 
+    /// From here on, what is added comes by branches of the path.
+    void begin_branches() {
+        trunk_ = values_[image::AccumulatorTable::beauty].sum;
+        has_branches_ = true;
+    }
+
+    /// What of radiance() came by branches.
+    Rgb branch_radiance() const;
+
     /// Forgets the sample; weight = 1.
     void clear();
 
@@ -73,6 +82,8 @@ class SampleRadiance {
     bool matrix_, bounces_, groups_, direct_;
     std::vector<Value> values_;  ///< per accumulator
     std::vector<uint32_t> touched_;
+    image::Triple trunk_ = {};  ///< what came before the branches
+    bool has_branches_ = false;
     BadSampleReason bad_ = BadSampleReason::None;
 };
 

@@ -98,6 +98,8 @@ struct PathTracer::Path {
     float cone_width = 0, cone_spread = 0;
     SpecularHistory history;  ///< only kept when caustics are solved for
     Interior interior;        ///< of the present segment; only kept where something absorbs
+    uint32_t branches = 1;    ///< that it is yet to divide into
+    float share = 1;          ///< of the sample, for a branch
     RayCounts* counts;
     PathObserver* observer;
 };
@@ -119,6 +121,7 @@ PathTracer::PathTracer(const World& world, const film::LayerSet& layers, const P
 
 void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out, RayCounts& counts, PathObserver* observer) const {
     Path path(sampling::PixelSampler(options_.seed, x, y, sample, options_.sampler), counts, observer);
+    if (options_.branches) path.branches = options_.branches->at(x, y);
 
     // Start at the camera, inside the pixel's filter
     const sampling::FilterSample filtered = filter_.sample(path.sampler.get_2d(0, Purpose::PixelFilter));
@@ -133,11 +136,16 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
     path.cone_spread = first.cone_spread;
     path.receiver.p = path.straight_o = first.o;
     path.beta = Rgb(world_.camera.exposure_scale());
-    const bool has_absorption = world_.materials.has_absorption();
-    if (has_absorption) path.interior = world_.camera_interior;
+    if (world_.materials.has_absorption()) path.interior = world_.camera_interior;
     ++counts.paths;
     ++counts.camera;
+    follow(path, out);
+}
 
+void PathTracer::follow(Path& path, film::SampleRadiance& out) const {
+    RayCounts& counts = *path.counts;
+    PathObserver* const observer = path.observer;
+    const bool has_absorption = world_.materials.has_absorption();
     const char* end = "escaped";
     while (true) {
         const geometry::Hit hit = world_.accelerator->intersect(path.ray);
@@ -179,21 +187,44 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
         }
         add_direct_light(path, vertex, out);
         if (options_.caustics) add_caustics(path, vertex, out);
-        if (!scatter(path, vertex, out)) {
-            end = "absorbed";
+        if (path.branches > 1 && bsdf.has_non_delta()) {
+            branch_out(path, vertex, out);
+            return;
+        }
+        if (const char* const why = go_on(path, vertex, out)) {
+            end = why;
             break;
         }
-        if (path.pass_count == 0 && !survives_roulette(path)) {
-            end = "ended by roulette";
-            break;
-        }
-        if (path.pass_count >= pass_through_limit) {
-            end = "passed through too many surfaces";
-            break;
-        }
-        ++counts.indirect;
     }
     if (observer) observer->on_end(path.bounce, end);
+}
+
+/// What came by the path so far is shared by all branches; each goes on with its share and with random numbers of its own.
+void PathTracer::branch_out(const Path& trunk, const Vertex& vertex, film::SampleRadiance& out) const {
+    out.begin_branches();
+    const uint64_t rays_before = trunk.counts->total();
+    for (uint32_t i = 0; i < trunk.branches; ++i) {
+        Path branch = trunk;
+        branch.branches = 1;
+        branch.share = 1.0f / float(trunk.branches);
+        branch.beta *= branch.share;
+        branch.sampler = trunk.sampler.branch(i, trunk.branches);
+        if (const char* const why = go_on(branch, vertex, out)) {
+            if (branch.observer) branch.observer->on_end(branch.bounce, why);
+        } else {
+            follow(branch, out);
+        }
+    }
+    trunk.counts->in_branches += trunk.counts->total() - rays_before;
+}
+
+/// Chooses where the path goes from the vertex. Returns: why it ends instead, or null.
+const char* PathTracer::go_on(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
+    if (!scatter(path, vertex, out)) return "absorbed";
+    if (path.pass_count == 0 && !survives_roulette(path)) return "ended by roulette";
+    if (path.pass_count >= pass_through_limit) return "passed through too many surfaces";
+    ++path.counts->indirect;
+    return nullptr;
 }
 
 void PathTracer::deposit(const Path& path, int bounce, scene::GroupId group, const Rgb& radiance, const char* what, film::SampleRadiance& out) const {
@@ -443,9 +474,9 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
 bool PathTracer::survives_roulette(Path& path) const {
     const EstimatorOptions& estimator = options_.estimator;
     if (estimator.roulette == Roulette::None || path.bounce < estimator.roulette_start) return true;
-    const float exposure = world_.camera.exposure_scale();
+    const float whole = world_.camera.exposure_scale() * path.share;
     const bool is_constant = estimator.roulette == Roulette::Constant;
-    float survival = is_constant ? constant_survival : survival_per_throughput * max_component(path.beta) * path.eta_scale / exposure;
+    float survival = is_constant ? constant_survival : survival_per_throughput * max_component(path.beta) * path.eta_scale / whole;
     // A dim path on its way to where much light is must not end: keep it by what it may bring (Vorba & Křivánek 2016,
     // without splitting). What was learned never makes a path end earlier.
     if (!is_constant && std::isfinite(path.importance)) survival = std::max(survival, importance_scale * path.importance);

@@ -5,6 +5,7 @@
 
 #include "film/film.h"
 #include "guiding/guiding_field.h"
+#include "integrator/branch_map.h"
 #include "integrator/caustics.h"
 #include "integrator/direction_mixture.h"
 #include "integrator/estimator.h"
@@ -36,6 +37,9 @@ struct PathTracerOptions {
     sampling::SamplerKind sampler = sampling::SamplerKind::Sobol;
     bool disable_lens = false;  ///< UsdRenderSettings disableDepthOfField
     const guiding::GuidingField* guide = nullptr;  ///< learned beforehand, must outlive the tracer; null = none
+    /// How many ways a path goes on from its first vertex with lobes that are no delta, at an equal share each; must outlive
+    /// the tracer; null = one.
+    const BranchMap* branches = nullptr;
     const CausticSampler* caustics = nullptr;  ///< solves for caustics, must outlive the tracer; null = paths find all light
 };
 
@@ -46,7 +50,8 @@ class PathTracer {
   public:
     PathTracer(const World& world, const film::LayerSet& layers, const PathTracerOptions& options);
 
-    /// One camera sample of pixel (x, y) of the whole picture. A function of its arguments and the options alone.
+    /// One camera sample of pixel (x, y) of the whole picture. A function of its arguments and the options alone. Where the
+    /// path divides, an observer is told of one branch after the other, each with its own end.
     void trace(int x, int y, uint64_t sample, film::SampleRadiance& out, RayCounts& counts, PathObserver* observer = nullptr) const;
 
   private:
@@ -60,6 +65,9 @@ class PathTracer {
     bool pass_through(Path& path, const geometry::SurfacePoint& point) const;
     bool pass_straight(Path& path, const Vertex& vertex) const;
     static void go_straight_on(Path& path, const geometry::SurfacePoint& point);
+    void follow(Path& path, film::SampleRadiance& out) const;
+    void branch_out(const Path& trunk, const Vertex& vertex, film::SampleRadiance& out) const;
+    const char* go_on(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool survives_roulette(Path& path) const;
     Rgb visibility(const Path& path, const Vertex& from, const lights::LightSample& light) const;

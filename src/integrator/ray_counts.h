@@ -11,6 +11,7 @@ struct RayCounts {
     uint64_t indirect = 0;
     uint64_t shadow = 0;
     uint64_t caustic = 0;  ///< segments of specular chains that are solved for, see CausticSampler
+    uint64_t in_branches = 0;  ///< of these four: by paths after they had divided
     uint64_t paths = 0;
     uint64_t depth_limited = 0;  ///< paths cut by hard_depth_limit
     uint64_t caustics_found = 0;   ///< specular chains from a vertex to a light that were found by solving for them
@@ -23,6 +24,7 @@ struct RayCounts {
         indirect += o.indirect;
         shadow += o.shadow;
         caustic += o.caustic;
+        in_branches += o.in_branches;
         paths += o.paths;
         depth_limited += o.depth_limited;
         caustics_found += o.caustics_found;

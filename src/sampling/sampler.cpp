@@ -58,6 +58,15 @@ PixelSampler::PixelSampler(
     if (is_independent_) key_ = hash_combine(key_, sample_index);
 }
 
+PixelSampler PixelSampler::branch(uint32_t index, uint32_t count) const {
+    PixelSampler sampler = *this;
+    const uint64_t point = uint64_t(reverse_bits(reversed_index_)) * count + index;
+    sampler.reversed_index_ = reverse_bits(uint32_t(point));
+    if (point >> 32) sampler.key_ = hash_combine(key_, point >> 32);
+    if (is_independent_) sampler.key_ = hash_combine(key_, index);
+    return sampler;
+}
+
 // Of every use another order, so that uses do not pair up. Blue noise keeps the samples below each
 // power of two together: those of several pixels form a net.
 uint32_t PixelSampler::shuffled_index(uint64_t key) const {

@@ -63,6 +63,11 @@ class PixelSampler {
                  uint64_t sample_index,
                  SamplerKind kind = SamplerKind::Sobol);
 
+    /// The numbers of one of `count` branches into which the path of the sample divides. Those of all
+    /// samples of a pixel are points of one sequence; what they are used for must be used by branches
+    /// alone.
+    PixelSampler branch(uint32_t index, uint32_t count) const;
+
     /// One number in [0, 1). `bounce` counts path vertices from 0 = camera; `repeat` tells apart
     /// several draws of one purpose at one vertex (opacity layers of a ray).
     float get_1d(int bounce, Purpose purpose, uint32_t repeat = 0) const;

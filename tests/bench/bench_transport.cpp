@@ -45,20 +45,13 @@ Runs measure(const scene::Scene& scene, const test::Technique& technique) {
     return runs;
 }
 
-/// How the render schedule places and guides samples.
-struct Placement {
-    const char* name;
-    bool is_adaptive;
-    integrator::Guiding guiding;
-};
+using Placement = test::TransportRenderer::Placement;
 
-constexpr Placement default_placement = {"default", true, integrator::Guiding::Auto};
-
-/// The same by the render schedule; training of guides counts.
+/// The same by the render schedule; training of guides and trials count.
 Runs measure_placement(test::TransportRenderer& renderer, const Placement& placement) {
     Runs runs;
     const double start = cpu_seconds();
-    for (int r = 0; r < run_count; ++r) runs.pixels.push_back(renderer.render_scheduled(uint64_t(r) + 1, placed_count, placement.is_adaptive, placement.guiding));
+    for (int r = 0; r < run_count; ++r) runs.pixels.push_back(renderer.render_scheduled(uint64_t(r) + 1, placed_count, placement));
     runs.cpu_s = (cpu_seconds() - start) / run_count;
     return runs;
 }
@@ -156,25 +149,32 @@ void report(const std::string& name) {
     }
 }
 
-/// Samples placed by noise, and paths guided where trial paths ask for it, against renders without the one or the other.
+/// Samples placed by noise, paths guided and divided where trial paths ask for it, against renders without the one or the
+/// other.
 void report_placement(const std::string& name) {
-    static const Placement others[] = {
-        {"the same number of samples everywhere", false, integrator::Guiding::Auto},
-        {"no guiding", true, integrator::Guiding::Off},
-        {"guiding in any case", true, integrator::Guiding::On},
+    struct Other {
+        const char* name;
+        Placement placement;
+    };
+    static const Other others[] = {
+        {"the same number of samples everywhere", {.is_adaptive = false}},
+        {"paths that go on by one", {.splits = false}},
+        {"no guiding", {.guiding = integrator::Guiding::Off}},
+        {"guiding in any case", {.guiding = integrator::Guiding::On}},
     };
     const scene::Scene scene = test::load_scene(name, size_px, size_px);
     test::TransportRenderer renderer(scene, test::default_technique());
     renderer.render(99, 1);  // caches warm
-    const Runs usual = measure_placement(renderer, default_placement);
+    const Runs usual = measure_placement(renderer, {});
     const bool is_guided = renderer.was_guided();
+    const double branches = renderer.mean_branches();
     const auto all = [](size_t) { return true; };
-    fmt::print("\n{}: {} samples per pixel in the mean, {:.3f} CPU s{}\n", name, placed_count, usual.cpu_s, is_guided ? ", guided" : "");
-    for (const Placement& placement : others) {
+    fmt::print("\n{}: {} samples per pixel in the mean, {:.3f} CPU s, {:.1f} branches{}\n", name, placed_count, usual.cpu_s, branches, is_guided ? ", guided" : "");
+    for (const auto& [technique, placement] : others) {
         const Runs other = measure_placement(renderer, placement);
         const Pixels norm = norm_of(test::mean_of({test::mean_of(usual.pixels), test::mean_of(other.pixels)}));
         const Ratio ratio = efficiency_ratio(usual, other, norm);
-        fmt::print("  instead: {:38} default is {:6.2f} x as efficient [{:.2f}, {:.2f}]  relMSE x {:.2f}, time x {:.2f}\n", placement.name, ratio.value, ratio.low, ratio.high,
+        fmt::print("  instead: {:38} default is {:6.2f} x as efficient [{:.2f}, {:.2f}]  relMSE x {:.2f}, time x {:.2f}\n", technique, ratio.value, ratio.low, ratio.high,
                    relative_variance(other.pixels, norm, all) / relative_variance(usual.pixels, norm, all), other.cpu_s / usual.cpu_s);
         std::fflush(stdout);
     }
@@ -216,7 +216,7 @@ void report_bias(const std::string& name) {
     for (int r = 0; r < reference_runs; ++r) reference.push_back(renderer.render(uint64_t(r) + 1000, reference_samples));
     for (const uint64_t samples : {uint64_t(16), uint64_t(256)}) {
         std::vector<Pixels> pictures;
-        for (int r = 0; r < runs; ++r) pictures.push_back(renderer.render_scheduled(uint64_t(r) + 1, samples, default_placement.is_adaptive, default_placement.guiding));
+        for (int r = 0; r < runs; ++r) pictures.push_back(renderer.render_scheduled(uint64_t(r) + 1, samples, {}));
         double worst_z = 0, mean_squared_z = 0, bias = 0, detectable = 0;
         for (const int step : {side, block}) {
             std::vector<Pixels> a, b;
@@ -300,7 +300,7 @@ int main(int argc, char** argv) {
         for (const std::string& scene : scenes) report(scene);
     }
     if (words.empty() || is_said("placed")) {
-        fmt::print("\nAdaptive sampling and guiding\n");
+        fmt::print("\nAdaptive sampling, splitting and guiding\n");
         for (const std::string& scene : scenes) report_placement(scene);
     }
     if (words.empty() || is_said("light-counts")) report_light_counts();

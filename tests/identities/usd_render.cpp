@@ -13,6 +13,7 @@
 #include "base/atomic_file.h"
 #include "base/hash.h"
 #include "base/tasks.h"
+#include "integrator/branch_trial.h"
 #include "integrator/path_tracer.h"
 #include "integrator/schedule.h"
 #include "integrator/world.h"
@@ -60,6 +61,9 @@ film::Film render_scene(const scene::Scene& scene, const integrator::RenderOptio
         const integrator::GuideTraining training = integrator::train_guide(world, {.seed = options.seed, .caustics = caustics.get()}, setup.guiding);
         integrator::PathTracerOptions tracer_options{.seed = options.seed, .caustics = caustics.get()};
         if (training.is_used) tracer_options.guide = &training.field;
+        integrator::BranchMap branches(setup.branches);
+        if (setup.branches == 0) branches = integrator::try_branches(world, tracer_options).map;
+        tracer_options.branches = &branches;
         const integrator::PathTracer tracer(world, layers, tracer_options);
         integrator::run_schedule(
             film, part,

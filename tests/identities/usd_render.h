@@ -18,14 +18,16 @@ namespace velatura::test {
 /// Composes a .usda text and translates it; test failures for every diagnostic of severity error.
 scene::Scene scene_from_usda(const std::string& text, int width = 32, int height = 24);
 
-/// What a render may differ in without another picture, whether it is guided and how
-/// caustics are found.
+/// What a render may differ in without another picture, whether it is guided, how its paths divide
+/// and how caustics are found.
 struct RenderSetup {
     int threads = 0;
     integrator::Guiding guiding = integrator::Guiding::Off;
     std::optional<film::Window> window = {};  ///< the whole picture if not given
     std::vector<uint64_t> sample_splits = {};  ///< rendered in parts that begin here, each on its own
     integrator::Caustics caustics = integrator::Caustics::Path;
+    /// Branches of every path; 0 = as many as trial paths say.
+    uint32_t branches = 1;
     accel::BvhQuality bvh_quality = accel::BvhQuality::Balanced;
 };
 

@@ -105,6 +105,41 @@ TEST(PixelSampler, EveryAlignedBlockOfAHalfIsANet) {
     }
 }
 
+TEST(PixelSampler, BranchesOfAnAlignedBlockOfSamplesAreANet) {
+    for (const SamplerKind kind : {SamplerKind::Sobol, SamplerKind::SobolHalves}) {
+        const uint64_t stride = has_halves(kind) ? 2 : 1;
+        for (const uint32_t count : {2u, 4u}) {
+            for (const uint64_t block : {0u, 1u, 5u}) {
+                std::vector<Vec2> points;
+                for (uint64_t i = 0; i < 16; ++i) {
+                    const PixelSampler sample(7, 3, 4, stride * (16 * block + i), kind);
+                    for (uint32_t b = 0; b < count; ++b)
+                        points.push_back(sample.branch(b, count).get_2d(2, Purpose::BsdfDirection));
+                }
+                expect_net(points);
+            }
+        }
+    }
+}
+
+// Of any sampler, and where their points lie beyond the sequence's 2^32
+TEST(PixelSampler, BranchesAreDistinct) {
+    for (const SamplerKind kind : {SamplerKind::Sobol, SamplerKind::Independent,
+                                   SamplerKind::BlueNoise, SamplerKind::SobolHalves}) {
+        std::set<std::pair<float, float>> seen;
+        for (const uint64_t first : {uint64_t(0), (uint64_t(1) << 30) - 50}) {
+            for (uint64_t s = first; s < first + 100; ++s) {
+                for (uint32_t b = 0; b < 4; ++b) {
+                    const Vec2 u = PixelSampler(7, 3, 4, s, kind).branch(b, 4).get_2d(
+                        2, Purpose::BsdfDirection);
+                    seen.insert({u.x, u.y});
+                }
+            }
+        }
+        EXPECT_EQ(seen.size(), 800u);
+    }
+}
+
 TEST(PixelSampler, OneDimensionIsStratified) {
     constexpr size_t n = 1024;
     std::vector<int> count(n, 0);

@@ -8,6 +8,7 @@
 #include "app/light_images.h"
 #include "base/check.h"
 #include "base/tasks.h"
+#include "integrator/branch_trial.h"
 #include "integrator/schedule.h"
 #include "translate/translate.h"
 #include "usd/stage/stage.h"
@@ -38,6 +39,11 @@ const std::vector<Technique>& techniques() {
         {"independent samples", "Owen-Sobol' points", [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::Independent; }},
         {"blue noise", "white noise", [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::BlueNoise; }},
         {"two halves", "one sequence per pixel", [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::SobolHalves; }},
+        {"paths in four", "paths go on by one",
+         [](WorldOptions&, PathTracerOptions& p) {
+             static const integrator::BranchMap four(4);
+             p.branches = &four;
+         }},
         {"caustics solved for", "caustics by paths", [](WorldOptions&, PathTracerOptions&) {}, integrator::Caustics::Manifold},
     };
     return table;
@@ -87,25 +93,29 @@ film::LayerSet TransportRenderer::beauty_layers() const {
     return layers;
 }
 
-Pixels TransportRenderer::render_scheduled(uint64_t seed, uint64_t samples, bool adaptive, integrator::Guiding guiding) {
+Pixels TransportRenderer::render_scheduled(uint64_t seed, uint64_t samples, const Placement& placement) {
     const film::LayerSet layers = beauty_layers();
     integrator::PathTracerOptions tracer_options = options_;
     tracer_options.seed = seed;
-    const integrator::GuideTraining training = integrator::train_guide(*world_, tracer_options, guiding);
+    const integrator::GuideTraining training = integrator::train_guide(*world_, tracer_options, placement.guiding);
     was_guided_ = training.is_used;
     if (training.is_used) tracer_options.guide = &training.field;
+    const integrator::BranchTrial branches = placement.splits ? integrator::try_branches(*world_, tracer_options) : integrator::BranchTrial();
+    mean_branches_ = branches.map.mean();
+    tracer_options.branches = &branches.map;
     const integrator::PathTracer tracer(*world_, layers, tracer_options);
     integrator::RenderOptions options;
     options.mode = integrator::RenderMode::Tile;
     options.seed = seed;
     options.end_sample = samples;
-    options.adaptive = adaptive;
+    options.adaptive = placement.is_adaptive;
     const int width = scene_.settings.width, height = scene_.settings.height;
     film::Film film({0, 0, width, height}, layers, {.final_sample_end = integrator::most_samples(options)});
     const integrator::RenderResult result = integrator::run_schedule(
         film, options, [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); }, {});
     rays_ += result.rays;
     rays_ += training.rays;
+    rays_ += branches.rays;
     bad_ += film.invalid_count();
     const std::vector<float> rgba = film.snapshot().rgba;
     Pixels pixels;

@@ -47,11 +47,20 @@ class TransportRenderer {
     /// left out and counted in bad_samples().
     Pixels render(uint64_t seed, uint64_t samples);
 
-    /// The same by the render schedule, `samples` in the mean where it is adaptive, after the training that guiding asks for.
-    Pixels render_scheduled(uint64_t seed, uint64_t samples, bool adaptive, integrator::Guiding guiding = integrator::Guiding::Off);
+    /// What `velatura render` does by default around the technique.
+    struct Placement {
+        bool is_adaptive = true;
+        integrator::Guiding guiding = integrator::Guiding::Auto;
+        bool splits = true;
+    };
 
-    /// Whether the last of these was guided.
+    /// The same by the render schedule, `samples` in the mean where it is adaptive, after training and trials.
+    Pixels render_scheduled(uint64_t seed, uint64_t samples, const Placement& placement);
+
+    /// Of the last of these: whether it was guided, and into how many branches its paths divided in the mean.
     bool was_guided() const { return was_guided_; }
+
+    double mean_branches() const { return mean_branches_; }
 
     uint64_t bad_samples() const { return bad_; }
 
@@ -67,6 +76,7 @@ class TransportRenderer {
     integrator::RayCounts rays_;
     uint64_t bad_ = 0;
     bool was_guided_ = false;
+    double mean_branches_ = 1;
 };
 
 /// Element-wise mean of estimates of one picture.

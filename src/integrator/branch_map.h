@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace velatura::integrator {
+
+/// Into how many branches the paths of a picture divide at their first vertex with lobes that are no delta: a power of two
+/// per block of pixels.
+class BranchMap {
+  public:
+    static constexpr int block_size = 16;
+    static constexpr uint32_t most = 4;
+
+    /// The same number everywhere.
+    explicit BranchMap(uint32_t count = 1) : counts_(1, uint8_t(count)) {}
+
+    /// counts: [blocks_high][blocks_across].
+    BranchMap(int blocks_across, std::vector<uint8_t> counts) : blocks_across_(blocks_across), counts_(std::move(counts)) {}
+
+    /// Of the pixel (x, y) of the whole picture.
+    uint32_t at(int x, int y) const { return blocks_across_ == 0 ? counts_[0] : counts_[size_t(y / block_size) * size_t(blocks_across_) + size_t(x / block_size)]; }
+
+    /// Over blocks.
+    double mean() const {
+        double sum = 0;
+        for (const uint8_t count : counts_) sum += count;
+        return sum / double(counts_.size());
+    }
+
+  private:
+    int blocks_across_ = 0;
+    std::vector<uint8_t> counts_;
+};
+
+}  // namespace velatura::integrator

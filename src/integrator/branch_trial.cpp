@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "integrator/branch_trial.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "base/hash.h"
+#include "base/tasks.h"
+
+namespace velatura::integrator {
+
+namespace {
+
+/// Keeps the random numbers of the trial apart from those of the render.
+constexpr uint64_t trial_seed_salt = 0x6272616e63682121ull;
+
+constexpr int cell_size = 8;  // pixels to a side, of which one is tried
+constexpr uint64_t trial_samples = 16;
+constexpr uint32_t trial_branches = 2;
+constexpr size_t runs = 2;
+constexpr int reach = 1;  // blocks to each side of a block that count for it
+/// What twice as many branches must promise, as few trial paths promise now and then by chance, and as low-discrepancy
+/// points make more of samples than of branches.
+constexpr double least_gain = 1.15;
+
+/// Relative squared errors of a pixel's mean, variance / (mean² + 0.01), and costs of a sample in rays: of what comes before
+/// a path divides, and of one branch.
+struct Parts {
+    double trunk_error = 0, branch_error = 0;
+    double trunk_cost = 0, branch_cost = 0;
+
+    /// Proportional to 1 / efficiency.
+    double inefficiency(uint32_t branches) const {
+        return std::max(0.0, trunk_error + branch_error / branches) * (trunk_cost + branches * branch_cost);
+    }
+
+    void operator+=(const Parts& o) {
+        trunk_error += o.trunk_error;
+        branch_error += o.branch_error;
+        trunk_cost += o.trunk_cost;
+        branch_cost += o.branch_cost;
+    }
+};
+
+/// The samples of one pixel.
+class Trial {
+  public:
+    void add(uint64_t sample, const film::SampleRadiance& radiance) {
+        if (radiance.is_bad()) return;
+        const size_t run = sample * runs / trial_samples;
+        const Rgb total = radiance.radiance() * radiance.weight, branches = radiance.branch_radiance() * radiance.weight;
+        for (int c = 0; c < 3; ++c) {
+            total_[run][c] += double(total[c]);
+            branches_[run][c] += double(branches[c]);
+        }
+    }
+
+    Parts parts(const RayCounts& counts) const {
+        Parts parts;
+        for (int c = 0; c < 3; ++c) {
+            const double mean = (total_[0][c] + total_[1][c]) / double(trial_samples);
+            const double norm = mean * mean + 0.01;
+            const double branch_error = variance(branches_, c) / norm;
+            // All that branches bring counts as different from one to the other
+            parts.branch_error += branch_error * trial_branches;
+            parts.trunk_error += variance(total_, c) / norm - branch_error;
+        }
+        if (!std::isfinite(parts.trunk_error) || !std::isfinite(parts.branch_error)) return {};
+        // A sample costs something beside its rays
+        parts.trunk_cost = 1.0 + double(counts.total() - counts.in_branches) / double(trial_samples);
+        parts.branch_cost = double(counts.in_branches) / double(trial_samples * trial_branches);
+        return parts;
+    }
+
+  private:
+    using Sums = double[runs][3];
+
+    static double variance(const Sums& sums, int c) {
+        const double difference = (sums[0][c] - sums[1][c]) / (double(trial_samples) / double(runs));
+        return difference * difference / 2;
+    }
+
+    Sums total_ = {}, branches_ = {};
+};
+
+/// Cells or blocks over the picture.
+struct Grid {
+    Grid(const scene::RenderSettings& settings, int size) : across((settings.width + size - 1) / size), high((settings.height + size - 1) / size) {}
+
+    size_t count() const { return size_t(across) * size_t(high); }
+
+    int across, high;
+};
+
+class Trials {
+  public:
+    Trials(const World& world, const PathTracerOptions& options, const std::atomic<bool>* stop)
+        : settings_(world.scene.settings), cells_(settings_, cell_size), blocks_(settings_, BranchMap::block_size), two_(trial_branches), stop_(stop) {
+        PathTracerOptions trial_options = options;
+        trial_options.seed = seed_ = hash_combine(options.seed, trial_seed_salt);
+        trial_options.branches = &two_;
+        film::LayerSet layers;
+        layers.bounce_layers = layers.group_layers = layers.data_layers = false;
+        for (const scene::LightGroup& g : world.scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+        trace(PathTracer(world, layers, trial_options), layers);
+    }
+
+    bool is_stopped() const { return stop_ && stop_->load(std::memory_order_relaxed); }
+
+    RayCounts rays() const {
+        RayCounts sum;
+        for (const RayCounts& counts : counts_) sum += counts;
+        return sum;
+    }
+
+    BranchMap map() const {
+        std::vector<uint8_t> counts(blocks_.count());
+        for (int y = 0; y < blocks_.high; ++y) {
+            for (int x = 0; x < blocks_.across; ++x) counts[size_t(y * blocks_.across + x)] = uint8_t(best(around(x, y)));
+        }
+        return {blocks_.across, std::move(counts)};
+    }
+
+  private:
+    void trace(const PathTracer& tracer, const film::LayerSet& layers) {
+        parts_.resize(cells_.count());
+        counts_.resize(size_t(cells_.high));
+        parallel_for(size_t(cells_.high), [&](size_t row) {
+            film::SampleRadiance radiance(layers);
+            for (int column = 0; column < cells_.across && !is_stopped(); ++column) {
+                const size_t cell = row * size_t(cells_.across) + size_t(column);
+                const uint64_t place = hash_combine(seed_, cell);
+                const int x = std::min(column * cell_size + int(place % cell_size), settings_.width - 1);
+                const int y = std::min(int(row) * cell_size + int(place / cell_size % cell_size), settings_.height - 1);
+                Trial trial;
+                RayCounts counts;
+                for (uint64_t s = 0; s < trial_samples; ++s) {
+                    radiance.clear();
+                    tracer.trace(x, y, s, radiance, counts);
+                    trial.add(s, radiance);
+                }
+                parts_[cell] = trial.parts(counts);
+                counts_[row] += counts;
+            }
+        });
+    }
+
+    /// Sum over the cells of a block and of those around it.
+    Parts around(int block_x, int block_y) const {
+        constexpr int per_block = BranchMap::block_size / cell_size;
+        Parts sum;
+        const int last_y = std::min(cells_.high, (block_y + reach + 1) * per_block), last_x = std::min(cells_.across, (block_x + reach + 1) * per_block);
+        for (int y = std::max(0, (block_y - reach) * per_block); y < last_y; ++y) {
+            for (int x = std::max(0, (block_x - reach) * per_block); x < last_x; ++x) sum += parts_[size_t(y * cells_.across + x)];
+        }
+        return sum;
+    }
+
+    static uint32_t best(const Parts& parts) {
+        uint32_t best = 1;
+        for (uint32_t n = 2; n <= BranchMap::most; n *= 2) {
+            if (least_gain * parts.inefficiency(n) > parts.inefficiency(best)) break;
+            best = n;
+        }
+        return best;
+    }
+
+    const scene::RenderSettings& settings_;
+    Grid cells_, blocks_;
+    BranchMap two_;
+    const std::atomic<bool>* stop_;
+    uint64_t seed_ = 0;
+    std::vector<Parts> parts_;      // [cell]
+    std::vector<RayCounts> counts_;  // [row of cells]
+};
+
+}  // namespace
+
+BranchTrial try_branches(const World& world, const PathTracerOptions& options, const std::atomic<bool>* stop) {
+    BranchTrial out;
+    // Chains of mirrors never divide
+    if (options.estimator.specular_chains_only) return out;
+    const auto start = std::chrono::steady_clock::now();
+    const Trials trials(world, options, stop);
+    out.rays = trials.rays();
+    if (!trials.is_stopped()) out.map = trials.map();
+    out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return out;
+}
+
+}  // namespace velatura::integrator

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// A picture whose paths divide is the same picture with other noise, layer by layer, and one picture however it is made.
+#include "integrator/branch_trial.h"
+
+#include "base/tasks.h"
+#include "integrator/world.h"
+#include "usd_render.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+namespace velatura::test {
+
+namespace {
+
+integrator::RenderOptions options_of(uint64_t samples, uint64_t seed = 3) {
+    integrator::RenderOptions options;
+    options.end_sample = samples;
+    options.seed = seed;
+    options.tile_size = 16;
+    return options;
+}
+
+/// A small lamp behind the camera and a wall that is lit by it alone, or also by the room around them.
+std::string wall_usda(bool is_room) {
+    const std::string room = R"usda(
+def Sphere "Room" {
+    double radius = 6
+    color3f[] primvars:displayColor = [(0.5, 0.5, 0.5)]
+}
+)usda";
+    return R"usda(#usda 1.0
+( upAxis = "Y" )
+def Camera "Cam" {
+    float focalLength = 30
+    float2 clippingRange = (0, 0)
+    double3 xformOp:translate = (0, 0, 3)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def Mesh "Wall" {
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    point3f[] points = [(-9, -9, -1), (9, -9, -1), (9, 9, -1), (-9, 9, -1)]
+    uniform token subdivisionScheme = "none"
+    color3f[] primvars:displayColor = [(0.5, 0.5, 0.5)]
+}
+def SphereLight "Lamp" {
+    float inputs:intensity = 2000
+    float inputs:radius = 0.03
+    double3 xformOp:translate = (0, 1.5, 3.5)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+)usda" + (is_room ? room : "");
+}
+
+integrator::BranchTrial trial_of(const scene::Scene& scene, int threads = 0) {
+    const ThreadLimit limit(threads);
+    Diagnostics diagnostics;
+    const integrator::World world(scene, {.width = scene.settings.width, .height = scene.settings.height}, {}, diagnostics);
+    return integrator::try_branches(world, {.seed = 1});
+}
+
+}  // namespace
+
+TEST(Splitting, IntoOneBranchChangesNoBit) {
+    const scene::Scene scene = scene_from_usda(room_usda(), 24, 20);
+    EXPECT_NE(fingerprint(render_scene(scene, options_of(8), {.branches = 1})), fingerprint(render_scene(scene, options_of(8), {.branches = 2})));
+    Diagnostics diagnostics;
+    EXPECT_EQ(fingerprint(render_scene(scene, options_of(8), {.branches = 1})), fingerprint(render_scene(scene, options_of(8))));
+}
+
+// Every accumulator of the film: bounces, groups, their cells, unoccluded light, halves.
+TEST(Splitting, KeepsTheMeanOfEveryLayer) {
+    const scene::Scene scene = scene_from_usda(room_usda(), 20, 16);
+    constexpr int runs = 24;
+    struct Sums {
+        std::vector<double> sum, squares;
+    };
+    const auto measure = [&](uint32_t branches, uint64_t first_seed) {
+        Sums sums;
+        for (int run = 0; run < runs; ++run) {
+            const film::Film film = render_scene(scene, options_of(16, first_seed + uint64_t(run)), {.branches = branches});
+            const uint32_t count = film.sums().table().total_count();
+            sums.sum.resize(count);
+            sums.squares.resize(count);
+            for (uint32_t a = 0; a < count; ++a) {
+                double total = 0;
+                for (int y = 0; y < 16; ++y) {
+                    for (int x = 0; x < 20; ++x) {
+                        const image::Triple t = film.sums().total(x, y, a);
+                        total += t.x + t.y + t.z;
+                    }
+                }
+                sums.sum[a] += total;
+                sums.squares[a] += total * total;
+            }
+        }
+        return sums;
+    };
+    const Sums one = measure(1, 100), four = measure(4, 200);
+    double largest = 0, widest = 0, worst_z = 0;
+    for (size_t a = 0; a < one.sum.size(); ++a) {
+        const double mean_1 = one.sum[a] / runs, mean_4 = four.sum[a] / runs;
+        const double variance = (one.squares[a] / runs - mean_1 * mean_1 + four.squares[a] / runs - mean_4 * mean_4) / (runs - 1);
+        if (!(variance > 0)) {
+            EXPECT_DOUBLE_EQ(mean_1, mean_4);
+            continue;
+        }
+        const double z = (mean_4 - mean_1) / std::sqrt(variance);
+        EXPECT_LT(std::abs(z), 5.0) << "accumulator " << a;
+        worst_z = std::max(worst_z, std::abs(z));
+        largest = std::max(largest, mean_1);
+        widest = std::max(widest, 5 * std::sqrt(variance));
+    }
+    std::printf("%zu accumulators, worst |z| %.2f, detectable %.2f %% of the brightest\n", one.sum.size(), worst_z, 100 * widest / largest);
+}
+
+TEST(Splitting, TilesThreadsPartsAndCropsGiveTheSameBits) {
+    const scene::Scene scene = scene_from_usda(room_usda(), 40, 34);
+    RenderSetup setup{.threads = 1, .branches = 0};
+    const film::Film whole = render_scene(scene, options_of(24), setup);
+    integrator::RenderOptions tiles = options_of(24);
+    tiles.mode = integrator::RenderMode::Tile;
+    tiles.tile_size = 64;
+    setup.threads = 3;
+    EXPECT_EQ(fingerprint(render_scene(scene, tiles, setup)), fingerprint(whole));
+    setup.sample_splits = {5, 16};
+    EXPECT_EQ(fingerprint(render_scene(scene, tiles, setup)), fingerprint(whole));
+    setup.window = film::Window{7, 5, 31, 29};
+    const film::Film crop = render_scene(scene, tiles, setup);
+    for (int y = 5; y < 29; ++y) {
+        for (int x = 7; x < 31; ++x) {
+            for (uint32_t a = 0; a < whole.sums().table().total_count(); ++a) {
+                const image::Triple p = crop.sums().total(x, y, a), q = whole.sums().total(x, y, a);
+                ASSERT_TRUE(p.x == q.x && p.y == q.y && p.z == q.z);
+            }
+        }
+    }
+}
+
+TEST(Splitting, IsChosenWhereIndirectLightMakesTheNoise) {
+    const integrator::BranchTrial alone = trial_of(scene_from_usda(wall_usda(false), 64, 48)), room = trial_of(scene_from_usda(wall_usda(true), 64, 48));
+    std::printf("mean branches: wall %.2f, room %.2f\n", alone.map.mean(), room.map.mean());
+    EXPECT_LT(alone.map.mean(), 1.5);
+    EXPECT_GT(room.map.mean(), 1.9);
+    EXPECT_EQ(trial_of(scene_from_usda(wall_usda(true), 64, 48), 3).map.mean(), room.map.mean());
+}
+
+TEST(Splitting, LowersTheErrorForItsTime) {
+    // Of a room, by rays: the time of a machine at hand is no matter of tests
+    const scene::Scene scene = scene_from_usda(wall_usda(true), 32, 24);
+    const auto relative_variance = [&](uint32_t branches) {
+        constexpr int runs = 16;
+        std::vector<double> sum, squares;
+        for (int run = 0; run < runs; ++run) {
+            const std::vector<double> picture = beauty(render_scene(scene, options_of(16, uint64_t(run)), {.branches = branches}));
+            sum.resize(picture.size());
+            squares.resize(picture.size());
+            for (size_t i = 0; i < picture.size(); ++i) {
+                sum[i] += picture[i] / runs;
+                squares[i] += picture[i] * picture[i] / runs;
+            }
+        }
+        double total = 0;
+        for (size_t i = 0; i < sum.size(); ++i) total += (squares[i] - sum[i] * sum[i]) / (sum[i] * sum[i] + 0.01);
+        return total;
+    };
+    // Four branches cost less than four times as much
+    const double gain = relative_variance(1) / relative_variance(4);
+    std::printf("four branches: error x %.2f\n", 1 / gain);
+    EXPECT_GT(gain, 3.0);
+}
+
+}  // namespace velatura::test
