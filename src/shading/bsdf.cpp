@@ -76,9 +76,8 @@ Bsdf::Bsdf(const SurfaceParameters& parameters,
     transmits_diffusely_ = p_.is_thin && p_.opacity > 0.0f && !is_black(p_.diffuse_transmitted);
     specular_is_delta_ = !has_specular_ || p_.alpha < specular_switch_alpha;
     coat_is_delta_ = p_.clearcoat_alpha < specular_switch_alpha;
-    if (is_lambert()) {
-        view_.wo = frame_.to_local(wo);
-        view_.probability[Cosine] = is_black(p_.diffuse) ? 0.0f : 1.0f;
+    if (!has_specular_ && !has_coat_ && p_.opacity == 1.0f && !transmits_diffusely_) {
+        set_lambert();
         return;
     }
     has_tint_ = transmits && p_.transmission_tint != Rgb(1.0f);
@@ -111,6 +110,22 @@ Bsdf::Bsdf(const SurfaceParameters& parameters,
     }
     if (has_coat_) set_coat();
     view_ = make_view(frame_.to_local(wo));
+}
+
+Bsdf::Bsdf(const Rgb& diffuse, const Vec3& ng, const Vec3& ns, const Vec3& wo, const Vec3& horizon)
+    : wo_(wo), has_specular_(false) {
+    p_.diffuse = diffuse;
+    const bool is_behind = ng.dot(wo) < 0.0f;
+    ng_ = is_behind ? -ng : ng;
+    horizon_ = is_behind ? -horizon : horizon;
+    frame_ = Frame::from_z(ns == ng ? ng_ : shading_normal(is_behind ? -ns : ns, wo));
+    set_lambert();
+}
+
+void Bsdf::set_lambert() {
+    is_lambert_ = true;
+    view_.wo = frame_.to_local(wo_);
+    view_.probability[Cosine] = is_black(p_.diffuse) ? 0.0f : 1.0f;
 }
 
 /// ns, in the hemisphere of ng and on the side of wo, bent as far as wo and reflection ask for.
@@ -280,10 +295,6 @@ void Bsdf::set_probabilities(View& v) const {
     for (int i = 0; i < LobeCount; ++i) v.probability[i] = weight[i] / sum;
 }
 
-bool Bsdf::is_above(const Vec3& w) const {
-    return w.dot(ng_) > 0.0f || w.dot(horizon_) > 0.0f;
-}
-
 std::optional<BsdfSample> Bsdf::sample_delta(const View& v, Lobe lobe, const Vec3& wo) const {
     BsdfSample s;
     s.is_delta = true;
@@ -370,12 +381,14 @@ std::optional<BsdfSample> Bsdf::sample_lambert(const Vec2& u) const {
 }
 
 std::optional<BsdfSample> Bsdf::sample_f(const Vec3& wo, float u_lobe, const Vec2& u) const {
+    if (is_lambert_) {
+        if (!(wo.dot(frame_.z) > 0.0f) || !(wo.dot(ng_) > 0.0f)) return std::nullopt;
+        return sample_lambert(u);
+    }
     std::optional<View> other;
     if (wo != wo_) other = make_view(frame_.to_local(wo));
     const View& v = other ? *other : view_;
     if (!(v.wo.z > 0.0f) || !(wo.dot(ng_) > 0.0f)) return std::nullopt;
-
-    if (is_lambert()) return sample_lambert(u);
 
     // Pick a lobe; rounding of the sum falls to the last one that has a share
     int lobe = -1;
@@ -428,6 +441,7 @@ std::optional<BsdfSample> Bsdf::sample_f(const Vec3& wo, float u_lobe, const Vec
 }
 
 Rgb Bsdf::albedo() const {
+    if (is_lambert_) return clamp01(p_.diffuse);
     const Rgb passed = one_minus(view_.specular);
     const Rgb base =
         p_.is_thin || has_tint_
@@ -438,6 +452,7 @@ Rgb Bsdf::albedo() const {
 }
 
 bool Bsdf::has_non_delta() const {
+    if (is_lambert_) return !is_black(p_.diffuse);
     for (const Lobe lobe : {Cosine, Specular, Coat, Interface, Sheet, CosineBack}) {
         if (view_.probability[lobe] > 0.0f) return true;
     }

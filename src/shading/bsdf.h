@@ -100,6 +100,10 @@ class Bsdf {
     Bsdf(const SurfaceParameters& parameters, const Vec3& ng, const Vec3& ns, const Vec3& wo)
         : Bsdf(parameters, ng, ns, wo, ng) {}
 
+    /// One diffuse lobe and nothing else, of this albedo: what the first constructor makes of black
+    /// f0 and f90.
+    Bsdf(const Rgb& diffuse, const Vec3& ng, const Vec3& ns, const Vec3& wo, const Vec3& horizon);
+
     /// f [1/sr] without the cosine and without delta lobes. The cosine to multiply with is
     /// cosine(wi).
     Rgb f(const Vec3& wo, const Vec3& wi) const { return evaluate(wo, wi).f(); }
@@ -128,9 +132,7 @@ class Bsdf {
     bool has_non_delta() const;
 
     /// One diffuse lobe and nothing else: sample_f does not look at u_lobe.
-    bool is_lambert() const {
-        return !has_specular_ && !has_coat_ && p_.opacity == 1.0f && !transmits_diffusely_;
-    }
+    bool is_lambert() const { return is_lambert_; }
 
     /// Probability that sample_f draws from a lobe as broad as learned directions can resolve.
     float broad_share() const;
@@ -176,6 +178,8 @@ class Bsdf {
     void set_sheet_compensation(const Rgb& f_average, float average_loss);
     Rgb passage(float cosine) const;
     void add_sheet(View& view) const;
+    void set_lambert();
+    BsdfValue evaluate_lambert(const Vec3& wo, const Vec3& wi) const;
     Vec3 shading_normal(const Vec3& ns, const Vec3& wo) const;
     bool wants_rough_transmission() const;
     void set_coat();
@@ -202,7 +206,8 @@ class Bsdf {
     Vec3 sample_facet(const Vec3& wo, const Vec2& u) const;
     std::optional<BsdfSample> sample_lambert(const Vec2& u) const;
     std::optional<BsdfSample> sample_delta(const View& view, Lobe lobe, const Vec3& wo) const;
-    bool is_above(const Vec3& w) const;
+
+    bool is_above(const Vec3& w) const { return w.dot(ng_) > 0.0f || w.dot(horizon_) > 0.0f; }
 
     SurfaceParameters p_;
     Frame frame_;   // z = shading normal on the side of wo
@@ -217,6 +222,7 @@ class Bsdf {
     bool has_tint_ = false;
     bool has_coat_ = false;
     bool has_specular_ = true;  // f0 and f90 are not both black
+    bool is_lambert_ = false;
     GgxAlbedoCurve specular_curve_, coat_curve_;
     bool specular_is_delta_ = false;
     bool coat_is_delta_ = false;

@@ -12,7 +12,18 @@
 
 namespace velatura::shading {
 
+BsdfValue Bsdf::evaluate_lambert(const Vec3& wo, const Vec3& wi) const {
+    BsdfValue value;
+    const float mu_i = wi.dot(frame_.z);
+    if (!(wo.dot(ng_) > 0.0f && wo.dot(frame_.z) > 0.0f && mu_i > 0.0f && is_above(wi)))
+        return value;
+    value.pdf = is_black(p_.diffuse) ? 0.0f : sampling::cosine_hemisphere_pdf(std::min(mu_i, 1.0f));
+    value.diffuse = p_.diffuse * inv_pi;
+    return value;
+}
+
 BsdfValue Bsdf::evaluate(const Vec3& wo, const Vec3& wi) const {
+    if (is_lambert_) return evaluate_lambert(wo, wi);
     BsdfValue value;
     if (!(wo.dot(ng_) > 0.0f)) return value;
     const Vec3 wi_local = frame_.to_local(wi);
@@ -41,10 +52,6 @@ void Bsdf::evaluate_local(const View& v, const Vec3& wi, BsdfValue& value) const
     }
     const float mu_i = std::min(wi.z, 1.0f);
     value.pdf = v.probability[Cosine] * sampling::cosine_hemisphere_pdf(mu_i);
-    if (is_lambert()) {
-        value.diffuse = p_.diffuse * inv_pi;
-        return;
-    }
     Vec3 wm = v.wo + wi;
     const float wm_length2 = wm.dot(wm);
     wm = wm_length2 > 0.0f ? wm / std::sqrt(wm_length2) : Vec3(0.0f);

@@ -405,11 +405,7 @@ Bsdf MaterialEvaluator::make_bsdf(const SurfacePoint& point,
     const Vec3& horizon = point.side != 0 ? point.ns : point.ng;
     if (point.material >= scene_.materials.size()) {
         // displayColor is matt: no specular reflection
-        SurfaceParameters p;
-        p.diffuse = display_color(point);
-        p.f0 = p.f90 = Rgb(0.0f);
-        p.alpha = 0.0f;
-        return Bsdf(p, point.ng, point.ns, wo, horizon);
+        return Bsdf(display_color(point), point.ng, point.ns, wo, horizon);
     }
     const scene::Material& m = scene_.materials[point.material];
     return Bsdf(parameters(point.material, point, footprint), point.ng,
