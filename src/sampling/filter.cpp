@@ -133,9 +133,8 @@ double PixelFilter::profile(double x) const {
 
 float PixelFilter::sample_axis(float u, float& sign) const {
     if (kind_ == FilterKind::Box) return (2.0f * u - 1.0f) * radius_;
-    // Fold the unit interval onto the right half
-    const bool is_left = u < 0.5f;
-    const float v = is_left ? 1.0f - 2.0f * u : 2.0f * u - 1.0f;
+    // Fold the unit interval onto the right half, and back, without a branch that nobody predicts
+    const float side = 2.0f * u - 1.0f, v = std::abs(side);
     float x = 0;
     if (kind_ == FilterKind::Triangle) {
         x = radius_ * (1.0f - std::sqrt(1.0f - v));
@@ -145,7 +144,7 @@ float PixelFilter::sample_axis(float u, float& sign) const {
         x = inverse_cdf_[i] + (scaled - float(i)) * (inverse_cdf_[i + 1] - inverse_cdf_[i]);
         if (kind_ == FilterKind::Mitchell && raw_profile(double(x)) < 0.0) sign = -sign;
     }
-    return is_left ? -x : x;
+    return std::copysign(x, side);
 }
 
 FilterSample PixelFilter::sample(const Vec2& u) const {

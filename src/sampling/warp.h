@@ -3,7 +3,10 @@
 
 #include "base/math.h"
 
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <type_traits>
 
 /// Maps from the unit square to the usual domains. Directions are unit with +z as the axis; u in
 /// [0,1)^2. Densities are in 1/sr for directions and per area for points.
@@ -28,6 +31,15 @@ inline void cos_sin_eighth_turn(T x, T& cosine, T& sine) {
     sine = a * step(step(step(step(step(q, 10 * 11.0), 8 * 9.0), 6 * 7.0), 4 * 5.0), 2 * 3.0);
 }
 
+/// a or b without a branch: for choices that random numbers make, which no processor predicts.
+template <class T>
+inline T chosen(bool is_first, T a, T b) {
+    using Bits = std::conditional_t<sizeof(T) == sizeof(uint32_t), uint32_t, uint64_t>;
+    const Bits mask = Bits(0) - Bits(is_first);
+    const Bits bits_b = std::bit_cast<Bits>(b);
+    return std::bit_cast<T>(bits_b ^ ((std::bit_cast<Bits>(a) ^ bits_b) & mask));
+}
+
 /// Uniform point in the unit disk. Ref: Shirley & Chiu 1997, "A Low Distortion Map Between Disk and
 /// Square", in the branch-light form of Cline (Shirley's blog, 2011).
 template <class T>
@@ -35,11 +47,13 @@ inline Imath::Vec2<T> concentric_disk(const Imath::Vec2<T>& u) {
     const T x = T(2) * u.x - T(1);
     const T y = T(2) * u.y - T(1);
     const bool x_leads = std::abs(x) > std::abs(y);
-    const T r = x_leads ? x : y, other = x_leads ? y : x;
+    const T r = chosen(x_leads, x, y), other = chosen(x_leads, y, x);
     if (r == T(0)) return {T(0), T(0)};
     T along, across;
     cos_sin_eighth_turn(other / r, along, across);
-    return x_leads ? Imath::Vec2<T>(r * along, r * across) : Imath::Vec2<T>(r * across, r * along);
+    along *= r;
+    across *= r;
+    return {chosen(x_leads, along, across), chosen(x_leads, across, along)};
 }
 
 inline constexpr float concentric_disk_pdf = inv_pi;
