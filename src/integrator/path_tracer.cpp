@@ -2,6 +2,7 @@
 #include "integrator/path_tracer.h"
 
 #include <algorithm>
+#include <array>
 
 #include "integrator/render_options.h"
 #include "sampling/mis.h"
@@ -75,6 +76,8 @@ struct ShadowSegment {
 
 /// A path while it is traced.
 struct PathTracer::Path {
+    static constexpr int unknown_hits = -1;
+
     Path(const sampling::PixelSampler& s, RayCounts& c, PathObserver* o) : sampler(s), counts(&c), observer(o) {}
 
     sampling::PixelSampler sampler;
@@ -89,6 +92,9 @@ struct PathTracer::Path {
     Vec3 straight_o = Vec3(0.0f);  ///< where the present straight line began; pass-throughs do not end it
     float travelled = 0;       ///< along that line up to the present segment
     float segment_t = 0;       ///< length of the present segment
+    /// The lights that the whole of that line crosses, where somebody asked before and they are few.
+    std::array<lights::LightHit, 4> line_hits;
+    int line_hit_count = unknown_hits;
     Rgb diffuse_share = Rgb(0.0f);  ///< of f at the last scattering; only kept when lights have lobe multipliers
     float eta_scale = 1;       ///< undoes the η² of refractions for roulette
     /// What the path may expect to bring by its present direction, over what it could at its first guided vertex, as
@@ -266,8 +272,8 @@ void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadia
     // Ask along the whole straight line and keep what this segment adds: a light that a cut-out lies inside of must not
     // count twice, and the density is that of the vertex whose light sampling competed
     const auto with_margin = [](float t) { return t * (1.0f + flush_light_margin); };
-    const float begin = with_margin(path.travelled);
-    world_.lights.for_each_hit(path.straight_o, path.ray.d, with_margin(path.travelled + t_max), [&](const lights::LightHit& hit) {
+    const float begin = with_margin(path.travelled), end = with_margin(path.travelled + t_max);
+    const auto add = [&](const lights::LightHit& hit) {
         if (path.travelled > 0.0f && hit.t <= begin) return;
         if (options_.caustics && options_.caustics->finds(path.history, hit.light, path.pass_count)) return;
         // What lies beyond the camera's far plane is not seen, but for the lights at infinity
@@ -279,15 +285,28 @@ void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadia
         Rgb Le = path.beta * hit.Le * light_factor(path, world_.lights.lobe_multipliers(hit.light)) * light_hit_weight(path, hit);
         if (!path.interior.is_empty()) Le *= path.interior.transmittance(world_.materials, hit.t - path.travelled);
         deposit(path, path.bounce, world_.lights.group(hit.light), Le, "light met by the path", out);
-    });
+    };
+    if (path.line_hit_count == Path::unknown_hits) {
+        world_.lights.for_each_hit(path.straight_o, path.ray.d, end, [&](const lights::LightHit& hit) { add(hit); });
+        return;
+    }
+    for (int i = 0; i < path.line_hit_count; ++i) {
+        const lights::LightHit& hit = path.line_hits[size_t(i)];
+        if (world_.lights.is_within(hit, end)) add(hit);
+    }
 }
 
-void PathTracer::add_unoccluded_hits(const Path& path, film::SampleRadiance& out) const {
+void PathTracer::add_unoccluded_hits(Path& path, film::SampleRadiance& out) const {
     constexpr float infinity = std::numeric_limits<float>::infinity();
-    world_.lights.for_each_hit(path.ray.o, path.ray.d, infinity, [&](const lights::LightHit& hit) {
+    size_t count = 0;
+    world_.lights.for_each_hit(path.straight_o, path.ray.d, infinity, [&](const lights::LightHit& hit) {
+        // The next segment begins here, too
+        if (count < path.line_hits.size()) path.line_hits[count] = hit;
+        ++count;
         const Rgb Le = path.beta * hit.Le * light_factor(path, world_.lights.lobe_multipliers(hit.light)) * light_hit_weight(path, hit);
         if (!is_black(Le)) out.add_unoccluded(int(world_.lights.group(hit.light)), Le);
     });
+    if (count <= path.line_hits.size()) path.line_hit_count = int(count);
     if (!world_.lights.has_surface_emission()) return;
 
     // Emissive surfaces as well, one behind the other
@@ -449,6 +468,7 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
     path.ray = geometry::spawn_ray(point, sample->wi);
     path.straight_o = path.ray.o;
     path.travelled = 0;
+    path.line_hit_count = Path::unknown_hits;
     path.is_certain = sample->is_delta;
     path.onlooker = sample->is_delta ? lights::Onlooker::Eye : lights::Onlooker::Scattering;
     path.receiver = receiver_at(point, bsdf);

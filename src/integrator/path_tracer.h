@@ -59,7 +59,7 @@ class PathTracer {
     struct Vertex;
 
     void add_light_hits(const Path& path, float t_max, film::SampleRadiance& out) const;
-    void add_unoccluded_hits(const Path& path, film::SampleRadiance& out) const;
+    void add_unoccluded_hits(Path& path, film::SampleRadiance& out) const;
     void add_direct_light(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     void add_caustics(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool pass_through(Path& path, const geometry::SurfacePoint& point) const;

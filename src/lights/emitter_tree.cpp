@@ -76,7 +76,7 @@ void EmitterTree::build(uint32_t number, Item* items, uint32_t count) {
     build(left + 1, items + middle, count - middle);
 }
 
-bool EmitterTree::may_meet(const Node& node, const Line& line) {
+bool EmitterTree::may_meet_along_side(const Node& node, const Line& line) {
     double near = 0.0, far = line.t_max;
     for (int i = 0; i < 3; ++i) {
         const double a = (double(node.box.min[i]) - line.o[i]) * line.inverse[i];

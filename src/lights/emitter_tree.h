@@ -4,7 +4,9 @@
 #include "base/math.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace velatura::lights {
@@ -28,7 +30,7 @@ class EmitterTree {
             for (const uint32_t light : short_list_) visit(light);
             return;
         }
-        const Line line{o, Vec3d(1.0 / d.x, 1.0 / d.y, 1.0 / d.z), t_max};
+        const Line line(o, d, t_max);
         if (!may_meet(node(0), line)) return;
         const Node* stack[64];
         uint32_t depth = 0;
@@ -63,15 +65,37 @@ class EmitterTree {
     };
 
     struct Line {
+        Line(const Vec3d& origin, const Vec3d& d, double end)
+            : o(origin), inverse(1.0 / d.x, 1.0 / d.y, 1.0 / d.z), t_max(end) {
+            const double sum = std::abs(inverse.x) + std::abs(inverse.y) + std::abs(inverse.z);
+            is_askew = sum <= std::numeric_limits<double>::max();
+        }
+
         Vec3d o, inverse;
         double t_max;
+        bool is_askew;  ///< along no side of a box
     };
 
     const Node& node(uint32_t i) const { return nodes_[i / 2].nodes[i % 2]; }
 
     Node& node(uint32_t i) { return nodes_[i / 2].nodes[i % 2]; }
 
-    static bool may_meet(const Node& node, const Line& line);
+    static bool may_meet(const Node& node, const Line& line) {
+        return line.is_askew ? may_meet_askew(node, line) : may_meet_along_side(node, line);
+    }
+
+    static bool may_meet_askew(const Node& node, const Line& line) {
+        double near = 0.0, far = line.t_max;
+        for (int i = 0; i < 3; ++i) {
+            const double a = (double(node.box.min[i]) - line.o[i]) * line.inverse[i];
+            const double b = (double(node.box.max[i]) - line.o[i]) * line.inverse[i];
+            near = std::max(near, std::min(a, b));
+            far = std::min(far, std::max(a, b));
+        }
+        return near <= far * (1.0 + 1e-14);
+    }
+
+    static bool may_meet_along_side(const Node& node, const Line& line);
     void build(uint32_t number, Item* items, uint32_t count);
     uint32_t add_nodes(uint32_t count);
 

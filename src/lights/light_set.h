@@ -8,6 +8,7 @@
 #include "lights/surface_emission.h"
 #include "scene/scene.h"
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -174,6 +175,12 @@ class LightSet {
         for_each_hit_raw(
             o, d, t_max, [](void* v, const LightHit& hit) { (*static_cast<Visitor*>(v))(hit); },
             &visit);
+    }
+
+    /// Whether for_each_hit() with this t_max reports a hit that it reports with an infinite one.
+    bool is_within(const LightHit& hit, float t_max) const {
+        return hit.t < t_max ||
+               (std::isinf(hit.t) && (std::isinf(t_max) || !is_infinite(hit.light)));
     }
 
     /// Estimate of the emitted flux (luminance) that enters a ball of radius `scene_radius`: for
