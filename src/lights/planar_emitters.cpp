@@ -59,16 +59,15 @@ ObjectSample toward(const Vec3d& p, const Vec2d& point) {
     return s;
 }
 
-/// Where a ray meets the plane z = 0 from its lit side z > 0.
+/// Where a ray meets the plane z = 0.
 struct PlaneHit {
     double t = 0;
     Vec2d point;
 };
 
-std::optional<PlaneHit> meet_plane(const Vec3d& o, const Vec3d& d) {
-    if (!(o.z > 0.0) || !(d.z < 0.0)) return std::nullopt;
+PlaneHit meet_plane(const Vec3d& o, const Vec3d& d) {
     const double t = o.z / -d.z;
-    return PlaneHit{t, {o.x + d.x * t, o.y + d.y * t}};
+    return {t, {o.x + d.x * t, o.y + d.y * t}};
 }
 
 /// Common part: frame, radiance, box. The shape fills |x| <= half_x, |y| <= half_y of its plane.
@@ -106,6 +105,11 @@ class PlanarEmitter : public Emitter {
         return 4.0 * half_x_ * half_y_ * length_of(frame_.x.cross(frame_.y));
     }
 
+    /// Whether the ray o + t·d comes from the lit side and goes towards the plane.
+    bool faces(const Vec3d& o, const Vec3d& d) const {
+        return (o - frame_.origin).dot(frame_.dual_z) > 0.0 && d.dot(frame_.dual_z) < 0.0;
+    }
+
     ShapeFrame frame_;
     double half_x_, half_y_;
     Rgb Le_;
@@ -138,16 +142,15 @@ class RectEmitter final : public PlanarEmitter {
     }
 
     std::optional<EmitterHit> intersect(const Vec3d& o, const Vec3d& d) const override {
+        if (!faces(o, d)) return std::nullopt;
         const Vec3d q = frame_.to_object_point(o);
         const Vec3d v = frame_.to_object_direction(d);
-        const std::optional<PlaneHit> hit = meet_plane(q, v);
-        if (!hit) return std::nullopt;
-        if (std::abs(hit->point.x) > half_x_ || std::abs(hit->point.y) > half_y_)
-            return std::nullopt;
+        const PlaneHit hit = meet_plane(q, v);
+        if (std::abs(hit.point.x) > half_x_ || std::abs(hit.point.y) > half_y_) return std::nullopt;
         const double length = length_of(v);
         const RectangleView view = view_from(q, half_x_, half_y_);
-        const double object_pdf = pdf(view, solid_angle(view), hit->t * length);
-        return EmitterHit{hit->t, radiance(hit->point, d),
+        const double object_pdf = pdf(view, solid_angle(view), hit.t * length);
+        return EmitterHit{hit.t, radiance(hit.point, d),
                           object_pdf * frame_.density_ratio(1.0 / length)};
     }
 
@@ -216,14 +219,15 @@ class DiskEmitter final : public PlanarEmitter {
     }
 
     std::optional<EmitterHit> intersect(const Vec3d& o, const Vec3d& d) const override {
+        if (!faces(o, d)) return std::nullopt;
         const Vec3d q = frame_.to_object_point(o);
         const Vec3d v = frame_.to_object_direction(d);
-        const std::optional<PlaneHit> hit = meet_plane(q, v);
-        if (!hit || hit->point.dot(hit->point) > 1.0) return std::nullopt;
+        const PlaneHit hit = meet_plane(q, v);
+        if (hit.point.dot(hit.point) > 1.0) return std::nullopt;
         const double length = length_of(v);
         const RectangleView view = view_from(q, 1.0, 1.0);
-        const double object_pdf = pdf(view, solid_angle(view), hit->t * length);
-        return EmitterHit{hit->t, Le_ * shaping_.factor(-d),
+        const double object_pdf = pdf(view, solid_angle(view), hit.t * length);
+        return EmitterHit{hit.t, Le_ * shaping_.factor(-d),
                           object_pdf * frame_.density_ratio(1.0 / length)};
     }
 

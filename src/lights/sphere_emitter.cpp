@@ -49,6 +49,7 @@ class SphereEmitter final : public Emitter {
     std::optional<EmitterHit> intersect(const Vec3d& o, const Vec3d& d) const override {
         const Vec3d q = frame_.to_object_point(o);
         const Vec3d v = frame_.to_object_direction(d);
+        if (clearly_misses(q, v)) return std::nullopt;
         const double length = length_of(v);
         const Vec3d w = v / length;
         const double distance = length_of(q);
@@ -123,6 +124,15 @@ class SphereEmitter final : public Emitter {
     }
 
   private:
+    /// Whether the line q + t·v passes the unit sphere, or leaves it behind, by more than any
+    /// rounding: most lines do, and these need no root.
+    static bool clearly_misses(const Vec3d& q, const Vec3d& v) {
+        const double qq = q.dot(q), vv = v.dot(v), b = q.dot(v);
+        if (!(qq > 1.0 + 1e-6)) return false;
+        const double room = 1e-12 * qq * vv;
+        return (b > 0.0 && b * b > room) || qq * vv - b * b > vv * (1.0 + 1e-6) + room;
+    }
+
     /// Of the points chosen with regard to a direction; the others keep every point possible.
     static constexpr double facing_share = 0.9;
 
