@@ -34,13 +34,6 @@ struct SampleSums::Plane {
         }
         (*slots[slot])[pixel] = value;
     }
-
-    bool is_zero(size_t pixel) const {
-        for (const auto& slot : slots) {
-            if (slot && !(*slot)[pixel].is_zero()) return false;
-        }
-        return true;
-    }
 };
 
 struct SampleSums::Tile {
@@ -55,29 +48,20 @@ struct SampleSums::Tile {
         return at != planes.end() && at->accumulator == accumulator ? &*at : nullptr;
     }
 
-    void insert(uint32_t accumulator) {
+    Plane& plane_of(uint32_t accumulator) {
         const auto at =
             std::lower_bound(planes.begin(), planes.end(), accumulator,
                              [](const Plane& p, uint32_t a) { return p.accumulator < a; });
-        planes.insert(at, Plane{accumulator, {}});
+        if (at != planes.end() && at->accumulator == accumulator) return *at;
+        return *planes.insert(at, Plane{accumulator, {}});
     }
 
     /// Finds the sums of every plane, null where there are none; makes the planes that are missing.
     void assign(std::span<const NodeSums> sums, std::vector<const NodeSums*>& of_plane) {
-        bool is_complete = false;
-        while (!is_complete) {
-            of_plane.assign(planes.size(), nullptr);
-            is_complete = true;
-            for (const NodeSums& s : sums) {
-                const Plane* plane = find(s.accumulator);
-                if (plane && is_complete) {
-                    of_plane[size_t(plane - planes.data())] = &s;
-                } else if (!plane) {
-                    insert(s.accumulator);
-                    is_complete = false;
-                }
-            }
-        }
+        for (const NodeSums& s : sums) plane_of(s.accumulator);
+        of_plane.assign(planes.size(), nullptr);
+        for (const NodeSums& s : sums)
+            of_plane[size_t(&plane_of(s.accumulator) - planes.data())] = &s;
     }
 };
 
@@ -87,15 +71,19 @@ struct SampleSums::Joining {
     std::vector<DyadicNode> added;
     size_t old_count = 0;
     std::vector<uint32_t> joins_after;  ///< of each added node
-    std::vector<Triple> values;         ///< of apply(), which must not begin with zeros
+    bool is_at_end = false;  ///< no two old nodes join: what is added reaches the last one at most
+    std::vector<Triple> values;  ///< of apply(), which must not begin with zeros
 
     void plan(const DyadicRule& rule, const PixelRecord& old, const PixelRecord& later) {
         rule.set_nodes(old.first, old.end, nodes);
         old_count = nodes.size();
         DyadicRule(later.first).set_nodes(later.first, later.end, added);
         joins_after.assign(added.size(), 0);
-        for (size_t i = 0; i < added.size(); ++i)
+        is_at_end = true;
+        for (size_t i = 0; i < added.size(); ++i) {
             rule.push(nodes, added[i], [this, i](size_t) { ++joins_after[i]; });
+            is_at_end = is_at_end && nodes.size() >= old_count;
+        }
         values.resize(old_count + added.size());
     }
 
@@ -170,12 +158,14 @@ void SampleSums::append(int x, int y, const PixelRecord& added, std::span<const 
     const DyadicRule rule(record.first, final_end_);
     thread_local Joining joining;
     joining.plan(rule, record, added);
-    thread_local std::vector<const NodeSums*> incoming;
-    tile.assign(sums, incoming);
-    for (size_t p = 0; p < tile.planes.size(); ++p) {
-        Plane& plane = tile.planes[p];
-        // What is black so far and stays it needs no look
-        if (incoming[p] || !plane.is_zero(pixel)) joining.apply(plane, pixel, incoming[p]);
+    if (joining.is_at_end) {
+        // Where nothing comes nothing changes: of many lights a pixel sees few
+        for (const NodeSums& s : sums) joining.apply(tile.plane_of(s.accumulator), pixel, &s);
+    } else {
+        thread_local std::vector<const NodeSums*> incoming;
+        tile.assign(sums, incoming);
+        for (size_t p = 0; p < tile.planes.size(); ++p)
+            joining.apply(tile.planes[p], pixel, incoming[p]);
     }
 
     record.end = added.end;
