@@ -72,6 +72,7 @@ struct SampleSums::Joining {
     size_t old_count = 0;
     std::vector<uint32_t> joins_after;  ///< of each added node
     bool is_at_end = false;  ///< no two old nodes join: what is added reaches the last one at most
+    bool is_single = false;  ///< one added node, and it is or joins the only one
     std::vector<Triple> values;  ///< of apply(), which must not begin with zeros
 
     void plan(const DyadicRule& rule, const PixelRecord& old, const PixelRecord& later) {
@@ -84,10 +85,16 @@ struct SampleSums::Joining {
             rule.push(nodes, added[i], [this, i](size_t) { ++joins_after[i]; });
             is_at_end = is_at_end && nodes.size() >= old_count;
         }
+        is_single = added.size() == 1 && old_count <= 1 && nodes.size() == 1;
         values.resize(old_count + added.size());
     }
 
     void apply(Plane& plane, size_t pixel, const NodeSums* sums) {
+        if (is_single && sums && !plane.slots.empty() && plane.slots[0]) {
+            Triple& value = (*plane.slots[0])[pixel];
+            value = old_count == 0 ? sums->nodes[0] : value + sums->nodes[0];
+            return;
+        }
         size_t count = 0;
         for (; count < old_count; ++count) values[count] = plane.value(count, pixel);
         for (size_t i = 0; i < added.size(); ++i) {

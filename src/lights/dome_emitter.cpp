@@ -65,8 +65,8 @@ class TexturedDome final : public Emitter {
     }
 
     std::optional<EmitterHit> intersect(const Vec3d&, const Vec3d& d) const override {
-        const Vec3d local = orientation_.to_dome(d);
-        return EmitterHit{infinity, Le_ * map_.radiance(local), map_.pdf(local)};
+        const EnvironmentMap::View seen = map_.view(orientation_.to_dome(d));
+        return EmitterHit{infinity, Le_ * seen.radiance, seen.pdf};
     }
 
     double power(double radius) const override {

@@ -234,10 +234,18 @@ Rgb EnvironmentMap::radiance(const Vec3d& direction) const {
 }
 
 double EnvironmentMap::pdf(const Vec3d& direction) const {
+    return view(direction).pdf;
+}
+
+EnvironmentMap::View EnvironmentMap::view(const Vec3d& direction) const {
     double sin_theta = 0.0;
     const Vec2d uv = uv_of(direction, &sin_theta);
+    const Patch patch = patch_at(uv);
+    return {lookup(patch), pdf_at(uv, patch, sin_theta)};
+}
+
+double EnvironmentMap::pdf_at(const Vec2d& uv, Patch p, double sin_theta) const {
     if (!(sin_theta > 0.0)) return 0.0;
-    Patch p = patch_at(uv);
     const double rows_passed = std::floor(uv.y * double(image_.height) + 0.5);
     const size_t row = size_t(std::clamp(rows_passed, 0.0, double(image_.height)));
     if (row == 0) p.y1 = p.y0;  // between the pole and the first row there is that row alone

@@ -53,6 +53,14 @@ class EnvironmentMap {
     /// Radiance seen in a unit direction.
     Rgb radiance(const Vec3d& direction) const;
     double pdf(const Vec3d& direction) const;
+
+    /// Both at once, for little more than the price of one.
+    struct View {
+        Rgb radiance;
+        double pdf = 0;  ///< [1/sr]
+    };
+
+    View view(const Vec3d& direction) const;
     std::optional<Sample> sample(const Vec2& u) const;
 
     /// Probability with which sample() falls between the centres of the texels `column`, the next
@@ -69,6 +77,7 @@ class EnvironmentMap {
 
     Patch patch_at(const Vec2d& uv) const;
     Rgb lookup(const Patch& patch) const;
+    double pdf_at(const Vec2d& uv, Patch patch, double sin_theta) const;
     double weight(size_t x, size_t y) const;
     double interpolated_weight(const Patch& patch) const;
     double measure_mean() const;

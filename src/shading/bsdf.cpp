@@ -292,7 +292,10 @@ void Bsdf::set_probabilities(View& v) const {
         sum += w;
     }
     if (!(sum > 0.0f)) return;
-    for (int i = 0; i < LobeCount; ++i) v.probability[i] = weight[i] / sum;
+    for (int i = 0; i < LobeCount; ++i) {
+        // Most lobes are not there, and need no division
+        if (weight[i] > 0.0f) v.probability[i] = weight[i] / sum;
+    }
 }
 
 std::optional<BsdfSample> Bsdf::sample_delta(const View& v, Lobe lobe, const Vec3& wo) const {
