@@ -15,14 +15,18 @@ add_library(velatura_numerics INTERFACE)
 target_compile_options(velatura_numerics INTERFACE -ffp-contract=off -fno-math-errno -fno-trapping-math
   -fno-semantic-interposition)
 
-# add_tier(NAME SOURCES ... HEADERS ... DEPENDS ...): static library velatura_NAME; slashes become underscores.
+# add_tier(NAME [HOT] SOURCES ... HEADERS ... DEPENDS ...): static library velatura_NAME; slashes become underscores.
+# HOT: what every path goes through, optimised further in release builds.
 function(add_tier name)
-  cmake_parse_arguments(TIER "" "" "SOURCES;HEADERS;DEPENDS" ${ARGN})
+  cmake_parse_arguments(TIER "HOT" "" "SOURCES;HEADERS;DEPENDS" ${ARGN})
   string(REPLACE "/" "_" target velatura_${name})
   if(TIER_SOURCES)
     add_library(${target} STATIC ${TIER_SOURCES})
     set(scope PUBLIC)
     target_link_libraries(${target} PRIVATE velatura_warnings)
+    if(TIER_HOT)
+      target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O3>)
+    endif()
   else()
     add_library(${target} INTERFACE)
     set(scope INTERFACE)
