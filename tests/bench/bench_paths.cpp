@@ -1,26 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-// Paths per second of a whole USD scene: what a render costs beside its rays. Usage: velatura_bench_paths [SCENE.usda]
+// Whole renders, one thread: paths per second, where the time goes, and the bound that the same rays alone set.
+// Usage: velatura_bench_paths [SCENE.usda…]; without arguments the scenes of scenes/ and two of velatura_bench_rays.
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include "app/light_images.h"
-#include "app/progress.h"
 #include "base/tasks.h"
+#include "bench_scenes.h"
+#include "cpu_clock.h"
+#include "integrator/guide_training.h"
 #include "integrator/path_tracer.h"
 #include "integrator/schedule.h"
 #include "integrator/world.h"
+#include "path_profile.h"
+#include "recorded_rays.h"
 #include "translate/translate.h"
 
 namespace {
 
 using namespace velatura;
-using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+constexpr int width = 160, height = 90;
+constexpr uint64_t sample_count = 64;
+constexpr uint64_t recorded_samples = 4;
+constexpr int rounds = 3;
 
 film::LayerSet all_layers(const scene::Scene& scene) {
     film::LayerSet layers;
@@ -29,64 +37,221 @@ film::LayerSet all_layers(const scene::Scene& scene) {
     return layers;
 }
 
-film::LayerSet beauty_only(const scene::Scene& scene) {
-    film::LayerSet layers = all_layers(scene);
-    layers.matrix_layers = layers.shadow_layers = layers.bounce_layers = layers.group_layers = layers.data_layers = false;
-    return layers;
+/// A scene of velatura_bench_rays with one grey material and its light.
+scene::Scene minimal_scene(const bench::BenchScene& from) {
+    scene::Scene scene;
+    scene::Mesh mesh;
+    // The camera is the origin of render space
+    for (const Vec3& p : from.direct.positions) mesh.points.push_back(p - from.eye);
+    for (const auto& triangle : from.direct.triangles) {
+        mesh.face_vertex_counts.push_back(3);
+        mesh.face_vertex_indices.insert(mesh.face_vertex_indices.end(), triangle.begin(), triangle.end());
+    }
+    scene.shapes.push_back({std::move(mesh)});
+    scene.groups = {{"light", {}, false}, {"emissive", {}, false}};
+
+    const auto set_row = [](Mat4d& m, int row, const Vec3d& v) {
+        for (int k = 0; k < 3; ++k) m[row][k] = v[k];
+    };
+    // The light shines along −Z, towards what the camera looks at
+    scene::Light light;
+    light.kind = scene::LightKind::Rect;
+    light.Le = Rgb(8.0f);
+    Vec3d x(from.light_x), y(from.light_y);
+    const Vec3d corner(from.light - from.eye), centre = corner + (x + y) * 0.5;
+    if (x.cross(y).dot(Vec3d(from.target - from.eye) - centre) > 0.0) std::swap(x, y);
+    set_row(light.render_from_light, 0, x);
+    set_row(light.render_from_light, 1, y);
+    set_row(light.render_from_light, 2, normalize(x.cross(y)));
+    set_row(light.render_from_light, 3, centre);
+    scene.lights.push_back(light);
+
+    const Vec3d back = normalize(Vec3d(from.eye) - Vec3d(from.target));
+    const Vec3d right = normalize(Vec3d(0, 1, 0).cross(back));
+    set_row(scene.camera.render_from_camera, 0, right);
+    set_row(scene.camera.render_from_camera, 1, back.cross(right));
+    set_row(scene.camera.render_from_camera, 2, back);
+    scene.camera.window_left = -0.7;
+    scene.camera.window_right = 0.7;
+    scene.camera.window_top = 0.7 * height / width;
+    scene.camera.window_bottom = -scene.camera.window_top;
+    scene.settings.width = width;
+    scene.settings.height = height;
+    return scene;
 }
 
-/// One render of 8 samples per pixel; prints a row.
-void measure(const integrator::World& world, const film::LayerSet& layers, int threads, const std::string& what) {
-    const ThreadLimit limit(threads);
-    integrator::RenderOptions options;
-    options.mode = integrator::RenderMode::Tile;
-    options.end_sample = 8;
-    const integrator::PathTracer tracer(world, layers, {});
-    film::Film film({0, 0, world.scene.settings.width, world.scene.settings.height}, layers, {.final_sample_end = options.end_sample});
-    const integrator::RenderResult result = integrator::run_schedule(
-        film, options, [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); }, {});
-    fmt::print("{:34} {:8.3f} Mpaths/s {:8.3f} Mrays/s {:6.2f} rays/path  film {}\n", what, double(result.rays.paths) / result.seconds / 1e6,
-               double(result.rays.total()) / result.seconds / 1e6, double(result.rays.total()) / double(result.rays.paths), app::format_bytes(film.memory_bytes()));
-}
-
-int run(const std::string& path) {
+std::optional<scene::Scene> load(const std::string& path) {
     Diagnostics diagnostics;
-    const auto start = Clock::now();
     const Result<usd::stage::Stage> stage = usd::stage::Stage::open(path, {}, diagnostics);
     if (!stage) {
         fmt::print(stderr, "error: {} [{}]\n", stage.error().message, stage.error().code);
-        return 1;
+        return std::nullopt;
     }
-    const double open_s = seconds_since(start);
     translate::TranslateOptions options;
-    options.resolution = std::array<int, 2>{320, 180};
+    options.resolution = std::array<int, 2>{width, height};
     options.time = stage->start_time_code();
-    const auto translate_start = Clock::now();
-    const Result<scene::Scene> scene = translate::translate_stage(*stage, options, diagnostics);
-    if (!scene) {
-        fmt::print(stderr, "error: {} [{}]\n", scene.error().message, scene.error().code);
-        return 1;
-    }
-    const double translate_s = seconds_since(translate_start);
-    const integrator::World world(*scene, {.width = 320, .height = 180}, app::make_light_image_loader(), diagnostics);
+    Result<scene::Scene> scene = translate::translate_stage(*stage, options, diagnostics);
     for (const Diagnostic& d : diagnostics.all()) fmt::print(stderr, "{}\n", diagnostics.format(d));
-    const accel::AcceleratorStats stats = world.accelerator->stats();
-    fmt::print("{}: {} triangles, {} instances, {} lights\n", path, stats.triangles, stats.instances, scene->lights.size());
-    fmt::print("open {:.3f} s, translate {:.3f} s, tessellate {:.3f} s, BVH {:.3f} s ({}, {:.1f} B/triangle), lights {:.3f} s, peak {}\n", open_s, translate_s,
-               world.times.tessellate_s, world.times.accelerator_s, app::format_bytes(stats.bytes), double(stats.bytes) / double(std::max<size_t>(1, stats.triangles)),
-               world.times.lights_s, app::format_bytes(app::peak_resident_bytes()));
-    measure(world, all_layers(*scene), 0, "warm-up, all threads, all layers");
-    measure(world, all_layers(*scene), 0, fmt::format("{} threads, all layers", thread_count()));
-    measure(world, beauty_only(*scene), 0, fmt::format("{} threads, beauty alone", thread_count()));
-    measure(world, all_layers(*scene), 1, "1 thread, all layers");
-    return 0;
+    if (scene) return std::move(scene).value();
+    fmt::print(stderr, "error: {} [{}]\n", scene.error().message, scene.error().code);
+    return std::nullopt;
+}
+
+/// What is measured of one scene.
+struct Row {
+    std::string name;
+    double path_s = 0;  ///< of CPU time
+    double instructions = 0;
+    bench::Shares shares{};
+    double rays = 0;                    ///< per path
+    double alone_s = 0;                 ///< of tracing them alone, per path
+    double shadow_gain = 1, bounce_gain = 1;  ///< of tracing in batches, over one by one
+    double best_gain = 1;                     ///< of the whole render by both
+};
+
+class Measurement {
+  public:
+    Measurement(std::string name, const scene::Scene& scene)
+        : scene_(scene),
+          layers_(all_layers(scene)),
+          world_(scene, {.width = width, .height = height, .expected_rays = 1e8}, app::make_light_image_loader(), diagnostics_),
+          training_(integrator::train_guide(world_, {}, integrator::Guiding::Auto)) {
+        for (const Diagnostic& d : diagnostics_.all()) fmt::print(stderr, "{}\n", diagnostics_.format(d));
+        row_.name = std::move(name);
+    }
+
+    Row run() {
+        const ThreadLimit limit(1);
+        row_.shares = bench::profile([this] { render(); });
+        row_.instructions = bench::instructions_of([this] { render(); }) / double(path_count_);
+        const std::vector<bench::RecordedRay> rays = record();
+        const auto recorded_paths = double(width * height) * double(recorded_samples);
+        row_.rays = double(rays.size()) / recorded_paths;
+
+        std::vector<double> whole_s;
+        for (int i = 0; i < rounds; ++i) {
+            const double start = bench::thread_seconds();
+            render();
+            whole_s.push_back((bench::thread_seconds() - start) / double(path_count_));
+        }
+        std::sort(whole_s.begin(), whole_s.end());
+        row_.path_s = whole_s[rounds / 2];
+
+        const bench::ReplayTimes alone = bench::replay(rays, *world_.accelerator);
+        row_.alone_s = alone.all_s / recorded_paths;
+        row_.shadow_gain = alone.shadow_s / alone.batched_shadow_s;
+        row_.bounce_gain = alone.bounce_s / alone.batched_bounce_s;
+        const double shadow_saved = std::max(0.0, alone.shadow_s - alone.batched_shadow_s);
+        const double bounce_saved = std::max(0.0, alone.bounce_s - alone.batched_bounce_s);
+        row_.best_gain = row_.path_s / (row_.path_s - (shadow_saved + bounce_saved) / recorded_paths);
+        return row_;
+    }
+
+  private:
+    integrator::PathTracerOptions tracer_options() const {
+        integrator::PathTracerOptions options;
+        options.guide = training_.is_used ? &training_.field : nullptr;
+        return options;
+    }
+
+    /// A render by the defaults of the program, without its file.
+    void render() {
+        integrator::RenderOptions options;
+        options.adaptive = true;
+        options.end_sample = sample_count;
+        const integrator::PathTracer tracer(world_, layers_, tracer_options());
+        film::Film film({0, 0, width, height}, layers_, {.final_sample_end = integrator::most_samples(options)});
+        const integrator::RenderResult result = integrator::run_schedule(
+            film, options, [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); }, {});
+        path_count_ = result.rays.paths;
+    }
+
+    /// The rays of a few samples of every pixel, pixel by pixel as the schedule goes.
+    std::vector<bench::RecordedRay> record() {
+        std::unique_ptr<accel::Accelerator> traced = std::move(world_.accelerator);
+        auto recorder = std::make_unique<bench::RayRecorder>(*traced);
+        bench::RayRecorder& rays = *recorder;
+        world_.accelerator = std::move(recorder);
+        const integrator::PathTracer tracer(world_, layers_, tracer_options());
+        film::SampleRadiance radiance(layers_);
+        integrator::RayCounts counts;
+        constexpr int tile = 32;
+        for (int ty = 0; ty < height; ty += tile) {
+            for (int tx = 0; tx < width; tx += tile) {
+                for (int y = ty; y < std::min(ty + tile, height); ++y) {
+                    for (int x = tx; x < std::min(tx + tile, width); ++x) {
+                        for (uint64_t s = 0; s < recorded_samples; ++s) {
+                            rays.begin_path();
+                            radiance.clear();
+                            tracer.trace(x, y, s, radiance, counts);
+                        }
+                    }
+                }
+            }
+        }
+        const std::vector<bench::RecordedRay> out = rays.rays();
+        world_.accelerator = std::move(traced);
+        return out;
+    }
+
+    const scene::Scene& scene_;
+    Diagnostics diagnostics_;
+    film::LayerSet layers_;
+    integrator::World world_;
+    integrator::GuideTraining training_;
+    uint64_t path_count_ = 1;  ///< of the last render, those of the pilot included
+    Row row_;
+};
+
+void print(const std::vector<Row>& rows) {
+    std::string header = "| scene | paths/s | instructions per path |", line = "|---|---|---|";
+    for (size_t p = 0; p < size_t(bench::Part::Count); ++p) {
+        header += fmt::format(" {} |", bench::name_of(bench::Part(p)));
+        line += "---|";
+    }
+    fmt::print("\n{}\n{}\n", header, line);
+    for (const Row& r : rows) {
+        fmt::print("| {} | {:.3f} M | {} |", r.name, 1e-6 / r.path_s, r.instructions > 0 ? fmt::format("{:.0f}", r.instructions) : "–");
+        for (const double share : r.shares) fmt::print(" {:.0f} % |", 100 * share);
+        fmt::print("\n");
+    }
+    fmt::print("\n| scene | rays per path | alone, Mrays/s | bound, paths/s | reached | shadow rays in batches | bounce rays in batches | whole render at best |\n");
+    fmt::print("|---|---|---|---|---|---|---|---|\n");
+    for (const Row& r : rows) {
+        fmt::print("| {} | {:.2f} | {:.2f} | {:.3f} M | {:.0f} % | {:.2f} | {:.2f} | {:.2f} |\n", r.name, r.rays, 1e-6 * r.rays / r.alone_s, 1e-6 / r.alone_s,
+                   100 * r.alone_s / r.path_s, r.shadow_gain, r.bounce_gain, r.best_gain);
+    }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    // `./dev bench` passes its arguments to every program; only a scene is meant for this one
-    const std::string argument = argc > 1 ? argv[1] : "";
-    const bool is_scene = argument.find(".usd") != std::string::npos;
-    return run(is_scene ? argument : std::string(VELATURA_SOURCE_DIR) + "/scenes/atelier/atelier.usda");
+    // `./dev bench` passes its arguments to every program; only scenes are meant for this one
+    std::vector<std::string> paths;
+    for (int i = 1; i < argc; ++i) {
+        const std::string argument = argv[i];
+        if (argument.find(".usd") != argument.npos) paths.push_back(argument);
+    }
+    const bool is_whole = paths.empty();
+    if (is_whole) {
+        for (const char* name : {"atelier/atelier", "sky/sky", "cornell/cornell", "transport/sun", "transport/lens", "transport/glass", "transport/many_lights"})
+            paths.push_back(fmt::format("{}/scenes/{}.usda", VELATURA_SOURCE_DIR, name));
+    }
+    std::vector<Row> rows;
+    for (const std::string& path : paths) {
+        const std::optional<scene::Scene> scene = load(path);
+        if (!scene) return 1;
+        const size_t slash = path.rfind('/') + 1;
+        rows.push_back(Measurement(path.substr(slash, path.rfind('.') - slash), *scene).run());
+        fmt::print(stderr, "{}: {:.3f} Mpaths/s\n", rows.back().name, 1e-6 / rows.back().path_s);
+    }
+    for (const bench::SceneMaker& maker : bench::all_scenes()) {
+        const std::string name = maker.name;
+        if (!is_whole || (name != "museum" && name != "statue")) continue;
+        const scene::Scene scene = minimal_scene(maker.make());
+        rows.push_back(Measurement(name, scene).run());
+        fmt::print(stderr, "{}: {:.3f} Mpaths/s\n", name, 1e-6 / rows.back().path_s);
+    }
+    print(rows);
+    return 0;
 }
