@@ -28,13 +28,24 @@ struct LayerSource {
 
 using Planes = std::array<std::vector<float>, 3>;
 
-Triple selected(const SampleSums& sums, int x, int y, uint32_t accumulator, Selection selection) {
-    const Triple all = selection == Selection::HalfA ? Triple{} : sums.total(x, y, accumulator);
-    if (selection == Selection::All) return all;
-    const Triple a = sums.total(x, y, sums.table().half_of(accumulator));
-    if (selection == Selection::HalfA) return a;
-    // The odd samples are what the even ones leave; exact zero stays exact zero
-    return {all.x - a.x, all.y - a.y, all.z - a.z};
+/// What the even ones leave; exact zero stays exact zero.
+Triple odd_samples(const Triple& all, const Triple& even) {
+    return {all.x - even.x, all.y - even.y, all.z - even.z};
+}
+
+using Run = std::array<Triple, size_t(SampleSums::tile_size)>;
+
+/// The sums of the pixels from (x, y) to the end of their tile; returns their number.
+int selected(
+    const SampleSums& sums, int x, int y, uint32_t accumulator, Selection selection, Run& run) {
+    if (selection == Selection::All) return sums.totals(x, y, accumulator, run.data());
+    const uint32_t half = sums.table().half_of(accumulator);
+    if (selection == Selection::HalfA) return sums.totals(x, y, half, run.data());
+    Run a;
+    sums.totals(x, y, half, a.data());
+    const int count = sums.totals(x, y, accumulator, run.data());
+    for (size_t i = 0; i < size_t(count); ++i) run[i] = odd_samples(run[i], a[i]);
+    return count;
 }
 
 void for_each_row(const Window& w, const std::function<void(int)>& body) {
@@ -46,9 +57,10 @@ std::vector<double> pixel_weights(const SampleSums& sums, Selection selection) {
     const Window& w = sums.window();
     std::vector<double> weights(w.pixel_count());
     for_each_row(w, [&](int y) {
-        for (int x = w.x0; x < w.x1; ++x) {
-            weights[w.index(x, y)] =
-                weight_of(selected(sums, x, y, AccumulatorTable::coverage, selection));
+        Run run;
+        for (int x = w.x0, count = 0; x < w.x1; x += count) {
+            count = selected(sums, x, y, AccumulatorTable::coverage, selection, run);
+            for (int i = 0; i < count; ++i) weights[w.index(x + i, y)] = weight_of(run[size_t(i)]);
         }
     });
     return weights;
@@ -63,19 +75,25 @@ Planes layer_planes(const SampleSums& sums,
     Planes planes;
     for (auto& plane : planes) plane.assign(w.pixel_count(), 0.0f);
     for_each_row(w, [&](int y) {
-        for (int x = w.x0; x < w.x1; ++x) {
-            const double weight = weights[w.index(x, y)];
-            if (weight == 0.0) continue;
-            Triple sum;
-            for (const uint32_t a : source.plus) sum += selected(sums, x, y, a, selection);
-            if (source.minus != absent) {
-                const Triple less = selected(sums, x, y, source.minus, selection);
-                sum += {-less.x, -less.y, -less.z};
+        Run sum, part;
+        for (int x = w.x0, count = 0; x < w.x1; x += count) {
+            sum.fill({});
+            for (const uint32_t a : source.plus) {
+                count = selected(sums, x, y, a, selection, part);
+                for (size_t i = 0; i < size_t(count); ++i) sum[i] += part[i];
             }
-            const size_t i = w.index(x, y);
-            planes[0][i] = float(sum.x / weight);
-            planes[1][i] = float(sum.y / weight);
-            planes[2][i] = float(sum.z / weight);
+            if (source.minus != absent) {
+                count = selected(sums, x, y, source.minus, selection, part);
+                for (size_t i = 0; i < size_t(count); ++i)
+                    sum[i] += {-part[i].x, -part[i].y, -part[i].z};
+            }
+            for (int k = 0; k < count; ++k) {
+                const size_t i = w.index(x + k, y);
+                if (weights[i] == 0.0) continue;
+                planes[0][i] = float(sum[size_t(k)].x / weights[i]);
+                planes[1][i] = float(sum[size_t(k)].y / weights[i]);
+                planes[2][i] = float(sum[size_t(k)].z / weights[i]);
+            }
         }
     });
     return planes;
@@ -472,11 +490,11 @@ double weight_of(const Triple& coverage) {
 PixelHalves resolve_halves(const SampleSums& sums, int x, int y, uint32_t accumulator) {
     PixelHalves result;
     const Triple coverage = sums.total(x, y, AccumulatorTable::coverage);
-    const Triple coverage_a = selected(sums, x, y, AccumulatorTable::coverage, Selection::HalfA);
-    const Triple coverage_b = selected(sums, x, y, AccumulatorTable::coverage, Selection::HalfB);
+    const AccumulatorTable& table = sums.table();
+    const Triple coverage_a = sums.total(x, y, table.half_of(AccumulatorTable::coverage));
+    const Triple coverage_b = odd_samples(coverage, coverage_a);
     const Triple all = sums.total(x, y, accumulator);
-    const Triple a = selected(sums, x, y, accumulator, Selection::HalfA);
-    const Triple b = selected(sums, x, y, accumulator, Selection::HalfB);
+    const Triple a = sums.total(x, y, table.half_of(accumulator)), b = odd_samples(all, a);
     const auto mean = [](const Triple& sum, const Triple& c) {
         const double w = weight_of(c);
         return w == 0.0 ? std::array<double, 3>{}

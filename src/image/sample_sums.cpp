@@ -236,6 +236,20 @@ Triple SampleSums::total(int x, int y, uint32_t accumulator) const {
     return sum;
 }
 
+int SampleSums::totals(int x, int y, uint32_t accumulator, Triple* sums) const {
+    size_t pixel = 0;
+    const Tile* tile = tile_at(x, y, pixel);
+    const int count = std::min(tile_size - (x - window_.x0) % tile_size, window_.x1 - x);
+    std::fill_n(sums, count, Triple{});
+    const Plane* plane = tile ? const_cast<Tile*>(tile)->find(accumulator) : nullptr;
+    if (!plane) return count;
+    for (const auto& slot : plane->slots) {
+        if (!slot) continue;
+        for (int i = 0; i < count; ++i) sums[i] += (*slot)[pixel + size_t(i)];
+    }
+    return count;
+}
+
 bool SampleSums::is_used(uint32_t accumulator) const {
     return std::any_of(tiles_.begin(), tiles_.end(), [accumulator](const auto& tile) {
         const Plane* plane = tile ? tile->find(accumulator) : nullptr;

@@ -63,6 +63,9 @@ class SampleSums {
 
     /// The fold of all nodes of one accumulator in ascending order; zero where nothing came.
     Triple total(int x, int y, uint32_t accumulator) const;
+    /// The same of all pixels from (x, y) to the right that share its tile.
+    /// Args: sums has room for tile_size of them. Returns: their number.
+    int totals(int x, int y, uint32_t accumulator, Triple* sums) const;
     /// The sum of one node; `slot` indexes `nodes_of(x, y)`.
     Triple node_sum(int x, int y, uint32_t accumulator, size_t slot) const;
     std::vector<DyadicNode> nodes_of(int x, int y) const;
