@@ -63,12 +63,18 @@ using Geometry = Owned<RTCGeometry, rtcReleaseGeometry>;
 // Which of two hits with one t wins.
 using Rank = std::tuple<uint32_t, uint32_t, uint32_t>;  // instance, shape, triangle
 
+// An instance, as primitives in it need it.
+struct Placed {
+    accel::InstanceRecord record;
+    std::vector<Mat4> keys;  // of one that moves
+};
+
 // What the intersection filter and the primitives know of the ray. The first member is Embree's.
 struct Context {
     RTCIntersectContext embree;
     uint32_t shape_count = 0;  // direct shapes; geometries of the top scene beyond are instances
     const geometry::Ray* ray = nullptr;
-    const std::vector<accel::InstanceRecord>* instances = nullptr;  // [instance]
+    const std::vector<Placed>* instances = nullptr;  // [instance]
     float t = std::numeric_limits<float>::infinity();
     Rank rank{scene::none, scene::none, scene::none};
 };
@@ -96,13 +102,18 @@ void keep_first_of_ties(const RTCFilterFunctionNArguments* args) {
 }
 
 // The ray as it was asked for, in the space of the primitives that Embree has reached.
-void place_ray(const Context& context, Vec3d& o, Vec3d& d) {
+// False: what they are in is not there at the time of the ray.
+bool place_ray(const Context& context, Vec3d& o, Vec3d& d) {
     const geometry::Ray& ray = *context.ray;
     o = Vec3d(ray.o);
     d = Vec3d(ray.d);
     const uint32_t instance = context.embree.instID[0];
-    if (instance == RTC_INVALID_GEOMETRY_ID) return;
-    accel::enter((*context.instances)[instance - context.shape_count], ray, o, d);
+    if (instance == RTC_INVALID_GEOMETRY_ID) return true;
+    const Placed& placed = (*context.instances)[instance - context.shape_count];
+    accel::InstanceRecord record = placed.record;
+    if (!placed.keys.empty() && !accel::place_at_time(placed.keys, ray.time, record)) return false;
+    accel::enter(record, ray, o, d);
+    return true;
 }
 
 // Embree leaves out primitives without a finite box.
@@ -120,7 +131,7 @@ void intersect_primitive(const RTCIntersectFunctionNArguments* args) {
     auto* context = reinterpret_cast<Context*>(args->context);
     auto* query = reinterpret_cast<RTCRayHit*>(args->rayhit);
     Vec3d o, d;
-    place_ray(*context, o, d);
+    if (!place_ray(*context, o, d)) return;
     const auto found = set.intersect(args->primID, o, d, next_float_up(query->ray.tfar));
     if (!found) return;
     const auto t = float(found->t);
@@ -141,7 +152,7 @@ void occlude_by_primitive(const RTCOccludedFunctionNArguments* args) {
     const auto* context = reinterpret_cast<const Context*>(args->context);
     auto* ray = reinterpret_cast<RTCRay*>(args->ray);
     Vec3d o, d;
-    place_ray(*context, o, d);
+    if (!place_ray(*context, o, d)) return;
     if (set.is_occluded(args->primID, o, d, context->ray->t_max))
         ray->tfar = -std::numeric_limits<float>::infinity();
 }
@@ -331,24 +342,40 @@ class EmbreeAccelerator final : public accel::Accelerator {
         rtcAttachGeometryByID(scene, geometry, id);
     }
 
-    // The same instances as in the own tree, and the same boxes.
+    // The same instances as in the own tree.
     void place(const accel::SoupInstance& instance, const Box3& prototype_bounds, size_t index) {
-        accel::PlacedBox placed;
-        if (prototype_bounds.isEmpty() ||
-            !accel::place(instance.render_from_prototype, {&prototype_bounds, 1}, placed))
-            return;
-        for (int k = 0; k < 3; ++k) {
-            bounds_.min[k] = std::min(bounds_.min[k], next_float_down(float(placed.lower[k])));
-            bounds_.max[k] = std::max(bounds_.max[k], next_float_up(float(placed.upper[k])));
+        if (prototype_bounds.isEmpty()) return;
+        Placed& placed = instances_[index];
+        Box3 box;
+        if (!instance.later.empty()) {
+            placed.keys = {instance.render_from_prototype};
+            placed.keys.insert(placed.keys.end(), instance.later.begin(), instance.later.end());
+            for (const Mat4& key : placed.keys) {
+                Box3d key_box;
+                Box3 rounded;
+                if (!accel::place_key(key, {&prototype_bounds, 1}, key_box) ||
+                    !accel::round_outward(key_box, rounded))
+                    return;
+                box.extendBy(rounded);
+            }
+        } else {
+            accel::PlacedBox still;
+            if (!accel::place(instance.render_from_prototype, {&prototype_bounds, 1}, still) ||
+                !accel::round_outward(Box3d(still.lower, still.upper), box))
+                return;
+            placed.record = still.record;
         }
+        bounds_.extendBy(box);
         const Geometry geometry(rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE));
         rtcSetGeometryInstancedScene(geometry, prototypes_[instance.prototype]);
+        rtcSetGeometryTimeStepCount(geometry, unsigned(instance.later.size()) + 1);
         // Rows of ours are columns of theirs
-        rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
-                                &instance.render_from_prototype[0][0]);
+        for (size_t key = 0; key <= instance.later.size(); ++key)
+            rtcSetGeometryTransform(geometry, unsigned(key), RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
+                                    key == 0 ? &instance.render_from_prototype[0][0]
+                                             : &instance.later[key - 1][0][0]);
         rtcCommitGeometry(geometry);
         rtcAttachGeometryByID(top_, geometry, shape_count_ + unsigned(index));
-        instances_[index] = placed.record;
         ++stats_.instances;
     }
 
@@ -358,7 +385,7 @@ class EmbreeAccelerator final : public accel::Accelerator {
     std::vector<Scene> prototypes_;
     Scene top_;
     uint32_t shape_count_ = 0;
-    std::vector<accel::InstanceRecord> instances_;  // [instance]; of those that can be hit
+    std::vector<Placed> instances_;  // [instance]; of those that can be hit
     std::vector<std::shared_ptr<const geometry::PrimitiveSet>> sets_;
     Box3 bounds_;
     accel::AcceleratorStats stats_;

@@ -5,6 +5,7 @@
 #include "accel/bvh_collapse.h"
 #include "accel/bvh_layout.h"
 #include "accel/motion_builder.h"
+#include "accel/moving_instances.h"
 #include "accel/placement.h"
 #include "accel/ray_query.h"
 #include "accel/traverse.h"
@@ -311,12 +312,14 @@ class Bvh final : public Accelerator {
     }
 
     bool has_batches() const override {
-        return kernels_.intersect_batch != nullptr && trees_.top.is_empty();
+        return kernels_.intersect_batch != nullptr && trees_.top.is_empty() &&
+               trees_.moving_instances.empty();
     }
 
     Box3 bounds() const override {
         Box3 box = trees_.direct.bounds;
         box.extendBy(trees_.direct_motion.bounds);
+        box.extendBy(moving_bounds_);
         box.extendBy(trees_.top.bounds);
         return box;
     }
@@ -351,12 +354,6 @@ class Bvh final : public Accelerator {
         for (const auto& shapes : scene.prototypes) keep(shapes);
     }
 
-    // Boxes around a prototype's parts, and how far its primitives make rays stray.
-    struct Outline {
-        std::vector<Box3> boxes;
-        double condition = 1;
-    };
-
     std::vector<Outline> outlines(size_t instances) const {
         const size_t most = std::clamp(most_placed_boxes / std::max(instances, size_t(1)), size_t(1),
                                        most_outline_boxes);
@@ -385,6 +382,7 @@ class Bvh final : public Accelerator {
             VELATURA_CHECK(instance.prototype < trees_.prototypes.size(),
                            "instance of no prototype");
             prototype_of_instance_.push_back(instance.prototype);
+            if (!instance.later.empty()) continue;
             const Outline& outline = outline_of[instance.prototype];
             PlacedBox placed;
             placed.record.tree = instance.prototype;
@@ -407,6 +405,8 @@ class Bvh final : public Accelerator {
         trees_.top_origin_slack = origin_slack(std::max(worst_condition, direct.condition));
         trees_.top =
             collapse_to_ids(build_binary_tree(std::move(prims), binary_options_of(options)));
+        trees_.moving_instances =
+            place_moving_instances(scene.instances, outline_of, options, moving_bounds_);
     }
 
     void count_memory() {
@@ -438,6 +438,12 @@ class Bvh final : public Accelerator {
         stats_.bytes += direct_numbers_.bytes() + trees_.instances.size() * sizeof(InstanceRecord) +
                         prototype_of_instance_.size() * sizeof(uint32_t) + sizeof(Bvh);
         stats_.instances = trees_.instances.size();
+        for (const MovingInstances& moving : trees_.moving_instances) {
+            stats_.instances += moving.instances.size();
+            stats_.nodes += moving.boxes.nodes.size();
+            stats_.bytes += moving.boxes.bytes() + moving.keys.size() * sizeof(Mat4) +
+                            moving.instances.size() * sizeof(MovingInstance);
+        }
     }
 
     Kernels kernels_;
@@ -445,6 +451,7 @@ class Bvh final : public Accelerator {
     TriangleNumbers direct_numbers_;
     std::vector<TriangleNumbers> prototype_numbers_;
     std::vector<uint32_t> prototype_of_instance_;
+    Box3 moving_bounds_;  // of instances that move
     std::vector<std::shared_ptr<const geometry::PrimitiveSet>> sets_;
     AcceleratorStats stats_;
 };
@@ -519,7 +526,8 @@ SoupScene make_soup(const scene::Scene& scene, const geometry::GeometrySet& geom
     soup.shapes = views(geometry.shapes());
     for (const auto& prototype : geometry.prototypes()) soup.prototypes.push_back(views(prototype));
     for (const scene::Instance& instance : scene.instances) {
-        soup.instances.push_back({instance.prototype, instance.render_from_prototype});
+        soup.instances.push_back({instance.prototype, instance.render_from_prototype,
+                                  instance.later_render_from_prototype});
     }
     return soup;
 }

@@ -70,6 +70,9 @@ struct TriangleSoupView {
 struct SoupInstance {
     uint32_t prototype = 0;
     Mat4 render_from_prototype;
+    /// [key − 1] the same at the later keys of an instance that moves, see scene::Instance. Not there
+    /// at all when a key is not finite; see place_at_time (placement.h) for singular ones.
+    std::span<const Mat4> later = {};
 };
 
 /// A scene reduced to triangles and primitives.

@@ -3,6 +3,7 @@
 
 #include "accel/build_prim.h"
 #include "accel/ray_query.h"
+#include "geometry/motion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -66,19 +67,25 @@ std::vector<Box3> outline(const WideTree& tree, size_t most) {
     return boxes;
 }
 
-bool place(const Mat4& m, std::span<const Box3> boxes, PlacedBox& placed) {
-    if (!is_finite(m, coordinate_limit) || !invert(m, placed.record)) return false;
-    placed.condition = 0;
+namespace {
+
+// Growth of rounding errors on the way into the prototype and back.
+double condition_of(const Mat4& m, const InstanceRecord& record) {
+    double condition = 0;
     for (int i = 0; i < 3; ++i) {
         double row = 0;
         for (int j = 0; j < 3; ++j) {
-            for (int k = 0; k < 3; ++k) {
-                row += std::abs(placed.record.prototype_from_render[i][j] * double(m[j][k]));
-            }
+            for (int k = 0; k < 3; ++k)
+                row += std::abs(record.prototype_from_render[i][j] * double(m[j][k]));
         }
-        placed.condition = std::max(placed.condition, row);
+        condition = std::max(condition, row);
     }
-    double largest = 0;  // summand of a mapped coordinate, or more
+    return condition;
+}
+
+// The box of the mapped boxes. Returns: the largest summand of a mapped coordinate, or more.
+double map_boxes(const Mat4& m, std::span<const Box3> boxes, Vec3d& low, Vec3d& high) {
+    double largest = 0;
     for (int k = 0; k < 3; ++k) {
         const Vec3d column(double(m[0][k]), double(m[1][k]), double(m[2][k]));
         const Vec3d size(std::abs(column.x), std::abs(column.y), std::abs(column.z));
@@ -90,19 +97,46 @@ bool place(const Mat4& m, std::span<const Box3> boxes, PlacedBox& placed) {
             upper = std::max(upper, middle + reach);
             magnitude = std::max(magnitude, std::abs(centre.x * column.x) + std::abs(centre.y * column.y) + std::abs(centre.z * column.z) + reach);
         }
-        placed.lower[k] = lower + double(m[3][k]);
-        placed.upper[k] = upper + double(m[3][k]);
+        low[k] = lower + double(m[3][k]);
+        high[k] = upper + double(m[3][k]);
         largest = std::max(largest, magnitude + std::abs(double(m[3][k])));
     }
-    // Grow by the error of mapping there and back
-    const double pad = 0x1p-46 * placed.condition * largest;
+    return largest;
+}
+
+// False when it becomes too large.
+bool grow(double pad, Vec3d& lower, Vec3d& upper) {
     for (int k = 0; k < 3; ++k) {
-        placed.lower[k] -= pad;
-        placed.upper[k] += pad;
-        if (!(std::abs(placed.lower[k]) < double(coordinate_limit))) return false;
-        if (!(std::abs(placed.upper[k]) < double(coordinate_limit))) return false;
+        lower[k] -= pad;
+        upper[k] += pad;
+        if (!(std::abs(lower[k]) < double(coordinate_limit))) return false;
+        if (!(std::abs(upper[k]) < double(coordinate_limit))) return false;
     }
     return true;
+}
+
+}  // namespace
+
+bool place(const Mat4& m, std::span<const Box3> boxes, PlacedBox& placed) {
+    if (!is_finite(m, coordinate_limit) || !invert(m, placed.record)) return false;
+    placed.condition = condition_of(m, placed.record);
+    const double largest = map_boxes(m, boxes, placed.lower, placed.upper);
+    // Grow by the error of mapping there and back
+    return grow(0x1p-46 * placed.condition * largest, placed.lower, placed.upper);
+}
+
+bool place_key(const Mat4& m, std::span<const Box3> boxes, Box3d& box) {
+    if (!is_finite(m, coordinate_limit)) return false;
+    const double largest = map_boxes(m, boxes, box.min, box.max);
+    // Entries between two keys are rounded to floats, which outdoes the error of the way back
+    return grow(0x1p-20 * largest, box.min, box.max);
+}
+
+bool place_at_time(std::span<const Mat4> keys, float time, InstanceRecord& record) {
+    const geometry::MotionTime at = geometry::motion_time(time, uint32_t(keys.size() - 1));
+    const Mat4 m = geometry::moved(keys[at.segment], keys[at.segment + 1], at.f);
+    // Written so that NaN is not placed
+    return invert(m, record) && condition_of(m, record) <= worst_moving_condition;
 }
 
 void enter(const InstanceRecord& instance, const geometry::Ray& ray, Vec3d& o, Vec3d& d) {

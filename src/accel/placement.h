@@ -26,6 +26,19 @@ struct PlacedBox {
 /// box too large.
 bool place(const Mat4& render_from_prototype, std::span<const Box3> boxes, PlacedBox& placed);
 
+/// Instances that move are not there at times at which what their matrix does to rounding errors,
+/// PlacedBox::condition, is worse: as they turn inside out, or are flattened to that share.
+inline constexpr double worst_moving_condition = 0x1p16;
+
+/// Box of a prototype within `boxes` that moves, at one of its keys: between two keys it is between
+/// their boxes. False when the matrix is not finite or the box too large.
+bool place_key(const Mat4& render_from_prototype, std::span<const Box3> boxes, Box3d& box);
+
+/// Fills everything but the indices of `record` for an instance that moves, at a time: its matrix is
+/// that of geometry::moved (geometry/motion.h), and it is met as one that stays there. False when it
+/// is not there at that time.
+bool place_at_time(std::span<const Mat4> keys, float time, InstanceRecord& record);
+
 /// The ray in the space of the instance's prototype; d is not normalised, so t keeps its meaning.
 void enter(const InstanceRecord& instance, const geometry::Ray& ray, Vec3d& o, Vec3d& d);
 

@@ -2,6 +2,8 @@
 // Compiled once per instruction set by Highway; see the README of this tier for the seam.
 #include "accel/traverse.h"
 
+#include "accel/placement.h"
+
 // clang-format off
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "accel/traverse.cpp"
@@ -15,6 +17,80 @@ HWY_BEFORE_NAMESPACE();
 namespace velatura::accel {
 namespace HWY_NAMESPACE {
 namespace {
+
+// What is in the instance.
+template <bool moving>
+HWY_INLINE void closest_in_instance(const SceneTrees& trees,
+                                    const InstanceRecord& record,
+                                    const geometry::Ray& ray,
+                                    TreeHit& best) {
+    PlacedRay placed;
+    QueryRay inner;
+    if (enter_instance(trees, record, ray, placed, inner))
+        closest_in_tree(trees.prototypes[record.tree], inner, record.instance, best);
+    if (moving && !trees.prototype_motion.empty())
+        closest_in_motion(trees.prototype_motion[record.tree], placed, ray.time, best);
+    if (!trees.prototype_primitives.empty())
+        closest_in_primitives(trees.prototype_primitives[record.tree], placed, best);
+}
+
+template <bool moving>
+HWY_INLINE bool any_in_instance(const SceneTrees& trees,
+                                const InstanceRecord& record,
+                                const geometry::Ray& ray) {
+    PlacedRay placed;
+    QueryRay inner;
+    if (enter_instance(trees, record, ray, placed, inner) &&
+        any_in_tree(trees.prototypes[record.tree], inner, ray.t_max))
+        return true;
+    if (moving && !trees.prototype_motion.empty() &&
+        any_in_motion(trees.prototype_motion[record.tree], placed, ray.time, ray.t_max))
+        return true;
+    return !trees.prototype_primitives.empty() &&
+           any_in_primitives(trees.prototype_primitives[record.tree], placed, ray.t_max);
+}
+
+// The instance as one that stays where it is at the time of the ray. False: it is not there then.
+bool stop(const MovingInstances& moving, uint32_t index, float time, InstanceRecord& record) {
+    record.tree = moving.instances[index].tree;
+    record.instance = moving.instances[index].instance;
+    const size_t keys = moving.boxes.segments + 1;
+    return place_at_time({moving.keys.data() + index * keys, keys}, time, record);
+}
+
+void closest_in_moving_instances(const SceneTrees& trees, const geometry::Ray& ray, TreeHit& best) {
+    for (const MovingInstances& moving : trees.moving_instances) {
+        QueryRay q;
+        if (!make_query(ray, moving.query_bounds, primitive_slack(moving.origin_slack), q))
+            continue;
+        const SegmentTree tree(moving.boxes, ray.time);
+        float t_bound = float(double(best.t) * q.scaled_from_t);
+        walk_closest(tree, MovingSlabs(q, tree.f), t_bound, [&](uint32_t index) HWY_ATTR {
+            InstanceRecord record;
+            if (stop(moving, index, ray.time, record))
+                closest_in_instance<true>(trees, record, ray, best);
+            t_bound = float(double(best.t) * q.scaled_from_t);
+        });
+    }
+}
+
+bool any_in_moving_instances(const SceneTrees& trees, const geometry::Ray& ray) {
+    for (const MovingInstances& moving : trees.moving_instances) {
+        QueryRay q;
+        if (!make_query(ray, moving.query_bounds, primitive_slack(moving.origin_slack), q))
+            continue;
+        const SegmentTree tree(moving.boxes, ray.time);
+        const float t_bound = float(double(ray.t_max) * q.scaled_from_t);
+        const bool is_hit =
+            walk_any(tree, MovingSlabs(q, tree.f), t_bound, [&](uint32_t index) HWY_ATTR {
+                InstanceRecord record;
+                return stop(moving, index, ray.time, record) &&
+                       any_in_instance<true>(trees, record, ray);
+            });
+        if (is_hit) return true;
+    }
+    return false;
+}
 
 // moving: whether the scene has anything that moves. Without it no instruction is spent on that.
 template <bool moving>
@@ -38,19 +114,12 @@ bool intersect(const SceneTrees& trees, const geometry::Ray& ray, TreeHit& best)
                 const PlacedRay direct{Vec3d(ray.o), Vec3d(ray.d)};
                 closest_primitive(trees.primitives[index - trees.instances.size()], direct, best);
             } else {
-                const InstanceRecord& record = trees.instances[index];
-                PlacedRay placed;
-                QueryRay inner;
-                if (enter_instance(trees, record, ray, placed, inner))
-                    closest_in_tree(trees.prototypes[record.tree], inner, record.instance, best);
-                if (moving && !trees.prototype_motion.empty())
-                    closest_in_motion(trees.prototype_motion[record.tree], placed, ray.time, best);
-                if (!trees.prototype_primitives.empty())
-                    closest_in_primitives(trees.prototype_primitives[record.tree], placed, best);
+                closest_in_instance<moving>(trees, trees.instances[index], ray, best);
             }
             t_bound = float(double(best.t) * q.scaled_from_t);
         });
     }
+    if (moving) closest_in_moving_instances(trees, ray, best);
     return best.id != scene::none;
 }
 
@@ -67,6 +136,7 @@ bool is_occluded(const SceneTrees& trees, const geometry::Ray& ray) {
         any_in_motion(trees.direct_motion, q, ray.time, ray.t_max)) {
         return true;
     }
+    if (moving && any_in_moving_instances(trees, ray)) return true;
     if (trees.top.is_empty() || !make_query(ray, trees.top.query_bounds, top_slack(trees), q))
         return false;
     const float t_bound = float(double(ray.t_max) * q.scaled_from_t);
@@ -74,17 +144,7 @@ bool is_occluded(const SceneTrees& trees, const geometry::Ray& ray) {
         if (index >= trees.instances.size())
             return is_occluded_by(trees.primitives[index - trees.instances.size()],
                                   {Vec3d(ray.o), Vec3d(ray.d)}, ray.t_max);
-        const InstanceRecord& record = trees.instances[index];
-        PlacedRay placed;
-        QueryRay inner;
-        if (enter_instance(trees, record, ray, placed, inner) &&
-            any_in_tree(trees.prototypes[record.tree], inner, ray.t_max))
-            return true;
-        if (moving && !trees.prototype_motion.empty() &&
-            any_in_motion(trees.prototype_motion[record.tree], placed, ray.time, ray.t_max))
-            return true;
-        return !trees.prototype_primitives.empty() &&
-               any_in_primitives(trees.prototype_primitives[record.tree], placed, ray.t_max);
+        return any_in_instance<moving>(trees, trees.instances[index], ray);
     });
 }
 

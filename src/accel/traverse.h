@@ -31,6 +31,21 @@ struct PrimitiveTree {
     double origin_slack = 0;                  ///< QuerySlack::origin for `tree`
 };
 
+/// A placement that moves.
+struct MovingInstance {
+    uint32_t tree = 0;      ///< index into SceneTrees::prototypes
+    uint32_t instance = 0;  ///< index into Scene::instances
+};
+
+/// The instances that move over the same number of segments.
+struct MovingInstances {
+    MovingTree boxes;                       ///< no leaves: they index `instances`
+    std::vector<MovingInstance> instances;  ///< those that can be hit
+    std::vector<Mat4> keys;                 ///< [instance][key] render_from_prototype
+    QueryBounds query_bounds;               ///< of the boxes at all keys
+    double origin_slack = 0;                ///< QuerySlack::origin for `boxes`
+};
+
 /// Everything a ray meets.
 struct SceneTrees {
     WideTree direct;                            ///< triangles placed directly that do not move
@@ -45,7 +60,11 @@ struct SceneTrees {
     std::vector<PrimitiveTree> prototype_primitives;  ///< [prototype]; empty when none has any
     double top_origin_slack = 0;                      ///< QuerySlack::origin for `top`
 
-    bool has_motion() const { return !direct_motion.is_empty() || !prototype_motion.empty(); }
+    std::vector<MovingInstances> moving_instances;
+
+    bool has_motion() const {
+        return !direct_motion.is_empty() || !prototype_motion.empty() || !moving_instances.empty();
+    }
 };
 
 /// Best hit so far. `id` counts the triangles and primitives of a prototype, or of what is placed

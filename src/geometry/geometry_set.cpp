@@ -2,6 +2,7 @@
 #include "geometry/geometry_set.h"
 
 #include "base/tasks.h"
+#include "geometry/motion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -62,11 +63,11 @@ bool is_quadric(const scene::Shape& shape) {
     return gprim && gprim->kind != Kind::Cube && gprim->kind != Kind::Plane;
 }
 
-InstanceTransform make_instance_transform(const scene::Instance& instance) {
+InstanceTransform make_instance_transform(uint32_t prototype, const Mat4& matrix) {
     InstanceTransform out;
-    out.prototype = instance.prototype;
-    out.render_from_prototype = instance.render_from_prototype;
-    const Mat4d forward(instance.render_from_prototype);
+    out.prototype = prototype;
+    out.render_from_prototype = matrix;
+    const Mat4d forward(matrix);
     Mat4d backward;
     out.is_mirrored = determinant3(forward) < 0.0;
     out.is_invertible = invert_affine(forward, backward);
@@ -82,6 +83,14 @@ InstanceTransform make_instance_transform(const scene::Instance& instance) {
 }
 
 }  // namespace
+
+Mat4 render_from_prototype(const scene::Instance& instance, float time) {
+    const std::vector<Mat4>& later = instance.later_render_from_prototype;
+    if (later.empty()) return instance.render_from_prototype;
+    const MotionTime at = motion_time(time, uint32_t(later.size()));
+    const Mat4& from = at.segment == 0 ? instance.render_from_prototype : later[at.segment - 1];
+    return moved(from, later[at.segment], at.f);
+}
 
 GeometrySet::GeometrySet(const scene::Scene& scene, const TessellationOptions& options)
     : shapes_(scene.shapes.size()), prototypes_(scene.prototypes.size()) {
@@ -119,8 +128,23 @@ GeometrySet::GeometrySet(const scene::Scene& scene, const TessellationOptions& o
     for (const Job& job : jobs)
         tessellated_quadrics_ += is_quadric(*job.shape) && !job.mesh->primitives();
     instances_.reserve(scene.instances.size());
-    for (const scene::Instance& instance : scene.instances)
-        instances_.push_back(make_instance_transform(instance));
+    for (const scene::Instance& instance : scene.instances) {
+        if (!instance.later_render_from_prototype.empty())
+            moving_.emplace(uint32_t(instances_.size()), instance);
+        instances_.push_back(
+            make_instance_transform(instance.prototype, instance.render_from_prototype));
+    }
+}
+
+const InstanceTransform& GeometrySet::instance(uint32_t index,
+                                               float time,
+                                               std::optional<InstanceTransform>& room) const {
+    if (moving_.empty()) return instances_[index];
+    const auto found = moving_.find(index);
+    if (found == moving_.end()) return instances_[index];
+    const scene::Instance& moving = found->second;
+    return room.emplace(
+        make_instance_transform(moving.prototype, render_from_prototype(moving, time)));
 }
 
 const TriangleMesh& GeometrySet::mesh(const Hit& hit) const {
@@ -133,7 +157,8 @@ bool GeometrySet::has_motion() const {
     const auto has_one = [&](const std::vector<TriangleMesh>& meshes) {
         return std::any_of(meshes.begin(), meshes.end(), moves);
     };
-    return has_one(shapes_) || std::any_of(prototypes_.begin(), prototypes_.end(), has_one);
+    return !moving_.empty() || has_one(shapes_) ||
+           std::any_of(prototypes_.begin(), prototypes_.end(), has_one);
 }
 
 size_t GeometrySet::triangle_count() const {
@@ -157,6 +182,8 @@ std::map<std::string, size_t> GeometrySet::primitive_counts() const {
 
 size_t GeometrySet::bytes() const {
     size_t total = instances_.capacity() * sizeof(InstanceTransform);
+    for (const auto& [index, moving] : moving_)
+        total += sizeof(moving) + moving.later_render_from_prototype.capacity() * sizeof(Mat4);
     for (const TriangleMesh& mesh : shapes_) total += mesh.bytes();
     for (const auto& prototype : prototypes_)
         for (const TriangleMesh& mesh : prototype) total += mesh.bytes();

@@ -10,7 +10,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 namespace velatura::geometry {
@@ -30,6 +32,9 @@ struct InstanceTransform {
     bool is_invertible = false;  ///< an instance that is not cannot be hit
 };
 
+/// Where an instance is at a time (Ray::time).
+Mat4 render_from_prototype(const scene::Instance& instance, float time);
+
 /// TriangleMeshes of the scene's shapes and of each prototype: what acceleration structures are
 /// built over. Does not refer to the scene after construction. Immutable, safe to share among
 /// threads.
@@ -47,13 +52,18 @@ class GeometrySet {
     /// [prototype][shape of the prototype], prototype space.
     const std::vector<std::vector<TriangleMesh>>& prototypes() const { return prototypes_; }
 
-    /// [instance of Scene::instances].
+    /// [instance of Scene::instances]; of those that move, as when the shutter opens.
     const std::vector<InstanceTransform>& instances() const { return instances_; }
+
+    /// The transform at a time (Ray::time). `room` holds it where the instance moves.
+    const InstanceTransform& instance(uint32_t index,
+                                      float time,
+                                      std::optional<InstanceTransform>& room) const;
 
     /// The mesh that was hit.
     const TriangleMesh& mesh(const Hit& hit) const;
 
-    bool has_motion() const;  ///< whether some mesh moves while the shutter is open
+    bool has_motion() const;  ///< whether a mesh or an instance moves while the shutter is open
 
     size_t triangle_count() const;  ///< stored ones, prototypes once
     /// The same of what is not made of triangles, by PrimitiveSet::kind().
@@ -66,6 +76,7 @@ class GeometrySet {
     std::vector<TriangleMesh> shapes_;
     std::vector<std::vector<TriangleMesh>> prototypes_;
     std::vector<InstanceTransform> instances_;
+    std::unordered_map<uint32_t, scene::Instance> moving_;  ///< those that move, by index
     size_t tessellated_quadrics_ = 0;
 };
 

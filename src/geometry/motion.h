@@ -34,4 +34,12 @@ inline Vec3 moved(const Vec3& a, const Vec3& b, float f) {
     return {moved(a.x, b.x, f), moved(a.y, b.y, f), moved(a.z, b.z, f)};
 }
 
+/// Entry by entry.
+inline Mat4 moved(const Mat4& a, const Mat4& b, float f) {
+    Mat4 m;
+    for (int i = 0; i < 4; ++i)
+        for (int k = 0; k < 4; ++k) m[i][k] = moved(a[i][k], b[i][k], f);
+    return m;
+}
+
 }  // namespace velatura::geometry

@@ -110,7 +110,7 @@ void set_to_primitive(SurfacePoint& point,
                       const Ray& ray,
                       const Hit& hit) {
     const PrimitiveSurface surface =
-        primitive_surface(geometry, hit, Vec3d(ray.o), Vec3d(ray.d));
+        primitive_surface(geometry, hit, Vec3d(ray.o), Vec3d(ray.d), ray.time);
     set_place(point, surface.p, surface.error);
     point.face = surface.face;
     point.ng = to_float(unit_or_zero(surface.n));
@@ -152,7 +152,8 @@ void set_normals(SurfacePoint& point,
 PrimitiveSurface primitive_surface(const GeometrySet& geometry,
                                    const Hit& hit,
                                    const Vec3d& o,
-                                   const Vec3d& d) {
+                                   const Vec3d& d,
+                                   float time) {
     const TriangleMesh& mesh = geometry.mesh(hit);
     const PrimitiveSet& set = *mesh.primitives();
     const PrimitiveHit place{double(hit.t), hit.b1, hit.b2};
@@ -160,7 +161,8 @@ PrimitiveSurface primitive_surface(const GeometrySet& geometry,
     if (hit.instance == scene::none) {
         surface = set.surface(hit.triangle, o, d, place);
     } else {
-        const InstanceTransform& instance = geometry.instances()[hit.instance];
+        std::optional<InstanceTransform> room;
+        const InstanceTransform& instance = geometry.instance(hit.instance, time, room);
         const Mat4d& backward = instance.prototype_from_render;
         surface = set.surface(hit.triangle, transform_point(o, backward),
                               transform_direction(d, backward), place);
@@ -187,8 +189,9 @@ SurfacePoint make_surface_point(const scene::Scene& scene,
                                 const Hit& hit) {
     SurfacePoint point;
     const TriangleMesh& mesh = geometry.mesh(hit);
+    std::optional<InstanceTransform> room;
     const InstanceTransform* instance =
-        hit.instance == scene::none ? nullptr : &geometry.instances()[hit.instance];
+        hit.instance == scene::none ? nullptr : &geometry.instance(hit.instance, ray.time, room);
     point.mesh = &mesh;
     point.triangle = hit.triangle;
     point.instance = hit.instance;
@@ -234,7 +237,7 @@ Tangents tangents(const scene::Scene& scene, const SurfacePoint& point) {
     if (point.mesh == nullptr) return fallback;
     Mat4d forward;
     if (point.instance != scene::none)
-        forward = Mat4d(scene.instances[point.instance].render_from_prototype);
+        forward = Mat4d(render_from_prototype(scene.instances[point.instance], point.time));
     Vec3d dpds(0.0), dpdt(0.0);
     const bool is_known = point.mesh->primitives()
                               ? primitive_derivatives(point, forward, dpds, dpdt)
@@ -259,8 +262,11 @@ std::optional<SurfacePoint> lifted(const GeometrySet& geometry,
     Vec3d normals[3];
     if (!point.mesh->corner_normals(point.triangle, normals, point.time)) return std::nullopt;
     const bool is_instanced = point.instance != scene::none;
+    std::optional<InstanceTransform> room;
     const Mat4d forward =
-        is_instanced ? Mat4d(geometry.instances()[point.instance].render_from_prototype) : Mat4d();
+        is_instanced
+            ? Mat4d(geometry.instance(point.instance, point.time, room).render_from_prototype)
+            : Mat4d();
     if (is_instanced) {
         const Mat3d normal_matrix = cofactor_matrix(forward);
         for (Vec3d& n : normals) n = unit_or_zero(n) * normal_matrix;

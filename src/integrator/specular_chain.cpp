@@ -95,7 +95,8 @@ bool make_facet(const World& world, const geometry::SurfacePoint& point, Facet& 
         for (Vec3d& n : out.normals) n /= n.length();
     }
     if (point.instance == scene::none) return true;
-    const Mat4d forward(world.geometry.instances()[point.instance].render_from_prototype);
+    const Mat4d forward(
+        geometry::render_from_prototype(world.scene.instances[point.instance], point.time));
     for (Vec3d& c : out.corners) c = transform_point(c, forward);
     if (!out.is_smooth) return true;
     const Mat3d normal_matrix = cofactor_matrix(forward);
@@ -155,7 +156,7 @@ bool scatter(const World& world,
     Facet facet;
     geometry::PrimitiveSurface curved;
     if (is_curved)
-        curved = geometry::primitive_surface(world.geometry, hit, ray.o, ray.d);
+        curved = geometry::primitive_surface(world.geometry, hit, ray.o, ray.d, point.time);
     else if (!make_facet(world, point, facet))
         return false;
     const Vec3d plane =

@@ -35,6 +35,9 @@ struct Prototype {
 struct Instance {
     uint32_t prototype = 0;
     Mat4 render_from_prototype;           ///< camera-centred, cast from double
+    /// [key − 1] the same at the later keys of an instance that moves, at equal steps over the shutter; entries go
+    /// straight on between. Empty = it does not. What gives light does not move: `translate` promises.
+    std::vector<Mat4> later_render_from_prototype;
     MaterialId material_override = none;
     std::optional<Rgb> display_color;     ///< per-instance constant primvar of a point instancer
     ProvenanceId provenance = none;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shading/material_evaluator.h"
 
+#include "geometry/geometry_set.h"
 #include "geometry/triangle_mesh.h"
 
 #include <algorithm>
@@ -104,7 +105,7 @@ double texture_density(const scene::Scene& scene, const SurfacePoint& point, sce
     const auto corner = [&](int k) { return Vec3d(point.mesh->corner(point.triangle, k, point.time)); };
     Vec3d e1 = corner(1) - corner(0), e2 = corner(2) - corner(0);
     if (point.instance != scene::none) {
-        const Mat4d m(scene.instances[point.instance].render_from_prototype);
+        const Mat4d m(geometry::render_from_prototype(scene.instances[point.instance], point.time));
         e1 = transform_direction(e1, m);
         e2 = transform_direction(e2, m);
     }

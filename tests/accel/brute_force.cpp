@@ -164,13 +164,23 @@ BruteForce::BruteForce(const SoupScene& scene)
         prototype_bounds_.push_back(bounds_of_both(shapes));
     for (size_t i = 0; i < scene.instances.size(); ++i) {
         const SoupInstance& instance = scene.instances[i];
+        const Box3 box = bounds_of(scene.prototypes[instance.prototype]);
+        if (box.isEmpty()) continue;
+        if (!instance.later.empty()) {
+            MovingPlacement moving{instance.prototype, uint32_t(i), {instance.render_from_prototype}};
+            moving.keys.insert(moving.keys.end(), instance.later.begin(), instance.later.end());
+            Box3d key_box;
+            if (std::all_of(moving.keys.begin(), moving.keys.end(), [&](const Mat4& m) {
+                    return place_key(m, {&box, 1}, key_box);
+                }))
+                moving_.push_back(std::move(moving));
+            continue;
+        }
         PlacedBox placed;
         placed.record.tree = instance.prototype;
         placed.record.instance = uint32_t(i);
-        const Box3 box = bounds_of(scene.prototypes[instance.prototype]);
-        if (!box.isEmpty() && place(instance.render_from_prototype, {&box, 1}, placed)) {
-            placed_.push_back(placed);
-        }
+        if (place(instance.render_from_prototype, {&box, 1}, placed))
+            placed_.push_back(placed.record);
     }
 }
 
@@ -183,15 +193,22 @@ geometry::Hit BruteForce::intersect(const geometry::Ray& ray) const {
         [&](const QueryBounds& box, QueryRay& q) { return make_query(ray, box, {}, q); }, best);
     if (ray.d == Vec3(0)) return {};
     closest_primitive(scene_.shapes, Vec3d(ray.o), Vec3d(ray.d), scene::none, best);
-    for (const PlacedBox& placed : placed_) {
+    const auto in_instance = [&](const InstanceRecord& record) {
         Vec3d o, d;
-        enter(placed.record, ray, o, d);
-        const Shapes& shapes = scene_.prototypes[placed.record.tree];
+        enter(record, ray, o, d);
+        const Shapes& shapes = scene_.prototypes[record.tree];
         closest(
-            shapes, prototype_bounds_[placed.record.tree], ray.time, placed.record.instance,
+            shapes, prototype_bounds_[record.tree], ray.time, record.instance,
             [&](const QueryBounds& box, QueryRay& q) { return make_query(o, d, box, {}, q); },
             best);
-        closest_primitive(shapes, o, d, placed.record.instance, best);
+        closest_primitive(shapes, o, d, record.instance, best);
+    };
+    for (const InstanceRecord& record : placed_) in_instance(record);
+    for (const MovingPlacement& moving : moving_) {
+        InstanceRecord record;
+        record.tree = moving.prototype;
+        record.instance = moving.instance;
+        if (place_at_time(moving.keys, ray.time, record)) in_instance(record);
     }
     return best.is_valid() ? best : geometry::Hit{};
 }

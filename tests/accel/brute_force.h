@@ -34,7 +34,14 @@ class BruteForce final : public Accelerator {
     SoupScene scene_;
     Bounds direct_bounds_;
     std::vector<Bounds> prototype_bounds_;
-    std::vector<PlacedBox> placed_;  ///< only those that can be hit
+    std::vector<InstanceRecord> placed_;  ///< only those that can be hit
+
+    struct MovingPlacement {
+        uint32_t prototype, instance;
+        std::vector<Mat4> keys;
+    };
+
+    std::vector<MovingPlacement> moving_;  ///< the same
 };
 
 /// Closest hit by Möller and Trumbore in long double, on the triangles placed directly: shares no

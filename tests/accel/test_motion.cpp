@@ -183,6 +183,81 @@ TEST(Motion, OfPrototypesIsCarriedByTheirInstances) {
     expect_exact(scene, timed(mixed_rays(8000, 47), 48), 2000);
 }
 
+Mat4 random_placement(Random& random, float size) {
+    Mat4d scale, turn, move;
+    scale.setScale(Vec3d(0.3) + Vec3d(random.in_cube(0.2f)));
+    if (random.below(3) == 0) scale[0][0] = -scale[0][0];
+    turn.setAxisAngle(Vec3d(random.direction()), double(random.between(0, 6)));
+    move.setTranslation(Vec3d(random.in_cube(size)));
+    return Mat4(scale * turn * move);
+}
+
+// Slow ones, fast ones, some that turn inside out or flatten on their way, among others that stay.
+TEST(Motion, OfInstancesIsFoundAsBruteForceFindsIt) {
+    const std::vector<Soup> prototypes = {random_soup(60, 0.5f, 141), box(Vec3(-1), Vec3(1)),
+                                          jittered(random_soup(60, 0.5f, 142), 2, 0.3f, 143)};
+    SoupScene scene;
+    for (const Soup& soup : prototypes) scene.prototypes.push_back({soup.view()});
+    scene.prototypes.push_back({discs(20, 0.6, 144), quadrics(1, 0.5, 145)[0]});
+    Random random(146);
+    std::vector<std::vector<Mat4>> later;
+    for (uint32_t i = 0; i < 80; ++i) {
+        const Mat4 first = random_placement(random, 1);
+        std::vector<Mat4>& keys = later.emplace_back();
+        for (uint32_t k = 0; k < i % 4; ++k) {
+            Mat4d drift;
+            drift.setTranslation(Vec3d(random.in_cube(i % 8 < 4 ? 0.1f : 1.0f)));
+            const Mat4 last = keys.empty() ? first : keys.back();
+            if (i % 3 == 0) keys.push_back(random_placement(random, 1));
+            if (i % 3 == 1) keys.push_back(Mat4(Mat4d(last) * drift));
+            if (i % 3 == 2) {
+                // Half a turn: through a line
+                Mat4d turn;
+                turn.setAxisAngle(Vec3d(0, 0, 1), pi_d);
+                keys.push_back(Mat4(turn * Mat4d(last)));
+            }
+        }
+        scene.instances.push_back({i % 4, first});
+    }
+    // A key flat, one that is not finite
+    later[7].back()[0][0] = later[7].back()[1][0] = later[7].back()[2][0] = 0;
+    later[11].back()[3][1] = nan;
+    for (size_t i = 0; i < later.size(); ++i) scene.instances[i].later = later[i];
+    const Soup direct = random_soup(50, 0.3f, 147);
+    scene.shapes = {direct.view()};
+    expect_exact(scene, timed(mixed_rays(20000, 148), 149), 5000);
+    EXPECT_EQ(build_bvh(scene)->stats().instances, scene.instances.size() - 1);
+}
+
+// An instance at a key of its motion is the instance that stays there.
+TEST(Motion, OfInstancesPassesThroughTheirKeys) {
+    const std::vector<Soup> prototypes = {random_soup(200, 0.5f, 151)};
+    Random random(152);
+    std::vector<std::vector<Mat4>> keys(30);
+    for (auto& of_instance : keys)
+        for (int k = 0; k < 4; ++k) of_instance.push_back(random_placement(random, 1));
+    SoupScene moving;
+    moving.prototypes = {{prototypes[0].view()}};
+    for (const auto& k : keys) moving.instances.push_back({0, k[0], std::span(k).subspan(1)});
+    const auto bvh = build_bvh(moving);
+    for (size_t key = 0; key < 3; ++key) {
+        SoupScene still;
+        still.prototypes = moving.prototypes;
+        for (const auto& k : keys) still.instances.push_back({0, k[key]});
+        const auto expected = build_bvh(still);
+        size_t hits = 0, different = 0;
+        for (geometry::Ray ray : mixed_rays(5000, 153)) {
+            const geometry::Hit of_key = expected->intersect(ray);
+            ray.time = float(key) / 3.0f;
+            if (geometry::motion_time(ray.time, 3).f != 0.0f) continue;
+            hits += of_key.is_valid();
+            different += !is_same(bvh->intersect(ray), of_key);
+        }
+        EXPECT_EQ(different, 0u) << key;
+        EXPECT_GT(hits, key == 0 ? 1000u : 0u);
+    }
+}
+
 // What a moving mesh is at a key is the mesh of that key. Corners that stay, far outside of all
 // that moves, give both the same bounds: edge-on hits depend on these.
 TEST(Motion, AtItsKeysIsTheMeshOfTheKey) {

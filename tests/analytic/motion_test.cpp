@@ -180,6 +180,32 @@ TEST(MotionBlur, OfShadowsIsThatOfTheTimeOfThePath) {
     }
 }
 
+// An instance that moves blurs as its points do.
+TEST(MotionBlur, OfAnInstanceIsThatOfItsPoints) {
+    const TestScene points =
+        plate_before_wall(half_plane(-0.5f), {half_plane(0.5f), half_plane(0.25f)});
+    TestScene placed = plate_before_wall(half_plane(0), {});
+    Mat4 key;
+    const auto at_x = [&](float x) {
+        key[3][0] = x;
+        return key;
+    };
+    placed.make_instance(at_x(-0.5f));
+    placed.scene.instances[0].later_render_from_prototype = {at_x(0.5f), at_x(0.25f)};
+    const TestRenderOptions options = {.size = size, .samples = 64, .last_bounce = 0};
+    const RenderedLayers a = render(points, options), b = render(placed, options);
+    double worst = 0, most = 0;
+    for (int y = 0; y < size; ++y) {
+        for (int x = 0; x < size; ++x) {
+            worst = std::max(worst, std::abs(pixel(a, x, y) - pixel(b, x, y)));
+            most = std::max(most, pixel(a, x, y) * (1 - pixel(a, x, y)));
+        }
+    }
+    // Rounding may decide a sample at the very edge
+    EXPECT_LE(worst, 1.0 / 64 + 1e-9);
+    EXPECT_GT(most, 0.2);
+}
+
 TEST(MotionBlur, IsNoneWhenTheShutterIsClosedBitForBit) {
     const std::vector<Vec3> corners = half_plane(0.123f);
     const TestScene still = plate_before_wall(corners, {});

@@ -194,6 +194,55 @@ TEST(MovingMesh, HasTheBoundsOfAllItsKeys) {
     EXPECT_EQ(box.max.z, 50);
 }
 
+// Shading sees an instance that moves as the one that stays where it is at the time of the ray.
+TEST(MovingInstance, IsTheOneThatStaysThereAtTheTimeOfTheRay) {
+    std::mt19937 random(21);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    scene::Scene moving = scene_of(moving_sheet(2, 22));
+    scene::Gprim sphere;
+    sphere.kind = scene::Gprim::Kind::Sphere;
+    scene::Shape ball;
+    ball.geometry = sphere;
+    moving.prototypes[0].shapes.push_back(ball);
+    scene::Instance& instance = moving.instances[0];
+    for (int k = 0; k < 3; ++k) {
+        Mat4 key = instance.render_from_prototype;
+        for (int i = 0; i < 4; ++i)
+            for (int j = 0; j < 3; ++j) key[i][j] += 0.2f * (uniform(random) - 0.5f);
+        instance.later_render_from_prototype.push_back(key);
+    }
+    const GeometrySet set(moving);
+    EXPECT_TRUE(set.has_motion());
+    for (int trial = 0; trial < 300; ++trial) {
+        const float time = trial % 4 == 0 ? float(int(random() % 3)) / 3.0f : uniform(random);
+        scene::Scene stopped = moving;
+        stopped.instances[0].render_from_prototype =
+            render_from_prototype(moving.instances[0], time);
+        stopped.instances[0].later_render_from_prototype.clear();
+        const GeometrySet stopped_set(stopped);
+        const bool is_ball = trial % 2 == 1;
+        const Hit hit{4,
+                      uniform(random) * 0.5f,
+                      uniform(random) * 0.5f,
+                      0,
+                      is_ball ? 1u : 0u,
+                      is_ball ? 0 : uint32_t(random() % set.prototypes()[0][0].triangle_count())};
+        const Ray ray{Vec3(0.1f, 0.2f, 5), Vec3(0, 0, -1), 10, time};
+        const SurfacePoint p = make_surface_point(moving, set, ray, hit);
+        const SurfacePoint q = make_surface_point(stopped, stopped_set, ray, hit);
+        EXPECT_EQ(p.p, q.p);
+        EXPECT_EQ(p.p_error, q.p_error);
+        EXPECT_EQ(p.ng, q.ng);
+        EXPECT_EQ(p.ns, q.ns);
+        EXPECT_EQ(tangents(moving, p).dpds, tangents(stopped, q).dpds);
+        const auto above = lifted(set, p, p.ng), expected = lifted(stopped_set, q, q.ng);
+        ASSERT_EQ(above.has_value(), expected.has_value());
+        if (above) {
+            EXPECT_EQ(above->p, expected->p);
+        }
+    }
+}
+
 // A face without area when the shutter opens may get one.
 TEST(MovingMesh, KeepsTrianglesThatOpenLater) {
     scene::Mesh mesh;

@@ -78,6 +78,14 @@ Vec3 position(const TriangleSoupView& shape, uint32_t vertex, float time) {
     return geometry::moved(from, shape.later_positions[at.segment][vertex], at.f);
 }
 
+Mat4 matrix(const SoupInstance& instance, float time) {
+    if (instance.later.empty()) return instance.render_from_prototype;
+    const auto at = geometry::motion_time(time, uint32_t(instance.later.size()));
+    const Mat4& from =
+        at.segment == 0 ? instance.render_from_prototype : instance.later[at.segment - 1];
+    return geometry::moved(from, instance.later[at.segment], at.f);
+}
+
 // The triangle of a hit in render space.
 struct Corners {
     Vec3d p[3];
@@ -92,8 +100,7 @@ Corners corners_of(const SoupScene& scene, const Hit& hit, float time) {
     for (size_t k = 0; k < 3; ++k) {
         c.p[k] = Vec3d(position(shape, shape.triangles[hit.triangle][k], time));
         if (!is_direct)
-            c.p[k] =
-                transform_point(c.p[k], Mat4d(scene.instances[hit.instance].render_from_prototype));
+            c.p[k] = transform_point(c.p[k], Mat4d(matrix(scene.instances[hit.instance], time)));
     }
     return c;
 }
@@ -307,6 +314,19 @@ TEST_F(EmbreeTest, AgreesOnWhatMoves) {
         move.setTranslation(Vec3d(random.in_cube(1)));
         placed.instances.push_back({0, Mat4(scale * turn * move)});
     }
+    expect_agreement(placed, embree(placed), rays, 80000, 0.01, 10 / 0.3);
+    // The instances move as well, over one and two segments
+    std::vector<std::vector<Mat4>> later;
+    for (size_t i = 0; i < placed.instances.size(); ++i) {
+        Mat4 key = placed.instances[i].render_from_prototype;
+        later.emplace_back();
+        for (size_t k = 0; k < 1 + i % 2; ++k) {
+            for (int row = 0; row < 4; ++row)
+                for (int c = 0; c < 3; ++c) key[row][c] += random.between(-0.05f, 0.05f);
+            later.back().push_back(key);
+        }
+    }
+    for (size_t i = 0; i < later.size(); ++i) placed.instances[i].later = later[i];
     expect_agreement(placed, embree(placed), rays, 80000, 0.01, 10 / 0.3);
 }
 
