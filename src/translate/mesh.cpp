@@ -164,7 +164,7 @@ std::optional<scene::Shape> read_mesh(
     if (is_light)
         warn_if_it_moves(ctx, prim, holder.frame);
     else
-        read_motion(ctx, prim, holder, matrix, table, mesh);
+        read_motion(ctx, prim, holder, matrix, pose, table, mesh);
     compact_faces(table, mesh);
     shape.flip_normals = is_left_handed != (determinant3(matrix) < 0.0);
     shape.double_sided = read_bool(prim.attribute("doubleSided"), false, ctx.time);

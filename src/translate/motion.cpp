@@ -197,6 +197,13 @@ class MotionReader {
     const scene::Mesh& mesh_;
 };
 
+/// The matrix of a prim at a time, joints that carry it as a whole included.
+Mat4d carried_by(Context& ctx, Prim prim, Prim frame, double time) {
+    const AnotherTime at(ctx, time);
+    const std::optional<Pose> pose = read_pose(ctx, prim, frame);
+    return pose && pose->is_rigid ? pose->matrix : matrix_in_frame(ctx, prim, frame);
+}
+
 bool has_same_normals(const scene::Mesh& a, const scene::Mesh& b) {
     return a.normals.size() == b.normals.size() && a.normal_indices == b.normal_indices &&
            a.normal_interpolation == b.normal_interpolation;
@@ -208,10 +215,10 @@ void read_motion(Context& ctx,
                  Prim prim,
                  const Placeable& holder,
                  const Mat4d& matrix,
+                 const Pose* pose,
                  const FaceTable& table,
                  scene::Mesh& mesh) {
     if (!ctx.shutter || !may_move(ctx, prim, holder.frame)) return;
-    const std::optional<Pose> pose = read_pose(ctx, prim, holder.frame);
     const bool is_rigid = pose && pose->is_rigid;
     if (!is_rigid &&
         matrix != relative_to(matrix_in_frame(ctx, prim, holder.frame), holder.origin)) {
@@ -248,15 +255,13 @@ void warn_if_it_moves(Context& ctx, Prim prim, Prim frame) {
         return attribute.might_be_time_varying() &&
                !(attribute.value(time) == attribute.value(ctx.time));
     };
+    const Mat4d now = carried_by(ctx, prim, frame, ctx.time.value());
     const auto [open, close] = *ctx.shutter;
-    const Mat4d now = matrix_in_frame(ctx, prim, frame);
     for (const double time : {open, 0.5 * (open + close), close}) {
-        bool is_elsewhere = false;
+        bool is_elsewhere = carried_by(ctx, prim, frame, time) != now;
         for (const char* name : {"points", "positions", "orientations", "scales"})
             is_elsewhere = is_elsewhere || differs(prim.attribute(name), time);
-        const AnotherTime at(ctx, time);
-        if (!is_elsewhere && matrix_in_frame(ctx, prim, frame) == now) continue;
-        ctx.is_quiet = false;
+        if (!is_elsewhere) continue;
         ctx.warn("unsupported-motion-blur", prim,
                  fmt::format("a {} that moves while the shutter is open{} is rendered as it is at "
                              "the frame's instant: of what moves only meshes that give no light "

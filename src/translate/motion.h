@@ -4,6 +4,7 @@
 #include "scene/mesh.h"
 #include "translate/context.h"
 #include "translate/mesh_faces.h"
+#include "translate/pose.h"
 
 namespace velatura::translate {
 
@@ -11,12 +12,13 @@ namespace velatura::translate {
 /// that carry it, skeletons and blend shapes: at equal steps, as many as there must be for all
 /// authored samples to be keys and for points to stray less than 2^-11 of the mesh's size from
 /// straight lines, at most 16. A mesh that does not move, or cannot (a warning says why), is left
-/// as it is. `mesh`: before faces are left out; `matrix`: into the space of the holder at the
-/// frame's instant.
+/// as it is. `mesh`: before faces are left out; `matrix`, `pose`: as for read_mesh, at the frame's
+/// instant.
 void read_motion(Context& ctx,
                  Prim prim,
                  const Placeable& holder,
                  const Mat4d& matrix,
+                 const Pose* pose,
                  const FaceTable& table,
                  scene::Mesh& mesh);
 

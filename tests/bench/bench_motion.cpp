@@ -31,7 +31,7 @@ struct Settings {
     int size = 320;
     int rounds = 5;
     float amount = 1;
-    std::vector<std::string> scenes = {"museum", "statue", "hair", "forest"};
+    std::vector<std::string> scenes = {"museum", "statue", "hair", "forest", "woods"};
     std::vector<uint32_t> segments = {1, 2, 4};
 };
 
@@ -56,14 +56,34 @@ std::vector<Vec3> pose(const BenchMesh& mesh, float time, float amount) {
     return positions;
 }
 
-// How the mesh is when the shutter is half through: what motion is compared with.
-void stop(BenchMesh& mesh, float amount) {
-    mesh.positions = pose(mesh, 0.5f, amount);
+// Instances do not deform; each turns and wanders by itself.
+Mat4 pose(const accel::SoupInstance& instance, float time, float amount) {
+    const Vec3 foot(instance.render_from_prototype[3][0], instance.render_from_prototype[3][1],
+                    instance.render_from_prototype[3][2]);
+    Mat4d there, turn, back;
+    there.setTranslation(-Vec3d(foot));
+    turn.setAxisAngle(Vec3d(0, 1, 0), 0.1 * double(time * amount));
+    back.setTranslation(Vec3d(foot) + Vec3d(std::sin(foot.z), 0, std::cos(foot.x)) *
+                                          (0.3 * std::sin(1.3 * double(time)) * double(amount)));
+    return Mat4(Mat4d(instance.render_from_prototype) * there * turn * back);
 }
 
-void move(BenchMesh& mesh, uint32_t segments, float amount) {
+// How the scene is when the shutter is half through: what motion is compared with.
+void stop(BenchScene& scene, float amount) {
+    scene.direct.positions = pose(scene.direct, 0.5f, amount);
+    for (accel::SoupInstance& instance : scene.instances)
+        instance.render_from_prototype = pose(instance, 0.5f, amount);
+}
+
+void move(BenchScene& scene, uint32_t segments, float amount) {
+    const auto time_of = [&](uint32_t key) { return float(key) / float(segments); };
     for (uint32_t key = 1; key <= segments; ++key)
-        mesh.later_positions.push_back(pose(mesh, float(key) / float(segments), amount));
+        scene.direct.later_positions.push_back(pose(scene.direct, time_of(key), amount));
+    for (const accel::SoupInstance& instance : scene.instances) {
+        std::vector<Mat4>& keys = scene.later_instances.emplace_back();
+        for (uint32_t key = 1; key <= segments; ++key)
+            keys.push_back(pose(instance, time_of(key), amount));
+    }
 }
 
 // One way to move, built by one library.
@@ -187,13 +207,13 @@ void run_scene(const SceneMaker& maker, const Settings& settings, std::vector<do
     const double triangles = double(scene.triangle_count());
     std::vector<std::unique_ptr<Moved>> all;
     BenchScene still = scene;
-    stop(still.direct, settings.amount);
+    stop(still, settings.amount);
     all.push_back(make_moved(still, settings.size, true));
     close_shutter(still.direct);
     all.push_back(make_moved(std::move(still), settings.size, false));
     for (const uint32_t segments : settings.segments) {
         BenchScene moving = scene;
-        move(moving.direct, segments, settings.amount);
+        move(moving, segments, settings.amount);
         all.push_back(make_moved(std::move(moving), settings.size, true));
     }
     const auto name_of = [&](size_t i) {

@@ -237,6 +237,8 @@ accel::SoupScene BenchScene::soup() const {
     scene.shapes.push_back(view(direct));
     for (const BenchMesh& mesh : prototypes) scene.prototypes.push_back({view(mesh)});
     scene.instances = instances;
+    for (size_t i = 0; i < later_instances.size(); ++i)
+        scene.instances[i].later = later_instances[i];
     return scene;
 }
 

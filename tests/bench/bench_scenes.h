@@ -14,6 +14,7 @@ struct BenchScene {
     BenchMesh direct;
     std::vector<BenchMesh> prototypes;
     std::vector<accel::SoupInstance> instances;
+    std::vector<std::vector<Mat4>> later_instances = {};  ///< [instance] keys; empty: they stay
     Vec3 eye, target;
     Vec3 light, light_x, light_y;  ///< corner and edges of a rectangle light
     float ambient_distance = 1;    ///< length of ambient occlusion rays

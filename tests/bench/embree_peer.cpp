@@ -90,8 +90,12 @@ EmbreePeer::EmbreePeer(const accel::SoupScene& scene, EmbreeMode mode)
         RTCGeometry geometry = rtcNewGeometry(s.device, RTC_GEOMETRY_TYPE_INSTANCE);
         rtcSetGeometryInstancedScene(geometry, s.prototypes[instance.prototype]);
         // Rows of ours are columns of theirs
+        rtcSetGeometryTimeStepCount(geometry, unsigned(instance.later.size()) + 1);
         rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
                                 &instance.render_from_prototype[0][0]);
+        for (size_t key = 0; key < instance.later.size(); ++key)
+            rtcSetGeometryTransform(geometry, unsigned(key) + 1, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
+                                    &instance.later[key][0][0]);
         rtcCommitGeometry(geometry);
         rtcAttachGeometry(s.scene, geometry);
         rtcReleaseGeometry(geometry);

@@ -27,6 +27,15 @@ Vec3 position(const BenchMesh& mesh, uint32_t vertex, float time) {
     return geometry::moved(from[vertex], mesh.later_positions[at.segment][vertex], at.f);
 }
 
+Mat4 matrix(const BenchScene& scene, uint32_t instance, float time) {
+    const Mat4& first = scene.instances[instance].render_from_prototype;
+    if (scene.later_instances.empty()) return first;
+    const std::vector<Mat4>& later = scene.later_instances[instance];
+    const auto at = geometry::motion_time(time, uint32_t(later.size()));
+    return geometry::moved(at.segment == 0 ? first : later[at.segment - 1], later[at.segment],
+                           at.f);
+}
+
 // Geometric normal in render space, towards where the ray came from.
 Vec3 normal_at(const BenchScene& scene, const geometry::Ray& ray, const geometry::Hit& hit) {
     const bool is_direct = hit.instance == scene::none;
@@ -36,8 +45,7 @@ Vec3 normal_at(const BenchScene& scene, const geometry::Ray& ray, const geometry
     Vec3 p[3];
     for (size_t k = 0; k < 3; ++k) {
         p[k] = position(mesh, v[k], ray.time);
-        if (!is_direct)
-            p[k] = transform_point(p[k], scene.instances[hit.instance].render_from_prototype);
+        if (!is_direct) p[k] = transform_point(p[k], matrix(scene, hit.instance, ray.time));
     }
     const Vec3 n = normalize(cross(p[1] - p[0], p[2] - p[0]));
     return n.dot(ray.d) > 0 ? -n : n;
