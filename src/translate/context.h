@@ -35,6 +35,8 @@ struct Placeable;
 struct Placement {
     Placeable* what = nullptr;
     Mat4d matrix;  ///< from around the prototype's origin to around the holder's
+    /// [key − 1] the same at the later keys of its motion, 1, 2, 4, 8 or 16 of them; empty: stays.
+    std::vector<Mat4d> later = {};
     std::optional<Rgb> display_color;
     scene::ProvenanceId provenance = scene::none;
 };

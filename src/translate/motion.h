@@ -22,6 +22,19 @@ void read_motion(Context& ctx,
                  const FaceTable& table,
                  scene::Mesh& mesh);
 
+/// Gives the placement of a native instance the keys of its motion while the shutter is open: so
+/// many that matrices between stray from straight lines by less than 2^-11 of what is placed. What
+/// holds lights stays, and is named.
+void read_placement_motion(Context& ctx,
+                           Prim instance,
+                           const Placeable& holder,
+                           Placement& placement);
+
+/// Keys of something that stands in something else; both may move.
+std::vector<Mat4d> composed_motion(const Placement& inner,
+                                   const Mat4d& outer,
+                                   const std::vector<Mat4d>& outer_later);
+
 /// Names a prim whose motion is not rendered: it is not a mesh, or a mesh that gives light.
 void warn_if_it_moves(Context& ctx, Prim prim, Prim frame);
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "translate/motion.h"
 #include "translate/parts.h"
 #include "translate/values.h"
 
@@ -58,7 +59,11 @@ void bake(Context& ctx,
     }
 }
 
-void place(Context& ctx, const Placement& placement, const Mat4d& matrix) {
+/// `matrix` and the `later` keys: of the placement, into render space.
+void place(Context& ctx,
+           const Placement& placement,
+           const Mat4d& matrix,
+           const std::vector<Mat4d>& later) {
     if (ctx.instance_cap_hit) return;
     Placeable& what = *placement.what;
     const scene::ProvenanceId provenance = placement.provenance;
@@ -81,12 +86,18 @@ void place(Context& ctx, const Placement& placement, const Mat4d& matrix) {
         const uint32_t prototype = prototype_index(ctx, what);
         if (determinant3(Mat4d(cast_matrix)) == 0.0) {
             bake(ctx, prototype, matrix, placement.display_color);
+            if (!later.empty())
+                warn_at(ctx, provenance, "unsupported-motion-blur",
+                        "an instance that moves while the shutter is open is flat at its opening: "
+                        "it is rendered as it is then");
         } else {
             scene::Instance instance;
             instance.prototype = prototype;
             instance.render_from_prototype = cast_matrix;
             instance.display_color = placement.display_color;
             instance.provenance = provenance;
+            for (const Mat4d& key : later)
+                instance.later_render_from_prototype.push_back(to_float(key));
             ctx.scene.instances.push_back(instance);
         }
     }
@@ -94,7 +105,7 @@ void place(Context& ctx, const Placement& placement, const Mat4d& matrix) {
     for (const Placement& nested : what.placements) {
         Placement inner = nested;
         if (!inner.display_color) inner.display_color = placement.display_color;
-        place(ctx, inner, nested.matrix * matrix);
+        place(ctx, inner, nested.matrix * matrix, composed_motion(nested, matrix, later));
     }
 }
 
@@ -105,7 +116,7 @@ void place_all(Context& ctx, Placeable& stage_content) {
     join_mesh_light_groups(ctx, ctx.scene.shapes);
     for (const LightSite& site : stage_content.lights) read_light(ctx, site, site.matrix);
     for (const Placement& placement : stage_content.placements)
-        place(ctx, placement, placement.matrix);
+        place(ctx, placement, placement.matrix, placement.later);
 }
 
 }  // namespace velatura::translate

@@ -90,12 +90,12 @@ void place_instance(Context& ctx, Prim instance, const Mat4d& matrix, Placeable&
                  "instance lies inside its own prototype, it is left out");
         return;
     }
-    warn_if_it_moves(ctx, instance, out.frame);
     Placement placement;
     placement.what = prototype;
     propose_origin(out, transform_point(prototype->origin, matrix));
     placement.matrix = between_origins(matrix, prototype->origin, out.origin);
     placement.provenance = ctx.provenance(instance);
+    read_placement_motion(ctx, instance, out, placement);
     out.placements.push_back(std::move(placement));
     out.is_origin_fixed = true;
 }

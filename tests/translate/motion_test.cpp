@@ -212,6 +212,59 @@ def "B" (instanceable = true; prepend references = </Model>) {}
     EXPECT_EQ(t.count("unsupported-motion-blur"), 0u);
 }
 
+TEST(Motion, OfInstancesIsOneOfMatrices) {
+    // A wheel on a cart: the one turns, the other drives
+    const std::string text = "class Xform \"Wheel\" {\n" + quad("Q") + R"(}
+class Xform "Cart" {
+)" + quad("Bed") + R"(
+    def "W" (instanceable = true; prepend references = </Wheel>) {
+        float xformOp:rotateZ.timeSamples = { 1: 0, 2: 180 }
+        uniform token[] xformOpOrder = ["xformOp:rotateZ"]
+    }
+}
+def Xform "Road" {
+    double3 xformOp:translate.timeSamples = { 1: (0, 0, -5), 2: (8, 0, -5) }
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    def "C" (instanceable = true; prepend references = </Cart>) {}
+}
+def "Still" (instanceable = true; prepend references = </Cart>) {}
+)";
+    Translated t;
+    translate_at(1, half_a_frame, text, t);
+    EXPECT_EQ(t.count("unsupported-motion-blur"), 0u);
+    // Carts and their wheels
+    ASSERT_EQ(t.scene.instances.size(), 4u);
+    size_t driving = 0, turning = 0, still = 0;
+    for (const scene::Instance& instance : t.scene.instances) {
+        const std::vector<Mat4>& later = instance.later_render_from_prototype;
+        const bool is_wheel =
+            t.scene.prototypes[instance.prototype].shapes.size() == 1 && later.size() == 16;
+        const Mat4& first = instance.render_from_prototype;
+        const bool drives = first[3][2] == -5;
+        driving += drives;
+        turning += is_wheel;
+        still += later.empty();
+        for (size_t k = 1; k <= later.size(); ++k) {
+            const double way = double(k) / double(later.size());
+            if (is_wheel) {
+                EXPECT_NEAR(later[k - 1][0][0], std::cos(way * pi_d / 2), 1e-6);
+                EXPECT_NEAR(later[k - 1][0][1], std::sin(way * pi_d / 2), 1e-6);
+            }
+            EXPECT_NEAR(later[k - 1][3][0] - first[3][0], drives ? 4 * way : 0.0, 1e-5);
+        }
+    }
+    EXPECT_EQ(driving, 2u);
+    EXPECT_EQ(turning, 2u);
+    EXPECT_EQ(still, 1u);  // the cart that stays; its wheel turns
+    // The driving cart goes straight
+    for (const scene::Instance& instance : t.scene.instances) {
+        if (instance.render_from_prototype[3][2] == -5 &&
+            instance.later_render_from_prototype.size() != 16) {
+            EXPECT_EQ(instance.later_render_from_prototype.size(), 1u);
+        }
+    }
+}
+
 TEST(Motion, LeavesWhatStaysAsItIs) {
     const std::string text =
         "def Xform \"X\" {\n double3 xformOp:translate.timeSamples = { 1: (1.1, 2.3, -3.7), 2: "
@@ -243,10 +296,11 @@ TEST(Motion, ThatIsNotRenderedIsNamed) {
          "def Mesh \"M\" (prepend apiSchemas = [\"MeshLightAPI\"]) {\n" + moves +
              quad("Q").substr(std::string("def Mesh \"Q\" {").size()),
          1},
-        {"an instance", half_a_frame,
+        {"an instance that holds a light", half_a_frame,
          "class Xform \"Model\" {\n" + quad("Q") +
-             "}\ndef \"A\" (instanceable = true; prepend references = </Model>) {\n" + moves +
-             "}\n",
+             "def SphereLight \"L\" {}\n}\ndef \"A\" (instanceable = true; prepend references = "
+             "</Model>) {\n" +
+             moves + "}\n",
          1},
         {"instances of a point instancer", half_a_frame,
          "def PointInstancer \"P\" {\n rel prototypes = </P/Proto>\n int[] protoIndices = [0]\n "
