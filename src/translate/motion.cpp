@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/motion.h"
 
+#include "translate/another_time.h"
 #include "translate/mesh_surface.h"
 #include "translate/parts.h"
 #include "translate/pose.h"
@@ -12,40 +13,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <optional>
 #include <utility>
 
 namespace velatura::translate {
 
-namespace {
-
-constexpr size_t most_segments = 16;
-constexpr double straying = 0x1p-11;  ///< from straight lines, in sizes of the mesh
-
-/// Reads at another time, without complaining again.
-class AnotherTime {
-  public:
-    AnotherTime(Context& ctx, double time) : ctx_(ctx), time_(ctx.time), is_quiet_(ctx.is_quiet) {
-        ctx_.time = time;
-        ctx_.is_quiet = true;
-    }
-
-    AnotherTime(const AnotherTime&) = delete;
-    AnotherTime& operator=(const AnotherTime&) = delete;
-
-    ~AnotherTime() {
-        ctx_.time = time_;
-        ctx_.is_quiet = is_quiet_;
-    }
-
-  private:
-    Context& ctx_;
-    TimeCode time_;
-    bool is_quiet_;
-};
-
-/// The prim and what is above it, up to the children of `frame`.
 std::vector<Prim> chain_of(Prim prim, Prim frame) {
     std::vector<Prim> chain;
     for (Prim at = prim; at && !at.is_pseudo_root() && !(frame && at == frame); at = at.parent())
@@ -53,17 +25,23 @@ std::vector<Prim> chain_of(Prim prim, Prim frame) {
     return chain;
 }
 
+bool may_be_carried(Context& ctx, Prim prim, Prim frame) {
+    const std::vector<Prim> chain = chain_of(prim, frame);
+    return std::any_of(chain.begin(), chain.end(), [&](Prim at) {
+        return usd::stage::local_transform(at, ctx.time).might_be_varying ||
+               usd::stage::skel_binding(at);
+    });
+}
+
+namespace {
+
 constexpr const char* moving_attributes[] = {"points", "normals", "primvars:normals"};
 
 /// Whether anything that moves the mesh has more than one value.
 bool may_move(Context& ctx, Prim prim, Prim frame) {
     for (const char* name : moving_attributes)
         if (prim.attribute(name).might_be_time_varying()) return true;
-    if (usd::stage::skel_binding(prim)) return true;
-    const std::vector<Prim> chain = chain_of(prim, frame);
-    return std::any_of(chain.begin(), chain.end(), [&](Prim at) {
-        return usd::stage::local_transform(at, ctx.time).might_be_varying;
-    });
+    return may_be_carried(ctx, prim, frame);
 }
 
 class MotionReader {
@@ -204,68 +182,6 @@ Mat4d carried_by(Context& ctx, Prim prim, Prim frame, double time) {
     return pose && pose->is_rigid ? pose->matrix : matrix_in_frame(ctx, prim, frame);
 }
 
-/// Whether light would have to be sampled from what moves.
-bool gives_light(const Context& ctx, const Placeable& what) {
-    const auto emits = [&](scene::MaterialId material) {
-        return material < ctx.scene.materials.size() &&
-               scene::is_emissive(ctx.scene.materials[material]);
-    };
-    const auto is_light = [&](const scene::Shape& shape) {
-        const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry);
-        return shape.light != scene::none || emits(shape.material) ||
-               (mesh &&
-                std::any_of(mesh->face_materials.begin(), mesh->face_materials.end(), emits));
-    };
-    return !what.lights.empty() || std::any_of(what.shapes.begin(), what.shapes.end(), is_light) ||
-           std::any_of(what.placements.begin(), what.placements.end(),
-                       [&](const Placement& inner) { return gives_light(ctx, *inner.what); });
-}
-
-/// Largest sum of a row of the upper 3×3: what the matrix may lengthen.
-double largest_row(const Mat4d& m) {
-    double most = 0;
-    for (int i = 0; i < 3; ++i)
-        most = std::max(most, std::abs(m[i][0]) + std::abs(m[i][1]) + std::abs(m[i][2]));
-    return most;
-}
-
-double translation(const Mat4d& m) {
-    return Vec3d(m[3][0], m[3][1], m[3][2]).length();
-}
-
-/// How far what is placed reaches from its origin, about.
-double reach_of(const Placeable& what) {
-    double reach = 0;
-    for (const scene::Shape& shape : what.shapes) {
-        if (const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry)) {
-            for (const Vec3& p : mesh->points)
-                if (is_finite(p)) reach = std::max(reach, Vec3d(p).length());
-        } else {
-            const auto& gprim = std::get<scene::Gprim>(shape.geometry);
-            const double size =
-                std::max({gprim.radius, gprim.height, gprim.size, gprim.width, gprim.length});
-            reach = std::max(reach, size * largest_row(gprim.shape_from_gprim) +
-                                        translation(gprim.shape_from_gprim));
-        }
-    }
-    for (const Placement& inner : what.placements)
-        reach = std::max(
-            reach, reach_of(*inner.what) * largest_row(inner.matrix) + translation(inner.matrix));
-    return reach;
-}
-
-Mat4d between(const Mat4d& a, const Mat4d& b, double f) {
-    return a * (1 - f) + b * f;
-}
-
-/// Key k of `count` + 1; count is a multiple of the segments that there are.
-Mat4d key_of(const Mat4d& first, const std::vector<Mat4d>& later, size_t key, size_t count) {
-    if (later.empty()) return first;
-    const size_t step = count / later.size(), segment = std::min(key / step, later.size() - 1);
-    const Mat4d& from = segment == 0 ? first : later[segment - 1];
-    return between(from, later[segment], double(key - segment * step) / double(step));
-}
-
 bool has_same_normals(const scene::Mesh& a, const scene::Mesh& b) {
     return a.normals.size() == b.normals.size() && a.normal_indices == b.normal_indices &&
            a.normal_interpolation == b.normal_interpolation;
@@ -309,67 +225,6 @@ void read_motion(Context& ctx,
         if (has_all_normals && !mesh.normals.empty())
             mesh.later_normals.push_back(std::move(keys[k].normals));
     }
-}
-
-void read_placement_motion(Context& ctx,
-                           Prim instance,
-                           const Placeable& holder,
-                           Placement& placement) {
-    if (!ctx.shutter) return;
-    const auto matrix_at = [&](double time) {
-        const AnotherTime at(ctx, time);
-        return between_origins(matrix_in_frame(ctx, instance, holder.frame), placement.what->origin,
-                               holder.origin);
-    };
-    // Joints above may carry it, where its own transforms say nothing of that
-    if (gives_light(ctx, *placement.what) || matrix_at(ctx.time.value()) != placement.matrix) {
-        warn_if_it_moves(ctx, instance, holder.frame);
-        return;
-    }
-    const Shutter shutter = *ctx.shutter;
-    const auto at_way = [&](double way) {
-        return matrix_at(shutter.open + way * (shutter.close - shutter.open));
-    };
-    const double reach = reach_of(*placement.what);
-    // Whether the matrices between two keys are where straight lines lead
-    const auto is_straight = [&](const Mat4d& a, const Mat4d& b, double way, double step) {
-        for (const double f : {0.25, 0.5, 0.75}) {
-            const Mat4d m = at_way(way + f * step), off = m - between(a, b, f);
-            if (largest_row(off) * reach + translation(off) > straying * reach * largest_row(m))
-                return false;
-        }
-        return true;
-    };
-    std::vector<Mat4d> keys;
-    for (size_t segments = 1; segments <= most_segments; segments *= 2) {
-        const double step = 1.0 / double(segments);
-        keys.clear();
-        for (size_t k = 0; k <= segments; ++k) keys.push_back(at_way(double(k) * step));
-        size_t straight = 0;
-        while (straight < segments &&
-               is_straight(keys[straight], keys[straight + 1], double(straight) * step, step))
-            ++straight;
-        if (straight == segments) break;
-    }
-    const bool is_good =
-        std::all_of(keys.begin(), keys.end(), [](const Mat4d& m) { return is_finite(m); });
-    if (!is_good ||
-        std::all_of(keys.begin(), keys.end(), [&](const Mat4d& m) { return m == keys[0]; }))
-        return;
-    placement.matrix = keys[0];
-    placement.later.assign(keys.begin() + 1, keys.end());
-}
-
-std::vector<Mat4d> composed_motion(const Placement& inner,
-                                   const Mat4d& outer,
-                                   const std::vector<Mat4d>& outer_later) {
-    // Both are powers of two
-    const size_t segments = std::max(inner.later.size(), outer_later.size());
-    std::vector<Mat4d> later;
-    for (size_t k = 1; k <= segments; ++k)
-        later.push_back(key_of(inner.matrix, inner.later, k, segments) *
-                        key_of(outer, outer_later, k, segments));
-    return later;
 }
 
 void warn_if_it_moves(Context& ctx, Prim prim, Prim frame) {

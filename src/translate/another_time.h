@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "translate/context.h"
+
+#include <cstddef>
+#include <vector>
+
+namespace velatura::translate {
+
+/// Most segments of a motion.
+inline constexpr size_t most_segments = 16;
+/// How far motion may stray from straight lines, in sizes of what moves.
+inline constexpr double straying = 0x1p-11;
+
+/// Reads at another time, without complaining again.
+class AnotherTime {
+  public:
+    AnotherTime(Context& ctx, double time) : ctx_(ctx), time_(ctx.time), is_quiet_(ctx.is_quiet) {
+        ctx_.time = time;
+        ctx_.is_quiet = true;
+    }
+
+    AnotherTime(const AnotherTime&) = delete;
+    AnotherTime& operator=(const AnotherTime&) = delete;
+
+    ~AnotherTime() {
+        ctx_.time = time_;
+        ctx_.is_quiet = is_quiet_;
+    }
+
+  private:
+    Context& ctx_;
+    TimeCode time_;
+    bool is_quiet_;
+};
+
+/// The prim and what is above it, up to the children of `frame`.
+std::vector<Prim> chain_of(Prim prim, Prim frame);
+
+/// Whether transforms or joints may move the prim as a whole.
+bool may_be_carried(Context& ctx, Prim prim, Prim frame);
+
+}  // namespace velatura::translate

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "translate/another_time.h"
+#include "translate/motion.h"
+#include "translate/parts.h"
+#include "translate/pose.h"
+#include "translate/values.h"
+
+#include <algorithm>
+#include <cmath>
+#include <variant>
+
+namespace velatura::translate {
+
+namespace {
+
+/// Whether light would have to be sampled from what moves.
+bool gives_light(const Context& ctx, const Placeable& what) {
+    const auto emits = [&](scene::MaterialId material) {
+        return material < ctx.scene.materials.size() &&
+               scene::is_emissive(ctx.scene.materials[material]);
+    };
+    const auto is_light = [&](const scene::Shape& shape) {
+        const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry);
+        return shape.light != scene::none || emits(shape.material) ||
+               (mesh &&
+                std::any_of(mesh->face_materials.begin(), mesh->face_materials.end(), emits));
+    };
+    return !what.lights.empty() || std::any_of(what.shapes.begin(), what.shapes.end(), is_light) ||
+           std::any_of(what.placements.begin(), what.placements.end(),
+                       [&](const Placement& inner) { return gives_light(ctx, *inner.what); });
+}
+
+/// Largest sum of a row of the upper 3×3: what the matrix may lengthen.
+double largest_row(const Mat4d& m) {
+    double most = 0;
+    for (int i = 0; i < 3; ++i)
+        most = std::max(most, std::abs(m[i][0]) + std::abs(m[i][1]) + std::abs(m[i][2]));
+    return most;
+}
+
+double translation(const Mat4d& m) {
+    return Vec3d(m[3][0], m[3][1], m[3][2]).length();
+}
+
+/// How far what is placed reaches from its origin, about.
+double reach_of(const Placeable& what) {
+    double reach = 0;
+    for (const scene::Shape& shape : what.shapes) {
+        if (const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry)) {
+            for (const Vec3& p : mesh->points)
+                if (is_finite(p)) reach = std::max(reach, Vec3d(p).length());
+        } else {
+            const auto& gprim = std::get<scene::Gprim>(shape.geometry);
+            const double size =
+                std::max({gprim.radius, gprim.height, gprim.size, gprim.width, gprim.length});
+            reach = std::max(reach, size * largest_row(gprim.shape_from_gprim) +
+                                        translation(gprim.shape_from_gprim));
+        }
+    }
+    for (const Placement& inner : what.placements)
+        reach = std::max(
+            reach, reach_of(*inner.what) * largest_row(inner.matrix) + translation(inner.matrix));
+    return reach;
+}
+
+Mat4d between(const Mat4d& a, const Mat4d& b, double f) {
+    return a * (1 - f) + b * f;
+}
+
+/// Key k of `count` + 1; count is a multiple of the segments that there are.
+Mat4d key_of(const Mat4d& first, const std::vector<Mat4d>& later, size_t key, size_t count) {
+    if (later.empty()) return first;
+    const size_t step = count / later.size(), segment = std::min(key / step, later.size() - 1);
+    const Mat4d& from = segment == 0 ? first : later[segment - 1];
+    return between(from, later[segment], double(key - segment * step) / double(step));
+}
+
+}  // namespace
+
+void read_placement_motion(Context& ctx,
+                           Prim instance,
+                           const Placeable& holder,
+                           Placement& placement) {
+    if (!ctx.shutter || !may_be_carried(ctx, instance, holder.frame)) return;
+    const auto matrix_at = [&](double time) {
+        const AnotherTime at(ctx, time);
+        return between_origins(matrix_in_frame(ctx, instance, holder.frame), placement.what->origin,
+                               holder.origin);
+    };
+    // Joints above may carry it, where its own transforms say nothing of that
+    if (gives_light(ctx, *placement.what) || matrix_at(ctx.time.value()) != placement.matrix) {
+        warn_if_it_moves(ctx, instance, holder.frame);
+        return;
+    }
+    const Shutter shutter = *ctx.shutter;
+    const auto at_way = [&](double way) {
+        return matrix_at(shutter.open + way * (shutter.close - shutter.open));
+    };
+    const double reach = reach_of(*placement.what);
+    // Whether the matrices between two keys are where straight lines lead
+    const auto is_straight = [&](const Mat4d& a, const Mat4d& b, double way, double step) {
+        for (const double f : {0.25, 0.5, 0.75}) {
+            const Mat4d m = at_way(way + f * step), off = m - between(a, b, f);
+            if (largest_row(off) * reach + translation(off) > straying * reach * largest_row(m))
+                return false;
+        }
+        return true;
+    };
+    std::vector<Mat4d> keys;
+    for (size_t segments = 1; segments <= most_segments; segments *= 2) {
+        const double step = 1.0 / double(segments);
+        keys.clear();
+        for (size_t k = 0; k <= segments; ++k) keys.push_back(at_way(double(k) * step));
+        size_t straight = 0;
+        while (straight < segments &&
+               is_straight(keys[straight], keys[straight + 1], double(straight) * step, step))
+            ++straight;
+        if (straight == segments) break;
+    }
+    const bool is_good =
+        std::all_of(keys.begin(), keys.end(), [](const Mat4d& m) { return is_finite(m); });
+    if (!is_good ||
+        std::all_of(keys.begin(), keys.end(), [&](const Mat4d& m) { return m == keys[0]; }))
+        return;
+    placement.matrix = keys[0];
+    placement.later.assign(keys.begin() + 1, keys.end());
+}
+
+std::vector<Mat4d> composed_motion(const Placement& inner,
+                                   const Mat4d& outer,
+                                   const std::vector<Mat4d>& outer_later) {
+    // Both are powers of two
+    const size_t segments = std::max(inner.later.size(), outer_later.size());
+    std::vector<Mat4d> later;
+    for (size_t k = 1; k <= segments; ++k)
+        later.push_back(key_of(inner.matrix, inner.later, k, segments) *
+                        key_of(outer, outer_later, k, segments));
+    return later;
+}
+
+}  // namespace velatura::translate
