@@ -13,6 +13,7 @@
 #include "base/tasks.h"
 #include "bench_scenes.h"
 #include "cpu_clock.h"
+#include "integrator/branch_trial.h"
 #include "integrator/guide_training.h"
 #include "integrator/path_tracer.h"
 #include "integrator/schedule.h"
@@ -115,7 +116,8 @@ class Measurement {
         : scene_(scene),
           layers_(all_layers(scene)),
           world_(scene, {.width = width, .height = height, .expected_rays = 1e8}, app::make_light_image_loader(), diagnostics_),
-          training_(integrator::train_guide(world_, {}, integrator::Guiding::Auto)) {
+          training_(integrator::train_guide(world_, {}, integrator::Guiding::Auto)),
+          branches_(integrator::try_branches(world_, tracer_options())) {
         for (const Diagnostic& d : diagnostics_.all()) fmt::print(stderr, "{}\n", diagnostics_.format(d));
         row_.name = std::move(name);
     }
@@ -151,16 +153,16 @@ class Measurement {
     integrator::PathTracerOptions tracer_options() const {
         integrator::PathTracerOptions options;
         options.guide = training_.is_used ? &training_.field : nullptr;
+        options.branches = &branches_.map;
         return options;
     }
 
-    /// A render by the defaults of the program, without its file.
+    /// A render by the defaults of the program, without its file, but as many samples in every pixel: as those recorded.
     void render() {
         integrator::RenderOptions options;
-        options.adaptive = true;
         options.end_sample = sample_count;
         const integrator::PathTracer tracer(world_, layers_, tracer_options());
-        film::Film film({0, 0, width, height}, layers_, {.final_sample_end = integrator::most_samples(options)});
+        film::Film film({0, 0, width, height}, layers_, {.final_sample_end = sample_count});
         const integrator::RenderResult result = integrator::run_schedule(
             film, options, [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); }, {});
         path_count_ = result.rays.paths;
@@ -199,6 +201,7 @@ class Measurement {
     film::LayerSet layers_;
     integrator::World world_;
     integrator::GuideTraining training_;
+    integrator::BranchTrial branches_;
     uint64_t path_count_ = 1;  ///< of the last render, those of the pilot included
     Row row_;
 };
