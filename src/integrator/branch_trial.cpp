@@ -32,7 +32,8 @@ struct Parts {
 
     /// Proportional to 1 / efficiency.
     double inefficiency(uint32_t branches) const {
-        return std::max(0.0, trunk_error + branch_error / branches) * (trunk_cost + branches * branch_cost);
+        // A difference of estimates may fall below zero by chance
+        return (std::max(0.0, trunk_error) + branch_error / branches) * (trunk_cost + branches * branch_cost);
     }
 
     void operator+=(const Parts& o) {
@@ -160,7 +161,8 @@ class Trials {
     static uint32_t best(const Parts& parts) {
         uint32_t best = 1;
         for (uint32_t n = 2; n <= BranchMap::most; n *= 2) {
-            if (least_gain * parts.inefficiency(n) > parts.inefficiency(best)) break;
+            // Written so that no noise at all is no gain
+            if (!(least_gain * parts.inefficiency(n) < parts.inefficiency(best))) break;
             best = n;
         }
         return best;

@@ -148,6 +148,13 @@ TEST(Splitting, IsChosenWhereIndirectLightMakesTheNoise) {
     EXPECT_EQ(trial_of(scene_from_usda(wall_usda(true), 64, 48), 3).map.mean(), room.map.mean());
 }
 
+// Without any noise there is nothing to gain
+TEST(Splitting, IsLeftWhereNothingIsNoisy) {
+    std::string dark = wall_usda(true);
+    dark.replace(dark.find("intensity = 2000"), 16, "intensity = 0   ");
+    EXPECT_EQ(trial_of(scene_from_usda(dark, 64, 48)).map.mean(), 1.0);
+}
+
 TEST(Splitting, LowersTheErrorForItsTime) {
     // Of a room, by rays: the time of a machine at hand is no matter of tests
     const scene::Scene scene = scene_from_usda(wall_usda(true), 32, 24);
