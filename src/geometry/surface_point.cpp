@@ -3,6 +3,7 @@
 
 #include "geometry/geometry_set.h"
 #include "geometry/triangle_mesh.h"
+#include "scene/effect_calls.h"
 #include "scene/scene.h"
 
 #include <cmath>
@@ -192,6 +193,12 @@ SurfacePoint make_surface_point(const scene::Scene& scene,
     std::optional<InstanceTransform> room;
     const InstanceTransform* instance =
         hit.instance == scene::none ? nullptr : &geometry.instance(hit.instance, ray.time, room);
+    if (instance) {
+        scene::count_call(scene::Effect::Instancing);
+        if (!scene.instances[hit.instance].later_render_from_prototype.empty())
+            scene::count_call(scene::Effect::TransformBlur);
+    }
+    if (mesh.segments() > 0) scene::count_call(scene::Effect::DeformationBlur);
     point.mesh = &mesh;
     point.triangle = hit.triangle;
     point.instance = hit.instance;
@@ -208,6 +215,7 @@ SurfacePoint make_surface_point(const scene::Scene& scene,
         point.material = scene.instances[hit.instance].material_override;
 
     if (mesh.primitives()) {
+        scene::count_call(scene::Effect::Quadrics);
         set_to_primitive(point, geometry, ray, hit);
         return point;
     }

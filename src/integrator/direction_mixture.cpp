@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/direction_mixture.h"
 
+#include "scene/effect_calls.h"
+
 namespace velatura::integrator {
 
 using sampling::Purpose;
@@ -24,6 +26,7 @@ DirectionMixture::DirectionMixture(const shading::Bsdf& bsdf,
     if (!guide) return;
     const float broad = bsdf.broad_share();
     if (broad < least_broad_share) return;
+    scene::count_call(scene::Effect::Guiding);
     guide_ = guide->at({p, bsdf.ns()});
     guide_share_ = guide_share_of_broad * broad;
 }

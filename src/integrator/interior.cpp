@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/interior.h"
 
+#include "scene/effect_calls.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -35,6 +37,7 @@ void Interior::leave(scene::MaterialId material) {
 
 Rgb Interior::transmittance(const shading::MaterialEvaluator& materials, float distance) const {
     if (count_ == 0) return Rgb(1.0f);
+    scene::count_call(scene::Effect::Absorption);
     const Rgb& sigma_a = materials.absorption(bodies_[size_t(count_ - 1)]);
     Rgb out(1.0f);
     for (int c = 0; c < 3; ++c) {

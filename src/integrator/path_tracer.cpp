@@ -6,10 +6,13 @@
 
 #include "integrator/render_options.h"
 #include "sampling/mis.h"
+#include "scene/effect_calls.h"
 
 namespace velatura::integrator {
 
 using sampling::Purpose;
+using scene::count_call;
+using scene::Effect;
 
 namespace {
 
@@ -133,7 +136,8 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
     const sampling::FilterSample filtered = filter_.sample(path.sampler.get_2d(0, Purpose::PixelFilter));
     out.weight = filtered.weight;
     const Vec2 film_point(float(x) + 0.5f + filtered.offset.x, float(y) + 0.5f + filtered.offset.y);
-    const bool uses_lens = world_.camera.has_lens() && !options_.disable_lens;
+    const bool uses_lens = world_.uses_lens && !options_.disable_lens;
+    if (uses_lens) count_call(Effect::DepthOfField);
     const Vec2 u_lens = uses_lens ? path.sampler.get_2d(0, Purpose::Lens) : Vec2(0.5f);
     const camera::CameraRay first = world_.camera.generate_ray(film_point, u_lens);
     const float time = world_.has_motion ? path.sampler.get_1d(0, Purpose::ShutterTime) : 0.0f;
@@ -207,6 +211,7 @@ void PathTracer::follow(Path& path, film::SampleRadiance& out) const {
 
 /// What came by the path so far is shared by all branches; each goes on with its share and with random numbers of its own.
 void PathTracer::branch_out(const Path& trunk, const Vertex& vertex, film::SampleRadiance& out) const {
+    count_call(Effect::Splitting);
     out.begin_branches();
     const uint64_t rays_before = trunk.counts->total();
     for (uint32_t i = 0; i < trunk.branches; ++i) {
@@ -259,6 +264,7 @@ float PathTracer::surface_hit_weight(const Path& path, const geometry::SurfacePo
 
 Rgb PathTracer::light_factor(const Path& path, const lights::LobeMultipliers& multipliers) const {
     if (!world_.has_lobe_multipliers || path.bounce == 0) return Rgb(1.0f);
+    count_call(Effect::LobeMultipliers);
     return path.diffuse_share * multipliers.diffuse + (Rgb(1.0f) - path.diffuse_share) * multipliers.specular;
 }
 
@@ -333,7 +339,11 @@ void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::Sample
     if (world_.selector->is_empty() || !bsdf.has_non_delta()) return;
 
     // Choose a light and a direction towards it
-    double u_light = world_.selector->is_single() ? 0.0 : path.sampler.get_1d_fine(path.bounce, Purpose::LightSelect, path.pass_count);
+    double u_light = 0.0;
+    if (world_.chooses_lights) {
+        count_call(Effect::LightSelection);
+        u_light = path.sampler.get_1d_fine(path.bounce, Purpose::LightSelect, path.pass_count);
+    }
     if (world_.has_very_many_lights) u_light += 0x1p-32 * path.sampler.get_1d_fine(path.bounce, Purpose::LightSelectFine, path.pass_count);
     const std::optional<lights::LightChoice> choice = world_.selector->select(receiver_at(point, bsdf), u_light);
     if (!choice) return;
@@ -347,6 +357,7 @@ void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::Sample
     const shading::BsdfValue value = bsdf.evaluate(wo, light->wi);
     Rgb f = value.f();
     if (world_.has_lobe_multipliers) {
+        count_call(Effect::LobeMultipliers);
         const lights::LobeMultipliers multipliers = world_.lights.lobe_multipliers(choice->light);
         f = value.diffuse * multipliers.diffuse + value.specular * multipliers.specular;
     }
@@ -359,11 +370,15 @@ void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::Sample
 
     // Deposit it where it is seen, and in the unoccluded layer in any case
     const scene::GroupId group = world_.lights.group(choice->light);
-    if (has_shadow_layers_ && path.bounce == 0) out.add_unoccluded(int(group), Ld);
+    if (has_shadow_layers_ && path.bounce == 0) {
+        count_call(Effect::ShadowLayers);
+        out.add_unoccluded(int(group), Ld);
+    }
     deposit(path, path.bounce + 1, group, Ld * visibility(path, vertex, *light), "light sampled", out);
 }
 
 void PathTracer::add_caustics(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
+    count_call(Effect::CausticSearch);
     const CausticSampler::Receiver receiver{vertex.point, vertex.bsdf, vertex.wo, {path.cone_width, path.cone_spread}, path.interior};
     const auto found = options_.caustics->sample(receiver, path.sampler, path.bounce, path.pass_count, *path.counts);
     if (!found) return;
@@ -395,12 +410,9 @@ Rgb PathTracer::visibility(const Path& path, const Vertex& from, const lights::L
         if (!hit.is_valid()) return visible;
         const geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, segment.ray, hit);
         cone_width += path.cone_spread * segment.length(hit.t);
-        if (materials.material_has_presence(point.material)) {
-            visible *= 1.0f - materials.presence(point, cone_width);
-        } else {
-            visible *= straight_through(point, light.wi, cone_width);
-            if (materials.has_absorption()) interior.cross(materials, point, -light.wi, light.wi);
-        }
+        const float presence = materials.presence(point, cone_width);
+        visible *= Rgb(1.0f - presence) + straight_through(point, light.wi, cone_width) * presence;
+        if (materials.has_absorption()) interior.cross(materials, point, -light.wi, light.wi);
         if (is_black(visible)) return visible;
         if (!segment.go_on_from(point)) return visible;
     }
@@ -502,6 +514,7 @@ bool PathTracer::survives_roulette(Path& path) const {
     if (!is_constant && std::isfinite(path.importance)) survival = std::max(survival, importance_scale * path.importance);
     if (path.bounce >= trapped_path_start) survival = std::min(survival, 1.0f - 1.0f / trapped_path_share);
     if (survival >= 1.0f) return true;
+    count_call(Effect::Roulette);
     if (path.sampler.get_1d(path.bounce, Purpose::Roulette) >= survival) return false;
     path.beta /= survival;
     return true;

@@ -11,6 +11,7 @@
 
 #include "base/tasks.h"
 #include "integrator/sample_placement.h"
+#include "scene/effect_calls.h"
 
 namespace velatura::integrator {
 
@@ -134,6 +135,7 @@ class Runner {
                 film_.end_pixel(accumulator);
                 done += pixel_end - pixel_first;
             }
+            counts.effects += scene::take_effect_calls();
             progress_.add(double(done), counts);
         }
         return true;
@@ -148,6 +150,7 @@ class Runner {
                 if (is_stopped()) return false;
                 for (uint64_t s = 0; s < std::min(first_sample_, pilot_samples); ++s) trace(x, y, s, radiance, counts);
             }
+            counts.effects += scene::take_effect_calls();
             progress_.add(0, counts);
         }
         return true;
@@ -158,6 +161,7 @@ class Runner {
         radiance.clear();
         sample_(x, y, sample, radiance, counts);
         if (!pilot_) return;
+        scene::count_call(scene::Effect::AdaptiveSampling);
         const Rgb value = radiance.is_bad() ? Rgb(0.0f) : radiance.radiance() * radiance.weight;
         pilot_->add(x, y, sample, value, counts.total() - rays);
     }

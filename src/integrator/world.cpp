@@ -84,7 +84,7 @@ World::World(const scene::Scene& s, const WorldOptions& options, const lights::I
     : scene(s),
       geometry(timed(times.tessellate_s, [&] { return geometry::GeometrySet(s); })),
       accelerator(timed(times.accelerator_s, [&] { return make_accelerator(s, geometry, options, diagnostics); })),
-      materials(s, diagnostics),
+      materials(s, diagnostics, options.forced),
       lights(timed(times.lights_s, [&] {
           return lights::LightSet(s, load_image, diagnostics,
                                   {.compensate_mis = options.compensate_mis, .geometry = &geometry, .materials = &materials});
@@ -93,9 +93,12 @@ World::World(const scene::Scene& s, const WorldOptions& options, const lights::I
           return lights::make_light_selector(lights, accelerator->bounds(), {.kind = options.light_selection});
       })),
       camera(s.camera, options.width, options.height),
-      has_motion(geometry.has_motion()),
+      uses_lens(camera.has_lens() || options.forced.has(scene::Effect::DepthOfField)),
+      has_motion(geometry.has_motion() || options.forced.has(scene::Effect::DeformationBlur)),
+      chooses_lights(!selector->is_single() || options.forced.has(scene::Effect::LightSelection)),
       has_very_many_lights(lights::wants_fine_numbers(lights)),
-      has_lobe_multipliers(std::any_of(s.lights.begin(), s.lights.end(), has_multiplier<scene::Light>) ||
+      has_lobe_multipliers(options.forced.has(scene::Effect::LobeMultipliers) ||
+                           std::any_of(s.lights.begin(), s.lights.end(), has_multiplier<scene::Light>) ||
                            std::any_of(s.mesh_lights.begin(), s.mesh_lights.end(), has_multiplier<scene::MeshLight>)) {
     if (materials.has_absorption()) camera_interior = interior_at(*this, camera.generate_ray(Vec2(0.5f * float(options.width), 0.5f * float(options.height)), Vec2(0.5f)).o);
 }

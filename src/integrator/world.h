@@ -24,6 +24,7 @@ struct WorldOptions {
     const accel::AcceleratorFactory* accelerator = nullptr;  ///< nullptr = the own BVH
     std::optional<accel::BvhQuality> bvh_quality = {};  ///< of the own BVH; by default chosen by expected_rays
     double expected_rays = 0;
+    scene::EffectSet forced = {};  ///< effects that run though the scene does not call for them; see is_forceable
     bool compensate_mis = true;  ///< only where light sampling is always combined with BSDF sampling; see LightSetOptions
 };
 
@@ -49,7 +50,9 @@ struct World {
     lights::LightSet lights;
     std::unique_ptr<lights::LightSelector> selector;
     camera::CameraModel camera;
+    bool uses_lens = false;   ///< rays start all over the lens
     bool has_motion = false;  ///< something moves while the shutter is open: camera rays have a time
+    bool chooses_lights = false;  ///< one light of several has to be picked for light sampling
     bool has_very_many_lights = false;  ///< see lights::wants_fine_numbers
     Interior camera_interior;  ///< what the camera is inside of; only looked for where something absorbs
     bool has_lobe_multipliers = false;  ///< some light has a diffuse or specular multiplier other than 1

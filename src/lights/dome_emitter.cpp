@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lights/emitters.h"
 #include "lights/environment_map.h"
+#include "scene/effect_calls.h"
 
 #include <cmath>
 #include <limits>
@@ -8,6 +9,9 @@
 
 namespace velatura::lights {
 namespace {
+
+using scene::count_call;
+using scene::Effect;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
@@ -31,10 +35,12 @@ class UniformDome final : public Emitter {
     UniformDome(const Rgb& Le, bool compensate_mis) : Le_(Le), compensate_mis_(compensate_mis) {}
 
     std::optional<EmitterSample> sample(const Vec3d&, const Vec2& u) const override {
+        count_call(Effect::Environment);
         return EmitterSample{sample_cone(u, 2.0), infinity, Le_, 1.0 / (4.0 * pi_d)};
     }
 
     std::optional<EmitterHit> intersect(const Vec3d&, const Vec3d&) const override {
+        count_call(Effect::Environment);
         return EmitterHit{infinity, Le_, 1.0 / (4.0 * pi_d)};
     }
 
@@ -58,6 +64,7 @@ class TexturedDome final : public Emitter {
         : Le_(Le), orientation_(orientation), map_(std::move(map)) {}
 
     std::optional<EmitterSample> sample(const Vec3d&, const Vec2& u) const override {
+        count_lookup();
         const std::optional<EnvironmentMap::Sample> s = map_.sample(u);
         if (!s) return std::nullopt;
         return EmitterSample{orientation_.from_dome(s->direction), infinity, Le_ * s->radiance,
@@ -65,6 +72,7 @@ class TexturedDome final : public Emitter {
     }
 
     std::optional<EmitterHit> intersect(const Vec3d&, const Vec3d& d) const override {
+        count_lookup();
         const EnvironmentMap::View seen = map_.view(orientation_.to_dome(d));
         return EmitterHit{infinity, Le_ * seen.radiance, seen.pdf};
     }
@@ -78,6 +86,11 @@ class TexturedDome final : public Emitter {
     bool is_infinite() const override { return true; }
 
   private:
+    static void count_lookup() {
+        count_call(Effect::Environment);
+        count_call(Effect::EnvironmentMaps);
+    }
+
     Rgb Le_;
     Orientation orientation_;
     EnvironmentMap map_;

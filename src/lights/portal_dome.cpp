@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lights/emitters.h"
+#include "scene/effect_calls.h"
 
 #include <algorithm>
 #include <cmath>
@@ -24,6 +25,7 @@ class PortalDome final : public Emitter {
     }
 
     std::optional<EmitterSample> sample(const Vec3d& p, const Vec2& u) const override {
+        scene::count_call(scene::Effect::Portals);
         const double total = total_solid_angle(p);
         if (!(total > 0.0)) return dome_->sample(p, u);
         EmitterSample s;

@@ -2,6 +2,7 @@
 #include "lights/shaping.h"
 
 #include "lights/emitter.h"
+#include "scene/effect_calls.h"
 
 #include <algorithm>
 #include <cmath>
@@ -38,7 +39,9 @@ EmissionCone LightShaping::cone() const {
 }
 
 Rgb LightShaping::factor(const Vec3d& wo) const {
-    return is_active() ? factor_of_cosine(axis_.dot(wo)) : Rgb(1.0f);
+    if (!is_active()) return Rgb(1.0f);
+    scene::count_call(scene::Effect::LightShaping);
+    return factor_of_cosine(axis_.dot(wo));
 }
 
 Rgb LightShaping::factor_of_cosine(double cos_theta) const {

@@ -3,6 +3,7 @@
 
 #include "geometry/geometry_set.h"
 #include "lights/emitter.h"
+#include "scene/effect_calls.h"
 #include "shading/material_evaluator.h"
 
 #include <algorithm>
@@ -154,6 +155,7 @@ Rgb SurfaceEmission::radiance(const geometry::SurfacePoint& point,
                               float footprint,
                               Onlooker onlooker) const {
     const Placed* placed = find(point.instance, point.shape);
+    scene::count_call(placed ? scene::Effect::MeshLights : scene::Effect::SurfaceEmission);
     if (!placed) return materials_.emission(point, wo, footprint);
     const scene::MeshLight& l = scene_.mesh_lights[placed->light];
     if (onlooker == Onlooker::Eye && l.shows_material)

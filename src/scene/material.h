@@ -63,6 +63,42 @@ struct Material {
     ProvenanceId provenance = none;
 };
 
+inline bool is_constant(const Input& input) { return input.source == Input::Source::Constant; }
+
+/// Calls visit(Input&) for every input that may vary.
+template <class Material, class Visitor>
+void for_each_input(Material& m, Visitor visit) {
+    for (auto* input : {&m.diffuse_color, &m.emissive_color, &m.specular_color, &m.metallic, &m.roughness, &m.clearcoat,
+                        &m.clearcoat_roughness, &m.opacity, &m.ior, &m.anisotropy, &m.anisotropy_rotation,
+                        &m.diffuse_transmission, &m.transmission_color, &m.normal})
+        visit(*input);
+    if (m.diffuse_transmission_color) visit(*m.diffuse_transmission_color);
+}
+
+/// Opacity cuts holes: somewhere the surface may not be there at all.
+inline bool may_cut(const Material& m) {
+    if (!m.presence && !(m.opacity_threshold > 0.0f)) return false;
+    const float full = m.opacity_threshold > 0.0f ? m.opacity_threshold : 1.0f;
+    return !(is_constant(m.opacity) && m.opacity.value.x >= full);
+}
+
+/// Opacity lets light through what is there.
+inline bool may_transmit(const Material& m) {
+    if (m.presence || m.opacity_threshold > 0.0f) return false;
+    return !(is_constant(m.opacity) && m.opacity.value.x >= 1.0f);
+}
+
+inline bool may_transmit_diffusely(const Material& m) {
+    return m.thin_walled && !(is_constant(m.diffuse_transmission) && !(m.diffuse_transmission.value.x > 0.0f));
+}
+
+/// The material bounds a body that is not clear inside.
+inline bool may_absorb(const Material& m) {
+    if (!may_transmit(m) || m.thin_walled || !(m.transmission_depth > 0.0f)) return false;
+    const Rgb& c = m.transmission_color.value;
+    return c.x < 1.0f || c.y < 1.0f || c.z < 1.0f;
+}
+
 /// Whether surfaces of the material emit somewhere: they are lights then.
 inline bool is_emissive(const Material& material) {
     const Input& color = material.emissive_color;

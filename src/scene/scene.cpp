@@ -10,6 +10,30 @@ PrimvarId find_primvar(const Scene& scene, std::string_view name) {
     return it == scene.primvar_names.end() ? none : PrimvarId(it - scene.primvar_names.begin());
 }
 
+const Primvar* find_primvar(const Shape& shape, PrimvarId name) {
+    const std::vector<Primvar>& primvars = std::visit([](const auto& g) -> const std::vector<Primvar>& { return g.primvars; }, shape.geometry);
+    const auto it = std::find_if(primvars.begin(), primvars.end(), [&](const Primvar& p) { return p.name == name; });
+    return it == primvars.end() ? nullptr : &*it;
+}
+
+bool shows_display_color(const Shape& shape) {
+    const auto* mesh = std::get_if<Mesh>(&shape.geometry);
+    if (!mesh || mesh->face_materials.empty()) return shape.material == none;
+    return std::find(mesh->face_materials.begin(), mesh->face_materials.end(), none) != mesh->face_materials.end();
+}
+
+bool may_cut_display(const Scene& scene) {
+    const PrimvarId name = find_primvar(scene, display_opacity_primvar);
+    if (name == none) return false;
+    bool is_found = false;
+    for_each_shape(scene, [&](const Shape& shape) {
+        if (is_found || !shows_display_color(shape)) return;
+        const Primvar* opacity = find_primvar(shape, name);
+        is_found = opacity && std::any_of(opacity->values.begin(), opacity->values.end(), [](float v) { return !(v >= 1.0f); });
+    });
+    return is_found;
+}
+
 PrimvarId intern_primvar(Scene& scene, std::string_view name) {
     const PrimvarId found = find_primvar(scene, name);
     if (found != none) return found;

@@ -10,6 +10,7 @@
 #include "base/math.h"
 #include "base/source_loc.h"
 #include "scene/camera.h"
+#include "scene/effect.h"
 #include "scene/ids.h"
 #include "scene/light.h"
 #include "scene/material.h"
@@ -58,6 +59,7 @@ struct Scene {
     Camera camera;
     RenderSettings settings;
     std::vector<Provenance> provenance;
+    std::vector<EffectNote> effect_notes;
     double meters_per_unit = 0.01;
     double frames_per_second = 24.0;
 
@@ -69,6 +71,23 @@ PrimvarId intern_primvar(Scene& scene, std::string_view name);
 
 /// Id of the name, or none when no mesh or material mentions it.
 PrimvarId find_primvar(const Scene& scene, std::string_view name);
+
+/// Whether a surface without a material may not be there somewhere, by its displayOpacity.
+bool may_cut_display(const Scene& scene);
+
+/// Calls visit(const Shape&) for the shapes placed directly and those of prototypes.
+template <class Visitor>
+void for_each_shape(const Scene& scene, Visitor visit) {
+    for (const Shape& shape : scene.shapes) visit(shape);
+    for (const Prototype& prototype : scene.prototypes)
+        for (const Shape& shape : prototype.shapes) visit(shape);
+}
+
+/// The primvar of the shape; null when it has none of that name.
+const Primvar* find_primvar(const Shape& shape, PrimvarId name);
+
+/// Whether some of the shape has no material but its displayColor.
+bool shows_display_color(const Shape& shape);
 
 /// "displayColor" and "displayOpacity" feed the material of shapes without one.
 /// The names that texture coordinates go by, the usual ones first.

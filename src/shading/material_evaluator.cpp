@@ -3,6 +3,7 @@
 
 #include "geometry/geometry_set.h"
 #include "geometry/triangle_mesh.h"
+#include "scene/effect_calls.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +14,12 @@ namespace {
 
 using geometry::SurfacePoint;
 using scene::Input;
+using scene::count_call;
+using scene::Effect;
+using scene::is_constant;
+using scene::may_cut;
+using scene::may_transmit;
+using scene::may_transmit_diffusely;
 
 /// Grey of surfaces without any colour (usdImaging's fallback).
 constexpr float fallback_grey = 0.5f;
@@ -37,26 +44,6 @@ float valid_ior(float ior) {
 
 Rgb mix(const Rgb& a, const Rgb& b, float t) {
     return a + (b - a) * t;
-}
-
-bool is_constant(const Input& input) {
-    return input.source == Input::Source::Constant;
-}
-
-bool may_cut(const scene::Material& m) {
-    if (!m.presence && !(m.opacity_threshold > 0.0f)) return false;
-    const float full = m.opacity_threshold > 0.0f ? m.opacity_threshold : 1.0f;
-    return !(is_constant(m.opacity) && m.opacity.value.x >= full);
-}
-
-bool may_transmit(const scene::Material& m) {
-    if (m.presence || m.opacity_threshold > 0.0f) return false;
-    return !(is_constant(m.opacity) && m.opacity.value.x >= 1.0f);
-}
-
-bool may_transmit_diffusely(const scene::Material& m) {
-    return m.thin_walled &&
-           !(is_constant(m.diffuse_transmission) && !(m.diffuse_transmission.value.x > 0.0f));
 }
 
 /// Roughness that an input may take on, in [0, 1].
@@ -120,7 +107,9 @@ double texture_density(const scene::Scene& scene, const SurfacePoint& point, sce
 
 }  // namespace
 
-MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene, Diagnostics& diagnostics)
+MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene,
+                                     Diagnostics& diagnostics,
+                                     scene::EffectSet forced)
     : scene_(scene),
       display_color_(scene::find_primvar(scene, scene::display_color_primvar)),
       display_opacity_(scene::find_primvar(scene, scene::display_opacity_primvar)) {
@@ -133,7 +122,7 @@ MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene, Diagnostics& dia
     for (const scene::Material& m : scene.materials) {
         check_constants(scene, m, diagnostics);
         Flags f;
-        f.has_presence = may_cut(m);
+        f.has_presence = may_cut(m) || forced.has(Effect::Cutouts);
         set_transport(m, f, diagnostics);
         f.is_emissive = scene::is_emissive(m);
         flags_.push_back(f);
@@ -143,8 +132,10 @@ MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene, Diagnostics& dia
         has_emission_ = has_emission_ || f.is_emissive;
     }
     Flags display;
-    display.has_presence = display_opacity_ != scene::none;
+    display.has_presence = scene::may_cut_display(scene) || forced.has(Effect::Cutouts);
     has_presence_ = has_presence_ || display.has_presence;
+    is_see_through_ = is_see_through_ || forced.has(Effect::ThinWalls);
+    has_absorption_ = has_absorption_ || forced.has(Effect::Absorption);
     flags_.push_back(display);
 }
 
@@ -242,6 +233,7 @@ const RoughInterface* MaterialEvaluator::make_interface(const scene::Material& m
 TexelRgba MaterialEvaluator::texture(scene::TextureId id,
                                      const SurfacePoint& point,
                                      float footprint) const {
+    count_call(Effect::Textures);
     const scene::Texture& t = scene_.textures[id];
     float st[4] = {t.st_constant.x, t.st_constant.y, 0, 0};
     Vec2 width(0.0f);
@@ -264,6 +256,7 @@ Rgb MaterialEvaluator::color(const Input& input, const SurfacePoint& point, floa
         case Input::Source::Constant:
             return input.value;
         case Input::Source::Primvar: {
+            count_call(Effect::VaryingColors);
             float out[4] = {input.value.x, input.value.y, input.value.z, 0};
             geometry::primvar(scene_, point, input.primvar, out);
             return {out[0], out[1], out[2]};
@@ -295,7 +288,8 @@ float MaterialEvaluator::scalar(const Input& input,
 
 Rgb MaterialEvaluator::display_color(const SurfacePoint& point) const {
     float out[4] = {fallback_grey, fallback_grey, fallback_grey, 1};
-    if (display_color_ != scene::none) geometry::primvar(scene_, point, display_color_, out);
+    if (display_color_ != scene::none && geometry::primvar(scene_, point, display_color_, out))
+        count_call(Effect::VaryingColors);
     return unit_interval(Rgb(out[0], out[1], out[2]));
 }
 
@@ -326,10 +320,15 @@ SurfaceParameters MaterialEvaluator::parameters(scene::MaterialId material,
     p.alpha = roughness * roughness;
     p.clearcoat = unit_interval(scalar(m.clearcoat, point, footprint));
     if (p.clearcoat > 0.0f) {
+        count_call(Effect::Clearcoat);
         const float coat = unit_interval(scalar(m.clearcoat_roughness, point, footprint));
         p.clearcoat_alpha = coat * coat;
     }
-    p.opacity = may_transmit(m) ? unit_interval(scalar(m.opacity, point, footprint)) : 1.0f;
+    if (may_transmit(m)) {
+        count_call(Effect::Transmission);
+        p.opacity = unit_interval(scalar(m.opacity, point, footprint));
+    }
+    if (p.interface) count_call(Effect::RoughTransmission);
     if (f.anisotropic) add_anisotropy(m, point, footprint, p);
     if (m.thin_walled) add_thin_wall(m, point, footprint, p);
     if (p.opacity < 1.0f && (m.thin_walled || !(m.transmission_depth > 0.0f)))
@@ -344,6 +343,7 @@ void MaterialEvaluator::add_anisotropy(const scene::Material& m,
     const float roughness = unit_interval(scalar(m.roughness, point, footprint));
     const float anisotropy = unit_interval(scalar(m.anisotropy, point, footprint));
     const Vec2 alpha = anisotropic_alpha(roughness, anisotropy);
+    count_call(Effect::Anisotropy);
     p.anisotropic = flags(point.material).anisotropic;
     p.alpha = alpha.x;
     p.alpha_y = alpha.y;
@@ -367,9 +367,11 @@ void MaterialEvaluator::add_thin_wall(const scene::Material& m,
                                       const SurfacePoint& point,
                                       float footprint,
                                       SurfaceParameters& p) const {
+    count_call(Effect::ThinWalls);
     p.is_thin = true;
     p.is_thin_rough = m.rough_transmission;
     if (!may_transmit_diffusely(m)) return;
+    count_call(Effect::DiffuseTransmission);
     const float share = unit_interval(scalar(m.diffuse_transmission, point, footprint));
     const Input& input =
         m.diffuse_transmission_color ? *m.diffuse_transmission_color : m.diffuse_color;
@@ -385,6 +387,7 @@ Vec3 MaterialEvaluator::mapped_normal(const scene::Material& material,
                                       float footprint) const {
     const Rgb n = color(material.normal, point, footprint);
     if (n == Rgb(0.0f, 0.0f, 1.0f)) return point.ns;
+    count_call(Effect::NormalMaps);
     // Frame of the texture coordinates in use; green points along ∂p/∂t, also where the coordinates
     // are mirrored
     const Vec3& ns = point.ns;
@@ -421,12 +424,14 @@ Rgb MaterialEvaluator::emission(const SurfacePoint& point, const Vec3&, float fo
 
 float MaterialEvaluator::presence(const SurfacePoint& point, float footprint) const {
     if (!material_has_presence(point.material)) return 1.0f;
+    count_call(Effect::Cutouts);
     if (point.material >= scene_.materials.size()) {
         float out[4] = {1, 1, 1, 1};
         geometry::primvar(scene_, point, display_opacity_, out);
         return unit_interval(out[0]);
     }
     const scene::Material& m = scene_.materials[point.material];
+    if (!may_cut(m)) return 1.0f;
     const float opacity = unit_interval(scalar(m.opacity, point, footprint));
     if (m.opacity_threshold > 0.0f) return opacity >= m.opacity_threshold ? 1.0f : 0.0f;
     return opacity;

@@ -20,8 +20,11 @@ namespace velatura::shading {
 class MaterialEvaluator {
   public:
     /// Opens the textures: a missing or broken file costs one error naming file and prim, and gives
-    /// the fallback value. The scene must outlive this.
-    MaterialEvaluator(const scene::Scene& scene, Diagnostics& diagnostics);
+    /// the fallback value. The scene must outlive this. Of `forced` effects the tests and lookups
+    /// are made though they find nothing.
+    MaterialEvaluator(const scene::Scene& scene,
+                      Diagnostics& diagnostics,
+                      scene::EffectSet forced = {});
     ~MaterialEvaluator();
     MaterialEvaluator(const MaterialEvaluator&) = delete;
     MaterialEvaluator& operator=(const MaterialEvaluator&) = delete;

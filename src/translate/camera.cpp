@@ -62,8 +62,15 @@ double finite(Context& ctx, Prim prim, std::string_view name, double fallback) {
 void read_lens(Context& ctx, Prim prim, double focal_length, scene::Camera& camera) {
     const double f_stop = finite(ctx, prim, "fStop", 0.0);
     const double focus = finite(ctx, prim, "focusDistance", 0.0);
-    if (!(f_stop > 0.0) || ctx.scene.settings.disable_depth_of_field) return;
+    const bool is_disabled = ctx.scene.settings.disable_depth_of_field;
+    if (!(f_stop > 0.0) || is_disabled) {
+        if (prim.attribute("fStop").has_authored_value())
+            ctx.note_zero(scene::Effect::DepthOfField, prim,
+                          is_disabled ? "disableDepthOfField" : "fStop 0");
+        return;
+    }
     if (!(focus > 0.0)) {
+        ctx.note_zero(scene::Effect::DepthOfField, prim, "no focusDistance");
         ctx.warn("no-focus-distance", prim.attribute("fStop"),
                  "fStop without a positive focusDistance, everything is in focus");
         return;
@@ -81,6 +88,8 @@ void warn_if_it_moves(Context& ctx, Prim prim, const Shutter& shutter) {
         ctx.warn("unsupported-motion-blur", prim,
                  "the camera moves while the shutter is open: its motion is not supported, the "
                  "picture is taken from where it is at the frame's instant");
+        ctx.note_not_simulated(scene::Effect::CameraBlur, prim,
+                               "moves while the shutter is open");
         return;
     }
 }
@@ -93,7 +102,17 @@ void read_shutter(Context& ctx, Prim prim) {
         ctx.warn("bad-camera-value", prim.attribute("shutter:close"),
                  fmt::format("the shutter closes at {}, before it opens at {}; it counts as closed",
                              close, open));
-    if (!(close > open) || ctx.time.is_default() || ctx.scene.settings.disable_motion_blur) return;
+    if (!(close > open) || ctx.time.is_default() || ctx.scene.settings.disable_motion_blur) {
+        const bool is_authored = prim.attribute("shutter:open").has_authored_value() ||
+                                 prim.attribute("shutter:close").has_authored_value();
+        const char* const why = !(close > open)           ? "the shutter is closed"
+                                : ctx.time.is_default() ? "the default time stands still"
+                                                        : "motion blur is disabled";
+        for (const scene::Effect blur : {scene::Effect::CameraBlur, scene::Effect::TransformBlur,
+                                         scene::Effect::DeformationBlur})
+            if (is_authored) ctx.note_zero(blur, prim, why);
+        return;
+    }
     ctx.shutter = Shutter{ctx.time.value() + open, ctx.time.value() + close};
     warn_if_it_moves(ctx, prim, *ctx.shutter);
 }

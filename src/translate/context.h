@@ -114,8 +114,26 @@ struct Context {
                          std::move(message));
     }
 
+    /// The prim authors the effect so that it does nothing.
+    void note_zero(scene::Effect effect, Prim prim, std::string_view why) {
+        note_effect(effect, scene::EffectNote::Kind::ProvenZero, prim, why);
+    }
+
+    /// The prim calls for the effect, and the picture does without; warn() says so to the user.
+    void note_not_simulated(scene::Effect effect, Prim prim, std::string_view why) {
+        note_effect(effect, scene::EffectNote::Kind::NotSimulated, prim, why);
+    }
+
     void note(std::string code, Prim prim, std::string message) {
         diagnostics.note(std::move(code), prim.loc(), prim.path_string(), std::move(message));
+    }
+
+    void note_effect(scene::Effect effect,
+                     scene::EffectNote::Kind kind,
+                     Prim prim,
+                     std::string_view why) {
+        if (!is_quiet)
+            scene::note_effect(scene.effect_notes, effect, kind, prim.path_string(), why);
     }
 
     scene::ProvenanceId provenance(Prim prim) {

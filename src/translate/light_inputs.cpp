@@ -63,8 +63,11 @@ scene::Shaping read_shaping(Context& ctx, Prim prim) {
         shaping.cone_angle_deg = float(read_number(angle, 90.0, ctx.time));
     const bool has_cone = shaping.cone_angle_deg * (1.0f - shaping.cone_softness) < 180.0f;
     shaping.is_active = has_cone || shaping.focus > 0.0f;
+    if (!shaping.is_active && (angle.has_authored_value() || focus.has_authored_value()))
+        ctx.note_zero(scene::Effect::LightShaping, prim, "no cone below 180 degrees, focus 0");
     const Attribute ies = light_input(prim, "shaping:ies:file");
     if (!read_text(ies, "", ctx.time).empty()) {
+        ctx.note_not_simulated(scene::Effect::LightFilters, prim, "an IES profile");
         ctx.warn("unsupported-ies", ies, "IES profiles are not supported, the light is unshaped");
     }
     return shaping;
@@ -85,11 +88,14 @@ bool is_linked(Context& ctx, Prim prim, const std::string& collection) {
 
 void warn_light_features(Context& ctx, Prim prim) {
     if (!prim.relationship("light:filters").targets().empty() ||
-        !prim.relationship("filters").targets().empty())
+        !prim.relationship("filters").targets().empty()) {
+        ctx.note_not_simulated(scene::Effect::LightFilters, prim, "light filters");
         ctx.warn("unsupported-light-filter", prim,
                  "light filters are not supported, the light is unfiltered");
+    }
     for (const char* collection : {"lightLink", "shadowLink"}) {
         if (is_linked(ctx, prim, collection)) {
+            ctx.note_not_simulated(scene::Effect::LightLinking, prim, collection);
             ctx.warn("unsupported-light-linking", prim,
                      fmt::format("{} is not supported, the light reaches everything", collection));
         }
@@ -97,17 +103,21 @@ void warn_light_features(Context& ctx, Prim prim) {
     const auto unusual = [&](const char* name, double fallback, const char* what) {
         const Attribute attribute = light_input(prim, name);
         if (attribute.has_authored_value() &&
-            read_number(attribute, fallback, ctx.time) != fallback)
+            read_number(attribute, fallback, ctx.time) != fallback) {
+            ctx.note_not_simulated(scene::Effect::ShadowControls, prim, name);
             ctx.warn("unsupported-shadow-input", attribute,
                      fmt::format("{} is not supported: {}", name, what));
+        }
     };
     unusual("shadow:enable", 1.0, "the light casts shadows");
     unusual("shadow:distance", -1.0, "shadows reach any distance");
     unusual("shadow:falloff", -1.0, "shadows do not fade");
     const auto shadow_color = read_vector(light_input(prim, "shadow:color"), 3, ctx.time);
-    if (shadow_color && *shadow_color != std::vector<double>{0.0, 0.0, 0.0})
+    if (shadow_color && *shadow_color != std::vector<double>{0.0, 0.0, 0.0}) {
+        ctx.note_not_simulated(scene::Effect::ShadowControls, prim, "shadow:color");
         ctx.warn("unsupported-shadow-input", light_input(prim, "shadow:color"),
                  "shadow:color is not supported: shadows are black");
+    }
     for (const char* name : {"inputs:intensity", "inputs:exposure", "inputs:color"}) {
         const Attribute attribute = prim.attribute(name);
         if (attribute.has_authored_connections())

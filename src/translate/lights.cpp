@@ -201,6 +201,10 @@ bool read_light(Context& ctx, const LightSite& site, const Mat4d& render_from_li
     }
     light.diffuse_multiplier = float(input_number(ctx, prim, "diffuse", 1.0));
     light.specular_multiplier = float(input_number(ctx, prim, "specular", 1.0));
+    if (light.diffuse_multiplier == 1.0f && light.specular_multiplier == 1.0f &&
+        (light_input(prim, "diffuse").has_authored_value() ||
+         light_input(prim, "specular").has_authored_value()))
+        ctx.note_zero(scene::Effect::LobeMultipliers, prim, "inputs:diffuse and inputs:specular 1");
     warn_light_features(ctx, prim);
     light.group = join_light_group(ctx, prim);
     light.provenance = ctx.provenance(prim);

@@ -34,6 +34,7 @@ void warn_shader_features(Context& ctx, Prim shader) {
     const Attribute displacement = shader.attribute("inputs:displacement");
     if (displacement.has_authored_connections() ||
         read_number(displacement, 0.0, ctx.time) != 0.0) {
+        ctx.note_not_simulated(scene::Effect::Displacement, shader, "inputs:displacement");
         ctx.warn("unsupported-displacement", displacement,
                  "displacement is not supported, the surface stays where it is");
     }
@@ -86,6 +87,42 @@ void read_own_inputs(Context& ctx, InputReader& reader, scene::Material& materia
     }
 }
 
+/// Inputs whose effect a constant switches off.
+struct NeutralInput {
+    const char* name;
+    double neutral;
+    scene::Effect effect;
+};
+
+constexpr std::array neutral_inputs = {
+    NeutralInput{"opacity", 1, scene::Effect::Transmission},
+    NeutralInput{"opacity", 1, scene::Effect::Cutouts},
+    NeutralInput{"clearcoat", 0, scene::Effect::Clearcoat},
+    NeutralInput{"displacement", 0, scene::Effect::Displacement},
+    NeutralInput{"velatura:anisotropy", 0, scene::Effect::Anisotropy},
+    NeutralInput{"velatura:roughTransmission", 0, scene::Effect::RoughTransmission},
+    NeutralInput{"velatura:thinWalled", 0, scene::Effect::ThinWalls},
+    NeutralInput{"velatura:diffuseTransmission", 0, scene::Effect::DiffuseTransmission},
+    NeutralInput{"velatura:transmissionDepth", 0, scene::Effect::Absorption}};
+
+/// Tells the plan which effects the shader authors so that they do nothing.
+void note_neutral_inputs(Context& ctx, Prim shader, const scene::Material& material) {
+    const auto constant = [&](std::string_view name) {
+        const Attribute attribute = shader.attribute("inputs:" + std::string(name));
+        return attribute.has_authored_value() && !attribute.has_authored_connections() ? attribute
+                                                                                      : Attribute();
+    };
+    for (const NeutralInput& input : neutral_inputs) {
+        const Attribute attribute = constant(input.name);
+        if (attribute && read_number(attribute, input.neutral, ctx.time) == input.neutral)
+            ctx.note_zero(input.effect, shader, fmt::format("{} {:g}", input.name, input.neutral));
+    }
+    if (constant("emissiveColor") && !scene::is_emissive(material))
+        ctx.note_zero(scene::Effect::SurfaceEmission, shader, "emissiveColor black");
+    if (constant("normal") && material.normal.value == Rgb(0.0f, 0.0f, 1.0f))
+        ctx.note_zero(scene::Effect::NormalMaps, shader, "normal (0, 0, 1)");
+}
+
 scene::Material read_preview_surface(Context& ctx, Prim shader, MaterialEntry& entry) {
     scene::Material material;
     InputReader reader{ctx, shader, entry};
@@ -107,6 +144,7 @@ scene::Material read_preview_surface(Context& ctx, Prim shader, MaterialEntry& e
     entry.is_emissive =
         emission.source != scene::Input::Source::Constant || !is_black(emission.value);
     warn_shader_features(ctx, shader);
+    note_neutral_inputs(ctx, shader, material);
     return material;
 }
 

@@ -86,6 +86,7 @@ class MotionReader {
     }
 
     void complain(const char* what) {
+        ctx_.note_not_simulated(scene::Effect::DeformationBlur, prim_, what);
         ctx_.warn("unsupported-motion-blur", prim_,
                   fmt::format("{} while the shutter is open: the mesh is rendered as it is at the "
                               "frame's instant",
@@ -218,6 +219,8 @@ void read_motion(Context& ctx,
         return key.points == keys[0].points && key.normals == keys[0].normals;
     };
     const bool is_still = std::all_of(keys.begin(), keys.end(), stays);
+    if (is_still)
+        ctx.note_zero(scene::Effect::DeformationBlur, prim, "the same all the time the shutter is open");
     mesh.points = std::move(keys[0].points);
     if (has_all_normals) mesh.normals = std::move(keys[0].normals);
     for (size_t k = 1; k < keys.size() && !is_still; ++k) {
@@ -240,6 +243,7 @@ void warn_if_it_moves(Context& ctx, Prim prim, Prim frame) {
         for (const char* name : {"points", "positions", "orientations", "scales"})
             is_elsewhere = is_elsewhere || differs(prim.attribute(name), time);
         if (!is_elsewhere) continue;
+        ctx.note_not_simulated(scene::Effect::TransformBlur, prim, "moves while the shutter is open");
         ctx.warn("unsupported-motion-blur", prim,
                  fmt::format("a {} that moves while the shutter is open{} is rendered as it is at "
                              "the frame's instant: of what moves only meshes and native "

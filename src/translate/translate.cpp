@@ -57,6 +57,9 @@ void warn_subdivided(Context& ctx) {
                                                         ctx.subdivided.end());
     std::sort(schemes.begin(), schemes.end());
     std::string text;
+    scene::note_effect(ctx.scene.effect_notes, scene::Effect::Subdivision,
+                       scene::EffectNote::Kind::NotSimulated, ctx.first_subdivided,
+                       schemes.front().first);
     for (const auto& [name, count] : schemes)
         text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, name);
     ctx.diagnostics.warn("unsupported-subdivision", ctx.first_subdivided_loc, ctx.first_subdivided,

@@ -22,6 +22,9 @@ void warn_unsupported(Context& ctx, Prim prim) {
                         type));
         return;
     }
+    if (prim.is_a("Curves")) ctx.note_not_simulated(scene::Effect::Curves, prim, type);
+    if (prim.is_a("Points")) ctx.note_not_simulated(scene::Effect::Points, prim, type);
+    if (prim.is_a("Volume")) ctx.note_not_simulated(scene::Effect::Volumes, prim, type);
     const bool is_shown = prim.is_a("Gprim") || prim.is_a("Volume");
     const bool is_light = is_any_light(prim);
     if (is_shown || is_light) {

@@ -50,7 +50,7 @@ film::Film render_scene(const scene::Scene& scene, const integrator::RenderOptio
     layers.last_bounce = 3;
     layers.matrix_layers = layers.shadow_layers = layers.halves = true;
     for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
-    const integrator::World world(scene, {.width = scene.settings.width, .height = scene.settings.height, .bvh_quality = setup.bvh_quality}, {}, diagnostics);
+    const integrator::World world(scene, {.width = scene.settings.width, .height = scene.settings.height, .bvh_quality = setup.bvh_quality, .forced = setup.forced}, {}, diagnostics);
     film::Film film(setup.window.value_or(film::Window{0, 0, scene.settings.width, scene.settings.height}), layers);
     const std::unique_ptr<const integrator::CausticSampler> caustics = integrator::make_caustic_sampler(setup.caustics, world);
     std::vector<uint64_t> ends = setup.sample_splits;
@@ -65,9 +65,10 @@ film::Film render_scene(const scene::Scene& scene, const integrator::RenderOptio
         if (setup.branches == 0) branches = integrator::try_branches(world, tracer_options).map;
         tracer_options.branches = &branches;
         const integrator::PathTracer tracer(world, layers, tracer_options);
-        integrator::run_schedule(
+        const integrator::RenderResult result = integrator::run_schedule(
             film, part,
             [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); }, {});
+        if (setup.counts) *setup.counts += result.rays;
         part.first_sample = end;
     }
     EXPECT_EQ(film.invalid_count(), 0u);

@@ -10,6 +10,7 @@
 #include "film/film.h"
 #include "integrator/caustics.h"
 #include "integrator/guide_training.h"
+#include "integrator/ray_counts.h"
 #include "integrator/render_options.h"
 #include "scene/scene.h"
 
@@ -29,6 +30,8 @@ struct RenderSetup {
     /// Branches of every path; 0 = as many as trial paths say.
     uint32_t branches = 1;
     accel::BvhQuality bvh_quality = accel::BvhQuality::Balanced;
+    scene::EffectSet forced = {};  ///< effects that run without being called for
+    integrator::RayCounts* counts = nullptr;  ///< receives what was traced for the picture
 };
 
 /// Renders all light layers of a scene at its own resolution.

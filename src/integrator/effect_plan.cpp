@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "integrator/effect_plan.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "integrator/effect_rules.h"
+
+namespace velatura::integrator {
+
+using scene::Effect;
+
+namespace {
+
+template <class Visitor>
+void for_each_rule(Visitor visit) {
+    for (const auto rules : {camera_rules(), geometry_rules(), surface_rules(), light_rules()})
+        for (const EffectRule& rule : rules) visit(rule);
+}
+
+const EffectRule* rule_of(Effect effect) {
+    const EffectRule* found = nullptr;
+    for_each_rule([&](const EffectRule& rule) {
+        if (rule.effect == effect) found = &rule;
+    });
+    return found;
+}
+
+EffectState state_of(scene::EffectNote::Kind kind) {
+    return kind == scene::EffectNote::Kind::ProvenZero ? EffectState::ProvenZero : EffectState::NotSimulated;
+}
+
+EffectEntry find(const scene::Scene& scene, const EffectRule& rule) {
+    EffectFindings found(scene);
+    if (rule.find) rule.find(found);
+    for (const scene::EffectNote& note : scene.effect_notes)
+        if (note.effect == rule.effect) found.add(state_of(note.kind), note.prim_path, note.why, note.prims);
+    return found.entry;
+}
+
+/// What the command line alone decides.
+void add_options(const PlanOptions& o, EffectPlan& plan) {
+    const auto set = [&](Effect e, bool is_on, std::string why) {
+        plan.entries[size_t(e)] = {is_on ? EffectState::On : EffectState::Absent, {}, std::move(why), is_on ? 1u : 0u};
+    };
+    set(Effect::Roulette, o.estimator.roulette != Roulette::None, fmt::format("from {} scatterings on", o.estimator.roulette_start));
+    const bool is_tried = o.guiding == Guiding::Auto;
+    set(Effect::Guiding, o.guiding != Guiding::Off, is_tried ? "where trial paths say that it pays" : "--guiding on");
+    set(Effect::Splitting, o.splits, "where trial paths say that it pays");
+    set(Effect::CausticSearch, o.caustics != Caustics::Path, "--caustics");
+    set(Effect::AdaptiveSampling, o.is_adaptive, "samples where the noise is");
+    const film::LayerSet& l = o.layers;
+    set(Effect::BounceLayers, l.bounce_layers, fmt::format("b0 to b{} and tail", l.last_bounce));
+    set(Effect::LightLayers, l.group_layers, fmt::format("{} groups", l.groups.size()));
+    set(Effect::MatrixLayers, l.matrix_layers, fmt::format("{} groups x {} columns", l.groups.size(), l.bounce_count()));
+    set(Effect::ShadowLayers, l.shadow_layers, fmt::format("{} groups", l.groups.size()));
+    set(Effect::DataLayers, l.data_layers, "albedo N P Z st primId instanceId sampleCount variance");
+    set(Effect::HalfImages, l.halves, "two of every light layer");
+}
+
+}  // namespace
+
+const char* name_of(EffectState state) {
+    switch (state) {
+        case EffectState::Absent:
+            return "absent";
+        case EffectState::ProvenZero:
+            return "proven zero";
+        case EffectState::NotSimulated:
+            return "not simulated";
+        case EffectState::On:
+            return "on";
+        case EffectState::LeftOut:
+            return "left out";
+    }
+    return "";
+}
+
+size_t EffectPlan::count(EffectState state) const {
+    return size_t(std::count_if(entries.begin(), entries.end(), [&](const EffectEntry& e) { return e.state == state; }));
+}
+
+scene::EffectSet EffectPlan::forced() const {
+    scene::EffectSet set;
+    for (size_t i = 0; i < entries.size(); ++i)
+        if (entries[i].is_forced) set.add(Effect(i));
+    return set;
+}
+
+EffectPlan make_plan(const scene::Scene& scene, const PlanOptions& options) {
+    EffectPlan plan;
+    for_each_rule([&](const EffectRule& rule) {
+        EffectEntry& entry = plan.entries[size_t(rule.effect)];
+        entry = find(scene, rule);
+        if (options.left_out.has(rule.effect) && entry.state == EffectState::On) entry.state = EffectState::LeftOut;
+        entry.is_forced = options.force_all && rule.is_forceable && entry.state < EffectState::On;
+    });
+    add_options(options, plan);
+    return plan;
+}
+
+bool is_forceable(Effect effect) {
+    const EffectRule* rule = rule_of(effect);
+    return rule && rule->is_forceable;
+}
+
+bool can_leave_out(Effect effect) {
+    const EffectRule* rule = rule_of(effect);
+    return rule && rule->leave_out;
+}
+
+void leave_out(scene::Scene& scene, Effect effect) { rule_of(effect)->leave_out(scene); }
+
+std::vector<Effect> broken_promises(const EffectPlan& plan, const scene::EffectCalls& calls) {
+    std::vector<Effect> broken;
+    for (size_t i = 0; i < plan.entries.size(); ++i)
+        if (calls.count[i] > 0 && !plan.entries[i].may_run()) broken.push_back(Effect(i));
+    return broken;
+}
+
+void EffectFindings::add(EffectState state, std::string_view prim, std::string_view why, uint64_t prims) {
+    const bool is_left = state == EffectState::NotSimulated && entry.state > state;
+    if (is_left || (entry.state == EffectState::NotSimulated && state > entry.state)) entry.not_simulated_prims += is_left ? prims : entry.prims;
+    if (state == entry.state) entry.prims += prims;
+    if (state <= entry.state) return;
+    entry.state = state;
+    entry.prim = prim;
+    entry.why = why;
+    entry.prims = prims;
+}
+
+std::string_view EffectFindings::prim_of(scene::ProvenanceId id) const {
+    return id < scene.provenance.size() ? std::string_view(scene.provenance[id].prim_path) : std::string_view();
+}
+
+}  // namespace velatura::integrator

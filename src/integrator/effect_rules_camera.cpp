@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+
+#include <fmt/format.h>
+
+#include "integrator/effect_rules.h"
+
+namespace velatura::integrator {
+
+using scene::Effect;
+
+namespace {
+
+void find_lens(EffectFindings& found) {
+    const scene::Camera& c = found.scene.camera;
+    if (c.lens_radius > 0 && c.focus_distance > 0) found.on(c.name, fmt::format("lens of radius {:g} focused at {:g}", c.lens_radius, c.focus_distance));
+}
+
+void close_lens(scene::Scene& scene) { scene.camera.lens_radius = 0; }
+
+void find_moving_instances(EffectFindings& found) {
+    for (const scene::Instance& i : found.scene.instances)
+        if (!i.later_render_from_prototype.empty()) found.on(found.prim_of(i.provenance), fmt::format("{} segments while the shutter is open", i.later_render_from_prototype.size()));
+}
+
+void stop_instances(scene::Scene& scene) {
+    for (scene::Instance& i : scene.instances) i.later_render_from_prototype.clear();
+}
+
+void find_moving_meshes(EffectFindings& found) {
+    scene::for_each_shape(found.scene, [&](const scene::Shape& shape) {
+        const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry);
+        if (mesh && !mesh->later_points.empty()) found.on(found.prim_of(shape.provenance), fmt::format("{} segments while the shutter is open", mesh->later_points.size()));
+    });
+}
+
+void stop_meshes(scene::Scene& scene) {
+    const auto stop = [](scene::Shape& shape) {
+        if (auto* mesh = std::get_if<scene::Mesh>(&shape.geometry)) {
+            mesh->later_points.clear();
+            mesh->later_normals.clear();
+        }
+    };
+    for (scene::Shape& shape : scene.shapes) stop(shape);
+    for (scene::Prototype& prototype : scene.prototypes)
+        for (scene::Shape& shape : prototype.shapes) stop(shape);
+}
+
+constexpr std::array rules = {
+    EffectRule{Effect::DepthOfField, find_lens, close_lens, true},
+    EffectRule{Effect::CameraBlur, nullptr, nullptr},
+    EffectRule{Effect::TransformBlur, find_moving_instances, stop_instances},
+    EffectRule{Effect::DeformationBlur, find_moving_meshes, stop_meshes, true},
+};
+
+}  // namespace
+
+std::span<const EffectRule> camera_rules() { return rules; }
+
+}  // namespace velatura::integrator

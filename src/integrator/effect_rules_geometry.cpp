@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+
+#include "integrator/effect_rules.h"
+
+namespace velatura::integrator {
+
+using scene::Effect;
+
+namespace {
+
+void find_instances(EffectFindings& found) {
+    for (const scene::Instance& i : found.scene.instances) found.on(found.prim_of(i.provenance), "placed as an instance");
+}
+
+void find_quadrics(EffectFindings& found) {
+    scene::for_each_shape(found.scene, [&](const scene::Shape& shape) {
+        const auto* gprim = std::get_if<scene::Gprim>(&shape.geometry);
+        using Kind = scene::Gprim::Kind;
+        if (gprim && gprim->kind != Kind::Cube && gprim->kind != Kind::Plane) found.on(found.prim_of(shape.provenance), "met as what it is, without triangles");
+    });
+}
+
+constexpr std::array rules = {
+    EffectRule{Effect::Instancing, find_instances, nullptr},
+    EffectRule{Effect::Quadrics, find_quadrics, nullptr},
+    EffectRule{Effect::Subdivision, nullptr, nullptr},
+    EffectRule{Effect::Displacement, nullptr, nullptr},
+    EffectRule{Effect::Curves, nullptr, nullptr},
+    EffectRule{Effect::Points, nullptr, nullptr},
+    EffectRule{Effect::Volumes, nullptr, nullptr},
+};
+
+}  // namespace
+
+std::span<const EffectRule> geometry_rules() { return rules; }
+
+}  // namespace velatura::integrator

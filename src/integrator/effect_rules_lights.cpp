@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+
+#include "integrator/effect_rules.h"
+
+namespace velatura::integrator {
+
+using scene::Effect;
+using scene::Light;
+using scene::LightKind;
+
+namespace {
+
+/// Finds the lights that `is_used` holds of; those that emit nothing prove zero.
+template <class Test>
+void find_lights(EffectFindings& found, Test is_used, std::string_view why) {
+    for (const Light& l : found.scene.lights) {
+        if (!is_used(l)) continue;
+        if (is_black(l.Le)) found.zero(l.name, "emits nothing: intensity or color 0");
+        else found.on(l.name, why);
+    }
+}
+
+void find_surface_emission(EffectFindings& found) {
+    for (const scene::Material& m : found.scene.materials)
+        if (scene::is_emissive(m)) found.on(m.name, scene::is_constant(m.emissive_color) ? "emissiveColor" : "emissiveColor that varies");
+}
+
+void find_mesh_lights(EffectFindings& found) {
+    for (const scene::MeshLight& l : found.scene.mesh_lights) {
+        // Without radiance of its own it still shows its material
+        if (is_black(l.Le) && !l.shows_material) found.zero(l.name, "emits nothing: intensity or color 0");
+        else found.on(l.name, "geometry with LightAPI");
+    }
+}
+
+void forget_mesh_lights(scene::Scene& scene) {
+    const auto forget = [](scene::Shape& shape) { shape.light = scene::none; };
+    for (scene::Shape& shape : scene.shapes) forget(shape);
+    for (scene::Prototype& prototype : scene.prototypes)
+        for (scene::Shape& shape : prototype.shapes) forget(shape);
+    scene.mesh_lights.clear();
+}
+
+bool is_dome(const Light& l) { return l.kind == LightKind::Dome; }
+
+void find_domes(EffectFindings& found) { find_lights(found, is_dome, "light from everywhere"); }
+
+void find_dome_maps(EffectFindings& found) {
+    find_lights(found, [](const Light& l) { return is_dome(l) && !l.texture_file.empty(); }, "its picture is sampled by importance");
+}
+
+void find_portals(EffectFindings& found) {
+    find_lights(found, [](const Light& l) { return !l.render_from_portals.empty(); }, "sampled through its portals");
+}
+
+void find_light_textures(EffectFindings& found) {
+    find_lights(found, [](const Light& l) { return l.kind == LightKind::Rect && !l.texture_file.empty(); }, "rect light with a picture");
+}
+
+template <class Change>
+void change_lights(scene::Scene& scene, Change change) {
+    for (Light& l : scene.lights) change(l);
+}
+
+void find_shaping(EffectFindings& found) {
+    find_lights(found, [](const Light& l) { return l.shaping.is_active; }, "cone or focus");
+    for (const scene::MeshLight& l : found.scene.mesh_lights)
+        if (l.shaping.is_active) found.on(l.name, "cone or focus");
+}
+
+void forget_shaping(scene::Scene& scene) {
+    change_lights(scene, [](Light& l) { l.shaping = {}; });
+    for (scene::MeshLight& l : scene.mesh_lights) l.shaping = {};
+}
+
+template <class AnyLight>
+bool has_multiplier(const AnyLight& l) {
+    return l.diffuse_multiplier != 1.0f || l.specular_multiplier != 1.0f;
+}
+
+void find_multipliers(EffectFindings& found) {
+    const std::string_view why = "inputs:diffuse or inputs:specular is not 1";
+    find_lights(found, has_multiplier<Light>, why);
+    for (const scene::MeshLight& l : found.scene.mesh_lights)
+        if (has_multiplier(l)) found.on(l.name, why);
+}
+
+void forget_multipliers(scene::Scene& scene) {
+    change_lights(scene, [](Light& l) { l.diffuse_multiplier = l.specular_multiplier = 1.0f; });
+    for (scene::MeshLight& l : scene.mesh_lights) l.diffuse_multiplier = l.specular_multiplier = 1.0f;
+}
+
+/// A choice is to be made where more than one light shines; emissive surfaces count for as many as they may have triangles.
+void find_choices(EffectFindings& found) {
+    const scene::Scene& s = found.scene;
+    const auto shines = [](const Light& l) { return !is_black(l.Le); };
+    const auto lights = size_t(std::count_if(s.lights.begin(), s.lights.end(), shines));
+    const bool has_surfaces = !s.mesh_lights.empty() || std::any_of(s.materials.begin(), s.materials.end(), scene::is_emissive);
+    if (lights > 1 || has_surfaces) found.on("", has_surfaces ? fmt::format("{} lights and emissive surfaces", lights) : fmt::format("{} lights", lights));
+    else if (s.lights.size() > 1) found.zero("", "only one of the lights shines");
+}
+
+constexpr std::array rules = {
+    EffectRule{Effect::SurfaceEmission, find_surface_emission, [](scene::Scene& s) { for (scene::Material& m : s.materials) m.emissive_color = scene::Input(Rgb(0.0f)); }},
+    EffectRule{Effect::MeshLights, find_mesh_lights, forget_mesh_lights},
+    EffectRule{Effect::Environment, find_domes, [](scene::Scene& s) { std::erase_if(s.lights, is_dome); }},
+    EffectRule{Effect::EnvironmentMaps, find_dome_maps, [](scene::Scene& s) { change_lights(s, [](Light& l) { if (is_dome(l)) l.texture_file.clear(); }); }},
+    EffectRule{Effect::Portals, find_portals, [](scene::Scene& s) { change_lights(s, [](Light& l) { l.render_from_portals.clear(); }); }},
+    EffectRule{Effect::LightTextures, find_light_textures, [](scene::Scene& s) { change_lights(s, [](Light& l) { if (!is_dome(l)) l.texture_file.clear(); }); }},
+    EffectRule{Effect::LightShaping, find_shaping, forget_shaping},
+    EffectRule{Effect::LobeMultipliers, find_multipliers, forget_multipliers, true},
+    EffectRule{Effect::LightSelection, find_choices, nullptr, true},
+    EffectRule{Effect::LightLinking, nullptr, nullptr},
+    EffectRule{Effect::ShadowControls, nullptr, nullptr},
+    EffectRule{Effect::LightFilters, nullptr, nullptr},
+};
+
+}  // namespace
+
+std::span<const EffectRule> light_rules() { return rules; }
+
+}  // namespace velatura::integrator

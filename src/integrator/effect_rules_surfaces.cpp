@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+
+#include <fmt/format.h>
+
+#include "integrator/effect_rules.h"
+
+namespace velatura::integrator {
+
+using scene::Effect;
+using scene::Input;
+using scene::is_constant;
+using scene::Material;
+
+namespace {
+
+bool is_positive(const Input& input) { return !is_constant(input) || input.value.x > 0.0f; }
+
+/// "opacity 0.4", "opacity of a texture".
+std::string told(std::string_view name, const Input& input) {
+    switch (input.source) {
+        case Input::Source::Constant:
+            return fmt::format("{} {:g}", name, input.value.x);
+        case Input::Source::Texture:
+            return fmt::format("{} by a texture", name);
+        case Input::Source::Primvar:
+            return fmt::format("{} by a primvar", name);
+    }
+    return {};
+}
+
+/// Finds the materials that `is_used` holds of.
+template <class Test, class Why>
+void find_materials(EffectFindings& found, Test is_used, Why why) {
+    for (const Material& m : found.scene.materials)
+        if (is_used(m)) found.on(m.name, why(m));
+}
+
+bool reads(const Material& m, Input::Source source) {
+    bool is_read = false;
+    scene::for_each_input(m, [&](const Input& input) { is_read = is_read || input.source == source; });
+    return is_read;
+}
+
+template <class Change>
+void change_materials(scene::Scene& scene, Change change) {
+    for (Material& m : scene.materials) change(m);
+}
+
+void forget_inputs(scene::Scene& scene, Input::Source source) {
+    change_materials(scene, [&](Material& m) {
+        scene::for_each_input(m, [&](Input& input) {
+            if (input.source == source) input = Input(input.value);
+        });
+    });
+}
+
+void find_varying(EffectFindings& found) {
+    find_materials(found, [](const Material& m) { return reads(m, Input::Source::Primvar); }, [](const Material&) { return "an input by a primvar"; });
+    const scene::Scene& s = found.scene;
+    const scene::PrimvarId color = scene::find_primvar(s, scene::display_color_primvar);
+    scene::for_each_shape(s, [&](const scene::Shape& shape) {
+        if (scene::shows_display_color(shape) && scene::find_primvar(shape, color)) found.on(found.prim_of(shape.provenance), "its displayColor");
+    });
+    for (const scene::Instance& i : s.instances)
+        if (i.display_color) found.on(found.prim_of(i.provenance), "its displayColor");
+}
+
+void find_textures(EffectFindings& found) {
+    find_materials(found, [](const Material& m) { return reads(m, Input::Source::Texture); }, [](const Material&) { return "an input by a texture"; });
+}
+
+void forget_textures(scene::Scene& scene) {
+    forget_inputs(scene, Input::Source::Texture);
+    scene.textures.clear();
+}
+
+bool turns_normals(const Material& m) { return !is_constant(m.normal) || m.normal.value != Rgb(0.0f, 0.0f, 1.0f); }
+
+void find_normal_maps(EffectFindings& found) {
+    find_materials(found, turns_normals, [](const Material& m) { return is_constant(m.normal) ? std::string("normal that is not (0, 0, 1)") : told("normal", m.normal); });
+}
+
+void find_cutouts(EffectFindings& found) {
+    const auto is_whole = [](const Material& m) { return (m.presence || m.opacity_threshold > 0.0f) && !scene::may_cut(m); };
+    find_materials(found, scene::may_cut, [](const Material& m) { return told("opacity", m.opacity) + (m.presence ? ", opacityMode presence" : fmt::format(", opacityThreshold {:g}", m.opacity_threshold)); });
+    for (const Material& m : found.scene.materials)
+        if (is_whole(m)) found.zero(m.name, told("opacity", m.opacity) + " everywhere");
+    if (scene::may_cut_display(found.scene)) found.on("", "displayOpacity below 1");
+}
+
+void fill_cutouts(scene::Scene& scene) {
+    change_materials(scene, [](Material& m) {
+        if (!scene::may_cut(m)) return;
+        m.presence = false;
+        m.opacity_threshold = 0;
+        m.opacity = Input(1.0f);
+    });
+    const scene::PrimvarId name = scene::find_primvar(scene, scene::display_opacity_primvar);
+    const auto fill = [&](scene::Shape& shape) {
+        std::visit([&](auto& g) { std::erase_if(g.primvars, [&](const scene::Primvar& p) { return p.name == name; }); }, shape.geometry);
+    };
+    for (scene::Shape& shape : scene.shapes) fill(shape);
+    for (scene::Prototype& prototype : scene.prototypes)
+        for (scene::Shape& shape : prototype.shapes) fill(shape);
+}
+
+void find_transmission(EffectFindings& found) {
+    find_materials(found, scene::may_transmit, [](const Material& m) { return told("opacity", m.opacity); });
+}
+
+void make_opaque(scene::Scene& scene) {
+    change_materials(scene, [](Material& m) {
+        if (scene::may_transmit(m)) m.opacity = Input(1.0f);
+    });
+}
+
+void find_rough_transmission(EffectFindings& found) {
+    for (const Material& m : found.scene.materials) {
+        if (!m.rough_transmission) continue;
+        if (scene::may_transmit(m) && is_positive(m.roughness)) found.on(m.name, told("roughness", m.roughness));
+        else found.zero(m.name, scene::may_transmit(m) ? "roughness 0" : "lets no light through");
+    }
+}
+
+void find_thin_walls(EffectFindings& found) {
+    find_materials(found, [](const Material& m) { return m.thin_walled; }, [](const Material&) { return "thinWalled"; });
+}
+
+void thicken_walls(scene::Scene& scene) {
+    change_materials(scene, [](Material& m) { m.thin_walled = false; });
+}
+
+void find_diffuse_transmission(EffectFindings& found) {
+    find_materials(found, scene::may_transmit_diffusely, [](const Material& m) { return told("diffuseTransmission", m.diffuse_transmission); });
+    for (const Material& m : found.scene.materials)
+        if (!m.thin_walled && is_positive(m.diffuse_transmission)) found.zero(m.name, "is no thin wall");
+}
+
+void find_absorption(EffectFindings& found) {
+    for (const Material& m : found.scene.materials) {
+        if (scene::may_absorb(m)) found.on(m.name, fmt::format("transmissionDepth {:g}", m.transmission_depth));
+        else if (m.transmission_depth > 0.0f) found.zero(m.name, scene::may_transmit(m) ? "transmissionColor white or a thin wall" : "lets no light through");
+    }
+}
+
+void find_clearcoat(EffectFindings& found) {
+    find_materials(found, [](const Material& m) { return is_positive(m.clearcoat); }, [](const Material& m) { return told("clearcoat", m.clearcoat); });
+}
+
+void find_anisotropy(EffectFindings& found) {
+    find_materials(found, [](const Material& m) { return is_positive(m.anisotropy); }, [](const Material& m) { return told("anisotropy", m.anisotropy); });
+}
+
+constexpr std::array rules = {
+    EffectRule{Effect::VaryingColors, find_varying, nullptr},
+    EffectRule{Effect::Textures, find_textures, forget_textures},
+    EffectRule{Effect::NormalMaps, find_normal_maps, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.normal = Input(Rgb(0.0f, 0.0f, 1.0f)); }); }},
+    EffectRule{Effect::Cutouts, find_cutouts, fill_cutouts, true},
+    EffectRule{Effect::Transmission, find_transmission, make_opaque},
+    EffectRule{Effect::RoughTransmission, find_rough_transmission, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.rough_transmission = false; }); }},
+    EffectRule{Effect::ThinWalls, find_thin_walls, thicken_walls, true},
+    EffectRule{Effect::DiffuseTransmission, find_diffuse_transmission, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.diffuse_transmission = Input(0.0f); }); }},
+    EffectRule{Effect::Absorption, find_absorption, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.transmission_depth = 0; }); }, true},
+    EffectRule{Effect::Clearcoat, find_clearcoat, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.clearcoat = Input(0.0f); }); }},
+    EffectRule{Effect::Anisotropy, find_anisotropy, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.anisotropy = Input(0.0f); }); }},
+};
+
+}  // namespace
+
+std::span<const EffectRule> surface_rules() { return rules; }
+
+}  // namespace velatura::integrator

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "effect_fixtures.h"
+
+#include <fmt/format.h>
+
+namespace velatura::test {
+
+namespace {
+
+using scene::Effect;
+
+constexpr EffectFixture fixtures[] = {
+    {Effect::Clearcoat, "constant", "float inputs:clearcoat = 0.5", "float inputs:clearcoat = 0"},
+    {Effect::Clearcoat, "primvar", "float inputs:clearcoat.connect = <@@/Mat/Reader.outputs:result>", "float inputs:clearcoat = 0\nfloat inputs:clearcoatRoughness = 0.5"},
+    {Effect::VaryingColors, "primvar", "float inputs:roughness.connect = <@@/Mat/Reader.outputs:result>", ""},
+    {Effect::Textures, "texture", "color3f inputs:diffuseColor.connect = <@@/Mat/Picture.outputs:rgb>", ""},
+    {Effect::Textures, "textured opacity", "float inputs:opacity.connect = <@@/Mat/Picture.outputs:a>", ""},
+    {Effect::NormalMaps, "constant", "normal3f inputs:normal = (0.1, 0, 1)", "normal3f inputs:normal = (0, 0, 1)"},
+    {Effect::Cutouts, "threshold", "float inputs:opacity = 0.2\nfloat inputs:opacityThreshold = 0.5", "float inputs:opacity = 1\nfloat inputs:opacityThreshold = 0.5"},
+    {Effect::Cutouts, "presence", "float inputs:opacity = 0.2\ntoken inputs:opacityMode = \"presence\"", "float inputs:opacity = 1\ntoken inputs:opacityMode = \"presence\""},
+    {Effect::Cutouts, "primvar", "float inputs:opacity.connect = <@@/Mat/Reader.outputs:result>\nfloat inputs:opacityThreshold = 0.5", "float inputs:opacity = 0.7\nfloat inputs:opacityThreshold = 0.5"},
+    {Effect::Transmission, "constant", "float inputs:opacity = 0.5", "float inputs:opacity = 1"},
+    {Effect::RoughTransmission, "constant", "float inputs:opacity = 0.1\nbool inputs:velatura:roughTransmission = 1", "float inputs:opacity = 1\nbool inputs:velatura:roughTransmission = 1"},
+    {Effect::ThinWalls, "constant", "bool inputs:velatura:thinWalled = 1\nfloat inputs:opacity = 0.5", "bool inputs:velatura:thinWalled = 0\nfloat inputs:opacity = 0.5"},
+    {Effect::DiffuseTransmission, "constant", "bool inputs:velatura:thinWalled = 1\nfloat inputs:velatura:diffuseTransmission = 0.5", "bool inputs:velatura:thinWalled = 1\nfloat inputs:velatura:diffuseTransmission = 0"},
+    {Effect::Absorption, "constant", "float inputs:opacity = 0\nfloat inputs:velatura:transmissionDepth = 1\ncolor3f inputs:velatura:transmissionColor = (0.5, 0.7, 0.9)",
+     "float inputs:opacity = 0\nfloat inputs:velatura:transmissionDepth = 1\ncolor3f inputs:velatura:transmissionColor = (1, 1, 1)"},
+    {Effect::Anisotropy, "constant", "float inputs:velatura:anisotropy = 0.5", "float inputs:velatura:anisotropy = 0"},
+    {Effect::SurfaceEmission, "constant", "color3f inputs:emissiveColor = (0, 0, 1)", "color3f inputs:emissiveColor = (0, 0, 0)"},
+    {Effect::Quadrics, "sphere", "def Sphere \"Ball\" { double radius = 0.3 }", "def Cube \"Ball\" { double size = 0.3 }", true},
+    {Effect::VaryingColors, "displayColor", "def Cube \"Box\" { color3f[] primvars:displayColor = [(1, 0, 0)] }", "def Cube \"Box\" { double size = 0.3 }", true},
+    {Effect::LightTextures, "picture", "def RectLight \"L\" { asset inputs:texture:file = @picture.exr@ }", "def RectLight \"L\" { float inputs:intensity = 0\n asset inputs:texture:file = @picture.exr@ }", true},
+    {Effect::LightShaping, "cone", "def SphereLight \"L\" (prepend apiSchemas = [\"ShapingAPI\"]) { float inputs:shaping:cone:angle = 40 }",
+     "def SphereLight \"L\" (prepend apiSchemas = [\"ShapingAPI\"]) { float inputs:shaping:cone:angle = 180 }", true},
+    {Effect::LightShaping, "focus", "def DiskLight \"L\" (prepend apiSchemas = [\"ShapingAPI\"]) { float inputs:shaping:focus = 2 }",
+     "def DiskLight \"L\" (prepend apiSchemas = [\"ShapingAPI\"]) { float inputs:shaping:focus = 0 }", true},
+    {Effect::LobeMultipliers, "diffuse", "def CylinderLight \"L\" { float inputs:diffuse = 0.5 }", "def CylinderLight \"L\" { float inputs:diffuse = 1 }", true},
+    {Effect::LightSelection, "second light", "def SphereLight \"L\" { float inputs:intensity = 1 }", "def SphereLight \"L\" { float inputs:intensity = 0 }", true},
+    {Effect::Environment, "dome", "def DomeLight \"D\" { float inputs:intensity = 0.5 }", "def DomeLight \"D\" { float inputs:intensity = 0 }", true, true},
+    {Effect::EnvironmentMaps, "dome with a picture", "def DomeLight \"D\" { asset inputs:texture:file = @picture.exr@ }", "def DomeLight \"D\" { color3f inputs:color = (0, 0, 0)\n asset inputs:texture:file = @picture.exr@ }", true, true},
+    {Effect::MeshLights, "cube", "def Cube \"L\" (prepend apiSchemas = [\"LightAPI\"]) { double size = 0.2\n float inputs:intensity = 3\n token light:materialSyncMode = \"noMaterialResponse\" }",
+     "def Cube \"L\" (prepend apiSchemas = [\"LightAPI\"]) { double size = 0.2\n float inputs:intensity = 0\n token light:materialSyncMode = \"noMaterialResponse\" }", true},
+};
+
+/// A quad in front of the camera with a material of its own; as prims of what has the path.
+std::string quad_with_material(std::string_view inputs, std::string_view path) {
+    return fmt::format(R"usda(
+    def Mesh "Quad" (prepend apiSchemas = ["MaterialBindingAPI"])
+    {{
+        int[] faceVertexCounts = [4]
+        int[] faceVertexIndices = [0, 1, 2, 3]
+        point3f[] points = [(-1, 0, 0.2), (1, 0, 0.2), (1, 2, 0), (-1, 2, 0)]
+        uniform token subdivisionScheme = "none"
+        float primvars:amount = 0.4
+        texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1), (0, 1)] (interpolation = "vertex")
+        rel material:binding = <{0}/Mat>
+    }}
+    def Material "Mat"
+    {{
+        token outputs:surface.connect = <{0}/Mat/S.outputs:surface>
+        def Shader "S"
+        {{
+            uniform token info:id = "UsdPreviewSurface"
+            {1}
+            token outputs:surface
+        }}
+        def Shader "Reader"
+        {{
+            uniform token info:id = "UsdPrimvarReader_float"
+            string inputs:varname = "amount"
+            float outputs:result
+        }}
+        def Shader "Picture"
+        {{
+            uniform token info:id = "UsdUVTexture"
+            asset inputs:file = @picture.png@
+            float2 inputs:st = (0.5, 0.5)
+            color3f outputs:rgb
+            float outputs:a
+        }}
+    }})usda",
+                       path, inputs);
+}
+
+std::string replaced(std::string text, std::string_view from, std::string_view to) {
+    for (size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) text.replace(at, from.size(), to);
+    return text;
+}
+
+/// The text with every closing brace on a line of its own, as the grammar wants it.
+std::string lined(std::string text) { return replaced(std::move(text), " }", "\n}\n"); }
+
+constexpr std::string_view head = R"usda(#usda 1.0
+(
+    defaultPrim = "World"
+    upAxis = "Y"
+)
+)usda";
+
+constexpr std::string_view home = R"usda(
+    def Camera "Cam"
+    {
+        float focalLength = 24
+        float2 clippingRange = (0, 0)
+        double3 xformOp:translate = (0, 1, 5)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+    def Mesh "Floor"
+    {
+        int[] faceVertexCounts = [4]
+        int[] faceVertexIndices = [0, 1, 2, 3]
+        point3f[] points = [(-3, 0, 3), (3, 0, 3), (3, 0, -3), (-3, 0, -3)]
+        uniform token subdivisionScheme = "none"
+    }
+    def RectLight "Lamp"
+    {
+        float inputs:intensity = 6
+        double3 xformOp:translate = (0, 3, 1)
+        float xformOp:rotateX = -70
+        uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateX"]
+    }
+)usda";
+
+}  // namespace
+
+const char* name_of(Arrival arrival) {
+    constexpr const char* names[] = {"direct", "deep", "instance", "nested instance", "point instance", "variant", "reference", "inherit", "payload", "specialize", "untyped parent"};
+    return names[size_t(arrival)];
+}
+
+std::span<const EffectFixture> effect_fixtures() { return fixtures; }
+
+std::string fixture_prims(const EffectFixture& fixture, std::string_view content, std::string_view path) {
+    const std::string text = replaced(std::string(content), "@@", path);
+    return fixture.is_prim ? text : quad_with_material(text, path);
+}
+
+namespace {
+
+std::string arrived(const EffectFixture& fixture, std::string_view content, Arrival arrival) {
+    const auto world = [&](std::string_view more) { return fmt::format("def Xform \"World\"\n{{{}{}\n}}\n", home, more); };
+    const auto item = [&](const char* specifier) { return fmt::format("{} Xform \"Item\"\n{{{}\n}}\n", specifier, fixture_prims(fixture, content, "/Item")); };
+    const auto with_arc = [&](const char* specifier, std::string_view metadata) {
+        return std::string(head) + item(specifier) + world(fmt::format("\ndef Xform \"A\" ({}) {{}}\n", metadata));
+    };
+    switch (arrival) {
+        case Arrival::Direct:
+            return std::string(head) + world(fixture_prims(fixture, content, "/World"));
+        case Arrival::Deep:
+            return std::string(head) + world(fmt::format("\ndef Xform \"A\" {{ def Scope \"B\" {{ def Xform \"C\" {{ {} }} }} }}", fixture_prims(fixture, content, "/World/A/B/C")));
+        case Arrival::Untyped:
+            return std::string(head) + world(fmt::format("\ndef \"A\" {{ {} }}", fixture_prims(fixture, content, "/World/A")));
+        case Arrival::Instance:
+            return with_arc("class", "instanceable = true\nprepend references = </Item>");
+        case Arrival::NestedInstance:
+            return std::string(head) + item("class") + "class Xform \"Outer\" { def Xform \"B\" (instanceable = true\nprepend references = </Item>) {} }\n" +
+                   world("\ndef Xform \"A\" (instanceable = true\nprepend references = </Outer>) {}\n");
+        case Arrival::PointInstance:
+            return std::string(head) + item("class") +
+                   world("\ndef PointInstancer \"P\" { int[] protoIndices = [0]\n point3f[] positions = [(0, 0, 0)]\n rel prototypes = </World/P/Item>\n def Xform \"Item\" (prepend references = </Item>) {} }\n");
+        case Arrival::Variant:
+            return std::string(head) + world(fmt::format("\ndef Xform \"A\" (variants = {{ string look = \"full\" }}\nprepend variantSets = \"look\") {{ variantSet \"look\" = {{ \"empty\" {{ }} \"full\" {{ {} }} }} }}",
+                                                         fixture_prims(fixture, content, "/World/A")));
+        case Arrival::Reference:
+            return with_arc("class", "prepend references = </Item>");
+        case Arrival::Inherit:
+            return with_arc("class", "prepend inherits = </Item>");
+        case Arrival::Payload:
+            return with_arc("class", "prepend payload = </Item>");
+        case Arrival::Specialize:
+            return with_arc("class", "prepend specializes = </Item>");
+    }
+    return {};
+}
+
+}  // namespace
+
+std::string fixture_usda(const EffectFixture& fixture, std::string_view content, Arrival arrival) { return lined(arrived(fixture, content, arrival)); }
+
+}  // namespace velatura::test

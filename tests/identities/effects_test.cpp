@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// What renders of these stages do: nothing that the plan has off, and the same picture when it is made to run.
+#include <algorithm>
+#include <random>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "effect_fixtures.h"
+#include "integrator/effect_plan.h"
+#include "usd_render.h"
+
+namespace velatura::test {
+namespace {
+
+using integrator::EffectPlan;
+using integrator::EffectState;
+using scene::Effect;
+
+integrator::PlanOptions options_of_test() {
+    integrator::PlanOptions options;
+    options.layers.groups = {{"key", {}, false}};
+    options.guiding = integrator::Guiding::Off;
+    options.splits = options.is_adaptive = false;
+    options.layers.matrix_layers = options.layers.shadow_layers = options.layers.halves = true;
+    return options;
+}
+
+std::string joined(const std::vector<Effect>& effects) {
+    std::string text;
+    for (const Effect e : effects) text += fmt::format("{} ", scene::info(e).name);
+    return text;
+}
+
+constexpr integrator::RenderOptions few_samples = {.seed = 3, .end_sample = 4};
+
+/// Pictures are not there: what reads them gives its fallback, which is another thing to test.
+bool wants_a_picture(const EffectFixture& f) { return f.effect == Effect::EnvironmentMaps || f.effect == Effect::LightTextures; }
+
+/// Counters move for what is called for, and for nothing else.
+TEST(Effects, RunWhenTheyAreCalledForAndElseNot) {
+    for (const EffectFixture& fixture : effect_fixtures()) {
+        if (wants_a_picture(fixture)) continue;
+        const scene::Scene scene = scene_from_usda(fixture_usda(fixture, fixture.on, Arrival::Direct), 16, 12);
+        const EffectPlan plan = integrator::make_plan(scene, options_of_test());
+        integrator::RayCounts counts;
+        render_scene(scene, few_samples, RenderSetup{.counts = &counts});
+        EXPECT_GT(counts.effects.of(fixture.effect), 0u) << scene::info(fixture.effect).name << " by " << fixture.name;
+        EXPECT_EQ(joined(integrator::broken_promises(plan, counts.effects)), "") << "with " << scene::info(fixture.effect).name;
+    }
+}
+
+TEST(Effects, DoNotRunWhereTheyAreProvenZeroOrLeftOut) {
+    for (const EffectFixture& fixture : effect_fixtures()) {
+        if (wants_a_picture(fixture)) continue;
+        std::vector<scene::Scene> scenes;
+        if (!fixture.neutral.empty()) scenes.push_back(scene_from_usda(fixture_usda(fixture, fixture.neutral, Arrival::Direct), 16, 12));
+        if (integrator::can_leave_out(fixture.effect)) {
+            scenes.push_back(scene_from_usda(fixture_usda(fixture, fixture.on, Arrival::Direct), 16, 12));
+            integrator::leave_out(scenes.back(), fixture.effect);
+        }
+        for (const scene::Scene& scene : scenes) {
+            integrator::RayCounts counts;
+            render_scene(scene, few_samples, RenderSetup{.counts = &counts});
+            EXPECT_EQ(counts.effects.of(fixture.effect), 0u) << scene::info(fixture.effect).name << " by " << fixture.name;
+        }
+    }
+}
+
+/// Any plan that is wrong is found out by the counters: here one that has everything off.
+TEST(Effects, ThatRunAgainstThePlanAreFoundOut) {
+    const scene::Scene scene = scene_from_usda(room_usda());
+    integrator::RayCounts counts;
+    render_scene(scene, few_samples, RenderSetup{.counts = &counts});
+    const std::vector<Effect> broken = integrator::broken_promises(EffectPlan{}, counts.effects);
+    for (const Effect e : {Effect::Quadrics, Effect::Transmission, Effect::Clearcoat, Effect::Environment, Effect::LightSelection, Effect::SurfaceEmission, Effect::VaryingColors})
+        EXPECT_NE(std::find(broken.begin(), broken.end(), e), broken.end()) << scene::info(e).name;
+    EXPECT_EQ(joined(integrator::broken_promises(integrator::make_plan(scene, options_of_test()), counts.effects)), "");
+}
+
+scene::EffectSet forced_in(const scene::Scene& scene) {
+    integrator::PlanOptions options = options_of_test();
+    options.force_all = true;
+    return integrator::make_plan(scene, options).forced();
+}
+
+uint64_t picture(const scene::Scene& scene, const scene::EffectSet& forced) { return fingerprint(render_scene(scene, few_samples, RenderSetup{.forced = forced})); }
+
+/// All that can run without being called for does, in every stage with one effect, and no bit of any layer is another.
+TEST(Effects, ThatNothingCallsForChangeNoBit) {
+    int scenes = 0;
+    for (const EffectFixture& fixture : effect_fixtures()) {
+        if (wants_a_picture(fixture)) continue;
+        const scene::Scene scene = scene_from_usda(fixture_usda(fixture, fixture.on, Arrival::Instance), 16, 12);
+        const scene::EffectSet forced = forced_in(scene);
+        EXPECT_FALSE(forced.is_empty());
+        EXPECT_EQ(picture(scene, {}), picture(scene, forced)) << scene::info(fixture.effect).name << " by " << fixture.name;
+        ++scenes;
+    }
+    const scene::Scene room = scene_from_usda(room_usda());
+    EXPECT_EQ(picture(room, {}), picture(room, forced_in(room)));
+    EXPECT_GE(scenes, 12);
+}
+
+/// Stages with several effects at once: every two of the fixtures meet somewhere. Surfaces take one set of inputs each, so
+/// the fixtures of a stage stand side by side.
+TEST(Effects, ChangeNoBitInCompany) {
+    std::vector<EffectFixture> all;
+    for (const EffectFixture& fixture : effect_fixtures())
+        if (!wants_a_picture(fixture) && !fixture.stays_at_home) all.push_back(fixture);
+    std::vector<std::vector<bool>> met(all.size(), std::vector<bool>(all.size(), false));
+    std::mt19937 random(7);
+    constexpr int stages = 12;
+    for (int stage = 0; stage < stages; ++stage) {
+        std::vector<size_t> chosen;
+        for (size_t i = 0; i < all.size(); ++i)
+            if (random() % 8 < 5) chosen.push_back(i);
+        // Prims of all of them below one parent each
+        EffectFixture joint = all[chosen[0]];
+        std::string prims;
+        for (const size_t i : chosen) {
+            for (const size_t k : chosen) met[i][k] = true;
+            const std::string path = fmt::format("/World/F{}", i);
+            prims += fmt::format("\ndef Xform \"F{}\" {{ double3 xformOp:translate = ({}, 0, {})\n uniform token[] xformOpOrder = [\"xformOp:translate\"]\n{}\n }}", i, int(i % 5) - 2, -int(i % 3), fixture_prims(all[i], all[i].on, path));
+        }
+        joint.is_prim = true;
+        const scene::Scene scene = scene_from_usda(fixture_usda(joint, prims, Arrival::Direct), 16, 12);
+        integrator::RayCounts counts;
+        const uint64_t plain = fingerprint(render_scene(scene, few_samples, RenderSetup{.counts = &counts}));
+        EXPECT_EQ(plain, picture(scene, forced_in(scene))) << "stage " << stage;
+        EXPECT_EQ(joined(integrator::broken_promises(integrator::make_plan(scene, options_of_test()), counts.effects)), "");
+    }
+    size_t pairs = 0, wanted = 0;
+    for (size_t i = 0; i < all.size(); ++i)
+        for (size_t k = 0; k < i; ++k, ++wanted) pairs += met[i][k];
+    std::printf("%zu of %zu pairs met in %d stages\n", pairs, wanted, stages);
+    EXPECT_GE(double(pairs), 0.98 * double(wanted));
+}
+
+}  // namespace
+}  // namespace velatura::test
