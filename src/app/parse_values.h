@@ -23,4 +23,7 @@ Result<std::pair<uint64_t, uint64_t>> parse_sample_range(std::string_view text);
 /// 0.01 of "1%" or "0.01". Errors: "bad-fraction".
 Result<double> parse_fraction(std::string_view text);
 
+/// The parts of a text between separators; one empty part for an empty text.
+std::vector<std::string> split(std::string_view text, char separator);
+
 }  // namespace velatura::app

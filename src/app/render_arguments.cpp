@@ -47,6 +47,8 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     estimator->add_option("--caustics", a.caustics, "light through smooth glass and off mirrors: path = met by chance, manifold = solved for, auto = solved for where lights are small")->check(CLI::IsMember({"path", "manifold", "auto"}));
     estimator->add_option("--sampler", a.sampler, "points of a pixel: Owen-scrambled Sobol', the same with errors that cancel among neighbours, or independent random ones")->check(CLI::IsMember({"sobol", "blue-noise", "independent"}));
 
+    estimator->add_option("--effects", a.effects, "-NAME leaves an effect out (velatura plan lists them), all lets those run too that nothing calls for: the same picture, later")->type_name("[all][,-NAME]");
+
     auto* layers = command.add_option_group("Light layers");
     layers->add_option("--bounces", a.bounces, "bounces b0…bK stored one by one; everything past them goes to `tail`")->check(CLI::Range(0, 64));
     layers->add_option("--lights", a.lights, "rows of the light mixer")->check(CLI::IsMember({"per-light", "groups", "off"}));

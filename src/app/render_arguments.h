@@ -48,6 +48,7 @@ struct RenderArguments {
     std::string guiding = "auto";
     std::string caustics = "path";
     std::string sampler = "sobol";
+    std::string effects;           ///< all, -name, or several
     std::string accel = "bvh";
     std::string bvh_quality = "auto";
     int threads = 0;

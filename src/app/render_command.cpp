@@ -1,141 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <chrono>
-#include <cmath>
-#include <filesystem>
 #include <memory>
-#include <string>
 
 #include <CLI/CLI.hpp>
-#include <fmt/format.h>
 
-#include "app/accelerator_choice.h"
 #include "app/commands.h"
-#include "app/exit_codes.h"
-#include "app/parse_values.h"
-#include "app/render_frame.h"
-#include "app/scene_loader.h"
-#include "app/stop_signals.h"
-#include "base/tasks.h"
-#include "translate/translate.h"
+#include "app/prepare_frame.h"
 
 namespace velatura::app {
-
-namespace {
-
-int fail(const Error& error, int code) {
-    fmt::print(stderr, "error: {} [{}]\n", error.message, error.code);
-    return code;
-}
-
-/// "shot.####.exr" with the frame filled in; of several frames each needs a name of its own.
-std::string frame_path(const std::string& pattern, double frame, bool has_many) {
-    const size_t begin = pattern.find('#');
-    if (std::isnan(frame)) frame = 0.0;  // the default time
-    const bool is_whole = frame == std::floor(frame);
-    const auto number = [&](int width) { return is_whole ? fmt::format("{:0{}}", int64_t(frame), width) : fmt::format("{:0{}.3f}", frame, width + 4); };
-    if (begin != std::string::npos) {
-        const size_t end = std::min(pattern.find_first_not_of('#', begin), pattern.size());
-        return pattern.substr(0, begin) + number(int(end - begin)) + pattern.substr(end);
-    }
-    if (!has_many) return pattern;
-    const std::filesystem::path path(pattern);
-    return (path.parent_path() / (path.stem().string() + "." + number(4) + path.extension().string())).string();
-}
-
-std::string output_pattern(const RenderArguments& arguments, const scene::Scene& scene, Diagnostics& diagnostics) {
-    if (!arguments.output.empty()) return arguments.output;
-    if (!scene.settings.products.empty() && !scene.settings.products.front().name.empty()) {
-        const std::string& name = scene.settings.products.front().name;
-        if (has_exr_extension(name)) return name;
-        diagnostics.warn("render-products", {}, scene.settings.name, fmt::format("product \"{}\" is not an OpenEXR name; {}.exr is written", name, name));
-        return name + ".exr";
-    }
-    return std::filesystem::path(arguments.scene).stem().string() + ".exr";
-}
-
-translate::TranslateOptions translate_options(const RenderArguments& a, double frame) {
-    translate::TranslateOptions options;
-    options.camera = a.camera;
-    options.settings = a.settings;
-    options.time = frame;
-    if (a.resolution.size() == 2) options.resolution = std::array<int, 2>{a.resolution[0], a.resolution[1]};
-    if (!a.purposes.empty()) {
-        options.purposes = a.purposes;
-        options.purposes.emplace_back("default");
-    }
-    options.light_grouping = a.lights == "off" ? translate::LightGrouping::Off : a.lights == "groups" ? translate::LightGrouping::Groups : translate::LightGrouping::PerLight;
-    return options;
-}
-
-/// Warns about what the scene's products ask for and a render does not write.
-void check_products(const scene::RenderSettings& settings, const RenderArguments& arguments, Diagnostics& diagnostics) {
-    if (settings.products.size() > 1) {
-        diagnostics.warn("render-products", {}, settings.name, fmt::format("{} render products; one file with all light layers is written, under the first product's name", settings.products.size()));
-    }
-    for (const scene::RenderProduct& product : settings.products) {
-        if (product.vars.empty()) continue;
-        diagnostics.warn("render-vars", {}, settings.name, fmt::format("the {} render vars of product \"{}\" do not choose layers; the families of --layers ({}) are written", product.vars.size(), product.name, arguments.layers));
-    }
-}
-
-int render_one(const RenderJob& job, const LoadedStage& loaded, double frame, bool has_many, Diagnostics& diagnostics) {
-    const auto start = std::chrono::steady_clock::now();
-    const Result<scene::Scene> scene = translate::translate_stage(loaded.stage, translate_options(job.arguments, frame), diagnostics);
-    if (!scene) return fail(scene.error(), RenderError);
-    check_products(scene->settings, job.arguments, diagnostics);
-    if (job.arguments.strict && diagnostics.error_count() > 0) {
-        return fail({"strict", fmt::format("{} errors in the scene and --strict", diagnostics.error_count())}, RenderError);
-    }
-    FrameInput input(*scene);
-    input.output = frame_path(output_pattern(job.arguments, *scene, diagnostics), frame, has_many);
-    input.scene_name = std::filesystem::path(job.arguments.scene).filename().string();
-    input.content_hash = loaded.content_hash;
-    input.layer_names = loaded.layer_names;
-    if (!std::isnan(frame)) input.frame = frame;
-    input.open_s = loaded.seconds;
-    input.translate_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    return render_frame(job, input, diagnostics);
-}
-
-int run_render(const RenderArguments& arguments) {
-    Result<RenderJob> job = make_render_job(arguments);
-    if (!job) return fail(job.error(), UsageError);
-    std::vector<double> frames;
-    if (!arguments.frames.empty()) {
-        const auto parsed = parse_frames(arguments.frames);
-        if (!parsed) return fail(parsed.error(), UsageError);
-        frames = *parsed;
-    }
-
-    const ThreadLimit threads(arguments.threads);
-    const StopSignals signals;
-    Diagnostics diagnostics;
-    print_diagnostics(diagnostics, arguments.quiet, arguments.verbosity > 0);
-    const auto accelerator = find_accelerator(arguments.accel, diagnostics);
-    if (!accelerator) return RenderError;
-    job->accelerator = *accelerator;
-    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.search_paths);
-    if (!loaded) return fail(loaded.error(), RenderError);
-    // Without frames: the start of an animated stage, else the default time, which is no number
-    const bool is_animated = loaded->stage.has_time_code_range();
-    if (frames.empty()) frames = {is_animated ? loaded->stage.start_time_code() : usd::stage::TimeCode::default_time().value()};
-
-    int worst = Done;
-    for (const double frame : frames) {
-        const int code = render_one(*job, *loaded, frame, frames.size() > 1, diagnostics);
-        if (code == UsageError || code >= SignalBase) return code;
-        if (worst == Done || (code != Done && code != BudgetReached)) worst = code == Done ? worst : code;
-    }
-    return worst;
-}
-
-}  // namespace
 
 void add_render_command(CLI::App& app, std::function<int()>& run) {
     CLI::App* command = app.add_subcommand("render", "Render a USD scene into light layers (OpenEXR)");
     auto arguments = std::make_shared<RenderArguments>();
     declare_render_options(*command, *arguments);
-    command->callback([arguments, &run] { run = [arguments] { return run_render(*arguments); }; });
+    command->callback([arguments, &run] { run = [arguments] { return for_each_frame(*arguments, render_frame); }; });
 }
 
 }  // namespace velatura::app

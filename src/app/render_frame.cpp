@@ -9,6 +9,7 @@
 
 #include "app/exit_codes.h"
 #include "app/light_images.h"
+#include "app/plan_report.h"
 #include "app/replay.h"
 #include "app/stats.h"
 #include "app/stop_signals.h"
@@ -20,12 +21,6 @@
 namespace velatura::app {
 
 namespace {
-
-film::LayerSet with_groups(film::LayerSet layers, const scene::Scene& scene) {
-    for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
-    layers.normalise_names();
-    return layers;
-}
 
 /// Says whether a picture that the scene reads is the same one, on whatever machine it lies.
 std::string file_state(const std::string& path) {
@@ -44,6 +39,8 @@ std::string settings_hash(const RenderJob& job, const FrameInput& input, const f
     text += fmt::format("|{} {} {} {} {}", int(e.light_sampling), int(e.roulette), e.roulette_start, e.specular_chains_only, int(job.tracer.sampler));
     text += fmt::format("|{}|{}|{}", is_guided, int(job.caustics), job.schedule.adaptive);
     text += fmt::format("|{}", job.splits);
+    for (size_t i = 0; i < scene::effect_count; ++i)
+        if (input.plan.entries[i].state == integrator::EffectState::LeftOut) text += fmt::format("|-{}", scene::info(scene::Effect(i)).name);
     if (job.accelerator) text += "|" + job.arguments.accel;
     text += fmt::format("|{}|{}|{}", s.pixel_aspect_ratio, fmt::join(s.included_purposes, ","), fmt::join(s.material_binding_purposes, ","));
     const scene::Camera& c = input.scene.camera;
@@ -84,7 +81,7 @@ image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, co
     stats["estimator"] = make_estimator_stats(job);
     stats["guiding"] = make_guiding_stats(training);
     stats["splitting"] = make_splitting_stats(branches);
-    stats["ledger"] = make_ledger(job, world);
+    stats["ledger"] = make_ledger(job, input, world);
     info.stats_json = stats.dump();
     info.software = fmt::format("velatura {}", VELATURA_VERSION);
     info.frames_per_second = scene.frames_per_second;
@@ -112,8 +109,8 @@ class FrameRenderer {
           input_(input),
           diagnostics_(diagnostics),
           window_(data_window(input.scene.settings, job.arguments.crop)),
-          layers_(with_groups(job.layers, input.scene)),
-          world_(input.scene, world_options(job, input.scene.settings), make_light_image_loader(), diagnostics),
+          layers_(layers_of(job, input.scene)),
+          world_(input.scene, world_options(job, input), make_light_image_loader(), diagnostics),
           caustics_(integrator::make_caustic_sampler(job.caustics, world_)),
           training_(integrator::train_guide(world_, tracer_options(nullptr, nullptr), is_refused() ? integrator::Guiding::Off : job.guiding, &StopSignals::stop_flag())),
           branches_(job.splits && !is_refused() ? integrator::try_branches(world_, tracer_options(guide(), nullptr), &StopSignals::stop_flag()) : integrator::BranchTrial()),
@@ -156,8 +153,10 @@ class FrameRenderer {
         return double(settings.width) * double(settings.height) * samples * double(1 + 2 * depth);
     }
 
-    static integrator::WorldOptions world_options(const RenderJob& job, const scene::RenderSettings& settings) {
+    static integrator::WorldOptions world_options(const RenderJob& job, const FrameInput& input) {
+        const scene::RenderSettings& settings = input.scene.settings;
         integrator::WorldOptions options;
+        options.forced = input.plan.forced();
         options.width = settings.width;
         options.height = settings.height;
         options.light_selection = job.light_selection;
@@ -233,8 +232,9 @@ class FrameRenderer {
         if (result.rays.depth_limited > 0) diagnostics_.warn("depth-limit", {}, {}, fmt::format("{} paths were cut after {} scatterings", result.rays.depth_limited, integrator::hard_depth_limit));
     }
 
-    Result<image::WriteReport> write(const film::Film& film) {
+    Result<image::WriteReport> write(const film::Film& film, const std::vector<scene::Effect>& broken = {}) {
         image::FileInfo info = make_file_info(job_, input_, world_, training_, branches_, layers_, window_);
+        info.plan_json = plan_json(input_.plan, broken).dump();
         info.bad_samples = film.bad_samples();
         return film.write(input_.output, info);
     }
@@ -244,7 +244,8 @@ class FrameRenderer {
             diagnostics_.error("interrupted", {}, {}, "stopped before every pixel had a sample; nothing was written");
             return SignalBase + StopSignals::signal_number();
         }
-        const Result<image::WriteReport> written = write(film);
+        const std::vector<scene::Effect> broken = integrator::broken_promises(input_.plan, result.rays.effects);
+        const Result<image::WriteReport> written = write(film, broken);
         if (!written) {
             diagnostics_.error(written.error().code, {}, {}, written.error().message);
             const bool is_check = written.error().code == "closure-failed" || written.error().code == "verify-failed";
@@ -255,7 +256,9 @@ class FrameRenderer {
             fmt::print("{}: {} layers, {} channels, closure {:.3g} of its bound, {}\n", input_.output, written->layers, written->channels, written->closure_measured, format_duration(result.seconds));
         }
         if (result.reason == integrator::StopReason::Interrupted) return SignalBase + StopSignals::signal_number();
-        if (job_.arguments.strict && film.invalid_count() > 0) return CheckFailed;
+        for (const scene::Effect e : broken)
+            diagnostics_.error("effect-plan", {}, {}, fmt::format("the plan has {} off, and its code ran {} times: the plan is wrong, which the file says in velatura/plan", scene::info(e).name, result.rays.effects.of(e)));
+        if (!broken.empty() || (job_.arguments.strict && film.invalid_count() > 0)) return CheckFailed;
         const film::NoiseEstimate noise = film.noise();
         const bool is_precise = job_.schedule.target_error <= 0 || (noise.is_known && noise.high <= job_.schedule.target_error);
         const bool is_out_of_time = result.reason == integrator::StopReason::TimeBudget;
@@ -292,6 +295,13 @@ class FrameRenderer {
 };
 
 }  // namespace
+
+film::LayerSet layers_of(const RenderJob& job, const scene::Scene& scene) {
+    film::LayerSet layers = job.layers;
+    for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+    layers.normalise_names();
+    return layers;
+}
 
 image::Window data_window(const scene::RenderSettings& s, const std::vector<double>& crop) {
     double x0 = s.data_window_ndc[0], y0 = s.data_window_ndc[1], x1 = s.data_window_ndc[2], y1 = s.data_window_ndc[3];

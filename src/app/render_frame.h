@@ -6,12 +6,14 @@
 #include <string>
 #include <vector>
 
+#include "app/effect_choice.h"
 #include "app/progress.h"
 #include "app/render_arguments.h"
 #include "base/diagnostics.h"
 #include "film/film.h"
 #include "integrator/caustics.h"
 #include "integrator/branch_trial.h"
+#include "integrator/effect_plan.h"
 #include "integrator/guide_training.h"
 #include "integrator/path_tracer.h"
 #include "integrator/render_options.h"
@@ -31,6 +33,7 @@ struct RenderJob {
     integrator::Guiding guiding = integrator::Guiding::Auto;
     bool splits = true;  ///< paths divide where trial paths say that it pays
     integrator::Caustics caustics = integrator::Caustics::Path;
+    EffectChoice effects;
     image::Layout layout = image::Layout::MultiPart;
     ProgressStyle progress = ProgressStyle::Bar;
     std::optional<std::array<uint64_t, 3>> replay;  ///< x, y, sample
@@ -47,6 +50,7 @@ struct FrameInput {
     explicit FrameInput(const scene::Scene& s) : scene(s) {}
 
     const scene::Scene& scene;
+    integrator::EffectPlan plan;
     std::string output;
     std::string scene_name;  ///< file name of the root layer, no folder
     uint64_t content_hash = 0;  ///< of every layer that took part
@@ -54,6 +58,9 @@ struct FrameInput {
     double frame = 0;
     double open_s = 0, translate_s = 0;
 };
+
+/// The job's layers, with the rows of the scene's light mixer.
+film::LayerSet layers_of(const RenderJob& job, const scene::Scene& scene);
 
 /// Renders and writes one frame, with progress and interim pictures; prints what was written unless quiet.
 /// Returns: an exit code of exit_codes.h.

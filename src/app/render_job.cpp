@@ -52,6 +52,9 @@ Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
     if (*guiding == integrator::Guiding::On && estimator.specular_chains_only) return usage("--integrator whitted follows mirrors only: --guiding on has nothing to guide");
     job.guiding = *guiding;
     job.splits = a.splitting == "auto";
+    const Result<EffectChoice> effects = parse_effects(a.effects);
+    if (!effects) return effects.error();
+    job.effects = *effects;
     const std::optional<integrator::Caustics> caustics = integrator::caustics_mode(a.caustics);
     if (!caustics) return usage(fmt::format("--caustics: expected path, manifold or auto, found \"{}\"", a.caustics));
     if (*caustics != integrator::Caustics::Path && estimator.specular_chains_only) return usage(fmt::format("--integrator whitted leaves caustics out: --caustics {} has nothing to find", a.caustics));
@@ -61,17 +64,6 @@ Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
     }
     if (!job.bvh_quality && a.bvh_quality != "auto") return usage(fmt::format("--bvh-quality: expected auto, fast, balanced or high, found \"{}\"", a.bvh_quality));
     return {};
-}
-
-std::vector<std::string> split(std::string_view text, char separator) {
-    std::vector<std::string> parts;
-    size_t begin = 0;
-    while (begin <= text.size()) {
-        const size_t end = std::min(text.find(separator, begin), text.size());
-        parts.emplace_back(text.substr(begin, end - begin));
-        begin = end + 1;
-    }
-    return parts;
 }
 
 Result<void> choose_layers(const RenderArguments& a, film::LayerSet& layers) {

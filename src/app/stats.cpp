@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/stats.h"
 
+#include "app/plan_report.h"
 #include "app/progress.h"
 #include "base/tasks.h"
 
@@ -58,8 +59,12 @@ json make_splitting_stats(const integrator::BranchTrial& trial) {
     return {{"mean_branches", trial.map.mean()}, {"trial_paths", trial.rays.paths}};
 }
 
-json make_ledger(const RenderJob& job, const integrator::World& world) {
+json make_ledger(const RenderJob& job, const FrameInput& input, const integrator::World& world) {
     json ledger = json::array();
+    for (size_t i = 0; i < scene::effect_count; ++i) {
+        if (input.plan.entries[i].state != integrator::EffectState::LeftOut) continue;
+        ledger.push_back({{"approximation", "effect-left-out"}, {"value", scene::info(scene::Effect(i)).name}, {"kind", "bias"}, {"effect", "the scene calls for it; not measured"}});
+    }
     if (job.tracer.max_depth > 0) {
         ledger.push_back({{"approximation", "max-depth"}, {"value", job.tracer.max_depth}, {"kind", "bias"}, {"effect", "light of longer paths is missing; not measured"}});
     }
@@ -140,7 +145,8 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
     error["target"] = job.schedule.target_error;
     error["reached"] = job.schedule.target_error <= 0 || (noise.is_known && noise.high <= job.schedule.target_error);
     j["error"] = error;
-    j["ledger"] = make_ledger(job, world);
+    j["effects"] = effect_calls_json(input.plan, result.rays.effects);
+    j["ledger"] = make_ledger(job, input, world);
     j["numerics"] = numerics_json(film);
     j["numerics"]["depth_limited"] = result.rays.depth_limited;
     j["numerics"]["caustics_found"] = result.rays.caustics_found;

@@ -274,6 +274,16 @@ std::vector<uint32_t> SampleSums::used_accumulators() const {
     return list;
 }
 
+size_t SampleSums::expected_bytes(const Window& window, const LayerSet& set) {
+    const auto tiles_of = [](int pixels) { return size_t((pixels + tile_size - 1) / tile_size); };
+    const AccumulatorTable table(set);
+    const bool has_half = set.halves;
+    // Beauty and coverage always come in halves
+    const size_t planes = has_half ? 2 * size_t(table.count()) : size_t(table.count()) + AccumulatorTable::coverage + 1;
+    const size_t per_plane = sizeof(Plane) + sizeof(std::unique_ptr<Slot>) + sizeof(Slot);
+    return tiles_of(window.width()) * tiles_of(window.height()) * (sizeof(Tile) + planes * per_plane);
+}
+
 size_t SampleSums::memory_bytes() const {
     size_t bytes = tiles_.size() * sizeof(tiles_[0]);
     for (const auto& tile : tiles_) {

@@ -75,6 +75,9 @@ class SampleSums {
     /// All accumulators with a value other than zero somewhere, ascending.
     std::vector<uint32_t> used_accumulators() const;
     size_t memory_bytes() const;
+    /// The same of a film whose accumulators all have got one value other than zero somewhere in
+    /// every tile. Black ones need less; counts of samples that are no power of two need more.
+    static size_t expected_bytes(const Window& window, const LayerSet& set);
 
   private:
     struct Plane;

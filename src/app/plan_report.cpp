@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/plan_report.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "accel/accelerator_factory.h"
+#include "geometry/geometry_set.h"
+#include "plugin/registry.h"
+
+namespace velatura::app {
+
+using integrator::EffectEntry;
+using integrator::EffectPlan;
+using integrator::EffectState;
+using json = nlohmann::ordered_json;
+using scene::Effect;
+
+namespace {
+
+/// Of the own tree per triangle, nodes and leaves with corners: what `./dev bench rays` measures lies between 50 and 78.
+constexpr uint64_t tree_bytes_per_triangle = 64;
+/// Of the own tree per instance: its node, inverse and box (`./dev bench instances`).
+constexpr uint64_t tree_bytes_per_instance = 150;
+
+std::string bytes_text(uint64_t bytes) {
+    if (bytes < 1024) return fmt::format("{} B", bytes);
+    if (bytes < 1024 * 1024) return fmt::format("{:.1f} KiB", double(bytes) / 1024);
+    if (bytes < uint64_t(1024) * 1024 * 1024) return fmt::format("{:.1f} MiB", double(bytes) / (1024 * 1024));
+    return fmt::format("{:.2f} GiB", double(bytes) / (1024.0 * 1024 * 1024));
+}
+
+const char* group_name(scene::EffectKind kind) {
+    switch (kind) {
+        case scene::EffectKind::Scene:
+            return "scene";
+        case scene::EffectKind::Estimator:
+            return "estimator";
+        case scene::EffectKind::Output:
+            return "output";
+    }
+    return "";
+}
+
+bool is_on(const EffectEntry& e) { return e.state == EffectState::On; }
+
+/// "</mtl/glass> and 3 more: opacity 0.1".
+std::string reason(const EffectEntry& e) {
+    std::string text;
+    if (!e.prim.empty()) text = fmt::format("<{}>", e.prim);
+    if (e.prims > 1) text += fmt::format("{}{} {}", text.empty() ? "" : " and ", text.empty() ? e.prims : e.prims - 1, text.empty() ? "prims" : "more");
+    if (!e.why.empty()) text += (text.empty() ? "" : ": ") + e.why;
+    if (e.not_simulated_prims > 0) text += fmt::format("; {} more called for it and are not simulated", e.not_simulated_prims);
+    return text;
+}
+
+json entry_json(const EffectPlan& plan, size_t i) {
+    const EffectEntry& e = plan.entries[i];
+    json j = {{"name", scene::info(Effect(i)).name}, {"of", group_name(scene::info(Effect(i)).kind)}, {"state", integrator::name_of(e.state)}};
+    if (e.is_forced) j["forced"] = true;
+    if (!e.prim.empty()) j["prim"] = e.prim;
+    if (!e.why.empty() && e.state != EffectState::Absent) j["why"] = e.why;
+    if (e.prims > 0) j["prims"] = e.prims;
+    if (e.not_simulated_prims > 0) j["not_simulated_prims"] = e.not_simulated_prims;
+    return j;
+}
+
+/// Light layers that the families of the set make.
+int layer_count(const film::LayerSet& l) {
+    const int groups = l.group_count(), columns = l.bounce_count();
+    int layers = 0;
+    if (l.matrix_layers) layers += groups * columns;
+    if (l.bounce_layers) layers += columns;
+    if (l.group_layers) layers += groups;
+    if (l.shadow_layers) layers += 2 * groups;
+    return l.halves ? 3 * layers : layers;
+}
+
+/// Pixels of the data window, of all channels as they are stored before compression.
+PlanNeeds::File expected_file(const RenderJob& job, const FrameInput& input) {
+    const film::LayerSet layers = layers_of(job, input.scene);
+    const uint64_t pixels = uint64_t(data_window(input.scene.settings, job.arguments.crop).pixel_count());
+    constexpr int data_channels = 19, rgba_channels = 4;
+    PlanNeeds::File file;
+    file.name = input.output;
+    file.layers = layer_count(layers);
+    const int light_channels = 3 * file.layers, float_channels = rgba_channels + (layers.data_layers ? data_channels : 0);
+    file.channels = light_channels + float_channels;
+    file.most_bytes = pixels * (uint64_t(light_channels) * (layers.float_layers ? 4 : 2) + uint64_t(float_channels) * 4);
+    return file;
+}
+
+std::vector<PlanNeeds::Plugin> expected_plugins(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics) {
+    const plugin::Registry registry(plugin::plugin_folders(), diagnostics);
+    const auto has_trigger = [](const plugin::Manifest& m, const char* kind, const std::string& value) { return m.has_trigger({kind, value}); };
+    std::vector<PlanNeeds::Plugin> out;
+    for (const plugin::Manifest& m : registry.manifests()) {
+        PlanNeeds::Plugin p{m.name, false, m.summary};
+        const auto open = [&](std::string why) {
+            p.is_opened = true;
+            p.why = std::move(why);
+        };
+        const auto runs = [&](Effect e) { return is_on(input.plan.of(e)); };
+        if (has_trigger(m, "asset", "texture") && runs(Effect::Textures)) open("textures of " + input.plan.of(Effect::Textures).prim);
+        if (has_trigger(m, "asset", "picture") && runs(Effect::EnvironmentMaps)) open("picture of " + input.plan.of(Effect::EnvironmentMaps).prim);
+        if (has_trigger(m, "asset", "picture") && runs(Effect::LightTextures)) open("picture of " + input.plan.of(Effect::LightTextures).prim);
+        if (has_trigger(m, "option", "accel=" + job.arguments.accel)) open("--accel " + job.arguments.accel);
+        for (size_t i = 0; i < scene::effect_count; ++i) {
+            const std::string name(scene::info(Effect(i)).name);
+            if (has_trigger(m, "effect", name) && runs(Effect(i))) open(name + " of " + input.plan.entries[i].prim);
+        }
+        out.push_back(std::move(p));
+    }
+    return out;
+}
+
+std::string join_names(const EffectPlan& plan, EffectState state) {
+    std::string names;
+    for (size_t i = 0; i < scene::effect_count; ++i) {
+        if (plan.entries[i].state != state || plan.entries[i].is_forced) continue;
+        names += names.empty() ? "" : " ";
+        names += scene::info(Effect(i)).name;
+    }
+    return names;
+}
+
+}  // namespace
+
+json plan_json(const EffectPlan& plan, const std::vector<Effect>& broken) {
+    json j = {{"schema", "velatura.plan/1"}};
+    j["effects"] = json::array();
+    for (size_t i = 0; i < scene::effect_count; ++i) j["effects"].push_back(entry_json(plan, i));
+    if (!broken.empty()) {
+        j["ran_though_off"] = json::array();
+        for (const Effect e : broken) j["ran_though_off"].push_back(scene::info(e).name);
+    }
+    return j;
+}
+
+json effect_calls_json(const EffectPlan& plan, const scene::EffectCalls& calls) {
+    json j = json::array();
+    for (size_t i = 0; i < scene::effect_count; ++i) {
+        j.push_back(entry_json(plan, i));
+        j.back()["calls"] = calls.count[i];
+        j.back()["a_call_is"] = scene::info(Effect(i)).calls;
+    }
+    return j;
+}
+
+json needs_json(const PlanNeeds& needs) {
+    json j;
+    j["plugins"] = json::array();
+    for (const PlanNeeds::Plugin& p : needs.plugins) j["plugins"].push_back({{"name", p.name}, {"opened", p.is_opened}, {"why", p.why}});
+    j["triangles"] = needs.triangles;
+    j["instances"] = needs.instances;
+    j["memory_bytes"] = {{"geometry", needs.geometry_bytes}, {"accelerator_expected", needs.accelerator_bytes}, {"film_expected", needs.film_bytes}};
+    j["files"] = json::array();
+    for (const PlanNeeds::File& f : needs.files) j["files"].push_back({{"name", f.name}, {"layers", f.layers}, {"channels", f.channels}, {"most_bytes", f.most_bytes}});
+    return j;
+}
+
+std::string plan_text(const EffectPlan& plan, bool verbose) {
+    const size_t on = plan.count(EffectState::On);
+    std::string text = fmt::format("effect plan: {} on, {} off\n", on, scene::effect_count - on);
+    for (size_t i = 0; i < scene::effect_count; ++i) {
+        const EffectEntry& e = plan.entries[i];
+        const std::string_view name = scene::info(Effect(i)).name;
+        if (is_on(e)) text += fmt::format(" on   {:21}{}\n", name, reason(e));
+    }
+    for (size_t i = 0; i < scene::effect_count; ++i) {
+        const EffectEntry& e = plan.entries[i];
+        const std::string_view name = scene::info(Effect(i)).name;
+        if (is_on(e)) continue;
+        const bool is_plain = e.state == EffectState::Absent && !e.is_forced;
+        if (is_plain && !verbose) continue;
+        const std::string why = e.state == EffectState::Absent ? std::string() : reason(e);
+        text += fmt::format(" off  {:21}{}{}{}{}\n", name, integrator::name_of(e.state), why.empty() ? "" : ": ", why, e.is_forced ? "; runs all the same, by --effects all" : "");
+    }
+    if (!verbose) text += fmt::format(" off  absent: {}\n", join_names(plan, EffectState::Absent));
+    return text;
+}
+
+std::string needs_text(const PlanNeeds& needs) {
+    std::string text = "plugins\n";
+    for (const PlanNeeds::Plugin& p : needs.plugins) text += fmt::format(" {} {:21}{}\n", p.is_opened ? "open" : "shut", p.name, p.why);
+    if (needs.plugins.empty()) text += " none is known\n";
+    text += fmt::format("memory: {} geometry ({} triangles, {} instances), about {} for the tree over it, about {} for the picture; textures as they are read\n",
+                        bytes_text(needs.geometry_bytes), needs.triangles, needs.instances, bytes_text(needs.accelerator_bytes), bytes_text(needs.film_bytes));
+    for (const PlanNeeds::File& f : needs.files) text += fmt::format("file: {}: {} light layers, {} channels, at most {} before compression\n", f.name, f.layers, f.channels, bytes_text(f.most_bytes));
+    return text;
+}
+
+PlanNeeds plan_needs(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics) {
+    const geometry::GeometrySet geometry(input.scene);
+    PlanNeeds needs;
+    needs.plugins = expected_plugins(job, input, diagnostics);
+    needs.geometry_bytes = geometry.bytes();
+    needs.triangles = accel::triangle_count(accel::make_soup(input.scene, geometry));
+    needs.instances = input.scene.instances.size();
+    needs.accelerator_bytes = needs.triangles * tree_bytes_per_triangle + needs.instances * tree_bytes_per_instance;
+    needs.files = {expected_file(job, input)};
+    const film::LayerSet layers = layers_of(job, input.scene);
+    needs.film_bytes = image::SampleSums::expected_bytes(data_window(input.scene.settings, job.arguments.crop), layers);
+    return needs;
+}
+
+}  // namespace velatura::app

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "app/render_frame.h"
+#include "integrator/effect_plan.h"
+
+namespace velatura::app {
+
+/// What a render needs beside time, told before it begins.
+struct PlanNeeds {
+    struct Plugin {
+        std::string name;
+        bool is_opened = false;
+        std::string why;
+    };
+    struct File {
+        std::string name;
+        int layers = 0, channels = 0;
+        uint64_t most_bytes = 0;  ///< before compression
+    };
+    std::vector<Plugin> plugins;
+    uint64_t geometry_bytes = 0;     ///< as it will be
+    uint64_t accelerator_bytes = 0;  ///< expected
+    uint64_t film_bytes = 0;         ///< expected
+    uint64_t triangles = 0, instances = 0;
+    std::vector<File> files;
+};
+
+/// Effects with state, prim and reason, for the header string velatura/plan. The same for every number of threads.
+nlohmann::ordered_json plan_json(const integrator::EffectPlan& plan, const std::vector<scene::Effect>& broken = {});
+
+/// plan_json() and what one call of an effect is, with how many there were.
+nlohmann::ordered_json effect_calls_json(const integrator::EffectPlan& plan, const scene::EffectCalls& calls);
+
+nlohmann::ordered_json needs_json(const PlanNeeds& needs);
+
+/// Tables for people; effects that are absent are named in one line unless `verbose`.
+std::string plan_text(const integrator::EffectPlan& plan, bool verbose);
+std::string needs_text(const PlanNeeds& needs);
+
+/// Looks at the scene's geometry, the layers and the manifests of plugins; opens none of them.
+PlanNeeds plan_needs(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics);
+
+}  // namespace velatura::app

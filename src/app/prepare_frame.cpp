@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/prepare_frame.h"
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "app/accelerator_choice.h"
+#include "app/exit_codes.h"
+#include "app/parse_values.h"
+#include "app/scene_loader.h"
+#include "app/stop_signals.h"
+#include "base/tasks.h"
+#include "translate/translate.h"
+
+namespace velatura::app {
+
+namespace {
+
+int fail(const Error& error, int code) {
+    fmt::print(stderr, "error: {} [{}]\n", error.message, error.code);
+    return code;
+}
+
+/// "shot.####.exr" with the frame filled in; of several frames each needs a name of its own.
+std::string frame_path(const std::string& pattern, double frame, bool has_many) {
+    const size_t begin = pattern.find('#');
+    if (std::isnan(frame)) frame = 0.0;  // the default time
+    const bool is_whole = frame == std::floor(frame);
+    const auto number = [&](int width) { return is_whole ? fmt::format("{:0{}}", int64_t(frame), width) : fmt::format("{:0{}.3f}", frame, width + 4); };
+    if (begin != std::string::npos) {
+        const size_t end = std::min(pattern.find_first_not_of('#', begin), pattern.size());
+        return pattern.substr(0, begin) + number(int(end - begin)) + pattern.substr(end);
+    }
+    if (!has_many) return pattern;
+    const std::filesystem::path path(pattern);
+    return (path.parent_path() / (path.stem().string() + "." + number(4) + path.extension().string())).string();
+}
+
+std::string output_pattern(const RenderArguments& arguments, const scene::Scene& scene, Diagnostics& diagnostics) {
+    if (!arguments.output.empty()) return arguments.output;
+    if (!scene.settings.products.empty() && !scene.settings.products.front().name.empty()) {
+        const std::string& name = scene.settings.products.front().name;
+        if (has_exr_extension(name)) return name;
+        diagnostics.warn("render-products", {}, scene.settings.name, fmt::format("product \"{}\" is not an OpenEXR name; {}.exr is written", name, name));
+        return name + ".exr";
+    }
+    return std::filesystem::path(arguments.scene).stem().string() + ".exr";
+}
+
+translate::TranslateOptions translate_options(const RenderArguments& a, double frame) {
+    translate::TranslateOptions options;
+    options.camera = a.camera;
+    options.settings = a.settings;
+    options.time = frame;
+    if (a.resolution.size() == 2) options.resolution = std::array<int, 2>{a.resolution[0], a.resolution[1]};
+    if (!a.purposes.empty()) {
+        options.purposes = a.purposes;
+        options.purposes.emplace_back("default");
+    }
+    options.light_grouping = a.lights == "off" ? translate::LightGrouping::Off : a.lights == "groups" ? translate::LightGrouping::Groups : translate::LightGrouping::PerLight;
+    return options;
+}
+
+/// Warns about what the scene's products ask for and a render does not write.
+void check_products(const scene::RenderSettings& settings, const RenderArguments& arguments, Diagnostics& diagnostics) {
+    if (settings.products.size() > 1) {
+        diagnostics.warn("render-products", {}, settings.name, fmt::format("{} render products; one file with all light layers is written, under the first product's name", settings.products.size()));
+    }
+    for (const scene::RenderProduct& product : settings.products) {
+        if (product.vars.empty()) continue;
+        diagnostics.warn("render-vars", {}, settings.name, fmt::format("the {} render vars of product \"{}\" do not choose layers; the families of --layers ({}) are written", product.vars.size(), product.name, arguments.layers));
+    }
+}
+
+integrator::PlanOptions plan_options(const RenderJob& job, const scene::Scene& scene) {
+    integrator::PlanOptions options;
+    options.layers = layers_of(job, scene);
+    options.estimator = job.tracer.estimator;
+    options.guiding = job.guiding;
+    options.caustics = job.caustics;
+    options.splits = job.splits;
+    options.is_adaptive = job.schedule.adaptive;
+    options.left_out = job.effects.left_out;
+    options.force_all = job.effects.force_all;
+    return options;
+}
+
+void leave_out_effects(const integrator::EffectPlan& plan, scene::Scene& scene) {
+    for (size_t i = 0; i < scene::effect_count; ++i)
+        if (plan.entries[i].state == integrator::EffectState::LeftOut) integrator::leave_out(scene, scene::Effect(i));
+}
+
+int prepare_one(const RenderJob& job, const LoadedStage& loaded, double frame, bool has_many, const FrameFunction& use, Diagnostics& diagnostics) {
+    const auto start = std::chrono::steady_clock::now();
+    Result<scene::Scene> scene = translate::translate_stage(loaded.stage, translate_options(job.arguments, frame), diagnostics);
+    if (!scene) return fail(scene.error(), RenderError);
+    check_products(scene->settings, job.arguments, diagnostics);
+    if (job.arguments.strict && diagnostics.error_count() > 0) {
+        return fail({"strict", fmt::format("{} errors in the scene and --strict", diagnostics.error_count())}, RenderError);
+    }
+    integrator::EffectPlan plan = integrator::make_plan(*scene, plan_options(job, *scene));
+    leave_out_effects(plan, *scene);
+    FrameInput input(*scene);
+    input.plan = std::move(plan);
+    input.output = frame_path(output_pattern(job.arguments, *scene, diagnostics), frame, has_many);
+    input.scene_name = std::filesystem::path(job.arguments.scene).filename().string();
+    input.content_hash = loaded.content_hash;
+    input.layer_names = loaded.layer_names;
+    if (!std::isnan(frame)) input.frame = frame;
+    input.open_s = loaded.seconds;
+    input.translate_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return use(job, input, diagnostics);
+}
+
+}  // namespace
+
+int for_each_frame(const RenderArguments& arguments, const FrameFunction& use) {
+    Result<RenderJob> job = make_render_job(arguments);
+    if (!job) return fail(job.error(), UsageError);
+    std::vector<double> frames;
+    if (!arguments.frames.empty()) {
+        const auto parsed = parse_frames(arguments.frames);
+        if (!parsed) return fail(parsed.error(), UsageError);
+        frames = *parsed;
+    }
+
+    const ThreadLimit threads(arguments.threads);
+    const StopSignals signals;
+    Diagnostics diagnostics;
+    print_diagnostics(diagnostics, arguments.quiet, arguments.verbosity > 0);
+    const auto accelerator = find_accelerator(arguments.accel, diagnostics);
+    if (!accelerator) return RenderError;
+    job->accelerator = *accelerator;
+    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.search_paths);
+    if (!loaded) return fail(loaded.error(), RenderError);
+    // Without frames: the start of an animated stage, else the default time, which is no number
+    const bool is_animated = loaded->stage.has_time_code_range();
+    if (frames.empty()) frames = {is_animated ? loaded->stage.start_time_code() : usd::stage::TimeCode::default_time().value()};
+
+    int worst = Done;
+    for (const double frame : frames) {
+        const int code = prepare_one(*job, *loaded, frame, frames.size() > 1, use, diagnostics);
+        if (code == UsageError || code >= SignalBase) return code;
+        if (worst == Done || (code != Done && code != BudgetReached)) worst = code == Done ? worst : code;
+    }
+    return worst;
+}
+
+}  // namespace velatura::app
