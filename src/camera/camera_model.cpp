@@ -4,6 +4,7 @@
 #include "base/check.h"
 #include "sampling/warp.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace velatura::camera {
@@ -44,6 +45,7 @@ Mat4d ndc_from_camera(const scene::Camera& c) {
 CameraModel::CameraModel(const scene::Camera& camera, int width, int height)
     : is_orthographic_(camera.projection == scene::Camera::Projection::Orthographic),
       render_from_camera_(camera.render_from_camera),
+      keys_(camera.motion_keys.size() > 1 ? camera.motion_keys : std::vector<Mat4d>()),
       left_(camera.window_left),
       top_(camera.window_top),
       dx_((camera.window_right - camera.window_left) / double(width)),
@@ -74,7 +76,16 @@ CameraModel::CameraModel(const scene::Camera& camera, int width, int height)
     world_to_ndc_ = camera_from_world * ndc_from_camera(camera);
 }
 
-CameraRay CameraModel::generate_ray(const Vec2& film_point, const Vec2& u_lens) const {
+Mat4d CameraModel::render_from_camera(float time) const {
+    const size_t segments = keys_.size() - 1;
+    // Written so that NaN is 0
+    const double at = std::min(std::max(0.0, double(time)), 1.0) * double(segments);
+    const size_t segment = std::min(size_t(at), segments - 1);
+    const double f = at - double(segment);
+    return keys_[segment] * (1.0 - f) + keys_[segment + 1] * f;
+}
+
+CameraRay CameraModel::generate_ray(const Vec2& film_point, const Vec2& u_lens, float time) const {
     const double wx = left_ + double(film_point.x) * dx_;
     const double wy = top_ - double(film_point.y) * dy_;
 
@@ -90,10 +101,11 @@ CameraRay CameraModel::generate_ray(const Vec2& film_point, const Vec2& u_lens) 
         from += lens;
     }
 
-    const Vec3d direction = transform_direction(step, render_from_camera_);
+    const Mat4d& matrix = keys_.empty() ? render_from_camera_ : render_from_camera(time);
+    const Vec3d direction = transform_direction(step, matrix);
     const double length = std::sqrt(direction.dot(direction));
     CameraRay ray;
-    ray.o = to_float(transform_point(from + step * clip_near_, render_from_camera_));
+    ray.o = to_float(transform_point(from + step * clip_near_, matrix));
     ray.d = to_float(direction * (1.0 / length));
     ray.t_max = float((clip_far_ - clip_near_) * length);
 

@@ -5,6 +5,7 @@
 #include "scene/camera.h"
 
 #include <limits>
+#include <vector>
 
 namespace velatura::camera {
 
@@ -32,8 +33,12 @@ class CameraModel {
     /// The ray through a film point.
     /// Args: film_point in pixels, x right, y down, (0,0) = upper left corner, pixel centres at .5;
     /// may lie outside
-    ///       the picture. u_lens in [0,1)², unused by a pinhole.
-    CameraRay generate_ray(const Vec2& film_point, const Vec2& u_lens) const;
+    ///       the picture. u_lens in [0,1)², unused by a pinhole. time: 0 as the shutter opens, 1 as
+    ///       it closes; of no consequence where the camera does not move.
+    CameraRay generate_ray(const Vec2& film_point, const Vec2& u_lens, float time = 0.0f) const;
+
+    /// Whether time matters.
+    bool has_motion() const { return !keys_.empty(); }
 
     /// Whether u_lens matters: lens radius and focus distance both > 0.
     bool has_lens() const { return lens_radius_ > 0.0; }
@@ -55,8 +60,11 @@ class CameraModel {
     Mat4d world_to_ndc() const { return world_to_ndc_; }
 
   private:
+    Mat4d render_from_camera(float time) const;
+
     bool is_orthographic_;
     Mat4d render_from_camera_;
+    std::vector<Mat4d> keys_;  // of its motion; empty = none
     double left_, top_, dx_, dy_;  // window: corner and size of a pixel
     double lens_radius_, focus_distance_, clip_near_, clip_far_;
     double scale_;  // length in render space of one unit along −Z

@@ -18,6 +18,13 @@ void find_lens(EffectFindings& found) {
 
 void close_lens(scene::Scene& scene) { scene.camera.lens_radius = 0; }
 
+void find_moving_camera(EffectFindings& found) {
+    const scene::Camera& c = found.scene.camera;
+    if (!c.motion_keys.empty()) found.on(c.name, fmt::format("{} segments while the shutter is open", c.motion_keys.size() - 1));
+}
+
+void stop_camera(scene::Scene& scene) { scene.camera.motion_keys.clear(); }
+
 void find_moving_instances(EffectFindings& found) {
     for (const scene::Instance& i : found.scene.instances)
         if (!i.later_render_from_prototype.empty()) found.on(found.prim_of(i.provenance), fmt::format("{} segments while the shutter is open", i.later_render_from_prototype.size()));
@@ -48,7 +55,7 @@ void stop_meshes(scene::Scene& scene) {
 
 constexpr std::array rules = {
     EffectRule{Effect::DepthOfField, find_lens, close_lens, true},
-    EffectRule{Effect::CameraBlur, nullptr, nullptr},
+    EffectRule{Effect::CameraBlur, find_moving_camera, stop_camera},
     EffectRule{Effect::TransformBlur, find_moving_instances, stop_instances},
     EffectRule{Effect::DeformationBlur, find_moving_meshes, stop_meshes, true},
 };

@@ -94,7 +94,7 @@ World::World(const scene::Scene& s, const WorldOptions& options, const lights::I
       })),
       camera(s.camera, options.width, options.height),
       uses_lens(camera.has_lens() || options.forced.has(scene::Effect::DepthOfField)),
-      has_motion(geometry.has_motion() || options.forced.has(scene::Effect::DeformationBlur)),
+      has_motion(geometry.has_motion() || camera.has_motion() || options.forced.has(scene::Effect::DeformationBlur)),
       chooses_lights(!selector->is_single() || options.forced.has(scene::Effect::LightSelection)),
       has_very_many_lights(lights::wants_fine_numbers(lights)),
       has_lobe_multipliers(options.forced.has(scene::Effect::LobeMultipliers) ||

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "base/math.h"
 #include "scene/ids.h"
@@ -16,6 +17,9 @@ struct Camera {
     /// Rotation (and scale, normally 1) from camera space to render space; the camera's position is the render-space
     /// origin, hence no translation.
     Mat4d render_from_camera;
+    /// [key] the same, with translation, at equal steps from when the shutter opens to when it closes, for a camera that
+    /// moves meanwhile; it goes straight on between. Two or more, or none: then render_from_camera holds all the time.
+    std::vector<Mat4d> motion_keys;
     /// Image window for the whole picture: at distance 1 for perspective, in scene units for orthographic.
     double window_left = -1, window_right = 1, window_bottom = -1, window_top = 1;
     double lens_radius = 0;     ///< scene units; 0 = pinhole

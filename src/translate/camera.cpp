@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace velatura::translate {
@@ -80,22 +81,71 @@ void read_lens(Context& ctx, Prim prim, double focal_length, scene::Camera& came
     camera.focus_distance = focus;
 }
 
-/// The camera stays where it is at the time of the picture.
-void warn_if_it_moves(Context& ctx, Prim prim, const Shutter& shutter) {
-    const Mat4d first = usd::stage::world_transform(prim, shutter.open);
-    for (const double time : {0.5 * (shutter.open + shutter.close), shutter.close}) {
-        if (usd::stage::world_transform(prim, time) == first) continue;
-        ctx.warn("unsupported-motion-blur", prim,
-                 "the camera moves while the shutter is open: its motion is not supported, the "
-                 "picture is taken from where it is at the frame's instant");
-        ctx.note_not_simulated(scene::Effect::CameraBlur, prim,
-                               "moves while the shutter is open");
+/// Most segments of a camera's motion: there is but one camera, and its curve is the whole picture's.
+constexpr size_t most_camera_segments = 64;
+
+/// Of a shutter's time: authored samples between would be missed with fewer.
+constexpr size_t fewest_camera_segments = 4;
+
+/// How far the view may turn [rad] from where straight lines between keys lead, and its place stray in parts of the
+/// way: a hundredth of a pixel of most pictures.
+constexpr double view_straying = 1e-5;
+
+/// Whether the camera at `m` looks from where it does at `straight`, in the directions of its axes.
+bool is_alike(const Mat4d& m, const Mat4d& straight, double way) {
+    for (int i = 0; i < 3; ++i) {
+        const Vec3d a(m[i][0], m[i][1], m[i][2]), b(straight[i][0], straight[i][1], straight[i][2]);
+        if (!(a.normalized().cross(b.normalized()).length() <= view_straying)) return false;
+    }
+    const Vec3d off(m[3][0] - straight[3][0], m[3][1] - straight[3][1], m[3][2] - straight[3][2]);
+    return off.length() <= view_straying * way;
+}
+
+/// Length of the way through all keys.
+double way_through(const std::vector<Mat4d>& keys) {
+    double way = 0;
+    for (size_t k = 1; k < keys.size(); ++k)
+        way += Vec3d(keys[k][3][0] - keys[k - 1][3][0], keys[k][3][1] - keys[k - 1][3][1],
+                     keys[k][3][2] - keys[k - 1][3][2])
+                   .length();
+    return way;
+}
+
+/// Gives the camera the keys of its motion, so many that it goes straight between.
+void read_motion(Context& ctx, Prim prim, const Shutter& shutter, scene::Camera& camera) {
+    const auto matrix_at = [&](double way) {
+        const double time = shutter.open + way * (shutter.close - shutter.open);
+        return relative_to(usd::stage::world_transform(prim, time), camera.world_position);
+    };
+    std::vector<Mat4d> keys;
+    for (size_t segments = fewest_camera_segments; segments <= most_camera_segments;
+         segments *= 2) {
+        const double step = 1.0 / double(segments);
+        keys.clear();
+        for (size_t k = 0; k <= segments; ++k) keys.push_back(matrix_at(double(k) * step));
+        const double way = way_through(keys);
+        bool is_straight = true;
+        for (size_t k = 0; k < segments && is_straight; ++k) {
+            for (const double f : {0.25, 0.5, 0.75})
+                is_straight = is_straight && is_alike(matrix_at((double(k) + f) * step),
+                                                      keys[k] * (1 - f) + keys[k + 1] * f, way);
+        }
+        if (is_straight) break;
+    }
+    const auto is_usable = [](const Mat4d& m) { return is_finite(m) && determinant3(m) != 0.0; };
+    if (!std::all_of(keys.begin(), keys.end(), is_usable)) {
+        ctx.warn("bad-transform", prim,
+                 "the camera's transform is singular or infinite while the shutter is open: it "
+                 "stays where it is at the frame's instant");
         return;
     }
+    const auto stays = [&](const Mat4d& m) { return m == keys[0]; };
+    if (std::all_of(keys.begin(), keys.end(), stays)) return;
+    camera.motion_keys = std::move(keys);
 }
 
 /// At the default time nothing moves: there the shutter is of no consequence.
-void read_shutter(Context& ctx, Prim prim) {
+void read_shutter(Context& ctx, Prim prim, scene::Camera& camera) {
     const double open = finite(ctx, prim, "shutter:open", 0.0);
     const double close = finite(ctx, prim, "shutter:close", 0.0);
     if (close < open)
@@ -114,7 +164,7 @@ void read_shutter(Context& ctx, Prim prim) {
         return;
     }
     ctx.shutter = Shutter{ctx.time.value() + open, ctx.time.value() + close};
-    warn_if_it_moves(ctx, prim, *ctx.shutter);
+    read_motion(ctx, prim, *ctx.shutter, camera);
 }
 
 void warn_camera_features(Context& ctx, Prim prim) {
@@ -171,7 +221,7 @@ Result<scene::Camera> read_camera(Context& ctx, Prim prim) {
                                  camera.name, aperture.width, aperture.height, focal)};
     }
     read_lens(ctx, prim, focal, camera);
-    read_shutter(ctx, prim);
+    read_shutter(ctx, prim, camera);
 
     if (const auto range = read_vector(prim.attribute("clippingRange"), 2, ctx.time)) {
         camera.clip_near = (*range)[0];

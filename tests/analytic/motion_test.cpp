@@ -99,6 +99,29 @@ TEST(MotionBlur, OfAnEdgeHasTheProfileOfItsMotion) {
     EXPECT_LT(worst_mean, 1e-3);
 }
 
+/// The camera goes one way, or what it sees the other: the same rays meet the same plate, but for rounding.
+TEST(MotionBlur, OfACameraIsThatOfAllItSees) {
+    const std::vector<float> at_key = {-0.7f, 0.6f, 0.1f, 0.3f};
+    const TestScene plate =
+        plate_before_wall(half_plane(at_key[0]),
+                          {half_plane(at_key[1]), half_plane(at_key[2]), half_plane(at_key[3])});
+    TestScene camera = plate_before_wall(half_plane(0), {});
+    for (const float x : at_key) {
+        Mat4d key = camera.scene.camera.render_from_camera;
+        key[3][0] -= double(x);
+        camera.scene.camera.motion_keys.push_back(key);
+    }
+    const TestRenderOptions options = {.size = size, .samples = 256, .last_bounce = 0};
+    const RenderedLayers a = render(plate, options), b = render(camera, options);
+    double worst = 0;
+    for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x)
+            worst = std::max(worst, std::abs(pixel(a, x, y) - pixel(b, x, y)));
+    fmt::print("the camera or the plate: worst pixel {:.1e}\n", worst);
+    // One sample of 256 at the edge
+    EXPECT_LE(worst, 1.01 / 256);
+}
+
 TEST(MotionBlur, OfATurningWedgeHasTheProfileOfItsMotion) {
     // From 0 to 90 degrees over 32 segments, about the middle of the picture
     constexpr int segments = 32;

@@ -248,5 +248,43 @@ TEST(CameraModel, MatricesFollowOpenExr) {
     }
 }
 
+/// At a key, and at any time of a camera that is the same at all, it is the still camera there, bit for bit.
+TEST(CameraModel, MovesFromKeyToKey) {
+    scene::Camera moving = shifted_camera(), there = shifted_camera();
+    moving.lens_radius = there.lens_radius = 0.1;
+    moving.focus_distance = there.focus_distance = 4;
+    moving.clip_near = there.clip_near = 0.5;
+    Mat4d first = rotation(), second = rotation(), third = rotation();
+    second[3][0] = 3;
+    third[3][0] = 5;
+    third[3][1] = -2;
+    moving.render_from_camera = second;
+    moving.motion_keys = {first, second, third};
+    const CameraModel camera(moving, 300, 200);
+    EXPECT_TRUE(camera.has_motion());
+    const auto expect_same = [&](float time, const Mat4d& matrix) {
+        there.render_from_camera = matrix;
+        const CameraModel still(there, 300, 200);
+        EXPECT_FALSE(still.has_motion());
+        for (const Vec2& film : {Vec2(0, 0), Vec2(210, 20)}) {
+            const CameraRay a = camera.generate_ray(film, {0.2f, 0.6f}, time);
+            const CameraRay b = still.generate_ray(film, {0.2f, 0.6f}, 0.3f);
+            EXPECT_EQ(a.o, b.o) << time;
+            EXPECT_EQ(a.d, b.d) << time;
+            EXPECT_EQ(a.t_max, b.t_max);
+        }
+    };
+    expect_same(0.0f, first);
+    expect_same(0.5f, second);
+    expect_same(1.0f, third);
+    expect_same(0.25f, (first + second) * 0.5);
+    expect_same(-1.0f, first);
+    expect_same(2.0f, third);
+    moving.motion_keys = {second, second};
+    const CameraRay a = CameraModel(moving, 300, 200).generate_ray({9, 9}, {0, 0}, 0.37f);
+    there.render_from_camera = second;
+    EXPECT_EQ(a.o, CameraModel(there, 300, 200).generate_ray({9, 9}, {0, 0}).o);
+}
+
 }  // namespace
 }  // namespace velatura::camera

@@ -88,7 +88,8 @@ TEST(EffectPlan, KnowsTheCamera) {
     EXPECT_EQ(state(camera_scene("float fStop = 2\nfloat focusDistance = 9"), Effect::DepthOfField), EffectState::On);
     EXPECT_EQ(state(camera_scene("float fStop = 0\nfloat focusDistance = 9"), Effect::DepthOfField), EffectState::ProvenZero);
     EXPECT_EQ(state(camera_scene(""), Effect::DepthOfField), EffectState::Absent);
-    EXPECT_EQ(state(camera_scene(open_shutter + turning), Effect::CameraBlur), EffectState::NotSimulated);
+    EXPECT_EQ(state(camera_scene(open_shutter + turning), Effect::CameraBlur), EffectState::On);
+    EXPECT_EQ(state(camera_scene(open_shutter), Effect::CameraBlur), EffectState::Absent);
     EXPECT_EQ(state(camera_scene("double shutter:open = 0.5\ndouble shutter:close = 0.5\n" + turning), Effect::CameraBlur), EffectState::ProvenZero);
 }
 

@@ -88,6 +88,53 @@ def DomeLight "Env"
     EXPECT_GT(relative_mse(a, std::vector<double>(a.size(), a[0])), 1e-3) << "the ball is in the picture";
 }
 
+/// A camera that turns among things that stay sees what a still one sees of things that turn about it.
+TEST(MotionOfTheCamera, IsRelative) {
+    const auto scene = [](const std::string& camera_turn, const std::string& world_turn) {
+        return scene_from_usda(R"usda(#usda 1.0
+class Xform "Things"
+{
+    def Sphere "Ball"
+    {
+        double radius = 0.6
+        double3 xformOp:translate = (0.5, 0.2, -4)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+    def Cube "Box"
+    {
+        double size = 1
+        color3f[] primvars:displayColor = [(0.8, 0.3, 0.1)]
+        double3 xformOp:translate = (-1, -0.3, -5)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+}
+def Xform "World" (instanceable = true
+    inherits = </Things>)
+{
+    float xformOp:rotateY.timeSamples = { 0: 0, 1: )usda" + world_turn + R"usda( }
+    uniform token[] xformOpOrder = ["xformOp:rotateY"]
+}
+def Camera "Cam"
+{
+    float focalLength = 24
+    float2 clippingRange = (0, 0)
+    double shutter:close = 0.5
+    float xformOp:rotateY.timeSamples = { 0: 0, 1: )usda" + camera_turn + R"usda( }
+    uniform token[] xformOpOrder = ["xformOp:rotateY"]
+}
+def DomeLight "Env"
+{
+}
+)usda", 32, 24);
+    };
+    const std::vector<double> camera = beauty(render_scene(scene("24", "0"), few_samples()));
+    const std::vector<double> world = beauty(render_scene(scene("0", "-24"), few_samples()));
+    const std::vector<double> still = beauty(render_scene(scene("0", "0"), few_samples()));
+    const double error = relative_mse(camera, world), blur = relative_mse(camera, still);
+    fmt::print("relMSE of a turn of the camera against one of the world {:.3g}, against none {:.3g}\n", error, blur);
+    EXPECT_LE(error, 1e-3 * blur);
+}
+
 class H06Scale : public testing::TestWithParam<int> {};
 
 TEST_P(H06Scale, IsBitIdentical) {
