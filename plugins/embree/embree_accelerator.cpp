@@ -350,12 +350,11 @@ class EmbreeAccelerator final : public accel::Accelerator {
         if (!instance.later.empty()) {
             placed.keys = {instance.render_from_prototype};
             placed.keys.insert(placed.keys.end(), instance.later.begin(), instance.later.end());
-            for (const Mat4& key : placed.keys) {
-                Box3d key_box;
+            std::vector<Box3d> key_boxes;
+            if (!accel::place_keys(placed.keys, {&prototype_bounds, 1}, key_boxes)) return;
+            for (const Box3d& key_box : key_boxes) {
                 Box3 rounded;
-                if (!accel::place_key(key, {&prototype_bounds, 1}, key_box) ||
-                    !accel::round_outward(key_box, rounded))
-                    return;
+                if (!accel::round_outward(key_box, rounded)) return;
                 box.extendBy(rounded);
             }
         } else {

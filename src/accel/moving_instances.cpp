@@ -21,17 +21,15 @@ class InstancePlacer {
 
     // Instances with a key that cannot be placed are left out.
     void add(const SoupInstance& instance, uint32_t index, const Outline& outline) {
-        std::vector<Box3> boxes;
-        for (size_t key = 0; key <= segments_; ++key) {
-            const Mat4& m = key == 0 ? instance.render_from_prototype : instance.later[key - 1];
-            Box3d placed;
-            Box3 rounded;
-            if (!place_key(m, outline.boxes, placed) || !round_outward(placed, rounded)) return;
-            boxes.push_back(rounded);
-        }
+        std::vector<Mat4> keys = {instance.render_from_prototype};
+        keys.insert(keys.end(), instance.later.begin(), instance.later.end());
+        std::vector<Box3d> placed;
+        if (!place_keys(keys, outline.boxes, placed)) return;
+        std::vector<Box3> boxes(placed.size());
+        for (size_t key = 0; key < placed.size(); ++key)
+            if (!round_outward(placed[key], boxes[key])) return;
         group_.instances.push_back({instance.prototype, index});
-        group_.keys.push_back(instance.render_from_prototype);
-        group_.keys.insert(group_.keys.end(), instance.later.begin(), instance.later.end());
+        group_.keys.insert(group_.keys.end(), keys.begin(), keys.end());
         boxes_.insert(boxes_.end(), boxes.begin(), boxes.end());
         condition_ = std::max(condition_, outline.condition);
     }

@@ -125,11 +125,23 @@ bool place(const Mat4& m, std::span<const Box3> boxes, PlacedBox& placed) {
     return grow(0x1p-46 * placed.condition * largest, placed.lower, placed.upper);
 }
 
-bool place_key(const Mat4& m, std::span<const Box3> boxes, Box3d& box) {
-    if (!is_finite(m, coordinate_limit)) return false;
-    const double largest = map_boxes(m, boxes, box.min, box.max);
-    // Entries between two keys are rounded to floats, which outdoes the error of the way back
-    return grow(0x1p-20 * largest, box.min, box.max);
+bool place_keys(std::span<const Mat4> keys,
+                std::span<const Box3> boxes,
+                std::vector<Box3d>& placed) {
+    placed.resize(keys.size());
+    std::vector<double> largest(keys.size());
+    for (size_t k = 0; k < keys.size(); ++k) {
+        if (!is_finite(keys[k], coordinate_limit)) return false;
+        largest[k] = map_boxes(keys[k], boxes, placed[k].min, placed[k].max);
+    }
+    for (size_t k = 0; k < keys.size(); ++k) {
+        // Entries between two keys are rounded to floats, by what they are at either, which outdoes
+        // the error of the way back
+        const size_t first = k == 0 ? 0 : k - 1, last = std::min(k + 1, keys.size() - 1);
+        const double most = std::max({largest[first], largest[k], largest[last]});
+        if (!grow(0x1p-20 * most, placed[k].min, placed[k].max)) return false;
+    }
+    return true;
 }
 
 bool place_at_time(std::span<const Mat4> keys, float time, InstanceRecord& record) {

@@ -30,9 +30,11 @@ bool place(const Mat4& render_from_prototype, std::span<const Box3> boxes, Place
 /// PlacedBox::condition, is worse: as they turn inside out, or are flattened to that share.
 inline constexpr double worst_moving_condition = 0x1p16;
 
-/// Box of a prototype within `boxes` that moves, at one of its keys: between two keys it is between
-/// their boxes. False when the matrix is not finite or the box too large.
-bool place_key(const Mat4& render_from_prototype, std::span<const Box3> boxes, Box3d& box);
+/// [key] boxes of a prototype within `boxes` that moves: between two keys it is between theirs, as
+/// place_at_time places it. False when a matrix is not finite or a box too large.
+bool place_keys(std::span<const Mat4> keys,
+                std::span<const Box3> boxes,
+                std::vector<Box3d>& placed);
 
 /// Fills everything but the indices of `record` for an instance that moves, at a time: its matrix is
 /// that of geometry::moved (geometry/motion.h), and it is met as one that stays there. False when it

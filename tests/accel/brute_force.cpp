@@ -169,11 +169,8 @@ BruteForce::BruteForce(const SoupScene& scene)
         if (!instance.later.empty()) {
             MovingPlacement moving{instance.prototype, uint32_t(i), {instance.render_from_prototype}};
             moving.keys.insert(moving.keys.end(), instance.later.begin(), instance.later.end());
-            Box3d key_box;
-            if (std::all_of(moving.keys.begin(), moving.keys.end(), [&](const Mat4& m) {
-                    return place_key(m, {&box, 1}, key_box);
-                }))
-                moving_.push_back(std::move(moving));
+            std::vector<Box3d> key_boxes;
+            if (place_keys(moving.keys, {&box, 1}, key_boxes)) moving_.push_back(std::move(moving));
             continue;
         }
         PlacedBox placed;

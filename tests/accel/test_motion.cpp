@@ -403,5 +403,31 @@ TEST(Motion, KeepsTheFirstOfDuplicates) {
     expect_exact(scene_of({soup}), timed(mixed_rays(5000, 91), 92), 500);
 }
 
+// Entries of a matrix round to floats by what they are at both keys: where an instance that is
+// placed from far away shrinks to nothing, that is more than its size.
+TEST(Motion, OfInstancesThatVanishFarFromTheirOriginIsFoundToTheEnd) {
+    Soup far = box(Vec3(-1), Vec3(1));
+    for (Vec3& p : far.positions) p += Vec3(10000, -7000, 3000);
+    SoupScene scene;
+    scene.prototypes = {{far.view()}};
+    Mat4 first, last;
+    first[3][0] = -10000.3f;
+    first[3][1] = 7000.2f;
+    first[3][2] = -3000.1f;
+    for (int i = 0; i < 3; ++i) last[i][i] = 0;
+    const std::vector<Mat4> later = {last};
+    scene.instances.push_back({0, first, later});
+    Random random(162);
+    std::vector<geometry::Ray> rays;
+    for (int i = 0; i < 100000; ++i) {
+        // To where the instance is about to vanish
+        const float rest = random.between(0.001f, 0.02f);
+        const Vec3 target = (Vec3(-0.3f, 0.2f, -0.1f) + random.in_cube(1.4f)) * rest;
+        const Vec3 o = random.direction() * 2.0f;
+        rays.push_back({o, target - o, inf, 1 - rest});
+    }
+    expect_exact(scene, rays, 10000);
+}
+
 }  // namespace
 }  // namespace velatura::accel::test
