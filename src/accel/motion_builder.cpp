@@ -75,7 +75,10 @@ class MotionBuilder {
     int order_of_ways(uint32_t a, uint32_t b) const {
         for (uint32_t key = 0; key <= segments_; ++key) {
             const Corners ca = corners(a, key), cb = corners(b, key);
-            for (int i = 0; i < 3; ++i) {
+            // What is nowhere is alike: numbers that are none have no order
+            const bool is_a_there = ca.is_usable(), is_b_there = cb.is_usable();
+            if (is_a_there != is_b_there) return is_a_there ? -1 : 1;
+            for (int i = 0; i < 3 && is_a_there; ++i) {
                 const int order = order_of(ca.p[i], cb.p[i]);
                 if (order != 0) return order;
             }

@@ -403,6 +403,18 @@ TEST(Motion, KeepsTheFirstOfDuplicates) {
     expect_exact(scene_of({soup}), timed(mixed_rays(5000, 91), 92), 500);
 }
 
+// Also where they are nowhere at some keys: what is not a number has no order.
+TEST(Motion, KeepsTheFirstOfDuplicatesThatAreNotNumbersAtAKey) {
+    Soup soup;
+    for (int i = 0; i < 100; ++i) soup.add(Vec3(-1, -1, 0), Vec3(1, -1, 0), Vec3(0, 1, 0));
+    soup = with_keys(soup, 2, [](const Vec3& p, size_t) { return p + Vec3(0, 0, 1); });
+    // Of two kinds, each nowhere at the first key
+    for (size_t i = 0; i < soup.positions.size(); ++i) soup.positions[i].y = i % 2 ? nan : inf;
+    for (size_t i = 150; i < 300; ++i) soup.later_positions[1][i].z += 1;
+    expect_exact(scene_of({soup}), timed(mixed_rays(5000, 93), 94), 100);
+    EXPECT_EQ(build_bvh(scene_of({soup}))->stats().triangles, 2u);
+}
+
 // Entries of a matrix round to floats by what they are at both keys: where an instance that is
 // placed from far away shrinks to nothing, that is more than its size.
 TEST(Motion, OfInstancesThatVanishFarFromTheirOriginIsFoundToTheEnd) {
