@@ -12,7 +12,7 @@ namespace velatura::geometry {
 /// way to the next one.
 struct MotionTime {
     uint32_t segment = 0;
-    float f = 0;  ///< in [0, 1)
+    float f = 0;  ///< in [0, 1], 1 only where the shutter closes
 };
 
 /// Times run over the shutter, from 0 when it opens to 1 when it closes; others count as the
