@@ -12,6 +12,9 @@ namespace velatura::translate {
 inline constexpr size_t most_segments = 16;
 /// How far motion may stray from straight lines, in sizes of what moves.
 inline constexpr double straying = 0x1p-11;
+/// Where between two keys that is asked for, beside halfway: no number of whole turns, which bring
+/// everything back to where it was, is near a whole number there.
+inline constexpr double aside = 0.381966;  // the golden section
 
 /// Reads at another time, without complaining again.
 class AnotherTime {

@@ -51,7 +51,12 @@ class MotionReader {
                  const Placeable& holder,
                  const FaceTable& table,
                  const scene::Mesh& mesh)
-        : ctx_(ctx), prim_(prim), holder_(holder), table_(table), mesh_(mesh) {}
+        : ctx_(ctx),
+          prim_(prim),
+          holder_(holder),
+          table_(table),
+          mesh_(mesh),
+          turns_(may_be_carried(ctx, prim, holder.frame)) {}
 
     /// The mesh at equal steps; empty when it cannot be followed.
     std::vector<scene::Mesh> keys() {
@@ -64,10 +69,13 @@ class MotionReader {
         for (size_t k = 0; k <= segments; ++k)
             if (!add(double(k) / double(segments), keys)) return {};
         while (2 * segments <= most_segments) {
-            std::vector<scene::Mesh> halfway;
-            for (size_t k = 0; k < segments; ++k)
-                if (!add((double(k) + 0.5) / double(segments), halfway)) return {};
-            if (is_straight(keys, halfway)) break;
+            std::vector<scene::Mesh> halfway, beside;
+            if (!add_between(segments, 0.5, halfway)) return {};
+            if (is_straight(keys, halfway, 0.5)) {
+                if (!turns_) break;
+                if (!add_between(segments, aside, beside)) return {};
+                if (is_straight(keys, beside, aside)) break;
+            }
             std::vector<scene::Mesh> finer;
             for (size_t k = 0; k < segments; ++k) {
                 finer.push_back(std::move(keys[k]));
@@ -127,6 +135,13 @@ class MotionReader {
         return most_segments;
     }
 
+    /// The mesh at f of the way between every two of its keys.
+    bool add_between(size_t segments, double f, std::vector<scene::Mesh>& between) {
+        for (size_t k = 0; k < segments; ++k)
+            if (!add((double(k) + f) / double(segments), between)) return false;
+        return true;
+    }
+
     bool add(double way, std::vector<scene::Mesh>& keys) {
         const AnotherTime at(ctx_, time_at(way));
         Mat4d matrix = matrix_in_frame(ctx_, prim_, holder_.frame);
@@ -151,19 +166,20 @@ class MotionReader {
     }
 
     static bool is_straight(const std::vector<scene::Mesh>& keys,
-                            const std::vector<scene::Mesh>& halfway) {
+                            const std::vector<scene::Mesh>& between,
+                            double f) {
         Box3 box;
         for (const scene::Mesh& key : keys)
             for (const Vec3& p : key.points)
                 if (is_finite(p)) box.extendBy(p);
         if (box.isEmpty()) return true;
         const double most = straying * Vec3d(box.max - box.min).length();
-        for (size_t k = 0; k < halfway.size(); ++k) {
-            for (size_t i = 0; i < halfway[k].points.size(); ++i) {
-                const Vec3d middle =
-                    (Vec3d(keys[k].points[i]) + Vec3d(keys[k + 1].points[i])) * 0.5;
+        for (size_t k = 0; k < between.size(); ++k) {
+            for (size_t i = 0; i < between[k].points.size(); ++i) {
+                const Vec3d from(keys[k].points[i]), to(keys[k + 1].points[i]);
                 // What is not a number strays nowhere
-                if ((Vec3d(halfway[k].points[i]) - middle).length() > most) return false;
+                if ((Vec3d(between[k].points[i]) - (from + (to - from) * f)).length() > most)
+                    return false;
             }
         }
         return true;
@@ -174,6 +190,7 @@ class MotionReader {
     const Placeable& holder_;
     const FaceTable& table_;
     const scene::Mesh& mesh_;
+    bool turns_;  ///< or may; points by themselves go straight from sample to sample
 };
 
 /// The matrix of a prim at a time, joints that carry it as a whole included.

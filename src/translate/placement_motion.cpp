@@ -99,7 +99,7 @@ void read_placement_motion(Context& ctx,
     const double reach = reach_of(*placement.what);
     // Whether the matrices between two keys are where straight lines lead
     const auto is_straight = [&](const Mat4d& a, const Mat4d& b, double way, double step) {
-        for (const double f : {0.25, 0.5, 0.75}) {
+        for (const double f : {aside, 0.5, 1 - aside}) {
             const Mat4d m = at_way(way + f * step), off = m - between(a, b, f);
             if (largest_row(off) * reach + translation(off) > straying * reach * largest_row(m))
                 return false;

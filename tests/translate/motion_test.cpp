@@ -124,6 +124,24 @@ TEST(Motion, OfTransformsIsOneOfPoints) {
     EXPECT_EQ(slow.count("unsupported-motion-blur"), 0u);
 }
 
+// Whole turns bring everything back to where it was, at the keys and halfway.
+TEST(Motion, OfWholeTurnsIsNoRest) {
+    for (const int turns : {1, 2, 3, 4, 6, 7, 12}) {
+        const std::string spin = "float xformOp:rotateZ.timeSamples = { 1: 0, 2: " +
+                                 std::to_string(360 * turns) +
+                                 " }\nuniform token[] xformOpOrder = [\"xformOp:rotateZ\"]\n";
+        Translated t;
+        translate_at(1, "double shutter:close = 1\n",
+                     "class Xform \"Model\" {\n" + quad("Q") +
+                         "}\ndef \"A\" (instanceable = true; prepend references = </Model>) {\n" +
+                         spin + "}\ndef Xform \"X\" {\n" + spin + quad("Q") + "}\n",
+                     t);
+        ASSERT_EQ(t.scene.instances.size(), 1u);
+        EXPECT_EQ(t.mesh(0).later_points.size(), 16u) << turns;
+        EXPECT_EQ(t.scene.instances[0].later_render_from_prototype.size(), 16u) << turns;
+    }
+}
+
 TEST(Motion, TurnsNormalsAsWell) {
     const std::string authored =
         "normal3f[] normals.timeSamples = { 1: [(0,0,1),(0,0,1),(0,0,1),(0,0,1)],"
