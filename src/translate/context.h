@@ -53,6 +53,9 @@ struct Placeable {
     bool is_being_built = false;       ///< guards against prototypes that hold themselves
     bool is_stage = false;             ///< the whole stage, not a prototype
     bool is_origin_fixed = false;      ///< something of a prototype stands relative to `origin`
+    /// Of a whole prototype, once motion asked for it: see placement_motion.cpp.
+    std::optional<bool> gives_light;
+    std::optional<double> reach;
     /// Subtracted from the translation of every matrix: what is cast to float stays near zero. For
     /// a prototype the position of the first thing in it, in the prototype's authored space.
     Vec3d origin = Vec3d(0.0);

@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace velatura::translate {
 
 namespace {
@@ -98,6 +100,13 @@ void place(Context& ctx,
             instance.provenance = provenance;
             for (const Mat4d& key : later)
                 instance.later_render_from_prototype.push_back(to_float(key));
+            const auto is_key = [](const Mat4& key) { return is_finite(Mat4d(key)); };
+            if (!std::ranges::all_of(instance.later_render_from_prototype, is_key)) {
+                instance.later_render_from_prototype.clear();
+                warn_at(ctx, provenance, "unsupported-motion-blur",
+                        "an instance moves out of the reach of floats while the shutter is open: "
+                        "it is rendered as it is at its opening");
+            }
             ctx.scene.instances.push_back(instance);
         }
     }

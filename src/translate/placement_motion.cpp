@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <variant>
 
 namespace velatura::translate {
@@ -14,7 +15,8 @@ namespace velatura::translate {
 namespace {
 
 /// Whether light would have to be sampled from what moves.
-bool gives_light(const Context& ctx, const Placeable& what) {
+bool gives_light(const Context& ctx, Placeable& what) {
+    if (what.gives_light) return *what.gives_light;
     const auto emits = [&](scene::MaterialId material) {
         return material < ctx.scene.materials.size() &&
                scene::is_emissive(ctx.scene.materials[material]);
@@ -25,9 +27,11 @@ bool gives_light(const Context& ctx, const Placeable& what) {
                (mesh &&
                 std::any_of(mesh->face_materials.begin(), mesh->face_materials.end(), emits));
     };
-    return !what.lights.empty() || std::any_of(what.shapes.begin(), what.shapes.end(), is_light) ||
-           std::any_of(what.placements.begin(), what.placements.end(),
-                       [&](const Placement& inner) { return gives_light(ctx, *inner.what); });
+    what.gives_light =
+        !what.lights.empty() || std::any_of(what.shapes.begin(), what.shapes.end(), is_light) ||
+        std::any_of(what.placements.begin(), what.placements.end(),
+                    [&](const Placement& inner) { return gives_light(ctx, *inner.what); });
+    return *what.gives_light;
 }
 
 /// Largest sum of a row of the upper 3×3: what the matrix may lengthen.
@@ -43,7 +47,8 @@ double translation(const Mat4d& m) {
 }
 
 /// How far what is placed reaches from its origin, about.
-double reach_of(const Placeable& what) {
+double reach_of(Placeable& what) {
+    if (what.reach) return *what.reach;
     double reach = 0;
     for (const scene::Shape& shape : what.shapes) {
         if (const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry)) {
@@ -60,7 +65,18 @@ double reach_of(const Placeable& what) {
     for (const Placement& inner : what.placements)
         reach = std::max(
             reach, reach_of(*inner.what) * largest_row(inner.matrix) + translation(inner.matrix));
+    what.reach = reach;
     return reach;
+}
+
+/// Whether something of this reach, placed by m, is too far from where a straight line leads.
+bool strays(const Mat4d& m, const Mat4d& straight, double reach) {
+    const Mat4d off = m - straight;
+    return largest_row(off) * reach + translation(off) > straying * reach * largest_row(m);
+}
+
+bool fits_floats(const Mat4d& m) {
+    return is_finite(Mat4d(to_float(m)));
 }
 
 Mat4d between(const Mat4d& a, const Mat4d& b, double f) {
@@ -99,12 +115,10 @@ void read_placement_motion(Context& ctx,
     const double reach = reach_of(*placement.what);
     // Whether the matrices between two keys are where straight lines lead
     const auto is_straight = [&](const Mat4d& a, const Mat4d& b, double way, double step) {
-        for (const double f : {aside, 0.5, 1 - aside}) {
-            const Mat4d m = at_way(way + f * step), off = m - between(a, b, f);
-            if (largest_row(off) * reach + translation(off) > straying * reach * largest_row(m))
-                return false;
-        }
-        return true;
+        const double ways[] = {aside, 0.5, 1 - aside};
+        return std::none_of(std::begin(ways), std::end(ways), [&](double f) {
+            return strays(at_way(way + f * step), between(a, b, f), reach);
+        });
     };
     std::vector<Mat4d> keys;
     for (size_t segments = 1; segments <= most_segments; segments *= 2) {
@@ -117,11 +131,13 @@ void read_placement_motion(Context& ctx,
             ++straight;
         if (straight == segments) break;
     }
-    const bool is_good =
-        std::all_of(keys.begin(), keys.end(), [](const Mat4d& m) { return is_finite(m); });
-    if (!is_good ||
-        std::all_of(keys.begin(), keys.end(), [&](const Mat4d& m) { return m == keys[0]; }))
+    if (!std::all_of(keys.begin(), keys.end(), fits_floats)) {
+        ctx.warn("unsupported-motion-blur", instance,
+                 "the transform of the instance does not stay finite while the shutter is open: it "
+                 "is rendered as it is at the frame's instant");
         return;
+    }
+    if (std::all_of(keys.begin(), keys.end(), [&](const Mat4d& m) { return m == keys[0]; })) return;
     placement.matrix = keys[0];
     placement.later.assign(keys.begin() + 1, keys.end());
 }
@@ -130,11 +146,23 @@ std::vector<Mat4d> composed_motion(const Placement& inner,
                                    const Mat4d& outer,
                                    const std::vector<Mat4d>& outer_later) {
     // Both are powers of two
-    const size_t segments = std::max(inner.later.size(), outer_later.size());
+    size_t segments = std::max(inner.later.size(), outer_later.size());
+    const auto key = [&](size_t k, size_t count) {
+        return key_of(inner.matrix, inner.later, k, count) * key_of(outer, outer_later, k, count);
+    };
+    // What moves along with something that moves as well goes along curves, which are furthest from
+    // straight lines halfway between keys
+    const auto is_straight = [&] {
+        for (size_t k = 0; k < segments; ++k) {
+            const Mat4d straight = between(key(k, segments), key(k + 1, segments), 0.5);
+            if (strays(key(2 * k + 1, 2 * segments), straight, reach_of(*inner.what))) return false;
+        }
+        return true;
+    };
+    if (!inner.later.empty() && !outer_later.empty())
+        while (2 * segments <= most_segments && !is_straight()) segments *= 2;
     std::vector<Mat4d> later;
-    for (size_t k = 1; k <= segments; ++k)
-        later.push_back(key_of(inner.matrix, inner.later, k, segments) *
-                        key_of(outer, outer_later, k, segments));
+    for (size_t k = 1; k <= segments; ++k) later.push_back(key(k, segments));
     return later;
 }
 

@@ -283,6 +283,53 @@ def "Still" (instanceable = true; prepend references = </Cart>) {}
     }
 }
 
+// Two motions that are straight each are not when one carries the other.
+TEST(Motion, OfInstancesInInstancesIsStraightFromKeyToKey) {
+    const std::string text = "class Xform \"Inner\" {\n" + quad("Q") + R"(}
+class Xform "Outer" {
+)" + quad("Q") + R"(
+    def "I" (instanceable = true; prepend references = </Inner>) {
+        double3 xformOp:translate.timeSamples = { 1: (0, 0, 0), 2: (10, 0, 0) }
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+}
+def "O" (instanceable = true; prepend references = </Outer>) {
+    float3 xformOp:scale.timeSamples = { 1: (1, 1, 1), 2: (3, 3, 3) }
+    uniform token[] xformOpOrder = ["xformOp:scale"]
+}
+)";
+    Translated t;
+    translate_at(1, "double shutter:close = 1\n", text, t);
+    ASSERT_EQ(t.scene.instances.size(), 2u);
+    for (const scene::Instance& instance : t.scene.instances) {
+        const auto& later = instance.later_render_from_prototype;
+        const bool is_inner = later.back()[3][0] > 20;
+        EXPECT_EQ(later.size(), is_inner ? 16u : 1u);
+        for (size_t k = 1; k <= later.size(); ++k) {
+            const double way = double(k) / double(later.size()), scale = 1 + 2 * way;
+            EXPECT_NEAR(later[k - 1][0][0], scale, 1e-5);
+            // Around the quad's origin
+            const float moved = later[k - 1][3][0] - instance.render_from_prototype[3][0];
+            EXPECT_NEAR(moved, is_inner ? 10 * way * scale : 0.0, 1e-4);
+        }
+    }
+}
+
+TEST(Motion, OfInstancesOutOfReachOfFloatsIsNamed) {
+    for (const char* end : {"(1e60, 0, 0)", "(inf, 0, 0)", "(nan, 0, 0)"}) {
+        Translated t;
+        translate_at(1, "double shutter:close = 1\n",
+                     "class Xform \"Model\" {\n" + quad("Q") +
+                         "}\ndef \"A\" (instanceable = true; prepend references = </Model>) {\n"
+                         "double3 xformOp:translate.timeSamples = { 1: (0, 0, 0), 2: " +
+                         end + " }\nuniform token[] xformOpOrder = [\"xformOp:translate\"]\n}\n",
+                     t);
+        EXPECT_EQ(t.count("unsupported-motion-blur"), 1u) << end;
+        ASSERT_EQ(t.scene.instances.size(), 1u) << end;
+        EXPECT_TRUE(t.scene.instances[0].later_render_from_prototype.empty()) << end;
+    }
+}
+
 TEST(Motion, LeavesWhatStaysAsItIs) {
     const std::string text =
         "def Xform \"X\" {\n double3 xformOp:translate.timeSamples = { 1: (1.1, 2.3, -3.7), 2: "
