@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -21,8 +22,13 @@ class BranchMap {
     /// counts: [blocks_high][blocks_across].
     BranchMap(int blocks_across, std::vector<uint8_t> counts) : blocks_across_(blocks_across), counts_(std::move(counts)) {}
 
-    /// Of the pixel (x, y) of the whole picture.
-    uint32_t at(int x, int y) const { return blocks_across_ == 0 ? counts_[0] : counts_[size_t(y / block_size) * size_t(blocks_across_) + size_t(x / block_size)]; }
+    /// Of the pixel (x, y) of the whole picture; beside it, in overscan, that of the nearest block.
+    uint32_t at(int x, int y) const {
+        if (blocks_across_ == 0) return counts_[0];
+        const int column = std::clamp(x / block_size, 0, blocks_across_ - 1);
+        const int row = std::clamp(y / block_size, 0, int(counts_.size()) / blocks_across_ - 1);
+        return counts_[size_t(row) * size_t(blocks_across_) + size_t(column)];
+    }
 
     /// Over blocks.
     double mean() const {

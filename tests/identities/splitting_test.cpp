@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -138,6 +139,18 @@ TEST(Splitting, TilesThreadsPartsAndCropsGiveTheSameBits) {
             }
         }
     }
+}
+
+// Overscan: pixels beside the picture divide like the nearest ones in it.
+TEST(Splitting, GoesOnBesideThePicture) {
+    const integrator::BranchMap map(2, {1, 2, 4, 2, 4, 1});
+    for (int y = -40; y < 80; ++y) {
+        for (int x = -40; x < 80; ++x) ASSERT_EQ(map.at(x, y), map.at(std::clamp(x, 0, 31), std::clamp(y, 0, 47))) << x << " " << y;
+    }
+    EXPECT_EQ(integrator::BranchMap(2).at(-100, 1000), 2u);
+    const scene::Scene scene = scene_from_usda(room_usda(), 20, 16);
+    const film::Film film = render_scene(scene, options_of(2), {.window = film::Window{-70, -60, 90, 70}, .branches = 0});
+    EXPECT_EQ(film.sums().total(-60, 0, image::AccumulatorTable::coverage).z, 2.0);
 }
 
 TEST(Splitting, IsChosenWhereIndirectLightMakesTheNoise) {
