@@ -89,6 +89,10 @@ class MotionReader {
     }
 
   private:
+    bool is_open_at(double time) const {
+        return time > ctx_.shutter->open && time < ctx_.shutter->close;
+    }
+
     double time_at(double way) const {
         return ctx_.shutter->open + way * (ctx_.shutter->close - ctx_.shutter->open);
     }
@@ -105,8 +109,12 @@ class MotionReader {
         for (const char* name : {"faceVertexCounts", "faceVertexIndices"}) {
             const Attribute attribute = prim_.attribute(name);
             if (!attribute.might_be_time_varying()) continue;
-            for (const double way : {0.0, 1.0})
-                if (!(attribute.value(time_at(way)) == attribute.value(ctx_.time))) return true;
+            // Held from sample to sample; that of the end is what the last points are meant for
+            std::vector<double> times = attribute.time_samples();
+            std::erase_if(times, [&](double t) { return !is_open_at(t); });
+            times.insert(times.end(), {ctx_.shutter->open, ctx_.shutter->close});
+            for (const double time : times)
+                if (!(attribute.value(time) == attribute.value(ctx_.time))) return true;
         }
         return false;
     }
@@ -123,7 +131,7 @@ class MotionReader {
             times.insert(times.end(), more.begin(), more.end());
         }
         const Shutter& shutter = *ctx_.shutter;
-        std::erase_if(times, [&](double t) { return !(t > shutter.open && t < shutter.close); });
+        std::erase_if(times, [&](double t) { return !is_open_at(t); });
         for (size_t segments = 1; segments < most_segments; ++segments) {
             const auto is_key = [&](double t) {
                 const double at =
@@ -152,16 +160,24 @@ class MotionReader {
         const std::vector<Vec3d> points = read_points(ctx_, prim_, pose ? &*pose : nullptr);
         scene::Mesh key;
         key.subdivision = mesh_.subdivision;
-        const bool is_good =
-            points.size() == mesh_.points.size() && is_finite(matrix) && keeps_a_surface(matrix) &&
-            set_surface(ctx_, prim_, table_, points, matrix, pose ? &*pose : nullptr, key);
-        if (is_good) {
-            keys.push_back(std::move(key));
-            return true;
-        }
-        ctx_.is_quiet = false;
-        complain(points.size() == mesh_.points.size() ? "its transform makes no surface of it"
-                                                      : "the number of its points changes");
+        const auto refuse = [&](const char* why) {
+            ctx_.is_quiet = false;
+            complain(why);
+            return false;
+        };
+        if (points.size() != mesh_.points.size()) return refuse("the number of its points changes");
+        if (!is_finite(matrix) || !keeps_a_surface(matrix) ||
+            !set_surface(ctx_, prim_, table_, points, matrix, pose ? &*pose : nullptr, key))
+            return refuse("its transform makes no surface of it");
+        if (loses_points(key)) return refuse("points of it are not finite numbers");
+        keys.push_back(std::move(key));
+        return true;
+    }
+
+    /// Whether a point that is somewhere at the frame's instant is nowhere.
+    bool loses_points(const scene::Mesh& key) const {
+        for (size_t i = 0; i < key.points.size(); ++i)
+            if (is_finite(mesh_.points[i]) && !is_finite(key.points[i])) return true;
         return false;
     }
 

@@ -405,6 +405,13 @@ TEST(Motion, ThatIsNotRenderedIsNamed) {
          1},
         {"a topology that changes", half_a_frame,
          moving_quad("1.4: [(0,0,0),(1,0,0),(1,1,0),(0,1,0),(0,2,0)],"), 1},
+        {"a topology that is another one in between", half_a_frame,
+         "def Mesh \"M\" {\n" + moves +
+             "point3f[] points = [(0,0,0),(1,0,0),(1,1,0),(0,1,0)]\nint[] faceVertexCounts = [3]\n"
+             "int[] faceVertexIndices.timeSamples = { 1: [0,1,2], 1.2: [1,2,3], 1.4: [0,1,2] }\n}\n",
+         1},
+        {"a point that is nowhere", half_a_frame,
+         moving_quad("1.4: [(0,0,0),(1,0,0),(nan,1,0),(0,1,0)],"), 1},
         {"nothing with a closed shutter", moves, "def Sphere \"S\" {\n" + moves + "}\n", 0},
         {"nothing that stays", half_a_frame, "def Sphere \"S\" {}\n" + quad("Q"), 0},
     };
