@@ -185,7 +185,8 @@ Vec3d CausticSampler::seed_direction(const Search& search, uint32_t trial) const
     const Vec3d x(search.receiver.point.p);
     const Target& target = search.target;
     if (u.y >= straight_share)
-        return casters_.direction_from(x, {u.x, (u.y - straight_share) / (1.0f - straight_share)},
+        return casters_.direction_from(x, search.receiver.point.time,
+                                       {u.x, (u.y - straight_share) / (1.0f - straight_share)},
                                        search.number(Purpose::ManifoldTriangle, trial), v);
     const Vec3d to_light = target.is_infinite ? target.point.n : target.point.p - x;
     const double length = to_light.length();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
 #include <utility>
 
 namespace velatura::integrator {
@@ -75,41 +76,51 @@ SpecularCasters::SpecularCasters(const World& world) : world_(world) {
     for (scene::MaterialId m = 0; m < world.scene.materials.size(); ++m)
         weights_.push_back(material_weight(world, m));
     std::vector<double> weights;
+    // keys: of the placement
     const auto add = [&](uint32_t instance, uint32_t shape, const geometry::TriangleMesh& mesh,
-                         uint32_t pieces, const Mat4d& forward) {
+                         uint32_t pieces, std::span<const Mat4d> keys) {
         if (pieces == scene::none) return;
         // Weight over the mesh's own area, times how much the transform enlarges areas about
         const double area = pieces_[pieces].integral() * double(pieces_[pieces].size());
         if (!(area > 0.0)) return;
         const Box3 local = mesh.bounds();
         Box3d box;
-        for (int i = 0; i < 8; ++i) {
-            const Vec3 corner(i & 1 ? local.max.x : local.min.x, i & 2 ? local.max.y : local.min.y,
-                              i & 4 ? local.max.z : local.min.z);
-            box.extendBy(transform_point(Vec3d(corner), forward));
+        double enlarged = 0;
+        for (const Mat4d& forward : keys) {
+            enlarged = std::max(enlarged, square(std::cbrt(std::abs(determinant3(forward)))));
+            for (int i = 0; i < 8; ++i) {
+                const Vec3 corner(i & 1 ? local.max.x : local.min.x,
+                                  i & 2 ? local.max.y : local.min.y,
+                                  i & 4 ? local.max.z : local.min.z);
+                box.extendBy(transform_point(Vec3d(corner), forward));
+            }
         }
+        if (!(enlarged > 0.0)) return;
         const Ball ball = ball_around(box);
         casters_.push_back({instance, shape, pieces, ball});
-        weights.push_back(area * square(std::cbrt(std::abs(determinant3(forward)))));
+        weights.push_back(area * enlarged);
     };
     const geometry::GeometrySet& geometry = world_.geometry;
     for (uint32_t s = 0; s < geometry.shapes().size(); ++s) {
         const geometry::TriangleMesh& mesh = geometry.shapes()[s];
-        add(scene::none, s, mesh, add_pieces(mesh, scene::none), Mat4d());
+        const Mat4d stays;
+        add(scene::none, s, mesh, add_pieces(mesh, scene::none), {&stays, 1});
     }
     // Placements of one shape with one material share its pieces
     std::map<std::pair<std::pair<uint32_t, uint32_t>, scene::MaterialId>, uint32_t> known;
     for (uint32_t i = 0; i < geometry.instances().size(); ++i) {
-        const geometry::InstanceTransform& instance = geometry.instances()[i];
-        if (!instance.is_invertible) continue;
+        const scene::Instance& instance = world_.scene.instances[i];
+        std::vector<Mat4d> keys = {Mat4d(instance.render_from_prototype)};
+        for (const Mat4& key : instance.later_render_from_prototype) keys.emplace_back(key);
+        if (keys.size() == 1 && !geometry.instances()[i].is_invertible) continue;
         const auto& shapes = geometry.prototypes()[instance.prototype];
-        const scene::MaterialId override = world_.scene.instances[i].material_override;
+        const scene::MaterialId override = instance.material_override;
         for (uint32_t s = 0; s < shapes.size(); ++s) {
             const auto key = std::make_pair(std::make_pair(instance.prototype, s), override);
             auto found = known.find(key);
             if (found == known.end())
                 found = known.emplace(key, add_pieces(shapes[s], override)).first;
-            add(i, s, shapes[s], found->second, Mat4d(instance.render_from_prototype));
+            add(i, s, shapes[s], found->second, keys);
         }
     }
     // By area, but half of it in equal shares: a bead beside a lake must be found, too
@@ -123,10 +134,17 @@ SpecularCasters::SpecularCasters(const World& world) : world_(world) {
 uint32_t SpecularCasters::add_pieces(const geometry::TriangleMesh& mesh,
                                      scene::MaterialId override) {
     const geometry::PrimitiveSet* primitives = mesh.primitives();
+    // The largest one at the keys of its motion and halfway between
     const auto area = [&](uint32_t i) {
         if (primitives) return primitives->area(i);
-        const Vec3d c0(mesh.corner(i, 0)), c1(mesh.corner(i, 1)), c2(mesh.corner(i, 2));
-        return 0.5 * (c1 - c0).cross(c2 - c0).length();
+        double largest = 0;
+        for (uint32_t k = 0; k <= 2 * mesh.segments(); ++k) {
+            const float time = k == 0 ? 0.0f : float(k) / float(2 * mesh.segments());
+            const Vec3d c0(mesh.corner(i, 0, time)), c1(mesh.corner(i, 1, time)),
+                c2(mesh.corner(i, 2, time));
+            largest = std::max(largest, 0.5 * (c1 - c0).cross(c2 - c0).length());
+        }
+        return largest;
     };
     // Most meshes cast nothing, and need no memory
     const size_t count = primitives ? primitives->size() : mesh.triangle_count();
@@ -164,10 +182,8 @@ Ball SpecularCasters::ball() const {
     return ball_around(box);
 }
 
-Vec3d SpecularCasters::direction_from(const Vec3d& x,
-                                      const Vec2& u,
-                                      float u_piece,
-                                      const Vec2& v) const {
+Vec3d SpecularCasters::direction_from(
+    const Vec3d& x, float time, const Vec2& u, float u_piece, const Vec2& v) const {
     size_t candidates[caster_candidates];
     double sums[caster_candidates], sum = 0;
     for (int i = 0; i < caster_candidates; ++i) {
@@ -192,13 +208,16 @@ Vec3d SpecularCasters::direction_from(const Vec3d& x,
         }
         u_piece = 2.0f * u_piece - 1.0f;
     }
-    const Vec3d to_point = point_on(caster, u_piece, v) - x;
+    const Vec3d to_point = point_on(caster, time, u_piece, v) - x;
     const double length = to_point.length();
     return length > 0.0 ? to_point / length : Vec3d(0.0);
 }
 
-/// A point of a caster, by area.
-Vec3d SpecularCasters::point_on(const Caster& caster, float u_piece, const Vec2& u) const {
+/// A point of a caster at a time, by area.
+Vec3d SpecularCasters::point_on(const Caster& caster,
+                                float time,
+                                float u_piece,
+                                const Vec2& u) const {
     const bool is_instanced = caster.instance != scene::none;
     const geometry::GeometrySet& geometry = world_.geometry;
     const geometry::TriangleMesh& mesh =
@@ -212,12 +231,12 @@ Vec3d SpecularCasters::point_on(const Caster& caster, float u_piece, const Vec2&
     } else {
         const double root = std::sqrt(double(u.x));
         const double b1 = root * (1.0 - double(u.y)), b2 = root * double(u.y);
-        p = Vec3d(mesh.corner(piece, 0)) * (1.0 - b1 - b2) + Vec3d(mesh.corner(piece, 1)) * b1 +
-            Vec3d(mesh.corner(piece, 2)) * b2;
+        const auto corner = [&](int k) { return Vec3d(mesh.corner(piece, k, time)); };
+        p = corner(0) * (1.0 - b1 - b2) + corner(1) * b1 + corner(2) * b2;
     }
-    return is_instanced ? transform_point(
-                              p, Mat4d(geometry.instances()[caster.instance].render_from_prototype))
-                        : p;
+    if (!is_instanced) return p;
+    const scene::Instance& instance = world_.scene.instances[caster.instance];
+    return transform_point(p, Mat4d(geometry::render_from_prototype(instance, time)));
 }
 
 }  // namespace velatura::integrator

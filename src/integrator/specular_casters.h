@@ -25,7 +25,7 @@ class SpecularCasters {
 
     bool is_empty() const { return casters_.empty(); }
 
-    /// Around all of them.
+    /// Around all of them, at all times.
     Ball ball() const;
 
     /// Largest half angle [rad], about, that a light in the ball fills as seen from one of them (of
@@ -38,20 +38,21 @@ class SpecularCasters {
         return material < weights_.size() ? weights_[material] : 0.0;
     }
 
-    /// A direction (unit) from x that may meet one of them; every direction that does can come. Its
-    /// density is nobody's business. u, u_piece, v: in [0,1). Zero: none.
-    Vec3d direction_from(const Vec3d& x, const Vec2& u, float u_piece, const Vec2& v) const;
+    /// A direction (unit) from x that may meet one of them at a time (Ray::time); every direction
+    /// that does can come. Its density is nobody's business. u, u_piece, v: in [0,1). Zero: none.
+    Vec3d direction_from(
+        const Vec3d& x, float time, const Vec2& u, float u_piece, const Vec2& v) const;
 
   private:
     /// A shape where it stands.
     struct Caster {
         uint32_t instance = scene::none, shape = scene::none;
         uint32_t pieces = 0;  ///< index into pieces_
-        Ball ball;
+        Ball ball;            ///< at all times
     };
 
     uint32_t add_pieces(const geometry::TriangleMesh& mesh, scene::MaterialId override);
-    Vec3d point_on(const Caster& caster, float u_piece, const Vec2& u) const;
+    Vec3d point_on(const Caster& caster, float time, float u_piece, const Vec2& u) const;
 
     const World& world_;
     std::vector<double> weights_;  // [material]
