@@ -127,9 +127,9 @@ TEST(Motion, OfTransformsIsOneOfPoints) {
 // Whole turns bring everything back to where it was, at the keys and halfway.
 TEST(Motion, OfWholeTurnsIsNoRest) {
     for (const int turns : {1, 2, 3, 4, 6, 7, 12}) {
-        const std::string spin = "float xformOp:rotateZ.timeSamples = { 1: 0, 2: " +
-                                 std::to_string(360 * turns) +
-                                 " }\nuniform token[] xformOpOrder = [\"xformOp:rotateZ\"]\n";
+        const std::string spin =
+            "float xformOp:rotateZ.timeSamples = { 1: 0, 2: " + std::to_string(360 * turns) +
+            " }\nuniform token[] xformOpOrder = [\"xformOp:rotateZ\"]\n";
         Translated t;
         translate_at(1, "double shutter:close = 1\n",
                      "class Xform \"Model\" {\n" + quad("Q") +
@@ -408,7 +408,8 @@ TEST(Motion, ThatIsNotRenderedIsNamed) {
         {"a topology that is another one in between", half_a_frame,
          "def Mesh \"M\" {\n" + moves +
              "point3f[] points = [(0,0,0),(1,0,0),(1,1,0),(0,1,0)]\nint[] faceVertexCounts = [3]\n"
-             "int[] faceVertexIndices.timeSamples = { 1: [0,1,2], 1.2: [1,2,3], 1.4: [0,1,2] }\n}\n",
+             "int[] faceVertexIndices.timeSamples = { 1: [0,1,2], 1.2: [1,2,3], 1.4: [0,1,2] "
+             "}\n}\n",
          1},
         {"a point that is nowhere", half_a_frame,
          moving_quad("1.4: [(0,0,0),(1,0,0),(nan,1,0),(0,1,0)],"), 1},
