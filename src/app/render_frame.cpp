@@ -113,7 +113,7 @@ class FrameRenderer {
           world_(input.scene, world_options(job, input), make_light_image_loader(), diagnostics),
           caustics_(integrator::make_caustic_sampler(job.caustics, world_)),
           training_(integrator::train_guide(world_, tracer_options(nullptr, nullptr), is_refused() ? integrator::Guiding::Off : job.guiding, &StopSignals::stop_flag())),
-          branches_(job.splits && !is_refused() ? integrator::try_branches(world_, tracer_options(guide(), nullptr), &StopSignals::stop_flag()) : integrator::BranchTrial()),
+          branches_(job.splits && !is_refused() ? integrator::try_branches(world_, tracer_options(guide(), nullptr), traced_window(), &StopSignals::stop_flag()) : integrator::BranchTrial()),
           tracer_(world_, layers_, tracer_options(guide(), &branches_.map)),
           printer_(job.progress) {}
 
@@ -177,6 +177,15 @@ class FrameRenderer {
     }
 
     const guiding::GuidingField* guide() const { return training_.is_used ? &training_.field : nullptr; }
+
+    /// The pixels that paths start from.
+    image::Window traced_window() const {
+        if (!job_.replay) return window_;
+        // A pixel outside of the picture is refused later
+        const scene::RenderSettings& s = input_.scene.settings;
+        const int x = int(std::min((*job_.replay)[0], uint64_t(s.width - 1))), y = int(std::min((*job_.replay)[1], uint64_t(s.height - 1)));
+        return {x, y, x + 1, y + 1};
+    }
 
     /// What is left of the time after training and trial.
     integrator::RenderOptions schedule() const {

@@ -19,14 +19,15 @@ class BranchMap {
     /// The same number everywhere.
     explicit BranchMap(uint32_t count = 1) : counts_(1, uint8_t(count)) {}
 
-    /// counts: [blocks_high][blocks_across].
-    BranchMap(int blocks_across, std::vector<uint8_t> counts) : blocks_across_(blocks_across), counts_(std::move(counts)) {}
+    /// counts: [blocks_high][blocks_across], from the block in column first_x and row first_y of the picture on.
+    BranchMap(int blocks_across, std::vector<uint8_t> counts, int first_x = 0, int first_y = 0)
+        : blocks_across_(blocks_across), first_x_(first_x), first_y_(first_y), counts_(std::move(counts)) {}
 
-    /// Of the pixel (x, y) of the whole picture; beside it, in overscan, that of the nearest block.
+    /// Of the pixel (x, y) of the whole picture; beside the blocks, as in overscan, that of the nearest one.
     uint32_t at(int x, int y) const {
         if (blocks_across_ == 0) return counts_[0];
-        const int column = std::clamp(x / block_size, 0, blocks_across_ - 1);
-        const int row = std::clamp(y / block_size, 0, int(counts_.size()) / blocks_across_ - 1);
+        const int column = std::clamp(x / block_size - first_x_, 0, blocks_across_ - 1);
+        const int row = std::clamp(y / block_size - first_y_, 0, int(counts_.size()) / blocks_across_ - 1);
         return counts_[size_t(row) * size_t(blocks_across_) + size_t(column)];
     }
 
@@ -38,7 +39,7 @@ class BranchMap {
     }
 
   private:
-    int blocks_across_ = 0;
+    int blocks_across_ = 0, first_x_ = 0, first_y_ = 0;
     std::vector<uint8_t> counts_;
 };
 

@@ -94,10 +94,26 @@ struct Grid {
     int across, high;
 };
 
+/// Some of the columns or rows of a grid: [begin, end).
+struct Span {
+    int begin, end;
+
+    int count() const { return end - begin; }
+};
+
+/// Those of `count` blocks that hold pixels from begin to end; the nearest one where that is beside the picture.
+Span blocks_of(int begin, int end, int count) {
+    const auto block = [&](int pixel) { return std::clamp(pixel / BranchMap::block_size, 0, count - 1); };
+    return {block(begin), block(end - 1) + 1};
+}
+
 class Trials {
   public:
-    Trials(const World& world, const PathTracerOptions& options, const std::atomic<bool>* stop)
-        : settings_(world.scene.settings), cells_(settings_, cell_size), blocks_(settings_, BranchMap::block_size), two_(trial_branches), stop_(stop) {
+    Trials(const World& world, const PathTracerOptions& options, const film::Window& window, const std::atomic<bool>* stop)
+        : settings_(world.scene.settings), cells_(settings_, cell_size), two_(trial_branches), stop_(stop) {
+        const Grid blocks(settings_, BranchMap::block_size);
+        columns_ = blocks_of(window.x0, window.x1, blocks.across);
+        rows_ = blocks_of(window.y0, window.y1, blocks.high);
         PathTracerOptions trial_options = options;
         trial_options.seed = seed_ = hash_combine(options.seed, trial_seed_salt);
         trial_options.branches = &two_;
@@ -116,20 +132,22 @@ class Trials {
     }
 
     BranchMap map() const {
-        std::vector<uint8_t> counts(blocks_.count());
-        for (int y = 0; y < blocks_.high; ++y) {
-            for (int x = 0; x < blocks_.across; ++x) counts[size_t(y * blocks_.across + x)] = uint8_t(best(around(x, y)));
+        std::vector<uint8_t> counts;
+        for (int y = rows_.begin; y < rows_.end; ++y) {
+            for (int x = columns_.begin; x < columns_.end; ++x) counts.push_back(uint8_t(best(around(x, y))));
         }
-        return {blocks_.across, std::move(counts)};
+        return {columns_.count(), std::move(counts), columns_.begin, rows_.begin};
     }
 
   private:
     void trace(const PathTracer& tracer, const film::LayerSet& layers) {
         parts_.resize(cells_.count());
-        counts_.resize(size_t(cells_.high));
-        parallel_for(size_t(cells_.high), [&](size_t row) {
+        const Span tried_columns = cells_around(columns_, cells_.across), tried_rows = cells_around(rows_, cells_.high);
+        counts_.resize(size_t(tried_rows.count()));
+        parallel_for(counts_.size(), [&](size_t i) {
+            const size_t row = size_t(tried_rows.begin) + i;
             film::SampleRadiance radiance(layers);
-            for (int column = 0; column < cells_.across && !is_stopped(); ++column) {
+            for (int column = tried_columns.begin; column < tried_columns.end && !is_stopped(); ++column) {
                 const size_t cell = row * size_t(cells_.across) + size_t(column);
                 const uint64_t place = hash_combine(seed_, cell);
                 const int x = std::min(column * cell_size + int(place % cell_size), settings_.width - 1);
@@ -142,18 +160,23 @@ class Trials {
                     trial.add(s, radiance);
                 }
                 parts_[cell] = trial.parts(counts);
-                counts_[row] += counts;
+                counts_[i] += counts;
             }
         });
     }
 
+    /// Of `count` columns or rows of cells those of blocks and of the blocks around them.
+    static Span cells_around(const Span& blocks, int count) {
+        constexpr int per_block = BranchMap::block_size / cell_size;
+        return {std::max(0, (blocks.begin - reach) * per_block), std::min(count, (blocks.end + reach) * per_block)};
+    }
+
     /// Sum over the cells of a block and of those around it.
     Parts around(int block_x, int block_y) const {
-        constexpr int per_block = BranchMap::block_size / cell_size;
+        const Span columns = cells_around({block_x, block_x + 1}, cells_.across), rows = cells_around({block_y, block_y + 1}, cells_.high);
         Parts sum;
-        const int last_y = std::min(cells_.high, (block_y + reach + 1) * per_block), last_x = std::min(cells_.across, (block_x + reach + 1) * per_block);
-        for (int y = std::max(0, (block_y - reach) * per_block); y < last_y; ++y) {
-            for (int x = std::max(0, (block_x - reach) * per_block); x < last_x; ++x) sum += parts_[size_t(y * cells_.across + x)];
+        for (int y = rows.begin; y < rows.end; ++y) {
+            for (int x = columns.begin; x < columns.end; ++x) sum += parts_[size_t(y) * size_t(cells_.across) + size_t(x)];
         }
         return sum;
     }
@@ -169,22 +192,23 @@ class Trials {
     }
 
     const scene::RenderSettings& settings_;
-    Grid cells_, blocks_;
+    Grid cells_;
+    Span columns_ = {}, rows_ = {};  // of the blocks that are wanted
     BranchMap two_;
     const std::atomic<bool>* stop_;
     uint64_t seed_ = 0;
     std::vector<Parts> parts_;      // [cell]
-    std::vector<RayCounts> counts_;  // [row of cells]
+    std::vector<RayCounts> counts_;  // [row of cells that are tried]
 };
 
 }  // namespace
 
-BranchTrial try_branches(const World& world, const PathTracerOptions& options, const std::atomic<bool>* stop) {
+BranchTrial try_branches(const World& world, const PathTracerOptions& options, const film::Window& window, const std::atomic<bool>* stop) {
     BranchTrial out;
     // Chains of mirrors never divide
     if (options.estimator.specular_chains_only) return out;
     const auto start = std::chrono::steady_clock::now();
-    const Trials trials(world, options, stop);
+    const Trials trials(world, options, window, stop);
     out.rays = trials.rays();
     if (!trials.is_stopped()) out.map = trials.map();
     out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -8,7 +8,8 @@
 
 namespace velatura::integrator {
 
-/// What a trial came to. All but `seconds` is a function of scene, picture size and tracer options alone.
+/// What a trial came to. All but `seconds` is a function of scene, picture size, window and tracer options alone, and
+/// what the map says of a pixel is one without the window.
 struct BranchTrial {
     BranchMap map;
     RayCounts rays;
@@ -24,8 +25,8 @@ struct BranchTrial {
 /// Bolin & Meyer 1997). Each block of pixels takes the best n by what it and its neighbours came to. Variances are those of
 /// runs of eight samples, so that what low-discrepancy points integrate well counts little.
 ///
-/// Args: options of the render to come, whose `branches` are not looked at; a guide is used. stop: ends the trial early,
-/// with one branch everywhere.
-BranchTrial try_branches(const World& world, const PathTracerOptions& options, const std::atomic<bool>* stop = nullptr);
+/// Args: options of the render to come, whose `branches` are not looked at; a guide is used. window: the pixels to be
+/// rendered, not empty; nothing is tried far from them. stop: ends the trial early, with one branch everywhere.
+BranchTrial try_branches(const World& world, const PathTracerOptions& options, const film::Window& window, const std::atomic<bool>* stop = nullptr);
 
 }  // namespace velatura::integrator

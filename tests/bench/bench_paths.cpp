@@ -117,7 +117,7 @@ class Measurement {
           layers_(all_layers(scene)),
           world_(scene, {.width = width, .height = height, .expected_rays = 1e8}, app::make_light_image_loader(), diagnostics_),
           training_(integrator::train_guide(world_, {}, integrator::Guiding::Auto)),
-          branches_(integrator::try_branches(world_, tracer_options())) {
+          branches_(integrator::try_branches(world_, tracer_options(), {0, 0, width, height})) {
         for (const Diagnostic& d : diagnostics_.all()) fmt::print(stderr, "{}\n", diagnostics_.format(d));
         row_.name = std::move(name);
     }

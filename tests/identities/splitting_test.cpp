@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 namespace velatura::test {
 
@@ -56,11 +57,11 @@ def SphereLight "Lamp" {
 )usda" + (is_room ? room : "");
 }
 
-integrator::BranchTrial trial_of(const scene::Scene& scene, int threads = 0) {
+integrator::BranchTrial trial_of(const scene::Scene& scene, int threads = 0, std::optional<film::Window> window = {}) {
     const ThreadLimit limit(threads);
     Diagnostics diagnostics;
     const integrator::World world(scene, {.width = scene.settings.width, .height = scene.settings.height}, {}, diagnostics);
-    return integrator::try_branches(world, {.seed = 1});
+    return integrator::try_branches(world, {.seed = 1}, window.value_or(film::Window{0, 0, scene.settings.width, scene.settings.height}));
 }
 
 }  // namespace
@@ -138,6 +139,25 @@ TEST(Splitting, TilesThreadsPartsAndCropsGiveTheSameBits) {
                 ASSERT_TRUE(p.x == q.x && p.y == q.y && p.z == q.z);
             }
         }
+    }
+}
+
+// The trial of a part is that of the whole there, and costs as much as the part.
+TEST(Splitting, IsTriedNearWhatIsRenderedAlone) {
+    const scene::Scene scene = scene_from_usda(room_usda(), 150, 110);
+    const integrator::BranchTrial whole = trial_of(scene);
+    EXPECT_GT(whole.map.mean(), 1.1);
+    for (const film::Window& window : {film::Window{70, 50, 75, 85}, film::Window{0, 0, 1, 1}, film::Window{149, 109, 150, 110}, film::Window{-30, 100, 9, 200}}) {
+        const integrator::BranchTrial part = trial_of(scene, 0, window);
+        EXPECT_LT(part.rays.paths, whole.rays.paths / 3);
+        double sum = 0;
+        for (int y = window.y0; y < window.y1; ++y) {
+            for (int x = window.x0; x < window.x1; ++x) {
+                ASSERT_EQ(part.map.at(x, y), whole.map.at(x, y)) << x << " " << y;
+                sum += part.map.at(x, y);
+            }
+        }
+        EXPECT_GE(sum, 1);
     }
 }
 

@@ -62,7 +62,7 @@ film::Film render_scene(const scene::Scene& scene, const integrator::RenderOptio
         integrator::PathTracerOptions tracer_options{.seed = options.seed, .caustics = caustics.get()};
         if (training.is_used) tracer_options.guide = &training.field;
         integrator::BranchMap branches(setup.branches);
-        if (setup.branches == 0) branches = integrator::try_branches(world, tracer_options).map;
+        if (setup.branches == 0) branches = integrator::try_branches(world, tracer_options, film.window()).map;
         tracer_options.branches = &branches;
         const integrator::PathTracer tracer(world, layers, tracer_options);
         const integrator::RenderResult result = integrator::run_schedule(

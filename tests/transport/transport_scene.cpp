@@ -100,7 +100,7 @@ Pixels TransportRenderer::render_scheduled(uint64_t seed, uint64_t samples, cons
     const integrator::GuideTraining training = integrator::train_guide(*world_, tracer_options, placement.guiding);
     was_guided_ = training.is_used;
     if (training.is_used) tracer_options.guide = &training.field;
-    const integrator::BranchTrial branches = placement.splits ? integrator::try_branches(*world_, tracer_options) : integrator::BranchTrial();
+    const integrator::BranchTrial branches = placement.splits ? integrator::try_branches(*world_, tracer_options, {0, 0, scene_.settings.width, scene_.settings.height}) : integrator::BranchTrial();
     mean_branches_ = branches.map.mean();
     tracer_options.branches = &branches.map;
     const integrator::PathTracer tracer(*world_, layers, tracer_options);
