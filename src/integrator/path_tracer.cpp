@@ -147,7 +147,7 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
     path.cone_spread = first.cone_spread;
     path.receiver.p = path.straight_o = first.o;
     path.beta = Rgb(world_.camera.exposure_scale());
-    if (world_.materials.has_absorption()) path.interior = world_.camera_interior;
+    if (world_.materials.has_absorption()) path.interior = world_.interior_changes ? world_.interior_at(first.o, time) : world_.camera_interior;
     ++counts.paths;
     ++counts.camera;
     follow(path, out);

@@ -41,9 +41,10 @@ std::unique_ptr<accel::Accelerator> make_accelerator(const scene::Scene& scene,
 constexpr int most_surfaces = 1024;
 
 /// Bodies that a ray from the camera leaves without having entered them, the innermost first.
-std::vector<scene::MaterialId> bodies_left(const World& world, const Vec3& o, const Vec3& d) {
+std::vector<scene::MaterialId> bodies_left(const World& world, const Vec3& o, const Vec3& d, float time) {
     std::vector<scene::MaterialId> left, entered;
     geometry::Ray ray{o, d};
+    ray.time = time;
     for (int i = 0; i < most_surfaces; ++i) {
         const geometry::Hit hit = world.accelerator->intersect(ray);
         if (!hit.is_valid()) break;
@@ -57,20 +58,6 @@ std::vector<scene::MaterialId> bodies_left(const World& world, const Vec3& o, co
         ray = geometry::spawn_ray(point, d);
     }
     return left;
-}
-
-/// What a point is inside of: closed bodies are left in whatever direction, open sheets only in some.
-Interior interior_at(const World& world, const Vec3& p) {
-    // Any three directions that models seldom have
-    const Vec3 directions[] = {normalize(Vec3(0.31f, 0.87f, -0.39f)), normalize(Vec3(-0.72f, -0.23f, -0.65f)), normalize(Vec3(0.43f, -0.57f, 0.70f))};
-    std::vector<scene::MaterialId> bodies = bodies_left(world, p, directions[0]);
-    for (int i = 1; i < 3; ++i) {
-        const std::vector<scene::MaterialId> others = bodies_left(world, p, directions[i]);
-        std::erase_if(bodies, [&](scene::MaterialId m) { return std::find(others.begin(), others.end(), m) == others.end(); });
-    }
-    Interior interior;
-    for (auto m = bodies.rbegin(); m != bodies.rend(); ++m) interior.enter(*m);
-    return interior;
 }
 
 template <class Light>
@@ -100,7 +87,21 @@ World::World(const scene::Scene& s, const WorldOptions& options, const lights::I
       has_lobe_multipliers(options.forced.has(scene::Effect::LobeMultipliers) ||
                            std::any_of(s.lights.begin(), s.lights.end(), has_multiplier<scene::Light>) ||
                            std::any_of(s.mesh_lights.begin(), s.mesh_lights.end(), has_multiplier<scene::MeshLight>)) {
-    if (materials.has_absorption()) camera_interior = interior_at(*this, camera.generate_ray(Vec2(0.5f * float(options.width), 0.5f * float(options.height)), Vec2(0.5f)).o);
+    interior_changes = materials.has_absorption() && (geometry.has_motion() || camera.has_motion());
+    if (materials.has_absorption() && !interior_changes) camera_interior = interior_at(camera.generate_ray(Vec2(0.5f * float(options.width), 0.5f * float(options.height)), Vec2(0.5f)).o, 0.0f);
+}
+
+Interior World::interior_at(const Vec3& p, float time) const {
+    // Closed bodies are left in whatever direction, open sheets only in some: any three that models seldom have
+    const Vec3 directions[] = {normalize(Vec3(0.31f, 0.87f, -0.39f)), normalize(Vec3(-0.72f, -0.23f, -0.65f)), normalize(Vec3(0.43f, -0.57f, 0.70f))};
+    std::vector<scene::MaterialId> bodies = bodies_left(*this, p, directions[0], time);
+    for (int i = 1; i < 3; ++i) {
+        const std::vector<scene::MaterialId> others = bodies_left(*this, p, directions[i], time);
+        std::erase_if(bodies, [&](scene::MaterialId m) { return std::find(others.begin(), others.end(), m) == others.end(); });
+    }
+    Interior interior;
+    for (auto m = bodies.rbegin(); m != bodies.rend(); ++m) interior.enter(*m);
+    return interior;
 }
 
 }  // namespace velatura::integrator

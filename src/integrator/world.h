@@ -54,6 +54,10 @@ struct World {
     bool has_motion = false;  ///< something moves while the shutter is open: camera rays have a time
     bool chooses_lights = false;  ///< one light of several has to be picked for light sampling
     bool has_very_many_lights = false;  ///< see lights::wants_fine_numbers
+    /// What a point (render space) is inside of at a time, found by rays to where nothing is.
+    Interior interior_at(const Vec3& p, float time) const;
+
+    bool interior_changes = false;  ///< camera_interior depends on the time, and is not kept
     Interior camera_interior;  ///< what the camera is inside of; only looked for where something absorbs
     bool has_lobe_multipliers = false;  ///< some light has a diffuse or specular multiplier other than 1
 };

@@ -80,6 +80,27 @@ TEST(Absorption, InstancesScaleTheDistance) {
     }
 }
 
+// A slab that moves along the view, from around the camera to before it: inside for half of the time
+TEST(Absorption, CameraInsideForAWhile) {
+    TestScene test;
+    const scene::MaterialId glass = test.add_material(coloured_glass(1.0f));
+    add_slab(test, 0.5f, -0.5f, 50.0f, glass);
+    for (scene::Shape& shape : test.scene.shapes) {
+        auto& mesh = std::get<scene::Mesh>(shape.geometry);
+        mesh.later_points = {mesh.points};
+        for (Vec3& p : mesh.later_points[0]) p.z -= 1.0f;
+    }
+    test.add_square(-4.0f, 8.0f, test.add_matte(Rgb(0.0f), Rgb(1.0f)));
+    test.look_at_point(1e-7);
+    const RenderedLayers layers = render(test, {.size = 8, .samples = 1024});
+    for (int c = 0; c < 3; ++c) {
+        // At time t the way inside is 1/2 + t, and 1 from t = 1/2 on
+        const double sigma = -std::log(left_after(1.0, c));
+        const double expected = (std::exp(-0.5 * sigma) - std::exp(-sigma)) / sigma + 0.5 * std::exp(-sigma);
+        expect_close(layers.bounce(0, -1, c), expected, 1e-3, fmt::format("camera inside for a while, channel {}", c));
+    }
+}
+
 TEST(Absorption, CameraInsideABall) {
     TestScene test;
     test.add_faceted_ball(1.0f, test.add_material(coloured_glass(1.0f)));
