@@ -118,7 +118,10 @@ GeometrySet::GeometrySet(const scene::Scene& scene, const TessellationOptions& o
     parallel_for(jobs.size(), [&](size_t i) {
         const Job& job = jobs[i];
         std::optional<TriangleMesh> mesh;
-        if (!job.is_light && !options.all_quadrics) mesh = make_quadric_mesh(*job.shape);
+        const bool may_be_triangles = std::holds_alternative<scene::Mesh>(job.shape->geometry) ||
+                                      std::holds_alternative<scene::Gprim>(job.shape->geometry);
+        if (!may_be_triangles || (!job.is_light && !options.all_quadrics))
+            mesh = make_primitive_mesh(*job.shape);
         TessellationOptions of_job = options;
         of_job.stays = options.stays || job.is_light;
         if (!mesh) mesh = make_triangle_mesh(*job.shape, of_job);

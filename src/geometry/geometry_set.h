@@ -43,7 +43,7 @@ class GeometrySet {
     GeometrySet() = default;
     /// Tessellates in parallel; the result does not depend on the number of threads. Quadrics stay
     /// what they are, but for those that are sampled as lights, triangle by triangle, and those
-    /// that are too distorted. Lights do not move.
+    /// that are too distorted. Curves and points are never triangles. Lights do not move.
     explicit GeometrySet(const scene::Scene& scene, const TessellationOptions& options = {});
 
     /// [shape of Scene::shapes], render space.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/math.h"
+#include "scene/mesh.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -30,6 +31,13 @@ struct PrimitiveSurface {
     Vec3d n;                 ///< towards the outside, not unit, not zero
     Mat3d normal_by_p;       ///< derivative of n by p (row vectors: dn = dp · M), along the surface
     uint32_t face = 0;       ///< side, cap …
+};
+
+/// What a primvar's value at a place is made of: the sum of weights times rows.
+struct PrimvarRows {
+    uint32_t row[4] = {0, 0, 0, 0};
+    float weight[4] = {1, 0, 0, 0};
+    int count = 1;
 };
 
 /// Primitives that are not triangles: they say themselves where rays meet them. An accelerator
@@ -69,8 +77,18 @@ class PrimitiveSet {
                                      const PrimitiveHit& hit) const = 0;
 
     /// How texture coordinates would run over the surface near p; not unit. False: no such thing.
-    virtual bool tangents(
-        uint32_t index, uint32_t face, const Vec3d& p, Vec3d& dpdu, Vec3d& dpdv) const = 0;
+    /// hit: as intersect() returned it, but for t.
+    virtual bool tangents(uint32_t index,
+                          uint32_t face,
+                          const Vec3d& p,
+                          const PrimitiveHit& hit,
+                          Vec3d& dpdu,
+                          Vec3d& dpdv) const = 0;
+
+    /// Rows of primvars that are not the same everywhere. hit: as above.
+    virtual PrimvarRows primvar_rows(uint32_t index,
+                                     scene::Interpolation interpolation,
+                                     const PrimitiveHit& hit) const;
 
     /// Memory that it holds.
     virtual size_t bytes() const = 0;
@@ -81,5 +99,11 @@ class PrimitiveSet {
     /// A point of the surface, about evenly by area. u: in [0, 1).
     virtual Vec3d point(uint32_t index, const Vec2d& u) const = 0;
 };
+
+inline PrimvarRows PrimitiveSet::primvar_rows(uint32_t,
+                                              scene::Interpolation,
+                                              const PrimitiveHit&) const {
+    return {};
+}
 
 }  // namespace velatura::geometry

@@ -381,8 +381,12 @@ PrimitiveSurface Quadric::surface(uint32_t,
     return surface;
 }
 
-bool Quadric::tangents(
-    uint32_t, uint32_t face, const Vec3d& p, Vec3d& dpdu, Vec3d& dpdv) const {
+bool Quadric::tangents(uint32_t,
+                       uint32_t face,
+                       const Vec3d& p,
+                       const PrimitiveHit&,
+                       Vec3d& dpdu,
+                       Vec3d& dpdv) const {
     // Around the axis, and from the lower pole to the upper one
     Vec3d q = to_canonical(p - origin_);
     const Vec3d around(-q.y, q.x, 0.0);

@@ -43,8 +43,12 @@ class Quadric final : public PrimitiveSet {
                              const Vec3d& d,
                              const PrimitiveHit& hit) const override;
 
-    bool tangents(
-        uint32_t, uint32_t face, const Vec3d& p, Vec3d& dpdu, Vec3d& dpdv) const override;
+    bool tangents(uint32_t,
+                  uint32_t face,
+                  const Vec3d& p,
+                  const PrimitiveHit&,
+                  Vec3d& dpdu,
+                  Vec3d& dpdv) const override;
 
     size_t bytes() const override { return sizeof(*this); }
 

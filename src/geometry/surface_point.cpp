@@ -102,7 +102,8 @@ bool primitive_derivatives(const SurfacePoint& point,
                            Vec3d& dpds,
                            Vec3d& dpdt) {
     const Vec3d p = transform_point(Vec3d(point.p), forward.inverse());
-    return point.mesh->primitives()->tangents(point.triangle, point.face, p, dpds, dpdt);
+    return point.mesh->primitives()->tangents(point.triangle, point.face, p,
+                                              {0.0, point.b1, point.b2}, dpds, dpdt);
 }
 
 /// Sets all three to the primitive's.

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geometry/tessellate.h"
 
+#include "geometry/ball_set.h"
 #include "geometry/gprims.h"
+#include "geometry/mapped_set.h"
 #include "geometry/quadric.h"
+#include "geometry/round_curves.h"
 
 #include <algorithm>
 #include <utility>
@@ -89,16 +92,25 @@ TriangleMesh make_triangle_mesh(const scene::Shape& shape, const TessellationOpt
     return TriangleMesh(std::move(data));
 }
 
-std::optional<TriangleMesh> make_quadric_mesh(const scene::Shape& shape) {
-    const auto* gprim = std::get_if<scene::Gprim>(&shape.geometry);
-    if (!gprim) return std::nullopt;
+std::optional<TriangleMesh> make_primitive_mesh(const scene::Shape& shape) {
     TriangleMeshData data;
-    data.primitives = Quadric::make(*gprim);
-    if (!data.primitives) return std::nullopt;
-    data.primvars = gprim->primvars;
     data.material = shape.material;
-    // Normals of a quadric are outside whatever its matrix, those of windings are not
-    data.flip_normals = shape.flip_normals != (determinant3(gprim->shape_from_gprim) < 0.0);
+    data.flip_normals = shape.flip_normals;
+    if (const auto* gprim = std::get_if<scene::Gprim>(&shape.geometry)) {
+        data.primitives = Quadric::make(*gprim);
+        if (!data.primitives) return std::nullopt;
+        data.primvars = gprim->primvars;
+        // Normals of a quadric are outside whatever its matrix, those of windings are not
+        if (determinant3(gprim->shape_from_gprim) < 0.0) data.flip_normals = !data.flip_normals;
+    } else if (const auto* curves = std::get_if<scene::Curves>(&shape.geometry)) {
+        data.primitives = MappedSet::make(RoundCurves::make(*curves), curves->shape_from_curves);
+        data.primvars = curves->primvars;
+    } else if (const auto* points = std::get_if<scene::Points>(&shape.geometry)) {
+        data.primitives = MappedSet::make(BallSet::make(*points), points->shape_from_points);
+        data.primvars = points->primvars;
+    } else {
+        return std::nullopt;
+    }
     return TriangleMesh(std::move(data));
 }
 

@@ -26,9 +26,10 @@ struct TessellationOptions {
 /// their numbers. Exact under scaling of the shape by powers of two.
 TriangleMesh make_triangle_mesh(const scene::Shape& shape, const TessellationOptions& options = {});
 
-/// A shape that rays meet as the quadric that it is: without triangles. Nothing for other shapes
-/// and where Quadric::make has none.
-std::optional<TriangleMesh> make_quadric_mesh(const scene::Shape& shape);
+/// A shape that rays meet as the quadric, the curves or the points that it is: without triangles.
+/// Nothing for other shapes and where Quadric::make has none; curves and points of which nothing
+/// can be met have neither.
+std::optional<TriangleMesh> make_primitive_mesh(const scene::Shape& shape);
 
 /// Appends corner triples (0 … polygon.size() − 1) that cover the polygon, in its winding.
 /// Ref: Meisters 1975, "Polygons Have Ears"; a self-crossing polygon still gives polygon.size() − 2

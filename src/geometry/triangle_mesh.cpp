@@ -120,7 +120,12 @@ bool TriangleMesh::corner_normals(uint32_t triangle, Vec3d out[3], float time) c
 
 /// Numbers of the primvar at corner k; null when they do not reach it.
 const float* TriangleMesh::row(const scene::Primvar& primvar, uint32_t triangle, int k) const {
-    size_t row = element(primvar.interpolation, triangle, k);
+    return numbers(primvar, element(primvar.interpolation, triangle, k));
+}
+
+/// Those of an element.
+const float* TriangleMesh::numbers(const scene::Primvar& primvar, size_t element) const {
+    size_t row = element;
     if (!primvar.indices.empty()) {
         if (row >= primvar.indices.size()) return nullptr;
         row = primvar.indices[row];
@@ -140,10 +145,27 @@ bool TriangleMesh::primvar_corners(scene::PrimvarId id, uint32_t triangle, float
     return true;
 }
 
+/// The same of a shape of primitives.
+bool TriangleMesh::primitive_primvar(
+    const scene::Primvar& primvar, uint32_t primitive, float u, float v, float out[4]) const {
+    const PrimvarRows rows =
+        data_.primitives->primvar_rows(primitive, primvar.interpolation, {0.0, u, v});
+    double sum[4] = {0, 0, 0, 0};
+    for (int k = 0; k < rows.count; ++k) {
+        const float* values = numbers(primvar, rows.row[k]);
+        if (values == nullptr) return false;
+        for (size_t i = 0; i < primvar.width; ++i)
+            sum[i] += double(rows.weight[k]) * double(values[i]);
+    }
+    for (size_t i = 0; i < primvar.width; ++i) out[i] = float(sum[i]);
+    return true;
+}
+
 bool TriangleMesh::primvar(
     scene::PrimvarId id, uint32_t triangle, float b1, float b2, float out[4]) const {
     const scene::Primvar* primvar = find(id);
     if (primvar == nullptr) return false;
+    if (data_.primitives) return primitive_primvar(*primvar, triangle, b1, b2, out);
     const float* first = row(*primvar, triangle, 0);
     if (first == nullptr) return false;
     if (primvar->interpolation == scene::Interpolation::Constant ||

@@ -102,6 +102,7 @@ class TriangleMesh {
 
     /// Interpolates a primvar; writes its `width` floats and leaves the rest of `out` alone.
     /// Returns: false when the mesh has no such primvar or its numbers do not reach this triangle.
+    /// Of primitives: b1, b2 are PrimitiveHit::u, v.
     bool primvar(scene::PrimvarId id, uint32_t triangle, float b1, float b2, float out[4]) const;
 
     /// Rows of the primvar at the three corners; false as above.
@@ -123,6 +124,9 @@ class TriangleMesh {
   private:
     const scene::Primvar* find(scene::PrimvarId id) const;
     const float* row(const scene::Primvar& primvar, uint32_t triangle, int k) const;
+    const float* numbers(const scene::Primvar& primvar, size_t element) const;
+    bool primitive_primvar(
+        const scene::Primvar& primvar, uint32_t primitive, float u, float v, float out[4]) const;
     void extend_bounds(const std::vector<Vec3>& positions);
     Vec3 moved_position(uint32_t vertex, float time) const;
     bool corner_normal(uint32_t triangle, int k, float time, Vec3d& n) const;

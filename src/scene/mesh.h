@@ -57,12 +57,39 @@ struct Gprim {
     std::vector<Primvar> primvars;  ///< constant ones only
 };
 
+/// Strands of linear or cubic curves, in the space of `shape_from_curves`: round ones of the given width, or, with
+/// normals, ribbons as wide that face them. What makes no curve is left out by `translate`: see curves.h for how many
+/// vertices a curve may have.
+struct Curves {
+    enum class Basis : uint8_t { Linear, Bezier, Bspline, CatmullRom };
+    enum class Wrap : uint8_t { Nonperiodic, Periodic, Pinned };
+    Basis basis = Basis::Bezier;
+    Wrap wrap = Wrap::Nonperiodic;
+    std::vector<Vec3> points;             ///< [vertex]
+    std::vector<uint32_t> vertex_counts;  ///< [curve]
+    std::vector<float> widths;            ///< rows, finite, not negative
+    Interpolation width_interpolation = Interpolation::Constant;
+    std::vector<Vec3> normals;  ///< rows, unit not promised; empty = round
+    Interpolation normal_interpolation = Interpolation::Vertex;
+    Mat4d shape_from_curves;        ///< the identity unless it makes ellipses of circles
+    std::vector<Primvar> primvars;  ///< Uniform: by curve
+};
+
+/// Balls in the space of `shape_from_points`.
+struct Points {
+    std::vector<Vec3> points;
+    std::vector<float> widths;      ///< one for all, or [point]; finite, not negative
+    Mat4d shape_from_points;        ///< the identity unless it makes ellipsoids of balls
+    std::vector<Primvar> primvars;  ///< Varying, Vertex: by point
+};
+
 /// Geometry with what a ray hit needs to know about it. Shape space is render space for shapes placed directly, and the
 /// space of the prototype for shapes of a prototype.
 struct Shape {
-    std::variant<Mesh, Gprim> geometry;
+    std::variant<Mesh, Gprim, Curves, Points> geometry;
     MaterialId material = none;  ///< none = displayColor / displayOpacity material
-    bool flip_normals = false;   ///< geometric normal against the winding: leftHanded xor mirrored shape transform
+    bool flip_normals = false;   ///< geometric normal against the winding: leftHanded xor mirrored shape transform; of
+                               ///< curves and points: leftHanded
     bool double_sided = false;
     MeshLightId light = none;    ///< the shape is this light
     ProvenanceId provenance = none;

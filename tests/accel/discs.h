@@ -65,6 +65,7 @@ class Discs final : public geometry::PrimitiveSet {
     bool tangents(uint32_t index,
                   uint32_t,
                   const Vec3d&,
+                  const geometry::PrimitiveHit&,
                   Vec3d& dpdu,
                   Vec3d& dpdv) const override {
         dpdu = discs_[index].x;
