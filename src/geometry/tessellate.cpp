@@ -5,6 +5,7 @@
 #include "geometry/gprims.h"
 #include "geometry/mapped_set.h"
 #include "geometry/quadric.h"
+#include "geometry/ribbons.h"
 #include "geometry/round_curves.h"
 
 #include <algorithm>
@@ -103,7 +104,12 @@ std::optional<TriangleMesh> make_primitive_mesh(const scene::Shape& shape) {
         // Normals of a quadric are outside whatever its matrix, those of windings are not
         if (determinant3(gprim->shape_from_gprim) < 0.0) data.flip_normals = !data.flip_normals;
     } else if (const auto* curves = std::get_if<scene::Curves>(&shape.geometry)) {
-        data.primitives = MappedSet::make(RoundCurves::make(*curves), curves->shape_from_curves);
+        std::shared_ptr<const PrimitiveSet> set;
+        if (curves->normals.empty())
+            set = RoundCurves::make(*curves);
+        else
+            set = Ribbons::make(*curves);
+        data.primitives = MappedSet::make(set, curves->shape_from_curves);
         data.primvars = curves->primvars;
     } else if (const auto* points = std::get_if<scene::Points>(&shape.geometry)) {
         data.primitives = MappedSet::make(BallSet::make(*points), points->shape_from_points);

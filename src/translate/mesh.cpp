@@ -175,6 +175,14 @@ std::optional<scene::Shape> read_mesh(
 
 scene::Shape baked(const scene::Shape& shape, const Mat4d& matrix) {
     scene::Shape out = shape;
+    if (auto* curves = std::get_if<scene::Curves>(&out.geometry)) {
+        curves->shape_from_curves = curves->shape_from_curves * matrix;
+        return out;
+    }
+    if (auto* cloud = std::get_if<scene::Points>(&out.geometry)) {
+        cloud->shape_from_points = cloud->shape_from_points * matrix;
+        return out;
+    }
     if (determinant3(matrix) < 0.0) out.flip_normals = !out.flip_normals;
     if (auto* gprim = std::get_if<scene::Gprim>(&out.geometry)) {
         gprim->shape_from_gprim = gprim->shape_from_gprim * matrix;

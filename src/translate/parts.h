@@ -53,6 +53,7 @@ bool is_gprim_type(std::string_view type);
 /// = interpolation not possible), order by name.
 struct ElementCounts {
     size_t faces = 0, points = 0, corners = 0;
+    std::optional<size_t> varying = std::nullopt;  ///< of curves; else as many as points
 };
 
 std::vector<scene::Primvar> read_primvars(Context& ctx,

@@ -47,6 +47,12 @@ void bake(Context& ctx,
           const Mat4d& matrix,
           const std::optional<Rgb>& display_color) {
     for (const scene::Shape& shape : ctx.scene.prototypes[prototype].shapes) {
+        if (std::holds_alternative<scene::Curves>(shape.geometry) ||
+            std::holds_alternative<scene::Points>(shape.geometry)) {
+            warn_at(ctx, shape.provenance, "bad-transform",
+                    "transform of an instance flattens widths, the prim is left out of it");
+            continue;
+        }
         ctx.scene.shapes.push_back(baked(shape, matrix));
         scene::MeshLightId& light = ctx.scene.shapes.back().light;
         if (light != scene::none) {

@@ -46,20 +46,32 @@ double translation(const Mat4d& m) {
     return Vec3d(m[3][0], m[3][1], m[3][2]).length();
 }
 
+double furthest(const std::vector<Vec3>& points) {
+    double reach = 0;
+    for (const Vec3& p : points)
+        if (is_finite(p)) reach = std::max(reach, Vec3d(p).length());
+    return reach;
+}
+
+double reach_of(double size, const Mat4d& placed) {
+    return size * largest_row(placed) + translation(placed);
+}
+
 /// How far what is placed reaches from its origin, about.
 double reach_of(Placeable& what) {
     if (what.reach) return *what.reach;
     double reach = 0;
     for (const scene::Shape& shape : what.shapes) {
         if (const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry)) {
-            for (const Vec3& p : mesh->points)
-                if (is_finite(p)) reach = std::max(reach, Vec3d(p).length());
-        } else {
-            const auto& gprim = std::get<scene::Gprim>(shape.geometry);
+            reach = std::max(reach, furthest(mesh->points));
+        } else if (const auto* gprim = std::get_if<scene::Gprim>(&shape.geometry)) {
             const double size =
-                std::max({gprim.radius, gprim.height, gprim.size, gprim.width, gprim.length});
-            reach = std::max(reach, size * largest_row(gprim.shape_from_gprim) +
-                                        translation(gprim.shape_from_gprim));
+                std::max({gprim->radius, gprim->height, gprim->size, gprim->width, gprim->length});
+            reach = std::max(reach, reach_of(size, gprim->shape_from_gprim));
+        } else if (const auto* curves = std::get_if<scene::Curves>(&shape.geometry)) {
+            reach = std::max(reach, reach_of(furthest(curves->points), curves->shape_from_curves));
+        } else if (const auto* cloud = std::get_if<scene::Points>(&shape.geometry)) {
+            reach = std::max(reach, reach_of(furthest(cloud->points), cloud->shape_from_points));
         }
     }
     for (const Placement& inner : what.placements)

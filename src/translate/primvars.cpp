@@ -43,10 +43,11 @@ bool is_wanted(const Context& ctx,
     });
 }
 
-/// Whether directions around its axis and along it come with the shape: quadrics that stay quadrics
-/// (geometry::GeometrySet), which lights do not.
+/// Whether directions around its axis and along it come with the shape: curves, points and quadrics
+/// that stay quadrics (geometry::GeometrySet), which lights do not.
 bool has_own_tangents(Prim prim, const MaterialEntry& material) {
     const std::string_view type = prim.type_name().view();
+    if (type == "BasisCurves" || type == "Points") return true;
     const bool is_quadric = is_gprim_type(type) && type != "Cube" && type != "Plane";
     return is_quadric && !material.is_emissive && !is_geometry_light(prim);
 }
@@ -173,6 +174,7 @@ size_t element_count(const ElementCounts& counts, scene::Interpolation interpola
         case scene::Interpolation::Uniform:
             return counts.faces;
         case scene::Interpolation::Varying:
+            return counts.varying.value_or(counts.points);
         case scene::Interpolation::Vertex:
             return counts.points;
         case scene::Interpolation::FaceVarying:

@@ -68,10 +68,36 @@ void warn_subdivided(Context& ctx) {
                                      text));
 }
 
+Box3d transformed(const Box3d& box, const Mat4d& m) {
+    Box3d out;
+    if (box.isEmpty()) return out;
+    for (int i = 0; i < 8; ++i)
+        out.extendBy(
+            transform_point(Vec3d(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
+                                  i & 4 ? box.max.z : box.min.z),
+                            m));
+    return out;
+}
+
 Box3d bounds_of(const scene::Shape& shape) {
     Box3d box;
     if (const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry)) {
         for (const uint32_t i : mesh->face_vertex_indices) box.extendBy(Vec3d(mesh->points[i]));
+        return box;
+    }
+    const auto add_balls = [&](const auto& set, const Mat4d& matrix) {
+        double widest = 0;
+        for (const float width : set.widths) widest = std::max(widest, double(width));
+        for (const Vec3& p : set.points) box.extendBy(Vec3d(p));
+        box = {box.min - Vec3d(widest / 2), box.max + Vec3d(widest / 2)};
+        box = transformed(box, matrix);
+    };
+    if (const auto* curves = std::get_if<scene::Curves>(&shape.geometry)) {
+        add_balls(*curves, curves->shape_from_curves);
+        return box;
+    }
+    if (const auto* cloud = std::get_if<scene::Points>(&shape.geometry)) {
+        add_balls(*cloud, cloud->shape_from_points);
         return box;
     }
     const auto& gprim = std::get<scene::Gprim>(shape.geometry);
@@ -86,17 +112,6 @@ Box3d bounds_of(const scene::Shape& shape) {
             Vec3d(i & 1 ? half.x : -half.x, i & 2 ? half.y : -half.y, i & 4 ? half.z : -half.z),
             gprim.shape_from_gprim));
     return box;
-}
-
-Box3d transformed(const Box3d& box, const Mat4d& m) {
-    Box3d out;
-    if (box.isEmpty()) return out;
-    for (int i = 0; i < 8; ++i)
-        out.extendBy(
-            transform_point(Vec3d(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
-                                  i & 4 ? box.max.z : box.min.z),
-                            m));
-    return out;
 }
 
 Box3d bounds_of(const scene::Scene& scene) {

@@ -2,6 +2,7 @@
 #include "translate/motion.h"
 #include "translate/parts.h"
 #include "translate/pose.h"
+#include "translate/strands.h"
 #include "translate/values.h"
 #include "usd/stage/imageable.h"
 #include "usd/stage/xform.h"
@@ -63,6 +64,11 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, Pose* pose, Placeable& o
     if (type == "Mesh") {
         if (pose) pose->matrix = relative_to(pose->matrix, out.origin);
         shape = read_mesh(ctx, prim, out, placed, pose);
+    } else if (type == "BasisCurves" || type == "Points") {
+        if (pose) pose->matrix = relative_to(pose->matrix, out.origin);
+        const auto read = type == "Points" ? &read_point_cloud : &read_curves;
+        shape = read(ctx, prim, placed, pose);
+        warn_if_it_moves(ctx, prim, out.frame);
     } else if (is_gprim_type(type)) {
         shape = read_gprim(ctx, prim, placed);
         warn_if_it_moves(ctx, prim, out.frame);
@@ -78,7 +84,9 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, Pose* pose, Placeable& o
     }
     warn_unsupported_features(ctx, prim);
     if (!shape) return;
-    if (is_geometry_light(prim)) make_mesh_light(ctx, prim, placed, *shape);
+    const bool has_faces = std::holds_alternative<scene::Mesh>(shape->geometry) ||
+                           std::holds_alternative<scene::Gprim>(shape->geometry);
+    if (has_faces && is_geometry_light(prim)) make_mesh_light(ctx, prim, placed, *shape);
     out.shapes.push_back(std::move(*shape));
     out.is_origin_fixed = true;
 }

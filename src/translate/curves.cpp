@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scene/curves.h"
+
+#include "translate/mesh_surface.h"
+#include "translate/pose.h"
+#include "translate/strands.h"
+#include "translate/values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+namespace velatura::translate {
+
+namespace {
+
+using Basis = scene::Curves::Basis;
+using Wrap = scene::Curves::Wrap;
+using scene::Interpolation;
+
+/// The authored curves, and which of them are rendered.
+struct CurveTable {
+    struct Curve {
+        size_t vertex = 0, vertices = 0;  ///< the first, and how many
+        size_t varying = 0, varyings = 0;
+        const char* fault = nullptr;  ///< why it is left out
+    };
+
+    std::vector<Curve> curves;
+
+    size_t varying_count() const {
+        return curves.empty() ? 0 : curves.back().varying + curves.back().varyings;
+    }
+
+    /// The elements of those that stay.
+    std::vector<uint32_t> kept(Interpolation interpolation) const {
+        std::vector<uint32_t> elements;
+        for (size_t i = 0; i < curves.size(); ++i) {
+            const Curve& c = curves[i];
+            if (c.fault) continue;
+            size_t first = i, count = 1;
+            if (interpolation == Interpolation::Vertex) {
+                first = c.vertex;
+                count = c.vertices;
+            } else if (interpolation == Interpolation::Varying) {
+                first = c.varying;
+                count = c.varyings;
+            }
+            for (size_t k = 0; k < count; ++k) elements.push_back(uint32_t(first + k));
+        }
+        return elements;
+    }
+};
+
+bool read_kind(Context& ctx, Prim prim, scene::Curves& curves) {
+    const std::string type = read_text(prim.attribute("type"), "cubic", ctx.time);
+    const std::string basis = read_text(prim.attribute("basis"), "bezier", ctx.time);
+    const std::string wrap = read_text(prim.attribute("wrap"), "nonperiodic", ctx.time);
+    const std::map<std::string, Basis> bases = {
+        {"bezier", Basis::Bezier}, {"bspline", Basis::Bspline}, {"catmullRom", Basis::CatmullRom}};
+    const std::map<std::string, Wrap> wraps = {{"nonperiodic", Wrap::Nonperiodic},
+                                               {"periodic", Wrap::Periodic},
+                                               {"pinned", Wrap::Pinned}};
+    const bool is_linear = type == "linear";
+    const bool is_known =
+        (is_linear || (type == "cubic" && bases.contains(basis))) && wraps.contains(wrap);
+    if (!is_known) {
+        ctx.warn("unsupported-curves", prim,
+                 fmt::format("curves of type {}, basis {}, wrap {} are not supported, the prim is "
+                             "left out",
+                             type, basis, wrap));
+        return false;
+    }
+    curves.basis = is_linear ? Basis::Linear : bases.at(basis);
+    curves.wrap = wraps.at(wrap);
+    return true;
+}
+
+CurveTable read_table(Context& ctx,
+                      Prim prim,
+                      const scene::Curves& kind,
+                      const std::vector<Vec3d>& points) {
+    CurveTable table;
+    const Attribute attribute = prim.attribute("curveVertexCounts");
+    size_t vertex = 0, varying = 0;
+    for (const int64_t count : read_ints(attribute.value(ctx.time))) {
+        CurveTable::Curve curve{vertex, count > 0 ? size_t(count) : 0, varying, 0, nullptr};
+        if (curve.vertices > points.size() - vertex) {
+            curve.vertices = 0;
+            curve.fault = "curveVertexCounts add up to more than there are points";
+        } else if (scene::segment_count(kind.basis, kind.wrap, curve.vertices) == 0) {
+            curve.fault = "a number of vertices that its basis and wrap do not allow";
+        }
+        curve.varyings = scene::varying_count(kind.basis, kind.wrap, curve.vertices);
+        vertex += curve.vertices;
+        varying += curve.varyings;
+        table.curves.push_back(curve);
+    }
+    if (vertex < points.size() && !table.curves.empty())
+        ctx.warn("bad-topology", attribute,
+                 fmt::format("{} points belong to no curve", points.size() - vertex));
+    return table;
+}
+
+/// Marks curves whose points or widths make no curve.
+void find_faults(const std::vector<Vec3>& points, const ElementRows& widths, CurveTable& table) {
+    const auto is_bad_width = [](double w) { return !(w >= 0.0) || !std::isfinite(float(w)); };
+    for (size_t i = 0; i < table.curves.size(); ++i) {
+        CurveTable::Curve& c = table.curves[i];
+        if (c.fault) continue;
+        const auto begin = points.begin() + std::ptrdiff_t(c.vertex);
+        const auto end = begin + std::ptrdiff_t(c.vertices);
+        if (!std::all_of(begin, end, [](const Vec3& p) { return velatura::is_finite(p); })) {
+            c.fault = "a point that is not a finite number";
+            continue;
+        }
+        if (std::all_of(begin, end, [&](const Vec3& p) { return p == *begin; })) {
+            c.fault = "no length";
+            continue;
+        }
+        size_t first = 0, count = 1;
+        if (widths.interpolation == Interpolation::Uniform) first = i;
+        if (widths.interpolation == Interpolation::Vertex) std::tie(first, count) = std::pair(c.vertex, c.vertices);
+        if (widths.interpolation == Interpolation::Varying) std::tie(first, count) = std::pair(c.varying, c.varyings);
+        const auto width = widths.values.begin() + std::ptrdiff_t(first);
+        if (std::any_of(width, width + std::ptrdiff_t(count), is_bad_width))
+            c.fault = "a width that is negative or not a finite number";
+    }
+}
+
+/// One warning for every kind of fault.
+void tell_faults(Context& ctx, Prim prim, const CurveTable& table) {
+    std::map<std::string, size_t> faults;
+    for (const CurveTable::Curve& curve : table.curves)
+        if (curve.fault) ++faults[curve.fault];
+    for (const auto& [fault, count] : faults)
+        ctx.warn("bad-curves", prim.attribute("curveVertexCounts"),
+                 fmt::format("{} of {} curves left out: {}", count, table.curves.size(), fault));
+}
+
+/// Drops the elements of curves that are left out.
+void compact(const CurveTable& table, scene::Primvar& primvar) {
+    if (primvar.interpolation == Interpolation::Constant) return;
+    std::vector<uint32_t> kept = table.kept(primvar.interpolation);
+    if (!primvar.indices.empty()) {
+        for (uint32_t& element : kept) element = primvar.indices[element];
+        primvar.indices = std::move(kept);
+        return;
+    }
+    const size_t width = primvar.width;
+    std::vector<float> values;
+    values.reserve(kept.size() * width);
+    for (const uint32_t element : kept)
+        for (size_t k = 0; k < width; ++k) values.push_back(primvar.values[element * width + k]);
+    primvar.values = std::move(values);
+}
+
+/// Rows of the curves that stay.
+std::vector<double> kept_rows(const CurveTable& table, const ElementRows& rows, size_t width) {
+    if (rows.interpolation == Interpolation::Constant) return rows.values;
+    std::vector<double> kept;
+    for (const uint32_t element : table.kept(rows.interpolation))
+        for (size_t k = 0; k < width; ++k) kept.push_back(rows.values[element * width + k]);
+    return kept;
+}
+
+}  // namespace
+
+std::optional<scene::Shape> read_curves(Context& ctx,
+                                        Prim prim,
+                                        const Mat4d& matrix,
+                                        const Pose* pose) {
+    scene::Curves curves;
+    if (!read_kind(ctx, prim, curves)) return std::nullopt;
+    const std::vector<Vec3d> points = read_points(ctx, prim, pose);
+    CurveTable table = read_table(ctx, prim, curves, points);
+    if (points.empty() || table.curves.empty()) return std::nullopt;
+    const ElementCounts counts{table.curves.size(), points.size(), 0, table.varying_count()};
+    const Mat4d& from = pose && pose->skin ? pose->matrix : matrix;
+    const auto placement = place_round(ctx, prim, from, points[0]);
+    std::optional<ElementRows> widths, normals;
+    if (!placement || !read_element_rows(ctx, prim, "widths", 1, counts, widths))
+        return std::nullopt;
+    if (!widths) {
+        ctx.warn("missing-widths", prim, "curves without widths are taken to be 1 wide");
+        widths = ElementRows{{1.0}, Interpolation::Constant};
+    }
+    read_element_rows(ctx, prim, "normals", 3, counts, normals);
+
+    for (const Vec3d& p : points)
+        curves.points.push_back(to_float(transform_point(p, placement->holder_from_points)));
+    find_faults(curves.points, *widths, table);
+    tell_faults(ctx, prim, table);
+    const MaterialEntry& material = bound_material(ctx, prim);
+    curves.primvars = read_primvars(ctx, prim, counts, {&material});
+    for (scene::Primvar& primvar : curves.primvars) compact(table, primvar);
+    std::vector<Vec3> kept_points;
+    for (const uint32_t vertex : table.kept(Interpolation::Vertex))
+        kept_points.push_back(curves.points[vertex]);
+    curves.points = std::move(kept_points);
+    for (const CurveTable::Curve& curve : table.curves)
+        if (!curve.fault) curves.vertex_counts.push_back(uint32_t(curve.vertices));
+    if (curves.vertex_counts.empty()) return std::nullopt;
+    for (const double width : kept_rows(table, *widths, 1))
+        curves.widths.push_back(float(width * placement->width_scale));
+    curves.width_interpolation = widths->interpolation;
+    if (normals) {
+        const std::vector<double> rows = kept_rows(table, *normals, 3);
+        std::vector<Vec3d> directions;
+        for (size_t i = 0; i + 2 < rows.size(); i += 3)
+            directions.emplace_back(rows[i], rows[i + 1], rows[i + 2]);
+        curves.normals = transformed_normals(directions, placement->holder_from_points);
+        curves.normal_interpolation = normals->interpolation;
+    }
+    curves.shape_from_curves = placement->shape_from_stored;
+    scene::Shape shape = round_shape(ctx, prim, material);
+    shape.geometry = std::move(curves);
+    return shape;
+}
+
+}  // namespace velatura::translate

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "translate/strands.h"
+
+#include "translate/mesh_surface.h"
+#include "translate/pose.h"
+#include "translate/values.h"
+#include "usd/stage/primvars.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace velatura::translate {
+
+bool read_element_rows(Context& ctx,
+                       Prim prim,
+                       const std::string& name,
+                       int width,
+                       const ElementCounts& counts,
+                       std::optional<ElementRows>& out) {
+    const Attribute primvar = prim.attribute("primvars:" + name);
+    const Attribute plain = prim.attribute(name);
+    std::optional<usd::stage::Primvar> source;
+    if (primvar.has_authored_value())
+        source = usd::stage::as_primvar(primvar, usd::stage::Interpolation::Constant);
+    else if (plain.has_authored_value())
+        source = usd::stage::as_primvar(plain, usd::stage::Interpolation::Vertex);
+    if (!source) return true;
+    std::vector<double> rows;
+    int found_width = 0;
+    const bool is_readable =
+        read_rows(source->attribute.value(ctx.time), rows, found_width) && found_width == width;
+    // Nothing at this time
+    if (is_readable && rows.empty()) return true;
+    // usd and scene list their interpolations in one order
+    ElementRows result{{}, scene::Interpolation(int(source->interpolation))};
+    const std::vector<int> indices =
+        source->is_indexed() ? source->index_values(ctx.time) : std::vector<int>();
+    const size_t stored = rows.size() / size_t(width);
+    const bool has_good_indices = std::all_of(indices.begin(), indices.end(), [&](int i) {
+        return i >= 0 && size_t(i) < stored;
+    });
+    if (is_readable && has_good_indices && !indices.empty()) {
+        for (const int i : indices)
+            for (int k = 0; k < width; ++k)
+                result.values.push_back(rows[size_t(i) * size_t(width) + size_t(k)]);
+    } else {
+        result.values = std::move(rows);
+    }
+    const size_t found = result.values.size() / size_t(width);
+    const size_t expected = element_count(counts, result.interpolation);
+    if (found == 1) result.interpolation = scene::Interpolation::Constant;
+    if (!is_readable || !has_good_indices || (found != expected && found != 1)) {
+        ctx.warn("bad-" + name, source->attribute,
+                 fmt::format("{} {} or indices, expected {} ({})", found, name, expected,
+                             usd::stage::interpolation_name(source->interpolation)));
+        return false;
+    }
+    out = std::move(result);
+    return true;
+}
+
+bool keeps_balls(const Mat4d& matrix) {
+    constexpr double largest_distortion = 0x1p20 / 27;
+    const Mat3d cofactors = cofactor_matrix(matrix);
+    const double det = std::abs(determinant3(matrix));
+    double forward = 0, backward = 0;
+    for (int i = 0; i < 3; ++i) {
+        for (int k = 0; k < 3; ++k) {
+            forward = std::max(forward, std::abs(matrix[i][k]));
+            backward = std::max(backward, std::abs(cofactors[i][k]) / det);
+        }
+    }
+    return det > 0.0 && forward * backward < largest_distortion;
+}
+
+std::optional<RoundPlacement> place_round(Context& ctx,
+                                          Prim prim,
+                                          const Mat4d& matrix,
+                                          const Vec3d& first) {
+    // Widths of less than float accuracy are not worth an ellipse
+    constexpr double evenness = 0x1p-20;
+    if (!keeps_balls(matrix)) {
+        ctx.warn("bad-transform", prim,
+                 "transform flattens widths, the prim is left out");
+        return std::nullopt;
+    }
+    RoundPlacement placement;
+    const double scale2 = std::cbrt(determinant3(matrix) * determinant3(matrix));
+    bool is_even = true;
+    for (int i = 0; i < 3; ++i) {
+        for (int k = 0; k < 3; ++k) {
+            double product = 0;
+            for (int j = 0; j < 3; ++j) product += matrix[i][j] * matrix[k][j];
+            is_even = is_even && std::abs(product - (i == k ? scale2 : 0.0)) <= evenness * scale2;
+        }
+    }
+    if (is_even) {
+        placement.holder_from_points = matrix;
+        placement.width_scale = std::sqrt(scale2);
+        return placement;
+    }
+    // Around the first point, so that little is lost by the cast to float
+    Mat4d away;
+    away.setTranslation(first);
+    placement.shape_from_stored = away * matrix;
+    placement.holder_from_points.setTranslation(-first);
+    return placement;
+}
+
+scene::Shape round_shape(Context& ctx, Prim prim, const MaterialEntry& material) {
+    scene::Shape shape;
+    shape.material = material.id;
+    shape.flip_normals =
+        read_text(prim.attribute("orientation"), "rightHanded", ctx.time) == "leftHanded";
+    shape.double_sided = read_bool(prim.attribute("doubleSided"), false, ctx.time);
+    shape.provenance = ctx.provenance(prim);
+    const std::string& type = prim.type_name().str();
+    if (is_geometry_light(prim)) {
+        ctx.has_light_prim = true;
+        ctx.warn("unsupported-light", prim,
+                 fmt::format("{} cannot be a light, it shows its material only", type));
+    }
+    if (material.is_emissive)
+        ctx.warn("unsupported-light", prim,
+                 fmt::format("light that {} emit is met by chance only, which is noisy", type));
+    if (read_bool(prim.attribute("primvars:screenSpaceWidths"), false, ctx.time))
+        ctx.warn("unsupported-widths", prim,
+                 "widths on the screen are not supported, they are taken as of the scene");
+    return shape;
+}
+
+std::optional<scene::Shape> read_point_cloud(Context& ctx,
+                                             Prim prim,
+                                             const Mat4d& matrix,
+                                             const Pose* pose) {
+    const std::vector<Vec3d> points = read_points(ctx, prim, pose);
+    if (points.empty()) return std::nullopt;
+    const ElementCounts counts{1, points.size(), 0};
+    std::optional<ElementRows> widths;
+    if (!read_element_rows(ctx, prim, "widths", 1, counts, widths)) return std::nullopt;
+    const Mat4d& from = pose && pose->skin ? pose->matrix : matrix;
+    const auto placement = place_round(ctx, prim, from, points[0]);
+    if (!placement) return std::nullopt;
+
+    scene::Points cloud;
+    const MaterialEntry& material = bound_material(ctx, prim);
+    cloud.primvars = read_primvars(ctx, prim, counts, {&material});
+    cloud.shape_from_points = placement->shape_from_stored;
+    size_t bad = 0;
+    for (size_t i = 0; i < points.size(); ++i) {
+        double width = 1.0;
+        if (widths) width = widths->values[widths->values.size() == 1 ? 0 : i];
+        Vec3 p = to_float(transform_point(points[i], placement->holder_from_points));
+        auto stored = float(width * placement->width_scale);
+        if (!is_finite(p) || !(stored >= 0.0f) || !std::isfinite(stored)) {
+            // Its place among the primvars is kept
+            p = Vec3(0.0f);
+            stored = 0.0f;
+            ++bad;
+        }
+        cloud.points.push_back(p);
+        cloud.widths.push_back(stored);
+    }
+    if (bad > 0)
+        ctx.warn("bad-points", prim,
+                 fmt::format("{} of {} points left out: no finite point or width, or a negative one",
+                             bad, points.size()));
+    if (bad == points.size()) return std::nullopt;
+    scene::Shape shape = round_shape(ctx, prim, material);
+    shape.geometry = std::move(cloud);
+    return shape;
+}
+
+}  // namespace velatura::translate

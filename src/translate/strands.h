@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "scene/mesh.h"
+#include "translate/context.h"
+#include "translate/parts.h"
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace velatura::translate {
+
+/// Rows of an attribute that has an interpolation (widths, normals), without indices: one for each
+/// element.
+struct ElementRows {
+    std::vector<double> values;  ///< [element][width]
+    scene::Interpolation interpolation = scene::Interpolation::Constant;
+};
+
+/// `primvars:<name>` before `<name>`; nothing when neither is authored. False, with a warning, when
+/// they do not fit. One row stands for all elements whatever the interpolation says.
+bool read_element_rows(Context& ctx,
+                       Prim prim,
+                       const std::string& name,
+                       int width,
+                       const ElementCounts& counts,
+                       std::optional<ElementRows>& out);
+
+/// Where points with a width around them stand.
+struct RoundPlacement {
+    Mat4d holder_from_points;  ///< in double, before the cast
+    Mat4d shape_from_stored;   ///< the identity where balls stay balls
+    double width_scale = 1;    ///< of stored widths
+};
+
+/// Splits a matrix for points the first of which is given. Similarities go into the points. Nothing,
+/// with a warning, where no ball can be seen through the matrix.
+std::optional<RoundPlacement> place_round(Context& ctx,
+                                          Prim prim,
+                                          const Mat4d& matrix,
+                                          const Vec3d& first);
+
+/// Whether an affine map leaves something of balls to be met: see geometry::MappedSet.
+bool keeps_balls(const Mat4d& matrix);
+
+/// What both curves and points of a prim have to say, beside their geometry: material, sides,
+/// provenance; and in warnings, that they cannot be sampled as lights, nor have widths on the screen.
+scene::Shape round_shape(Context& ctx, Prim prim, const MaterialEntry& material);
+
+/// Shape of a BasisCurves prim; what is wrong of it is left out with a warning. matrix, pose: as for
+/// read_mesh.
+std::optional<scene::Shape> read_curves(Context& ctx,
+                                        Prim prim,
+                                        const Mat4d& matrix,
+                                        const Pose* pose);
+
+/// The same of a Points prim.
+std::optional<scene::Shape> read_point_cloud(Context& ctx,
+                                             Prim prim,
+                                             const Mat4d& matrix,
+                                             const Pose* pose);
+
+}  // namespace velatura::translate
