@@ -241,8 +241,8 @@ TEST(Visibility, InvisiblePrunesAndUnsupportedIsNamed) {
     Translated t;
     translate_text(camera() + "def Xform \"W\" {\n token visibility = \"invisible\"\n" +
                        quad("Q", "token visibility = \"inherited\"") + "}\n" + R"(
-def BasisCurves "B" {}
-def Points "P" {}
+def NurbsCurves "B" {}
+def TetMesh "P" {}
 def NurbsPatch "N" {}
 )",
                    t);
