@@ -109,6 +109,14 @@ std::optional<RoundPlacement> place_round(Context& ctx,
     return placement;
 }
 
+void warn_round_light(Context& ctx, Prim prim) {
+    if (!is_geometry_light(prim)) return;
+    ctx.has_light_prim = true;
+    ctx.warn("unsupported-light", prim,
+             fmt::format("{} cannot be a light, it shows its material only",
+                         prim.type_name().str()));
+}
+
 scene::Shape round_shape(Context& ctx, Prim prim, const MaterialEntry& material) {
     scene::Shape shape;
     shape.material = material.id;
@@ -116,15 +124,10 @@ scene::Shape round_shape(Context& ctx, Prim prim, const MaterialEntry& material)
         read_text(prim.attribute("orientation"), "rightHanded", ctx.time) == "leftHanded";
     shape.double_sided = read_bool(prim.attribute("doubleSided"), false, ctx.time);
     shape.provenance = ctx.provenance(prim);
-    const std::string& type = prim.type_name().str();
-    if (is_geometry_light(prim)) {
-        ctx.has_light_prim = true;
-        ctx.warn("unsupported-light", prim,
-                 fmt::format("{} cannot be a light, it shows its material only", type));
-    }
     if (material.is_emissive)
         ctx.warn("unsupported-light", prim,
-                 fmt::format("light that {} emit is met by chance only, which is noisy", type));
+                 fmt::format("light that {} emit is met by chance only, which is noisy",
+                             prim.type_name().str()));
     if (read_bool(prim.attribute("primvars:screenSpaceWidths"), false, ctx.time))
         ctx.warn("unsupported-widths", prim,
                  "widths on the screen are not supported, they are taken as of the scene");

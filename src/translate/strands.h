@@ -46,8 +46,11 @@ std::optional<RoundPlacement> place_round(Context& ctx,
 bool keeps_balls(const Mat4d& matrix);
 
 /// What both curves and points of a prim have to say, beside their geometry: material, sides,
-/// provenance; and in warnings, that they cannot be sampled as lights, nor have widths on the screen.
+/// provenance; and in warnings, that light they emit is not sampled, nor widths are of the screen.
 scene::Shape round_shape(Context& ctx, Prim prim, const MaterialEntry& material);
+
+/// Names curves and points that are to be lights themselves.
+void warn_round_light(Context& ctx, Prim prim);
 
 /// Shape of a BasisCurves prim; what is wrong of it is left out with a warning. matrix, pose: as for
 /// read_mesh.

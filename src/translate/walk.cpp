@@ -66,6 +66,7 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, Pose* pose, Placeable& o
         shape = read_mesh(ctx, prim, out, placed, pose);
     } else if (type == "BasisCurves" || type == "Points") {
         if (pose) pose->matrix = relative_to(pose->matrix, out.origin);
+        warn_round_light(ctx, prim);
         const auto read = type == "Points" ? &read_point_cloud : &read_curves;
         shape = read(ctx, prim, placed, pose);
         warn_if_it_moves(ctx, prim, out.frame);
