@@ -2,7 +2,11 @@
 #include "soups.h"
 
 #include "discs.h"
+#include "geometry/ball_set.h"
+#include "geometry/mapped_set.h"
 #include "geometry/quadric.h"
+#include "geometry/ribbons.h"
+#include "geometry/round_curves.h"
 
 #include <cmath>
 #include <utility>
@@ -130,6 +134,45 @@ std::vector<TriangleSoupView> quadrics(size_t count, double size, uint64_t seed)
         move.setTranslation(Vec3d(random.in_cube(1)));
         gprim.shape_from_gprim = scale * turn * move;
         shapes.push_back({{}, {}, geometry::Quadric::make(gprim)});
+    }
+    return shapes;
+}
+
+std::vector<TriangleSoupView> strands(size_t count, double thickness, uint64_t seed) {
+    using Basis = scene::Curves::Basis;
+    using Wrap = scene::Curves::Wrap;
+    Random random(seed);
+    std::vector<TriangleSoupView> shapes;
+    for (size_t i = 0; i < count; ++i) {
+        scene::Curves curves;
+        curves.basis = Basis(i % 4);
+        curves.wrap = curves.basis == Basis::Bezier ? Wrap::Nonperiodic : Wrap(i / 4 % 3);
+        curves.width_interpolation = scene::Interpolation::Vertex;
+        for (int c = 0; c < 8; ++c) {
+            curves.vertex_counts.push_back(7);
+            Vec3 p = random.in_cube(0.8f), step = random.in_cube(0.2f);
+            for (int k = 0; k < 7; ++k) {
+                curves.points.push_back(p);
+                curves.widths.push_back(float(thickness) * random.between(0.2f, 1));
+                step += random.in_cube(0.1f);
+                p += step;
+                if (i % 3 == 2) curves.normals.push_back(random.direction());
+            }
+        }
+        std::shared_ptr<const geometry::PrimitiveSet> set;
+        if (i % 5 == 4) {
+            scene::Points points;
+            points.points = curves.points;
+            points.widths = curves.widths;
+            set = geometry::BallSet::make(points);
+        } else if (i % 3 == 2) {
+            set = geometry::Ribbons::make(curves);
+        } else {
+            set = geometry::RoundCurves::make(curves);
+        }
+        Mat4d uneven;
+        if (i % 7 == 3) uneven.setScale(Vec3d(1, 0.3, -1));
+        shapes.push_back({{}, {}, geometry::MappedSet::make(set, uneven)});
     }
     return shapes;
 }

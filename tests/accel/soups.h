@@ -77,6 +77,10 @@ Soup box(const Vec3& lower, const Vec3& upper);
 /// round, uneven, mirrored. A shape each.
 std::vector<TriangleSoupView> quadrics(size_t count, double size, uint64_t seed);
 
+/// Sets of curves of every basis and wrap, round ones and ribbons, and of balls, some of them under
+/// an uneven map: each of about the given thickness, in the cube of half edge 1. A shape each.
+std::vector<TriangleSoupView> strands(size_t count, double thickness, uint64_t seed);
+
 /// Discs in one set, every fifth of them not there.
 TriangleSoupView discs(size_t count, double size, uint64_t seed);
 

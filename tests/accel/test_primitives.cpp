@@ -6,6 +6,7 @@
 #include "compare.h"
 #include "geometry/geometry_set.h"
 #include "geometry/quadric.h"
+#include "geometry/round_curves.h"
 #include "soups.h"
 
 #include <gtest/gtest.h>
@@ -39,6 +40,28 @@ struct MixedScene {
         Mat4 flat;
         flat[0][0] = 0;
         scene.instances.push_back({0, flat});
+    }
+};
+
+// Curves, ribbons and balls in the same way, beside bodies.
+struct StrandScene {
+    Soup direct = random_soup(60, 0.2f, 61);
+    SoupScene scene;
+
+    StrandScene() {
+        scene.shapes = strands(24, 0.05, 62);
+        scene.shapes.push_back(direct.view());
+        scene.shapes.push_back(quadrics(1, 0.3, 63)[0]);
+        scene.prototypes = {strands(5, 0.2, 64), {direct.view()}};
+        scene.prototypes[1].push_back(strands(3, 0.02, 65)[2]);
+        Random random(66);
+        for (uint32_t i = 0; i < 24; ++i) {
+            Mat4d scale, turn, move;
+            scale.setScale(i % 3 == 1 ? Vec3d(-0.2, 0.1, 0.3) : Vec3d(0.3));
+            turn.setAxisAngle(Vec3d(random.direction()), double(random.between(0, 6)));
+            move.setTranslation(Vec3d(random.in_cube(1)));
+            scene.instances.push_back({i % 2, Mat4(scale * turn * move)});
+        }
     }
 };
 
@@ -76,6 +99,42 @@ TEST(Primitives, AreFoundWhereBruteForceFindsThem) {
     SoupScene bodies;
     bodies.shapes = quadrics(500, 0.1, 41);
     expect_brute_force(bodies, mixed_rays(4000, 42), 1500);
+}
+
+TEST(Primitives, OfStrandsAreFoundWhereBruteForceFindsThem) {
+    const StrandScene strands;
+    expect_brute_force(strands.scene, mixed_rays(1500, 67), 250);
+    expect_brute_force(strands.scene, far_rays(1000, 68), 120);
+}
+
+TEST(Primitives, OfStrandsAreTheSameUnderInstances) {
+    // Under powers of two the same bits; in batches as ray by ray
+    SoupScene direct, placed;
+    direct.shapes = strands(10, 0.1, 69);
+    placed.prototypes = {direct.shapes};
+    Mat4 scale;
+    scale.setScale(Vec3(4.0f));
+    placed.instances = {{0, scale}};
+    const auto one = build_bvh(direct), two = build_bvh(placed);
+    size_t hits = 0;
+    std::vector<geometry::Ray> rays = mixed_rays(4000, 70), scaled = rays;
+    for (geometry::Ray& ray : scaled) {
+        ray.o *= 4.0f;
+        ray.d *= 4.0f;
+    }
+    std::vector<geometry::Hit> batch(rays.size());
+    one->intersect_batch(rays, batch);
+    for (size_t i = 0; i < rays.size(); ++i) {
+        const geometry::Hit a = one->intersect(rays[i]), b = two->intersect(scaled[i]);
+        ASSERT_EQ(a.is_valid(), b.is_valid());
+        ASSERT_EQ(a.t, b.t);
+        ASSERT_EQ(a.b1, b.b1);
+        ASSERT_EQ(a.triangle, b.triangle);
+        ASSERT_EQ(a.t, batch[i].t);
+        ASSERT_EQ(a.triangle, batch[i].triangle);
+        hits += a.is_valid();
+    }
+    EXPECT_GT(hits, 800u);
 }
 
 TEST(Primitives, AreCountedOncePerPrototypeAndBoundTheScene) {
@@ -218,6 +277,44 @@ TEST(Primitives, CoverTheAreaOfTheirOutline) {
         RecordProperty("smallest_detectable", std::to_string(5.28 * sigma / c.expected));
         EXPECT_LT(5.28 * sigma / c.expected, 6e-4);
     }
+}
+
+TEST(Primitives, OfRoundCurvesCoverTheAreaAlongTheirLength) {
+    // A plane curve that bends less than it is thick covers its length times its width, and a disc
+    // for both ends (Pappus)
+    const Vec3d p[4] = {{-1.2, -0.8, 0}, {0.4, -1.2, 0}, {1.6, 0.6, 0}, {-0.6, 0.9, 0}};
+    constexpr double width = 0.4;
+    double length = 0;
+    constexpr int steps = 100000;
+    for (int i = 0; i < steps; ++i) {
+        const double u = (i + 0.5) / steps, v = 1 - u;
+        const Vec3d along =
+            ((p[1] - p[0]) * (v * v) + (p[2] - p[1]) * (2 * u * v) + (p[3] - p[2]) * (u * u)) * 3.0;
+        length += along.length() / steps;
+    }
+    scene::Curves curves;
+    for (const Vec3d& q : p) curves.points.push_back(to_float(q));
+    curves.vertex_counts = {4};
+    curves.widths = {float(width)};
+    SoupScene scene;
+    scene.shapes = {{{}, {}, geometry::RoundCurves::make(curves)}};
+    const auto bvh = build_bvh(scene);
+    Random random(51);
+    constexpr int n = 2000;
+    constexpr double half = 2, cell = 2 * half / n;
+    size_t hits = 0;
+    for (int y = 0; y < n; ++y) {
+        for (int x = 0; x < n; ++x) {
+            const Vec3 o(float((x + double(random.unit())) * cell - half),
+                         float((y + double(random.unit())) * cell - half), 100);
+            hits += bvh->is_occluded({o, Vec3(0, 0, -1)});
+        }
+    }
+    const double expected = length * width + pi_d * width * width / 4;
+    const double sigma =
+        0.5 * cell * cell * std::sqrt(2 * (2 * length + pi_d * width) / cell);
+    EXPECT_NEAR(double(hits) * cell * cell, expected, 4 * sigma);
+    EXPECT_LT(5.28 * sigma / expected, 1e-3);
 }
 
 }  // namespace velatura::accel::test

@@ -96,6 +96,46 @@ TEST(QuadricFurnace, NoDirectionIsBelowTheSurface) {
     }
 }
 
+TEST(CurveFurnace, LosesNothing) {
+    // White matte strands in a dome of 1. What bends sees itself: paths go on until they are out
+    using Basis = scene::Curves::Basis;
+    for (int kind = 0; kind < 8; ++kind) {
+        TestScene test;
+        scene::Shape shape;
+        shape.material = test.add_matte(Rgb(1.0f));
+        scene::Curves curves;
+        curves.basis = kind < 2 ? Basis::Linear : Basis::Bezier;
+        curves.vertex_counts = {4};
+        curves.points = {Vec3(-1.5f, -1, -4), Vec3(-0.5f, 0.5f, -4.5f), Vec3(0.5f, -0.5f, -3.5f), Vec3(1, 1, -4)};
+        if (kind < 2) {
+            curves.vertex_counts = {2};
+            curves.points = {Vec3(-1, -1, -4), Vec3(1, 1, -4)};
+        }
+        curves.widths = {kind % 2 ? 0.3f : 0.8f};
+        if (kind >= 4 && kind < 6) {
+            curves.normals = {Vec3(0.5f, 0, 1)};
+            curves.normal_interpolation = scene::Interpolation::Constant;
+        }
+        shape.geometry = curves;
+        if (kind >= 6) {
+            scene::Points points;
+            points.points = {Vec3(0, 0, -4), Vec3(2, 0, -4)};
+            points.widths = {1.5f, 0.5f};
+            shape.geometry = points;
+        }
+        test.scene.shapes.push_back(shape);
+        if (kind % 2) {
+            Mat4d placed;
+            placed.setScale(Vec3d(1.2, -0.7, 1.0));
+            test.make_instance(Mat4(placed));
+        }
+        test.add_light(scene::LightKind::Dome, Mat4d()).is_camera_visible = true;
+        test.look_with_perspective(0.5);
+        const Estimate seen = render(test, {.size = 64, .samples = 64, .last_bounce = 2, .estimator = {.light_sampling = integrator::LightSampling::Bsdf, .roulette = integrator::Roulette::None}}).beauty();
+        expect_close(seen, 1.0, 1e-6, fmt::format("white strand {}", kind));
+    }
+}
+
 class MetalFurnace : public testing::TestWithParam<float> {};
 
 TEST_P(MetalFurnace, IsOne) {
