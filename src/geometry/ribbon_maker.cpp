@@ -156,7 +156,7 @@ class Ribbons::Maker {
 
   private:
     void divide(uint32_t segment, uint32_t part, uint32_t level) {
-        Piece piece{segment, 0, part, level};
+        Piece piece{segment, 0, part, level, {}};
         Vec3d whole[4], middle[4], at[4], half[4], left[4], right[4];
         shape_.middle(segment, whole);
         bezier_part(whole, piece.begin(), piece.end(), middle);
@@ -194,6 +194,13 @@ class Ribbons::Maker {
         is_first_ = false;
         piece.first = uint32_t(controls.size()) - 1;
         for (int i = 1; i < 4; ++i) controls.push_back({to_float(left[i]), to_float(right[i])});
+        Vec3d middle[4];
+        double widest = 0;
+        for (int i = 0; i < 4; ++i) {
+            middle[i] = mixed(left[i], right[i], 0.5);
+            widest = std::max(widest, (right[i] - left[i]).length());
+        }
+        piece.bound = ChordBound(middle, 0.5 * widest);
         ribbons_.pieces_.push_back(piece);
     }
 

@@ -33,6 +33,11 @@ struct Turning {
     double operator()(double u) const {
         return cross(bezier_point(left, u), bezier_point(right, u));
     }
+
+    double derivative(double u) const {
+        return cross(bezier_derivative(left, u), bezier_point(right, u)) +
+               cross(bezier_point(left, u), bezier_derivative(right, u));
+    }
 };
 
 /// Finds roots of a polynomial of degree 6 by its Bernstein coefficients, and refines them by f,
@@ -63,27 +68,24 @@ class RootFinder {
         isolate(right, middle, b, depth - 1);
     }
 
-    /// The root between a and b, where f changes sign: secants that keep it enclosed (Illinois).
+    /// The root between a and b, where f changes sign: Newton's steps, kept within a bracket.
     double refined(double a, double b, bool begins_above) const {
-        double fa = f_(a), fb = f_(b);
+        const double fa = f_(a), fb = f_(b);
         // As the coefficients say, whatever rounding makes of f at the ends
         if ((fa >= 0.0) != begins_above) return a;
         if ((fb >= 0.0) == begins_above) return b;
-        double u = a;
-        for (int i = 0; i < 100 && b - a > 0x1p-50; ++i) {
-            u = i % 4 == 3 ? 0.5 * (a + b) : (a * fb - b * fa) / (fb - fa);
-            if (!(u > a && u < b)) u = 0.5 * (a + b);
+        double u = (a * fb - b * fa) / (fb - fa);
+        if (!(u > a && u < b)) u = 0.5 * (a + b);
+        for (int i = 0; i < 200; ++i) {
             const double fu = f_(u);
-            if (fu == 0.0) break;
-            if ((fu >= 0.0) == begins_above) {
-                a = u;
-                fa = fu;
-                fb *= 0.5;
-            } else {
-                b = u;
-                fb = fu;
-                fa *= 0.5;
-            }
+            ((fu >= 0.0) == begins_above ? a : b) = u;
+            const double step = -fu / f_.derivative(u), next = u + step;
+            const bool is_good = next > a && next < b;
+            // Roundoff: the next step would be the square of this one
+            if (fu == 0.0 || (is_good && std::abs(step) < 0x1p-30)) return fu == 0.0 ? u : next;
+            // Every fourth step halves, whatever the others achieve
+            u = is_good && i % 4 != 3 ? next : 0.5 * (a + b);
+            if (!(u > a && u < b)) break;
         }
         return u;
     }
@@ -183,6 +185,8 @@ std::optional<PrimitiveHit> Ribbons::intersect(uint32_t index,
                                                const Vec3d& o,
                                                const Vec3d& d,
                                                float t_max) const {
+    const Piece& piece = pieces_[index];
+    if (piece.bound.is_missed(o, d, t_max)) return std::nullopt;
     Meeting meetings[6];
     const int count = meet(edges(index), o, d, meetings);
     const Meeting* best = nullptr;
@@ -191,7 +195,6 @@ std::optional<PrimitiveHit> Ribbons::intersect(uint32_t index,
         if (t > 0.0f && t < t_max && (!best || meetings[i].t < best->t)) best = &meetings[i];
     }
     if (!best) return std::nullopt;
-    const Piece& piece = pieces_[index];
     return PrimitiveHit{best->t, float(mixed(piece.begin(), piece.end(), best->u)),
                         float(best->across)};
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/math.h"
+#include "geometry/chord_bound.h"
 #include "geometry/curve_rows.h"
 #include "geometry/primitive_set.h"
 #include "scene/mesh.h"
@@ -65,6 +66,8 @@ class Ribbons final : public PrimitiveSet {
         uint32_t segment;
         uint32_t first;  ///< of its four controls
         uint32_t part : 16, level : 8;
+
+        ChordBound bound;
 
         double begin() const { return double(part) / double(1u << level); }
 

@@ -170,7 +170,7 @@ Sweep RoundCurves::sweep_of(const Piece& piece) const {
 
 /// Makes pieces of a part of a segment.
 void RoundCurves::divide(uint32_t segment, uint32_t part, uint32_t level) {
-    Piece piece{segment, part, level, 0, 0, 0};
+    Piece piece{segment, part, level, 0, 0, 0, {}};
     const Sweep sweep = sweep_of(piece);
     const bool is_point = sweep.p[0] == sweep.p[1] && sweep.p[1] == sweep.p[2] &&
                           sweep.p[2] == sweep.p[3];
@@ -185,6 +185,7 @@ void RoundCurves::divide(uint32_t segment, uint32_t part, uint32_t level) {
         is_whole = parts > worthwhile * half_area(bounds_of(sweep));
     }
     if (is_whole) {
+        piece.bound = ChordBound(sweep.p, thickest(sweep));
         pieces_.push_back(piece);
         return;
     }
@@ -248,6 +249,7 @@ std::optional<PrimitiveHit> RoundCurves::intersect(uint32_t index,
                                                    const Vec3d& d,
                                                    float t_max) const {
     const Piece& piece = pieces_[index];
+    if (piece.bound.is_missed(o, d, t_max)) return std::nullopt;
     SweptRay ray(sweep_of(piece), o, d);
     if (!ray.may_meet(t_max)) return std::nullopt;
     const int stretches = ray.find_stretches();

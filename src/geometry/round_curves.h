@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/math.h"
+#include "geometry/chord_bound.h"
 #include "geometry/curve_rows.h"
 #include "geometry/primitive_set.h"
 #include "geometry/sweep.h"
@@ -67,6 +68,8 @@ class RoundCurves final : public PrimitiveSet {
         uint32_t is_straight : 1;   ///< a cone in place of the curve
         uint32_t joins_before : 1;  ///< another piece ends where this begins
         uint32_t joins_after : 1;
+
+        ChordBound bound;
 
         double begin() const { return double(part) / double(1u << level); }
 
