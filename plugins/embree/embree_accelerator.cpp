@@ -75,6 +75,8 @@ struct Context {
     uint32_t shape_count = 0;  // direct shapes; geometries of the top scene beyond are instances
     const geometry::Ray* ray = nullptr;
     const std::vector<Placed>* instances = nullptr;  // [instance]
+    const accel::SoupClasses* classes = nullptr;
+    const scene::LinkSet* met = nullptr;  // null: everything
     float t = std::numeric_limits<float>::infinity();
     Rank rank{scene::none, scene::none, scene::none};
 };
@@ -85,7 +87,12 @@ Rank rank_of(const Context& context, uint32_t instance_id, uint32_t geometry, ui
     return {is_direct ? scene::none : instance_id - context.shape_count, geometry, triangle};
 }
 
-// Rejects a hit as far away as the best one and after it in order. Embree offers hits with
+bool is_met(const Context& context, const Rank& rank) {
+    return !context.met ||
+           context.met->holds(context.classes->of(std::get<0>(rank), std::get<1>(rank)));
+}
+
+// Rejects a hit on what the ray does not meet, and one as far away as the best one and after it in order. Embree offers hits with
 // t <= tfar, so that ties do come here.
 void keep_first_of_ties(const RTCFilterFunctionNArguments* args) {
     auto* context = reinterpret_cast<Context*>(args->context);
@@ -93,7 +100,7 @@ void keep_first_of_ties(const RTCFilterFunctionNArguments* args) {
     const Rank rank =
         rank_of(*context, RTCHitN_instID(args->hit, args->N, 0, 0),
                 RTCHitN_geomID(args->hit, args->N, 0), RTCHitN_primID(args->hit, args->N, 0));
-    if (!(t > 0) || (t == context->t && rank > context->rank)) {
+    if (!(t > 0) || !is_met(*context, rank) || (t == context->t && rank > context->rank)) {
         args->valid[0] = 0;
         return;
     }
@@ -130,12 +137,12 @@ void intersect_primitive(const RTCIntersectFunctionNArguments* args) {
     const auto& set = *static_cast<const geometry::PrimitiveSet*>(args->geometryUserPtr);
     auto* context = reinterpret_cast<Context*>(args->context);
     auto* query = reinterpret_cast<RTCRayHit*>(args->rayhit);
+    const Rank rank = rank_of(*context, context->embree.instID[0], args->geomID, args->primID);
     Vec3d o, d;
-    if (!place_ray(*context, o, d)) return;
+    if (!is_met(*context, rank) || !place_ray(*context, o, d)) return;
     const auto found = set.intersect(args->primID, o, d, next_float_up(query->ray.tfar));
     if (!found) return;
     const auto t = float(found->t);
-    const Rank rank = rank_of(*context, context->embree.instID[0], args->geomID, args->primID);
     if (t == context->t && rank > context->rank) return;
     context->t = query->ray.tfar = t;
     context->rank = rank;
@@ -151,8 +158,9 @@ void occlude_by_primitive(const RTCOccludedFunctionNArguments* args) {
     const auto& set = *static_cast<const geometry::PrimitiveSet*>(args->geometryUserPtr);
     const auto* context = reinterpret_cast<const Context*>(args->context);
     auto* ray = reinterpret_cast<RTCRay*>(args->ray);
+    const Rank rank = rank_of(*context, context->embree.instID[0], args->geomID, args->primID);
     Vec3d o, d;
-    if (!place_ray(*context, o, d)) return;
+    if (!is_met(*context, rank) || !place_ray(*context, o, d)) return;
     if (set.is_occluded(args->primID, o, d, context->ray->t_max))
         ray->tfar = -std::numeric_limits<float>::infinity();
 }
@@ -171,6 +179,7 @@ class EmbreeAccelerator final : public accel::Accelerator {
         rtcSetDeviceErrorFunction(device_, &keep_error, &why);
         shape_count_ = uint32_t(scene.shapes.size());
         instances_.resize(scene.instances.size());
+        classes_ = scene.classes;
         top_ = new_scene();
         bounds_ = attach(top_, scene.shapes);
         std::vector<Box3> prototype_bounds;
@@ -191,12 +200,33 @@ class EmbreeAccelerator final : public accel::Accelerator {
     }
 
     geometry::Hit intersect(const geometry::Ray& ray) const override {
+        return intersect(ray, nullptr);
+    }
+
+    bool is_occluded(const geometry::Ray& ray) const override { return is_occluded(ray, nullptr); }
+
+    geometry::Hit intersect_some(const geometry::Ray& ray,
+                                 const scene::LinkSet& met) const override {
+        return intersect(ray, &met);
+    }
+
+    bool is_occluded_by_some(const geometry::Ray& ray, const scene::LinkSet& met) const override {
+        return is_occluded(ray, &met);
+    }
+
+    Box3 bounds() const override { return bounds_; }
+
+    accel::AcceleratorStats stats() const override { return stats_; }
+
+  private:
+    // met: null = everything.
+    geometry::Hit intersect(const geometry::Ray& ray, const scene::LinkSet* met) const {
         geometry::Hit result;
         RTCRayHit query;
         if (!set_ray(query.ray, ray)) return result;
         query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-        Context context = new_context(ray);
+        Context context = new_context(ray, met);
         rtcIntersect1(top_, &context.embree, &query);
         if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return result;
         result.t = query.ray.tfar;
@@ -207,31 +237,28 @@ class EmbreeAccelerator final : public accel::Accelerator {
         return result;
     }
 
-    bool is_occluded(const geometry::Ray& ray) const override {
+    bool is_occluded(const geometry::Ray& ray, const scene::LinkSet* met) const {
         RTCRay query;
         if (!set_ray(query, ray)) return false;
-        Context context = new_context(ray);
+        Context context = new_context(ray, met);
         rtcOccluded1(top_, &context.embree, &query);
         return query.tfar < 0;
     }
 
-    Box3 bounds() const override { return bounds_; }
-
-    accel::AcceleratorStats stats() const override { return stats_; }
-
-  private:
     static void keep_error(void* why, RTCError, const char* text) {
         auto& message = *static_cast<std::string*>(why);
         if (message.empty()) message = text && *text ? text : "Embree gives no reason";
     }
 
-    Context new_context(const geometry::Ray& ray) const {
+    Context new_context(const geometry::Ray& ray, const scene::LinkSet* met) const {
         Context context;
         rtcInitIntersectContext(&context.embree);
         context.embree.filter = &keep_first_of_ties;
         context.shape_count = shape_count_;
         context.ray = &ray;
         context.instances = &instances_;
+        context.classes = &classes_;
+        context.met = met;
         return context;
     }
 
@@ -385,6 +412,7 @@ class EmbreeAccelerator final : public accel::Accelerator {
     Scene top_;
     uint32_t shape_count_ = 0;
     std::vector<Placed> instances_;  // [instance]; of those that can be hit
+    accel::SoupClasses classes_;
     std::vector<std::shared_ptr<const geometry::PrimitiveSet>> sets_;
     Box3 bounds_;
     accel::AcceleratorStats stats_;

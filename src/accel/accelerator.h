@@ -3,6 +3,7 @@
 
 #include "base/math.h"
 #include "geometry/surface_point.h"
+#include "scene/linking.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -36,7 +37,13 @@ class Accelerator {
     /// Whether anything lies at 0 < t < ray.t_max.
     virtual bool is_occluded(const geometry::Ray& ray) const = 0;
 
-    /// The same for many rays at once; hits[i] is that of rays[i]. Which one is faster depends on
+    /// The same among the geometry of the classes in `met` alone; the rest is as if it were not
+    /// there. Classes are those of SoupScene::classes.
+    virtual geometry::Hit intersect_some(const geometry::Ray& ray,
+                                         const scene::LinkSet& met) const = 0;
+    virtual bool is_occluded_by_some(const geometry::Ray& ray, const scene::LinkSet& met) const = 0;
+
+    /// The same for many rays at once, among everything; hits[i] is that of rays[i]. Which one is faster depends on
     /// the scene and on how alike the rays are: RayStream (ray_stream.h) finds out.
     virtual void intersect_batch(std::span<const geometry::Ray> rays,
                                  std::span<geometry::Hit> hits) const {

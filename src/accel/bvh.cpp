@@ -8,6 +8,7 @@
 #include "accel/moving_instances.h"
 #include "accel/placement.h"
 #include "accel/ray_query.h"
+#include "accel/scene_classes.h"
 #include "accel/traverse.h"
 #include "accel/triangle_numbers.h"
 #include "base/check.h"
@@ -130,6 +131,8 @@ class TriangleTreeBuilder {
                 const int order = order_of(ca.p[corner], cb.p[corner]);
                 if (order != 0) return order;
             }
+            const int shapes = order_of_shapes(numbers_, options_, a.id, b.id);
+            if (shapes != 0) return shapes;
             // Parts of one triangle are no duplicates
             return order_of(Vec3(a.lower[0], a.lower[1], a.lower[2]),
                             Vec3(b.lower[0], b.lower[1], b.lower[2]));
@@ -244,9 +247,11 @@ constexpr size_t most_outline_boxes = 64, most_placed_boxes = size_t(1) << 24;
 
 class Bvh final : public Accelerator {
   public:
-    Bvh(const SoupScene& scene, const BvhOptions& options)
-        : kernels_(options.kernels ? *options.kernels : best_kernels()) {
+    Bvh(const SoupScene& scene, BvhOptions options)
+        : kernels_(options.kernels ? *options.kernels : best_kernels()),
+          has_classes_(!scene.classes.is_empty()) {
         const auto start = std::chrono::steady_clock::now();
+        if (has_classes_) options.keep_shapes_apart = true;
         const size_t prototypes = scene.prototypes.size();
         std::vector<AcceleratorStats> stored(prototypes + 1);
         keep_sets(scene);
@@ -272,6 +277,7 @@ class Bvh final : public Accelerator {
                 trees_.prototype_primitives[i] = build_primitive_tree(shapes, numbers, options);
         });
         build_top(scene, options);
+        set_classes(scene, trees_);
         if (trees_.has_motion()) {
             kernels_.intersect = kernels_.intersect_moving;
             kernels_.is_occluded = kernels_.is_occluded_moving;
@@ -294,6 +300,19 @@ class Bvh final : public Accelerator {
 
     bool is_occluded(const geometry::Ray& ray) const override {
         return kernels_.is_occluded(trees_, ray);
+    }
+
+    geometry::Hit intersect_some(const geometry::Ray& ray,
+                                 const scene::LinkSet& met) const override {
+        if (!has_classes_) return met.holds(0) ? intersect(ray) : geometry::Hit{};
+        TreeHit best;
+        if (!kernels_.intersect_some(trees_, ray, met, best)) return {};
+        return hit_of(best);
+    }
+
+    bool is_occluded_by_some(const geometry::Ray& ray, const scene::LinkSet& met) const override {
+        if (!has_classes_) return met.holds(0) && is_occluded(ray);
+        return kernels_.is_occluded_by_some(trees_, ray, met);
     }
 
     void intersect_batch(std::span<const geometry::Ray> rays,
@@ -436,7 +455,8 @@ class Bvh final : public Accelerator {
         }
         for (const TriangleNumbers& numbers : prototype_numbers_) stats_.bytes += numbers.bytes();
         stats_.bytes += direct_numbers_.bytes() + trees_.instances.size() * sizeof(InstanceRecord) +
-                        prototype_of_instance_.size() * sizeof(uint32_t) + sizeof(Bvh);
+                        prototype_of_instance_.size() * sizeof(uint32_t) + sizeof(Bvh) +
+                        bytes(trees_.classes);
         stats_.instances = trees_.instances.size();
         for (const MovingInstances& moving : trees_.moving_instances) {
             stats_.instances += moving.instances.size();
@@ -447,6 +467,7 @@ class Bvh final : public Accelerator {
     }
 
     Kernels kernels_;
+    bool has_classes_ = false;
     SceneTrees trees_;
     TriangleNumbers direct_numbers_;
     std::vector<TriangleNumbers> prototype_numbers_;
@@ -463,6 +484,15 @@ std::vector<TriangleSoupView> views(const std::vector<geometry::TriangleMesh>& m
             {mesh.positions(), mesh.triangles(), mesh.shared_primitives(), mesh.later_positions()});
     }
     return result;
+}
+
+SoupClasses classes_of(const scene::Scene& scene) {
+    SoupClasses classes;
+    for (const scene::Shape& shape : scene.shapes) classes.of_shape.push_back(shape.link);
+    classes.rows = scene.linking.rows;
+    for (const scene::Instance& instance : scene.instances)
+        classes.row_of_instance.push_back(instance.link_row);
+    return classes;
 }
 
 }  // namespace
@@ -529,6 +559,7 @@ SoupScene make_soup(const scene::Scene& scene, const geometry::GeometrySet& geom
         soup.instances.push_back({instance.prototype, instance.render_from_prototype,
                                   instance.later_render_from_prototype});
     }
+    if (scene::has_shadow_links(scene)) soup.classes = classes_of(scene);
     return soup;
 }
 

@@ -4,6 +4,7 @@
 #include "accel/accelerator.h"
 #include "base/math.h"
 #include "geometry/primitive_set.h"
+#include "scene/linking.h"
 
 #include <array>
 #include <cstdint>
@@ -46,6 +47,7 @@ struct BvhOptions {
     int backoff =
         1;  ///< where dividing triangles did not pay, it is tried again where the range has
             ///< shrunk to 2^-backoff, then 2^-(2·backoff) of that …; 0 = at every node
+    bool keep_shapes_apart = false;  ///< keep exact duplicates that are in different shapes
     BvhQuality quality = BvhQuality::Balanced;  ///< only a name here; see options_of
     const Kernels* kernels = nullptr;  ///< of traverse.h; nullptr = the fastest for this processor
 };
@@ -75,11 +77,29 @@ struct SoupInstance {
     std::span<const Mat4> later = {};
 };
 
+/// Classes of the geometry, for rays that meet some of them only: scene/linking.h. Empty: all is of
+/// class 0.
+struct SoupClasses {
+    std::vector<scene::LinkClass> of_shape;           ///< [shape placed directly]
+    std::vector<std::vector<scene::LinkClass>> rows;  ///< [row][shape of a prototype]
+    std::vector<uint32_t> row_of_instance;            ///< [instance]; none: all of class 0
+
+    bool is_empty() const { return of_shape.empty() && row_of_instance.empty(); }
+
+    scene::LinkClass of(uint32_t instance, uint32_t shape) const {
+        if (is_empty()) return 0;
+        if (instance == scene::none) return of_shape[shape];
+        const uint32_t row = row_of_instance[instance];
+        return row == scene::none ? 0 : rows[row][shape];
+    }
+};
+
 /// A scene reduced to triangles and primitives.
 struct SoupScene {
     std::vector<TriangleSoupView> shapes;                   ///< render space
     std::vector<std::vector<TriangleSoupView>> prototypes;  ///< [prototype][shape]
     std::vector<SoupInstance> instances;
+    SoupClasses classes = {};
 };
 
 /// Own bounding volume hierarchy: 8-wide nodes over the triangles placed directly and over each
@@ -91,7 +111,8 @@ struct SoupScene {
 /// are conservative, so every hit is the one that testing all triangles and primitives would find,
 /// bit for bit.
 /// Dropped at build: triangles without area and those with a coordinate that is not below 2^126 in
-/// absolute value. Of exact duplicates one may be kept, the one with the smallest index.
+/// absolute value. Of exact duplicates one may be kept, the one with the smallest index; those in
+/// different shapes all are where the scene has classes.
 std::unique_ptr<Accelerator> build_bvh(const SoupScene& scene, const BvhOptions& options = {});
 
 /// The triangles of a scene; refers to those of `geometry`.

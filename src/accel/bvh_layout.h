@@ -24,6 +24,7 @@ inline constexpr ChildRef leaf_bit = 0x80000000u;
 struct alignas(64) WideNode {
     float bounds[6][wide];  ///< lower x, y, z, upper x, y, z
     ChildRef child[wide];
+    uint32_t classes[wide];  ///< scene::LinkSet::folded_bit of what is below; see SceneClasses
 };
 
 /// Id of a lane without a triangle.

@@ -112,6 +112,9 @@ struct TakeThoseWithArea {
         }
         return !is_degenerate(p[0], p[1], p[2]);
     }
+
+    // What is surely hit has an area
+    HWY_INLINE bool has_any(const LeafBlock&, uint32_t certain) const { return certain != 0; }
 };
 
 }  // namespace

@@ -295,6 +295,9 @@ HWY_INLINE bool is_before(float t, uint32_t instance, uint32_t id, const TreeHit
 // For blocks from which the builder has dropped what is degenerate.
 struct TakeAll {
     HWY_INLINE bool operator()(const LeafBlock&, uint32_t) const { return true; }
+
+    // Of those that are surely hit, as bits
+    HWY_INLINE bool has_any(const LeafBlock&, uint32_t certain) const { return certain != 0; }
 };
 
 // Takes the closest hit in the block into `best`, if it is before that. t_bound: best.t, scaled;
@@ -325,8 +328,7 @@ HWY_INLINE float certain_bound_of(const QueryRay& q, float t_bound) {
     return std::min(t_bound, float(0x1p126 * q.scaled_from_t));
 }
 
-// Whether the ray hits anything in the block at t < t_max, scaled: t_bound. What is surely hit has
-// an area.
+// Whether the ray hits anything in the block at t < t_max, scaled: t_bound.
 template <class IsThere = TakeAll>
 HWY_INLINE bool is_block_hit(const LeafBlock& leaf,
                              const QueryRay& q,
@@ -335,7 +337,7 @@ HWY_INLINE bool is_block_hit(const LeafBlock& leaf,
                              float certain_bound,
                              const IsThere& is_there = {}) {
     const Candidates found = filter_triangles<true>(leaf, q, t_bound, certain_bound);
-    if (found.certain != 0) return true;
+    if (is_there.has_any(leaf, found.certain)) return true;
     if (found.possible == 0) return false;
     LeafHits hits;
     uint32_t bits = hit_block(leaf, q, found.possible, t_max, hits);

@@ -7,6 +7,7 @@
 #define VELATURA_KERNEL_WALKS
 #endif
 
+#include "accel/kernel_filter.inl"
 #include "accel/kernel_motion.inl"
 #include "accel/kernel_steps.inl"
 
@@ -133,22 +134,29 @@ HWY_INLINE bool walk_any(const Tree& tree,
     }
 }
 
+// met, here and below: what the ray meets of the tree (kernel_filter.inl).
+template <class Met>
 HWY_INLINE void closest_in_tree(const WideTree& tree,
                                 const QueryRay& q,
                                 uint32_t instance,
+                                const Met& met,
                                 TreeHit& best) {
     float t_bound = float(double(best.t) * q.scaled_from_t);
-    walk_closest(tree, SlabLanes(q), t_bound, [&](uint32_t block) VELATURA_LEAF {
-        if (improve_hit(tree.leaves[block], q, instance, t_bound, best))
+    walk_closest(tree, met.slabs(q), t_bound, [&](uint32_t block) VELATURA_LEAF {
+        if (improve_hit(tree.leaves[block], q, instance, t_bound, best, met.in_blocks()))
             t_bound = float(double(best.t) * q.scaled_from_t);
     });
 }
 
-HWY_INLINE bool any_in_tree(const WideTree& tree, const QueryRay& q, float t_max) {
+template <class Met>
+HWY_INLINE bool any_in_tree(const WideTree& tree,
+                            const QueryRay& q,
+                            float t_max,
+                            const Met& met) {
     const float t_bound = float(double(t_max) * q.scaled_from_t);
     const float certain_bound = certain_bound_of(q, t_bound);
-    return walk_any(tree, SlabLanes(q), t_bound, [&](uint32_t block) VELATURA_LEAF {
-        return is_block_hit(tree.leaves[block], q, t_max, t_bound, certain_bound);
+    return walk_any(tree, met.slabs(q), t_bound, [&](uint32_t block) VELATURA_LEAF {
+        return is_block_hit(tree.leaves[block], q, t_max, t_bound, certain_bound, met.in_blocks());
     });
 }
 
@@ -158,7 +166,12 @@ struct PlacedRay {
     uint32_t instance = scene::none;
 };
 
-void closest_primitive(const PrimitiveRecord& record, const PlacedRay& ray, TreeHit& best) {
+template <class Met>
+void closest_primitive(const PrimitiveRecord& record,
+                       const PlacedRay& ray,
+                       const Met& met,
+                       TreeHit& best) {
+    if (!met.takes(record.id)) return;
     // Ties count, by the smaller id
     const float t_max = next_float_up(best.t);
     const std::optional<geometry::PrimitiveHit> found =
@@ -176,29 +189,41 @@ QuerySlack primitive_slack(double origin_slack) {
     return slack;
 }
 
-void closest_in_primitives(const PrimitiveTree& set, const PlacedRay& ray, TreeHit& best) {
+template <class Met>
+void closest_in_primitives(const PrimitiveTree& set,
+                           const PlacedRay& ray,
+                           const Met& met,
+                           TreeHit& best) {
     QueryRay q;
     const QuerySlack slack = primitive_slack(set.origin_slack);
     if (set.tree.is_empty() || !make_query(ray.o, ray.d, set.tree.query_bounds, slack, q)) return;
     float t_bound = float(double(best.t) * q.scaled_from_t);
     walk_closest(set.tree, SlabLanes(q), t_bound, [&](uint32_t index) HWY_ATTR {
-        closest_primitive(set.primitives[index], ray, best);
+        closest_primitive(set.primitives[index], ray, met, best);
         t_bound = float(double(best.t) * q.scaled_from_t);
     });
 }
 
-bool is_occluded_by(const PrimitiveRecord& record, const PlacedRay& ray, float t_max) {
-    return record.set->is_occluded(record.index, ray.o, ray.d, t_max);
+template <class Met>
+bool is_occluded_by(const PrimitiveRecord& record,
+                    const PlacedRay& ray,
+                    float t_max,
+                    const Met& met) {
+    return met.takes(record.id) && record.set->is_occluded(record.index, ray.o, ray.d, t_max);
 }
 
-bool any_in_primitives(const PrimitiveTree& set, const PlacedRay& ray, float t_max) {
+template <class Met>
+bool any_in_primitives(const PrimitiveTree& set,
+                       const PlacedRay& ray,
+                       float t_max,
+                       const Met& met) {
     QueryRay q;
     const QuerySlack slack = primitive_slack(set.origin_slack);
     if (set.tree.is_empty() || !make_query(ray.o, ray.d, set.tree.query_bounds, slack, q))
         return false;
     const float t_bound = float(double(t_max) * q.scaled_from_t);
     return walk_any(set.tree, SlabLanes(q), t_bound, [&](uint32_t index) HWY_ATTR {
-        return is_occluded_by(set.primitives[index], ray, t_max);
+        return is_occluded_by(set.primitives[index], ray, t_max, met);
     });
 }
 
@@ -224,27 +249,39 @@ QuerySlack top_slack(const SceneTrees& trees) {
     return primitive_slack(trees.top_origin_slack);
 }
 
-void closest_in_motion(
-    const MovingTrees& trees, const QueryRay& q, float time, uint32_t instance, TreeHit& best) {
+template <class Met>
+void closest_in_motion(const MovingTrees& trees,
+                       const QueryRay& q,
+                       float time,
+                       uint32_t instance,
+                       const Met& met,
+                       TreeHit& best) {
     for (const MovingTree& moving : trees.trees) {
         const SegmentTree tree(moving, time);
         float t_bound = float(double(best.t) * q.scaled_from_t);
         walk_closest(tree, MovingSlabs(q, tree.f), t_bound, [&](uint32_t block) VELATURA_LEAF {
             LeafBlock moved;
             move_block(tree.leaf(block), tree.f, moved);
-            if (improve_hit(moved, q, instance, t_bound, best, TakeThoseWithArea()))
+            if (improve_hit(moved, q, instance, t_bound, best, met.in_moved_blocks()))
                 t_bound = float(double(best.t) * q.scaled_from_t);
         });
     }
 }
 
-void closest_in_motion(const MovingTrees& trees, const PlacedRay& ray, float time, TreeHit& best) {
+template <class Met>
+void closest_in_motion(const MovingTrees& trees,
+                       const PlacedRay& ray,
+                       float time,
+                       const Met& met,
+                       TreeHit& best) {
     QueryRay q;
     if (!trees.is_empty() && make_query(ray.o, ray.d, trees.query_bounds, {}, q))
-        closest_in_motion(trees, q, time, ray.instance, best);
+        closest_in_motion(trees, q, time, ray.instance, met, best);
 }
 
-bool any_in_motion(const MovingTrees& trees, const QueryRay& q, float time, float t_max) {
+template <class Met>
+bool any_in_motion(
+    const MovingTrees& trees, const QueryRay& q, float time, float t_max, const Met& met) {
     const float t_bound = float(double(t_max) * q.scaled_from_t);
     const float certain_bound = certain_bound_of(q, t_bound);
     for (const MovingTree& moving : trees.trees) {
@@ -253,17 +290,19 @@ bool any_in_motion(const MovingTrees& trees, const QueryRay& q, float time, floa
             walk_any(tree, MovingSlabs(q, tree.f), t_bound, [&](uint32_t block) VELATURA_LEAF {
                 LeafBlock moved;
                 move_block(tree.leaf(block), tree.f, moved);
-                return is_block_hit(moved, q, t_max, t_bound, certain_bound, TakeThoseWithArea());
+                return is_block_hit(moved, q, t_max, t_bound, certain_bound, met.in_moved_blocks());
             });
         if (is_hit) return true;
     }
     return false;
 }
 
-bool any_in_motion(const MovingTrees& trees, const PlacedRay& ray, float time, float t_max) {
+template <class Met>
+bool any_in_motion(
+    const MovingTrees& trees, const PlacedRay& ray, float time, float t_max, const Met& met) {
     QueryRay q;
     return !trees.is_empty() && make_query(ray.o, ray.d, trees.query_bounds, {}, q) &&
-           any_in_motion(trees, q, time, t_max);
+           any_in_motion(trees, q, time, t_max, met);
 }
 
 }  // namespace

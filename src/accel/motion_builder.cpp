@@ -41,7 +41,8 @@ class MotionBuilder {
         binary_options.block = wide;
         binary_options.merge_duplicates = [&](std::span<BuildPrim> range) {
             return merge_equal(range, [&](const BuildPrim& a, const BuildPrim& b) {
-                return order_of_ways(a.id, b.id);
+                const int ways = order_of_ways(a.id, b.id);
+                return ways != 0 ? ways : order_of_shapes(numbers_, options, a.id, b.id);
             });
         };
         const BinaryTree binary = build_binary_tree(collect(bounds), binary_options);

@@ -4,6 +4,7 @@
 #include "accel/bvh_layout.h"
 #include "geometry/primitive_set.h"
 #include "geometry/surface_point.h"
+#include "scene/linking.h"
 
 #include <span>
 #include <vector>
@@ -46,6 +47,25 @@ struct MovingInstances {
     double origin_slack = 0;                ///< QuerySlack::origin for `boxes`
 };
 
+/// The classes of everything, for rays that meet some of them only; empty in scenes without any.
+struct SceneClasses {
+    /// Those that an instance gives the shapes of its prototype.
+    struct Row {
+        uint32_t prototype = 0;
+        std::vector<scene::LinkClass> of_shape;
+        uint32_t folded = 0;      ///< scene::LinkSet::folded_bit of all of them
+        bool is_uniform = false;  ///< all alike
+    };
+
+    std::vector<scene::LinkClass> of_shape;              ///< placed directly
+    std::vector<uint32_t> direct_first;                  ///< [shape placed directly] its first id
+    std::vector<std::vector<uint32_t>> prototype_first;  ///< [prototype][shape] the same
+    std::vector<Row> rows;
+    std::vector<uint32_t> row_of_instance;  ///< [instance]
+
+    const Row& row(uint32_t instance) const { return rows[row_of_instance[instance]]; }
+};
+
 /// Everything a ray meets.
 struct SceneTrees {
     WideTree direct;                            ///< triangles placed directly that do not move
@@ -61,6 +81,7 @@ struct SceneTrees {
     double top_origin_slack = 0;                      ///< QuerySlack::origin for `top`
 
     std::vector<MovingInstances> moving_instances;
+    SceneClasses classes;  ///< WideNode::classes are only there with it
 
     bool has_motion() const {
         return !direct_motion.is_empty() || !prototype_motion.empty() || !moving_instances.empty();
@@ -84,6 +105,12 @@ struct Kernels {
     /// The same for scenes in which something moves; those above know of no motion.
     bool (*intersect_moving)(const SceneTrees&, const geometry::Ray&, TreeHit&);
     bool (*is_occluded_moving)(const SceneTrees&, const geometry::Ray&);
+    /// The same among some of the geometry, whether anything moves or not: for scenes with classes.
+    bool (*intersect_some)(const SceneTrees&,
+                           const geometry::Ray&,
+                           const scene::LinkSet&,
+                           TreeHit&);
+    bool (*is_occluded_by_some)(const SceneTrees&, const geometry::Ray&, const scene::LinkSet&);
     /// The same for many rays, among the triangles placed directly alone; id none: no hit. nullptr
     /// where the instruction set makes it slower than ray by ray.
     void (*intersect_batch)(const SceneTrees&, std::span<const geometry::Ray>, std::span<TreeHit>);

@@ -46,6 +46,16 @@ class TriangleNumbers {
     size_t count_ = 0;
 };
 
+/// Whether duplicates are told apart by their shapes: negative, 0 or positive.
+inline int order_of_shapes(const TriangleNumbers& numbers,
+                           const BvhOptions& options,
+                           uint32_t a,
+                           uint32_t b) {
+    if (!options.keep_shapes_apart) return 0;
+    const uint32_t shape_a = numbers.shape(a), shape_b = numbers.shape(b);
+    return shape_a == shape_b ? 0 : shape_a < shape_b ? -1 : 1;
+}
+
 /// Keeps the smallest id of references that are equal, at the front of the range. order(a, b) is
 /// negative, 0 or positive. Returns: how many are left.
 template <class Order>

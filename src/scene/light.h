@@ -7,6 +7,7 @@
 
 #include "base/math.h"
 #include "scene/ids.h"
+#include "scene/linking.h"
 
 namespace velatura::scene {
 
@@ -46,6 +47,7 @@ struct Light {
     std::vector<Mat4d> render_from_portals;
     float diffuse_multiplier = 1.0f, specular_multiplier = 1.0f;
     bool is_camera_visible = true;
+    LightLinks links;
     ProvenanceId provenance = none;
 };
 
@@ -64,6 +66,7 @@ struct MeshLight {
     Shaping shaping;
     Mat4d holder_from_light;  ///< the prim's own space, whose −Z is the axis of the shaping, in the space of its shape
     float diffuse_multiplier = 1.0f, specular_multiplier = 1.0f;
+    LightLinks links;
     ProvenanceId provenance = none;
 };
 

@@ -7,6 +7,7 @@
 
 #include "base/math.h"
 #include "scene/ids.h"
+#include "scene/linking.h"
 
 namespace velatura::scene {
 
@@ -92,6 +93,7 @@ struct Shape {
                                ///< curves and points: leftHanded
     bool double_sided = false;
     MeshLightId light = none;    ///< the shape is this light
+    LinkClass link = 0;          ///< of a shape placed directly; for the others see Instance::link_row
     ProvenanceId provenance = none;
 };
 

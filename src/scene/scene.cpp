@@ -34,6 +34,21 @@ bool may_cut_display(const Scene& scene) {
     return is_found;
 }
 
+LinkClass link_class(const Scene& scene, uint32_t instance, ShapeId shape) {
+    if (instance == none) return scene.shapes[shape].link;
+    const uint32_t row = scene.instances[instance].link_row;
+    return row == none ? 0 : scene.linking.rows[row][shape];
+}
+
+bool has_shadow_links(const Scene& scene) {
+    const auto has_casters = [&](const auto& light) {
+        const LinkSet* casters = find_link_set(scene, light.links.casters);
+        return casters && !casters->is_empty();
+    };
+    return std::any_of(scene.lights.begin(), scene.lights.end(), has_casters) ||
+           std::any_of(scene.mesh_lights.begin(), scene.mesh_lights.end(), has_casters);
+}
+
 PrimvarId intern_primvar(Scene& scene, std::string_view name) {
     const PrimvarId found = find_primvar(scene, name);
     if (found != none) return found;

@@ -13,6 +13,7 @@
 #include "scene/effect.h"
 #include "scene/ids.h"
 #include "scene/light.h"
+#include "scene/linking.h"
 #include "scene/material.h"
 #include "scene/mesh.h"
 #include "scene/render_settings.h"
@@ -40,6 +41,7 @@ struct Instance {
     /// straight on between. Empty = it does not. What gives light does not move: `translate` promises.
     std::vector<Mat4> later_render_from_prototype;
     MaterialId material_override = none;
+    uint32_t link_row = none;             ///< LinkClasses of its shapes, index into Linking::rows; none = all of class 0
     std::optional<Rgb> display_color;     ///< per-instance constant primvar of a point instancer
     ProvenanceId provenance = none;
 };
@@ -54,6 +56,7 @@ struct Scene {
     std::vector<std::string> primvar_names;
     std::vector<Light> lights;
     std::vector<MeshLight> mesh_lights;  ///< of shapes, see Shape::light
+    Linking linking;
     /// Rows of the light mixer; the last one is always `emissive` (emission of surfaces).
     std::vector<LightGroup> groups;
     Camera camera;
@@ -65,6 +68,17 @@ struct Scene {
 
     GroupId emissive_group() const { return GroupId(groups.size() - 1); }
 };
+
+/// Class of a shape as the instance places it; instance none = a shape placed directly.
+LinkClass link_class(const Scene& scene, uint32_t instance, ShapeId shape);
+
+/// Whether the shadows of some light are cast by a part of the geometry, neither all nor none of it.
+bool has_shadow_links(const Scene& scene);
+
+/// The set, or null for all geometry.
+inline const LinkSet* find_link_set(const Scene& scene, LinkSetId id) {
+    return id == none ? nullptr : &scene.linking.sets[id];
+}
 
 /// Id of the primvar name, interned on first use.
 PrimvarId intern_primvar(Scene& scene, std::string_view name);

@@ -79,19 +79,34 @@ void for_each_primitive(const Shapes& shapes, const Body& body) {
     }
 }
 
-void keep_better(geometry::Hit& best, const geometry::Hit& hit) {
+// What a ray meets: all of the scene, or some of its classes.
+struct Met {
+    const SoupScene& scene;
+    const scene::LinkSet* set = nullptr;
+
+    bool takes(const geometry::Hit& hit) const {
+        return !set || set->holds(scene.classes.of(hit.instance, hit.shape));
+    }
+};
+
+void keep_better(const Met& met, geometry::Hit& best, const geometry::Hit& hit) {
+    if (!met.takes(hit)) return;
     const auto rank = [](const geometry::Hit& h) {
         return std::make_tuple(h.t, h.instance, h.shape, h.triangle);
     };
     if (best.is_valid() ? rank(hit) < rank(best) : hit.t < best.t) best = hit;
 }
 
-void closest_primitive(
-    const Shapes& shapes, const Vec3d& o, const Vec3d& d, uint32_t instance, geometry::Hit& best) {
+void closest_primitive(const Shapes& shapes,
+                       const Met& met,
+                       const Vec3d& o,
+                       const Vec3d& d,
+                       uint32_t instance,
+                       geometry::Hit& best) {
     for_each_primitive(
         shapes, [&](uint32_t s, uint32_t i, const geometry::PrimitiveSet& set, const Box3&) {
             const auto hit = set.intersect(i, o, d, std::numeric_limits<float>::infinity());
-            if (hit) keep_better(best, {float(hit->t), hit->u, hit->v, instance, s, i});
+            if (hit) keep_better(met, best, {float(hit->t), hit->u, hit->v, instance, s, i});
         });
 }
 
@@ -135,6 +150,7 @@ Box3 bounds_of(const Shapes& shapes) {
 // make(box, query) prepares the ray for the triangles within a box.
 template <class Make>
 void closest(const Shapes& shapes,
+             const Met& met,
              const BruteForce::Bounds& bounds,
              float time,
              uint32_t instance,
@@ -144,7 +160,7 @@ void closest(const Shapes& shapes,
     const auto test = [&](uint32_t s, uint32_t i, const Vec3& a, const Vec3& b, const Vec3& c) {
         TriangleHit hit;
         if (!hit_triangle(q, &a.x, &b.x, &c.x, 1, hit)) return;
-        keep_better(best, {hit.t, hit.b1, hit.b2, instance, s, i});
+        keep_better(met, best, {hit.t, hit.b1, hit.b2, instance, s, i});
     };
     if (!bounds.still.isEmpty() && make(QueryBounds(bounds.still), q))
         for_each_triangle(shapes, test);
@@ -181,24 +197,25 @@ BruteForce::BruteForce(const SoupScene& scene)
     }
 }
 
-geometry::Hit BruteForce::intersect(const geometry::Ray& ray) const {
+geometry::Hit BruteForce::intersect(const geometry::Ray& ray, const scene::LinkSet* set) const {
+    const Met met{scene_, set};
     geometry::Hit best;
     if (!velatura::is_finite(ray.o) || !velatura::is_finite(ray.d) || !(ray.t_max > 0)) return best;
     best.t = ray.t_max;
     closest(
-        scene_.shapes, direct_bounds_, ray.time, scene::none,
+        scene_.shapes, met, direct_bounds_, ray.time, scene::none,
         [&](const QueryBounds& box, QueryRay& q) { return make_query(ray, box, {}, q); }, best);
     if (ray.d == Vec3(0)) return {};
-    closest_primitive(scene_.shapes, Vec3d(ray.o), Vec3d(ray.d), scene::none, best);
+    closest_primitive(scene_.shapes, met, Vec3d(ray.o), Vec3d(ray.d), scene::none, best);
     const auto in_instance = [&](const InstanceRecord& record) {
         Vec3d o, d;
         enter(record, ray, o, d);
         const Shapes& shapes = scene_.prototypes[record.tree];
         closest(
-            shapes, prototype_bounds_[record.tree], ray.time, record.instance,
+            shapes, met, prototype_bounds_[record.tree], ray.time, record.instance,
             [&](const QueryBounds& box, QueryRay& q) { return make_query(o, d, box, {}, q); },
             best);
-        closest_primitive(shapes, o, d, record.instance, best);
+        closest_primitive(shapes, met, o, d, record.instance, best);
     };
     for (const InstanceRecord& record : placed_) in_instance(record);
     for (const MovingPlacement& moving : moving_) {

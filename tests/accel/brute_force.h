@@ -22,15 +22,29 @@ class BruteForce final : public Accelerator {
         Box3 still, moving;
     };
 
-    geometry::Hit intersect(const geometry::Ray& ray) const override;
+    geometry::Hit intersect(const geometry::Ray& ray) const override {
+        return intersect(ray, nullptr);
+    }
 
     bool is_occluded(const geometry::Ray& ray) const override { return intersect(ray).is_valid(); }
+
+    geometry::Hit intersect_some(const geometry::Ray& ray,
+                                 const scene::LinkSet& met) const override {
+        return intersect(ray, &met);
+    }
+
+    bool is_occluded_by_some(const geometry::Ray& ray, const scene::LinkSet& met) const override {
+        return intersect(ray, &met).is_valid();
+    }
 
     Box3 bounds() const override;
 
     AcceleratorStats stats() const override { return {}; }
 
   private:
+    /// met: null = everything.
+    geometry::Hit intersect(const geometry::Ray& ray, const scene::LinkSet* met) const;
+
     SoupScene scene_;
     Bounds direct_bounds_;
     std::vector<Bounds> prototype_bounds_;

@@ -17,6 +17,37 @@ inline bool is_same(const geometry::Hit& a, const geometry::Hit& b) {
            std::bit_cast<uint32_t>(a.b2) == std::bit_cast<uint32_t>(b.b2);
 }
 
+/// What an accelerator finds among some of the geometry. Both must outlive it.
+class Some final : public Accelerator {
+  public:
+    Some(const Accelerator& all, const scene::LinkSet& met) : all_(all), met_(met) {}
+
+    geometry::Hit intersect(const geometry::Ray& ray) const override {
+        return all_.intersect_some(ray, met_);
+    }
+
+    bool is_occluded(const geometry::Ray& ray) const override {
+        return all_.is_occluded_by_some(ray, met_);
+    }
+
+    geometry::Hit intersect_some(const geometry::Ray& ray,
+                                 const scene::LinkSet& met) const override {
+        return all_.intersect_some(ray, met);
+    }
+
+    bool is_occluded_by_some(const geometry::Ray& ray, const scene::LinkSet& met) const override {
+        return all_.is_occluded_by_some(ray, met);
+    }
+
+    Box3 bounds() const override { return all_.bounds(); }
+
+    AcceleratorStats stats() const override { return all_.stats(); }
+
+  private:
+    const Accelerator& all_;
+    const scene::LinkSet& met_;
+};
+
 /// How two accelerators agree on some rays, which the first traces one by one and all at once.
 struct Agreement {
     size_t rays = 0, hits = 0, different = 0, different_occlusion = 0;

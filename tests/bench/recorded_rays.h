@@ -37,6 +37,17 @@ class RayRecorder final : public accel::Accelerator {
         return traced_.is_occluded(ray);
     }
 
+    geometry::Hit intersect_some(const geometry::Ray& ray,
+                                 const scene::LinkSet& met) const override {
+        rays_.push_back({ray, path_, depth_++, false});
+        return traced_.intersect_some(ray, met);
+    }
+
+    bool is_occluded_by_some(const geometry::Ray& ray, const scene::LinkSet& met) const override {
+        rays_.push_back({ray, path_, depth_, true});
+        return traced_.is_occluded_by_some(ray, met);
+    }
+
     Box3 bounds() const override { return traced_.bounds(); }
 
     accel::AcceleratorStats stats() const override { return traced_.stats(); }

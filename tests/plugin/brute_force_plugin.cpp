@@ -39,6 +39,15 @@ class BruteForceAccelerator final : public accel::Accelerator {
 
     bool is_occluded(const geometry::Ray& ray) const override { return brute_.is_occluded(ray); }
 
+    geometry::Hit intersect_some(const geometry::Ray& ray,
+                                 const scene::LinkSet& met) const override {
+        return brute_.intersect_some(ray, met);
+    }
+
+    bool is_occluded_by_some(const geometry::Ray& ray, const scene::LinkSet& met) const override {
+        return brute_.is_occluded_by_some(ray, met);
+    }
+
     Box3 bounds() const override { return bounds_; }
 
     accel::AcceleratorStats stats() const override { return {}; }
@@ -52,6 +61,7 @@ class BruteForceAccelerator final : public accel::Accelerator {
             for (const auto& shape : shapes) mine.prototypes.back().push_back(copies_.add(shape));
         }
         mine.instances = scene.instances;
+        mine.classes = scene.classes;
         return mine;
     }
 

@@ -355,6 +355,41 @@ TEST_F(EmbreeTest, AgreesOnInstances) {
     expect_agreement(scene, embree(scene), mixed_rays(100000, 20), 40000, 0.01, 4 / 0.05);
 }
 
+TEST_F(EmbreeTest, AgreesAmongSomeOfTheGeometry) {
+    Random random(71);
+    std::vector<Soup> soups, inner;
+    for (uint64_t i = 0; i < 20; ++i) soups.push_back(random_soup(300, 0.2f, 72 + i));
+    for (uint64_t i = 0; i < 4; ++i) inner.push_back(random_soup(100, 0.5f, 100 + i));
+    SoupScene scene = scene_of(soups);
+    scene.prototypes = {{inner[0].view(), inner[1].view()}, {inner[2].view(), inner[3].view()}};
+    constexpr scene::LinkClass classes = 40;
+    for (size_t i = 0; i < soups.size(); ++i)
+        scene.classes.of_shape.push_back(random.below(classes));
+    for (int row = 0; row < 8; ++row)
+        scene.classes.rows.push_back({random.below(classes), random.below(classes)});
+    for (uint32_t i = 0; i < 50; ++i) {
+        Mat4d scale, move;
+        scale.setScale(Vec3d(0.2));
+        move.setTranslation(Vec3d(random.in_cube(1)));
+        scene.instances.push_back({i % 2, Mat4(scale * move)});
+        scene.classes.row_of_instance.push_back(i % 9 == 8 ? scene::none : i % 9);
+    }
+    const auto peer = embree(scene);
+    ASSERT_TRUE(peer);
+    const auto own = build_bvh(scene);
+    for (const float share : {0.1f, 0.5f}) {
+        scene::LinkSet met(classes);
+        for (scene::LinkClass c = 0; c < classes; ++c)
+            if (random.unit() < share) met.add(c);
+        const Some some(*own, met), others(*peer, met);
+        const Differences d = Comparison(scene, some, others, 4 / 0.2).run(mixed_rays(50000, 73));
+        EXPECT_EQ(d.unexplained, 0u) << "of " << d.rays;
+        EXPECT_EQ(d.occlusion, 0u) << "of " << d.rays;
+        EXPECT_GE(d.hits, 2000u);
+        EXPECT_LE(double(d.ties + d.edges), 0.01 * double(d.rays));
+    }
+}
+
 TEST_F(EmbreeTest, MeetsPrimitivesWhereTheOwnTreeDoes) {
     // Both ask the primitives, in double: what is left is whether their trees lead there
     SoupScene scene;
