@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/caustics.h"
 
+#include "integrator/own_shadow.h"
+#include "integrator/shadow_segment.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -39,9 +42,6 @@ constexpr float least_event_share = 0.1f;
 /// Seeds whose last direction is further off the light are not pursued: few would lead there, and
 /// near a solution there are always others.
 constexpr double widest_seed_cosine = 0.85;
-
-/// As for the paths' own light hits: lights flush with a surface are neither shadowed nor missed.
-constexpr double flush_light_margin = 0x1p-14;
 
 /// How to turn the first direction.
 struct NewtonStep {
@@ -327,14 +327,36 @@ bool CausticSampler::try_seed(const Search& search,
     return solve(search, seed, out);
 }
 
-bool CausticSampler::is_blocked(const Search& search,
-                                const Solution& solution,
-                                const geometry::SurfacePoint& last) const {
-    geometry::Ray ray = geometry::spawn_ray(last, to_float(solution.chain.ray.d));
+/// What of the light arrives at the last surface of the chain, which it must shine on. interior: on
+/// the light's side.
+Rgb CausticSampler::visibility(const Search& search,
+                               const Solution& solution,
+                               const geometry::SurfacePoint& last,
+                               const Interior& interior,
+                               const lights::RayCone& cone) const {
+    const Vec3 wi = to_float(solution.chain.ray.d);
+    const float distance = search.target.is_infinite ? std::numeric_limits<float>::infinity()
+                                                     : float(solution.distance);
+    const scene::LightLinks* links = world_.lights.links(search.target.light);
+    if (links) {
+        if (!world_.lights.shines_on(links,
+                                     scene::link_class(world_.scene, last.instance, last.shape)))
+            return Rgb(0.0f);
+        if (links->has_own_shadows()) {
+            lights::LightSample light;
+            light.wi = wi;
+            light.distance = distance;
+            return OwnShadow(world_, *links, interior, cone)
+                .visibility(ShadowSegment(last, light), search.counts);
+        }
+    }
+    const Rgb visible = interior.transmittance(world_.materials, distance);
+    if (is_black(visible)) return visible;
+    geometry::Ray ray = geometry::spawn_ray(last, wi);
     if (!search.target.is_infinite)
-        ray.t_max = float(solution.distance / (1.0 + flush_light_margin));
+        ray.t_max = float(solution.distance / (1.0 + double(flush_light_margin)));
     ++search.counts.caustic;
-    return world_.accelerator->is_occluded(ray);
+    return world_.accelerator->is_occluded(ray) ? Rgb(0.0f) : visible;
 }
 
 /// What the solution brings over the probability to find it; black when it is none of the chains
@@ -376,13 +398,8 @@ Rgb CausticSampler::contribution(const Search& search, const Solution& solution)
         }
         if (is_black(L)) return L;
     }
-    if (absorbs) {
-        const double distance =
-            target.is_infinite ? std::numeric_limits<double>::infinity() : solution.distance;
-        L *= interior.transmittance(world_.materials, float(distance));
-        if (is_black(L)) return L;
-    }
-    if (is_blocked(search, solution, last)) return Rgb(0.0f);
+    L *= visibility(search, solution, last, interior, {cone_width, at.cone.spread});
+    if (is_black(L)) return L;
     double scale = solution.density / (target.point.pdf * target.pmf);
     if (!target.is_infinite) scale *= std::abs(target.point.n.dot(chain.ray.d));
     return L * float(scale);

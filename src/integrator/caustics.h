@@ -144,9 +144,11 @@ class CausticSampler {
     bool aim(const Search& search, const Vec3d& d, Solution& out, Aim& aim) const;
     bool solve(const Search& search, const Vec3d& seed, Solution& out) const;
     Rgb contribution(const Search& search, const Solution& solution) const;
-    bool is_blocked(const Search& search,
-                    const Solution& solution,
-                    const geometry::SurfacePoint& last) const;
+    Rgb visibility(const Search& search,
+                   const Solution& solution,
+                   const geometry::SurfacePoint& last,
+                   const Interior& interior,
+                   const lights::RayCone& cone) const;
 
     const World& world_;
     SpecularCasters casters_;

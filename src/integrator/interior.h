@@ -26,6 +26,15 @@ class Interior {
 
     bool is_empty() const { return count_ == 0; }
 
+    /// Leaves out the bodies whose material `keeps` does not want.
+    template <class Keeps>
+    void keep_only(const Keeps& keeps) {
+        int kept = 0;
+        for (int i = 0; i < count_; ++i)
+            if (keeps(bodies_[size_t(i)])) bodies_[size_t(kept++)] = bodies_[size_t(i)];
+        count_ = kept;
+    }
+
     /// Share of light that is left after a distance [scene units], which may be infinite.
     Rgb transmittance(const shading::MaterialEvaluator& materials, float distance) const;
 

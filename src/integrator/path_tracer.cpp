@@ -2,9 +2,10 @@
 #include "integrator/path_tracer.h"
 
 #include <algorithm>
-#include <array>
 
+#include "integrator/path.h"
 #include "integrator/render_options.h"
+#include "integrator/shadow_segment.h"
 #include "sampling/mis.h"
 #include "scene/effect_calls.h"
 
@@ -16,9 +17,6 @@ using scene::Effect;
 
 namespace {
 
-/// Surfaces that one straight segment may pass through (cut-outs, IOR 1) before it counts as blocked.
-constexpr uint32_t pass_through_limit = 1024;
-
 /// From this many scatterings on, roulette ends one path in `trapped_path_share` at each, whatever its throughput: light
 /// that total reflection traps in lossless glass would never end by itself. Rare enough to add no noise that matters.
 constexpr int trapped_path_start = 1024;
@@ -28,98 +26,10 @@ constexpr float trapped_path_share = 1024.0f;
 /// saves time (`./dev bench transport`: 1.1 to 1.5 times the efficiency of survival = throughput).
 constexpr float survival_per_throughput = 2.0f;
 
-/// A shadow ray ends this part of its length short of the light, and a segment collects lights this part of its length
-/// beyond the surface it meets: a light flush with a surface is neither shadowed nor missed through rounding, by both
-/// samplers alike. Relative, hence independent of scale.
-constexpr float flush_light_margin = 0x1p-14f;
-
 /// A path that may bring half of what it set out with, or more, does not end by roulette.
 constexpr float importance_scale = 2.0f;
 
-/// Light selection at a vertex, for both samplers alike.
-lights::Receiver receiver_at(const geometry::SurfacePoint& point, const shading::Bsdf& bsdf) {
-    return {point.p, bsdf.ns(), bsdf.has_transmission()};
-}
-
-/// The way from a surface to a sampled light, layer by layer of cut-outs. It is aimed anew from each: a rest carried along
-/// would creep beyond the light by the offsets of the rays, and emissive triangles are there to be hit.
-struct ShadowSegment {
-    ShadowSegment(const geometry::SurfacePoint& from, const lights::LightSample& light) : wi(light.wi), is_surface(light.is_surface) {
-        is_infinite = !is_surface && !std::isfinite(light.distance);
-        if (is_surface) target = light.target;
-        else if (!is_infinite) {
-            target = from.p + light.wi * light.distance;
-            margin = flush_light_margin * light.distance;
-        }
-        go_on_from(from);
-    }
-
-    /// False: nothing is left before the light.
-    bool go_on_from(const geometry::SurfacePoint& point) {
-        if (is_infinite) {
-            ray = geometry::spawn_ray(point, wi);
-            return true;
-        }
-        ray = geometry::spawn_ray_to(point, target);
-        const float rest = std::sqrt(ray.d.dot(ray.d));
-        if (!is_surface && rest > 0.0f) ray.t_max = 1.0f - margin / rest;
-        return rest > 0.0f && ray.t_max > 0.0f;
-    }
-
-    /// Of the part of the ray up to t, in render-space units.
-    float length(float t) const { return is_infinite ? t : t * std::sqrt(ray.d.dot(ray.d)); }
-
-    geometry::Ray ray;
-    Vec3 wi, target = Vec3(0.0f);
-    bool is_surface, is_infinite = false;
-    float margin = 0;
-};
-
 }  // namespace
-
-/// A path while it is traced.
-struct PathTracer::Path {
-    static constexpr int unknown_hits = -1;
-
-    Path(const sampling::PixelSampler& s, RayCounts& c, PathObserver* o) : sampler(s), counts(&c), observer(o) {}
-
-    sampling::PixelSampler sampler;
-    geometry::Ray ray;
-    Rgb beta = Rgb(1.0f);
-    int bounce = 0;            ///< scatterings so far; pass-throughs do not count
-    uint32_t pass_count = 0;   ///< pass-throughs since the last scattering; keeps their random numbers apart
-    lights::Onlooker onlooker = lights::Onlooker::Eye;  ///< at the last vertex
-    bool is_certain = true;    ///< no light sampling competed for the present direction: MIS weight 1
-    lights::Receiver receiver = {};  ///< where the present direction was sampled
-    float scatter_pdf = 0;     ///< [1/sr]
-    Vec3 straight_o = Vec3(0.0f);  ///< where the present straight line began; pass-throughs do not end it
-    float travelled = 0;       ///< along that line up to the present segment
-    float segment_t = 0;       ///< length of the present segment
-    /// The lights that the whole of that line crosses, where somebody asked before and they are few.
-    std::array<lights::LightHit, 4> line_hits;
-    int line_hit_count = unknown_hits;
-    Rgb diffuse_share = Rgb(0.0f);  ///< of f at the last scattering; only kept when lights have lobe multipliers
-    float eta_scale = 1;       ///< undoes the η² of refractions for roulette
-    /// What the path may expect to bring by its present direction, over what it could at its first guided vertex, as
-    /// learned; 0 = not known.
-    float importance = 0;
-    float first_expected = 0;  ///< luminance
-    float cone_width = 0, cone_spread = 0;
-    SpecularHistory history;  ///< only kept when caustics are solved for
-    Interior interior;        ///< of the present segment; only kept where something absorbs
-    uint32_t branches = 1;    ///< that it is yet to divide into
-    float share = 1;          ///< of the sample, for a branch
-    RayCounts* counts;
-    PathObserver* observer;
-};
-
-/// Where a path scatters.
-struct PathTracer::Vertex {
-    const geometry::SurfacePoint& point;
-    const shading::Bsdf& bsdf;
-    Vec3 wo;
-    DirectionMixture directions;
-};
 
 PathTracer::PathTracer(const World& world, const film::LayerSet& layers, const PathTracerOptions& options)
     : world_(world),
@@ -185,7 +95,8 @@ void PathTracer::follow(Path& path, film::SampleRadiance& out) const {
         // Add the surface's own emission
         if (world_.lights.may_emit(point)) {
             const lights::SurfaceRadiance emitted = surface_emission(path, point, wo, path.cone_width);
-            deposit(path, path.bounce, emitted.group, path.beta * emitted.Le * surface_hit_weight(path, point), "surface emission", out);
+            if (!is_found_beyond(path, emitted.links))
+                deposit(path, path.bounce, emitted.group, path.beta * emitted.Le * surface_hit_weight(path, point), "surface emission", out);
         }
 
         const Vertex vertex{start, bsdf, wo, DirectionMixture(bsdf, wo, start.p, options_.guide)};
@@ -272,6 +183,7 @@ Rgb PathTracer::light_factor(const Path& path, const lights::LobeMultipliers& mu
 lights::SurfaceRadiance PathTracer::surface_emission(const Path& path, const geometry::SurfacePoint& point, const Vec3& wo, float footprint) const {
     lights::SurfaceRadiance emitted = world_.lights.surface_radiance(point, wo, footprint, path.onlooker);
     emitted.Le *= light_factor(path, emitted.multipliers);
+    if (!is_lit(path, emitted.links)) emitted.Le = Rgb(0.0f);
     return emitted;
 }
 
@@ -288,6 +200,9 @@ void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadia
         if (path.bounce == 0) {
             if (!world_.lights.is_camera_visible(hit.light)) return;
             if (!world_.lights.is_infinite(hit.light)) out.alpha = 1.0f;
+        } else if (world_.has_links) {
+            const scene::LightLinks* links = world_.lights.links(hit.light);
+            if (!is_lit(path, links) || is_found_beyond(path, links)) return;
         }
         Rgb Le = path.beta * hit.Le * light_factor(path, world_.lights.lobe_multipliers(hit.light)) * light_hit_weight(path, hit);
         if (!path.interior.is_empty()) Le *= path.interior.transmittance(world_.materials, hit.t - path.travelled);
@@ -310,6 +225,7 @@ void PathTracer::add_unoccluded_hits(Path& path, film::SampleRadiance& out) cons
         // The next segment begins here, too
         if (count < path.line_hits.size()) path.line_hits[count] = hit;
         ++count;
+        if (world_.has_links && !is_lit(path, world_.lights.links(hit.light))) return;
         const Rgb Le = path.beta * hit.Le * light_factor(path, world_.lights.lobe_multipliers(hit.light)) * light_hit_weight(path, hit);
         if (!is_black(Le)) out.add_unoccluded(int(world_.lights.group(hit.light)), Le);
     });
@@ -346,8 +262,11 @@ void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::Sample
         u_light = path.sampler.get_1d_fine(path.bounce, Purpose::LightSelect, path.pass_count);
     }
     if (world_.has_very_many_lights) u_light += 0x1p-32 * path.sampler.get_1d_fine(path.bounce, Purpose::LightSelectFine, path.pass_count);
-    const std::optional<lights::LightChoice> choice = world_.selector->select(receiver_at(point, bsdf), u_light);
+    const lights::Receiver receiver = receiver_at(world_, point, bsdf);
+    const std::optional<lights::LightChoice> choice = world_.selector->select(receiver, u_light);
     if (!choice) return;
+    const scene::LightLinks* links = world_.has_links ? world_.lights.links(choice->light) : nullptr;
+    if (!world_.lights.shines_on(links, receiver.link)) return;
     const Vec2 u = path.sampler.get_2d(path.bounce, Purpose::LightSurface, path.pass_count);
     const std::optional<lights::LightSample> light = world_.lights.sample(choice->light, point.p, u, {path.cone_width, path.cone_spread});
     if (!light || is_black(light->Le)) return;
@@ -375,7 +294,9 @@ void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::Sample
         count_call(Effect::ShadowLayers);
         out.add_unoccluded(int(group), Ld);
     }
-    deposit(path, path.bounce + 1, group, Ld * visibility(path, vertex, *light), "light sampled", out);
+    const bool has_own_shadows = links && links->has_own_shadows();
+    const Rgb visible = has_own_shadows ? own_visibility(path, vertex, *light, *links) : visibility(path, vertex, *light);
+    deposit(path, path.bounce + 1, group, Ld * visible, "light sampled", out);
 }
 
 void PathTracer::add_caustics(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
@@ -412,19 +333,12 @@ Rgb PathTracer::visibility(const Path& path, const Vertex& from, const lights::L
         const geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, segment.ray, hit);
         cone_width += path.cone_spread * segment.length(hit.t);
         const float presence = materials.presence(point, cone_width);
-        visible *= Rgb(1.0f - presence) + straight_through(point, light.wi, cone_width) * presence;
+        visible *= Rgb(1.0f - presence) + straight_through(materials, point, light.wi, cone_width) * presence;
         if (materials.has_absorption()) interior.cross(materials, point, -light.wi, light.wi);
         if (is_black(visible)) return visible;
         if (!segment.go_on_from(point)) return visible;
     }
     return Rgb(0.0f);
-}
-
-/// What a surface lets pass straight on of light that comes against d.
-Rgb PathTracer::straight_through(const geometry::SurfacePoint& point, const Vec3& d, float cone_width) const {
-    if (!world_.materials.material_is_see_through(point.material)) return Rgb(0.0f);
-    const auto passed = world_.materials.make_bsdf(point, -d, cone_width).delta(shading::ScatterKind::Transmit);
-    return passed && passed->eta == 1.0f ? passed->weight : Rgb(0.0f);
 }
 
 bool PathTracer::pass_through(Path& path, const geometry::SurfacePoint& point) const {
@@ -448,7 +362,7 @@ void PathTracer::go_straight_on(Path& path, const geometry::SurfacePoint& point)
 /// Goes on with all the light that passes the vertex straight, and with nothing else.
 bool PathTracer::pass_straight(Path& path, const Vertex& vertex) const {
     if (path.pass_count >= pass_through_limit) return false;
-    const Rgb passed = straight_through(vertex.point, -vertex.wo, path.cone_width);
+    const Rgb passed = straight_through(world_.materials, vertex.point, -vertex.wo, path.cone_width);
     if (is_black(passed)) return false;
     path.beta *= passed;
     if (world_.materials.has_absorption()) path.interior.cross(world_.materials, vertex.point, vertex.wo, -vertex.wo);
@@ -484,7 +398,7 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
     path.line_hit_count = Path::unknown_hits;
     path.is_certain = sample->is_delta;
     path.onlooker = sample->is_delta ? lights::Onlooker::Eye : lights::Onlooker::Scattering;
-    path.receiver = receiver_at(point, bsdf);
+    path.receiver = receiver_at(world_, point, bsdf);
     path.scatter_pdf = sample->pdf;
     if (path.observer && !sample->is_delta) path.observer->on_scatter(sample->wi);
     if (!(path.first_expected > 0.0f)) path.first_expected = luminance(beta) * directions.expected();
@@ -501,6 +415,7 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
     ++path.bounce;
     path.pass_count = 0;
     if (is_first && has_shadow_layers_) add_unoccluded_hits(path, out);
+    if (world_.has_own_shadows) add_lights_beyond(path, point, out);
     return true;
 }
 

@@ -60,6 +60,13 @@ class PathTracer {
 
     void add_light_hits(const Path& path, float t_max, film::SampleRadiance& out) const;
     void add_unoccluded_hits(Path& path, film::SampleRadiance& out) const;
+    /// Whether a light with these links shines on where the path scattered last.
+    bool is_lit(const Path& path, const scene::LightLinks* links) const;
+    /// Whether a light with these links is met by add_lights_beyond() instead of where the path goes.
+    bool is_found_beyond(const Path& path, const scene::LightLinks* links) const;
+    /// Adds the lights with shadows of their own that the path's new direction meets, behind whatever casts none for them.
+    void add_lights_beyond(const Path& path, const geometry::SurfacePoint& from, film::SampleRadiance& out) const;
+    void add_surfaces_beyond(const Path& path, const OwnShadowSurfaces& surfaces, film::SampleRadiance& out) const;
     void add_direct_light(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     void add_caustics(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool pass_through(Path& path, const geometry::SurfacePoint& point) const;
@@ -71,7 +78,7 @@ class PathTracer {
     bool scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool survives_roulette(Path& path) const;
     Rgb visibility(const Path& path, const Vertex& from, const lights::LightSample& light) const;
-    Rgb straight_through(const geometry::SurfacePoint& point, const Vec3& d, float cone_width) const;
+    Rgb own_visibility(const Path& path, const Vertex& from, const lights::LightSample& light, const scene::LightLinks& links) const;
     void record_first_hit(const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, film::SampleRadiance& out) const;
     void deposit(const Path& path, int bounce, scene::GroupId group, const Rgb& radiance, const char* what, film::SampleRadiance& out) const;
     float light_hit_weight(const Path& path, const lights::LightHit& hit) const;

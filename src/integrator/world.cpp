@@ -60,6 +60,50 @@ std::vector<scene::MaterialId> bodies_left(const World& world, const Vec3& o, co
     return left;
 }
 
+/// Calls visit(class, shape, instance or null) for every shape that is placed.
+template <class Visit>
+void for_each_placed_shape(const scene::Scene& scene, const Visit& visit) {
+    for (uint32_t i = 0; i < scene.shapes.size(); ++i) visit(scene.shapes[i].link, scene.shapes[i], nullptr);
+    for (uint32_t i = 0; i < scene.instances.size(); ++i) {
+        const std::vector<scene::Shape>& shapes = scene.prototypes[scene.instances[i].prototype].shapes;
+        for (uint32_t s = 0; s < shapes.size(); ++s) visit(scene::link_class(scene, i, s), shapes[s], &scene.instances[i]);
+    }
+}
+
+std::vector<OwnShadowSurfaces> list_own_shadow_surfaces(const scene::Scene& scene) {
+    std::vector<OwnShadowSurfaces> all;
+    for (const scene::MeshLight& light : scene.mesh_lights) {
+        if (!light.links.has_own_shadows() || std::any_of(all.begin(), all.end(), [&](const auto& known) { return known.is_of(light.links); })) continue;
+        OwnShadowSurfaces surfaces{light.links, std::nullopt};
+        surfaces.links.lit = scene::none;
+        if (const scene::LinkSet* casters = scene::find_link_set(scene, light.links.casters)) surfaces.met = *casters;
+        all.push_back(std::move(surfaces));
+    }
+    if (all.empty()) return all;
+    for_each_placed_shape(scene, [&](scene::LinkClass c, const scene::Shape& shape, const scene::Instance*) {
+        if (shape.light == scene::none) return;
+        for (OwnShadowSurfaces& surfaces : all)
+            if (surfaces.met && surfaces.is_of(scene.mesh_lights[shape.light].links)) surfaces.met->add(c);
+    });
+    return all;
+}
+
+/// [set][material]: whether the set holds anything of the material.
+std::vector<std::vector<bool>> list_caster_materials(const scene::Scene& scene) {
+    std::vector<std::vector<bool>> materials(scene.linking.sets.size(), std::vector<bool>(scene.materials.size()));
+    for_each_placed_shape(scene, [&](scene::LinkClass c, const scene::Shape& shape, const scene::Instance* instance) {
+        std::vector<scene::MaterialId> found = {shape.material};
+        if (const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry)) found.insert(found.end(), mesh->face_materials.begin(), mesh->face_materials.end());
+        if (instance) found.push_back(instance->material_override);
+        for (size_t set = 0; set < materials.size(); ++set) {
+            if (!scene.linking.sets[set].holds(c)) continue;
+            for (const scene::MaterialId m : found)
+                if (m < scene.materials.size()) materials[set][m] = true;
+        }
+    });
+    return materials;
+}
+
 template <class Light>
 bool has_multiplier(const Light& l) {
     return l.diffuse_multiplier != 1.0f || l.specular_multiplier != 1.0f;
@@ -84,9 +128,14 @@ World::World(const scene::Scene& s, const WorldOptions& options, const lights::I
       has_motion(geometry.has_motion() || camera.has_motion() || options.forced.has(scene::Effect::DeformationBlur)),
       chooses_lights(!selector->is_single() || options.forced.has(scene::Effect::LightSelection)),
       has_very_many_lights(lights::wants_fine_numbers(lights)),
+      has_links(lights.has_light_links() || lights.has_own_shadows()),
+      has_light_links(lights.has_light_links()),
+      has_own_shadows(lights.has_own_shadows()),
+      own_shadow_surfaces(list_own_shadow_surfaces(s)),
       has_lobe_multipliers(options.forced.has(scene::Effect::LobeMultipliers) ||
                            std::any_of(s.lights.begin(), s.lights.end(), has_multiplier<scene::Light>) ||
                            std::any_of(s.mesh_lights.begin(), s.mesh_lights.end(), has_multiplier<scene::MeshLight>)) {
+    if (materials.has_absorption() && has_own_shadows) caster_materials = list_caster_materials(s);
     interior_changes = materials.has_absorption() && (geometry.has_motion() || camera.has_motion());
     if (materials.has_absorption() && !interior_changes) camera_interior = interior_at(camera.generate_ray(Vec2(0.5f * float(options.width), 0.5f * float(options.height)), Vec2(0.5f)).o, 0.0f);
 }

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "accel/accelerator.h"
 #include "accel/accelerator_factory.h"
@@ -36,11 +37,26 @@ struct WorldTimes {
     double lights_s = 0;
 };
 
+/// Geometry that is light, with the same shadows of its own.
+struct OwnShadowSurfaces {
+    scene::LightLinks links;             ///< `lit` has no meaning
+    std::optional<scene::LinkSet> met;   ///< they and their casters; none = everything
+
+    bool is_of(const scene::LightLinks& light) const {
+        scene::LightLinks shadows = light;
+        shadows.lit = scene::none;
+        return shadows == links;
+    }
+};
+
 /// Everything that rays need, made from a Scene. Immutable once built; the scene must outlive it.
 struct World {
     World(const scene::Scene& scene, const WorldOptions& options, const lights::ImageLoader& load_image, Diagnostics& diagnostics);
     World(const World&) = delete;
     World& operator=(const World&) = delete;
+
+    /// Whether anything of the material is in the set.
+    bool casts(scene::LinkSetId set, scene::MaterialId material) const { return caster_materials[set][material]; }
 
     const scene::Scene& scene;
     WorldTimes times;
@@ -59,7 +75,12 @@ struct World {
 
     bool interior_changes = false;  ///< camera_interior depends on the time, and is not kept
     Interior camera_interior;  ///< what the camera is inside of; only looked for where something absorbs
+    bool has_links = false;        ///< one of the next two
+    bool has_light_links = false;  ///< some light shines on a part of the geometry only
+    bool has_own_shadows = false;  ///< of some light, see scene::LightLinks
+    std::vector<OwnShadowSurfaces> own_shadow_surfaces;
     bool has_lobe_multipliers = false;  ///< some light has a diffuse or specular multiplier other than 1
+    std::vector<std::vector<bool>> caster_materials;  ///< [set][material]; only where something absorbs
 };
 
 }  // namespace velatura::integrator

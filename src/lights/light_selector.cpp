@@ -3,6 +3,7 @@
 
 #include "lights/emissive_surfaces.h"
 #include "lights/light_tree.h"
+#include "lights/linked_selector.h"
 
 #include <algorithm>
 #include <cmath>
@@ -62,12 +63,16 @@ class Table {
 /// The same probabilities everywhere.
 class TableSelector final : public LightSelector {
   public:
-    TableSelector(const LightSet& lights, const Box3& bounds, const SelectorOptions& options)
+    TableSelector(const LightSet& lights,
+                  const Box3& bounds,
+                  const SelectorOptions& options,
+                  const std::vector<bool>* among)
         : lights_(lights) {
         const bool by_power = options.kind == SelectionKind::Power;
         const double uniform = std::clamp(options.uniform_part, 1e-3, 1.0);
-        const std::vector<double> ones = counts();
-        lights_table_ = Table(by_power ? blend(ones, powers(bounds), uniform) : ones);
+        const std::vector<double> ones = only(among, counts());
+        lights_table_ =
+            Table(by_power ? blend(ones, only(among, powers(bounds)), uniform) : ones);
         const EmissiveSurfaces* surfaces = lights.surfaces();
         if (surfaces == nullptr) return;
         for (uint32_t group = 0; group < surfaces->group_count(); ++group) {
@@ -98,6 +103,13 @@ class TableSelector final : public LightSelector {
     }
 
   private:
+    /// Nothing of the items that are left out.
+    static std::vector<double> only(const std::vector<bool>* among, std::vector<double> weights) {
+        for (size_t i = 0; among && i < weights.size(); ++i)
+            if (!(*among)[i]) weights[i] = 0.0;
+        return weights;
+    }
+
     /// How many lights that are on stand behind each item.
     std::vector<double> counts() const {
         std::vector<double> result(lights_.item_count(), 0.0);
@@ -155,8 +167,12 @@ class TableSelector final : public LightSelector {
 std::unique_ptr<LightSelector> make_light_selector(const LightSet& lights,
                                                    const Box3& scene_bounds,
                                                    const SelectorOptions& options) {
-    if (options.kind == SelectionKind::Tree) return std::make_unique<LightTree>(lights);
-    return std::make_unique<TableSelector>(lights, scene_bounds, options);
+    const auto make = [&](const std::vector<bool>* among) -> std::unique_ptr<LightSelector> {
+        if (options.kind == SelectionKind::Tree) return std::make_unique<LightTree>(lights, among);
+        return std::make_unique<TableSelector>(lights, scene_bounds, options, among);
+    };
+    if (lights.has_light_links()) return std::make_unique<LinkedSelector>(lights, make);
+    return make(nullptr);
 }
 
 bool wants_fine_numbers(const LightSet& lights) {

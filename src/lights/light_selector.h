@@ -3,6 +3,7 @@
 
 #include "base/math.h"
 #include "lights/light_set.h"
+#include "scene/linking.h"
 
 #include <cstdint>
 #include <memory>
@@ -22,6 +23,7 @@ struct Receiver {
     Vec3 p;               ///< render space
     Vec3 n = Vec3(0.0f);  ///< unit normal on the side of the viewer; zero = every direction counts
     bool both_sides = true;  ///< light from behind n counts too
+    scene::LinkClass link = 0;  ///< of the surface there
 };
 
 /// A chosen light and the probability of that choice.
@@ -31,7 +33,7 @@ struct LightChoice {
 };
 
 /// Chooses one light per vertex: a light of the scene or an emissive triangle. Lights that are off
-/// have probability zero; so may lights that cannot reach the receiver.
+/// have probability zero; so may lights that cannot reach the receiver or are not linked to it.
 class LightSelector {
   public:
     virtual ~LightSelector() = default;

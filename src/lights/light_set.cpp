@@ -29,6 +29,12 @@ bool has_size(scene::LightKind kind) {
     return kind != scene::LightKind::Dome && kind != scene::LightKind::Distant;
 }
 
+/// Null when it is linked to everything.
+template <class Light>
+const scene::LightLinks* links_of(const Light& light) {
+    return light.links == scene::LightLinks() ? nullptr : &light.links;
+}
+
 /// Turns scene lights into emitters and says what could not be honoured.
 class Preparation {
   public:
@@ -183,8 +189,10 @@ LightSet::LightSet(const scene::Scene& scene,
                           {light.diffuse_multiplier, light.specular_multiplier},
                           is_on(index) && emitters_[index]->is_infinite(),
                           light.is_camera_visible,
-                          !light.render_from_portals.empty()});
+                          !light.render_from_portals.empty(),
+                          links_of(light)});
         if (!is_on(index)) continue;
+        note_links(light.links);
         if (is_infinite(index)) {
             infinite_.push_back(index);
         } else {
@@ -192,12 +200,18 @@ LightSet::LightSet(const scene::Scene& scene,
         }
     }
     finite_ = std::make_unique<EmitterTree>(std::move(finite));
+    for (const scene::MeshLight& light : scene.mesh_lights) note_links(light.links);
     if (options.geometry == nullptr || options.materials == nullptr) return;
     emission_ = std::make_unique<SurfaceEmission>(scene, *options.geometry, *options.materials,
                                                   diagnostics);
     surfaces_ = std::make_unique<EmissiveSurfaces>(scene, *options.geometry, *options.materials,
                                                    *emission_);
     if (surfaces_->item_count() == 0) surfaces_.reset();
+}
+
+void LightSet::note_links(const scene::LightLinks& links) {
+    has_light_links_ |= links.lit != scene::none;
+    has_own_shadows_ |= links.has_own_shadows();
 }
 
 LightSet::~LightSet() = default;
@@ -222,6 +236,20 @@ scene::GroupId LightSet::group(LightId id) const {
     return light ? light->group : scene_->emissive_group();
 }
 
+const scene::LightLinks* LightSet::links(LightId id) const {
+    if (!is_surface(id.index)) return facts_[id.index].links;
+    const scene::MeshLight* light = surfaces_->mesh_light(in_surfaces(id));
+    return light ? links_of(*light) : nullptr;
+}
+
+bool LightSet::item_shines_on(uint32_t item, scene::LinkClass c) const {
+    if (!is_instance(item)) return shines_on(item, c);
+    const uint32_t parts = surfaces_->part_count(item - size());
+    for (uint32_t part = 0; part < parts; ++part)
+        if (shines_on(LightId(item, part), c)) return true;
+    return false;
+}
+
 LobeMultipliers LightSet::lobe_multipliers(LightId id) const {
     if (!is_surface(id.index)) return facts_[id.index].multipliers;
     const scene::MeshLight* light = surfaces_->mesh_light(in_surfaces(id));
@@ -239,7 +267,9 @@ SurfaceRadiance LightSet::surface_radiance(const geometry::SurfacePoint& point,
     out.group = light ? light->group : scene_->emissive_group();
     // A material that shows itself is no light to who sees it
     const bool is_light = light && !(onlooker == Onlooker::Eye && light->shows_material);
-    if (is_light) out.multipliers = {light->diffuse_multiplier, light->specular_multiplier};
+    if (!is_light) return out;
+    out.multipliers = {light->diffuse_multiplier, light->specular_multiplier};
+    out.links = links_of(*light);
     return out;
 }
 

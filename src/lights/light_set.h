@@ -49,6 +49,8 @@ struct SurfaceRadiance {
     Rgb Le = Rgb(0.0f);
     scene::GroupId group = 0;
     LobeMultipliers multipliers;  ///< of who is lit by it
+    const scene::LightLinks* links = nullptr;  ///< of the light that it is to the onlooker; null:
+                                               ///< none, or no links
 };
 
 /// The lights of a scene and its emissive triangles, ready to be sampled.
@@ -105,6 +107,26 @@ class LightSet {
 
     /// UsdLux's factors of what a light does to diffuse and to other lobes.
     LobeMultipliers lobe_multipliers(LightId id) const;
+
+    /// Whether some light shines on a part of the geometry only, see scene::LightLinks::lit.
+    bool has_light_links() const { return has_light_links_; }
+
+    /// Whether some light has LightLinks::has_own_shadows().
+    bool has_own_shadows() const { return has_own_shadows_; }
+
+    /// See scene::Linking.
+    size_t link_class_count() const { return scene_->linking.class_count; }
+
+    /// What the light is linked to; null: to everything.
+    const scene::LightLinks* links(LightId id) const;
+
+    /// Whether geometry of the class is lit by the light, or at least by a part of the item.
+    bool shines_on(LightId id, scene::LinkClass c) const { return shines_on(links(id), c); }
+    bool item_shines_on(uint32_t item, scene::LinkClass c) const;
+
+    bool shines_on(const scene::LightLinks* links, scene::LinkClass c) const {
+        return !links || links->lit == scene::none || scene_->linking.sets[links->lit].holds(c);
+    }
 
     /// Whether any surface may emit.
     bool has_surface_emission() const { return emission_ && emission_->has_any(); }
@@ -211,7 +233,10 @@ class LightSet {
         scene::GroupId group = 0;
         LobeMultipliers multipliers;
         bool is_infinite = false, is_camera_visible = true, has_portals = false;
+        const scene::LightLinks* links = nullptr;
     };
+
+    void note_links(const scene::LightLinks& links);
 
     LightId in_surfaces(LightId id) const { return {id.index - size(), id.part}; }
 
@@ -226,6 +251,7 @@ class LightSet {
     std::unique_ptr<EmitterTree> finite_;
     std::unique_ptr<SurfaceEmission> emission_;
     std::unique_ptr<EmissiveSurfaces> surfaces_;
+    bool has_light_links_ = false, has_own_shadows_ = false;
 };
 
 }  // namespace velatura::lights

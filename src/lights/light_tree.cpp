@@ -16,11 +16,13 @@ ClusterReceiver to_cluster_receiver(const Receiver& at) {
 
 }  // namespace
 
-LightTree::LightTree(const LightSet& lights) : lights_(lights), places_(lights.item_count()) {
+LightTree::LightTree(const LightSet& lights, const std::vector<bool>* among)
+    : lights_(lights), places_(lights.item_count()) {
     build_groups(lights);
     std::vector<ClusterTree::Leaf> leaves;
     std::vector<uint32_t> infinite;
     for (uint32_t light = 0; light < lights.item_count(); ++light) {
+        if (among && !(*among)[light]) continue;
         if (lights.is_instance(light)) {
             const Group& group = groups_[lights.group_of_instance(light)];
             if (group.tree.is_empty()) continue;

@@ -19,7 +19,8 @@ namespace velatura::lights {
 /// scene by a power of two changes no choice.
 class LightTree final : public LightSelector {
   public:
-    explicit LightTree(const LightSet& lights);
+    /// among: which items there are to choose from; null = all.
+    explicit LightTree(const LightSet& lights, const std::vector<bool>* among = nullptr);
 
     bool is_empty() const override { return entry_count_ == 0; }
 

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "integrator/own_shadow.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace velatura::integrator {
+
+OwnShadow::OwnShadow(const World& world,
+                     const scene::LightLinks& links,
+                     const Interior& interior,
+                     const lights::RayCone& cone)
+    : world_(world),
+      links_(links),
+      casters_(scene::find_link_set(world.scene, links.casters)),
+      interior_(interior),
+      cone_(cone) {
+    // Bodies that cast no shadow take nothing
+    if (casters_ && !interior_.is_empty())
+        interior_.keep_only([&](scene::MaterialId m) { return world.casts(links.casters, m); });
+}
+
+bool OwnShadow::casts(const geometry::SurfacePoint& point) const {
+    return !casters_ || casters_->holds(scene::link_class(world_.scene, point.instance, point.shape));
+}
+
+/// Of the shadow that a caster here throws.
+float OwnShadow::strength() const {
+    if (!(travelled_ < links_.shadow_distance)) return 0.0f;
+    const float rest = links_.shadow_distance - travelled_;
+    if (rest >= links_.shadow_falloff) return 1.0f;
+    return std::pow(rest / links_.shadow_falloff, links_.shadow_falloff_gamma);
+}
+
+Rgb OwnShadow::visible() const {
+    return passed_ + (Rgb(1.0f) - passed_) * links_.shadow_color;
+}
+
+void OwnShadow::go(float distance) {
+    if (!interior_.is_empty()) {
+        const float within = std::min(distance, links_.shadow_distance - travelled_);
+        if (within > 0.0f) passed_ *= interior_.transmittance(world_.materials, within);
+    }
+    travelled_ += distance;
+    cone_.width += cone_.spread * distance;
+}
+
+void OwnShadow::meet(const geometry::SurfacePoint& point, const Vec3& d) {
+    if (is_blocked_ || !casts(point)) return;
+    const shading::MaterialEvaluator& materials = world_.materials;
+    Rgb passed(0.0f);
+    if (materials.material_has_presence(point.material)) {
+        passed = Rgb(1.0f - materials.presence(point, cone_.width));
+    } else {
+        passed = straight_through(materials, point, d, cone_.width);
+        if (materials.has_absorption()) interior_.cross(materials, point, -d, d);
+    }
+    passed_ *= Rgb(1.0f) - strength() * (Rgb(1.0f) - passed);
+    is_blocked_ = is_black(passed);
+}
+
+Rgb OwnShadow::visibility(ShadowSegment segment, RayCounts& counts) {
+    if (casters_ && casters_->is_empty()) return Rgb(1.0f);
+    const shading::MaterialEvaluator& materials = world_.materials;
+    const accel::Accelerator& accelerator = *world_.accelerator;
+    const bool is_plain = !materials.has_presence() && !materials.is_see_through() &&
+                          !materials.has_absorption() && !(links_.shadow_falloff > 0.0f);
+    ++counts.shadow;
+    if (is_plain) {
+        segment.end_at(links_.shadow_distance);
+        const bool is_occluded = casters_ ? accelerator.is_occluded_by_some(segment.ray, *casters_)
+                                          : accelerator.is_occluded(segment.ray);
+        return is_occluded ? links_.shadow_color : Rgb(1.0f);
+    }
+    for (uint32_t i = 0; i < pass_through_limit; ++i) {
+        segment.end_at(links_.shadow_distance - travelled_);
+        const geometry::Hit hit = casters_ ? accelerator.intersect_some(segment.ray, *casters_)
+                                           : accelerator.intersect(segment.ray);
+        go(segment.length(hit.is_valid() ? hit.t : segment.ray.t_max));
+        if (!hit.is_valid()) return visible();
+        const geometry::SurfacePoint point =
+            geometry::make_surface_point(world_.scene, world_.geometry, segment.ray, hit);
+        meet(point, segment.wi);
+        if (is_blocked_ || !segment.go_on_from(point)) return visible();
+    }
+    return links_.shadow_color;
+}
+
+}  // namespace velatura::integrator

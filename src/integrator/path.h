@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "integrator/path_tracer.h"
+
+#include <array>
+
+namespace velatura::integrator {
+
+/// Light selection at a vertex, for both samplers alike.
+inline lights::Receiver receiver_at(const World& world,
+                                    const geometry::SurfacePoint& point,
+                                    const shading::Bsdf& bsdf) {
+    lights::Receiver receiver{point.p, bsdf.ns(), bsdf.has_transmission()};
+    if (world.has_light_links)
+        receiver.link = scene::link_class(world.scene, point.instance, point.shape);
+    return receiver;
+}
+
+/// A path while it is traced.
+struct PathTracer::Path {
+    static constexpr int unknown_hits = -1;
+
+    Path(const sampling::PixelSampler& s, RayCounts& c, PathObserver* o) : sampler(s), counts(&c), observer(o) {}
+
+    sampling::PixelSampler sampler;
+    geometry::Ray ray;
+    Rgb beta = Rgb(1.0f);
+    int bounce = 0;            ///< scatterings so far; pass-throughs do not count
+    uint32_t pass_count = 0;   ///< pass-throughs since the last scattering; keeps their random numbers apart
+    lights::Onlooker onlooker = lights::Onlooker::Eye;  ///< at the last vertex
+    bool is_certain = true;    ///< no light sampling competed for the present direction: MIS weight 1
+    lights::Receiver receiver = {};  ///< where the present direction was sampled
+    float scatter_pdf = 0;     ///< [1/sr]
+    Vec3 straight_o = Vec3(0.0f);  ///< where the present straight line began; pass-throughs do not end it
+    float travelled = 0;       ///< along that line up to the present segment
+    float segment_t = 0;       ///< length of the present segment
+    /// The lights that the whole of that line crosses, where somebody asked before and they are few.
+    std::array<lights::LightHit, 4> line_hits;
+    int line_hit_count = unknown_hits;
+    Rgb diffuse_share = Rgb(0.0f);  ///< of f at the last scattering; only kept when lights have lobe multipliers
+    float eta_scale = 1;       ///< undoes the η² of refractions for roulette
+    /// What the path may expect to bring by its present direction, over what it could at its first guided vertex, as
+    /// learned; 0 = not known.
+    float importance = 0;
+    float first_expected = 0;  ///< luminance
+    float cone_width = 0, cone_spread = 0;
+    SpecularHistory history;  ///< only kept when caustics are solved for
+    Interior interior;        ///< of the present segment; only kept where something absorbs
+    uint32_t branches = 1;    ///< that it is yet to divide into
+    float share = 1;          ///< of the sample, for a branch
+    RayCounts* counts;
+    PathObserver* observer;
+};
+
+/// Where a path scatters.
+struct PathTracer::Vertex {
+    const geometry::SurfacePoint& point;
+    const shading::Bsdf& bsdf;
+    Vec3 wo;
+    DirectionMixture directions;
+};
+
+}  // namespace velatura::integrator

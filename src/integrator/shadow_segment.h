@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "geometry/surface_point.h"
+#include "lights/light_sample.h"
+#include "shading/material_evaluator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace velatura::integrator {
+
+/// Surfaces that one straight segment may pass through (cut-outs, IOR 1) before it counts as
+/// blocked.
+inline constexpr uint32_t pass_through_limit = 1024;
+
+/// A shadow ray ends this part of its length short of the light, and a segment collects lights this
+/// part of its length beyond the surface it meets: a light flush with a surface is neither shadowed
+/// nor missed through rounding, by both samplers alike. Relative, hence independent of scale.
+inline constexpr float flush_light_margin = 0x1p-14f;
+
+/// The way from a surface to a sampled light, layer by layer of cut-outs. It is aimed anew from
+/// each: a rest carried along would creep beyond the light by the offsets of the rays, and emissive
+/// triangles are there to be hit.
+struct ShadowSegment {
+    ShadowSegment(const geometry::SurfacePoint& from, const lights::LightSample& light)
+        : wi(light.wi), is_surface(light.is_surface) {
+        is_infinite = !is_surface && !std::isfinite(light.distance);
+        if (is_surface) {
+            target = light.target;
+        } else if (!is_infinite) {
+            target = from.p + light.wi * light.distance;
+            margin = flush_light_margin * light.distance;
+        }
+        go_on_from(from);
+    }
+
+    /// False: nothing is left before the light.
+    bool go_on_from(const geometry::SurfacePoint& point) {
+        if (is_infinite) {
+            ray = geometry::spawn_ray(point, wi);
+            return true;
+        }
+        ray = geometry::spawn_ray_to(point, target);
+        const float rest = std::sqrt(ray.d.dot(ray.d));
+        if (!is_surface && rest > 0.0f) ray.t_max = 1.0f - margin / rest;
+        return rest > 0.0f && ray.t_max > 0.0f;
+    }
+
+    /// Of the part of the ray up to t, in render-space units.
+    float length(float t) const { return is_infinite ? t : t * std::sqrt(ray.d.dot(ray.d)); }
+
+    /// Ends the ray no further than this away [render-space units], for this once.
+    void end_at(float distance) { ray.t_max = std::min(ray.t_max, distance / length(1.0f)); }
+
+    geometry::Ray ray;
+    Vec3 wi, target = Vec3(0.0f);
+    bool is_surface, is_infinite = false;
+    float margin = 0;
+};
+
+/// What a surface lets pass straight on of light that comes against d.
+Rgb straight_through(const shading::MaterialEvaluator& materials,
+                     const geometry::SurfacePoint& point,
+                     const Vec3& d,
+                     float cone_width);
+
+}  // namespace velatura::integrator
