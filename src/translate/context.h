@@ -8,10 +8,12 @@
 #include "usd/stage/skeleton.h"
 #include "usd/stage/stage.h"
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <unordered_map>
 #include <unordered_set>
 #include <vector>
@@ -52,6 +54,7 @@ struct Placeable {
     uint32_t prototype = scene::none;  ///< index into Scene::prototypes once `shapes` moved there
     bool is_being_built = false;       ///< guards against prototypes that hold themselves
     bool is_stage = false;             ///< the whole stage, not a prototype
+    bool is_point_prototype = false;   ///< of point instancers, not of native instances
     bool is_origin_fixed = false;      ///< something of a prototype stands relative to `origin`
     /// Of a whole prototype, once motion asked for it: see placement_motion.cpp.
     std::optional<bool> gives_light;
@@ -69,6 +72,13 @@ struct MaterialEntry {
     std::string name;                 ///< prim path
     bool is_emissive = false;
     bool needs_tangents = false;  ///< by texture coordinates of the mesh, whatever their name
+};
+
+/// Where geometry stands that was read once and placed more often, for collections of paths.
+struct LinkPlace {
+    /// What is below `read` stands below `placed`; empty: where it was read.
+    usd::layer::Path read, placed;
+    std::vector<usd::layer::Path> instancers;  ///< point instancers, the innermost first
 };
 
 /// When the shutter opens and closes, in times of the stage.
@@ -104,6 +114,20 @@ struct Context {
     bool instance_cap_hit = false;
     scene::MaterialId black_material = scene::none;  ///< of mesh lights without material response
     std::vector<Prim> mesh_light_prims;              ///< of Scene::mesh_lights
+    bool has_linking = false;                        ///< some light is linked, see note_linking
+    std::vector<LinkPlace> link_places = {{}};       ///< first that of what is placed directly
+    std::map<std::tuple<uint32_t, scene::ProvenanceId, const Placeable*>, uint32_t>
+        known_link_places;
+    std::vector<uint32_t> place_of_instance;  ///< of Scene::instances, into link_places
+    size_t first_baked_shape = 0;             ///< of Scene::shapes, which stand elsewhere
+    std::vector<uint32_t> place_of_baked;     ///< of those from there on, into link_places
+
+    struct PlacedLight {
+        Prim prim;
+        uint32_t place = 0;  ///< into link_places
+    };
+
+    std::vector<PlacedLight> light_sites;  ///< of Scene::lights
     int point_prototype_depth = 0;  ///< > 0: instances may hand a displayColor to what is walked
 
     void warn(std::string code, Prim prim, std::string message) {

@@ -202,6 +202,7 @@ Placeable* point_prototype(Context& ctx, Prim root) {
     if (is_new) {
         placeable->name = root.path_string();
         placeable->frame = root.parent();
+        placeable->is_point_prototype = true;
         placeable->is_being_built = true;
         ++ctx.point_prototype_depth;
         walk(ctx, root, Mat4d(), *placeable);

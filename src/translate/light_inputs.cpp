@@ -73,50 +73,12 @@ scene::Shaping read_shaping(Context& ctx, Prim prim) {
     return shaping;
 }
 
-namespace {
-
-/// Whether a linking collection says more than "everything".
-bool is_linked(Context& ctx, Prim prim, const std::string& collection) {
-    const std::string base = "collection:" + collection;
-    const Attribute include_root = prim.attribute(base + ":includeRoot");
-    if (include_root.has_authored_value() && !read_bool(include_root, true, ctx.time)) return true;
-    return !prim.relationship(base + ":includes").targets().empty() ||
-           !prim.relationship(base + ":excludes").targets().empty();
-}
-
-}  // namespace
-
 void warn_light_features(Context& ctx, Prim prim) {
     if (!prim.relationship("light:filters").targets().empty() ||
         !prim.relationship("filters").targets().empty()) {
         ctx.note_not_simulated(scene::Effect::LightFilters, prim, "light filters");
         ctx.warn("unsupported-light-filter", prim,
                  "light filters are not supported, the light is unfiltered");
-    }
-    for (const char* collection : {"lightLink", "shadowLink"}) {
-        if (is_linked(ctx, prim, collection)) {
-            ctx.note_not_simulated(scene::Effect::LightLinking, prim, collection);
-            ctx.warn("unsupported-light-linking", prim,
-                     fmt::format("{} is not supported, the light reaches everything", collection));
-        }
-    }
-    const auto unusual = [&](const char* name, double fallback, const char* what) {
-        const Attribute attribute = light_input(prim, name);
-        if (attribute.has_authored_value() &&
-            read_number(attribute, fallback, ctx.time) != fallback) {
-            ctx.note_not_simulated(scene::Effect::ShadowControls, prim, name);
-            ctx.warn("unsupported-shadow-input", attribute,
-                     fmt::format("{} is not supported: {}", name, what));
-        }
-    };
-    unusual("shadow:enable", 1.0, "the light casts shadows");
-    unusual("shadow:distance", -1.0, "shadows reach any distance");
-    unusual("shadow:falloff", -1.0, "shadows do not fade");
-    const auto shadow_color = read_vector(light_input(prim, "shadow:color"), 3, ctx.time);
-    if (shadow_color && *shadow_color != std::vector<double>{0.0, 0.0, 0.0}) {
-        ctx.note_not_simulated(scene::Effect::ShadowControls, prim, "shadow:color");
-        ctx.warn("unsupported-shadow-input", light_input(prim, "shadow:color"),
-                 "shadow:color is not supported: shadows are black");
     }
     for (const char* name : {"inputs:intensity", "inputs:exposure", "inputs:color"}) {
         const Attribute attribute = prim.attribute(name);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/light_area.h"
 #include "translate/light_inputs.h"
+#include "translate/linking.h"
 #include "translate/parts.h"
 #include "translate/values.h"
 #include "usd/stage/xform.h"
@@ -155,7 +156,10 @@ bool is_light_type(std::string_view type) {
     return light_kind(type).has_value();
 }
 
-bool read_light(Context& ctx, const LightSite& site, const Mat4d& render_from_light) {
+bool read_light(Context& ctx,
+                const LightSite& site,
+                const Mat4d& render_from_light,
+                uint32_t place) {
     const Prim prim = site.prim;
     const auto kind = light_kind(prim.type_name().view());
     if (!kind) return false;
@@ -205,10 +209,12 @@ bool read_light(Context& ctx, const LightSite& site, const Mat4d& render_from_li
         (light_input(prim, "diffuse").has_authored_value() ||
          light_input(prim, "specular").has_authored_value()))
         ctx.note_zero(scene::Effect::LobeMultipliers, prim, "inputs:diffuse and inputs:specular 1");
+    light.links = read_shadow(ctx, prim);
     warn_light_features(ctx, prim);
     light.group = join_light_group(ctx, prim);
     light.provenance = ctx.provenance(prim);
     ctx.scene.lights.push_back(std::move(light));
+    ctx.light_sites.push_back({prim, place});
     return true;
 }
 

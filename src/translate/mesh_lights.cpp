@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/light_inputs.h"
+#include "translate/linking.h"
 #include "translate/parts.h"
 #include "translate/values.h"
 #include "usd/stage/material_binding.h"
@@ -79,6 +80,7 @@ void make_mesh_light(Context& ctx, Prim prim, const Mat4d& holder_from_light, sc
     light.holder_from_light = holder_from_light;
     light.diffuse_multiplier = float(input_number(ctx, prim, "diffuse", 1.0));
     light.specular_multiplier = float(input_number(ctx, prim, "specular", 1.0));
+    light.links = read_shadow(ctx, prim);
     warn_light_features(ctx, prim);
 
     // Geometry without a material has nothing to follow

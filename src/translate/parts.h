@@ -95,9 +95,12 @@ void propose_origin(Placeable& out, const Vec3d& position);
 bool is_light_type(std::string_view type);
 /// Whether the prim is a light, be it of a kind that is not rendered.
 bool is_any_light(Prim prim);
-/// Light of the prim; `path_prefix` is put before its path for lights inside prototypes. Appends to
-/// Scene::lights and groups. False when it emits nothing.
-bool read_light(Context& ctx, const LightSite& site, const Mat4d& render_from_light);
+/// Light of the prim, appended to Scene::lights and groups. place: where it stands, index into
+/// ctx.link_places. False when it emits nothing.
+bool read_light(Context& ctx,
+                const LightSite& site,
+                const Mat4d& render_from_light,
+                uint32_t place);
 /// Dome of radiance 1 in the group `default`.
 void add_default_dome(Context& ctx);
 /// Appends `emissive`, names `is_environment` and checks that names are unique.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "translate/linking.h"
 #include "translate/motion.h"
 #include "translate/parts.h"
 #include "translate/values.h"
@@ -45,7 +46,8 @@ void hand_down_color(Context& ctx, const Rgb& color, scene::Shape& shape) {
 void bake(Context& ctx,
           uint32_t prototype,
           const Mat4d& matrix,
-          const std::optional<Rgb>& display_color) {
+          const std::optional<Rgb>& display_color,
+          uint32_t link_place) {
     for (const scene::Shape& shape : ctx.scene.prototypes[prototype].shapes) {
         if (std::holds_alternative<scene::Curves>(shape.geometry) ||
             std::holds_alternative<scene::Points>(shape.geometry)) {
@@ -54,6 +56,7 @@ void bake(Context& ctx,
             continue;
         }
         ctx.scene.shapes.push_back(baked(shape, matrix));
+        ctx.place_of_baked.push_back(link_place);
         scene::MeshLightId& light = ctx.scene.shapes.back().light;
         if (light != scene::none) {
             // Its shaping turns with it
@@ -67,11 +70,13 @@ void bake(Context& ctx,
     }
 }
 
-/// `matrix` and the `later` keys: of the placement, into render space.
+/// `matrix` and the `later` keys: of the placement, into render space. outer: what it stands in,
+/// index into ctx.link_places.
 void place(Context& ctx,
            const Placement& placement,
            const Mat4d& matrix,
-           const std::vector<Mat4d>& later) {
+           const std::vector<Mat4d>& later,
+           uint32_t outer) {
     if (ctx.instance_cap_hit) return;
     Placeable& what = *placement.what;
     const scene::ProvenanceId provenance = placement.provenance;
@@ -82,6 +87,7 @@ void place(Context& ctx,
                 "are left out");
         return;
     }
+    const uint32_t link_place = place_inside(ctx, outer, placement);
     if (!what.shapes.empty() || what.prototype != scene::none) {
         if (ctx.scene.instances.size() >= ctx.options.max_instances) {
             const scene::Provenance& p = ctx.scene.provenance[provenance];
@@ -93,7 +99,7 @@ void place(Context& ctx,
         }
         const uint32_t prototype = prototype_index(ctx, what);
         if (determinant3(Mat4d(cast_matrix)) == 0.0) {
-            bake(ctx, prototype, matrix, placement.display_color);
+            bake(ctx, prototype, matrix, placement.display_color, link_place);
             if (!later.empty())
                 warn_at(ctx, provenance, "unsupported-motion-blur",
                         "an instance that moves while the shutter is open is flat at its opening: "
@@ -114,13 +120,14 @@ void place(Context& ctx,
                         "it is rendered as it is at its opening");
             }
             ctx.scene.instances.push_back(instance);
+            if (ctx.has_linking) ctx.place_of_instance.push_back(link_place);
         }
     }
-    for (const LightSite& site : what.lights) read_light(ctx, site, site.matrix * matrix);
+    for (const LightSite& site : what.lights) read_light(ctx, site, site.matrix * matrix, link_place);
     for (const Placement& nested : what.placements) {
         Placement inner = nested;
         if (!inner.display_color) inner.display_color = placement.display_color;
-        place(ctx, inner, nested.matrix * matrix, composed_motion(nested, matrix, later));
+        place(ctx, inner, nested.matrix * matrix, composed_motion(nested, matrix, later), link_place);
     }
 }
 
@@ -128,10 +135,11 @@ void place(Context& ctx,
 
 void place_all(Context& ctx, Placeable& stage_content) {
     ctx.scene.shapes = std::move(stage_content.shapes);
+    ctx.first_baked_shape = ctx.scene.shapes.size();
     join_mesh_light_groups(ctx, ctx.scene.shapes);
-    for (const LightSite& site : stage_content.lights) read_light(ctx, site, site.matrix);
+    for (const LightSite& site : stage_content.lights) read_light(ctx, site, site.matrix, 0);
     for (const Placement& placement : stage_content.placements)
-        place(ctx, placement, placement.matrix, placement.later);
+        place(ctx, placement, placement.matrix, placement.later, 0);
 }
 
 }  // namespace velatura::translate

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/translate.h"
 
+#include "translate/linking.h"
 #include "translate/parts.h"
 #include "translate/values.h"
 #include "usd/stage/xform.h"
@@ -36,7 +37,11 @@ Context make_context(const usd::stage::Stage& stage,
                 .subdivided = {},
                 .first_subdivided = {},
                 .first_subdivided_loc = {},
-                .mesh_light_prims = {}};
+                .mesh_light_prims = {},
+                .known_link_places = {},
+                .place_of_instance = {},
+                .place_of_baked = {},
+                .light_sites = {}};
     ctx.scene.meters_per_unit = stage.meters_per_unit();
     ctx.scene.frames_per_second = stage.frames_per_second();
     return ctx;
@@ -232,6 +237,7 @@ Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,
     ctx.scene.settings.camera = ctx.scene.camera.name;
     ctx.origin = ctx.scene.camera.world_position;
     translate_content(ctx);
+    link_all(ctx);
     warn_subdivided(ctx);
     if (ctx.scene.lights.empty() && !ctx.has_emissive_material && !holds_light(ctx))
         add_default_dome(ctx);

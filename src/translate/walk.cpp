@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "translate/linking.h"
 #include "translate/motion.h"
 #include "translate/parts.h"
 #include "translate/pose.h"
@@ -77,6 +78,7 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, Pose* pose, Placeable& o
         ctx.has_light_prim = true;
         warn_if_it_moves(ctx, prim, out.frame);
         out.lights.push_back({prim, placed});
+        note_linking(ctx, prim);
         out.is_origin_fixed = true;
         return;
     } else {
@@ -87,7 +89,12 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, Pose* pose, Placeable& o
     if (!shape) return;
     const bool has_faces = std::holds_alternative<scene::Mesh>(shape->geometry) ||
                            std::holds_alternative<scene::Gprim>(shape->geometry);
-    if (has_faces && is_geometry_light(prim)) make_mesh_light(ctx, prim, placed, *shape);
+    if (has_faces && is_geometry_light(prim)) {
+        make_mesh_light(ctx, prim, placed, *shape);
+        if (note_linking(ctx, prim) && !out.is_stage)
+            ctx.warn("unsupported-light-linking", prim,
+                     "all instances of geometry that is a light are linked as the first one");
+    }
     out.shapes.push_back(std::move(*shape));
     out.is_origin_fixed = true;
 }

@@ -268,17 +268,14 @@ TEST(Lights, WhatIsNotHonouredIsNamed) {
     translate_text(camera() + R"(
 def SphereLight "L" (prepend apiSchemas = ["ShapingAPI", "ShadowAPI"]) {
     asset inputs:shaping:ies:file = @a.ies@
-    bool inputs:shadow:enable = 0
     rel light:filters = </F>
-    rel collection:lightLink:includes = </X>
 }
 def GeometryLight "P" {}
 def SphereLight "None" { float inputs:radius = 0; }
 )",
                    t);
     for (const char* code :
-         {"unsupported-ies", "unsupported-shadow-input", "unsupported-light-filter",
-          "unsupported-light-linking", "unsupported-light", "light-without-size"})
+         {"unsupported-ies", "unsupported-light-filter", "unsupported-light", "light-without-size"})
         EXPECT_EQ(t.count(code), 1u) << code;
     EXPECT_EQ(t.scene.lights.size(), 1u);
 }

@@ -123,13 +123,34 @@ bool CollectionQuery::includes(const Path& path) const {
                            return found != referenced_.end() && found->second->includes(member);
                        });
     }
+    return ruling(path, true).value_or(false);
+}
+
+std::optional<bool> CollectionQuery::ruling(const Path& path, bool with_root) const {
     for (Path at = path; !at.is_empty(); at = at.parent()) {
+        if (at.is_absolute_root() && !with_root) break;
         const auto rule = rules_.find(at.to_string());
         if (rule == rules_.end()) continue;
         if (rule->second == Rule::Exclude) return false;
         return rule->second == Rule::ExpandPrims || at == path;
     }
-    return false;
+    return std::nullopt;
+}
+
+bool CollectionQuery::includes_first(const std::vector<Path>& paths) const {
+    if (expression_)
+        return std::any_of(paths.begin(), paths.end(),
+                           [&](const Path& path) { return includes(path); });
+    for (const Path& path : paths) {
+        if (const std::optional<bool> found = ruling(path, false)) return *found;
+    }
+    return ruling(Path::absolute_root(), true).value_or(false);
+}
+
+std::string CollectionQuery::rule_text() const {
+    std::string text;
+    for (const auto& [path, rule] : rules_) text += fmt::format("{} {}\n", int(rule), path);
+    return text;
 }
 
 }  // namespace velatura::usd::stage

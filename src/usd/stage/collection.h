@@ -6,9 +6,11 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace velatura::usd::stage {
 
@@ -22,6 +24,14 @@ class CollectionQuery {
 
     bool includes(const layer::Path& path) const;
 
+    /// Of something that goes by several paths: the first of them decides that a rule deeper than
+    /// the root covers, else the root does. An expression must match one.
+    bool includes_first(const std::vector<layer::Path>& paths) const;
+
+    /// The same for collections with the same members, by rules; empty: no rules, an expression or
+    /// nothing decides.
+    std::string rule_text() const;
+
     bool is_empty() const { return rules_.empty() && !expression_; }
 
   private:
@@ -33,6 +43,8 @@ class CollectionQuery {
         std::map<std::string, std::shared_ptr<const CollectionQuery>> done;
     };
 
+    /// What the deepest rule that covers the path says; the root's counts when `with_root`.
+    std::optional<bool> ruling(const layer::Path& path, bool with_root) const;
     CollectionQuery(Prim prim, std::string_view name, Reading& reading);
     void add_collection(Prim prim, std::string_view name, std::set<std::string>& open);
     void read_expression(Prim prim, std::string_view name, Reading& reading);

@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "translate/linking.h"
+
+#include "translate/light_inputs.h"
+#include "translate/values.h"
+#include "usd/stage/collection.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <utility>
+
+namespace velatura::translate {
+
+namespace {
+
+using scene::LinkClass;
+using scene::LinkSet;
+using scene::LinkSetId;
+using usd::layer::Path;
+using usd::stage::CollectionQuery;
+
+/// Whether a linking collection says more than "everything".
+bool is_linked(Context& ctx, Prim light, const std::string& collection) {
+    const std::string base = "collection:" + collection;
+    const Attribute include_root = light.attribute(base + ":includeRoot");
+    const bool has_root = read_bool(include_root, true, ctx.time);
+    const bool has_targets = !light.relationship(base + ":includes").targets().empty() ||
+                             !light.relationship(base + ":excludes").targets().empty();
+    return !has_root || has_targets;
+}
+
+/// Names an expression that other properties of its collection put out of force.
+void warn_idle_expression(Context& ctx, Prim light, const std::string& collection) {
+    const std::string base = "collection:" + collection;
+    const Attribute expression = light.attribute(base + ":membershipExpression");
+    if (!expression.has_authored_value()) return;
+    if (read_bool(light.attribute(base + ":includeRoot"), true, ctx.time) ||
+        !light.relationship(base + ":includes").targets().empty() ||
+        !light.relationship(base + ":excludes").targets().empty())
+        ctx.warn("idle-membership-expression", expression,
+                 fmt::format("membershipExpression of {} counts only where includeRoot, true by "
+                             "itself, is false and nothing is included or excluded",
+                             collection));
+}
+
+Path map_path(const LinkPlace& place, Path path) {
+    return place.read.is_empty() ? path : path.replace_prefix(place.read, place.placed);
+}
+
+/// All collections of all lights, and what geometry is in them.
+class Linker {
+  public:
+    explicit Linker(Context& ctx) : ctx_(ctx) {}
+
+    void run() {
+        read_collections();
+        classify();
+        make_sets();
+        link_lights();
+    }
+
+  private:
+    static constexpr uint32_t everything = scene::none;
+
+    /// Collections of one light, as indices into queries_.
+    struct Request {
+        uint32_t lit = everything, casters = everything;
+        bool casts_nothing = false;
+    };
+
+    void read_collections() {
+        for (size_t i = 0; i < ctx_.light_sites.size(); ++i) {
+            const Context::PlacedLight& site = ctx_.light_sites[i];
+            const LinkPlace& place = ctx_.link_places[site.place];
+            const Prim prim = ctx_.stage.prim_at(map_path(place, site.prim.path()));
+            lights_.push_back(read_request(prim ? prim : site.prim));
+        }
+        for (const Prim prim : ctx_.mesh_light_prims) mesh_lights_.push_back(read_request(prim));
+    }
+
+    Request read_request(Prim light) {
+        Request request;
+        request.lit = read_collection(light, "lightLink");
+        request.casters = read_collection(light, "shadowLink");
+        request.casts_nothing = !read_bool(light_input(light, "shadow:enable"), true, ctx_.time);
+        return request;
+    }
+
+    uint32_t read_collection(Prim light, const std::string& name) {
+        if (!is_linked(ctx_, light, name)) return everything;
+        CollectionQuery query(light, name);
+        // Lights that say the same share a set
+        std::string key = query.rule_text();
+        if (key.empty()) key = light.path_string() + "." + name;
+        const auto [at, is_new] = known_queries_.try_emplace(key, uint32_t(queries_.size()));
+        if (is_new) queries_.push_back(std::move(query));
+        return at->second;
+    }
+
+    /// Class of what is at these paths, by all queries.
+    LinkClass class_at(const std::vector<Path>& paths) {
+        std::vector<bool> member;
+        for (const CollectionQuery& query : queries_) member.push_back(query.includes_first(paths));
+        const auto [at, is_new] = classes_.try_emplace(member, LinkClass(classes_.size()));
+        if (is_new) members_.push_back(member);
+        occurs_.resize(classes_.size());
+        occurs_[at->second] = true;
+        return at->second;
+    }
+
+    LinkClass class_of(const LinkPlace& place, const scene::Shape& shape) {
+        std::vector<Path> paths = {
+            map_path(place, Path::from(ctx_.scene.provenance[shape.provenance].prim_path))};
+        paths.insert(paths.end(), place.instancers.begin(), place.instancers.end());
+        return class_at(paths);
+    }
+
+    void classify() {
+        // What every light knows is class 0
+        const std::vector<bool> all(queries_.size(), true);
+        classes_[all] = 0;
+        members_.push_back(all);
+        occurs_.push_back(false);
+        if (queries_.empty()) return;
+        scene::Scene& scene = ctx_.scene;
+        for (size_t i = 0; i < scene.shapes.size(); ++i) {
+            const uint32_t place =
+                i < ctx_.first_baked_shape ? 0 : ctx_.place_of_baked[i - ctx_.first_baked_shape];
+            scene.shapes[i].link = class_of(ctx_.link_places[place], scene.shapes[i]);
+        }
+        std::map<std::pair<uint32_t, uint32_t>, uint32_t> known;  // place, prototype → row
+        for (size_t i = 0; i < scene.instances.size(); ++i) {
+            const uint32_t prototype = scene.instances[i].prototype;
+            const uint32_t place = ctx_.place_of_instance[i];
+            const auto [at, is_new] = known.try_emplace(std::pair(place, prototype), 0);
+            if (is_new) at->second = make_row(ctx_.link_places[place], prototype);
+            scene.instances[i].link_row = at->second;
+        }
+    }
+
+    uint32_t make_row(const LinkPlace& place, uint32_t prototype) {
+        std::vector<LinkClass> row;
+        for (const scene::Shape& shape : ctx_.scene.prototypes[prototype].shapes)
+            row.push_back(class_of(place, shape));
+        if (std::all_of(row.begin(), row.end(), [](LinkClass c) { return c == 0; }))
+            return scene::none;
+        const auto [at, is_new] =
+            rows_.try_emplace(row, uint32_t(ctx_.scene.linking.rows.size()));
+        if (is_new) ctx_.scene.linking.rows.push_back(std::move(row));
+        return at->second;
+    }
+
+    void make_sets() {
+        ctx_.scene.linking.class_count = members_.size();
+        for (size_t q = 0; q < queries_.size(); ++q) {
+            LinkSet set(members_.size());
+            bool is_everything = true;
+            for (LinkClass c = 0; c < members_.size(); ++c) {
+                if (!occurs_[c]) continue;
+                if (members_[c][q]) set.add(c);
+                else is_everything = false;
+            }
+            sets_.push_back(is_everything ? scene::none : set_id(set));
+        }
+    }
+
+    LinkSetId set_id(const LinkSet& set) {
+        std::vector<LinkSet>& sets = ctx_.scene.linking.sets;
+        const auto at = std::find(sets.begin(), sets.end(), set);
+        if (at != sets.end()) return LinkSetId(at - sets.begin());
+        sets.push_back(set);
+        return LinkSetId(sets.size() - 1);
+    }
+
+    void link(const Request& request, scene::LightLinks& links) {
+        if (request.lit != everything) links.lit = sets_[request.lit];
+        if (request.casters != everything) links.casters = sets_[request.casters];
+        if (!request.casts_nothing) return;
+        // Whatever else is said of its shadows
+        const LinkSetId lit = links.lit;
+        links = {};
+        links.lit = lit;
+        links.casters = set_id(LinkSet(members_.size()));
+    }
+
+    void link_lights() {
+        for (size_t i = 0; i < lights_.size(); ++i) link(lights_[i], ctx_.scene.lights[i].links);
+        for (size_t i = 0; i < mesh_lights_.size(); ++i)
+            link(mesh_lights_[i], ctx_.scene.mesh_lights[i].links);
+        if (ctx_.scene.linking.sets.empty()) forget_classes();
+    }
+
+    /// All collections hold everything: the scene is as if nobody had linked anything.
+    void forget_classes() {
+        for (scene::Shape& shape : ctx_.scene.shapes) shape.link = 0;
+        for (scene::Instance& instance : ctx_.scene.instances) instance.link_row = scene::none;
+        ctx_.scene.linking = {};
+    }
+
+    Context& ctx_;
+    std::vector<Request> lights_, mesh_lights_;
+    std::vector<CollectionQuery> queries_;
+    std::map<std::string, uint32_t> known_queries_;
+    std::map<std::vector<bool>, LinkClass> classes_;
+    std::vector<std::vector<bool>> members_;  // [class][query]
+    std::vector<bool> occurs_;                // [class]
+    std::map<std::vector<LinkClass>, uint32_t> rows_;
+    std::vector<LinkSetId> sets_;  // [query]
+};
+
+}  // namespace
+
+bool note_linking(Context& ctx, Prim light) {
+    bool is_any = false;
+    for (const char* collection : {"lightLink", "shadowLink"}) {
+        is_any = is_linked(ctx, light, collection) || is_any;
+        warn_idle_expression(ctx, light, collection);
+    }
+    ctx.has_linking = ctx.has_linking || is_any;
+    return is_any;
+}
+
+scene::LightLinks read_shadow(Context& ctx, Prim light) {
+    scene::LightLinks links;
+    const auto number = [&](const char* name, double fallback, double least) {
+        const Attribute attribute = light_input(light, name);
+        const double value = read_number(attribute, fallback, ctx.time);
+        // Written so that NaN is caught
+        if (value >= least && value <= double(std::numeric_limits<float>::max())) return value;
+        ctx.warn("bad-light-value", attribute,
+                 fmt::format("{} {:.6g} is out of range, {} is used", name, value, fallback));
+        return fallback;
+    };
+    const double lowest = -double(std::numeric_limits<float>::max());
+    const double distance = number("shadow:distance", -1.0, lowest);
+    if (distance >= 0.0) {
+        links.shadow_distance = float(distance);
+        const double falloff = number("shadow:falloff", -1.0, lowest);
+        links.shadow_falloff = float(std::clamp(falloff, 0.0, distance));
+        if (falloff > 0.0)
+            links.shadow_falloff_gamma = float(number("shadow:falloffGamma", 1.0, 0.0));
+    }
+    const Attribute color = light_input(light, "shadow:color");
+    if (const auto rgb = read_vector(color, 3, ctx.time)) {
+        const Rgb value = to_float(Vec3d((*rgb)[0], (*rgb)[1], (*rgb)[2]));
+        if (value.x >= 0.0f && value.y >= 0.0f && value.z >= 0.0f && velatura::is_finite(value))
+            links.shadow_color = value;
+        else
+            ctx.warn("bad-light-value", color,
+                     "shadow:color is negative or not finite, shadows are black");
+    }
+    return links;
+}
+
+uint32_t place_inside(Context& ctx, uint32_t outer, const Placement& placement) {
+    if (!ctx.has_linking) return 0;
+    const auto [at, is_new] = ctx.known_link_places.try_emplace(
+        {outer, placement.provenance, placement.what}, uint32_t(ctx.link_places.size()));
+    if (!is_new) return at->second;
+    LinkPlace place = ctx.link_places[outer];
+    const Path path =
+        map_path(place, Path::from(ctx.scene.provenance[placement.provenance].prim_path));
+    if (placement.what->is_point_prototype) {
+        place.instancers.insert(place.instancers.begin(), path);
+    } else {
+        place.read = placement.what->frame.path();
+        place.placed = path;
+    }
+    ctx.link_places.push_back(std::move(place));
+    return at->second;
+}
+
+void link_all(Context& ctx) {
+    Linker(ctx).run();
+}
+
+}  // namespace velatura::translate
