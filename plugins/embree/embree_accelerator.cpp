@@ -92,8 +92,8 @@ bool is_met(const Context& context, const Rank& rank) {
            context.met->holds(context.classes->of(std::get<0>(rank), std::get<1>(rank)));
 }
 
-// Rejects a hit on what the ray does not meet, and one as far away as the best one and after it in order. Embree offers hits with
-// t <= tfar, so that ties do come here.
+// Rejects a hit on what the ray does not meet, and one as far away as the best one and after it in
+// order. Embree offers hits with t <= tfar, so that ties do come here.
 void keep_first_of_ties(const RTCFilterFunctionNArguments* args) {
     auto* context = reinterpret_cast<Context*>(args->context);
     const float t = RTCRayN_tfar(args->ray, args->N, 0);

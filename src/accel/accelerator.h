@@ -43,8 +43,9 @@ class Accelerator {
                                          const scene::LinkSet& met) const = 0;
     virtual bool is_occluded_by_some(const geometry::Ray& ray, const scene::LinkSet& met) const = 0;
 
-    /// The same for many rays at once, among everything; hits[i] is that of rays[i]. Which one is faster depends on
-    /// the scene and on how alike the rays are: RayStream (ray_stream.h) finds out.
+    /// The same for many rays at once, among everything; hits[i] is that of rays[i]. Which one is
+    /// faster depends on the scene and on how alike the rays are: RayStream (ray_stream.h) finds
+    /// out.
     virtual void intersect_batch(std::span<const geometry::Ray> rays,
                                  std::span<geometry::Hit> hits) const {
         for (size_t i = 0; i < rays.size(); ++i) hits[i] = intersect(rays[i]);

@@ -40,8 +40,7 @@ struct MeetAll {
 struct FilteredSlabs : SlabLanes {
     uint32_t folded;  // LinkSet::folded of them
 
-    HWY_INLINE FilteredSlabs(const QueryRay& q, uint32_t classes)
-        : SlabLanes(q), folded(classes) {}
+    HWY_INLINE FilteredSlabs(const QueryRay& q, uint32_t classes) : SlabLanes(q), folded(classes) {}
 };
 
 // Leaves out children without any of the classes.
@@ -121,8 +120,7 @@ struct MeetSome {
     // Whether the instance has anything to meet.
     HWY_INLINE bool enters(uint32_t instance) const {
         const SceneClasses::Row& row = classes.row(instance);
-        return (row.folded & met.folded()) != 0 &&
-               (!row.is_uniform || met.holds(row.of_shape[0]));
+        return (row.folded & met.folded()) != 0 && (!row.is_uniform || met.holds(row.of_shape[0]));
     }
 };
 

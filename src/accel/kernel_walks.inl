@@ -136,11 +136,8 @@ HWY_INLINE bool walk_any(const Tree& tree,
 
 // met, here and below: what the ray meets of the tree (kernel_filter.inl).
 template <class Met>
-HWY_INLINE void closest_in_tree(const WideTree& tree,
-                                const QueryRay& q,
-                                uint32_t instance,
-                                const Met& met,
-                                TreeHit& best) {
+HWY_INLINE void closest_in_tree(
+    const WideTree& tree, const QueryRay& q, uint32_t instance, const Met& met, TreeHit& best) {
     float t_bound = float(double(best.t) * q.scaled_from_t);
     walk_closest(tree, met.slabs(q), t_bound, [&](uint32_t block) VELATURA_LEAF {
         if (improve_hit(tree.leaves[block], q, instance, t_bound, best, met.in_blocks()))
@@ -149,10 +146,7 @@ HWY_INLINE void closest_in_tree(const WideTree& tree,
 }
 
 template <class Met>
-HWY_INLINE bool any_in_tree(const WideTree& tree,
-                            const QueryRay& q,
-                            float t_max,
-                            const Met& met) {
+HWY_INLINE bool any_in_tree(const WideTree& tree, const QueryRay& q, float t_max, const Met& met) {
     const float t_bound = float(double(t_max) * q.scaled_from_t);
     const float certain_bound = certain_bound_of(q, t_bound);
     return walk_any(tree, met.slabs(q), t_bound, [&](uint32_t block) VELATURA_LEAF {
@@ -269,11 +263,8 @@ void closest_in_motion(const MovingTrees& trees,
 }
 
 template <class Met>
-void closest_in_motion(const MovingTrees& trees,
-                       const PlacedRay& ray,
-                       float time,
-                       const Met& met,
-                       TreeHit& best) {
+void closest_in_motion(
+    const MovingTrees& trees, const PlacedRay& ray, float time, const Met& met, TreeHit& best) {
     QueryRay q;
     if (!trees.is_empty() && make_query(ray.o, ray.d, trees.query_bounds, {}, q))
         closest_in_motion(trees, q, time, ray.instance, met, best);

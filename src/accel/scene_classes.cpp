@@ -28,9 +28,9 @@ SceneClasses::Row make_row(uint32_t prototype, std::vector<LinkClass> of_shape) 
     row.prototype = prototype;
     for (const LinkClass c : of_shape) row.folded |= LinkSet::folded_bit(c);
     // A prototype without shapes is never entered
-    row.is_uniform = !of_shape.empty() &&
-                     std::all_of(of_shape.begin(), of_shape.end(),
-                                 [&](LinkClass c) { return c == of_shape.front(); });
+    row.is_uniform =
+        !of_shape.empty() && std::all_of(of_shape.begin(), of_shape.end(),
+                                         [&](LinkClass c) { return c == of_shape.front(); });
     row.of_shape = std::move(of_shape);
     return row;
 }
@@ -46,8 +46,8 @@ void set_rows(const SoupScene& scene, SceneClasses& out) {
         out.row_of_instance.push_back(it->second);
         if (!is_new) continue;
         const size_t shapes = scene.prototypes[prototype].size();
-        std::vector<LinkClass> of_shape = row == scene::none ? std::vector<LinkClass>(shapes, 0)
-                                                             : scene.classes.rows[row];
+        std::vector<LinkClass> of_shape =
+            row == scene::none ? std::vector<LinkClass>(shapes, 0) : scene.classes.rows[row];
         VELATURA_CHECK(of_shape.size() == shapes, "a row of classes for another prototype");
         out.rows.push_back(make_row(prototype, std::move(of_shape)));
     }

@@ -21,7 +21,8 @@ OwnShadow::OwnShadow(const World& world,
 }
 
 bool OwnShadow::casts(const geometry::SurfacePoint& point) const {
-    return !casters_ || casters_->holds(scene::link_class(world_.scene, point.instance, point.shape));
+    return !casters_ ||
+           casters_->holds(scene::link_class(world_.scene, point.instance, point.shape));
 }
 
 /// Of the shadow that a caster here throws.

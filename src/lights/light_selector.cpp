@@ -71,8 +71,7 @@ class TableSelector final : public LightSelector {
         const bool by_power = options.kind == SelectionKind::Power;
         const double uniform = std::clamp(options.uniform_part, 1e-3, 1.0);
         const std::vector<double> ones = only(among, counts());
-        lights_table_ =
-            Table(by_power ? blend(ones, only(among, powers(bounds)), uniform) : ones);
+        lights_table_ = Table(by_power ? blend(ones, only(among, powers(bounds)), uniform) : ones);
         const EmissiveSurfaces* surfaces = lights.surfaces();
         if (surfaces == nullptr) return;
         for (uint32_t group = 0; group < surfaces->group_count(); ++group) {

@@ -122,6 +122,7 @@ class LightSet {
 
     /// Whether geometry of the class is lit by the light, or at least by a part of the item.
     bool shines_on(LightId id, scene::LinkClass c) const { return shines_on(links(id), c); }
+
     bool item_shines_on(uint32_t item, scene::LinkClass c) const;
 
     bool shines_on(const scene::LightLinks* links, scene::LinkClass c) const {

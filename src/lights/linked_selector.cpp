@@ -33,8 +33,10 @@ LinkedSelector::LinkedSelector(const LightSet& lights, const Make& make, size_t 
         const auto [at, is_new] = known.try_emplace(among, uint32_t(selectors_.size()));
         if (is_new) {
             const bool has_room = (selectors_.size() + 1) * places <= room;
-            if (has_room) selectors_.push_back(make(&among));
-            else at->second = 0;
+            if (has_room)
+                selectors_.push_back(make(&among));
+            else
+                at->second = 0;
         }
         of_class_.push_back(at->second);
     }

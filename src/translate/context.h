@@ -81,6 +81,12 @@ struct LinkPlace {
     std::vector<usd::layer::Path> instancers;  ///< point instancers, the innermost first
 };
 
+/// Rendered faces of a mesh that a GeomSubset holds.
+struct FaceSubset {
+    usd::layer::Path path;
+    std::vector<uint32_t> faces;
+};
+
 /// When the shutter opens and closes, in times of the stage.
 struct Shutter {
     double open = 0, close = 0;
@@ -128,6 +134,8 @@ struct Context {
     };
 
     std::vector<PlacedLight> light_sites;  ///< of Scene::lights
+    /// Of meshes, by Shape::provenance.
+    std::unordered_map<scene::ProvenanceId, std::vector<FaceSubset>> face_subsets;
     int point_prototype_depth = 0;  ///< > 0: instances may hand a displayColor to what is walked
 
     void warn(std::string code, Prim prim, std::string message) {

@@ -2,6 +2,7 @@
 #include "translate/linking.h"
 
 #include "translate/light_inputs.h"
+#include "translate/link_subsets.h"
 #include "translate/values.h"
 #include "usd/stage/collection.h"
 
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <optional>
 #include <utility>
 
 namespace velatura::translate {
@@ -100,10 +102,11 @@ class Linker {
         return at->second;
     }
 
-    /// Class of what is at these paths, by all queries.
-    LinkClass class_at(const std::vector<Path>& paths) {
+    /// Class of what is at these paths, and in these subsets, by all queries.
+    LinkClass class_at(const std::vector<Path>& paths, const std::vector<Path>& subsets) {
         std::vector<bool> member;
-        for (const CollectionQuery& query : queries_) member.push_back(query.includes_first(paths));
+        for (const CollectionQuery& query : queries_)
+            member.push_back(includes(query, paths, subsets));
         const auto [at, is_new] = classes_.try_emplace(member, LinkClass(classes_.size()));
         if (is_new) members_.push_back(member);
         occurs_.resize(classes_.size());
@@ -111,11 +114,23 @@ class Linker {
         return at->second;
     }
 
+    /// A subset that is named itself decides for its faces.
+    static bool includes(const CollectionQuery& query,
+                         const std::vector<Path>& paths,
+                         const std::vector<Path>& subsets) {
+        for (const Path& subset : subsets)
+            if (const std::optional<bool> ruling = query.ruling_at(subset)) return *ruling;
+        return query.includes_first(paths);
+    }
+
     LinkClass class_of(const LinkPlace& place, const scene::Shape& shape) {
         std::vector<Path> paths = {
             map_path(place, Path::from(ctx_.scene.provenance[shape.provenance].prim_path))};
         paths.insert(paths.end(), place.instancers.begin(), place.instancers.end());
-        return class_at(paths);
+        std::vector<Path> subsets;
+        if (const auto at = subsets_.find(shape.provenance); at != subsets_.end())
+            for (const Path& path : at->second) subsets.push_back(map_path(place, path));
+        return class_at(paths, subsets);
     }
 
     void classify() {
@@ -125,6 +140,7 @@ class Linker {
         members_.push_back(all);
         occurs_.push_back(false);
         if (queries_.empty()) return;
+        subsets_ = divide_by_subsets(ctx_, queries_);
         scene::Scene& scene = ctx_.scene;
         for (size_t i = 0; i < scene.shapes.size(); ++i) {
             const uint32_t place =
@@ -147,8 +163,7 @@ class Linker {
             row.push_back(class_of(place, shape));
         if (std::all_of(row.begin(), row.end(), [](LinkClass c) { return c == 0; }))
             return scene::none;
-        const auto [at, is_new] =
-            rows_.try_emplace(row, uint32_t(ctx_.scene.linking.rows.size()));
+        const auto [at, is_new] = rows_.try_emplace(row, uint32_t(ctx_.scene.linking.rows.size()));
         if (is_new) ctx_.scene.linking.rows.push_back(std::move(row));
         return at->second;
     }
@@ -160,8 +175,10 @@ class Linker {
             bool is_everything = true;
             for (LinkClass c = 0; c < members_.size(); ++c) {
                 if (!occurs_[c]) continue;
-                if (members_[c][q]) set.add(c);
-                else is_everything = false;
+                if (members_[c][q])
+                    set.add(c);
+                else
+                    is_everything = false;
             }
             sets_.push_back(is_everything ? scene::none : set_id(set));
         }
@@ -204,6 +221,7 @@ class Linker {
     std::vector<Request> lights_, mesh_lights_;
     std::vector<CollectionQuery> queries_;
     std::map<std::string, uint32_t> known_queries_;
+    SubsetsOfPart subsets_;
     std::map<std::vector<bool>, LinkClass> classes_;
     std::vector<std::vector<bool>> members_;  // [class][query]
     std::vector<bool> occurs_;                // [class]

@@ -118,6 +118,28 @@ std::vector<scene::MaterialId> read_face_materials(Context& ctx,
     return materials;
 }
 
+/// Keeps the GeomSubsets of faces, in case that lights tell them apart.
+void note_face_subsets(Context& ctx,
+                       Prim prim,
+                       const FaceTable& table,
+                       scene::ProvenanceId provenance) {
+    std::vector<uint32_t> rendered(table.faces.size(), scene::none);
+    uint32_t count = 0;
+    for (size_t f = 0; f < table.faces.size(); ++f)
+        if (table.faces[f].is_kept) rendered[f] = count++;
+    for (const Prim subset : prim.children()) {
+        if (subset.type_name().str() != "GeomSubset" ||
+            read_text(subset.attribute("elementType"), "face", ctx.time) != "face")
+            continue;
+        FaceSubset faces{subset.path(), {}};
+        for (const int64_t face : read_ints(subset.attribute("indices").value(ctx.time)))
+            if (face >= 0 && size_t(face) < rendered.size() &&
+                rendered[size_t(face)] != scene::none)
+                faces.faces.push_back(rendered[size_t(face)]);
+        ctx.face_subsets[provenance].push_back(std::move(faces));
+    }
+}
+
 scene::SubdivisionScheme read_scheme(Context& ctx, Prim prim) {
     const std::string name =
         read_text(prim.attribute("subdivisionScheme"), "catmullClark", ctx.time);
@@ -169,6 +191,7 @@ std::optional<scene::Shape> read_mesh(
     shape.flip_normals = is_left_handed != (determinant3(matrix) < 0.0);
     shape.double_sided = read_bool(prim.attribute("doubleSided"), false, ctx.time);
     shape.provenance = ctx.provenance(prim);
+    note_face_subsets(ctx, prim, table, shape.provenance);
     shape.geometry = std::move(mesh);
     return shape;
 }

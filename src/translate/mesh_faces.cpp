@@ -73,4 +73,20 @@ void compact_faces(const FaceTable& table, scene::Mesh& mesh) {
     }
 }
 
+scene::Mesh with_faces(const scene::Mesh& mesh, const std::vector<uint32_t>& faces) {
+    FaceTable table;
+    size_t first = 0;
+    for (const uint32_t count : mesh.face_vertex_counts) {
+        table.add(first, count, false);
+        first += count;
+    }
+    for (const uint32_t face : faces) table.faces[face].is_kept = true;
+    scene::Mesh out = mesh;
+    table.indices = std::move(out.face_vertex_indices);
+    out.face_vertex_counts.clear();
+    out.face_vertex_indices.clear();
+    compact_faces(table, out);
+    return out;
+}
+
 }  // namespace velatura::translate

@@ -29,4 +29,7 @@ struct FaceTable {
 /// normals and primvars, which come with the authored element counts.
 void compact_faces(const FaceTable& table, scene::Mesh& mesh);
 
+/// The mesh with some of its faces only, listed in rising order.
+scene::Mesh with_faces(const scene::Mesh& mesh, const std::vector<uint32_t>& faces);
+
 }  // namespace velatura::translate

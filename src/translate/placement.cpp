@@ -123,11 +123,13 @@ void place(Context& ctx,
             if (ctx.has_linking) ctx.place_of_instance.push_back(link_place);
         }
     }
-    for (const LightSite& site : what.lights) read_light(ctx, site, site.matrix * matrix, link_place);
+    for (const LightSite& site : what.lights)
+        read_light(ctx, site, site.matrix * matrix, link_place);
     for (const Placement& nested : what.placements) {
         Placement inner = nested;
         if (!inner.display_color) inner.display_color = placement.display_color;
-        place(ctx, inner, nested.matrix * matrix, composed_motion(nested, matrix, later), link_place);
+        place(ctx, inner, nested.matrix * matrix, composed_motion(nested, matrix, later),
+              link_place);
     }
 }
 

@@ -41,7 +41,8 @@ Context make_context(const usd::stage::Stage& stage,
                 .known_link_places = {},
                 .place_of_instance = {},
                 .place_of_baked = {},
-                .light_sites = {}};
+                .light_sites = {},
+                .face_subsets = {}};
     ctx.scene.meters_per_unit = stage.meters_per_unit();
     ctx.scene.frames_per_second = stage.frames_per_second();
     return ctx;

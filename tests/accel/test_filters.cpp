@@ -50,7 +50,8 @@ struct ManyClasses {
     explicit ManyClasses(uint32_t class_count, uint64_t seed, uint32_t segments = 0)
         : classes(class_count) {
         Random random(seed);
-        for (uint64_t i = 0; i < 12; ++i) soups.push_back(soup(40, 0.4f, seed + i, segments, random));
+        for (uint64_t i = 0; i < 12; ++i)
+            soups.push_back(soup(40, 0.4f, seed + i, segments, random));
         for (uint64_t i = 0; i < 9; ++i)
             inner.push_back(soup(30, 0.3f, seed + 100 + i, segments, random));
         for (const Soup& s : soups) scene.shapes.push_back(s.view());
@@ -110,8 +111,7 @@ void expect_exact(const SoupScene& scene,
         size_t different = 0, different_occlusion = 0;
         for (size_t i = 0; i < rays.size(); ++i) {
             different += !is_same(bvh->intersect_some(rays[i], met), expected[i]);
-            different_occlusion +=
-                bvh->is_occluded_by_some(rays[i], met) != expected[i].is_valid();
+            different_occlusion += bvh->is_occluded_by_some(rays[i], met) != expected[i].is_valid();
         }
         EXPECT_EQ(different, 0u) << kernels.name;
         EXPECT_EQ(different_occlusion, 0u) << kernels.name;

@@ -27,7 +27,9 @@ constexpr LightSampling strategies[] = {LightSampling::Mis, LightSampling::Light
                                         LightSampling::Bsdf};
 
 const char* name_of(LightSampling strategy) {
-    return strategy == LightSampling::Mis ? "both" : strategy == LightSampling::Light ? "light" : "BSDF";
+    return strategy == LightSampling::Mis     ? "both"
+           : strategy == LightSampling::Light ? "light"
+                                              : "BSDF";
 }
 
 /// What a light is linked to.
@@ -162,8 +164,7 @@ TEST(ShadowLinking, WhatIsNotLinkedCastsNoShadow) {
                 links.casters = set_of(test.scene, {casts ? 2u : 1u});
                 const RenderedLayers layers =
                     render_direct(test, strategy, SelectionKind::Tree, 256);
-                const std::string what =
-                    fmt::format("{} {} {}", name_of(strategy), is_mesh, casts);
+                const std::string what = fmt::format("{} {} {}", name_of(strategy), is_mesh, casts);
                 if (casts)
                     EXPECT_EQ(layers.bounce(1, 0).mean, 0.0) << what;
                 else
@@ -239,10 +240,10 @@ TEST(ShadowLinking, ReachesAsFarAsItIsSaidToAndFades) {
                 links.shadow_falloff = std::min(c.falloff, c.distance);
                 links.shadow_falloff_gamma = c.gamma;
                 links.shadow_color = Rgb(c.color);
-                const Estimate found =
-                    irradiance(render_direct(test, strategy, SelectionKind::Tree, 256).bounce(1, 0));
-                const std::string what = fmt::format("{} {} distance {} gamma {}",
-                                                     name_of(strategy), is_mesh, c.distance, c.gamma);
+                const Estimate found = irradiance(
+                    render_direct(test, strategy, SelectionKind::Tree, 256).bounce(1, 0));
+                const std::string what = fmt::format(
+                    "{} {} distance {} gamma {}", name_of(strategy), is_mesh, c.distance, c.gamma);
                 double expected = c.expected * square_irradiance;
                 if (c.expected < 0.0) {
                     // Midpoint rule over the lamp; the blocker is met half way
@@ -286,10 +287,11 @@ TEST(ShadowLinking, OfManyLightsIsThatOfEach) {
         };
         RenderedLayers reference = render(make(false), {.size = 16, .samples = 1024, .seed = 9});
         for (const LightSampling strategy : strategies) {
-            const RenderedLayers found = render(make(true), {.size = 16,
-                                                             .samples = 1024,
-                                                             .estimator = {.light_sampling = strategy}});
-            expect_agreement(found, reference, 0.05, fmt::format("roughness {} by {}", roughness, name_of(strategy)));
+            const RenderedLayers found =
+                render(make(true),
+                       {.size = 16, .samples = 1024, .estimator = {.light_sampling = strategy}});
+            expect_agreement(found, reference, 0.05,
+                             fmt::format("roughness {} by {}", roughness, name_of(strategy)));
         }
     }
 }

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 
 namespace velatura::translate {
@@ -99,8 +100,9 @@ TEST(Linking, GoesByTheDeepestRuleAndDownToDescendants) {
 }
 
 TEST(Linking, FollowsExpansionRulesAndOtherCollections) {
-    const std::string only = std::string(no_root) +
-                             "uniform token collection:lightLink:expansionRule = \"explicitOnly\"\n";
+    const std::string only =
+        std::string(no_root) +
+        "uniform token collection:lightLink:expansionRule = \"explicitOnly\"\n";
     EXPECT_EQ(lit(only + "rel collection:lightLink:includes = [</Shelf>, </Shelf/B>]"), "B ");
     EXPECT_EQ(lit(std::string(no_root) + "rel collection:lightLink:includes = </L.collection:set>\n"
                                          "rel collection:set:includes = </Shelf/Box>\n"
@@ -110,14 +112,16 @@ TEST(Linking, FollowsExpansionRulesAndOtherCollections) {
 }
 
 TEST(Linking, FollowsPathExpressions) {
-    EXPECT_EQ(lit(std::string(no_root) +
-                  "pathExpression collection:lightLink:membershipExpression = \"/Shelf//{isa:Mesh} - "
-                  "/Shelf/Box/C\""),
-              "A B D ");
+    EXPECT_EQ(
+        lit(std::string(no_root) +
+            "pathExpression collection:lightLink:membershipExpression = \"/Shelf//{isa:Mesh} - "
+            "/Shelf/Box/C\""),
+        "A B D ");
     Translated t;
     translate_text(camera() + shelf() +
-                       light("L", "pathExpression collection:lightLink:membershipExpression = "
-                                  "\"/Shelf/A\""),
+                       light("L",
+                             "pathExpression collection:lightLink:membershipExpression = "
+                             "\"/Shelf/A\""),
                    t);
     EXPECT_EQ(t.scene.lights[0].links.lit, scene::none);
     EXPECT_EQ(t.count("idle-membership-expression"), 1u);
@@ -139,8 +143,9 @@ TEST(Linking, OfEverythingByNameIsNoLinking) {
 TEST(Linking, OfShadowsIsApartFromThatOfLight) {
     Translated t;
     translate_text(camera() + shelf() +
-                       light("L", "rel collection:lightLink:excludes = </Shelf/A>\n"
-                                  "rel collection:shadowLink:excludes = </Shelf/Box>") +
+                       light("L",
+                             "rel collection:lightLink:excludes = </Shelf/A>\n"
+                             "rel collection:shadowLink:excludes = </Shelf/Box>") +
                        light("M", "rel collection:shadowLink:excludes = </Shelf/Box>") +
                        light("N", ""),
                    t);
@@ -166,9 +171,8 @@ def Xform "B" (instanceable = true
     inherits = </Pair>) {}
 )";
     Translated t;
-    translate_text(camera() + pair +
-                       light("L", "rel collection:lightLink:excludes = [</A>, </B/Q>]"),
-                   t);
+    translate_text(
+        camera() + pair + light("L", "rel collection:lightLink:excludes = [</A>, </B/Q>]"), t);
     ASSERT_EQ(t.scene.prototypes.size(), 1u);
     ASSERT_EQ(t.scene.lights.size(), 3u);
     EXPECT_EQ(instance_members(t.scene, t.scene.lights[0].links.lit), "nn yn ");
@@ -246,10 +250,64 @@ def Mesh "Lamp" (prepend apiSchemas = ["MeshLightAPI"]) {
     EXPECT_TRUE(t.scene.linking.sets.at(links.casters).is_empty());
 }
 
+TEST(Linking, TellsTheFacesOfSubsetsApart) {
+    const std::string mesh = R"(
+def Mesh "M" {
+    int[] faceVertexCounts = [3, 3, 3, 3]
+    int[] faceVertexIndices = [0, 1, 2, 1, 2, 3, 2, 3, 4, 3, 4, 5]
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0), (0, 2, 0), (1, 2, 0)]
+    uniform token subdivisionScheme = "none"
+    int[] holeIndices = [0]
+    color3f[] primvars:displayColor = [(0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0)] (
+        interpolation = "uniform"
+    )
+    def GeomSubset "Low" {
+        uniform token elementType = "face"
+        int[] indices = [0, 1]
+    }
+    def GeomSubset "High" {
+        uniform token elementType = "face"
+        int[] indices = [3]
+    }
+}
+)";
+    // By the first component of each face's colour: 1, 2, 3
+    const auto faces = [&](const std::string& body) {
+        Translated t;
+        translate_text(camera() + mesh + light("L", body), t);
+        EXPECT_EQ(t.error, "");
+        std::string found;
+        size_t count = 0;
+        for (size_t i = 0; i < t.scene.shapes.size(); ++i) {
+            const scene::Mesh& part = t.mesh(i);
+            count += part.face_vertex_counts.size();
+            EXPECT_EQ(part.face_vertex_indices.size(), 3 * part.face_vertex_counts.size());
+            EXPECT_EQ(t.scene.provenance[t.scene.shapes[i].provenance].prim_path, "/M");
+            if (!holds(t.scene, t.scene.lights.at(0).links.lit, t.scene.shapes[i].link)) continue;
+            for (size_t f = 0; f < part.face_vertex_counts.size(); ++f)
+                found += fmt::format("{}", part.primvars.at(0).values.at(3 * f));
+        }
+        EXPECT_EQ(count, 3u);
+        std::sort(found.begin(), found.end());
+        return found + fmt::format(" of {}", t.scene.shapes.size());
+    };
+    EXPECT_EQ(faces(""), "123 of 1");
+    EXPECT_EQ(faces("rel collection:lightLink:excludes = </M/Low>"), "23 of 2");
+    EXPECT_EQ(faces("rel collection:lightLink:excludes = [</M/Low>, </M/High>]"), "2 of 3");
+    EXPECT_EQ(faces(std::string(no_root) + "rel collection:lightLink:includes = </M/High>"),
+              "3 of 2");
+    EXPECT_EQ(faces("rel collection:lightLink:excludes = </M>\n"
+                    "rel collection:lightLink:includes = </M/High>"),
+              "3 of 2");
+    EXPECT_EQ(faces("rel collection:lightLink:excludes = </M>"), " of 1");
+    EXPECT_EQ(faces(std::string(no_root) +
+                    "pathExpression collection:lightLink:membershipExpression = \"/M/Low\""),
+              "1 of 2");
+}
+
 TEST(Linking, OfLightsOnInstancedGeometryIsNamed) {
     Translated t;
-    translate_text(camera() + "class Xform \"Pair\" {\n" +
-                       quad("P") + R"(
+    translate_text(camera() + "class Xform \"Pair\" {\n" + quad("P") + R"(
     def Sphere "Lamp" (prepend apiSchemas = ["LightAPI"]) {
         rel collection:lightLink:excludes = </Pair/P>
     }
@@ -279,14 +337,15 @@ TEST(Shadows, AreReadAsTheSchemaSays) {
     EXPECT_EQ(fading.shadow_falloff, 1.5f);
     EXPECT_EQ(fading.shadow_falloff_gamma, 2.0f);
     EXPECT_EQ(fading.shadow_color, Rgb(0.1f, 0.2f, 0.3f));
-    EXPECT_EQ(links("float inputs:shadow:distance = 4\nfloat inputs:shadow:falloff = 9")
-                  .shadow_falloff,
-              4.0f)
+    EXPECT_EQ(
+        links("float inputs:shadow:distance = 4\nfloat inputs:shadow:falloff = 9").shadow_falloff,
+        4.0f)
         << "the zone cannot exceed the distance";
     EXPECT_TRUE(links("float inputs:shadow:distance = 0").has_own_shadows());
     // Without shadows the rest says nothing
-    const scene::LightLinks off = links("bool inputs:shadow:enable = 0\n"
-                                        "color3f inputs:shadow:color = (1, 0, 0)");
+    const scene::LightLinks off = links(
+        "bool inputs:shadow:enable = 0\n"
+        "color3f inputs:shadow:color = (1, 0, 0)");
     EXPECT_NE(off.casters, scene::none);
     EXPECT_EQ(off.shadow_color, Rgb(0.0f));
 }

@@ -147,6 +147,19 @@ bool CollectionQuery::includes_first(const std::vector<Path>& paths) const {
     return ruling(Path::absolute_root(), true).value_or(false);
 }
 
+std::optional<bool> CollectionQuery::ruling_at(const Path& path) const {
+    if (expression_) return includes(path) ? std::optional<bool>(true) : std::nullopt;
+    const auto rule = rules_.find(path.to_string());
+    if (rule == rules_.end()) return std::nullopt;
+    return rule->second != Rule::Exclude;
+}
+
+std::vector<Path> CollectionQuery::rule_paths() const {
+    std::vector<Path> paths;
+    for (const auto& [path, rule] : rules_) paths.push_back(Path::from(path));
+    return paths;
+}
+
 std::string CollectionQuery::rule_text() const {
     std::string text;
     for (const auto& [path, rule] : rules_) text += fmt::format("{} {}\n", int(rule), path);

@@ -28,6 +28,14 @@ class CollectionQuery {
     /// the root covers, else the root does. An expression must match one.
     bool includes_first(const std::vector<layer::Path>& paths) const;
 
+    /// What a rule for this very path says, or an expression that matches it.
+    std::optional<bool> ruling_at(const layer::Path& path) const;
+
+    /// The paths that rules are for; none of an expression.
+    std::vector<layer::Path> rule_paths() const;
+
+    bool has_expression() const { return expression_ != nullptr; }
+
     /// The same for collections with the same members, by rules; empty: no rules, an expression or
     /// nothing decides.
     std::string rule_text() const;
