@@ -106,6 +106,13 @@ bool primitive_derivatives(const SurfacePoint& point,
                                               {0.0, point.b1, point.b2}, dpds, dpdt);
 }
 
+/// What a shape of primitives is called for as.
+scene::Effect effect_of(const scene::Shape& shape) {
+    if (std::holds_alternative<scene::Curves>(shape.geometry)) return scene::Effect::Curves;
+    if (std::holds_alternative<scene::Points>(shape.geometry)) return scene::Effect::Points;
+    return scene::Effect::Quadrics;
+}
+
 /// Sets all three to the primitive's.
 void set_to_primitive(SurfacePoint& point,
                       const GeometrySet& geometry,
@@ -216,7 +223,7 @@ SurfacePoint make_surface_point(const scene::Scene& scene,
         point.material = scene.instances[hit.instance].material_override;
 
     if (mesh.primitives()) {
-        scene::count_call(scene::Effect::Quadrics);
+        scene::count_call(effect_of(shape));
         set_to_primitive(point, geometry, ray, hit);
         return point;
     }

@@ -189,8 +189,8 @@ SweepCrossing SweptRay::extremum(const Stretch& stretch, double side) const {
         evaluate(r_, u, at.r, at.dr);
         square = (at.r - at.x) * (at.r + at.x) - sqr(at.y);
     };
-    // Entries are to be found as exits of the mirror image, in which z is negated. What grows
-    // towards the extremum from both sides: half the derivative of (z + root)², over the root
+    // The derivative of z ± root times the root, turned so that the extremum is where it falls
+    // through zero: the least z − root of entries, the largest z + root of exits
     const auto rate = [&] { return at.r * at.dr - at.x * at.dx - at.y * at.dy; };
     const auto climb = [&] { return rate() + side * at.dz * safe_sqrt(square); };
     const auto crossing = [&](double u) {

@@ -21,13 +21,20 @@ void find_quadrics(EffectFindings& found) {
     });
 }
 
+template <class Geometry>
+void find_shapes(EffectFindings& found) {
+    scene::for_each_shape(found.scene, [&](const scene::Shape& shape) {
+        if (std::holds_alternative<Geometry>(shape.geometry)) found.on(found.prim_of(shape.provenance), "met as what they are, without triangles");
+    });
+}
+
 constexpr std::array rules = {
     EffectRule{Effect::Instancing, find_instances, nullptr},
     EffectRule{Effect::Quadrics, find_quadrics, nullptr},
     EffectRule{Effect::Subdivision, nullptr, nullptr},
     EffectRule{Effect::Displacement, nullptr, nullptr},
-    EffectRule{Effect::Curves, nullptr, nullptr},
-    EffectRule{Effect::Points, nullptr, nullptr},
+    EffectRule{Effect::Curves, find_shapes<scene::Curves>, nullptr},
+    EffectRule{Effect::Points, find_shapes<scene::Points>, nullptr},
     EffectRule{Effect::Volumes, nullptr, nullptr},
 };
 
