@@ -104,6 +104,45 @@ void find_choices(EffectFindings& found) {
     else if (s.lights.size() > 1) found.zero("", "only one of the lights shines");
 }
 
+bool is_linked(const scene::Scene& scene, const scene::LightLinks& links) {
+    return links.lit != scene::none || scene::has_shadow_links(scene, links);
+}
+
+void find_links(EffectFindings& found) {
+    const std::string_view why = "shines on some things only, or some cast its shadows";
+    find_lights(found, [&](const Light& l) { return is_linked(found.scene, l.links); }, why);
+    for (const scene::MeshLight& l : found.scene.mesh_lights)
+        if (is_linked(found.scene, l.links)) found.on(l.name, why);
+}
+
+void find_shadow_controls(EffectFindings& found) {
+    const std::string_view why = "shadows that are off, end at a distance or have a color";
+    find_lights(found, [&](const Light& l) { return scene::has_shadow_controls(found.scene, l.links); }, why);
+    for (const scene::MeshLight& l : found.scene.mesh_lights)
+        if (scene::has_shadow_controls(found.scene, l.links)) found.on(l.name, why);
+}
+
+/// Of lights of both kinds.
+template <class Change>
+void change_links(scene::Scene& scene, Change change) {
+    for (Light& l : scene.lights) change(l.links);
+    for (scene::MeshLight& l : scene.mesh_lights) change(l.links);
+}
+
+void forget_links(scene::Scene& scene) {
+    change_links(scene, [&](scene::LightLinks& links) {
+        links.lit = scene::none;
+        if (scene::has_shadow_links(scene, links)) links.casters = scene::none;
+    });
+}
+
+void forget_shadow_controls(scene::Scene& scene) {
+    change_links(scene, [&](scene::LightLinks& links) {
+        const scene::LinkSetId casters = scene::has_shadow_links(scene, links) ? links.casters : scene::none;
+        links = {.lit = links.lit, .casters = casters};
+    });
+}
+
 constexpr std::array rules = {
     EffectRule{Effect::SurfaceEmission, find_surface_emission, [](scene::Scene& s) { for (scene::Material& m : s.materials) m.emissive_color = scene::Input(Rgb(0.0f)); }},
     EffectRule{Effect::MeshLights, find_mesh_lights, forget_mesh_lights},
@@ -114,8 +153,8 @@ constexpr std::array rules = {
     EffectRule{Effect::LightShaping, find_shaping, forget_shaping},
     EffectRule{Effect::LobeMultipliers, find_multipliers, forget_multipliers, true},
     EffectRule{Effect::LightSelection, find_choices, nullptr, true},
-    EffectRule{Effect::LightLinking, nullptr, nullptr},
-    EffectRule{Effect::ShadowControls, nullptr, nullptr},
+    EffectRule{Effect::LightLinking, find_links, forget_links, true},
+    EffectRule{Effect::ShadowControls, find_shadow_controls, forget_shadow_controls},
     EffectRule{Effect::LightFilters, nullptr, nullptr},
 };
 

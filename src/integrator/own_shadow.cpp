@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/own_shadow.h"
 
+#include "scene/effect_calls.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -15,6 +17,9 @@ OwnShadow::OwnShadow(const World& world,
       casters_(scene::find_link_set(world.scene, links.casters)),
       interior_(interior),
       cone_(cone) {
+    if (scene::has_shadow_links(world.scene, links)) scene::count_call(scene::Effect::LightLinking);
+    if (scene::has_shadow_controls(world.scene, links))
+        scene::count_call(scene::Effect::ShadowControls);
     // Bodies that cast no shadow take nothing
     if (casters_ && !interior_.is_empty())
         interior_.keep_only([&](scene::MaterialId m) { return world.casts(links.casters, m); });
@@ -49,13 +54,10 @@ void OwnShadow::go(float distance) {
 void OwnShadow::meet(const geometry::SurfacePoint& point, const Vec3& d) {
     if (is_blocked_ || !casts(point)) return;
     const shading::MaterialEvaluator& materials = world_.materials;
-    Rgb passed(0.0f);
-    if (materials.material_has_presence(point.material)) {
-        passed = Rgb(1.0f - materials.presence(point, cone_.width));
-    } else {
-        passed = straight_through(materials, point, d, cone_.width);
-        if (materials.has_absorption()) interior_.cross(materials, point, -d, d);
-    }
+    const float presence = materials.presence(point, cone_.width);
+    const Rgb passed =
+        Rgb(1.0f - presence) + straight_through(materials, point, d, cone_.width) * presence;
+    if (materials.has_absorption()) interior_.cross(materials, point, -d, d);
     passed_ *= Rgb(1.0f) - strength() * (Rgb(1.0f) - passed);
     is_blocked_ = is_black(passed);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "integrator/path_tracer.h"
+#include "scene/effect_calls.h"
 
 #include <array>
 
@@ -12,8 +13,9 @@ inline lights::Receiver receiver_at(const World& world,
                                     const geometry::SurfacePoint& point,
                                     const shading::Bsdf& bsdf) {
     lights::Receiver receiver{point.p, bsdf.ns(), bsdf.has_transmission()};
-    if (world.has_light_links)
-        receiver.link = scene::link_class(world.scene, point.instance, point.shape);
+    if (!world.has_light_links) return receiver;
+    scene::count_call(scene::Effect::LightLinking);
+    receiver.link = scene::link_class(world.scene, point.instance, point.shape);
     return receiver;
 }
 

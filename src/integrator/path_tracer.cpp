@@ -200,7 +200,7 @@ void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadia
         if (path.bounce == 0) {
             if (!world_.lights.is_camera_visible(hit.light)) return;
             if (!world_.lights.is_infinite(hit.light)) out.alpha = 1.0f;
-        } else if (world_.has_links) {
+        } else if (world_.has_links()) {
             const scene::LightLinks* links = world_.lights.links(hit.light);
             if (!is_lit(path, links) || is_found_beyond(path, links)) return;
         }
@@ -225,7 +225,7 @@ void PathTracer::add_unoccluded_hits(Path& path, film::SampleRadiance& out) cons
         // The next segment begins here, too
         if (count < path.line_hits.size()) path.line_hits[count] = hit;
         ++count;
-        if (world_.has_links && !is_lit(path, world_.lights.links(hit.light))) return;
+        if (world_.has_links() && !is_lit(path, world_.lights.links(hit.light))) return;
         const Rgb Le = path.beta * hit.Le * light_factor(path, world_.lights.lobe_multipliers(hit.light)) * light_hit_weight(path, hit);
         if (!is_black(Le)) out.add_unoccluded(int(world_.lights.group(hit.light)), Le);
     });
@@ -265,7 +265,7 @@ void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::Sample
     const lights::Receiver receiver = receiver_at(world_, point, bsdf);
     const std::optional<lights::LightChoice> choice = world_.selector->select(receiver, u_light);
     if (!choice) return;
-    const scene::LightLinks* links = world_.has_links ? world_.lights.links(choice->light) : nullptr;
+    const scene::LightLinks* links = world_.has_links() ? world_.lights.links(choice->light) : nullptr;
     if (!world_.lights.shines_on(links, receiver.link)) return;
     const Vec2 u = path.sampler.get_2d(path.bounce, Purpose::LightSurface, path.pass_count);
     const std::optional<lights::LightSample> light = world_.lights.sample(choice->light, point.p, u, {path.cone_width, path.cone_spread});

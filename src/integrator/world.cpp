@@ -128,8 +128,7 @@ World::World(const scene::Scene& s, const WorldOptions& options, const lights::I
       has_motion(geometry.has_motion() || camera.has_motion() || options.forced.has(scene::Effect::DeformationBlur)),
       chooses_lights(!selector->is_single() || options.forced.has(scene::Effect::LightSelection)),
       has_very_many_lights(lights::wants_fine_numbers(lights)),
-      has_links(lights.has_light_links() || lights.has_own_shadows()),
-      has_light_links(lights.has_light_links()),
+      has_light_links(lights.has_light_links() || options.forced.has(scene::Effect::LightLinking)),
       has_own_shadows(lights.has_own_shadows()),
       own_shadow_surfaces(list_own_shadow_surfaces(s)),
       has_lobe_multipliers(options.forced.has(scene::Effect::LobeMultipliers) ||

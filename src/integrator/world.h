@@ -55,6 +55,9 @@ struct World {
     World(const World&) = delete;
     World& operator=(const World&) = delete;
 
+    /// Whether some light has links of whatever kind.
+    bool has_links() const { return has_light_links || has_own_shadows; }
+
     /// Whether anything of the material is in the set.
     bool casts(scene::LinkSetId set, scene::MaterialId material) const { return caster_materials[set][material]; }
 
@@ -75,7 +78,6 @@ struct World {
 
     bool interior_changes = false;  ///< camera_interior depends on the time, and is not kept
     Interior camera_interior;  ///< what the camera is inside of; only looked for where something absorbs
-    bool has_links = false;        ///< one of the next two
     bool has_light_links = false;  ///< some light shines on a part of the geometry only
     bool has_own_shadows = false;  ///< of some light, see scene::LightLinks
     std::vector<OwnShadowSurfaces> own_shadow_surfaces;

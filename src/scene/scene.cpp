@@ -40,13 +40,20 @@ LinkClass link_class(const Scene& scene, uint32_t instance, ShapeId shape) {
     return row == none ? 0 : scene.linking.rows[row][shape];
 }
 
+bool has_shadow_links(const Scene& scene, const LightLinks& links) {
+    const LinkSet* casters = find_link_set(scene, links.casters);
+    return casters && !casters->is_empty();
+}
+
+bool has_shadow_controls(const Scene& scene, const LightLinks& links) {
+    LightLinks by_all = links;
+    by_all.casters = none;
+    return by_all.has_own_shadows() || (links.casters != none && !has_shadow_links(scene, links));
+}
+
 bool has_shadow_links(const Scene& scene) {
-    const auto has_casters = [&](const auto& light) {
-        const LinkSet* casters = find_link_set(scene, light.links.casters);
-        return casters && !casters->is_empty();
-    };
-    return std::any_of(scene.lights.begin(), scene.lights.end(), has_casters) ||
-           std::any_of(scene.mesh_lights.begin(), scene.mesh_lights.end(), has_casters);
+    return std::any_of(scene.lights.begin(), scene.lights.end(), [&](const Light& light) { return has_shadow_links(scene, light.links); }) ||
+           std::any_of(scene.mesh_lights.begin(), scene.mesh_lights.end(), [](const MeshLight& light) { return light.links.casters != none; });
 }
 
 PrimvarId intern_primvar(Scene& scene, std::string_view name) {

@@ -72,7 +72,13 @@ struct Scene {
 /// Class of a shape as the instance places it; instance none = a shape placed directly.
 LinkClass link_class(const Scene& scene, uint32_t instance, ShapeId shape);
 
-/// Whether the shadows of some light are cast by a part of the geometry, neither all nor none of it.
+/// Whether a part of the geometry casts the light's shadows, neither all nor none of it.
+bool has_shadow_links(const Scene& scene, const LightLinks& links);
+
+/// Whether its shadows are switched off, end before their time, or are coloured.
+bool has_shadow_controls(const Scene& scene, const LightLinks& links);
+
+/// Whether rays ask for classes: some light has shadow links, or is geometry and has casters of its own.
 bool has_shadow_links(const Scene& scene);
 
 /// The set, or null for all geometry.

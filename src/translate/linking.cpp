@@ -69,6 +69,7 @@ class Linker {
 
     /// Collections of one light, as indices into queries_.
     struct Request {
+        Prim light;
         uint32_t lit = everything, casters = everything;
         bool casts_nothing = false;
     };
@@ -85,6 +86,7 @@ class Linker {
 
     Request read_request(Prim light) {
         Request request;
+        request.light = light;
         request.lit = read_collection(light, "lightLink");
         request.casters = read_collection(light, "shadowLink");
         request.casts_nothing = !read_bool(light_input(light, "shadow:enable"), true, ctx_.time);
@@ -193,8 +195,12 @@ class Linker {
     }
 
     void link(const Request& request, scene::LightLinks& links) {
+        const bool says_something = request.lit != everything || request.casters != everything;
         if (request.lit != everything) links.lit = sets_[request.lit];
         if (request.casters != everything) links.casters = sets_[request.casters];
+        if (says_something && links.lit == scene::none && links.casters == scene::none)
+            ctx_.note_zero(scene::Effect::LightLinking, request.light,
+                           "lightLink and shadowLink hold everything");
         if (!request.casts_nothing) return;
         // Whatever else is said of its shadows
         const LinkSetId lit = links.lit;
@@ -270,6 +276,9 @@ scene::LightLinks read_shadow(Context& ctx, Prim light) {
             ctx.warn("bad-light-value", color,
                      "shadow:color is negative or not finite, shadows are black");
     }
+    if (!links.has_own_shadows() &&
+        (light_input(light, "shadow:distance").has_authored_value() || color.has_authored_value()))
+        ctx.note_zero(scene::Effect::ShadowControls, light, "shadows of any reach, black");
     return links;
 }
 

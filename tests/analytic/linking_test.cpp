@@ -197,6 +197,23 @@ TEST(ShadowLinking, IsNoMatterOfHowRoughASurfaceIs) {
     }
 }
 
+TEST(ShadowLinking, SwitchedOffBesideOtherLinksLeavesAllTheLight) {
+    // Nothing casts a shadow, yet there are classes: the lamp is still to be met among them
+    for (const LightSampling strategy : strategies) {
+        for (const bool is_mesh : {false, true}) {
+            TestScene test = patch_scene();
+            add_blocker(test, test.add_matte(Rgb(0.5f)));
+            scene::LightLinks& links = is_mesh ? add_lamp(test).links : add_rect(test).links;
+            test.scene.shapes.back().link = 2;
+            links.lit = set_of(test.scene, {1});
+            links.casters = set_of(test.scene, {});
+            const RenderedLayers layers = render_direct(test, strategy, SelectionKind::Tree, 256);
+            expect_close(irradiance(layers.bounce(1, 0)), square_irradiance, 1e-2,
+                         name_of(strategy));
+        }
+    }
+}
+
 TEST(ShadowLinking, CutOutsAndThinWallsAreCountedOnce) {
     for (const LightSampling strategy : strategies) {
         for (const bool is_mesh : {false, true}) {
