@@ -30,6 +30,9 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     how->add_option("--time", a.time, "progressive: stop after this time, e.g. 90s, 10m (exit 3 if --spp was not reached)");
     how->add_option("--target-error", a.target_error, "progressive: stop at this relative standard error, e.g. 1%");
     how->add_option("--max-depth", a.max_depth, "cut paths after this many scatterings, a bias; 0 = only Russian roulette ends paths")->check(CLI::Range(0, 65536));
+    how->add_option("--dicing-rate", a.dicing_rate, "subdivision surfaces are cut into triangles with edges of about this many pixels, 8 times that out of the picture")->check(CLI::Range(0.05, 1e4));
+    how->add_option("--subdivision-level", a.subdivision_level, "instead: every edge of a subdivided mesh is cut into 2^N pieces")->check(CLI::Range(0, 12));
+    how->add_option("--dicing-limit", a.dicing_limit, "million triangles that subdivision surfaces may become; above that all are cut more coarsely, with a warning")->check(CLI::Range(0.001, 2000.0));
     how->add_option("--filter", a.filter, "pixel filter")->check(CLI::IsMember({"box", "triangle", "gaussian", "blackman-harris", "mitchell"}));
     how->add_option("--seed", a.seed, "another seed gives other noise")->check(CLI::NonNegativeNumber);
     how->add_option("--threads", a.threads, "threads; 0 = all cores; the picture does not depend on it")->check(CLI::Range(0, 1024));

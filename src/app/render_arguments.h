@@ -49,6 +49,9 @@ struct RenderArguments {
     std::string caustics = "path";
     std::string sampler = "sobol";
     std::string effects;           ///< all, -name, or several
+    double dicing_rate = 1.0;                ///< pixels
+    std::optional<int> subdivision_level;
+    double dicing_limit = 50;                ///< million triangles
     std::string accel = "bvh";
     std::string bvh_quality = "auto";
     int threads = 0;

@@ -13,8 +13,10 @@
 #include "app/replay.h"
 #include "app/stats.h"
 #include "app/stop_signals.h"
+#include "app/subdivider_choice.h"
 #include "base/atomic_file.h"
 #include "base/hash.h"
+#include "geometry/refinement.h"
 #include "integrator/schedule.h"
 #include "integrator/world.h"
 
@@ -41,6 +43,7 @@ std::string settings_hash(const RenderJob& job, const FrameInput& input, const f
     text += fmt::format("|{}", job.splits);
     for (size_t i = 0; i < scene::effect_count; ++i)
         if (input.plan.entries[i].state == integrator::EffectState::LeftOut) text += fmt::format("|-{}", scene::info(scene::Effect(i)).name);
+    if (geometry::first_subdivided(input.scene)) text += fmt::format("|dicing {} {} {}", job.dicing.rate, job.dicing.level.value_or(-1), job.dicing.most_triangles);
     if (job.accelerator) text += "|" + job.arguments.accel;
     text += fmt::format("|{}|{}|{}", s.pixel_aspect_ratio, fmt::join(s.included_purposes, ","), fmt::join(s.material_binding_purposes, ","));
     const scene::Camera& c = input.scene.camera;
@@ -110,7 +113,7 @@ class FrameRenderer {
           diagnostics_(diagnostics),
           window_(data_window(input.scene.settings, job.arguments.crop)),
           layers_(layers_of(job, input.scene)),
-          world_(input.scene, world_options(job, input), make_light_image_loader(), diagnostics),
+          world_(input.scene, world_options(job, input, diagnostics), make_light_image_loader(), diagnostics),
           caustics_(integrator::make_caustic_sampler(job.caustics, world_)),
           training_(integrator::train_guide(world_, tracer_options(nullptr, nullptr), is_refused() ? integrator::Guiding::Off : job.guiding, &StopSignals::stop_flag())),
           branches_(job.splits && !is_refused() ? integrator::try_branches(world_, tracer_options(guide(), nullptr), traced_window(), &StopSignals::stop_flag()) : integrator::BranchTrial()),
@@ -136,9 +139,11 @@ class FrameRenderer {
         };
         callbacks.snapshot_requested = [] { return StopSignals::take_snapshot_request(); };
         callbacks.stop = &StopSignals::stop_flag();
-        const integrator::RenderResult result = integrator::run_schedule(
+        integrator::RenderResult result = integrator::run_schedule(
             film, schedule(),
             [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer_.trace(x, y, s, out, counts); }, callbacks);
+        result.rays.effects.count[size_t(scene::Effect::Subdivision)] += world_.refinement.meshes;
+        result.rays.effects.count[size_t(scene::Effect::Displacement)] += world_.refinement.displaced;
         finish_progress(film, result);
         report_bad_samples(film, result);
         return finish(film, result);
@@ -153,7 +158,7 @@ class FrameRenderer {
         return double(settings.width) * double(settings.height) * samples * double(1 + 2 * depth);
     }
 
-    static integrator::WorldOptions world_options(const RenderJob& job, const FrameInput& input) {
+    static integrator::WorldOptions world_options(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics) {
         const scene::RenderSettings& settings = input.scene.settings;
         integrator::WorldOptions options;
         options.forced = input.plan.forced();
@@ -163,6 +168,8 @@ class FrameRenderer {
         options.accelerator = job.accelerator;
         options.bvh_quality = job.bvh_quality;
         options.expected_rays = expected_rays(job, settings);
+        options.subdivider = find_subdivider(input.scene, diagnostics);
+        options.dicing = job.dicing;
         options.compensate_mis = job.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
         return options;
     }

@@ -11,6 +11,7 @@
 #include "app/render_arguments.h"
 #include "base/diagnostics.h"
 #include "film/film.h"
+#include "geometry/dicing.h"
 #include "integrator/caustics.h"
 #include "integrator/branch_trial.h"
 #include "integrator/effect_plan.h"
@@ -29,6 +30,7 @@ struct RenderJob {
     film::LayerSet layers;  ///< without groups
     lights::SelectionKind light_selection = lights::SelectionKind::Tree;
     const accel::AcceleratorFactory* accelerator = nullptr;  ///< nullptr = the own BVH
+    geometry::DicingOptions dicing;
     std::optional<accel::BvhQuality> bvh_quality = {};  ///< by default chosen by the expected number of rays
     integrator::Guiding guiding = integrator::Guiding::Auto;
     bool splits = true;  ///< paths divide where trial paths say that it pays

@@ -162,6 +162,9 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     job.schedule.seed = job.tracer.seed = a.seed;
     job.schedule.tile_size = a.tile;
     job.schedule.adaptive = a.adaptive == "on";
+    job.dicing.rate = a.dicing_rate;
+    job.dicing.level = a.subdivision_level;
+    job.dicing.most_triangles = uint64_t(a.dicing_limit * 1e6);
     job.schedule.max_depth = job.tracer.max_depth = a.max_depth;
     const auto filter = sampling::filter_kind(a.filter);
     if (!filter) return usage(fmt::format("--filter: unknown filter \"{}\"", a.filter));

@@ -22,6 +22,14 @@ json make_scene_stats(const FrameInput& input, const integrator::World& world) {
     j["textures"] = input.scene.textures.size();
     j["triangles"] = stats.triangles;
     if (*stats.quality) j["bvh_quality"] = stats.quality;
+    const geometry::RefinementStats& r = world.refinement;
+    if (r.displaced > 0) j["displaced_meshes"] = r.displaced;
+    if (r.meshes + r.polygon_meshes > 0) {
+        json& s = j["subdivision"];
+        s = {{"meshes", r.meshes}, {"polygon_meshes", r.polygon_meshes}, {"faces", r.faces}, {"triangles", r.triangles}, {"bytes", r.bytes}};
+        if (r.level >= 0) s["level"] = r.level;
+        else s["pixels_per_edge"] = r.rate;
+    }
     j["primitives"] = json::object();
     for (const auto& [kind, count] : world.geometry.primitive_counts()) j["primitives"][kind] = count;
     return j;
@@ -119,6 +127,7 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
     j["phases_s"] = {{"open", input.open_s},
                      {"sync", input.translate_s},
                      {"tessellate", world.times.tessellate_s},
+                     {"subdivide", world.refinement.seconds},
                      {"bvh", world.times.accelerator_s},
                      {"lights", world.times.lights_s},
                      {"guiding", training.seconds},

@@ -3,6 +3,7 @@
 
 #include "base/tasks.h"
 #include "geometry/motion.h"
+#include "geometry/shape_list.h"
 
 #include <algorithm>
 #include <cmath>
@@ -37,24 +38,6 @@ bool invert_affine(const Mat4d& m, Mat4d& inverse) {
             -(m[3][0] * inverse[0][j] + m[3][1] * inverse[1][j] + m[3][2] * inverse[2][j]);
     }
     return true;
-}
-
-/// Whether light is sampled from the shape.
-bool is_light(const scene::Scene& scene, const scene::Shape& shape) {
-    if (shape.light != scene::none) return true;
-    return shape.material < scene.materials.size() &&
-           scene::is_emissive(scene.materials[shape.material]);
-}
-
-/// [prototype] whether some instance gives it a material that emits.
-std::vector<bool> made_to_glow(const scene::Scene& scene) {
-    std::vector<bool> glows(scene.prototypes.size());
-    for (const scene::Instance& instance : scene.instances) {
-        const scene::MaterialId material = instance.material_override;
-        if (material < scene.materials.size() && scene::is_emissive(scene.materials[material]))
-            glows[instance.prototype] = true;
-    }
-    return glows;
 }
 
 bool is_quadric(const scene::Shape& shape) {
@@ -92,44 +75,36 @@ Mat4 render_from_prototype(const scene::Instance& instance, float time) {
     return moved(from, later[at.segment], at.f);
 }
 
-GeometrySet::GeometrySet(const scene::Scene& scene, const TessellationOptions& options)
+GeometrySet::GeometrySet(const scene::Scene& scene,
+                         const TessellationOptions& options,
+                         Refinement refined)
     : shapes_(scene.shapes.size()), prototypes_(scene.prototypes.size()) {
-    // One flat list of jobs, so that a scene of one big prototype is as parallel as one of many
-    // shapes
-    struct Job {
-        const scene::Shape* shape;
-        TriangleMesh* mesh;
-        bool is_light;
+    for (size_t i = 0; i < scene.prototypes.size(); ++i)
+        prototypes_[i].resize(scene.prototypes[i].shapes.size());
+    const std::vector<ListedShape> list = list_shapes(scene);
+    const auto mesh_of = [&](const ListedShape& l) -> TriangleMesh& {
+        return l.prototype == scene::none ? shapes_[l.index] : prototypes_[l.prototype][l.index];
     };
-
-    std::vector<Job> jobs;
-    for (size_t i = 0; i < scene.shapes.size(); ++i) {
-        jobs.push_back({&scene.shapes[i], &shapes_[i], is_light(scene, scene.shapes[i])});
-    }
-    const std::vector<bool> glows = made_to_glow(scene);
-    for (size_t i = 0; i < scene.prototypes.size(); ++i) {
-        const std::vector<scene::Shape>& shapes = scene.prototypes[i].shapes;
-        prototypes_[i].resize(shapes.size());
-        for (size_t j = 0; j < shapes.size(); ++j) {
-            const bool emits = glows[i] || is_light(scene, shapes[j]);
-            jobs.push_back({&shapes[j], &prototypes_[i][j], emits});
-        }
-    }
-    parallel_for(jobs.size(), [&](size_t i) {
-        const Job& job = jobs[i];
+    parallel_for(list.size(), [&](size_t i) {
+        const ListedShape& listed = list[i];
         std::optional<TriangleMesh> mesh;
-        const bool may_be_triangles = std::holds_alternative<scene::Mesh>(job.shape->geometry) ||
-                                      std::holds_alternative<scene::Gprim>(job.shape->geometry);
-        if (!may_be_triangles || (!job.is_light && !options.all_quadrics))
-            mesh = make_primitive_mesh(*job.shape);
-        TessellationOptions of_job = options;
-        of_job.stays = options.stays || job.is_light;
-        if (!mesh) mesh = make_triangle_mesh(*job.shape, of_job);
+        if (std::optional<TriangleMeshData>* data = refined.find(listed.prototype, listed.index)) {
+            mesh = make_triangle_mesh(*listed.shape, std::move(**data));
+            data->reset();
+        }
+        const bool may_be_triangles =
+            std::holds_alternative<scene::Mesh>(listed.shape->geometry) ||
+            std::holds_alternative<scene::Gprim>(listed.shape->geometry);
+        if (!mesh && (!may_be_triangles || (!listed.is_light && !options.all_quadrics)))
+            mesh = make_primitive_mesh(*listed.shape);
+        TessellationOptions of_shape = options;
+        of_shape.stays = options.stays || listed.is_light;
+        if (!mesh) mesh = make_triangle_mesh(*listed.shape, of_shape);
         mesh->set_texture_coordinates(default_texture_coordinates(scene, *mesh));
-        *job.mesh = std::move(*mesh);
+        mesh_of(listed) = std::move(*mesh);
     });
-    for (const Job& job : jobs)
-        tessellated_quadrics_ += is_quadric(*job.shape) && !job.mesh->primitives();
+    for (const ListedShape& listed : list)
+        tessellated_quadrics_ += is_quadric(*listed.shape) && !mesh_of(listed).primitives();
     instances_.reserve(scene.instances.size());
     for (const scene::Instance& instance : scene.instances) {
         if (!instance.later_render_from_prototype.empty())

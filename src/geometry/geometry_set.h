@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/math.h"
+#include "geometry/refinement.h"
 #include "geometry/surface_point.h"
 #include "geometry/tessellate.h"
 #include "geometry/triangle_mesh.h"
@@ -43,8 +44,12 @@ class GeometrySet {
     GeometrySet() = default;
     /// Tessellates in parallel; the result does not depend on the number of threads. Quadrics stay
     /// what they are, but for those that are sampled as lights, triangle by triangle, and those
-    /// that are too distorted. Curves and points are never triangles. Lights do not move.
-    explicit GeometrySet(const scene::Scene& scene, const TessellationOptions& options = {});
+    /// that are too distorted. Curves and points are never triangles. Lights do not move. Meshes
+    /// with a subdivision scheme or displacement are what `refined` has for them, else their
+    /// polygons.
+    explicit GeometrySet(const scene::Scene& scene,
+                         const TessellationOptions& options = {},
+                         Refinement refined = {});
 
     /// [shape of Scene::shapes], render space.
     const std::vector<TriangleMesh>& shapes() const { return shapes_; }

@@ -32,9 +32,16 @@ void triangulate(const scene::Mesh& mesh, TriangleMeshData& data) {
     std::vector<Vec3> polygon;
     std::vector<std::array<uint32_t, 3>> pieces;
     bool is_identity = all_triangles;
-    size_t first = 0;
+    size_t first = 0, next_hole = 0;
     for (size_t face = 0; face < mesh.face_vertex_counts.size(); ++face) {
         const size_t count = mesh.face_vertex_counts[face];
+        const auto& holes = mesh.rules.holes;
+        if (next_hole < holes.size() && holes[next_hole] == face) {
+            ++next_hole;
+            first += count;
+            is_identity = false;
+            continue;
+        }
         polygon.clear();
         for (size_t i = 0; i < count; ++i)
             polygon.push_back(mesh.points[mesh.face_vertex_indices[first + i]]);
@@ -69,7 +76,15 @@ void triangulate(const scene::Mesh& mesh, TriangleMeshData& data) {
 
 }  // namespace
 
-TriangleMesh make_triangle_mesh(const scene::Shape& shape, const TessellationOptions& options) {
+TriangleMesh make_triangle_mesh(const scene::Shape& shape, TriangleMeshData data) {
+    if (const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry))
+        data.face_materials = mesh->face_materials;
+    data.material = shape.material;
+    data.flip_normals = shape.flip_normals;
+    return TriangleMesh(std::move(data));
+}
+
+TriangleMeshData make_triangles(const scene::Shape& shape, const TessellationOptions& options) {
     TriangleMeshData data;
     if (const auto* gprim = std::get_if<scene::Gprim>(&shape.geometry)) {
         data = tessellate_gprim(*gprim, std::max(options.segments, 4));
@@ -81,16 +96,17 @@ TriangleMesh make_triangle_mesh(const scene::Shape& shape, const TessellationOpt
             data.later_positions = mesh.later_points;
             data.later_normals = mesh.later_normals;
         }
-        data.face_materials = mesh.face_materials;
         data.normals = mesh.normals;
         data.normal_indices = mesh.normal_indices;
         data.normal_interpolation = mesh.normal_interpolation;
         data.primvars = mesh.primvars;
         triangulate(mesh, data);
     }
-    data.material = shape.material;
-    data.flip_normals = shape.flip_normals;
-    return TriangleMesh(std::move(data));
+    return data;
+}
+
+TriangleMesh make_triangle_mesh(const scene::Shape& shape, const TessellationOptions& options) {
+    return make_triangle_mesh(shape, make_triangles(shape, options));
 }
 
 std::optional<TriangleMesh> make_primitive_mesh(const scene::Shape& shape) {

@@ -26,6 +26,12 @@ struct TessellationOptions {
 /// their numbers. Exact under scaling of the shape by powers of two.
 TriangleMesh make_triangle_mesh(const scene::Shape& shape, const TessellationOptions& options = {});
 
+/// The same before it is a mesh, without material and sides.
+TriangleMeshData make_triangles(const scene::Shape& shape, const TessellationOptions& options = {});
+
+/// Triangles that were made of a mesh elsewhere, as a shape.
+TriangleMesh make_triangle_mesh(const scene::Shape& shape, TriangleMeshData data);
+
 /// A shape that rays meet as the quadric, the curves or the points that it is: without triangles.
 /// Nothing for other shapes and where Quadric::make has none; curves and points of which nothing
 /// can be met have neither.

@@ -183,14 +183,18 @@ bool TriangleMesh::primvar(
 }
 
 size_t TriangleMesh::bytes() const {
-    size_t total = sizeof(*this) + vector_bytes(data_.positions) + vector_bytes(data_.triangles) +
-                   vector_bytes(data_.faces) + vector_bytes(data_.corners) +
-                   vector_bytes(data_.face_materials) + vector_bytes(data_.normals) +
-                   vector_bytes(data_.normal_indices) + vector_bytes(data_.primvars);
-    for (const auto* later : {&data_.later_positions, &data_.later_normals})
+    const size_t primitives = data_.primitives ? data_.primitives->bytes() : 0;
+    return sizeof(*this) + bytes_of(data_) + primitives;
+}
+
+size_t bytes_of(const TriangleMeshData& data) {
+    size_t total = vector_bytes(data.positions) + vector_bytes(data.triangles) +
+                   vector_bytes(data.faces) + vector_bytes(data.corners) +
+                   vector_bytes(data.face_materials) + vector_bytes(data.normals) +
+                   vector_bytes(data.normal_indices) + vector_bytes(data.primvars);
+    for (const auto* later : {&data.later_positions, &data.later_normals})
         for (const std::vector<Vec3>& key : *later) total += vector_bytes(key);
-    if (data_.primitives) total += data_.primitives->bytes();
-    for (const scene::Primvar& primvar : data_.primvars)
+    for (const scene::Primvar& primvar : data.primvars)
         total += vector_bytes(primvar.values) + vector_bytes(primvar.indices);
     return total;
 }

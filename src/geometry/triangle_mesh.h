@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace velatura::geometry {
@@ -38,6 +39,9 @@ struct TriangleMeshData {
                                                      ///< that their outside is the shape's inside
 };
 
+/// Memory that the vectors hold.
+size_t bytes_of(const TriangleMeshData& data);
+
 /// Triangles of one shape, in shape space: what accel builds over and what shading reads. No
 /// triangle has two equal corners unless it moves. A shape of primitives has none; of it this holds
 /// what is the same everywhere. Immutable but for the choice of texture coordinates.
@@ -45,6 +49,9 @@ class TriangleMesh {
   public:
     TriangleMesh() = default;
     explicit TriangleMesh(TriangleMeshData data);
+
+    /// The parts back, as they were taken over.
+    TriangleMeshData release() && { return std::move(data_); }
 
     size_t triangle_count() const { return data_.triangles.size(); }
 

@@ -28,11 +28,36 @@ void find_shapes(EffectFindings& found) {
     });
 }
 
+void find_subdivision(EffectFindings& found) {
+    scene::for_each_shape(found.scene, [&](const scene::Shape& shape) {
+        const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry);
+        if (mesh && mesh->subdivision != scene::SubdivisionScheme::None) found.on(found.prim_of(shape.provenance), "its polygons stand for a limit surface");
+    });
+}
+
+void leave_out_subdivision(scene::Scene& scene) {
+    const auto make_polygons = [](scene::Shape& shape) {
+        if (auto* mesh = std::get_if<scene::Mesh>(&shape.geometry)) mesh->subdivision = scene::SubdivisionScheme::None;
+    };
+    for (scene::Shape& shape : scene.shapes) make_polygons(shape);
+    for (scene::Prototype& prototype : scene.prototypes)
+        for (scene::Shape& shape : prototype.shapes) make_polygons(shape);
+}
+
+void find_displacement(EffectFindings& found) {
+    for (const scene::Material& m : found.scene.materials)
+        if (scene::is_displacing(m)) found.on(m.name, "moves its surfaces");
+}
+
+void leave_out_displacement(scene::Scene& scene) {
+    for (scene::Material& m : scene.materials) m.displacement = scene::Input(0.0f);
+}
+
 constexpr std::array rules = {
     EffectRule{Effect::Instancing, find_instances, nullptr},
     EffectRule{Effect::Quadrics, find_quadrics, nullptr},
-    EffectRule{Effect::Subdivision, nullptr, nullptr},
-    EffectRule{Effect::Displacement, nullptr, nullptr},
+    EffectRule{Effect::Subdivision, find_subdivision, leave_out_subdivision},
+    EffectRule{Effect::Displacement, find_displacement, leave_out_displacement},
     EffectRule{Effect::Curves, find_shapes<scene::Curves>, nullptr},
     EffectRule{Effect::Points, find_shapes<scene::Points>, nullptr},
     EffectRule{Effect::Volumes, nullptr, nullptr},

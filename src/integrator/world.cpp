@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <iterator>
+#include <utility>
 #include <vector>
 
 namespace velatura::integrator {
@@ -35,6 +36,20 @@ std::unique_ptr<accel::Accelerator> make_accelerator(const scene::Scene& scene,
     }
     const accel::BvhQuality quality = options.bvh_quality ? *options.bvh_quality : accel::choose_quality(options.expected_rays, accel::triangle_count(soup));
     return accel::build_bvh(soup, accel::options_of(quality));
+}
+
+geometry::GeometrySet make_geometry(const scene::Scene& scene,
+                                    const shading::MaterialEvaluator& materials,
+                                    const WorldOptions& options,
+                                    geometry::RefinementStats& stats,
+                                    Diagnostics& diagnostics) {
+    const bool is_displaced = std::any_of(scene.materials.begin(), scene.materials.end(), scene::is_displacing);
+    if (!options.subdivider && !is_displaced) return geometry::GeometrySet(scene);
+    const geometry::RefinementTools tools{options.subdivider, is_displaced ? &materials : nullptr};
+    const geometry::DicingView view(scene.camera, options.width, options.height);
+    geometry::Refinement refinement = geometry::refine(scene, tools, options.dicing, view, diagnostics);
+    stats = refinement.stats;
+    return geometry::GeometrySet(scene, {}, std::move(refinement));
 }
 
 /// Surfaces that the camera's surroundings are searched through.
@@ -113,9 +128,9 @@ bool has_multiplier(const Light& l) {
 
 World::World(const scene::Scene& s, const WorldOptions& options, const lights::ImageLoader& load_image, Diagnostics& diagnostics)
     : scene(s),
-      geometry(timed(times.tessellate_s, [&] { return geometry::GeometrySet(s); })),
-      accelerator(timed(times.accelerator_s, [&] { return make_accelerator(s, geometry, options, diagnostics); })),
       materials(s, diagnostics, options.forced),
+      geometry(timed(times.tessellate_s, [&] { return make_geometry(s, materials, options, refinement, diagnostics); })),
+      accelerator(timed(times.accelerator_s, [&] { return make_accelerator(s, geometry, options, diagnostics); })),
       lights(timed(times.lights_s, [&] {
           return lights::LightSet(s, load_image, diagnostics,
                                   {.compensate_mis = options.compensate_mis, .geometry = &geometry, .materials = &materials});

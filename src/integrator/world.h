@@ -11,6 +11,8 @@
 #include "base/diagnostics.h"
 #include "camera/camera_model.h"
 #include "geometry/geometry_set.h"
+#include "geometry/refinement.h"
+#include "geometry/subdivider.h"
 #include "integrator/interior.h"
 #include "lights/light_selector.h"
 #include "lights/light_set.h"
@@ -26,6 +28,8 @@ struct WorldOptions {
     std::optional<accel::BvhQuality> bvh_quality = {};  ///< of the own BVH; by default chosen by expected_rays
     double expected_rays = 0;
     scene::EffectSet forced = {};  ///< effects that run though the scene does not call for them; see is_forceable
+    const geometry::Subdivider* subdivider = nullptr;  ///< nullptr = meshes with a subdivision scheme are their polygons
+    geometry::DicingOptions dicing = {};
     bool compensate_mis = true;  ///< only where light sampling is always combined with BSDF sampling; see LightSetOptions
 };
 
@@ -63,9 +67,10 @@ struct World {
 
     const scene::Scene& scene;
     WorldTimes times;
+    geometry::RefinementStats refinement;
+    shading::MaterialEvaluator materials;
     geometry::GeometrySet geometry;
     std::unique_ptr<accel::Accelerator> accelerator;
-    shading::MaterialEvaluator materials;
     lights::LightSet lights;
     std::unique_ptr<lights::LightSelector> selector;
     camera::CameraModel camera;

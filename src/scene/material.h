@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -60,6 +61,7 @@ struct Material {
     /// false: no specular at all, pure Lambert; what shapes without a material get with their displayColor.
     bool has_specular = true;
     Input normal = Input(Rgb(0.0f, 0.0f, 1.0f));  ///< tangent space, already scaled and biased into [-1, 1]
+    Input displacement = Input(0.0f);  ///< along the normal, scene units
     ProvenanceId provenance = none;
 };
 
@@ -70,7 +72,7 @@ template <class Material, class Visitor>
 void for_each_input(Material& m, Visitor visit) {
     for (auto* input : {&m.diffuse_color, &m.emissive_color, &m.specular_color, &m.metallic, &m.roughness, &m.clearcoat,
                         &m.clearcoat_roughness, &m.opacity, &m.ior, &m.anisotropy, &m.anisotropy_rotation,
-                        &m.diffuse_transmission, &m.transmission_color, &m.normal})
+                        &m.diffuse_transmission, &m.transmission_color, &m.normal, &m.displacement})
         visit(*input);
     if (m.diffuse_transmission_color) visit(*m.diffuse_transmission_color);
 }
@@ -97,6 +99,12 @@ inline bool may_absorb(const Material& m) {
     if (!may_transmit(m) || m.thin_walled || !(m.transmission_depth > 0.0f)) return false;
     const Rgb& c = m.transmission_color.value;
     return c.x < 1.0f || c.y < 1.0f || c.z < 1.0f;
+}
+
+/// Whether surfaces of the material move somewhere.
+inline bool is_displacing(const Material& material) {
+    const Input& d = material.displacement;
+    return d.source != Input::Source::Constant || (d.value.x != 0.0f && std::isfinite(d.value.x));
 }
 
 /// Whether surfaces of the material emit somewhere: they are lights then.

@@ -8,13 +8,12 @@
 #include "base/math.h"
 #include "scene/ids.h"
 #include "scene/linking.h"
+#include "scene/subdivision.h"
 
 namespace velatura::scene {
 
 /// UsdGeomPrimvar interpolation; Vertex and Varying differ only under subdivision.
 enum class Interpolation : uint8_t { Constant, Uniform, Varying, Vertex, FaceVarying };
-
-enum class SubdivisionScheme : uint8_t { None, CatmullClark, Loop, Bilinear };
 
 /// Numbers carried by a mesh. `values` holds rows of `width` floats; row i belongs to element i, or to element e with
 /// indices[e] == i when `indices` is not empty.
@@ -41,7 +40,10 @@ struct Mesh {
     std::vector<uint32_t> normal_indices;      ///< as Primvar::indices
     Interpolation normal_interpolation = Interpolation::Vertex;
     std::vector<Primvar> primvars;             ///< st, displayColor, …
+    /// With a scheme: what to render is the limit surface, and `normals` belong to the polygons that stand for it where
+    /// nothing can make it.
     SubdivisionScheme subdivision = SubdivisionScheme::None;
+    SubdivisionRules rules;
 };
 
 /// Quadrics in their own space, axis Z; `shape_from_gprim` carries axis, transform and everything affine.

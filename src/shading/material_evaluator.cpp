@@ -286,6 +286,11 @@ float MaterialEvaluator::scalar(const Input& input,
     return is_constant(input) ? input.value.x : color(input, point, footprint).x;
 }
 
+float MaterialEvaluator::displacement(const SurfacePoint& point, float footprint) const {
+    const float d = scalar(scene_.materials[point.material].displacement, point, footprint);
+    return std::isfinite(d) ? d : 0.0f;
+}
+
 Rgb MaterialEvaluator::display_color(const SurfacePoint& point) const {
     float out[4] = {fallback_grey, fallback_grey, fallback_grey, 1};
     if (display_color_ != scene::none && geometry::primvar(scene_, point, display_color_, out))

@@ -3,6 +3,7 @@
 
 #include "base/diagnostics.h"
 #include "base/math.h"
+#include "geometry/displacement.h"
 #include "geometry/surface_point.h"
 #include "scene/scene.h"
 #include "shading/bsdf.h"
@@ -17,7 +18,7 @@ namespace velatura::shading {
 /// Every material of a scene, ready to be evaluated at surface points from many threads.
 /// `footprint` is the width of the ray cone where it meets the surface, in render-space units; 0 =
 /// finest texels.
-class MaterialEvaluator {
+class MaterialEvaluator final : public geometry::Displacer {
   public:
     /// Opens the textures: a missing or broken file costs one error naming file and prim, and gives
     /// the fallback value. The scene must outlive this. Of `forced` effects the tests and lookups
@@ -25,7 +26,7 @@ class MaterialEvaluator {
     MaterialEvaluator(const scene::Scene& scene,
                       Diagnostics& diagnostics,
                       scene::EffectSet forced = {});
-    ~MaterialEvaluator();
+    ~MaterialEvaluator() override;
     MaterialEvaluator(const MaterialEvaluator&) = delete;
     MaterialEvaluator& operator=(const MaterialEvaluator&) = delete;
 
@@ -39,6 +40,13 @@ class MaterialEvaluator {
     /// Probability that the surface is there at all, [0, 1]: cut-out by opacityThreshold,
     /// opacityMode "presence" and displayOpacity. Not to be mixed up with transmission.
     float presence(const geometry::SurfacePoint& point, float footprint) const;
+
+    bool displaces(scene::MaterialId material) const override {
+        return material < scene_.materials.size() &&
+               scene::is_displacing(scene_.materials[material]);
+    }
+
+    float displacement(const geometry::SurfacePoint& point, float footprint) const override;
 
     /// False: presence() is 1 everywhere on the material. `none` = the displayColor material.
     bool material_has_presence(scene::MaterialId material) const {

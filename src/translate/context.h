@@ -71,6 +71,7 @@ struct MaterialEntry {
     std::vector<std::string> needed;  ///< those of `primvars` that have no authored fallback
     std::string name;                 ///< prim path
     bool is_emissive = false;
+    bool is_displacing = false;
     bool needs_tangents = false;  ///< by texture coordinates of the mesh, whatever their name
 };
 
@@ -112,9 +113,6 @@ struct Context {
     std::unordered_map<std::string, std::unique_ptr<Placeable>> placeables;
     std::unordered_map<std::string, scene::GroupId> light_groups;
     std::unordered_map<std::string, usd::stage::SkeletonPose> skeleton_poses;
-    std::unordered_map<std::string, size_t> subdivided;  ///< scheme → meshes
-    std::string first_subdivided;
-    SourceLoc first_subdivided_loc;
     bool has_emissive_material = false;
     bool has_light_prim = false;  ///< a light was met, whether it shines or not
     bool instance_cap_hit = false;

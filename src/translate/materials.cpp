@@ -31,13 +31,6 @@ constexpr std::array own_inputs = {
     "velatura:transmissionColor",   "velatura:transmissionDepth"};
 
 void warn_shader_features(Context& ctx, Prim shader) {
-    const Attribute displacement = shader.attribute("inputs:displacement");
-    if (displacement.has_authored_connections() ||
-        read_number(displacement, 0.0, ctx.time) != 0.0) {
-        ctx.note_not_simulated(scene::Effect::Displacement, shader, "inputs:displacement");
-        ctx.warn("unsupported-displacement", displacement,
-                 "displacement is not supported, the surface stays where it is");
-    }
     const Attribute occlusion = shader.attribute("inputs:occlusion");
     if (occlusion.has_authored_connections())
         ctx.note("ignored-occlusion", shader, "occlusion is computed, not read");
@@ -175,21 +168,42 @@ Prim surface_shader(Context& ctx, Prim material) {
     return Prim();
 }
 
+/// How far the material moves its surfaces: the input of the UsdPreviewSurface that its
+/// displacement output leads to, often the one of the surface. `surface`: that one.
+scene::Input read_displacement(Context& ctx, Prim material, Prim surface, MaterialEntry& entry) {
+    const Attribute output = material.attribute("outputs:displacement");
+    const Attribute unused = surface.attribute("inputs:displacement");
+    const bool is_authored =
+        unused.has_authored_connections() || read_number(unused, 0.0, ctx.time) != 0.0;
+    if (!output.has_authored_connections()) {
+        if (is_authored)
+            ctx.warn("unconnected-displacement", unused,
+                     "no outputs:displacement of the material leads here, the surface stays where "
+                     "it is");
+        return scene::Input(0.0f);
+    }
+    const Prim shader = shader_source(ctx, output).shader;
+    const std::string id = shader ? read_text(shader.attribute("info:id"), "", ctx.time) : "";
+    if (id != "UsdPreviewSurface") {
+        ctx.warn("unsupported-material-output", output,
+                 fmt::format("outputs:displacement leads to {}, expected a UsdPreviewSurface; the "
+                             "surface stays where it is",
+                             id.empty() ? "no shader" : id));
+        return scene::Input(0.0f);
+    }
+    InputReader reader{ctx, shader, entry};
+    return reader.number("displacement", 0.0f);
+}
+
 const MaterialEntry& material_entry(Context& ctx, Prim material) {
     const auto [it, is_new] = ctx.materials.try_emplace(material.path_string());
     MaterialEntry& entry = it->second;
     if (!is_new) return entry;
     entry.name = material.path_string();
-    for (const char* name : {"outputs:displacement", "outputs:volume"}) {
-        const Attribute output = material.attribute(name);
-        if (!output.has_authored_connections()) continue;
-        // A UsdPreviewSurface answers for its displacement itself, where it is not zero
-        const Prim source = shader_source(ctx, output).shader;
-        if (source && read_text(source.attribute("info:id"), "", ctx.time) == "UsdPreviewSurface")
-            continue;
-        ctx.warn("unsupported-material-output", output,
-                 fmt::format("{} is not supported and is left out", name));
-    }
+    if (const Attribute volume = material.attribute("outputs:volume");
+        volume.has_authored_connections())
+        ctx.warn("unsupported-material-output", volume,
+                 "outputs:volume is not supported and is left out");
     const Prim shader = surface_shader(ctx, material);
     if (!shader) return entry;
     const std::string id = read_text(shader.attribute("info:id"), "", ctx.time);
@@ -201,6 +215,8 @@ const MaterialEntry& material_entry(Context& ctx, Prim material) {
         return entry;
     }
     scene::Material out = read_preview_surface(ctx, shader, entry);
+    out.displacement = read_displacement(ctx, material, shader, entry);
+    entry.is_displacing = scene::is_displacing(out);
     out.name = entry.name;
     out.provenance = ctx.provenance(material);
     entry.id = scene::MaterialId(ctx.scene.materials.size());

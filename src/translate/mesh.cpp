@@ -4,6 +4,7 @@
 #include "translate/motion.h"
 #include "translate/parts.h"
 #include "translate/pose.h"
+#include "translate/subdivision.h"
 #include "translate/values.h"
 #include "usd/stage/material_binding.h"
 #include "usd/stage/primvars.h"
@@ -63,18 +64,6 @@ FaceTable read_faces(Context& ctx, Prim prim, const std::vector<Vec3d>& points) 
         ctx.warn("bad-topology", prim.attribute("faceVertexIndices"),
                  fmt::format("{} faceVertexIndices belong to no face", indices.size() - first));
     return table;
-}
-
-void drop_holes(Context& ctx, Prim prim, FaceTable& table) {
-    const Attribute attribute = prim.attribute("holeIndices");
-    for (const int64_t face : read_ints(attribute.value(ctx.time))) {
-        if (face < 0 || size_t(face) >= table.faces.size()) {
-            ctx.warn("bad-topology", attribute,
-                     fmt::format("hole index {} is no face of {}", face, table.faces.size()));
-            continue;
-        }
-        table.faces[size_t(face)].is_kept = false;
-    }
 }
 
 /// Materials by face; also lists every entry that some face uses.
@@ -140,29 +129,20 @@ void note_face_subsets(Context& ctx,
     }
 }
 
-scene::SubdivisionScheme read_scheme(Context& ctx, Prim prim) {
-    const std::string name =
-        read_text(prim.attribute("subdivisionScheme"), "catmullClark", ctx.time);
-    if (name == "none") return scene::SubdivisionScheme::None;
-    if (ctx.subdivided.empty()) {
-        ctx.first_subdivided = prim.path_string();
-        ctx.first_subdivided_loc = prim.attribute("subdivisionScheme").is_authored()
-                                       ? prim.attribute("subdivisionScheme").loc()
-                                       : prim.loc();
-    }
-    ++ctx.subdivided[name];
-    if (name == "loop") return scene::SubdivisionScheme::Loop;
-    if (name == "bilinear") return scene::SubdivisionScheme::Bilinear;
-    return scene::SubdivisionScheme::CatmullClark;
-}
-
 }  // namespace
 
 std::optional<scene::Shape> read_mesh(
     Context& ctx, Prim prim, const Placeable& holder, const Mat4d& matrix, const Pose* pose) {
     const std::vector<Vec3d> points = read_points(ctx, prim, pose);
     FaceTable table = read_faces(ctx, prim, points);
-    drop_holes(ctx, prim, table);
+    scene::Mesh mesh;
+    mesh.subdivision = read_scheme(ctx, prim);
+    if (mesh.subdivision != scene::SubdivisionScheme::None) {
+        mesh.rules = read_subdivision_rules(ctx, prim, table, points.size());
+    } else {
+        for (const size_t face : read_holes(ctx, prim, table.faces.size()))
+            table.faces[face].is_kept = false;
+    }
     if (table.kept_count() == 0) {
         ctx.warn("empty-mesh", prim, "mesh has no face to render");
         return std::nullopt;
@@ -170,7 +150,6 @@ std::optional<scene::Shape> read_mesh(
     const ElementCounts counts{table.faces.size(), points.size(), table.indices.size()};
 
     scene::Shape shape;
-    scene::Mesh mesh;
     const MaterialEntry& whole = bound_material(ctx, prim);
     std::vector<const MaterialEntry*> used;
     mesh.face_materials = read_face_materials(ctx, prim, counts.faces, whole, used);
@@ -178,7 +157,6 @@ std::optional<scene::Shape> read_mesh(
     mesh.primvars = read_primvars(ctx, prim, counts, used);
     const bool is_left_handed =
         read_text(prim.attribute("orientation"), "rightHanded", ctx.time) == "leftHanded";
-    mesh.subdivision = read_scheme(ctx, prim);
     if (!set_surface(ctx, prim, table, points, matrix, pose, mesh)) return std::nullopt;
     const bool is_light =
         is_geometry_light(prim) ||

@@ -34,9 +34,6 @@ Context make_context(const usd::stage::Stage& stage,
                 .placeables = {},
                 .light_groups = {},
                 .skeleton_poses = {},
-                .subdivided = {},
-                .first_subdivided = {},
-                .first_subdivided_loc = {},
                 .mesh_light_prims = {},
                 .known_link_places = {},
                 .place_of_instance = {},
@@ -55,23 +52,6 @@ void translate_content(Context& ctx) {
     content.origin = ctx.origin;
     for (const Prim child : ctx.stage.pseudo_root().children()) walk(ctx, child, Mat4d(), content);
     place_all(ctx, content);
-}
-
-void warn_subdivided(Context& ctx) {
-    if (ctx.subdivided.empty()) return;
-    std::vector<std::pair<std::string, size_t>> schemes(ctx.subdivided.begin(),
-                                                        ctx.subdivided.end());
-    std::sort(schemes.begin(), schemes.end());
-    std::string text;
-    scene::note_effect(ctx.scene.effect_notes, scene::Effect::Subdivision,
-                       scene::EffectNote::Kind::NotSimulated, ctx.first_subdivided,
-                       schemes.front().first);
-    for (const auto& [name, count] : schemes)
-        text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, name);
-    ctx.diagnostics.warn("unsupported-subdivision", ctx.first_subdivided_loc, ctx.first_subdivided,
-                         fmt::format("subdivision is not supported, meshes are rendered as their "
-                                     "polygons (by scheme: {}; the first is named here)",
-                                     text));
 }
 
 Box3d transformed(const Box3d& box, const Mat4d& m) {
@@ -239,7 +219,6 @@ Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,
     ctx.origin = ctx.scene.camera.world_position;
     translate_content(ctx);
     link_all(ctx);
-    warn_subdivided(ctx);
     if (ctx.scene.lights.empty() && !ctx.has_emissive_material && !holds_light(ctx))
         add_default_dome(ctx);
     finish_light_groups(ctx);

@@ -180,19 +180,106 @@ def Mesh "M" {
     EXPECT_GE(t.count("bad-topology"), 1u);
 }
 
-TEST(Mesh, SubdivisionIsRecordedAndWarnedAboutOnce) {
+/// Two quads side by side.
+static std::string two_quads(const std::string& extra) {
+    return R"(def Mesh "M" {
+    point3f[] points = [(0,0,0),(1,0,0),(1,1,0),(0,1,0),(2,0,0),(2,1,0)]
+    int[] faceVertexCounts = [4, 4]
+    int[] faceVertexIndices = [0,1,2,3, 1,4,5,2]
+)" + extra + "\n}\n";
+}
+
+TEST(Mesh, SubdivisionIsTheFallback) {
     Translated t;
-    const std::string body = R"({
-    point3f[] points = [(0,0,0),(1,0,0),(1,1,0),(0,1,0)]
-    int[] faceVertexCounts = [4]
-    int[] faceVertexIndices = [0,1,2,3]
-})";
-    translate_text(camera() + "def Mesh \"A\" " + body + "\ndef Mesh \"B\" " + body + "\n", t);
-    EXPECT_EQ(t.count("unsupported-subdivision"), 1u);
+    translate_text(camera() + two_quads(""), t);
+    EXPECT_EQ(t.diagnostics.warning_count(), t.count("no-lights"));
     EXPECT_EQ(t.mesh(0).subdivision, scene::SubdivisionScheme::CatmullClark);
-    // Smooth shading stands for the limit surface: all normals of a flat quad are its own
-    ASSERT_EQ(t.mesh(0).normals.size(), 4u);
+    const scene::SubdivisionRules& rules = t.mesh(0).rules;
+    EXPECT_EQ(rules.boundary, scene::BoundaryInterpolation::EdgeAndCorner);
+    EXPECT_EQ(rules.face_varying, scene::FaceVaryingInterpolation::CornersPlus1);
+    EXPECT_EQ(rules.triangles, scene::TriangleRule::CatmullClark);
+    // The polygons that may stand for the surface are smooth: all normals of a flat pair are its own
+    ASSERT_EQ(t.mesh(0).normals.size(), 6u);
     for (const Vec3& n : t.mesh(0).normals) EXPECT_EQ(n, Vec3(0, 0, 1));
+}
+
+TEST(Mesh, SubdivisionRulesAreRead) {
+    Translated t;
+    translate_text(camera() + two_quads(R"(
+    uniform token subdivisionScheme = "loop"
+    token interpolateBoundary = "edgeOnly"
+    token faceVaryingLinearInterpolation = "boundaries"
+    token triangleSubdivisionRule = "smooth"
+    int[] creaseIndices = [1, 2, 3, 4, 5]
+    int[] creaseLengths = [3, 2]
+    float[] creaseSharpnesses = [2, 4.5]
+    int[] cornerIndices = [0, 3]
+    float[] cornerSharpnesses = [10, 1]
+    int[] holeIndices = [1])"),
+                   t);
+    EXPECT_EQ(t.mesh(0).subdivision, scene::SubdivisionScheme::Loop);
+    const scene::SubdivisionRules& rules = t.mesh(0).rules;
+    EXPECT_EQ(rules.boundary, scene::BoundaryInterpolation::EdgeOnly);
+    EXPECT_EQ(rules.face_varying, scene::FaceVaryingInterpolation::Boundaries);
+    EXPECT_EQ(rules.triangles, scene::TriangleRule::Smooth);
+    using Pairs = std::vector<std::array<uint32_t, 2>>;
+    EXPECT_EQ(rules.creases, (Pairs{{1, 2}, {2, 3}, {4, 5}}));
+    EXPECT_EQ(rules.crease_sharpnesses, (std::vector<float>{2, 2, 4.5f}));
+    EXPECT_EQ(rules.corners, (std::vector<uint32_t>{0, 3}));
+    EXPECT_EQ(rules.corner_sharpnesses, (std::vector<float>{10, 1}));
+    // Holes shape the surface: the face is kept
+    EXPECT_EQ(rules.holes, std::vector<uint32_t>{1});
+    EXPECT_EQ(t.mesh(0).face_vertex_counts.size(), 2u);
+    EXPECT_EQ(t.count("bad-subdivision"), 0u);
+}
+
+TEST(Mesh, SubdivisionRulesThatNameNothingCostThemselvesOnly) {
+    Translated t;
+    translate_text(camera() + two_quads(R"(
+    token interpolateBoundary = "sideways"
+    int[] creaseIndices = [1, 2, 0, 5, 77, -1]
+    int[] creaseLengths = [2, 2, 2]
+    float[] creaseSharpnesses = [3, nan, 5]
+    int[] cornerIndices = [0, 99]
+    float[] cornerSharpnesses = [3, 3]
+    int[] holeIndices = [5])"),
+                   t);
+    const scene::SubdivisionRules& rules = t.mesh(0).rules;
+    EXPECT_EQ(rules.boundary, scene::BoundaryInterpolation::EdgeAndCorner);
+    EXPECT_EQ(rules.creases.size(), 1u);
+    EXPECT_EQ(rules.corners, std::vector<uint32_t>{0});
+    EXPECT_TRUE(rules.holes.empty());
+    EXPECT_EQ(t.count("bad-subdivision"), 3u);
+    EXPECT_EQ(t.count("bad-topology"), 1u);
+}
+
+TEST(Mesh, CreasesOfWrongCountsAreLeftOut) {
+    for (const char* counts : {"[2, 3]", "[9]", "[-2]", "[1, 1]", "[]"}) {
+        Translated t;
+        translate_text(camera() + two_quads(std::string("int[] creaseIndices = [1, 2]\n"
+                                                   "float[] creaseSharpnesses = [1]\n"
+                                                   "int[] cornerIndices = [1]\n"
+                                                   "int[] creaseLengths = ") +
+                                       counts),
+                       t);
+        EXPECT_TRUE(t.mesh(0).rules.creases.empty()) << counts;
+        EXPECT_TRUE(t.mesh(0).rules.corners.empty());
+        EXPECT_EQ(t.count("bad-subdivision"), 2u) << counts;
+    }
+}
+
+TEST(Mesh, HolesGoByTheFacesThatAreLeft) {
+    Translated t;
+    translate_text(camera() + R"(def Mesh "M" {
+    point3f[] points = [(0,0,0),(1,0,0),(1,1,0),(0,1,0),(2,0,0),(2,1,0)]
+    int[] faceVertexCounts = [2, 4, 4]
+    int[] faceVertexIndices = [0,1, 0,1,2,3, 1,4,5,2]
+    int[] holeIndices = [2, 0]
+}
+)",
+                   t);
+    EXPECT_EQ(t.mesh(0).face_vertex_counts.size(), 2u);
+    EXPECT_EQ(t.mesh(0).rules.holes, std::vector<uint32_t>{1});
 }
 
 TEST(Transforms, FlatSheetsLiveAndLinesDie) {

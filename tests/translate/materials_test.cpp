@@ -50,7 +50,8 @@ TEST(Materials, ConstantsAndFallbacks) {
     EXPECT_EQ(m.ior.value.x, 1.5f);
     EXPECT_EQ(m.clearcoat_roughness.value.x, 0.01f);
     EXPECT_EQ(m.specular_color.value, Rgb(0.0f));
-    EXPECT_EQ(t.count("unsupported-displacement"), 1u);
+    EXPECT_EQ(t.count("unconnected-displacement"), 1u);
+    EXPECT_FALSE(scene::is_displacing(m));
     EXPECT_EQ(t.count("unknown-shader-input"), 1u);
 }
 

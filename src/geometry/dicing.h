@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/math.h"
+#include "geometry/subdivider.h"
+#include "scene/camera.h"
+#include "scene/mesh.h"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace velatura::geometry {
+
+/// How finely limit surfaces are cut.
+struct DicingOptions {
+    double rate = 1.0;              ///< pixels that the edge of a triangle in the picture may cover
+    std::optional<int> level = {};  ///< instead: every edge into 2^level pieces
+    /// All surfaces together; above that the whole scene is cut more coarsely.
+    uint64_t most_triangles = 50'000'000;
+};
+
+/// How large things are in the picture. Points and boxes in render space.
+class DicingView {
+  public:
+    /// Size of the whole picture in pixels.
+    DicingView(const scene::Camera& camera, int width, int height);
+
+    /// Pixels per unit of length at p, however the length lies: what is seen from the side now may
+    /// be an outline. Infinite at the camera.
+    double density(const Vec3d& p) const;
+
+    /// Whether any of the box may lie in the picture, or in a margin of 5 % around it. May say so
+    /// of a box that does not.
+    bool may_show(const Box3d& box) const;
+
+  private:
+    Mat4d camera_from_render_;
+    bool is_perspective_;
+    double pixels_per_unit_;  ///< at distance 1, for perspective
+    double left_, right_, bottom_, top_;
+};
+
+/// Edges that no picture shows directly are this many times as long.
+inline constexpr double unseen_factor = 8.0;
+
+/// So are those of surfaces that light is sampled from, triangle by triangle.
+inline constexpr double light_factor = 4.0;
+
+/// Pieces of one edge at most.
+inline constexpr uint32_t most_pieces = 4096;
+
+/// [edge] how many pieces edges get, so that none covers more than `rate` pixels. A function of the
+/// edge and of what lies beside it, thus the same for both faces of it. render_from_shape: where
+/// the surface stands for the picture.
+std::vector<uint32_t> edge_rates(const scene::Mesh& mesh,
+                                 const LimitSurface& surface,
+                                 const DicingView& view,
+                                 const Mat4d& render_from_shape,
+                                 double rate);
+
+/// About how many triangles LimitSurface::dice makes of these rates.
+uint64_t estimated_triangles(const scene::Mesh& mesh,
+                             const LimitSurface& surface,
+                             std::span<const uint32_t> rates);
+
+}  // namespace velatura::geometry
