@@ -3,6 +3,7 @@
 
 #include "translate/mesh_surface.h"
 #include "translate/pose.h"
+#include "translate/shader_inputs.h"
 #include "translate/strands.h"
 #include "translate/values.h"
 
@@ -195,6 +196,7 @@ std::optional<scene::Shape> read_curves(Context& ctx,
     find_faults(curves.points, *widths, table);
     tell_faults(ctx, prim, table);
     const MaterialEntry& material = bound_material(ctx, prim);
+    warn_if_displaced(ctx, prim, material);
     curves.primvars = read_primvars(ctx, prim, counts, {&material});
     for (scene::Primvar& primvar : curves.primvars) compact(table, primvar);
     std::vector<Vec3> kept_points;

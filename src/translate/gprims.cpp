@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/parts.h"
+#include "translate/shader_inputs.h"
 #include "translate/values.h"
 
 #include <fmt/format.h>
@@ -92,10 +93,7 @@ std::optional<scene::Shape> read_gprim(Context& ctx, Prim prim, const Mat4d& mat
     scene::Shape shape;
     const MaterialEntry& material = bound_material(ctx, prim);
     shape.material = material.id;
-    if (material.is_displacing)
-        ctx.warn("unsupported-displacement", prim,
-                 fmt::format("<{}> moves surfaces of meshes only: this {} stays where it is",
-                             material.name, prim.type_name().str()));
+    warn_if_displaced(ctx, prim, material);
     const ElementCounts counts{1, 1, 1};
     for (scene::Primvar& primvar : read_primvars(ctx, prim, counts, {&material})) {
         // One value means the same in every interpolation

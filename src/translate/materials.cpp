@@ -231,6 +231,13 @@ bool has_binding(Context& ctx, Prim prim) {
     return usd::stage::resolve_material(prim, ctx.material_purpose).is_bound();
 }
 
+void warn_if_displaced(Context& ctx, Prim prim, const MaterialEntry& material) {
+    if (!material.is_displacing) return;
+    ctx.warn("unsupported-displacement", prim,
+             fmt::format("<{}> moves surfaces of meshes only: this {} stays where it is",
+                         material.name, prim.type_name().str()));
+}
+
 const MaterialEntry& bound_material(Context& ctx, Prim prim) {
     const auto binding = usd::stage::resolve_material(prim, ctx.material_purpose);
     // The stage has warned about a binding that names no Material; it still wins

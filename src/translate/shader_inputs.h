@@ -46,4 +46,7 @@ bool has_fallback(Prim reader);
 /// Name that a UsdPrimvarReader reads; empty with a warning when it has none.
 std::string primvar_name(Context& ctx, Prim reader);
 
+/// Names a prim that its material would displace if it were a mesh.
+void warn_if_displaced(Context& ctx, Prim prim, const MaterialEntry& material);
+
 }  // namespace velatura::translate

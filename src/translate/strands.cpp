@@ -3,6 +3,7 @@
 
 #include "translate/mesh_surface.h"
 #include "translate/pose.h"
+#include "translate/shader_inputs.h"
 #include "translate/values.h"
 #include "usd/stage/primvars.h"
 
@@ -149,6 +150,7 @@ std::optional<scene::Shape> read_point_cloud(Context& ctx,
 
     scene::Points cloud;
     const MaterialEntry& material = bound_material(ctx, prim);
+    warn_if_displaced(ctx, prim, material);
     cloud.primvars = read_primvars(ctx, prim, counts, {&material});
     cloud.shape_from_points = placement->shape_from_stored;
     size_t bad = 0;
