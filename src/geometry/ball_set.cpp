@@ -90,12 +90,8 @@ PrimitiveSurface BallSet::surface(uint32_t index,
     return surface;
 }
 
-bool BallSet::tangents(uint32_t index,
-                       uint32_t,
-                       const Vec3d& p,
-                       const PrimitiveHit&,
-                       Vec3d& dpdu,
-                       Vec3d& dpdv) const {
+bool BallSet::tangents(
+    uint32_t index, uint32_t, const Vec3d& p, const PrimitiveHit&, Vec3d& dpdu, Vec3d& dpdv) const {
     const Vec3d q = p - Vec3d(balls_[index].center);
     dpdu = Vec3d(-q.y, q.x, 0.0);
     dpdv = q.cross(dpdu);

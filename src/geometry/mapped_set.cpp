@@ -48,8 +48,8 @@ std::shared_ptr<const PrimitiveSet> MappedSet::make(std::shared_ptr<const Primit
     set->origin_ = {outer_from_inner[3][0], outer_from_inner[3][1], outer_from_inner[3][2]};
     set->reach_ = absolute(set->forward_);
     set->round_trip_ = absolute(set->backward_) * set->reach_;
-    set->condition_ = 3.0 * std::max(1.0, 3.0 * largest_entry(set->forward_) *
-                                              largest_entry(set->backward_));
+    set->condition_ =
+        3.0 * std::max(1.0, 3.0 * largest_entry(set->forward_) * largest_entry(set->backward_));
     if (!(set->condition_ <= largest_distortion)) return nullptr;
     set->inner_ = std::move(inner);
     return set;
@@ -83,10 +83,9 @@ PrimitiveSurface MappedSet::surface(uint32_t index,
     PrimitiveSurface surface =
         inner_->surface(index, (o - origin_) * backward_, d * backward_, hit);
     const Vec3d from_origin = surface.p * forward_;
-    surface.error = surface.error * reach_ +
-                    (absolute(surface.p) * reach_ + absolute(origin_) +
-                     absolute(from_origin) * round_trip_) *
-                        double_error;
+    surface.error = surface.error * reach_ + (absolute(surface.p) * reach_ + absolute(origin_) +
+                                              absolute(from_origin) * round_trip_) *
+                                                 double_error;
     surface.p = origin_ + from_origin;
     // Covectors: the same number for what was carried over
     const Mat3d covector = backward_.transposed();

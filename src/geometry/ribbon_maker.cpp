@@ -128,7 +128,7 @@ Vec3d RibbonShape::half(uint32_t segment, double u) const {
     // A normal along the curve says nothing
     if (side == Vec3d(0.0))
         side = unit_or_zero(along.cross(std::abs(along.x) < 0.6 * along.length() ? Vec3d(1, 0, 0)
-                                                                                : Vec3d(0, 1, 0)));
+                                                                                 : Vec3d(0, 1, 0)));
     return side * (0.5 * width(segment, u));
 }
 

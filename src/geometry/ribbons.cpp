@@ -144,8 +144,7 @@ int Ribbons::meet(const Edges& edges, const Vec3d& o, const Vec3d& d, Meeting ou
         const double square = side.dot(side);
         const double across = square > 0.0 ? -left.dot(side) / square : -1.0;
         if (!(across >= 0.0 && across <= 1.0)) continue;
-        const Vec3d p =
-            mixed(bezier_point(edges.left, u), bezier_point(edges.right, u), across);
+        const Vec3d p = mixed(bezier_point(edges.left, u), bezier_point(edges.right, u), across);
         out[count++] = {(p - o).dot(along) / length, u, across};
     }
     return count;
@@ -208,9 +207,10 @@ PrimitiveSurface Ribbons::surface(uint32_t index,
     Meeting meetings[6];
     const int count = meet(e, o, d, meetings);
     // A line that misses by rounding: the place as it was found
-    Meeting place{hit.t,
-                  std::clamp((double(hit.u) - piece.begin()) / (piece.end() - piece.begin()), 0.0, 1.0),
-                  double(hit.v)};
+    Meeting place{
+        hit.t,
+        std::clamp((double(hit.u) - piece.begin()) / (piece.end() - piece.begin()), 0.0, 1.0),
+        double(hit.v)};
     for (int i = 0; i < count; ++i) {
         const bool is_nearer = std::abs(meetings[i].t - hit.t) < std::abs(place.t - hit.t);
         if (i == 0 || is_nearer) place = meetings[i];
@@ -220,8 +220,7 @@ PrimitiveSurface Ribbons::surface(uint32_t index,
     surface.p = mixed(bezier_point(e.left, u), bezier_point(e.right, u), w);
     const double size = (e.left[3] - e.left[0]).length() + (e.right[0] - e.left[0]).length() +
                         (e.right[3] - e.left[3]).length();
-    surface.error =
-        (absolute(surface.p) + Vec3d(size)) * (16.0 * 0x1p-53) + Vec3d(0x1p-46 * size);
+    surface.error = (absolute(surface.p) + Vec3d(size)) * (16.0 * 0x1p-53) + Vec3d(0x1p-46 * size);
 
     // The normal is that of the ruled surface, n = side × along
     const auto both = [&](auto derivative) {
@@ -245,8 +244,7 @@ PrimitiveSurface Ribbons::surface(uint32_t index,
     const Vec3d by_w = (side * along.dot(along) - along * along.dot(side)) * (1.0 / square);
     const Vec3d n_u = twist.cross(along) + side.cross(bend), n_w = side.cross(twist);
     for (int i = 0; i < 3; ++i)
-        for (int k = 0; k < 3; ++k)
-            surface.normal_by_p[i][k] = by_u[i] * n_u[k] + by_w[i] * n_w[k];
+        for (int k = 0; k < 3; ++k) surface.normal_by_p[i][k] = by_u[i] * n_u[k] + by_w[i] * n_w[k];
     return surface;
 }
 
@@ -282,8 +280,7 @@ double Ribbons::area(uint32_t index) const {
     double area = 0;
     for (int i = 0; i < steps; ++i) {
         const double u = (i + 0.5) / steps;
-        const Vec3d along =
-            mixed(bezier_derivative(e.left, u), bezier_derivative(e.right, u), 0.5);
+        const Vec3d along = mixed(bezier_derivative(e.left, u), bezier_derivative(e.right, u), 0.5);
         area += along.cross(bezier_point(e.right, u) - bezier_point(e.left, u)).length() / steps;
     }
     return area;

@@ -13,8 +13,8 @@
 namespace velatura::geometry {
 
 /// Flat curves that face given normals n: from side to side they run along c' × n. A primitive is a
-/// *piece* of a segment, ruled between two cubic edges. A ray meets it where it is in one plane with
-/// both edges: at roots of a polynomial of degree 6, isolated by the changes of sign of its
+/// *piece* of a segment, ruled between two cubic edges. A ray meets it where it is in one plane
+/// with both edges: at roots of a polynomial of degree 6, isolated by the changes of sign of its
 /// Bernstein coefficients. Its values at joints are the same to the bit for the pieces at both
 /// sides, so nothing passes between them.
 ///

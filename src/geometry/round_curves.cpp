@@ -56,8 +56,7 @@ bool is_straight(const Sweep& s) {
     straighten(straight);
     double most = 0;
     for (int i = 1; i < 3; ++i)
-        most = std::max(most,
-                        (s.p[i] - straight.p[i]).length() + std::abs(s.r[i] - straight.r[i]));
+        most = std::max(most, (s.p[i] - straight.p[i]).length() + std::abs(s.r[i] - straight.r[i]));
     return most <= straightness * thickest(s);
 }
 
@@ -138,7 +137,8 @@ void RoundCurves::set_controls(const scene::Curves& curves) {
                 const PrimvarRows rows =
                     rows_.rows(segment, curves.width_interpolation, float(k) / 3.0f);
                 r[k] = 0.5 * width(rows.row[0]);
-                if (rows.count == 2) r[k] = 0.5 * mixed(width(rows.row[0]), width(rows.row[1]), k / 3.0);
+                if (rows.count == 2)
+                    r[k] = 0.5 * mixed(width(rows.row[0]), width(rows.row[1]), k / 3.0);
             }
             first_control_.push_back(uint32_t(controls_.size() - (i > 0)));
             const bool closes = rows_.is_periodic() && i + 1 == rows_.segment_count(curve);
@@ -172,8 +172,8 @@ Sweep RoundCurves::sweep_of(const Piece& piece) const {
 void RoundCurves::divide(uint32_t segment, uint32_t part, uint32_t level) {
     Piece piece{segment, part, level, 0, 0, 0, {}};
     const Sweep sweep = sweep_of(piece);
-    const bool is_point = sweep.p[0] == sweep.p[1] && sweep.p[1] == sweep.p[2] &&
-                          sweep.p[2] == sweep.p[3];
+    const bool is_point =
+        sweep.p[0] == sweep.p[1] && sweep.p[1] == sweep.p[2] && sweep.p[2] == sweep.p[3];
     if (is_point || !(thickest(sweep) > 0)) return;
     bool is_whole = is_regular(sweep);
     if (!is_whole && (is_straight(sweep) || level == most_levels)) {
@@ -218,8 +218,8 @@ PrimitiveBounds RoundCurves::bounds(uint32_t index) const {
     const Vec3d size = bounds.box.size();
     const double most = std::max(size.x, std::max(size.y, size.z));
     for (int k = 0; k < 3; ++k) {
-        const double pad =
-            0x1p-44 * most + 0x1p-50 * std::max(std::abs(bounds.box.min[k]), std::abs(bounds.box.max[k]));
+        const double pad = 0x1p-44 * most + 0x1p-50 * std::max(std::abs(bounds.box.min[k]),
+                                                               std::abs(bounds.box.max[k]));
         bounds.box.min[k] -= pad;
         bounds.box.max[k] += pad;
     }
@@ -286,7 +286,8 @@ PrimitiveSurface RoundCurves::surface(uint32_t index,
     SweepCrossing place;
     if (count == 0) {
         // A line that misses by rounding grazes: the nearest place on the ball that was met
-        place.u = std::clamp((double(hit.u) - piece.begin()) / (piece.end() - piece.begin()), 0.0, 1.0);
+        place.u =
+            std::clamp((double(hit.u) - piece.begin()) / (piece.end() - piece.begin()), 0.0, 1.0);
         const Vec3d q = o + d * hit.t - bezier_point(sweep.p, place.u);
         place.n = q.length() > 0 ? q / q.length() : Vec3d(0.0, 0.0, 1.0);
     } else {
@@ -360,7 +361,8 @@ double RoundCurves::area(uint32_t index) const {
     double area = 0;
     for (int i = 0; i < steps; ++i) {
         const double u = (i + 0.5) / steps;
-        area += 2.0 * pi_d * bezier_point(sweep.r, u) * bezier_derivative(sweep.p, u).length() / steps;
+        area +=
+            2.0 * pi_d * bezier_point(sweep.r, u) * bezier_derivative(sweep.p, u).length() / steps;
     }
     return area;
 }
@@ -373,7 +375,8 @@ Vec3d RoundCurves::point(uint32_t index, const Vec2d& u) const {
     const double r = bezier_point(sweep.r, u.x), dr = bezier_derivative(sweep.r, u.x);
     if (!(speed > std::abs(dr))) return center + Vec3d(r, 0.0, 0.0);
     along /= speed;
-    const Vec3d x = normalize(along.cross(std::abs(along.x) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)));
+    const Vec3d x =
+        normalize(along.cross(std::abs(along.x) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)));
     const Vec3d y = along.cross(x);
     const double lean = -dr / speed, turn = 2.0 * pi_d * u.y, c = safe_sqrt(1.0 - lean * lean);
     return center + (along * lean + x * (c * std::cos(turn)) + y * (c * std::sin(turn))) * r;

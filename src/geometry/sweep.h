@@ -18,8 +18,8 @@ struct Sweep {
 /// bends anywhere. Then among balls next to each other that a line meets, those by which it enters
 /// have one first, and between that and the last balls there is no other minimum:
 /// |c'|² − r'² > r·(r'' + n·c'') for all n with n·c' = −r' says so, since it is the sign of the
-/// second derivative at every extremum. Shown by the hulls of Bernstein polynomials, thus false also
-/// for long parts of which it is true; true where one ball holds all others.
+/// second derivative at every extremum. Shown by the hulls of Bernstein polynomials, thus false
+/// also for long parts of which it is true; true where one ball holds all others.
 bool is_regular(const Sweep& sweep);
 
 /// Box of all balls, but for rounding.
@@ -28,8 +28,8 @@ Box3d bounds_of(const Sweep& sweep);
 /// Where a line enters or leaves a sweep: on the ball around the point at u.
 struct SweepCrossing {
     double t = 0;
-    double u = 0;      ///< of the sweep's own curve, exactly 0 or 1 on the balls that end it
-    Vec3d n;           ///< unit, towards the outside
+    double u = 0;  ///< of the sweep's own curve, exactly 0 or 1 on the balls that end it
+    Vec3d n;       ///< unit, towards the outside
 };
 
 /// A line and a regular sweep. The line is inside of a ball along one interval; it is inside of the

@@ -62,9 +62,8 @@ bool read_kind(Context& ctx, Prim prim, scene::Curves& curves) {
     const std::string wrap = read_text(prim.attribute("wrap"), "nonperiodic", ctx.time);
     const std::map<std::string, Basis> bases = {
         {"bezier", Basis::Bezier}, {"bspline", Basis::Bspline}, {"catmullRom", Basis::CatmullRom}};
-    const std::map<std::string, Wrap> wraps = {{"nonperiodic", Wrap::Nonperiodic},
-                                               {"periodic", Wrap::Periodic},
-                                               {"pinned", Wrap::Pinned}};
+    const std::map<std::string, Wrap> wraps = {
+        {"nonperiodic", Wrap::Nonperiodic}, {"periodic", Wrap::Periodic}, {"pinned", Wrap::Pinned}};
     const bool is_linear = type == "linear";
     const bool is_known =
         (is_linear || (type == "cubic" && bases.contains(basis))) && wraps.contains(wrap);
@@ -124,8 +123,10 @@ void find_faults(const std::vector<Vec3>& points, const ElementRows& widths, Cur
         }
         size_t first = 0, count = 1;
         if (widths.interpolation == Interpolation::Uniform) first = i;
-        if (widths.interpolation == Interpolation::Vertex) std::tie(first, count) = std::pair(c.vertex, c.vertices);
-        if (widths.interpolation == Interpolation::Varying) std::tie(first, count) = std::pair(c.varying, c.varyings);
+        if (widths.interpolation == Interpolation::Vertex)
+            std::tie(first, count) = std::pair(c.vertex, c.vertices);
+        if (widths.interpolation == Interpolation::Varying)
+            std::tie(first, count) = std::pair(c.varying, c.varyings);
         const auto width = widths.values.begin() + std::ptrdiff_t(first);
         if (std::any_of(width, width + std::ptrdiff_t(count), is_bad_width))
             c.fault = "a width that is negative or not a finite number";

@@ -39,9 +39,8 @@ bool read_element_rows(Context& ctx,
     const std::vector<int> indices =
         source->is_indexed() ? source->index_values(ctx.time) : std::vector<int>();
     const size_t stored = rows.size() / size_t(width);
-    const bool has_good_indices = std::all_of(indices.begin(), indices.end(), [&](int i) {
-        return i >= 0 && size_t(i) < stored;
-    });
+    const bool has_good_indices = std::all_of(indices.begin(), indices.end(),
+                                              [&](int i) { return i >= 0 && size_t(i) < stored; });
     if (is_readable && has_good_indices && !indices.empty()) {
         for (const int i : indices)
             for (int k = 0; k < width; ++k)
@@ -83,8 +82,7 @@ std::optional<RoundPlacement> place_round(Context& ctx,
     // Widths of less than float accuracy are not worth an ellipse
     constexpr double evenness = 0x1p-20;
     if (!keeps_balls(matrix)) {
-        ctx.warn("bad-transform", prim,
-                 "transform flattens widths, the prim is left out");
+        ctx.warn("bad-transform", prim, "transform flattens widths, the prim is left out");
         return std::nullopt;
     }
     RoundPlacement placement;
@@ -113,9 +111,9 @@ std::optional<RoundPlacement> place_round(Context& ctx,
 void warn_round_light(Context& ctx, Prim prim) {
     if (!is_geometry_light(prim)) return;
     ctx.has_light_prim = true;
-    ctx.warn("unsupported-light", prim,
-             fmt::format("{} cannot be a light, it shows its material only",
-                         prim.type_name().str()));
+    ctx.warn(
+        "unsupported-light", prim,
+        fmt::format("{} cannot be a light, it shows its material only", prim.type_name().str()));
 }
 
 scene::Shape round_shape(Context& ctx, Prim prim, const MaterialEntry& material) {
@@ -169,9 +167,10 @@ std::optional<scene::Shape> read_point_cloud(Context& ctx,
         cloud.widths.push_back(stored);
     }
     if (bad > 0)
-        ctx.warn("bad-points", prim,
-                 fmt::format("{} of {} points left out: no finite point or width, or a negative one",
-                             bad, points.size()));
+        ctx.warn(
+            "bad-points", prim,
+            fmt::format("{} of {} points left out: no finite point or width, or a negative one",
+                        bad, points.size()));
     if (bad == points.size()) return std::nullopt;
     scene::Shape shape = round_shape(ctx, prim, material);
     shape.geometry = std::move(cloud);

@@ -35,8 +35,8 @@ struct RoundPlacement {
     double width_scale = 1;    ///< of stored widths
 };
 
-/// Splits a matrix for points the first of which is given. Similarities go into the points. Nothing,
-/// with a warning, where no ball can be seen through the matrix.
+/// Splits a matrix for points the first of which is given. Similarities go into the points.
+/// Nothing, with a warning, where no ball can be seen through the matrix.
 std::optional<RoundPlacement> place_round(Context& ctx,
                                           Prim prim,
                                           const Mat4d& matrix,
@@ -52,8 +52,8 @@ scene::Shape round_shape(Context& ctx, Prim prim, const MaterialEntry& material)
 /// Names curves and points that are to be lights themselves.
 void warn_round_light(Context& ctx, Prim prim);
 
-/// Shape of a BasisCurves prim; what is wrong of it is left out with a warning. matrix, pose: as for
-/// read_mesh.
+/// Shape of a BasisCurves prim; what is wrong of it is left out with a warning. matrix, pose: as
+/// for read_mesh.
 std::optional<scene::Shape> read_curves(Context& ctx,
                                         Prim prim,
                                         const Mat4d& matrix,

@@ -7,11 +7,10 @@
 #include "geometry/ribbons.h"
 #include "geometry/round_curves.h"
 
+#include <CLI/CLI.hpp>
 #include <embree3/rtcore.h>
-
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -66,26 +65,26 @@ struct Embree {
         scene = rtcNewScene(device);
         rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
         const bool are_ribbons = !curves.normals.empty();
-        RTCGeometry geometry = rtcNewGeometry(
-            device, are_ribbons ? RTC_GEOMETRY_TYPE_NORMAL_ORIENTED_BEZIER_CURVE
-                                : RTC_GEOMETRY_TYPE_ROUND_BEZIER_CURVE);
+        RTCGeometry geometry =
+            rtcNewGeometry(device, are_ribbons ? RTC_GEOMETRY_TYPE_NORMAL_ORIENTED_BEZIER_CURVE
+                                               : RTC_GEOMETRY_TYPE_ROUND_BEZIER_CURVE);
         const auto buffer = [&](RTCBufferType type, RTCFormat format, size_t stride, size_t n) {
             return rtcSetNewGeometryBuffer(geometry, type, 0, format, stride, n);
         };
-        auto* points = static_cast<float*>(buffer(RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, 16,
-                                                  curves.points.size()));
+        auto* points = static_cast<float*>(
+            buffer(RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, 16, curves.points.size()));
         for (size_t i = 0; i < curves.points.size(); ++i) {
             std::memcpy(points + 4 * i, &curves.points[i], sizeof(Vec3));
             points[4 * i + 3] = 0.5f * curves.widths[i];
         }
         if (are_ribbons) {
-            auto* normals = static_cast<Vec3*>(buffer(RTC_BUFFER_TYPE_NORMAL, RTC_FORMAT_FLOAT3,
-                                                      12, curves.points.size()));
+            auto* normals = static_cast<Vec3*>(
+                buffer(RTC_BUFFER_TYPE_NORMAL, RTC_FORMAT_FLOAT3, 12, curves.points.size()));
             for (size_t i = 0; i < curves.points.size(); ++i) normals[i] = curves.normals[i / 7];
         }
         const size_t segments = 2 * curves.vertex_counts.size();
-        auto* indices = static_cast<uint32_t*>(
-            buffer(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT, 4, segments));
+        auto* indices =
+            static_cast<uint32_t*>(buffer(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT, 4, segments));
         for (size_t i = 0; i < segments; ++i) indices[i] = uint32_t(7 * (i / 2) + 3 * (i % 2));
         const double start = cpu_seconds();
         rtcCommitGeometry(geometry);
@@ -141,7 +140,8 @@ struct RaySet {
 
 std::vector<RaySet> make_rays(const accel::Accelerator& tree, size_t count) {
     Random random(2);
-    std::vector<RaySet> sets = {{"primary", false, {}}, {"bounce", false, {}}, {"shadow", true, {}}};
+    std::vector<RaySet> sets = {
+        {"primary", false, {}}, {"bounce", false, {}}, {"shadow", true, {}}};
     const auto side = size_t(std::sqrt(double(count)));
     const auto unit = [&] { return random() * 2.0f - 1.0f; };
     for (size_t y = 0; y < side; ++y)
@@ -183,21 +183,34 @@ void run(bool are_ribbons, uint32_t count, size_t ray_count, int rounds) {
     const auto own = build_bvh(scene);
     const double build_seconds = cpu_seconds() - start;
     const Embree embree(curves);
-    fmt::print("{} {}s of 2 segments: {} pieces, set {:.1f} MB {:.2f} s, tree {:.1f} MB {:.2f} s; Embree {:.1f} MB {:.2f} s (CPU)\n",
-               count, set->kind(), set->size(), double(set->bytes()) / 1e6, set_seconds,
-               double(own->stats().bytes) / 1e6, build_seconds, double(embree.bytes) / 1e6,
-               embree.build_seconds);
-    fmt::print("  {:10}{:>10}{:>10}{:>8}{:>12}{:>12}\n", "rays", "own", "Embree", "ratio", "own hits", "Embree's");
+    fmt::print(
+        "{} {}s of 2 segments: {} pieces, set {:.1f} MB {:.2f} s, tree {:.1f} MB {:.2f} s; Embree "
+        "{:.1f} MB {:.2f} s (CPU)\n",
+        count, set->kind(), set->size(), double(set->bytes()) / 1e6, set_seconds,
+        double(own->stats().bytes) / 1e6, build_seconds, double(embree.bytes) / 1e6,
+        embree.build_seconds);
+    fmt::print("  {:10}{:>10}{:>10}{:>8}{:>12}{:>12}\n", "rays", "own", "Embree", "ratio",
+               "own hits", "Embree's");
     for (const RaySet& rays : make_rays(*own, ray_count)) {
         double best[2] = {1e30, 1e30};
         size_t hits[2] = {0, 0};
         for (int round = 0; round < rounds; ++round) {
-            best[0] = std::min(best[0], seconds_of(rays, [&](const geometry::Ray& ray) {
-                return rays.is_shadow ? own->is_occluded(ray) : own->intersect(ray).is_valid();
-            }, hits[0]));
-            best[1] = std::min(best[1], seconds_of(rays, [&](const geometry::Ray& ray) {
-                return rays.is_shadow ? embree.is_occluded(ray) : std::isfinite(embree.closest(ray));
-            }, hits[1]));
+            best[0] = std::min(best[0], seconds_of(
+                                            rays,
+                                            [&](const geometry::Ray& ray) {
+                                                return rays.is_shadow
+                                                           ? own->is_occluded(ray)
+                                                           : own->intersect(ray).is_valid();
+                                            },
+                                            hits[0]));
+            best[1] = std::min(best[1], seconds_of(
+                                            rays,
+                                            [&](const geometry::Ray& ray) {
+                                                return rays.is_shadow
+                                                           ? embree.is_occluded(ray)
+                                                           : std::isfinite(embree.closest(ray));
+                                            },
+                                            hits[1]));
         }
         const double millions = double(rays.rays.size()) / 1e6;
         fmt::print("  {:10}{:>10.3f}{:>10.3f}{:>8.2f}{:>12}{:>12}\n", rays.name, millions / best[0],

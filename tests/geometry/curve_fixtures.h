@@ -182,9 +182,8 @@ struct Balls {
             if (distance < least) at = i;
             least = std::min(least, distance);
         }
-        return std::min(least, closest(at, [&](const Ball& ball) {
-                            return (p - ball.c).length() - ball.r;
-                        }));
+        return std::min(
+            least, closest(at, [&](const Ball& ball) { return (p - ball.c).length() - ball.r; }));
     }
 
     /// The least value of a function of balls near a sample, in the segment before a joint, too.

@@ -49,7 +49,8 @@ TEST(CurveRows, BasesAndWrapsAreTheirPolynomials) {
             for (uint32_t n = 2; n < 12; ++n)
                 if (scene::segment_count(basis, wrap, n) > 0) curves.vertex_counts.push_back(n);
             for (const uint32_t n : curves.vertex_counts)
-                for (uint32_t i = 0; i < n; ++i) curves.points.push_back(to_float(random.in_cube(1)));
+                for (uint32_t i = 0; i < n; ++i)
+                    curves.points.push_back(to_float(random.in_cube(1)));
             const CurveRows rows(curves);
             for (uint32_t c = 0; c < rows.curve_count(); ++c) {
                 const CurveOracle oracle(curves, c);
@@ -62,7 +63,8 @@ TEST(CurveRows, BasesAndWrapsAreTheirPolynomials) {
                     for (int k = 0; k < 4; ++k) {
                         control[k] = Vec3d(0.0);
                         for (int j = 0; j < 4; ++j)
-                            control[k] += Vec3d(curves.points[stencil.row[j]]) * stencil.weight[k][j];
+                            control[k] +=
+                                Vec3d(curves.points[stencil.row[j]]) * stencil.weight[k][j];
                     }
                     for (const double u : {0.0, 0.25, 0.6, 1.0}) {
                         const Vec3d expected(oracle.point(s, Real(u)));

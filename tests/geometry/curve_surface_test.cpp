@@ -40,7 +40,8 @@ TEST(CurveSurfaces, LieOnTheCurveAndTurnAsTheirNormalsSay) {
         for (int i = 0; i < 30; ++i) {
             const Vec3d o = random.direction() * 4.0;
             const auto& ball = balls.balls[size_t(random.between(0, double(balls.balls.size())))];
-            const Vec3d d = normalize(Vec3d(ball.c) + random.direction() * (0.8 * double(ball.r)) - o);
+            const Vec3d d =
+                normalize(Vec3d(ball.c) + random.direction() * (0.8 * double(ball.r)) - o);
             const auto hit = first_hit(*set, o, d);
             if (!hit) continue;
             const PrimitiveSurface at = set->surface(hit->index, o, d, hit->hit);
@@ -104,8 +105,9 @@ TEST(CurveSurfaces, RaysThatLeaveDoNotMeetWhatTheyLeft) {
             const auto found = first_hit(set, transform_point(Vec3d(ray.o), backward),
                                          transform_direction(Vec3d(ray.d), backward), ray.t_max);
             if (found)
-                hit = {float(found->hit.t), found->hit.u, found->hit.v,
-                       kind % 2 ? 0 : scene::none, 0, found->index};
+                hit = {
+                    float(found->hit.t), found->hit.u, found->hit.v, kind % 2 ? 0 : scene::none, 0,
+                    found->index};
             return hit;
         };
         const Balls balls(curves, 300);
@@ -128,12 +130,11 @@ TEST(CurveSurfaces, RaysThatLeaveDoNotMeetWhatTheyLeft) {
                 straight += is_straight;
                 if (!next.is_valid()) continue;
                 EXPECT_FALSE(is_straight) << kind << " cos " << w.dot(point.ng);
-                // On the inside of a bend: through the open, not through itself, but for the cones of
-                // the tightest ones
+                // On the inside of a bend: through the open, not through itself, but for the cones
+                // of the tightest ones
                 const Vec3d middle = transform_point(
                     Vec3d(away.o) + Vec3d(away.d) * (0.5 * double(next.t)), backward);
-                EXPECT_GT(double(balls.outside(VecL(middle))), -0x1p-11 * thickness * size)
-                    << kind;
+                EXPECT_GT(double(balls.outside(VecL(middle))), -0x1p-11 * thickness * size) << kind;
             }
         }
     }
@@ -161,8 +162,10 @@ TEST(CurveSurfaces, BoxesAreTight) {
 }
 
 TEST(CurveSurfaces, CarryPrimvarsOfEveryInterpolation) {
-    scene::Curves curves = bezier({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(2, 0, 0), Vec3(3, 0, 0)}, {0.2f});
-    curves.points.insert(curves.points.end(), {Vec3(0, 1, 0), Vec3(1, 1, 0), Vec3(2, 1, 0), Vec3(3, 1, 0)});
+    scene::Curves curves =
+        bezier({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(2, 0, 0), Vec3(3, 0, 0)}, {0.2f});
+    curves.points.insert(curves.points.end(),
+                         {Vec3(0, 1, 0), Vec3(1, 1, 0), Vec3(2, 1, 0), Vec3(3, 1, 0)});
     curves.vertex_counts = {4, 4};
     const auto add = [&](uint32_t name, scene::Interpolation interpolation, std::vector<float> v) {
         scene::Primvar primvar;
@@ -183,7 +186,8 @@ TEST(CurveSurfaces, CarryPrimvarsOfEveryInterpolation) {
         const Ray ray{Vec3(float(x), 1, 5), Vec3(0, 0, -1)};
         const auto found = first_hit(*mesh.primitives(), Vec3d(ray.o), Vec3d(ray.d));
         ASSERT_TRUE(found);
-        const Hit hit{float(found->hit.t), found->hit.u, found->hit.v, scene::none, 0, found->index};
+        const Hit hit{float(found->hit.t), found->hit.u, found->hit.v, scene::none, 0,
+                      found->index};
         const SurfacePoint point = make_surface_point(scene, geometry, ray, hit);
         EXPECT_NEAR(point.p.z, 0.1, 1e-6);
         const auto value = [&](uint32_t id) {
@@ -222,12 +226,15 @@ TEST(MappedSets, OfBallsAreTheQuadricsThatTheyAre) {
         const auto exact = Quadric::make(ball);
         ASSERT_TRUE(set && exact);
         const Box3d a = set->bounds(0).box, b = exact->bounds(0).box;
-        for (int k = 0; k < 3; ++k) EXPECT_TRUE(a.min[k] <= b.min[k] + 1e-12 && a.max[k] >= b.max[k] - 1e-12);
+        for (int k = 0; k < 3; ++k)
+            EXPECT_TRUE(a.min[k] <= b.min[k] + 1e-12 && a.max[k] >= b.max[k] - 1e-12);
         for (int k = 0; k < 100; ++k) {
             const Vec3d o = random.in_cube(8), d = a.center() + random.in_cube(0.8) - o;
-            const auto one = set->intersect(0, o, d, far_away), two = exact->intersect(0, o, d, far_away);
+            const auto one = set->intersect(0, o, d, far_away),
+                       two = exact->intersect(0, o, d, far_away);
             if (one.has_value() != two.has_value() || !one) continue;
-            const PrimitiveSurface s = set->surface(0, o, d, *one), t = exact->surface(0, o, d, *two);
+            const PrimitiveSurface s = set->surface(0, o, d, *one),
+                                   t = exact->surface(0, o, d, *two);
             const double cosine = std::abs(normalize(t.n).dot(normalize(d)));
             if (cosine < 0.01) continue;
             EXPECT_NEAR(one->t, two->t, 1e-12);
@@ -236,7 +243,8 @@ TEST(MappedSets, OfBallsAreTheQuadricsThatTheyAre) {
             const Vec3d dp = normalize(s.n).cross(random.direction());
             // Up to the length of the covector
             const double scale = s.n.length() / t.n.length();
-            EXPECT_LT((dp * s.normal_by_p - dp * t.normal_by_p * scale).length(), 1e-9 * s.n.length());
+            EXPECT_LT((dp * s.normal_by_p - dp * t.normal_by_p * scale).length(),
+                      1e-9 * s.n.length());
             ++hits;
         }
     }
@@ -274,13 +282,18 @@ TEST(CurveSurfaces, ScaleByPowersOfTwoToTheBit) {
 TEST(CurveSurfaces, OfDegenerateCurvesAreFinite) {
     // Cusps, loops, points that coincide, tips, what is thicker than long
     const Vec3 a(0), b(1, 0, 0), c(0, 1, 0), e(1, 1, 0);
-    const std::vector<std::vector<Vec3>> shapes = {{a, b, a, b}, {a, e, b, c}, {a, a, a, b}, {a, b, b, b},
-                                                   {a, a, b, b}, {a, b, c, a}, {a, c, a, a}, {a, a, a, a}};
+    const std::vector<std::vector<Vec3>> shapes = {{a, b, a, b}, {a, e, b, c}, {a, a, a, b},
+                                                   {a, b, b, b}, {a, a, b, b}, {a, b, c, a},
+                                                   {a, c, a, a}, {a, a, a, a}};
     Random random(6);
     size_t hits = 0;
     for (const std::vector<Vec3>& points : shapes) {
-        for (const std::vector<float>& widths :
-             {std::vector<float>{0.02f}, {3.0f}, {0, 0, 0, 0.4f}, {0.4f, 0, 0, 0}, {0, 5, 0, 0}, {0.0f}}) {
+        for (const std::vector<float>& widths : {std::vector<float>{0.02f},
+                                                 {3.0f},
+                                                 {0, 0, 0, 0.4f},
+                                                 {0.4f, 0, 0, 0},
+                                                 {0, 5, 0, 0},
+                                                 {0.0f}}) {
             const scene::Curves curves = bezier(points, widths);
             const auto set = RoundCurves::make(curves);
             const bool is_nothing = widths == std::vector<float>{0.0f} || points[1] == points[3];
@@ -291,7 +304,8 @@ TEST(CurveSurfaces, OfDegenerateCurvesAreFinite) {
             EXPECT_LT(set->size(), 2000u);
             const Balls balls(curves, 500);
             for (int i = 0; i < 200; ++i) {
-                const auto& ball = balls.balls[size_t(random.between(0, double(balls.balls.size())))];
+                const auto& ball =
+                    balls.balls[size_t(random.between(0, double(balls.balls.size())))];
                 if (ball.r < 1e-3L) continue;
                 const Vec3d aim(ball.c), o = aim + random.direction() * 10.0;
                 const auto hit = first_hit(*set, o, aim - o);

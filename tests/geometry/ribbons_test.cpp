@@ -82,7 +82,8 @@ TEST(Ribbons, AreMetWhereAFineStripOfTrianglesIs) {
             const std::vector<double> expected = strip.hits(o, d);
             const auto hit = first_hit(*set, o, d);
             if (expected.empty() && !hit) continue;
-            const double first = expected.empty() ? 1e9 : *std::min_element(expected.begin(), expected.end());
+            const double first =
+                expected.empty() ? 1e9 : *std::min_element(expected.begin(), expected.end());
             const bool agrees = hit && std::abs(hit->hit.t - first) < 0.02 * width;
             if (agrees) {
                 ++hits;
@@ -97,7 +98,8 @@ TEST(Ribbons, AreMetWhereAFineStripOfTrianglesIs) {
             const bool is_edge = std::abs(w) < 0.02 || std::abs(w - 1) < 0.02 || !hit ||
                                  std::abs(hit->hit.v - 0.5f) > 0.48f || w < 0 || w > 1;
             const bool is_slanting =
-                hit && std::abs(normalize(set->surface(hit->index, o, d, hit->hit).n).dot(d)) < 0.05;
+                hit &&
+                std::abs(normalize(set->surface(hit->index, o, d, hit->hit).n).dot(d)) < 0.05;
             EXPECT_TRUE(is_edge || is_slanting) << kind << ' ' << i << " w " << w;
             ++at_edges;
         }
@@ -178,7 +180,8 @@ TEST(Ribbons, TurnAsTheirNormalsSay) {
         const auto set = Ribbons::make(curves);
         for (int i = 0; i < 100; ++i) {
             const auto piece = uint32_t(random.between(0, double(set->size()) - 1e-9));
-            const Vec3d aim = set->point(piece, {random.between(0.1, 0.9), random.between(0.1, 0.9)});
+            const Vec3d aim =
+                set->point(piece, {random.between(0.1, 0.9), random.between(0.1, 0.9)});
             const Vec3d d = random.direction(), o = aim - d;
             const auto hit = set->intersect(piece, o, d, far_away);
             if (!hit) continue;
@@ -207,7 +210,8 @@ TEST(Ribbons, OfBadNormalsAreThereAllTheSame) {
     Random random(5);
     constexpr float nan = std::numeric_limits<float>::quiet_NaN();
     for (const Vec3& n : {Vec3(0.0f), Vec3(0, 1, 0), Vec3(nan)}) {
-        scene::Curves curves = bezier({Vec3(0, -1, 0), Vec3(0, 0, 0), Vec3(0, 1, 0), Vec3(0, 2, 0)}, {0.5f});
+        scene::Curves curves =
+            bezier({Vec3(0, -1, 0), Vec3(0, 0, 0), Vec3(0, 1, 0), Vec3(0, 2, 0)}, {0.5f});
         curves.normals = {n};
         curves.normal_interpolation = scene::Interpolation::Constant;
         const auto set = Ribbons::make(curves);

@@ -23,12 +23,14 @@ TEST(RoundCurves, AreMetWhereTheFirstOfTheirBallsIs) {
         const Balls balls(curves, 1500);
         for (int i = 0; i < 40; ++i) {
             // Aimed at the outline and into it, from all around and end on
-            const auto& [center, r] = balls.balls[size_t(random.between(0, double(balls.balls.size())))];
+            const auto& [center, r] =
+                balls.balls[size_t(random.between(0, double(balls.balls.size())))];
             Vec3d aim(center);
             aim += random.direction() * (random.between(0, 1.1) * double(r));
-            const Vec3d o = i % 5 == 0 ? Vec3d(curves.points[0]) + random.in_cube(4 * thickness) +
-                                             normalize(Vec3d(curves.points[0] - curves.points[1])) * 3.0
-                                       : random.direction() * 6.0;
+            const Vec3d o = i % 5 == 0
+                                ? Vec3d(curves.points[0]) + random.in_cube(4 * thickness) +
+                                      normalize(Vec3d(curves.points[0] - curves.points[1])) * 3.0
+                                : random.direction() * 6.0;
             const Vec3d d = normalize(aim - o);
             if (balls.outside(VecL(o)) <= 0) continue;
             const auto expected = balls.first_entry(VecL(o), VecL(d));
@@ -67,7 +69,8 @@ TEST(RoundCurves, OfOneWidthThatAreStraightAreCapsules) {
         scene::Curves curves = bezier({Vec3(0, 0, -half), Vec3(0, 0, half)},
                                       {float(std::pow(10.0, -random.between(-0.3, 3.7)))});
         curves.basis = scene::Curves::Basis::Linear;
-        const double length = 2 * double(curves.points[1].z), radius = 0.5 * double(curves.widths[0]);
+        const double length = 2 * double(curves.points[1].z),
+                     radius = 0.5 * double(curves.widths[0]);
         scene::Gprim capsule;
         capsule.kind = scene::Gprim::Kind::Capsule;
         capsule.radius = radius;
@@ -83,7 +86,9 @@ TEST(RoundCurves, OfOneWidthThatAreStraightAreCapsules) {
             const auto expected = exact->intersect(0, o, d, far_away);
             const auto hit = first_hit(*set, o, d);
             const double cosine =
-                expected ? std::abs(normalize(d).dot(normalize(exact->surface(0, o, d, *expected).n))) : 0;
+                expected
+                    ? std::abs(normalize(d).dot(normalize(exact->surface(0, o, d, *expected).n)))
+                    : 0;
             if (expected.has_value() != hit.has_value()) {
                 EXPECT_LT(cosine, 1e-3);
                 continue;
@@ -135,7 +140,8 @@ TEST(RoundCurves, OfAWidthThatGrowsEvenlyAreConesBetweenBalls) {
     size_t hits = 0;
     for (int i = 0; i < 200; ++i) {
         const auto length = float(random.between(0.5, 4.0));
-        scene::Curves curves = bezier({Vec3(0), Vec3(0, 0, -length)}, {0.0f, float(random.between(0.01, 0.6)) * length});
+        scene::Curves curves = bezier({Vec3(0), Vec3(0, 0, -length)},
+                                      {0.0f, float(random.between(0.01, 0.6)) * length});
         curves.basis = scene::Curves::Basis::Linear;
         curves.width_interpolation = i % 2 ? Interpolation::Varying : Interpolation::Vertex;
         const auto set = RoundCurves::make(curves);
@@ -180,7 +186,8 @@ TEST(RoundCurves, AreLeftWhereTheLastOfTheirBallsIs) {
         const auto set = RoundCurves::make(curves);
         const Balls balls(curves, 1000);
         for (int i = 0; i < 100; ++i) {
-            const auto& [center, r] = balls.balls[size_t(random.between(0, double(balls.balls.size())))];
+            const auto& [center, r] =
+                balls.balls[size_t(random.between(0, double(balls.balls.size())))];
             const Vec3d o = Vec3d(center) + random.direction() * (0.5 * double(r));
             Vec3d d = random.direction();
             // Many along the curve

@@ -22,7 +22,9 @@ const scene::Points& points_of(const Translated& t, size_t i = 0) {
     return std::get<scene::Points>(t.scene.shapes.at(i).geometry);
 }
 
-void translate_curves(const std::string& lines, Translated& out, const std::string& transform = "") {
+void translate_curves(const std::string& lines,
+                      Translated& out,
+                      const std::string& transform = "") {
     translate_text(camera() + "def BasisCurves \"C\" {\n" + lines + transform + "}\n", out);
     ASSERT_EQ(out.error, "") << out.error_message;
 }
@@ -57,7 +59,8 @@ TEST(BasisCurves, AreReadAsTheyAre) {
     EXPECT_EQ(curves.primvars[0].values.size(), 6u);
     EXPECT_EQ(curves.shape_from_curves, Mat4d());
     EXPECT_TRUE(t.scene.shapes[0].double_sided);
-    for (const char* code : {"bad-curves", "bad-widths", "bad-normals", "bad-topology", "missing-widths"})
+    for (const char* code :
+         {"bad-curves", "bad-widths", "bad-normals", "bad-topology", "missing-widths"})
         EXPECT_EQ(t.count(code), 0u) << code;
 }
 
@@ -88,6 +91,7 @@ TEST(BasisCurves, LoseWhatIsWrongOfThem) {
     // A good one last, whose numbers must stay its own
     const std::string good = "(0,9,0),(1,9,0),(2,9,0),(3,9,0)";
     const std::string line = "(0,0,0),(1,0,0),(2,0,0),(3,0,0),";
+
     const struct {
         std::string counts, points, widths;
         size_t warnings;
@@ -101,10 +105,11 @@ TEST(BasisCurves, LoseWhatIsWrongOfThem) {
         {"[4, 4]", "[(1,1,1),(1,1,1),(1,1,1),(1,1,1)," + good + "]", "[1,1,1,1,2,2,2,2]", 1},
         {"[4, 70]", "[" + good + "]", "[2,2,2,2]", 1},
     };
+
     for (const auto& c : cases) {
         Translated t;
-        translate_curves("int[] curveVertexCounts = " + c.counts + "\npoint3f[] points = " + c.points +
-                             "\nfloat[] widths = " + c.widths +
+        translate_curves("int[] curveVertexCounts = " + c.counts +
+                             "\npoint3f[] points = " + c.points + "\nfloat[] widths = " + c.widths +
                              " (interpolation = \"vertex\")\ncolor3f[] primvars:displayColor = "
                              "[(1,0,0),(0,0,1)] (interpolation = \"uniform\")\n",
                          t);
@@ -121,16 +126,22 @@ TEST(BasisCurves, LoseWhatIsWrongOfThem) {
     }
     // Widths and normals that fit nothing
     Translated widths, normals, none, more;
-    translate_curves(std::string(two_curves) + "float[] widths = [1, 2, 3] (interpolation = \"vertex\")\n", widths);
+    translate_curves(
+        std::string(two_curves) + "float[] widths = [1, 2, 3] (interpolation = \"vertex\")\n",
+        widths);
     EXPECT_TRUE(widths.scene.shapes.empty());
     EXPECT_EQ(widths.count("bad-widths"), 1u);
-    translate_curves(std::string(two_curves) + "float[] widths = [1]\nnormal3f[] normals = [(0,0,1),(0,0,1)]\n", normals);
+    translate_curves(
+        std::string(two_curves) + "float[] widths = [1]\nnormal3f[] normals = [(0,0,1),(0,0,1)]\n",
+        normals);
     EXPECT_TRUE(curves_of(normals).normals.empty());
     EXPECT_EQ(normals.count("bad-normals"), 1u);
     translate_curves(two_curves, none);
     EXPECT_EQ(curves_of(none).widths, std::vector<float>{1});
     EXPECT_EQ(none.count("missing-widths"), 1u);
-    translate_curves("int[] curveVertexCounts = [4]\npoint3f[] points = [" + line + good + "]\nfloat[] widths = [1]\n", more);
+    translate_curves("int[] curveVertexCounts = [4]\npoint3f[] points = [" + line + good +
+                         "]\nfloat[] widths = [1]\n",
+                     more);
     EXPECT_EQ(more.count("bad-topology"), 1u);
     EXPECT_EQ(curves_of(more).points.size(), 4u);
 }
@@ -154,8 +165,9 @@ TEST(BasisCurves, StandWhereTransformsPutThem) {
     EXPECT_EQ(curves.widths[0], 0.5f);
     const Vec3d end = transform_point(Vec3d(curves.points[10]), curves.shape_from_curves);
     EXPECT_EQ(end, Vec3d(1e9 + 12, 1, 0));
-    translate_curves(lines, flat,
-                     "float3 xformOp:scale = (2,1,0)\nuniform token[] xformOpOrder = [\"xformOp:scale\"]\n");
+    translate_curves(
+        lines, flat,
+        "float3 xformOp:scale = (2,1,0)\nuniform token[] xformOpOrder = [\"xformOp:scale\"]\n");
     EXPECT_TRUE(flat.scene.shapes.empty());
     EXPECT_EQ(flat.count("bad-transform"), 1u);
 }
