@@ -31,8 +31,6 @@ constexpr EffectFixture fixtures[] = {
     {Effect::Curves, "strand", "def BasisCurves \"Hair\" { int[] curveVertexCounts = [4]\n point3f[] points = [(-1, 0, 0), (-0.3, 2, 0), (0.3, 2, 0), (1, 0, 0)]\n float[] widths = [0.3] }", "def Cube \"Ball\" { double size = 0.3 }", true},
     {Effect::Curves, "ribbon", "def BasisCurves \"Grass\" { int[] curveVertexCounts = [2]\n uniform token type = \"linear\"\n point3f[] points = [(0, 0, 0), (0, 2, 0)]\n float[] widths = [0.3]\n normal3f[] normals = [(0, 0, 1)] }", "", true},
     {Effect::Points, "ball", "def Points \"Dust\" { point3f[] points = [(0, 1, 0)]\n float[] widths = [0.5] }", "def Cube \"Ball\" { double size = 0.3 }", true},
-    {Effect::Subdivision, "scheme", "def Mesh \"Patch\" { point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0)]\n int[] faceVertexCounts = [3]\n int[] faceVertexIndices = [0, 1, 2] }",
-     "def Mesh \"Patch\" { point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0)]\n int[] faceVertexCounts = [3]\n int[] faceVertexIndices = [0, 1, 2]\n uniform token subdivisionScheme = \"none\" }", true},
     {Effect::VaryingColors, "displayColor", "def Cube \"Box\" { color3f[] primvars:displayColor = [(1, 0, 0)] }", "def Cube \"Box\" { double size = 0.3 }", true},
     {Effect::LightTextures, "picture", "def RectLight \"L\" { asset inputs:texture:file = @picture.exr@ }", "def RectLight \"L\" { float inputs:intensity = 0\n asset inputs:texture:file = @picture.exr@ }", true},
     {Effect::LightShaping, "cone", "def SphereLight \"L\" (prepend apiSchemas = [\"ShapingAPI\"]) { float inputs:shaping:cone:angle = 40 }",

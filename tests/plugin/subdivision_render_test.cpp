@@ -79,6 +79,14 @@ TEST_F(SubdivisionRender, DrawsTheLimitSurfaceWhateverTheThreads) {
     EXPECT_EQ(hash_of("smooth.usda", "--threads 5"), smooth);
     EXPECT_NE(hash_of("none.usda"), smooth);
     EXPECT_NE(hash_of("smooth.usda", "--subdivision-level 1"), smooth);
+    // Left out, the polygons are left
+    const std::string polygons = hash_of("smooth.usda", "--effects -subdivision");
+    EXPECT_NE(polygons, smooth);
+    EXPECT_EQ(
+        opened_files(w, "velatura",
+                     std::string("render smooth.usda -q -o x.exr --effects -subdivision") + quick)
+            .find("libosd"),
+        std::string::npos);
     const CommandResult limited = w.velatura(
         std::string("render smooth.usda --dicing-limit 0.001 --dicing-rate 0.2 -o y.exr") + quick);
     EXPECT_NE(limited.output.find("[dicing-limit]"), std::string::npos) << limited.output;
