@@ -154,6 +154,7 @@ json needs_json(const PlanNeeds& needs) {
     for (const PlanNeeds::Plugin& p : needs.plugins) j["plugins"].push_back({{"name", p.name}, {"opened", p.is_opened}, {"why", p.why}});
     j["triangles"] = needs.triangles;
     j["instances"] = needs.instances;
+    j["before_refinement"] = needs.is_before_refinement;
     j["memory_bytes"] = {{"geometry", needs.geometry_bytes}, {"accelerator_expected", needs.accelerator_bytes}, {"film_expected", needs.film_bytes}};
     j["files"] = json::array();
     for (const PlanNeeds::File& f : needs.files) j["files"].push_back({{"name", f.name}, {"layers", f.layers}, {"channels", f.channels}, {"most_bytes", f.most_bytes}});
@@ -187,6 +188,7 @@ std::string needs_text(const PlanNeeds& needs) {
     if (needs.plugins.empty()) text += " none is known\n";
     text += fmt::format("memory: {} geometry ({} triangles, {} instances), about {} for the tree over it, about {} for the picture; textures as they are read\n",
                         bytes_text(needs.geometry_bytes), needs.triangles, needs.instances, bytes_text(needs.accelerator_bytes), bytes_text(needs.film_bytes));
+    if (needs.is_before_refinement) text += "        more where meshes are refined: this is their cages (--dicing-rate, --subdivision-level)\n";
     for (const PlanNeeds::File& f : needs.files) text += fmt::format("file: {}: {} light layers, {} channels, at most {} before compression\n", f.name, f.layers, f.channels, bytes_text(f.most_bytes));
     return text;
 }
@@ -195,6 +197,7 @@ PlanNeeds plan_needs(const RenderJob& job, const FrameInput& input, Diagnostics&
     const geometry::GeometrySet geometry(input.scene);
     PlanNeeds needs;
     needs.plugins = expected_plugins(job, input, diagnostics);
+    needs.is_before_refinement = is_on(input.plan.of(Effect::Subdivision));
     needs.geometry_bytes = geometry.bytes();
     needs.triangles = accel::triangle_count(accel::make_soup(input.scene, geometry));
     needs.instances = input.scene.instances.size();

@@ -24,9 +24,10 @@ struct PlanNeeds {
         uint64_t most_bytes = 0;  ///< before compression
     };
     std::vector<Plugin> plugins;
-    uint64_t geometry_bytes = 0;     ///< as it will be
-    uint64_t accelerator_bytes = 0;  ///< expected
-    uint64_t film_bytes = 0;         ///< expected
+    bool is_before_refinement = false;  ///< geometry and tree are those of the cages, which will be cut finer
+    uint64_t geometry_bytes = 0;        ///< as it will be
+    uint64_t accelerator_bytes = 0;     ///< expected
+    uint64_t film_bytes = 0;            ///< expected
     uint64_t triangles = 0, instances = 0;
     std::vector<File> files;
 };
