@@ -119,8 +119,10 @@ std::vector<std::vector<bool>> list_caster_materials(const scene::Scene& scene) 
     return materials;
 }
 
+/// Of light that shines.
 template <class Light>
 bool has_multiplier(const Light& l) {
+    if (is_black(l.Le)) return false;
     return l.diffuse_multiplier != 1.0f || l.specular_multiplier != 1.0f;
 }
 

@@ -34,6 +34,11 @@ class Table {
 
     bool is_empty() const { return cdf_.empty(); }
 
+    /// The only number with weight.
+    std::optional<uint32_t> single() const {
+        return number_.size() == 1 ? std::optional(number_.front()) : std::nullopt;
+    }
+
     struct Choice {
         uint32_t number = 0;
         float pmf = 0;
@@ -85,6 +90,11 @@ class TableSelector final : public LightSelector {
     }
 
     bool is_empty() const override { return lights_table_.is_empty(); }
+
+    bool is_single() const override {
+        const std::optional<uint32_t> item = lights_table_.single();
+        return item && !lights_.is_instance(*item);
+    }
 
     std::optional<LightChoice> select(const Receiver&, double u) const override {
         if (is_empty()) return std::nullopt;

@@ -41,7 +41,7 @@ class LightSelector {
     /// No light is on.
     virtual bool is_empty() const = 0;
 
-    /// select() gives one light whatever the receiver and the number.
+    /// select() asks nothing of the number: it gives one light at most, whatever it is.
     virtual bool is_single() const { return false; }
 
     /// Chooses by u in [0,1); nothing when no light reaches the receiver. Bits of u below 2^-32

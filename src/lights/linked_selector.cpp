@@ -47,4 +47,10 @@ bool LinkedSelector::is_empty() const {
                        [](const auto& selector) { return selector->is_empty(); });
 }
 
+bool LinkedSelector::is_single() const {
+    return std::all_of(
+        selectors_.begin(), selectors_.end(),
+        [](const auto& selector) { return selector->is_single() || selector->is_empty(); });
+}
+
 }  // namespace velatura::lights

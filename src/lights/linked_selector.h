@@ -26,6 +26,7 @@ class LinkedSelector final : public LightSelector {
     LinkedSelector(const LightSet& lights, const Make& make, size_t room = most_places);
 
     bool is_empty() const override;
+    bool is_single() const override;
 
     std::optional<LightChoice> select(const Receiver& at, double u) const override {
         return of(at).select(at, u);

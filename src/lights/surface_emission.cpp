@@ -146,8 +146,10 @@ bool SurfaceEmission::may_light(uint32_t instance,
 }
 
 bool SurfaceEmission::may_emit(const geometry::SurfacePoint& point) const {
-    return materials_.is_emissive(point.material) ||
-           (!placed_.empty() && find(point.instance, point.shape) != nullptr);
+    const bool glows = materials_.is_emissive(point.material);
+    const Placed* placed = find(point.instance, point.shape);
+    if (!placed || !is_black(placed->Le)) return placed || glows;
+    return glows && scene_.mesh_lights[placed->light].shows_material;
 }
 
 Rgb SurfaceEmission::radiance(const geometry::SurfacePoint& point,

@@ -67,6 +67,30 @@ TEST(Effects, DoNotRunWhereTheyAreProvenZeroOrLeftOut) {
     }
 }
 
+/// A camera before a box on a floor, and these prims.
+std::string stage_with(const std::string& prims) {
+    return "#usda 1.0\ndef Camera \"Cam\" {\n double3 xformOp:translate = (0, 1, 6)\n uniform token[] xformOpOrder = [\"xformOp:translate\"]\n}\n"
+           "def Cube \"Box\" {\n double size = 2\n}\ndef Cube \"Floor\" {\n double size = 4\n double3 xformOp:translate = (0, -3, 0)\n uniform token[] xformOpOrder = [\"xformOp:translate\"]\n}\n" + prims;
+}
+
+/// Lights that are dark, or the only one, in each way of choosing lights.
+TEST(Effects, OfLightsThatAreDarkOrAloneDoNotRun) {
+    const std::string lamp = "def SphereLight \"Lamp\" {\n float inputs:intensity = 9\n double3 xformOp:translate = (0, 4, 4)\n uniform token[] xformOpOrder = [\"xformOp:translate\"]\n";
+    const std::string dark = lamp + "}\ndef SphereLight \"Dark\" {\n float inputs:intensity = 0\n";
+    const std::string dark_mesh = lamp + "}\ndef Cube \"DarkCube\" (prepend apiSchemas = [\"MeshLightAPI\"]) {\n double size = 3\n float inputs:intensity = 0\n";
+    const std::string some = " uniform bool collection:lightLink:includeRoot = 0\n rel collection:lightLink:includes = </Box>\n";
+    const std::string multiplied = " float inputs:diffuse = 0.5\n float inputs:specular = 0.2\n";
+    for (const std::string& lights : {lamp, lamp + some, dark, dark + multiplied, dark + some, dark_mesh, dark_mesh + multiplied + some}) {
+        const scene::Scene scene = scene_from_usda(stage_with(lights + "}\n"), 16, 12);
+        const EffectPlan plan = integrator::make_plan(scene, options_of_test());
+        for (const auto selection : {lights::SelectionKind::Uniform, lights::SelectionKind::Power, lights::SelectionKind::Tree}) {
+            integrator::RayCounts counts;
+            render_scene(scene, few_samples, RenderSetup{.counts = &counts, .light_selection = selection});
+            EXPECT_EQ(joined(integrator::broken_promises(plan, counts.effects)), "") << lights << "selection " << int(selection);
+        }
+    }
+}
+
 /// Any plan that is wrong is found out by the counters: here one that has everything off.
 TEST(Effects, ThatRunAgainstThePlanAreFoundOut) {
     const scene::Scene scene = scene_from_usda(room_usda());

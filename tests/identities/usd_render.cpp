@@ -50,7 +50,7 @@ film::Film render_scene(const scene::Scene& scene, const integrator::RenderOptio
     layers.last_bounce = 3;
     layers.matrix_layers = layers.shadow_layers = layers.halves = true;
     for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
-    const integrator::World world(scene, {.width = scene.settings.width, .height = scene.settings.height, .bvh_quality = setup.bvh_quality, .forced = setup.forced}, {}, diagnostics);
+    const integrator::World world(scene, {.width = scene.settings.width, .height = scene.settings.height, .light_selection = setup.light_selection, .bvh_quality = setup.bvh_quality, .forced = setup.forced}, {}, diagnostics);
     film::Film film(setup.window.value_or(film::Window{0, 0, scene.settings.width, scene.settings.height}), layers);
     const std::unique_ptr<const integrator::CausticSampler> caustics = integrator::make_caustic_sampler(setup.caustics, world);
     std::vector<uint64_t> ends = setup.sample_splits;

@@ -12,6 +12,7 @@
 #include "integrator/guide_training.h"
 #include "integrator/ray_counts.h"
 #include "integrator/render_options.h"
+#include "lights/light_selector.h"
 #include "scene/scene.h"
 
 namespace velatura::test {
@@ -32,6 +33,7 @@ struct RenderSetup {
     accel::BvhQuality bvh_quality = accel::BvhQuality::Balanced;
     scene::EffectSet forced = {};  ///< effects that run without being called for
     integrator::RayCounts* counts = nullptr;  ///< receives what was traced for the picture
+    lights::SelectionKind light_selection = lights::SelectionKind::Tree;
 };
 
 /// Renders all light layers of a scene at its own resolution.
