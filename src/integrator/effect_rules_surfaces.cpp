@@ -128,7 +128,11 @@ void find_thin_walls(EffectFindings& found) {
 }
 
 void thicken_walls(scene::Scene& scene) {
-    change_materials(scene, [](Material& m) { m.thin_walled = false; });
+    change_materials(scene, [](Material& m) {
+        // A wall has no depth: as a body it does not begin to have one
+        if (m.thin_walled) m.transmission_depth = 0;
+        m.thin_walled = false;
+    });
 }
 
 void find_diffuse_transmission(EffectFindings& found) {

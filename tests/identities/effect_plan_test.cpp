@@ -127,6 +127,18 @@ TEST(EffectPlan, LeavesOutWhatItCan) {
     EXPECT_GE(checked, 15);
 }
 
+/// A wall that is not thin any more does not begin to absorb, which the plan proved that it does not.
+TEST(EffectPlan, LeavesNoBodyBehindThinWalls) {
+    const EffectFixture wall{Effect::ThinWalls, "with a depth",
+                             "bool inputs:velatura:thinWalled = 1\nfloat inputs:opacity = 0.5\nfloat inputs:velatura:transmissionDepth = 1\ncolor3f inputs:velatura:transmissionColor = (0.5, 0.7, 0.9)", ""};
+    scene::Scene scene = scene_from_usda(fixture_usda(wall, wall.on, Arrival::Direct));
+    EXPECT_EQ(integrator::make_plan(scene, usual_options()).of(Effect::Absorption).state, EffectState::ProvenZero);
+    integrator::leave_out(scene, Effect::ThinWalls);
+    const EffectPlan after = integrator::make_plan(scene, usual_options());
+    EXPECT_NE(after.of(Effect::ThinWalls).state, EffectState::On);
+    EXPECT_NE(after.of(Effect::Absorption).state, EffectState::On);
+}
+
 TEST(EffectPlan, HasANameForEveryEffect) {
     for (size_t i = 0; i < scene::effect_count; ++i) {
         const std::string_view name = scene::info(Effect(i)).name;
