@@ -89,7 +89,8 @@ std::vector<uint32_t> edge_rates(const scene::Mesh& mesh,
                                  const LimitSurface& surface,
                                  const DicingView& view,
                                  const Mat4d& render_from_shape,
-                                 double rate) {
+                                 double rate,
+                                 uint32_t most) {
     const std::vector<uint8_t> is_shown = shown_edges(mesh, surface, view, render_from_shape);
     std::vector<uint32_t> rates(surface.edge_count(), 1);
     for (size_t e = 0; e < rates.size(); ++e) {
@@ -103,7 +104,7 @@ std::vector<uint32_t> edge_rates(const scene::Mesh& mesh,
         }
         const double pieces = std::ceil(pixels / (is_shown[e] ? rate : rate * unseen_factor));
         // What is not a number, for want of a face, stays one piece
-        if (pieces > 1.0) rates[e] = uint32_t(std::min(pieces, double(most_pieces)));
+        if (pieces > 1.0) rates[e] = uint32_t(std::min(pieces, double(most)));
     }
     return rates;
 }

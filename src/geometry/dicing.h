@@ -52,12 +52,13 @@ inline constexpr uint32_t most_pieces = 4096;
 
 /// [edge] how many pieces edges get, so that none covers more than `rate` pixels. A function of the
 /// edge and of what lies beside it, thus the same for both faces of it. render_from_shape: where
-/// the surface stands for the picture.
+/// the surface stands for the picture. most: pieces of one edge at most.
 std::vector<uint32_t> edge_rates(const scene::Mesh& mesh,
                                  const LimitSurface& surface,
                                  const DicingView& view,
                                  const Mat4d& render_from_shape,
-                                 double rate);
+                                 double rate,
+                                 uint32_t most = most_pieces);
 
 /// About how many triangles LimitSurface::dice makes of these rates.
 uint64_t estimated_triangles(const scene::Mesh& mesh,

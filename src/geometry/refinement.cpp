@@ -112,11 +112,12 @@ std::vector<Job> make_jobs(const scene::Scene& scene,
     return jobs;
 }
 
-/// Chooses how many pieces edges get; returns about how many triangles that makes.
+/// Chooses how many pieces edges get, `most` at most; returns about how many triangles that makes.
 uint64_t set_rates(std::vector<Job>& jobs,
                    const DicingView& view,
                    std::optional<int> level,
-                   double rate) {
+                   double rate,
+                   uint32_t most) {
     std::vector<uint64_t> triangles(jobs.size(), 0);
     parallel_for(jobs.size(), [&](size_t i) {
         Job& job = jobs[i];
@@ -125,7 +126,7 @@ uint64_t set_rates(std::vector<Job>& jobs,
             job.rates.assign(job.surface->edge_count(), 1u << (level ? *level : 0));
         else
             job.rates = edge_rates(*job.mesh, *job.surface, view, *job.render_from_shape,
-                                   job.listed.is_light ? rate * light_factor : rate);
+                                   job.listed.is_light ? rate * light_factor : rate, most);
         triangles[i] = estimated_triangles(*job.mesh, *job.surface, job.rates);
     });
     uint64_t total = 0;
@@ -141,7 +142,7 @@ void choose_rates(std::vector<Job>& jobs,
                   Diagnostics& diagnostics) {
     std::optional<int> level = options.level;
     double rate = options.rate;
-    const uint64_t wanted = set_rates(jobs, view, level, rate);
+    const uint64_t wanted = set_rates(jobs, view, level, rate, most_pieces);
     uint64_t total = wanted;
     constexpr int most_rounds = 64;
     for (int i = 0; i < most_rounds && total > options.most_triangles; ++i) {
@@ -150,7 +151,10 @@ void choose_rates(std::vector<Job>& jobs,
             --*level;
         else
             rate *= std::max(1.1, std::sqrt(double(total) / double(options.most_triangles)));
-        total = set_rates(jobs, view, level, rate);
+        // Edges with more pixels than any rate would bring down (at the camera they are infinite)
+        // get fewer pieces too
+        const auto most = uint32_t(std::max(1.0, most_pieces * (options.rate / rate)));
+        total = set_rates(jobs, view, level, rate, most);
     }
     stats.rate = level ? 0 : rate;
     stats.level = level ? *level : -1;

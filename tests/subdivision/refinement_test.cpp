@@ -146,6 +146,22 @@ TEST_F(Dicing, TooManyTrianglesAreFewerWithAWarning) {
     EXPECT_EQ(level.stats.level, 4);
 }
 
+TEST_F(Dicing, TheLimitHoldsForEdgesOfAnyNumberOfPixels) {
+    scene::Scene scene;
+    scene.shapes.push_back(shape_of(cube(), Vec3(0, 0, -4)));
+    scene::Camera far_zoom = camera();
+    far_zoom.projection = scene::Camera::Projection::Orthographic;
+    for (const double window : {1e-6, 1e-20, 1e-200}) {
+        far_zoom.window_left = far_zoom.window_bottom = -window;
+        far_zoom.window_right = far_zoom.window_top = window;
+        Refinement refined =
+            geometry::refine(scene, {subdivider_, displacer_}, {.most_triangles = 5000},
+                             DicingView(far_zoom, 100, 100), diagnostics_);
+        EXPECT_LT(refined.stats.triangles, 5500u) << window;
+        EXPECT_GT(refined.stats.triangles, 1000u) << window;
+    }
+}
+
 TEST_F(Dicing, OneBadMeshIsPolygonsAndTheOthersAreNot) {
     scene::Scene scene;
     scene::Mesh bad = cube();
