@@ -43,7 +43,7 @@ Rgb OwnShadow::visible() const {
 }
 
 void OwnShadow::go(float distance) {
-    if (!interior_.is_empty()) {
+    if (!is_blocked_ && !interior_.is_empty()) {
         const float within = std::min(distance, links_.shadow_distance - travelled_);
         if (within > 0.0f) passed_ *= interior_.transmittance(world_.materials, within);
     }

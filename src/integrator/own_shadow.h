@@ -52,7 +52,7 @@ class OwnShadow {
     lights::RayCone cone_;
     Rgb passed_ = Rgb(1.0f);
     float travelled_ = 0;
-    bool is_blocked_ = false;  // what opaque casters further on do is of no account
+    bool is_blocked_ = false;  // what is further on is of no account
 };
 
 }  // namespace velatura::integrator

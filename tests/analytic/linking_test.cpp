@@ -284,6 +284,41 @@ TEST(ShadowLinking, ReachesAsFarAsItIsSaidToAndFades) {
     }
 }
 
+TEST(ShadowLinking, FadesInABodyThatAbsorbsOnTheWayToTheCasterOnly) {
+    // Everything lies in a body of index 1; the nearest opaque caster decides, half way to the lamp
+    scene::Material fog;
+    fog.opacity = scene::Input(0.0f);
+    fog.ior = scene::Input(1.0f);
+    fog.roughness = scene::Input(0.0f);
+    fog.transmission_depth = 0.5f;
+    fog.transmission_color = scene::Input(Rgb(0.5f));
+    const auto passes = [](double length) { return std::pow(0.5, 2.0 * length); };
+    constexpr float reach = 2.0f;
+    constexpr int n = 1000;
+    double expected = 0.0;  // midpoint rule over the lamp
+    for (int i = 0; i < n * n; ++i) {
+        const double x = (i % n + 0.5) * 2.0 / n - 1.0;
+        const double y = (i / n + 0.5) * 2.0 / n - 1.0;
+        const double r2 = 1.0 + x * x + y * y;
+        const double half = 0.5 * std::sqrt(r2);
+        expected += passes(half) * half / double(reach) / (r2 * r2);
+    }
+    // The camera looks from its near clipping plane on
+    expected *= 4.0 / (n * n) * passes(-double(patch_z) - 0.9);
+    for (const LightSampling strategy : strategies) {
+        for (const bool is_mesh : {false, true}) {
+            TestScene test = patch_scene();
+            add_blocker(test, test.add_matte(Rgb(0.5f)));
+            scene::LightLinks& links = is_mesh ? add_lamp(test).links : add_rect(test).links;
+            links.shadow_distance = links.shadow_falloff = reach;
+            test.add_sphere(Vec3(0.0f), 10.0, test.add_material(fog));
+            const Estimate found =
+                irradiance(render_direct(test, strategy, SelectionKind::Tree, 256).bounce(1, 0));
+            expect_close(found, expected, 1e-2, fmt::format("{} {}", name_of(strategy), is_mesh));
+        }
+    }
+}
+
 TEST(ShadowLinking, OfManyLightsIsThatOfEach) {
     // Two lights of which the blocker shades one, by a glossy surface and a matte one
     for (const float roughness : {0.1f, 0.5f}) {
