@@ -60,6 +60,32 @@ HWY_INLINE const MovingNode& node_of(const SegmentTree& tree, ChildRef ref) {
     return tree.node(ref);
 }
 
+// A tree whose leaves are numbers of records, to be fetched as leaves are.
+template <class Record>
+struct RecordTree {
+    const WideTree& tree;
+    const std::vector<Record>& records;
+};
+
+template <class Record>
+HWY_INLINE const WideNode& node_of(const RecordTree<Record>& tree, ChildRef ref) {
+    return tree.tree.nodes[ref];
+}
+
+template <class Record>
+HWY_INLINE void prefetch(const RecordTree<Record>& tree, ChildRef ref) {
+    const bool is_leaf = (ref & leaf_bit) != 0;
+    const auto* base = is_leaf ? reinterpret_cast<const char*>(tree.records.data())
+                               : reinterpret_cast<const char*>(tree.tree.nodes.data());
+    const size_t size = is_leaf ? sizeof(Record) : sizeof(WideNode);
+    const char* const p = base + size_t(ref & ~leaf_bit) * size;
+    // Up to three lines of a record, all four of a node
+    __builtin_prefetch(p);
+    __builtin_prefetch(p + std::min<size_t>(size - 1, 64));
+    __builtin_prefetch(p + std::min<size_t>(size - 1, 128));
+    __builtin_prefetch(is_leaf ? p : p + 192);
+}
+
 // Walks the tree front to back. on_leaf(ref) may lower t_bound (scaled).
 template <class Tree, class Slabs, class OnLeaf>
 HWY_INLINE void walk_closest(const Tree& tree,
@@ -192,7 +218,8 @@ void closest_in_primitives(const PrimitiveTree& set,
     const QuerySlack slack = primitive_slack(set.origin_slack);
     if (set.tree.is_empty() || !make_query(ray.o, ray.d, set.tree.query_bounds, slack, q)) return;
     float t_bound = float(double(best.t) * q.scaled_from_t);
-    walk_closest(set.tree, SlabLanes(q), t_bound, [&](uint32_t index) HWY_ATTR {
+    const RecordTree<PrimitiveRecord> tree{set.tree, set.primitives};
+    walk_closest(tree, SlabLanes(q), t_bound, [&](uint32_t index) HWY_ATTR {
         closest_primitive(set.primitives[index], ray, met, best);
         t_bound = float(double(best.t) * q.scaled_from_t);
     });
@@ -216,7 +243,8 @@ bool any_in_primitives(const PrimitiveTree& set,
     if (set.tree.is_empty() || !make_query(ray.o, ray.d, set.tree.query_bounds, slack, q))
         return false;
     const float t_bound = float(double(t_max) * q.scaled_from_t);
-    return walk_any(set.tree, SlabLanes(q), t_bound, [&](uint32_t index) HWY_ATTR {
+    const RecordTree<PrimitiveRecord> tree{set.tree, set.primitives};
+    return walk_any(tree, SlabLanes(q), t_bound, [&](uint32_t index) HWY_ATTR {
         return is_occluded_by(set.primitives[index], ray, t_max, met);
     });
 }
@@ -227,14 +255,16 @@ HWY_INLINE bool enter_instance(const SceneTrees& trees,
                                const geometry::Ray& ray,
                                PlacedRay& inner,
                                QueryRay& q) {
-    const auto& m = record.prototype_from_render;
-    Vec3d &o = inner.o, &d = inner.d;
-    inner.instance = record.instance;
-    for (int k = 0; k < 3; ++k) {
-        d[k] = double(ray.d.x) * m[0][k] + double(ray.d.y) * m[1][k] + double(ray.d.z) * m[2][k];
-        o[k] = double(ray.o.x) * m[0][k] + double(ray.o.y) * m[1][k] + double(ray.o.z) * m[2][k] +
-               m[3][k];
-    }
+    using axes::Double4;
+    const auto row = [&](int i) {
+        const auto& m = record.prototype_from_render[i];
+        return Double4{m[0], m[1], m[2], 1};
+    };
+    const Double4 d =
+        double(ray.d.x) * row(0) + double(ray.d.y) * row(1) + double(ray.d.z) * row(2);
+    const Double4 o = double(ray.o.x) * row(0) + double(ray.o.y) * row(1) +
+                      double(ray.o.z) * row(2) + row(3);
+    inner = {Vec3d(o[0], o[1], o[2]), Vec3d(d[0], d[1], d[2]), record.instance};
     const WideTree& tree = trees.prototypes[record.tree];
     return !tree.is_empty() && make_query(o, d, tree.query_bounds, {}, q);
 }

@@ -155,36 +155,36 @@ template <class Origin, class Direction>
     return true;
 }
 
-/// Prepares o + t·d (the tree's space) for a tree within `bounds`.
+/// Prepares origin + t·d (the tree's space) for a tree within `bounds`. Elements 3 have no meaning.
 /// Returns: false when the ray cannot meet anything: d zero or something not finite or too large.
-[[gnu::always_inline]] inline bool make_query(const Vec3d& o,
-                                              const Vec3d& d,
+[[gnu::always_inline]] inline bool make_query(const axes::Double4& origin,
+                                              const axes::Double4& d,
                                               const QueryBounds& bounds,
                                               const QuerySlack& slack,
                                               QueryRay& q) {
     using namespace axes;
-    const double d_abs[3] = {std::abs(d.x), std::abs(d.y), std::abs(d.z)};
-    const uint32_t kz = largest_axis(d_abs[0], d_abs[1], d_abs[2]);
+    const Double4 o_size = absolute(origin), d_size = absolute(d);
+    const uint32_t kz = largest_axis(d_size[0], d_size[1], d_size[2]);
     // Written so that NaN fails
-    const double limit = double(coordinate_limit);
-    if (!(std::abs(o.x) < limit && std::abs(o.y) < limit && std::abs(o.z) < limit)) return false;
-    if (!(d_abs[0] <= 0x1p300 && d_abs[1] <= 0x1p300 && d_abs[2] <= 0x1p300)) return false;
-    if (!(d_abs[kz] >= 0x1p-300)) return false;
+    const double limit = double(coordinate_limit), longest = largest(d_size);
+    if (!(o_size[0] < limit && o_size[1] < limit && o_size[2] < limit)) return false;
+    if (!(d_size[0] <= 0x1p300 && d_size[1] <= 0x1p300 && d_size[2] <= 0x1p300)) return false;
+    if (!(longest >= 0x1p-300)) return false;
 
     // Scale d by a power of two: exact, and keeps the float part away from overflow
-    const uint64_t exponent = std::bit_cast<uint64_t>(d_abs[kz]) >> 52;
+    const uint64_t exponent = std::bit_cast<uint64_t>(longest) >> 52;
     const double scale = std::bit_cast<double>((2046 - exponent) << 52);
     q.t_from_scaled = scale;
     q.scaled_from_t = std::bit_cast<double>(exponent << 52);
 
-    const Double4 origin = {o.x, o.y, o.z, 0}, e = Double4{d.x, d.y, d.z, 1} * scale;
+    const Double4 e = d * scale;
     Double4 lower, upper;
     __builtin_memcpy(&lower, bounds.lower, sizeof(lower));
     __builtin_memcpy(&upper, bounds.upper, sizeof(upper));
     // Largest distance along an axis to the far side of the bounds
     const Double4 below = origin - lower, above = upper - origin;
     const double reach = largest(below > above ? below : above);
-    const Double4 margin = slack.origin * 2.0 * reach + absolute(origin) * 0x1p-22 + 0x1p-148;
+    const Double4 margin = slack.origin * 2.0 * reach + o_size * 0x1p-22 + 0x1p-148;
     const Double4 outward = with_signs(margin, e);
     // A finite bound instead of infinity keeps 0·inf out; distances are far smaller than 1e38
     const Double4 steepness = 1.0 / absolute(e), most = Double4{} + 1e38;
@@ -194,9 +194,19 @@ template <class Origin, class Direction>
               slack.inverse);
     const Float4 rounded = __builtin_convertvector(origin, Float4);
     const double rounding = largest(absolute(__builtin_convertvector(rounded, Double4) - origin));
-    set_shear(q, o, e, kz, float(reach) * (1.0f + 0x1p-20f), float(rounding) * 2.0f,
+    set_shear(q, origin, e, kz, float(reach) * (1.0f + 0x1p-20f), float(rounding) * 2.0f,
               4.0f * float(largest(margin)));
     return true;
+}
+
+/// The same for vectors.
+[[gnu::always_inline]] inline bool make_query(const Vec3d& o,
+                                              const Vec3d& d,
+                                              const QueryBounds& bounds,
+                                              const QuerySlack& slack,
+                                              QueryRay& q) {
+    return make_query(axes::Double4{o.x, o.y, o.z, 0}, axes::Double4{d.x, d.y, d.z, 1}, bounds,
+                      slack, q);
 }
 
 /// A ray of render space, made ready for a tree in it.

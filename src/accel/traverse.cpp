@@ -123,7 +123,8 @@ HWY_INLINE bool intersect(const SceneTrees& trees,
     }
     if (!trees.top.is_empty() && make_query(ray, trees.top.query_bounds, top_slack(trees), q)) {
         float t_bound = float(double(best.t) * q.scaled_from_t);
-        walk_closest(trees.top, met.top().slabs(q), t_bound, [&](uint32_t index) HWY_ATTR {
+        const RecordTree<InstanceRecord> top{trees.top, trees.instances};
+        walk_closest(top, met.top().slabs(q), t_bound, [&](uint32_t index) HWY_ATTR {
             if (index >= trees.instances.size()) {
                 const PlacedRay direct{Vec3d(ray.o), Vec3d(ray.d)};
                 closest_primitive(trees.primitives[index - trees.instances.size()], direct,
@@ -155,7 +156,8 @@ HWY_INLINE bool is_occluded(const SceneTrees& trees, const geometry::Ray& ray, c
     if (trees.top.is_empty() || !make_query(ray, trees.top.query_bounds, top_slack(trees), q))
         return false;
     const float t_bound = float(double(ray.t_max) * q.scaled_from_t);
-    return walk_any(trees.top, met.top().slabs(q), t_bound, [&](uint32_t index) HWY_ATTR {
+    const RecordTree<InstanceRecord> top{trees.top, trees.instances};
+    return walk_any(top, met.top().slabs(q), t_bound, [&](uint32_t index) HWY_ATTR {
         if (index >= trees.instances.size())
             return is_occluded_by(trees.primitives[index - trees.instances.size()],
                                   {Vec3d(ray.o), Vec3d(ray.d)}, ray.t_max, met.direct());
