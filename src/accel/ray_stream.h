@@ -12,33 +12,41 @@ namespace velatura::accel {
 
 /// Traces rays of one kind (from the camera, after the first bounce, towards lights …) through an
 /// accelerator, each by itself or many side by side, whichever is faster in this scene on this
-/// machine: the first batches take turns and are timed. Coherent rays and small scenes favour one
-/// by one, incoherent rays in large scenes side by side. What is hit does not depend on it.
+/// machine: parts of the first batches take turns and are timed. Coherent rays and small scenes
+/// favour one by one, incoherent rays in large scenes side by side. What is hit does not depend on
+/// it.
 ///
 /// One for each kind and thread; the accelerator must outlive it.
 class RayStream {
   public:
     explicit RayStream(const Accelerator& accelerator);
 
-    /// Batches of fewer rays are neither timed nor traced side by side.
+    /// Batches of fewer rays are not traced side by side.
     static constexpr size_t smallest_batch = 128;
+    /// Batches of fewer rays are not timed.
+    static constexpr size_t smallest_trial = 4 * smallest_batch;
 
     /// As Accelerator's.
     void intersect(std::span<const geometry::Ray> rays, std::span<geometry::Hit> hits);
     void is_occluded(std::span<const geometry::Ray> rays, std::span<uint8_t> occluded);
 
-    bool has_chosen() const { return trials_left_ == 0; }
+    bool has_chosen() const { return next_trial_ == trials; }
 
     bool is_side_by_side() const { return is_side_by_side_; }
 
   private:
+    static constexpr size_t trials = 9;
+
+    // Each traces `count` rays from `first` on.
     template <class OneByOne, class SideBySide>
     void trace(size_t count, const OneByOne& one_by_one, const SideBySide& side_by_side);
+    template <class OneByOne, class SideBySide>
+    void try_both(size_t count, const OneByOne& one_by_one, const SideBySide& side_by_side);
 
     const Accelerator& accelerator_;
     bool is_side_by_side_ = false;
-    int trials_left_ = 0;
-    std::array<double, 2> best_ = {};  ///< seconds per ray: one by one, side by side
+    size_t next_trial_ = 0;
+    std::array<double, trials> gains_ = {};  ///< [trial] time one by one over time side by side
 };
 
 }  // namespace velatura::accel

@@ -165,9 +165,9 @@ TEST(RayStream, ChoosesAWayByTimingBothAndFindsTheSame) {
     std::vector<geometry::Hit> hits(rays.size());
     std::vector<uint8_t> occluded(rays.size());
     // Too few rays are no trial
-    closest.intersect(std::span(rays).first(RayStream::smallest_batch - 1), hits);
+    closest.intersect(std::span(rays).first(RayStream::smallest_trial - 1), hits);
     for (int i = 0; i < 12; ++i) {
-        EXPECT_EQ(closest.has_chosen(), i >= 10 || !bvh->has_batches());
+        EXPECT_EQ(closest.has_chosen(), i >= 9 || !bvh->has_batches());
         closest.intersect(rays, hits);
         any.is_occluded(rays, occluded);
         for (size_t k = 0; k < rays.size(); ++k) {

@@ -61,7 +61,7 @@ double own_rate(const accel::Accelerator& bvh, const RaySet& set, int rounds) {
         }
         return count;
     };
-    while (!stream.has_chosen() && rays.size() >= accel::RayStream::smallest_batch &&
+    while (!stream.has_chosen() && rays.size() >= accel::RayStream::smallest_trial &&
            bvh.has_batches())
         once();
     return best_rate(rays.size(), rounds, once);
