@@ -142,6 +142,7 @@ json effect_calls_json(const EffectPlan& plan, const scene::EffectCalls& calls) 
     json j = json::array();
     for (size_t i = 0; i < scene::effect_count; ++i) {
         j.push_back(entry_json(plan, i));
+        if (scene::info(Effect(i)).calls.empty()) continue;
         j.back()["calls"] = calls.count[i];
         j.back()["a_call_is"] = scene::info(Effect(i)).calls;
     }

@@ -50,12 +50,12 @@ constexpr std::array<EffectInfo, effect_count> table = {{
     {Effect::Splitting, Estimator, "splitting", "paths divided"},
     {Effect::CausticSearch, Estimator, "caustic-search", "chains looked for"},
     {Effect::AdaptiveSampling, Estimator, "adaptive-sampling", "pilot samples"},
-    {Effect::BounceLayers, Output, "bounce-layers", "files with them"},
-    {Effect::LightLayers, Output, "light-layers", "files with them"},
-    {Effect::MatrixLayers, Output, "matrix-layers", "files with them"},
+    {Effect::BounceLayers, Output, "bounce-layers", ""},
+    {Effect::LightLayers, Output, "light-layers", ""},
+    {Effect::MatrixLayers, Output, "matrix-layers", ""},
     {Effect::ShadowLayers, Output, "shadow-layers", "values of light without occlusion"},
-    {Effect::DataLayers, Output, "data-layers", "files with them"},
-    {Effect::HalfImages, Output, "half-images", "files with them"},
+    {Effect::DataLayers, Output, "data-layers", ""},
+    {Effect::HalfImages, Output, "half-images", ""},
 }};
 
 constexpr bool is_in_order() {

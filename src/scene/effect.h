@@ -75,7 +75,7 @@ struct EffectInfo {
     Effect effect;
     EffectKind kind;
     std::string_view name;   ///< as on the command line and in files
-    std::string_view calls;  ///< what one call of its counter is
+    std::string_view calls;  ///< what one call of its counter is; empty where nothing is counted
 };
 
 const EffectInfo& info(Effect effect);

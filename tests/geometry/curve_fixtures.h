@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "oracle_numbers.h"
+
 #include "geometry/primitive_set.h"
 #include "scene/curves.h"
 
@@ -9,36 +11,9 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <random>
 #include <vector>
 
 namespace velatura::geometry::test {
-
-using Real = long double;
-using VecL = Imath::Vec3<Real>;
-
-inline constexpr float far_away = std::numeric_limits<float>::infinity();
-
-class Random {
-  public:
-    explicit Random(uint32_t seed) : engine_(seed) {}
-
-    double between(double a, double b) {
-        return std::uniform_real_distribution<double>(a, b)(engine_);
-    }
-
-    Vec3d direction() {
-        std::normal_distribution<double> normal;
-        return normalize(Vec3d(normal(engine_), normal(engine_), normal(engine_)));
-    }
-
-    Vec3d in_cube(double half) {
-        return {between(-half, half), between(-half, half), between(-half, half)};
-    }
-
-  private:
-    std::mt19937 engine_;
-};
 
 /// A curve in long double, by the formulas of its basis: what a set of curves is held against.
 struct CurveOracle {

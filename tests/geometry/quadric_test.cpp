@@ -4,44 +4,21 @@
 #include "geometry/geometry_set.h"
 #include "geometry/surface_point.h"
 #include "geometry/tessellate.h"
+#include "oracle_numbers.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <optional>
-#include <random>
 
 namespace velatura::geometry {
 
 namespace {
 
+using test::far_away, test::Random, test::Real, test::VecL;
+
 using Kind = scene::Gprim::Kind;
-using Real = long double;
-using VecL = Imath::Vec3<Real>;
-
 constexpr Kind kinds[] = {Kind::Sphere, Kind::Cylinder, Kind::Cone, Kind::Capsule};
-constexpr float far_away = std::numeric_limits<float>::infinity();
-
-class Random {
-  public:
-    explicit Random(uint32_t seed) : engine_(seed) {}
-
-    double between(double a, double b) {
-        return std::uniform_real_distribution<double>(a, b)(engine_);
-    }
-
-    Vec3d direction() {
-        std::normal_distribution<double> normal;
-        return normalize(Vec3d(normal(engine_), normal(engine_), normal(engine_)));
-    }
-
-    Vec3d in_cube(double half) {
-        return {between(-half, half), between(-half, half), between(-half, half)};
-    }
-
-  private:
-    std::mt19937 engine_;
-};
 
 Mat4d affine(const Vec3d& scale, const Vec3d& axis, double turn, const Vec3d& where) {
     Mat4d s, r, t;
