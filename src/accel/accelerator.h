@@ -11,12 +11,20 @@
 
 namespace velatura::accel {
 
+/// Triangles that were left out of a tree because each lies exactly on another, with a smaller number.
+struct Duplicates {
+    size_t count = 0;
+    uint32_t prototype = scene::none;  ///< of the first of them; none: placed directly
+    uint32_t shape = 0, triangle = 0;    ///< of the first of them, as those of geometry::Hit
+};
+
 /// What was built, for statistics.
 struct AcceleratorStats {
     size_t triangles = 0;   ///< stored once per prototype
     size_t references = 0;  ///< triangles and parts of divided ones in leaves
     size_t primitives = 0;  ///< of PrimitiveSets, stored once per prototype
     size_t instances = 0;
+    Duplicates duplicates;  ///< found where no plane divides what lies in one place, elsewhere kept
     size_t nodes = 0;
     size_t bytes = 0;
     double build_seconds = 0;

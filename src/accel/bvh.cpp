@@ -75,13 +75,15 @@ class TriangleTreeBuilder {
         binary_options.block = wide;
         binary_options.source = options_.spare_references > 0 ? &corners_ : nullptr;
         binary_options.merge_duplicates = [&](std::span<BuildPrim> range) { return merge(range); };
-        const BinaryTree binary = build_binary_tree(collect(), binary_options);
+        BuildPrims prims = collect();
+        const size_t collected = prims.count;
+        const BinaryTree binary = build_binary_tree(std::move(prims), binary_options);
         std::vector<LeafBlock, LargePages<LeafBlock>> leaves;
         WideTree tree = collapse(
             binary, wide, {}, [&](size_t count) { leaves.resize(count); },
             [&](uint32_t index, std::span<const uint32_t> ids) { fill_block(leaves[index], ids); });
         tree.leaves = std::move(leaves);
-        count_triangles(tree.leaves, stored);
+        count_triangles(tree.leaves, collected, stored);
         return tree;
     }
 
@@ -139,7 +141,9 @@ class TriangleTreeBuilder {
         });
     }
 
-    void count_triangles(std::span<const LeafBlock> leaves, AcceleratorStats& stored) const {
+    void count_triangles(std::span<const LeafBlock> leaves,
+                         size_t collected,
+                         AcceleratorStats& stored) const {
         std::vector<bool> seen(numbers_.count());
         for (const LeafBlock& leaf : leaves) {
             for (const uint32_t id : leaf.id) {
@@ -149,6 +153,13 @@ class TriangleTreeBuilder {
                 seen[id] = true;
             }
         }
+        if (stored.triangles == collected) return;
+        const auto is_collected = [&](size_t shape, size_t triangle) {
+            if (shapes_[shape].segments() > 0) return false;
+            const Corners c = corners_.of(shape, triangle);
+            return !is_degenerate(c.p[0], c.p[1], c.p[2]);
+        };
+        count_duplicates(numbers_, shapes_, seen, is_collected, stored.duplicates);
     }
 
     void fill_block(LeafBlock& block, std::span<const uint32_t> references) const {
@@ -286,6 +297,7 @@ class Bvh final : public Accelerator {
             stats_.triangles += part.triangles;
             stats_.references += part.references;
         }
+        stats_.duplicates = sum_duplicates(stored);
         count_memory();
         stats_.quality = name_of(options.quality);
         stats_.build_seconds =
@@ -356,6 +368,19 @@ class Bvh final : public Accelerator {
         hit.shape = numbers.shape(best.id);
         hit.triangle = best.id - numbers.first(hit.shape);
         return hit;
+    }
+
+    // [prototype], then what is placed directly.
+    static Duplicates sum_duplicates(std::span<const AcceleratorStats> stored) {
+        Duplicates sum;
+        for (size_t i = stored.size(); i-- > 0;) {
+            Duplicates part = stored[i].duplicates;
+            if (part.count == 0) continue;
+            if (i + 1 < stored.size()) part.prototype = uint32_t(i);
+            part.count += sum.count;
+            sum = part;
+        }
+        return sum;
     }
 
     const TriangleNumbers& numbers_of(uint32_t instance) const {

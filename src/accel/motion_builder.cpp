@@ -35,7 +35,7 @@ class MotionBuilder {
                   uint32_t segments)
         : shapes_(shapes), numbers_(numbers), segments_(segments) {}
 
-    MovingTree run(const BvhOptions& options, Box3& bounds) const {
+    MovingTree run(const BvhOptions& options, Box3& bounds, AcceleratorStats& stored) const {
         BinaryBuildOptions binary_options = binary_options_of(options);
         binary_options.leaf_size = options.leaf_size;
         binary_options.block = wide;
@@ -45,7 +45,9 @@ class MotionBuilder {
                 return ways != 0 ? ways : order_of_shapes(numbers_, options, a.id, b.id);
             });
         };
-        const BinaryTree binary = build_binary_tree(collect(bounds), binary_options);
+        BuildPrims prims = collect(bounds);
+        const size_t collected = prims.count;
+        const BinaryTree binary = build_binary_tree(std::move(prims), binary_options);
         MovingTree tree;
         tree.segments = segments_;
         const WideTree shape = collapse(
@@ -57,6 +59,7 @@ class MotionBuilder {
             return boxes_of(&tree.leaves[block * (segments_ + 1) + segment]);
         };
         fit_boxes(shape, box_of_leaf, tree);
+        count_triangles(tree, collected, stored);
         return tree;
     }
 
@@ -109,6 +112,27 @@ class MotionBuilder {
             }
         }
         return prims;
+    }
+
+    void count_triangles(const MovingTree& tree, size_t collected, AcceleratorStats& stored) const {
+        std::vector<bool> seen(numbers_.count());
+        size_t count = 0;
+        for (size_t block = 0; block < tree.leaves.size(); block += segments_ + 1) {
+            for (const uint32_t id : tree.leaves[block].id) {
+                if (id == unused_lane) continue;
+                seen[id] = true;
+                ++count;
+            }
+        }
+        stored.references += count;
+        stored.triangles += count;
+        if (count == collected) return;
+        const auto is_collected = [&](size_t shape, size_t triangle) {
+            Box3 bounds;
+            return shapes_[shape].segments() == segments_ &&
+                   !half_through(shapes_[shape], triangle, bounds).isEmpty();
+        };
+        count_duplicates(numbers_, shapes_, seen, is_collected, stored.duplicates);
     }
 
     // Empty: the triangle is never there. Also takes all that it is into `bounds`.
@@ -178,15 +202,6 @@ class MotionBuilder {
     uint32_t segments_;
 };
 
-void count_triangles(const MovingTree& tree, AcceleratorStats& stored) {
-    for (size_t block = 0; block < tree.leaves.size(); block += tree.segments + 1) {
-        for (const uint32_t id : tree.leaves[block].id) {
-            stored.references += id != unused_lane;
-            stored.triangles += id != unused_lane;
-        }
-    }
-}
-
 }  // namespace
 
 MovingTrees build_moving_trees(std::span<const TriangleSoupView> shapes,
@@ -202,9 +217,8 @@ MovingTrees build_moving_trees(std::span<const TriangleSoupView> shapes,
     }
     MovingTrees result;
     for (const uint32_t segments : kinds) {
-        MovingTree tree = MotionBuilder(shapes, numbers, segments).run(options, result.bounds);
+        MovingTree tree = MotionBuilder(shapes, numbers, segments).run(options, result.bounds, stored);
         if (tree.node_count == 0) continue;
-        count_triangles(tree, stored);
         result.trees.push_back(std::move(tree));
     }
     if (!result.is_empty()) result.query_bounds = QueryBounds(result.bounds);

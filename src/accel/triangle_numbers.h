@@ -70,6 +70,24 @@ size_t merge_equal(std::span<BuildPrim> range, const Order& order) {
     return size_t(end - range.begin());
 }
 
+/// Counts what was collected for a tree and is not in it. seen: [id] whether it is; is_collected(shape,
+/// triangle).
+template <class IsCollected>
+void count_duplicates(const TriangleNumbers& numbers,
+                      std::span<const TriangleSoupView> shapes,
+                      const std::vector<bool>& seen,
+                      const IsCollected& is_collected,
+                      Duplicates& duplicates) {
+    for (size_t s = 0; s < shapes.size(); ++s) {
+        for (size_t i = 0; i < shapes[s].triangles.size(); ++i) {
+            if (seen[numbers.first(s) + i] || !is_collected(s, i)) continue;
+            if (duplicates.count++ > 0) continue;
+            duplicates.shape = uint32_t(s);
+            duplicates.triangle = uint32_t(i);
+        }
+    }
+}
+
 /// Of points in the order of their coordinates: negative, 0 or positive.
 inline int order_of(const Vec3& a, const Vec3& b) {
     for (int k = 0; k < 3; ++k) {

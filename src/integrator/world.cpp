@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
 namespace velatura::integrator {
 
 namespace {
@@ -36,6 +38,15 @@ std::unique_ptr<accel::Accelerator> make_accelerator(const scene::Scene& scene,
     }
     const accel::BvhQuality quality = options.bvh_quality ? *options.bvh_quality : accel::choose_quality(options.expected_rays, accel::triangle_count(soup));
     return accel::build_bvh(soup, accel::options_of(quality));
+}
+
+/// Once for all of them: what lies exactly on something else is an error of the scene, and only one can be seen.
+void warn_of_duplicates(const scene::Scene& scene, const accel::Duplicates& duplicates, Diagnostics& diagnostics) {
+    if (duplicates.count == 0) return;
+    const auto& shapes = duplicates.prototype == scene::none ? scene.shapes : scene.prototypes[duplicates.prototype].shapes;
+    const scene::ProvenanceId provenance = shapes[duplicates.shape].provenance;
+    const std::string prim = provenance < scene.provenance.size() ? scene.provenance[provenance].prim_path : std::string();
+    diagnostics.warn("duplicate-triangles", {}, prim, fmt::format("{} triangles lie exactly on others and are left out, this prim's triangle {} the first of them", duplicates.count, duplicates.triangle));
 }
 
 geometry::GeometrySet make_geometry(const scene::Scene& scene,
@@ -151,6 +162,7 @@ World::World(const scene::Scene& s, const WorldOptions& options, const lights::I
       has_lobe_multipliers(options.forced.has(scene::Effect::LobeMultipliers) ||
                            std::any_of(s.lights.begin(), s.lights.end(), has_multiplier<scene::Light>) ||
                            std::any_of(s.mesh_lights.begin(), s.mesh_lights.end(), has_multiplier<scene::MeshLight>)) {
+    warn_of_duplicates(s, accelerator->stats().duplicates, diagnostics);
     if (materials.has_absorption() && has_own_shadows) caster_materials = list_caster_materials(s);
     interior_changes = materials.has_absorption() && (geometry.has_motion() || camera.has_motion());
     if (materials.has_absorption() && !interior_changes) camera_interior = interior_at(camera.generate_ray(Vec2(0.5f * float(options.width), 0.5f * float(options.height)), Vec2(0.5f)).o, 0.0f);

@@ -412,7 +412,10 @@ TEST(Motion, KeepsTheFirstOfDuplicatesThatAreNotNumbersAtAKey) {
     for (size_t i = 0; i < soup.positions.size(); ++i) soup.positions[i].y = i % 2 ? nan : inf;
     for (size_t i = 150; i < 300; ++i) soup.later_positions[1][i].z += 1;
     expect_exact(scene_of({soup}), timed(mixed_rays(5000, 93), 94), 100);
-    EXPECT_EQ(build_bvh(scene_of({soup}))->stats().triangles, 2u);
+    const AcceleratorStats stats = build_bvh(scene_of({soup}))->stats();
+    EXPECT_EQ(stats.triangles, 2u);
+    EXPECT_EQ(stats.duplicates.count, 98u);
+    EXPECT_EQ(stats.duplicates.triangle, 1u);
 }
 
 // Entries of a matrix round to floats by what they are at both keys: where an instance that is

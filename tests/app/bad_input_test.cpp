@@ -74,6 +74,22 @@ def Material "M"
     EXPECT_FALSE(w.exists("y.exr"));
 }
 
+TEST(BadInput, TrianglesOnOneAnotherAreWarnedOfOnce) {
+    const Workplace w;
+    std::string counts, indices;
+    for (int i = 0; i < 50; ++i) {
+        counts += i ? ", 3" : "3";
+        indices += i ? ", 0, 1, 2" : "0, 1, 2";
+    }
+    w.write("d.usda", "#usda 1.0\ndef Mesh \"Stack\"\n{\n    uniform token subdivisionScheme = \"none\"\n    int[] faceVertexCounts = [" + counts +
+                          "]\n    int[] faceVertexIndices = [" + indices + "]\n    point3f[] points = [(-1, -1, 0), (1, -1, 0), (0, 1, 0)]\n}\n");
+    const CommandResult r = w.velatura(std::string("render d.usda -o x.exr") + quick);
+    expect_failure(r, 0, "/Stack");
+    const size_t first = r.output.find("49 triangles lie exactly on others");
+    EXPECT_NE(first, std::string::npos) << r.output;
+    EXPECT_EQ(r.output.find("duplicate-triangles", r.output.find("duplicate-triangles") + 1), std::string::npos) << r.output;
+}
+
 TEST(BadInput, UnknownCameraListsTheCamerasThereAre) {
     const Workplace w;
     w.write("s.usda", small_scene());

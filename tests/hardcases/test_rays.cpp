@@ -190,6 +190,9 @@ TEST(HardRaysH11, CoincidentTrianglesBuildAndTheFirstWins) {
     const std::vector<Soup> soups = {soup};
     const auto bvh = build_bvh(scene_of(soups));
     EXPECT_EQ(bvh->stats().triangles, 2u);
+    EXPECT_EQ(bvh->stats().duplicates.count, count - 2);
+    EXPECT_EQ(bvh->stats().duplicates.prototype, scene::none);
+    EXPECT_EQ(bvh->stats().duplicates.triangle, 2u);
     const geometry::Hit hit = bvh->intersect({Vec3(0), Vec3(0, 0, 1)});
     EXPECT_EQ(hit.triangle, 0u);
     EXPECT_EQ(hit.t, 2.0f);
