@@ -72,9 +72,28 @@ void find_shaping(EffectFindings& found) {
         if (l.shaping.is_active) found.on(l.name, "cone or focus");
 }
 
+/// Cone and focus; profiles stay.
 void forget_shaping(scene::Scene& scene) {
-    change_lights(scene, [](Light& l) { l.shaping = {}; });
-    for (scene::MeshLight& l : scene.mesh_lights) l.shaping = {};
+    const auto forget = [](scene::Shaping& shaping) {
+        scene::Shaping kept;
+        kept.ies = shaping.ies;
+        kept.ies_angle_scale = shaping.ies_angle_scale;
+        kept.ies_normalize = shaping.ies_normalize;
+        shaping = std::move(kept);
+    };
+    change_lights(scene, [&](Light& l) { forget(l.shaping); });
+    for (scene::MeshLight& l : scene.mesh_lights) forget(l.shaping);
+}
+
+void find_profiles(EffectFindings& found) {
+    find_lights(found, [](const Light& l) { return l.shaping.ies != nullptr; }, "IES profile");
+    for (const scene::MeshLight& l : found.scene.mesh_lights)
+        if (l.shaping.ies) found.on(l.name, "IES profile");
+}
+
+void forget_profiles(scene::Scene& scene) {
+    change_lights(scene, [](Light& l) { l.shaping.ies = nullptr; });
+    for (scene::MeshLight& l : scene.mesh_lights) l.shaping.ies = nullptr;
 }
 
 template <class AnyLight>
@@ -151,6 +170,7 @@ constexpr std::array rules = {
     EffectRule{Effect::Portals, find_portals, [](scene::Scene& s) { change_lights(s, [](Light& l) { l.render_from_portals.clear(); }); }},
     EffectRule{Effect::LightTextures, find_light_textures, [](scene::Scene& s) { change_lights(s, [](Light& l) { if (!is_dome(l)) l.texture_file.clear(); }); }},
     EffectRule{Effect::LightShaping, find_shaping, forget_shaping},
+    EffectRule{Effect::LightProfiles, find_profiles, forget_profiles},
     EffectRule{Effect::LobeMultipliers, find_multipliers, forget_multipliers, true},
     EffectRule{Effect::LightSelection, find_choices, nullptr, true},
     EffectRule{Effect::LightLinking, find_links, forget_links, true},

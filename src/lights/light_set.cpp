@@ -124,7 +124,7 @@ class Preparation {
 
     void warn_about_ignored(const scene::Light& light) {
         using scene::LightKind;
-        if (light.shaping.is_active && !has_size(light.kind))
+        if ((light.shaping.is_active || light.shaping.ies) && !has_size(light.kind))
             warn(light, "light-ignored", "shaping is not applied to distant and dome lights");
         if (!light.texture_file.empty() && light.kind != LightKind::Rect &&
             light.kind != LightKind::Dome)

@@ -5,11 +5,15 @@
 #include "lights/light_bounds.h"
 #include "scene/light.h"
 
+#include <memory>
+
 namespace velatura::lights {
 
-/// UsdLuxShapingAPI cone and focus around the light's −Z axis in render space. Angles are measured
+/// UsdLuxShapingAPI: cone, focus and measured profile around the light's −Z axis. Angles are measured
 /// in render space, also under non-uniform scale. Focus uses the axis for every shape (OpenUSD's
-/// reference code), not the normal.
+/// reference code), not the normal. Profiles: vertical angles from −Z, horizontal ones from +X
+/// towards +Y of light space, both of the direction towards the light (luxtest's reference code);
+/// `angleScale` as in the schema's documentation.
 class LightShaping {
   public:
     /// Shapes nothing.
@@ -23,7 +27,7 @@ class LightShaping {
     /// Factor of the radiance that leaves in the unit direction `wo` (away from the light).
     Rgb factor(const Vec3d& wo) const;
 
-    bool is_active() const { return has_cone_ || has_focus_; }
+    bool is_active() const { return has_cone_ || has_focus_ || profile_; }
 
     /// The shaped directions alone: a cone without intensity that all emission stays in; the
     /// whole sphere when nothing is cut off.
@@ -35,13 +39,20 @@ class LightShaping {
     double mean_over_hemisphere() const;
 
   private:
+    void set_profile(const scene::Shaping& shaping, const Mat4d& render_from_light);
     Rgb factor_of_cosine(double cos_theta) const;
+    double profile_factor(double theta, double phi) const;
+    /// Of the profile, over all horizontal angles; 1 without one.
+    double mean_profile_factor(double theta) const;
 
     Vec3d axis_ = Vec3d(0.0, 0.0, -1.0);
     bool has_cone_ = false, has_focus_ = false;
     double cone_outer_ = 0, cone_inner_ = 0;  // radians
     double focus_ = 0;
     Rgb tint_ = Rgb(0.0f);
+    std::shared_ptr<const scene::IesProfile> profile_;
+    Vec3d across_x_ = Vec3d(1.0, 0.0, 0.0), across_y_ = Vec3d(0.0, 1.0, 0.0);
+    double angle_scale_ = 0, profile_scale_ = 1;
 };
 
 }  // namespace velatura::lights

@@ -40,6 +40,7 @@ constexpr std::array<EffectInfo, effect_count> table = {{
     {Effect::Portals, Scene, "portals", "directions chosen through portals"},
     {Effect::LightTextures, Scene, "light-textures", "lookups in pictures of rect lights"},
     {Effect::LightShaping, Scene, "light-shaping", "cones and focus evaluated"},
+    {Effect::LightProfiles, Scene, "light-profiles", "intensities of profiles looked up"},
     {Effect::LobeMultipliers, Scene, "lobe-multipliers", "lobes weighed for a light"},
     {Effect::LightSelection, Scene, "light-selection", "choices among lights"},
     {Effect::LightLinking, Scene, "light-linking", "links asked for"},

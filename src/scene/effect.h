@@ -46,6 +46,7 @@ enum class Effect : uint8_t {
     Portals,
     LightTextures,
     LightShaping,
+    LightProfiles,
     LobeMultipliers,
     LightSelection,
     LightLinking,

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "base/math.h"
 #include "scene/ids.h"
+#include "scene/ies_profile.h"
 #include "scene/linking.h"
 
 namespace velatura::scene {
@@ -22,7 +24,11 @@ struct Shaping {
     float cone_softness = 0.0f;    ///< [0, 1]
     float focus = 0.0f;
     Rgb focus_tint = Rgb(0.0f);
-    bool is_active = false;
+    bool is_active = false;         ///< of cone and focus: whether they change anything
+
+    std::shared_ptr<const IesProfile> ies;  ///< null: none
+    float ies_angle_scale = 0.0f;           ///< UsdLux `shaping:ies:angleScale`
+    bool ies_normalize = false;             ///< by its mean intensity
 };
 
 /// A UsdLux light. Light space is the prim's own space; sizes are in it, the affine transform deforms the shape.

@@ -108,6 +108,7 @@ struct Context {
     std::unordered_set<std::string> wanted_primvars;  ///< beside those that materials read
     std::unordered_map<std::string, MaterialEntry> materials;
     std::unordered_map<std::string, scene::TextureId> textures;
+    std::unordered_map<std::string, std::shared_ptr<const scene::IesProfile>> ies_profiles;
     std::unordered_set<scene::TextureId>
         needs_coordinates;  ///< textures whose `st` has no fallback
     std::unordered_map<std::string, std::unique_ptr<Placeable>> placeables;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/light_inputs.h"
 
+#include "base/asset_bytes.h"
 #include "translate/blackbody.h"
+#include "translate/ies_file.h"
 #include "translate/values.h"
 
 #include <fmt/format.h>
@@ -10,6 +12,31 @@
 #include <cmath>
 
 namespace velatura::translate {
+
+namespace {
+
+/// Null: there is none. Lights that name the same file share it.
+std::shared_ptr<const scene::IesProfile> read_ies(Context& ctx, const Attribute& file) {
+    const std::string authored = read_text(file, "", ctx.time);
+    if (authored.empty()) return nullptr;
+    const std::string name = file.resolved_asset_path(ctx.time);
+    if (const auto known = ctx.ies_profiles.find(name); known != ctx.ies_profiles.end())
+        return known->second;
+    const auto fail = [&](const Error& error) {
+        ctx.diagnostics.error(error.code, file.loc(), file.prim().path_string(),
+                              fmt::format("IES profile \"{}\": {}; the light shines without it",
+                                          authored, error.message));
+        return ctx.ies_profiles[name] = nullptr;
+    };
+    if (name.empty()) return fail({"file-not-found", "it is not there"});
+    const Result<AssetBytesPtr> bytes = open_asset_bytes(name);
+    if (!bytes) return fail(bytes.error());
+    Result<scene::IesProfile> profile = parse_ies((*bytes)->bytes());
+    if (!profile) return fail(profile.error());
+    return ctx.ies_profiles[name] = std::make_shared<const scene::IesProfile>(*std::move(profile));
+}
+
+}  // namespace
 
 Attribute light_input(Prim prim, std::string_view name) {
     const Attribute modern = prim.attribute("inputs:" + std::string(name));
@@ -65,11 +92,10 @@ scene::Shaping read_shaping(Context& ctx, Prim prim) {
     shaping.is_active = has_cone || shaping.focus > 0.0f;
     if (!shaping.is_active && (angle.has_authored_value() || focus.has_authored_value()))
         ctx.note_zero(scene::Effect::LightShaping, prim, "no cone below 180 degrees, focus 0");
-    const Attribute ies = light_input(prim, "shaping:ies:file");
-    if (!read_text(ies, "", ctx.time).empty()) {
-        ctx.note_not_simulated(scene::Effect::LightFilters, prim, "an IES profile");
-        ctx.warn("unsupported-ies", ies, "IES profiles are not supported, the light is unshaped");
-    }
+    shaping.ies = read_ies(ctx, light_input(prim, "shaping:ies:file"));
+    if (!shaping.ies) return shaping;
+    shaping.ies_angle_scale = float(input_number(ctx, prim, "shaping:ies:angleScale", 0.0));
+    shaping.ies_normalize = read_bool(light_input(prim, "shaping:ies:normalize"), false, ctx.time);
     return shaping;
 }
 

@@ -20,7 +20,7 @@ Vec3d read_radiance(Context& ctx, Prim prim, double default_intensity);
 /// Whether the radiance is one that a light can have; warns when it is not.
 bool is_good_radiance(Context& ctx, Prim prim, const Vec3d& Le);
 
-/// ShapingAPI, but for IES profiles, of which it warns.
+/// ShapingAPI. A profile that cannot be read is left out with an error.
 scene::Shaping read_shaping(Context& ctx, Prim prim);
 
 /// Names features of the light that are not honoured: filters, linking, shadow controls, shaders.

@@ -189,7 +189,7 @@ bool read_light(Context& ctx,
     if (!is_good_radiance(ctx, prim, Le)) return false;
     light.Le = Rgb(float(Le.x), float(Le.y), float(Le.z));
     light.shaping = read_shaping(ctx, prim);
-    if (light.shaping.is_active && !is_area) {
+    if ((light.shaping.is_active || light.shaping.ies) && !is_area) {
         ctx.warn("unsupported-light-input", prim,
                  "shaping of a dome or distant light is not supported and is left out");
         light.shaping = scene::Shaping();

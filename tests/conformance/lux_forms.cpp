@@ -158,8 +158,11 @@ double smooth_step(double x, double from, double to) {
     return t * t * (3 - 2 * t);
 }
 
-/// Cone and focus on what leaves along the unit vector `wo`.
-Vec3d shaping(const LuxLight& light, const Vec3d& axis, const Vec3d& wo, double focus_cosine) {
+/// Cone and focus of what leaves along the unit vector `wo`.
+Vec3d cone_and_focus(const LuxLight& light,
+                     const Vec3d& axis,
+                     const Vec3d& wo,
+                     double focus_cosine) {
     const double theta = std::acos(std::clamp(axis.dot(wo), -1.0, 1.0));
     const double cutoff = light.cone_angle_deg * pi_d / 180;
     if (theta > cutoff) return Vec3d(0.0);
@@ -168,6 +171,21 @@ Vec3d shaping(const LuxLight& light, const Vec3d& axis, const Vec3d& wo, double 
     if (!(light.focus > 0)) return Vec3d(cone);
     const double f = std::pow(std::abs(focus_cosine), light.focus);
     return (light.focus_tint * (1 - f) + Vec3d(f)) * cone;
+}
+
+/// Of a light that is turned and moved alone. Horizontal angles are those of the direction towards the
+/// light, in its own space: reference code of luxtest, `EvalIES`.
+double profile(const LuxLight& light, const Vec3d& wo) {
+    if (!light.ies) return 1;
+    const Vec3d local = transform_direction(-wo, light.world_from_light.inverse()).normalized();
+    const double degrees = 180 / pi_d, phi = std::atan2(local.y, local.x) * degrees;
+    const double theta = std::acos(std::clamp(local.z, -1.0, 1.0)) * degrees;
+    return light.ies->scaled(theta, phi < 0 ? phi + 360 : phi, light.ies_angle_scale) /
+           light.ies_divisor;
+}
+
+Vec3d shaping(const LuxLight& light, const Vec3d& axis, const Vec3d& wo, double focus_cosine) {
+    return cone_and_focus(light, axis, wo, focus_cosine) * profile(light, wo);
 }
 
 /// Integrates over cells of the unit square: three by three Gauss points each, split where four
@@ -276,7 +294,7 @@ Irradiance by_quadrature(const LuxLight& light, const Vec3d& p, const Vec3d& n, 
 
 bool is_shaped(const LuxLight& light) {
     const double inner = light.cone_angle_deg * (1 - std::clamp(light.cone_softness, 0.0, 1.0));
-    return inner < 180 || (light.focus > 0 && light.focus_tint != Vec3d(1.0));
+    return light.ies || inner < 180 || (light.focus > 0 && light.focus_tint != Vec3d(1.0));
 }
 
 std::optional<Vec3d> usd_blackbody(double kelvin) {
@@ -298,6 +316,7 @@ Irradiance irradiance_by_quadrature(const LuxLight& light, const Vec3d& p, const
     LuxLight plain = light;
     plain.cone_angle_deg = 180;
     plain.focus = plain.cone_softness = 0;
+    plain.ies = nullptr;
     return by_quadrature(plain, p, n, FocusAbout::LightAxis);
 }
 

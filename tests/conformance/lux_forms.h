@@ -2,7 +2,9 @@
 #pragma once
 
 #include "base/math.h"
+#include "lux_ies.h"
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,6 +25,8 @@ struct LuxLight {
     bool is_normalized = false;
     double cone_angle_deg = 180, cone_softness = 0, focus = 0;
     Vec3d focus_tint = Vec3d(0.0);
+    std::shared_ptr<const LuxIes> ies;
+    double ies_angle_scale = 0, ies_divisor = 1;
 };
 
 /// What the focus of a light turns around. The schema's text says the surface normal, OpenUSD's

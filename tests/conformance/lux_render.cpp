@@ -182,9 +182,10 @@ PixelWindow FrameRenderer::window_at(const Vec3d& p, const Vec3d& normal) const 
     return out;
 }
 
-PixelWindow FrameRenderer::middle() {
-    constexpr int corner = (picture_size - window_size) / 2;
-    return {corner, corner, {}};
+PixelWindow FrameRenderer::window_along(double x, double y) const {
+    PixelWindow out{int(x * picture_size), int(y * picture_size), {}};
+    out.position = direction_of(Vec2d(out.x, out.y) + Vec2d(window_size / 2.0)).normalized();
+    return out;
 }
 
 std::optional<Vec3d> FrameRenderer::see(const Vec3d& direction) const {
@@ -225,8 +226,9 @@ void expect_patch_irradiance(
         camera.render_from_camera[1][i] = b[i];
         camera.render_from_camera[2][i] = n[i];
     }
+    const FrameRenderer renderer(scene);
     const RadianceEstimate e =
-        FrameRenderer(scene).measure(FrameRenderer::middle(), 1, expected * (bound / pi_d));
+        renderer.measure(renderer.window_along(0.5, 0.5), 1, expected * (bound / pi_d));
     for (int c = 0; c < 3; ++c) {
         const double error = pi_d * e.standard_error[c], value = pi_d * e.mean[c];
         fmt::print(

@@ -63,6 +63,12 @@ LuxLight LuxSheet::light(double frame) const {
     light.focus = number("inputs:shaping:focus", 0, frame);
     light.focus_tint =
         light_.attribute("inputs:shaping:focusTint").get<Vec3d>(frame).value_or(Vec3d(0.0));
+    if (const std::string file = ies_file(frame); !file.empty()) {
+        light.ies = std::make_shared<const LuxIes>(luxtest_folder() / "usd" / file);
+        light.ies_angle_scale = number("inputs:shaping:ies:angleScale", 0, frame);
+        if (light_.attribute("inputs:shaping:ies:normalize").get_or<bool>(false, frame))
+            light.ies_divisor = light.ies->mean();
+    }
     return light;
 }
 

@@ -37,6 +37,8 @@ constexpr EffectFixture fixtures[] = {
      "def SphereLight \"L\" (prepend apiSchemas = [\"ShapingAPI\"]) { float inputs:shaping:cone:angle = 180 }", true},
     {Effect::LightShaping, "focus", "def DiskLight \"L\" (prepend apiSchemas = [\"ShapingAPI\"]) { float inputs:shaping:focus = 2 }",
      "def DiskLight \"L\" (prepend apiSchemas = [\"ShapingAPI\"]) { float inputs:shaping:focus = 0 }", true},
+    {Effect::LightProfiles, "profile", "def SphereLight \"L\" (prepend apiSchemas = [\"ShapingAPI\"]) { asset inputs:shaping:ies:file = @velatura_identity_lamp.ies@ }",
+     "def SphereLight \"L\" (prepend apiSchemas = [\"ShapingAPI\"]) { float inputs:intensity = 0\n asset inputs:shaping:ies:file = @velatura_identity_lamp.ies@ }", true},
     {Effect::LobeMultipliers, "diffuse", "def CylinderLight \"L\" { float inputs:diffuse = 0.5 }", "def CylinderLight \"L\" { float inputs:diffuse = 1 }", true},
     {Effect::LightLinking, "light link", "def Cube \"Box\" { double size = 0.3 }\ndef SphereLight \"L\" { float inputs:intensity = 2\n rel collection:lightLink:excludes = <@@/Box> }",
      "def Cube \"Box\" { double size = 0.3 }\ndef SphereLight \"L\" { float inputs:intensity = 2\n rel collection:lightLink:excludes = <@@/Sphere> }", true},

@@ -27,6 +27,10 @@ scene::Scene scene_from_usda(const std::string& text, int width, int height) {
     const std::string path = (std::filesystem::temp_directory_path() / fmt::format("velatura_identity_{}_{}.usda", ::getpid(), counter++)).string();
     const Result<void> written = write_file_atomically(path, text);
     VELATURA_CHECK(written.has_value(), "cannot write a temporary scene");
+    // For lights with a profile; the same whoever writes it
+    const auto lamp = std::filesystem::temp_directory_path() / "velatura_identity_lamp.ies";
+    if (!std::filesystem::exists(lamp))
+        VELATURA_CHECK(write_file_atomically(lamp.string(), "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 1 1 2 0 0 0\n1 1 10\n0 90 180\n0\n3 1 0.5\n").has_value(), "cannot write a profile");
     Diagnostics diagnostics;
     Result<usd::stage::Stage> stage = usd::stage::Stage::open(path, {}, diagnostics);
     std::filesystem::remove(path);
