@@ -2,9 +2,9 @@
 #include "import/import.h"
 
 #include "base/atomic_file.h"
+#include "base/isolated.h"
 #include "import/context.h"
 #include "import/gltf.h"
-#include "import/isolated.h"
 #include "usd/layer/fields.h"
 #include "usd/text/writer.h"
 
@@ -402,7 +402,8 @@ Result<ImportSummary> import_file(const std::string& file,
     const Result<std::string> bytes =
         run_isolated(limits_for(file), [&] { return read_and_convert(file, output, *format); });
     if (!bytes)
-        return Error{bytes.error().code, fmt::format("{}: {}", file, bytes.error().message)};
+        return Error{bytes.error().code == "isolated-timeout" ? "import-timeout" : "import-crashed",
+                     fmt::format("{}: {}", file, bytes.error().message)};
     const json outcome = json::from_cbor(*bytes, true, false);
     if (outcome.is_discarded())
         return Error{"import-crashed", fmt::format("{}: reading ended early", file)};

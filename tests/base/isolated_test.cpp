@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "import/isolated.h"
+#include "base/isolated.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <new>
 #include <string>
 
-namespace velatura::import {
+namespace velatura {
 
 TEST(RunIsolated, BringsTheBytesBack) {
     std::string large(3'000'000, 'x');
@@ -25,7 +25,7 @@ TEST(RunIsolated, WhatRunsForeverIsStopped) {
         return std::string();
     });
     ASSERT_FALSE(bytes);
-    EXPECT_EQ(bytes.error().code, "import-timeout");
+    EXPECT_EQ(bytes.error().code, "isolated-timeout");
 }
 
 TEST(RunIsolated, CrashesAndExceptionsAreErrors) {
@@ -34,10 +34,10 @@ TEST(RunIsolated, CrashesAndExceptionsAreErrors) {
         return std::string();
     });
     ASSERT_FALSE(crash);
-    EXPECT_EQ(crash.error().code, "import-crashed");
+    EXPECT_EQ(crash.error().code, "isolated-crashed");
     const auto thrown = run_isolated({}, []() -> std::string { throw std::bad_alloc(); });
     ASSERT_FALSE(thrown);
-    EXPECT_EQ(thrown.error().code, "import-crashed");
+    EXPECT_EQ(thrown.error().code, "isolated-crashed");
 }
 
-}  // namespace velatura::import
+}  // namespace velatura

@@ -7,7 +7,7 @@
 #include <functional>
 #include <string>
 
-namespace velatura::import {
+namespace velatura {
 
 struct IsolationLimits {
     size_t cpu_seconds = 60;
@@ -15,8 +15,8 @@ struct IsolationLimits {
 };
 
 /// Runs `work` in a child process and returns its bytes: what it does to memory, and how long it
-/// takes, cannot harm this one. Errors: "import-timeout" (CPU limit), "import-crashed".
+/// takes, cannot harm this one. Errors: "isolated-timeout" (CPU limit), "isolated-crashed".
 Result<std::string> run_isolated(const IsolationLimits& limits,
                                  const std::function<std::string()>& work);
 
-}  // namespace velatura::import
+}  // namespace velatura

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "import/isolated.h"
+#include "base/isolated.h"
 
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -11,7 +11,7 @@
 #include <cerrno>
 #include <csignal>
 
-namespace velatura::import {
+namespace velatura {
 
 namespace {
 
@@ -76,12 +76,12 @@ std::string read_all(int pipe_end) {
 Result<std::string> run_isolated(const IsolationLimits& limits,
                                  const std::function<std::string()>& work) {
     std::array<int, 2> ends = {};
-    if (pipe(ends.data()) != 0) return Error{"import-crashed", "cannot make a pipe"};
+    if (pipe(ends.data()) != 0) return Error{"isolated-crashed", "cannot make a pipe"};
     const pid_t child = fork();
     if (child < 0) {
         close(ends[0]);
         close(ends[1]);
-        return Error{"import-crashed", "cannot start a process"};
+        return Error{"isolated-crashed", "cannot start a process"};
     }
     if (child == 0) {
         close(ends[0]);
@@ -95,11 +95,11 @@ Result<std::string> run_isolated(const IsolationLimits& limits,
     }
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return bytes;
     if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)
-        return Error{"import-timeout",
+        return Error{"isolated-timeout",
                      fmt::format("reading took more than {} s", limits.cpu_seconds)};
-    return Error{"import-crashed",
+    return Error{"isolated-crashed",
                  WIFSIGNALED(status) ? fmt::format("reading ended with signal {}", WTERMSIG(status))
                                      : std::string("reading ran out of memory")};
 }
 
-}  // namespace velatura::import
+}  // namespace velatura
