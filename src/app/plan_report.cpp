@@ -156,7 +156,7 @@ json needs_json(const PlanNeeds& needs) {
     j["triangles"] = needs.triangles;
     j["instances"] = needs.instances;
     j["before_refinement"] = needs.is_before_refinement;
-    j["memory_bytes"] = {{"geometry", needs.geometry_bytes}, {"accelerator_expected", needs.accelerator_bytes}, {"film_expected", needs.film_bytes}};
+    j["memory_bytes"] = {{"geometry", needs.geometry_bytes}, {"accelerator_expected", needs.accelerator_bytes}, {"film_expected", needs.film_bytes}, {"volumes", needs.volume_bytes}};
     j["files"] = json::array();
     for (const PlanNeeds::File& f : needs.files) j["files"].push_back({{"name", f.name}, {"layers", f.layers}, {"channels", f.channels}, {"most_bytes", f.most_bytes}});
     return j;
@@ -189,6 +189,7 @@ std::string needs_text(const PlanNeeds& needs) {
     if (needs.plugins.empty()) text += " none is known\n";
     text += fmt::format("memory: {} geometry ({} triangles, {} instances), about {} for the tree over it, about {} for the picture; textures as they are read\n",
                         bytes_text(needs.geometry_bytes), needs.triangles, needs.instances, bytes_text(needs.accelerator_bytes), bytes_text(needs.film_bytes));
+    if (needs.volume_bytes > 0) text += fmt::format("        {} grids of volumes\n", bytes_text(needs.volume_bytes));
     if (needs.is_before_refinement) text += "        more where meshes are refined: this is their cages (--dicing-rate, --subdivision-level)\n";
     for (const PlanNeeds::File& f : needs.files) text += fmt::format("file: {}: {} light layers, {} channels, at most {} before compression\n", f.name, f.layers, f.channels, bytes_text(f.most_bytes));
     return text;
@@ -200,6 +201,8 @@ PlanNeeds plan_needs(const RenderJob& job, const FrameInput& input, Diagnostics&
     needs.plugins = expected_plugins(job, input, diagnostics);
     needs.is_before_refinement = is_on(input.plan.of(Effect::Subdivision));
     needs.geometry_bytes = geometry.bytes();
+    for (const scene::VolumeField& f : input.scene.volume_fields)
+        if (f.voxels) needs.volume_bytes += f.voxels->bytes();
     needs.triangles = accel::triangle_count(accel::make_soup(input.scene, geometry));
     needs.instances = input.scene.instances.size();
     needs.accelerator_bytes = needs.triangles * tree_bytes_per_triangle + needs.instances * tree_bytes_per_instance;

@@ -13,6 +13,7 @@
 #include "app/parse_values.h"
 #include "app/scene_loader.h"
 #include "app/stop_signals.h"
+#include "app/volume_loading.h"
 #include "base/tasks.h"
 #include "translate/translate.h"
 
@@ -94,6 +95,12 @@ void leave_out_effects(const integrator::EffectPlan& plan, scene::Scene& scene) 
         if (plan.entries[i].state == integrator::EffectState::LeftOut) integrator::leave_out(scene, scene::Effect(i));
 }
 
+/// Before the plan: only then is it known whether grids hold anything.
+void read_volumes(const RenderJob& job, scene::Scene& scene, Diagnostics& diagnostics) {
+    if (job.effects.left_out.has(scene::Effect::Volumes)) return;
+    load_volumes(scene, job.arguments.volume_memory_gb, diagnostics);
+}
+
 int prepare_one(const RenderJob& job, const LoadedStage& loaded, double frame, bool has_many, const FrameFunction& use, Diagnostics& diagnostics) {
     const auto start = std::chrono::steady_clock::now();
     Result<scene::Scene> scene = translate::translate_stage(loaded.stage, translate_options(job.arguments, frame), diagnostics);
@@ -102,6 +109,7 @@ int prepare_one(const RenderJob& job, const LoadedStage& loaded, double frame, b
     if (job.arguments.strict && diagnostics.error_count() > 0) {
         return fail({"strict", fmt::format("{} errors in the scene and --strict", diagnostics.error_count())}, RenderError);
     }
+    read_volumes(job, *scene, diagnostics);
     integrator::EffectPlan plan = integrator::make_plan(*scene, plan_options(job, *scene));
     leave_out_effects(plan, *scene);
     FrameInput input(*scene);

@@ -33,6 +33,7 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     how->add_option("--dicing-rate", a.dicing_rate, "subdivision surfaces are cut into triangles with edges of about this many pixels, 8 times that out of the picture")->check(CLI::Range(0.05, 1e4));
     how->add_option("--subdivision-level", a.subdivision_level, "instead: every edge of a subdivided mesh is cut into 2^N pieces")->check(CLI::Range(0, 12));
     how->add_option("--dicing-limit", a.dicing_limit, "million triangles that subdivision surfaces may become; above that all are cut more coarsely, with a warning")->check(CLI::Range(0.001, 2000.0));
+    how->add_option("--volume-memory", a.volume_memory_gb, "GB that grids of volumes may take (default: half of the machine's memory); a volume that needs more is left out with an error")->check(CLI::Range(0.001, 1e6));
     how->add_option("--filter", a.filter, "pixel filter")->check(CLI::IsMember({"box", "triangle", "gaussian", "blackman-harris", "mitchell"}));
     how->add_option("--seed", a.seed, "another seed gives other noise")->check(CLI::NonNegativeNumber);
     how->add_option("--threads", a.threads, "threads; 0 = all cores; the picture does not depend on it")->check(CLI::Range(0, 1024));

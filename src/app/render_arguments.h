@@ -52,6 +52,7 @@ struct RenderArguments {
     double dicing_rate = 1.0;                ///< pixels
     std::optional<int> subdivision_level;
     double dicing_limit = 50;                ///< million triangles
+    std::optional<double> volume_memory_gb;  ///< nothing: half of the machine's
     std::string accel = "bvh";
     std::string bvh_quality = "auto";
     int threads = 0;

@@ -50,6 +50,7 @@ std::string settings_hash(const RenderJob& job, const FrameInput& input, const f
     text += fmt::format("|{} {} {} {} {} {} {}", c.window_left, c.window_right, c.window_bottom, c.window_top, c.lens_radius, c.focus_distance, c.exposure_scale);
     for (const scene::Texture& t : input.scene.textures) text += file_state(t.file);
     for (const scene::Light& l : input.scene.lights) text += file_state(l.texture_file);
+    for (const scene::VolumeField& f : input.scene.volume_fields) text += file_state(f.file);
     return fmt::format("{:016x}", hash_string(text));
 }
 
@@ -245,6 +246,9 @@ class FrameRenderer {
         if (result.rays.caustics_capped > 0) {
             diagnostics_.warn("caustics", {}, {}, fmt::format("{} of {} caustic chains were so hard to find again that they count too little", result.rays.caustics_capped, result.rays.caustics_found));
         }
+        const media::TrackingCounts& tracking = result.rays.tracking;
+        if (tracking.violations > 0) diagnostics_.error("volume-majorant", {}, {}, fmt::format("{} lookups in volumes were above their bound: this is a bug of Velatura", tracking.violations));
+        if (tracking.capped > 0) diagnostics_.warn("volume-cap", {}, {}, fmt::format("{} ways through volumes were cut because light met too much on them", tracking.capped));
         if (result.rays.depth_limited > 0) diagnostics_.warn("depth-limit", {}, {}, fmt::format("{} paths were cut after {} scatterings", result.rays.depth_limited, integrator::hard_depth_limit));
     }
 
@@ -274,7 +278,7 @@ class FrameRenderer {
         if (result.reason == integrator::StopReason::Interrupted) return SignalBase + StopSignals::signal_number();
         for (const scene::Effect e : broken)
             diagnostics_.error("effect-plan", {}, {}, fmt::format("the plan has {} off, and its code ran {} times: the plan is wrong, which the file says in velatura/plan", scene::info(e).name, result.rays.effects.of(e)));
-        if (!broken.empty() || (job_.arguments.strict && film.invalid_count() > 0)) return CheckFailed;
+        if (!broken.empty() || result.rays.tracking.violations > 0 || (job_.arguments.strict && film.invalid_count() > 0)) return CheckFailed;
         const film::NoiseEstimate noise = film.noise();
         const bool is_precise = job_.schedule.target_error <= 0 || (noise.is_known && noise.high <= job_.schedule.target_error);
         const bool is_out_of_time = result.reason == integrator::StopReason::TimeBudget;

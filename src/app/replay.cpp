@@ -20,6 +20,10 @@ class PathPrinter : public integrator::PathObserver {
                    bounce, prim, point.face, t, point.p.x, point.p.y, point.p.z, point.ns.x, point.ns.y, point.ns.z, material, beta.x, beta.y, beta.z);
     }
 
+    void on_volume(int bounce, const Vec3& p, float t, const Rgb& beta) override {
+        fmt::print("bounce {}: collides in a volume at distance {:.9g}, p ({:.9g}, {:.9g}, {:.9g}), beta ({:.6g}, {:.6g}, {:.6g})\n", bounce, t, p.x, p.y, p.z, beta.x, beta.y, beta.z);
+    }
+
     void on_deposit(int bounce, scene::GroupId group, const Rgb& radiance, const char* what) override {
         fmt::print("  + b{} {}: ({:.9g}, {:.9g}, {:.9g}) {}\n", bounce, scene_.groups[group].name, radiance.x, radiance.y, radiance.z, what);
     }

@@ -73,7 +73,8 @@ function(add_plugin_library target folder name)
   add_library(${target} MODULE ${LIBRARY_SOURCES})
   target_link_libraries(${target} PRIVATE velatura_warnings velatura_numerics velatura_plugin ${LIBRARY_DEPENDS})
   target_include_directories(${target} PRIVATE ${CMAKE_SOURCE_DIR})
-  target_link_options(${target} PRIVATE -Wl,--exclude-libs,ALL)
+  # Templates of std are visible whatever the compiler is told: a library would take those of the plugin for its own
+  target_link_options(${target} PRIVATE -Wl,--exclude-libs,ALL -Wl,--version-script=${CMAKE_SOURCE_DIR}/src/cmake/plugin_symbols.map)
   set_target_properties(${target} PROPERTIES PREFIX "" OUTPUT_NAME velatura_${name} LIBRARY_OUTPUT_DIRECTORY ${folder}
     CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
 endfunction()

@@ -97,6 +97,11 @@ struct CausticSampler::Search {
         return sampler.get_1d(bounce, purpose, key(trial, 0));
     }
 
+    /// For volumes on a segment of the chain.
+    sampling::RandomStream volume_numbers(int segment) const {
+        return sampler.stream(bounce, Purpose::VolumeChain, repeat * uint32_t(longest_specular_chain + 1) + uint32_t(segment));
+    }
+
     /// Tells all trials of a vertex apart, and vertices behind up to 2^13 pass-throughs.
     uint32_t key(uint32_t trial, uint32_t step) const {
         static_assert(uint64_t(trial_cap) * longest_specular_chain <= uint64_t(1) << 19);
@@ -327,6 +332,12 @@ bool CausticSampler::try_seed(const Search& search,
     return solve(search, seed, out);
 }
 
+/// What volumes leave of light on one segment of a chain.
+Rgb CausticSampler::through_volumes(const Search& search, const Vec3& o, const Vec3& d, float distance, int segment) const {
+    sampling::RandomStream numbers = search.volume_numbers(segment);
+    return world_.volumes->transmittance(o, d, distance, nullptr, numbers, search.counts.tracking);
+}
+
 /// What of the light arrives at the last surface of the chain, which it must shine on. interior: on
 /// the light's side.
 Rgb CausticSampler::visibility(const Search& search,
@@ -346,11 +357,13 @@ Rgb CausticSampler::visibility(const Search& search,
             lights::LightSample light;
             light.wi = wi;
             light.distance = distance;
-            return OwnShadow(world_, *links, interior, cone)
+            return OwnShadow(world_, *links, interior, cone, search.volume_numbers(longest_specular_chain))
                 .visibility(ShadowSegment(last, light), search.counts);
         }
     }
-    const Rgb visible = interior.transmittance(world_.materials, distance);
+    Rgb visible = interior.transmittance(world_.materials, distance);
+    if (world_.volumes)
+        visible *= through_volumes(search, last.p, wi, distance, longest_specular_chain);
     if (is_black(visible)) return visible;
     geometry::Ray ray = geometry::spawn_ray(last, wi);
     if (!search.target.is_infinite)
@@ -396,6 +409,9 @@ Rgb CausticSampler::contribution(const Search& search, const Solution& solution)
             L *= interior.transmittance(world_.materials, float(chain.lengths[i]));
             interior.cross(world_.materials, point, wo, scattered->wi);
         }
+        if (world_.volumes)
+            L *= through_volumes(search, i == 0 ? at.point.p : chain.points[i - 1].p,
+                                 to_float(chain.directions[i]), float(chain.lengths[i]), int(i));
         if (is_black(L)) return L;
     }
     L *= visibility(search, solution, last, interior, {cone_width, at.cone.spread});

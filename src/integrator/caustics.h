@@ -150,6 +150,8 @@ class CausticSampler {
                    const Interior& interior,
                    const lights::RayCone& cone) const;
 
+    Rgb through_volumes(const Search& search, const Vec3& o, const Vec3& d, float distance, int segment) const;
+
     const World& world_;
     SpecularCasters casters_;
     std::vector<uint8_t> is_handled_;           // [light of the scene]

@@ -53,6 +53,16 @@ void leave_out_displacement(scene::Scene& scene) {
     for (scene::Material& m : scene.materials) m.displacement = scene::Input(0.0f);
 }
 
+void find_volumes(EffectFindings& found) {
+    for (const scene::Volume& v : found.scene.volumes) {
+        const bool scatters = scene::has_extinction(v, found.scene.volume_fields), glows = scene::has_emission(v, found.scene.volume_fields);
+        if (scatters || glows) found.on(v.name, scatters ? "scatters light within" : "gives light within");
+        else found.zero(v.name, "its grids or its optics are zero");
+    }
+}
+
+void leave_out_volumes(scene::Scene& scene) { scene.volumes.clear(); }
+
 constexpr std::array rules = {
     EffectRule{Effect::Instancing, find_instances, nullptr},
     EffectRule{Effect::Quadrics, find_quadrics, nullptr},
@@ -60,7 +70,7 @@ constexpr std::array rules = {
     EffectRule{Effect::Displacement, find_displacement, leave_out_displacement},
     EffectRule{Effect::Curves, find_shapes<scene::Curves>, nullptr},
     EffectRule{Effect::Points, find_shapes<scene::Points>, nullptr},
-    EffectRule{Effect::Volumes, nullptr, nullptr},
+    EffectRule{Effect::Volumes, find_volumes, leave_out_volumes, true},
 };
 
 }  // namespace

@@ -35,6 +35,11 @@ class Interior {
         count_ = kept;
     }
 
+    /// What is taken of light per unit of way by what fills the space.
+    Rgb absorption(const shading::MaterialEvaluator& materials) const {
+        return count_ == 0 ? Rgb(0.0f) : materials.absorption(bodies_[size_t(count_ - 1)]);
+    }
+
     /// Share of light that is left after a distance [scene units], which may be infinite.
     Rgb transmittance(const shading::MaterialEvaluator& materials, float distance) const;
 

@@ -11,6 +11,17 @@
 
 namespace velatura::integrator {
 
+namespace {
+
+/// For ways through volumes to lights with shadows of their own. Lights may share them: each is
+/// seen on its own.
+template <class Path>
+sampling::RandomStream own_numbers(const Path& path) {
+    return path.sampler.stream(path.bounce, sampling::Purpose::VolumeOwnShadow, path.pass_count);
+}
+
+}  // namespace
+
 bool PathTracer::is_lit(const Path& path, const scene::LightLinks* links) const {
     // Whoever looks from the camera sees every light
     return !world_.has_light_links || path.bounce == 0 ||
@@ -22,15 +33,12 @@ bool PathTracer::is_found_beyond(const Path& path, const scene::LightLinks* link
 }
 
 Rgb PathTracer::own_visibility(const Path& path,
-                               const Vertex& from,
+                               const geometry::SurfacePoint& from,
+                               const Interior& inside,
                                const lights::LightSample& light,
                                const scene::LightLinks& links) const {
-    Interior interior = path.interior;
-    if (world_.materials.has_absorption())
-        interior.cross(world_.materials, from.point, from.wo, light.wi);
-    const lights::RayCone cone{path.cone_width, path.cone_spread};
-    return OwnShadow(world_, links, interior, cone)
-        .visibility(ShadowSegment(from.point, light), *path.counts);
+    return OwnShadow(world_, links, inside, {path.cone_width, path.cone_spread}, own_numbers(path))
+        .visibility(ShadowSegment(from, light), *path.counts);
 }
 
 void PathTracer::add_lights_beyond(const Path& path,
@@ -50,7 +58,7 @@ void PathTracer::add_lights_beyond(const Path& path,
             light.wi = path.ray.d;
             light.distance = hit.t;
             const lights::RayCone cone{path.cone_width, path.cone_spread};
-            const Rgb visible = OwnShadow(world_, *links, path.interior, cone)
+            const Rgb visible = OwnShadow(world_, *links, path.interior, cone, own_numbers(path))
                                     .visibility(ShadowSegment(from, light), *path.counts);
             deposit(path, path.bounce, world_.lights.group(hit.light), Le * visible,
                     "light met, by its own shadows", out);
@@ -62,7 +70,8 @@ void PathTracer::add_lights_beyond(const Path& path,
 void PathTracer::add_surfaces_beyond(const Path& path,
                                      const OwnShadowSurfaces& surfaces,
                                      film::SampleRadiance& out) const {
-    OwnShadow shadow(world_, surfaces.links, path.interior, {path.cone_width, path.cone_spread});
+    OwnShadow shadow(world_, surfaces.links, path.interior, {path.cone_width, path.cone_spread},
+                     own_numbers(path));
     geometry::Ray ray = path.ray;
     for (uint32_t i = 0; i < pass_through_limit && !shadow.is_over(); ++i) {
         ++path.counts->shadow;
@@ -70,7 +79,7 @@ void PathTracer::add_surfaces_beyond(const Path& path,
                                       ? world_.accelerator->intersect_some(ray, *surfaces.met)
                                       : world_.accelerator->intersect(ray);
         if (!hit.is_valid()) return;
-        shadow.go(hit.t);
+        shadow.go(ray.o, ray.d, hit.t, *path.counts);
         const geometry::SurfacePoint point =
             geometry::make_surface_point(world_.scene, world_.geometry, ray, hit);
         if (world_.lights.may_emit(point)) {

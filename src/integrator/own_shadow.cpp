@@ -11,12 +11,14 @@ namespace velatura::integrator {
 OwnShadow::OwnShadow(const World& world,
                      const scene::LightLinks& links,
                      const Interior& interior,
-                     const lights::RayCone& cone)
+                     const lights::RayCone& cone,
+                     const sampling::RandomStream& numbers)
     : world_(world),
       links_(links),
       casters_(scene::find_link_set(world.scene, links.casters)),
       interior_(interior),
-      cone_(cone) {
+      cone_(cone),
+      numbers_(numbers) {
     if (scene::has_shadow_links(world.scene, links)) scene::count_call(scene::Effect::LightLinking);
     if (scene::has_shadow_controls(world.scene, links))
         scene::count_call(scene::Effect::ShadowControls);
@@ -42,10 +44,12 @@ Rgb OwnShadow::visible() const {
     return passed_ + (Rgb(1.0f) - passed_) * links_.shadow_color;
 }
 
-void OwnShadow::go(float distance) {
-    if (!is_blocked_ && !interior_.is_empty()) {
-        const float within = std::min(distance, links_.shadow_distance - travelled_);
-        if (within > 0.0f) passed_ *= interior_.transmittance(world_.materials, within);
+void OwnShadow::go(const Vec3& o, const Vec3& d, float distance, RayCounts& counts) {
+    const float within = std::min(distance, links_.shadow_distance - travelled_);
+    if (!is_blocked_ && within > 0.0f) {
+        if (!interior_.is_empty()) passed_ *= interior_.transmittance(world_.materials, within);
+        if (world_.volumes)
+            passed_ *= world_.volumes->transmittance(o, d, within, casters_, numbers_, counts.tracking);
     }
     travelled_ += distance;
     cone_.width += cone_.spread * distance;
@@ -67,7 +71,7 @@ Rgb OwnShadow::visibility(ShadowSegment segment, RayCounts& counts) {
     const shading::MaterialEvaluator& materials = world_.materials;
     const accel::Accelerator& accelerator = *world_.accelerator;
     const bool is_plain = !materials.has_presence() && !materials.is_see_through() &&
-                          !materials.has_absorption() && !(links_.shadow_falloff > 0.0f);
+                          !materials.has_absorption() && !world_.volumes && !(links_.shadow_falloff > 0.0f);
     ++counts.shadow;
     if (is_plain) {
         segment.end_at(links_.shadow_distance);
@@ -79,7 +83,7 @@ Rgb OwnShadow::visibility(ShadowSegment segment, RayCounts& counts) {
         segment.end_at(links_.shadow_distance - travelled_);
         const geometry::Hit hit = casters_ ? accelerator.intersect_some(segment.ray, *casters_)
                                            : accelerator.intersect(segment.ray);
-        go(segment.length(hit.is_valid() ? hit.t : segment.ray.t_max));
+        go(segment.ray.o, segment.wi, segment.length(hit.is_valid() ? hit.t : segment.ray.t_max), counts);
         if (!hit.is_valid()) return visible();
         const geometry::SurfacePoint point =
             geometry::make_surface_point(world_.scene, world_.geometry, segment.ray, hit);

@@ -16,19 +16,21 @@ namespace velatura::integrator {
 /// and scattering see the same (docs/adr/0021).
 class OwnShadow {
   public:
-    /// interior: what the way starts in. cone: of the path that looks along it.
+    /// interior: what the way starts in. cone: of the path that looks along it. numbers: for volumes
+    /// on the way.
     OwnShadow(const World& world,
               const scene::LightLinks& links,
               const Interior& interior,
-              const lights::RayCone& cone);
+              const lights::RayCone& cone,
+              const sampling::RandomStream& numbers);
 
     /// Share of the light that arrives by the whole segment.
     Rgb visibility(ShadowSegment segment, RayCounts& counts);
 
     // Step by step, for lights that are met as surfaces
 
-    /// Goes on by a distance through whatever fills the space.
-    void go(float distance);
+    /// Goes on from o along the unit direction d through whatever fills the space.
+    void go(const Vec3& o, const Vec3& d, float distance, RayCounts& counts);
     /// Meets a surface along the unit direction d, which may be no caster.
     void meet(const geometry::SurfacePoint& point, const Vec3& d);
 
@@ -50,6 +52,7 @@ class OwnShadow {
     const scene::LinkSet* casters_;  // null: everything
     Interior interior_;
     lights::RayCone cone_;
+    sampling::RandomStream numbers_;
     Rgb passed_ = Rgb(1.0f);
     float travelled_ = 0;
     bool is_blocked_ = false;  // what is further on is of no account

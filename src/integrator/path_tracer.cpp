@@ -72,7 +72,14 @@ void PathTracer::follow(Path& path, film::SampleRadiance& out) const {
         const geometry::Hit hit = world_.accelerator->intersect(path.ray);
 
         // Add the lights that the segment crosses; beyond the last surface also those at infinity
-        add_light_hits(path, hit.is_valid() ? hit.t : std::numeric_limits<float>::infinity(), out);
+        const float t_max = hit.is_valid() ? hit.t : std::numeric_limits<float>::infinity();
+        if (world_.volumes) {
+            const Crossing crossing = cross_volumes(path, t_max, end, out);
+            if (crossing == Crossing::Scattered) continue;
+            if (crossing == Crossing::Ended) break;
+        } else {
+            add_light_hits(path, t_max, out);
+        }
         if (!hit.is_valid()) break;
         if (has_absorption) path.beta *= path.interior.transmittance(world_.materials, hit.t);
 
@@ -156,147 +163,33 @@ void PathTracer::deposit(const Path& path, int bounce, scene::GroupId group, con
     if (path.observer) path.observer->on_deposit(bounce, group, radiance, what);
 }
 
-float PathTracer::light_hit_weight(const Path& path, const lights::LightHit& hit) const {
-    if (path.is_certain || options_.estimator.light_sampling == LightSampling::Bsdf) return 1.0f;
-    if (options_.estimator.light_sampling == LightSampling::Light) return 0.0f;
-    // The density is that of the point that sampled, not of the ray's origin beside it: portals make a difference there
-    const float pdf = world_.lights.has_portals(hit.light) ? world_.lights.pdf(hit.light, path.receiver.p, path.ray.d) : hit.pdf;
-    const float light_pdf = world_.selector->pmf(path.receiver, hit.light) * pdf;
-    return sampling::balance_heuristic(path.scatter_pdf, light_pdf);
-}
-
-float PathTracer::surface_hit_weight(const Path& path, const geometry::SurfacePoint& point) const {
-    if (path.is_certain || options_.estimator.light_sampling == LightSampling::Bsdf) return 1.0f;
-    const std::optional<lights::LightId> light = world_.lights.find_surface(point);
-    if (!light) return 1.0f;
-    if (options_.estimator.light_sampling == LightSampling::Light) return 0.0f;
-    const float light_pdf = world_.selector->pmf(path.receiver, *light) * world_.lights.surface_pdf(*light, path.receiver.p, point.p);
-    return sampling::balance_heuristic(path.scatter_pdf, light_pdf);
-}
-
-Rgb PathTracer::light_factor(const Path& path, const lights::LobeMultipliers& multipliers) const {
-    if (!world_.has_lobe_multipliers || path.bounce == 0) return Rgb(1.0f);
-    count_call(Effect::LobeMultipliers);
-    return path.diffuse_share * multipliers.diffuse + (Rgb(1.0f) - path.diffuse_share) * multipliers.specular;
-}
-
-lights::SurfaceRadiance PathTracer::surface_emission(const Path& path, const geometry::SurfacePoint& point, const Vec3& wo, float footprint) const {
-    lights::SurfaceRadiance emitted = world_.lights.surface_radiance(point, wo, footprint, path.onlooker);
-    emitted.Le *= light_factor(path, emitted.multipliers);
-    if (!is_lit(path, emitted.links)) emitted.Le = Rgb(0.0f);
-    return emitted;
-}
-
-void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadiance& out) const {
-    // Ask along the whole straight line and keep what this segment adds: a light that a cut-out lies inside of must not
-    // count twice, and the density is that of the vertex whose light sampling competed
-    const auto with_margin = [](float t) { return t * (1.0f + flush_light_margin); };
-    const float begin = with_margin(path.travelled), end = with_margin(path.travelled + t_max);
-    const auto add = [&](const lights::LightHit& hit) {
-        if (path.travelled > 0.0f && hit.t <= begin) return;
-        if (options_.caustics && options_.caustics->finds(path.history, hit.light, path.pass_count)) return;
-        // What lies beyond the camera's far plane is not seen, but for the lights at infinity
-        if (std::isfinite(hit.t) && hit.t - path.travelled > path.ray.t_max) return;
-        if (path.bounce == 0) {
-            if (!world_.lights.is_camera_visible(hit.light)) return;
-            if (!world_.lights.is_infinite(hit.light)) out.alpha = 1.0f;
-        } else if (world_.has_links()) {
-            const scene::LightLinks* links = world_.lights.links(hit.light);
-            if (!is_lit(path, links) || is_found_beyond(path, links)) return;
-        }
-        Rgb Le = path.beta * hit.Le * light_factor(path, world_.lights.lobe_multipliers(hit.light)) * light_hit_weight(path, hit);
-        if (!path.interior.is_empty()) Le *= path.interior.transmittance(world_.materials, hit.t - path.travelled);
-        deposit(path, path.bounce, world_.lights.group(hit.light), Le, "light met by the path", out);
-    };
-    if (path.line_hit_count == Path::unknown_hits) {
-        world_.lights.for_each_hit(path.straight_o, path.ray.d, end, [&](const lights::LightHit& hit) { add(hit); });
-        return;
-    }
-    for (int i = 0; i < path.line_hit_count; ++i) {
-        const lights::LightHit& hit = path.line_hits[size_t(i)];
-        if (world_.lights.is_within(hit, end)) add(hit);
-    }
-}
-
-void PathTracer::add_unoccluded_hits(Path& path, film::SampleRadiance& out) const {
-    constexpr float infinity = std::numeric_limits<float>::infinity();
-    size_t count = 0;
-    world_.lights.for_each_hit(path.straight_o, path.ray.d, infinity, [&](const lights::LightHit& hit) {
-        // The next segment begins here, too
-        if (count < path.line_hits.size()) path.line_hits[count] = hit;
-        ++count;
-        if (world_.has_links() && !is_lit(path, world_.lights.links(hit.light))) return;
-        const Rgb Le = path.beta * hit.Le * light_factor(path, world_.lights.lobe_multipliers(hit.light)) * light_hit_weight(path, hit);
-        if (!is_black(Le)) out.add_unoccluded(int(world_.lights.group(hit.light)), Le);
-    });
-    if (count <= path.line_hits.size()) path.line_hit_count = int(count);
-    if (!world_.lights.has_surface_emission()) return;
-
-    // Emissive surfaces as well, one behind the other
-    geometry::Ray ray = path.ray;
-    float cone_width = path.cone_width;
-    for (uint32_t i = 0; i < pass_through_limit; ++i) {
-        const geometry::Hit hit = world_.accelerator->intersect(ray);
-        ++path.counts->shadow;
-        if (!hit.is_valid()) return;
-        const geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, ray, hit);
-        cone_width += path.cone_spread * hit.t;
-        if (world_.lights.may_emit(point)) {
-            const float weight = world_.materials.presence(point, cone_width) * surface_hit_weight(path, point);
-            const lights::SurfaceRadiance emitted = surface_emission(path, point, -ray.d, cone_width);
-            const Rgb Le = path.beta * emitted.Le * weight;
-            if (!is_black(Le)) out.add_unoccluded(int(emitted.group), Le);
-        }
-        ray = geometry::spawn_ray(point, ray.d);
-    }
-}
-
 void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
     const auto& [point, bsdf, wo, directions] = vertex;
     if (world_.selector->is_empty() || !bsdf.has_non_delta()) return;
 
-    // Choose a light and a direction towards it
-    double u_light = 0.0;
-    if (world_.chooses_lights) {
-        count_call(Effect::LightSelection);
-        u_light = path.sampler.get_1d_fine(path.bounce, Purpose::LightSelect, path.pass_count);
-    }
-    if (world_.has_very_many_lights) u_light += 0x1p-32 * path.sampler.get_1d_fine(path.bounce, Purpose::LightSelectFine, path.pass_count);
     const lights::Receiver receiver = receiver_at(world_, point, bsdf);
-    const std::optional<lights::LightChoice> choice = world_.selector->select(receiver, u_light);
-    if (!choice) return;
-    const scene::LightLinks* links = world_.has_links() ? world_.lights.links(choice->light) : nullptr;
-    if (!world_.lights.shines_on(links, receiver.link)) return;
-    const Vec2 u = path.sampler.get_2d(path.bounce, Purpose::LightSurface, path.pass_count);
-    const std::optional<lights::LightSample> light = world_.lights.sample(choice->light, point.p, u, {path.cone_width, path.cone_spread});
-    if (!light || is_black(light->Le)) return;
+    const std::optional<ChosenLight> chosen = choose_light(path, receiver);
+    if (!chosen) return;
+    const auto& [choice, light, links] = *chosen;
     const LightSampling strategy = options_.estimator.light_sampling;
-    if (strategy == LightSampling::Bsdf && !light->is_delta) return;
+    if (strategy == LightSampling::Bsdf && !light.is_delta) return;
 
     // Weigh it against finding the same light by going on
-    const shading::BsdfValue value = bsdf.evaluate(wo, light->wi);
+    const shading::BsdfValue value = bsdf.evaluate(wo, light.wi);
     Rgb f = value.f();
     if (world_.has_lobe_multipliers) {
         count_call(Effect::LobeMultipliers);
-        const lights::LobeMultipliers multipliers = world_.lights.lobe_multipliers(choice->light);
+        const lights::LobeMultipliers multipliers = world_.lights.lobe_multipliers(choice.light);
         f = value.diffuse * multipliers.diffuse + value.specular * multipliers.specular;
     }
     if (is_black(f)) return;
-    const float light_pdf = choice->pmf * light->pdf;
-    const bool has_rival = strategy == LightSampling::Mis && !light->is_delta;
-    const float weight = has_rival ? sampling::balance_heuristic(light_pdf, directions.pdf(light->wi, value.pdf)) : 1.0f;
-    const Rgb Ld = path.beta * f * light->Le * (bsdf.cosine(light->wi) * weight / light_pdf);
+    const float light_pdf = choice.pmf * light.pdf;
+    const bool has_rival = strategy == LightSampling::Mis && !light.is_delta;
+    const float weight = has_rival ? sampling::balance_heuristic(light_pdf, directions.pdf(light.wi, value.pdf)) : 1.0f;
+    const Rgb Ld = path.beta * f * light.Le * (bsdf.cosine(light.wi) * weight / light_pdf);
     if (is_black(Ld)) return;
 
-    // Deposit it where it is seen, and in the unoccluded layer in any case
-    const scene::GroupId group = world_.lights.group(choice->light);
-    if (has_shadow_layers_ && path.bounce == 0) {
-        count_call(Effect::ShadowLayers);
-        out.add_unoccluded(int(group), Ld);
-    }
-    const bool has_own_shadows = links && links->has_own_shadows();
-    const Rgb visible = has_own_shadows ? own_visibility(path, vertex, *light, *links) : visibility(path, vertex, *light);
-    deposit(path, path.bounce + 1, group, Ld * visible, "light sampled", out);
+    deposit_direct(path, point, wo, *chosen, Ld, out);
 }
 
 void PathTracer::add_caustics(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
@@ -306,39 +199,6 @@ void PathTracer::add_caustics(Path& path, const Vertex& vertex, film::SampleRadi
     if (!found) return;
     const int bounce = path.bounce + 1 + found->length;
     if (bounce <= depth_limit_) deposit(path, bounce, world_.lights.group(found->light), path.beta * found->radiance, "caustic solved for", out);
-}
-
-Rgb PathTracer::visibility(const Path& path, const Vertex& from, const lights::LightSample& light) const {
-    ++path.counts->shadow;
-    const shading::MaterialEvaluator& materials = world_.materials;
-    ShadowSegment segment(from.point, light);
-    if (!materials.has_presence() && !materials.is_see_through() && !materials.has_absorption())
-        return Rgb(world_.accelerator->is_occluded(segment.ray) ? 0.0f : 1.0f);
-
-    Interior interior = path.interior;
-    if (materials.has_absorption()) interior.cross(materials, from.point, from.wo, light.wi);
-    if (!materials.has_presence() && !materials.is_see_through()) {
-        if (world_.accelerator->is_occluded(segment.ray)) return Rgb(0.0f);
-        return interior.transmittance(materials, segment.length(segment.ray.t_max));
-    }
-
-    // Cut-outs let light through in proportion to what is absent, as wide a part of them as a path would see, and what is
-    // clear without bending light lets through what goes straight on
-    Rgb visible(1.0f);
-    float cone_width = path.cone_width;
-    for (uint32_t i = 0; i < pass_through_limit; ++i) {
-        const geometry::Hit hit = world_.accelerator->intersect(segment.ray);
-        if (!interior.is_empty()) visible *= interior.transmittance(materials, segment.length(hit.is_valid() ? hit.t : segment.ray.t_max));
-        if (!hit.is_valid()) return visible;
-        const geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, segment.ray, hit);
-        cone_width += path.cone_spread * segment.length(hit.t);
-        const float presence = materials.presence(point, cone_width);
-        visible *= Rgb(1.0f - presence) + straight_through(materials, point, light.wi, cone_width) * presence;
-        if (materials.has_absorption()) interior.cross(materials, point, -light.wi, light.wi);
-        if (is_black(visible)) return visible;
-        if (!segment.go_on_from(point)) return visible;
-    }
-    return Rgb(0.0f);
 }
 
 bool PathTracer::pass_through(Path& path, const geometry::SurfacePoint& point) const {

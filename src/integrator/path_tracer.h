@@ -21,6 +21,8 @@ class PathObserver {
   public:
     virtual ~PathObserver() = default;
     virtual void on_hit(int bounce, const geometry::SurfacePoint& point, float t, const Rgb& beta) = 0;
+    /// The path collides in a volume at p, a distance t on; beta before it does.
+    virtual void on_volume(int bounce, const Vec3& p, float t, const Rgb& beta) { (void)bounce, (void)p, (void)t, (void)beta; }
     virtual void on_deposit(int bounce, scene::GroupId group, const Rgb& radiance, const char* what) = 0;
     /// The path may scatter at `at` by lobes that are no delta; beta before it does. Lights sampled there came before.
     virtual void on_vertex(const guiding::Place& at, const Rgb& beta) { (void)at, (void)beta; }
@@ -58,6 +60,26 @@ class PathTracer {
     struct Path;
     struct Vertex;
 
+    /// A light that was sampled, and its links if it has any.
+    struct ChosenLight {
+        lights::LightChoice choice;
+        lights::LightSample light;
+        const scene::LightLinks* links;
+    };
+
+    /// What became of a path on a segment through volumes.
+    enum class Crossing : uint8_t { Through, Scattered, Ended };
+
+    /// Chooses a light and a direction towards it; nothing when none arrives there.
+    std::optional<ChosenLight> choose_light(const Path& path, const lights::Receiver& receiver) const;
+    /// Deposits Ld of the light, as far as it arrives.
+    void deposit_direct(Path& path, const geometry::SurfacePoint& from, const Vec3& wo, const ChosenLight& chosen, const Rgb& Ld, film::SampleRadiance& out) const;
+    /// Adds what volumes and lights give along the segment, and lets the path scatter if it collides before t_max.
+    /// end: why it ended, if it did.
+    Crossing cross_volumes(Path& path, float t_max, const char*& end, film::SampleRadiance& out) const;
+    const char* scatter_in_volume(Path& path, const media::Medium& medium, const Vec3& p, film::SampleRadiance& out) const;
+    void add_direct_light_in_volume(Path& path, const media::Medium& medium, const geometry::SurfacePoint& point, film::SampleRadiance& out) const;
+    Rgb volume_transmittance(const Path& path, const Vec3& p, const lights::LightSample& light) const;
     void add_light_hits(const Path& path, float t_max, film::SampleRadiance& out) const;
     void add_unoccluded_hits(Path& path, film::SampleRadiance& out) const;
     /// Whether a light with these links shines on where the path scattered last.
@@ -77,8 +99,9 @@ class PathTracer {
     const char* go_on(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool survives_roulette(Path& path) const;
-    Rgb visibility(const Path& path, const Vertex& from, const lights::LightSample& light) const;
-    Rgb own_visibility(const Path& path, const Vertex& from, const lights::LightSample& light, const scene::LightLinks& links) const;
+    Rgb visibility(const Path& path, const geometry::SurfacePoint& from, const Interior& inside, const lights::LightSample& light) const;
+    Rgb own_visibility(const Path& path, const geometry::SurfacePoint& from, const Interior& inside, const lights::LightSample& light, const scene::LightLinks& links) const;
+    void record_first_volume(const scene::Volume& volume, const Vec3& p, const Rgb& albedo, film::SampleRadiance& out) const;
     void record_first_hit(const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, film::SampleRadiance& out) const;
     void deposit(const Path& path, int bounce, scene::GroupId group, const Rgb& radiance, const char* what, film::SampleRadiance& out) const;
     float light_hit_weight(const Path& path, const lights::LightHit& hit) const;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "media/volume_set.h"
 #include "scene/effect_calls.h"
 
 namespace velatura::integrator {
@@ -18,6 +19,7 @@ struct RayCounts {
     uint64_t depth_limited = 0;  ///< paths cut by hard_depth_limit
     uint64_t caustics_found = 0;   ///< specular chains from a vertex to a light that were found by solving for them
     uint64_t caustics_capped = 0;  ///< of these: weighed too little, because their probability takes too long to find
+    media::TrackingCounts tracking;  ///< through volumes
     scene::EffectCalls effects;  ///< of the code that traced them; filled by the schedule
 
     uint64_t total() const { return camera + indirect + shadow + caustic; }
@@ -32,6 +34,7 @@ struct RayCounts {
         depth_limited += o.depth_limited;
         caustics_found += o.caustics_found;
         caustics_capped += o.caustics_capped;
+        tracking += o.tracking;
         effects += o.effects;
         return *this;
     }

@@ -63,6 +63,22 @@ geometry::GeometrySet make_geometry(const scene::Scene& scene,
     return geometry::GeometrySet(scene, {}, std::move(refinement));
 }
 
+/// Null where there is nothing in it that light could meet, unless it is forced.
+std::unique_ptr<media::VolumeSet> make_volumes(const scene::Scene& scene, const WorldOptions& options) {
+    const bool is_any = std::any_of(scene.volumes.begin(), scene.volumes.end(), [&](const scene::Volume& v) {
+        return scene::has_extinction(v, scene.volume_fields) || scene::has_emission(v, scene.volume_fields);
+    });
+    if (!is_any && !options.forced.has(scene::Effect::Volumes)) return nullptr;
+    return std::make_unique<media::VolumeSet>(scene, options.media);
+}
+
+/// Of everything that light can meet.
+Box3 content_bounds(const accel::Accelerator& accelerator, const media::VolumeSet* volumes) {
+    Box3 bounds = accelerator.bounds();
+    if (volumes) bounds.extendBy(volumes->bounds());
+    return bounds;
+}
+
 /// Surfaces that the camera's surroundings are searched through.
 constexpr int most_surfaces = 1024;
 
@@ -144,12 +160,13 @@ World::World(const scene::Scene& s, const WorldOptions& options, const lights::I
       materials(s, diagnostics, options.forced),
       geometry(timed(times.tessellate_s, [&] { return make_geometry(s, materials, options, refinement, diagnostics); })),
       accelerator(timed(times.accelerator_s, [&] { return make_accelerator(s, geometry, options, diagnostics); })),
+      volumes(make_volumes(s, options)),
       lights(timed(times.lights_s, [&] {
           return lights::LightSet(s, load_image, diagnostics,
                                   {.compensate_mis = options.compensate_mis, .geometry = &geometry, .materials = &materials});
       })),
       selector(timed(times.lights_s, [&] {
-          return lights::make_light_selector(lights, accelerator->bounds(), {.kind = options.light_selection});
+          return lights::make_light_selector(lights, content_bounds(*accelerator, volumes.get()), {.kind = options.light_selection});
       })),
       camera(s.camera, options.width, options.height),
       uses_lens(camera.has_lens() || options.forced.has(scene::Effect::DepthOfField)),

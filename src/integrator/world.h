@@ -16,6 +16,7 @@
 #include "integrator/interior.h"
 #include "lights/light_selector.h"
 #include "lights/light_set.h"
+#include "media/volume_set.h"
 #include "scene/scene.h"
 #include "shading/material_evaluator.h"
 
@@ -30,6 +31,7 @@ struct WorldOptions {
     scene::EffectSet forced = {};  ///< effects that run though the scene does not call for them; see is_forceable
     const geometry::Subdivider* subdivider = nullptr;  ///< nullptr = meshes with a subdivision scheme are their polygons
     geometry::DicingOptions dicing = {};
+    media::MediumOptions media = {};
     bool compensate_mis = true;  ///< only where light sampling is always combined with BSDF sampling; see LightSetOptions
 };
 
@@ -71,6 +73,7 @@ struct World {
     shading::MaterialEvaluator materials;
     geometry::GeometrySet geometry;
     std::unique_ptr<accel::Accelerator> accelerator;
+    std::unique_ptr<media::VolumeSet> volumes;  ///< null where there are none
     lights::LightSet lights;
     std::unique_ptr<lights::LightSelector> selector;
     camera::CameraModel camera;

@@ -92,6 +92,14 @@ double PixelSampler::get_1d_fine(int bounce, Purpose purpose, uint32_t repeat) c
     return double(bits_1d(bounce, purpose, repeat)) * 0x1p-32;
 }
 
+RandomStream PixelSampler::stream(int bounce, Purpose purpose, uint32_t repeat) const {
+    const uint64_t key = hash_combine(stream_hash(key_, bounce, purpose, repeat), pixel_salt_);
+    const uint64_t seed = hash_combine(key, reversed_index_);
+    // What the sequence leaves open of the number comes from the seed
+    const double rest = double(remixed(seed) >> 43) * 0x1p-53;
+    return {seed, get_1d_fine(bounce, purpose, repeat) + rest};
+}
+
 // Owen-scrambled Sobol' in two dimensions, padded: each use of random numbers has its own shuffle
 // of the index and its own scrambles. Ref: Burley 2020, "Practical Hash-based Owen Scrambling",
 // JCGT 9(4).

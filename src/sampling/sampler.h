@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/math.h"
+#include "sampling/random_stream.h"
 
 #include <cstdint>
 
@@ -33,6 +34,11 @@ enum class Purpose : uint32_t {
     ManifoldSeed = 17,
     ManifoldLobe = 18,
     ManifoldTriangle = 19,
+    VolumeDistance = 32,
+    VolumeDirection = 33,
+    VolumeShadow = 34,
+    VolumeOwnShadow = 35,
+    VolumeChain = 36,
 };
 
 /// Which points the samples of a pixel are.
@@ -77,6 +83,9 @@ class PixelSampler {
 
     /// Two numbers in [0, 1)², stratified together over the samples of a pixel.
     Vec2 get_2d(int bounce, Purpose purpose, uint32_t repeat = 0) const;
+
+    /// Numbers without end for one use. The first of them, with 53 bits, is stratified like get_1d.
+    RandomStream stream(int bounce, Purpose purpose, uint32_t repeat = 0) const;
 
   private:
     uint32_t bits_1d(int bounce, Purpose purpose, uint32_t repeat) const;

@@ -18,6 +18,7 @@
 #include "scene/mesh.h"
 #include "scene/render_settings.h"
 #include "scene/texture.h"
+#include "scene/volume.h"
 
 namespace velatura::scene {
 
@@ -56,6 +57,8 @@ struct Scene {
     std::vector<std::string> primvar_names;
     std::vector<Light> lights;
     std::vector<MeshLight> mesh_lights;  ///< of shapes, see Shape::light
+    std::vector<Volume> volumes;
+    std::vector<VolumeField> volume_fields;
     Linking linking;
     /// Rows of the light mixer; the last one is always `emissive` (emission of surfaces).
     std::vector<LightGroup> groups;

@@ -51,13 +51,14 @@ struct Placeable {
     std::vector<scene::Shape> shapes;   ///< in the space of this placeable
     std::vector<Placement> placements;  ///< nested ones
     std::vector<LightSite> lights;
+    std::vector<scene::Volume> volumes;  ///< in the space of this placeable
     uint32_t prototype = scene::none;  ///< index into Scene::prototypes once `shapes` moved there
     bool is_being_built = false;       ///< guards against prototypes that hold themselves
     bool is_stage = false;             ///< the whole stage, not a prototype
     bool is_point_prototype = false;   ///< of point instancers, not of native instances
     bool is_origin_fixed = false;      ///< something of a prototype stands relative to `origin`
     /// Of a whole prototype, once motion asked for it: see placement_motion.cpp.
-    std::optional<bool> gives_light;
+    std::optional<bool> must_stay;
     std::optional<double> reach;
     /// Subtracted from the translation of every matrix: what is cast to float stays near zero. For
     /// a prototype the position of the first thing in it, in the prototype's authored space.
@@ -109,6 +110,7 @@ struct Context {
     std::unordered_map<std::string, MaterialEntry> materials;
     std::unordered_map<std::string, scene::TextureId> textures;
     std::unordered_map<std::string, std::shared_ptr<const scene::IesProfile>> ies_profiles;
+    std::unordered_map<std::string, uint32_t> volume_fields;  ///< by what is wanted of which file
     std::unordered_set<scene::TextureId>
         needs_coordinates;  ///< textures whose `st` has no fallback
     std::unordered_map<std::string, std::unique_ptr<Placeable>> placeables;
@@ -123,6 +125,7 @@ struct Context {
     std::vector<LinkPlace> link_places = {{}};       ///< first that of what is placed directly
     std::map<std::tuple<uint32_t, scene::ProvenanceId, const Placeable*>, uint32_t>
         known_link_places;
+    std::vector<uint32_t> place_of_volume;    ///< of Scene::volumes, into link_places
     std::vector<uint32_t> place_of_instance;  ///< of Scene::instances, into link_places
     size_t first_baked_shape = 0;             ///< of Scene::shapes, which stand elsewhere
     std::vector<uint32_t> place_of_baked;     ///< of those from there on, into link_places

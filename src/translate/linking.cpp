@@ -125,12 +125,12 @@ class Linker {
         return query.includes_first(paths);
     }
 
-    LinkClass class_of(const LinkPlace& place, const scene::Shape& shape) {
+    LinkClass class_of(const LinkPlace& place, scene::ProvenanceId provenance) {
         std::vector<Path> paths = {
-            map_path(place, Path::from(ctx_.scene.provenance[shape.provenance].prim_path))};
+            map_path(place, Path::from(ctx_.scene.provenance[provenance].prim_path))};
         paths.insert(paths.end(), place.instancers.begin(), place.instancers.end());
         std::vector<Path> subsets;
-        if (const auto at = subsets_.find(shape.provenance); at != subsets_.end())
+        if (const auto at = subsets_.find(provenance); at != subsets_.end())
             for (const Path& path : at->second) subsets.push_back(map_path(place, path));
         return class_at(paths, subsets);
     }
@@ -147,8 +147,11 @@ class Linker {
         for (size_t i = 0; i < scene.shapes.size(); ++i) {
             const uint32_t place =
                 i < ctx_.first_baked_shape ? 0 : ctx_.place_of_baked[i - ctx_.first_baked_shape];
-            scene.shapes[i].link = class_of(ctx_.link_places[place], scene.shapes[i]);
+            scene.shapes[i].link = class_of(ctx_.link_places[place], scene.shapes[i].provenance);
         }
+        for (size_t i = 0; i < scene.volumes.size(); ++i)
+            scene.volumes[i].link = class_of(ctx_.link_places[ctx_.place_of_volume[i]],
+                                             scene.volumes[i].provenance);
         std::map<std::pair<uint32_t, uint32_t>, uint32_t> known;  // place, prototype → row
         for (size_t i = 0; i < scene.instances.size(); ++i) {
             const uint32_t prototype = scene.instances[i].prototype;
@@ -162,7 +165,7 @@ class Linker {
     uint32_t make_row(const LinkPlace& place, uint32_t prototype) {
         std::vector<LinkClass> row;
         for (const scene::Shape& shape : ctx_.scene.prototypes[prototype].shapes)
-            row.push_back(class_of(place, shape));
+            row.push_back(class_of(place, shape.provenance));
         if (std::all_of(row.begin(), row.end(), [](LinkClass c) { return c == 0; }))
             return scene::none;
         const auto [at, is_new] = rows_.try_emplace(row, uint32_t(ctx_.scene.linking.rows.size()));
@@ -219,6 +222,7 @@ class Linker {
     /// All collections hold everything: the scene is as if nobody had linked anything.
     void forget_classes() {
         for (scene::Shape& shape : ctx_.scene.shapes) shape.link = 0;
+        for (scene::Volume& volume : ctx_.scene.volumes) volume.link = 0;
         for (scene::Instance& instance : ctx_.scene.instances) instance.link_row = scene::none;
         ctx_.scene.linking = {};
     }

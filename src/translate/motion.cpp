@@ -280,7 +280,7 @@ void warn_if_it_moves(Context& ctx, Prim prim, Prim frame) {
         ctx.warn("unsupported-motion-blur", prim,
                  fmt::format("a {} that moves while the shutter is open{} is rendered as it is at "
                              "the frame's instant: of what moves only meshes and native "
-                             "instances that give no light are blurred",
+                             "instances without lights and volumes are blurred",
                              prim.type_name().str(), prim.is_instance() ? " as an instance" : ""));
         return;
     }

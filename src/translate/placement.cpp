@@ -70,6 +70,18 @@ void bake(Context& ctx,
     }
 }
 
+/// Puts a volume into the scene where `matrix` carries it.
+void place_volume(Context& ctx, scene::Volume volume, const Mat4d& matrix, uint32_t link_place) {
+    volume.render_from_volume = volume.render_from_volume * matrix;
+    if (determinant3(volume.render_from_volume) == 0.0) {
+        warn_at(ctx, volume.provenance, "bad-transform",
+                "transform of an instance flattens the volume, it is left out of it");
+        return;
+    }
+    ctx.scene.volumes.push_back(std::move(volume));
+    ctx.place_of_volume.push_back(link_place);
+}
+
 /// `matrix` and the `later` keys: of the placement, into render space. outer: what it stands in,
 /// index into ctx.link_places.
 void place(Context& ctx,
@@ -125,6 +137,7 @@ void place(Context& ctx,
     }
     for (const LightSite& site : what.lights)
         read_light(ctx, site, site.matrix * matrix, link_place);
+    for (const scene::Volume& volume : what.volumes) place_volume(ctx, volume, matrix, link_place);
     for (const Placement& nested : what.placements) {
         Placement inner = nested;
         if (!inner.display_color) inner.display_color = placement.display_color;
@@ -140,6 +153,7 @@ void place_all(Context& ctx, Placeable& stage_content) {
     ctx.first_baked_shape = ctx.scene.shapes.size();
     join_mesh_light_groups(ctx, ctx.scene.shapes);
     for (const LightSite& site : stage_content.lights) read_light(ctx, site, site.matrix, 0);
+    for (const scene::Volume& volume : stage_content.volumes) place_volume(ctx, volume, Mat4d(), 0);
     for (const Placement& placement : stage_content.placements)
         place(ctx, placement, placement.matrix, placement.later, 0);
 }

@@ -14,9 +14,9 @@ namespace velatura::translate {
 
 namespace {
 
-/// Whether light would have to be sampled from what moves.
-bool gives_light(const Context& ctx, Placeable& what) {
-    if (what.gives_light) return *what.gives_light;
+/// Whether light would have to be sampled from what moves, or volumes looked up in it.
+bool must_stay(const Context& ctx, Placeable& what) {
+    if (what.must_stay) return *what.must_stay;
     const auto emits = [&](scene::MaterialId material) {
         return material < ctx.scene.materials.size() &&
                scene::is_emissive(ctx.scene.materials[material]);
@@ -27,11 +27,12 @@ bool gives_light(const Context& ctx, Placeable& what) {
                (mesh &&
                 std::any_of(mesh->face_materials.begin(), mesh->face_materials.end(), emits));
     };
-    what.gives_light =
-        !what.lights.empty() || std::any_of(what.shapes.begin(), what.shapes.end(), is_light) ||
+    what.must_stay =
+        !what.lights.empty() || !what.volumes.empty() ||
+        std::any_of(what.shapes.begin(), what.shapes.end(), is_light) ||
         std::any_of(what.placements.begin(), what.placements.end(),
-                    [&](const Placement& inner) { return gives_light(ctx, *inner.what); });
-    return *what.gives_light;
+                    [&](const Placement& inner) { return must_stay(ctx, *inner.what); });
+    return *what.must_stay;
 }
 
 /// Largest sum of a row of the upper 3×3: what the matrix may lengthen.
@@ -116,7 +117,7 @@ void read_placement_motion(Context& ctx,
                                holder.origin);
     };
     // Joints above may carry it, where its own transforms say nothing of that
-    if (gives_light(ctx, *placement.what) || matrix_at(ctx.time.value()) != placement.matrix) {
+    if (must_stay(ctx, *placement.what) || matrix_at(ctx.time.value()) != placement.matrix) {
         warn_if_it_moves(ctx, instance, holder.frame);
         return;
     }

@@ -31,12 +31,14 @@ Context make_context(const usd::stage::Stage& stage,
                 .materials = {},
                 .textures = {},
                 .ies_profiles = {},
+                .volume_fields = {},
                 .needs_coordinates = {},
                 .placeables = {},
                 .light_groups = {},
                 .skeleton_poses = {},
                 .mesh_light_prims = {},
                 .known_link_places = {},
+                .place_of_volume = {},
                 .place_of_instance = {},
                 .place_of_baked = {},
                 .light_sites = {},
@@ -113,6 +115,8 @@ Box3d bounds_of(const scene::Scene& scene) {
     for (const scene::Instance& instance : scene.instances)
         box.extendBy(
             transformed(prototypes[instance.prototype], Mat4d(instance.render_from_prototype)));
+    for (const scene::Volume& volume : scene.volumes)
+        box.extendBy(transformed(volume.extent, volume.render_from_volume));
     return box;
 }
 

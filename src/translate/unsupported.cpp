@@ -15,17 +15,9 @@ bool is_any_light(Prim prim) {
 void warn_unsupported(Context& ctx, Prim prim) {
     const std::string& type = prim.type_name().str();
     if (type == "PortalLight") return;  // read with the dome that it belongs to
-    if (prim.has_api("VolumeLightAPI")) {
-        ctx.warn(
-            "unsupported-light", prim,
-            fmt::format("{} as a light (VolumeLightAPI) is not supported, the prim is left out",
-                        type));
-        return;
-    }
     if (prim.is_a("Curves")) ctx.note_not_simulated(scene::Effect::Curves, prim, type);
     if (prim.is_a("Points")) ctx.note_not_simulated(scene::Effect::Points, prim, type);
-    if (prim.is_a("Volume")) ctx.note_not_simulated(scene::Effect::Volumes, prim, type);
-    const bool is_shown = prim.is_a("Gprim") || prim.is_a("Volume");
+    const bool is_shown = prim.is_a("Gprim");
     const bool is_light = is_any_light(prim);
     if (is_shown || is_light) {
         ctx.warn(is_light ? "unsupported-light" : "unsupported-geometry", prim,
@@ -43,7 +35,7 @@ void warn_light_without_geometry(Context& ctx, Prim prim) {
 void warn_unsupported_features(Context& ctx, Prim prim) {
     if (prim.has_api("VolumeLightAPI"))
         ctx.warn("unsupported-light", prim,
-                 "VolumeLightAPI is not supported on surfaces, the prim shows its material only");
+                 "VolumeLightAPI is not supported, the prim shows what it is made of only");
     for (const char* name : {"velocities", "accelerations"}) {
         const Attribute attribute = prim.attribute(name);
         if (attribute.has_authored_value())

@@ -5,6 +5,7 @@
 #include "translate/pose.h"
 #include "translate/strands.h"
 #include "translate/values.h"
+#include "translate/volumes.h"
 #include "usd/stage/imageable.h"
 #include "usd/stage/xform.h"
 
@@ -74,6 +75,15 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, Pose* pose, Placeable& o
     } else if (is_gprim_type(type)) {
         shape = read_gprim(ctx, prim, placed);
         warn_if_it_moves(ctx, prim, out.frame);
+    } else if (type == "Volume") {
+        warn_if_it_moves(ctx, prim, out.frame);
+        warn_unsupported_features(ctx, prim);
+        std::optional<scene::Volume> volume = read_volume(ctx, prim, placed);
+        if (!volume) return;
+        if (scene::has_emission(*volume, ctx.scene.volume_fields)) ctx.has_light_prim = true;
+        out.volumes.push_back(std::move(*volume));
+        out.is_origin_fixed = true;
+        return;
     } else if (is_light_type(type)) {
         ctx.has_light_prim = true;
         warn_if_it_moves(ctx, prim, out.frame);

@@ -127,7 +127,7 @@ RenderedLayers render(const TestScene& test, const TestRenderOptions& options) {
     layers.matrix_layers = layers.shadow_layers = true;
     for (const scene::LightGroup& g : test.scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
 
-    const integrator::World world(test.scene, {.width = options.size, .height = options.size, .light_selection = options.light_selection}, {}, diagnostics);
+    const integrator::World world(test.scene, {.width = options.size, .height = options.size, .light_selection = options.light_selection, .media = options.media}, {}, diagnostics);
     const std::unique_ptr<const integrator::CausticSampler> caustics = integrator::make_caustic_sampler(options.caustics, world);
     const integrator::PathTracer tracer(world, layers, {.seed = options.seed, .max_depth = options.max_depth, .filter = sampling::FilterKind::Box, .estimator = options.estimator,
                                                         .caustics = caustics.get()});

@@ -71,6 +71,7 @@ struct TestRenderOptions {
     uint64_t seed = 1;
     lights::SelectionKind light_selection = lights::SelectionKind::Tree;
     integrator::Caustics caustics = integrator::Caustics::Path;
+    media::MediumOptions media = {};
 };
 
 RenderedLayers render(const TestScene& test, const TestRenderOptions& options = {});

@@ -51,6 +51,10 @@ constexpr EffectFixture fixtures[] = {
     {Effect::LightSelection, "second light", "def SphereLight \"L\" { float inputs:intensity = 1 }", "def SphereLight \"L\" { float inputs:intensity = 0 }", true},
     {Effect::Environment, "dome", "def DomeLight \"D\" { float inputs:intensity = 0.5 }", "def DomeLight \"D\" { float inputs:intensity = 0 }", true, true},
     {Effect::EnvironmentMaps, "dome with a picture", "def DomeLight \"D\" { asset inputs:texture:file = @picture.exr@ }", "def DomeLight \"D\" { color3f inputs:color = (0, 0, 0)\n asset inputs:texture:file = @picture.exr@ }", true, true},
+    {Effect::Volumes, "density", "def Volume \"V\" { rel field:density = <@@/V/D>\n def OpenVDBAsset \"D\" { token fieldName = \"waves\" } }",
+     "def Volume \"V\" { rel field:density = <@@/V/D>\n def OpenVDBAsset \"D\" { token fieldName = \"zeros\" } }", true},
+    {Effect::Volumes, "heat", "def Volume \"V\" { rel field:heat = <@@/V/H>\n def OpenVDBAsset \"H\" { token fieldName = \"waves\" } }",
+     "def Volume \"V\" { float velatura:volume:emissionScale = 0\n rel field:heat = <@@/V/H>\n def OpenVDBAsset \"H\" { token fieldName = \"waves\" } }", true},
     {Effect::MeshLights, "cube", "def Cube \"L\" (prepend apiSchemas = [\"LightAPI\"]) { double size = 0.2\n float inputs:intensity = 3\n token light:materialSyncMode = \"noMaterialResponse\" }",
      "def Cube \"L\" (prepend apiSchemas = [\"LightAPI\"]) { double size = 0.2\n float inputs:intensity = 0\n token light:materialSyncMode = \"noMaterialResponse\" }", true},
 };

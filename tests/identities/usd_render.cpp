@@ -2,6 +2,7 @@
 #include "usd_render.h"
 
 #include <bit>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -17,10 +18,26 @@
 #include "integrator/path_tracer.h"
 #include "integrator/schedule.h"
 #include "integrator/world.h"
+#include "media/load_volumes.h"
+#include "media/voxel_builder.h"
 #include "translate/translate.h"
 #include "usd/stage/stage.h"
 
 namespace velatura::test {
+
+namespace {
+
+/// Files that need not be there: what a grid holds is its name.
+class NamedGrids final : public media::VolumeSource {
+  public:
+    Result<scene::VoxelGrid> read(const media::GridRequest& request) const override {
+        if (request.grid != "waves" && request.grid != "zeros") return Error{"volume-grid", "no such grid"};
+        const auto wave = [](int x, int y, int z) { return 1.0f + std::sin(0.4f * float(x) + 0.7f * float(y) + 0.9f * float(z)); };
+        return media::make_voxel_grid(scene::Vec3i(20), 0.1f, [&](int x, int y, int z) { return request.grid == "waves" ? wave(x, y, z) : 0.0f; });
+    }
+};
+
+}  // namespace
 
 scene::Scene scene_from_usda(const std::string& text, int width, int height) {
     static int counter = 0;
@@ -40,6 +57,7 @@ scene::Scene scene_from_usda(const std::string& text, int width, int height) {
     options.resolution = std::array<int, 2>{width, height};
     options.time = 0.0;
     Result<scene::Scene> scene = translate::translate_stage(*stage, options, diagnostics);
+    if (scene) media::load_volumes(*scene, NamedGrids(), SIZE_MAX, diagnostics);
     for (const Diagnostic& d : diagnostics.all()) {
         if (d.severity == Severity::Error) ADD_FAILURE() << diagnostics.format(d);
     }

@@ -17,7 +17,8 @@
 
 namespace velatura::test {
 
-/// Composes a .usda text and translates it; test failures for every diagnostic of severity error.
+/// Composes a .usda text and translates it; test failures for every diagnostic of severity error. Grids of volumes are read
+/// from no file: fieldName `waves` is smoke of 20 voxels of 0.1 each way, `zeros` as much of nothing.
 scene::Scene scene_from_usda(const std::string& text, int width = 32, int height = 24);
 
 /// What a render may differ in without another picture, whether it is guided, how its paths divide

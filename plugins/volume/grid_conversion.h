@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/result.h"
+#include "scene/voxel_grid.h"
+
+#include <openvdb/openvdb.h>
+
+#include <cstddef>
+
+namespace velatura::plugins::volume {
+
+/// The active voxels of a grid of floats, doubles, integers or triples of them as bricks. Errors:
+/// "volume-grid" where it holds something else, "volume-memory" where that or reading what is not
+/// read yet would take more than most_bytes.
+Result<scene::VoxelGrid> convert(const openvdb::GridBase& grid, bool is_color, size_t most_bytes);
+
+}  // namespace velatura::plugins::volume

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lights that paths meet or look for.
+#include "integrator/path.h"
+#include "integrator/path_tracer.h"
+#include "integrator/shadow_segment.h"
+#include "sampling/mis.h"
+#include "scene/effect_calls.h"
+
+#include <limits>
+
+namespace velatura::integrator {
+
+using sampling::Purpose;
+using scene::count_call;
+using scene::Effect;
+
+float PathTracer::light_hit_weight(const Path& path, const lights::LightHit& hit) const {
+    if (path.is_certain || options_.estimator.light_sampling == LightSampling::Bsdf) return 1.0f;
+    if (options_.estimator.light_sampling == LightSampling::Light) return 0.0f;
+    // The density is that of the point that sampled, not of the ray's origin beside it: portals make a difference there
+    const float pdf = world_.lights.has_portals(hit.light) ? world_.lights.pdf(hit.light, path.receiver.p, path.ray.d) : hit.pdf;
+    const float light_pdf = world_.selector->pmf(path.receiver, hit.light) * pdf;
+    return sampling::balance_heuristic(path.scatter_pdf, light_pdf);
+}
+
+float PathTracer::surface_hit_weight(const Path& path, const geometry::SurfacePoint& point) const {
+    if (path.is_certain || options_.estimator.light_sampling == LightSampling::Bsdf) return 1.0f;
+    const std::optional<lights::LightId> light = world_.lights.find_surface(point);
+    if (!light) return 1.0f;
+    if (options_.estimator.light_sampling == LightSampling::Light) return 0.0f;
+    const float light_pdf = world_.selector->pmf(path.receiver, *light) * world_.lights.surface_pdf(*light, path.receiver.p, point.p);
+    return sampling::balance_heuristic(path.scatter_pdf, light_pdf);
+}
+
+Rgb PathTracer::light_factor(const Path& path, const lights::LobeMultipliers& multipliers) const {
+    if (!world_.has_lobe_multipliers || path.bounce == 0) return Rgb(1.0f);
+    count_call(Effect::LobeMultipliers);
+    return path.diffuse_share * multipliers.diffuse + (Rgb(1.0f) - path.diffuse_share) * multipliers.specular;
+}
+
+lights::SurfaceRadiance PathTracer::surface_emission(const Path& path, const geometry::SurfacePoint& point, const Vec3& wo, float footprint) const {
+    lights::SurfaceRadiance emitted = world_.lights.surface_radiance(point, wo, footprint, path.onlooker);
+    emitted.Le *= light_factor(path, emitted.multipliers);
+    if (!is_lit(path, emitted.links)) emitted.Le = Rgb(0.0f);
+    return emitted;
+}
+
+void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadiance& out) const {
+    // Ask along the whole straight line and keep what this segment adds: a light that a cut-out lies inside of must not
+    // count twice, and the density is that of the vertex whose light sampling competed
+    const auto with_margin = [](float t) { return t * (1.0f + flush_light_margin); };
+    const bool ends_in_volume = path.flight && path.flight->medium;
+    const float begin = with_margin(path.travelled), end = ends_in_volume ? path.travelled + t_max : with_margin(path.travelled + t_max);
+    const auto add = [&](const lights::LightHit& hit) {
+        if (path.travelled > 0.0f && hit.t <= begin) return;
+        if (options_.caustics && options_.caustics->finds(path.history, hit.light, path.pass_count)) return;
+        // What lies beyond the camera's far plane is not seen, but for the lights at infinity
+        if (std::isfinite(hit.t) && hit.t - path.travelled > path.ray.t_max) return;
+        if (path.bounce == 0) {
+            if (!world_.lights.is_camera_visible(hit.light)) return;
+            if (!world_.lights.is_infinite(hit.light)) out.alpha = 1.0f;
+        } else if (world_.has_links()) {
+            const scene::LightLinks* links = world_.lights.links(hit.light);
+            if (!is_lit(path, links) || is_found_beyond(path, links)) return;
+        }
+        Rgb Le = path.beta * hit.Le * light_factor(path, world_.lights.lobe_multipliers(hit.light)) * light_hit_weight(path, hit);
+        if (!path.interior.is_empty()) Le *= path.interior.transmittance(world_.materials, hit.t - path.travelled);
+        if (path.flight) Le *= path.flight->weight_at(hit.t - path.travelled);
+        deposit(path, path.bounce, world_.lights.group(hit.light), Le, "light met by the path", out);
+    };
+    if (path.line_hit_count == Path::unknown_hits) {
+        world_.lights.for_each_hit(path.straight_o, path.ray.d, end, [&](const lights::LightHit& hit) { add(hit); });
+        return;
+    }
+    for (int i = 0; i < path.line_hit_count; ++i) {
+        const lights::LightHit& hit = path.line_hits[size_t(i)];
+        if (world_.lights.is_within(hit, end)) add(hit);
+    }
+}
+
+void PathTracer::add_unoccluded_hits(Path& path, film::SampleRadiance& out) const {
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    size_t count = 0;
+    world_.lights.for_each_hit(path.straight_o, path.ray.d, infinity, [&](const lights::LightHit& hit) {
+        // The next segment begins here, too
+        if (count < path.line_hits.size()) path.line_hits[count] = hit;
+        ++count;
+        if (world_.has_links() && !is_lit(path, world_.lights.links(hit.light))) return;
+        const Rgb Le = path.beta * hit.Le * light_factor(path, world_.lights.lobe_multipliers(hit.light)) * light_hit_weight(path, hit);
+        if (!is_black(Le)) out.add_unoccluded(int(world_.lights.group(hit.light)), Le);
+    });
+    if (count <= path.line_hits.size()) path.line_hit_count = int(count);
+    if (!world_.lights.has_surface_emission()) return;
+
+    // Emissive surfaces as well, one behind the other
+    geometry::Ray ray = path.ray;
+    float cone_width = path.cone_width;
+    for (uint32_t i = 0; i < pass_through_limit; ++i) {
+        const geometry::Hit hit = world_.accelerator->intersect(ray);
+        ++path.counts->shadow;
+        if (!hit.is_valid()) return;
+        const geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, ray, hit);
+        cone_width += path.cone_spread * hit.t;
+        if (world_.lights.may_emit(point)) {
+            const float weight = world_.materials.presence(point, cone_width) * surface_hit_weight(path, point);
+            const lights::SurfaceRadiance emitted = surface_emission(path, point, -ray.d, cone_width);
+            const Rgb Le = path.beta * emitted.Le * weight;
+            if (!is_black(Le)) out.add_unoccluded(int(emitted.group), Le);
+        }
+        ray = geometry::spawn_ray(point, ray.d);
+    }
+}
+
+std::optional<PathTracer::ChosenLight> PathTracer::choose_light(const Path& path, const lights::Receiver& receiver) const {
+    double u_light = 0.0;
+    if (world_.chooses_lights) {
+        count_call(Effect::LightSelection);
+        u_light = path.sampler.get_1d_fine(path.bounce, Purpose::LightSelect, path.pass_count);
+    }
+    if (world_.has_very_many_lights) u_light += 0x1p-32 * path.sampler.get_1d_fine(path.bounce, Purpose::LightSelectFine, path.pass_count);
+    const std::optional<lights::LightChoice> choice = world_.selector->select(receiver, u_light);
+    if (!choice) return std::nullopt;
+    const scene::LightLinks* links = world_.has_links() ? world_.lights.links(choice->light) : nullptr;
+    if (!world_.lights.shines_on(links, receiver.link)) return std::nullopt;
+    const Vec2 u = path.sampler.get_2d(path.bounce, Purpose::LightSurface, path.pass_count);
+    const std::optional<lights::LightSample> light = world_.lights.sample(choice->light, receiver.p, u, {path.cone_width, path.cone_spread});
+    if (!light || is_black(light->Le)) return std::nullopt;
+    return ChosenLight{*choice, *light, links};
+}
+
+void PathTracer::deposit_direct(Path& path, const geometry::SurfacePoint& from, const Vec3& wo, const ChosenLight& chosen, const Rgb& Ld, film::SampleRadiance& out) const {
+    // Deposit it where it is seen, and in the unoccluded layer in any case
+    const auto& [choice, light, links] = chosen;
+    const scene::GroupId group = world_.lights.group(choice.light);
+    if (has_shadow_layers_ && path.bounce == 0) {
+        count_call(Effect::ShadowLayers);
+        out.add_unoccluded(int(group), Ld);
+    }
+    std::optional<Interior> crossed;
+    if (world_.materials.has_absorption()) crossed.emplace(path.interior).cross(world_.materials, from, wo, light.wi);
+    const Interior& interior = crossed ? *crossed : path.interior;
+    const bool has_own_shadows = links && links->has_own_shadows();
+    Rgb visible = has_own_shadows ? own_visibility(path, from, interior, light, *links) : visibility(path, from, interior, light);
+    if (world_.volumes && !has_own_shadows && !is_black(visible)) visible *= volume_transmittance(path, from.p, light);
+    deposit(path, path.bounce + 1, group, Ld * visible, "light sampled", out);
+}
+
+Rgb PathTracer::visibility(const Path& path, const geometry::SurfacePoint& from, const Interior& inside, const lights::LightSample& light) const {
+    ++path.counts->shadow;
+    const shading::MaterialEvaluator& materials = world_.materials;
+    ShadowSegment segment(from, light);
+    if (!materials.has_presence() && !materials.is_see_through() && !materials.has_absorption())
+        return Rgb(world_.accelerator->is_occluded(segment.ray) ? 0.0f : 1.0f);
+
+    Interior interior = inside;
+    if (!materials.has_presence() && !materials.is_see_through()) {
+        if (world_.accelerator->is_occluded(segment.ray)) return Rgb(0.0f);
+        return interior.transmittance(materials, segment.length(segment.ray.t_max));
+    }
+
+    // Cut-outs let light through in proportion to what is absent, as wide a part of them as a path would see, and what is
+    // clear without bending light lets through what goes straight on
+    Rgb visible(1.0f);
+    float cone_width = path.cone_width;
+    for (uint32_t i = 0; i < pass_through_limit; ++i) {
+        const geometry::Hit hit = world_.accelerator->intersect(segment.ray);
+        if (!interior.is_empty()) visible *= interior.transmittance(materials, segment.length(hit.is_valid() ? hit.t : segment.ray.t_max));
+        if (!hit.is_valid()) return visible;
+        const geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, segment.ray, hit);
+        cone_width += path.cone_spread * segment.length(hit.t);
+        const float presence = materials.presence(point, cone_width);
+        visible *= Rgb(1.0f - presence) + straight_through(materials, point, light.wi, cone_width) * presence;
+        if (materials.has_absorption()) interior.cross(materials, point, -light.wi, light.wi);
+        if (is_black(visible)) return visible;
+        if (!segment.go_on_from(point)) return visible;
+    }
+    return Rgb(0.0f);
+}
+
+}  // namespace velatura::integrator

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// What paths do in volumes (docs/volumes.md).
+#include "integrator/path.h"
+#include "integrator/path_tracer.h"
+#include "integrator/render_options.h"
+#include "sampling/mis.h"
+#include "scene/effect_calls.h"
+
+#include <algorithm>
+
+namespace velatura::integrator {
+
+using sampling::Purpose;
+using scene::count_call;
+using scene::Effect;
+
+namespace {
+
+/// Where light scatters in a volume, for what asks for surfaces: rays leave from p itself, and no
+/// body is entered or left.
+geometry::SurfacePoint point_in_volume(const scene::Volume& volume, const Vec3& p, float time) {
+    geometry::SurfacePoint point;
+    point.p = p;
+    point.p_error = point.ng = point.ns = Vec3(0.0f);
+    point.time = time;
+    point.provenance = volume.provenance;
+    return point;
+}
+
+/// Every direction counts.
+lights::Receiver receiver_in(const scene::Volume& volume, const Vec3& p) {
+    lights::Receiver receiver{p};
+    receiver.link = volume.link;
+    return receiver;
+}
+
+}  // namespace
+
+PathTracer::Crossing PathTracer::cross_volumes(Path& path, float t_max, const char*& end, film::SampleRadiance& out) const {
+    // Its list keeps its memory
+    thread_local media::Flight flight;
+    const bool is_in_body = world_.materials.has_absorption() && !path.interior.is_empty();
+    const Rgb sigma_a = is_in_body ? path.interior.absorption(world_.materials) : Rgb(0.0f);
+    world_.volumes->fly(path.ray.o, path.ray.d, std::min(t_max, path.ray.t_max), path.beta, sigma_a,
+                        path.sampler.stream(path.bounce, Purpose::VolumeDistance, path.pass_count), flight, path.counts->tracking);
+    if (flight.is_capped) {
+        end = "met too much in a volume";
+        return Crossing::Ended;
+    }
+
+    // Add what gives light on the way
+    path.flight = &flight;
+    add_light_hits(path, flight.medium ? flight.t : t_max, out);
+    path.flight = nullptr;
+    deposit(path, path.bounce, world_.scene.emissive_group(), path.beta * flight.emitted, "volume emission", out);
+
+    path.beta *= flight.weight;
+    if (!flight.medium) {
+        if (!is_black(path.beta)) return Crossing::Through;
+        end = "absorbed";
+        return Crossing::Ended;
+    }
+    const Vec3 p = path.ray.o + path.ray.d * flight.t;
+    if (path.observer) path.observer->on_volume(path.bounce, p, flight.t, path.beta);
+    if (is_in_body) path.beta *= path.interior.transmittance(world_.materials, flight.t);
+    path.cone_width += path.cone_spread * flight.t;
+    end = scatter_in_volume(path, *flight.medium, p, out);
+    return end ? Crossing::Ended : Crossing::Scattered;
+}
+
+/// Returns: why the path ends there, or null.
+const char* PathTracer::scatter_in_volume(Path& path, const media::Medium& medium, const Vec3& p, film::SampleRadiance& out) const {
+    const scene::Volume& volume = world_.scene.volumes[medium.volume()];
+    const Rgb albedo = medium.albedo(p);
+    if (path.bounce == 0 && !out.has_hit) record_first_volume(volume, p, albedo, out);
+    path.beta *= albedo;
+    if (is_black(path.beta)) return "absorbed";
+    if (path.bounce >= depth_limit_) {
+        if (depth_limit_ == hard_depth_limit) ++path.counts->depth_limited;
+        return "reached the depth limit";
+    }
+    const geometry::SurfacePoint point = point_in_volume(volume, p, path.ray.time);
+    add_direct_light_in_volume(path, medium, point, out);
+    if (options_.estimator.specular_chains_only) return "absorbed";
+
+    // Go on where the phase function leads
+    const Vec3 d = path.ray.d;
+    const Vec3 wi = medium.phase().sample(d, path.sampler.get_2d(path.bounce, Purpose::VolumeDirection, path.pass_count));
+    const float time = path.ray.time;
+    path.ray = {p, wi};
+    path.ray.time = time;
+    path.straight_o = p;
+    path.travelled = 0;
+    path.line_hit_count = Path::unknown_hits;
+    path.is_certain = false;
+    path.onlooker = lights::Onlooker::Scattering;
+    path.receiver = receiver_in(volume, p);
+    path.scatter_pdf = medium.phase().pdf(d, wi);
+    // Lobes of the light's multipliers: what scatters everywhere is the diffuse one
+    path.diffuse_share = Rgb(1.0f);
+    path.importance = 0;
+    path.history = {};
+    path.branches = 1;
+    const bool is_first = path.bounce == 0;
+    ++path.bounce;
+    path.pass_count = 0;
+    if (is_first && has_shadow_layers_) add_unoccluded_hits(path, out);
+    if (world_.has_own_shadows) add_lights_beyond(path, point, out);
+    if (!survives_roulette(path)) return "ended by roulette";
+    ++path.counts->indirect;
+    return nullptr;
+}
+
+void PathTracer::add_direct_light_in_volume(Path& path, const media::Medium& medium, const geometry::SurfacePoint& point, film::SampleRadiance& out) const {
+    if (world_.selector->is_empty()) return;
+    const scene::Volume& volume = world_.scene.volumes[medium.volume()];
+    const std::optional<ChosenLight> chosen = choose_light(path, receiver_in(volume, point.p));
+    if (!chosen) return;
+    const lights::LightSample& light = chosen->light;
+    const LightSampling strategy = options_.estimator.light_sampling;
+    if (strategy == LightSampling::Bsdf && !light.is_delta) return;
+
+    // Weigh it against finding the same light by going on
+    const float phase_pdf = medium.phase().pdf(path.ray.d, light.wi);
+    float f = phase_pdf;
+    if (world_.has_lobe_multipliers) {
+        count_call(Effect::LobeMultipliers);
+        f *= world_.lights.lobe_multipliers(chosen->choice.light).diffuse;
+    }
+    const float light_pdf = chosen->choice.pmf * light.pdf;
+    const bool has_rival = strategy == LightSampling::Mis && !light.is_delta;
+    const float weight = has_rival ? sampling::balance_heuristic(light_pdf, phase_pdf) : 1.0f;
+    const Rgb Ld = path.beta * light.Le * (f * weight / light_pdf);
+    if (!is_black(Ld)) deposit_direct(path, point, -path.ray.d, *chosen, Ld, out);
+}
+
+Rgb PathTracer::volume_transmittance(const Path& path, const Vec3& p, const lights::LightSample& light) const {
+    const float distance = light.is_surface ? (light.target - p).length() : light.distance;
+    sampling::RandomStream numbers = path.sampler.stream(path.bounce, Purpose::VolumeShadow, path.pass_count);
+    return world_.volumes->transmittance(p, light.wi, distance, nullptr, numbers, path.counts->tracking);
+}
+
+void PathTracer::record_first_volume(const scene::Volume& volume, const Vec3& p, const Rgb& albedo, film::SampleRadiance& out) const {
+    out.has_hit = true;
+    out.alpha = 1.0f;
+    out.albedo = albedo;
+    const Vec3d world = Vec3d(p) + world_.scene.camera.world_position;
+    out.P = to_float(world);
+    out.Z = p.dot(world_.camera.view_direction());
+    out.prim_id = volume.provenance;
+}
+
+}  // namespace velatura::integrator

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "media/load_volumes.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+
+namespace velatura::media {
+
+namespace {
+
+using scene::Scene;
+using scene::Volume;
+
+bool is_something(const Scene& scene, const Volume& volume) {
+    return scene::has_extinction(volume, scene.volume_fields) ||
+           scene::has_emission(volume, scene.volume_fields);
+}
+
+std::array<uint32_t, 4> fields_of(const Volume& volume) {
+    return {volume.density, volume.emission, volume.temperature, volume.color};
+}
+
+const scene::Provenance& provenance(const Scene& scene, scene::ProvenanceId id) {
+    static const scene::Provenance nowhere;
+    return id < scene.provenance.size() ? scene.provenance[id] : nowhere;
+}
+
+/// Notes that the volume is not rendered.
+void note_lost(Scene& scene, const Volume& volume, std::string_view why) {
+    scene::note_effect(scene.effect_notes, scene::Effect::Volumes,
+                       scene::EffectNote::Kind::NotSimulated, volume.name, why);
+}
+
+class Loader {
+  public:
+    Loader(Scene& scene, const VolumeSource& source, size_t most_bytes, Diagnostics& diagnostics)
+        : scene_(scene), source_(source), left_(most_bytes), diagnostics_(diagnostics) {
+        for (const scene::VolumeField& field : scene.volume_fields)
+            if (field.voxels) take(field.voxels->bytes());
+        is_tried_.resize(scene.volume_fields.size(), false);
+    }
+
+    /// Whether all grids of the volume are there.
+    bool load(const Volume& volume) {
+        bool is_whole = true;
+        for (const uint32_t field : fields_of(volume))
+            if (field != scene::none) is_whole = read(field, field == volume.color) && is_whole;
+        return is_whole;
+    }
+
+  private:
+    bool read(uint32_t index, bool is_color) {
+        scene::VolumeField& field = scene_.volume_fields[index];
+        if (field.voxels || is_tried_[index]) return field.voxels != nullptr;
+        is_tried_[index] = true;
+        const GridRequest request{field.file, field.grid, field.index, is_color, left_};
+        Result<scene::VoxelGrid> grid = source_.read(request);
+        if (!grid) {
+            const scene::Provenance& where = provenance(scene_, field.provenance);
+            diagnostics_.error(grid.error().code, where.loc, where.prim_path,
+                               fmt::format("@{}@: {}; the volume is left out", field.authored, grid.error().message));
+            return false;
+        }
+        take(grid->bytes());
+        field.voxels = std::make_shared<const scene::VoxelGrid>(std::move(*grid));
+        return true;
+    }
+
+    void take(size_t bytes) { left_ -= std::min(left_, bytes); }
+
+    Scene& scene_;
+    const VolumeSource& source_;
+    size_t left_;
+    Diagnostics& diagnostics_;
+    std::vector<bool> is_tried_;
+};
+
+}  // namespace
+
+size_t usual_volume_bytes() {
+    const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
+    constexpr size_t unknown = size_t(4) << 30;
+    return pages > 0 && page > 0 ? size_t(pages) / 2 * size_t(page) : unknown;
+}
+
+bool needs_grids(const Scene& scene) {
+    return std::any_of(scene.volumes.begin(), scene.volumes.end(), [&](const Volume& v) {
+        const auto fields = fields_of(v);
+        return is_something(scene, v) && std::any_of(fields.begin(), fields.end(), [&](uint32_t f) {
+                   return f != scene::none && !scene.volume_fields[f].voxels;
+               });
+    });
+}
+
+void load_volumes(Scene& scene,
+                  const VolumeSource& source,
+                  size_t most_bytes,
+                  Diagnostics& diagnostics) {
+    Loader loader(scene, source, most_bytes, diagnostics);
+    std::erase_if(scene.volumes, [&](const Volume& v) {
+        if (!is_something(scene, v) || loader.load(v)) return false;
+        note_lost(scene, v, "a grid cannot be read");
+        return true;
+    });
+}
+
+void drop_volumes(Scene& scene, const Error& why, Diagnostics& diagnostics) {
+    bool is_first = true;
+    std::erase_if(scene.volumes, [&](const Volume& v) {
+        if (!is_something(scene, v)) return false;
+        if (std::exchange(is_first, false)) {
+            const scene::Provenance& where = provenance(scene, v.provenance);
+            diagnostics.error(why.code, where.loc, where.prim_path, fmt::format("{}: volumes are left out (the first is named here)", why.message));
+        }
+        note_lost(scene, v, "nothing reads its grids");
+        return true;
+    });
+}
+
+}  // namespace velatura::media

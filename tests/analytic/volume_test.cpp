@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pictures of volumes against closed forms (H34, H35) and furnaces.
+#include "../media/grid_fixtures.h"
+#include "test_scene.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace velatura::test {
+
+namespace {
+
+using media::testing::add_field;
+using media::testing::add_volume;
+using media::testing::constant_box;
+using scene::LightKind;
+using scene::Vec3i;
+
+/// Lumps of smoke in a box of edge 2 around z = −4, soft at its sides.
+scene::VoxelGrid smoke(float density) {
+    constexpr int n = 40;
+    scene::VoxelGrid grid = media::make_voxel_grid(Vec3i(n), 2.0f / n, [&](int x, int y, int z) {
+        return density * std::max(0.0f, std::sin(0.4f * float(x)) * std::sin(0.5f * float(y)) + 0.6f * std::sin(0.3f * float(z)));
+    });
+    Mat4d moved;
+    moved.translate(Vec3d(-1, -1, -5));
+    grid.volume_from_lattice = grid.volume_from_lattice * moved;
+    return grid;
+}
+
+/// A slab from z = −3 to z = −2, as wide as 200.
+scene::Volume& add_slab(TestScene& test, float tau) {
+    return add_volume(test.scene, constant_box(Vec3d(-100, -100, -3), Vec3d(100, 100, -2), tau));
+}
+
+/// Light along −z, irradiance 1 on what faces it; it comes from behind the camera.
+scene::Light& add_sun(TestScene& test) {
+    scene::Light& sun = test.add_light(LightKind::Distant, Mat4d());
+    sun.angle_deg = 0.0f;
+    return sun;
+}
+
+TestScene furnace(const scene::VolumeOptics& optics, float density = 6.0f) {
+    TestScene test;
+    add_volume(test.scene, smoke(density)).optics = optics;
+    test.add_light(LightKind::Dome, Mat4d()).is_camera_visible = true;
+    test.look_with_perspective(0.2);
+    return test;
+}
+
+scene::VolumeOptics white(float g, const Rgb& extinction = Rgb(1.0f)) {
+    scene::VolumeOptics optics;
+    optics.albedo = Rgb(1.0f);
+    optics.anisotropy = g;
+    optics.extinction_color = extinction;
+    return optics;
+}
+
+const integrator::EstimatorOptions by_paths{.light_sampling = integrator::LightSampling::Bsdf};
+
+}  // namespace
+
+TEST(VolumeFurnace, WhiteSmokeKeepsAllLight) {
+    for (const float g : {0.0f, 0.8f, -0.5f}) {
+        expect_close(render(furnace(white(g)), {.size = 16, .samples = 64, .estimator = by_paths}).beauty(), 1.0, 1e-6, fmt::format("white smoke by paths, g {}", g));
+        expect_close(render(furnace(white(g)), {.size = 32, .samples = 128}).beauty(), 1.0, 2e-2, fmt::format("white smoke, g {}", g));
+    }
+}
+
+TEST(VolumeFurnace, ColouredExtinctionKeepsAllLight) {
+    const RenderedLayers layers = render(furnace(white(0.3f, Rgb(1.0f, 0.4f, 0.1f))), {.size = 32, .samples = 256});
+    for (int c = 0; c < 3; ++c) expect_close(layers.beauty(c), 1.0, 2e-2, fmt::format("coloured white smoke, channel {}", c));
+}
+
+TEST(VolumeFurnace, OfThickWhiteSlabReflectsAndTransmitsAll) {
+    TestScene test;
+    add_slab(test, 100.0f).optics = white(0.0f);
+    test.add_light(LightKind::Dome, Mat4d()).is_camera_visible = true;
+    test.look_with_perspective(0.2);
+    // Roulette would end one path in 1024 at each scattering behind the first 1024, and weigh the others more
+    const RenderedLayers layers = render(test, {.size = 16, .samples = 16, .estimator = {.light_sampling = integrator::LightSampling::Bsdf, .roulette = integrator::Roulette::None}});
+    expect_close(layers.beauty(), 1.0, 1e-3, "slab of 100 mean free paths, R + T");
+    EXPECT_EQ(layers.rays.tracking.capped, 0u);
+    EXPECT_EQ(layers.rays.depth_limited, 0u);
+}
+
+TEST(Volumes, LightSeenThroughASlabIsTheClosedForm) {
+    for (const double tau : {0.1, 2.0}) {
+        TestScene test;
+        add_slab(test, float(tau));
+        test.add_light(LightKind::Dome, Mat4d()).is_camera_visible = true;
+        test.look_at_point(0.1);
+        const RenderedLayers layers = render(test, {.size = 32, .samples = 256});
+        expect_close(layers.bounce(0), std::exp(-tau), 5e-3, fmt::format("dome behind tau {}", tau));
+        expect_close(layers.beauty(), std::exp(-tau), 5e-3, "nothing else");
+    }
+}
+
+TEST(Volumes, ThinMatterScattersOnce) {
+    // H34. Light and camera on the same side: albedo · p · (1 − e^−2τ) / 2
+    constexpr double tau = 1e-3, albedo = 0.8, g = 0.5;
+    TestScene test;
+    scene::VolumeOptics& optics = add_slab(test, float(tau)).optics;
+    optics.albedo = Rgb(float(albedo));
+    optics.anisotropy = float(g);
+    add_sun(test);
+    test.look_at_point(0.1);
+    const double back = (1 - g * g) / (4 * pi_d * std::pow(1 + g, 3.0));
+    // Numbers are so even that all pixels collide equally often: their differences tell nothing of the error
+    const double expected = -albedo * back * std::expm1(-2 * tau) / 2;
+    EXPECT_NEAR(render(test, {.size = 4, .samples = 1 << 18}).bounce(1).mean, expected, 1e-3 * expected);
+}
+
+TEST(Volumes, SmokeScattersOnceAsMuchAsItShould) {
+    constexpr double tau = 1.5, albedo = 0.6;
+    TestScene test;
+    add_slab(test, float(tau)).optics.albedo = Rgb(float(albedo), 0.0f, 1.0f);
+    add_sun(test);
+    test.look_at_point(0.1);
+    const RenderedLayers layers = render(test, {.size = 32, .samples = 256});
+    const double once = -std::expm1(-2 * tau) / (8 * pi_d);
+    expect_close(layers.bounce(1, -1, 0), albedo * once, 1e-2, "slab, light scattered back once");
+    expect_close(layers.bounce(1, -1, 2), once, 1e-2, "slab, blue");
+    // Without occlusion light meets the point undimmed
+    expect_close(layers.unoccluded(0), -albedo * std::expm1(-tau) / (4 * pi_d), 1e-2, "slab, light scattered once, unoccluded");
+}
+
+TEST(Volumes, DimTheLightOfSurfacesAndTheirView) {
+    // Light and view of a floor both go through the slab, which is turned and placed by a matrix
+    TestScene test;
+    Mat4d turned;
+    turned.rotate(Vec3d(0.0, 0.0, 0.7));
+    scene::Volume& slab = add_volume(test.scene, constant_box(Vec3d(-100, -100, 0), Vec3d(100, 100, 0.5), 0.8f), turned);
+    slab.render_from_volume = slab.render_from_volume * at(Vec3d(3, 1, -3));
+    test.add_square(-4.0f, 50.0f, test.add_matte(Rgb(0.5f)));
+    add_sun(test);
+    test.look_at_point(0.1);
+    const RenderedLayers layers = render(test, {.size = 32, .samples = 256});
+    expect_close(layers.bounce(1), 0.5 / pi_d * std::exp(-0.8), 1e-2, "floor through smoke");
+    expect_close(layers.unoccluded(0), 0.5 / pi_d * std::exp(-0.4), 1e-2, "floor through smoke, unoccluded");
+}
+
+TEST(Volumes, AreLookedThroughBehindCutOuts) {
+    TestScene test;
+    add_slab(test, 0.7f);
+    scene::Material lattice;
+    lattice.presence = true;
+    lattice.opacity = scene::Input(0.25f);
+    test.add_square(-1.0f, 50.0f, test.add_material(lattice));
+    test.add_square(-4.0f, 50.0f, test.add_matte(Rgb(1.0f)));
+    add_sun(test);
+    test.look_at_point(0.1);
+    // Through the lattice and the smoke, twice each; the lattice itself is lit in front of it
+    const double floor = 0.75 * 0.75 * std::exp(-1.4) / pi_d, front = 0.25 * 0.18 / pi_d;
+    const RenderedLayers layers = render(test, {.size = 32, .samples = 512, .last_bounce = 1, .max_depth = 1});
+    const double specular = render([&] {
+                                TestScene alone;
+                                alone.add_square(-1.0f, 50.0f, alone.add_material(lattice));
+                                add_sun(alone);
+                                alone.look_at_point(0.1);
+                                return alone;
+                            }(), {.size = 32, .samples = 512, .last_bounce = 1, .max_depth = 1}).bounce(1).mean;
+    EXPECT_GT(specular, 0.5 * front);
+    expect_close(layers.bounce(1), floor + specular, 1e-2, "floor behind lattice and smoke");
+}
+
+TEST(Volumes, TwoWaysToFindLightAgree) {
+    const auto scene_of = [](const Rgb& extinction) {
+        TestScene test;
+        scene::VolumeOptics optics = white(0.6f, extinction);
+        optics.albedo = Rgb(0.9f, 0.8f, 0.5f);
+        add_volume(test.scene, smoke(4.0f)).optics = optics;
+        Mat4d turned;
+        turned.rotate(Vec3d(-pi_d / 2, 0, 0));
+        scene::Light& lamp = test.add_light(LightKind::Rect, turned * at(Vec3d(0, 1.5, -4)));
+        lamp.width = lamp.height = 3.0f;
+        test.add_square(-6.0f, 5.0f, test.add_matte(Rgb(0.6f)));
+        test.look_with_perspective(0.25);
+        return test;
+    };
+    for (const Rgb& extinction : {Rgb(1.0f), Rgb(1.0f, 0.5f, 0.25f)}) {
+        const TestScene test = scene_of(extinction);
+        const RenderedLayers both = render(test, {.size = 24, .samples = 192});
+        const RenderedLayers paths = render(test, {.size = 24, .samples = 192, .estimator = by_paths, .seed = 2});
+        const RenderedLayers lamps = render(test, {.size = 24, .samples = 192, .estimator = {.light_sampling = integrator::LightSampling::Light}, .seed = 3});
+        expect_agreement(both, paths, 1.2e-1, "MIS and paths alone");
+        expect_agreement(both, lamps, 6e-2, "MIS and light sampling alone");
+        for (int k = 1; k <= 3; ++k) {
+            const Estimate a = both.bounce(k), b = paths.bounce(k);
+            EXPECT_NEAR(a.mean, b.mean, 4.0 * std::hypot(a.standard_error, b.standard_error)) << k;
+        }
+    }
+}
+
+TEST(Volumes, OneMajorantGivesTheSamePicture) {
+    TestScene test;
+    add_volume(test.scene, smoke(4.0f)).optics = white(0.0f);
+    add_sun(test);
+    test.look_with_perspective(0.25);
+    const RenderedLayers bricks = render(test, {.size = 32, .samples = 128});
+    const RenderedLayers one = render(test, {.size = 32, .samples = 128, .seed = 2, .media = {.majorants = media::Majorants::One}});
+    expect_agreement(bricks, one, 4e-2, "bounds by bricks and one bound");
+    EXPECT_EQ(bricks.rays.tracking.violations + one.rays.tracking.violations, 0u);
+}
+
+TEST(Volumes, HalfTheBoundIsNoticed) {
+    TestScene test;
+    add_volume(test.scene, smoke(4.0f)).optics = white(0.0f);
+    add_sun(test);
+    test.look_with_perspective(0.25);
+    Diagnostics diagnostics;
+    const integrator::World world(test.scene, {.width = 8, .height = 8, .media = {.majorant_factor = 0.5f}}, {}, diagnostics);
+    film::LayerSet layers;
+    for (const scene::LightGroup& g : test.scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+    const integrator::PathTracer tracer(world, layers, {});
+    film::SampleRadiance out(layers);
+    integrator::RayCounts counts;
+    for (uint64_t i = 0; i < 64; ++i) {
+        out.clear();
+        tracer.trace(4, 4, i, out, counts);
+    }
+    EXPECT_GT(counts.tracking.violations, 0u);
+}
+
+TEST(Volumes, AreSeenFromWithin) {
+    // The camera in the middle of smoke that glows: ε/σ (1 − e^−σr) along every ray
+    TestScene test;
+    scene::Volume& glow = add_volume(test.scene, constant_box(Vec3d(-50, -50, -2), Vec3d(50, 50, 3), 1.0f));
+    glow.emission = add_field(test.scene, constant_box(Vec3d(-50, -50, -2), Vec3d(50, 50, 3), 0.5f));
+    test.scene.volumes[0].optics.emission = Rgb(1.0f);
+    test.look_at_point(0.1);
+    const RenderedLayers layers = render(test, {.size = 32, .samples = 1024});
+    expect_close(layers.bounce(0), 0.5 * (1 - std::exp(-2.0)), 1e-2, "glow around the camera");
+}
+
+TEST(Volumes, GlowLightsSurfaces) {
+    // A floor below an endless glowing layer without absorption sees it over every direction: the radiance is ε·h / cosθ,
+    // the irradiance 2π·ε·h, but for what the sides of the layer miss
+    constexpr double h = 0.1, side = 100, distance = 0.5;
+    TestScene test;
+    scene::Volume& layer = add_volume(test.scene, constant_box(Vec3d(-side, -side, -3), Vec3d(side, side, -3 + h), 0.0f));
+    layer.emission = add_field(test.scene, constant_box(Vec3d(-side, -side, -3), Vec3d(side, side, -3 + h), 1.0f));
+    test.scene.volumes[0].optics.emission = Rgb(1.0f);
+    test.add_square(float(-3 - distance), 90.0f, test.add_matte(Rgb(1.0f)));
+    test.look_at_point(0.1);
+    const double missed = distance / (side * std::sqrt(2.0));
+    const RenderedLayers layers = render(test, {.size = 32, .samples = 1024});
+    const Estimate once = layers.bounce(1);
+    EXPECT_NEAR(once.mean, 2 * h, 4 * once.standard_error + 2 * h * missed * 2);
+    EXPECT_LT(once.standard_error, 0.01 * 2 * h);
+}
+
+TEST(Volumes, GiveAlphaAndFirstHits) {
+    TestScene test;
+    add_slab(test, 0.5f).optics.albedo = Rgb(0.3f);
+    test.look_at_point(0.1);
+    const RenderedLayers layers = render(test, {.size = 16, .samples = 256});
+    double alpha = 0, weight = 0;
+    for (int y = 0; y < 16; ++y)
+        for (int x = 0; x < 16; ++x) {
+            const image::Triple t = layers.film.sums().total(x, y, image::AccumulatorTable::coverage);
+            alpha += t.x;
+            weight += t.y;
+        }
+    EXPECT_NEAR(alpha / weight, 1 - std::exp(-0.5), 0.01);
+}
+
+TEST(Volumes, CountScatteringsAsBounces) {
+    TestScene test = furnace(white(0.0f), 3.0f);
+    const RenderedLayers all = render(test, {.size = 16, .samples = 128, .last_bounce = 3});
+    const RenderedLayers two = render(test, {.size = 16, .samples = 128, .last_bounce = 3, .max_depth = 2});
+    for (int k = 0; k <= 2; ++k) {
+        EXPECT_GT(all.bounce(k).mean, 0.0) << k;
+        EXPECT_NEAR(all.bounce(k).mean, two.bounce(k).mean, 1e-9) << k;
+    }
+    EXPECT_EQ(two.bounce(3).mean, 0.0);
+}
+
+TEST(Volumes, ThatAreNothingChangeNoBit) {
+    TestScene test;
+    test.add_square(-4.0f, 5.0f, test.add_matte(Rgb(0.6f)));
+    add_sun(test);
+    test.look_with_perspective(0.25);
+    const RenderedLayers without = render(test, {.size = 16, .samples = 16});
+    add_volume(test.scene, smoke(0.0f));
+    const RenderedLayers with = render(test, {.size = 16, .samples = 16});
+    EXPECT_EQ(without.beauty().mean, with.beauty().mean);
+    EXPECT_EQ(with.rays.effects.of(scene::Effect::Volumes), 0u);
+}
+
+TEST(Volumes, CastShadowsWithRulesOfTheirOwn) {
+    // A light whose shadows are lifted by a colour, and one whose shadows end before the smoke
+    for (const float end : {std::numeric_limits<float>::infinity(), 0.5f}) {
+        TestScene test;
+        add_slab(test, 1.0f);
+        test.add_square(-4.0f, 50.0f, test.add_matte(Rgb(1.0f)));
+        scene::Light& sun = add_sun(test);
+        sun.links.shadow_color = Rgb(0.25f);
+        sun.links.shadow_distance = end;
+        test.look_at_point(0.1);
+        const double T = std::exp(-1.0), arrives = end < 1.0f ? 1.0 : T + (1 - T) * 0.25;
+        expect_close(render(test, {.size = 32, .samples = 256}).bounce(1), T * arrives / pi_d, 1e-2, fmt::format("own shadow, ends at {}", end));
+    }
+}
+
+}  // namespace velatura::test

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+// Ways of light through matter against closed forms, and two ways to find them against each other (H34 to H37).
+#include "media/volume_set.h"
+
+#include "grid_fixtures.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+namespace velatura::media {
+namespace {
+
+using sampling::RandomStream;
+using scene::Scene;
+using scene::Vec3i;
+using scene::VoxelGrid;
+using testing::add_field;
+using testing::add_volume;
+using testing::constant_box;
+
+constexpr float far_away = 1e6f;
+
+/// Mean and standard error of three channels.
+class Mean {
+  public:
+    void add(const Rgb& value) {
+        ++count_;
+        for (int c = 0; c < 3; ++c) {
+            sum_[c] += double(value[c]);
+            squares_[c] += double(value[c]) * double(value[c]);
+        }
+    }
+
+    double mean(int c) const { return sum_[c] / double(count_); }
+
+    double error(int c) const {
+        return std::sqrt(std::max(squares_[c] / double(count_) - mean(c) * mean(c), 0.0) / double(count_ - 1));
+    }
+
+  private:
+    uint64_t count_ = 0;
+    Vec3d sum_ = Vec3d(0.0), squares_ = Vec3d(0.0);
+};
+
+void expect_mean(const Mean& mean, const Rgb& expected, const std::string& what) {
+    for (int c = 0; c < 3; ++c) {
+        std::printf("%s, channel %d: %.6g, expected %.6g, error %.2g\n", what.c_str(), c, mean.mean(c), double(expected[c]), mean.error(c));
+        EXPECT_NEAR(mean.mean(c), double(expected[c]), 4.0 * mean.error(c) + 1e-6 * double(expected[c])) << what << " " << c;
+    }
+}
+
+struct Ray {
+    Vec3 o, d;
+};
+
+/// Transmittance by whether light collides, with what its weights say.
+Mean by_flights(const VolumeSet& set, const Ray& ray, uint64_t count, TrackingCounts& counts) {
+    Mean mean;
+    Flight flight;
+    for (uint64_t i = 0; i < count; ++i) {
+        set.fly(ray.o, ray.d, far_away, Rgb(1.0f), Rgb(0.0f), RandomStream(i, -1.0), flight, counts);
+        mean.add(flight.medium ? Rgb(0.0f) : flight.weight);
+    }
+    return mean;
+}
+
+Mean by_ratios(const VolumeSet& set, const Ray& ray, uint64_t count, TrackingCounts& counts) {
+    Mean mean;
+    for (uint64_t i = 0; i < count; ++i) {
+        RandomStream numbers(~i, -1.0);
+        mean.add(set.transmittance(ray.o, ray.d, far_away, nullptr, numbers, counts));
+    }
+    return mean;
+}
+
+/// A wave of one period over 63 cells, whose interpolation has the mean sigma0: along z.
+VoxelGrid wave(float sigma0) {
+    const auto number = [&](int, int, int z) { return sigma0 * (1.0f + float(std::cos(2.0 * pi_d * z / 63.0))); };
+    VoxelGrid grid = make_voxel_grid(Vec3i(16, 16, 64), 1.0f / 63.0f, number);
+    // Without the soft edges before and behind it
+    grid.box_min.z += 1.0f;
+    grid.box_max.z -= 1.0f;
+    return grid;
+}
+
+const Ray along_wave{Vec3(0.11f, 0.12f, 3.0f), Vec3(0, 0, -1)};
+
+Rgb exponential(const Rgb& tau) { return {std::exp(-tau.x), std::exp(-tau.y), std::exp(-tau.z)}; }
+
+}  // namespace
+
+TEST(Transmittance, OfOneNumberIsTheClosedForm) {
+    for (const double tau : {1e-6, 1e-3, 0.5, 2.0, 50.0, 80.0, 1e4}) {
+        Scene scene;
+        add_volume(scene, constant_box(Vec3d(-1, -1, -3), Vec3d(1, 1, -1), float(tau / 2)));
+        const VolumeSet set(scene);
+        TrackingCounts counts;
+        RandomStream numbers(1, -1.0);
+        const Rgb passed = set.transmittance(Vec3(0.2f, -0.3f, 0.0f), Vec3(0, 0, -1), far_away, nullptr, numbers, counts);
+        const double expected = std::exp(-tau);
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_GE(passed[c], 0.0f);
+            EXPECT_NEAR(double(passed[c]), expected, expected * 1e-6 * std::max(1.0, tau) + 1e-38) << tau;
+        }
+    }
+}
+
+TEST(Flight, InThinMatterCollidesAsOftenAsItShould) {
+    // The first number decides: below 1 − e^−τ light collides, and where is known
+    for (const double tau : {1e-6, 1e-5, 1e-4, 1e-3}) {
+        Scene scene;
+        add_volume(scene, constant_box(Vec3d(-1, -1, -2), Vec3d(1, 1, -1), float(tau)));
+        const VolumeSet set(scene);
+        Flight flight;
+        TrackingCounts counts;
+        const auto fly = [&](double u) {
+            set.fly(Vec3(0.0f), Vec3(0, 0, -1), far_away, Rgb(1.0f), Rgb(0.0f), RandomStream(1, u), flight, counts);
+            return flight.medium != nullptr;
+        };
+        double low = 0.0, high = 1.0;
+        for (int i = 0; i < 60; ++i) (fly(0.5 * (low + high)) ? low : high) = 0.5 * (low + high);
+        EXPECT_NEAR(low, -std::expm1(-double(float(tau))), 1e-6 * tau) << tau;
+        const double u = 0.25 * tau;
+        ASSERT_TRUE(fly(u));
+        EXPECT_NEAR(double(flight.t), 1.0 - std::log1p(-u) / double(float(tau)), 1e-6);
+    }
+}
+
+TEST(Tracking, OfAWaveHasTheMeanOfTheWave) {
+    for (const float sigma0 : {0.5f, 3.0f}) {
+        Scene scene;
+        add_volume(scene, wave(sigma0));
+        const Rgb expected(std::exp(-sigma0));
+        for (const Majorants majorants : {Majorants::Bricks, Majorants::One}) {
+            const VolumeSet set(scene, {.majorants = majorants});
+            TrackingCounts counts;
+            expect_mean(by_flights(set, along_wave, 100000, counts), expected, "wave by flights");
+            expect_mean(by_ratios(set, along_wave, 100000, counts), expected, "wave by ratios");
+            EXPECT_EQ(counts.violations, 0u);
+            EXPECT_EQ(counts.capped, 0u);
+        }
+    }
+}
+
+TEST(Tracking, NoticesBoundsThatAreTooLowAndKeepsTheMean) {
+    Scene scene;
+    add_volume(scene, wave(1.0f));
+    const VolumeSet set(scene, {.majorant_factor = 0.5f});
+    TrackingCounts counts;
+    expect_mean(by_flights(set, along_wave, 400000, counts), Rgb(std::exp(-1.0f)), "wave with half the bound, by flights");
+    EXPECT_GT(counts.violations, 1000u);
+    counts = {};
+    expect_mean(by_ratios(set, along_wave, 400000, counts), Rgb(std::exp(-1.0f)), "wave with half the bound, by ratios");
+    EXPECT_GT(counts.violations, 1000u);
+}
+
+TEST(Tracking, KeepsEveryChannel) {
+    Scene scene;
+    add_volume(scene, wave(1.0f)).optics.extinction_color = Rgb(2.0f, 0.5f, 0.0f);
+    const VolumeSet set(scene);
+    TrackingCounts counts;
+    const Rgb expected = exponential(Rgb(2.0f, 0.5f, 0.0f));
+    expect_mean(by_flights(set, along_wave, 200000, counts), expected, "coloured wave by flights");
+    expect_mean(by_ratios(set, along_wave, 200000, counts), expected, "coloured wave by ratios");
+}
+
+TEST(Tracking, AddsVolumesThatOverlap) {
+    Scene scene;
+    add_volume(scene, wave(0.7f));
+    Mat4d turned;
+    turned.rotate(Vec3d(0, 0, 0.3));
+    add_volume(scene, constant_box(Vec3d(-2, -2, 0.25), Vec3d(2, 2, 0.75), 1.0f), turned);
+    add_volume(scene, constant_box(Vec3d(-2, -2, -5), Vec3d(2, 2, -4), 0.5f)).optics.extinction_color = Rgb(1.0f, 0.0f, 0.5f);
+    const VolumeSet set(scene);
+    TrackingCounts counts;
+    const Rgb expected = exponential(Rgb(1.2f) + Rgb(0.5f, 0.0f, 0.25f));
+    expect_mean(by_flights(set, along_wave, 200000, counts), expected, "three volumes by flights");
+    expect_mean(by_ratios(set, along_wave, 200000, counts), expected, "three volumes by ratios");
+}
+
+TEST(Tracking, OfOneVoxelIsThatOfItsInterpolation) {
+    // Along x through the middle of the voxel the density is a tent of area σ
+    constexpr float sigma = 1.5f;
+    Scene scene;
+    add_volume(scene, make_voxel_grid(Vec3i(1), 1.0f, [&](int, int, int) { return sigma; }));
+    const VolumeSet set(scene);
+    TrackingCounts counts;
+    const Ray ray{Vec3(-5.0f, 0.0f, 0.0f), Vec3(1, 0, 0)};
+    expect_mean(by_flights(set, ray, 100000, counts), Rgb(std::exp(-sigma)), "one voxel by flights");
+    expect_mean(by_ratios(set, ray, 100000, counts), Rgb(std::exp(-sigma)), "one voxel by ratios");
+    // A quarter of a cell aside in y and z it is 9/16 of that
+    const Ray aside{Vec3(-5.0f, 0.25f, -0.25f), Vec3(1, 0, 0)};
+    expect_mean(by_ratios(set, aside, 100000, counts), Rgb(std::exp(-sigma * 0.5625f)), "one voxel, aside");
+}
+
+TEST(Tracking, OfNothingChangesNothing) {
+    Scene scene;
+    add_volume(scene, make_voxel_grid(Vec3i(20), 0.1f, [](int, int, int) { return 0.0f; }));
+    const VolumeSet set(scene);
+    TrackingCounts counts;
+    Flight flight;
+    RandomStream numbers(7, -1.0);
+    set.fly(Vec3(1, 1, 5), Vec3(0, 0, -1), far_away, Rgb(1.0f), Rgb(0.0f), numbers, flight, counts);
+    EXPECT_EQ(flight.medium, nullptr);
+    EXPECT_EQ(flight.weight, Rgb(1.0f));
+    EXPECT_EQ(set.transmittance(Vec3(1, 1, 5), Vec3(0, 0, -1), far_away, nullptr, numbers, counts), Rgb(1.0f));
+}
+
+TEST(Tracking, OfThickMatterEnds) {
+    Scene scene;
+    add_volume(scene, wave(1e4f));
+    const VolumeSet set(scene);
+    TrackingCounts counts;
+    const Mean mean = by_ratios(set, along_wave, 1000, counts);
+    EXPECT_LT(mean.mean(0), 1e-3);
+    EXPECT_GE(mean.mean(0), 0.0);
+    EXPECT_EQ(counts.capped, 0u);
+}
+
+TEST(Emission, IsThatOfTheWay) {
+    // ε·d where nothing absorbs, and ε/σ·(1 − e^−σd) where something does
+    Scene scene;
+    scene::Volume& glow = add_volume(scene, constant_box(Vec3d(-1, -1, 0), Vec3d(1, 1, 2), 0.0f));
+    glow.emission = add_field(scene, constant_box(Vec3d(-1, -1, 0), Vec3d(1, 1, 2), 0.25f));
+    scene.volumes[0].optics.emission = Rgb(2.0f, 1.0f, 0.0f);
+    const auto expect = [&](const Rgb& sigma_a, const Rgb& expected, const char* what) {
+        const VolumeSet set(scene);
+        TrackingCounts counts;
+        Mean mean;
+        Flight flight;
+        for (uint64_t i = 0; i < 20000; ++i) {
+            set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), sigma_a, RandomStream(i, -1.0), flight, counts);
+            mean.add(flight.emitted);
+        }
+        expect_mean(mean, expected, what);
+    };
+    expect(Rgb(0.0f), Rgb(1.0f, 0.5f, 0.0f), "glow");
+    const double begin = 1.0, d = 2.0, s = 0.7;  // the way begins outside, in what absorbs
+    const float within = float(std::exp(-s * begin) * (1.0 - std::exp(-s * d)) / s * 0.25);
+    expect(Rgb(float(s)), Rgb(2.0f * within, within, 0.0f), "glow in a body that absorbs");
+    add_volume(scene, constant_box(Vec3d(-1, -1, 0), Vec3d(1, 1, 2), 1.5f));
+    const float shaded = float((1.0 - std::exp(-3.0)) / 1.5 * 0.25);
+    expect(Rgb(0.0f), Rgb(2.0f * shaded, shaded, 0.0f), "glow in smoke");
+}
+
+TEST(Emission, OfABlackBodyIsWhatItAbsorbs) {
+    // Kirchhoff: thick matter of one temperature shines like its black body, thin matter by its share
+    for (const float tau : {0.5f, 30.0f}) {
+        Scene scene;
+        scene::Volume& hot = add_volume(scene, constant_box(Vec3d(-1, -1, 0), Vec3d(1, 1, 1), tau));
+        hot.temperature = add_field(scene, constant_box(Vec3d(-1, -1, 0), Vec3d(1, 1, 1), 2.0f));
+        scene.volumes[0].optics.temperature_scale = 1000.0f;
+        scene.volumes[0].optics.blackbody = 0.1f;
+        scene.volumes[0].optics.blackbody_colors = {Rgb(0.0f), Rgb(1.0f, 0.5f, 0.25f)};
+        const VolumeSet set(scene);
+        TrackingCounts counts;
+        Mean mean;
+        Flight flight;
+        for (uint64_t i = 0; i < 40000; ++i) {
+            set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), Rgb(0.0f), RandomStream(i, -1.0), flight, counts);
+            mean.add(flight.emitted);
+        }
+        expect_mean(mean, Rgb(1.0f, 0.5f, 0.25f) * (1.6f * (1.0f - std::exp(-tau))), "black body");
+    }
+}
+
+}  // namespace velatura::media
