@@ -15,6 +15,7 @@ json make_scene_stats(const FrameInput& input, const integrator::World& world) {
     j["path"] = input.scene_name;
     j["frame"] = input.frame;
     j["lights"] = input.scene.lights.size() + input.scene.mesh_lights.size();
+    j["volumes"] = input.scene.volumes.size();
     j["shapes"] = input.scene.shapes.size();
     j["prototypes"] = input.scene.prototypes.size();
     j["instances"] = input.scene.instances.size();

@@ -35,6 +35,11 @@ Rgb glow_color(const std::vector<Rgb>& colors, float kelvin) {
     return colors[i] + (colors[i + 1] - colors[i]) * (x - float(i));
 }
 
+/// Matter below the Draper point, 798 K, does not glow to the eye: faded in over the last 100 K.
+float visible_share(float kelvin) {
+    return std::clamp((kelvin - 700.0f) / 100.0f, 0.0f, 1.0f);
+}
+
 }  // namespace
 
 Medium::Medium(const scene::Scene& scene,
@@ -142,9 +147,9 @@ Rgb Medium::emission(float field, const Vec3& p) const {
                  number_at(*temperature_.grid, transform_point(p, temperature_.lattice_from_render));
     const Rgb color = temperature_.grid ? glow_color(optics_->blackbody_colors, kelvin) : Rgb(1.0f);
     if (!is_thermal_) return optics_->emission * color * field;
-    const float hot = kelvin / 1000.0f;
+    const float hot = kelvin / 1000.0f, radiance = optics_->blackbody * visible_share(kelvin) * hot * hot * hot * hot;
     const Rgb sigma_t = optics_->extinction_color * (optics_->density_scale * field);
-    return sigma_t * (Rgb(1.0f) - albedo(p)) * color * (optics_->blackbody * hot * hot * hot * hot);
+    return sigma_t * (Rgb(1.0f) - albedo(p)) * color * radiance;
 }
 
 }  // namespace velatura::media

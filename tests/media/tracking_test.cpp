@@ -246,6 +246,18 @@ TEST(Emission, IsThatOfTheWay) {
     expect(Rgb(0.0f), Rgb(2.0f * shaded, shaded, 0.0f), "glow in smoke");
 }
 
+TEST(Emission, OfColdMatterIsNotSeen) {
+    Scene scene;
+    scene::Volume& cold = add_volume(scene, constant_box(Vec3d(-1, -1, 0), Vec3d(1, 1, 1), 5.0f));
+    cold.temperature = add_field(scene, constant_box(Vec3d(-1, -1, 0), Vec3d(1, 1, 1), 600.0f));
+    scene.volumes[0].optics.blackbody = 1.0f;
+    const VolumeSet set(scene);
+    TrackingCounts counts;
+    Flight flight;
+    set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), Rgb(0.0f), RandomStream(1, -1.0), flight, counts);
+    EXPECT_EQ(flight.emitted, Rgb(0.0f));
+}
+
 TEST(Emission, OfABlackBodyIsWhatItAbsorbs) {
     // Kirchhoff: thick matter of one temperature shines like its black body, thin matter by its share
     for (const float tau : {0.5f, 30.0f}) {
