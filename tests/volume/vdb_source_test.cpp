@@ -182,6 +182,7 @@ TEST(VdbSource, ReadsTheSmokeOfOpenUsd) {
     ASSERT_TRUE(read) << read.error().message;
     EXPECT_GT(read->most(), 0.0f);
     std::printf("smoke: %zu bricks, %.1f MB\n", read->bricks.size(), double(read->bytes()) / 1e6);
+    openvdb::initialize();
     openvdb::io::File vdb(file.string());
     vdb.open();
     expect_same_numbers(*read, *openvdb::gridPtrCast<openvdb::FloatGrid>(vdb.readGrid("density")), 12.0);
