@@ -101,15 +101,20 @@ bool is_whole(const VoxelGrid& grid) {
     if (double(n.x) * double(n.y) * double(n.z) != double(grid.nodes.size())) return false;
     const auto is_brick = [&](uint32_t id) { return id < grid.bricks.size(); };
     const auto is_node = [&](uint32_t id) {
-        return (id & VoxelGrid::is_node) != 0 ? (id & ~VoxelGrid::is_node) < grid.node_entries.size() : is_brick(id);
+        return (id & VoxelGrid::is_node) != 0
+                   ? (id & ~VoxelGrid::is_node) < grid.node_entries.size()
+                   : is_brick(id);
     };
     const size_t values = VoxelGrid::brick_values(grid.channels);
     const auto is_filled = [&](const VoxelGrid::Brick& b) {
-        return b.is_constant() || (grid.values.size() >= values && b.first_value <= grid.values.size() - values);
+        return b.is_constant() ||
+               (grid.values.size() >= values && b.first_value <= grid.values.size() - values);
     };
-    return is_finite(grid.volume_from_lattice) && std::all_of(grid.nodes.begin(), grid.nodes.end(), is_node) &&
-           std::all_of(grid.node_entries.begin(), grid.node_entries.end(),
-                       [&](const auto& node) { return std::all_of(node.begin(), node.end(), is_brick); }) &&
+    return is_finite(grid.volume_from_lattice) &&
+           std::all_of(grid.nodes.begin(), grid.nodes.end(), is_node) &&
+           std::all_of(
+               grid.node_entries.begin(), grid.node_entries.end(),
+               [&](const auto& node) { return std::all_of(node.begin(), node.end(), is_brick); }) &&
            std::all_of(grid.bricks.begin(), grid.bricks.end(), is_filled);
 }
 
@@ -140,8 +145,9 @@ Result<VoxelGrid> from_bytes(const std::string& bytes) {
     }
     VoxelGrid grid;
     Head head;
-    const bool is_read = kind == is_grid && reader.get(head) && reader.get_all(grid.nodes) && reader.get_all(grid.node_entries) &&
-                         reader.get_all(grid.bricks) && reader.get_all(grid.values) && reader.is_at_end();
+    const bool is_read = kind == is_grid && reader.get(head) && reader.get_all(grid.nodes) &&
+                         reader.get_all(grid.node_entries) && reader.get_all(grid.bricks) &&
+                         reader.get_all(grid.values) && reader.is_at_end();
     if (!is_read) return damaged;
     apply(head, grid);
     if (!is_whole(grid)) return damaged;

@@ -20,7 +20,9 @@ using scene::Vec3i;
 using scene::VoxelGrid;
 
 Error too_much(double bytes, size_t most_bytes) {
-    return {"volume-memory", fmt::format("the grid would take {:.1f} GB, {:.1f} GB are left (--volume-memory)", bytes / 1e9, double(most_bytes) / 1e9)};
+    return {"volume-memory",
+            fmt::format("the grid would take {:.1f} GB, {:.1f} GB are left (--volume-memory)",
+                        bytes / 1e9, double(most_bytes) / 1e9)};
 }
 
 template <class Grid>
@@ -29,7 +31,8 @@ class Conversion {
     using Value = typename Grid::ValueType;
     static constexpr bool has_channels = !std::is_arithmetic_v<Value>;
 
-    Conversion(const Grid& grid, bool is_color) : grid_(grid), channels_(has_channels && is_color ? 3 : 1) {}
+    Conversion(const Grid& grid, bool is_color)
+        : grid_(grid), channels_(has_channels && is_color ? 3 : 1) {}
 
     Result<VoxelGrid> run(size_t most_bytes) {
         CoordBBox box;
@@ -37,20 +40,26 @@ class Conversion {
         // Leaves that are read later count as if they were
         const double leaves = double(grid_.tree().leafCount());
         constexpr double voxels = 512;
-        if (leaves * voxels * double(sizeof(Value)) > double(most_bytes)) return too_much(leaves * voxels * double(sizeof(Value)), most_bytes);
+        if (leaves * voxels * double(sizeof(Value)) > double(most_bytes))
+            return too_much(leaves * voxels * double(sizeof(Value)), most_bytes);
         if (!grid_.tree().evalActiveVoxelBoundingBox(box)) return empty();
         place(box);
-        const double nodes = double(node_count_.x) * double(node_count_.y) * double(node_count_.z) * double(sizeof(uint32_t));
+        const double nodes = double(node_count_.x) * double(node_count_.y) * double(node_count_.z) *
+                             double(sizeof(uint32_t));
         if (nodes > double(most_bytes)) return too_much(nodes, most_bytes);
         const double bricks = find_bricks(most_bytes / brick_bytes());
-        if (bricks * double(brick_bytes()) > double(most_bytes)) return too_much(bricks * double(brick_bytes()), most_bytes);
+        if (bricks * double(brick_bytes()) > double(most_bytes))
+            return too_much(bricks * double(brick_bytes()), most_bytes);
         return fill(box);
     }
 
   private:
     size_t brick_bytes() const { return VoxelGrid::brick_values(channels_) * sizeof(float); }
 
-    VoxelGrid empty() const { return media::VoxelGridBuilder(Vec3i(1), channels_, 0.0f).finish(Mat4d(), Vec3(0.0f), Vec3(0.0f)); }
+    VoxelGrid empty() const {
+        return media::VoxelGridBuilder(Vec3i(1), channels_, 0.0f)
+            .finish(Mat4d(), Vec3(0.0f), Vec3(0.0f));
+    }
 
     /// The lattice begins with a leaf, one voxel before the first active one.
     void place(const CoordBBox& box) {
@@ -58,7 +67,8 @@ class Conversion {
         for (int a = 0; a < 3; ++a) {
             first_[size_t(a)] = down(int64_t(box.min()[a]) - 1);
             count_[size_t(a)] = (int64_t(box.max()[a]) + 1 - first_[size_t(a)]) / 8 + 1;
-            node_count_[a] = int((count_[size_t(a)] + VoxelGrid::node_bricks - 1) / VoxelGrid::node_bricks);
+            node_count_[a] =
+                int((count_[size_t(a)] + VoxelGrid::node_bricks - 1) / VoxelGrid::node_bricks);
         }
     }
 
@@ -67,11 +77,13 @@ class Conversion {
         int64_t from[3], to[3];
         for (int a = 0; a < 3; ++a) {
             from[a] = std::max<int64_t>((int64_t(min[a]) - first_[size_t(a)]) / 8 - 1, 0);
-            to[a] = std::min<int64_t>((int64_t(max[a]) - first_[size_t(a)]) / 8, count_[size_t(a)] - 1);
+            to[a] =
+                std::min<int64_t>((int64_t(max[a]) - first_[size_t(a)]) / 8, count_[size_t(a)] - 1);
         }
         for (int64_t z = from[2]; z <= to[2]; ++z)
             for (int64_t y = from[1]; y <= to[1]; ++y)
-                for (int64_t x = from[0]; x <= to[0]; ++x) bricks_.push_back((z * count_[1] + y) * count_[0] + x);
+                for (int64_t x = from[0]; x <= to[0]; ++x)
+                    bricks_.push_back((z * count_[1] + y) * count_[0] + x);
     }
 
     /// Finds the bricks that are more than empty space, unless there are more than `most`. Returns:
@@ -111,7 +123,8 @@ class Conversion {
     void read_brick(const Vec3i& brick, float* out) const {
         const auto accessor = grid_.getConstUnsafeAccessor();
         constexpr int n = VoxelGrid::brick_points;
-        const Coord first = {int(first_[0]) + brick.x * 8, int(first_[1]) + brick.y * 8, int(first_[2]) + brick.z * 8};
+        const Coord first = {int(first_[0]) + brick.x * 8, int(first_[1]) + brick.y * 8,
+                             int(first_[2]) + brick.z * 8};
         for (int z = 0; z < n; ++z)
             for (int y = 0; y < n; ++y)
                 for (int x = 0; x < n; ++x) {
@@ -127,8 +140,10 @@ class Conversion {
     VoxelGrid fill(const CoordBBox& box) {
         const Value& background = grid_.background();
         float outside = 0.0f;
-        if constexpr (has_channels) outside = float(background[0]);
-        else outside = float(background);
+        if constexpr (has_channels)
+            outside = float(background[0]);
+        else
+            outside = float(background);
         media::VoxelGridBuilder builder(node_count_, channels_, outside);
         std::vector<float> values(VoxelGrid::brick_values(channels_));
         for (size_t i = 0; i < bricks_.size(); ++i) {
@@ -166,7 +181,10 @@ class Conversion {
 };
 
 template <class Grid>
-bool try_as(const openvdb::GridBase& grid, bool is_color, size_t most_bytes, Result<VoxelGrid>& out) {
+bool try_as(const openvdb::GridBase& grid,
+            bool is_color,
+            size_t most_bytes,
+            Result<VoxelGrid>& out) {
     if (!grid.isType<Grid>()) return false;
     out = Conversion<Grid>(static_cast<const Grid&>(grid), is_color).run(most_bytes);
     return true;
@@ -175,11 +193,16 @@ bool try_as(const openvdb::GridBase& grid, bool is_color, size_t most_bytes, Res
 }  // namespace
 
 Result<VoxelGrid> convert(const openvdb::GridBase& grid, bool is_color, size_t most_bytes) {
-    Result<VoxelGrid> out = Error{"volume-grid", fmt::format("grid {} is of type {}, expected numbers{}", grid.getName(), grid.valueType(), is_color ? " or colours" : "")};
-    if (try_as<openvdb::FloatGrid>(grid, is_color, most_bytes, out) || try_as<openvdb::DoubleGrid>(grid, is_color, most_bytes, out) ||
+    Result<VoxelGrid> out = Error{
+        "volume-grid", fmt::format("grid {} is of type {}, expected numbers{}", grid.getName(),
+                                   grid.valueType(), is_color ? " or colours" : "")};
+    if (try_as<openvdb::FloatGrid>(grid, is_color, most_bytes, out) ||
+        try_as<openvdb::DoubleGrid>(grid, is_color, most_bytes, out) ||
         try_as<openvdb::Int32Grid>(grid, is_color, most_bytes, out))
         return out;
-    if (is_color && (try_as<openvdb::Vec3SGrid>(grid, is_color, most_bytes, out) || try_as<openvdb::Vec3DGrid>(grid, is_color, most_bytes, out))) return out;
+    if (is_color && (try_as<openvdb::Vec3SGrid>(grid, is_color, most_bytes, out) ||
+                     try_as<openvdb::Vec3DGrid>(grid, is_color, most_bytes, out)))
+        return out;
     return out;
 }
 

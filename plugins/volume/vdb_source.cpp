@@ -5,10 +5,10 @@
 #include "plugins/volume/grid_bytes.h"
 #include "plugins/volume/grid_conversion.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <openvdb/io/File.h>
 #include <openvdb/openvdb.h>
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -30,15 +30,22 @@ Result<std::string> unique_name(openvdb::io::File& file, const media::GridReques
     std::vector<std::string> found, all;
     for (auto name = file.beginName(); name != file.endName(); ++name) {
         const std::string unique = name.gridName();
-        const std::string plain = GridDescriptor::stripSuffix(GridDescriptor::stringAsUniqueName(unique));
+        const std::string plain =
+            GridDescriptor::stripSuffix(GridDescriptor::stringAsUniqueName(unique));
         all.push_back(unique);
         if (request.grid.empty() || plain == request.grid) found.push_back(unique);
     }
     if (request.grid.empty() && found.size() > 1)
-        return Error{"volume-grid", fmt::format("which grid is meant? fieldName is empty, the file holds {}", fmt::join(all, ", "))};
-    if (request.index >= 0 && size_t(request.index) < found.size()) return found[size_t(request.index)];
-    const std::string wanted = request.index > 0 ? fmt::format("{}[{}]", request.grid, request.index) : request.grid;
-    return Error{"volume-grid", fmt::format("there is no grid {}, the file holds {}", wanted, all.empty() ? "none" : fmt::format("{}", fmt::join(all, ", ")))};
+        return Error{"volume-grid",
+                     fmt::format("which grid is meant? fieldName is empty, the file holds {}",
+                                 fmt::join(all, ", "))};
+    if (request.index >= 0 && size_t(request.index) < found.size())
+        return found[size_t(request.index)];
+    const std::string wanted =
+        request.index > 0 ? fmt::format("{}[{}]", request.grid, request.index) : request.grid;
+    return Error{"volume-grid",
+                 fmt::format("there is no grid {}, the file holds {}", wanted,
+                             all.empty() ? "none" : fmt::format("{}", fmt::join(all, ", ")))};
 }
 
 Result<scene::VoxelGrid> read_grid(const media::GridRequest& request) {
@@ -53,9 +60,12 @@ Result<scene::VoxelGrid> read_grid(const media::GridRequest& request) {
     // Refuse by what is known without the voxels
     const openvdb::GridBase::ConstPtr head = file.readGridMetadata(*name);
     if (head->getGridClass() == openvdb::GRID_LEVEL_SET)
-        return Error{"volume-grid", fmt::format("grid {} is a level set, expected densities; surfaces of level sets are not supported", *name)};
+        return Error{"volume-grid", fmt::format("grid {} is a level set, expected densities; "
+                                                "surfaces of level sets are not supported",
+                                                *name)};
     if (!head->transform().isLinear())
-        return Error{"volume-grid", fmt::format("grid {} is not a box: frustum grids are not supported", *name)};
+        return Error{"volume-grid",
+                     fmt::format("grid {} is not a box: frustum grids are not supported", *name)};
     return convert(*file.readGrid(*name), request.is_color, request.most_bytes);
 }
 
@@ -93,7 +103,8 @@ IsolationLimits limits_for(const media::GridRequest& request) {
 Result<scene::VoxelGrid> VdbSource::read(const media::GridRequest& request) const {
     std::error_code status;
     if (!std::filesystem::is_regular_file(request.file, status))
-        return Error{"volume-file", request.file.empty() ? "there is no such file" : "cannot be opened"};
+        return Error{"volume-file",
+                     request.file.empty() ? "there is no such file" : "cannot be opened"};
     // OpenVDB trusts what it reads: one wrong byte may cost all memory, or the process
     const Result<std::string> bytes = run_isolated(limits_for(request), [&] {
         const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
@@ -101,7 +112,9 @@ Result<scene::VoxelGrid> VdbSource::read(const media::GridRequest& request) cons
             if (nowhere >= 0) dup2(nowhere, printed);
         return to_bytes(read_or_say(request));
     });
-    if (!bytes) return Error{"volume-file", fmt::format("not a .vdb file that can be read: {}", bytes.error().message)};
+    if (!bytes)
+        return Error{"volume-file",
+                     fmt::format("not a .vdb file that can be read: {}", bytes.error().message)};
     return from_bytes(*bytes);
 }
 

@@ -8,9 +8,9 @@ namespace {
 using namespace velatura;
 
 const plugins::volume::VdbSource source;
-const plugin::InterfaceEntry interfaces[] = {
-    {media::volume_source_interface, media::volume_source_interface_version,
-     static_cast<const media::VolumeSource*>(&source)}};
+const plugin::InterfaceEntry interfaces[] = {{media::volume_source_interface,
+                                              media::volume_source_interface_version,
+                                              static_cast<const media::VolumeSource*>(&source)}};
 const plugin::PluginInfo info = {plugin::abi_version, "volume", interfaces, 1};
 
 }  // namespace

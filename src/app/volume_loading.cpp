@@ -23,7 +23,8 @@ void load_volumes(scene::Scene& scene, std::optional<double> most_gb, Diagnostic
         return;
     }
     const size_t most = most_gb ? size_t(*most_gb * 1e9) : media::usual_volume_bytes();
-    media::load_volumes(scene, *static_cast<const media::VolumeSource*>(*object), most, diagnostics);
+    media::load_volumes(scene, *static_cast<const media::VolumeSource*>(*object), most,
+                        diagnostics);
 }
 
 }  // namespace velatura::app

@@ -36,13 +36,17 @@ lights::Receiver receiver_in(const scene::Volume& volume, const Vec3& p) {
 
 }  // namespace
 
-PathTracer::Crossing PathTracer::cross_volumes(Path& path, float t_max, const char*& end, film::SampleRadiance& out) const {
+PathTracer::Crossing PathTracer::cross_volumes(Path& path,
+                                               float t_max,
+                                               const char*& end,
+                                               film::SampleRadiance& out) const {
     // Its list keeps its memory
     thread_local media::Flight flight;
     const bool is_in_body = world_.materials.has_absorption() && !path.interior.is_empty();
     const Rgb sigma_a = is_in_body ? path.interior.absorption(world_.materials) : Rgb(0.0f);
     world_.volumes->fly(path.ray.o, path.ray.d, std::min(t_max, path.ray.t_max), path.beta, sigma_a,
-                        path.sampler.stream(path.bounce, Purpose::VolumeDistance, path.pass_count), flight, path.counts->tracking);
+                        path.sampler.stream(path.bounce, Purpose::VolumeDistance, path.pass_count),
+                        flight, path.counts->tracking);
     if (flight.is_capped) {
         end = "met too much in a volume";
         return Crossing::Ended;
@@ -52,7 +56,8 @@ PathTracer::Crossing PathTracer::cross_volumes(Path& path, float t_max, const ch
     path.flight = &flight;
     add_light_hits(path, flight.medium ? flight.t : t_max, out);
     path.flight = nullptr;
-    deposit(path, path.bounce, world_.scene.emissive_group(), path.beta * flight.emitted, "volume emission", out);
+    deposit(path, path.bounce, world_.scene.emissive_group(), path.beta * flight.emitted,
+            "volume emission", out);
 
     path.beta *= flight.weight;
     if (!flight.medium) {
@@ -69,7 +74,10 @@ PathTracer::Crossing PathTracer::cross_volumes(Path& path, float t_max, const ch
 }
 
 /// Returns: why the path ends there, or null.
-const char* PathTracer::scatter_in_volume(Path& path, const media::Medium& medium, const Vec3& p, film::SampleRadiance& out) const {
+const char* PathTracer::scatter_in_volume(Path& path,
+                                          const media::Medium& medium,
+                                          const Vec3& p,
+                                          film::SampleRadiance& out) const {
     const scene::Volume& volume = world_.scene.volumes[medium.volume()];
     const Rgb albedo = medium.albedo(p);
     if (path.bounce == 0 && !out.has_hit) record_first_volume(volume, p, albedo, out);
@@ -85,7 +93,8 @@ const char* PathTracer::scatter_in_volume(Path& path, const media::Medium& mediu
 
     // Go on where the phase function leads
     const Vec3 d = path.ray.d;
-    const Vec3 wi = medium.phase().sample(d, path.sampler.get_2d(path.bounce, Purpose::VolumeDirection, path.pass_count));
+    const Vec3 wi = medium.phase().sample(
+        d, path.sampler.get_2d(path.bounce, Purpose::VolumeDirection, path.pass_count));
     const float time = path.ray.time;
     path.ray = {p, wi};
     path.ray.time = time;
@@ -111,7 +120,10 @@ const char* PathTracer::scatter_in_volume(Path& path, const media::Medium& mediu
     return nullptr;
 }
 
-void PathTracer::add_direct_light_in_volume(Path& path, const media::Medium& medium, const geometry::SurfacePoint& point, film::SampleRadiance& out) const {
+void PathTracer::add_direct_light_in_volume(Path& path,
+                                            const media::Medium& medium,
+                                            const geometry::SurfacePoint& point,
+                                            film::SampleRadiance& out) const {
     if (world_.selector->is_empty()) return;
     const scene::Volume& volume = world_.scene.volumes[medium.volume()];
     const std::optional<ChosenLight> chosen = choose_light(path, receiver_in(volume, point.p));
@@ -134,13 +146,20 @@ void PathTracer::add_direct_light_in_volume(Path& path, const media::Medium& med
     if (!is_black(Ld)) deposit_direct(path, point, -path.ray.d, *chosen, Ld, out);
 }
 
-Rgb PathTracer::volume_transmittance(const Path& path, const Vec3& p, const lights::LightSample& light) const {
+Rgb PathTracer::volume_transmittance(const Path& path,
+                                     const Vec3& p,
+                                     const lights::LightSample& light) const {
     const float distance = light.is_surface ? (light.target - p).length() : light.distance;
-    sampling::RandomStream numbers = path.sampler.stream(path.bounce, Purpose::VolumeShadow, path.pass_count);
-    return world_.volumes->transmittance(p, light.wi, distance, nullptr, numbers, path.counts->tracking);
+    sampling::RandomStream numbers =
+        path.sampler.stream(path.bounce, Purpose::VolumeShadow, path.pass_count);
+    return world_.volumes->transmittance(p, light.wi, distance, nullptr, numbers,
+                                         path.counts->tracking);
 }
 
-void PathTracer::record_first_volume(const scene::Volume& volume, const Vec3& p, const Rgb& albedo, film::SampleRadiance& out) const {
+void PathTracer::record_first_volume(const scene::Volume& volume,
+                                     const Vec3& p,
+                                     const Rgb& albedo,
+                                     film::SampleRadiance& out) const {
     out.has_hit = true;
     out.alpha = 1.0f;
     out.albedo = albedo;

@@ -8,8 +8,7 @@
 
 namespace velatura::media {
 
-BrickWalk::BrickWalk(
-    const VoxelGrid& grid, const Vec3& o, const Vec3& d, float begin, float end)
+BrickWalk::BrickWalk(const VoxelGrid& grid, const Vec3& o, const Vec3& d, float begin, float end)
     : grid_(&grid), o_(o), d_(d), t_(begin), end_(end) {
     for (int a = 0; a < 3; ++a) {
         step_[a] = int(d[a] > 0.0f) - int(d[a] < 0.0f);

@@ -43,6 +43,11 @@ class BrickWalk {
 };
 
 /// Cuts [begin, end) of the ray to where it is in the box; false: nowhere.
-bool clip_to_box(const Vec3& box_min, const Vec3& box_max, const Vec3& o, const Vec3& d, float& begin, float& end);
+bool clip_to_box(const Vec3& box_min,
+                 const Vec3& box_max,
+                 const Vec3& o,
+                 const Vec3& d,
+                 float& begin,
+                 float& end);
 
 }  // namespace velatura::media

@@ -62,7 +62,8 @@ class Loader {
         if (!grid) {
             const scene::Provenance& where = provenance(scene_, field.provenance);
             diagnostics_.error(grid.error().code, where.loc, where.prim_path,
-                               fmt::format("@{}@: {}; the volume is left out", field.authored, grid.error().message));
+                               fmt::format("@{}@: {}; the volume is left out", field.authored,
+                                           grid.error().message));
             return false;
         }
         take(grid->bytes());
@@ -114,7 +115,9 @@ void drop_volumes(Scene& scene, const Error& why, Diagnostics& diagnostics) {
         if (!is_something(scene, v)) return false;
         if (std::exchange(is_first, false)) {
             const scene::Provenance& where = provenance(scene, v.provenance);
-            diagnostics.error(why.code, where.loc, where.prim_path, fmt::format("{}: volumes are left out (the first is named here)", why.message));
+            diagnostics.error(
+                why.code, where.loc, where.prim_path,
+                fmt::format("{}: volumes are left out (the first is named here)", why.message));
         }
         note_lost(scene, v, "nothing reads its grids");
         return true;

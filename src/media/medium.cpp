@@ -143,11 +143,13 @@ Rgb Medium::albedo(const Vec3& p) const {
 Rgb Medium::emission(float field, const Vec3& p) const {
     float kelvin = 0.0f;
     if (temperature_.grid != nullptr)
-        kelvin = optics_->temperature_scale *
-                 number_at(*temperature_.grid, transform_point(p, temperature_.lattice_from_render));
+        kelvin =
+            optics_->temperature_scale *
+            number_at(*temperature_.grid, transform_point(p, temperature_.lattice_from_render));
     const Rgb color = temperature_.grid ? glow_color(optics_->blackbody_colors, kelvin) : Rgb(1.0f);
     if (!is_thermal_) return optics_->emission * color * field;
-    const float hot = kelvin / 1000.0f, radiance = optics_->blackbody * visible_share(kelvin) * hot * hot * hot * hot;
+    const float hot = kelvin / 1000.0f,
+                radiance = optics_->blackbody * visible_share(kelvin) * hot * hot * hot * hot;
     const Rgb sigma_t = optics_->extinction_color * (optics_->density_scale * field);
     return sigma_t * (Rgb(1.0f) - albedo(p)) * color * radiance;
 }

@@ -23,10 +23,14 @@ class Meetings {
         : medium_(&medium), walk_(medium.walk(o, d, begin, end)), t_(begin) {}
 
     const Medium& medium() const { return *medium_; }
+
     /// Of the meeting; before the first, where the medium begins.
     float t() const { return t_; }
+
     float rate() const { return rate_; }
+
     const BrickSpan& span() const { return span_; }
+
     bool has_begun() const { return has_begun_; }
 
     /// Goes on to the next meeting; false: there is none.

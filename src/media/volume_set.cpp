@@ -55,11 +55,14 @@ struct Tracker {
         const float extinction = medium.extinction(medium.field(at.span(), o, d, at.t()));
         if (extinction > majorant) ++counts.violations;
         const double u = numbers.next();
-        if (medium.is_gray() && extinction <= majorant) return u * double(majorant) < double(extinction);
+        if (medium.is_gray() && extinction <= majorant)
+            return u * double(majorant) < double(extinction);
         const Rgb real = medium.channels() * extinction, none = Rgb(majorant) - real;
         const Rgb beta = carried * out.weight;
-        const float of_real = std::abs(beta.x * real.x) + std::abs(beta.y * real.y) + std::abs(beta.z * real.z);
-        const float of_none = std::abs(beta.x * none.x) + std::abs(beta.y * none.y) + std::abs(beta.z * none.z);
+        const float of_real =
+            std::abs(beta.x * real.x) + std::abs(beta.y * real.y) + std::abs(beta.z * real.z);
+        const float of_none =
+            std::abs(beta.x * none.x) + std::abs(beta.y * none.y) + std::abs(beta.z * none.z);
         const float both = of_real + of_none;
         if (!(both > 0.0f)) return false;
         const bool is_real = u * double(both) < double(of_real);
@@ -106,7 +109,8 @@ void VolumeSet::fly(const Vec3& o,
         if (at->has_begun()) {
             scene::count_call(scene::Effect::Volumes);
             if (at->medium().gives_light()) {
-                const Rgb given = at->medium().emission(at->medium().field(at->span(), o, d, at->t()), o + d * at->t());
+                const Rgb given = at->medium().emission(
+                    at->medium().field(at->span(), o, d, at->t()), o + d * at->t());
                 const Rgb left = is_absorbing ? exponential(sigma_a, at->t()) : Rgb(1.0f);
                 out.emitted += given * left * out.weight / at->rate();
             } else if (tracker.collides(*at)) {

@@ -42,6 +42,7 @@ class VolumeSet {
     explicit VolumeSet(const scene::Scene& scene, const MediumOptions& options = {});
 
     bool is_empty() const { return media_.empty(); }
+
     const Box3& bounds() const { return bounds_; }  ///< render space
 
     /// Follows light along o + t·d, d unit, until t_max, which may be infinite, or until it
@@ -69,6 +70,5 @@ class VolumeSet {
     std::vector<Medium> media_;
     Box3 bounds_;
 };
-
 
 }  // namespace velatura::media

@@ -25,7 +25,8 @@ uint32_t VoxelGridBuilder::constant_brick(float number) {
 }
 
 void VoxelGridBuilder::add(const Vec3i& brick, std::span<const float> values) {
-    VELATURA_CHECK(values.size() == VoxelGrid::brick_values(grid_.channels), "a brick has 9³ points");
+    VELATURA_CHECK(values.size() == VoxelGrid::brick_values(grid_.channels),
+                   "a brick has 9³ points");
     // Clean the numbers and find their bounds
     const size_t first = grid_.values.size();
     float least = std::numeric_limits<float>::infinity(), most = 0.0f;
@@ -64,7 +65,8 @@ VoxelGrid VoxelGridBuilder::finish(const Mat4d& volume_from_lattice,
         if (!(entry & VoxelGrid::is_node)) continue;
         const auto& bricks = grid_.node_entries[entry & ~VoxelGrid::is_node];
         const uint32_t id = bricks[0];
-        const bool is_one = std::all_of(bricks.begin(), bricks.end(), [&](uint32_t b) { return b == id; });
+        const bool is_one =
+            std::all_of(bricks.begin(), bricks.end(), [&](uint32_t b) { return b == id; });
         if (is_one && grid_.bricks[id].is_constant()) entry = id;
     }
     grid_.volume_from_lattice = volume_from_lattice;

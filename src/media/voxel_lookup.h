@@ -25,7 +25,8 @@ struct CellPoint {
     /// One channel there. values: of the brick.
     float operator()(const float* values, int channels, int channel) const {
         constexpr int n = VoxelGrid::brick_points;
-        const float* v = values + size_t((cell.z * n + cell.y) * n + cell.x) * size_t(channels) + channel;
+        const float* v =
+            values + size_t((cell.z * n + cell.y) * n + cell.x) * size_t(channels) + channel;
         const size_t x = size_t(channels), y = n * x, z = n * y;
         const auto between = [](float a, float b, float t) { return a + (b - a) * t; };
         const auto plane = [&](const float* p) {

@@ -28,7 +28,8 @@ struct VolumeField {
 struct VolumeOptics {
     float density_scale = 1.0f;        ///< extinction per unit of density
     Rgb extinction_color = Rgb(1.0f);  ///< a factor of it
-    Rgb albedo = Rgb(0.5f);  ///< share of the extinction that scatters; a factor of the colour field
+    Rgb albedo =
+        Rgb(0.5f);  ///< share of the extinction that scatters; a factor of the colour field
     float anisotropy = 0.0f;  ///< mean cosine of scattering, see media::HenyeyGreenstein
     /// Emitted radiance per unit of way and of the emission field.
     Rgb emission = Rgb(1.0f);
@@ -43,8 +44,8 @@ struct VolumeOptics {
 struct Volume {
     std::string name;  ///< prim path
     Mat4d render_from_volume;
-    uint32_t density = none;      ///< index into Scene::volume_fields, as the next three
-    uint32_t emission = none;     ///< heat, flame …
+    uint32_t density = none;   ///< index into Scene::volume_fields, as the next three
+    uint32_t emission = none;  ///< heat, flame …
     uint32_t temperature = none;
     uint32_t color = none;
     VolumeOptics optics;

@@ -26,19 +26,20 @@ struct VoxelGrid {
     static constexpr uint32_t is_node = 0x80000000u;  ///< bit of an entry of `nodes`
 
     struct Brick {
-        float least = 0, most = 0;   ///< of all channels
-        size_t first_value = 0;      ///< into `values`; no meaning where least == most
+        float least = 0, most = 0;  ///< of all channels
+        size_t first_value = 0;     ///< into `values`; no meaning where least == most
+
         bool is_constant() const { return least == most; }
     };
 
-    Mat4d volume_from_lattice;   ///< affine
+    Mat4d volume_from_lattice;    ///< affine
     Vec3i node_count = Vec3i(0);  ///< along each axis; beyond them the number is that of bricks[0]
     Vec3 box_min = Vec3(0.0f), box_max = Vec3(0.0f);  ///< lattice; matter is within, see Volume
     int channels = 1;             ///< 1 or 3; a brick of 3 is constant only where they are alike
     std::vector<uint32_t> nodes;  ///< [z][y][x] index into bricks, or with is_node into node_bricks
     std::vector<std::array<uint32_t, node_bricks * node_bricks * node_bricks>> node_entries;
-    std::vector<Brick> bricks;    ///< the first is that of empty space
-    std::vector<float> values;    ///< [brick with values][z][y][x][channel], brick_points each way
+    std::vector<Brick> bricks;  ///< the first is that of empty space
+    std::vector<float> values;  ///< [brick with values][z][y][x][channel], brick_points each way
 
     /// Values of one brick.
     static constexpr size_t brick_values(int channels) {

@@ -32,7 +32,9 @@ constexpr OpticsInput emission_scale{"emissionScale", "heatScale"};
 constexpr OpticsInput emission_color{"emissionColor", "emissionColor"};
 constexpr OpticsInput temperature_scale{"temperatureScale", "temperatureScale"};
 constexpr OpticsInput blackbody{"blackbody", "blackbody"};
-constexpr std::array own_attributes = {density_scale, extinction_color, albedo, anisotropy, emission_scale, emission_color, temperature_scale, blackbody};
+constexpr std::array own_attributes = {density_scale,     extinction_color, albedo,
+                                       anisotropy,        emission_scale,   emission_color,
+                                       temperature_scale, blackbody};
 
 /// Inputs that are fields.
 struct FieldInput {
@@ -40,7 +42,9 @@ struct FieldInput {
     FieldRole role;
 };
 
-constexpr std::array field_inputs = {FieldInput{"density", FieldRole::Density}, FieldInput{"heat", FieldRole::Emission}, FieldInput{"temperature", FieldRole::Temperature}, FieldInput{"albedo", FieldRole::Color}};
+constexpr std::array field_inputs = {
+    FieldInput{"density", FieldRole::Density}, FieldInput{"heat", FieldRole::Emission},
+    FieldInput{"temperature", FieldRole::Temperature}, FieldInput{"albedo", FieldRole::Color}};
 
 /// Glow of fire where nobody says: of a candle, about.
 const Vec3d flame_color(1.0, 0.3, 0.05);
@@ -59,7 +63,8 @@ std::vector<Rgb> blackbody_table() {
 
 class OpticsReader {
   public:
-    OpticsReader(Context& ctx, Prim volume, std::map<std::string, FieldRole>& roles) : ctx_(ctx), volume_(volume), roles_(roles) {
+    OpticsReader(Context& ctx, Prim volume, std::map<std::string, FieldRole>& roles)
+        : ctx_(ctx), volume_(volume), roles_(roles) {
         shader_ = volume_shader();
         if (shader_) read_shader_fields();
         warn_unknown_attributes();
@@ -75,11 +80,16 @@ class OpticsReader {
         if (!from.has_authored_value()) from = shader_value(input.shader);
         std::vector<double> rows;
         int width = 0;
-        if (!from.is_valid() || !read_rows(from.value(ctx_.time), rows, width) || rows.empty()) return fallback;
+        if (!from.is_valid() || !read_rows(from.value(ctx_.time), rows, width) || rows.empty())
+            return fallback;
         const Vec3d read = rows.size() >= 3 ? Vec3d(rows[0], rows[1], rows[2]) : Vec3d(rows[0]);
         Vec3d value;
-        for (int c = 0; c < 3; ++c) value[c] = std::isfinite(read[c]) ? std::clamp(read[c], least, most) : fallback[c];
-        if (value != read) ctx_.warn("volume-optics", from, fmt::format("{} of a volume lies between {:g} and {:g}, the nearest is used", input.own, least, most));
+        for (int c = 0; c < 3; ++c)
+            value[c] = std::isfinite(read[c]) ? std::clamp(read[c], least, most) : fallback[c];
+        if (value != read)
+            ctx_.warn("volume-optics", from,
+                      fmt::format("{} of a volume lies between {:g} and {:g}, the nearest is used",
+                                  input.own, least, most));
         return value;
     }
 
@@ -91,34 +101,46 @@ class OpticsReader {
             const Attribute output = binding.material.attribute(name);
             if (!output.has_authored_connections()) continue;
             const Prim shader = shader_source(ctx_, output).shader;
-            if (!shader) ctx_.warn("unconnected-volume", output, "volume output leads to no shader, the volume's own attributes count");
+            if (!shader)
+                ctx_.warn("unconnected-volume", output,
+                          "volume output leads to no shader, the volume's own attributes count");
             return shader;
         }
-        ctx_.warn("unsupported-material", binding.material, "material of a volume has no volume output, the volume's own attributes count");
+        ctx_.warn("unsupported-material", binding.material,
+                  "material of a volume has no volume output, the volume's own attributes count");
         return Prim();
     }
 
     bool is_input(std::string_view name) const {
         const auto is_known = [&](const OpticsInput& i) { return i.shader == name; };
         const auto is_field = [&](const FieldInput& i) { return i.name == name; };
-        return std::any_of(own_attributes.begin(), own_attributes.end(), is_known) || std::any_of(field_inputs.begin(), field_inputs.end(), is_field);
+        return std::any_of(own_attributes.begin(), own_attributes.end(), is_known) ||
+               std::any_of(field_inputs.begin(), field_inputs.end(), is_field);
     }
 
     /// Notes which fields the shader reads, and names what it has beside.
     void read_shader_fields() {
         const std::string id = read_text(shader_.attribute("info:id"), "", ctx_.time);
-        ctx_.warn("unsupported-shader", shader_, fmt::format("volume shader {} is not run: of its inputs those count that Velatura knows by name (docs/volumes.md)", id.empty() ? "without info:id" : id));
+        ctx_.warn("unsupported-shader", shader_,
+                  fmt::format("volume shader {} is not run: of its inputs those count that "
+                              "Velatura knows by name (docs/volumes.md)",
+                              id.empty() ? "without info:id" : id));
         for (const auto& property : shader_.property_names()) {
             const std::string& text = property.str();
             if (text.rfind("inputs:", 0) != 0) continue;
             const std::string name = text.substr(7);
-            if (!is_input(name)) ctx_.warn("unknown-shader-input", shader_.attribute(text), fmt::format("input {} of a volume shader is left out", name));
+            if (!is_input(name))
+                ctx_.warn("unknown-shader-input", shader_.attribute(text),
+                          fmt::format("input {} of a volume shader is left out", name));
         }
         for (const FieldInput& input : field_inputs) {
-            const ShaderSource source = shader_source(ctx_, shader_.attribute(fmt::format("inputs:{}", input.name)));
-            const std::string reader = source.shader ? read_text(source.shader.attribute("info:id"), "", ctx_.time) : "";
+            const ShaderSource source =
+                shader_source(ctx_, shader_.attribute(fmt::format("inputs:{}", input.name)));
+            const std::string reader =
+                source.shader ? read_text(source.shader.attribute("info:id"), "", ctx_.time) : "";
             if (reader.rfind("HwFieldReader_", 0) != 0) continue;
-            const std::string field = read_text(source.shader.attribute("inputs:fieldname"), "", ctx_.time);
+            const std::string field =
+                read_text(source.shader.attribute("inputs:fieldname"), "", ctx_.time);
             if (!field.empty()) roles_[field] = input.role;
         }
     }
@@ -132,7 +154,10 @@ class OpticsReader {
         const std::string id = read_text(source.shader.attribute("info:id"), "", ctx_.time);
         if (id.rfind("HwFieldReader_", 0) == 0) return Attribute();
         if (id.rfind("UsdPrimvarReader_", 0) != 0) {
-            ctx_.warn("unsupported-connection", attribute, fmt::format("{} of a volume comes from a node of type {}, which is not supported; it is left out", name, id.empty() ? "unknown" : id));
+            ctx_.warn("unsupported-connection", attribute,
+                      fmt::format("{} of a volume comes from a node of type {}, which is not "
+                                  "supported; it is left out",
+                                  name, id.empty() ? "unknown" : id));
             return Attribute();
         }
         const auto primvar = usd::stage::find_primvar(volume_, primvar_name(ctx_, source.shader));
@@ -147,7 +172,8 @@ class OpticsReader {
             const std::string name = text.substr(prefix.size());
             const auto is_it = [&](const OpticsInput& i) { return i.own == name; };
             if (std::none_of(own_attributes.begin(), own_attributes.end(), is_it))
-                ctx_.warn("unknown-attribute", volume_.attribute(text), fmt::format("{} is no attribute of a volume, it is left out", text));
+                ctx_.warn("unknown-attribute", volume_.attribute(text),
+                          fmt::format("{} is no attribute of a volume, it is left out", text));
         }
     }
 
@@ -165,13 +191,16 @@ Vec3d usual_albedo(Context& ctx, Prim prim) {
     std::vector<double> rows;
     int width = 0;
     const auto primvar = usd::stage::find_primvar(prim, scene::display_color_primvar);
-    const bool is_one = primvar && read_rows(primvar->attribute.value(ctx.time), rows, width) && width == 3 && rows.size() == 3;
+    const bool is_one = primvar && read_rows(primvar->attribute.value(ctx.time), rows, width) &&
+                        width == 3 && rows.size() == 3;
     return is_one ? Vec3d(rows[0], rows[1], rows[2]) : Vec3d(0.5);
 }
 
 }  // namespace
 
-scene::VolumeOptics read_volume_optics(Context& ctx, Prim prim, std::map<std::string, FieldRole>& roles) {
+scene::VolumeOptics read_volume_optics(Context& ctx,
+                                       Prim prim,
+                                       std::map<std::string, FieldRole>& roles) {
     constexpr double most = 1e30;
     OpticsReader read(ctx, prim, roles);
     scene::VolumeOptics optics;

@@ -24,9 +24,13 @@ std::map<std::string, Prim> field_prims(Context& ctx, Prim volume) {
         if (targets.empty()) continue;
         const Prim field = ctx.stage.prim_at(targets[0].prim_path());
         if (!field) {
-            ctx.warn("volume-field", volume, fmt::format("{} leads to <{}>, which is not there", name, targets[0].to_string()));
+            ctx.warn(
+                "volume-field", volume,
+                fmt::format("{} leads to <{}>, which is not there", name, targets[0].to_string()));
         } else if (field.type_name() != "OpenVDBAsset") {
-            ctx.warn("volume-field", field, fmt::format("{} leads to a {}, expected an OpenVDBAsset; it is left out", name, field.type_name().str()));
+            ctx.warn("volume-field", field,
+                     fmt::format("{} leads to a {}, expected an OpenVDBAsset; it is left out", name,
+                                 field.type_name().str()));
         } else {
             out.emplace(name.substr(field_prefix.size()), field);
         }
@@ -54,9 +58,12 @@ uint32_t field_index(Context& ctx, Prim prim, FieldRole role) {
     field.grid = read_text(prim.attribute("fieldName"), "", ctx.time);
     field.index = read_int(prim.attribute("fieldIndex"), 0, ctx.time);
     if (usd::stage::local_transform(prim, ctx.time).matrix != Mat4d())
-        ctx.warn("volume-field", prim, "a transform of a field is not used: fields stand where their volume does");
-    const std::string key = fmt::format("{}|{}|{}|{}", field.file, field.grid, field.index, role == FieldRole::Color);
-    const auto [at, is_new] = ctx.volume_fields.try_emplace(key, uint32_t(ctx.scene.volume_fields.size()));
+        ctx.warn("volume-field", prim,
+                 "a transform of a field is not used: fields stand where their volume does");
+    const std::string key =
+        fmt::format("{}|{}|{}|{}", field.file, field.grid, field.index, role == FieldRole::Color);
+    const auto [at, is_new] =
+        ctx.volume_fields.try_emplace(key, uint32_t(ctx.scene.volume_fields.size()));
     if (is_new) {
         field.provenance = ctx.provenance(prim);
         ctx.scene.volume_fields.push_back(std::move(field));
@@ -82,7 +89,9 @@ Box3d read_extent(Context& ctx, Prim prim) {
     Box3d box;
     std::vector<double> rows;
     int width = 0;
-    if (!read_rows(prim.attribute("extent").value(ctx.time), rows, width) || width != 3 || rows.size() != 6) return box;
+    if (!read_rows(prim.attribute("extent").value(ctx.time), rows, width) || width != 3 ||
+        rows.size() != 6)
+        return box;
     const Box3d read(Vec3d(rows[0], rows[1], rows[2]), Vec3d(rows[3], rows[4], rows[5]));
     return is_finite(read.min) && is_finite(read.max) ? read : box;
 }
@@ -109,18 +118,24 @@ std::optional<scene::Volume> read_volume(Context& ctx, Prim prim, const Mat4d& m
         // Whatever the only field is called
         if (!role && fields.size() == 1) role = FieldRole::Density;
         if (!role) {
-            ctx.warn("volume-field", prim, fmt::format("field:{} is not used: fields are density, temperature, heat (flame, fire, emission) and color (albedo)", name));
+            ctx.warn("volume-field", prim,
+                     fmt::format("field:{} is not used: fields are density, temperature, heat "
+                                 "(flame, fire, emission) and color (albedo)",
+                                 name));
             continue;
         }
         uint32_t& index = slot(volume, *role);
         if (index != scene::none) {
-            ctx.warn("volume-field", prim, fmt::format("field:{} is not used: another field is there for the same", name));
+            ctx.warn(
+                "volume-field", prim,
+                fmt::format("field:{} is not used: another field is there for the same", name));
             continue;
         }
         index = field_index(ctx, field, *role);
     }
     if (volume.density == scene::none && volume.emission == scene::none) {
-        ctx.warn("volume-field", prim, "a volume without a density and without heat is nothing, it is left out");
+        ctx.warn("volume-field", prim,
+                 "a volume without a density and without heat is nothing, it is left out");
         return std::nullopt;
     }
     if (volume.temperature == scene::none) volume.optics.blackbody = 0.0f;

@@ -22,7 +22,8 @@ using scene::Vec3i;
 scene::VoxelGrid smoke(float density) {
     constexpr int n = 40;
     scene::VoxelGrid grid = media::make_voxel_grid(Vec3i(n), 2.0f / n, [&](int x, int y, int z) {
-        return density * std::max(0.0f, std::sin(0.4f * float(x)) * std::sin(0.5f * float(y)) + 0.6f * std::sin(0.3f * float(z)));
+        return density * std::max(0.0f, std::sin(0.4f * float(x)) * std::sin(0.5f * float(y)) +
+                                            0.6f * std::sin(0.3f * float(z)));
     });
     Mat4d moved;
     moved.translate(Vec3d(-1, -1, -5));
@@ -64,14 +65,20 @@ const integrator::EstimatorOptions by_paths{.light_sampling = integrator::LightS
 
 TEST(VolumeFurnace, WhiteSmokeKeepsAllLight) {
     for (const float g : {0.0f, 0.8f, -0.5f}) {
-        expect_close(render(furnace(white(g)), {.size = 16, .samples = 64, .estimator = by_paths}).beauty(), 1.0, 1e-6, fmt::format("white smoke by paths, g {}", g));
-        expect_close(render(furnace(white(g)), {.size = 32, .samples = 128}).beauty(), 1.0, 2e-2, fmt::format("white smoke, g {}", g));
+        expect_close(
+            render(furnace(white(g)), {.size = 16, .samples = 64, .estimator = by_paths}).beauty(),
+            1.0, 1e-6, fmt::format("white smoke by paths, g {}", g));
+        expect_close(render(furnace(white(g)), {.size = 32, .samples = 128}).beauty(), 1.0, 2e-2,
+                     fmt::format("white smoke, g {}", g));
     }
 }
 
 TEST(VolumeFurnace, ColouredExtinctionKeepsAllLight) {
-    const RenderedLayers layers = render(furnace(white(0.3f, Rgb(1.0f, 0.4f, 0.1f))), {.size = 32, .samples = 256});
-    for (int c = 0; c < 3; ++c) expect_close(layers.beauty(c), 1.0, 2e-2, fmt::format("coloured white smoke, channel {}", c));
+    const RenderedLayers layers =
+        render(furnace(white(0.3f, Rgb(1.0f, 0.4f, 0.1f))), {.size = 32, .samples = 256});
+    for (int c = 0; c < 3; ++c)
+        expect_close(layers.beauty(c), 1.0, 2e-2,
+                     fmt::format("coloured white smoke, channel {}", c));
 }
 
 TEST(VolumeFurnace, OfThickWhiteSlabReflectsAndTransmitsAll) {
@@ -79,8 +86,13 @@ TEST(VolumeFurnace, OfThickWhiteSlabReflectsAndTransmitsAll) {
     add_slab(test, 100.0f).optics = white(0.0f);
     test.add_light(LightKind::Dome, Mat4d()).is_camera_visible = true;
     test.look_with_perspective(0.2);
-    // Roulette would end one path in 1024 at each scattering behind the first 1024, and weigh the others more
-    const RenderedLayers layers = render(test, {.size = 16, .samples = 16, .estimator = {.light_sampling = integrator::LightSampling::Bsdf, .roulette = integrator::Roulette::None}});
+    // Roulette would end one path in 1024 at each scattering behind the first 1024, and weigh the
+    // others more
+    const RenderedLayers layers =
+        render(test, {.size = 16,
+                      .samples = 16,
+                      .estimator = {.light_sampling = integrator::LightSampling::Bsdf,
+                                    .roulette = integrator::Roulette::None}});
     expect_close(layers.beauty(), 1.0, 1e-3, "slab of 100 mean free paths, R + T");
     EXPECT_EQ(layers.rays.tracking.capped, 0u);
     EXPECT_EQ(layers.rays.depth_limited, 0u);
@@ -93,7 +105,8 @@ TEST(Volumes, LightSeenThroughASlabIsTheClosedForm) {
         test.add_light(LightKind::Dome, Mat4d()).is_camera_visible = true;
         test.look_at_point(0.1);
         const RenderedLayers layers = render(test, {.size = 32, .samples = 256});
-        expect_close(layers.bounce(0), std::exp(-tau), 5e-3, fmt::format("dome behind tau {}", tau));
+        expect_close(layers.bounce(0), std::exp(-tau), 5e-3,
+                     fmt::format("dome behind tau {}", tau));
         expect_close(layers.beauty(), std::exp(-tau), 5e-3, "nothing else");
     }
 }
@@ -108,9 +121,11 @@ TEST(Volumes, ThinMatterScattersOnce) {
     add_sun(test);
     test.look_at_point(0.1);
     const double back = (1 - g * g) / (4 * pi_d * std::pow(1 + g, 3.0));
-    // Numbers are so even that all pixels collide equally often: their differences tell nothing of the error
+    // Numbers are so even that all pixels collide equally often: their differences tell nothing of
+    // the error
     const double expected = -albedo * back * std::expm1(-2 * tau) / 2;
-    EXPECT_NEAR(render(test, {.size = 4, .samples = 1 << 18}).bounce(1).mean, expected, 1e-3 * expected);
+    EXPECT_NEAR(render(test, {.size = 4, .samples = 1 << 18}).bounce(1).mean, expected,
+                1e-3 * expected);
 }
 
 TEST(Volumes, SmokeScattersOnceAsMuchAsItShould) {
@@ -124,7 +139,8 @@ TEST(Volumes, SmokeScattersOnceAsMuchAsItShould) {
     expect_close(layers.bounce(1, -1, 0), albedo * once, 1e-2, "slab, light scattered back once");
     expect_close(layers.bounce(1, -1, 2), once, 1e-2, "slab, blue");
     // Without occlusion light meets the point undimmed
-    expect_close(layers.unoccluded(0), -albedo * std::expm1(-tau) / (4 * pi_d), 1e-2, "slab, light scattered once, unoccluded");
+    expect_close(layers.unoccluded(0), -albedo * std::expm1(-tau) / (4 * pi_d), 1e-2,
+                 "slab, light scattered once, unoccluded");
 }
 
 TEST(Volumes, DimTheLightOfSurfacesAndTheirView) {
@@ -132,14 +148,16 @@ TEST(Volumes, DimTheLightOfSurfacesAndTheirView) {
     TestScene test;
     Mat4d turned;
     turned.rotate(Vec3d(0.0, 0.0, 0.7));
-    scene::Volume& slab = add_volume(test.scene, constant_box(Vec3d(-100, -100, 0), Vec3d(100, 100, 0.5), 0.8f), turned);
+    scene::Volume& slab = add_volume(
+        test.scene, constant_box(Vec3d(-100, -100, 0), Vec3d(100, 100, 0.5), 0.8f), turned);
     slab.render_from_volume = slab.render_from_volume * at(Vec3d(3, 1, -3));
     test.add_square(-4.0f, 50.0f, test.add_matte(Rgb(0.5f)));
     add_sun(test);
     test.look_at_point(0.1);
     const RenderedLayers layers = render(test, {.size = 32, .samples = 256});
     expect_close(layers.bounce(1), 0.5 / pi_d * std::exp(-0.8), 1e-2, "floor through smoke");
-    expect_close(layers.unoccluded(0), 0.5 / pi_d * std::exp(-0.4), 1e-2, "floor through smoke, unoccluded");
+    expect_close(layers.unoccluded(0), 0.5 / pi_d * std::exp(-0.4), 1e-2,
+                 "floor through smoke, unoccluded");
 }
 
 TEST(Volumes, AreLookedThroughBehindCutOuts) {
@@ -154,14 +172,19 @@ TEST(Volumes, AreLookedThroughBehindCutOuts) {
     test.look_at_point(0.1);
     // Through the lattice and the smoke, twice each; the lattice itself is lit in front of it
     const double floor = 0.75 * 0.75 * std::exp(-1.4) / pi_d, front = 0.25 * 0.18 / pi_d;
-    const RenderedLayers layers = render(test, {.size = 32, .samples = 512, .last_bounce = 1, .max_depth = 1});
-    const double specular = render([&] {
-                                TestScene alone;
-                                alone.add_square(-1.0f, 50.0f, alone.add_material(lattice));
-                                add_sun(alone);
-                                alone.look_at_point(0.1);
-                                return alone;
-                            }(), {.size = 32, .samples = 512, .last_bounce = 1, .max_depth = 1}).bounce(1).mean;
+    const RenderedLayers layers =
+        render(test, {.size = 32, .samples = 512, .last_bounce = 1, .max_depth = 1});
+    const double specular = render(
+                                [&] {
+                                    TestScene alone;
+                                    alone.add_square(-1.0f, 50.0f, alone.add_material(lattice));
+                                    add_sun(alone);
+                                    alone.look_at_point(0.1);
+                                    return alone;
+                                }(),
+                                {.size = 32, .samples = 512, .last_bounce = 1, .max_depth = 1})
+                                .bounce(1)
+                                .mean;
     EXPECT_GT(specular, 0.5 * front);
     expect_close(layers.bounce(1), floor + specular, 1e-2, "floor behind lattice and smoke");
 }
@@ -186,8 +209,13 @@ TEST(Volumes, TwoWaysToFindLightAgree) {
     for (const Rgb& extinction : {Rgb(1.0f), Rgb(1.0f, 0.5f, 0.25f)}) {
         const TestScene test = scene_of(extinction);
         const RenderedLayers both = render(test, {.size = 24, .samples = 192});
-        const RenderedLayers paths = render(test, {.size = 24, .samples = 192, .estimator = by_paths, .seed = 2});
-        const RenderedLayers lamps = render(test, {.size = 24, .samples = 192, .estimator = {.light_sampling = integrator::LightSampling::Light}, .seed = 3});
+        const RenderedLayers paths =
+            render(test, {.size = 24, .samples = 192, .estimator = by_paths, .seed = 2});
+        const RenderedLayers lamps =
+            render(test, {.size = 24,
+                          .samples = 192,
+                          .estimator = {.light_sampling = integrator::LightSampling::Light},
+                          .seed = 3});
         expect_agreement(both, paths, 1.2e-1, "MIS and paths alone");
         expect_agreement(both, lamps, 6e-2, "MIS and light sampling alone");
         for (int k = 1; k <= 3; ++k) {
@@ -203,7 +231,9 @@ TEST(Volumes, OneMajorantGivesTheSamePicture) {
     add_sun(test);
     test.look_with_perspective(0.25);
     const RenderedLayers bricks = render(test, {.size = 32, .samples = 128});
-    const RenderedLayers one = render(test, {.size = 32, .samples = 128, .seed = 2, .media = {.majorants = media::Majorants::One}});
+    const RenderedLayers one = render(
+        test,
+        {.size = 32, .samples = 128, .seed = 2, .media = {.majorants = media::Majorants::One}});
     expect_agreement(bricks, one, 4e-2, "bounds by bricks and one bound");
     EXPECT_EQ(bricks.rays.tracking.violations + one.rays.tracking.violations, 0u);
 }
@@ -214,9 +244,11 @@ TEST(Volumes, HalfTheBoundIsNoticed) {
     add_sun(test);
     test.look_with_perspective(0.25);
     Diagnostics diagnostics;
-    const integrator::World world(test.scene, {.width = 8, .height = 8, .media = {.majorant_factor = 0.5f}}, {}, diagnostics);
+    const integrator::World world(
+        test.scene, {.width = 8, .height = 8, .media = {.majorant_factor = 0.5f}}, {}, diagnostics);
     film::LayerSet layers;
-    for (const scene::LightGroup& g : test.scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+    for (const scene::LightGroup& g : test.scene.groups)
+        layers.groups.push_back({g.name, g.prims, g.is_environment});
     const integrator::PathTracer tracer(world, layers, {});
     film::SampleRadiance out(layers);
     integrator::RayCounts counts;
@@ -230,8 +262,10 @@ TEST(Volumes, HalfTheBoundIsNoticed) {
 TEST(Volumes, AreSeenFromWithin) {
     // The camera in the middle of smoke that glows: ε/σ (1 − e^−σr) along every ray
     TestScene test;
-    scene::Volume& glow = add_volume(test.scene, constant_box(Vec3d(-50, -50, -2), Vec3d(50, 50, 3), 1.0f));
-    glow.emission = add_field(test.scene, constant_box(Vec3d(-50, -50, -2), Vec3d(50, 50, 3), 0.5f));
+    scene::Volume& glow =
+        add_volume(test.scene, constant_box(Vec3d(-50, -50, -2), Vec3d(50, 50, 3), 1.0f));
+    glow.emission =
+        add_field(test.scene, constant_box(Vec3d(-50, -50, -2), Vec3d(50, 50, 3), 0.5f));
     test.scene.volumes[0].optics.emission = Rgb(1.0f);
     test.look_at_point(0.1);
     const RenderedLayers layers = render(test, {.size = 32, .samples = 1024});
@@ -239,12 +273,14 @@ TEST(Volumes, AreSeenFromWithin) {
 }
 
 TEST(Volumes, GlowLightsSurfaces) {
-    // A floor below an endless glowing layer without absorption sees it over every direction: the radiance is ε·h / cosθ,
-    // the irradiance 2π·ε·h, but for what the sides of the layer miss
+    // A floor below an endless glowing layer without absorption sees it over every direction: the
+    // radiance is ε·h / cosθ, the irradiance 2π·ε·h, but for what the sides of the layer miss
     constexpr double h = 0.1, side = 100, distance = 0.5;
     TestScene test;
-    scene::Volume& layer = add_volume(test.scene, constant_box(Vec3d(-side, -side, -3), Vec3d(side, side, -3 + h), 0.0f));
-    layer.emission = add_field(test.scene, constant_box(Vec3d(-side, -side, -3), Vec3d(side, side, -3 + h), 1.0f));
+    scene::Volume& layer = add_volume(
+        test.scene, constant_box(Vec3d(-side, -side, -3), Vec3d(side, side, -3 + h), 0.0f));
+    layer.emission = add_field(
+        test.scene, constant_box(Vec3d(-side, -side, -3), Vec3d(side, side, -3 + h), 1.0f));
     test.scene.volumes[0].optics.emission = Rgb(1.0f);
     test.add_square(float(-3 - distance), 90.0f, test.add_matte(Rgb(1.0f)));
     test.look_at_point(0.1);
@@ -263,7 +299,8 @@ TEST(Volumes, GiveAlphaAndFirstHits) {
     double alpha = 0, weight = 0;
     for (int y = 0; y < 16; ++y)
         for (int x = 0; x < 16; ++x) {
-            const image::Triple t = layers.film.sums().total(x, y, image::AccumulatorTable::coverage);
+            const image::Triple t =
+                layers.film.sums().total(x, y, image::AccumulatorTable::coverage);
             alpha += t.x;
             weight += t.y;
         }
@@ -273,7 +310,8 @@ TEST(Volumes, GiveAlphaAndFirstHits) {
 TEST(Volumes, CountScatteringsAsBounces) {
     TestScene test = furnace(white(0.0f), 3.0f);
     const RenderedLayers all = render(test, {.size = 16, .samples = 128, .last_bounce = 3});
-    const RenderedLayers two = render(test, {.size = 16, .samples = 128, .last_bounce = 3, .max_depth = 2});
+    const RenderedLayers two =
+        render(test, {.size = 16, .samples = 128, .last_bounce = 3, .max_depth = 2});
     for (int k = 0; k <= 2; ++k) {
         EXPECT_GT(all.bounce(k).mean, 0.0) << k;
         EXPECT_NEAR(all.bounce(k).mean, two.bounce(k).mean, 1e-9) << k;
@@ -311,7 +349,8 @@ TEST(Volumes, AreLinkedToLightsAsGeometryIs) {
         const double T = std::exp(-1.0);
         const double floor_part = T * (is_lit ? 1.0 : T) / pi_d;
         const double smoke_part = is_lit ? 0.5 * (1 - T) / (4 * pi_d) : 0.0;
-        expect_close(render(test, {.size = 32, .samples = 256}).bounce(1), floor_part + smoke_part, 1e-2, fmt::format("linked, lit {}", is_lit));
+        expect_close(render(test, {.size = 32, .samples = 256}).bounce(1), floor_part + smoke_part,
+                     1e-2, fmt::format("linked, lit {}", is_lit));
     }
 }
 
@@ -319,7 +358,8 @@ TEST(Volumes, DimCaustics) {
     // A mirror shows a small bright ball to the floor, once found by paths and once solved for
     const auto scene_of = [] {
         TestScene test;
-        add_volume(test.scene, constant_box(Vec3d(-100, -100, -4.5), Vec3d(100, 100, -1.5), 0.3f)).optics.albedo = Rgb(0.3f);
+        add_volume(test.scene, constant_box(Vec3d(-100, -100, -4.5), Vec3d(100, 100, -1.5), 0.3f))
+            .optics.albedo = Rgb(0.3f);
         test.add_square(-5.0f, 2.0f, test.add_matte(Rgb(0.8f)));
         test.add_sphere(Vec3(1.5f, 0, -3), 0.7, test.add_material(mirror(Rgb(0.9f))));
         scene::Light& ball = test.add_light(LightKind::Sphere, at(Vec3d(-1, 1, -3)));
@@ -328,8 +368,14 @@ TEST(Volumes, DimCaustics) {
         test.look_with_perspective(0.3);
         return test;
     }();
-    const RenderedLayers paths = render(scene_of, {.size = 24, .samples = 1024, .last_bounce = 3, .max_depth = 3});
-    const RenderedLayers solved = render(scene_of, {.size = 24, .samples = 1024, .last_bounce = 3, .max_depth = 3, .seed = 2, .caustics = integrator::Caustics::Manifold});
+    const RenderedLayers paths =
+        render(scene_of, {.size = 24, .samples = 1024, .last_bounce = 3, .max_depth = 3});
+    const RenderedLayers solved = render(scene_of, {.size = 24,
+                                                    .samples = 1024,
+                                                    .last_bounce = 3,
+                                                    .max_depth = 3,
+                                                    .seed = 2,
+                                                    .caustics = integrator::Caustics::Manifold});
     EXPECT_GT(solved.rays.caustics_found, 1000u);
     const Estimate a = paths.bounce(2), b = solved.bounce(2);
     EXPECT_NEAR(a.mean, b.mean, 4 * std::hypot(a.standard_error, b.standard_error));
@@ -337,7 +383,8 @@ TEST(Volumes, DimCaustics) {
 }
 
 TEST(Volumes, WithinBodiesThatAbsorbAreDimmedByBoth) {
-    // The camera in coloured glass of index 1 without end, before smoke that glows: ε/(σ + a)·(1 − e^−(σ+a)d)·e^−a·b
+    // The camera in coloured glass of index 1 without end, before smoke that glows: ε/(σ + a)·(1 −
+    // e^−(σ+a)d)·e^−a·b
     TestScene test;
     scene::Material glass;
     glass.ior = scene::Input(1.0f);
@@ -346,12 +393,14 @@ TEST(Volumes, WithinBodiesThatAbsorbAreDimmedByBoth) {
     glass.transmission_color = scene::Input(Rgb(std::exp(-0.4f)));
     glass.transmission_depth = 1.0f;
     test.add_faceted_ball(40.0f, test.add_material(glass));
-    scene::Volume& glow = add_volume(test.scene, constant_box(Vec3d(-9, -9, -3), Vec3d(9, 9, -1), 0.6f));
+    scene::Volume& glow =
+        add_volume(test.scene, constant_box(Vec3d(-9, -9, -3), Vec3d(9, 9, -1), 0.6f));
     glow.emission = add_field(test.scene, constant_box(Vec3d(-9, -9, -3), Vec3d(9, 9, -1), 1.0f));
     test.scene.volumes[0].optics.emission = Rgb(1.0f);
     test.look_at_point(0.1);
     const double expected = std::exp(-0.4) * (1 - std::exp(-2.0)) / 1.0;
-    expect_close(render(test, {.size = 32, .samples = 1024}).bounce(0), expected, 1e-2, "glow and smoke within glass");
+    expect_close(render(test, {.size = 32, .samples = 1024}).bounce(0), expected, 1e-2,
+                 "glow and smoke within glass");
 }
 
 TEST(Volumes, CastShadowsWithRulesOfTheirOwn) {
@@ -365,7 +414,8 @@ TEST(Volumes, CastShadowsWithRulesOfTheirOwn) {
         sun.links.shadow_distance = end;
         test.look_at_point(0.1);
         const double T = std::exp(-1.0), arrives = end < 1.0f ? 1.0 : T + (1 - T) * 0.25;
-        expect_close(render(test, {.size = 32, .samples = 256}).bounce(1), T * arrives / pi_d, 1e-2, fmt::format("own shadow, ends at {}", end));
+        expect_close(render(test, {.size = 32, .samples = 256}).bounce(1), T * arrives / pi_d, 1e-2,
+                     fmt::format("own shadow, ends at {}", end));
     }
 }
 

@@ -1,8 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Volumes, one thread: time to the same error with bounds brick by brick and with one bound for a whole grid, as delta
-// tracking has it in its simplest form.
-// Usage: velatura_bench_volumes [SCENE.usda [FRAME]]; without arguments the smoke of OpenUSD's tests, and a cloud with dense cores
-// that is made here.
+// Volumes, one thread: time to the same error with bounds brick by brick and with one bound for a
+// whole grid, as delta tracking has it in its simplest form. Usage: velatura_bench_volumes
+// [SCENE.usda [FRAME]]; without arguments the smoke of OpenUSD's tests, and a cloud with dense
+// cores that is made here.
+#include "app/light_images.h"
+#include "app/volume_loading.h"
+#include "base/tasks.h"
+#include "cpu_clock.h"
+#include "integrator/path_tracer.h"
+#include "integrator/schedule.h"
+#include "integrator/world.h"
+#include "media/voxel_builder.h"
+#include "test_assets.h"
+#include "translate/translate.h"
+
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,19 +24,6 @@
 #include <optional>
 #include <string>
 #include <vector>
-
-#include <fmt/format.h>
-
-#include "app/light_images.h"
-#include "app/volume_loading.h"
-#include "base/tasks.h"
-#include "cpu_clock.h"
-#include "media/voxel_builder.h"
-#include "integrator/path_tracer.h"
-#include "integrator/schedule.h"
-#include "integrator/world.h"
-#include "test_assets.h"
-#include "translate/translate.h"
 
 namespace {
 
@@ -41,17 +41,25 @@ struct Picture {
 
 Picture render(const scene::Scene& scene, media::Majorants majorants, uint64_t seed) {
     Diagnostics diagnostics;
-    const integrator::World world(scene, {.width = width, .height = height, .media = {.majorants = majorants}}, app::make_light_image_loader(), diagnostics);
+    const integrator::World world(
+        scene, {.width = width, .height = height, .media = {.majorants = majorants}},
+        app::make_light_image_loader(), diagnostics);
     film::LayerSet layers;
-    for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+    for (const scene::LightGroup& g : scene.groups)
+        layers.groups.push_back({g.name, g.prims, g.is_environment});
     const integrator::PathTracer tracer(world, layers, {.seed = seed});
     film::Film film({0, 0, width, height}, layers);
     const double start = bench::thread_seconds();
     const integrator::RenderResult result = integrator::run_schedule(
-        film, {.seed = seed, .end_sample = samples}, [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); }, {});
+        film, {.seed = seed, .end_sample = samples},
+        [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) {
+            tracer.trace(x, y, s, out, counts);
+        },
+        {});
     Picture picture;
     picture.seconds = bench::thread_seconds() - start;
-    picture.lookups = double(result.rays.effects.of(scene::Effect::Volumes)) / double(result.rays.paths);
+    picture.lookups =
+        double(result.rays.effects.of(scene::Effect::Volumes)) / double(result.rays.paths);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             const image::Triple t = film.sums().total(x, y, image::AccumulatorTable::beauty);
@@ -64,7 +72,8 @@ Picture render(const scene::Scene& scene, media::Majorants majorants, uint64_t s
 double error_of(const Picture& a, const Picture& b) {
     double sum = 0;
     for (size_t i = 0; i < a.beauty.size(); ++i) {
-        const double mean = 0.5 * (a.beauty[i] + b.beauty[i]), difference = a.beauty[i] - b.beauty[i];
+        const double mean = 0.5 * (a.beauty[i] + b.beauty[i]),
+                     difference = a.beauty[i] - b.beauty[i];
         sum += 0.5 * difference * difference / (mean * mean + 0.01);
     }
     return sum / double(a.beauty.size());
@@ -100,10 +109,13 @@ scene::Scene cloud() {
     const auto density = [](int x, int y, int z) {
         const Vec3 p = Vec3(float(x), float(y), float(z)) * (2.0f / n) - Vec3(1.0f);
         float cores = 0.0f;
-        for (const Vec3& centre : {Vec3(0.3f, 0.2f, 0.1f), Vec3(-0.4f, 0.0f, -0.2f), Vec3(0.0f, -0.4f, 0.3f)}) cores += std::exp(-(p - centre).dot(p - centre) * 150.0f);
+        for (const Vec3& centre :
+             {Vec3(0.3f, 0.2f, 0.1f), Vec3(-0.4f, 0.0f, -0.2f), Vec3(0.0f, -0.4f, 0.3f)})
+            cores += std::exp(-(p - centre).dot(p - centre) * 150.0f);
         return p.length() < 0.9f ? 0.5f + 100.0f * cores : 0.0f;
     };
-    scene.volume_fields.emplace_back().voxels = std::make_shared<const scene::VoxelGrid>(media::make_voxel_grid(scene::Vec3i(n), 2.0f / n, density));
+    scene.volume_fields.emplace_back().voxels = std::make_shared<const scene::VoxelGrid>(
+        media::make_voxel_grid(scene::Vec3i(n), 2.0f / n, density));
     scene::Volume& volume = scene.volumes.emplace_back();
     volume.density = 0;
     volume.optics.albedo = Rgb(0.9f);
@@ -129,28 +141,36 @@ void measure(const std::string& name, const scene::Scene& scene) {
     constexpr std::array kinds = {media::Majorants::Bricks, media::Majorants::One};
     for (int round = 0; round < rounds; ++round) {
         for (size_t k = 0; k < kinds.size(); ++k) {
-            const Picture a = render(scene, kinds[k], uint64_t(2 * round)), b = render(scene, kinds[k], uint64_t(2 * round + 1));
+            const Picture a = render(scene, kinds[k], uint64_t(2 * round)),
+                          b = render(scene, kinds[k], uint64_t(2 * round + 1));
             sums[k].seconds += a.seconds + b.seconds;
             sums[k].lookups += 0.5 * (a.lookups + b.lookups);
             sums[k].error += error_of(a, b);
         }
     }
-    fmt::print("{}\n{:>22} {:>12} {:>16} {:>12} {:>20}\n", name, "bounds", "CPU s", "lookups a path", "relMSE", "s to relMSE 1e-3");
+    fmt::print("{}\n{:>22} {:>12} {:>16} {:>12} {:>20}\n", name, "bounds", "CPU s",
+               "lookups a path", "relMSE", "s to relMSE 1e-3");
     std::array<double, 2> to_error = {};
     constexpr std::array names = {"brick by brick", "one for the grid"};
     for (size_t k = 0; k < kinds.size(); ++k) {
         const double seconds = sums[k].seconds / (2 * rounds), error = sums[k].error / rounds;
         to_error[k] = seconds * error / 1e-3;
-        fmt::print("{:>22} {:>12.3f} {:>16.1f} {:>12.3g} {:>20.2f}\n", names[k], seconds, sums[k].lookups / rounds, error, to_error[k]);
+        fmt::print("{:>22} {:>12.3f} {:>16.1f} {:>12.3g} {:>20.2f}\n", names[k], seconds,
+                   sums[k].lookups / rounds, error, to_error[k]);
     }
-    fmt::print("brick by brick the same error takes 1/{:.2f} of the time\n", to_error[1] / to_error[0]);
+    fmt::print("brick by brick the same error takes 1/{:.2f} of the time\n",
+               to_error[1] / to_error[0]);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
     const ThreadLimit limit(1);
-    const std::string path = argc > 1 ? argv[1] : (test_assets() / "openusd/imaging/testUsdImagingGLVdbVolume/vdbVolumeFallbackMaterial.usda").string();
+    const std::string path =
+        argc > 1 ? argv[1]
+                 : (test_assets() /
+                    "openusd/imaging/testUsdImagingGLVdbVolume/vdbVolumeFallbackMaterial.usda")
+                       .string();
     if (const auto scene = load(path, argc > 2 ? std::atof(argv[2]) : 2.0)) measure(path, *scene);
     if (argc == 1) measure("cloud with dense cores", cloud());
     return 0;

@@ -31,7 +31,9 @@ inline uint32_t add_field(scene::Scene& scene, scene::VoxelGrid grid) {
 }
 
 /// A volume of this density, which scatters nothing until somebody says so.
-inline scene::Volume& add_volume(scene::Scene& scene, scene::VoxelGrid density, const Mat4d& placed = Mat4d()) {
+inline scene::Volume& add_volume(scene::Scene& scene,
+                                 scene::VoxelGrid density,
+                                 const Mat4d& placed = Mat4d()) {
     scene::Volume volume;
     volume.name = "/Volume";
     volume.density = add_field(scene, std::move(density));

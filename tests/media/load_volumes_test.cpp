@@ -41,7 +41,8 @@ scene::Volume volume_of(uint32_t density) {
 
 TEST(LoadVolumes, ReadsWhatIsSeenOnce) {
     scene::Scene scene;
-    scene.volumes = {volume_of(add_unread(scene, "good")), volume_of(0), volume_of(add_unread(scene, "never"))};
+    scene.volumes = {volume_of(add_unread(scene, "good")), volume_of(0),
+                     volume_of(add_unread(scene, "never"))};
     scene.volumes[2].optics.density_scale = 0.0f;
     FakeSource source;
     Diagnostics diagnostics;
@@ -57,7 +58,8 @@ TEST(LoadVolumes, ReadsWhatIsSeenOnce) {
 
 TEST(LoadVolumes, LosesAVolumeAndNoMore) {
     scene::Scene scene;
-    scene.volumes = {volume_of(add_unread(scene, "good")), volume_of(add_unread(scene, "bad")), volume_of(0)};
+    scene.volumes = {volume_of(add_unread(scene, "good")), volume_of(add_unread(scene, "bad")),
+                     volume_of(0)};
     scene.volumes[2].temperature = 1;
     FakeSource source;
     Diagnostics diagnostics;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ways of light through matter against closed forms, and two ways to find them against each other (H34 to H37).
-#include "media/volume_set.h"
-
+// Ways of light through matter against closed forms, and two ways to find them against each other
+// (H34 to H37).
 #include "grid_fixtures.h"
+#include "media/volume_set.h"
 
 #include <gtest/gtest.h>
 
@@ -37,7 +37,8 @@ class Mean {
     double mean(int c) const { return sum_[c] / double(count_); }
 
     double error(int c) const {
-        return std::sqrt(std::max(squares_[c] / double(count_) - mean(c) * mean(c), 0.0) / double(count_ - 1));
+        return std::sqrt(std::max(squares_[c] / double(count_) - mean(c) * mean(c), 0.0) /
+                         double(count_ - 1));
     }
 
   private:
@@ -47,8 +48,11 @@ class Mean {
 
 void expect_mean(const Mean& mean, const Rgb& expected, const std::string& what) {
     for (int c = 0; c < 3; ++c) {
-        std::printf("%s, channel %d: %.6g, expected %.6g, error %.2g\n", what.c_str(), c, mean.mean(c), double(expected[c]), mean.error(c));
-        EXPECT_NEAR(mean.mean(c), double(expected[c]), 4.0 * mean.error(c) + 1e-6 * double(expected[c])) << what << " " << c;
+        std::printf("%s, channel %d: %.6g, expected %.6g, error %.2g\n", what.c_str(), c,
+                    mean.mean(c), double(expected[c]), mean.error(c));
+        EXPECT_NEAR(mean.mean(c), double(expected[c]),
+                    4.0 * mean.error(c) + 1e-6 * double(expected[c]))
+            << what << " " << c;
     }
 }
 
@@ -61,7 +65,8 @@ Mean by_flights(const VolumeSet& set, const Ray& ray, uint64_t count, TrackingCo
     Mean mean;
     Flight flight;
     for (uint64_t i = 0; i < count; ++i) {
-        set.fly(ray.o, ray.d, far_away, Rgb(1.0f), Rgb(0.0f), RandomStream(i, -1.0), flight, counts);
+        set.fly(ray.o, ray.d, far_away, Rgb(1.0f), Rgb(0.0f), RandomStream(i, -1.0), flight,
+                counts);
         mean.add(flight.medium ? Rgb(0.0f) : flight.weight);
     }
     return mean;
@@ -78,7 +83,9 @@ Mean by_ratios(const VolumeSet& set, const Ray& ray, uint64_t count, TrackingCou
 
 /// A wave of one period over 63 cells, whose interpolation has the mean sigma0: along z.
 VoxelGrid wave(float sigma0) {
-    const auto number = [&](int, int, int z) { return sigma0 * (1.0f + float(std::cos(2.0 * pi_d * z / 63.0))); };
+    const auto number = [&](int, int, int z) {
+        return sigma0 * (1.0f + float(std::cos(2.0 * pi_d * z / 63.0)));
+    };
     VoxelGrid grid = make_voxel_grid(Vec3i(16, 16, 64), 1.0f / 63.0f, number);
     // Without the soft edges before and behind it
     grid.box_min.z += 1.0f;
@@ -88,7 +95,9 @@ VoxelGrid wave(float sigma0) {
 
 const Ray along_wave{Vec3(0.11f, 0.12f, 3.0f), Vec3(0, 0, -1)};
 
-Rgb exponential(const Rgb& tau) { return {std::exp(-tau.x), std::exp(-tau.y), std::exp(-tau.z)}; }
+Rgb exponential(const Rgb& tau) {
+    return {std::exp(-tau.x), std::exp(-tau.y), std::exp(-tau.z)};
+}
 
 }  // namespace
 
@@ -99,11 +108,13 @@ TEST(Transmittance, OfOneNumberIsTheClosedForm) {
         const VolumeSet set(scene);
         TrackingCounts counts;
         RandomStream numbers(1, -1.0);
-        const Rgb passed = set.transmittance(Vec3(0.2f, -0.3f, 0.0f), Vec3(0, 0, -1), far_away, nullptr, numbers, counts);
+        const Rgb passed = set.transmittance(Vec3(0.2f, -0.3f, 0.0f), Vec3(0, 0, -1), far_away,
+                                             nullptr, numbers, counts);
         const double expected = std::exp(-tau);
         for (int c = 0; c < 3; ++c) {
             EXPECT_GE(passed[c], 0.0f);
-            EXPECT_NEAR(double(passed[c]), expected, expected * 1e-6 * std::max(1.0, tau) + 1e-38) << tau;
+            EXPECT_NEAR(double(passed[c]), expected, expected * 1e-6 * std::max(1.0, tau) + 1e-38)
+                << tau;
         }
     }
 }
@@ -117,7 +128,8 @@ TEST(Flight, InThinMatterCollidesAsOftenAsItShould) {
         Flight flight;
         TrackingCounts counts;
         const auto fly = [&](double u) {
-            set.fly(Vec3(0.0f), Vec3(0, 0, -1), far_away, Rgb(1.0f), Rgb(0.0f), RandomStream(1, u), flight, counts);
+            set.fly(Vec3(0.0f), Vec3(0, 0, -1), far_away, Rgb(1.0f), Rgb(0.0f), RandomStream(1, u),
+                    flight, counts);
             return flight.medium != nullptr;
         };
         double low = 0.0, high = 1.0;
@@ -150,10 +162,12 @@ TEST(Tracking, NoticesBoundsThatAreTooLowAndKeepsTheMean) {
     add_volume(scene, wave(1.0f));
     const VolumeSet set(scene, {.majorant_factor = 0.5f});
     TrackingCounts counts;
-    expect_mean(by_flights(set, along_wave, 400000, counts), Rgb(std::exp(-1.0f)), "wave with half the bound, by flights");
+    expect_mean(by_flights(set, along_wave, 400000, counts), Rgb(std::exp(-1.0f)),
+                "wave with half the bound, by flights");
     EXPECT_GT(counts.violations, 1000u);
     counts = {};
-    expect_mean(by_ratios(set, along_wave, 400000, counts), Rgb(std::exp(-1.0f)), "wave with half the bound, by ratios");
+    expect_mean(by_ratios(set, along_wave, 400000, counts), Rgb(std::exp(-1.0f)),
+                "wave with half the bound, by ratios");
     EXPECT_GT(counts.violations, 1000u);
 }
 
@@ -173,7 +187,8 @@ TEST(Tracking, AddsVolumesThatOverlap) {
     Mat4d turned;
     turned.rotate(Vec3d(0, 0, 0.3));
     add_volume(scene, constant_box(Vec3d(-2, -2, 0.25), Vec3d(2, 2, 0.75), 1.0f), turned);
-    add_volume(scene, constant_box(Vec3d(-2, -2, -5), Vec3d(2, 2, -4), 0.5f)).optics.extinction_color = Rgb(1.0f, 0.0f, 0.5f);
+    add_volume(scene, constant_box(Vec3d(-2, -2, -5), Vec3d(2, 2, -4), 0.5f))
+        .optics.extinction_color = Rgb(1.0f, 0.0f, 0.5f);
     const VolumeSet set(scene);
     TrackingCounts counts;
     const Rgb expected = exponential(Rgb(1.2f) + Rgb(0.5f, 0.0f, 0.25f));
@@ -189,11 +204,13 @@ TEST(Tracking, OfOneVoxelIsThatOfItsInterpolation) {
     const VolumeSet set(scene);
     TrackingCounts counts;
     const Ray ray{Vec3(-5.0f, 0.0f, 0.0f), Vec3(1, 0, 0)};
-    expect_mean(by_flights(set, ray, 100000, counts), Rgb(std::exp(-sigma)), "one voxel by flights");
+    expect_mean(by_flights(set, ray, 100000, counts), Rgb(std::exp(-sigma)),
+                "one voxel by flights");
     expect_mean(by_ratios(set, ray, 100000, counts), Rgb(std::exp(-sigma)), "one voxel by ratios");
     // A quarter of a cell aside in y and z it is 9/16 of that
     const Ray aside{Vec3(-5.0f, 0.25f, -0.25f), Vec3(1, 0, 0)};
-    expect_mean(by_ratios(set, aside, 100000, counts), Rgb(std::exp(-sigma * 0.5625f)), "one voxel, aside");
+    expect_mean(by_ratios(set, aside, 100000, counts), Rgb(std::exp(-sigma * 0.5625f)),
+                "one voxel, aside");
 }
 
 TEST(Tracking, OfNothingChangesNothing) {
@@ -206,7 +223,8 @@ TEST(Tracking, OfNothingChangesNothing) {
     set.fly(Vec3(1, 1, 5), Vec3(0, 0, -1), far_away, Rgb(1.0f), Rgb(0.0f), numbers, flight, counts);
     EXPECT_EQ(flight.medium, nullptr);
     EXPECT_EQ(flight.weight, Rgb(1.0f));
-    EXPECT_EQ(set.transmittance(Vec3(1, 1, 5), Vec3(0, 0, -1), far_away, nullptr, numbers, counts), Rgb(1.0f));
+    EXPECT_EQ(set.transmittance(Vec3(1, 1, 5), Vec3(0, 0, -1), far_away, nullptr, numbers, counts),
+              Rgb(1.0f));
 }
 
 TEST(Tracking, OfThickMatterEnds) {
@@ -232,7 +250,8 @@ TEST(Emission, IsThatOfTheWay) {
         Mean mean;
         Flight flight;
         for (uint64_t i = 0; i < 20000; ++i) {
-            set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), sigma_a, RandomStream(i, -1.0), flight, counts);
+            set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), sigma_a, RandomStream(i, -1.0),
+                    flight, counts);
             mean.add(flight.emitted);
         }
         expect_mean(mean, expected, what);
@@ -254,12 +273,14 @@ TEST(Emission, OfColdMatterIsNotSeen) {
     const VolumeSet set(scene);
     TrackingCounts counts;
     Flight flight;
-    set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), Rgb(0.0f), RandomStream(1, -1.0), flight, counts);
+    set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), Rgb(0.0f), RandomStream(1, -1.0),
+            flight, counts);
     EXPECT_EQ(flight.emitted, Rgb(0.0f));
 }
 
 TEST(Emission, OfABlackBodyIsWhatItAbsorbs) {
-    // Kirchhoff: thick matter of one temperature shines like its black body, thin matter by its share
+    // Kirchhoff: thick matter of one temperature shines like its black body, thin matter by its
+    // share
     for (const float tau : {0.5f, 30.0f}) {
         Scene scene;
         scene::Volume& hot = add_volume(scene, constant_box(Vec3d(-1, -1, 0), Vec3d(1, 1, 1), tau));
@@ -272,7 +293,8 @@ TEST(Emission, OfABlackBodyIsWhatItAbsorbs) {
         Mean mean;
         Flight flight;
         for (uint64_t i = 0; i < 40000; ++i) {
-            set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), Rgb(0.0f), RandomStream(i, -1.0), flight, counts);
+            set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), Rgb(0.0f),
+                    RandomStream(i, -1.0), flight, counts);
             mean.add(flight.emitted);
         }
         expect_mean(mean, Rgb(1.0f, 0.5f, 0.25f) * (1.6f * (1.0f - std::exp(-tau))), "black body");

@@ -10,11 +10,16 @@ namespace velatura::translate {
 namespace {
 
 std::string field(const std::string& name, const std::string& more = "") {
-    return "def OpenVDBAsset \"" + name + "\" {\n asset filePath = @" + name + ".vdb@\n token fieldName = \"grid_" + name + "\"\n" + more + "\n}\n";
+    return "def OpenVDBAsset \"" + name + "\" {\n asset filePath = @" + name +
+           ".vdb@\n token fieldName = \"grid_" + name + "\"\n" + more + "\n}\n";
 }
 
-std::string smoke(const std::string& more = "", const std::string& fields = "rel field:density = </Smoke/D>\n") {
-    return camera() + "def DistantLight \"Sun\" {\n}\ndef Volume \"Smoke\" (prepend apiSchemas = [\"MaterialBindingAPI\"]) {\n" + fields + more + "\n" + field("D") + "}\n";
+std::string smoke(const std::string& more = "",
+                  const std::string& fields = "rel field:density = </Smoke/D>\n") {
+    return camera() +
+           "def DistantLight \"Sun\" {\n}\ndef Volume \"Smoke\" (prepend apiSchemas = "
+           "[\"MaterialBindingAPI\"]) {\n" +
+           fields + more + "\n" + field("D") + "}\n";
 }
 
 void expect_one(const Translated& t) {
@@ -27,11 +32,15 @@ void expect_one(const Translated& t) {
 
 TEST(Volumes, HaveFields) {
     Translated t;
-    translate_text(smoke("double3 xformOp:translate = (1, 2, 3)\nuniform token[] xformOpOrder = [\"xformOp:translate\"]\nint x = 1"), t);
+    translate_text(smoke("double3 xformOp:translate = (1, 2, 3)\nuniform token[] xformOpOrder = "
+                         "[\"xformOp:translate\"]\nint x = 1"),
+                   t);
     expect_one(t);
     const scene::Volume& v = t.scene.volumes[0];
     EXPECT_EQ(v.name, "/Smoke");
-    EXPECT_EQ(Vec3d(v.render_from_volume[3][0], v.render_from_volume[3][1], v.render_from_volume[3][2]), Vec3d(1, 2, 3));
+    EXPECT_EQ(
+        Vec3d(v.render_from_volume[3][0], v.render_from_volume[3][1], v.render_from_volume[3][2]),
+        Vec3d(1, 2, 3));
     ASSERT_EQ(v.density, 0u);
     EXPECT_EQ(t.scene.volume_fields[0].authored, "D.vdb");
     EXPECT_EQ(t.scene.volume_fields[0].grid, "grid_D");
@@ -44,8 +53,13 @@ TEST(Volumes, HaveFields) {
 
 TEST(Volumes, HaveOpticsOfTheirOwn) {
     Translated t;
-    translate_text(smoke("float velatura:volume:densityScale = 3\ncolor3f velatura:volume:albedo = (1, 0.5, 0)\nfloat velatura:volume:anisotropy = -0.5\n"
-                         "color3f velatura:volume:extinctionColor = (1, 2, 4)\nfloat velatura:volume:emissionScale = 2\ncolor3f velatura:volume:emissionColor = (1, 2, 3)"), t);
+    translate_text(
+        smoke(
+            "float velatura:volume:densityScale = 3\ncolor3f velatura:volume:albedo = (1, 0.5, "
+            "0)\nfloat velatura:volume:anisotropy = -0.5\n"
+            "color3f velatura:volume:extinctionColor = (1, 2, 4)\nfloat "
+            "velatura:volume:emissionScale = 2\ncolor3f velatura:volume:emissionColor = (1, 2, 3)"),
+        t);
     expect_one(t);
     const scene::VolumeOptics& o = t.scene.volumes[0].optics;
     EXPECT_EQ(o.density_scale, 3.0f);
@@ -64,8 +78,13 @@ TEST(Volumes, TakeTheirColourFromDisplayColor) {
 
 TEST(Volumes, KnowFieldsByName) {
     Translated t;
-    translate_text(camera() + "def Volume \"Fire\" {\n rel field:flame = </Fire/F>\n rel field:temperature = </Fire/T>\n rel field:Cd = </Fire/C>\n rel field:density = </Fire/D>\n rel field:vel = </Fire/V>\n" +
-                       field("F") + field("T") + field("C") + field("D", "int fieldIndex = 2") + field("V") + "}\n", t);
+    translate_text(camera() +
+                       "def Volume \"Fire\" {\n rel field:flame = </Fire/F>\n rel "
+                       "field:temperature = </Fire/T>\n rel field:Cd = </Fire/C>\n rel "
+                       "field:density = </Fire/D>\n rel field:vel = </Fire/V>\n" +
+                       field("F") + field("T") + field("C") + field("D", "int fieldIndex = 2") +
+                       field("V") + "}\n",
+                   t);
     ASSERT_EQ(t.scene.volumes.size(), 1u);
     const scene::Volume& v = t.scene.volumes[0];
     const auto grid = [&](uint32_t i) { return t.scene.volume_fields[i].grid; };
@@ -83,7 +102,8 @@ TEST(Volumes, KnowFieldsByName) {
 
 TEST(Volumes, AskTheInputsOfTheirShader) {
     Translated t;
-    translate_text(smoke("rel material:binding = </Mat>\nfloat primvars:thickness = 4\nfloat primvars:albedo = 0.25\nrel field:warmth = </Smoke/D>") +
+    translate_text(smoke("rel material:binding = </Mat>\nfloat primvars:thickness = 4\nfloat "
+                         "primvars:albedo = 0.25\nrel field:warmth = </Smoke/D>") +
                        R"usda(
 def Material "Mat"
 {
@@ -124,7 +144,8 @@ def Material "Mat"
         float outputs:result
     }
 }
-)usda", t);
+)usda",
+                   t);
     ASSERT_EQ(t.scene.volumes.size(), 1u);
     const scene::Volume& v = t.scene.volumes[0];
     EXPECT_NE(v.density, scene::none);
@@ -154,7 +175,8 @@ def Xform "A" (instanceable = true
     double3 xformOp:translate = (10, 0, 0)
     uniform token[] xformOpOrder = ["xformOp:translate"]
 }
-)usda", t);
+)usda",
+                   t);
     ASSERT_EQ(t.scene.volumes.size(), 2u);
     EXPECT_EQ(t.scene.volume_fields.size(), 1u);
     double x = 0;
@@ -166,7 +188,8 @@ def Xform "A" (instanceable = true
 }
 
 TEST(Volumes, SayWhatTheyLeaveOut) {
-    const auto warns = [](const std::string& text, const char* code, size_t volumes, size_t count = 1) {
+    const auto warns = [](const std::string& text, const char* code, size_t volumes,
+                          size_t count = 1) {
         Translated t;
         translate_text(text, t);
         EXPECT_EQ(t.count(code), count) << text;
@@ -177,9 +200,17 @@ TEST(Volumes, SayWhatTheyLeaveOut) {
     warns(smoke("float velatura:volume:albedo = 3"), "volume-optics", 1);
     warns(smoke("float velatura:volume:anisotropy = nan"), "volume-optics", 1);
     warns(smoke("float velatura:volume:wobble = 3"), "unknown-attribute", 1);
-    warns(smoke("double3 xformOp:scale = (1, 0, 1)\nuniform token[] xformOpOrder = [\"xformOp:scale\"]"), "bad-transform", 0);
-    warns(smoke("rel material:binding = </Mat>") + "def Material \"Mat\" {\n}\n", "unsupported-material", 1);
-    warns(camera() + "def Volume \"Smoke\" {\n rel field:density = </Smoke/D>\n" + field("D", "double3 xformOp:translate = (1, 0, 0)\nuniform token[] xformOpOrder = [\"xformOp:translate\"]") + "}\n", "volume-field", 1);
+    warns(smoke("double3 xformOp:scale = (1, 0, 1)\nuniform token[] xformOpOrder = "
+                "[\"xformOp:scale\"]"),
+          "bad-transform", 0);
+    warns(smoke("rel material:binding = </Mat>") + "def Material \"Mat\" {\n}\n",
+          "unsupported-material", 1);
+    warns(camera() + "def Volume \"Smoke\" {\n rel field:density = </Smoke/D>\n" +
+              field("D",
+                    "double3 xformOp:translate = (1, 0, 0)\nuniform token[] xformOpOrder = "
+                    "[\"xformOp:translate\"]") +
+              "}\n",
+          "volume-field", 1);
 }
 
 }  // namespace velatura::translate

@@ -17,10 +17,13 @@ class VdbFolder {
   public:
     VdbFolder() {
         openvdb::initialize();
-        std::string pattern = (std::filesystem::temp_directory_path() / "velatura_vdb_XXXXXX").string();
+        std::string pattern =
+            (std::filesystem::temp_directory_path() / "velatura_vdb_XXXXXX").string();
         path_ = mkdtemp(pattern.data());
     }
+
     ~VdbFolder() { std::filesystem::remove_all(path_); }
+
     VdbFolder(const VdbFolder&) = delete;
     VdbFolder& operator=(const VdbFolder&) = delete;
 
@@ -52,12 +55,15 @@ inline openvdb::FloatGrid::Ptr blobs(const std::string& name, double voxel = 0.2
     grid->setGridClass(openvdb::GRID_FOG_VOLUME);
     grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
     auto accessor = grid->getAccessor();
-    for (const openvdb::Coord& centre : {openvdb::Coord(0, 0, 0), openvdb::Coord(-140, 3, 9), openvdb::Coord(40, -77, 130)})
+    for (const openvdb::Coord& centre :
+         {openvdb::Coord(0, 0, 0), openvdb::Coord(-140, 3, 9), openvdb::Coord(40, -77, 130)})
         for (int z = -6; z <= 6; ++z)
             for (int y = -6; y <= 6; ++y)
                 for (int x = -6; x <= 6; ++x) {
                     const int r2 = x * x + y * y + z * z;
-                    if (r2 <= 36) accessor.setValue(centre.offsetBy(x, y, z), float(1 + (x + 2 * y + 3 * z + 40) % 7));
+                    if (r2 <= 36)
+                        accessor.setValue(centre.offsetBy(x, y, z),
+                                          float(1 + (x + 2 * y + 3 * z + 40) % 7));
                 }
     return grid;
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Grids of .vdb files as the plugin reads them, against OpenVDB's own lookups, and files that are wrong.
-#include "media/voxel_lookup.h"
-#include "media/volume_source.h"
-#include "plugin/registry.h"
-
+// Grids of .vdb files as the plugin reads them, against OpenVDB's own lookups, and files that are
+// wrong.
 #include "../base/test_assets.h"
 #include "../sampling/chi_square.h"
+#include "media/volume_source.h"
+#include "media/voxel_lookup.h"
+#include "plugin/registry.h"
 #include "vdb_files.h"
 
 #include <gtest/gtest.h>
@@ -25,9 +25,12 @@ const VolumeSource& source() {
     static const VolumeSource* const found = [] {
         Diagnostics diagnostics;
         const plugin::Registry registry({{VELATURA_BUILT_PLUGINS, true}}, diagnostics);
-        const plugin::Manifest* manifest = registry.find(media::volume_source_interface, {"effect", "volumes"});
+        const plugin::Manifest* manifest =
+            registry.find(media::volume_source_interface, {"effect", "volumes"});
         VELATURA_CHECK(manifest != nullptr, "the plugin was built");
-        return static_cast<const VolumeSource*>(plugin::open_interface(*manifest, media::volume_source_interface, media::volume_source_interface_version, diagnostics));
+        return static_cast<const VolumeSource*>(
+            plugin::open_interface(*manifest, media::volume_source_interface,
+                                   media::volume_source_interface_version, diagnostics));
     }();
     VELATURA_CHECK(found != nullptr, "the plugin opens");
     return *found;
@@ -35,7 +38,8 @@ const VolumeSource& source() {
 
 /// Looks the grid up at random places of its box and around it, by both.
 void expect_same_numbers(const VoxelGrid& grid, const openvdb::FloatGrid& truth, double reach) {
-    const openvdb::tools::GridSampler<openvdb::FloatGrid, openvdb::tools::BoxSampler> sampler(truth);
+    const openvdb::tools::GridSampler<openvdb::FloatGrid, openvdb::tools::BoxSampler> sampler(
+        truth);
     const Mat4d lattice_from_volume = grid.volume_from_lattice.inverse();
     TestRandom random(5);
     int inside = 0;
@@ -44,7 +48,9 @@ void expect_same_numbers(const VoxelGrid& grid, const openvdb::FloatGrid& truth,
         for (int a = 0; a < 3; ++a) p[a] = (2.0 * double(random.uniform()) - 1.0) * reach;
         const float expected = sampler.wsSample(openvdb::Vec3d(p.x, p.y, p.z));
         inside += expected > 0.0f;
-        ASSERT_NEAR(media::number_at(grid, to_float(transform_point(p, lattice_from_volume))), std::max(expected, 0.0f), 2e-3f) << p.x << " " << p.y << " " << p.z;
+        ASSERT_NEAR(media::number_at(grid, to_float(transform_point(p, lattice_from_volume))),
+                    std::max(expected, 0.0f), 2e-3f)
+            << p.x << " " << p.y << " " << p.z;
     }
     EXPECT_GT(inside, 20);
 }
@@ -90,9 +96,13 @@ TEST(VdbSource, FindsGridsByNameAndIndex) {
     const std::string file = folder.write("two.vdb", {first, second});
     EXPECT_EQ(source().read({.file = file, .grid = "density"})->most(), 7.0f);
     EXPECT_EQ(source().read({.file = file, .grid = "density", .index = 1})->most(), 100.0f);
-    EXPECT_EQ(error_of({.file = file, .grid = "density", .index = 2}), "volume-grid: there is no grid density[2], the file holds density[0], density[1]");
-    EXPECT_EQ(error_of({.file = file, .grid = "heat"}), "volume-grid: there is no grid heat, the file holds density[0], density[1]");
-    EXPECT_EQ(error_of({.file = file}), "volume-grid: which grid is meant? fieldName is empty, the file holds density[0], density[1]");
+    EXPECT_EQ(error_of({.file = file, .grid = "density", .index = 2}),
+              "volume-grid: there is no grid density[2], the file holds density[0], density[1]");
+    EXPECT_EQ(error_of({.file = file, .grid = "heat"}),
+              "volume-grid: there is no grid heat, the file holds density[0], density[1]");
+    EXPECT_EQ(error_of({.file = file}),
+              "volume-grid: which grid is meant? fieldName is empty, the file holds density[0], "
+              "density[1]");
 }
 
 TEST(VdbSource, ReadsColours) {
@@ -106,14 +116,16 @@ TEST(VdbSource, ReadsColours) {
     const Vec3 p = to_float(transform_point(Vec3d(2, 3, 4), read->volume_from_lattice.inverse()));
     EXPECT_EQ(media::color_at(*read, p), Rgb(0.25f, 0.5f, 1.0f));
     EXPECT_EQ(media::color_at(*read, p + Vec3(0.5f, 0, 0)), Rgb(0.125f, 0.25f, 0.5f));
-    EXPECT_EQ(error_of({.file = file, .grid = "Cd"}), "volume-grid: grid Cd is of type vec3s, expected numbers");
+    EXPECT_EQ(error_of({.file = file, .grid = "Cd"}),
+              "volume-grid: grid Cd is of type vec3s, expected numbers");
 }
 
 TEST(VdbSource, OfNothingIsNothing) {
     const VdbFolder folder;
     const auto grid = openvdb::FloatGrid::create(0.0f);
     grid->setName("density");
-    const Result<VoxelGrid> read = source().read({.file = folder.write("empty.vdb", {grid}), .grid = "density"});
+    const Result<VoxelGrid> read =
+        source().read({.file = folder.write("empty.vdb", {grid}), .grid = "density"});
     ASSERT_TRUE(read);
     EXPECT_EQ(read->most(), 0.0f);
 }
@@ -122,31 +134,40 @@ TEST(VdbSource, SaysWhatIsWrongWithAFile) {
     const VdbFolder folder;
     EXPECT_EQ(error_of({.file = folder.file("missing.vdb")}), "volume-file: cannot be opened");
     EXPECT_EQ(error_of({.file = ""}), "volume-file: there is no such file");
-    EXPECT_TRUE(error_of({.file = folder.write_bytes("text.vdb", "no grid at all"), .grid = "density"}).starts_with("volume-file: not a .vdb file"));
+    EXPECT_TRUE(
+        error_of({.file = folder.write_bytes("text.vdb", "no grid at all"), .grid = "density"})
+            .starts_with("volume-file: not a .vdb file"));
     const auto level_set = blobs("surface");
     level_set->setGridClass(openvdb::GRID_LEVEL_SET);
-    EXPECT_TRUE(error_of({.file = folder.write("level.vdb", {level_set})}).starts_with("volume-grid: grid surface is a level set"));
+    EXPECT_TRUE(error_of({.file = folder.write("level.vdb", {level_set})})
+                    .starts_with("volume-grid: grid surface is a level set"));
     const auto flags = openvdb::BoolGrid::create();
     flags->setName("flags");
-    EXPECT_EQ(error_of({.file = folder.write("flags.vdb", {flags})}), "volume-grid: grid flags is of type bool, expected numbers");
+    EXPECT_EQ(error_of({.file = folder.write("flags.vdb", {flags})}),
+              "volume-grid: grid flags is of type bool, expected numbers");
 }
 
 TEST(VdbSource, RefusesWhatWouldTakeTooMuchMemory) {
     const VdbFolder folder;
     const std::string file = folder.write("big.vdb", {blobs("density")});
     EXPECT_EQ(error_of({.file = file, .most_bytes = 1 << 20}), "");
-    EXPECT_TRUE(error_of({.file = file, .most_bytes = 20000}).starts_with("volume-memory: the grid would take"));
+    EXPECT_TRUE(error_of({.file = file, .most_bytes = 20000})
+                    .starts_with("volume-memory: the grid would take"));
     // Few bytes that stand for a block of 2048³ voxels
     const auto block = openvdb::FloatGrid::create(0.0f);
     block->setName("density");
     block->fill(openvdb::CoordBBox(openvdb::Coord(0), openvdb::Coord(4095)), 1.0f);
-    EXPECT_TRUE(error_of({.file = folder.write("block.vdb", {block}), .most_bytes = size_t(1) << 28}).starts_with("volume-memory: the grid would take"));
+    EXPECT_TRUE(
+        error_of({.file = folder.write("block.vdb", {block}), .most_bytes = size_t(1) << 28})
+            .starts_with("volume-memory: the grid would take"));
     // Two voxels so far apart that even the empty space between them would not fit
     const auto apart = openvdb::FloatGrid::create(0.0f);
     apart->setName("density");
     apart->getAccessor().setValue(openvdb::Coord(0), 1.0f);
     apart->getAccessor().setValue(openvdb::Coord(1 << 29), 1.0f);
-    EXPECT_TRUE(error_of({.file = folder.write("apart.vdb", {apart}), .most_bytes = size_t(1) << 28}).starts_with("volume-memory: the grid would take"));
+    EXPECT_TRUE(
+        error_of({.file = folder.write("apart.vdb", {apart}), .most_bytes = size_t(1) << 28})
+            .starts_with("volume-memory: the grid would take"));
 }
 
 TEST(VdbSource, SurvivesFilesThatAreCutOff) {
@@ -154,7 +175,9 @@ TEST(VdbSource, SurvivesFilesThatAreCutOff) {
     const std::string whole = VdbFolder::bytes_of(folder.write("whole.vdb", {blobs("density")}));
     for (size_t size = 0; size + 1 < whole.size(); size += std::max<size_t>(whole.size() / 60, 1)) {
         const std::string file = folder.write_bytes("cut.vdb", whole.substr(0, size));
-        EXPECT_TRUE(error_of({.file = file, .grid = "density", .most_bytes = size_t(1) << 28}).starts_with("volume-")) << size;
+        EXPECT_TRUE(error_of({.file = file, .grid = "density", .most_bytes = size_t(1) << 28})
+                        .starts_with("volume-"))
+            << size;
     }
 }
 
@@ -166,9 +189,13 @@ TEST(VdbSource, SurvivesFilesWithWrongBytes) {
     for (; count < 80; ++count) {
         std::string bytes = whole;
         const int flips = 1 + count % 4;
-        for (int k = 0; k < flips; ++k) bytes[random.bits() % (count % 2 ? bytes.size() : 1200)] = char(random.bits());
+        for (int k = 0; k < flips; ++k)
+            bytes[random.bits() % (count % 2 ? bytes.size() : 1200)] = char(random.bits());
         // Whatever comes of it: no crash, and no more memory than is given
-        const Result<VoxelGrid> read = source().read({.file = folder.write_bytes("wrong.vdb", bytes), .grid = "density", .most_bytes = size_t(1) << 25});
+        const Result<VoxelGrid> read =
+            source().read({.file = folder.write_bytes("wrong.vdb", bytes),
+                           .grid = "density",
+                           .most_bytes = size_t(1) << 25});
         refused += !read;
     }
     std::printf("%d of %d refused\n", refused, count);
@@ -176,7 +203,8 @@ TEST(VdbSource, SurvivesFilesWithWrongBytes) {
 }
 
 TEST(VdbSource, ReadsTheSmokeOfOpenUsd) {
-    const std::filesystem::path file = test_assets() / "openusd/imaging/testUsdImagingGLVdbVolume/smoke_000002.vdb";
+    const std::filesystem::path file =
+        test_assets() / "openusd/imaging/testUsdImagingGLVdbVolume/smoke_000002.vdb";
     if (!std::filesystem::exists(file)) GTEST_SKIP() << "no " << file;
     const Result<VoxelGrid> read = source().read({.file = file.string(), .grid = "density"});
     ASSERT_TRUE(read) << read.error().message;
@@ -185,7 +213,8 @@ TEST(VdbSource, ReadsTheSmokeOfOpenUsd) {
     openvdb::initialize();
     openvdb::io::File vdb(file.string());
     vdb.open();
-    expect_same_numbers(*read, *openvdb::gridPtrCast<openvdb::FloatGrid>(vdb.readGrid("density")), 12.0);
+    expect_same_numbers(*read, *openvdb::gridPtrCast<openvdb::FloatGrid>(vdb.readGrid("density")),
+                        12.0);
 }
 
 }  // namespace velatura::test

@@ -40,15 +40,20 @@ def Plane "Floor"
 }
 
 std::string volume(const std::string& file, const std::string& field = "density") {
-    return fmt::format("def Volume \"Smoke\"\n{{\n    rel field:density = </Smoke/Field>\n    def OpenVDBAsset \"Field\"\n    {{\n        asset filePath{}\n"
-                       "        token fieldName = \"{}\"\n    }}\n}}\n", file, field);
+    return fmt::format(
+        "def Volume \"Smoke\"\n{{\n    rel field:density = </Smoke/Field>\n    def OpenVDBAsset "
+        "\"Field\"\n    {{\n        asset filePath{}\n"
+        "        token fieldName = \"{}\"\n    }}\n}}\n",
+        file, field);
 }
 
 class VolumeRender : public testing::Test {
   protected:
     void SetUp() override {
         openvdb::initialize();
-        const auto write = [&](const char* name, const openvdb::FloatGrid::Ptr& grid) { openvdb::io::File(w.path(name)).write({grid}); };
+        const auto write = [&](const char* name, const openvdb::FloatGrid::Ptr& grid) {
+            openvdb::io::File(w.path(name)).write({grid});
+        };
         write("smoke.vdb", blobs("density"));
         const auto other = blobs("density");
         other->getAccessor().setValue(openvdb::Coord(4, 4, 12), 50.0f);
@@ -77,10 +82,12 @@ class VolumeRender : public testing::Test {
 TEST_F(VolumeRender, OpensOpenVdbForVolumesAlone) {
     const std::string line = std::string("render none.usda -q -o x.exr") + quick;
     expect_nothing_heavy(opened_files(w, "velatura", line), line);
-    const std::string opened = opened_files(w, "velatura", std::string("render smoke.usda -q -o x.exr") + quick);
+    const std::string opened =
+        opened_files(w, "velatura", std::string("render smoke.usda -q -o x.exr") + quick);
     EXPECT_NE(opened.find("velatura_volume.so"), std::string::npos);
     EXPECT_NE(opened.find("libopenvdb"), std::string::npos);
-    const std::string left_out = opened_files(w, "velatura", std::string("render smoke.usda -q --effects -volumes -o x.exr") + quick);
+    const std::string left_out = opened_files(
+        w, "velatura", std::string("render smoke.usda -q --effects -volumes -o x.exr") + quick);
     EXPECT_EQ(left_out.find("libopenvdb"), std::string::npos);
 }
 
@@ -98,13 +105,18 @@ TEST_F(VolumeRender, OfZerosIsThePictureWithout) {
     EXPECT_EQ(hash_of("none.usda"), hash_of("zero.usda"));
     EXPECT_EQ(hash_of("none.usda"), hash_of("zero.usda", "--effects all"));
     const CommandResult plan = w.velatura("plan zero.usda");
-    EXPECT_NE(plan.output.find("off  volumes              proven zero: </Smoke>"), std::string::npos) << plan.output;
-    EXPECT_NE(w.velatura("plan smoke.usda").output.find("on   volumes              </Smoke>: scatters light within"), std::string::npos);
+    EXPECT_NE(plan.output.find("off  volumes              proven zero: </Smoke>"),
+              std::string::npos)
+        << plan.output;
+    EXPECT_NE(w.velatura("plan smoke.usda")
+                  .output.find("on   volumes              </Smoke>: scatters light within"),
+              std::string::npos);
 }
 
 TEST_F(VolumeRender, FollowsTheFileOfTheFrame) {
     w.write("animated.usda", stage(volume(".timeSamples = { 1: @smoke.vdb@, 2: @other.vdb@ }")));
-    const std::string first = hash_of("animated.usda", "-f 1"), second = hash_of("animated.usda", "-f 2");
+    const std::string first = hash_of("animated.usda", "-f 1"),
+                      second = hash_of("animated.usda", "-f 2");
     EXPECT_NE(first, second);
     EXPECT_EQ(first, hash_of("smoke.usda"));
 }
@@ -116,8 +128,10 @@ TEST_F(VolumeRender, LosesAVolumeWithABadFileAndNoMore) {
         {volume(" = @missing.vdb@"), "[volume-file]"},
         {volume(" = @cut.vdb@"), "[volume-file]"},
         {volume(" = @none.usda@"), "[volume-file]"},
-        {volume(" = @smoke.vdb@", "heat"), "there is no grid heat, the file holds density; the volume is left out [volume-grid]"},
+        {volume(" = @smoke.vdb@", "heat"),
+         "there is no grid heat, the file holds density; the volume is left out [volume-grid]"},
     };
+
     const std::string none = hash_of("none.usda");
     for (const auto& c : cases) {
         w.write("bad.usda", stage(c.volume));
@@ -127,7 +141,8 @@ TEST_F(VolumeRender, LosesAVolumeWithABadFileAndNoMore) {
         EXPECT_NE(r.output.find("bad.usda:22:"), std::string::npos) << r.output;
         EXPECT_NE(r.output.find("</Smoke/Field>"), std::string::npos) << r.output;
         EXPECT_EQ(w.hash("x.exr"), none);
-        EXPECT_EQ(w.velatura(std::string("render bad.usda --strict -o y.exr") + quick).exit_code, 1);
+        EXPECT_EQ(w.velatura(std::string("render bad.usda --strict -o y.exr") + quick).exit_code,
+                  1);
     }
 }
 
@@ -137,7 +152,8 @@ TEST_F(VolumeRender, RefusesWhatNeedsTooMuchMemory) {
     large->fill(openvdb::CoordBBox(openvdb::Coord(0), openvdb::Coord(255)), 1.0f);
     openvdb::io::File(w.path("large.vdb")).write({large});
     w.write("large.usda", stage(volume(" = @large.vdb@")));
-    const CommandResult r = w.velatura(std::string("render large.usda --volume-memory 0.05 -o x.exr") + quick);
+    const CommandResult r =
+        w.velatura(std::string("render large.usda --volume-memory 0.05 -o x.exr") + quick);
     EXPECT_EQ(r.exit_code, 0) << r.output;
     EXPECT_NE(r.output.find("the grid would take 0."), std::string::npos) << r.output;
     EXPECT_NE(r.output.find("[volume-memory]"), std::string::npos) << r.output;
@@ -145,9 +161,13 @@ TEST_F(VolumeRender, RefusesWhatNeedsTooMuchMemory) {
 
 TEST_F(VolumeRender, IsAnErrorWithoutThePlugin) {
     const std::string copy = w.path("lone/bin");
-    const CommandResult r = w.velatura("--version >/dev/null && mkdir -p '" + copy + "' && cp '" + VELATURA_BIN_DIR + "/velatura' '" + copy + "' && '" + copy + "/velatura' render smoke.usda -o x.exr" + quick);
+    const CommandResult r = w.velatura("--version >/dev/null && mkdir -p '" + copy + "' && cp '" +
+                                       VELATURA_BIN_DIR + "/velatura' '" + copy + "' && '" + copy +
+                                       "/velatura' render smoke.usda -o x.exr" + quick);
     EXPECT_EQ(r.exit_code, 0) << r.output;
-    EXPECT_NE(r.output.find("the plugin volume is missing: nothing brings volume_source"), std::string::npos) << r.output;
+    EXPECT_NE(r.output.find("the plugin volume is missing: nothing brings volume_source"),
+              std::string::npos)
+        << r.output;
     EXPECT_NE(r.output.find("</Smoke>"), std::string::npos) << r.output;
     EXPECT_EQ(w.hash("x.exr"), hash_of("none.usda"));
 }
