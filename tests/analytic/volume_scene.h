@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "../media/grid_fixtures.h"
+#include "test_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace velatura::test {
+
+using media::testing::add_field;
+using media::testing::add_volume;
+using media::testing::constant_box;
+using scene::LightKind;
+
+/// Lumps of smoke in a box of edge 2 around z = −4, soft at its sides.
+inline scene::VoxelGrid smoke(float density) {
+    constexpr int n = 40;
+    scene::VoxelGrid grid =
+        media::make_voxel_grid(scene::Vec3i(n), 2.0f / n, [&](int x, int y, int z) {
+            return density * std::max(0.0f, std::sin(0.4f * float(x)) * std::sin(0.5f * float(y)) +
+                                                0.6f * std::sin(0.3f * float(z)));
+        });
+    Mat4d moved;
+    moved.translate(Vec3d(-1, -1, -5));
+    grid.volume_from_lattice = grid.volume_from_lattice * moved;
+    return grid;
+}
+
+/// A slab from z = −3 to z = −2, as wide as 200.
+inline scene::Volume& add_slab(TestScene& test, float tau) {
+    return add_volume(test.scene, constant_box(Vec3d(-100, -100, -3), Vec3d(100, 100, -2), tau));
+}
+
+/// Light along −z, irradiance 1 on what faces it; it comes from behind the camera.
+inline scene::Light& add_sun(TestScene& test) {
+    scene::Light& sun = test.add_light(LightKind::Distant, Mat4d());
+    sun.angle_deg = 0.0f;
+    return sun;
+}
+
+inline TestScene furnace(const scene::VolumeOptics& optics, float density = 6.0f) {
+    TestScene test;
+    add_volume(test.scene, smoke(density)).optics = optics;
+    test.add_light(LightKind::Dome, Mat4d()).is_camera_visible = true;
+    test.look_with_perspective(0.2);
+    return test;
+}
+
+inline scene::VolumeOptics white(float g, const Rgb& extinction = Rgb(1.0f)) {
+    scene::VolumeOptics optics;
+    optics.albedo = Rgb(1.0f);
+    optics.anisotropy = g;
+    optics.extinction_color = extinction;
+    return optics;
+}
+
+inline const integrator::EstimatorOptions by_paths{.light_sampling =
+                                                       integrator::LightSampling::Bsdf};
+
+}  // namespace velatura::test
