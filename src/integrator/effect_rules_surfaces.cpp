@@ -25,6 +25,8 @@ std::string told(std::string_view name, const Input& input) {
             return fmt::format("{} by a texture", name);
         case Input::Source::Primvar:
             return fmt::format("{} by a primvar", name);
+        case Input::Source::Pattern:
+            return fmt::format("{} by a node graph", name);
     }
     return {};
 }
@@ -36,15 +38,35 @@ void find_materials(EffectFindings& found, Test is_used, Why why) {
         if (is_used(m)) found.on(m.name, why(m));
 }
 
-bool reads(const Material& m, Input::Source source) {
+bool is_texture(scene::PatternOp op) { return op == scene::PatternOp::Texture || op == scene::PatternOp::TextureAt; }
+
+bool is_primvar(scene::PatternOp op) { return op == scene::PatternOp::Primvar; }
+
+/// Whether an input has the source, or is a pattern with a step of that kind.
+bool reads(const scene::Scene& scene, const Material& m, Input::Source source, bool (*is_step)(scene::PatternOp)) {
     bool is_read = false;
-    scene::for_each_input(m, [&](const Input& input) { is_read = is_read || input.source == source; });
+    scene::for_each_input(m, [&](const Input& input) {
+        if (input.source == source) is_read = true;
+        if (input.source != Input::Source::Pattern || is_step == nullptr) return;
+        for (const scene::PatternStep& step : scene.patterns[input.pattern].steps) is_read = is_read || is_step(step.op);
+    });
     return is_read;
 }
 
 template <class Change>
 void change_materials(scene::Scene& scene, Change change) {
     for (Material& m : scene.materials) change(m);
+}
+
+/// Steps of patterns that read something become black.
+void forget_steps(scene::Scene& scene, bool (*is_step)(scene::PatternOp)) {
+    for (scene::Pattern& pattern : scene.patterns) {
+        for (scene::PatternStep& step : pattern.steps) {
+            if (!is_step(step.op)) continue;
+            step = {scene::PatternOp::Constant, 4, {0, 0, 0, 0}, uint32_t(pattern.constants.size())};
+            pattern.constants.emplace_back(0.0f);
+        }
+    }
 }
 
 void forget_inputs(scene::Scene& scene, Input::Source source) {
@@ -56,7 +78,7 @@ void forget_inputs(scene::Scene& scene, Input::Source source) {
 }
 
 void find_varying(EffectFindings& found) {
-    find_materials(found, [](const Material& m) { return reads(m, Input::Source::Primvar); }, [](const Material&) { return "an input by a primvar"; });
+    find_materials(found, [&](const Material& m) { return reads(found.scene, m, Input::Source::Primvar, is_primvar); }, [](const Material&) { return "an input by a primvar"; });
     const scene::Scene& s = found.scene;
     const scene::PrimvarId color = scene::find_primvar(s, scene::display_color_primvar);
     scene::for_each_shape(s, [&](const scene::Shape& shape) {
@@ -67,12 +89,17 @@ void find_varying(EffectFindings& found) {
 }
 
 void find_textures(EffectFindings& found) {
-    find_materials(found, [](const Material& m) { return reads(m, Input::Source::Texture); }, [](const Material&) { return "an input by a texture"; });
+    find_materials(found, [&](const Material& m) { return reads(found.scene, m, Input::Source::Texture, is_texture); }, [](const Material&) { return "an input by a texture"; });
 }
 
 void forget_textures(scene::Scene& scene) {
     forget_inputs(scene, Input::Source::Texture);
+    forget_steps(scene, is_texture);
     scene.textures.clear();
+}
+
+void find_patterns(EffectFindings& found) {
+    find_materials(found, [&](const Material& m) { return reads(found.scene, m, Input::Source::Pattern, nullptr); }, [](const Material&) { return "an input by a node graph"; });
 }
 
 bool turns_normals(const Material& m) { return !is_constant(m.normal) || m.normal.value != Rgb(0.0f, 0.0f, 1.0f); }
@@ -156,6 +183,14 @@ void find_anisotropy(EffectFindings& found) {
     find_materials(found, [](const Material& m) { return is_positive(m.anisotropy); }, [](const Material& m) { return told("anisotropy", m.anisotropy); });
 }
 
+void find_rough_diffuse(EffectFindings& found) {
+    find_materials(found, scene::may_have_rough_base, [](const Material& m) { return told("diffuse roughness", m.extras->diffuse_roughness); });
+}
+
+void find_sheen(EffectFindings& found) {
+    find_materials(found, scene::may_have_sheen, [](const Material& m) { return told("sheen", m.extras->sheen); });
+}
+
 constexpr std::array rules = {
     EffectRule{Effect::VaryingColors, find_varying, nullptr},
     EffectRule{Effect::Textures, find_textures, forget_textures},
@@ -167,6 +202,9 @@ constexpr std::array rules = {
     EffectRule{Effect::DiffuseTransmission, find_diffuse_transmission, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.diffuse_transmission = Input(0.0f); }); }},
     EffectRule{Effect::Absorption, find_absorption, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.transmission_depth = 0; }); }, true},
     EffectRule{Effect::Clearcoat, find_clearcoat, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.clearcoat = Input(0.0f); }); }},
+    EffectRule{Effect::RoughDiffuse, find_rough_diffuse, [](scene::Scene& s) { change_materials(s, [](Material& m) { if (m.extras) m.extras->diffuse_roughness = Input(0.0f); }); }},
+    EffectRule{Effect::Sheen, find_sheen, [](scene::Scene& s) { change_materials(s, [](Material& m) { if (m.extras) m.extras->sheen = Input(0.0f); }); }},
+    EffectRule{Effect::Patterns, find_patterns, [](scene::Scene& s) { forget_inputs(s, Input::Source::Pattern); }},
     EffectRule{Effect::Anisotropy, find_anisotropy, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.anisotropy = Input(0.0f); }); }},
 };
 

@@ -36,11 +36,16 @@ int lookup_steps(size_t triangles) {
 
 /// Whether emission depends on the colour that an instance brings along.
 bool reads_display_color(const scene::Scene& scene) {
+    const scene::PrimvarId color = scene::find_primvar(scene, scene::display_color_primvar);
+    if (color == scene::none) return false;
     return std::any_of(scene.materials.begin(), scene.materials.end(), [&](const auto& material) {
         const scene::Input& e = material.emissive_color;
-        return e.source == scene::Input::Source::Primvar &&
-               e.primvar < scene.primvar_names.size() &&
-               scene.primvar_names[e.primvar] == scene::display_color_primvar;
+        if (e.source == scene::Input::Source::Primvar) return e.primvar == color;
+        if (e.source != scene::Input::Source::Pattern) return false;
+        const auto& steps = scene.patterns[e.pattern].steps;
+        return std::any_of(steps.begin(), steps.end(), [&](const scene::PatternStep& step) {
+            return step.op == scene::PatternOp::Primvar && step.data == color;
+        });
     });
 }
 

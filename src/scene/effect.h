@@ -38,6 +38,9 @@ enum class Effect : uint8_t {
     Absorption,
     Clearcoat,
     Anisotropy,
+    RoughDiffuse,
+    Sheen,
+    Patterns,
     // Lights
     SurfaceEmission,
     MeshLights,

@@ -9,6 +9,7 @@ namespace velatura::scene {
 using MaterialId = uint32_t;
 using TextureId = uint32_t;
 using PrimvarId = uint32_t;  ///< index of an interned primvar name, Scene::primvar_names
+using PatternId = uint32_t;
 using ShapeId = uint32_t;
 using ProvenanceId = uint32_t;
 using MeshLightId = uint32_t;

@@ -14,18 +14,31 @@ namespace velatura::scene {
 /// Which part of a texture's RGBA an input reads.
 enum class TextureOutput : uint8_t { R, G, B, A, Rgb };
 
-/// A shader input: a constant, a texture or a primvar. Float inputs use value.x.
+/// A shader input: a constant, a texture, a primvar or a pattern. Float inputs use value.x.
 struct Input {
-    enum class Source : uint8_t { Constant, Texture, Primvar };
+    enum class Source : uint8_t { Constant, Texture, Primvar, Pattern };
     Source source = Source::Constant;
     Rgb value = Rgb(0.0f);                     ///< the constant; also the fallback of a missing primvar
     TextureId texture = none;                  ///< Source::Texture
     TextureOutput output = TextureOutput::Rgb; ///< Source::Texture
     PrimvarId primvar = none;                  ///< Source::Primvar
+    PatternId pattern = none;                  ///< Source::Pattern
 
     Input() = default;
     explicit Input(float v) : value(v) {}
     explicit Input(const Rgb& v) : value(v) {}
+};
+
+/// What the surfaces of MaterialX have and UsdPreviewSurface has not. Metal and dielectric differ in colour here.
+struct SurfaceExtras {
+    Input metal_f0 = Input(Rgb(0.0f));   ///< reflectance of what is metallic at normal incidence
+    Input metal_f90 = Input(Rgb(1.0f));  ///< and at grazing incidence
+    Input specular_tint = Input(Rgb(1.0f));     ///< factor of what a dielectric reflects
+    Input coat_ior = Input(1.5f);
+    Input diffuse_roughness = Input(0.0f);      ///< of the diffuse base, [0, 1]: EON's r
+    Input sheen = Input(0.0f);                  ///< weight of the fibres on top of everything, [0, 1]
+    Input sheen_color = Input(Rgb(1.0f));
+    Input sheen_roughness = Input(0.3f);
 };
 
 /// A UsdPreviewSurface (specification 2.6) with its fallbacks, and what velatura: inputs add to it.
@@ -62,6 +75,7 @@ struct Material {
     bool has_specular = true;
     Input normal = Input(Rgb(0.0f, 0.0f, 1.0f));  ///< tangent space, already scaled and biased into [-1, 1]
     Input displacement = Input(0.0f);  ///< along the normal, scene units
+    std::optional<SurfaceExtras> extras;
     ProvenanceId provenance = none;
 };
 
@@ -75,6 +89,11 @@ void for_each_input(Material& m, Visitor visit) {
                         &m.diffuse_transmission, &m.transmission_color, &m.normal, &m.displacement})
         visit(*input);
     if (m.diffuse_transmission_color) visit(*m.diffuse_transmission_color);
+    if (!m.extras) return;
+    auto& x = *m.extras;
+    for (auto* input : {&x.metal_f0, &x.metal_f90, &x.specular_tint, &x.coat_ior, &x.diffuse_roughness, &x.sheen, &x.sheen_color,
+                        &x.sheen_roughness})
+        visit(*input);
 }
 
 /// Opacity cuts holes: somewhere the surface may not be there at all.
@@ -99,6 +118,15 @@ inline bool may_absorb(const Material& m) {
     if (!may_transmit(m) || m.thin_walled || !(m.transmission_depth > 0.0f)) return false;
     const Rgb& c = m.transmission_color.value;
     return c.x < 1.0f || c.y < 1.0f || c.z < 1.0f;
+}
+
+inline bool may_have_sheen(const Material& m) {
+    return m.extras && !(is_constant(m.extras->sheen) && !(m.extras->sheen.value.x > 0.0f)) &&
+           !(is_constant(m.extras->sheen_color) && is_black(m.extras->sheen_color.value));
+}
+
+inline bool may_have_rough_base(const Material& m) {
+    return m.extras && !(is_constant(m.extras->diffuse_roughness) && !(m.extras->diffuse_roughness.value.x > 0.0f));
 }
 
 /// Whether surfaces of the material move somewhere.

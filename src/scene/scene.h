@@ -16,6 +16,7 @@
 #include "scene/linking.h"
 #include "scene/material.h"
 #include "scene/mesh.h"
+#include "scene/pattern.h"
 #include "scene/render_settings.h"
 #include "scene/texture.h"
 #include "scene/volume.h"
@@ -54,6 +55,7 @@ struct Scene {
     std::vector<Instance> instances;
     std::vector<Material> materials;
     std::vector<Texture> textures;
+    std::vector<Pattern> patterns;  ///< node graphs of inputs
     std::vector<std::string> primvar_names;
     std::vector<Light> lights;
     std::vector<MeshLight> mesh_lights;  ///< of shapes, see Shape::light
@@ -115,6 +117,9 @@ bool shows_display_color(const Shape& shape);
 /// "displayColor" and "displayOpacity" feed the material of shapes without one.
 /// The names that texture coordinates go by, the usual ones first.
 inline constexpr std::array<std::string_view, 7> texture_coordinate_names = {"st", "UVMap", "uv", "map1", "st0", "st_0", "Texture_uv"};
+/// Constant primvars of four numbers: rows of the matrix from shape space to the space of the prim, of shapes whose
+/// material has a pattern that asks for it.
+inline constexpr std::array<std::string_view, 3> object_space_primvars = {"velatura:object:x", "velatura:object:y", "velatura:object:z"};
 inline constexpr std::string_view display_color_primvar = "displayColor";
 inline constexpr std::string_view display_opacity_primvar = "displayOpacity";
 

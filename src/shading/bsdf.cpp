@@ -72,11 +72,14 @@ Bsdf::Bsdf(const SurfaceParameters& parameters,
         is_dense_side_ = eta_ < 1.0f;
     }
     // The coat lies on the outside, on both sides of a sheet; index 1 has no interface
-    has_coat_ = p_.clearcoat > 0.0f && p_.ior != 1.0f && !(transmits && is_behind && !p_.is_thin);
+    const bool is_outside = !(transmits && is_behind && !p_.is_thin);
+    has_coat_ = p_.clearcoat > 0.0f && coat_ior() != 1.0f && is_outside;
+    has_sheen_ = p_.sheen != nullptr && is_outside;
+    has_extras_ = has_coat_ || has_sheen_ || p_.diffuse_roughness > 0.0f;
     transmits_diffusely_ = p_.is_thin && p_.opacity > 0.0f && !is_black(p_.diffuse_transmitted);
     specular_is_delta_ = !has_specular_ || p_.alpha < specular_switch_alpha;
     coat_is_delta_ = p_.clearcoat_alpha < specular_switch_alpha;
-    if (!has_specular_ && !has_coat_ && p_.opacity == 1.0f && !transmits_diffusely_) {
+    if (!has_specular_ && !has_extras_ && p_.opacity == 1.0f && !transmits_diffusely_) {
         set_lambert();
         return;
     }
@@ -165,7 +168,7 @@ void Bsdf::set_anisotropy() {
 }
 
 void Bsdf::set_coat() {
-    const float r = (1.0f - p_.ior) / (1.0f + p_.ior);
+    const float r = (1.0f - coat_ior()) / (1.0f + coat_ior());
     coat_f0_ = r * r;
     coat_curve_ = GgxAlbedoCurve(p_.clearcoat_alpha);
     const GgxAlbedo coat = coat_curve_.average();
@@ -241,6 +244,7 @@ Bsdf::View Bsdf::make_view(const Vec3& wo_local) const {
         v.coat_single = p_.clearcoat * c.reflectance(Rgb(coat_f0_), Rgb(1.0f)).x;
         v.coat = v.coat_single + p_.clearcoat * coat_multiple_f_ * c.loss;
     }
+    if (has_sheen_) v.sheen = p_.sheen->at(v.mu, p_.sheen_roughness);
     set_probabilities(v);
     return v;
 }
@@ -286,6 +290,10 @@ void Bsdf::set_probabilities(View& v) const {
     if (transmits_diffusely_)
         weight[CosineBack] += under_coat * p_.opacity * mean(p_.diffuse_transmitted * passed);
     if (has_coat_) weight[coat_is_delta_ ? MirrorCoat : Coat] = v.coat_single;
+    if (has_sheen_) {
+        for (float& w : weight) w *= under_sheen(v.sheen);
+        weight[Cosine] += mean(p_.sheen_color) * v.sheen;
+    }
     float sum = 0;
     for (float& w : weight) {
         w = std::max(w, 0.0f);
@@ -319,6 +327,7 @@ std::optional<BsdfSample> Bsdf::sample_delta(const View& v, Lobe lobe, const Vec
         if (!is_above(s.wi)) return std::nullopt;
         weight = lobe == MirrorSpecular ? v.reflected * under_coat : Rgb(v.coat);
     }
+    if (has_sheen_) weight *= under_sheen(v.sheen);
     const float length2 = s.wi.dot(s.wi);
     s.wi /= std::sqrt(length2);
     const float cos_i = cosine(s.wi);
@@ -451,7 +460,9 @@ Rgb Bsdf::albedo() const {
             ? view_.reflected + passed * (p_.diffuse + p_.diffuse_transmitted) * p_.opacity +
                   view_.through * (1.0f - p_.opacity)
             : view_.specular + passed * (p_.diffuse * p_.opacity + Rgb(1.0f - p_.opacity));
-    return clamp01(Rgb(view_.coat) + base * (1.0f - view_.coat));
+    const Rgb below = Rgb(view_.coat) + base * (1.0f - view_.coat);
+    if (!has_sheen_) return clamp01(below);
+    return clamp01(below * under_sheen(view_.sheen) + p_.sheen_color * view_.sheen);
 }
 
 bool Bsdf::has_non_delta() const {

@@ -5,6 +5,7 @@
 #include "shading/albedo.h"
 #include "shading/anisotropic_albedo.h"
 #include "shading/rough_interface.h"
+#include "shading/sheen.h"
 #include "shading/sheet.h"
 
 #include <cstdint>
@@ -71,6 +72,13 @@ struct SurfaceParameters {
     Rgb transmission_tint = Rgb(1.0f);
     /// Of a sheet: albedo of the base towards the other side; diffuse + this is at most 1.
     Rgb diffuse_transmitted = Rgb(0.0f);
+
+    float diffuse_roughness = 0;  ///< of the diffuse base, [0, 1]; 0 = Lambert
+    float coat_ior = 0;           ///< of the coat over what is around it; 0 = ior
+    /// Fibres on top of everything, on the outside of a body. Null: none. Must outlive the Bsdf.
+    const SheenAlbedo* sheen = nullptr;
+    Rgb sheen_color = Rgb(0.0f);  ///< weight included
+    float sheen_roughness = 1;    ///< in [SheenAlbedo::least_roughness, 1]
 };
 
 /// Below this GGX width a lobe is a perfect mirror, flagged as delta.
@@ -167,6 +175,7 @@ class Bsdf {
         float coat = 0;                  // directional albedo of the coat, weight included
         float coat_single = 0;
         float coat_loss = 0;
+        float sheen = 0;  // albedo of white sheen
         float probability[LobeCount] = {};  // of each Lobe; sums to 1 or all 0
     };
 
@@ -198,6 +207,15 @@ class Bsdf {
     float put_under_coat(const View& view, float mu_i, BsdfValue& value) const;
     void add_coat(
         const View& view, const Vec3& wi, const Vec3& wm, float cos_m, BsdfValue& value) const;
+    void add_extras(
+        const View& view, const Vec3& wi, const Vec3& wm, float cos_m, BsdfValue& value) const;
+    void add_sheen(
+        const View& view, const Vec3& wi, const Vec3& wm, float mu_i, BsdfValue& value) const;
+    float coat_ior() const { return p_.coat_ior > 0.0f ? p_.coat_ior : p_.ior; }
+
+    /// What sheen of this albedo leaves to what is below.
+    float under_sheen(float albedo) const { return 1.0f - max_component(p_.sheen_color) * albedo; }
+
     void evaluate_refraction(const View& view, const Vec3& wi, BsdfValue& value) const;
     void evaluate_through_sheet(const View& view, const Vec3& wi, BsdfValue& value) const;
     float sheet_reflect_share(float cos_m) const;
@@ -221,6 +239,8 @@ class Bsdf {
     bool transmits_diffusely_ = false;
     bool has_tint_ = false;
     bool has_coat_ = false;
+    bool has_sheen_ = false;
+    bool has_extras_ = false;  // coat, sheen or a rough base
     bool has_specular_ = true;  // f0 and f90 are not both black
     bool is_lambert_ = false;
     GgxAlbedoCurve specular_curve_, coat_curve_;

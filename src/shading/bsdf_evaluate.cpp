@@ -48,6 +48,12 @@ void Bsdf::evaluate_local(const View& v, const Vec3& wi, BsdfValue& value) const
         } else {
             evaluate_through_sheet(v, wi, value);
         }
+        if (has_sheen_) {
+            const float most =
+                p_.is_thin ? std::max(v.sheen, p_.sheen->at(-wi.z, p_.sheen_roughness)) : v.sheen;
+            value.diffuse *= under_sheen(most);
+            value.specular *= under_sheen(most);
+        }
         return;
     }
     const float mu_i = std::min(wi.z, 1.0f);
@@ -71,7 +77,7 @@ void Bsdf::evaluate_local(const View& v, const Vec3& wi, BsdfValue& value) const
             p_.diffuse * (p_.opacity * inv_pi) * one_minus(v.specular) * one_minus(specular_i),
             one_minus(specular_average_));
     }
-    if (has_coat_) add_coat(v, wi, wm, cos_m, value);
+    if (has_extras_) add_extras(v, wi, wm, cos_m, value);
 }
 
 float Bsdf::facet_d(const Vec3& wm) const {

@@ -124,6 +124,9 @@ MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene,
         Flags f;
         f.has_presence = may_cut(m) || forced.has(Effect::Cutouts);
         set_transport(m, f, diagnostics);
+        f.is_special = f.interface != nullptr || f.anisotropic != nullptr || m.thin_walled ||
+                       m.extras.has_value();
+        if (scene::may_have_sheen(m) && !sheen_) sheen_ = std::make_unique<SheenAlbedo>();
         f.is_emissive = scene::is_emissive(m);
         flags_.push_back(f);
         has_presence_ = has_presence_ || f.has_presence;
@@ -261,6 +264,10 @@ Rgb MaterialEvaluator::color(const Input& input, const SurfacePoint& point, floa
             geometry::primvar(scene_, point, input.primvar, out);
             return {out[0], out[1], out[2]};
         }
+        case Input::Source::Pattern: {
+            const scene::PatternValue v = pattern(input.pattern, point, footprint);
+            return {v.x, v.y, v.z};
+        }
         case Input::Source::Texture: {
             const TexelRgba c = texture(input.texture, point, footprint);
             switch (input.output) {
@@ -333,12 +340,50 @@ SurfaceParameters MaterialEvaluator::parameters(scene::MaterialId material,
         count_call(Effect::Transmission);
         p.opacity = unit_interval(scalar(m.opacity, point, footprint));
     }
-    if (p.interface) count_call(Effect::RoughTransmission);
-    if (f.anisotropic) add_anisotropy(m, point, footprint, p);
-    if (m.thin_walled) add_thin_wall(m, point, footprint, p);
+    if (f.is_special) add_special(m, f, point, footprint, p);
     if (p.opacity < 1.0f && (m.thin_walled || !(m.transmission_depth > 0.0f)))
         p.transmission_tint = unit_interval(color(m.transmission_color, point, footprint));
     return p;
+}
+
+void MaterialEvaluator::add_special(const scene::Material& m,
+                                    const Flags& f,
+                                    const SurfacePoint& point,
+                                    float footprint,
+                                    SurfaceParameters& p) const {
+    if (p.interface) count_call(Effect::RoughTransmission);
+    if (m.extras) {
+        const float metallic = unit_interval(scalar(m.metallic, point, footprint));
+        add_extras(*m.extras, point, footprint, metallic, p);
+    }
+    if (f.anisotropic) add_anisotropy(m, point, footprint, p);
+    if (m.thin_walled) add_thin_wall(m, point, footprint, p);
+}
+
+void MaterialEvaluator::add_extras(const scene::SurfaceExtras& x,
+                                   const SurfacePoint& point,
+                                   float footprint,
+                                   float metallic,
+                                   SurfaceParameters& p) const {
+    const float r = (1.0f - p.ior) / (1.0f + p.ior);
+    const Rgb tint = unit_interval(color(x.specular_tint, point, footprint));
+    p.f0 = tint * (r * r);
+    p.f90 = p.ior == 1.0f ? Rgb(0.0f) : tint;
+    if (metallic > 0.0f) {
+        p.f0 = mix(p.f0, unit_interval(color(x.metal_f0, point, footprint)), metallic);
+        p.f90 = mix(p.f90, unit_interval(color(x.metal_f90, point, footprint)), metallic);
+    }
+    if (p.clearcoat > 0.0f) p.coat_ior = valid_ior(scalar(x.coat_ior, point, footprint));
+    p.diffuse_roughness = unit_interval(scalar(x.diffuse_roughness, point, footprint));
+    if (p.diffuse_roughness > 0.0f) count_call(Effect::RoughDiffuse);
+    if (!sheen_) return;
+    const float sheen = unit_interval(scalar(x.sheen, point, footprint));
+    if (!(sheen > 0.0f)) return;
+    count_call(Effect::Sheen);
+    p.sheen = sheen_.get();
+    p.sheen_color = unit_interval(color(x.sheen_color, point, footprint)) * sheen;
+    p.sheen_roughness = std::max(unit_interval(scalar(x.sheen_roughness, point, footprint)),
+                                 SheenAlbedo::least_roughness);
 }
 
 void MaterialEvaluator::add_anisotropy(const scene::Material& m,

@@ -5,8 +5,10 @@
 #include "base/math.h"
 #include "geometry/displacement.h"
 #include "geometry/surface_point.h"
+#include "scene/pattern.h"
 #include "scene/scene.h"
 #include "shading/bsdf.h"
+#include "shading/sheen.h"
 #include "shading/texture_cache.h"
 
 #include <algorithm>
@@ -95,6 +97,7 @@ class MaterialEvaluator final : public geometry::Displacer {
         Rgb absorption = Rgb(0.0f);
         const RoughInterface* interface = nullptr;  // of rough transmission
         const AnisotropicAlbedo* anisotropic = nullptr;
+        bool is_special = false;  // has more than a plain UsdPreviewSurface
     };
 
     const Flags& flags(scene::MaterialId material) const {
@@ -115,6 +118,14 @@ class MaterialEvaluator final : public geometry::Displacer {
     TexelRgba texture(scene::TextureId id,
                       const geometry::SurfacePoint& point,
                       float footprint) const;
+    scene::PatternValue pattern(scene::PatternId id,
+                                const geometry::SurfacePoint& point,
+                                float footprint) const;
+    scene::PatternValue pattern_source(const scene::Pattern& pattern,
+                                       const scene::PatternStep& step,
+                                       const scene::PatternValue* values,
+                                       const geometry::SurfacePoint& point,
+                                       float footprint) const;
     Rgb display_color(const geometry::SurfacePoint& point) const;
     Vec3 mapped_normal(const scene::Material& material,
                        const geometry::SurfacePoint& point,
@@ -122,6 +133,16 @@ class MaterialEvaluator final : public geometry::Displacer {
     SurfaceParameters parameters(scene::MaterialId material,
                                  const geometry::SurfacePoint& point,
                                  float footprint) const;
+    void add_special(const scene::Material& material,
+                     const Flags& flags,
+                     const geometry::SurfacePoint& point,
+                     float footprint,
+                     SurfaceParameters& parameters) const;
+    void add_extras(const scene::SurfaceExtras& extras,
+                    const geometry::SurfacePoint& point,
+                    float footprint,
+                    float metallic,
+                    SurfaceParameters& parameters) const;
     void add_anisotropy(const scene::Material& material,
                         const geometry::SurfacePoint& point,
                         float footprint,
@@ -137,6 +158,7 @@ class MaterialEvaluator final : public geometry::Displacer {
     std::vector<Flags> flags_;  // [material], then the displayColor material
     std::vector<std::unique_ptr<RoughInterface>> interfaces_;  // shared by materials alike
     std::vector<std::unique_ptr<AnisotropicAlbedo>> anisotropies_;
+    std::unique_ptr<SheenAlbedo> sheen_;  // where a material has sheen
     scene::PrimvarId display_color_ = scene::none;
     scene::PrimvarId display_opacity_ = scene::none;
     bool has_presence_ = false;

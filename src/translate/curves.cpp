@@ -199,6 +199,7 @@ std::optional<scene::Shape> read_curves(Context& ctx,
     const MaterialEntry& material = bound_material(ctx, prim);
     warn_if_displaced(ctx, prim, material);
     curves.primvars = read_primvars(ctx, prim, counts, {&material});
+    add_object_space(ctx, {&material}, matrix, curves.primvars);
     for (scene::Primvar& primvar : curves.primvars) compact(table, primvar);
     std::vector<Vec3> kept_points;
     for (const uint32_t vertex : table.kept(Interpolation::Vertex))

@@ -100,6 +100,7 @@ std::optional<scene::Shape> read_gprim(Context& ctx, Prim prim, const Mat4d& mat
         primvar.interpolation = scene::Interpolation::Constant;
         gprim.primvars.push_back(std::move(primvar));
     }
+    add_object_space(ctx, {&material}, matrix, gprim.primvars);
     const bool is_left_handed =
         read_text(prim.attribute("orientation"), "rightHanded", ctx.time) == "leftHanded";
     shape.flip_normals = is_left_handed != (determinant3(matrix) < 0.0);

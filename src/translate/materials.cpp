@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "translate/node_surface.h"
 #include "translate/parts.h"
 #include "translate/shader_inputs.h"
 #include "translate/values.h"
@@ -141,13 +142,27 @@ scene::Material read_preview_surface(Context& ctx, Prim shader, MaterialEntry& e
     return material;
 }
 
+bool is_surface(Context& ctx, Prim shader) {
+    const std::string id = read_text(shader.attribute("info:id"), "", ctx.time);
+    return id == "UsdPreviewSurface" || is_node_surface(id);
+}
+
 /// Shader that a material's surface output leads to; invalid with a warning when there is none to
 /// render.
 Prim surface_shader(Context& ctx, Prim material) {
-    for (const char* name : {"outputs:velatura:surface", "outputs:surface"}) {
+    for (const char* name : {"outputs:velatura:surface", "outputs:mtlx:surface", "outputs:surface"}) {
         const Attribute output = material.attribute(name);
         if (!output.has_authored_connections()) continue;
         const ShaderSource source = shader_source(ctx, output);
+        const bool is_last = name == std::string_view("outputs:surface");
+        // What is written for every renderer stands in for what is not known here
+        if (source.shader && !is_last && !is_surface(ctx, source.shader) &&
+            material.attribute("outputs:surface").has_authored_connections()) {
+            ctx.warn("unsupported-shader", source.shader,
+                     fmt::format("surface shader {} is not supported, outputs:surface is used",
+                                 read_text(source.shader.attribute("info:id"), "", ctx.time)));
+            continue;
+        }
         if (source.shader) return source.shader;
         ctx.warn("unconnected-surface", output,
                  "surface output leads to no shader, displayColor is shown");
@@ -162,7 +177,7 @@ Prim surface_shader(Context& ctx, Prim material) {
     }
     ctx.warn("unsupported-material", material,
              contexts.empty() ? "material has no surface output, displayColor is shown"
-                              : fmt::format("only outputs:surface is supported, found {}; "
+                              : fmt::format("only outputs:surface and outputs:mtlx:surface are supported, found {}; "
                                             "displayColor is shown",
                                             contexts));
     return Prim();
@@ -171,10 +186,17 @@ Prim surface_shader(Context& ctx, Prim material) {
 /// How far the material moves its surfaces: the input of the UsdPreviewSurface that its
 /// displacement output leads to, often the one of the surface. `surface`: that one.
 scene::Input read_displacement(Context& ctx, Prim material, Prim surface, MaterialEntry& entry) {
+    if (const Attribute nodes = material.attribute("outputs:mtlx:displacement");
+        nodes.has_authored_connections()) {
+        const Prim shader = shader_source(ctx, nodes).shader;
+        return shader ? read_node_displacement(ctx, shader, entry) : scene::Input(0.0f);
+    }
     const Attribute output = material.attribute("outputs:displacement");
     const Attribute unused = surface.attribute("inputs:displacement");
+    // Interfaces connect inputs that nobody sets
+    const ShaderSource unused_source = shader_source(ctx, unused);
     const bool is_authored =
-        unused.has_authored_connections() || read_number(unused, 0.0, ctx.time) != 0.0;
+        unused_source.shader || read_number(unused_source.value, 0.0, ctx.time) != 0.0;
     if (!output.has_authored_connections()) {
         if (is_authored)
             ctx.warn("unconnected-displacement", unused,
@@ -207,14 +229,15 @@ const MaterialEntry& material_entry(Context& ctx, Prim material) {
     const Prim shader = surface_shader(ctx, material);
     if (!shader) return entry;
     const std::string id = read_text(shader.attribute("info:id"), "", ctx.time);
-    if (id != "UsdPreviewSurface") {
+    if (!is_surface(ctx, shader)) {
         ctx.warn("unsupported-shader", shader,
-                 fmt::format("surface shader {} is not supported, expected UsdPreviewSurface; "
-                             "displayColor is shown",
+                 fmt::format("surface shader {} is not supported, expected UsdPreviewSurface, "
+                             "standard_surface or open_pbr_surface; displayColor is shown",
                              id.empty() ? "without info:id" : id));
         return entry;
     }
-    scene::Material out = read_preview_surface(ctx, shader, entry);
+    scene::Material out = id == "UsdPreviewSurface" ? read_preview_surface(ctx, shader, entry)
+                                                    : read_node_surface(ctx, shader, id, entry);
     out.displacement = read_displacement(ctx, material, shader, entry);
     entry.is_displacing = scene::is_displacing(out);
     out.name = entry.name;

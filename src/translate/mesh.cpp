@@ -155,6 +155,7 @@ std::optional<scene::Shape> read_mesh(
     mesh.face_materials = read_face_materials(ctx, prim, counts.faces, whole, used);
     shape.material = whole.id;
     mesh.primvars = read_primvars(ctx, prim, counts, used);
+    add_object_space(ctx, used, matrix, mesh.primvars);
     const bool is_left_handed =
         read_text(prim.attribute("orientation"), "rightHanded", ctx.time) == "leftHanded";
     if (!set_surface(ctx, prim, table, points, matrix, pose, mesh)) return std::nullopt;

@@ -203,4 +203,24 @@ std::vector<scene::Primvar> read_primvars(Context& ctx,
     return out;
 }
 
+void add_object_space(Context& ctx,
+                      const std::vector<const MaterialEntry*>& materials,
+                      const Mat4d& matrix,
+                      std::vector<scene::Primvar>& primvars) {
+    const std::string first(scene::object_space_primvars[0]);
+    const bool is_asked_for = std::any_of(
+        materials.begin(), materials.end(), [&](const MaterialEntry* m) {
+            return std::find(m->primvars.begin(), m->primvars.end(), first) != m->primvars.end();
+        });
+    if (!is_asked_for || !keeps_a_surface(matrix)) return;
+    const Mat4d inverse = matrix.inverse();
+    for (int c = 0; c < 3; ++c) {
+        scene::Primvar row;
+        row.name = scene::intern_primvar(ctx.scene, scene::object_space_primvars[size_t(c)]);
+        row.width = 4;
+        for (int i = 0; i < 4; ++i) row.values.push_back(float(inverse[i][c]));
+        primvars.push_back(std::move(row));
+    }
+}
+
 }  // namespace velatura::translate

@@ -40,6 +40,9 @@ struct InputReader {
 /// Texture of a UsdUVTexture shader, one per shader prim.
 scene::TextureId read_texture(Context& ctx, Prim shader, MaterialEntry& entry);
 
+/// What a UsdUVTexture says of its file: all but the coordinates.
+scene::Texture read_texture_file(Context& ctx, Prim shader);
+
 /// Whether the reader says what to give where the primvar is missing.
 bool has_fallback(Prim reader);
 

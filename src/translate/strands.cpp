@@ -150,6 +150,7 @@ std::optional<scene::Shape> read_point_cloud(Context& ctx,
     const MaterialEntry& material = bound_material(ctx, prim);
     warn_if_displaced(ctx, prim, material);
     cloud.primvars = read_primvars(ctx, prim, counts, {&material});
+    add_object_space(ctx, {&material}, matrix, cloud.primvars);
     cloud.shape_from_points = placement->shape_from_stored;
     size_t bad = 0;
     for (size_t i = 0; i < points.size(); ++i) {

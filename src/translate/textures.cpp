@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "translate/pattern_builder.h"
 #include "translate/shader_inputs.h"
 #include "translate/values.h"
 
 #include <fmt/format.h>
-
-#include <cmath>
 
 namespace velatura::translate {
 
@@ -37,7 +36,8 @@ scene::Wrap wrap_mode(Context& ctx, Prim shader, const char* name) {
     const std::string text = input_text(ctx, shader, name, "useMetadata");
     if (text == "black") return scene::Wrap::Black;
     if (text == "clamp") return scene::Wrap::Clamp;
-    if (text == "repeat") return scene::Wrap::Repeat;
+    // MaterialX calls it periodic
+    if (text == "repeat" || text == "periodic") return scene::Wrap::Repeat;
     if (text == "mirror") return scene::Wrap::Mirror;
     if (text != "useMetadata") {
         ctx.warn("unknown-wrap-mode", shader.attribute(std::string("inputs:") + name),
@@ -67,19 +67,6 @@ scene::SourceColorSpace color_space(Context& ctx, Prim shader) {
     return scene::SourceColorSpace::Auto;
 }
 
-/// Row-vector map st' = st · (a b; c d) + offset, in double.
-struct Map2 {
-    double a = 1, b = 0, c = 0, d = 1;
-    double x = 0, y = 0;
-
-    /// First this, then `next`.
-    Map2 then(const Map2& next) const {
-        return {a * next.a + b * next.c,          a * next.b + b * next.d,
-                c * next.a + d * next.c,          c * next.b + d * next.d,
-                x * next.a + y * next.c + next.x, x * next.b + y * next.d + next.y};
-    }
-};
-
 /// Scale, then counter-clockwise rotation, then translation.
 Map2 read_transform_2d(Context& ctx, Prim shader) {
     const auto vec2 = [&](const char* name, double fallback) {
@@ -92,16 +79,9 @@ Map2 read_transform_2d(Context& ctx, Prim shader) {
     const std::array<double, 2> scale = vec2("scale", 1.0), offset = vec2("translation", 0.0);
     const Attribute rotation = input_value(ctx, shader, "rotation");
     const double degrees = rotation.is_valid() ? read_number(rotation, 0.0, ctx.time) : 0.0;
-    double cosine = std::cos(degrees * pi_d / 180), sine = std::sin(degrees * pi_d / 180);
-    // Quarter turns must not smear texels by a rounding error
-    const double quarters = degrees / 90.0;
-    if (std::isfinite(quarters) && quarters == std::floor(quarters)) {
-        const int turn = int(std::fmod(std::fmod(quarters, 4.0) + 4.0, 4.0));
-        cosine = turn == 0 ? 1 : turn == 2 ? -1 : 0;
-        sine = turn == 1 ? 1 : turn == 3 ? -1 : 0;
-    }
-    return {scale[0] * cosine, scale[0] * sine, -scale[1] * sine,
-            scale[1] * cosine, offset[0],       offset[1]};
+    const Map2 turn = rotation_map(degrees);
+    return {scale[0] * turn.a, scale[0] * turn.b, scale[1] * turn.c,
+            scale[1] * turn.d, offset[0],         offset[1]};
 }
 
 /// Where the texture is looked up: follows `inputs:st` through UsdTransform2d nodes to a primvar or
@@ -162,6 +142,14 @@ scene::TextureId read_texture(Context& ctx, Prim shader, MaterialEntry& entry) {
         if (ctx.needs_coordinates.contains(id)) entry.needed.push_back(entry.primvars.back());
         return id;
     }
+    scene::Texture texture = read_texture_file(ctx, shader);
+    read_coordinates(ctx, shader, entry, id, texture);
+    if (ctx.needs_coordinates.contains(id)) entry.needed.push_back(entry.primvars.back());
+    ctx.scene.textures.push_back(std::move(texture));
+    return id;
+}
+
+scene::Texture read_texture_file(Context& ctx, Prim shader) {
     scene::Texture texture;
     texture.provenance = ctx.provenance(shader);
     const Attribute file = input_value(ctx, shader, "file");
@@ -177,10 +165,7 @@ scene::TextureId read_texture(Context& ctx, Prim shader, MaterialEntry& entry) {
     input_floats(ctx, shader, "scale", texture.scale);
     input_floats(ctx, shader, "bias", texture.bias);
     input_floats(ctx, shader, "fallback", texture.fallback);
-    read_coordinates(ctx, shader, entry, id, texture);
-    if (ctx.needs_coordinates.contains(id)) entry.needed.push_back(entry.primvars.back());
-    ctx.scene.textures.push_back(std::move(texture));
-    return id;
+    return texture;
 }
 
 }  // namespace velatura::translate

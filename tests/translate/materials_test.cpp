@@ -309,8 +309,8 @@ TEST(Materials, OtherShadersAreNamed) {
     Translated t;
     translate_text(camera() + R"(def Scope "M" {
     def Material "A" {
-        token outputs:mtlx:surface.connect = </M/A/S.outputs:surface>
-        def Shader "S" { uniform token info:id = "ND_standard_surface_surfaceshader"; }
+        token outputs:arnold:surface.connect = </M/A/S.outputs:surface>
+        def Shader "S" { uniform token info:id = "arnold:standard_surface"; }
     }
     def Material "B" {
         token outputs:surface.connect = </M/B/S.outputs:surface>

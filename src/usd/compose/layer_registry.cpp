@@ -4,6 +4,7 @@
 #include "base/package_path.h"
 #include "base/tasks.h"
 #include "usd/crate/reader.h"
+#include "usd/materialx/reader.h"
 #include "usd/package/package.h"
 #include "usd/text/reader.h"
 
@@ -26,11 +27,12 @@ Result<LayerPtr> read_text(const AssetBytesPtr& asset,
     return text::read_text_layer(asset->bytes(), identifier, diagnostics);
 }
 
-constexpr std::array<LayerFormat, 4> formats = {{
+constexpr std::array<LayerFormat, 5> formats = {{
     {"text (.usda)", "#usda", &read_text},
     {"text (.usda)", "#sdf", &read_text},
     {"crate (.usdc)", "PXR-USDC", &crate::read_crate_layer},
-    {"MaterialX (.mtlx)", "<?xml", nullptr},
+    {"MaterialX (.mtlx)", "<?xml", &materialx::read_materialx_layer},
+    {"MaterialX (.mtlx)", "<materialx", &materialx::read_materialx_layer},
 }};
 
 constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
@@ -48,14 +50,11 @@ Result<LayerPtr> read_layer(const AssetBytesPtr& asset,
     std::string_view start = asset->bytes();
     if (start.starts_with(byte_order_mark)) start.remove_prefix(byte_order_mark.size());
     for (const LayerFormat& format : formats) {
-        if (!start.starts_with(format.magic)) continue;
-        if (format.read) return format.read(asset, file, diagnostics);
-        return Error{"usd-format-unsupported",
-                     fmt::format("{} is not supported: \"{}\"", format.name, file)};
+        if (start.starts_with(format.magic)) return format.read(asset, file, diagnostics);
     }
     return Error{
         "usd-format-unknown",
-        fmt::format("\"{}\" is not a USD layer: expected #usda, PXR-USDC or a zip archive", file)};
+        fmt::format("\"{}\" is not a USD layer: expected #usda, PXR-USDC, XML or a zip archive", file)};
 }
 
 }  // namespace

@@ -20,9 +20,8 @@ namespace velatura::usd::compose {
 
 using LayerPtr = std::shared_ptr<layer::Layer>;
 
-/// One file format: how to know it by its first bytes, and how to read it. A format without a
-/// reader is named in the error that opening such a file gives. The Diagnostics are gone after the
-/// reading; what is found on first use goes to their late().
+/// One file format: how to know it by its first bytes, and how to read it. The
+/// Diagnostics are gone after the reading; what is found on first use goes to their late().
 struct LayerFormat {
     std::string_view name;
     std::string_view magic;  ///< first bytes of the file

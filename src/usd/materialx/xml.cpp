@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "usd/materialx/xml.h"
+
+#include <expat.h>
+#include <fmt/format.h>
+
+#include <memory>
+
+namespace velatura::usd::materialx {
+
+namespace {
+
+struct ParserDeleter {
+    void operator()(XML_Parser parser) const { XML_ParserFree(parser); }
+};
+
+using ParserPtr = std::unique_ptr<std::remove_pointer_t<XML_Parser>, ParserDeleter>;
+
+/// What the callbacks of expat fill.
+struct Building {
+    XML_Parser parser = nullptr;
+    uint32_t file_id = 0;
+    XmlLimits limits;
+    XmlElement document;  ///< holds the root element
+    std::vector<XmlElement*> open;
+    size_t elements = 0;
+    std::string refusal;  ///< empty: none
+
+    SourceLoc here() const {
+        return {file_id, uint32_t(XML_GetCurrentLineNumber(parser)),
+                uint32_t(XML_GetCurrentColumnNumber(parser)) + 1};
+    }
+
+    void refuse(std::string why) {
+        if (refusal.empty()) refusal = std::move(why);
+        XML_StopParser(parser, XML_FALSE);
+    }
+};
+
+void start_element(void* data, const char* name, const char** attributes) {
+    Building& b = *static_cast<Building*>(data);
+    if (++b.elements > b.limits.elements)
+        return b.refuse(fmt::format("more than {} elements", b.limits.elements));
+    if (b.open.size() > b.limits.depth)
+        return b.refuse(fmt::format("elements are nested deeper than {}", b.limits.depth));
+    // Only the innermost open element grows, so that pointers to the others stay
+    XmlElement& element = b.open.back()->children.emplace_back();
+    element.name = name;
+    element.loc = b.here();
+    for (; attributes[0] != nullptr; attributes += 2)
+        element.attributes.emplace_back(attributes[0], attributes[1]);
+    b.open.push_back(&element);
+}
+
+void end_element(void* data, const char*) {
+    static_cast<Building*>(data)->open.pop_back();
+}
+
+void start_doctype(void* data, const char*, const char*, const char*, int) {
+    static_cast<Building*>(data)->refuse("a document type declaration is refused");
+}
+
+}  // namespace
+
+std::string_view XmlElement::attribute(std::string_view attribute_name) const {
+    for (const auto& [key, value] : attributes) {
+        if (key == attribute_name) return value;
+    }
+    return {};
+}
+
+Result<XmlElement> read_xml(std::string_view bytes,
+                            const std::string& file,
+                            Diagnostics& diagnostics,
+                            const XmlLimits& limits) {
+    Building building;
+    building.file_id = diagnostics.file_id(file);
+    building.limits = limits;
+    const auto fail = [&](SourceLoc where, const std::string& what) {
+        diagnostics.error("mtlx-xml", where, "", what);
+        return Error{"mtlx-xml", fmt::format("\"{}\" is not readable XML", file)};
+    };
+    if (bytes.size() > limits.bytes) {
+        return fail({building.file_id, 1, 1},
+                    fmt::format("the file has {} bytes, limit is {}", bytes.size(), limits.bytes));
+    }
+    const ParserPtr parser(XML_ParserCreate(nullptr));
+    if (!parser) return fail({building.file_id, 1, 1}, "no memory to read XML");
+    building.parser = parser.get();
+    building.open = {&building.document};
+    XML_SetUserData(parser.get(), &building);
+    XML_SetElementHandler(parser.get(), start_element, end_element);
+    XML_SetStartDoctypeDeclHandler(parser.get(), start_doctype);
+    if (XML_Parse(parser.get(), bytes.data(), int(bytes.size()), XML_TRUE) != XML_STATUS_OK) {
+        const char* why = XML_ErrorString(XML_GetErrorCode(parser.get()));
+        return fail(building.here(), building.refusal.empty() ? std::string(why) : building.refusal);
+    }
+    return std::move(building.document.children.front());
+}
+
+}  // namespace velatura::usd::materialx
