@@ -64,6 +64,11 @@ void SurfaceReader::refuse(std::string_view name, float neutral) {
                    fmt::format("inputs:{} is not simulated and is left out", name));
 }
 
+void SurfaceReader::note_neutral(std::string_view name, Port p, scene::Effect effect) {
+    if (graph.is_authored(shader, name) && !may_be_positive(p))
+        graph.ctx.note_zero(effect, shader, fmt::format("{} 0", name));
+}
+
 void SurfaceReader::refuse_connected(std::string_view name) {
     if (!graph.connected_shader(shader, name)) return;
     graph.ctx.warn("unsupported-input", shader.attribute("inputs:" + std::string(name)),

@@ -45,6 +45,8 @@ struct SurfaceReader {
     bool may_be_positive(Port p) const;
     /// Warns when an input that nothing is made of says something.
     void refuse(std::string_view name, float neutral);
+    /// Tells the plan of an effect that the shader authors so that it does nothing.
+    void note_neutral(std::string_view name, Port p, scene::Effect effect);
     void refuse_connected(std::string_view name);
     void warn_unknown(std::span<const std::string_view> known);
     /// The normal of the surface from a normalmap node, in tangent space.

@@ -70,6 +70,7 @@ Port read_coat(SurfaceReader& s, scene::Material& m) {
     PatternBuilder& b = s.builder();
     const Port weight = s.number("coat_weight", 0.0f);
     m.clearcoat = s.finish(weight);
+    s.note_neutral("coat_weight", weight, scene::Effect::Clearcoat);
     m.clearcoat_roughness = s.finish(s.number("coat_roughness", 0.0f));
     m.extras->coat_ior = s.finish(s.number("coat_ior", 1.6f), Rgb(1.6f));
     if (s.may_be_positive(weight)) {
@@ -89,6 +90,7 @@ void read_transmission(SurfaceReader& s, Port metalness, Port tint, scene::Mater
     const Port share = b.multiply(s.number("transmission_weight", 0.0f), b.invert(metalness));
     const Port opacity = s.number("geometry_opacity", 1.0f);
     const bool is_whole = b.is_constant(opacity, 1.0f);
+    s.note_neutral("transmission_weight", share, scene::Effect::Transmission);
     if (!s.may_be_positive(share)) {
         if (is_whole) return;
         m.presence = true;
@@ -136,7 +138,9 @@ void read_diffuse(SurfaceReader& s, Port base_color, Port tint, scene::Material&
         }
     }
     m.diffuse_color = s.finish(b.multiply(diffuse, tint), Rgb(0.8f));
-    m.extras->diffuse_roughness = s.finish(s.number("base_diffuse_roughness", 0.0f));
+    const Port roughness = s.number("base_diffuse_roughness", 0.0f);
+    m.extras->diffuse_roughness = s.finish(roughness);
+    s.note_neutral("base_diffuse_roughness", roughness, scene::Effect::RoughDiffuse);
 }
 
 }  // namespace
@@ -178,6 +182,7 @@ scene::Material read_open_pbr_surface(SurfaceReader& s) {
 
     const Port fuzz = s.number("fuzz_weight", 0.0f);
     m.extras->sheen = s.finish(fuzz);
+    s.note_neutral("fuzz_weight", fuzz, scene::Effect::Sheen);
     m.extras->sheen_color = s.finish(s.color("fuzz_color", Rgb(1.0f)), Rgb(1.0f));
     m.extras->sheen_roughness = s.finish(s.number("fuzz_roughness", 0.5f), Rgb(0.5f));
     m.emissive_color = s.finish(b.multiply(

@@ -87,6 +87,7 @@ Coat read_coat(SurfaceReader& s, scene::Material& m) {
     PatternBuilder& b = s.builder();
     const Port weight = s.number("coat", 0.0f), roughness = s.number("coat_roughness", 0.1f);
     m.clearcoat = s.finish(weight);
+    s.note_neutral("coat", weight, scene::Effect::Clearcoat);
     m.clearcoat_roughness = s.finish(roughness, Rgb(0.1f));
     m.extras->coat_ior = s.finish(s.number("coat_IOR", 1.5f), Rgb(1.5f));
     if (s.may_be_positive(weight)) {
@@ -127,6 +128,7 @@ void read_transmission(SurfaceReader& s, Port metalness, const Coat& coat, scene
     const Port opacity = s.color("opacity", Rgb(1.0f));
     const Port presence = b.dot(opacity, b.color(Rgb(0.2722287f, 0.6740818f, 0.0536895f)));
     const bool is_whole = b.is_constant(opacity, 1.0f);
+    s.note_neutral("transmission", share, scene::Effect::Transmission);
     if (!s.may_be_positive(share)) {
         if (is_whole) return;
         m.presence = true;
@@ -181,7 +183,9 @@ scene::Material read_standard_surface(SurfaceReader& s) {
         }
     }
     m.diffuse_color = s.finish(b.multiply(diffuse, coat.tint), Rgb(0.8f));
-    m.extras->diffuse_roughness = s.finish(s.number("diffuse_roughness", 0.0f));
+    const Port roughness = s.number("diffuse_roughness", 0.0f);
+    m.extras->diffuse_roughness = s.finish(roughness);
+    s.note_neutral("diffuse_roughness", roughness, scene::Effect::RoughDiffuse);
 
     // Metal and dielectric
     m.metallic = s.finish(metalness);
@@ -202,6 +206,7 @@ scene::Material read_standard_surface(SurfaceReader& s) {
 
     const Port sheen = s.number("sheen", 0.0f);
     m.extras->sheen = s.finish(sheen);
+    s.note_neutral("sheen", sheen, scene::Effect::Sheen);
     m.extras->sheen_color =
         s.finish(b.multiply(s.color("sheen_color", Rgb(1.0f)), coat.tint), Rgb(1.0f));
     m.extras->sheen_roughness = s.finish(s.number("sheen_roughness", 0.3f), Rgb(0.3f));

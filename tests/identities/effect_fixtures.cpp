@@ -9,7 +9,24 @@ namespace {
 
 using scene::Effect;
 
+// Quads with a surface shader of MaterialX, which has what UsdPreviewSurface has not
+#define VELATURA_NODE_QUAD(inputs, nodes)                                                                                          \
+    "def Mesh \"Quad\" (prepend apiSchemas = [\"MaterialBindingAPI\"]) { int[] faceVertexCounts = [4]\n"                            \
+    " int[] faceVertexIndices = [0, 1, 2, 3]\n point3f[] points = [(-1, 0, 0.2), (1, 0, 0.2), (1, 2, 0), (-1, 2, 0)]\n"          \
+    " uniform token subdivisionScheme = \"none\"\n"                                                                               \
+    " texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1), (0, 1)] (interpolation = \"vertex\")\n"                                \
+    " rel material:binding = <@@/Mat> }\n"                                                                                        \
+    "def Material \"Mat\" { token outputs:mtlx:surface.connect = <@@/Mat/S.outputs:out>\n"                                        \
+    " def Shader \"S\" { uniform token info:id = \"ND_standard_surface_surfaceshader\"\n " inputs "\n token outputs:out }\n " nodes " }"
+
 constexpr EffectFixture fixtures[] = {
+    {Effect::Sheen, "constant", VELATURA_NODE_QUAD("float inputs:sheen = 0.5", ""), VELATURA_NODE_QUAD("float inputs:sheen = 0", ""), true},
+    {Effect::Sheen, "by a ramp", VELATURA_NODE_QUAD("float inputs:sheen.connect = <@@/Mat/N.outputs:out>", "def Shader \"N\" { uniform token info:id = \"ND_ramplr_float\"\n float inputs:valuer = 0.5\n float outputs:out }"),
+     VELATURA_NODE_QUAD("float inputs:sheen = 0.5\n color3f inputs:sheen_color = (0, 0, 0)", ""), true},
+    {Effect::RoughDiffuse, "constant", VELATURA_NODE_QUAD("float inputs:diffuse_roughness = 0.5", ""), VELATURA_NODE_QUAD("float inputs:diffuse_roughness = 0", ""), true},
+    {Effect::Patterns, "ramp", VELATURA_NODE_QUAD("color3f inputs:base_color.connect = <@@/Mat/N.outputs:out>", "def Shader \"N\" { uniform token info:id = \"ND_ramplr_color3\"\n color3f inputs:valuel = (0.1, 0.5, 0.9)\n color3f inputs:valuer = (0.9, 0.3, 0.1)\n color3f outputs:out }"),
+     VELATURA_NODE_QUAD("color3f inputs:base_color.connect = <@@/Mat/N.outputs:out>", "def Shader \"N\" { uniform token info:id = \"ND_mix_color3\"\n color3f inputs:bg = (0.1, 0.5, 0.9)\n float inputs:mix = 0.5\n color3f outputs:out }"), true},
+    {Effect::Patterns, "noise in the object", VELATURA_NODE_QUAD("float inputs:specular_roughness.connect = <@@/Mat/N.outputs:out>", "def Shader \"N\" { uniform token info:id = \"ND_fractal3d_float\"\n float outputs:out }"), "", true},
     {Effect::Clearcoat, "constant", "float inputs:clearcoat = 0.5", "float inputs:clearcoat = 0"},
     {Effect::Clearcoat, "primvar", "float inputs:clearcoat.connect = <@@/Mat/Reader.outputs:result>", "float inputs:clearcoat = 0\nfloat inputs:clearcoatRoughness = 0.5"},
     {Effect::VaryingColors, "primvar", "float inputs:roughness.connect = <@@/Mat/Reader.outputs:result>", ""},
@@ -58,6 +75,8 @@ constexpr EffectFixture fixtures[] = {
     {Effect::MeshLights, "cube", "def Cube \"L\" (prepend apiSchemas = [\"LightAPI\"]) { double size = 0.2\n float inputs:intensity = 3\n token light:materialSyncMode = \"noMaterialResponse\" }",
      "def Cube \"L\" (prepend apiSchemas = [\"LightAPI\"]) { double size = 0.2\n float inputs:intensity = 0\n token light:materialSyncMode = \"noMaterialResponse\" }", true},
 };
+
+#undef VELATURA_NODE_QUAD
 
 /// A quad in front of the camera with a material of its own; as prims of what has the path.
 std::string quad_with_material(std::string_view inputs, std::string_view path) {

@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <set>
 #include <string>
 #include <string_view>
@@ -164,6 +166,22 @@ TEST(NodeGraph, EveryNodeHasACase) {
     for (const NodeCase& k : cases) covered.insert(parse_node_name(k.id).category);
     for (const std::string_view category : node_categories())
         EXPECT_NE(covered.count(std::string(category)), elsewhere.count(category)) << category;
+}
+
+TEST(NodeGraph, ThePageListsTheNodes) {
+    std::ifstream in(std::string(VELATURA_SOURCE_DIR) + "/docs/materialx.md");
+    const std::string page{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    const size_t start = page.find("| group | nodes |"), end = page.find("\n\n", start);
+    ASSERT_NE(end, std::string::npos);
+    std::set<std::string> listed;
+    for (size_t at = page.find('`', start); at < end; at = page.find('`', at + 1)) {
+        const size_t close = page.find('`', at + 1);
+        listed.insert(page.substr(at + 1, close - at - 1));
+        at = close;
+    }
+    std::set<std::string> made;
+    for (const std::string_view category : node_categories()) made.emplace(category);
+    EXPECT_EQ(listed, made);
 }
 
 TEST(NodeGraph, NamesAreTakenApart) {

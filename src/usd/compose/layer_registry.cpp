@@ -49,6 +49,9 @@ Result<LayerPtr> read_layer(const AssetBytesPtr& asset,
                             Diagnostics& diagnostics) {
     std::string_view start = asset->bytes();
     if (start.starts_with(byte_order_mark)) start.remove_prefix(byte_order_mark.size());
+    // XML may come late
+    const size_t text = start.find_first_not_of(" \t\r\n");
+    if (text != std::string_view::npos && start[text] == '<') start.remove_prefix(text);
     for (const LayerFormat& format : formats) {
         if (start.starts_with(format.magic)) return format.read(asset, file, diagnostics);
     }

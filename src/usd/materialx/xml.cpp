@@ -4,7 +4,9 @@
 #include <expat.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
+#include <type_traits>
 
 namespace velatura::usd::materialx {
 
@@ -21,14 +23,17 @@ struct Building {
     XML_Parser parser = nullptr;
     uint32_t file_id = 0;
     XmlLimits limits;
+    size_t first_line = 0;    ///< of the text that the parser sees, from 0
+    size_t first_column = 0;  ///< of its first line
     XmlElement document;  ///< holds the root element
     std::vector<XmlElement*> open;
     size_t elements = 0;
     std::string refusal;  ///< empty: none
 
     SourceLoc here() const {
-        return {file_id, uint32_t(XML_GetCurrentLineNumber(parser)),
-                uint32_t(XML_GetCurrentColumnNumber(parser)) + 1};
+        const size_t line = XML_GetCurrentLineNumber(parser);
+        const size_t column = XML_GetCurrentColumnNumber(parser) + (line == 1 ? first_column : 0);
+        return {file_id, uint32_t(line + first_line), uint32_t(column) + 1};
     }
 
     void refuse(std::string why) {
@@ -84,6 +89,12 @@ Result<XmlElement> read_xml(std::string_view bytes,
         return fail({building.file_id, 1, 1},
                     fmt::format("the file has {} bytes, limit is {}", bytes.size(), limits.bytes));
     }
+    // Space before the declaration is no XML, and other readers take it
+    const size_t start = std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size());
+    const std::string_view space = bytes.substr(0, start);
+    building.first_line = size_t(std::count(space.begin(), space.end(), '\n'));
+    building.first_column = space.size() - (space.rfind('\n') + 1);
+    bytes.remove_prefix(start);
     const ParserPtr parser(XML_ParserCreate(nullptr));
     if (!parser) return fail({building.file_id, 1, 1}, "no memory to read XML");
     building.parser = parser.get();

@@ -18,6 +18,14 @@ TEST_F(MaterialXTest, BrokenXmlHasAPlace) {
     EXPECT_EQ(read("<?xml version=\"1.0\"?><svg/>").error().code, "mtlx-document");
 }
 
+TEST_F(MaterialXTest, SpaceBeforeTheDeclarationMovesNoPlace) {
+    EXPECT_TRUE(read("\n <?xml version=\"1.0\"?><materialx version=\"1.38\"/>").has_value());
+    EXPECT_FALSE(read("\n  <materialx><a></materialx>").has_value());
+    ASSERT_EQ(diagnostics_.all().size(), 1u);
+    EXPECT_EQ(diagnostics_.all()[0].loc.line, 2u);
+    EXPECT_GT(diagnostics_.all()[0].loc.column, 13u);
+}
+
 // Ten entities of ten each, nine times: a gigabyte, were they expanded
 TEST_F(MaterialXTest, EntitiesAreRefused) {
     std::string text = "<?xml version=\"1.0\"?>\n<!DOCTYPE m [\n<!ENTITY e0 \"ha\">\n";
