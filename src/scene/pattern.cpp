@@ -145,8 +145,7 @@ V across_channels(const PatternStep& step, const V* in) {
         case PatternOp::Dot:
             return dot(in[0], in[1], step.width);
         case PatternOp::Cross:
-            return padded(
-                Vec3(in[0].x, in[0].y, in[0].z).cross(Vec3(in[1].x, in[1].y, in[1].z)));
+            return padded(Vec3(in[0].x, in[0].y, in[0].z).cross(Vec3(in[1].x, in[1].y, in[1].z)));
         case PatternOp::Swizzle:
             return swizzled(in[0], step.data);
         case PatternOp::Combine:

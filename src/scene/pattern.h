@@ -71,7 +71,7 @@ enum class PatternOp : uint8_t {
 
 struct PatternStep {
     PatternOp op = PatternOp::Constant;
-    uint8_t width = 1;  ///< channels of the result; of Dot, those of the inputs
+    uint8_t width = 1;              ///< channels of the result; of Dot, those of the inputs
     uint16_t in[4] = {0, 0, 0, 0};  ///< earlier steps
     uint32_t data = 0;
 

@@ -94,8 +94,8 @@ void gradient_noise(const Vec2& p, float* out) {
         }
     }
     for (int c = 0; c < count; ++c)
-        out[c] = 0.6616f * mixed(mixed(at[0][0][c], at[0][1][c], u),
-                                 mixed(at[1][0][c], at[1][1][c], u), v);
+        out[c] = 0.6616f *
+                 mixed(mixed(at[0][0][c], at[0][1][c], u), mixed(at[1][0][c], at[1][1][c], u), v);
 }
 
 template <int count>
@@ -110,8 +110,7 @@ void gradient_noise(const Vec3& p, float* out) {
                 const uint32_t hash = hashed({x.index + i, y.index + j, z.index + k});
                 for (int c = 0; c < count; ++c)
                     at[j][i][c] = gradient(count == 1 ? hash : hash >> (8 * c) & 0xffu,
-                                           x.rest - float(i), y.rest - float(j),
-                                           z.rest - float(k));
+                                           x.rest - float(i), y.rest - float(j), z.rest - float(k));
             }
         }
         for (int c = 0; c < count; ++c)

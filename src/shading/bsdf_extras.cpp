@@ -38,9 +38,9 @@ void Bsdf::add_sheen(
     value.diffuse *= under_sheen(most);
     value.specular *= under_sheen(most);
     if (!(wi.z > 0.0f && v.mu > 0.0f)) return;
-    value.diffuse += p_.sheen_color * (p_.sheen->scale(p_.sheen_roughness) *
-                                       sheen_f(v.mu, mu_i, std::clamp(wm.z, 0.0f, 1.0f),
-                                               p_.sheen_roughness));
+    value.diffuse +=
+        p_.sheen_color * (p_.sheen->scale(p_.sheen_roughness) *
+                          sheen_f(v.mu, mu_i, std::clamp(wm.z, 0.0f, 1.0f), p_.sheen_roughness));
 }
 
 }  // namespace velatura::shading

@@ -22,7 +22,8 @@ namespace {
 /// The point in the space of its shape.
 PatternValue shape_position(const scene::Scene& scene, const SurfacePoint& point) {
     if (point.instance == scene::none) return {point.p.x, point.p.y, point.p.z, 0.0f};
-    const Mat4d forward(geometry::render_from_prototype(scene.instances[point.instance], point.time));
+    const Mat4d forward(
+        geometry::render_from_prototype(scene.instances[point.instance], point.time));
     const Vec3d p = Vec3d(point.p) * forward.inverse();
     return {float(p.x), float(p.y), float(p.z), 0.0f};
 }

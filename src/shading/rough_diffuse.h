@@ -18,18 +18,18 @@ inline float single_albedo(float mu, float roughness) {
     const float sine = std::sqrt(std::max(1.0f - mu * mu, 0.0f));
     // The tangent is finite where the product with 1 − sin³ is taken: both vanish at grazing
     const float slope = mu > 1e-4f ? sine / mu * (1.0f - sine * sine * sine) : 0.0f;
-    const float g = sine * (std::acos(std::min(mu, 1.0f)) - sine * mu) +
-                    2.0f / 3.0f * (slope - sine);
+    const float g =
+        sine * (std::acos(std::min(mu, 1.0f)) - sine * mu) + 2.0f / 3.0f * (slope - sine);
     return (1.0f + roughness * inv_pi * g) / (1.0f + c1 * roughness);
 }
 
 }  // namespace rough_diffuse_detail
 
-/// π·f of a rough diffuse surface: the EON model, energy-preserving Oren-Nayar. It reflects `albedo`
-/// exactly where that is 1 and much as it elsewhere; roughness 0 gives Lambert.
-/// Space: wo, wi in the shading frame (ns = +z), unit, z > 0.
-/// Args:  albedo in [0, 1]; roughness in [0, 1].
-/// Ref:   Portsmouth, Kutz, Hill 2025, "EON: A Practical Energy-Preserving Rough Diffuse BRDF", JCGT
+/// π·f of a rough diffuse surface: the EON model, energy-preserving Oren-Nayar. It reflects
+/// `albedo` exactly where that is 1 and much as it elsewhere; roughness 0 gives Lambert. Space: wo,
+/// wi in the shading frame (ns = +z), unit, z > 0. Args:  albedo in [0, 1]; roughness in [0, 1].
+/// Ref:   Portsmouth, Kutz, Hill 2025, "EON: A Practical Energy-Preserving Rough Diffuse BRDF",
+/// JCGT
 ///        14(1), equations 14 to 24.
 inline Rgb rough_diffuse(const Rgb& albedo, float roughness, const Vec3& wo, const Vec3& wi) {
     using namespace rough_diffuse_detail;

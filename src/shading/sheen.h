@@ -9,10 +9,11 @@ namespace velatura::shading {
 
 /// f [1/sr] of a layer of fibres that stand up: the "Charlie" distribution of normals
 /// (2 + 1/r)·sin^(1/r) θm / 2π over 4(μo + μi − μo·μi), unscaled.
-/// Args: cosines in (0, 1]; cos_m of the half vector; roughness in [SheenAlbedo::least_roughness, 1].
-/// Ref:  Estevez & Kulla 2017, "Production Friendly Microfacet Sheen BRDF"; the denominator is that
-///       of Neubelt & Pettineo 2013, "Crafting a Next-Gen Material Pipeline for The Order: 1886", as
-///       in MaterialX.
+/// Args: cosines in (0, 1]; cos_m of the half vector; roughness in [SheenAlbedo::least_roughness,
+/// 1]. Ref:  Estevez & Kulla 2017, "Production Friendly Microfacet Sheen BRDF"; the denominator is
+/// that
+///       of Neubelt & Pettineo 2013, "Crafting a Next-Gen Material Pipeline for The Order: 1886",
+///       as in MaterialX.
 float sheen_f(float mu_o, float mu_i, float cos_m, float roughness);
 
 /// Directional albedo of the sheen, tabulated when made: 0.2 s of CPU time. What the formula alone

@@ -201,12 +201,12 @@ Port NodeGraphReader::normal_map(Prim node) {
             return {builder.texture(scene::TextureId(ctx.scene.textures.size() - 1)).step, 3};
         }
     }
-    const Port decoded = builder.subtract(builder.multiply(in, builder.constant(2.0f)),
-                                          builder.constant(1.0f));
-    const Port by = builder.apply(
-        scene::PatternOp::Combine, 3,
-        {builder.channel(scale, 0), builder.channel(scale, scale.width == 1 ? 0 : 1),
-         builder.constant(1.0f), builder.constant(0.0f)});
+    const Port decoded =
+        builder.subtract(builder.multiply(in, builder.constant(2.0f)), builder.constant(1.0f));
+    const Port by =
+        builder.apply(scene::PatternOp::Combine, 3,
+                      {builder.channel(scale, 0), builder.channel(scale, scale.width == 1 ? 0 : 1),
+                       builder.constant(1.0f), builder.constant(0.0f)});
     return builder.multiply(decoded, by);
 }
 

@@ -6,6 +6,7 @@
 #include "translate/shader_inputs.h"
 
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -81,6 +82,7 @@ struct GraphNode {
 
     /// An input of the node's width, or one number.
     Port in(std::string_view input, float otherwise) const;
+
     /// An input of a width of its own.
     Port in(std::string_view input, Port otherwise) const {
         return graph.input(prim, input, otherwise);
@@ -90,12 +92,19 @@ struct GraphNode {
 /// Makes a node of a category.
 using NodeMaker = Port (*)(const GraphNode&);
 
+struct NodeCategory {
+    std::string_view name;
+    NodeMaker make;
+};
+
+/// Those that compute with what goes in alone (node_arithmetic.cpp).
+std::span<const NodeCategory> computing_nodes();
 /// The maker of a category of pattern nodes; null for those that are not supported.
 NodeMaker find_node_maker(std::string_view category);
 /// All of them, for the table of docs/materialx.md.
 std::vector<std::string_view> node_categories();
 
-// Makers with a file of their own, materialx_images.cpp
+// Makers of node_images.cpp
 Port make_image(const GraphNode& node);
 Port make_tiled_image(const GraphNode& node);
 Port make_uv_texture(const GraphNode& node);

@@ -19,7 +19,12 @@ struct ColorSpace {
     std::string_view name;
     enum class Curve : uint8_t { None, Srgb, Power } curve = Curve::None;
     float exponent = 1;
-    enum class Primaries : uint8_t { Rec709, Ap1, DisplayP3, AdobeRgb } primaries = Primaries::Rec709;
+    enum class Primaries : uint8_t {
+        Rec709,
+        Ap1,
+        DisplayP3,
+        AdobeRgb
+    } primaries = Primaries::Rec709;
 };
 
 using Curve = ColorSpace::Curve;
@@ -92,9 +97,9 @@ Port decoded(NodeGraphReader& graph, Port color, const ColorSpace& space) {
             ? b.apply(PatternOp::DecodeSrgb, color.width, {color})
             : b.apply(PatternOp::Power, color.width, {color, b.constant(space.exponent)});
     if (color.width < 4) return linear;
-    return b.apply(PatternOp::Combine, 4,
-                   {b.channel(linear, 0), b.channel(linear, 1), b.channel(linear, 2),
-                    b.channel(color, 3)});
+    return b.apply(
+        PatternOp::Combine, 4,
+        {b.channel(linear, 0), b.channel(linear, 1), b.channel(linear, 2), b.channel(color, 3)});
 }
 
 const ColorSpace& known_space(NodeGraphReader& graph, Prim prim, std::string_view name) {
@@ -130,8 +135,9 @@ void warn_features(const GraphNode& node, const scene::Texture& texture) {
         texture.wrap_s == scene::Wrap::Black || texture.wrap_t == scene::Wrap::Black;
     const auto& d = texture.fallback;
     if (has_border && (d[0] != 0.0f || d[1] != 0.0f || d[2] != 0.0f))
-        ctx.warn("unsupported-input", node.prim,
-                 "beyond its borders the picture is black, inputs:default is for missing files only");
+        ctx.warn(
+            "unsupported-input", node.prim,
+            "beyond its borders the picture is black, inputs:default is for missing files only");
 }
 
 /// The file of an image node and how it is read, but for the coordinates.
@@ -157,8 +163,8 @@ scene::Texture image_file(const GraphNode& node, const ColorSpace*& space) {
     // Without a mark the numbers are taken as they are; only colours have a space at all
     const bool is_color = !node.name.types.empty() && node.name.types[0].starts_with("color");
     space = &known_space(node.graph, node.prim, is_color ? space_name : "");
-    texture.source_color_space = space->curve == Curve::Srgb ? scene::SourceColorSpace::Srgb
-                                                             : scene::SourceColorSpace::Raw;
+    texture.source_color_space =
+        space->curve == Curve::Srgb ? scene::SourceColorSpace::Srgb : scene::SourceColorSpace::Raw;
     texture.wrap_s = address_mode(node, "uaddressmode");
     texture.wrap_t = address_mode(node, "vaddressmode");
     const Port otherwise = node.in("default", 0.0f);

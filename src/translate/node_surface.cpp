@@ -17,17 +17,18 @@ using scene::PatternValue;
 namespace {
 
 constexpr std::array<std::string_view, 15> preview_inputs = {
-    "diffuseColor", "emissiveColor",      "useSpecularWorkflow", "specularColor",    "metallic",
-    "roughness",    "clearcoat",          "clearcoatRoughness",  "opacity",          "opacityMode",
-    "opacityThreshold", "ior",            "normal",              "displacement",     "occlusion"};
+    "diffuseColor",  "emissiveColor",      "useSpecularWorkflow",
+    "specularColor", "metallic",           "roughness",
+    "clearcoat",     "clearcoatRoughness", "opacity",
+    "opacityMode",   "opacityThreshold",   "ior",
+    "normal",        "displacement",       "occlusion"};
 
 /// The same numbers as a UsdPreviewSurface of USD, on which MaterialX has modelled its own.
 scene::Material read_preview_surface(SurfaceReader& s) {
     scene::Material m;
     m.diffuse_color = s.finish(s.color("diffuseColor", Rgb(0.18f)), Rgb(0.18f));
     m.emissive_color = s.finish(s.color("emissiveColor", Rgb(0.0f)));
-    m.use_specular_workflow =
-        s.graph.constant_number(s.shader, "useSpecularWorkflow", 0.0) != 0.0;
+    m.use_specular_workflow = s.graph.constant_number(s.shader, "useSpecularWorkflow", 0.0) != 0.0;
     m.specular_color = s.finish(s.color("specularColor", Rgb(0.0f)));
     m.metallic = s.finish(s.number("metallic", 0.0f));
     m.roughness = s.finish(s.number("roughness", 0.5f), Rgb(0.5f));
@@ -37,7 +38,8 @@ scene::Material read_preview_surface(SurfaceReader& s) {
     m.opacity_threshold = float(s.graph.constant_number(s.shader, "opacityThreshold", 0.0));
     // An enumeration in MaterialX: a number, or the name that it stands for
     const std::string mode = s.graph.constant_text(s.shader, "opacityMode", "");
-    m.presence = mode == "presence" || (mode.empty() && s.graph.constant_number(s.shader, "opacityMode", 0.0) != 0.0);
+    m.presence = mode == "presence" ||
+                 (mode.empty() && s.graph.constant_number(s.shader, "opacityMode", 0.0) != 0.0);
     m.ior = s.finish(s.number("ior", 1.5f), Rgb(1.5f));
     m.normal = s.normal("normal");
     if (s.graph.connected_shader(s.shader, "occlusion"))
@@ -80,9 +82,9 @@ void SurfaceReader::warn_unknown(std::span<const std::string_view> known) {
         const std::string_view text = property.view();
         if (!text.starts_with("inputs:")) continue;
         if (std::find(known.begin(), known.end(), text.substr(7)) != known.end()) continue;
-        graph.ctx.warn("unknown-shader-input", shader.attribute(text),
-                       fmt::format("{} has no input {}, it is left out", graph.id_of(shader),
-                                   text.substr(7)));
+        graph.ctx.warn(
+            "unknown-shader-input", shader.attribute(text),
+            fmt::format("{} has no input {}, it is left out", graph.id_of(shader), text.substr(7)));
     }
 }
 
@@ -110,10 +112,11 @@ scene::Input SurfaceReader::normal(std::string_view name) {
         return input;
     }
     if (source && category != "normal")
-        graph.ctx.warn("unsupported-input", shader.attribute("inputs:" + std::string(name)),
-                       fmt::format("inputs:{} comes from {}, expected a normalmap; the normal of the "
-                                   "surface is used",
-                                   name, graph.id_of(source)));
+        graph.ctx.warn(
+            "unsupported-input", shader.attribute("inputs:" + std::string(name)),
+            fmt::format("inputs:{} comes from {}, expected a normalmap; the normal of the "
+                        "surface is used",
+                        name, graph.id_of(source)));
     return scene::Input(straight);
 }
 
@@ -124,8 +127,9 @@ Port schlick_f90(PatternBuilder& b, Port f0, Port at_82) {
 }
 
 bool is_node_surface(std::string_view id) {
-    for (const char* known : {"ND_standard_surface_surfaceshader", "ND_open_pbr_surface_surfaceshader",
-                              "ND_UsdPreviewSurface_surfaceshader"}) {
+    for (const char* known :
+         {"ND_standard_surface_surfaceshader", "ND_open_pbr_surface_surfaceshader",
+          "ND_UsdPreviewSurface_surfaceshader"}) {
         // A version may follow
         if (id.starts_with(known)) return true;
     }
@@ -137,7 +141,7 @@ scene::Material read_node_surface(Context& ctx,
                                   std::string_view id,
                                   MaterialEntry& entry) {
     SurfaceReader s{NodeGraphReader(ctx, entry), shader};
-    scene::Material m = id.starts_with("ND_standard_surface")  ? read_standard_surface(s)
+    scene::Material m = id.starts_with("ND_standard_surface")   ? read_standard_surface(s)
                         : id.starts_with("ND_open_pbr_surface") ? read_open_pbr_surface(s)
                                                                 : read_preview_surface(s);
     entry.is_emissive = scene::is_emissive(m);

@@ -10,48 +10,47 @@ using scene::PatternOp;
 
 namespace {
 
-constexpr std::array<std::string_view, 41> known_inputs = {
-    "base_weight",
-    "base_color",
-    "base_diffuse_roughness",
-    "base_metalness",
-    "specular_weight",
-    "specular_color",
-    "specular_roughness",
-    "specular_ior",
-    "specular_roughness_anisotropy",
-    "transmission_weight",
-    "transmission_color",
-    "transmission_depth",
-    "transmission_scatter",
-    "transmission_scatter_anisotropy",
-    "transmission_dispersion_scale",
-    "transmission_dispersion_abbe_number",
-    "subsurface_weight",
-    "subsurface_color",
-    "subsurface_radius",
-    "subsurface_radius_scale",
-    "subsurface_scatter_anisotropy",
-    "fuzz_weight",
-    "fuzz_color",
-    "fuzz_roughness",
-    "coat_weight",
-    "coat_color",
-    "coat_roughness",
-    "coat_roughness_anisotropy",
-    "coat_ior",
-    "coat_darkening",
-    "thin_film_weight",
-    "thin_film_thickness",
-    "thin_film_ior",
-    "emission_luminance",
-    "emission_color",
-    "geometry_opacity",
-    "geometry_thin_walled",
-    "geometry_normal",
-    "geometry_coat_normal",
-    "geometry_tangent",
-    "geometry_coat_tangent"};
+constexpr std::array<std::string_view, 41> known_inputs = {"base_weight",
+                                                           "base_color",
+                                                           "base_diffuse_roughness",
+                                                           "base_metalness",
+                                                           "specular_weight",
+                                                           "specular_color",
+                                                           "specular_roughness",
+                                                           "specular_ior",
+                                                           "specular_roughness_anisotropy",
+                                                           "transmission_weight",
+                                                           "transmission_color",
+                                                           "transmission_depth",
+                                                           "transmission_scatter",
+                                                           "transmission_scatter_anisotropy",
+                                                           "transmission_dispersion_scale",
+                                                           "transmission_dispersion_abbe_number",
+                                                           "subsurface_weight",
+                                                           "subsurface_color",
+                                                           "subsurface_radius",
+                                                           "subsurface_radius_scale",
+                                                           "subsurface_scatter_anisotropy",
+                                                           "fuzz_weight",
+                                                           "fuzz_color",
+                                                           "fuzz_roughness",
+                                                           "coat_weight",
+                                                           "coat_color",
+                                                           "coat_roughness",
+                                                           "coat_roughness_anisotropy",
+                                                           "coat_ior",
+                                                           "coat_darkening",
+                                                           "thin_film_weight",
+                                                           "thin_film_thickness",
+                                                           "thin_film_ior",
+                                                           "emission_luminance",
+                                                           "emission_color",
+                                                           "geometry_opacity",
+                                                           "geometry_thin_walled",
+                                                           "geometry_normal",
+                                                           "geometry_coat_normal",
+                                                           "geometry_tangent",
+                                                           "geometry_coat_tangent"};
 
 /// The index of refraction whose reflectance at normal incidence is `weight` times that of `ior`,
 /// on the same side of 1 (specification 1.1, "Dielectric base").
@@ -98,9 +97,10 @@ void read_transmission(SurfaceReader& s, Port metalness, Port tint, scene::Mater
         return;
     }
     if (!is_whole)
-        s.graph.ctx.warn("unsupported-input", s.shader.attribute("inputs:geometry_opacity"),
-                         "inputs:geometry_opacity is not simulated beside inputs:transmission_weight "
-                         "and is left out");
+        s.graph.ctx.warn(
+            "unsupported-input", s.shader.attribute("inputs:geometry_opacity"),
+            "inputs:geometry_opacity is not simulated beside inputs:transmission_weight "
+            "and is left out");
     m.opacity = s.finish(b.invert(share), Rgb(1.0f));
     m.rough_transmission = true;
     if (!m.thin_walled)
@@ -120,14 +120,14 @@ void read_diffuse(SurfaceReader& s, Port base_color, Port tint, scene::Material&
     if (s.may_be_positive(weight)) {
         const Port color = s.color("subsurface_color", Rgb(0.8f));
         if (m.thin_walled) {
-            const Port forward = b.multiply(
-                b.add(b.constant(1.0f), s.number("subsurface_scatter_anisotropy", 0.0f)),
-                b.constant(0.5f));
+            const Port forward =
+                b.multiply(b.add(b.constant(1.0f), s.number("subsurface_scatter_anisotropy", 0.0f)),
+                           b.constant(0.5f));
             const Port share = b.multiply(weight, forward);
             const Port back = b.multiply(b.multiply(color, weight), b.invert(forward));
             // The scene takes the share that passes off what is reflected
-            diffuse = b.divide(b.add(b.multiply(base_color, b.invert(weight)), back),
-                               b.invert(share));
+            diffuse =
+                b.divide(b.add(b.multiply(base_color, b.invert(weight)), back), b.invert(share));
             m.diffuse_transmission = s.finish(share);
             m.diffuse_transmission_color = s.finish(b.multiply(color, tint));
         } else {
@@ -152,7 +152,8 @@ scene::Material read_open_pbr_surface(SurfaceReader& s) {
     m.thin_walled = s.graph.constant_number(s.shader, "geometry_thin_walled", 0.0) != 0.0;
     const Port tint = read_coat(s, m);
     const Port metalness = s.number("base_metalness", 0.0f);
-    const Port base_color = b.multiply(s.color("base_color", Rgb(0.8f)), s.number("base_weight", 1.0f));
+    const Port base_color =
+        b.multiply(s.color("base_color", Rgb(0.8f)), s.number("base_weight", 1.0f));
     read_diffuse(s, base_color, tint, m);
 
     // Metal and dielectric
@@ -186,7 +187,8 @@ scene::Material read_open_pbr_surface(SurfaceReader& s) {
     m.extras->sheen_color = s.finish(s.color("fuzz_color", Rgb(1.0f)), Rgb(1.0f));
     m.extras->sheen_roughness = s.finish(s.number("fuzz_roughness", 0.5f), Rgb(0.5f));
     m.emissive_color = s.finish(b.multiply(
-        b.multiply(s.color("emission_color", Rgb(1.0f)), s.number("emission_luminance", 0.0f)), tint));
+        b.multiply(s.color("emission_color", Rgb(1.0f)), s.number("emission_luminance", 0.0f)),
+        tint));
     m.normal = s.normal("geometry_normal");
     s.refuse("thin_film_weight", 0.0f);
     s.warn_unknown(known_inputs);

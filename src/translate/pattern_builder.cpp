@@ -179,8 +179,7 @@ Port PatternBuilder::dot(Port a, Port b) {
     return apply(PatternOp::Dot, 1, {a, b});
 }
 
-Port PatternBuilder::swizzle(
-    Port a, int width, uint32_t x, uint32_t y, uint32_t z, uint32_t w) {
+Port PatternBuilder::swizzle(Port a, int width, uint32_t x, uint32_t y, uint32_t z, uint32_t w) {
     // A number stands in all channels already
     if (a.width == 1 && width == 1) return a;
     const bool keeps = width == a.width && x == 0 && (width < 2 || y == 1) &&
@@ -279,7 +278,8 @@ std::optional<scene::Input> PatternBuilder::input(Port p, const Rgb& stand_in) {
     is_needed[p.step] = true;
     for (size_t i = size_t(p.step) + 1; i-- > 0;) {
         if (!is_needed[i]) continue;
-        for (int k = 0; k < scene::input_count(steps_[i].op); ++k) is_needed[steps_[i].in[k]] = true;
+        for (int k = 0; k < scene::input_count(steps_[i].op); ++k)
+            is_needed[steps_[i].in[k]] = true;
     }
     scene::Pattern pattern;
     std::vector<uint16_t> new_place(steps_.size(), 0);

@@ -68,11 +68,13 @@ class PatternBuilder {
     Port multiply(Port a, Port b);
     Port divide(Port a, Port b);
     Port mix(Port from, Port to, Port share);
+
     Port invert(Port a) { return subtract(constant(1.0f), a); }
 
     Port clamp(Port a, Port low, Port high);
     Port dot(Port a, Port b);
     Port swizzle(Port a, int width, uint32_t x, uint32_t y = 4, uint32_t z = 4, uint32_t w = 4);
+
     Port channel(Port a, uint32_t i) { return swizzle(a, 1, i, i, i, i); }
 
     const scene::PatternValue* constant_value(Port p) const;

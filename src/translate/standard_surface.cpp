@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Standard Surface. Ref: Georgiev et al. 2019, "Autodesk Standard Surface" 1.0.1, and the node graph
-// of MaterialX 1.38, standard_surface.mtlx.
+// Standard Surface. Ref: Georgiev et al. 2019, "Autodesk Standard Surface" 1.0.1, and the node
+// graph of MaterialX 1.38, standard_surface.mtlx.
 #include "translate/node_surface.h"
 
 #include <array>
@@ -11,49 +11,48 @@ using scene::PatternOp;
 
 namespace {
 
-constexpr std::array<std::string_view, 42> known_inputs = {
-    "base",
-    "base_color",
-    "diffuse_roughness",
-    "metalness",
-    "specular",
-    "specular_color",
-    "specular_roughness",
-    "specular_IOR",
-    "specular_anisotropy",
-    "specular_rotation",
-    "transmission",
-    "transmission_color",
-    "transmission_depth",
-    "transmission_scatter",
-    "transmission_scatter_anisotropy",
-    "transmission_dispersion",
-    "transmission_extra_roughness",
-    "subsurface",
-    "subsurface_color",
-    "subsurface_radius",
-    "subsurface_scale",
-    "subsurface_anisotropy",
-    "sheen",
-    "sheen_color",
-    "sheen_roughness",
-    "coat",
-    "coat_color",
-    "coat_roughness",
-    "coat_anisotropy",
-    "coat_rotation",
-    "coat_IOR",
-    "coat_normal",
-    "coat_affect_color",
-    "coat_affect_roughness",
-    "thin_film_thickness",
-    "thin_film_IOR",
-    "emission",
-    "emission_color",
-    "opacity",
-    "thin_walled",
-    "normal",
-    "tangent"};
+constexpr std::array<std::string_view, 42> known_inputs = {"base",
+                                                           "base_color",
+                                                           "diffuse_roughness",
+                                                           "metalness",
+                                                           "specular",
+                                                           "specular_color",
+                                                           "specular_roughness",
+                                                           "specular_IOR",
+                                                           "specular_anisotropy",
+                                                           "specular_rotation",
+                                                           "transmission",
+                                                           "transmission_color",
+                                                           "transmission_depth",
+                                                           "transmission_scatter",
+                                                           "transmission_scatter_anisotropy",
+                                                           "transmission_dispersion",
+                                                           "transmission_extra_roughness",
+                                                           "subsurface",
+                                                           "subsurface_color",
+                                                           "subsurface_radius",
+                                                           "subsurface_scale",
+                                                           "subsurface_anisotropy",
+                                                           "sheen",
+                                                           "sheen_color",
+                                                           "sheen_roughness",
+                                                           "coat",
+                                                           "coat_color",
+                                                           "coat_roughness",
+                                                           "coat_anisotropy",
+                                                           "coat_rotation",
+                                                           "coat_IOR",
+                                                           "coat_normal",
+                                                           "coat_affect_color",
+                                                           "coat_affect_roughness",
+                                                           "thin_film_thickness",
+                                                           "thin_film_IOR",
+                                                           "emission",
+                                                           "emission_color",
+                                                           "opacity",
+                                                           "thin_walled",
+                                                           "normal",
+                                                           "tangent"};
 
 /// Reflectance at a cosine of 1/7 of the conductor that reflects `r` at normal incidence and has
 /// the edge tint `g`, by its refractive index n + ik.
@@ -109,9 +108,10 @@ void read_microfacets(SurfaceReader& s, const Coat& coat, scene::Material& m) {
     if (s.may_be_positive(anisotropy)) {
         const Port stretch = b.multiply(anisotropy, b.constant(0.9f));
         const Port ratio = b.invert(stretch);
-        const Port both = b.multiply(b.add(b.constant(1.0f), b.multiply(ratio, ratio)),
-                                     b.constant(0.5f));
-        const Port factor = b.apply(PatternOp::Power, 1, {b.divide(both, ratio), b.constant(0.25f)});
+        const Port both =
+            b.multiply(b.add(b.constant(1.0f), b.multiply(ratio, ratio)), b.constant(0.5f));
+        const Port factor =
+            b.apply(PatternOp::Power, 1, {b.divide(both, ratio), b.constant(0.25f)});
         roughness = b.multiply(roughness, factor);
         m.anisotropy = s.finish(stretch);
         m.anisotropy_rotation = s.finish(s.number("specular_rotation", 0.0f));
@@ -136,8 +136,9 @@ void read_transmission(SurfaceReader& s, Port metalness, const Coat& coat, scene
         return;
     }
     if (!is_whole)
-        s.graph.ctx.warn("unsupported-input", s.shader.attribute("inputs:opacity"),
-                         "inputs:opacity is not simulated beside inputs:transmission and is left out");
+        s.graph.ctx.warn(
+            "unsupported-input", s.shader.attribute("inputs:opacity"),
+            "inputs:opacity is not simulated beside inputs:transmission and is left out");
     m.opacity = s.finish(b.invert(share), Rgb(1.0f));
     m.rough_transmission = true;
     m.transmission_depth = float(s.graph.constant_number(s.shader, "transmission_depth", 0.0));
@@ -189,7 +190,8 @@ scene::Material read_standard_surface(SurfaceReader& s) {
 
     // Metal and dielectric
     m.metallic = s.finish(metalness);
-    const Port specular = b.multiply(s.color("specular_color", Rgb(1.0f)), s.number("specular", 1.0f));
+    const Port specular =
+        b.multiply(s.color("specular_color", Rgb(1.0f)), s.number("specular", 1.0f));
     if (s.may_be_positive(metalness)) {
         const Port reflectivity = b.multiply(base_color, base);
         const Port edge = s.color("specular_color", Rgb(1.0f));

@@ -148,8 +148,7 @@ TEST(Sheen, GlassBelowItGainsNothing) {
             p.opacity = 0;
             p.alpha = 0;
             const Vec3 wo = direction(mu) * side;
-            const double e =
-                energy(Bsdf(with_sheen(p, 0.4f), up, up, wo), wo, 0.5).total();
+            const double e = energy(Bsdf(with_sheen(p, 0.4f), up, up, wo), wo, 0.5).total();
             EXPECT_LE(e, 1.002) << mu << " " << side;
         }
     }
@@ -172,8 +171,10 @@ TEST(Sheen, Reciprocity) {
     TestRandom random(5);
     for (const SurfaceParameters& p : surfaces()) {
         for (int i = 0; i < 300; ++i) {
-            const Vec3 a = direction(0.02 + 0.98 * double(random.uniform()), 6 * double(random.uniform()));
-            const Vec3 b = direction(0.02 + 0.98 * double(random.uniform()), 6 * double(random.uniform()));
+            const Vec3 a =
+                direction(0.02 + 0.98 * double(random.uniform()), 6 * double(random.uniform()));
+            const Vec3 b =
+                direction(0.02 + 0.98 * double(random.uniform()), 6 * double(random.uniform()));
             const Rgb there = Bsdf(p, up, up, a).f(a, b), back = Bsdf(p, up, up, b).f(b, a);
             for (int c = 0; c < 3; ++c)
                 EXPECT_NEAR(double(there[c]), double(back[c]), 1e-5 + 1e-4 * double(there[c]));

@@ -15,7 +15,8 @@ using Source = scene::Input::Source;
 
 /// A quad with a surface shader of these inputs.
 void translate_surface(const std::string& id, const std::string& inputs, Translated& t) {
-    translate_text(quad("Quad", "rel material:binding = </Mat>") + camera() + fmt::format(R"(
+    translate_text(quad("Quad", "rel material:binding = </Mat>") + camera() +
+                       fmt::format(R"(
 def Material "Mat" {{
     token outputs:mtlx:surface.connect = </Mat/S.outputs:out>
     def Shader "S" {{
@@ -25,7 +26,7 @@ def Material "Mat" {{
     }}
 }}
 )",
-                                                                                         id, inputs),
+                                   id, inputs),
                    t);
     ASSERT_EQ(t.error, "") << t.error_message;
     ASSERT_EQ(t.scene.materials.size(), 1u);
@@ -81,10 +82,11 @@ TEST(NodeSurface, WeightsAndColoursAreMultiplied) {
 
 TEST(NodeSurface, AnisotropyKeepsItsWidths) {
     Translated t;
-    translate_surface(standard,
-                      "float inputs:specular_roughness = 0.4\nfloat inputs:specular_anisotropy = 0.5\n"
-                      "float inputs:specular_rotation = 0.25",
-                      t);
+    translate_surface(
+        standard,
+        "float inputs:specular_roughness = 0.4\nfloat inputs:specular_anisotropy = 0.5\n"
+        "float inputs:specular_rotation = 0.25",
+        t);
     const scene::Material& m = t.scene.materials[0];
     // αx = r² / √(1 − 0.9a), αy = r²·√(1 − 0.9a), from the scene's roughness and anisotropy
     const double aspect = std::sqrt(1 - 0.45), r = double(m.roughness.value.x);
@@ -97,10 +99,11 @@ TEST(NodeSurface, AnisotropyKeepsItsWidths) {
 
 TEST(NodeSurface, GlassAbsorbsOrTints) {
     Translated t;
-    translate_surface(standard,
-                      "float inputs:transmission = 1\ncolor3f inputs:transmission_color = (0.5, 1, 1)\n"
-                      "float inputs:transmission_depth = 2\nfloat inputs:specular_IOR = 1.33",
-                      t);
+    translate_surface(
+        standard,
+        "float inputs:transmission = 1\ncolor3f inputs:transmission_color = (0.5, 1, 1)\n"
+        "float inputs:transmission_depth = 2\nfloat inputs:specular_IOR = 1.33",
+        t);
     const scene::Material& m = t.scene.materials[0];
     EXPECT_TRUE(scene::may_absorb(m));
     EXPECT_EQ(m.opacity.value.x, 0.0f);
@@ -118,7 +121,8 @@ TEST(NodeSurface, OpacityCutsHoles) {
     EXPECT_TRUE(scene::may_cut(t.scene.materials[0]));
     EXPECT_NEAR(t.scene.materials[0].opacity.value.x, 0.5f, 1e-6f);
     Translated both;
-    translate_surface(standard, "color3f inputs:opacity = (0.5, 0.5, 0.5)\nfloat inputs:transmission = 1", both);
+    translate_surface(
+        standard, "color3f inputs:opacity = (0.5, 0.5, 0.5)\nfloat inputs:transmission = 1", both);
     EXPECT_EQ(both.count("unsupported-input"), 1u);
 }
 
@@ -126,10 +130,11 @@ TEST(NodeSurface, OpacityCutsHoles) {
 TEST(NodeSurface, MetalMeetsItsModelAtTwoAngles) {
     const double weight = std::pow(6 / 7.0, 5);
     Translated t;
-    translate_surface(open_pbr,
-                      "float inputs:base_metalness = 1\ncolor3f inputs:base_color = (0.9, 0.5, 0.2)\n"
-                      "color3f inputs:specular_color = (1, 0.9, 0.8)",
-                      t);
+    translate_surface(
+        open_pbr,
+        "float inputs:base_metalness = 1\ncolor3f inputs:base_color = (0.9, 0.5, 0.2)\n"
+        "color3f inputs:specular_color = (1, 0.9, 0.8)",
+        t);
     const scene::SurfaceExtras& x = *t.scene.materials[0].extras;
     const double base[3] = {0.9, 0.5, 0.2}, edge[3] = {1, 0.9, 0.8};
     for (int c = 0; c < 3; ++c) {
@@ -155,8 +160,10 @@ TEST(NodeSurface, MetalMeetsItsModelAtTwoAngles) {
 
 TEST(NodeSurface, OpenPbrWeighsTheIndex) {
     Translated t;
-    translate_surface(open_pbr, "float inputs:specular_weight = 0.25\nfloat inputs:specular_ior = 1.5\n"
-                                "float inputs:fuzz_weight = 0.5\nfloat inputs:emission_luminance = 4", t);
+    translate_surface(open_pbr,
+                      "float inputs:specular_weight = 0.25\nfloat inputs:specular_ior = 1.5\n"
+                      "float inputs:fuzz_weight = 0.5\nfloat inputs:emission_luminance = 4",
+                      t);
     const scene::Material& m = t.scene.materials[0];
     const double ior = double(m.ior.value.x), r = (ior - 1) / (ior + 1);
     EXPECT_NEAR(r * r, 0.25 * 0.04, 1e-6);
@@ -171,7 +178,8 @@ TEST(NodeSurface, ThinWallsPassWhatLiesDeeper) {
     translate_surface(open_pbr,
                       "bool inputs:geometry_thin_walled = 1\nfloat inputs:subsurface_weight = 0.6\n"
                       "color3f inputs:subsurface_color = (0.5, 0.5, 0.5)\n"
-                      "float inputs:subsurface_scatter_anisotropy = 0.5\ncolor3f inputs:base_color = (0.2, 0.2, 0.2)",
+                      "float inputs:subsurface_scatter_anisotropy = 0.5\ncolor3f inputs:base_color "
+                      "= (0.2, 0.2, 0.2)",
                       t);
     const scene::Material& m = t.scene.materials[0];
     ASSERT_TRUE(m.diffuse_transmission_color);
@@ -183,13 +191,14 @@ TEST(NodeSurface, ThinWallsPassWhatLiesDeeper) {
 
 TEST(NodeSurface, WhatIsNotSimulatedIsNamed) {
     Translated t;
-    translate_surface(standard,
-                      "float inputs:thin_film_thickness = 400\nfloat inputs:coat = 1\n"
-                      "float inputs:coat_anisotropy = 0.5\nfloat inputs:transmission = 0.5\n"
-                      "float inputs:transmission_dispersion = 20\n"
-                      "color3f inputs:transmission_scatter = (0.1, 0, 0)\n"
-                      "float inputs:transmission_extra_roughness = 0.1\nfloat inputs:unheard_of = 1",
-                      t);
+    translate_surface(
+        standard,
+        "float inputs:thin_film_thickness = 400\nfloat inputs:coat = 1\n"
+        "float inputs:coat_anisotropy = 0.5\nfloat inputs:transmission = 0.5\n"
+        "float inputs:transmission_dispersion = 20\n"
+        "color3f inputs:transmission_scatter = (0.1, 0, 0)\n"
+        "float inputs:transmission_extra_roughness = 0.1\nfloat inputs:unheard_of = 1",
+        t);
     EXPECT_EQ(t.count("unsupported-input"), 5u);
     EXPECT_EQ(t.count("unknown-shader-input"), 1u);
     for (const Diagnostic& d : t.diagnostics.all()) {
@@ -224,7 +233,8 @@ def Material "Mat" {
     token outputs:mtlx:surface.connect = </Mat/S.outputs:out>
     token outputs:surface.connect = </Mat/P.outputs:surface>
     def Shader "S" {
-        uniform token info:id = ")" + id + R"("
+        uniform token info:id = ")" +
+               id + R"("
         token outputs:out
     }
     def Shader "P" {

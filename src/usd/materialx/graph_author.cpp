@@ -22,15 +22,16 @@ using layer::Value;
 namespace {
 
 constexpr size_t deepest_custom_node = 16;
-constexpr size_t most_specs = 1u << 20;
+constexpr size_t most_specs = 1u << 19;
 
 const std::set<std::string_view>& no_nodes() {
     static const std::set<std::string_view> names = {
-        "input",      "output",   "token",          "nodegraph", "nodedef",  "implementation",
-        "typedef",    "unittypedef", "unitdef",     "geomprop",  "geompropdef", "look",
-        "lookgroup",  "material", "materialassign", "collection", "propertyset", "variantset",
-        "geominfo",   "xi:include", "targetdef",    "backdrop",  "parameter", "attributedef",
-        "propertyassign", "visibility"};
+        "input",          "output",      "token",       "nodegraph",    "nodedef",
+        "implementation", "typedef",     "unittypedef", "unitdef",      "geomprop",
+        "geompropdef",    "look",        "lookgroup",   "material",     "materialassign",
+        "collection",     "propertyset", "variantset",  "geominfo",     "xi:include",
+        "targetdef",      "backdrop",    "parameter",   "attributedef", "propertyassign",
+        "visibility"};
     return names;
 }
 
@@ -52,11 +53,18 @@ GraphAuthor::GraphAuthor(layer::Layer& layer, const Document& document, Diagnost
         const std::string name(e.attribute("name"));
         if (e.name == "nodedef") {
             definitions_.emplace(name, &e);
-            definitions_by_node_.emplace(e.attribute("node"), &e);
+            const std::string node(e.attribute("node"));
+            definitions_by_node_.emplace(node, &e);
+            for (const XmlElement& output : e.children) {
+                if (output.name == "output")
+                    definitions_by_node_.emplace(node + " " + std::string(output.attribute("type")),
+                                                 &e);
+            }
         }
         if (e.name != "nodegraph") continue;
         graphs_.emplace(name, &e);
-        if (!e.attribute("nodedef").empty()) graphs_by_definition_.emplace(e.attribute("nodedef"), &e);
+        if (!e.attribute("nodedef").empty())
+            graphs_by_definition_.emplace(e.attribute("nodedef"), &e);
     }
     for (const XmlElement& e : document.elements) {
         if (e.name != "implementation") continue;
@@ -69,11 +77,21 @@ void GraphAuthor::warn(const XmlElement& element, std::string code, std::string 
     diagnostics_.warn(std::move(code), element.loc, "", std::move(message));
 }
 
-const XmlElement* GraphAuthor::find(std::string_view name) const {
-    for (const XmlElement& e : document_.elements) {
-        if (is_node(e) && e.attribute("name") == name) return &e;
+const XmlElement* GraphAuthor::node_in(const std::vector<XmlElement>& nodes,
+                                       std::string_view name) const {
+    const auto [it, is_new] = indices_.try_emplace(&nodes);
+    NodeIndex& index = it->second;
+    if (is_new) {
+        for (const XmlElement& e : nodes) {
+            if (is_node(e)) index.try_emplace(e.attribute("name"), &e);
+        }
     }
-    return nullptr;
+    const auto found = index.find(name);
+    return found == index.end() ? nullptr : found->second;
+}
+
+const XmlElement* GraphAuthor::find(std::string_view name) const {
+    return node_in(document_.elements, name);
 }
 
 const XmlElement* GraphAuthor::find_graph(std::string_view name) const {
@@ -99,7 +117,10 @@ Path GraphAuthor::define_prim(Path parent,
     return path;
 }
 
-Path GraphAuthor::declare(Path prim, const std::string& name, std::string_view type, SourceLoc loc) {
+Path GraphAuthor::declare(Path prim,
+                          const std::string& name,
+                          std::string_view type,
+                          SourceLoc loc) {
     const Path path = prim.append_property(name);
     if (layer_.has_spec(path)) return path;
     layer::Spec& spec = layer_.create_spec(path, layer::SpecKind::Attribute, loc);
@@ -108,8 +129,8 @@ Path GraphAuthor::declare(Path prim, const std::string& name, std::string_view t
 }
 
 void GraphAuthor::connect(Path attribute, Path source, SourceLoc loc) {
-    layer_.spec(attribute)->set_field(
-        fields().connection_paths, Value(layer::PathListOp::make_explicit({source})), loc);
+    layer_.spec(attribute)->set_field(fields().connection_paths,
+                                      Value(layer::PathListOp::make_explicit({source})), loc);
 }
 
 void GraphAuthor::set(Path attribute, Value value, SourceLoc loc) {
@@ -133,16 +154,9 @@ std::optional<GraphAuthor::Custom> GraphAuthor::custom_of(const XmlElement& node
     const XmlElement* definition = it->second;
     if (named.empty()) {
         // Several definitions of one node differ in the type of what comes out
-        for (const auto& [name, candidate] : definitions_) {
-            const auto gives = [&](const XmlElement& e) {
-                return e.name == "output" && e.attribute("type") == node.attribute("type");
-            };
-            if (candidate->attribute("node") == node.name &&
-                std::any_of(candidate->children.begin(), candidate->children.end(), gives)) {
-                definition = candidate;
-                break;
-            }
-        }
+        const auto typed =
+            definitions_by_node_.find(node.name + " " + std::string(node.attribute("type")));
+        if (typed != definitions_by_node_.end()) definition = typed->second;
     }
     const auto graph = graphs_by_definition_.find(definition->attribute("name"));
     return Custom{definition, graph == graphs_by_definition_.end() ? nullptr : graph->second};
@@ -155,7 +169,8 @@ std::vector<NodeOutput> GraphAuthor::outputs_of(const XmlElement& node) const {
         const XmlElement& source = custom ? *custom->definition : node;
         for (const XmlElement& e : source.children) {
             if (e.name == "output")
-                outputs.push_back({std::string(e.attribute("name")), std::string(e.attribute("type"))});
+                outputs.push_back(
+                    {std::string(e.attribute("name")), std::string(e.attribute("type"))});
         }
         if (!outputs.empty()) return outputs;
     }
@@ -179,9 +194,7 @@ Path GraphAuthor::source_of(const XmlElement& port, const NodeScope& scope) {
             return Path();
         }
     } else if (!node_name.empty()) {
-        for (const XmlElement& e : *scope.nodes) {
-            if (is_node(e) && e.attribute("name") == node_name) target = &e;
-        }
+        target = node_in(*scope.nodes, node_name);
         if (target == nullptr) {
             warn(port, "mtlx-missing",
                  fmt::format("there is no node \"{}\" here, {} keeps its value", node_name,
@@ -218,16 +231,16 @@ std::string GraphAuthor::file_path(const XmlElement& input,
     if (prefix.empty() || value.empty() || value.front() == '/') return value;
     const auto exists = [&](const std::string& name) {
         std::vector<std::string> parts = split_package_path(document_.file);
-        parts.back() = (std::filesystem::path(parts.back()).parent_path() / name)
-                           .lexically_normal()
-                           .string();
+        parts.back() =
+            (std::filesystem::path(parts.back()).parent_path() / name).lexically_normal().string();
         return asset_exists(join_package_path(parts));
     };
     const std::string prefixed = prefix + value;
     if (exists(prefixed) || !exists(value)) return prefixed;
-    diagnostics_.note("mtlx-fileprefix", input.loc, "",
-                      fmt::format("\"{}\" is not below the fileprefix \"{}\" but beside the document",
-                                  value, prefix));
+    diagnostics_.note(
+        "mtlx-fileprefix", input.loc, "",
+        fmt::format("\"{}\" is not below the fileprefix \"{}\" but beside the document", value,
+                    prefix));
     return value;
 }
 
@@ -307,8 +320,9 @@ void GraphAuthor::author_inputs(const XmlElement& node, Path prim, const NodeSco
 Path GraphAuthor::author_node(const XmlElement& node, const NodeScope& scope, bool with_inputs) {
     if (layer_.spec_count() > most_specs) {
         if (!is_too_large_)
-            warn(node, "mtlx-too-large",
-                 fmt::format("more than {} attributes and prims, the rest is left out", most_specs));
+            warn(
+                node, "mtlx-too-large",
+                fmt::format("more than {} attributes and prims, the rest is left out", most_specs));
         is_too_large_ = true;
         return Path();
     }
@@ -320,7 +334,8 @@ Path GraphAuthor::author_node(const XmlElement& node, const NodeScope& scope, bo
                                ? node_definition(signature(node))
                                : std::string(node.attribute("nodedef"));
     const Path info = declare(prim, "info:id", "token", node.loc);
-    layer_.spec(info)->set_field(fields().variability, Value(layer::Variability::Uniform), node.loc);
+    layer_.spec(info)->set_field(fields().variability, Value(layer::Variability::Uniform),
+                                 node.loc);
     set(info, Value(Token(id)), node.loc);
     if (with_inputs) author_inputs(node, prim, scope);
     for (const NodeOutput& output : outputs_of(node))

@@ -12,6 +12,8 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <unordered_map>
+#include <vector>
 
 namespace velatura::usd::materialx {
 
@@ -47,7 +49,9 @@ class GraphAuthor {
 
     /// A node below scope.prim, with its inputs or without. Returns: its prim; empty where a limit
     /// is reached.
-    layer::Path author_node(const XmlElement& node, const NodeScope& scope, bool with_inputs = true);
+    layer::Path author_node(const XmlElement& node,
+                            const NodeScope& scope,
+                            bool with_inputs = true);
 
     /// An input of a node: its value goes to `holder`, its connections come to `reader`.
     void author_input(const XmlElement& input,
@@ -95,7 +99,15 @@ class GraphAuthor {
     layer::Layer& layer_;
     const Document& document_;
     Diagnostics& diagnostics_;
-    std::map<std::string, const XmlElement*, std::less<>> definitions_by_node_, definitions_;
+    /// A node among others; the first of that name.
+    const XmlElement* node_in(const std::vector<XmlElement>& nodes, std::string_view name) const;
+
+    using NodeIndex = std::unordered_map<std::string_view, const XmlElement*>;
+
+    mutable std::unordered_map<const std::vector<XmlElement>*, NodeIndex> indices_;  ///< on demand
+    std::map<std::string, const XmlElement*, std::less<>> definitions_;
+    std::map<std::string, const XmlElement*, std::less<>>
+        definitions_by_node_;  ///< also "node type"
     std::map<std::string, const XmlElement*, std::less<>> graphs_, graphs_by_definition_;
     size_t custom_depth_ = 0;
     bool is_too_large_ = false;

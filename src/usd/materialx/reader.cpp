@@ -8,7 +8,6 @@
 
 #include <fmt/format.h>
 
-
 namespace velatura::usd::materialx {
 
 using layer::fields;
@@ -122,7 +121,8 @@ Result<std::shared_ptr<layer::Layer>> read_materialx_layer(const AssetBytesPtr& 
     for (const XmlElement& element : document->elements) {
         if (element.name == "surfacematerial") author.author(element, materials);
         // What says where materials go is USD's to say
-        for (const char* unread : {"material", "look", "lookgroup", "variantset", "collection", "geominfo", "volumematerial"}) {
+        for (const char* unread : {"material", "look", "lookgroup", "variantset", "collection",
+                                   "geominfo", "volumematerial"}) {
             if (element.name == unread)
                 graphs.warn(element, "mtlx-unsupported",
                             fmt::format("<{}> is not supported and is left out", unread));

@@ -14,11 +14,11 @@ namespace {
 using layer::Value;
 
 constexpr std::pair<std::string_view, std::string_view> types[] = {
-    {"boolean", "bool"},          {"integer", "int"},         {"float", "float"},
-    {"color3", "color3f"},        {"color4", "color4f"},      {"vector2", "float2"},
-    {"vector3", "float3"},        {"vector4", "float4"},      {"matrix33", "matrix3d"},
-    {"matrix44", "matrix4d"},     {"string", "string"},       {"filename", "asset"},
-    {"integerarray", "int[]"},    {"floatarray", "float[]"},  {"stringarray", "string[]"},
+    {"boolean", "bool"},          {"integer", "int"},           {"float", "float"},
+    {"color3", "color3f"},        {"color4", "color4f"},        {"vector2", "float2"},
+    {"vector3", "float3"},        {"vector4", "float4"},        {"matrix33", "matrix3d"},
+    {"matrix44", "matrix4d"},     {"string", "string"},         {"filename", "asset"},
+    {"integerarray", "int[]"},    {"floatarray", "float[]"},    {"stringarray", "string[]"},
     {"color3array", "color3f[]"}, {"color4array", "color4f[]"}, {"vector2array", "float2[]"},
     {"vector3array", "float3[]"}, {"vector4array", "float4[]"}};
 

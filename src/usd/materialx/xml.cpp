@@ -25,7 +25,7 @@ struct Building {
     XmlLimits limits;
     size_t first_line = 0;    ///< of the text that the parser sees, from 0
     size_t first_column = 0;  ///< of its first line
-    XmlElement document;  ///< holds the root element
+    XmlElement document;      ///< holds the root element
     std::vector<XmlElement*> open;
     size_t elements = 0;
     std::string refusal;  ///< empty: none
@@ -104,7 +104,8 @@ Result<XmlElement> read_xml(std::string_view bytes,
     XML_SetStartDoctypeDeclHandler(parser.get(), start_doctype);
     if (XML_Parse(parser.get(), bytes.data(), int(bytes.size()), XML_TRUE) != XML_STATUS_OK) {
         const char* why = XML_ErrorString(XML_GetErrorCode(parser.get()));
-        return fail(building.here(), building.refusal.empty() ? std::string(why) : building.refusal);
+        return fail(building.here(),
+                    building.refusal.empty() ? std::string(why) : building.refusal);
     }
     return std::move(building.document.children.front());
 }

@@ -25,7 +25,8 @@ class MaterialXTest : public FolderTest {
     }
 
     /// Of the elements in a <materialx> element.
-    LayerPtr layer_of(const std::string& elements, const std::string& attributes = "version=\"1.38\"") {
+    LayerPtr layer_of(const std::string& elements,
+                      const std::string& attributes = "version=\"1.38\"") {
         auto layer = read("<?xml version=\"1.0\"?>\n<materialx " + attributes + ">\n" + elements +
                           "\n</materialx>\n");
         EXPECT_TRUE(layer.has_value());

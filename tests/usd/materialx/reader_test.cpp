@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What layer a document makes: the prims, names and values of OpenUSD's usdMtlx.
 #include "materialx_fixture.h"
-
 #include "usd/materialx/node_names.h"
 
 namespace velatura::usd::materialx {
@@ -46,10 +45,12 @@ TEST_F(MaterialXTest, AMaterialHasItsShaderInterfaceAndGraph) {
     const auto* references = layer->field_as<layer::ReferenceListOp>(
         layer::Path::from(m + "/NG_brass"), layer::fields().references);
     ASSERT_TRUE(references);
-    EXPECT_EQ(references->explicit_items[0].prim_path.to_string(), "/MaterialX/NodeGraphs/NG_brass");
+    EXPECT_EQ(references->explicit_items[0].prim_path.to_string(),
+              "/MaterialX/NodeGraphs/NG_brass");
     const std::string picture = "/MaterialX/NodeGraphs/NG_brass/picture";
     EXPECT_EQ(token(*layer, picture + ".info:id"), "ND_tiledimage_color3");
-    EXPECT_EQ(value(*layer, picture + ".inputs:file")->get_or(layer::AssetPath()).path, "brass.jpg");
+    EXPECT_EQ(value(*layer, picture + ".inputs:file")->get_or(layer::AssetPath()).path,
+              "brass.jpg");
     EXPECT_EQ(value(*layer, picture + ".inputs:uvtiling")->get_or(layer::Vec2f()),
               layer::Vec2f(2, 3));
     EXPECT_EQ(layer->field(layer::Path::from(picture + ".inputs:file"), layer::fields().color_space)
