@@ -37,7 +37,7 @@ def hair(rng):
             step[1] -= 0.012
             p = [a + b for a, b in zip(p, step)]
         shade = rng.uniform(0.5, 1)
-        colors.append([0.62 * shade, 0.34 * shade, 0.14 * shade])
+        colors.append([0.8 * shade, 0.5 * shade, 0.22 * shade])
     return points, widths, colors
 
 
@@ -71,14 +71,38 @@ def main(folder):
 
 def Scope "Strands"
 {{
-    def BasisCurves "Hair"
+    def BasisCurves "Hair" (
+        prepend apiSchemas = ["MaterialBindingAPI"]
+    )
     {{
         uniform token basis = "bspline"
         uniform token wrap = "pinned"
         int[] curveVertexCounts = [{", ".join(["7"] * HAIRS)}]
         point3f[] points = [{rows(points)}]
         float[] widths = [{", ".join(f"{w:.3g}" for w in widths)}] (interpolation = "vertex")
-        color3f[] primvars:displayColor = [{rows(colors, 3)}] (interpolation = "uniform")
+        color3f[] primvars:tone = [{rows(colors, 3)}] (interpolation = "uniform")
+        rel material:binding = </Strands/Ginger>
+    }}
+
+    def Material "Ginger"
+    {{
+        token outputs:surface.connect = </Strands/Ginger/Fibre.outputs:surface>
+
+        def Shader "Fibre"
+        {{
+            uniform token info:id = "VelaturaHair"
+            color3f inputs:color.connect = </Strands/Ginger/Tone.outputs:result>
+            float inputs:roughness = 0.25
+            float inputs:azimuthalRoughness = 0.35
+            token outputs:surface
+        }}
+
+        def Shader "Tone"
+        {{
+            uniform token info:id = "UsdPrimvarReader_float3"
+            string inputs:varname = "tone"
+            float3 outputs:result
+        }}
     }}
 
     def BasisCurves "Grass"

@@ -106,6 +106,14 @@ bool MappedSet::tangents(uint32_t index,
     return has_any;
 }
 
+bool MappedSet::fibre(uint32_t index, const PrimitiveHit& hit, PrimitiveFibre& out) const {
+    if (!inner_->fibre(index, hit, out)) return false;
+    out.middle = out.middle * forward_ + origin_;
+    out.along = out.along * forward_;
+    out.side = out.side * forward_;
+    return true;
+}
+
 double MappedSet::area(uint32_t index) const {
     const double det = forward_.determinant();
     return inner_->area(index) * std::cbrt(det * det);

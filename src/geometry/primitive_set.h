@@ -40,6 +40,13 @@ struct PrimvarRows {
     int count = 1;
 };
 
+/// A place on a thin strand, in the set's space; not unit.
+struct PrimitiveFibre {
+    Vec3d middle;                ///< on the axis of a round one, halfway between the edges of a flat one
+    Vec3d along;                 ///< from root to tip
+    Vec3d side = Vec3d(0.0);     ///< of a flat one: from edge to edge
+};
+
 /// Primitives that are not triangles: they say themselves where rays meet them. An accelerator
 /// keeps them in its trees beside triangles, under instances too. Plugins may bring other kinds.
 /// Immutable, safe to share among threads. Everything is a function of the arguments alone, to the
@@ -84,6 +91,9 @@ class PrimitiveSet {
                           const PrimitiveHit& hit,
                           Vec3d& dpdu,
                           Vec3d& dpdv) const = 0;
+
+    /// False: no strand. hit: as above.
+    virtual bool fibre(uint32_t, const PrimitiveHit&, PrimitiveFibre&) const { return false; }
 
     /// Rows of primvars that are not the same everywhere. hit: as above.
     virtual PrimvarRows primvar_rows(uint32_t index,

@@ -343,6 +343,18 @@ bool RoundCurves::tangents(uint32_t index,
     return dpdv != Vec3d(0.0);
 }
 
+bool RoundCurves::fibre(uint32_t index, const PrimitiveHit& hit, PrimitiveFibre& out) const {
+    const Piece& piece = pieces_[index];
+    const Sweep sweep = sweep_of(piece);
+    const double u =
+        std::clamp((double(hit.u) - piece.begin()) / (piece.end() - piece.begin()), 0.0, 1.0);
+    out.middle = bezier_point(sweep.p, u);
+    out.along = bezier_derivative(sweep.p, u);
+    // Where control points coincide
+    if (out.along == Vec3d(0.0)) out.along = sweep.p[3] - sweep.p[0];
+    return out.along != Vec3d(0.0);
+}
+
 PrimvarRows RoundCurves::primvar_rows(uint32_t index,
                                       scene::Interpolation interpolation,
                                       const PrimitiveHit& hit) const {

@@ -51,6 +51,8 @@ class RoundCurves final : public PrimitiveSet {
                   Vec3d& dpdu,
                   Vec3d& dpdv) const override;
 
+    bool fibre(uint32_t index, const PrimitiveHit& hit, PrimitiveFibre& out) const override;
+
     PrimvarRows primvar_rows(uint32_t index,
                              scene::Interpolation interpolation,
                              const PrimitiveHit& hit) const override;

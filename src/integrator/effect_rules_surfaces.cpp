@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
+#include <variant>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -191,6 +193,28 @@ void find_sheen(EffectFindings& found) {
     find_materials(found, scene::may_have_sheen, [](const Material& m) { return told("sheen", m.extras->sheen); });
 }
 
+/// Materials of hair that curves may have.
+void find_hair(EffectFindings& found) {
+    std::vector<bool> is_used(found.scene.materials.size());
+    const auto use = [&](scene::MaterialId m) {
+        if (m < is_used.size()) is_used[m] = true;
+    };
+    scene::for_each_shape(found.scene, [&](const scene::Shape& shape) {
+        if (std::holds_alternative<scene::Curves>(shape.geometry)) use(shape.material);
+    });
+    for (const scene::Instance& i : found.scene.instances) use(i.material_override);
+    for (size_t m = 0; m < is_used.size(); ++m) {
+        const Material& material = found.scene.materials[m];
+        if (!material.hair) continue;
+        if (is_used[m]) found.on(material.name, "scatters in the fibres that curves are");
+        else found.zero(material.name, "is of no curve");
+    }
+}
+
+void forget_hair(scene::Scene& scene) {
+    change_materials(scene, [](Material& m) { m.hair.reset(); });
+}
+
 constexpr std::array rules = {
     EffectRule{Effect::VaryingColors, find_varying, nullptr},
     EffectRule{Effect::Textures, find_textures, forget_textures},
@@ -205,6 +229,7 @@ constexpr std::array rules = {
     EffectRule{Effect::RoughDiffuse, find_rough_diffuse, [](scene::Scene& s) { change_materials(s, [](Material& m) { if (m.extras) m.extras->diffuse_roughness = Input(0.0f); }); }},
     EffectRule{Effect::Sheen, find_sheen, [](scene::Scene& s) { change_materials(s, [](Material& m) { if (m.extras) m.extras->sheen = Input(0.0f); }); }},
     EffectRule{Effect::Patterns, find_patterns, [](scene::Scene& s) { forget_inputs(s, Input::Source::Pattern); }},
+    EffectRule{Effect::Hair, find_hair, forget_hair},
     EffectRule{Effect::Anisotropy, find_anisotropy, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.anisotropy = Input(0.0f); }); }},
 };
 

@@ -12,7 +12,7 @@ namespace velatura::integrator {
 inline lights::Receiver receiver_at(const World& world,
                                     const geometry::SurfacePoint& point,
                                     const shading::Bsdf& bsdf) {
-    lights::Receiver receiver{point.p, bsdf.ns(), bsdf.has_transmission()};
+    lights::Receiver receiver{point.p, bsdf.is_hair() ? Vec3(0.0f) : bsdf.ns(), bsdf.has_transmission()};
     if (!world.has_light_links) return receiver;
     scene::count_call(scene::Effect::LightLinking);
     receiver.link = scene::link_class(world.scene, point.instance, point.shape);

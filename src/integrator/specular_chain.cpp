@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/specular_chain.h"
 
+#include "geometry/fibre.h"
 #include "lights/emitter.h"
 
 #include <algorithm>
@@ -216,8 +217,11 @@ std::optional<geometry::SurfacePoint> leaving_point(const World& world,
                                                     const geometry::SurfacePoint& point,
                                                     const Vec3& wo,
                                                     uint64_t& ray_count) {
-    if (!point.mesh->has_normals() || world.materials.material_has_transmission(point.material))
-        return std::nullopt;
+    if (!point.mesh->has_normals()) {
+        if (!world.materials.is_hair(point.material)) return std::nullopt;
+        return geometry::across_fibre(world.scene, point);
+    }
+    if (world.materials.material_has_transmission(point.material)) return std::nullopt;
     const std::optional<geometry::SurfacePoint> start = geometry::lifted(world.geometry, point, wo);
     if (!start) return std::nullopt;
     ++ray_count;

@@ -41,6 +41,7 @@ enum class Effect : uint8_t {
     RoughDiffuse,
     Sheen,
     Patterns,
+    Hair,
     // Lights
     SurfaceEmission,
     MeshLights,

@@ -41,6 +41,18 @@ struct SurfaceExtras {
     Input sheen_roughness = Input(0.3f);
 };
 
+/// What light does in a fibre with a scaly surface: what a VelaturaHair shader says (docs/usd-support.md).
+struct Hair {
+    enum class Absorber : uint8_t { Color, Melanin, Coefficient };
+    Absorber absorber = Absorber::Melanin;  ///< which of the next three inputs says what the inside absorbs
+    Input color = Input(Rgb(0.5f));         ///< of many fibres together, about
+    Input eumelanin = Input(1.3f), pheomelanin = Input(0.0f);  ///< concentrations; what makes hair dark, and red
+    Input absorption = Input(Rgb(0.0f));    ///< 1 over the radius of the fibre
+    Input roughness = Input(0.3f), azimuthal_roughness = Input(0.3f);  ///< along the fibre and around it, [0, 1]
+    float ior = 1.55f;
+    float cuticle_angle_deg = 2.0f;  ///< by which the scales are tilted
+};
+
 /// A UsdPreviewSurface (specification 2.6) with its fallbacks, and what velatura: inputs add to it.
 struct Material {
     std::string name;  ///< prim path
@@ -76,6 +88,7 @@ struct Material {
     Input normal = Input(Rgb(0.0f, 0.0f, 1.0f));  ///< tangent space, already scaled and biased into [-1, 1]
     Input displacement = Input(0.0f);  ///< along the normal, scene units
     std::optional<SurfaceExtras> extras;
+    std::optional<Hair> hair;  ///< of curves, which take nothing else from the material; all else shows the rest of it
     ProvenanceId provenance = none;
 };
 
@@ -89,6 +102,11 @@ void for_each_input(Material& m, Visitor visit) {
                         &m.diffuse_transmission, &m.transmission_color, &m.normal, &m.displacement})
         visit(*input);
     if (m.diffuse_transmission_color) visit(*m.diffuse_transmission_color);
+    if (m.hair) {
+        for (auto* input : {&m.hair->color, &m.hair->eumelanin, &m.hair->pheomelanin, &m.hair->absorption,
+                            &m.hair->roughness, &m.hair->azimuthal_roughness})
+            visit(*input);
+    }
     if (!m.extras) return;
     auto& x = *m.extras;
     for (auto* input : {&x.metal_f0, &x.metal_f90, &x.specular_tint, &x.coat_ior, &x.diffuse_roughness, &x.sheen, &x.sheen_color,

@@ -126,7 +126,7 @@ Bsdf::Bsdf(const Rgb& diffuse, const Vec3& ng, const Vec3& ns, const Vec3& wo, c
 }
 
 void Bsdf::set_lambert() {
-    is_lambert_ = true;
+    kind_ = Kind::Lambert;
     view_.wo = frame_.to_local(wo_);
     view_.probability[Cosine] = is_black(p_.diffuse) ? 0.0f : 1.0f;
 }
@@ -393,7 +393,8 @@ std::optional<BsdfSample> Bsdf::sample_lambert(const Vec2& u) const {
 }
 
 std::optional<BsdfSample> Bsdf::sample_f(const Vec3& wo, float u_lobe, const Vec2& u) const {
-    if (is_lambert_) {
+    if (kind_ != Kind::Layers) {
+        if (kind_ == Kind::Hair) return sample_hair(wo, u_lobe, u);
         if (!(wo.dot(frame_.z) > 0.0f) || !(wo.dot(ng_) > 0.0f)) return std::nullopt;
         return sample_lambert(u);
     }
@@ -453,7 +454,8 @@ std::optional<BsdfSample> Bsdf::sample_f(const Vec3& wo, float u_lobe, const Vec
 }
 
 Rgb Bsdf::albedo() const {
-    if (is_lambert_) return clamp01(p_.diffuse);
+    if (kind_ == Kind::Lambert) return clamp01(p_.diffuse);
+    if (kind_ == Kind::Hair) return clamp01(HairLobes::albedo(fibre_->view));
     const Rgb passed = one_minus(view_.specular);
     const Rgb base =
         p_.is_thin || has_tint_
@@ -466,7 +468,8 @@ Rgb Bsdf::albedo() const {
 }
 
 bool Bsdf::has_non_delta() const {
-    if (is_lambert_) return !is_black(p_.diffuse);
+    if (kind_ == Kind::Lambert) return !is_black(p_.diffuse);
+    if (kind_ == Kind::Hair) return true;
     for (const Lobe lobe : {Cosine, Specular, Coat, Interface, Sheet, CosineBack}) {
         if (view_.probability[lobe] > 0.0f) return true;
     }

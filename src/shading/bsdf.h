@@ -4,6 +4,7 @@
 #include "base/math.h"
 #include "shading/albedo.h"
 #include "shading/anisotropic_albedo.h"
+#include "shading/hair.h"
 #include "shading/rough_interface.h"
 #include "shading/sheen.h"
 #include "shading/sheet.h"
@@ -112,6 +113,11 @@ class Bsdf {
     /// f0 and f90.
     Bsdf(const Rgb& diffuse, const Vec3& ng, const Vec3& ns, const Vec3& wo, const Vec3& horizon);
 
+    /// A fibre along the unit vector `along`, where its outside faces ng (render space, as above);
+    /// h: see HairLobes. Light may go anywhere, and cosine() is no more than a factor that f is
+    /// divided by.
+    Bsdf(const HairParameters& hair, float h, const Vec3& along, const Vec3& ng, const Vec3& wo);
+
     /// f [1/sr] without the cosine and without delta lobes. The cosine to multiply with is
     /// cosine(wi).
     Rgb f(const Vec3& wo, const Vec3& wi) const { return evaluate(wo, wi).f(); }
@@ -140,7 +146,10 @@ class Bsdf {
     bool has_non_delta() const;
 
     /// One diffuse lobe and nothing else: sample_f does not look at u_lobe.
-    bool is_lambert() const { return is_lambert_; }
+    bool is_lambert() const { return kind_ == Kind::Lambert; }
+
+    /// A fibre: ns() says nothing about where light comes from.
+    bool is_hair() const { return kind_ == Kind::Hair; }
 
     /// Probability that sample_f draws from a lobe as broad as learned directions can resolve.
     float broad_share() const;
@@ -148,6 +157,13 @@ class Bsdf {
     bool has_transmission() const { return p_.opacity < 1.0f || transmits_diffusely_; }
 
   private:
+    enum class Kind : uint8_t { Layers, Lambert, Hair };
+
+    struct Fibre {
+        HairLobes lobes;
+        HairLobes::View view;
+    };
+
     enum Lobe : uint8_t {
         Cosine,
         Specular,
@@ -189,6 +205,9 @@ class Bsdf {
     void add_sheet(View& view) const;
     void set_lambert();
     BsdfValue evaluate_lambert(const Vec3& wo, const Vec3& wi) const;
+    BsdfValue evaluate_hair(const Vec3& wo, const Vec3& wi) const;
+    std::optional<BsdfSample> sample_hair(const Vec3& wo, float u_lobe, const Vec2& u) const;
+    BsdfValue hair_value(const HairLobes::View& view, const Vec3& wo, const Vec3& wi) const;
     Vec3 shading_normal(const Vec3& ns, const Vec3& wo) const;
     bool wants_rough_transmission() const;
     void set_coat();
@@ -242,7 +261,7 @@ class Bsdf {
     bool has_sheen_ = false;
     bool has_extras_ = false;  // coat, sheen or a rough base
     bool has_specular_ = true;  // f0 and f90 are not both black
-    bool is_lambert_ = false;
+    Kind kind_ = Kind::Layers;
     GgxAlbedoCurve specular_curve_, coat_curve_;
     bool specular_is_delta_ = false;
     bool coat_is_delta_ = false;
@@ -260,6 +279,7 @@ class Bsdf {
     std::optional<AnisotropicAlbedo::Curve>
         anisotropic_curve_;       // takes the place of specular_curve_
     SheetShares sheet_multiple_;  // as multiple_f_, of a rough sheet to either side
+    std::optional<Fibre> fibre_;  // of Kind::Hair
 };
 
 }  // namespace velatura::shading

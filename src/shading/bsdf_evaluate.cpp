@@ -23,7 +23,8 @@ BsdfValue Bsdf::evaluate_lambert(const Vec3& wo, const Vec3& wi) const {
 }
 
 BsdfValue Bsdf::evaluate(const Vec3& wo, const Vec3& wi) const {
-    if (is_lambert_) return evaluate_lambert(wo, wi);
+    if (kind_ != Kind::Layers)
+        return kind_ == Kind::Hair ? evaluate_hair(wo, wi) : evaluate_lambert(wo, wi);
     BsdfValue value;
     if (!(wo.dot(ng_) > 0.0f)) return value;
     const Vec3 wi_local = frame_.to_local(wi);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shading/material_evaluator.h"
 
+#include "geometry/fibre.h"
 #include "geometry/geometry_set.h"
 #include "geometry/triangle_mesh.h"
 #include "scene/effect_calls.h"
@@ -128,6 +129,7 @@ MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene,
                        m.extras.has_value();
         if (scene::may_have_sheen(m) && !sheen_) sheen_ = std::make_unique<SheenAlbedo>();
         f.is_emissive = scene::is_emissive(m);
+        f.is_hair = m.hair.has_value();
         flags_.push_back(f);
         has_presence_ = has_presence_ || f.has_presence;
         is_see_through_ = is_see_through_ || f.is_see_through;
@@ -462,6 +464,11 @@ Bsdf MaterialEvaluator::make_bsdf(const SurfacePoint& point,
         return Bsdf(display_color(point), point.ng, point.ns, wo, horizon);
     }
     const scene::Material& m = scene_.materials[point.material];
+    if (m.hair) {
+        if (const auto fibre = geometry::fibre_at(scene_, point, wo))
+            return Bsdf(hair_parameters(*m.hair, point, footprint), fibre->h, fibre->along,
+                        fibre->ng, wo);
+    }
     return Bsdf(parameters(point.material, point, footprint), point.ng,
                 mapped_normal(m, point, footprint), wo, horizon);
 }

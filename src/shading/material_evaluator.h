@@ -85,6 +85,9 @@ class MaterialEvaluator final : public geometry::Displacer {
     /// nothing passes.
     const Rgb& absorption(scene::MaterialId material) const { return flags(material).absorption; }
 
+    /// Curves of the material scatter as fibres.
+    bool is_hair(scene::MaterialId material) const { return flags(material).is_hair; }
+
     const TextureCache& textures() const { return textures_; }
 
   private:
@@ -94,6 +97,7 @@ class MaterialEvaluator final : public geometry::Displacer {
         bool has_transmission = false;
         bool bounds_body = false;
         bool is_see_through = false;
+        bool is_hair = false;
         Rgb absorption = Rgb(0.0f);
         const RoughInterface* interface = nullptr;  // of rough transmission
         const AnisotropicAlbedo* anisotropic = nullptr;
@@ -127,6 +131,9 @@ class MaterialEvaluator final : public geometry::Displacer {
                                        const geometry::SurfacePoint& point,
                                        float footprint) const;
     Rgb display_color(const geometry::SurfacePoint& point) const;
+    HairParameters hair_parameters(const scene::Hair& hair,
+                                   const geometry::SurfacePoint& point,
+                                   float footprint) const;
     Vec3 mapped_normal(const scene::Material& material,
                        const geometry::SurfacePoint& point,
                        float footprint) const;

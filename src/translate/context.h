@@ -73,6 +73,7 @@ struct MaterialEntry {
     std::string name;                 ///< prim path
     bool is_emissive = false;
     bool is_displacing = false;
+    bool is_hair = false;  ///< means something to curves alone
     bool needs_tangents = false;  ///< by texture coordinates of the mesh, whatever their name
 };
 

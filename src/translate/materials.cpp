@@ -229,15 +229,17 @@ const MaterialEntry& material_entry(Context& ctx, Prim material) {
     const Prim shader = surface_shader(ctx, material);
     if (!shader) return entry;
     const std::string id = read_text(shader.attribute("info:id"), "", ctx.time);
-    if (!is_surface(ctx, shader)) {
+    const bool is_hair = id == "VelaturaHair";
+    if (!is_hair && !is_surface(ctx, shader)) {
         ctx.warn("unsupported-shader", shader,
                  fmt::format("surface shader {} is not supported, expected UsdPreviewSurface, "
                              "standard_surface or open_pbr_surface; displayColor is shown",
                              id.empty() ? "without info:id" : id));
         return entry;
     }
-    scene::Material out = id == "UsdPreviewSurface" ? read_preview_surface(ctx, shader, entry)
-                                                    : read_node_surface(ctx, shader, id, entry);
+    scene::Material out = is_hair                     ? read_hair(ctx, shader, entry)
+                          : id == "UsdPreviewSurface" ? read_preview_surface(ctx, shader, entry)
+                                                      : read_node_surface(ctx, shader, id, entry);
     out.displacement = read_displacement(ctx, material, shader, entry);
     entry.is_displacing = scene::is_displacing(out);
     out.name = entry.name;
@@ -265,7 +267,14 @@ const MaterialEntry& bound_material(Context& ctx, Prim prim) {
     const auto binding = usd::stage::resolve_material(prim, ctx.material_purpose);
     // The stage has warned about a binding that names no Material; it still wins
     if (!binding.material) return no_material;
-    return material_entry(ctx, binding.material);
+    const MaterialEntry& entry = material_entry(ctx, binding.material);
+    if (entry.is_hair && prim.type_name() != "BasisCurves") {
+        ctx.warn("hair-without-curves", prim,
+                 fmt::format("<{}> is hair, which only BasisCurves are: this {} is a matt surface "
+                             "of its color",
+                             entry.name, prim.type_name().str()));
+    }
+    return entry;
 }
 
 }  // namespace velatura::translate

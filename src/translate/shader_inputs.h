@@ -37,6 +37,9 @@ struct InputReader {
     scene::Input read(std::string_view name, const scene::Input& fallback, bool is_color);
 };
 
+/// Material of a VelaturaHair shader.
+scene::Material read_hair(Context& ctx, Prim shader, MaterialEntry& entry);
+
 /// Texture of a UsdUVTexture shader, one per shader prim.
 scene::TextureId read_texture(Context& ctx, Prim shader, MaterialEntry& entry);
 
