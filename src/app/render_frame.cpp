@@ -249,6 +249,10 @@ class FrameRenderer {
         const media::TrackingCounts& tracking = result.rays.tracking;
         if (tracking.violations > 0) diagnostics_.error("volume-majorant", {}, {}, fmt::format("{} lookups in volumes were above their bound: this is a bug of Velatura", tracking.violations));
         if (tracking.capped > 0) diagnostics_.warn("volume-cap", {}, {}, fmt::format("{} ways through volumes were cut because light met too much on them", tracking.capped));
+        if (result.rays.bodies_unmatched > 0)
+            diagnostics_.warn("nested-bodies", {}, {}, fmt::format("rays left bodies {} times without having entered them: some body with or beside a priority is not closed", result.rays.bodies_unmatched));
+        if (result.rays.bodies_too_deep > 0)
+            diagnostics_.warn("nested-bodies", {}, {}, fmt::format("rays were within more bodies than can be told apart, {} times: the last ones did not count", result.rays.bodies_too_deep));
         if (result.rays.depth_limited > 0) diagnostics_.warn("depth-limit", {}, {}, fmt::format("{} paths were cut after {} scatterings", result.rays.depth_limited, integrator::hard_depth_limit));
     }
 

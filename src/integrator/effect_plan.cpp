@@ -97,6 +97,8 @@ EffectPlan make_plan(const scene::Scene& scene, const PlanOptions& options) {
         entry.is_forced = options.force_all && rule.is_forceable && entry.state < EffectState::On;
     });
     add_options(options, plan);
+    if (plan.of(Effect::NestedBodies).state == EffectState::On && plan.of(Effect::CausticSearch).state == EffectState::On)
+        plan.entries[size_t(Effect::CausticSearch)].why += "; not by bodies, some of which have priorities";
     return plan;
 }
 

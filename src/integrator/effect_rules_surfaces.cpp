@@ -177,6 +177,14 @@ void find_absorption(EffectFindings& found) {
     }
 }
 
+void find_nested_bodies(EffectFindings& found) {
+    for (const Material& m : found.scene.materials) {
+        if (m.dielectric_priority == 0) continue;
+        if (scene::has_priority(m)) found.on(m.name, fmt::format("dielectricPriority {}", m.dielectric_priority));
+        else found.zero(m.name, m.thin_walled ? "is a thin wall" : "lets no light through");
+    }
+}
+
 void find_clearcoat(EffectFindings& found) {
     find_materials(found, [](const Material& m) { return is_positive(m.clearcoat); }, [](const Material& m) { return told("clearcoat", m.clearcoat); });
 }
@@ -225,6 +233,7 @@ constexpr std::array rules = {
     EffectRule{Effect::ThinWalls, find_thin_walls, thicken_walls, true},
     EffectRule{Effect::DiffuseTransmission, find_diffuse_transmission, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.diffuse_transmission = Input(0.0f); }); }},
     EffectRule{Effect::Absorption, find_absorption, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.transmission_depth = 0; }); }, true},
+    EffectRule{Effect::NestedBodies, find_nested_bodies, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.dielectric_priority = 0; }); }},
     EffectRule{Effect::Clearcoat, find_clearcoat, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.clearcoat = Input(0.0f); }); }},
     EffectRule{Effect::RoughDiffuse, find_rough_diffuse, [](scene::Scene& s) { change_materials(s, [](Material& m) { if (m.extras) m.extras->diffuse_roughness = Input(0.0f); }); }},
     EffectRule{Effect::Sheen, find_sheen, [](scene::Scene& s) { change_materials(s, [](Material& m) { if (m.extras) m.extras->sheen = Input(0.0f); }); }},

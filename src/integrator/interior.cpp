@@ -16,29 +16,37 @@ void Interior::cross(const shading::MaterialEvaluator& materials,
     const bool from_outside = point.ng.dot(wo) > 0.0f, to_outside = point.ng.dot(wi) > 0.0f;
     if (from_outside == to_outside) return;
     if (from_outside) {
-        enter(point.material);
+        enter(materials, point.material);
     } else {
         leave(point.material);
     }
 }
 
-void Interior::enter(scene::MaterialId material) {
-    if (count_ < deepest) bodies_[size_t(count_++)] = material;
+bool Interior::enter(const shading::MaterialEvaluator& materials, scene::MaterialId material) {
+    if (count_ == deepest) return false;
+    int place = count_++;
+    const int priority = materials.priority(material);
+    for (; place > 0 && materials.priority(bodies_[size_t(place - 1)]) > priority; --place)
+        bodies_[size_t(place)] = bodies_[size_t(place - 1)];
+    bodies_[size_t(place)] = material;
+    return true;
 }
 
-void Interior::leave(scene::MaterialId material) {
+bool Interior::leave(scene::MaterialId material) {
     for (int i = count_ - 1; i >= 0; --i) {
         if (bodies_[size_t(i)] != material) continue;
         std::copy(bodies_.begin() + i + 1, bodies_.begin() + count_, bodies_.begin() + i);
         --count_;
-        return;
+        return true;
     }
+    return false;
 }
 
 Rgb Interior::transmittance(const shading::MaterialEvaluator& materials, float distance) const {
     if (count_ == 0) return Rgb(1.0f);
+    const Rgb& sigma_a = materials.absorption(filling());
+    if (is_black(sigma_a)) return Rgb(1.0f);
     scene::count_call(scene::Effect::Absorption);
-    const Rgb& sigma_a = materials.absorption(bodies_[size_t(count_ - 1)]);
     Rgb out(1.0f);
     for (int c = 0; c < 3; ++c) {
         // Neither 0·∞ is asked for

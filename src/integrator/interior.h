@@ -9,9 +9,10 @@
 
 namespace velatura::integrator {
 
-/// The bodies that a point lies in, by their materials, in the order in which it got into them. The
-/// last one entered is what fills the space: a body inside another displaces it. Whoever goes
-/// through a surface tells; where nothing absorbs nobody need.
+/// The bodies that a point lies in, by their materials, in the order of their priorities and of
+/// equals in the order in which it got into them. The last one is what fills the space: a body inside
+/// another displaces it. Whoever goes through a surface tells; where nothing absorbs and nothing has
+/// a priority nobody need.
 class Interior {
   public:
     /// Light goes from wo to wi at the surface: into the body behind it, out of it, or neither.
@@ -20,9 +21,15 @@ class Interior {
                const Vec3& wo,
                const Vec3& wi);
 
-    void enter(scene::MaterialId material);
-    /// Undoes the last enter() of the material, if there was any.
-    void leave(scene::MaterialId material);
+    /// False: there are too many, and it does not count.
+    bool enter(const shading::MaterialEvaluator& materials, scene::MaterialId material);
+    /// Undoes the last enter() of the material; false when there was none.
+    bool leave(scene::MaterialId material);
+
+    /// What fills the space; none = nothing.
+    scene::MaterialId filling() const {
+        return count_ == 0 ? scene::none : bodies_[size_t(count_ - 1)];
+    }
 
     bool is_empty() const { return count_ == 0; }
 
@@ -44,8 +51,7 @@ class Interior {
     Rgb transmittance(const shading::MaterialEvaluator& materials, float distance) const;
 
   private:
-    /// Bodies within bodies beyond this many do not count. Only sheets that are never left get
-    /// here.
+    /// Bodies within bodies beyond this many do not count.
     static constexpr int deepest = 16;
 
     std::array<scene::MaterialId, deepest> bodies_ = {};

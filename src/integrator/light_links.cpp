@@ -80,7 +80,7 @@ void PathTracer::add_surfaces_beyond(const Path& path,
                                       : world_.accelerator->intersect(ray);
         if (!hit.is_valid()) return;
         shadow.go(ray.o, ray.d, hit.t, *path.counts);
-        const geometry::SurfacePoint point =
+        geometry::SurfacePoint point =
             geometry::make_surface_point(world_.scene, world_.geometry, ray, hit);
         if (world_.lights.may_emit(point)) {
             const float width = shadow.cone_width();

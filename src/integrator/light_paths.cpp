@@ -128,7 +128,7 @@ std::optional<PathTracer::ChosenLight> PathTracer::choose_light(const Path& path
     return ChosenLight{*choice, *light, links};
 }
 
-void PathTracer::deposit_direct(Path& path, const geometry::SurfacePoint& from, const Vec3& wo, const ChosenLight& chosen, const Rgb& Ld, film::SampleRadiance& out) const {
+void PathTracer::deposit_direct(Path& path, const geometry::SurfacePoint& from, const Vec3& wo, const ChosenLight& chosen, const Rgb& Ld, film::SampleRadiance& out, const NestedBodies::Crossing* crossing) const {
     // Deposit it where it is seen, and in the unoccluded layer in any case
     const auto& [choice, light, links] = chosen;
     const scene::GroupId group = world_.lights.group(choice.light);
@@ -137,7 +137,7 @@ void PathTracer::deposit_direct(Path& path, const geometry::SurfacePoint& from, 
         out.add_unoccluded(int(group), Ld);
     }
     std::optional<Interior> crossed;
-    if (world_.materials.has_absorption()) crossed.emplace(path.interior).cross(world_.materials, from, wo, light.wi);
+    if (world_.materials.has_absorption()) cross(world_, crossing, from, wo, light.wi, crossed.emplace(path.interior));
     const Interior& interior = crossed ? *crossed : path.interior;
     const bool has_own_shadows = links && links->has_own_shadows();
     Rgb visible = has_own_shadows ? own_visibility(path, from, interior, light, *links) : visibility(path, from, interior, light);
@@ -166,11 +166,10 @@ Rgb PathTracer::visibility(const Path& path, const geometry::SurfacePoint& from,
         const geometry::Hit hit = world_.accelerator->intersect(segment.ray);
         if (!interior.is_empty()) visible *= interior.transmittance(materials, segment.length(hit.is_valid() ? hit.t : segment.ray.t_max));
         if (!hit.is_valid()) return visible;
-        const geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, segment.ray, hit);
+        geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, segment.ray, hit);
         cone_width += path.cone_spread * segment.length(hit.t);
         const float presence = materials.presence(point, cone_width);
-        visible *= Rgb(1.0f - presence) + straight_through(materials, point, light.wi, cone_width) * presence;
-        if (materials.has_absorption()) interior.cross(materials, point, -light.wi, light.wi);
+        visible *= Rgb(1.0f - presence) + pass_bodies(world_, light.wi, cone_width, point, interior, path.counts) * presence;
         if (is_black(visible)) return visible;
         if (!segment.go_on_from(point)) return visible;
     }

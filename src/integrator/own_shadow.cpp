@@ -55,13 +55,12 @@ void OwnShadow::go(const Vec3& o, const Vec3& d, float distance, RayCounts& coun
     cone_.width += cone_.spread * distance;
 }
 
-void OwnShadow::meet(const geometry::SurfacePoint& point, const Vec3& d) {
+void OwnShadow::meet(geometry::SurfacePoint& point, const Vec3& d) {
     if (is_blocked_ || !casts(point)) return;
     const shading::MaterialEvaluator& materials = world_.materials;
     const float presence = materials.presence(point, cone_.width);
-    const Rgb passed =
-        Rgb(1.0f - presence) + straight_through(materials, point, d, cone_.width) * presence;
-    if (materials.has_absorption()) interior_.cross(materials, point, -d, d);
+    const Rgb passed = Rgb(1.0f - presence) +
+                       pass_bodies(world_, d, cone_.width, point, interior_, nullptr) * presence;
     passed_ *= Rgb(1.0f) - strength() * (Rgb(1.0f) - passed);
     is_blocked_ = is_black(passed);
 }
@@ -85,7 +84,7 @@ Rgb OwnShadow::visibility(ShadowSegment segment, RayCounts& counts) {
                                            : accelerator.intersect(segment.ray);
         go(segment.ray.o, segment.wi, segment.length(hit.is_valid() ? hit.t : segment.ray.t_max), counts);
         if (!hit.is_valid()) return visible();
-        const geometry::SurfacePoint point =
+        geometry::SurfacePoint point =
             geometry::make_surface_point(world_.scene, world_.geometry, segment.ray, hit);
         meet(point, segment.wi);
         if (is_blocked_ || !segment.go_on_from(point)) return visible();

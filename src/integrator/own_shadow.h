@@ -31,8 +31,9 @@ class OwnShadow {
 
     /// Goes on from o along the unit direction d through whatever fills the space.
     void go(const Vec3& o, const Vec3& d, float distance, RayCounts& counts);
-    /// Meets a surface along the unit direction d, which may be no caster.
-    void meet(const geometry::SurfacePoint& point, const Vec3& d);
+    /// Meets a surface along the unit direction d, which may be no caster. point: becomes the one from
+    /// which the way goes on.
+    void meet(geometry::SurfacePoint& point, const Vec3& d);
 
     /// What arrives from here.
     Rgb visible() const;

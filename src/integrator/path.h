@@ -62,6 +62,13 @@ struct PathTracer::Vertex {
     const shading::Bsdf& bsdf;
     Vec3 wo;
     DirectionMixture directions;
+    const NestedBodies::Crossing* crossing = nullptr;  ///< of a boundary between bodies with priorities
 };
+
+/// Light goes through the vertex from wo to wi, or stays on its side.
+inline void cross(const World& world, const NestedBodies::Crossing* crossing, const geometry::SurfacePoint& point, const Vec3& wo, const Vec3& wi, Interior& interior) {
+    if (!crossing) interior.cross(world.materials, point, wo, wi);
+    else if ((point.ng.dot(wo) > 0.0f) != (point.ng.dot(wi) > 0.0f)) interior = crossing->beyond;
+}
 
 }  // namespace velatura::integrator

@@ -64,9 +64,16 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
 }
 
 void PathTracer::follow(Path& path, film::SampleRadiance& out) const {
+    if (world_.nested) follow_through<true>(path, out);
+    else follow_through<false>(path, out);
+}
+
+template <bool has_nested_bodies>
+void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
     RayCounts& counts = *path.counts;
     PathObserver* const observer = path.observer;
     const bool has_absorption = world_.materials.has_absorption();
+    std::optional<NestedBodies::Crossing> room;
     const char* end = "escaped";
     while (true) {
         const geometry::Hit hit = world_.accelerator->intersect(path.ray);
@@ -87,7 +94,8 @@ void PathTracer::follow(Path& path, film::SampleRadiance& out) const {
         path.cone_width += path.cone_spread * hit.t;
         path.segment_t = hit.t;
         if (observer) observer->on_hit(path.bounce, point, hit.t, path.beta);
-        if (pass_through(path, point)) {
+        const NestedBodies::Crossing* crossing = nullptr;
+        if (pass_through(path, point) || (has_nested_bodies && !meet_bodies(path, point, room, crossing))) {
             if (path.pass_count < pass_through_limit) continue;
             end = "passed through too many surfaces";
             break;
@@ -95,8 +103,8 @@ void PathTracer::follow(Path& path, film::SampleRadiance& out) const {
 
         const Vec3 wo = -path.ray.d;
         const std::optional<geometry::SurfacePoint> moved = leaving_point(world_, point, wo, counts.shadow);
-        const geometry::SurfacePoint& start = moved ? *moved : point;
-        const shading::Bsdf bsdf = world_.materials.make_bsdf(start, wo, path.cone_width);
+        const geometry::SurfacePoint& start = moved ? *moved : crossing ? crossing->point : point;
+        const shading::Bsdf bsdf = world_.materials.make_bsdf(start, wo, path.cone_width, crossing ? crossing->surrounding_index : 1.0f);
         if (path.bounce == 0 && !out.has_hit) record_first_hit(point, bsdf, out);
 
         // Add the surface's own emission
@@ -106,7 +114,7 @@ void PathTracer::follow(Path& path, film::SampleRadiance& out) const {
                 deposit(path, path.bounce, emitted.group, path.beta * emitted.Le * surface_hit_weight(path, point), "surface emission", out);
         }
 
-        const Vertex vertex{start, bsdf, wo, DirectionMixture(bsdf, wo, start.p, options_.guide)};
+        const Vertex vertex{start, bsdf, wo, DirectionMixture(bsdf, wo, start.p, options_.guide), crossing};
         if (path.bounce >= depth_limit_) {
             // What passes straight is not scattered
             if (pass_straight(path, vertex)) continue;
@@ -164,7 +172,7 @@ void PathTracer::deposit(const Path& path, int bounce, scene::GroupId group, con
 }
 
 void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
-    const auto& [point, bsdf, wo, directions] = vertex;
+    const auto& [point, bsdf, wo, directions, crossing] = vertex;
     if (world_.selector->is_empty() || !bsdf.has_non_delta()) return;
 
     const lights::Receiver receiver = receiver_at(world_, point, bsdf);
@@ -189,7 +197,7 @@ void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::Sample
     const Rgb Ld = path.beta * f * light.Le * (bsdf.cosine(light.wi) * weight / light_pdf);
     if (is_black(Ld)) return;
 
-    deposit_direct(path, point, wo, *chosen, Ld, out);
+    deposit_direct(path, point, wo, *chosen, Ld, out, crossing);
 }
 
 void PathTracer::add_caustics(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
@@ -210,6 +218,15 @@ bool PathTracer::pass_through(Path& path, const geometry::SurfacePoint& point) c
     return true;
 }
 
+bool PathTracer::meet_bodies(Path& path, const geometry::SurfacePoint& point, std::optional<NestedBodies::Crossing>& room, const NestedBodies::Crossing*& crossing) const {
+    if (!world_.materials.bounds_body(point.material)) return true;
+    crossing = &room.emplace(world_.nested->cross(path.interior, point, -path.ray.d, path.counts));
+    if (crossing->is_boundary) return true;
+    path.interior = crossing->beyond;
+    go_straight_on(path, crossing->point);
+    return false;
+}
+
 void PathTracer::go_straight_on(Path& path, const geometry::SurfacePoint& point) {
     // The rest of the segment keeps its end: the camera's far plane also counts behind a cut-out
     const float rest = path.ray.t_max - path.segment_t;
@@ -222,16 +239,17 @@ void PathTracer::go_straight_on(Path& path, const geometry::SurfacePoint& point)
 /// Goes on with all the light that passes the vertex straight, and with nothing else.
 bool PathTracer::pass_straight(Path& path, const Vertex& vertex) const {
     if (path.pass_count >= pass_through_limit) return false;
-    const Rgb passed = straight_through(world_.materials, vertex.point, -vertex.wo, path.cone_width);
+    const float surrounding_index = vertex.crossing ? vertex.crossing->surrounding_index : 1.0f;
+    const Rgb passed = straight_through(world_.materials, vertex.point, -vertex.wo, path.cone_width, surrounding_index);
     if (is_black(passed)) return false;
     path.beta *= passed;
-    if (world_.materials.has_absorption()) path.interior.cross(world_.materials, vertex.point, vertex.wo, -vertex.wo);
+    if (world_.materials.has_absorption()) cross(world_, vertex.crossing, vertex.point, vertex.wo, -vertex.wo, path.interior);
     go_straight_on(path, vertex.point);
     return true;
 }
 
 bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
-    const auto& [point, bsdf, wo, directions] = vertex;
+    const auto& [point, bsdf, wo, directions, crossing] = vertex;
     if (path.observer && bsdf.has_non_delta()) path.observer->on_vertex({point.p, bsdf.ns()}, path.beta);
     const std::optional<ScatterSample> scattered = directions.sample(path.sampler, path.bounce, path.pass_count);
     if (!scattered) return false;
@@ -243,7 +261,7 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
     path.eta_scale *= sample->eta * sample->eta;
 
     if (world_.materials.has_absorption() && sample->kind == shading::ScatterKind::Transmit)
-        path.interior.cross(world_.materials, point, wo, sample->wi);
+        cross(world_, crossing, point, wo, sample->wi, path.interior);
 
     // Going straight through a thin wall or an interface between equal media is no scattering event. Light sampling looks
     // through it as well, unless nobody knew that it is one: then what lies behind has no rival sampler

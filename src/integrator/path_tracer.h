@@ -73,7 +73,7 @@ class PathTracer {
     /// Chooses a light and a direction towards it; nothing when none arrives there.
     std::optional<ChosenLight> choose_light(const Path& path, const lights::Receiver& receiver) const;
     /// Deposits Ld of the light, as far as it arrives.
-    void deposit_direct(Path& path, const geometry::SurfacePoint& from, const Vec3& wo, const ChosenLight& chosen, const Rgb& Ld, film::SampleRadiance& out) const;
+    void deposit_direct(Path& path, const geometry::SurfacePoint& from, const Vec3& wo, const ChosenLight& chosen, const Rgb& Ld, film::SampleRadiance& out, const NestedBodies::Crossing* crossing = nullptr) const;
     /// Adds what volumes and lights give along the segment, and lets the path scatter if it collides before t_max.
     /// end: why it ended, if it did.
     Crossing cross_volumes(Path& path, float t_max, const char*& end, film::SampleRadiance& out) const;
@@ -93,8 +93,15 @@ class PathTracer {
     void add_caustics(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool pass_through(Path& path, const geometry::SurfacePoint& point) const;
     bool pass_straight(Path& path, const Vertex& vertex) const;
+    /// False: what was met is no boundary between bodies, and the path goes on. crossing: if it is one, made in `room`.
+    bool meet_bodies(Path& path,
+                     const geometry::SurfacePoint& point,
+                     std::optional<NestedBodies::Crossing>& room,
+                     const NestedBodies::Crossing*& crossing) const;
     static void go_straight_on(Path& path, const geometry::SurfacePoint& point);
     void follow(Path& path, film::SampleRadiance& out) const;
+    template <bool has_nested_bodies>
+    void follow_through(Path& path, film::SampleRadiance& out) const;
     void branch_out(const Path& trunk, const Vertex& vertex, film::SampleRadiance& out) const;
     const char* go_on(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;

@@ -2,6 +2,8 @@
 #pragma once
 
 #include "geometry/surface_point.h"
+#include "integrator/interior.h"
+#include "integrator/ray_counts.h"
 #include "lights/light_sample.h"
 #include "shading/material_evaluator.h"
 
@@ -60,10 +62,23 @@ struct ShadowSegment {
     float margin = 0;
 };
 
-/// What a surface lets pass straight on of light that comes against d.
+struct World;
+
+/// What a surface lets pass straight on of light that comes against d. surrounding_index: see
+/// MaterialEvaluator::make_bsdf.
 Rgb straight_through(const shading::MaterialEvaluator& materials,
                      const geometry::SurfacePoint& point,
                      const Vec3& d,
-                     float cone_width);
+                     float cone_width,
+                     float surrounding_index = 1.0f);
+
+/// The same of light that is in `interior` before and after. point: where it goes on from. counts:
+/// see NestedBodies::cross.
+Rgb pass_bodies(const World& world,
+                const Vec3& d,
+                float cone_width,
+                geometry::SurfacePoint& point,
+                Interior& interior,
+                RayCounts* counts);
 
 }  // namespace velatura::integrator

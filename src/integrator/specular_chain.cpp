@@ -218,7 +218,8 @@ std::optional<geometry::SurfacePoint> leaving_point(const World& world,
                                                     const Vec3& wo,
                                                     uint64_t& ray_count) {
     if (!point.mesh->has_normals()) {
-        if (!world.materials.is_hair(point.material)) return std::nullopt;
+        if (!point.mesh->primitives() || !world.materials.is_hair(point.material))
+            return std::nullopt;
         return geometry::across_fibre(world.scene, point);
     }
     if (world.materials.material_has_transmission(point.material)) return std::nullopt;

@@ -91,12 +91,20 @@ std::vector<scene::MaterialId> bodies_left(const World& world, const Vec3& o, co
         const geometry::Hit hit = world.accelerator->intersect(ray);
         if (!hit.is_valid()) break;
         const geometry::SurfacePoint point = geometry::make_surface_point(world.scene, world.geometry, ray, hit);
-        if (world.materials.bounds_body(point.material)) {
-            const auto match = std::find(entered.rbegin(), entered.rend(), point.material);
-            if (point.ng.dot(d) < 0.0f) entered.push_back(point.material);
+        const auto pass = [&](const geometry::SurfacePoint& face) {
+            const auto match = std::find(entered.rbegin(), entered.rend(), face.material);
+            if (face.ng.dot(d) < 0.0f) entered.push_back(face.material);
             else if (match != entered.rend()) entered.erase(std::next(match).base());
-            else left.push_back(point.material);
+            else left.push_back(face.material);
+        };
+        const bool is_body = world.materials.bounds_body(point.material);
+        if (is_body && world.nested) {
+            for (const geometry::SurfacePoint& face : world.nested->faces_at(point)) pass(face);
+            ray = geometry::spawn_ray(NestedBodies::clear_of_faces(point), d);
+            ray.time = time;
+            continue;
         }
+        if (is_body) pass(point);
         ray = geometry::spawn_ray(point, d);
     }
     return left;
@@ -181,6 +189,7 @@ World::World(const scene::Scene& s, const WorldOptions& options, const lights::I
                            std::any_of(s.mesh_lights.begin(), s.mesh_lights.end(), has_multiplier<scene::MeshLight>)) {
     warn_of_duplicates(s, accelerator->stats().duplicates, diagnostics);
     if (materials.has_absorption() && has_own_shadows) caster_materials = list_caster_materials(s);
+    if (materials.has_priorities()) nested = std::make_unique<NestedBodies>(s, geometry, materials);
     interior_changes = materials.has_absorption() && (geometry.has_motion() || camera.has_motion());
     if (materials.has_absorption() && !interior_changes) camera_interior = interior_at(camera.generate_ray(Vec2(0.5f * float(options.width), 0.5f * float(options.height)), Vec2(0.5f)).o, 0.0f);
 }
@@ -194,7 +203,7 @@ Interior World::interior_at(const Vec3& p, float time) const {
         std::erase_if(bodies, [&](scene::MaterialId m) { return std::find(others.begin(), others.end(), m) == others.end(); });
     }
     Interior interior;
-    for (auto m = bodies.rbegin(); m != bodies.rend(); ++m) interior.enter(*m);
+    for (auto m = bodies.rbegin(); m != bodies.rend(); ++m) interior.enter(materials, *m);
     return interior;
 }
 

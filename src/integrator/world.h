@@ -14,6 +14,7 @@
 #include "geometry/refinement.h"
 #include "geometry/subdivider.h"
 #include "integrator/interior.h"
+#include "integrator/nested_bodies.h"
 #include "lights/light_selector.h"
 #include "lights/light_set.h"
 #include "media/volume_set.h"
@@ -84,8 +85,9 @@ struct World {
     /// What a point (render space) is inside of at a time, found by rays to where nothing is.
     Interior interior_at(const Vec3& p, float time) const;
 
+    std::unique_ptr<const NestedBodies> nested;  ///< of scenes with priorities alone
     bool interior_changes = false;  ///< camera_interior depends on the time, and is not kept
-    Interior camera_interior;  ///< what the camera is inside of; only looked for where something absorbs
+    Interior camera_interior;  ///< what the camera is inside of; only looked for where MaterialEvaluator::has_absorption()
     bool has_light_links = false;  ///< some light shines on a part of the geometry only
     bool has_own_shadows = false;  ///< of some light, see scene::LightLinks
     std::vector<OwnShadowSurfaces> own_shadow_surfaces;

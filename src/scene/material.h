@@ -83,6 +83,8 @@ struct Material {
     /// of white light. Else it multiplies what crosses the surface; of a thin wall it is what passes perpendicularly once.
     Input transmission_color = Input(Rgb(1.0f));
     float transmission_depth = 0.0f;
+    /// Where bodies overlap the one of the largest number fills the space; among equals the one that was entered last.
+    int dielectric_priority = 0;
     /// false: no specular at all, pure Lambert; what shapes without a material get with their displayColor.
     bool has_specular = true;
     Input normal = Input(Rgb(0.0f, 0.0f, 1.0f));  ///< tangent space, already scaled and biased into [-1, 1]
@@ -129,6 +131,11 @@ inline bool may_transmit(const Material& m) {
 
 inline bool may_transmit_diffusely(const Material& m) {
     return m.thin_walled && !(is_constant(m.diffuse_transmission) && !(m.diffuse_transmission.value.x > 0.0f));
+}
+
+/// The material bounds a body that displaces others, or is displaced, by more than the order in which they are entered.
+inline bool has_priority(const Material& m) {
+    return m.dielectric_priority != 0 && may_transmit(m) && !m.thin_walled;
 }
 
 /// The material bounds a body that is not clear inside.

@@ -84,6 +84,16 @@ void check_constants(const scene::Scene& scene,
     check(m.transmission_color, "velatura:transmissionColor");
 }
 
+/// Makes the index that of a body within another, and finds what blurs light there.
+void set_surroundings(const std::vector<const RoughInterface*>& interfaces,
+                      float surrounding_index,
+                      SurfaceParameters& p) {
+    p.ior /= surrounding_index;
+    p.interface = nullptr;
+    for (const RoughInterface* interface : interfaces)
+        if (interface->ior() == p.ior) p.interface = interface;
+}
+
 /// Texture coordinates per render-space unit around a point, as the root of the ratio of areas; 0
 /// when unknown.
 double texture_density(const scene::Scene& scene, const SurfacePoint& point, scene::PrimvarId st) {
@@ -142,6 +152,9 @@ MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene,
     is_see_through_ = is_see_through_ || forced.has(Effect::ThinWalls);
     has_absorption_ = has_absorption_ || forced.has(Effect::Absorption);
     flags_.push_back(display);
+    has_priorities_ =
+        std::any_of(scene.materials.begin(), scene.materials.end(), scene::has_priority);
+    if (has_priorities_) set_priorities(diagnostics);
 }
 
 MaterialEvaluator::~MaterialEvaluator() = default;
@@ -157,7 +170,7 @@ void MaterialEvaluator::set_transport(const scene::Material& m,
     if (!transmits) return;
     const bool has_index_one = is_constant(m.ior) && m.ior.value.x == 1.0f;
     f.is_see_through = m.thin_walled || has_index_one;
-    if (f.bounds_body && m.rough_transmission) f.interface = make_interface(m, f, diagnostics);
+    if (f.bounds_body && m.rough_transmission) f.interface = make_interface(m, f, 1.0f, diagnostics);
     if (!f.bounds_body || !(m.transmission_depth > 0.0f)) return;
     if (!is_constant(m.transmission_color)) {
         diagnostics.warn("absorption", provenance_of(scene_, m).loc, m.name,
@@ -167,6 +180,32 @@ void MaterialEvaluator::set_transport(const scene::Material& m,
     const Rgb color = unit_interval(m.transmission_color.value);
     for (int c = 0; c < 3; ++c)
         f.absorption[c] = color[c] < 1.0f ? -std::log(color[c]) / m.transmission_depth : 0.0f;
+}
+
+/// What bodies that displace each other by priority need to know of each other.
+void MaterialEvaluator::set_priorities(Diagnostics& diagnostics) {
+    // Rays go through what lies in a body of a higher priority, and ask what they are inside of
+    has_absorption_ = is_see_through_ = true;
+    for (size_t i = 0; i < scene_.materials.size(); ++i) {
+        const scene::Material& m = scene_.materials[i];
+        if (!flags_[i].bounds_body) continue;
+        flags_[i].priority = m.dielectric_priority;
+        flags_[i].index = valid_ior(m.ior.value.x);
+        if (!is_constant(m.ior))
+            diagnostics.warn("nested-bodies", provenance_of(scene_, m).loc, m.name,
+                             "inputs:ior varies, and bodies within this one or around it, which "
+                             "have priorities, take its fallback for it");
+    }
+    for (size_t i = 0; i < scene_.materials.size(); ++i) {
+        Flags& f = flags_[i];
+        if (!f.interface) continue;
+        for (size_t k = 0; k < scene_.materials.size(); ++k) {
+            if (k == i || !flags_[k].bounds_body) continue;
+            if (const RoughInterface* within =
+                    make_interface(scene_.materials[i], f, flags_[k].index, diagnostics))
+                f.interfaces_within.push_back(within);
+        }
+    }
 }
 
 /// Null where the lobe has one width: everywhere, or as there is none.
@@ -192,6 +231,7 @@ const AnisotropicAlbedo* MaterialEvaluator::make_anisotropy(const scene::Materia
 
 const RoughInterface* MaterialEvaluator::make_interface(const scene::Material& m,
                                                         const Flags& f,
+                                                        float surrounding_index,
                                                         Diagnostics& diagnostics) {
     const SourceLoc where = provenance_of(scene_, m).loc;
     if (!is_constant(m.ior)) {
@@ -200,7 +240,7 @@ const RoughInterface* MaterialEvaluator::make_interface(const scene::Material& m
                          "transmitted without blur");
         return nullptr;
     }
-    const float ior = valid_ior(m.ior.value.x);
+    const float ior = valid_ior(m.ior.value.x) / surrounding_index;
     float low = specular_switch_alpha, high = 1.0f;
     if (is_constant(m.roughness)) {
         const float roughness = unit_interval(m.roughness.value.x);
@@ -309,13 +349,15 @@ Rgb MaterialEvaluator::display_color(const SurfacePoint& point) const {
 
 SurfaceParameters MaterialEvaluator::parameters(scene::MaterialId material,
                                                 const SurfacePoint& point,
-                                                float footprint) const {
+                                                float footprint,
+                                                float surrounding_index) const {
     const scene::Material& m = scene_.materials[material];
     SurfaceParameters p;
     const Flags& f = flags_[material];
     p.interface = f.interface;
     const Rgb base = unit_interval(color(m.diffuse_color, point, footprint));
     p.ior = valid_ior(scalar(m.ior, point, footprint));
+    if (surrounding_index != 1.0f) set_surroundings(f.interfaces_within, surrounding_index, p);
     if (m.use_specular_workflow) {
         p.diffuse = base;
         p.f0 = unit_interval(color(m.specular_color, point, footprint));
@@ -456,7 +498,8 @@ Vec3 MaterialEvaluator::mapped_normal(const scene::Material& material,
 
 Bsdf MaterialEvaluator::make_bsdf(const SurfacePoint& point,
                                   const Vec3& wo,
-                                  float footprint) const {
+                                  float footprint,
+                                  float surrounding_index) const {
     // What is in front of the smooth surface does not lie below the facet that stands for it
     const Vec3& horizon = point.side != 0 ? point.ns : point.ng;
     if (point.material >= scene_.materials.size()) {
@@ -469,7 +512,7 @@ Bsdf MaterialEvaluator::make_bsdf(const SurfacePoint& point,
             return Bsdf(hair_parameters(*m.hair, point, footprint), fibre->h, fibre->along,
                         fibre->ng, wo);
     }
-    return Bsdf(parameters(point.material, point, footprint), point.ng,
+    return Bsdf(parameters(point.material, point, footprint, surrounding_index), point.ng,
                 mapped_normal(m, point, footprint), wo, horizon);
 }
 

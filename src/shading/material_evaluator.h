@@ -33,7 +33,11 @@ class MaterialEvaluator final : public geometry::Displacer {
     MaterialEvaluator& operator=(const MaterialEvaluator&) = delete;
 
     /// The scattering function at a point seen from wo (render space, unit, away from the surface).
-    Bsdf make_bsdf(const geometry::SurfacePoint& point, const Vec3& wo, float footprint) const;
+    /// surrounding_index: of refraction, of what is on the side of the surface that its body is not.
+    Bsdf make_bsdf(const geometry::SurfacePoint& point,
+                   const Vec3& wo,
+                   float footprint,
+                   float surrounding_index = 1.0f) const;
 
     /// Emitted radiance towards wo; both sides emit. Black for most materials at the cost of one
     /// comparison.
@@ -78,8 +82,17 @@ class MaterialEvaluator final : public geometry::Displacer {
 
     bool is_see_through() const { return is_see_through_; }
 
-    /// Some material of the scene absorbs inside.
+    /// Some material of the scene absorbs inside, or has a priority: whoever goes through surfaces
+    /// has to know what is inside of what.
     bool has_absorption() const { return has_absorption_; }
+
+    /// Bodies displace each other by priorities.
+    bool has_priorities() const { return has_priorities_; }
+
+    int priority(scene::MaterialId material) const { return flags(material).priority; }
+
+    /// Of refraction inside a body, wherever in it.
+    float index(scene::MaterialId material) const { return flags(material).index; }
 
     /// What is lost inside a body of the material [1/scene unit]; 0 for most. Infinite where
     /// nothing passes.
@@ -98,8 +111,11 @@ class MaterialEvaluator final : public geometry::Displacer {
         bool bounds_body = false;
         bool is_see_through = false;
         bool is_hair = false;
+        int priority = 0;
+        float index = 1;
         Rgb absorption = Rgb(0.0f);
         const RoughInterface* interface = nullptr;  // of rough transmission
+        std::vector<const RoughInterface*> interfaces_within;  // the same within other bodies
         const AnisotropicAlbedo* anisotropic = nullptr;
         bool is_special = false;  // has more than a plain UsdPreviewSurface
     };
@@ -111,7 +127,9 @@ class MaterialEvaluator final : public geometry::Displacer {
     void set_transport(const scene::Material& material, Flags& flags, Diagnostics& diagnostics);
     const RoughInterface* make_interface(const scene::Material& material,
                                          const Flags& flags,
+                                         float surrounding_index,
                                          Diagnostics& diagnostics);
+    void set_priorities(Diagnostics& diagnostics);
     const AnisotropicAlbedo* make_anisotropy(const scene::Material& material);
     Rgb color(const scene::Input& input,
               const geometry::SurfacePoint& point,
@@ -139,7 +157,8 @@ class MaterialEvaluator final : public geometry::Displacer {
                        float footprint) const;
     SurfaceParameters parameters(scene::MaterialId material,
                                  const geometry::SurfacePoint& point,
-                                 float footprint) const;
+                                 float footprint,
+                                 float surrounding_index) const;
     void add_special(const scene::Material& material,
                      const Flags& flags,
                      const geometry::SurfacePoint& point,
@@ -172,6 +191,7 @@ class MaterialEvaluator final : public geometry::Displacer {
     bool has_emission_ = false;
     bool is_see_through_ = false;
     bool has_absorption_ = false;
+    bool has_priorities_ = false;
 };
 
 }  // namespace velatura::shading

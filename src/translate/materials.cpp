@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace velatura::translate {
 
@@ -29,7 +30,8 @@ constexpr std::array own_inputs = {
     "velatura:roughTransmission",   "velatura:anisotropy",
     "velatura:anisotropyRotation",  "velatura:thinWalled",
     "velatura:diffuseTransmission", "velatura:diffuseTransmissionColor",
-    "velatura:transmissionColor",   "velatura:transmissionDepth"};
+    "velatura:transmissionColor",   "velatura:transmissionDepth",
+    "velatura:dielectricPriority"};
 
 void warn_shader_features(Context& ctx, Prim shader) {
     const Attribute occlusion = shader.attribute("inputs:occlusion");
@@ -53,6 +55,21 @@ bool is_zero(const scene::Input& input) {
     return input.source == scene::Input::Source::Constant && !(input.value.x > 0.0f);
 }
 
+/// Which of several bodies fills the space that they share.
+void read_priority(Context& ctx, InputReader& reader, scene::Material& material) {
+    constexpr double most = 1e6;
+    const double priority = reader.constant_number("velatura:dielectricPriority", 0.0);
+    const bool is_usable = std::abs(priority) <= most && priority == std::floor(priority);
+    if (is_usable) {
+        material.dielectric_priority = int(priority);
+        return;
+    }
+    ctx.warn("bad-priority", reader.shader.attribute("inputs:velatura:dielectricPriority"),
+             fmt::format("inputs:velatura:dielectricPriority is {:g}, expected a whole number within "
+                         "±{:g}; 0 is used",
+                         priority, most));
+}
+
 /// The inputs of Velatura's own.
 void read_own_inputs(Context& ctx, InputReader& reader, scene::Material& material) {
     const Prim shader = reader.shader;
@@ -74,6 +91,7 @@ void read_own_inputs(Context& ctx, InputReader& reader, scene::Material& materia
     }
     material.transmission_color = reader.color("velatura:transmissionColor", Rgb(1.0f));
     material.transmission_depth = float(reader.constant_number("velatura:transmissionDepth", 0.0));
+    read_priority(ctx, reader, material);
     if (material.thin_walled && material.transmission_depth > 0.0f) {
         ctx.warn("needs-body", shader.attribute("inputs:velatura:transmissionDepth"),
                  "inputs:velatura:transmissionDepth means nothing to a thin wall, which has no "
@@ -97,6 +115,7 @@ constexpr std::array neutral_inputs = {
     NeutralInput{"velatura:roughTransmission", 0, scene::Effect::RoughTransmission},
     NeutralInput{"velatura:thinWalled", 0, scene::Effect::ThinWalls},
     NeutralInput{"velatura:diffuseTransmission", 0, scene::Effect::DiffuseTransmission},
+    NeutralInput{"velatura:dielectricPriority", 0, scene::Effect::NestedBodies},
     NeutralInput{"velatura:transmissionDepth", 0, scene::Effect::Absorption}};
 
 /// Tells the plan which effects the shader authors so that they do nothing.

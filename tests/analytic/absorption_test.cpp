@@ -196,11 +196,11 @@ TEST(Interior, IsAsDeepAsNeeded) {
     in.leave(2);
     EXPECT_TRUE(in.is_empty());
     EXPECT_EQ(left(in), 1.0);
-    in.enter(1);
-    in.enter(2);
+    in.enter(materials, 1);
+    in.enter(materials, 2);
     EXPECT_NEAR(left(in), expected(2), 1e-6);
     // A clear body displaces what it lies in
-    in.enter(0);
+    in.enter(materials, 0);
     EXPECT_EQ(left(in), 1.0);
     in.leave(0);
     // Bodies that overlap are left in any order
@@ -208,10 +208,10 @@ TEST(Interior, IsAsDeepAsNeeded) {
     EXPECT_NEAR(left(in), expected(2), 1e-6);
     in.leave(2);
     EXPECT_TRUE(in.is_empty());
-    for (int i = 0; i < 100; ++i) in.enter(3);
+    for (int i = 0; i < 100; ++i) in.enter(materials, 3);
     for (int i = 0; i < 100; ++i) in.leave(3);
     EXPECT_TRUE(in.is_empty());
-    in.enter(3);
+    in.enter(materials, 3);
     const Rgb far = in.transmittance(materials, std::numeric_limits<float>::infinity());
     EXPECT_EQ(far.y, 0.0f);
     EXPECT_EQ(in.transmittance(materials, 0.0f).y, 1.0f);

@@ -42,6 +42,8 @@ constexpr EffectFixture fixtures[] = {
     {Effect::DiffuseTransmission, "constant", "bool inputs:velatura:thinWalled = 1\nfloat inputs:velatura:diffuseTransmission = 0.5", "bool inputs:velatura:thinWalled = 1\nfloat inputs:velatura:diffuseTransmission = 0"},
     {Effect::Absorption, "constant", "float inputs:opacity = 0\nfloat inputs:velatura:transmissionDepth = 1\ncolor3f inputs:velatura:transmissionColor = (0.5, 0.7, 0.9)",
      "float inputs:opacity = 0\nfloat inputs:velatura:transmissionDepth = 1\ncolor3f inputs:velatura:transmissionColor = (1, 1, 1)"},
+    {Effect::NestedBodies, "constant", "float inputs:opacity = 0\nint inputs:velatura:dielectricPriority = 2", "float inputs:opacity = 0\nint inputs:velatura:dielectricPriority = 0"},
+    {Effect::NestedBodies, "of what is opaque", "float inputs:opacity = 0.2\nint inputs:velatura:dielectricPriority = -1", "int inputs:velatura:dielectricPriority = 2"},
     {Effect::Anisotropy, "constant", "float inputs:velatura:anisotropy = 0.5", "float inputs:velatura:anisotropy = 0"},
     {Effect::SurfaceEmission, "constant", "color3f inputs:emissiveColor = (0, 0, 1)", "color3f inputs:emissiveColor = (0, 0, 0)"},
     {Effect::Quadrics, "sphere", "def Sphere \"Ball\" { double radius = 0.3 }", "def Cube \"Ball\" { double size = 0.3 }", true},

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 namespace velatura::translate {
 
 namespace {
@@ -354,6 +356,20 @@ TEST(Materials, ConnectionCyclesEnd) {
                    t);
     EXPECT_EQ(t.count("connection-cycle"), 1u);
     EXPECT_EQ(material_of(t, 0).roughness.value.x, 0.5f);
+}
+
+TEST(Materials, PrioritiesAreWholeNumbers) {
+    for (const auto& [authored, expected, warnings] :
+         {std::tuple("3", 3, 0u), std::tuple("-2", -2, 0u), std::tuple("1e9", 0, 1u)}) {
+        Translated t;
+        translate_text(camera() + "def Scope \"M\" {\n" +
+                           material("A", std::string("double inputs:velatura:dielectricPriority = ") +
+                                             authored) +
+                           "}\n" + quad("Q", binding("/M/A")),
+                       t);
+        EXPECT_EQ(material_of(t, 0).dielectric_priority, expected);
+        EXPECT_EQ(t.count("bad-priority"), warnings);
+    }
 }
 
 }  // namespace velatura::translate

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "integrator/nested_bodies.h"
+
+#include "accel/bvh.h"
+#include "scene/effect_calls.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+namespace velatura::integrator {
+
+namespace {
+
+/// Faces lie on each other when they are no further apart than this many times the error of a
+/// point. Two points that are the same but for rounding are apart by twice that at most.
+constexpr float coincidence = 4.0f;
+
+/// Of a point's error along its normal: what offset_ray_origin moves by.
+float error_along_normal(const geometry::SurfacePoint& point) {
+    float error = 0;
+    for (int k = 0; k < 3; ++k) error += std::abs(point.ng[k]) * point.p_error[k];
+    return error;
+}
+
+/// Wherever the instance moves.
+Box3d placed_box(const scene::Instance& instance, const Box3& local) {
+    Box3d box;
+    if (!instance.later_render_from_prototype.empty()) {
+        box.makeInfinite();
+        return box;
+    }
+    const Mat4d forward(instance.render_from_prototype);
+    for (int i = 0; i < 8; ++i) {
+        const Vec3 corner(i & 1 ? local.max.x : local.min.x, i & 2 ? local.max.y : local.min.y,
+                          i & 4 ? local.max.z : local.min.z);
+        box.extendBy(transform_point(Vec3d(corner), forward));
+    }
+    return box;
+}
+
+bool is_near(const Box3d& box, const Vec3d& p, double distance) {
+    for (int k = 0; k < 3; ++k)
+        if (p[k] < box.min[k] - distance || p[k] > box.max[k] + distance) return false;
+    return true;
+}
+
+bool is_outside(const geometry::SurfacePoint& face, const Vec3& w) {
+    return face.ng.dot(w) > 0.0f;
+}
+
+}  // namespace
+
+NestedBodies::NestedBodies(const scene::Scene& scene,
+                           const geometry::GeometrySet& geometry,
+                           const shading::MaterialEvaluator& materials)
+    : scene_(scene), geometry_(geometry), materials_(materials) {
+    for (uint32_t s = 0; s < scene.shapes.size(); ++s) {
+        if (!bounds_body(scene.shapes[s], scene::none)) continue;
+        const geometry::TriangleMesh& mesh = geometry.shapes()[s];
+        const Box3& b = mesh.bounds();
+        bodies_.push_back({scene::none, s, Box3d(Vec3d(b.min), Vec3d(b.max)), tree_of(mesh)});
+    }
+    for (uint32_t i = 0; i < scene.instances.size(); ++i)
+        add_bodies(i, scene.instances[i].prototype);
+}
+
+void NestedBodies::add_bodies(uint32_t instance, uint32_t prototype) {
+    const std::vector<scene::Shape>& shapes = scene_.prototypes[prototype].shapes;
+    const scene::Instance& placed = scene_.instances[instance];
+    for (uint32_t s = 0; s < shapes.size(); ++s) {
+        if (!bounds_body(shapes[s], placed.material_override)) continue;
+        const geometry::TriangleMesh& mesh = geometry_.prototypes()[prototype][s];
+        bodies_.push_back({instance, s, placed_box(placed, mesh.bounds()), tree_of(mesh)});
+    }
+}
+
+const accel::Accelerator* NestedBodies::tree_of(const geometry::TriangleMesh& mesh) {
+    for (const Tree& known : trees_)
+        if (known.mesh == &mesh) return known.tree.get();
+    accel::SoupScene soup;
+    soup.shapes.push_back(
+        {mesh.positions(), mesh.triangles(), mesh.shared_primitives(), mesh.later_positions()});
+    trees_.push_back({&mesh, accel::build_bvh(soup)});
+    return trees_.back().tree.get();
+}
+
+bool NestedBodies::bounds_body(const scene::Shape& shape,
+                               scene::MaterialId override_material) const {
+    const auto is_body = [&](scene::MaterialId m) { return materials_.bounds_body(m); };
+    if (override_material != scene::none) return is_body(override_material);
+    if (is_body(shape.material)) return true;
+    const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry);
+    return mesh && std::any_of(mesh->face_materials.begin(), mesh->face_materials.end(), is_body);
+}
+
+geometry::SurfacePoint NestedBodies::clear_of_faces(const geometry::SurfacePoint& point) {
+    geometry::SurfacePoint clear = point;
+    clear.p_error *= coincidence;
+    return clear;
+}
+
+/// The face of a body that the probe meets, if it is there where the probe is aimed at.
+bool NestedBodies::find_face(const Body& body,
+                             const geometry::Ray& probe,
+                             geometry::SurfacePoint& out) const {
+    // Thrice as long: rays are rounded in the body's space
+    geometry::Ray ray{probe.o - probe.d, probe.d * 3.0f, 1.0f, probe.time};
+    geometry::Ray local = ray;
+    if (body.instance != scene::none) {
+        std::optional<geometry::InstanceTransform> room;
+        const Mat4d& backward =
+            geometry_.instance(body.instance, probe.time, room).prototype_from_render;
+        local.o = to_float(transform_point(Vec3d(ray.o), backward));
+        local.d = to_float(transform_direction(Vec3d(ray.d), backward));
+    }
+    geometry::Hit hit = body.tree->intersect(local);
+    if (!hit.is_valid()) return false;
+    hit.instance = body.instance;
+    hit.shape = body.shape;
+    out = geometry::make_surface_point(scene_, geometry_, ray, hit);
+    return materials_.bounds_body(out.material);
+}
+
+NestedBodies::Faces NestedBodies::faces_at(const geometry::SurfacePoint& point) const {
+    Faces faces;
+    faces.add(point);
+    const geometry::SurfacePoint clear = clear_of_faces(point);
+    const Vec3 above = geometry::offset_ray_origin(clear, point.ng);
+    geometry::Ray probe{above, geometry::offset_ray_origin(clear, -point.ng) - above, 1.0f,
+                        point.time};
+    const double reach = double(probe.d.length());
+    geometry::SurfacePoint face;
+    for (const Body& body : bodies_) {
+        if (faces.is_full()) break;
+        if (body.instance == point.instance && body.shape == point.shape) continue;
+        if (!is_near(body.box, Vec3d(point.p), reach) || !find_face(body, probe, face)) continue;
+        const double apart = (Vec3d(face.p) - Vec3d(point.p)).dot(Vec3d(point.ng));
+        if (std::abs(apart) <= double(coincidence * error_along_normal(point))) faces.add(face);
+    }
+    return faces;
+}
+
+NestedBodies::Crossing NestedBodies::cross(const Interior& inside,
+                                           const geometry::SurfacePoint& point,
+                                           const Vec3& wo,
+                                           RayCounts* counts) const {
+    scene::count_call(scene::Effect::NestedBodies);
+    const Faces faces = faces_at(point);
+    Crossing crossing;
+    crossing.beyond = inside;
+    Interior here = inside;
+
+    // Leave first: bodies of one material that touch are two
+    for (const geometry::SurfacePoint& face : faces) {
+        if (is_outside(face, wo) || crossing.beyond.leave(face.material)) continue;
+        // Whoever meets an inside was inside
+        here.enter(materials_, face.material);
+        if (counts) ++counts->bodies_unmatched;
+    }
+    for (const geometry::SurfacePoint& face : faces) {
+        if (!is_outside(face, wo)) continue;
+        if (!crossing.beyond.enter(materials_, face.material) && counts) ++counts->bodies_too_deep;
+    }
+
+    // The boundary is that of the body with the higher priority
+    const scene::MaterialId before = here.filling(), after = crossing.beyond.filling();
+    crossing.is_boundary = before != after;
+    const geometry::SurfacePoint* owner = faces.begin();
+    if (crossing.is_boundary) {
+        const auto find = [&](scene::MaterialId material, bool from_outside) {
+            return std::find_if(faces.begin(), faces.end(), [&](const auto& face) {
+                return face.material == material && is_outside(face, wo) == from_outside;
+            });
+        };
+        const auto left = find(before, false), entered = find(after, true);
+        const bool has_both = left != faces.end() && entered != faces.end();
+        const bool is_left = has_both ? materials_.priority(before) > materials_.priority(after)
+                                      : left != faces.end();
+        owner = is_left ? left : entered;
+        const scene::MaterialId other = is_left ? after : before;
+        if (other != scene::none) crossing.surrounding_index = materials_.index(other);
+    }
+    crossing.point = clear_of_faces(*owner);
+    return crossing;
+}
+
+size_t NestedBodies::bytes() const {
+    size_t total = bodies_.capacity() * sizeof(Body) + trees_.capacity() * sizeof(Tree);
+    for (const Tree& tree : trees_) total += tree.tree->stats().bytes;
+    return total;
+}
+
+}  // namespace velatura::integrator
