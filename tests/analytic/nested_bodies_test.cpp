@@ -73,7 +73,7 @@ TEST(NestedBodies, GlassOnWaterPassesAsMuchAsItShould) {
             else
                 add_slab(test, -1.5f + shift, -4.0f, water);
             test.add_square(-2.0f, 1.0f, test.add_matte(Rgb(0.0f), Rgb(1.0f)));
-            const RenderedLayers layers = render(test, {.size = 32, .samples = 256});
+            const RenderedLayers layers = render(test, {.size = 32, .samples = 512});
             // Radiance is denser in water by the square of its index
             const double squared = double(water_index) * double(water_index);
             double expected = joint == Joint::Gap ? with_gap : through;
@@ -109,7 +109,7 @@ TEST(NestedBodies, AreAsDeepAsSixteen) {
                  test.add_material(body(ior, i + 1)));
     }
     test.add_square(-5.0f, 1.0f, test.add_matte(Rgb(0.0f), Rgb(1.0f)));
-    const RenderedLayers layers = render(test, {.size = 32, .samples = 128, .last_bounce = 2});
+    const RenderedLayers layers = render(test, {.size = 32, .samples = 640, .last_bounce = 2});
     const double squared = indices.back() * indices.back();
     Estimate seen = layers.beauty();
     seen.mean *= squared;
