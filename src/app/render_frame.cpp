@@ -249,6 +249,8 @@ class FrameRenderer {
         const media::TrackingCounts& tracking = result.rays.tracking;
         if (tracking.violations > 0) diagnostics_.error("volume-majorant", {}, {}, fmt::format("{} lookups in volumes were above their bound: this is a bug of Velatura", tracking.violations));
         if (tracking.capped > 0) diagnostics_.warn("volume-cap", {}, {}, fmt::format("{} ways through volumes were cut because light met too much on them", tracking.capped));
+        if (result.rays.walks_given_up > 0)
+            diagnostics_.warn("subsurface", {}, {}, fmt::format("{} walks below surfaces were given up after {} scatterings: a white body is very large for its subsurfaceRadius, or not closed", result.rays.walks_given_up, integrator::SubsurfaceWalk::most_steps));
         if (result.rays.bodies_unmatched > 0)
             diagnostics_.warn("nested-bodies", {}, {}, fmt::format("rays left bodies {} times without having entered them: some body with or beside a priority is not closed", result.rays.bodies_unmatched));
         if (result.rays.bodies_too_deep > 0)

@@ -158,6 +158,7 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
     j["effects"] = effect_calls_json(input.plan, result.rays.effects);
     j["ledger"] = make_ledger(job, input, world);
     j["numerics"] = numerics_json(film);
+    j["numerics"]["walks_given_up"] = result.rays.walks_given_up;
     j["numerics"]["bodies_unmatched"] = result.rays.bodies_unmatched;
     j["numerics"]["bodies_too_deep"] = result.rays.bodies_too_deep;
     j["numerics"]["depth_limited"] = result.rays.depth_limited;

@@ -201,6 +201,12 @@ void find_sheen(EffectFindings& found) {
     find_materials(found, scene::may_have_sheen, [](const Material& m) { return told("sheen", m.extras->sheen); });
 }
 
+void find_subsurface(EffectFindings& found) {
+    find_materials(found, scene::may_scatter_below, [](const Material& m) { return told("subsurface", m.subsurface); });
+    for (const Material& m : found.scene.materials)
+        if (m.thin_walled && is_positive(m.subsurface)) found.zero(m.name, "is a thin wall");
+}
+
 /// Materials of hair that curves may have.
 void find_hair(EffectFindings& found) {
     std::vector<bool> is_used(found.scene.materials.size());
@@ -238,6 +244,7 @@ constexpr std::array rules = {
     EffectRule{Effect::RoughDiffuse, find_rough_diffuse, [](scene::Scene& s) { change_materials(s, [](Material& m) { if (m.extras) m.extras->diffuse_roughness = Input(0.0f); }); }},
     EffectRule{Effect::Sheen, find_sheen, [](scene::Scene& s) { change_materials(s, [](Material& m) { if (m.extras) m.extras->sheen = Input(0.0f); }); }},
     EffectRule{Effect::Patterns, find_patterns, [](scene::Scene& s) { forget_inputs(s, Input::Source::Pattern); }},
+    EffectRule{Effect::Subsurface, find_subsurface, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.subsurface = Input(0.0f); }); }},
     EffectRule{Effect::Hair, find_hair, forget_hair},
     EffectRule{Effect::Anisotropy, find_anisotropy, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.anisotropy = Input(0.0f); }); }},
 };

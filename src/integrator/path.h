@@ -65,6 +65,21 @@ struct PathTracer::Vertex {
     const NestedBodies::Crossing* crossing = nullptr;  ///< of a boundary between bodies with priorities
 };
 
+/// Where a path comes out that scattered below the surface: a vertex in place of the one where it went in.
+struct PathTracer::Emergence {
+    Emergence(const geometry::SurfacePoint& at, const Vec3& wo, const guiding::GuidingField* guide)
+        : point(at),
+          bsdf(Rgb(1.0f), at.ng, at.ns, wo, at.side != 0 ? at.ns : at.ng),
+          vertex{point, bsdf, wo, DirectionMixture(bsdf, wo, at.p, guide)} {}
+
+    Emergence(const Emergence&) = delete;
+    Emergence& operator=(const Emergence&) = delete;
+
+    geometry::SurfacePoint point;
+    shading::Bsdf bsdf;
+    Vertex vertex;
+};
+
 /// Light goes through the vertex from wo to wi, or stays on its side.
 inline void cross(const World& world, const NestedBodies::Crossing* crossing, const geometry::SurfacePoint& point, const Vec3& wo, const Vec3& wi, Interior& interior) {
     if (!crossing) interior.cross(world.materials, point, wo, wi);

@@ -64,11 +64,12 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
 }
 
 void PathTracer::follow(Path& path, film::SampleRadiance& out) const {
-    if (world_.nested) follow_through<true>(path, out);
+    if (world_.nested || world_.subsurface) follow_through<true>(path, out);
     else follow_through<false>(path, out);
 }
 
-template <bool has_nested_bodies>
+/// has_insides: bodies displace each other, or light scatters below surfaces.
+template <bool has_insides>
 void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
     RayCounts& counts = *path.counts;
     PathObserver* const observer = path.observer;
@@ -95,7 +96,7 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
         path.segment_t = hit.t;
         if (observer) observer->on_hit(path.bounce, point, hit.t, path.beta);
         const NestedBodies::Crossing* crossing = nullptr;
-        if (pass_through(path, point) || (has_nested_bodies && !meet_bodies(path, point, room, crossing))) {
+        if (pass_through(path, point) || (has_insides && world_.nested && !meet_bodies(path, point, room, crossing))) {
             if (path.pass_count < pass_through_limit) continue;
             end = "passed through too many surfaces";
             break;
@@ -114,17 +115,23 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
                 deposit(path, path.bounce, emitted.group, path.beta * emitted.Le * surface_hit_weight(path, point), "surface emission", out);
         }
 
-        const Vertex vertex{start, bsdf, wo, DirectionMixture(bsdf, wo, start.p, options_.guide), crossing};
+        const Vertex met{start, bsdf, wo, DirectionMixture(bsdf, wo, start.p, options_.guide), crossing};
         if (path.bounce >= depth_limit_) {
             // What passes straight is not scattered
-            if (pass_straight(path, vertex)) continue;
+            if (pass_straight(path, met)) continue;
             if (depth_limit_ == hard_depth_limit) ++counts.depth_limited;
             end = "reached the depth limit";
             break;
         }
+        std::optional<Emergence> emerged;
+        if (has_insides && world_.materials.has_subsurface(point.material) && !go_below(path, met, emerged)) {
+            end = "absorbed below the surface";
+            break;
+        }
+        const Vertex& vertex = has_insides && emerged ? emerged->vertex : met;
         add_direct_light(path, vertex, out);
         if (options_.caustics) add_caustics(path, vertex, out);
-        if (path.branches > 1 && bsdf.has_non_delta()) {
+        if (path.branches > 1 && vertex.bsdf.has_non_delta()) {
             branch_out(path, vertex, out);
             return;
         }
@@ -215,6 +222,24 @@ bool PathTracer::pass_through(Path& path, const geometry::SurfacePoint& point) c
     if (presence >= 1.0f) return false;
     if (path.sampler.get_1d(path.bounce, Purpose::Opacity, path.pass_count) < presence) return false;
     go_straight_on(path, point);
+    return true;
+}
+
+bool PathTracer::go_below(Path& path, const Vertex& vertex, std::optional<Emergence>& out) const {
+    const shading::Subsurface below = world_.materials.subsurface(vertex.point, path.cone_width);
+    const Rgb entering = vertex.bsdf.entering() * below.weight;
+    const float share = luminance(entering * below.color);
+    if (!(share > 0.0f)) return true;
+    const float probability = share / (share + luminance(vertex.bsdf.albedo()));
+    if (path.sampler.get_1d(path.bounce, Purpose::SubsurfaceSelect, path.pass_count) >= probability) {
+        path.beta /= 1.0f - probability;
+        return true;
+    }
+    const auto exit = world_.subsurface->walk(vertex.point, vertex.bsdf.ns(), vertex.wo, below, path.sampler, path.bounce, path.pass_count, *path.counts);
+    if (!exit) return false;
+    path.beta *= entering * exit->throughput / probability;
+    const std::optional<geometry::SurfacePoint> moved = leaving_point(world_, exit->point, exit->wo, path.counts->shadow);
+    out.emplace(moved ? *moved : exit->point, exit->wo, options_.guide);
     return true;
 }
 
@@ -318,6 +343,10 @@ void PathTracer::record_first_hit(const geometry::SurfacePoint& point, const sha
     out.has_hit = true;
     out.alpha = 1.0f;
     out.albedo = bsdf.albedo();
+    if (world_.subsurface && world_.materials.has_subsurface(point.material)) {
+        const shading::Subsurface below = world_.materials.subsurface(point, 0.0f);
+        out.albedo += bsdf.entering() * below.color * below.weight;
+    }
     out.N = bsdf.ns();
     const Vec3d world = Vec3d(point.p) + world_.scene.camera.world_position;
     out.P = Vec3(float(world.x), float(world.y), float(world.z));

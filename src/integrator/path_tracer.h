@@ -59,6 +59,7 @@ class PathTracer {
   private:
     struct Path;
     struct Vertex;
+    struct Emergence;
 
     /// A light that was sampled, and its links if it has any.
     struct ChosenLight {
@@ -98,9 +99,11 @@ class PathTracer {
                      const geometry::SurfacePoint& point,
                      std::optional<NestedBodies::Crossing>& room,
                      const NestedBodies::Crossing*& crossing) const;
+    /// Chooses between scattering at the vertex and below it. False: absorbed there. out: where the path came out, if it went in.
+    bool go_below(Path& path, const Vertex& vertex, std::optional<Emergence>& out) const;
     static void go_straight_on(Path& path, const geometry::SurfacePoint& point);
     void follow(Path& path, film::SampleRadiance& out) const;
-    template <bool has_nested_bodies>
+    template <bool has_insides>
     void follow_through(Path& path, film::SampleRadiance& out) const;
     void branch_out(const Path& trunk, const Vertex& vertex, film::SampleRadiance& out) const;
     const char* go_on(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;

@@ -15,6 +15,7 @@
 #include "geometry/subdivider.h"
 #include "integrator/interior.h"
 #include "integrator/nested_bodies.h"
+#include "integrator/subsurface_walk.h"
 #include "lights/light_selector.h"
 #include "lights/light_set.h"
 #include "media/volume_set.h"
@@ -85,6 +86,7 @@ struct World {
     /// What a point (render space) is inside of at a time, found by rays to where nothing is.
     Interior interior_at(const Vec3& p, float time) const;
 
+    std::unique_ptr<const SubsurfaceWalk> subsurface;  ///< of scenes in which light scatters below surfaces
     std::unique_ptr<const NestedBodies> nested;  ///< of scenes with priorities alone
     bool interior_changes = false;  ///< camera_interior depends on the time, and is not kept
     Interior camera_interior;  ///< what the camera is inside of; only looked for where MaterialEvaluator::has_absorption()

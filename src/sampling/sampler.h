@@ -39,6 +39,12 @@ enum class Purpose : uint32_t {
     VolumeShadow = 34,
     VolumeOwnShadow = 35,
     VolumeChain = 36,
+    SubsurfaceSelect = 40,
+    SubsurfaceEntry = 41,
+    SubsurfaceChannel = 42,
+    SubsurfaceDistance = 43,
+    SubsurfaceDirection = 44,
+    SubsurfaceRoulette = 45,
 };
 
 /// Which points the samples of a pixel are.

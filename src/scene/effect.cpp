@@ -38,6 +38,7 @@ constexpr std::array<EffectInfo, effect_count> table = {{
     {Effect::Sheen, Scene, "sheen", "surfaces with fibres evaluated"},
     {Effect::Patterns, Scene, "patterns", "node graphs evaluated"},
     {Effect::Hair, Scene, "hair", "fibres evaluated"},
+    {Effect::Subsurface, Scene, "subsurface", "walks below surfaces"},
     {Effect::SurfaceEmission, Scene, "surface-emission", "emissions of surfaces evaluated"},
     {Effect::MeshLights, Scene, "mesh-lights", "emissions of lights that are geometry evaluated"},
     {Effect::Environment, Scene, "environment", "domes sampled or met"},

@@ -43,6 +43,7 @@ enum class Effect : uint8_t {
     Sheen,
     Patterns,
     Hair,
+    Subsurface,
     // Lights
     SurfaceEmission,
     MeshLights,

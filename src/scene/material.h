@@ -85,6 +85,12 @@ struct Material {
     float transmission_depth = 0.0f;
     /// Where bodies overlap the one of the largest number fills the space; among equals the one that was entered last.
     int dielectric_priority = 0;
+    /// How much of what would scatter at the diffuse base scatters inside the body instead, closed meshes only. Its colour is
+    /// that of a large flat piece of it (none = diffuse_color), its radius the way between two scatterings [scene units].
+    Input subsurface = Input(0.0f);
+    std::optional<Input> subsurface_color;
+    Input subsurface_radius = Input(Rgb(1.0f));
+    float subsurface_anisotropy = 0.0f;  ///< mean cosine of a scattering
     /// false: no specular at all, pure Lambert; what shapes without a material get with their displayColor.
     bool has_specular = true;
     Input normal = Input(Rgb(0.0f, 0.0f, 1.0f));  ///< tangent space, already scaled and biased into [-1, 1]
@@ -101,8 +107,10 @@ template <class Material, class Visitor>
 void for_each_input(Material& m, Visitor visit) {
     for (auto* input : {&m.diffuse_color, &m.emissive_color, &m.specular_color, &m.metallic, &m.roughness, &m.clearcoat,
                         &m.clearcoat_roughness, &m.opacity, &m.ior, &m.anisotropy, &m.anisotropy_rotation,
-                        &m.diffuse_transmission, &m.transmission_color, &m.normal, &m.displacement})
+                        &m.diffuse_transmission, &m.transmission_color, &m.subsurface, &m.subsurface_radius, &m.normal,
+                        &m.displacement})
         visit(*input);
+    if (m.subsurface_color) visit(*m.subsurface_color);
     if (m.diffuse_transmission_color) visit(*m.diffuse_transmission_color);
     if (m.hair) {
         for (auto* input : {&m.hair->color, &m.hair->eumelanin, &m.hair->pheomelanin, &m.hair->absorption,
@@ -131,6 +139,11 @@ inline bool may_transmit(const Material& m) {
 
 inline bool may_transmit_diffusely(const Material& m) {
     return m.thin_walled && !(is_constant(m.diffuse_transmission) && !(m.diffuse_transmission.value.x > 0.0f));
+}
+
+/// Light may scatter inside what the material bounds.
+inline bool may_scatter_below(const Material& m) {
+    return !m.thin_walled && !m.hair && !(is_constant(m.subsurface) && !(m.subsurface.value.x > 0.0f));
 }
 
 /// The material bounds a body that displaces others, or is displaced, by more than the order in which they are entered.

@@ -467,6 +467,11 @@ Rgb Bsdf::albedo() const {
     return clamp01(below * under_sheen(view_.sheen) + p_.sheen_color * view_.sheen);
 }
 
+Rgb Bsdf::entering() const {
+    if (kind_ != Kind::Layers) return Rgb(kind_ == Kind::Lambert ? 1.0f : 0.0f);
+    return one_minus(view_.specular) * (p_.opacity * (1.0f - view_.coat));
+}
+
 bool Bsdf::has_non_delta() const {
     if (kind_ == Kind::Lambert) return !is_black(p_.diffuse);
     if (kind_ == Kind::Hair) return true;

@@ -143,6 +143,9 @@ class Bsdf {
     /// Share of light from everywhere that is sent towards wo, delta lobes and transmission
     /// included; in [0, 1].
     Rgb albedo() const;
+    /// Share of light from the constructor's wo that gets to the diffuse base.
+    Rgb entering() const;
+
     bool has_non_delta() const;
 
     /// One diffuse lobe and nothing else: sample_f does not look at u_lobe.

@@ -78,6 +78,8 @@ void check_constants(const scene::Scene& scene,
     check(m.clearcoat_roughness, "clearcoatRoughness");
     check(m.opacity, "opacity");
     check(m.anisotropy, "velatura:anisotropy");
+    check(m.subsurface, "velatura:subsurface");
+    if (m.subsurface_color) check(*m.subsurface_color, "velatura:subsurfaceColor");
     check(m.diffuse_transmission, "velatura:diffuseTransmission");
     if (m.diffuse_transmission_color)
         check(*m.diffuse_transmission_color, "velatura:diffuseTransmissionColor");
@@ -140,6 +142,8 @@ MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene,
         if (scene::may_have_sheen(m) && !sheen_) sheen_ = std::make_unique<SheenAlbedo>();
         f.is_emissive = scene::is_emissive(m);
         f.is_hair = m.hair.has_value();
+        f.has_subsurface = scene::may_scatter_below(m);
+        has_subsurface_ = has_subsurface_ || f.has_subsurface;
         flags_.push_back(f);
         has_presence_ = has_presence_ || f.has_presence;
         is_see_through_ = is_see_through_ || f.is_see_through;
@@ -372,6 +376,7 @@ SurfaceParameters MaterialEvaluator::parameters(scene::MaterialId material,
         p.f90 = mix(Rgb(p.ior == 1.0f ? 0.0f : 1.0f), base, metallic);
     }
     if (!m.has_specular) p.f0 = p.f90 = Rgb(0.0f);
+    if (f.has_subsurface) p.diffuse *= 1.0f - subsurface_weight(m, point, footprint);
     const float roughness = unit_interval(scalar(m.roughness, point, footprint));
     p.alpha = roughness * roughness;
     p.clearcoat = unit_interval(scalar(m.clearcoat, point, footprint));

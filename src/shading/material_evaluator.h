@@ -17,6 +17,20 @@
 
 namespace velatura::shading {
 
+/// What is below a surface: a medium that scatters.
+struct Subsurface {
+    float weight = 0;             ///< share of the base that it takes the place of
+    Rgb color = Rgb(0.0f);        ///< of a large flat piece of it, about
+    Rgb sigma_t = Rgb(0.0f);      ///< [1/render-space unit]
+    Rgb albedo = Rgb(0.0f);       ///< of one scattering
+    float anisotropy = 0;         ///< mean cosine of one
+};
+
+/// The albedo of one scattering with which a half space has the albedo `color` under diffuse light.
+/// Ref: van de Hulst 1980, "Multiple Light Scattering", with his similarity for anisotropy; inverted by Kulla
+/// & Conty 2017, "Revisiting Physically Based Shading at Imageworks".
+Rgb single_scattering_albedo(const Rgb& color, float anisotropy);
+
 /// Every material of a scene, ready to be evaluated at surface points from many threads.
 /// `footprint` is the width of the ray cone where it meets the surface, in render-space units; 0 =
 /// finest texels.
@@ -98,6 +112,16 @@ class MaterialEvaluator final : public geometry::Displacer {
     /// nothing passes.
     const Rgb& absorption(scene::MaterialId material) const { return flags(material).absorption; }
 
+    /// Light scatters inside what some material bounds.
+    bool has_subsurface() const { return has_subsurface_; }
+
+    bool has_subsurface(scene::MaterialId material) const {
+        return flags(material).has_subsurface;
+    }
+
+    /// Of a material that has one.
+    Subsurface subsurface(const geometry::SurfacePoint& point, float footprint) const;
+
     /// Curves of the material scatter as fibres.
     bool is_hair(scene::MaterialId material) const { return flags(material).is_hair; }
 
@@ -111,6 +135,7 @@ class MaterialEvaluator final : public geometry::Displacer {
         bool bounds_body = false;
         bool is_see_through = false;
         bool is_hair = false;
+        bool has_subsurface = false;
         int priority = 0;
         float index = 1;
         Rgb absorption = Rgb(0.0f);
@@ -152,6 +177,9 @@ class MaterialEvaluator final : public geometry::Displacer {
     HairParameters hair_parameters(const scene::Hair& hair,
                                    const geometry::SurfacePoint& point,
                                    float footprint) const;
+    float subsurface_weight(const scene::Material& material,
+                            const geometry::SurfacePoint& point,
+                            float footprint) const;
     Vec3 mapped_normal(const scene::Material& material,
                        const geometry::SurfacePoint& point,
                        float footprint) const;
@@ -192,6 +220,7 @@ class MaterialEvaluator final : public geometry::Displacer {
     bool is_see_through_ = false;
     bool has_absorption_ = false;
     bool has_priorities_ = false;
+    bool has_subsurface_ = false;
 };
 
 }  // namespace velatura::shading

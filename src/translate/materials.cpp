@@ -31,7 +31,9 @@ constexpr std::array own_inputs = {
     "velatura:anisotropyRotation",  "velatura:thinWalled",
     "velatura:diffuseTransmission", "velatura:diffuseTransmissionColor",
     "velatura:transmissionColor",   "velatura:transmissionDepth",
-    "velatura:dielectricPriority"};
+    "velatura:dielectricPriority",  "velatura:subsurface",
+    "velatura:subsurfaceColor",     "velatura:subsurfaceRadius",
+    "velatura:subsurfaceAnisotropy"};
 
 void warn_shader_features(Context& ctx, Prim shader) {
     const Attribute occlusion = shader.attribute("inputs:occlusion");
@@ -70,6 +72,28 @@ void read_priority(Context& ctx, InputReader& reader, scene::Material& material)
                          priority, most));
 }
 
+void read_subsurface(Context& ctx, InputReader& reader, scene::Material& material) {
+    const Prim shader = reader.shader;
+    material.subsurface = reader.number("velatura:subsurface", 0.0f);
+    const Attribute color = shader.attribute("inputs:velatura:subsurfaceColor");
+    if (color.has_authored_value() || color.has_authored_connections())
+        material.subsurface_color = reader.color("velatura:subsurfaceColor", Rgb(1.0f));
+    material.subsurface_radius = reader.color("velatura:subsurfaceRadius", Rgb(1.0f));
+    material.subsurface_anisotropy =
+        float(reader.constant_number("velatura:subsurfaceAnisotropy", 0.0));
+    if (material.thin_walled && !is_zero(material.subsurface))
+        ctx.warn("needs-body", shader.attribute("inputs:velatura:subsurface"),
+                 "inputs:velatura:subsurface means nothing to a thin wall, which has no inside");
+    if (!(std::abs(material.subsurface_anisotropy) < 1.0f))
+        ctx.warn("material-out-of-range", shader.attribute("inputs:velatura:subsurfaceAnisotropy"),
+                 "inputs:velatura:subsurfaceAnisotropy is outside (-1, 1) and is clamped");
+    const scene::Input& radius = material.subsurface_radius;
+    if (scene::is_constant(radius) &&
+        !(radius.value.x >= 0.0f && radius.value.y >= 0.0f && radius.value.z >= 0.0f))
+        ctx.warn("material-out-of-range", shader.attribute("inputs:velatura:subsurfaceRadius"),
+                 "inputs:velatura:subsurfaceRadius is below 0 and counts as 0");
+}
+
 /// The inputs of Velatura's own.
 void read_own_inputs(Context& ctx, InputReader& reader, scene::Material& material) {
     const Prim shader = reader.shader;
@@ -92,6 +116,7 @@ void read_own_inputs(Context& ctx, InputReader& reader, scene::Material& materia
     material.transmission_color = reader.color("velatura:transmissionColor", Rgb(1.0f));
     material.transmission_depth = float(reader.constant_number("velatura:transmissionDepth", 0.0));
     read_priority(ctx, reader, material);
+    read_subsurface(ctx, reader, material);
     if (material.thin_walled && material.transmission_depth > 0.0f) {
         ctx.warn("needs-body", shader.attribute("inputs:velatura:transmissionDepth"),
                  "inputs:velatura:transmissionDepth means nothing to a thin wall, which has no "
@@ -116,6 +141,7 @@ constexpr std::array neutral_inputs = {
     NeutralInput{"velatura:thinWalled", 0, scene::Effect::ThinWalls},
     NeutralInput{"velatura:diffuseTransmission", 0, scene::Effect::DiffuseTransmission},
     NeutralInput{"velatura:dielectricPriority", 0, scene::Effect::NestedBodies},
+    NeutralInput{"velatura:subsurface", 0, scene::Effect::Subsurface},
     NeutralInput{"velatura:transmissionDepth", 0, scene::Effect::Absorption}};
 
 /// Tells the plan which effects the shader authors so that they do nothing.

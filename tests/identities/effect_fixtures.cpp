@@ -44,6 +44,7 @@ constexpr EffectFixture fixtures[] = {
      "float inputs:opacity = 0\nfloat inputs:velatura:transmissionDepth = 1\ncolor3f inputs:velatura:transmissionColor = (1, 1, 1)"},
     {Effect::NestedBodies, "constant", "float inputs:opacity = 0\nint inputs:velatura:dielectricPriority = 2", "float inputs:opacity = 0\nint inputs:velatura:dielectricPriority = 0"},
     {Effect::NestedBodies, "of what is opaque", "float inputs:opacity = 0.2\nint inputs:velatura:dielectricPriority = -1", "int inputs:velatura:dielectricPriority = 2"},
+    {Effect::Subsurface, "constant", "float inputs:velatura:subsurface = 0.8\ncolor3f inputs:velatura:subsurfaceRadius = (0.3, 0.1, 0.05)", "float inputs:velatura:subsurface = 0\ncolor3f inputs:velatura:subsurfaceRadius = (0.3, 0.1, 0.05)"},
     {Effect::Anisotropy, "constant", "float inputs:velatura:anisotropy = 0.5", "float inputs:velatura:anisotropy = 0"},
     {Effect::SurfaceEmission, "constant", "color3f inputs:emissiveColor = (0, 0, 1)", "color3f inputs:emissiveColor = (0, 0, 0)"},
     {Effect::Quadrics, "sphere", "def Sphere \"Ball\" { double radius = 0.3 }", "def Cube \"Ball\" { double size = 0.3 }", true},

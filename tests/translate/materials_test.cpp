@@ -372,4 +372,26 @@ TEST(Materials, PrioritiesAreWholeNumbers) {
     }
 }
 
+TEST(Materials, ScatterBelowTheSurface) {
+    Translated t;
+    translate_text(
+        camera() + "def Scope \"M\" {\n" +
+            material("A",
+                     "float inputs:velatura:subsurface = 0.7\ncolor3f inputs:velatura:subsurfaceRadius "
+                     "= (1, 0.5, -1)\nfloat inputs:velatura:subsurfaceAnisotropy = 2") +
+            material("B",
+                     "bool inputs:velatura:thinWalled = 1\nfloat inputs:velatura:subsurface = 1\n"
+                     "color3f inputs:velatura:subsurfaceColor = (0.9, 0.6, 0.5)") +
+            "}\n" + quad("Q", binding("/M/A")) + quad("R", binding("/M/B")),
+        t);
+    EXPECT_EQ(material_of(t, 0).subsurface.value.x, 0.7f);
+    EXPECT_EQ(material_of(t, 0).subsurface_radius.value, Rgb(1.0f, 0.5f, -1.0f));
+    EXPECT_FALSE(material_of(t, 0).subsurface_color);
+    EXPECT_EQ(material_of(t, 1).subsurface_color->value, Rgb(0.9f, 0.6f, 0.5f));
+    EXPECT_EQ(t.count("material-out-of-range"), 2u);
+    EXPECT_EQ(t.count("needs-body"), 1u);
+    EXPECT_TRUE(scene::may_scatter_below(material_of(t, 0)));
+    EXPECT_FALSE(scene::may_scatter_below(material_of(t, 1)));
+}
+
 }  // namespace velatura::translate
