@@ -222,8 +222,8 @@ Prim surface_shader(Context& ctx, Prim material) {
     }
     ctx.warn("unsupported-material", material,
              contexts.empty() ? "material has no surface output, displayColor is shown"
-                              : fmt::format("only outputs:surface and outputs:mtlx:surface are supported, found {}; "
-                                            "displayColor is shown",
+                              : fmt::format("only outputs:surface and outputs:mtlx:surface are "
+                                            "supported, found {}; displayColor is shown",
                                             contexts));
     return Prim();
 }

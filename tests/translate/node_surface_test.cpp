@@ -208,6 +208,35 @@ TEST(NodeSurface, WhatIsNotSimulatedIsNamed) {
     }
 }
 
+TEST(NodeSurface, DisplacementIsScaled) {
+    const auto stage = [](const std::string& id) {
+        return quad("Quad", "rel material:binding = </Mat>") + camera() + R"(
+def Material "Mat" {
+    token outputs:mtlx:surface.connect = </Mat/S.outputs:out>
+    token outputs:mtlx:displacement.connect = </Mat/D.outputs:out>
+    def Shader "S" {
+        uniform token info:id = "ND_standard_surface_surfaceshader"
+        token outputs:out
+    }
+    def Shader "D" {
+        uniform token info:id = ")" + id + R"("
+        float inputs:displacement = 0.2
+        float inputs:scale = 0.5
+        token outputs:out
+    }
+}
+)";
+    };
+    Translated number, vector;
+    translate_text(stage("ND_displacement_float"), number);
+    translate_text(stage("ND_displacement_vector3"), vector);
+    ASSERT_EQ(number.scene.materials.size(), 1u);
+    EXPECT_NEAR(number.scene.materials[0].displacement.value.x, 0.1f, 1e-7f);
+    ASSERT_EQ(vector.scene.materials.size(), 1u);
+    EXPECT_FALSE(scene::is_displacing(vector.scene.materials[0]));
+    EXPECT_EQ(vector.count("unsupported-shader"), 1u);
+}
+
 TEST(NodeSurface, UnknownSurfacesLeaveTheirDisplayColor) {
     Translated t;
     translate_text(quad("Quad", "rel material:binding = </Mat>") + camera() + R"(
