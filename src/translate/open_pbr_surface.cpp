@@ -117,6 +117,7 @@ void read_diffuse(SurfaceReader& s, Port base_color, Port tint, scene::Material&
     PatternBuilder& b = s.builder();
     Port diffuse = base_color;
     const Port weight = s.number("subsurface_weight", 0.0f);
+    s.note_neutral("subsurface_weight", weight, scene::Effect::Subsurface);
     if (s.may_be_positive(weight)) {
         const Port color = s.color("subsurface_color", Rgb(0.8f));
         if (m.thin_walled) {
@@ -131,10 +132,14 @@ void read_diffuse(SurfaceReader& s, Port base_color, Port tint, scene::Material&
             m.diffuse_transmission = s.finish(share);
             m.diffuse_transmission_color = s.finish(b.multiply(color, tint));
         } else {
-            diffuse = b.mix(base_color, color, weight);
-            s.graph.ctx.warn("unsupported-input", s.shader.attribute("inputs:subsurface_weight"),
-                             "inputs:subsurface_weight is not simulated, its colour is shown as "
-                             "diffuse");
+            m.subsurface = s.finish(weight);
+            m.subsurface_color = s.finish(b.multiply(color, tint), Rgb(0.8f));
+            m.subsurface_radius =
+                s.finish(b.multiply(s.color("subsurface_radius_scale", Rgb(1.0f, 0.5f, 0.25f)),
+                                    s.number("subsurface_radius", 1.0f)),
+                         Rgb(1.0f));
+            m.subsurface_anisotropy =
+                float(s.graph.constant_number(s.shader, "subsurface_scatter_anisotropy", 0.0));
         }
     }
     m.diffuse_color = s.finish(b.multiply(diffuse, tint), Rgb(0.8f));

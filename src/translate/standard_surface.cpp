@@ -172,15 +172,20 @@ scene::Material read_standard_surface(SurfaceReader& s) {
     Port diffuse = b.multiply(under_coat(base_color), base);
     const Port subsurface = s.number("subsurface", 0.0f);
     m.thin_walled = s.graph.constant_number(s.shader, "thin_walled", 0.0) != 0.0;
+    s.note_neutral("subsurface", subsurface, scene::Effect::Subsurface);
     if (s.may_be_positive(subsurface)) {
         const Port color = under_coat(s.color("subsurface_color", Rgb(1.0f)));
         if (m.thin_walled) {
             m.diffuse_transmission = s.finish(subsurface);
             m.diffuse_transmission_color = s.finish(b.multiply(color, coat.tint));
         } else {
-            diffuse = b.mix(diffuse, color, subsurface);
-            s.graph.ctx.warn("unsupported-input", s.shader.attribute("inputs:subsurface"),
-                             "inputs:subsurface is not simulated, its colour is shown as diffuse");
+            m.subsurface = s.finish(subsurface);
+            m.subsurface_color = s.finish(b.multiply(color, coat.tint), Rgb(1.0f));
+            m.subsurface_radius = s.finish(b.multiply(s.color("subsurface_radius", Rgb(1.0f)),
+                                                      s.number("subsurface_scale", 1.0f)),
+                                           Rgb(1.0f));
+            m.subsurface_anisotropy =
+                float(s.graph.constant_number(s.shader, "subsurface_anisotropy", 0.0));
         }
     }
     m.diffuse_color = s.finish(b.multiply(diffuse, coat.tint), Rgb(0.8f));
