@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What paths do about lights that shine on some geometry only, or whose shadows some geometry
 // casts (docs/adr/0021).
+#include "integrator/direct_light.h"
 #include "integrator/own_shadow.h"
 #include "integrator/path.h"
 #include "integrator/path_tracer.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lights that paths meet or look for.
+#include "integrator/direct_light.h"
 #include "integrator/path.h"
 #include "integrator/path_tracer.h"
 #include "integrator/shadow_segment.h"
@@ -109,40 +110,6 @@ void PathTracer::add_unoccluded_hits(Path& path, film::SampleRadiance& out) cons
         }
         ray = geometry::spawn_ray(point, ray.d);
     }
-}
-
-std::optional<PathTracer::ChosenLight> PathTracer::choose_light(const Path& path, const lights::Receiver& receiver) const {
-    double u_light = 0.0;
-    if (world_.chooses_lights) {
-        count_call(Effect::LightSelection);
-        u_light = path.sampler.get_1d_fine(path.bounce, Purpose::LightSelect, path.pass_count);
-    }
-    if (world_.has_very_many_lights) u_light += 0x1p-32 * path.sampler.get_1d_fine(path.bounce, Purpose::LightSelectFine, path.pass_count);
-    const std::optional<lights::LightChoice> choice = world_.selector->select(receiver, u_light);
-    if (!choice) return std::nullopt;
-    const scene::LightLinks* links = world_.has_links() ? world_.lights.links(choice->light) : nullptr;
-    if (!world_.lights.shines_on(links, receiver.link)) return std::nullopt;
-    const Vec2 u = path.sampler.get_2d(path.bounce, Purpose::LightSurface, path.pass_count);
-    const std::optional<lights::LightSample> light = world_.lights.sample(choice->light, receiver.p, u, {path.cone_width, path.cone_spread});
-    if (!light || is_black(light->Le)) return std::nullopt;
-    return ChosenLight{*choice, *light, links};
-}
-
-void PathTracer::deposit_direct(Path& path, const geometry::SurfacePoint& from, const Vec3& wo, const ChosenLight& chosen, const Rgb& Ld, film::SampleRadiance& out, const NestedBodies::Crossing* crossing) const {
-    // Deposit it where it is seen, and in the unoccluded layer in any case
-    const auto& [choice, light, links] = chosen;
-    const scene::GroupId group = world_.lights.group(choice.light);
-    if (has_shadow_layers_ && path.bounce == 0) {
-        count_call(Effect::ShadowLayers);
-        out.add_unoccluded(int(group), Ld);
-    }
-    std::optional<Interior> crossed;
-    if (world_.materials.has_absorption()) cross(world_, crossing, from, wo, light.wi, crossed.emplace(path.interior));
-    const Interior& interior = crossed ? *crossed : path.interior;
-    const bool has_own_shadows = links && links->has_own_shadows();
-    Rgb visible = has_own_shadows ? own_visibility(path, from, interior, light, *links) : visibility(path, from, interior, light);
-    if (world_.volumes && !has_own_shadows && !is_black(visible)) visible *= volume_transmittance(path, from.p, light);
-    deposit(path, path.bounce + 1, group, Ld * visible, "light sampled", out);
 }
 
 Rgb PathTracer::visibility(const Path& path, const geometry::SurfacePoint& from, const Interior& inside, const lights::LightSample& light) const {

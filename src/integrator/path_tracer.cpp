@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "integrator/direct_light.h"
 #include "integrator/path.h"
 #include "integrator/render_options.h"
 #include "integrator/shadow_segment.h"
@@ -172,20 +173,14 @@ const char* PathTracer::go_on(Path& path, const Vertex& vertex, film::SampleRadi
     return nullptr;
 }
 
-void PathTracer::deposit(const Path& path, int bounce, scene::GroupId group, const Rgb& radiance, const char* what, film::SampleRadiance& out) const {
-    if (is_black(radiance)) return;
-    out.add(bounce, int(group), radiance);
-    if (path.observer) path.observer->on_deposit(bounce, group, radiance, what);
-}
-
 void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
     const auto& [point, bsdf, wo, directions, crossing] = vertex;
     if (world_.selector->is_empty() || !bsdf.has_non_delta()) return;
 
     const lights::Receiver receiver = receiver_at(world_, point, bsdf);
-    const std::optional<ChosenLight> chosen = choose_light(path, receiver);
-    if (!chosen) return;
-    const auto& [choice, light, links] = *chosen;
+    ChosenLight chosen;
+    if (!choose_light(path, receiver, chosen)) return;
+    const auto& [choice, light, links] = chosen;
     const LightSampling strategy = options_.estimator.light_sampling;
     if (strategy == LightSampling::Bsdf && !light.is_delta) return;
 
@@ -204,7 +199,7 @@ void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::Sample
     const Rgb Ld = path.beta * f * light.Le * (bsdf.cosine(light.wi) * weight / light_pdf);
     if (is_black(Ld)) return;
 
-    deposit_direct(path, point, wo, *chosen, Ld, out, crossing);
+    deposit_direct(path, point, wo, chosen, Ld, out, crossing);
 }
 
 void PathTracer::add_caustics(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {

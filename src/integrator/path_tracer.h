@@ -65,14 +65,14 @@ class PathTracer {
     struct ChosenLight {
         lights::LightChoice choice;
         lights::LightSample light;
-        const scene::LightLinks* links;
+        const scene::LightLinks* links = nullptr;
     };
 
     /// What became of a path on a segment through volumes.
     enum class Crossing : uint8_t { Through, Scattered, Ended };
 
-    /// Chooses a light and a direction towards it; nothing when none arrives there.
-    std::optional<ChosenLight> choose_light(const Path& path, const lights::Receiver& receiver) const;
+    /// Chooses a light and a direction towards it; false when none arrives there.
+    bool choose_light(const Path& path, const lights::Receiver& receiver, ChosenLight& chosen) const;
     /// Deposits Ld of the light, as far as it arrives.
     void deposit_direct(Path& path, const geometry::SurfacePoint& from, const Vec3& wo, const ChosenLight& chosen, const Rgb& Ld, film::SampleRadiance& out, const NestedBodies::Crossing* crossing = nullptr) const;
     /// Adds what volumes and lights give along the segment, and lets the path scatter if it collides before t_max.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What paths do in volumes (docs/volumes.md).
+#include "integrator/direct_light.h"
 #include "integrator/path.h"
 #include "integrator/path_tracer.h"
 #include "integrator/render_options.h"
@@ -126,9 +127,9 @@ void PathTracer::add_direct_light_in_volume(Path& path,
                                             film::SampleRadiance& out) const {
     if (world_.selector->is_empty()) return;
     const scene::Volume& volume = world_.scene.volumes[medium.volume()];
-    const std::optional<ChosenLight> chosen = choose_light(path, receiver_in(volume, point.p));
-    if (!chosen) return;
-    const lights::LightSample& light = chosen->light;
+    ChosenLight chosen;
+    if (!choose_light(path, receiver_in(volume, point.p), chosen)) return;
+    const lights::LightSample& light = chosen.light;
     const LightSampling strategy = options_.estimator.light_sampling;
     if (strategy == LightSampling::Bsdf && !light.is_delta) return;
 
@@ -137,13 +138,13 @@ void PathTracer::add_direct_light_in_volume(Path& path,
     float f = phase_pdf;
     if (world_.has_lobe_multipliers) {
         count_call(Effect::LobeMultipliers);
-        f *= world_.lights.lobe_multipliers(chosen->choice.light).diffuse;
+        f *= world_.lights.lobe_multipliers(chosen.choice.light).diffuse;
     }
-    const float light_pdf = chosen->choice.pmf * light.pdf;
+    const float light_pdf = chosen.choice.pmf * light.pdf;
     const bool has_rival = strategy == LightSampling::Mis && !light.is_delta;
     const float weight = has_rival ? sampling::balance_heuristic(light_pdf, phase_pdf) : 1.0f;
     const Rgb Ld = path.beta * light.Le * (f * weight / light_pdf);
-    if (!is_black(Ld)) deposit_direct(path, point, -path.ray.d, *chosen, Ld, out);
+    if (!is_black(Ld)) deposit_direct(path, point, -path.ray.d, chosen, Ld, out);
 }
 
 Rgb PathTracer::volume_transmittance(const Path& path,

@@ -275,7 +275,7 @@ def SphereLight "None" { float inputs:radius = 0; }
 )",
                    t);
     for (const char* code :
-         {"unsupported-ies", "unsupported-light-filter", "unsupported-light", "light-without-size"})
+         {"file-not-found", "unsupported-light-filter", "unsupported-light", "light-without-size"})
         EXPECT_EQ(t.count(code), 1u) << code;
     EXPECT_EQ(t.scene.lights.size(), 1u);
 }
