@@ -469,7 +469,8 @@ Rgb Bsdf::albedo() const {
 
 Rgb Bsdf::entering() const {
     if (kind_ != Kind::Layers) return Rgb(kind_ == Kind::Lambert ? 1.0f : 0.0f);
-    return one_minus(view_.specular) * (p_.opacity * (1.0f - view_.coat));
+    const float under = (1.0f - view_.coat) * (has_sheen_ ? under_sheen(view_.sheen) : 1.0f);
+    return one_minus(view_.specular) * (p_.opacity * under);
 }
 
 bool Bsdf::has_non_delta() const {
