@@ -25,6 +25,7 @@ namespace fs = std::filesystem;
 struct FlattenArguments {
     std::string scene;
     std::vector<std::string> search_paths;
+    bool reads_materialx = false;
     std::string output;
     bool layer_only = false;
     bool crate = false;
@@ -46,7 +47,7 @@ Result<std::shared_ptr<usd::layer::Layer>> make_layer(const FlattenArguments& ar
         usd::compose::LayerRegistry registry({}, 1, diagnostics);
         return registry.open(absolute(arguments.scene));
     }
-    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.search_paths);
+    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.search_paths, arguments.reads_materialx);
     if (!loaded) return loaded.error();
     usd::stage::FlattenOptions options;
     if (!arguments.output.empty()) options.asset_folder = fs::path(absolute(arguments.output)).parent_path().string();
@@ -95,6 +96,7 @@ void add_flatten_command(CLI::App& app, std::function<int()>& run) {
     auto arguments = std::make_shared<FlattenArguments>();
     command->add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")->required();
     add_search_path_option(*command, arguments->search_paths);
+    add_materialx_option(*command, arguments->reads_materialx);
     command->add_option("-o,--output", arguments->output, "file to write; text on the terminal when left out")->type_name("FILE");
     command->add_flag("--layer", arguments->layer_only, "that one layer as it stands, not composed");
     command->add_flag("--usdc", arguments->crate, "binary (crate), as for a FILE.usdc");

@@ -21,6 +21,7 @@ namespace {
 struct InfoArguments {
     std::string scene;
     std::vector<std::string> search_paths;
+    bool reads_materialx = false;
     bool dump = false;
     bool tree = false;
     std::string explain;
@@ -79,7 +80,7 @@ int run_info(const InfoArguments& arguments) {
     if (std::isnan(arguments.time)) return usage("--time is not a number");
     Diagnostics diagnostics;
     print_diagnostics(diagnostics, false, false);
-    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.search_paths);
+    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.search_paths, arguments.reads_materialx);
     if (!loaded) {
         fmt::print(stderr, "error: {} [{}]\n", loaded.error().message, loaded.error().code);
         return RenderError;
@@ -103,6 +104,7 @@ void add_info_command(CLI::App& app, std::function<int()>& run) {
     auto arguments = std::make_shared<InfoArguments>();
     command->add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")->required();
     add_search_path_option(*command, arguments->search_paths);
+    add_materialx_option(*command, arguments->reads_materialx);
     command->add_flag("--dump", arguments->dump, "every fact of the composed stage, one per line");
     command->add_flag("--tree", arguments->tree, "the prims a renderer sees");
     command->add_option("--explain", arguments->explain, "every opinion about /Prim, /Prim.property or a metadatum (/Prim#kind), strongest first")->type_name("PATH")->each([arguments](const std::string&) { arguments->has_explain = true; });

@@ -61,10 +61,15 @@ void add_search_path_option(CLI::App& command, std::vector<std::string>& folders
         ->allow_extra_args(false);
 }
 
-Result<LoadedStage> load_stage(const std::string& path, Diagnostics& diagnostics, const std::vector<std::string>& search_paths) {
+void add_materialx_option(CLI::App& command, bool& reads_materialx) {
+    command.add_flag("--materialx", reads_materialx, "compose .mtlx files too, as render does; without it they are errors, as for OpenUSD without its MaterialX plugin");
+}
+
+Result<LoadedStage> load_stage(const std::string& path, Diagnostics& diagnostics, const std::vector<std::string>& search_paths, bool reads_materialx) {
     const auto start = std::chrono::steady_clock::now();
     usd::stage::StageOptions options;
     options.compose.search_paths = search_paths;
+    options.compose.reads_materialx = reads_materialx;
     const char* const environment = std::getenv("PXR_AR_DEFAULT_SEARCH_PATH");
     for (std::string& folder : usd::compose::split_search_path(environment ? environment : "")) options.compose.search_paths.push_back(std::move(folder));
     Result<usd::stage::Stage> stage = usd::stage::Stage::open(path, options, diagnostics);

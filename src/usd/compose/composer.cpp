@@ -25,7 +25,9 @@ Composer::Composer(ComposeOptions options, Diagnostics& diagnostics)
     : options_(std::move(options)),
       diagnostics_(diagnostics),
       errors_(diagnostics),
-      registry_(options_.search_paths, options_.max_layers, diagnostics) {}
+      registry_(options_.search_paths, options_.max_layers, diagnostics) {
+    registry_.set_reads_materialx(options_.reads_materialx);
+}
 
 Result<LayerStack*> Composer::open(const std::string& root_file, const std::string& session_file) {
     Result<LayerPtr> root = registry_.open(root_file);

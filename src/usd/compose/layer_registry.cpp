@@ -46,6 +46,7 @@ std::string normal(const fs::path& path) {
 
 Result<LayerPtr> read_layer(const AssetBytesPtr& asset,
                             const std::string& file,
+                            bool reads_materialx,
                             Diagnostics& diagnostics) {
     std::string_view start = asset->bytes();
     if (start.starts_with(byte_order_mark)) start.remove_prefix(byte_order_mark.size());
@@ -53,7 +54,11 @@ Result<LayerPtr> read_layer(const AssetBytesPtr& asset,
     const size_t text = start.find_first_not_of(" \t\r\n");
     if (text != std::string_view::npos && start[text] == '<') start.remove_prefix(text);
     for (const LayerFormat& format : formats) {
-        if (start.starts_with(format.magic)) return format.read(asset, file, diagnostics);
+        if (!start.starts_with(format.magic)) continue;
+        if (!reads_materialx && format.read == &materialx::read_materialx_layer)
+            return Error{"usd-format-unknown",
+                         fmt::format("\"{}\" is a MaterialX document, which is not read here", file)};
+        return format.read(asset, file, diagnostics);
     }
     return Error{
         "usd-format-unknown",
@@ -179,7 +184,7 @@ LayerRegistry::Loaded LayerRegistry::load(const std::string& file) const {
         loaded.name = root->name;
         asset = root->bytes;
     }
-    loaded.layer = read_layer(*asset, loaded.name, *loaded.messages);
+    loaded.layer = read_layer(*asset, loaded.name, reads_materialx_, *loaded.messages);
     return loaded;
 }
 

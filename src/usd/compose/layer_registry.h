@@ -75,6 +75,9 @@ class LayerRegistry {
     /// Replaces the policy, which at first allows everything. Not while other threads use it.
     void set_policy(AssetPolicy policy) { policy_ = std::move(policy); }
 
+    /// Before any layer is opened; see ComposeOptions.
+    void set_reads_materialx(bool reads) { reads_materialx_ = reads; }
+
     /// Identifiers in the order of opening.
     std::vector<std::string> opened() const;
 
@@ -96,6 +99,7 @@ class LayerRegistry {
     size_t max_layers_;
     Diagnostics& diagnostics_;
     AssetPolicy policy_;
+    bool reads_materialx_ = true;
 
     mutable std::mutex mutex_;  ///< of all below
     std::unordered_map<std::string, Result<LayerPtr>> layers_;

@@ -20,6 +20,8 @@ struct ComposeOptions {
     PayloadPolicy payloads = PayloadPolicy::LoadAll;
     /// Decides for each prim that has payloads whether they are loaded; instead of `payloads`.
     std::function<bool(layer::Path prim)> load_payloads = nullptr;
+    /// Whether .mtlx files are layers, as with OpenUSD's MaterialX plugin; else they are errors.
+    bool reads_materialx = true;
     /// Selections tried in order when no opinion selects a variant of the set.
     std::map<std::string, std::vector<std::string>> variant_fallbacks;
 
