@@ -10,7 +10,7 @@
 namespace velatura::accel {
 
 RayStream::RayStream(const Accelerator& accelerator)
-    : accelerator_(accelerator), next_trial_(accelerator.has_batches() ? 0 : trials) {}
+    : accelerator_(accelerator), next_trial_(accelerator.has_batches() ? 0 : last_trial) {}
 
 template <class OneByOne, class SideBySide>
 void RayStream::trace(size_t count, const OneByOne& one_by_one, const SideBySide& side_by_side) {
@@ -35,7 +35,9 @@ void RayStream::try_both(size_t count, const OneByOne& one_by_one, const SideByS
     one += seconds(one_by_one, 3 * part, part);
     one_by_one(4 * part, count - 4 * part);
 
-    gains_[next_trial_++] = one / std::max(side, std::numeric_limits<double>::min());
+    const size_t trial = next_trial_++;
+    if (trial >= warm_up)
+        gains_[trial - warm_up] = one / std::max(side, std::numeric_limits<double>::min());
     if (!has_chosen()) return;
     std::nth_element(gains_.begin(), gains_.begin() + trials / 2, gains_.end());
     is_side_by_side_ = gains_[trials / 2] > 1.0;

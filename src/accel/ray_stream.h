@@ -12,7 +12,7 @@ namespace velatura::accel {
 
 /// Traces rays of one kind (from the camera, after the first bounce, towards lights …) through an
 /// accelerator, each by itself or many side by side, whichever is faster in this scene on this
-/// machine: parts of the first batches take turns and are timed. Coherent rays and small scenes
+/// machine: parts of some early batches take turns and are timed. Coherent rays and small scenes
 /// favour one by one, incoherent rays in large scenes side by side. What is hit does not depend on
 /// it.
 ///
@@ -30,12 +30,15 @@ class RayStream {
     void intersect(std::span<const geometry::Ray> rays, std::span<geometry::Hit> hits);
     void is_occluded(std::span<const geometry::Ray> rays, std::span<uint8_t> occluded);
 
-    bool has_chosen() const { return next_trial_ == trials; }
+    bool has_chosen() const { return next_trial_ == last_trial; }
 
     bool is_side_by_side() const { return is_side_by_side_; }
 
   private:
+    /// Batches that only warm the caches: while they are cold, rays side by side wait less.
+    static constexpr size_t warm_up = 8;
     static constexpr size_t trials = 9;
+    static constexpr size_t last_trial = warm_up + trials;
 
     // Each traces `count` rays from `first` on.
     template <class OneByOne, class SideBySide>

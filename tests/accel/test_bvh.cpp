@@ -166,8 +166,8 @@ TEST(RayStream, ChoosesAWayByTimingBothAndFindsTheSame) {
     std::vector<uint8_t> occluded(rays.size());
     // Too few rays are no trial
     closest.intersect(std::span(rays).first(RayStream::smallest_trial - 1), hits);
-    for (int i = 0; i < 12; ++i) {
-        EXPECT_EQ(closest.has_chosen(), i >= 9 || !bvh->has_batches());
+    for (int i = 0; i < 20; ++i) {
+        EXPECT_EQ(closest.has_chosen(), i >= 17 || !bvh->has_batches());
         closest.intersect(rays, hits);
         any.is_occluded(rays, occluded);
         for (size_t k = 0; k < rays.size(); ++k) {
