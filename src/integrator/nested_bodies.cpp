@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/nested_bodies.h"
 
-#include "accel/bvh.h"
 #include "scene/effect_calls.h"
 
 #include <algorithm>
@@ -60,7 +59,8 @@ NestedBodies::NestedBodies(const scene::Scene& scene,
         if (!bounds_body(scene.shapes[s], scene::none)) continue;
         const geometry::TriangleMesh& mesh = geometry.shapes()[s];
         const Box3& b = mesh.bounds();
-        bodies_.push_back({scene::none, s, Box3d(Vec3d(b.min), Vec3d(b.max)), tree_of(mesh)});
+        bodies_.push_back(
+            {{scene::none, s, trees_.add(mesh)}, Box3d(Vec3d(b.min), Vec3d(b.max))});
     }
     for (uint32_t i = 0; i < scene.instances.size(); ++i)
         add_bodies(i, scene.instances[i].prototype);
@@ -72,27 +72,14 @@ void NestedBodies::add_bodies(uint32_t instance, uint32_t prototype) {
     for (uint32_t s = 0; s < shapes.size(); ++s) {
         if (!bounds_body(shapes[s], placed.material_override)) continue;
         const geometry::TriangleMesh& mesh = geometry_.prototypes()[prototype][s];
-        bodies_.push_back({instance, s, placed_box(placed, mesh.bounds()), tree_of(mesh)});
+        bodies_.push_back({{instance, s, trees_.add(mesh)}, placed_box(placed, mesh.bounds())});
     }
-}
-
-const accel::Accelerator* NestedBodies::tree_of(const geometry::TriangleMesh& mesh) {
-    for (const Tree& known : trees_)
-        if (known.mesh == &mesh) return known.tree.get();
-    accel::SoupScene soup;
-    soup.shapes.push_back(
-        {mesh.positions(), mesh.triangles(), mesh.shared_primitives(), mesh.later_positions()});
-    trees_.push_back({&mesh, accel::build_bvh(soup)});
-    return trees_.back().tree.get();
 }
 
 bool NestedBodies::bounds_body(const scene::Shape& shape,
                                scene::MaterialId override_material) const {
-    const auto is_body = [&](scene::MaterialId m) { return materials_.bounds_body(m); };
-    if (override_material != scene::none) return is_body(override_material);
-    if (is_body(shape.material)) return true;
-    const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry);
-    return mesh && std::any_of(mesh->face_materials.begin(), mesh->face_materials.end(), is_body);
+    return has_material(shape, override_material,
+                        [&](scene::MaterialId m) { return materials_.bounds_body(m); });
 }
 
 geometry::SurfacePoint NestedBodies::clear_of_faces(const geometry::SurfacePoint& point) {
@@ -106,20 +93,15 @@ bool NestedBodies::find_face(const Body& body,
                              const geometry::Ray& probe,
                              geometry::SurfacePoint& out) const {
     // Thrice as long: rays are rounded in the body's space
-    geometry::Ray ray{probe.o - probe.d, probe.d * 3.0f, 1.0f, probe.time};
-    geometry::Ray local = ray;
-    if (body.instance != scene::none) {
-        std::optional<geometry::InstanceTransform> room;
-        const Mat4d& backward =
-            geometry_.instance(body.instance, probe.time, room).prototype_from_render;
-        local.o = to_float(transform_point(Vec3d(ray.o), backward));
-        local.d = to_float(transform_direction(Vec3d(ray.d), backward));
-    }
-    geometry::Hit hit = body.tree->intersect(local);
-    if (!hit.is_valid()) return false;
-    hit.instance = body.instance;
-    hit.shape = body.shape;
-    out = geometry::make_surface_point(scene_, geometry_, ray, hit);
+    const geometry::Ray ray{probe.o - probe.d, probe.d * 3.0f, 1.0f, probe.time};
+    std::optional<geometry::InstanceTransform> room;
+    const Mat4d* backward = nullptr;
+    if (body.placed.instance != scene::none)
+        backward =
+            &geometry_.instance(body.placed.instance, probe.time, room).prototype_from_render;
+    const std::optional<BodyHit> hit = meet_body(scene_, geometry_, body.placed, backward, ray);
+    if (!hit) return false;
+    out = hit->point;
     return materials_.bounds_body(out.material);
 }
 
@@ -134,7 +116,7 @@ NestedBodies::Faces NestedBodies::faces_at(const geometry::SurfacePoint& point) 
     geometry::SurfacePoint face;
     for (const Body& body : bodies_) {
         if (faces.is_full()) break;
-        if (body.instance == point.instance && body.shape == point.shape) continue;
+        if (body.placed.instance == point.instance && body.placed.shape == point.shape) continue;
         if (!is_near(body.box, Vec3d(point.p), reach) || !find_face(body, probe, face)) continue;
         const double apart = (Vec3d(face.p) - Vec3d(point.p)).dot(Vec3d(point.ng));
         if (std::abs(apart) <= double(coincidence * error_along_normal(point))) faces.add(face);
@@ -187,9 +169,7 @@ NestedBodies::Crossing NestedBodies::cross(const Interior& inside,
 }
 
 size_t NestedBodies::bytes() const {
-    size_t total = bodies_.capacity() * sizeof(Body) + trees_.capacity() * sizeof(Tree);
-    for (const Tree& tree : trees_) total += tree.tree->stats().bytes;
-    return total;
+    return bodies_.capacity() * sizeof(Body) + trees_.bytes();
 }
 
 }  // namespace velatura::integrator

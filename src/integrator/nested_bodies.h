@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/accelerator.h"
 #include "geometry/geometry_set.h"
 #include "geometry/surface_point.h"
+#include "integrator/body_trees.h"
 #include "integrator/interior.h"
 #include "integrator/ray_counts.h"
 #include "scene/scene.h"
@@ -12,7 +12,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 namespace velatura::integrator {
@@ -69,13 +68,11 @@ class NestedBodies {
   private:
     /// A shape that is placed, and bounds a body somewhere.
     struct Body {
-        uint32_t instance, shape;
-        Box3d box;                       ///< render space, wherever it moves
-        const accel::Accelerator* tree;  ///< over it alone, in its own space
+        PlacedBody placed;
+        Box3d box;  ///< render space, wherever it moves
     };
 
     void add_bodies(uint32_t instance, uint32_t prototype);
-    const accel::Accelerator* tree_of(const geometry::TriangleMesh& mesh);
     bool bounds_body(const scene::Shape& shape, scene::MaterialId override_material) const;
     bool find_face(const Body& body, const geometry::Ray& probe, geometry::SurfacePoint& out) const;
 
@@ -83,13 +80,7 @@ class NestedBodies {
     const geometry::GeometrySet& geometry_;
     const shading::MaterialEvaluator& materials_;
     std::vector<Body> bodies_;
-
-    struct Tree {
-        const geometry::TriangleMesh* mesh;
-        std::unique_ptr<const accel::Accelerator> tree;
-    };
-
-    std::vector<Tree> trees_;  ///< one for each mesh
+    BodyTrees trees_;
 };
 
 }  // namespace velatura::integrator

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/subsurface_walk.h"
 
-#include "accel/bvh.h"
 #include "media/henyey_greenstein.h"
 #include "sampling/warp.h"
 #include "scene/effect_calls.h"
@@ -45,18 +44,7 @@ SubsurfaceWalk::SubsurfaceWalk(const scene::Scene& scene,
     const auto scatters = [&](scene::MaterialId m) { return materials.has_subsurface(m); };
     const auto add = [&](const scene::Shape& shape, scene::MaterialId override_material,
                          const geometry::TriangleMesh& mesh) {
-        const auto* polygons = std::get_if<scene::Mesh>(&shape.geometry);
-        const bool is_walked =
-            override_material != scene::none
-                ? scatters(override_material)
-                : scatters(shape.material) ||
-                      (polygons && std::any_of(polygons->face_materials.begin(),
-                                               polygons->face_materials.end(), scatters));
-        if (!is_walked || trees_.count(&mesh) != 0) return;
-        accel::SoupScene soup;
-        soup.shapes.push_back(
-            {mesh.positions(), mesh.triangles(), mesh.shared_primitives(), mesh.later_positions()});
-        trees_[&mesh] = accel::build_bvh(soup);
+        if (has_material(shape, override_material, scatters)) trees_.add(mesh);
     };
     for (size_t s = 0; s < scene.shapes.size(); ++s)
         add(scene.shapes[s], scene::none, geometry.shapes()[s]);
@@ -74,22 +62,14 @@ std::optional<geometry::SurfacePoint> SubsurfaceWalk::find_exit(const Body& body
     geometry::Ray rest = ray;
     t = 0;
     for (int i = 0; i < most_wrong_sides; ++i) {
-        geometry::Ray local = rest;
-        if (body.backward) {
-            local.o = to_float(transform_point(Vec3d(rest.o), *body.backward));
-            local.d = to_float(transform_direction(Vec3d(rest.d), *body.backward));
-        }
-        geometry::Hit hit = body.tree->intersect(local);
-        if (!hit.is_valid()) return std::nullopt;
-        hit.instance = body.instance;
-        hit.shape = body.shape;
-        const geometry::SurfacePoint point =
-            geometry::make_surface_point(scene_, geometry_, rest, hit);
-        t += hit.t;
-        if (point.ng.dot(ray.d) * body.outside > 0.0f) return point;
+        const std::optional<BodyHit> hit =
+            meet_body(scene_, geometry_, body.placed, body.backward, rest);
+        if (!hit) return std::nullopt;
+        t += hit->t;
+        if (hit->point.ng.dot(ray.d) * body.outside > 0.0f) return hit->point;
         // Met from outside: by rounding, or where the mesh overlaps itself
-        const float left = rest.t_max - hit.t;
-        rest = geometry::spawn_ray(point, ray.d);
+        const float left = rest.t_max - hit->t;
+        rest = geometry::spawn_ray(hit->point, ray.d);
         rest.t_max = left;
     }
     return std::nullopt;
@@ -104,10 +84,9 @@ std::optional<SubsurfaceWalk::Exit> SubsurfaceWalk::walk(const geometry::Surface
                                                          uint32_t repeat,
                                                          RayCounts& counts) const {
     scene::count_call(scene::Effect::Subsurface);
-    const auto tree = trees_.find(from.mesh);
-    if (tree == trees_.end()) return std::nullopt;
-    Body body{tree->second.get(), from.instance, from.shape, from.ng.dot(wo) < 0.0f ? -1.0f : 1.0f,
-              std::nullopt,       nullptr};
+    const accel::Accelerator* const tree = trees_.find(*from.mesh);
+    if (!tree) return std::nullopt;
+    Body body{{from.instance, from.shape, tree}, from.ng.dot(wo) < 0.0f ? -1.0f : 1.0f, {}, nullptr};
     if (from.instance != scene::none)
         body.backward =
             &geometry_.instance(from.instance, from.time, body.room).prototype_from_render;
@@ -158,9 +137,7 @@ std::optional<SubsurfaceWalk::Exit> SubsurfaceWalk::walk(const geometry::Surface
 }
 
 size_t SubsurfaceWalk::bytes() const {
-    size_t total = 0;
-    for (const auto& [mesh, tree] : trees_) total += tree->stats().bytes;
-    return total;
+    return trees_.bytes();
 }
 
 }  // namespace velatura::integrator

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "accel/accelerator.h"
 #include "geometry/geometry_set.h"
 #include "geometry/surface_point.h"
+#include "integrator/body_trees.h"
 #include "integrator/ray_counts.h"
 #include "sampling/sampler.h"
 #include "scene/scene.h"
 #include "shading/material_evaluator.h"
 
-#include <memory>
 #include <optional>
-#include <unordered_map>
 
 namespace velatura::integrator {
 
@@ -53,8 +51,7 @@ class SubsurfaceWalk {
   private:
     /// One mesh that is walked in.
     struct Body {
-        const accel::Accelerator* tree;
-        uint32_t instance, shape;
+        PlacedBody placed;
         float outside;  ///< 1 or −1: the side of its normals that is outside
         std::optional<geometry::InstanceTransform> room;
         const Mat4d* backward = nullptr;  ///< to the space of the tree; null: the same
@@ -67,8 +64,7 @@ class SubsurfaceWalk {
 
     const scene::Scene& scene_;
     const geometry::GeometrySet& geometry_;
-    std::unordered_map<const geometry::TriangleMesh*, std::unique_ptr<const accel::Accelerator>>
-        trees_;
+    BodyTrees trees_;
 };
 
 }  // namespace velatura::integrator
