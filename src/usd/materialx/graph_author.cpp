@@ -22,6 +22,7 @@ using layer::Value;
 namespace {
 
 constexpr size_t deepest_custom_node = 16;
+constexpr size_t most_outputs_in_a_row = 16;
 constexpr size_t most_specs = 1u << 19;
 
 const std::set<std::string_view>& no_nodes() {
@@ -51,6 +52,7 @@ GraphAuthor::GraphAuthor(layer::Layer& layer, const Document& document, Diagnost
     : layer_(layer), document_(document), diagnostics_(diagnostics) {
     for (const XmlElement& e : document.elements) {
         const std::string name(e.attribute("name"));
+        if (e.name == "output") outputs_.emplace(name, &e);
         if (e.name == "nodedef") {
             definitions_.emplace(name, &e);
             const std::string node(e.attribute("node"));
@@ -179,7 +181,9 @@ std::vector<NodeOutput> GraphAuthor::outputs_of(const XmlElement& node) const {
 
 /// The output that a port is connected to; empty when it is to none, with a warning where it says
 /// that it is.
-Path GraphAuthor::source_of(const XmlElement& port, const NodeScope& scope) {
+Path GraphAuthor::source_of(const XmlElement& port,
+                            const NodeScope& scope,
+                            size_t outputs_followed) {
     const std::string_view node_name = port.attribute("nodename");
     const std::string_view graph_name = port.attribute("nodegraph");
     const std::string_view output = port.attribute("output");
@@ -203,10 +207,16 @@ Path GraphAuthor::source_of(const XmlElement& port, const NodeScope& scope) {
         }
     } else if (!output.empty() && scope.is_document) {
         // An output of the document stands for the node that it names
-        for (const XmlElement& e : document_.elements) {
-            if (e.name == "output" && e.attribute("name") == output) return source_of(e, scope);
+        const auto named = outputs_.find(output);
+        if (named == outputs_.end()) {
+            warn(port, "mtlx-missing", fmt::format("the document has no output \"{}\"", output));
+            return Path();
         }
-        warn(port, "mtlx-missing", fmt::format("the document has no output \"{}\"", output));
+        if (outputs_followed < most_outputs_in_a_row)
+            return source_of(*named->second, scope, outputs_followed + 1);
+        warn(port, "mtlx-cycle",
+             fmt::format("outputs lead to outputs more than {} times: a cycle?",
+                         most_outputs_in_a_row));
         return Path();
     } else {
         return Path();

@@ -89,7 +89,10 @@ class GraphAuthor {
     void author_inputs(const XmlElement& node, layer::Path prim, const NodeScope& scope);
     std::optional<Custom> custom_of(const XmlElement& node) const;
     std::vector<NodeOutput> outputs_of(const XmlElement& node) const;
-    layer::Path source_of(const XmlElement& port, const NodeScope& scope);
+    /// outputs_followed: of the document, on the way to the port.
+    layer::Path source_of(const XmlElement& port,
+                          const NodeScope& scope,
+                          size_t outputs_followed = 0);
     void author_value(const XmlElement& input,
                       const XmlElement& node,
                       layer::Path attribute,
@@ -109,6 +112,7 @@ class GraphAuthor {
     std::map<std::string, const XmlElement*, std::less<>>
         definitions_by_node_;  ///< also "node type"
     std::map<std::string, const XmlElement*, std::less<>> graphs_, graphs_by_definition_;
+    std::map<std::string, const XmlElement*, std::less<>> outputs_;  ///< of the document
     size_t custom_depth_ = 0;
     bool is_too_large_ = false;
 };

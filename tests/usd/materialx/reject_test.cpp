@@ -50,6 +50,20 @@ TEST_F(MaterialXTest, DeepElementsAreRefused) {
     EXPECT_EQ(count("mtlx-xml"), 1u);
 }
 
+TEST_F(MaterialXTest, OutputsThatNameEachOtherEnd) {
+    const auto layer = layer_of(
+        "<output name=\"a\" type=\"float\" output=\"b\"/>\n"
+        "<output name=\"b\" type=\"float\" output=\"a\"/>\n"
+        "<output name=\"c\" type=\"float\" nodename=\"k\"/>\n"
+        "<constant name=\"k\" type=\"float\"><input name=\"value\" type=\"float\" output=\"a\"/></constant>\n"
+        "<constant name=\"l\" type=\"float\"><input name=\"value\" type=\"float\" output=\"c\"/></constant>");
+    ASSERT_NE(layer, nullptr);
+    EXPECT_EQ(count("mtlx-cycle"), 1u);
+    EXPECT_EQ(connection(*layer, "/MaterialX/NodeGraphs/k.inputs:value"), "");
+    EXPECT_EQ(connection(*layer, "/MaterialX/NodeGraphs/l.inputs:value"),
+              "/MaterialX/NodeGraphs/k.outputs:out");
+}
+
 TEST_F(MaterialXTest, NodesThatStandForThemselvesEnd) {
     // Each stands for two of the next, and the last for the first
     std::string text;
