@@ -21,8 +21,9 @@ class Displacer {
     virtual bool displaces(scene::MaterialId material) const = 0;
 
     /// How far the surface moves along its normal, in render space; finite. Of the point only mesh,
-    /// triangle, weights and material count, and its mesh stands where it was. footprint: distance
-    /// of the points that are asked for, in shape space.
+    /// triangle, weights, material, p in shape space and the normals in render space count, and its
+    /// mesh stands where it was. footprint: distance of the points that are asked for, in shape
+    /// space.
     virtual float displacement(const SurfacePoint& point, float footprint) const = 0;
 };
 

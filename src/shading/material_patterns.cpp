@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Node graphs of materials at a surface point.
 #include "geometry/geometry_set.h"
+#include "geometry/triangle_mesh.h"
 #include "scene/effect_calls.h"
 #include "scene/pattern.h"
 #include "shading/material_evaluator.h"
@@ -19,8 +20,15 @@ using scene::PatternValue;
 
 namespace {
 
-/// The point in the space of its shape.
+/// The point in the space of its shape; of a mesh that moves where it was when the shutter opened,
+/// so that a pattern moves along.
 PatternValue shape_position(const scene::Scene& scene, const SurfacePoint& point) {
+    if (point.mesh->segments() > 0) {
+        const auto corner = [&](int k) { return Vec3d(point.mesh->corner(point.triangle, k)); };
+        const Vec3d p0 = corner(0);
+        const Vec3d p = p0 + (corner(1) - p0) * double(point.b1) + (corner(2) - p0) * double(point.b2);
+        return {float(p.x), float(p.y), float(p.z), 0.0f};
+    }
     if (point.instance == scene::none) return {point.p.x, point.p.y, point.p.z, 0.0f};
     const Mat4d forward(
         geometry::render_from_prototype(scene.instances[point.instance], point.time));

@@ -180,6 +180,53 @@ TEST(MaterialX, PlainStandardSurfaceIsAPreviewSurface) {
               picture_of("", native, "color3f inputs:diffuseColor = (0.3, 0.5, 0.7)\nfloat inputs:roughness = 0.35\nfloat inputs:ior = 1.6"));
 }
 
+// By the height of the points, once as a primvar and once as their position
+TEST(MaterialX, DisplacementReadsWhereTheSurfaceIs) {
+    const auto moved = [](const std::string& source) {
+        std::string text = fmt::format(fmt::runtime(stage), "mtlx:", "ND_standard_surface_surfaceshader", "", R"usda(
+    token outputs:mtlx:displacement.connect = </Mat/D.outputs:out>
+    def Shader "D"
+    {
+        uniform token info:id = "ND_displacement_float"
+        float inputs:displacement.connect = </Mat/H.outputs:out>
+        float inputs:scale = 0.25
+        token outputs:out
+    })usda" + source);
+        text.insert(text.find("    float primvars:amount"), "    float[] primvars:height = [0, 0, 2, 2, -1, -1] (interpolation = \"vertex\")\n");
+        integrator::RenderOptions options;
+        options.end_sample = 4;
+        return fingerprint(render_scene(scene_from_usda(text), options));
+    };
+    const std::string read = R"usda(
+    def Shader "H"
+    {
+        uniform token info:id = "ND_geompropvalue_float"
+        string inputs:geomprop = "height"
+        float outputs:out
+    })usda";
+    const std::string found = R"usda(
+    def Shader "P"
+    {
+        uniform token info:id = "ND_position_vector3"
+        float3 outputs:out
+    }
+    def Shader "H"
+    {
+        uniform token info:id = "ND_extract_vector3"
+        float3 inputs:in.connect = </Mat/P.outputs:out>
+        int inputs:index = 1
+        float outputs:out
+    })usda";
+    const std::string none = R"usda(
+    def Shader "H"
+    {
+        uniform token info:id = "ND_constant_float"
+        float outputs:out
+    })usda";
+    EXPECT_EQ(moved(found), moved(read));
+    EXPECT_NE(moved(read), moved(none));
+}
+
 // World and object space agree where the object stands at the origin; a moved one takes its noise along
 TEST(MaterialX, ObjectsTakeTheirNoiseAlong) {
     const auto nodes = [](const char* space) {

@@ -78,6 +78,27 @@ TEST(MaterialEvaluator, NoMaterialIsLambertOfDisplayColor) {
     EXPECT_FALSE(e.has_presence());
 }
 
+// A mesh that moves takes what a node graph makes of its place along
+TEST(MaterialEvaluator, PatternsMoveWithTheirMesh) {
+    Stage stage;
+    geometry::TriangleMeshData data = std::move(stage.mesh).release();
+    data.later_positions = {data.positions};
+    for (Vec3& p : data.later_positions[0]) p += Vec3(3, 5, 7);
+    stage.mesh = geometry::TriangleMesh(std::move(data));
+    stage.scene.patterns.push_back({{{scene::PatternOp::Position, 3, {0, 0, 0, 0}, 1}}, {}});
+    stage.material().has_specular = false;
+    stage.material().diffuse_color.source = Input::Source::Pattern;
+    stage.material().diffuse_color.pattern = 0;
+    const MaterialEvaluator e(stage.scene, stage.diagnostics);
+    SurfacePoint p = stage.point(0.25f, 0.5f);
+    const Vec3 at_first = stage.mesh.corner(0, 0) * 0.25f + stage.mesh.corner(0, 1) * 0.25f + stage.mesh.corner(0, 2) * 0.5f;
+    for (const float time : {0.0f, 0.5f, 1.0f}) {
+        p.time = time;
+        p.p = at_first + Vec3(3, 5, 7) * time;
+        EXPECT_EQ(e.make_bsdf(p, up, 0).albedo(), Rgb(at_first.x, at_first.y, at_first.z)) << time;
+    }
+}
+
 // The specification's F0: ((1 − ior)/(1 + ior))², or the base colour of metals, or specularColor
 TEST(MaterialEvaluator, WorkflowsGiveTheirReflectanceAtNormalIncidence) {
     Stage stage;

@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <functional>
+#include <mutex>
 #include <string>
 
 namespace velatura::subdivision::test {
@@ -102,6 +103,23 @@ TEST_F(Displacement, MovesAlongTheLimitNormal) {
             EXPECT_LT((step - before.data.normals[v] * 0.25f).length(), 1e-6f) << cage.name;
         }
     }
+}
+
+// Materials may ask where they are (a node graph that reads positions)
+TEST_F(Displacement, SaysWhereItAsks) {
+    const Cage cage = all_cages().front();
+    size_t wrong_places = 0, wrong_normals = 0;
+    std::mutex mutex;
+    const TestDisplacer asks([&](const SurfacePoint& point) {
+        const std::lock_guard lock(mutex);
+        const Vec3d n = point.mesh->normal(point.triangle, point.b1, point.b2);
+        wrong_places += point.p == place_of(point) ? 0 : 1;
+        wrong_normals += (Vec3d(point.ns) - n / n.length()).length() < 1e-6 ? 0 : 1;
+        return 0.1f;
+    });
+    moved(cage.mesh, std::vector<uint32_t>(edge_count(cage.mesh), 3), asks);
+    EXPECT_EQ(wrong_places, 0u);
+    EXPECT_EQ(wrong_normals, 0u);
 }
 
 TEST_F(Displacement, LeavesNoCrackAtSeamsCreasesAndUnevenRates) {
