@@ -58,14 +58,14 @@ V rotated2(const V& a, float degrees) {
     return {c * a.x + s * a.y, c * a.y - s * a.x, 0.0f, 0.0f};
 }
 
-/// Rodrigues' formula.
+/// Rodrigues' formula; clockwise for who looks against the axis, as rotated2 turns.
 V rotated3(const V& a, float degrees, const V& axis) {
     const Vec3 v(a.x, a.y, a.z), raw(axis.x, axis.y, axis.z);
     const float length = std::sqrt(raw.dot(raw));
     if (!(length > 0.0f)) return a;
     const Vec3 k = raw / length;
     const float angle = degrees * (pi / 180.0f), c = std::cos(angle), s = std::sin(angle);
-    const Vec3 r = v * c + k.cross(v) * s + k * (k.dot(v) * (1.0f - c));
+    const Vec3 r = v * c + v.cross(k) * s + k * (k.dot(v) * (1.0f - c));
     return {r.x, r.y, r.z, 0.0f};
 }
 

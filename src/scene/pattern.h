@@ -58,7 +58,7 @@ enum class PatternOp : uint8_t {
     Swizzle,  ///< see swizzle_data
     Combine,  ///< (a.x, b.x, c.x, d.x)
     Rotate2,  ///< (a.x, a.y) clockwise by b degrees
-    Rotate3,  ///< a about the axis c by b degrees
+    Rotate3,  ///< a about the axis c, clockwise by b degrees
     HsvFromRgb,
     RgbFromHsv,
     // Noise; data: 0 = one number, 1 = three of their own

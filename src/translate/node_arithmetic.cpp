@@ -130,16 +130,21 @@ Port luminance_of(Node n, Port color) {
     return b.dot({color.step, 3}, weights);
 }
 
-Port luminance(Node n) {
+/// Keeps alpha.
+Port gray(Node n, Port color) {
     PatternBuilder& b = n.builder();
-    const Port in = vector_in(n, "in"), l = luminance_of(n, in);
-    if (in.width < 4) return {l.step, 3};
-    return b.apply(PatternOp::Combine, 4, {l, l, l, b.channel(in, 3)});
+    const Port l = luminance_of(n, color);
+    if (color.width < 4) return {l.step, 3};
+    return b.apply(PatternOp::Combine, 4, {l, l, l, b.channel(color, 3)});
+}
+
+Port luminance(Node n) {
+    return gray(n, vector_in(n, "in"));
 }
 
 Port saturate(Node n) {
     const Port in = n.in("in", 0.0f);
-    return n.builder().mix(luminance_of(n, in), in, n.in("amount", 1.0f));
+    return n.builder().mix(gray(n, in), in, n.in("amount", 1.0f));
 }
 
 Port to_hsv(Node n) {
@@ -209,12 +214,11 @@ Port swizzle(Node n) {
 Port convert(Node n) {
     const Port in = vector_in(n, "in");
     const int width = n.width();
-    // A number fills all channels; an alpha that is not there is 1
-    const bool adds_alpha = width == 4 && in.width < 4 && n.name.types.back().starts_with("color4");
-    if (in.width == width || (in.width == 1 && !adds_alpha)) return {in.step, uint8_t(width)};
+    // A number fills all channels; a fourth one that is not there is 1
+    if (in.width == width || in.width == 1) return {in.step, uint8_t(width)};
     if (width == 1) return n.builder().channel(in, 0);
-    const auto from = [&](int i) { return i < in.width || in.width == 1 ? uint32_t(i) : 4u; };
-    return n.builder().swizzle(in, width, from(0), from(1), from(2), adds_alpha ? 5u : from(3));
+    const auto from = [&](int i) { return i < in.width ? uint32_t(i) : 4u; };
+    return n.builder().swizzle(in, width, from(0), from(1), from(2), in.width < 4 ? 5u : 3u);
 }
 
 Port combine(Node n) {
@@ -241,7 +245,9 @@ Port compare(Node n) {
 
 Port choose(Node n) {
     PatternBuilder& b = n.builder();
-    const Port which = b.apply(PatternOp::Floor, 1, {n.in("which", b.constant(0.0f))});
+    const Port positive =
+        b.apply(PatternOp::Maximum, 1, {n.in("which", b.constant(0.0f)), b.constant(0.0f)});
+    const Port which = b.apply(PatternOp::Floor, 1, {positive});
     // The last one that is reached wins: from the end to the front
     Port out = b.constant(PatternValue(0.0f), n.width());
     for (int i = 9; i >= 0; --i) {

@@ -148,7 +148,8 @@ Port noise_place(Node n, bool is_flat) {
     return n.graph.object_position();
 }
 
-/// As many numbers of noise as the node has channels; the fourth is read elsewhere.
+/// As many numbers of noise as the node has channels; the fourth is read elsewhere, of fractals the
+/// second of two as well.
 Port noise_of(Node n, PatternOp op, Port place, Port* more, bool is_flat) {
     PatternBuilder& b = n.builder();
     const auto read = [&](Port p, int width, uint32_t data) {
@@ -158,13 +159,20 @@ Port noise_of(Node n, PatternOp op, Port place, Port* more, bool is_flat) {
     };
     const int width = n.width();
     if (width == 1) return read(place, 1, 0);
+    const bool is_fractal = op == PatternOp::Fractal3;
+    const auto elsewhere = [&] {
+        const PatternValue offset = is_fractal ? PatternValue(19.0f, 193.0f, 17.0f, 0.0f)
+                                    : is_flat  ? PatternValue(19.0f, 73.0f, 0.0f, 0.0f)
+                                               : PatternValue(19.0f, 73.0f, 29.0f, 0.0f);
+        return read(b.add(place, b.constant(offset, is_flat ? 2 : 3)), 1, 0);
+    };
+    const Port zero = b.constant(0.0f);
+    if (is_fractal && width == 2)
+        return b.apply(PatternOp::Combine, 2, {read(place, 1, 0), elsewhere(), zero, zero});
     const Port three = read(place, 3, 1);
     if (width < 4) return {three.step, uint8_t(width)};
-    const Port elsewhere = b.add(place, is_flat ? b.constant({19.0f, 73.0f, 0.0f, 0.0f}, 2)
-                                                : b.constant({19.0f, 73.0f, 29.0f, 0.0f}, 3));
-    return b.apply(
-        PatternOp::Combine, 4,
-        {b.channel(three, 0), b.channel(three, 1), b.channel(three, 2), read(elsewhere, 1, 0)});
+    return b.apply(PatternOp::Combine, 4,
+                   {b.channel(three, 0), b.channel(three, 1), b.channel(three, 2), elsewhere()});
 }
 
 template <PatternOp op, bool is_flat>

@@ -2,6 +2,7 @@
 #include "translate/pattern_builder.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace velatura::translate {
@@ -43,6 +44,7 @@ Port PatternBuilder::add_step(const PatternStep& step, int width) {
     if (!is_new) return made;
     if (steps_.size() >= most_steps) {
         known_.erase(it);
+        is_full_ = true;
         return {0, uint8_t(width)};
     }
     steps_.push_back(step);
@@ -53,12 +55,11 @@ Port PatternBuilder::add_step(const PatternStep& step, int width) {
 
 Port PatternBuilder::constant(const PatternValue& value, int width) {
     const PatternValue full = width == 1 ? PatternValue(value.x) : value;
-    for (size_t i = 0; i < constants_.size(); ++i) {
-        if (constants_[i] == full)
-            return add_step({PatternOp::Constant, 4, {0, 0, 0, 0}, uint32_t(i)}, width);
-    }
-    constants_.push_back(full);
-    return add_step({PatternOp::Constant, 4, {0, 0, 0, 0}, uint32_t(constants_.size() - 1)}, width);
+    std::array<uint32_t, 4> bits;
+    for (int i = 0; i < 4; ++i) bits[size_t(i)] = std::bit_cast<uint32_t>(full[i]);
+    const auto [it, is_new] = known_constants_.try_emplace(bits, uint32_t(constants_.size()));
+    if (is_new) constants_.push_back(full);
+    return add_step({PatternOp::Constant, 4, {0, 0, 0, 0}, it->second}, width);
 }
 
 Port PatternBuilder::texture(scene::TextureId id) {
@@ -241,6 +242,7 @@ std::optional<scene::TextureId> PatternBuilder::whole_texture(Port p) const {
 
 std::optional<scene::Input> PatternBuilder::input(Port p, const Rgb& stand_in) {
     using Source = scene::Input::Source;
+    if (is_full_) return std::nullopt;
     scene::Input out(stand_in);
     const PatternStep& root = steps_[p.step];
     // What UsdPreviewSurface could have said takes the way of UsdPreviewSurface

@@ -3,6 +3,7 @@
 
 #include "scene/scene.h"
 
+#include <array>
 #include <cstdint>
 #include <initializer_list>
 #include <map>
@@ -101,6 +102,8 @@ class PatternBuilder {
     std::vector<scene::PatternValue> constants_;
     std::vector<std::optional<AffineCoordinates>> affine_;  // [step]
     std::map<Key, uint16_t> known_;
+    std::map<std::array<uint32_t, 4>, uint32_t> known_constants_;  // by their bits
+    bool is_full_ = false;  // steps are missing
 };
 
 }  // namespace velatura::translate

@@ -199,10 +199,10 @@ scene::Material read_standard_surface(SurfaceReader& s) {
         b.multiply(s.color("specular_color", Rgb(1.0f)), s.number("specular", 1.0f));
     if (s.may_be_positive(metalness)) {
         const Port reflectivity = b.multiply(base_color, base);
-        const Port edge = s.color("specular_color", Rgb(1.0f));
-        const Port f90 = b.is_constant(edge, 1.0f)
-                             ? b.color(Rgb(1.0f))
-                             : schlick_f90(b, reflectivity, conductor_at_82(b, reflectivity, edge));
+        const Port f90 =
+            b.is_constant(specular, 1.0f)
+                ? b.color(Rgb(1.0f))
+                : schlick_f90(b, reflectivity, conductor_at_82(b, reflectivity, specular));
         m.extras->metal_f0 = s.finish(b.multiply(reflectivity, coat.tint));
         m.extras->metal_f90 = s.finish(b.multiply(f90, coat.tint), Rgb(1.0f));
     }

@@ -118,7 +118,7 @@ constexpr NodeCase cases[] = {
     {"ND_distance_vector3", "float3 inputs:in1 = (1, 1, 1)\nfloat3 inputs:in2 = (3, 4, 7)", E(7)},
     {"ND_dotproduct_vector3", "float3 inputs:in1 = (1, 2, 3)\nfloat3 inputs:in2 = (4, 5, 6)", E(32)},
     {"ND_crossproduct_vector3", "float3 inputs:in1 = (1, 0, 0)\nfloat3 inputs:in2 = (0, 1, 0)", E(0, 0, 1)},
-    {"ND_rotate3d_vector3", "float3 inputs:in = (1, 0, 0)\nfloat inputs:amount = 90\nfloat3 inputs:axis = (0, 0, 2)", E(0, 1, 0)},
+    {"ND_rotate3d_vector3", "float3 inputs:in = (1, 0, 0)\nfloat inputs:amount = 90\nfloat3 inputs:axis = (0, 0, 2)", E(0, -1, 0)},
     {"ND_luminance_color3", "color3f inputs:in = (1, 0, 0)", E(0.2722287f)},
     {"ND_saturate_color3", "color3f inputs:in = (1, 0, 0)\nfloat inputs:amount = 0", E(0.2722287f)},
     {"ND_rgbtohsv_color3", "color3f inputs:in = (0.2, 0.8, 0.2)", E(1 / 3.0f, 0.75f, 0.8f)},
@@ -140,6 +140,8 @@ constexpr NodeCase cases[] = {
     {"ND_ifgreatereq_float", "float inputs:value1 = 1\nfloat inputs:value2 = 1\nfloat inputs:in1 = 5", E(5)},
     {"ND_ifequal_float", "float inputs:value1 = 1\nfloat inputs:value2 = 2\nfloat inputs:in1 = 5\nfloat inputs:in2 = 6", E(6)},
     {"ND_switch_float", "float inputs:in1 = 5\nfloat inputs:in2 = 6\nfloat inputs:in3 = 7\nfloat inputs:which = 1", E(6)},
+    {"ND_switch_float", "float inputs:in1 = 5\nfloat inputs:in2 = 6\nfloat inputs:which = -0.5", E(5)},
+    {"ND_switch_float", "float inputs:in1 = 5\nfloat inputs:which = 10", E(0)},
     {"ND_ramplr_color3", "color3f inputs:valuel = (0, 0, 0)\ncolor3f inputs:valuer = (1, 2, 4)\nfloat2 inputs:texcoord = (0.25, 0)", E(0.25f, 0.5f, 1)},
     {"ND_ramptb_float", "float inputs:valuet = 1\nfloat inputs:valueb = 3\nfloat2 inputs:texcoord = (0, 0.75)", E(1.5f)},
     {"ND_ramp4_float", "float inputs:valuetl = 1\nfloat inputs:valuetr = 2\nfloat inputs:valuebl = 3\nfloat inputs:valuebr = 5\nfloat2 inputs:texcoord = (0.5, 0.5)", E(2.75f)},
@@ -153,6 +155,51 @@ constexpr NodeCase cases[] = {
 
 TEST(NodeGraph, NodesGiveWhatTheSpecificationSays) {
     for (const NodeCase& k : cases) expect_value(k);
+}
+
+/// What one channel of a node of constants is.
+float number_of(const std::string& id, const std::string& type, const std::string& inputs, int channel) {
+    Translated t;
+    translate_text(
+        stage_of(shader("v", id, inputs, type + " outputs:out") +
+                     shader("n", "ND_extract_" + parse_node_name(id).types.back(),
+                            fmt::format("{} inputs:in.connect = </Mat/v.outputs:out>\nint inputs:index = {}", type, channel),
+                            "float outputs:out"),
+                 "float inputs:roughness.connect = </Mat/n.outputs:out>"),
+        t);
+    EXPECT_EQ(t.scene.materials.size(), 1u) << t.error_message;
+    const scene::Input& r = t.scene.materials.at(0).roughness;
+    EXPECT_EQ(r.source, Source::Constant) << id;
+    return r.value.x;
+}
+
+// As in NG_saturate_color4, NG_convert_vector3_vector4, NG_convert_float_color4 of stdlib_ng.mtlx
+TEST(NodeGraph, FourthChannelsAreThoseOfTheLibrary) {
+    EXPECT_EQ(number_of("ND_saturate_color4", "color4f", "color4f inputs:in = (1, 0, 0, 0.5)\nfloat inputs:amount = 0", 3), 0.5f);
+    EXPECT_EQ(number_of("ND_luminance_color4", "color4f", "color4f inputs:in = (1, 0, 0, 0.5)", 3), 0.5f);
+    EXPECT_EQ(number_of("ND_convert_vector3_vector4", "float4", "float3 inputs:in = (2, 3, 4)", 3), 1.0f);
+    EXPECT_EQ(number_of("ND_convert_color3_color4", "color4f", "color3f inputs:in = (2, 3, 4)", 3), 1.0f);
+    EXPECT_EQ(number_of("ND_convert_float_color4", "color4f", "float inputs:in = 0.25", 3), 0.25f);
+}
+
+// mx_fractal3d_noise_vec2 and _vec4 of MaterialX read one of their channels at (19, 193, 17) from the place
+TEST(NodeGraph, FractalsOfTwoAndFourReadOneElsewhere) {
+    const auto at = [](const char* id, const char* type, const char* place, int channel) {
+        return number_of(id, type, fmt::format("float3 inputs:position = {}", place), channel);
+    };
+    const char *here = "(0.3, 1.7, -2.2)", *there = "(19.3, 194.7, 14.8)";
+    const auto one = [&](const char* place) {
+        Translated t;
+        translate_text(stage_of(shader("n", "ND_fractal3d_float", fmt::format("float3 inputs:position = {}", place), "float outputs:out"),
+                                "float inputs:roughness.connect = </Mat/n.outputs:out>"),
+                       t);
+        return t.scene.materials.at(0).roughness.value.x;
+    };
+    EXPECT_EQ(at("ND_fractal3d_vector2", "float2", here, 0), one(here));
+    EXPECT_NEAR(at("ND_fractal3d_vector2", "float2", here, 1), one(there), 1e-4f);
+    EXPECT_NEAR(at("ND_fractal3d_vector4", "float4", here, 3), one(there), 1e-4f);
+    EXPECT_EQ(at("ND_fractal3d_vector4", "float4", here, 1), at("ND_fractal3d_vector3", "float3", here, 1));
+    EXPECT_GT(std::abs(one(here) - one(there)), 1e-2f);
 }
 
 // A new node needs a case here, and a row in docs/materialx.md
@@ -296,6 +343,17 @@ TEST(NodeGraph, GraphsThatAreTooLargeAreRefused) {
     EXPECT_EQ(t.count("pattern-too-large"), 1u);
     EXPECT_EQ(t.scene.materials[0].roughness.source, Source::Constant);
     EXPECT_EQ(t.scene.materials[0].roughness.value.x, 0.5f);
+}
+
+// More steps than a Port can name: nothing of the material is half a graph
+TEST(NodeGraph, WhatHasNoEndOfStepsIsRefusedWhole) {
+    scene::Scene scene;
+    PatternBuilder builder(scene);
+    const Port x = builder.position(true);
+    Port sum = x;
+    for (int i = 1; i < 40000; ++i) sum = builder.add(builder.multiply(x, builder.constant(float(i))), sum);
+    EXPECT_FALSE(builder.input(sum, Rgb(0.5f)).has_value());
+    EXPECT_FALSE(builder.input(builder.multiply(x, builder.constant(-1.0f)), Rgb(0.5f)).has_value());
 }
 
 TEST(NodeGraph, ColorsAreBroughtIntoTheWorkingSpace) {

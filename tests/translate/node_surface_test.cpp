@@ -156,6 +156,13 @@ TEST(NodeSurface, MetalMeetsItsModelAtTwoAngles) {
     const scene::SurfaceExtras& y = *s.scene.materials[0].extras;
     EXPECT_NEAR(double(y.metal_f0.value.x), r, 1e-6);
     EXPECT_NEAR(r + (double(y.metal_f90.value.x) - r) * weight, (rs + rp) / 2, 1e-4);
+    // metal_edgecolor of standard_surface.mtlx: specular is in it
+    Translated half;
+    translate_surface(standard,
+                      "float inputs:metalness = 1\ncolor3f inputs:base_color = (0.8, 0.8, 0.8)\n"
+                      "float inputs:specular = 0.5",
+                      half);
+    EXPECT_EQ(half.scene.materials[0].extras->metal_f90.value, y.metal_f90.value);
 }
 
 TEST(NodeSurface, OpenPbrWeighsTheIndex) {
