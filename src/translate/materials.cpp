@@ -187,9 +187,11 @@ scene::Material read_preview_surface(Context& ctx, Prim shader, MaterialEntry& e
     return material;
 }
 
+constexpr std::string_view hair_id = "VelaturaHair";
+
 bool is_surface(Context& ctx, Prim shader) {
     const std::string id = read_text(shader.attribute("info:id"), "", ctx.time);
-    return id == "UsdPreviewSurface" || is_node_surface(id);
+    return id == "UsdPreviewSurface" || id == hair_id || is_node_surface(id);
 }
 
 /// Shader that a material's surface output leads to; invalid with a warning when there is none to
@@ -274,15 +276,14 @@ const MaterialEntry& material_entry(Context& ctx, Prim material) {
     const Prim shader = surface_shader(ctx, material);
     if (!shader) return entry;
     const std::string id = read_text(shader.attribute("info:id"), "", ctx.time);
-    const bool is_hair = id == "VelaturaHair";
-    if (!is_hair && !is_surface(ctx, shader)) {
+    if (!is_surface(ctx, shader)) {
         ctx.warn("unsupported-shader", shader,
                  fmt::format("surface shader {} is not supported, expected UsdPreviewSurface, "
                              "standard_surface or open_pbr_surface; displayColor is shown",
                              id.empty() ? "without info:id" : id));
         return entry;
     }
-    scene::Material out = is_hair                     ? read_hair(ctx, shader, entry)
+    scene::Material out = id == hair_id               ? read_hair(ctx, shader, entry)
                           : id == "UsdPreviewSurface" ? read_preview_surface(ctx, shader, entry)
                                                       : read_node_surface(ctx, shader, id, entry);
     out.displacement = read_displacement(ctx, material, shader, entry);

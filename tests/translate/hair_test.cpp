@@ -39,6 +39,29 @@ const scene::Hair& hair_of(const Translated& t) {
 
 using Absorber = scene::Hair::Absorber;
 
+// What other renderers show stands beside it
+TEST(Hair, GoesBeforeTheSurfaceOfOtherRenderers) {
+    Translated t;
+    translate_text(camera() + strand() + R"usda(
+def Material "M" {
+    token outputs:velatura:surface.connect = </M/H.outputs:surface>
+    token outputs:surface.connect = </M/P.outputs:surface>
+    def Shader "H" {
+        uniform token info:id = "VelaturaHair"
+        float inputs:eumelanin = 0.3
+        token outputs:surface
+    }
+    def Shader "P" {
+        uniform token info:id = "UsdPreviewSurface"
+        token outputs:surface
+    }
+}
+)usda",
+                   t);
+    EXPECT_EQ(warnings(t), "no-lights ");
+    EXPECT_EQ(hair_of(t).eumelanin.value.x, 0.3f);
+}
+
 TEST(Hair, ReadsItsInputs) {
     Translated t;
     translate_text(camera() +
