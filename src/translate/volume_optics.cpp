@@ -186,14 +186,17 @@ Rgb rgb(const Vec3d& v) {
     return {float(v.x), float(v.y), float(v.z)};
 }
 
-/// displayColor, if it is one colour, else a middle grey.
+/// displayColor, if it is one colour, as far as it can be an albedo, else a middle grey.
 Vec3d usual_albedo(Context& ctx, Prim prim) {
     std::vector<double> rows;
     int width = 0;
     const auto primvar = usd::stage::find_primvar(prim, scene::display_color_primvar);
     const bool is_one = primvar && read_rows(primvar->attribute.value(ctx.time), rows, width) &&
                         width == 3 && rows.size() == 3;
-    return is_one ? Vec3d(rows[0], rows[1], rows[2]) : Vec3d(0.5);
+    Vec3d color(0.5);
+    for (int c = 0; is_one && c < 3; ++c)
+        if (std::isfinite(rows[size_t(c)])) color[c] = std::clamp(rows[size_t(c)], 0.0, 1.0);
+    return color;
 }
 
 }  // namespace

@@ -76,6 +76,14 @@ TEST(Volumes, TakeTheirColourFromDisplayColor) {
     EXPECT_EQ(t.scene.volumes[0].optics.albedo, Rgb(0.25f, 0.5f, 1.0f));
 }
 
+// More than 1 would make light at every scattering
+TEST(Volumes, TakeOnlyAnAlbedoFromDisplayColor) {
+    Translated t;
+    translate_text(smoke("color3f[] primvars:displayColor = [(4, -1, nan)]"), t);
+    expect_one(t);
+    EXPECT_EQ(t.scene.volumes[0].optics.albedo, Rgb(1.0f, 0.0f, 0.5f));
+}
+
 TEST(Volumes, KnowFieldsByName) {
     Translated t;
     translate_text(camera() +
