@@ -20,6 +20,8 @@ namespace {
 constexpr double angle_tolerance = 1e-3;
 /// Angles of either kind; real tables have some hundred.
 constexpr size_t most_angles = 100000;
+/// Lighthouses have some million; what no light has would leave no digit for the others.
+constexpr double most_candela = 1e15;
 
 bool is_close(double a, double b) {
     return std::abs(a - b) <= angle_tolerance;
@@ -182,7 +184,7 @@ class Parser {
 
     double candela(double factor) {
         const double value = factor * number("candela values");
-        if (!(value >= 0.0) || !std::isfinite(value))
+        if (!(value >= 0.0 && value <= most_candela))
             fail(fmt::format("a candela value is {}", value));
         return value;
     }

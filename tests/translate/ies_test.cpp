@@ -113,6 +113,10 @@ TEST(Ies, BadFilesNameTheLine) {
     EXPECT_NE(error_of("TILT=NONE\n1 1 1 2 1 1 2 0 0 0\n1 1 1\n0 90\n0\n1 -1")
                   .find("a candela value is -1"),
               std::string::npos);
+    // Beyond floats: the light would be infinite
+    EXPECT_NE(error_of("TILT=NONE\n1 1 1e200 2 1 1 2 0 0 0\n1 1 1\n0 90\n0\n1 1")
+                  .find("a candela value is 1e+200"),
+              std::string::npos);
     EXPECT_NE(
         error_of("TILT=NONE\n1 1 1 2 1 1 2 0 0 0\n1 1 1\n0 90\n0\n1 nan").find("expected a number"),
         std::string::npos);
