@@ -31,6 +31,15 @@ std::string file_state(const std::string& path) {
     return fmt::format("|{} {:016x}", std::filesystem::path(path).filename().string(), bytes ? hash_string(*bytes) : 0);
 }
 
+/// The same of a light's profile, whatever file it comes from.
+std::string profile_state(const scene::Shaping& shaping) {
+    if (!shaping.ies) return {};
+    std::string text = "|ies";
+    for (const std::vector<double>* numbers : {&shaping.ies->vertical, &shaping.ies->horizontal, &shaping.ies->intensity})
+        text += fmt::format(" {:016x}", hash_string({reinterpret_cast<const char*>(numbers->data()), numbers->size() * sizeof(double)}));
+    return text;
+}
+
 /// Everything beside the sample range that changes pixels; files with another hash do not merge.
 std::string settings_hash(const RenderJob& job, const FrameInput& input, const film::LayerSet& layers, const image::Window& window, bool is_guided) {
     const scene::RenderSettings& s = input.scene.settings;
@@ -49,7 +58,8 @@ std::string settings_hash(const RenderJob& job, const FrameInput& input, const f
     const scene::Camera& c = input.scene.camera;
     text += fmt::format("|{} {} {} {} {} {} {}", c.window_left, c.window_right, c.window_bottom, c.window_top, c.lens_radius, c.focus_distance, c.exposure_scale);
     for (const scene::Texture& t : input.scene.textures) text += file_state(t.file);
-    for (const scene::Light& l : input.scene.lights) text += file_state(l.texture_file);
+    for (const scene::Light& l : input.scene.lights) text += file_state(l.texture_file) + profile_state(l.shaping);
+    for (const scene::MeshLight& l : input.scene.mesh_lights) text += profile_state(l.shaping);
     for (const scene::VolumeField& f : input.scene.volume_fields) text += file_state(f.file);
     return fmt::format("{:016x}", hash_string(text));
 }

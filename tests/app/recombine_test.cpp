@@ -121,6 +121,24 @@ TEST_F(Recombine, MergeRefusesWhatDoesNotBelongTogether) {
     }
 }
 
+// The profile of a lamp is part of the scene, in whatever file it stands
+TEST_F(Recombine, MergeRefusesAnotherProfile) {
+    w.write("lamp.usda", "#usda 1.0\ndef Camera \"Cam\" {\n}\ndef SphereLight \"L\" (prepend apiSchemas = [\"ShapingAPI\"]) {\n asset "
+                         "inputs:shaping:ies:file = @lamp.ies@\n double3 xformOp:translate = (0, 0, -5)\n uniform token[] "
+                         "xformOpOrder = [\"xformOp:translate\"]\n}\n");
+    const auto render_lamp = [&](const char* candela, const char* samples, const char* file) {
+        w.write("lamp.ies", fmt::format("TILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 1\n0 180\n0\n{0} {0}\n", candela));
+        const CommandResult r = w.velatura(fmt::format("render lamp.usda --res 8 8 -q --samples {} -o {}", samples, file));
+        ASSERT_EQ(r.exit_code, 0) << r.output;
+    };
+    render_lamp("100", "0:2", "a.exr");
+    render_lamp("100", "2:4", "same.exr");
+    render_lamp("200", "2:4", "other.exr");
+    const CommandResult same = w.comp("merge a.exr same.exr -o m.exr"), other = w.comp("merge a.exr other.exr -o n.exr");
+    EXPECT_EQ(same.exit_code, 0) << same.output;
+    EXPECT_EQ(other.exit_code, 5) << other.output;
+}
+
 TEST_F(Recombine, UnitMixIsTheBeautyBitForBit) {
     render("--spp 4 -o s.exr");
     const CommandResult r = w.comp("mix s.exr -o m.exr --gain all=1 --gain indirect=+0st");
