@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -24,11 +26,16 @@ namespace velatura::app {
 
 namespace {
 
-/// Says whether a picture that the scene reads is the same one, on whatever machine it lies.
+/// Says whether a file that the scene reads is the same one, on whatever machine it lies. Piece by piece: grids of volumes may
+/// be larger than memory.
 std::string file_state(const std::string& path) {
     if (path.empty()) return {};
-    const Result<std::string> bytes = read_file(path);
-    return fmt::format("|{} {:016x}", std::filesystem::path(path).filename().string(), bytes ? hash_string(*bytes) : 0);
+    constexpr size_t piece = size_t(1) << 20;
+    std::string bytes(piece, '\0');
+    uint64_t hash = 0;
+    std::ifstream file(path, std::ios::binary);
+    while (file.read(bytes.data(), piece), file.gcount() > 0) hash = hash_combine(hash, hash_string({bytes.data(), size_t(file.gcount())}));
+    return fmt::format("|{} {:016x}", std::filesystem::path(path).filename().string(), hash);
 }
 
 /// The same of a light's profile, whatever file it comes from.
@@ -60,7 +67,12 @@ std::string settings_hash(const RenderJob& job, const FrameInput& input, const f
     for (const scene::Texture& t : input.scene.textures) text += file_state(t.file);
     for (const scene::Light& l : input.scene.lights) text += file_state(l.texture_file) + profile_state(l.shaping);
     for (const scene::MeshLight& l : input.scene.mesh_lights) text += profile_state(l.shaping);
-    for (const scene::VolumeField& f : input.scene.volume_fields) text += file_state(f.file);
+    std::map<std::string, std::string> grids;  // fields share files
+    for (const scene::VolumeField& f : input.scene.volume_fields) {
+        const auto [known, is_new] = grids.try_emplace(f.file);
+        if (is_new) known->second = file_state(f.file);
+        text += fmt::format("{} {} {}", known->second, f.grid, f.index);
+    }
     return fmt::format("{:016x}", hash_string(text));
 }
 
