@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Node graphs make the picture that the plain material makes which they come down to.
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -261,6 +262,22 @@ TEST(MaterialX, ObjectsTakeTheirNoiseAlong) {
     }
     EXPECT_LT(difference, 1e-4 * sum);
     EXPECT_GT(sum, 0.0);
+
+    // Everything two to the side: the same places of the object, others of the world
+    const auto moved_by_two = [&](const char* space) {
+        std::string text = fmt::format(fmt::runtime(stage), "mtlx:", "ND_standard_surface_surfaceshader", inputs, nodes(space));
+        for (const auto& [from, to] : {std::pair("(0, 0.5, 5)", "(2, 0.5, 5)"), std::pair("(0, 3, 2)", "(2, 3, 2)")}) text.replace(text.find(from), std::string(from).size(), to);
+        const char* quad = "    int[] faceVertexCounts";
+        text.insert(text.find(quad), "    double3 xformOp:translate = (2, 0, 0)\n    uniform token[] xformOpOrder = [\"xformOp:translate\"]\n");
+        return beauty(render_scene(scene_from_usda(text), options));
+    };
+    const auto apart = [](const std::vector<double>& x, const std::vector<double>& y) {
+        double most = 0;
+        for (size_t i = 0; i < x.size(); ++i) most = std::max(most, std::abs(x[i] - y[i]));
+        return most;
+    };
+    EXPECT_LT(apart(moved_by_two("object"), a), 1e-4);
+    EXPECT_GT(apart(moved_by_two("world"), b), 1e-2);
 }
 
 }  // namespace
