@@ -26,7 +26,8 @@ PatternValue shape_position(const scene::Scene& scene, const SurfacePoint& point
     if (point.mesh->segments() > 0) {
         const auto corner = [&](int k) { return Vec3d(point.mesh->corner(point.triangle, k)); };
         const Vec3d p0 = corner(0);
-        const Vec3d p = p0 + (corner(1) - p0) * double(point.b1) + (corner(2) - p0) * double(point.b2);
+        const Vec3d e1 = corner(1) - p0, e2 = corner(2) - p0;
+        const Vec3d p = p0 + e1 * double(point.b1) + e2 * double(point.b2);
         return {float(p.x), float(p.y), float(p.z), 0.0f};
     }
     if (point.instance == scene::none) return {point.p.x, point.p.y, point.p.z, 0.0f};

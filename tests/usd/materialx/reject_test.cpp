@@ -55,8 +55,10 @@ TEST_F(MaterialXTest, OutputsThatNameEachOtherEnd) {
         "<output name=\"a\" type=\"float\" output=\"b\"/>\n"
         "<output name=\"b\" type=\"float\" output=\"a\"/>\n"
         "<output name=\"c\" type=\"float\" nodename=\"k\"/>\n"
-        "<constant name=\"k\" type=\"float\"><input name=\"value\" type=\"float\" output=\"a\"/></constant>\n"
-        "<constant name=\"l\" type=\"float\"><input name=\"value\" type=\"float\" output=\"c\"/></constant>");
+        "<constant name=\"k\" type=\"float\">"
+        "<input name=\"value\" type=\"float\" output=\"a\"/></constant>\n"
+        "<constant name=\"l\" type=\"float\">"
+        "<input name=\"value\" type=\"float\" output=\"c\"/></constant>");
     ASSERT_NE(layer, nullptr);
     EXPECT_EQ(count("mtlx-cycle"), 1u);
     EXPECT_EQ(connection(*layer, "/MaterialX/NodeGraphs/k.inputs:value"), "");
