@@ -2,6 +2,7 @@
 #include "film/film.h"
 
 #include "base/check.h"
+#include "image/relative_error.h"
 #include "image/resolve.h"
 
 #include <algorithm>
@@ -158,8 +159,7 @@ Snapshot Film::snapshot() const {
 NoiseEstimate Film::noise() const {
     const Window& w = window();
     NoiseEstimate result;
-    double sum = 0, weight = 0;
-    std::vector<std::pair<double, double>> batches;  // per tile: sum of the terms, their number
+    image::RelativeErrorSum error;
     result.samples_min = ~uint64_t(0);
     for (int ty = w.y0; ty < w.y1; ty += tile_size) {
         for (int tx = w.x0; tx < w.x1; tx += tile_size) {
@@ -176,33 +176,20 @@ NoiseEstimate Film::noise() const {
                         image::resolve_halves(sums_, x, y, AccumulatorTable::beauty);
                     if (!h.is_known) continue;
                     for (int c = 0; c < 3; ++c) {
-                        const double mean = h.mean[size_t(c)];
-                        batch += h.variance[size_t(c)] / (mean * mean + 0.01);
+                        batch += image::relative_square(h.variance[size_t(c)], h.mean[size_t(c)]);
                         count += 1;
                     }
                 }
             }
-            if (count > 0) batches.emplace_back(batch, count);
-            sum += batch;
-            weight += count;
+            error.add_tile(batch, count);
         }
     }
     result.samples_mean /= double(w.pixel_count());
-    result.is_known = weight == 3.0 * double(w.pixel_count());
-    if (weight == 0) return result;
-
-    // The tiles are the batches of a ratio estimator; their spread gives the interval
-    const double mean = sum / weight;
-    double spread = 0;
-    for (const auto& [batch, count] : batches) {
-        const double deviation = batch - mean * count;
-        spread += deviation * deviation;
-    }
-    const auto n = double(batches.size());
-    const double error = n > 1 ? std::sqrt(spread * n / (n - 1)) / weight : mean;
-    result.relative_error = std::sqrt(mean);
-    result.low = std::sqrt(std::max(0.0, mean - 1.96 * error));
-    result.high = std::sqrt(mean + 1.96 * error);
+    result.is_known = error.count() == 3.0 * double(w.pixel_count());
+    const image::RelativeError estimate = error.result();
+    result.relative_error = estimate.value;
+    result.low = estimate.low;
+    result.high = estimate.high;
     return result;
 }
 

@@ -153,6 +153,46 @@ TEST_F(Cli, RepeatedOptionsPresetAndPicture) {
     }
 }
 
+TEST_F(Cli, NoiseOfAMixAsTextJsonAndPicture) {
+    const std::string look = " --gain indirect=+2st --shadow key=0.3";
+    const Outcome text = comp("noise --target 10% " + file("whole.exr") + look);
+    ASSERT_EQ(text.code, 0) << text.output;
+    for (const char* word : {"as rendered", "this mix", "times the samples", "--gain indirect",
+                             "by group", "by bounce", "S_key"}) {
+        EXPECT_NE(text.output.find(word), std::string::npos) << word << " in " << text.output;
+    }
+    ASSERT_TRUE(write_file_atomically(file("stats.json"), R"({"phases_s": {"render": 30}})"));
+    const Outcome run = comp("noise --json --target 2% --stats " + file("stats.json") + " " +
+                             file("whole.exr") + look + " -o " + file("noise.exr"));
+    ASSERT_EQ(run.code, 0) << run.output;
+    const auto json = nlohmann::json::parse(run.output);
+    const double ratio = json["mix"]["value"].get<double>() / 0.02;
+    EXPECT_NEAR(json["advice"]["sampleFactor"].get<double>(), ratio * ratio, 1e-6 * ratio * ratio);
+    EXPECT_NEAR(json["advice"]["seconds"].get<double>(), 30 * ratio * ratio, 1e-4 * ratio * ratio);
+    EXPECT_EQ(json["advice"]["caps"].size(), 2u);
+    const auto map = image::read_exr(file("noise.exr"));
+    ASSERT_TRUE(map.has_value());
+    EXPECT_NE(map->find("relative"), nullptr);
+#ifdef VELATURA_HAVE_OPENIMAGEIO_PLUGIN
+    ASSERT_EQ(comp("noise " + file("whole.exr") + look + " -o " + file("noise.png")).code, 0);
+    EXPECT_EQ(image::read_rgb_image(file("noise.png"))->width, 20);
+#endif
+}
+
+TEST_F(Cli, NoiseTakesNoNonsense) {
+    EXPECT_EQ(comp("noise").code, 2);
+    for (const char* target : {"0", "-1%", "x", "1 %", "nan", ""}) {
+        EXPECT_EQ(comp("noise " + file("whole.exr") + " --target '" + target + "'").code, 2)
+            << target;
+    }
+    EXPECT_EQ(comp("noise " + file("whole.exr") + " -o " + file("n.gif")).code, 2);
+    EXPECT_EQ(comp("noise " + file("whole.exr") + " --gain moon=2").code, 2);
+    EXPECT_EQ(comp("noise " + file("missing.exr")).code, 1);
+    ASSERT_TRUE(write_file_atomically(file("no_stats.json"), "[1]"));
+    EXPECT_EQ(comp("noise " + file("whole.exr") + " --stats " + file("no_stats.json")).code, 1);
+    EXPECT_EQ(comp("noise " + file("whole.exr") + " -o /nonexistent_folder/n.exr").code, 1);
+}
+
 TEST_F(Cli, MergeGivesTheHashOfTheSingleRender) {
     const Outcome merged =
         comp("merge " + file("left.exr") + " " + file("right.exr") + " -o " + file("merged.exr"));

@@ -90,13 +90,14 @@ film::LayerSet TransportRenderer::beauty_layers() const {
     film::LayerSet layers;
     layers.matrix_layers = layers.shadow_layers = layers.bounce_layers = layers.group_layers = layers.data_layers = false;
     for (const scene::LightGroup& g : scene_.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+    layers.normalise_names();
     return layers;
 }
 
-Pixels TransportRenderer::render_scheduled(uint64_t seed, uint64_t samples, const Placement& placement) {
-    const film::LayerSet layers = beauty_layers();
+film::Film TransportRenderer::render_film(uint64_t seed, uint64_t samples, const Placement& placement, const film::LayerSet& layers) {
     integrator::PathTracerOptions tracer_options = options_;
     tracer_options.seed = seed;
+    if (layers.halves) tracer_options.sampler = sampling::SamplerKind::SobolHalves;
     const integrator::GuideTraining training = integrator::train_guide(*world_, tracer_options, placement.guiding);
     was_guided_ = training.is_used;
     if (training.is_used) tracer_options.guide = &training.field;
@@ -117,7 +118,11 @@ Pixels TransportRenderer::render_scheduled(uint64_t seed, uint64_t samples, cons
     rays_ += training.rays;
     rays_ += branches.rays;
     bad_ += film.invalid_count();
-    const std::vector<float> rgba = film.snapshot().rgba;
+    return film;
+}
+
+Pixels TransportRenderer::render_scheduled(uint64_t seed, uint64_t samples, const Placement& placement) {
+    const std::vector<float> rgba = render_film(seed, samples, placement, beauty_layers()).snapshot().rgba;
     Pixels pixels;
     pixels.reserve(rgba.size() / 4 * 3);
     for (size_t i = 0; i < rgba.size(); i += 4) pixels.insert(pixels.end(), {double(rgba[i]), double(rgba[i + 1]), double(rgba[i + 2])});

@@ -57,6 +57,12 @@ class TransportRenderer {
     /// The same by the render schedule, `samples` in the mean where it is adaptive, after training and trials.
     Pixels render_scheduled(uint64_t seed, uint64_t samples, const Placement& placement);
 
+    /// As that, into the layers; with halves, from two sequences.
+    film::Film render_film(uint64_t seed, uint64_t samples, const Placement& placement, const film::LayerSet& layers);
+
+    /// The scene's light groups, and no layers but the beauty.
+    film::LayerSet beauty_layers() const;
+
     /// Of the last of these: whether it was guided, and into how many branches its paths divided in the mean.
     bool was_guided() const { return was_guided_; }
 
@@ -67,8 +73,6 @@ class TransportRenderer {
     const integrator::RayCounts& rays() const { return rays_; }
 
   private:
-    film::LayerSet beauty_layers() const;
-
     const scene::Scene& scene_;
     integrator::PathTracerOptions options_;
     std::unique_ptr<integrator::World> world_;

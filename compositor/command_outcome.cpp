@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/command_outcome.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <initializer_list>
+
+namespace velatura::compositor {
+
+namespace {
+
+bool ends_with_any(const std::string& path, std::initializer_list<const char*> extensions) {
+    std::string lower = path;
+    std::transform(lower.begin(), lower.end(), lower.begin(),
+                   [](unsigned char c) { return char(std::tolower(c)); });
+    return std::any_of(extensions.begin(), extensions.end(),
+                       [&](const char* e) { return lower.ends_with(e); });
+}
+
+}  // namespace
+
+int report(const Error& error) {
+    fmt::print(stderr, "velatura-comp: error: {} [{}]\n", error.message, error.code);
+    const auto is = [&](const char* code) { return error.code == code; };
+    if (is("bad-gain") || is("unknown-name") || is("bad-output") || is("bad-target")) return usage;
+    if (is("closure-failed") || is("verify-failed")) return check_failed;
+    return is("merge-refused") ? refused : failed;
+}
+
+bool is_display_picture(const std::string& path) {
+    return ends_with_any(path, {".png", ".jpg", ".jpeg"});
+}
+
+bool is_exr(const std::string& path) {
+    return ends_with_any(path, {".exr"});
+}
+
+}  // namespace velatura::compositor

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/result.h"
+
+#include <string>
+
+namespace velatura::compositor {
+
+/// Exit codes, DESIGN §5.
+enum ExitCode { done = 0, failed = 1, usage = 2, check_failed = 4, refused = 5 };
+
+/// Prints the error. Returns: the exit code that its code stands for.
+int report(const Error& error);
+
+bool is_display_picture(const std::string& path);  ///< .png, .jpg, .jpeg
+bool is_exr(const std::string& path);
+
+}  // namespace velatura::compositor

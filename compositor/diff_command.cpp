@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/command_outcome.h"
+#include "compositor/commands.h"
+#include "compositor/diff.h"
+#include "image/layer_file.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <memory>
+#include <string>
+
+namespace velatura::compositor {
+
+namespace {
+
+struct DiffOptions {
+    std::string a, b, output;
+    double threshold = 0;
+    bool json = false, quiet = false;
+};
+
+void print_difference(const Difference& difference, bool json) {
+    nlohmann::ordered_json j;
+    j["schema"] = "velatura.diff/1";
+    j["equal"] = difference.is_equal;
+    j["worstRelMse"] = difference.worst_rel_mse;
+    j["layers"] = nlohmann::ordered_json::array();
+    for (const LayerDifference& d : difference.layers) {
+        const char* only = d.only_in_a ? "only in A" : d.only_in_b ? "only in B" : "";
+        if (json) {
+            j["layers"].push_back({{"name", d.layer},
+                                   {"max", d.largest},
+                                   {"mean", d.mean},
+                                   {"relMse", d.rel_mse},
+                                   {"pixels", d.different},
+                                   {"at", {d.x, d.y}},
+                                   {"only", only}});
+        } else if (*only != '\0') {
+            fmt::print("{:<24} {}\n", d.layer, only);
+        } else {
+            fmt::print("{:<24} max {:.6g} at {},{}  mean {:.6g}  relMSE {:.6g}  pixels {}\n",
+                       d.layer, d.largest, d.x, d.y, d.mean, d.rel_mse, d.different);
+        }
+    }
+    if (json) fmt::print("{}\n", j.dump(2));
+}
+
+int run_diff(const DiffOptions& o) {
+    const auto a = image::read_layer_file(o.a);
+    if (!a) return report(a.error());
+    const auto b = image::read_layer_file(o.b);
+    if (!b) return report(b.error());
+    const auto difference = compare(*a, *b);
+    if (!difference) {
+        report(difference.error());
+        return check_failed;
+    }
+    if (!o.quiet) print_difference(*difference, o.json);
+    if (!o.output.empty()) {
+        if (auto written = image::write_image_file(o.output, difference_image(*a, *b));
+            !written) {
+            return report(written.error());
+        }
+    }
+    if (difference->is_equal) return done;
+    bool has_all_layers = true;
+    for (const auto& d : difference->layers)
+        has_all_layers = has_all_layers && !d.only_in_a && !d.only_in_b;
+    const bool is_close =
+        o.threshold > 0 && has_all_layers && difference->worst_rel_mse <= o.threshold;
+    return is_close ? done : check_failed;
+}
+
+}  // namespace
+
+void add_diff_command(CLI::App& app, std::function<int()>& run) {
+    const auto o = std::make_shared<DiffOptions>();
+    CLI::App* command = app.add_subcommand("diff", "Differences per layer; B is the reference");
+    command->add_option("a", o->a, "File A")->required();
+    command->add_option("b", o->b, "File B, the reference")->required();
+    command->add_option("--threshold", o->threshold,
+                        "Largest relMSE of any layer that counts as equal; default 0");
+    command->add_option("-o,--output", o->output, "Write A - B as .exr");
+    command->add_flag("--json", o->json, "As JSON");
+    command->add_flag("-q,--quiet", o->quiet, "Only the exit code");
+    command->callback([&run, o] { run = [o] { return run_diff(*o); }; });
+}
+
+}  // namespace velatura::compositor

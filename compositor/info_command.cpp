@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/command_outcome.h"
+#include "compositor/commands.h"
+#include "compositor/info.h"
+#include "compositor/layer_stack.h"
+#include "image/digest.h"
+#include "image/layer_file.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <memory>
+#include <string>
+
+namespace velatura::compositor {
+
+namespace {
+
+struct InfoOptions {
+    std::string file;
+    bool hash = false, json = false;
+};
+
+int run_info(const InfoOptions& o) {
+    if (o.hash) {
+        const auto image = image::read_layer_file(o.file);
+        if (!image) return report(image.error());
+        fmt::print("{}\n", image::digest_of(*image));
+        return done;
+    }
+    const auto stack = LayerStack::load(o.file);
+    if (!stack) return report(stack.error());
+    fmt::print("{}", o.json ? info_json(*stack) : info_text(*stack));
+    return done;
+}
+
+}  // namespace
+
+void add_info_command(CLI::App& app, std::function<int()>& run) {
+    const auto o = std::make_shared<InfoOptions>();
+    CLI::App* command =
+        app.add_subcommand("info", "What a file holds: layers, groups, energy, samples, closure");
+    command->add_option("file", o->file, "File of light layers")->required();
+    command->add_flag("--hash", o->hash, "Print only the SHA-256 of all pixel data");
+    command->add_flag("--json", o->json, "As JSON");
+    command->callback([&run, o] { run = [o] { return run_info(*o); }; });
+}
+
+}  // namespace velatura::compositor

@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/noise.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace velatura::compositor {
+
+namespace {
+
+using Term = MixPlan::Term;
+
+std::vector<Term> all_terms(const MixPlan& plan) {
+    std::vector<Term> terms = plan.terms;
+    terms.insert(terms.end(), plan.shadow_terms.begin(), plan.shadow_terms.end());
+    return terms;
+}
+
+/// A layer's channel with those of its half images.
+struct HalvedChannel {
+    const image::Channel* whole = nullptr;
+    const image::Channel* a = nullptr;
+    const image::Channel* b = nullptr;
+};
+
+Result<HalvedChannel> halved_channel(const LayerStack& stack, const std::string& layer, size_t c) {
+    const std::string stem = layer == "rgba" ? "beauty" : layer;
+    const HalvedChannel found{stack.channel(layer, c), stack.channel(stem + "_hA", c),
+                              stack.channel(stem + "_hB", c)};
+    if (found.whole && (!found.a || !found.b)) {
+        return Error{"halves-not-stored",
+                     fmt::format("no half images of layer {}; render with --halves", layer)};
+    }
+    return found;
+}
+
+/// Squared error by rounding a half image's value to half: the spacing of half floats is between
+/// 2^-11 and 2^-10 of the value, the error uniform within it.
+double rounding_variance(const image::Channel& half, float value) {
+    if (half.type() != image::ChannelType::Half) return 0;
+    const double spacing = std::abs(double(value)) * 0x1.6ap-11;
+    return spacing * spacing / 12;
+}
+
+/// Var(mean) / Var(A − B) where a pixel has n samples, every second one in A: nA·nB/n².
+std::vector<float> variance_shares(const LayerStack& stack) {
+    const image::Image& image = stack.image();
+    std::vector<float> shares(image.data.pixel_count(), 0.25f);
+    const image::Channel* counts = image.find("sampleCount");
+    if (!counts) return shares;
+    image::for_each_value(*counts, [&](size_t i, float n) {
+        const bool is_odd = std::fmod(n, 2.0f) == 1.0f;
+        if (is_odd && n > 1.0f) shares[i] = 0.25f * (1.0f - 1.0f / (n * n));
+    });
+    return shares;
+}
+
+/// Adds f(relative squares of a pixel's channel) tile by tile.
+template <class Square>
+image::RelativeErrorSum sum_tiles(const image::Window& window, const Square& square) {
+    constexpr int size = image::RelativeErrorSum::tile_size;
+    image::RelativeErrorSum sum;
+    for (int ty = window.y0; ty < window.y1; ty += size) {
+        for (int tx = window.x0; tx < window.x1; tx += size) {
+            double batch = 0, count = 0;
+            for (int y = ty; y < std::min(ty + size, window.y1); ++y) {
+                for (int x = tx; x < std::min(tx + size, window.x1); ++x) {
+                    for (size_t c = 0; c < 3; ++c) batch += square(c, window.index(x, y));
+                    count += 3;
+                }
+            }
+            sum.add_tile(batch, count);
+        }
+    }
+    return sum;
+}
+
+image::RelativeError error_of(const image::Window& window, const MixError& mix) {
+    const auto square = [&](size_t c, size_t i) { return mix.relative_square(c, i); };
+    return sum_tiles(window, square).result();
+}
+
+/// A row of the mixer: its terms, and what they make of its name.
+struct Row {
+    std::string name;
+    std::vector<Term> terms;
+};
+
+Row& row_named(std::vector<Row>& rows, const std::string& name) {
+    const auto at =
+        std::find_if(rows.begin(), rows.end(), [&](const Row& r) { return r.name == name; });
+    if (at != rows.end()) return *at;
+    return rows.emplace_back(Row{name, {}});
+}
+
+/// Rows by one of the names of a layer.
+std::vector<Row> rows_by(const LayerStack& stack,
+                         const MixPlan& plan,
+                         std::string image::LayerEntry::* name) {
+    std::vector<Row> rows;
+    for (const Term& term : plan.terms) {
+        const image::LayerEntry* entry = stack.header().find(term.layer);
+        if (entry && !(entry->*name).empty())
+            row_named(rows, entry->*name).terms.push_back(term);
+    }
+    return rows;
+}
+
+std::vector<Row> shadow_rows(const MixPlan& plan) {
+    std::vector<Row> rows;
+    for (const Term& term : plan.shadow_terms) rows.push_back({term.layer, {term}});
+    return rows;
+}
+
+Result<std::vector<RowNoise>> shares_of(const LayerStack& stack,
+                                        const Look& look,
+                                        const MixError& mix,
+                                        const std::vector<Row>& rows) {
+    std::vector<RowNoise> out;
+    const image::Window& window = stack.image().data;
+    const double whole = error_of(window, mix).value;
+    for (const Row& row : rows) {
+        MixPlan plan;
+        plan.terms = row.terms;
+        const auto part = mix_error(stack, plan, look);
+        if (!part) return part.error();
+        // E[D·D_row]: with half of every covariance, so that rows add up
+        double sum = 0;
+        for (size_t c = 0; c < 3; ++c) {
+            for (size_t i = 0; i < window.pixel_count(); ++i) {
+                const double product =
+                    double(mix.difference[c][i]) * double(part->difference[c][i]);
+                sum += image::relative_square(product * double(mix.share[i]),
+                                              double(mix.mean[c][i]));
+            }
+        }
+        const double mean = sum / (3.0 * double(window.pixel_count()));
+        out.push_back({row.name, whole > 0 ? mean / (whole * whole) : 0.0});
+    }
+    std::stable_sort(out.begin(), out.end(),
+                     [](const RowNoise& a, const RowNoise& b) { return a.share > b.share; });
+    return out;
+}
+
+/// A mix as a function of the factor of one of its controls, which it is affine in.
+class ControlledMix {
+  public:
+    static Result<ControlledMix> make(const LayerStack& stack, Look look, size_t control) {
+        ControlledMix out;
+        for (const float factor : {0.0f, 1.0f}) {
+            look.controls[control].factor.fill(factor);
+            const auto plan = plan_mix(stack, look);
+            if (!plan) return plan.error();
+            auto mix = mix_error(stack, *plan, look);
+            if (!mix) return mix.error();
+            (factor == 0.0f ? out.at_0_ : out.at_1_) = std::move(*mix);
+        }
+        return out;
+    }
+
+    /// √relMSE.
+    double error_at(double factor) const {
+        const auto between = [factor](float at_0, float at_1) {
+            return double(at_0) + factor * (double(at_1) - double(at_0));
+        };
+        double sum = 0;
+        const size_t pixels = at_0_.share.size();
+        for (size_t c = 0; c < 3; ++c) {
+            for (size_t i = 0; i < pixels; ++i) {
+                const double d = between(at_0_.difference[c][i], at_1_.difference[c][i]);
+                const double mean = between(at_0_.mean[c][i], at_1_.mean[c][i]);
+                sum += image::relative_square(d * d * double(at_0_.share[i]), mean);
+            }
+        }
+        return std::sqrt(sum / (3.0 * double(pixels)));
+    }
+
+    /// The largest factor up to `most` with at most that error, within a thousandth. More light may
+    /// also bring less relative error, so factors are tried from above, half a stop at a time.
+    std::optional<double> largest_within(double target, double most) const {
+        constexpr int half_stops = 24, halvings = 10;
+        double above = most;
+        for (int k = 1; k <= half_stops; ++k) {
+            const double below = k == half_stops ? 0 : most * std::exp2(-0.5 * k);
+            if (error_at(below) <= target) {
+                double low = below, high = above;
+                for (int i = 0; i < halvings; ++i) {
+                    const double middle = (low + high) / 2;
+                    (error_at(middle) <= target ? low : high) = middle;
+                }
+                return low;
+            }
+            above = below;
+        }
+        return std::nullopt;
+    }
+
+  private:
+    MixError at_0_, at_1_;
+};
+
+bool adds_light(const Control& control) {
+    return (control.kind == Control::Kind::Gain && control.factor[0] > 1.0f) ||
+           (control.kind == Control::Kind::Shadow && control.factor[0] > 0.0f);
+}
+
+Result<NoiseAdvice> advise(const LayerStack& stack,
+                           const Look& look,
+                           double error,
+                           double target) {
+    NoiseAdvice advice;
+    advice.target = target;
+    const double ratio = target > 0 ? error / target : 0;
+    advice.sample_factor = ratio * ratio;
+    if (ratio <= 1) return advice;
+    for (size_t i = 0; i < look.controls.size(); ++i) {
+        const Control& control = look.controls[i];
+        if (!adds_light(control)) continue;
+        const auto mix = ControlledMix::make(stack, look, i);
+        if (!mix) return mix.error();
+        advice.caps.push_back({control, mix->largest_within(target, double(control.factor[0]))});
+    }
+    return advice;
+}
+
+}  // namespace
+
+Result<MixError> mix_error(const LayerStack& stack, const MixPlan& plan, const Look& look) {
+    const size_t pixels = stack.image().data.pixel_count();
+    const float exposure = std::exp2(look.exposure_stops);
+    MixError out;
+    out.share = variance_shares(stack);
+    std::vector<double> rounding;
+    double rounding_sum = 0;
+    for (size_t c = 0; c < 3; ++c) {
+        out.mean[c].assign(pixels, 0.0f);
+        out.difference[c].assign(pixels, 0.0f);
+        rounding.assign(pixels, 0.0);
+        for (const Term& term : all_terms(plan)) {
+            const auto layer = halved_channel(stack, term.layer, c);
+            if (!layer) return layer.error();
+            if (!layer->whole) continue;
+            const float gain = term.gain[c] * exposure;
+            const auto square = double(gain) * double(gain);
+            image::for_each_value(*layer->whole,
+                                  [&](size_t i, float v) { out.mean[c][i] += gain * v; });
+            image::for_each_value(*layer->a, [&](size_t i, float v) {
+                out.difference[c][i] += gain * v;
+                rounding[i] += square * rounding_variance(*layer->a, v);
+            });
+            image::for_each_value(*layer->b, [&](size_t i, float v) {
+                out.difference[c][i] -= gain * v;
+                rounding[i] += square * rounding_variance(*layer->b, v);
+            });
+        }
+        for (size_t i = 0; i < pixels; ++i)
+            rounding_sum += image::relative_square(rounding[i] * double(out.share[i]),
+                                                   double(out.mean[c][i]));
+    }
+    out.storage = std::sqrt(rounding_sum / (3.0 * double(std::max<size_t>(pixels, 1))));
+    return out;
+}
+
+Result<NoiseForecast> forecast_noise(const LayerStack& stack,
+                                     const Look& look,
+                                     std::optional<double> target) {
+    const auto plan = plan_mix(stack, look);
+    if (!plan) return plan.error();
+    // The same layers, so that a unit look has the error of the render to the last bit
+    MixPlan unit;
+    unit.terms = plan->terms;
+    for (Term& term : unit.terms) term.gain = {1, 1, 1};
+    const auto rendered = mix_error(stack, unit, {});
+    if (!rendered) return rendered.error();
+    const auto mix = mix_error(stack, *plan, look);
+    if (!mix) return mix.error();
+
+    NoiseForecast out;
+    const image::Window& window = stack.image().data;
+    out.rendered = error_of(window, *rendered);
+    out.mix = error_of(window, *mix);
+    out.storage = mix->storage;
+
+    const auto add = [&](const std::vector<Row>& rows,
+                         std::vector<RowNoise>& shares) -> Result<void> {
+        auto found = shares_of(stack, look, *mix, rows);
+        if (!found) return found.error();
+        shares = std::move(*found);
+        return {};
+    };
+    for (const auto& done : {add(rows_by(stack, *plan, &image::LayerEntry::group), out.groups),
+                             add(rows_by(stack, *plan, &image::LayerEntry::bounce), out.bounces),
+                             add(shadow_rows(*plan), out.shadows)}) {
+        if (!done) return done.error();
+    }
+    auto advice = advise(stack, look, out.mix.value, target.value_or(out.rendered.value));
+    if (!advice) return advice.error();
+    out.advice = std::move(*advice);
+    return out;
+}
+
+}  // namespace velatura::compositor

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/atomic_file.h"
+#include "compositor/command_outcome.h"
+#include "compositor/commands.h"
+#include "compositor/error_map.h"
+#include "compositor/layer_stack.h"
+#include "compositor/look_command_options.h"
+#include "compositor/noise.h"
+#include "image/layer_file.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <charconv>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace velatura::compositor {
+
+namespace {
+
+struct NoiseOptions {
+    std::string input, output, stats;
+    std::optional<std::string> target;
+    LookOptions look;
+    bool json = false;
+};
+
+/// `1%` or `0.01`. Errors: "bad-target".
+Result<double> parse_target(const std::string& text) {
+    std::string_view number = text;
+    const bool is_percent = number.ends_with('%');
+    if (is_percent) number.remove_suffix(1);
+    double value = 0;
+    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value);
+    const bool is_good = error == std::errc() && end == number.data() + number.size() &&
+                         std::isfinite(value) && value > 0;
+    if (!is_good)
+        return Error{"bad-target",
+                     fmt::format("'{}' is no target; expected 1% or 0.01, above 0", text)};
+    return is_percent ? value / 100 : value;
+}
+
+/// Seconds of the render that the statistics of `velatura render --stats` tell of. Errors:
+/// "bad-stats", those of read_file.
+Result<double> render_seconds(const std::string& path) {
+    const auto text = read_file(path);
+    if (!text) return text.error();
+    try {
+        const auto j = nlohmann::json::parse(*text);
+        const auto seconds = j.at("phases_s").at("render").get<double>();
+        if (seconds >= 0) return seconds;
+    } catch (const nlohmann::json::exception&) {
+        // Told below
+    }
+    return Error{"bad-stats", path + ": no phases_s.render, as velatura render --stats writes it"};
+}
+
+std::string percent(double value) {
+    return fmt::format("{:.3g} %", 100 * value);
+}
+
+std::string interval(const image::RelativeError& error) {
+    return fmt::format("{} ({:.3g} to {:.3g})", percent(error.value), 100 * error.low,
+                       100 * error.high);
+}
+
+std::string duration(double seconds) {
+    if (seconds < 120) return fmt::format("{:.0f} s", seconds);
+    if (seconds < 7200) return fmt::format("{:.0f} min", seconds / 60);
+    return fmt::format("{:.1f} h", seconds / 3600);
+}
+
+void print_rows(const char* title, const std::vector<RowNoise>& rows) {
+    if (rows.empty()) return;
+    fmt::print("{}\n", title);
+    for (const RowNoise& row : rows) fmt::print("  {:<24} {:6.1f} %\n", row.name, 100 * row.share);
+}
+
+std::string text_of(const ControlCap& cap) {
+    const bool is_gain = cap.control.kind == Control::Kind::Gain;
+    const std::string option = (is_gain ? "--gain " : "--shadow ") + cap.control.target;
+    if (!cap.most) return fmt::format("Taking back {} does not reach it.", option);
+    return is_gain && *cap.most > 0
+               ? fmt::format("Or {}={:+.2f}st in place of {}.", option, std::round(100 * std::log2(*cap.most)) / 100 + 0.0,
+                             cap.control.value)
+               : fmt::format("Or {}={:.2g} in place of {}.", option, *cap.most, cap.control.value);
+}
+
+/// Per pixel, in the mean.
+double mean_samples(const LayerStack& stack) {
+    const image::SampleInfo& s = stack.header().samples;
+    const image::Channel* counts = stack.image().find("sampleCount");
+    if (!counts || counts->size() == 0) return double(s.end - s.first);
+    double sum = 0;
+    image::for_each_value(*counts, [&](size_t, float n) { sum += double(n); });
+    return sum / double(counts->size());
+}
+
+void print_text(const NoiseForecast& f, double samples, std::optional<double> seconds) {
+    fmt::print("as rendered  {}\nthis mix     {}\n", interval(f.rendered), interval(f.mix));
+    if (f.storage > f.mix.value / 3)
+        fmt::print("Half floats round by {}: render with --float-layers to see what is below.\n",
+                   percent(f.storage));
+    const NoiseAdvice& a = f.advice;
+    if (a.sample_factor <= 1) {
+        fmt::print("{} is reached.\n", percent(a.target));
+    } else {
+        fmt::print("{} needs about {:.3g} times the samples ({:.0f} per pixel{}).\n",
+                   percent(a.target), a.sample_factor, std::ceil(a.sample_factor * samples),
+                   seconds ? ", " + duration(a.sample_factor * *seconds) : "");
+        for (const ControlCap& cap : a.caps) fmt::print("{}\n", text_of(cap));
+    }
+    print_rows("share of the squared error, by group", f.groups);
+    print_rows("by bounce", f.bounces);
+    print_rows("by lifted shadow", f.shadows);
+}
+
+nlohmann::ordered_json json_of(const image::RelativeError& error) {
+    return {{"value", error.value}, {"low", error.low}, {"high", error.high}};
+}
+
+nlohmann::ordered_json json_of(const std::vector<RowNoise>& rows) {
+    auto j = nlohmann::ordered_json::array();
+    for (const RowNoise& row : rows) j.push_back({{"name", row.name}, {"share", row.share}});
+    return j;
+}
+
+void print_json(const NoiseForecast& f, double samples, std::optional<double> seconds) {
+    nlohmann::ordered_json j;
+    j["schema"] = "velatura.noise/1";
+    j["rendered"] = json_of(f.rendered);
+    j["mix"] = json_of(f.mix);
+    j["storage"] = f.storage;
+    const NoiseAdvice& a = f.advice;
+    auto& advice = j["advice"];
+    advice["target"] = a.target;
+    advice["sampleFactor"] = a.sample_factor;
+    advice["samples"] = std::ceil(a.sample_factor * samples);
+    if (seconds) advice["seconds"] = a.sample_factor * *seconds;
+    advice["caps"] = nlohmann::ordered_json::array();
+    for (const ControlCap& cap : a.caps) {
+        const bool is_gain = cap.control.kind == Control::Kind::Gain;
+        advice["caps"].push_back(
+            {{"do", is_gain ? "gain" : "shadow"},
+             {"name", cap.control.target},
+             {"most", cap.most ? nlohmann::ordered_json(*cap.most) : nlohmann::ordered_json()}});
+    }
+    j["groups"] = json_of(f.groups);
+    j["bounces"] = json_of(f.bounces);
+    j["shadows"] = json_of(f.shadows);
+    fmt::print("{}\n", j.dump(2));
+}
+
+Result<void> write_map(const NoiseOptions& o,
+                       const LayerStack& stack,
+                       const Look& look,
+                       const NoiseForecast& forecast) {
+    const auto plan = plan_mix(stack, look);
+    if (!plan) return plan.error();
+    const auto mix = mix_error(stack, *plan, look);
+    if (!mix) return mix.error();
+    const image::Image errors = error_image(stack, *mix);
+    if (is_display_picture(o.output))
+        return write_error_picture(o.output, errors, forecast.mix.value);
+    return image::write_image_file(o.output, errors);
+}
+
+int run_noise(const NoiseOptions& o) {
+    if (!o.output.empty() && !is_display_picture(o.output) && !is_exr(o.output))
+        return report({"bad-output", o.output + " is not .exr, .png or .jpg"});
+    std::optional<double> target, seconds;
+    if (o.target) {
+        const auto parsed = parse_target(*o.target);
+        if (!parsed) return report(parsed.error());
+        target = *parsed;
+    }
+    if (!o.stats.empty()) {
+        const auto read = render_seconds(o.stats);
+        if (!read) return report(read.error());
+        seconds = *read;
+    }
+    const auto look = o.look.look();
+    if (!look) return report(look.error());
+    const auto stack = LayerStack::load(o.input);
+    if (!stack) return report(stack.error());
+    const auto forecast = forecast_noise(*stack, *look, target);
+    if (!forecast) return report(forecast.error());
+    if (!o.output.empty()) {
+        if (const auto written = write_map(o, *stack, *look, *forecast); !written)
+            return report(written.error());
+    }
+    (o.json ? print_json : print_text)(*forecast, mean_samples(*stack), seconds);
+    return done;
+}
+
+}  // namespace
+
+void add_noise_command(CLI::App& app, std::function<int()>& run) {
+    const auto o = std::make_shared<NoiseOptions>();
+    CLI::App* command = app.add_subcommand(
+        "noise", "What a mix brings of noise, from half images: error, samples to hold it, rows");
+    command->add_option("input", o->input, "File of light layers, rendered with --halves")
+        ->required();
+    o->look.add_to(*command);
+    command->add_option("--target", o->target,
+                        "Error to reach, e.g. 1%; default: that of the render as it is");
+    command->add_option("--stats", o->stats,
+                        "Statistics of the render (velatura render --stats), for times");
+    command->add_option("-o,--output", o->output,
+                        "Where it is noisy: .exr (standard error per channel), .png or .jpg (heat)");
+    command->add_flag("--json", o->json, "As JSON");
+    command->callback([&run, o] { run = [o] { return run_noise(*o); }; });
+}
+
+}  // namespace velatura::compositor

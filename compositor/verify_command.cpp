@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/command_outcome.h"
+#include "compositor/commands.h"
+#include "compositor/layer_stack.h"
+#include "image/layer_check.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+
+namespace velatura::compositor {
+
+namespace {
+
+struct VerifyOptions {
+    std::string file;
+    bool quiet = false;
+};
+
+int run_verify(const VerifyOptions& o) {
+    const auto stack = LayerStack::load(o.file);
+    if (!stack) {
+        const int code = report(stack.error());
+        // A file that opens but whose header or pixels are broken has failed the check
+        return stack.error().code == "io-open" ? code : int(check_failed);
+    }
+    const image::LayerCheck check = image::check_layers(stack->image(), stack->header());
+    for (const std::string& problem : check.problems)
+        report({"verify-failed", fmt::format("{}: {}", o.file, problem)});
+    if (!check.is_good()) return check_failed;
+    if (o.quiet) return done;
+    fmt::print("{}: {} layers, {} channels\n", o.file, check.layers, check.channels);
+    for (const image::FamilyClosure& c : check.closure) {
+        fmt::print("  {}: {} layers add up to the beauty {}\n", c.family, c.order.size(),
+                   c.is_exact ? std::string("bit for bit")
+                              : fmt::format("within rounding ({:.3f} of the bound)", c.measured));
+    }
+    return done;
+}
+
+}  // namespace
+
+void add_verify_command(CLI::App& app, std::function<int()>& run) {
+    const auto o = std::make_shared<VerifyOptions>();
+    CLI::App* command =
+        app.add_subcommand("verify", "Check closure, names, values and digests of a file");
+    command->add_option("file", o->file, "File of light layers")->required();
+    command->add_flag("-q,--quiet", o->quiet, "Print problems only");
+    command->callback([&run, o] { run = [o] { return run_verify(*o); }; });
+}
+
+}  // namespace velatura::compositor
