@@ -19,7 +19,7 @@ inline constexpr double aside = 0.381966;  // the golden section
 /// Reads at another time, without complaining again.
 class AnotherTime {
   public:
-    AnotherTime(Context& ctx, double time) : ctx_(ctx), time_(ctx.time), is_quiet_(ctx.is_quiet) {
+    AnotherTime(Context& ctx, TimeCode time) : ctx_(ctx), time_(ctx.time), is_quiet_(ctx.is_quiet) {
         ctx_.time = time;
         ctx_.is_quiet = true;
     }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "translate/motion.h"
 #include "translate/parts.h"
 #include "translate/values.h"
 #include "usd/stage/xform.h"
@@ -164,7 +165,7 @@ void read_shutter(Context& ctx, Prim prim, scene::Camera& camera) {
         return;
     }
     ctx.shutter = Shutter{ctx.time.value() + open, ctx.time.value() + close};
-    read_motion(ctx, prim, *ctx.shutter, camera);
+    if (const auto seen = shutter_of(ctx, prim)) read_motion(ctx, prim, *seen, camera);
 }
 
 void warn_camera_features(Context& ctx, Prim prim) {

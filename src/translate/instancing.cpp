@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/hash.h"
+#include "translate/instancer_places.h"
 #include "translate/motion.h"
 #include "translate/parts.h"
 #include "translate/pose.h"
 #include "translate/values.h"
+#include "translate/velocities.h"
 #include "usd/stage/imageable.h"
 #include "usd/stage/material_binding.h"
 #include "usd/stage/primvars.h"
@@ -11,7 +13,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <span>
 #include <unordered_set>
 
 namespace velatura::translate {
@@ -46,6 +48,8 @@ std::string inherited_signature(Context& ctx, Prim instance) {
         for (const double v : rows) hash = hash_combine(hash, std::bit_cast<uint64_t>(v));
         signature += fmt::format("|{}={:x}", primvar.name, hash);
     }
+    for (const char* scale : {"motion:blurScale", "motion:velocityScale"})
+        signature += fmt::format("|{}", inherited_number(ctx, instance, scale, 1.0));
     return signature + skel_signature(ctx, instance);
 }
 
@@ -57,34 +61,16 @@ std::pair<Placeable*, bool> placeable_of(Context& ctx, const std::string& key) {
     return {slot.get(), is_new};
 }
 
+/// Which prototype each instance is of, and which are not shown.
 struct InstancerArrays {
     std::vector<int64_t> prototype_indices, ids;
-    std::vector<double> positions, scales, orientations;
     std::unordered_set<int64_t> hidden_ids;
 };
-
-/// Rows of an array attribute; empty with a warning when their number is not that of the instances.
-std::vector<double> read_array(
-    Context& ctx, Prim prim, const char* name, int wanted_width, size_t instances) {
-    std::vector<double> rows;
-    int width = 0;
-    const Attribute attribute = prim.attribute(name);
-    if (!read_rows(attribute.value(ctx.time), rows, width) || rows.empty()) return {};
-    if (width == wanted_width && rows.size() == instances * size_t(width)) return rows;
-    ctx.warn("bad-instancer", attribute,
-             fmt::format("{} has {} elements, expected {}; they are left out", name,
-                         rows.size() / size_t(width), instances));
-    return {};
-}
 
 InstancerArrays read_arrays(Context& ctx, Prim prim) {
     InstancerArrays in;
     in.prototype_indices = read_ints(prim.attribute("protoIndices").value(ctx.time));
     const size_t n = in.prototype_indices.size();
-    in.positions = read_array(ctx, prim, "positions", 3, n);
-    in.scales = read_array(ctx, prim, "scales", 3, n);
-    in.orientations = read_array(ctx, prim, "orientationsf", 4, n);
-    if (in.orientations.empty()) in.orientations = read_array(ctx, prim, "orientations", 4, n);
     in.ids = read_ints(prim.attribute("ids").value(ctx.time));
     if (!in.ids.empty() && in.ids.size() != n) {
         ctx.warn(
@@ -99,28 +85,6 @@ InstancerArrays read_arrays(Context& ctx, Prim prim) {
             for (const int64_t id : op->applied()) in.hidden_ids.insert(id);
     }
     return in;
-}
-
-/// S · R · T of instance i, row vectors. Ref: UsdGeomPointInstancer, USD.md §5b.
-Mat4d instance_matrix(const InstancerArrays& in, size_t i) {
-    Mat4d m;
-    if (!in.orientations.empty()) {
-        const double* q = &in.orientations[4 * i];
-        const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-        if (length > 0.0) {
-            const double x = q[0] / length, y = q[1] / length, z = q[2] / length, w = q[3] / length;
-            m = Mat4d(1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (z * x - y * w), 0,
-                      2 * (x * y - z * w), 1 - 2 * (z * z + x * x), 2 * (y * z + x * w), 0,
-                      2 * (z * x + y * w), 2 * (y * z - x * w), 1 - 2 * (y * y + x * x), 0, 0, 0, 0,
-                      1);
-        }
-    }
-    if (!in.scales.empty())
-        for (size_t r = 0; r < 3; ++r)
-            for (int c = 0; c < 3; ++c) m[int(r)][c] *= in.scales[3 * i + r];
-    if (!in.positions.empty())
-        for (int c = 0; c < 3; ++c) m[3][c] = in.positions[3 * i + size_t(c)];
-    return m;
 }
 
 /// Colours per instance from the instancer's displayColor; constant gives every instance the same.
@@ -161,12 +125,6 @@ bool is_read_by_a_material(const Context& ctx, const std::string& primvar) {
 }
 
 void warn_instancer_features(Context& ctx, Prim prim) {
-    for (const char* name : {"velocities", "accelerations", "angularVelocities"}) {
-        const Attribute attribute = prim.attribute(name);
-        if (attribute.has_authored_value())
-            ctx.warn("unsupported-motion-blur", attribute,
-                     fmt::format("{} are not used, only the instants of samples are", name));
-    }
     for (const auto& primvar : usd::stage::find_primvars(prim)) {
         if (primvar.name == scene::display_color_primvar ||
             primvar.attribute.prim().path() != prim.path() ||
@@ -225,10 +183,14 @@ void read_point_instancer(Context& ctx, Prim prim, const Mat4d& matrix, Placeabl
     }
     const InstancerArrays in = read_arrays(ctx, prim);
     const size_t n = in.prototype_indices.size();
-    if (in.positions.empty() && n > 0)
+    const InstancerPlaces places(ctx, prim, n);
+    const InstanceRows rows = places.at(ctx.frame);
+    if (rows.positions.empty() && n > 0)
         ctx.warn("bad-instancer", prim, "no positions, all instances stand at the origin");
     const std::vector<Rgb> colors = instance_colors(ctx, prim, n);
     const scene::ProvenanceId provenance = ctx.provenance(prim);
+    const size_t first = out.placements.size();
+    std::vector<size_t> placed;  // the instance of each placement from `first` on
     size_t outside = 0;
     for (size_t i = 0; i < n; ++i) {
         const int64_t id = in.ids.empty() ? int64_t(i) : in.ids[i];
@@ -243,7 +205,7 @@ void read_point_instancer(Context& ctx, Prim prim, const Mat4d& matrix, Placeabl
         placement.what = prototypes[size_t(which)];
         const Vec3d nowhere(0.0);
         const Mat4d local =
-            between_origins(instance_matrix(in, i), placement.what->origin, nowhere);
+            between_origins(rows.matrix(i), placement.what->origin, nowhere);
         if (!out.is_stage && !out.is_origin_fixed)
             propose_origin(out,
                            transform_point(Vec3d(local[3][0], local[3][1], local[3][2]), matrix));
@@ -251,6 +213,7 @@ void read_point_instancer(Context& ctx, Prim prim, const Mat4d& matrix, Placeabl
         placement.provenance = provenance;
         if (!colors.empty()) placement.display_color = colors[i];
         out.placements.push_back(std::move(placement));
+        placed.push_back(i);
         out.is_origin_fixed = true;
     }
     if (outside > 0)
@@ -258,7 +221,8 @@ void read_point_instancer(Context& ctx, Prim prim, const Mat4d& matrix, Placeabl
                  fmt::format("{} of {} protoIndices name none of the {} prototypes", outside, n,
                              prototypes.size()));
     warn_instancer_features(ctx, prim);
-    warn_if_it_moves(ctx, prim, out.frame);
+    read_instancer_motion(ctx, prim, matrix, places, out,
+                          {std::span(out.placements).subspan(first), placed});
 }
 
 }  // namespace velatura::translate

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/mesh_surface.h"
 
+#include "translate/another_time.h"
 #include "translate/parts.h"
 #include "translate/values.h"
+#include "translate/velocities.h"
 #include "usd/stage/primvars.h"
 
 #include <fmt/format.h>
@@ -61,15 +63,17 @@ bool read_normals(Context& ctx,
     else if (plain.has_authored_value())
         source = usd::stage::as_primvar(plain, usd::stage::Interpolation::Vertex);
     if (!source) return false;
+    // With points that velocities carry on from a sample stay its normals
+    const TimeCode time =
+        has_velocities(ctx, prim) ? held_time(source->attribute, ctx.frame) : ctx.time;
     std::vector<double> rows;
     int width = 0;
-    const bool is_readable =
-        read_rows(source->attribute.value(ctx.time), rows, width) && width == 3;
+    const bool is_readable = read_rows(source->attribute.value(time), rows, width) && width == 3;
     // usd and scene list their interpolations in one order
     auto interpolation = scene::Interpolation(int(source->interpolation));
     const size_t expected = element_count(counts, interpolation);
     std::vector<int> indices =
-        source->is_indexed() ? source->index_values(ctx.time) : std::vector<int>();
+        source->is_indexed() ? source->index_values(time) : std::vector<int>();
     const size_t found = indices.empty() ? rows.size() / 3 : indices.size();
     const bool has_good_indices = std::all_of(indices.begin(), indices.end(), [&](int i) {
         return i >= 0 && size_t(i) < rows.size() / 3;
@@ -99,6 +103,21 @@ bool read_normals(Context& ctx,
     return true;
 }
 
+std::vector<Vec3d> points_of(const usd::layer::Value& value) {
+    std::vector<double> rows;
+    int width = 0;
+    std::vector<Vec3d> points;
+    if (!read_rows(value, rows, width) || width != 3) return points;
+    points.reserve(rows.size() / 3);
+    for (size_t i = 0; i + 2 < rows.size(); i += 3)
+        points.emplace_back(rows[i], rows[i + 1], rows[i + 2]);
+    return points;
+}
+
+std::optional<Velocities> read_point_velocities(Context& ctx, Prim prim, size_t points) {
+    return read_velocities(ctx, prim.attribute("points"), points, "velocities", "accelerations");
+}
+
 /// Directions of a smooth surface through the points: face normals weighted by the corners' angles.
 /// Ref: Thürmer, Wüthrich 1998, "Computing Vertex Normals from Polygonal Facets", JGT 3(1).
 std::vector<Vec3d> smooth_normals(const FaceTable& table, const std::vector<Vec3d>& points) {
@@ -122,16 +141,30 @@ std::vector<Vec3d> smooth_normals(const FaceTable& table, const std::vector<Vec3
 }  // namespace
 
 std::vector<Vec3d> read_points(Context& ctx, Prim prim, const Pose* pose) {
-    std::vector<double> rows;
-    int width = 0;
-    std::vector<Vec3d> points;
     const Attribute attribute = prim.attribute("points");
-    if (!read_rows(attribute.value(ctx.time), rows, width) || width != 3) return points;
-    points.reserve(rows.size() / 3);
-    for (size_t i = 0; i + 2 < rows.size(); i += 3)
-        points.emplace_back(rows[i], rows[i + 1], rows[i + 2]);
+    std::vector<Vec3d> points;
+    std::optional<Velocities> velocities;
+    if (prim.attribute("velocities").has_authored_value()) {
+        points = points_of(attribute.value(held_time(attribute, ctx.frame)));
+        velocities = read_point_velocities(ctx, prim, points.size());
+    }
+    if (velocities) {
+        for (size_t i = 0; i < points.size(); ++i)
+            for (size_t k = 0; k < 3; ++k)
+                points[i][int(k)] += velocities->way(i, k, ctx.time.value());
+    } else {
+        points = points_of(attribute.value(ctx.time));
+    }
     if (pose) pose->deform_points(points);
     return points;
+}
+
+bool has_velocities(Context& ctx, Prim prim) {
+    if (!prim.attribute("velocities").has_authored_value()) return false;
+    const AnotherTime quietly(ctx, ctx.time);
+    const Attribute points = prim.attribute("points");
+    const size_t count = points.value(held_time(points, ctx.frame)).array_size();
+    return read_point_velocities(ctx, prim, count).has_value();
 }
 
 std::vector<Vec3> transformed_normals(const std::vector<Vec3d>& normals, const Mat4d& matrix) {

@@ -10,8 +10,13 @@
 
 namespace velatura::translate {
 
-/// Authored points of a mesh at the context's time, deformed by `pose`.
+/// Points of a PointBased prim at the context's time, deformed by `pose`: by velocities from the
+/// sample at or before the frame's instant where it has such, else from sample to sample.
+/// Ref: UsdGeomPointBased::ComputePointsAtTimes.
 std::vector<Vec3d> read_points(Context& ctx, Prim prim, const Pose* pose);
+
+/// Whether velocities move its points. They do not mind what the next sample holds.
+bool has_velocities(Context& ctx, Prim prim);
 
 /// Sets points and normals of a mesh at the context's time, in the space of the holder. `points`:
 /// as read_points leaves them; `matrix`, `pose`: as for read_mesh. Normals are the authored ones,

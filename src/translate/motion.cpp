@@ -6,6 +6,7 @@
 #include "translate/parts.h"
 #include "translate/pose.h"
 #include "translate/values.h"
+#include "translate/velocities.h"
 #include "usd/stage/skeleton.h"
 #include "usd/stage/xform.h"
 
@@ -33,12 +34,33 @@ bool may_be_carried(Context& ctx, Prim prim, Prim frame) {
     });
 }
 
+std::optional<Shutter> shutter_of(Context& ctx, Prim prim) {
+    if (!ctx.shutter) return std::nullopt;
+    double scale = inherited_number(ctx, prim, "motion:blurScale", 1.0);
+    if (scale < 0.0) {
+        ctx.warn("bad-motion-scale", prim, fmt::format("motion:blurScale is {}, 1 is used", scale));
+        scale = 1.0;
+    }
+    if (scale == 0.0) {
+        using enum scene::Effect;
+        for (const scene::Effect blur : {CameraBlur, TransformBlur, DeformationBlur})
+            if ((blur == CameraBlur) == prim.is_a("Camera"))
+                ctx.note_zero(blur, prim, "motion:blurScale 0");
+        return std::nullopt;
+    }
+    const auto scaled = [&](double time) {
+        return scale == 1.0 ? time : ctx.frame.value() + scale * (time - ctx.frame.value());
+    };
+    return Shutter{scaled(ctx.shutter->open), scaled(ctx.shutter->close)};
+}
+
 namespace {
 
 constexpr const char* moving_attributes[] = {"points", "normals", "primvars:normals"};
 
 /// Whether anything that moves the mesh has more than one value.
 bool may_move(Context& ctx, Prim prim, Prim frame) {
+    if (has_velocities(ctx, prim)) return true;
     for (const char* name : moving_attributes)
         if (prim.attribute(name).might_be_time_varying()) return true;
     return may_be_carried(ctx, prim, frame);
@@ -50,17 +72,20 @@ class MotionReader {
                  Prim prim,
                  const Placeable& holder,
                  const FaceTable& table,
-                 const scene::Mesh& mesh)
+                 const scene::Mesh& mesh,
+                 const Shutter& shutter)
         : ctx_(ctx),
           prim_(prim),
           holder_(holder),
+          shutter_(shutter),
           table_(table),
           mesh_(mesh),
+          has_velocities_(has_velocities(ctx, prim)),
           turns_(may_be_carried(ctx, prim, holder.frame)) {}
 
     /// The mesh at equal steps; empty when it cannot be followed.
     std::vector<scene::Mesh> keys() {
-        if (changes_topology()) {
+        if (!has_velocities_ && changes_topology()) {
             complain("its topology changes");
             return {};
         }
@@ -89,12 +114,10 @@ class MotionReader {
     }
 
   private:
-    bool is_open_at(double time) const {
-        return time > ctx_.shutter->open && time < ctx_.shutter->close;
-    }
+    bool is_open_at(double time) const { return time > shutter_.open && time < shutter_.close; }
 
     double time_at(double way) const {
-        return ctx_.shutter->open + way * (ctx_.shutter->close - ctx_.shutter->open);
+        return shutter_.open + way * (shutter_.close - shutter_.open);
     }
 
     void complain(const char* what) {
@@ -112,7 +135,7 @@ class MotionReader {
             // Held from sample to sample; that of the end is what the last points are meant for
             std::vector<double> times = attribute.time_samples();
             std::erase_if(times, [&](double t) { return !is_open_at(t); });
-            times.insert(times.end(), {ctx_.shutter->open, ctx_.shutter->close});
+            times.insert(times.end(), {shutter_.open, shutter_.close});
             for (const double time : times)
                 if (!(attribute.value(time) == attribute.value(ctx_.time))) return true;
         }
@@ -127,15 +150,15 @@ class MotionReader {
             times.insert(times.end(), more.begin(), more.end());
         }
         for (const char* name : moving_attributes) {
+            if (has_velocities_) break;
             const auto more = prim_.attribute(name).time_samples();
             times.insert(times.end(), more.begin(), more.end());
         }
-        const Shutter& shutter = *ctx_.shutter;
         std::erase_if(times, [&](double t) { return !is_open_at(t); });
         for (size_t segments = 1; segments < most_segments; ++segments) {
             const auto is_key = [&](double t) {
                 const double at =
-                    (t - shutter.open) / (shutter.close - shutter.open) * double(segments);
+                    (t - shutter_.open) / (shutter_.close - shutter_.open) * double(segments);
                 return std::abs(at - std::round(at)) < 1e-6;
             };
             if (std::all_of(times.begin(), times.end(), is_key)) return segments;
@@ -204,9 +227,11 @@ class MotionReader {
     Context& ctx_;
     Prim prim_;
     const Placeable& holder_;
+    Shutter shutter_;
     const FaceTable& table_;
     const scene::Mesh& mesh_;
-    bool turns_;  ///< or may; points by themselves go straight from sample to sample
+    bool has_velocities_;
+    bool turns_;  ///< or may; points by themselves go straight, or along parabolas
 };
 
 /// The matrix of a prim at a time, joints that carry it as a whole included.
@@ -231,6 +256,8 @@ void read_motion(Context& ctx,
                  const FaceTable& table,
                  scene::Mesh& mesh) {
     if (!ctx.shutter || !may_move(ctx, prim, holder.frame)) return;
+    const std::optional<Shutter> shutter = shutter_of(ctx, prim);
+    if (!shutter) return;
     const bool is_rigid = pose && pose->is_rigid;
     if (!is_rigid &&
         matrix != relative_to(matrix_in_frame(ctx, prim, holder.frame), holder.origin)) {
@@ -239,7 +266,7 @@ void read_motion(Context& ctx,
                  "is at the frame's instant");
         return;
     }
-    std::vector<scene::Mesh> keys = MotionReader(ctx, prim, holder, table, mesh).keys();
+    std::vector<scene::Mesh> keys = MotionReader(ctx, prim, holder, table, mesh, *shutter).keys();
     if (keys.empty()) return;
     const bool has_all_normals = std::all_of(keys.begin(), keys.end(), [&](const scene::Mesh& key) {
         return has_same_normals(key, mesh);
@@ -248,39 +275,49 @@ void read_motion(Context& ctx,
         ctx.warn("bad-normals", prim,
                  "the number of normals changes while the shutter is open: those of the frame's "
                  "instant are used all the time");
-    const auto stays = [&](const scene::Mesh& key) {
-        return key.points == keys[0].points && key.normals == keys[0].normals;
-    };
-    const bool is_still = std::all_of(keys.begin(), keys.end(), stays);
+    const bool has_same_points = std::all_of(
+        keys.begin(), keys.end(), [&](const auto& key) { return key.points == keys[0].points; });
+    const bool normals_stay = std::all_of(
+        keys.begin(), keys.end(), [&](const auto& key) { return key.normals == keys[0].normals; });
+    const bool is_still = has_same_points && normals_stay;
     if (is_still)
-        ctx.note_zero(scene::Effect::DeformationBlur, prim, "the same all the time the shutter is open");
+        ctx.note_zero(scene::Effect::DeformationBlur, prim,
+                      "the same all the time the shutter is open");
     mesh.points = std::move(keys[0].points);
     if (has_all_normals) mesh.normals = std::move(keys[0].normals);
     for (size_t k = 1; k < keys.size() && !is_still; ++k) {
         mesh.later_points.push_back(std::move(keys[k].points));
-        if (has_all_normals && !mesh.normals.empty())
+        if (has_all_normals && !normals_stay)
             mesh.later_normals.push_back(std::move(keys[k].normals));
     }
 }
 
 void warn_if_it_moves(Context& ctx, Prim prim, Prim frame) {
-    if (!ctx.shutter) return;
+    const std::optional<Shutter> shutter = shutter_of(ctx, prim);
+    if (!shutter) return;
     const auto differs = [&](const Attribute& attribute, double time) {
         return attribute.might_be_time_varying() &&
                !(attribute.value(time) == attribute.value(ctx.time));
     };
+    const auto points_at = [&](TimeCode time) {
+        const AnotherTime at(ctx, time);
+        return read_points(ctx, prim, nullptr);
+    };
+    const bool is_carried_on = has_velocities(ctx, prim);
     const Mat4d now = carried_by(ctx, prim, frame, ctx.time.value());
-    const auto [open, close] = *ctx.shutter;
+    const auto [open, close] = *shutter;
     for (const double time : {open, 0.5 * (open + close), close}) {
-        bool is_elsewhere = carried_by(ctx, prim, frame, time) != now;
+        bool is_elsewhere = carried_by(ctx, prim, frame, time) != now ||
+                            (is_carried_on && points_at(time) != points_at(ctx.time));
         for (const char* name : {"points", "positions", "orientations", "scales"})
-            is_elsewhere = is_elsewhere || differs(prim.attribute(name), time);
+            is_elsewhere = is_elsewhere || (!is_carried_on && differs(prim.attribute(name), time));
         if (!is_elsewhere) continue;
-        ctx.note_not_simulated(scene::Effect::TransformBlur, prim, "moves while the shutter is open");
+        ctx.note_not_simulated(scene::Effect::TransformBlur, prim,
+                               "moves while the shutter is open");
         ctx.warn("unsupported-motion-blur", prim,
                  fmt::format("a {} that moves while the shutter is open{} is rendered as it is at "
-                             "the frame's instant: of what moves only meshes and native "
-                             "instances without lights and volumes are blurred",
+                             "the frame's instant: of what moves only meshes and instances "
+                             "without lights and volumes are blurred",
                              prim.type_name().str(), prim.is_instance() ? " as an instance" : ""));
         return;
     }

@@ -3,10 +3,20 @@
 
 #include "scene/mesh.h"
 #include "translate/context.h"
+#include "translate/instancer_places.h"
 #include "translate/mesh_faces.h"
 #include "translate/pose.h"
 
+#include <optional>
+#include <span>
+#include <vector>
+
 namespace velatura::translate {
+
+/// When the prim is seen, in times of the stage: the camera's shutter about the frame's instant,
+/// times the motion:blurScale of the prim or of the nearest one above that has it. Nothing: at the
+/// frame's instant alone. Ref: UsdGeom, "Effectively Applying motion:blurScale".
+std::optional<Shutter> shutter_of(Context& ctx, Prim prim);
 
 /// Gives a mesh the keys of its motion while the shutter is open, by its points, the transforms
 /// that carry it, skeletons and blend shapes: at equal steps, as many as there must be for all
@@ -29,6 +39,21 @@ void read_placement_motion(Context& ctx,
                            Prim instance,
                            const Placeable& holder,
                            Placement& placement);
+
+/// Instances of a PointInstancer that were placed where they are at the frame's instant.
+struct PlacedInstances {
+    std::span<Placement> placements;
+    std::span<const size_t> numbers;  ///< [placement] which instance it is
+};
+
+/// Gives them the keys of their motion, as read_placement_motion does: each so many as it needs.
+/// matrix: of the instancer, before the holder's origin is subtracted.
+void read_instancer_motion(Context& ctx,
+                           Prim instancer,
+                           const Mat4d& matrix,
+                           const InstancerPlaces& places,
+                           const Placeable& holder,
+                           const PlacedInstances& placed);
 
 /// Keys of something that stands in something else; both may move.
 std::vector<Mat4d> composed_motion(const Placement& inner,

@@ -127,7 +127,7 @@ void join_mesh_light_groups(Context& ctx, const std::vector<scene::Shape>& shape
 void warn_unsupported(Context& ctx, Prim prim);
 /// Names a prim without geometry of its own that LightAPI or one of its kin is applied to.
 void warn_light_without_geometry(Context& ctx, Prim prim);
-/// Names features of rendered prims that are not honoured (velocities, …).
+/// Names features of rendered prims that are not honoured.
 void warn_unsupported_features(Context& ctx, Prim prim);
 
 }  // namespace velatura::translate

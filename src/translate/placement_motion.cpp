@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "translate/placement_motion.h"
+
 #include "translate/another_time.h"
 #include "translate/motion.h"
 #include "translate/parts.h"
@@ -8,13 +10,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <optional>
 #include <variant>
 
 namespace velatura::translate {
 
-namespace {
-
-/// Whether light would have to be sampled from what moves, or volumes looked up in it.
 bool must_stay(const Context& ctx, Placeable& what) {
     if (what.must_stay) return *what.must_stay;
     const auto emits = [&](scene::MaterialId material) {
@@ -34,6 +34,8 @@ bool must_stay(const Context& ctx, Placeable& what) {
                     [&](const Placement& inner) { return must_stay(ctx, *inner.what); });
     return *what.must_stay;
 }
+
+namespace {
 
 /// Largest sum of a row of the upper 3×3: what the matrix may lengthen.
 double largest_row(const Mat4d& m) {
@@ -58,7 +60,8 @@ double reach_of(double size, const Mat4d& placed) {
     return size * largest_row(placed) + translation(placed);
 }
 
-/// How far what is placed reaches from its origin, about.
+}  // namespace
+
 double reach_of(Placeable& what) {
     if (what.reach) return *what.reach;
     double reach = 0;
@@ -82,7 +85,6 @@ double reach_of(Placeable& what) {
     return reach;
 }
 
-/// Whether something of this reach, placed by m, is too far from where a straight line leads.
 bool strays(const Mat4d& m, const Mat4d& straight, double reach) {
     const Mat4d off = m - straight;
     return largest_row(off) * reach + translation(off) > straying * reach * largest_row(m);
@@ -95,6 +97,8 @@ bool fits_floats(const Mat4d& m) {
 Mat4d between(const Mat4d& a, const Mat4d& b, double f) {
     return a * (1 - f) + b * f;
 }
+
+namespace {
 
 /// Key k of `count` + 1; count is a multiple of the segments that there are.
 Mat4d key_of(const Mat4d& first, const std::vector<Mat4d>& later, size_t key, size_t count) {
@@ -111,6 +115,9 @@ void read_placement_motion(Context& ctx,
                            const Placeable& holder,
                            Placement& placement) {
     if (!ctx.shutter || !may_be_carried(ctx, instance, holder.frame)) return;
+    const std::optional<Shutter> seen = shutter_of(ctx, instance);
+    if (!seen) return;
+    const Shutter shutter = *seen;
     const auto matrix_at = [&](double time) {
         const AnotherTime at(ctx, time);
         return between_origins(matrix_in_frame(ctx, instance, holder.frame), placement.what->origin,
@@ -121,15 +128,13 @@ void read_placement_motion(Context& ctx,
         warn_if_it_moves(ctx, instance, holder.frame);
         return;
     }
-    const Shutter shutter = *ctx.shutter;
     const auto at_way = [&](double way) {
         return matrix_at(shutter.open + way * (shutter.close - shutter.open));
     };
     const double reach = reach_of(*placement.what);
     // Whether the matrices between two keys are where straight lines lead
     const auto is_straight = [&](const Mat4d& a, const Mat4d& b, double way, double step) {
-        const double ways[] = {aside, 0.5, 1 - aside};
-        return std::none_of(std::begin(ways), std::end(ways), [&](double f) {
+        return std::none_of(std::begin(ways_between), std::end(ways_between), [&](double f) {
             return strays(at_way(way + f * step), between(a, b, f), reach);
         });
     };

@@ -2,6 +2,8 @@
 #include "translate/pose.h"
 
 #include "base/hash.h"
+#include "translate/another_time.h"
+#include "translate/mesh_surface.h"
 #include "translate/values.h"
 #include "usd/stage/skeleton.h"
 #include "usd/stage/xform.h"
@@ -246,10 +248,11 @@ std::optional<Pose> read_pose(Context& ctx, Prim prim, Prim frame) {
                                  prim.type_name().str()));
         return pose.is_rigid ? std::optional<Pose>(pose) : std::nullopt;
     }
-    std::vector<double> rows;
-    int width = 0;
-    const bool has_points = read_rows(prim.attribute("points").value(ctx.time), rows, width);
-    const size_t points = has_points && width == 3 ? rows.size() / 3 : 0;
+    const auto count_points = [&] {
+        const AnotherTime quietly(ctx, ctx.time);
+        return read_points(ctx, prim, nullptr).size();
+    };
+    const size_t points = count_points();
     if (binding->has_blend_shapes()) read_blend_shapes(ctx, prim, *binding, skeleton, points, pose);
     if (has_joints && !binding->is_rigid) {
         pose.skin = read_skin(ctx, prim, *binding, skeleton, points);

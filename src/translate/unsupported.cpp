@@ -36,12 +36,6 @@ void warn_unsupported_features(Context& ctx, Prim prim) {
     if (prim.has_api("VolumeLightAPI"))
         ctx.warn("unsupported-light", prim,
                  "VolumeLightAPI is not supported, the prim shows what it is made of only");
-    for (const char* name : {"velocities", "accelerations"}) {
-        const Attribute attribute = prim.attribute(name);
-        if (attribute.has_authored_value())
-            ctx.warn("unsupported-motion-blur", attribute,
-                     fmt::format("{} are not used, meshes move from sample to sample", name));
-    }
 }
 
 }  // namespace velatura::translate

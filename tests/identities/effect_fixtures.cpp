@@ -19,6 +19,16 @@ using scene::Effect;
     "def Material \"Mat\" { token outputs:mtlx:surface.connect = <@@/Mat/S.outputs:out>\n"                                        \
     " def Shader \"S\" { uniform token info:id = \"ND_standard_surface_surfaceshader\"\n " inputs "\n token outputs:out }\n " nodes " }"
 
+// One instance of a point instancer, which may move
+#define VELATURA_SWARM(rows)                                                                                       \
+    "def PointInstancer \"Swarm\" { rel prototypes = <@@/Swarm/Box>\n int[] protoIndices = [0]\n"                 \
+    " point3f[] positions.timeSamples = { 0: [(0, 1, 0)] }\n " rows "\n def Cube \"Box\" { double size = 0.3 } }"
+
+// A triangle that may change its shape
+#define VELATURA_SAIL(rows)                                                                                        \
+    "def Mesh \"Sail\" { int[] faceVertexCounts = [3]\n int[] faceVertexIndices = [0, 1, 2]\n"                      \
+    " uniform token subdivisionScheme = \"none\"\n " rows " }"
+
 constexpr EffectFixture fixtures[] = {
     {Effect::Sheen, "constant", VELATURA_NODE_QUAD("float inputs:sheen = 0.5", ""), VELATURA_NODE_QUAD("float inputs:sheen = 0", ""), true},
     {Effect::Sheen, "by a ramp", VELATURA_NODE_QUAD("float inputs:sheen.connect = <@@/Mat/N.outputs:out>", "def Shader \"N\" { uniform token info:id = \"ND_ramplr_float\"\n float inputs:valuer = 0.5\n float outputs:out }"),
@@ -77,10 +87,22 @@ constexpr EffectFixture fixtures[] = {
      "def Volume \"V\" { rel field:density = <@@/V/D>\n def OpenVDBAsset \"D\" { token fieldName = \"zeros\" } }", true},
     {Effect::Volumes, "heat", "def Volume \"V\" { rel field:heat = <@@/V/H>\n def OpenVDBAsset \"H\" { token fieldName = \"waves\" } }",
      "def Volume \"V\" { float velatura:volume:emissionScale = 0\n rel field:heat = <@@/V/H>\n def OpenVDBAsset \"H\" { token fieldName = \"waves\" } }", true},
+    {Effect::TransformBlur, "velocities of instances", VELATURA_SWARM("quatf[] orientationsf = [(1, 0, 0, 0)]\n vector3f[] velocities.timeSamples = { 0: [(24, 0, 0)] }"),
+     VELATURA_SWARM("quatf[] orientationsf = [(1, 0, 0, 0)]\n vector3f[] velocities.timeSamples = { 0: [(0, 0, 0)] }"), true},
+    {Effect::TransformBlur, "angular velocities", VELATURA_SWARM("quatf[] orientationsf.timeSamples = { 0: [(1, 0, 0, 0)] }\n vector3f[] angularVelocities.timeSamples = { 0: [(0, 2400, 0)] }"),
+     VELATURA_SWARM("quatf[] orientationsf.timeSamples = { 0: [(1, 0, 0, 0)] }\n vector3f[] angularVelocities.timeSamples = { 0: [(0, 0, 0)] }"), true},
+    {Effect::TransformBlur, "samples of instances", VELATURA_SWARM("float3[] scales.timeSamples = { 0: [(1, 1, 1)], 1: [(2, 1, 1)] }"),
+     VELATURA_SWARM("float3[] scales.timeSamples = { 0: [(1, 1, 1)], 1: [(1, 1, 1)], 2: [(2, 1, 1)] }"), true},
+    {Effect::DeformationBlur, "samples of points", VELATURA_SAIL("point3f[] points.timeSamples = { 0: [(-1, 0, 0), (1, 0, 0), (0, 2, 0)], 1: [(-1, 0, 0), (1, 0, 0), (1, 2, 0)] }"),
+     VELATURA_SAIL("point3f[] points.timeSamples = { 0: [(-1, 0, 0), (1, 0, 0), (0, 2, 0)], 1: [(-1, 0, 0), (1, 0, 0), (0, 2, 0)] }"), true},
+    {Effect::DeformationBlur, "velocities of points", VELATURA_SAIL("point3f[] points.timeSamples = { 0: [(-1, 0, 0), (1, 0, 0), (0, 2, 0)] }\n vector3f[] velocities.timeSamples = { 0: [(0, 0, 0), (0, 0, 0), (24, 0, 0)] }"),
+     VELATURA_SAIL("float motion:blurScale = 0\n point3f[] points.timeSamples = { 0: [(-1, 0, 0), (1, 0, 0), (0, 2, 0)] }\n vector3f[] velocities.timeSamples = { 0: [(0, 0, 0), (0, 0, 0), (24, 0, 0)] }"), true},
     {Effect::MeshLights, "cube", "def Cube \"L\" (prepend apiSchemas = [\"LightAPI\"]) { double size = 0.2\n float inputs:intensity = 3\n token light:materialSyncMode = \"noMaterialResponse\" }",
      "def Cube \"L\" (prepend apiSchemas = [\"LightAPI\"]) { double size = 0.2\n float inputs:intensity = 0\n token light:materialSyncMode = \"noMaterialResponse\" }", true},
 };
 
+#undef VELATURA_SAIL
+#undef VELATURA_SWARM
 #undef VELATURA_NODE_QUAD
 
 /// A quad in front of the camera with a material of its own; as prims of what has the path.
@@ -143,6 +165,7 @@ constexpr std::string_view home = R"usda(
     {
         float focalLength = 24
         float2 clippingRange = (0, 0)
+        double shutter:close = 0.5
         double3 xformOp:translate = (0, 1, 5)
         uniform token[] xformOpOrder = ["xformOp:translate"]
     }

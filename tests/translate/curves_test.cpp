@@ -189,7 +189,8 @@ def HermiteCurves "H" {}
 def NurbsPatch "P" {}
 )",
                    t, options);
-    EXPECT_EQ(t.count("unsupported-motion-blur"), 2u);
+    EXPECT_EQ(t.count("unsupported-motion-blur"), 1u);
+    EXPECT_EQ(t.count("unused-velocities"), 1u);
     EXPECT_EQ(t.count("unsupported-light"), 1u);
     EXPECT_EQ(t.count("unsupported-widths"), 1u);
     EXPECT_EQ(t.count("unsupported-geometry"), 3u);

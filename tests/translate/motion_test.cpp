@@ -398,11 +398,6 @@ TEST(Motion, ThatIsNotRenderedIsNamed) {
              "</Model>) {\n" +
              moves + "}\n",
          1},
-        {"instances of a point instancer", half_a_frame,
-         "def PointInstancer \"P\" {\n rel prototypes = </P/Proto>\n int[] protoIndices = [0]\n "
-         "point3f[] positions.timeSamples = { 1: [(0,0,0)], 2: [(1,0,0)] }\n def Cube \"Proto\" "
-         "{}\n}\n",
-         1},
         {"a topology that changes", half_a_frame,
          moving_quad("1.4: [(0,0,0),(1,0,0),(1,1,0),(0,1,0),(0,2,0)],"), 1},
         {"a topology that is another one in between", half_a_frame,

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "translate/another_time.h"
+#include "translate/context.h"
+
+namespace velatura::translate {
+
+/// Whether light would have to be sampled from what moves, or volumes looked up in it.
+bool must_stay(const Context& ctx, Placeable& what);
+
+/// How far what is placed reaches from its origin, about.
+double reach_of(Placeable& what);
+
+/// Whether something of this reach, placed by m, is too far from where a straight line leads.
+bool strays(const Mat4d& m, const Mat4d& straight, double reach);
+
+bool fits_floats(const Mat4d& m);
+
+/// f of the way from a to b.
+Mat4d between(const Mat4d& a, const Mat4d& b, double f);
+
+/// Where it is asked, between two keys, how far the matrices are from a straight line.
+inline constexpr double ways_between[] = {aside, 0.5, 1 - aside};
+
+}  // namespace velatura::translate

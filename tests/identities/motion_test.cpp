@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pictures of one motion that is authored in different ways.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "usd_render.h"
+
+namespace velatura::test {
+namespace {
+
+constexpr integrator::RenderOptions few_samples = {.seed = 5, .end_sample = 8};
+
+/// Seconds are 32 time codes, so that ways are exact. A swarm of three and a sail before a floor, of these rows.
+scene::Scene sailing(double close, const std::string& swarm, const std::string& sail) {
+    return scene_from_usda(fmt::format(R"usda(#usda 1.0
+(
+    timeCodesPerSecond = 32
+    framesPerSecond = 32
+)
+def Camera "Cam"
+{{
+    float focalLength = 24
+    double shutter:close = {}
+    double3 xformOp:translate = (0, 1, 5)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}}
+def RectLight "Lamp"
+{{
+    float inputs:intensity = 6
+    double3 xformOp:translate = (0, 3, 1)
+    float xformOp:rotateX = -70
+    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateX"]
+}}
+def Mesh "Floor"
+{{
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    point3f[] points = [(-3, 0, 3), (3, 0, 3), (3, 0, -3), (-3, 0, -3)]
+    uniform token subdivisionScheme = "none"
+}}
+def PointInstancer "Swarm"
+{{
+    rel prototypes = [</Swarm/Ball>, </Swarm/Box>]
+    int[] protoIndices = [0, 1, 0]
+    {}
+    def Sphere "Ball"
+    {{
+        double radius = 0.25
+    }}
+    def Cube "Box"
+    {{
+        double size = 0.375
+    }}
+}}
+def Mesh "Sail"
+{{
+    int[] faceVertexCounts = [3]
+    int[] faceVertexIndices = [0, 1, 2]
+    uniform token subdivisionScheme = "none"
+    {}
+}}
+)usda",
+                                       close, swarm, sail));
+}
+
+const std::string swarm_at_0 = "[(-1, 0.5, 0.5), (0, 1, 0.25), (1, 1.5, 0)]";
+const std::string sail_at_0 = "[(-2, 0, -1), (2, 0, -1), (0, 3, -1)]";
+
+uint64_t picture(const scene::Scene& scene) { return fingerprint(render_scene(scene, few_samples)); }
+
+TEST(MotionIdentities, VelocitiesAndSamplesGiveOnePicture) {
+    const scene::Scene by_velocities = sailing(0.5, "point3f[] positions.timeSamples = { 0: " + swarm_at_0 + " }\n    vector3f[] velocities.timeSamples = { 0: [(32, 0, 0), (0, 16, 8), (0, 0, 0)] }",
+                                               "point3f[] points.timeSamples = { 0: " + sail_at_0 + " }\n    vector3f[] velocities.timeSamples = { 0: [(0, 0, 0), (0, 16, 0), (-32, 0, 0)] }");
+    const scene::Scene by_samples = sailing(0.5, "point3f[] positions.timeSamples = { 0: " + swarm_at_0 + ", 1: [(0, 0.5, 0.5), (0, 1.5, 0.5), (1, 1.5, 0)] }",
+                                            "point3f[] points.timeSamples = { 0: " + sail_at_0 + ", 1: [(-2, 0, -1), (2, 0.5, -1), (-1, 3, -1)] }");
+    const uint64_t moving = picture(by_velocities);
+    EXPECT_EQ(moving, picture(by_samples));
+    EXPECT_NE(moving, picture(sailing(0, "point3f[] positions = " + swarm_at_0, "point3f[] points = " + sail_at_0)));
+}
+
+TEST(MotionIdentities, WhatDoesNotMoveIsStillBitForBit) {
+    const uint64_t still = picture(sailing(0, "point3f[] positions = " + swarm_at_0, "point3f[] points = " + sail_at_0));
+    const std::string moving_swarm = "point3f[] positions.timeSamples = { 0: " + swarm_at_0 + " }\n    vector3f[] velocities.timeSamples = { 0: [(32, 0, 0), (0, 16, 8), (0, 0, 0)] }";
+    const std::string moving_sail = "point3f[] points.timeSamples = { 0: " + sail_at_0 + " }\n    vector3f[] velocities.timeSamples = { 0: [(0, 0, 0), (0, 16, 0), (-32, 0, 0)] }";
+    // The shutter is closed, the blur scaled away, the velocities are zero
+    EXPECT_EQ(picture(sailing(0, moving_swarm, moving_sail)), still);
+    EXPECT_EQ(picture(sailing(0.5, "float motion:blurScale = 0\n    " + moving_swarm, "float motion:blurScale = 0\n    " + moving_sail)), still);
+    EXPECT_EQ(picture(sailing(0.5, "float motion:velocityScale = 0\n    " + moving_swarm, "float motion:velocityScale = 0\n    " + moving_sail)), still);
+    EXPECT_EQ(picture(sailing(0.5, "point3f[] positions = " + swarm_at_0, "point3f[] points = " + sail_at_0)), still);
+}
+
+}  // namespace
+}  // namespace velatura::test
