@@ -34,6 +34,12 @@ bool may_be_carried(Context& ctx, Prim prim, Prim frame) {
     });
 }
 
+Mat4d carried_by(Context& ctx, Prim prim, Prim frame, TimeCode time) {
+    const AnotherTime at(ctx, time);
+    const std::optional<Pose> pose = read_pose(ctx, prim, frame);
+    return pose && pose->is_rigid ? pose->matrix : matrix_in_frame(ctx, prim, frame);
+}
+
 std::optional<Shutter> shutter_of(Context& ctx, Prim prim) {
     if (!ctx.shutter) return std::nullopt;
     double scale = inherited_number(ctx, prim, "motion:blurScale", 1.0);
@@ -234,13 +240,6 @@ class MotionReader {
     bool turns_;  ///< or may; points by themselves go straight, or along parabolas
 };
 
-/// The matrix of a prim at a time, joints that carry it as a whole included.
-Mat4d carried_by(Context& ctx, Prim prim, Prim frame, double time) {
-    const AnotherTime at(ctx, time);
-    const std::optional<Pose> pose = read_pose(ctx, prim, frame);
-    return pose && pose->is_rigid ? pose->matrix : matrix_in_frame(ctx, prim, frame);
-}
-
 bool has_same_normals(const scene::Mesh& a, const scene::Mesh& b) {
     return a.normals.size() == b.normals.size() && a.normal_indices == b.normal_indices &&
            a.normal_interpolation == b.normal_interpolation;
@@ -289,37 +288,6 @@ void read_motion(Context& ctx,
         mesh.later_points.push_back(std::move(keys[k].points));
         if (has_all_normals && !normals_stay)
             mesh.later_normals.push_back(std::move(keys[k].normals));
-    }
-}
-
-void warn_if_it_moves(Context& ctx, Prim prim, Prim frame) {
-    const std::optional<Shutter> shutter = shutter_of(ctx, prim);
-    if (!shutter) return;
-    const auto differs = [&](const Attribute& attribute, double time) {
-        return attribute.might_be_time_varying() &&
-               !(attribute.value(time) == attribute.value(ctx.time));
-    };
-    const auto points_at = [&](TimeCode time) {
-        const AnotherTime at(ctx, time);
-        return read_points(ctx, prim, nullptr);
-    };
-    const bool is_carried_on = has_velocities(ctx, prim);
-    const Mat4d now = carried_by(ctx, prim, frame, ctx.time.value());
-    const auto [open, close] = *shutter;
-    for (const double time : {open, 0.5 * (open + close), close}) {
-        bool is_elsewhere = carried_by(ctx, prim, frame, time) != now ||
-                            (is_carried_on && points_at(time) != points_at(ctx.time));
-        for (const char* name : {"points", "positions", "orientations", "scales"})
-            is_elsewhere = is_elsewhere || (!is_carried_on && differs(prim.attribute(name), time));
-        if (!is_elsewhere) continue;
-        ctx.note_not_simulated(scene::Effect::TransformBlur, prim,
-                               "moves while the shutter is open");
-        ctx.warn("unsupported-motion-blur", prim,
-                 fmt::format("a {} that moves while the shutter is open{} is rendered as it is at "
-                             "the frame's instant: of what moves only meshes and instances "
-                             "without lights and volumes are blurred",
-                             prim.type_name().str(), prim.is_instance() ? " as an instance" : ""));
-        return;
     }
 }
 

@@ -7,6 +7,7 @@
 #include "translate/mesh_faces.h"
 #include "translate/pose.h"
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -60,7 +61,29 @@ std::vector<Mat4d> composed_motion(const Placement& inner,
                                    const Mat4d& outer,
                                    const std::vector<Mat4d>& outer_later);
 
-/// Names a prim whose motion is not rendered: it is not a mesh, or a mesh that gives light.
+/// Matrix of a prim into the space of `frame`'s children at a time, joints that carry it as a whole
+/// included.
+Mat4d carried_by(Context& ctx, Prim prim, Prim frame, TimeCode time);
+
+/// The shape of a prim under a matrix into the space of what holds it.
+using ShapeReader = std::function<std::optional<scene::Shape>(const Mat4d& matrix)>;
+
+/// Puts a prim that is no mesh, and is carried while the shutter is open, into what holds it, as an
+/// instance of itself; its shape stays as it is at the frame's instant, which is named where it
+/// would not. False: it stays, or must. Args: matrix of the prim, before the holder's origin is
+/// subtracted; a point near its geometry, in
+///       its own space.
+bool place_moving_shape(Context& ctx,
+                        Prim prim,
+                        const Mat4d& matrix,
+                        const Vec3d& near,
+                        const ShapeReader& read,
+                        Placeable& holder);
+
+/// Names a prim whose motion is not rendered, be it carried or deformed: a light, or a volume.
 void warn_if_it_moves(Context& ctx, Prim prim, Prim frame);
+
+/// Names a prim that is no mesh and changes its shape.
+void warn_if_it_deforms(Context& ctx, Prim prim, Prim frame);
 
 }  // namespace velatura::translate

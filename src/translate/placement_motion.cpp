@@ -56,6 +56,14 @@ double furthest(const std::vector<Vec3>& points) {
     return reach;
 }
 
+/// Of curves or balls, with the widest of them.
+template <class Round>
+double furthest(const Round& round) {
+    float widest = 0;
+    for (const float width : round.widths) widest = std::max(widest, width);
+    return furthest(round.points) + 0.5 * double(widest);
+}
+
 double reach_of(double size, const Mat4d& placed) {
     return size * largest_row(placed) + translation(placed);
 }
@@ -73,9 +81,9 @@ double reach_of(Placeable& what) {
                 std::max({gprim->radius, gprim->height, gprim->size, gprim->width, gprim->length});
             reach = std::max(reach, reach_of(size, gprim->shape_from_gprim));
         } else if (const auto* curves = std::get_if<scene::Curves>(&shape.geometry)) {
-            reach = std::max(reach, reach_of(furthest(curves->points), curves->shape_from_curves));
+            reach = std::max(reach, reach_of(furthest(*curves), curves->shape_from_curves));
         } else if (const auto* cloud = std::get_if<scene::Points>(&shape.geometry)) {
-            reach = std::max(reach, reach_of(furthest(cloud->points), cloud->shape_from_points));
+            reach = std::max(reach, reach_of(furthest(*cloud), cloud->shape_from_points));
         }
     }
     for (const Placement& inner : what.placements)
@@ -119,9 +127,8 @@ void read_placement_motion(Context& ctx,
     if (!seen) return;
     const Shutter shutter = *seen;
     const auto matrix_at = [&](double time) {
-        const AnotherTime at(ctx, time);
-        return between_origins(matrix_in_frame(ctx, instance, holder.frame), placement.what->origin,
-                               holder.origin);
+        return between_origins(carried_by(ctx, instance, holder.frame, time),
+                               placement.what->origin, holder.origin);
     };
     // Joints above may carry it, where its own transforms say nothing of that
     if (must_stay(ctx, *placement.what) || matrix_at(ctx.time.value()) != placement.matrix) {

@@ -63,18 +63,19 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, Pose* pose, Placeable& o
         propose_origin(out, representative_point(ctx, prim, matrix, pose));
     const Mat4d placed = relative_to(matrix, out.origin);
     std::optional<scene::Shape> shape;
+    ShapeReader read;
     if (type == "Mesh") {
         if (pose) pose->matrix = relative_to(pose->matrix, out.origin);
         shape = read_mesh(ctx, prim, out, placed, pose);
     } else if (type == "BasisCurves" || type == "Points") {
         if (pose) pose->matrix = relative_to(pose->matrix, out.origin);
         warn_round_light(ctx, prim);
-        const auto read = type == "Points" ? &read_point_cloud : &read_curves;
-        shape = read(ctx, prim, placed, pose);
-        warn_if_it_moves(ctx, prim, out.frame);
+        const auto read_round = type == "Points" ? &read_point_cloud : &read_curves;
+        read = [&ctx, prim, pose, read_round](const Mat4d& m) {
+            return read_round(ctx, prim, m, pose);
+        };
     } else if (is_gprim_type(type)) {
-        shape = read_gprim(ctx, prim, placed);
-        warn_if_it_moves(ctx, prim, out.frame);
+        read = [&ctx, prim](const Mat4d& m) { return read_gprim(ctx, prim, m); };
     } else if (type == "Volume") {
         warn_if_it_moves(ctx, prim, out.frame);
         warn_unsupported_features(ctx, prim);
@@ -96,10 +97,21 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, Pose* pose, Placeable& o
         return;
     }
     warn_unsupported_features(ctx, prim);
+    if (read) shape = read(placed);
     if (!shape) return;
     const bool has_faces = std::holds_alternative<scene::Mesh>(shape->geometry) ||
                            std::holds_alternative<scene::Gprim>(shape->geometry);
-    if (has_faces && is_geometry_light(prim)) {
+    const bool is_light = has_faces && is_geometry_light(prim);
+    if (read && (is_light || (pose && pose->skin))) {
+        warn_if_it_moves(ctx, prim, out.frame);
+    } else if (read) {
+        const Vec3d near = representative_point(ctx, prim, Mat4d(), nullptr);
+        if (place_moving_shape(ctx, prim, matrix, near, read, out)) {
+            out.is_origin_fixed = true;
+            return;
+        }
+    }
+    if (is_light) {
         make_mesh_light(ctx, prim, placed, *shape);
         if (note_linking(ctx, prim) && !out.is_stage)
             ctx.warn("unsupported-light-linking", prim,

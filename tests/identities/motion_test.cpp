@@ -78,6 +78,17 @@ TEST(MotionIdentities, VelocitiesAndSamplesGiveOnePicture) {
     EXPECT_NE(moving, picture(sailing(0, "point3f[] positions = " + swarm_at_0, "point3f[] points = " + sail_at_0)));
 }
 
+/// A ball, which is met as what it is, moves as an instance of it does.
+TEST(MotionIdentities, AShapeMovesAsItsInstance) {
+    const std::string moves = "double3 xformOp:translate.timeSamples = { 0: (-1, 1, 0), 1: (1, 1.5, 0.5) }\n    uniform token[] xformOpOrder = [\"xformOp:translate\"]\n";
+    const std::string still = "point3f[] positions = " + swarm_at_0, sail = "point3f[] points = " + sail_at_0;
+    const std::string ball = "double radius = 0.5\n color3f[] primvars:displayColor = [(0.9, 0.5, 0.2)]\n";
+    const scene::Scene itself = sailing(0.5, still, sail + "\n}\ndef Sphere \"Ball\"\n{\n" + ball + moves);
+    const scene::Scene instance = sailing(0.5, still, sail + "\n}\nclass Xform \"Model\"\n{\ndef Sphere \"Ball\"\n{\n" + ball + "}\n}\ndef \"I\" (\ninstanceable = true\nprepend references = </Model>\n)\n{\n" + moves);
+    ASSERT_EQ(itself.instances.size(), instance.instances.size());
+    EXPECT_EQ(picture(itself), picture(instance));
+}
+
 TEST(MotionIdentities, WhatDoesNotMoveIsStillBitForBit) {
     const uint64_t still = picture(sailing(0, "point3f[] positions = " + swarm_at_0, "point3f[] points = " + sail_at_0));
     const std::string moving_swarm = "point3f[] positions.timeSamples = { 0: " + swarm_at_0 + " }\n    vector3f[] velocities.timeSamples = { 0: [(32, 0, 0), (0, 16, 8), (0, 0, 0)] }";

@@ -386,7 +386,10 @@ TEST(Motion, ThatIsNotRenderedIsNamed) {
         std::string shutter, text;
         size_t warnings;
     } cases[] = {
-        {"a sphere", half_a_frame, "def Sphere \"S\" {\n" + moves + "}\n", 1},
+        {"a ball that is a light", half_a_frame,
+         "def Sphere \"S\" (prepend apiSchemas = [\"LightAPI\"]) {\n" + moves + "}\n", 1},
+        {"a ball that grows", half_a_frame,
+         "def Sphere \"S\" {\n double radius.timeSamples = { 1: 1, 2: 2 }\n}\n", 1},
         {"a light", half_a_frame, "def RectLight \"L\" {\n" + moves + "}\n", 1},
         {"a mesh light", half_a_frame,
          "def Mesh \"M\" (prepend apiSchemas = [\"MeshLightAPI\"]) {\n" + moves +
