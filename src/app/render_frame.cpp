@@ -64,6 +64,7 @@ std::string settings_hash(const RenderJob& job, const FrameInput& input, const f
     text += fmt::format("|{}|{}|{}", s.pixel_aspect_ratio, fmt::join(s.included_purposes, ","), fmt::join(s.material_binding_purposes, ","));
     const scene::Camera& c = input.scene.camera;
     text += fmt::format("|{} {} {} {} {} {} {}", c.window_left, c.window_right, c.window_bottom, c.window_top, c.lens_radius, c.focus_distance, c.exposure_scale);
+    text += fmt::format("|{} {} {} {} {}", c.lens_blades, c.lens_rotation_deg, c.lens_roundness, c.shutter_full, c.shutter_falling);
     for (const scene::Texture& t : input.scene.textures) text += file_state(t.file);
     for (const scene::Light& l : input.scene.lights) text += file_state(l.texture_file) + profile_state(l.shaping);
     for (const scene::MeshLight& l : input.scene.mesh_lights) text += profile_state(l.shaping);

@@ -54,10 +54,13 @@ CameraModel::CameraModel(const scene::Camera& camera, int width, int height)
       focus_distance_(camera.focus_distance),
       clip_near_(camera.clip_near),
       clip_far_(std::numeric_limits<double>::infinity()),
+      shutter_(camera.shutter_full, camera.shutter_falling),
       exposure_scale_(float(camera.exposure_scale)) {
     VELATURA_CHECK(width >= 1 && height >= 1, "a picture has at least one pixel");
     // A lens focused at its own plane forms no picture: pinhole
     if (camera.lens_radius > 0.0 && camera.focus_distance > 0.0) lens_radius_ = camera.lens_radius;
+    if (camera.lens_blades > 0)
+        aperture_.emplace(camera.lens_blades, camera.lens_rotation_deg, camera.lens_roundness);
     if (!is_orthographic_) clip_near_ = std::max(clip_near_, 0.0);
     if (camera.clip_far > clip_near_) clip_far_ = camera.clip_far;
 
@@ -93,7 +96,8 @@ CameraRay CameraModel::generate_ray(const Vec2& film_point, const Vec2& u_lens, 
     Vec3d from = is_orthographic_ ? Vec3d(wx, wy, 0.0) : Vec3d(0.0);
     Vec3d step = is_orthographic_ ? Vec3d(0.0, 0.0, -1.0) : Vec3d(wx, wy, -1.0);
     if (lens_radius_ > 0.0) {
-        const Vec2d disk = sampling::concentric_disk(Vec2d(u_lens));
+        Vec2d disk = sampling::concentric_disk(Vec2d(u_lens));
+        if (aperture_) disk = aperture_->from_disk(disk);
         const Vec3d lens(disk.x * lens_radius_, disk.y * lens_radius_, 0.0);
         // Every ray of a film point meets the others in the plane of focus; at infinite focus they
         // are parallel

@@ -2,9 +2,12 @@
 #pragma once
 
 #include "base/math.h"
+#include "camera/aperture.h"
+#include "camera/shutter_curve.h"
 #include "scene/camera.h"
 
 #include <limits>
+#include <optional>
 #include <vector>
 
 namespace velatura::camera {
@@ -37,6 +40,9 @@ class CameraModel {
     ///       it closes; of no consequence where the camera does not move.
     CameraRay generate_ray(const Vec2& film_point, const Vec2& u_lens, float time = 0.0f) const;
 
+    /// When a ray is: as often as the shutter lets light through then. u in [0, 1).
+    float shutter_time(float u) const { return shutter_.time(u); }
+
     /// Whether time matters.
     bool has_motion() const { return !keys_.empty(); }
 
@@ -64,9 +70,11 @@ class CameraModel {
 
     bool is_orthographic_;
     Mat4d render_from_camera_;
-    std::vector<Mat4d> keys_;  // of its motion; empty = none
+    std::vector<Mat4d> keys_;      // of its motion; empty = none
     double left_, top_, dx_, dy_;  // window: corner and size of a pixel
     double lens_radius_, focus_distance_, clip_near_, clip_far_;
+    std::optional<Aperture> aperture_;  // nothing: a disk
+    ShutterCurve shutter_;
     double scale_;  // length in render space of one unit along −Z
     double pixel_;  // edge of a pixel at depth 1, render space
     float exposure_scale_;

@@ -13,7 +13,9 @@ namespace {
 
 void find_lens(EffectFindings& found) {
     const scene::Camera& c = found.scene.camera;
-    if (c.lens_radius > 0 && c.focus_distance > 0) found.on(c.name, fmt::format("lens of radius {:g} focused at {:g}", c.lens_radius, c.focus_distance));
+    if (!(c.lens_radius > 0 && c.focus_distance > 0)) return;
+    const std::string blades = c.lens_blades > 0 ? fmt::format(" with {} blades", c.lens_blades) : "";
+    found.on(c.name, fmt::format("lens of radius {:g}{} focused at {:g}", c.lens_radius, blades, c.focus_distance));
 }
 
 void close_lens(scene::Scene& scene) { scene.camera.lens_radius = 0; }

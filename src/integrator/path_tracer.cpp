@@ -50,7 +50,7 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
     const bool uses_lens = world_.uses_lens && !options_.disable_lens;
     if (uses_lens) count_call(Effect::DepthOfField);
     const Vec2 u_lens = uses_lens ? path.sampler.get_2d(0, Purpose::Lens) : Vec2(0.5f);
-    const float time = world_.has_motion ? path.sampler.get_1d(0, Purpose::ShutterTime) : 0.0f;
+    const float time = world_.has_motion ? world_.camera.shutter_time(path.sampler.get_1d(0, Purpose::ShutterTime)) : 0.0f;
     if (world_.camera.has_motion()) count_call(Effect::CameraBlur);
     const camera::CameraRay first = world_.camera.generate_ray(film_point, u_lens, time);
     path.ray = {first.o, first.d, first.t_max, time};

@@ -61,6 +61,29 @@ double finite(Context& ctx, Prim prim, std::string_view name, double fallback) {
     return fallback;
 }
 
+constexpr int most_blades = 1024;
+
+/// The opening between the blades: velatura:lens:blades, rotation, roundness.
+void read_blades(Context& ctx, Prim prim, scene::Camera& camera) {
+    const Attribute attribute = prim.attribute("velatura:lens:blades");
+    const double blades = read_number(attribute, 0.0, ctx.time);
+    if (blades == 0.0) return;
+    if (!(blades >= 3.0 && blades <= most_blades && blades == std::floor(blades))) {
+        ctx.warn("bad-camera-value", attribute,
+                 fmt::format("velatura:lens:blades is {}, expected 0 or 3 to {}; the lens is round",
+                             blades, most_blades));
+        return;
+    }
+    camera.lens_blades = int(blades);
+    camera.lens_rotation_deg = finite(ctx, prim, "velatura:lens:rotation", 0.0);
+    const double roundness = finite(ctx, prim, "velatura:lens:roundness", 0.0);
+    camera.lens_roundness = std::clamp(roundness, 0.0, 1.0);
+    if (camera.lens_roundness != roundness)
+        ctx.warn("bad-camera-value", prim.attribute("velatura:lens:roundness"),
+                 fmt::format("velatura:lens:roundness is {}, {} is used", roundness,
+                             camera.lens_roundness));
+}
+
 void read_lens(Context& ctx, Prim prim, double focal_length, scene::Camera& camera) {
     const double f_stop = finite(ctx, prim, "fStop", 0.0);
     const double focus = finite(ctx, prim, "focusDistance", 0.0);
@@ -80,16 +103,18 @@ void read_lens(Context& ctx, Prim prim, double focal_length, scene::Camera& came
     // Focal length is in tenths of scene units, the lens in scene units
     camera.lens_radius = 0.1 * focal_length / (2 * f_stop);
     camera.focus_distance = focus;
+    read_blades(ctx, prim, camera);
 }
 
-/// Most segments of a camera's motion: there is but one camera, and its curve is the whole picture's.
+/// Most segments of a camera's motion: there is but one camera, and its curve is the whole
+/// picture's.
 constexpr size_t most_camera_segments = 64;
 
 /// Of a shutter's time: authored samples between would be missed with fewer.
 constexpr size_t fewest_camera_segments = 4;
 
-/// How far the view may turn [rad] from where straight lines between keys lead, and its place stray in parts of the
-/// way: a hundredth of a pixel of most pictures.
+/// How far the view may turn [rad] from where straight lines between keys lead, and its place stray
+/// in parts of the way: a hundredth of a pixel of most pictures.
 constexpr double view_straying = 1e-5;
 
 /// Whether the camera at `m` looks from where it does at `straight`, in the directions of its axes.
@@ -145,6 +170,21 @@ void read_motion(Context& ctx, Prim prim, const Shutter& shutter, scene::Camera&
     camera.motion_keys = std::move(keys);
 }
 
+/// How the shutter opens and closes: velatura:shutter:curve.
+void read_shutter_curve(Context& ctx, Prim prim, scene::Camera& camera) {
+    const Attribute attribute = prim.attribute("velatura:shutter:curve");
+    if (!attribute.has_authored_value()) return;
+    const auto curve = read_vector(attribute, 2, ctx.time);
+    if (!curve || !((*curve)[0] >= 0.0 && (*curve)[0] <= (*curve)[1] && (*curve)[1] <= 1.0)) {
+        ctx.warn("bad-camera-value", attribute,
+                 "velatura:shutter:curve is not two ascending numbers from 0 to 1; the shutter "
+                 "opens and closes at once");
+        return;
+    }
+    camera.shutter_full = (*curve)[0];
+    camera.shutter_falling = (*curve)[1];
+}
+
 /// At the default time nothing moves: there the shutter is of no consequence.
 void read_shutter(Context& ctx, Prim prim, scene::Camera& camera) {
     const double open = finite(ctx, prim, "shutter:open", 0.0);
@@ -156,7 +196,7 @@ void read_shutter(Context& ctx, Prim prim, scene::Camera& camera) {
     if (!(close > open) || ctx.time.is_default() || ctx.scene.settings.disable_motion_blur) {
         const bool is_authored = prim.attribute("shutter:open").has_authored_value() ||
                                  prim.attribute("shutter:close").has_authored_value();
-        const char* const why = !(close > open)           ? "the shutter is closed"
+        const char* const why = !(close > open)         ? "the shutter is closed"
                                 : ctx.time.is_default() ? "the default time stands still"
                                                         : "motion blur is disabled";
         for (const scene::Effect blur : {scene::Effect::CameraBlur, scene::Effect::TransformBlur,
@@ -165,6 +205,7 @@ void read_shutter(Context& ctx, Prim prim, scene::Camera& camera) {
         return;
     }
     ctx.shutter = Shutter{ctx.time.value() + open, ctx.time.value() + close};
+    read_shutter_curve(ctx, prim, camera);
     if (const auto seen = shutter_of(ctx, prim)) read_motion(ctx, prim, *seen, camera);
 }
 

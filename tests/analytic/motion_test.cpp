@@ -99,6 +99,30 @@ TEST(MotionBlur, OfAnEdgeHasTheProfileOfItsMotion) {
     EXPECT_LT(worst_mean, 1e-3);
 }
 
+// A shutter that opens and closes slowly weighs the profile.
+TEST(MotionBlur, OfAnEdgeHasTheProfileOfItsShutterCurve) {
+    TestScene test = plate_before_wall(half_plane(-0.8f), {half_plane(0.8f)});
+    test.scene.camera.shutter_full = 0.25;
+    test.scene.camera.shutter_falling = 0.5;
+    const RenderedLayers layers = render(test, {.size = size, .samples = 1024, .last_bounce = 0});
+    const auto opening = [](double t) { return std::min({t / 0.25, (1 - t) / 0.5, 1.0}); };
+    double worst = 0;
+    for (int x = 0; x < size; ++x) {
+        const double x0 = -1 + 2.0 * x / size, x1 = -1 + 2.0 * (x + 1) / size;
+        constexpr int steps = 20000;
+        double expected = 0, whole = 0, found = 0;
+        for (int i = 0; i < steps; ++i) {
+            const double t = (i + 0.5) / steps, edge = -0.8 + 1.6 * t;
+            whole += opening(t);
+            expected += opening(t) * std::clamp((x1 - edge) / (x1 - x0), 0.0, 1.0);
+        }
+        for (int y = 0; y < size; ++y) found += pixel(layers, x, y) / size;
+        worst = std::max(worst, std::abs(found - expected / whole));
+    }
+    fmt::print("profile of an edge by a slow shutter: worst column {:.1e}\n", worst);
+    EXPECT_LT(worst, 1e-3);
+}
+
 /// The camera goes one way, or what it sees the other: the same rays meet the same plate, but for rounding.
 TEST(MotionBlur, OfACameraIsThatOfAllItSees) {
     const std::vector<float> at_key = {-0.7f, 0.6f, 0.1f, 0.3f};

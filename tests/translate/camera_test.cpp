@@ -78,6 +78,58 @@ TEST(Camera, LensAndOrthographicWindowAreInSceneUnits) {
     EXPECT_DOUBLE_EQ(ortho.scene.camera.window_top, 0.5);
 }
 
+TEST(Camera, LensMayHaveBlades) {
+    const std::string lens = "float fStop = 2\nfloat focusDistance = 5\n";
+    Translated t;
+    translate_text(camera(lens + "int velatura:lens:blades = 5\nfloat velatura:lens:rotation = 18\n"
+                                 "float velatura:lens:roundness = 0.25\n"),
+                   t);
+    EXPECT_EQ(t.scene.camera.lens_blades, 5);
+    EXPECT_EQ(t.scene.camera.lens_rotation_deg, 18.0);
+    EXPECT_EQ(t.scene.camera.lens_roundness, 0.25);
+    EXPECT_EQ(t.count("bad-camera-value"), 0u);
+    Translated round, pinhole;
+    translate_text(camera(lens), round);
+    EXPECT_EQ(round.scene.camera.lens_blades, 0);
+    translate_text(camera("int velatura:lens:blades = 5\n"), pinhole);
+    EXPECT_EQ(pinhole.scene.camera.lens_radius, 0.0);
+    for (const char* bad :
+         {"int velatura:lens:blades = 2\n", "int velatura:lens:blades = -6\n",
+          "float velatura:lens:blades = 5.5\n", "float velatura:lens:blades = nan\n"}) {
+        Translated b;
+        translate_text(camera(lens + bad), b);
+        EXPECT_EQ(b.scene.camera.lens_blades, 0) << bad;
+        EXPECT_EQ(b.count("bad-camera-value"), 1u) << bad;
+    }
+    Translated clamped;
+    translate_text(camera(lens + "int velatura:lens:blades = 6\nfloat velatura:lens:roundness = 3\n"
+                                 "float velatura:lens:rotation = inf\n"),
+                   clamped);
+    EXPECT_EQ(clamped.scene.camera.lens_roundness, 1.0);
+    EXPECT_EQ(clamped.scene.camera.lens_rotation_deg, 0.0);
+    EXPECT_EQ(clamped.count("bad-camera-value"), 2u);
+}
+
+TEST(Camera, ShutterMayOpenSlowly) {
+    TranslateOptions options;
+    options.time = 1.0;
+    const std::string shutter = "double shutter:open = 0\ndouble shutter:close = 0.5\n";
+    Translated t, plain;
+    translate_text(camera(shutter + "float2 velatura:shutter:curve = (0.25, 0.5)\n"), t, options);
+    EXPECT_EQ(t.scene.camera.shutter_full, 0.25);
+    EXPECT_EQ(t.scene.camera.shutter_falling, 0.5);
+    translate_text(camera(shutter), plain, options);
+    EXPECT_EQ(plain.scene.camera.shutter_full, 0.0);
+    EXPECT_EQ(plain.scene.camera.shutter_falling, 1.0);
+    for (const char* bad : {"(0.5, 0.25)", "(-0.1, 1)", "(0, 1.5)", "(nan, 1)"}) {
+        Translated b;
+        translate_text(camera(shutter + "float2 velatura:shutter:curve = " + bad + "\n"), b,
+                       options);
+        EXPECT_EQ(b.count("bad-camera-value"), 1u) << bad;
+        EXPECT_EQ(b.scene.camera.shutter_falling, 1.0) << bad;
+    }
+}
+
 TEST(Camera, UnknownCameraIsAnErrorThatListsTheOthers) {
     TranslateOptions options;
     options.camera = "/Nope";
