@@ -18,12 +18,12 @@ namespace velatura::translate {
 
 namespace {
 
-/// The motion of the instances of one PointInstancer, level by level of ever more segments.
+/// The motion of the instances of one prim, level by level of ever more segments.
 class InstancerKeys {
   public:
     InstancerKeys(Context& ctx,
                   Prim instancer,
-                  const InstancerPlaces& places,
+                  const MovingRows& places,
                   const Placeable& holder,
                   const PlacedInstances& placed,
                   const Shutter& shutter)
@@ -59,8 +59,9 @@ class InstancerKeys {
 
     State state_at(double way) const {
         const AnotherTime at(ctx_, shutter_.open + way * (shutter_.close - shutter_.open));
-        return {places_.at(ctx_.time),
-                relative_to(matrix_in_frame(ctx_, instancer_, holder_.frame), holder_.origin)};
+        return {
+            places_.at(ctx_.time),
+            relative_to(carried_by(ctx_, instancer_, holder_.frame, ctx_.time), holder_.origin)};
     }
 
     Mat4d matrix(const State& state, size_t i) const {
@@ -147,7 +148,7 @@ class InstancerKeys {
 
     Context& ctx_;
     Prim instancer_;
-    const InstancerPlaces& places_;
+    const MovingRows& places_;
     const Placeable& holder_;
     PlacedInstances placed_;
     Shutter shutter_;
@@ -167,7 +168,7 @@ void read_instancer_motion(Context& ctx,
     const std::optional<Shutter> shutter = shutter_of(ctx, instancer);
     if (!shutter) return;
     // Joints above may carry it, where its own transforms say nothing of that
-    if (matrix_in_frame(ctx, instancer, holder.frame) != matrix) {
+    if (carried_by(ctx, instancer, holder.frame, ctx.frame) != matrix) {
         warn_if_it_moves(ctx, instancer, holder.frame);
         return;
     }
@@ -180,7 +181,16 @@ void read_instancer_motion(Context& ctx,
                              why));
         return;
     }
-    InstancerKeys(ctx, instancer, places, holder, placed, *shutter).run();
+    read_keys(ctx, instancer, places, holder, placed, *shutter);
+}
+
+void read_keys(Context& ctx,
+               Prim prim,
+               const MovingRows& rows,
+               const Placeable& holder,
+               const PlacedInstances& placed,
+               const Shutter& shutter) {
+    InstancerKeys(ctx, prim, rows, holder, placed, shutter).run();
 }
 
 }  // namespace velatura::translate

@@ -51,6 +51,14 @@ void turn(const Velocities& turning, size_t i, double time, std::vector<double>&
 
 }  // namespace
 
+std::vector<double> times_seen(std::vector<double> times, const Shutter& shutter) {
+    const auto after = std::lower_bound(times.begin(), times.end(), shutter.close);
+    if (after != times.end()) times.erase(after + 1, times.end());
+    const auto open = std::upper_bound(times.begin(), times.end(), shutter.open);
+    if (open != times.begin()) times.erase(times.begin(), open - 1);
+    return times;
+}
+
 Mat4d InstanceRows::matrix(size_t i) const {
     Mat4d m;
     if (!orientations.empty()) {
@@ -115,12 +123,7 @@ bool InstancerPlaces::may_move() const {
 
 bool InstancerPlaces::is_renumbered(const Shutter& shutter) const {
     if (has_velocities()) return false;
-    // The samples from the one before the shutter opens to the one after it closes
-    std::vector<double> times = sample_times();
-    const auto after = std::lower_bound(times.begin(), times.end(), shutter.close);
-    if (after != times.end()) times.erase(after + 1, times.end());
-    const auto open = std::upper_bound(times.begin(), times.end(), shutter.open);
-    if (open != times.begin()) times.erase(times.begin(), open - 1);
+    const std::vector<double> times = times_seen(sample_times(), shutter);
     for (const char* name : {"ids", "protoIndices"}) {
         const Attribute attribute = prim_.attribute(name);
         if (!attribute.might_be_time_varying()) continue;

@@ -56,6 +56,14 @@ void read_instancer_motion(Context& ctx,
                            const Placeable& holder,
                            const PlacedInstances& placed);
 
+/// The same for what stands at `rows` in the space of a prim, whatever carries the prim itself.
+void read_keys(Context& ctx,
+               Prim prim,
+               const MovingRows& rows,
+               const Placeable& holder,
+               const PlacedInstances& placed,
+               const Shutter& shutter);
+
 /// Keys of something that stands in something else; both may move.
 std::vector<Mat4d> composed_motion(const Placement& inner,
                                    const Mat4d& outer,
@@ -79,6 +87,15 @@ bool place_moving_shape(Context& ctx,
                         const Vec3d& near,
                         const ShapeReader& read,
                         Placeable& holder);
+
+/// The same for Points whose places or widths change: each ball is an instance of one of width 1.
+/// still: its shape in the holder at the frame's instant. False where none does; or where they have
+/// more of their own than displayColor, give light, or come and go.
+bool place_moving_balls(
+    Context& ctx, Prim prim, const Mat4d& matrix, const scene::Shape& still, Placeable& holder);
+
+/// Whether a prim that is no mesh changes its shape while the shutter is open.
+bool changes_shape(Context& ctx, Prim prim, Prim frame);
 
 /// Names a prim whose motion is not rendered, be it carried or deformed: a light, or a volume.
 void warn_if_it_moves(Context& ctx, Prim prim, Prim frame);

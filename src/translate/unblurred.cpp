@@ -80,14 +80,20 @@ void warn_if_it_moves(Context& ctx, Prim prim, Prim frame) {
                          prim.type_name().str(), prim.is_instance() ? " as an instance" : ""));
 }
 
-void warn_if_it_deforms(Context& ctx, Prim prim, Prim frame) {
+bool changes_shape(Context& ctx, Prim prim, Prim frame) {
     const std::optional<Shutter> shutter = shutter_of(ctx, prim);
-    if (!shutter || !deforms(ctx, prim, frame, *shutter)) return;
+    return shutter && deforms(ctx, prim, frame, *shutter);
+}
+
+void warn_if_it_deforms(Context& ctx, Prim prim, Prim frame) {
+    if (!changes_shape(ctx, prim, frame)) return;
     ctx.note_not_simulated(scene::Effect::DeformationBlur, prim,
                            "changes its shape while the shutter is open");
     ctx.warn("unsupported-motion-blur", prim,
              fmt::format("a {} that changes its shape while the shutter is open has that of the "
-                         "frame's instant: only meshes change theirs",
+                         "frame's instant: only meshes change theirs, and Points that are the same "
+                         "all the time, have no more of their own than displayColor and are not "
+                         "bound to a skeleton",
                          prim.type_name().str()));
 }
 

@@ -105,6 +105,10 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, Pose* pose, Placeable& o
     if (read && (is_light || (pose && pose->skin))) {
         warn_if_it_moves(ctx, prim, out.frame);
     } else if (read) {
+        if (type == "Points" && place_moving_balls(ctx, prim, matrix, *shape, out)) {
+            out.is_origin_fixed = true;
+            return;
+        }
         const Vec3d near = representative_point(ctx, prim, Mat4d(), nullptr);
         if (place_moving_shape(ctx, prim, matrix, near, read, out)) {
             out.is_origin_fixed = true;

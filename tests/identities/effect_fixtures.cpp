@@ -97,6 +97,8 @@ constexpr EffectFixture fixtures[] = {
      "def Sphere \"Ball\" { double radius = 0.3\n double3 xformOp:translate.timeSamples = { 0: (0, 1, 0), 1: (0, 1, 0) }\n uniform token[] xformOpOrder = [\"xformOp:translate\"] }", true},
     {Effect::TransformBlur, "dust", "def Points \"Dust\" { point3f[] points = [(0, 1, 0)]\n float[] widths = [0.5]\n float xformOp:rotateZ.timeSamples = { 0: 0, 1: 90 }\n uniform token[] xformOpOrder = [\"xformOp:rotateZ\"] }",
      "def Points \"Dust\" { point3f[] points = [(0, 1, 0)]\n float[] widths = [0.5]\n float xformOp:rotateZ.timeSamples = { 0: 90, 1: 90 }\n uniform token[] xformOpOrder = [\"xformOp:rotateZ\"] }", true},
+    {Effect::TransformBlur, "dust that falls", "def Points \"Dust\" { point3f[] points.timeSamples = { 0: [(0, 1, 0)] }\n vector3f[] velocities.timeSamples = { 0: [(0, -24, 0)] }\n float[] widths = [0.5] }",
+     "def Points \"Dust\" { point3f[] points.timeSamples = { 0: [(0, 1, 0)] }\n vector3f[] velocities.timeSamples = { 0: [(0, 0, 0)] }\n float[] widths = [0.5] }", true},
     {Effect::DeformationBlur, "samples of points", VELATURA_SAIL("point3f[] points.timeSamples = { 0: [(-1, 0, 0), (1, 0, 0), (0, 2, 0)], 1: [(-1, 0, 0), (1, 0, 0), (1, 2, 0)] }"),
      VELATURA_SAIL("point3f[] points.timeSamples = { 0: [(-1, 0, 0), (1, 0, 0), (0, 2, 0)], 1: [(-1, 0, 0), (1, 0, 0), (0, 2, 0)] }"), true},
     {Effect::DeformationBlur, "velocities of points", VELATURA_SAIL("point3f[] points.timeSamples = { 0: [(-1, 0, 0), (1, 0, 0), (0, 2, 0)] }\n vector3f[] velocities.timeSamples = { 0: [(0, 0, 0), (0, 0, 0), (24, 0, 0)] }"),

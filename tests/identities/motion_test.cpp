@@ -89,6 +89,18 @@ TEST(MotionIdentities, AShapeMovesAsItsInstance) {
     EXPECT_EQ(picture(itself), picture(instance));
 }
 
+/// Balls are those of an instancer that places one of width 1.
+TEST(MotionIdentities, BallsMoveAsInstancesDo) {
+    const std::string still = "point3f[] positions = " + swarm_at_0, sail = "point3f[] points = " + sail_at_0;
+    const std::string samples = ".timeSamples = { 0: [(-1, 1, 1), (1, 2, 1)] }\n", velocities = "vector3f[] velocities.timeSamples = { 0: [(32, 0, 0), (0, -64, 0)] }\n";
+    const std::string color = "color3f[] primvars:displayColor = [(0.9, 0.5, 0.2)]\n";
+    const scene::Scene balls = sailing(0.5, still, sail + "\n}\ndef Points \"Dust\"\n{\n" + color + "float[] widths = [0.5, 0.25]\npoint3f[] points" + samples + velocities);
+    const scene::Scene instances = sailing(0.5, still, sail + "\n}\ndef PointInstancer \"Dust\"\n{\nrel prototypes = </Dust/One>\nint[] protoIndices = [0, 0]\nfloat3[] scales = [(0.5, 0.5, 0.5), (0.25, 0.25, 0.25)]\npoint3f[] positions" + samples + velocities +
+                                                           "def Points \"One\"\n{\n" + color + "point3f[] points = [(0, 0, 0)]\nfloat[] widths = [1]\n}\n");
+    ASSERT_EQ(balls.instances.size(), instances.instances.size());
+    EXPECT_EQ(picture(balls), picture(instances));
+}
+
 TEST(MotionIdentities, WhatDoesNotMoveIsStillBitForBit) {
     const uint64_t still = picture(sailing(0, "point3f[] positions = " + swarm_at_0, "point3f[] points = " + sail_at_0));
     const std::string moving_swarm = "point3f[] positions.timeSamples = { 0: " + swarm_at_0 + " }\n    vector3f[] velocities.timeSamples = { 0: [(32, 0, 0), (0, 16, 8), (0, 0, 0)] }";

@@ -125,14 +125,19 @@ TEST(MovingShape, MovesInInstancesThatMove) {
 }
 
 TEST(MovingShape, KeepsTheShapeOfTheFrame) {
-    const std::string grows =
-        "float[] widths.timeSamples = { 1: [0.25], 2: [0.5] }\npoint3f[] points.timeSamples = { 1: "
-        "[(1, 2, 3)], 2: [(3, 2, 3)] }\n";
     Translated t;
-    translate_seen(half_a_frame, "def Points \"D\" {\n" + grows + moves + "}\n", t);
+    translate_seen(half_a_frame, R"(def BasisCurves "C" {
+    uniform token type = "linear"
+    int[] curveVertexCounts = [2]
+    point3f[] points.timeSamples = { 1: [(5, 0, 0), (5, 1, 0)], 2: [(5, 0, 0), (5, 3, 0)] }
+    float[] widths = [0.5]
+)" + moves + "}\n",
+                   t);
     EXPECT_EQ(t.count("unsupported-motion-blur"), 1u);
     ASSERT_EQ(t.scene.instances.size(), 1u);
     EXPECT_EQ(t.scene.instances[0].later_render_from_prototype.size(), 1u);
+    const auto& curves = std::get<scene::Curves>(t.scene.prototypes[0].shapes[0].geometry);
+    EXPECT_EQ(curves.points[1], Vec3(0, 1, 0));
 }
 
 TEST(MovingShape, ThatGivesLightStays) {
