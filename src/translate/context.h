@@ -101,7 +101,7 @@ struct Context {
     const TranslateOptions& options;
     Diagnostics& diagnostics;
     TimeCode time;
-    TimeCode frame;  ///< the instant that the picture is of; `time` may be another while the shutter is open
+    TimeCode frame;  ///< the picture's instant; `time` may be another while the shutter is open
     scene::Scene scene;
     std::optional<Shutter> shutter;  ///< nothing: closed, the picture is of one instant
     bool is_quiet = false;           ///< reads again, at another time, what was complained about

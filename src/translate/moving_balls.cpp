@@ -23,6 +23,9 @@ namespace velatura::translate {
 
 namespace {
 
+/// Instances take a hundred times the memory of balls: about 1.4 kB while they are read.
+constexpr size_t most_balls = size_t(1) << 20;
+
 /// Where the balls of a Points prim are, and how wide.
 class BallRows final : public MovingRows {
   public:
@@ -124,7 +127,7 @@ bool place_moving_balls(
     std::vector<Rgb> colors;
     std::optional<scene::Shape> ball = shared_ball(ctx, still, colors);
     const BallRows balls(ctx, prim);
-    if (!ball || !balls.keeps_its_points(*shutter)) return false;
+    if (!ball || balls.count() > most_balls || !balls.keeps_its_points(*shutter)) return false;
 
     auto own = std::make_unique<Placeable>();
     own->name = prim.path_string();

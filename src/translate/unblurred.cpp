@@ -91,9 +91,9 @@ void warn_if_it_deforms(Context& ctx, Prim prim, Prim frame) {
                            "changes its shape while the shutter is open");
     ctx.warn("unsupported-motion-blur", prim,
              fmt::format("a {} that changes its shape while the shutter is open has that of the "
-                         "frame's instant: only meshes change theirs, and Points that are the same "
-                         "all the time, have no more of their own than displayColor and are not "
-                         "bound to a skeleton",
+                         "frame's instant: only meshes change theirs, and Points, up to a million, "
+                         "that are the same ones all the time, have no more of their own than "
+                         "displayColor and are not bound to a skeleton",
                          prim.type_name().str()));
 }
 

@@ -88,7 +88,12 @@ TEST(EffectPlan, KnowsTheCamera) {
     EXPECT_EQ(state(camera_scene("float fStop = 2\nfloat focusDistance = 9"), Effect::DepthOfField), EffectState::On);
     EXPECT_EQ(state(camera_scene("float fStop = 0\nfloat focusDistance = 9"), Effect::DepthOfField), EffectState::ProvenZero);
     EXPECT_EQ(state(camera_scene(""), Effect::DepthOfField), EffectState::Absent);
+    const std::string blades = "int velatura:lens:blades = 6\nfloat focusDistance = 9\n";
+    EXPECT_EQ(state(camera_scene(blades + "float fStop = 2"), Effect::DepthOfField), EffectState::On);
+    EXPECT_EQ(state(camera_scene(blades + "float fStop = 0"), Effect::DepthOfField), EffectState::ProvenZero);
     EXPECT_EQ(state(camera_scene(open_shutter + turning), Effect::CameraBlur), EffectState::On);
+    EXPECT_EQ(state(camera_scene(open_shutter + "float2 velatura:shutter:curve = (0.25, 0.75)\n"), Effect::CameraBlur), EffectState::Absent);
+    EXPECT_EQ(state(camera_scene(open_shutter + "float motion:blurScale = 0\n" + turning), Effect::CameraBlur), EffectState::ProvenZero);
     EXPECT_EQ(state(camera_scene(open_shutter), Effect::CameraBlur), EffectState::Absent);
     EXPECT_EQ(state(camera_scene("double shutter:open = 0.5\ndouble shutter:close = 0.5\n" + turning), Effect::CameraBlur), EffectState::ProvenZero);
 }
