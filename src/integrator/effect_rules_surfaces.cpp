@@ -135,12 +135,12 @@ void fill_cutouts(scene::Scene& scene) {
 }
 
 void find_transmission(EffectFindings& found) {
-    find_materials(found, scene::may_transmit, [](const Material& m) { return told("opacity", m.opacity); });
+    find_materials(found, [](const Material& m) { return scene::may_transmit(m) && !m.is_bare; }, [](const Material& m) { return told("opacity", m.opacity); });
 }
 
 void make_opaque(scene::Scene& scene) {
     change_materials(scene, [](Material& m) {
-        if (scene::may_transmit(m)) m.opacity = Input(1.0f);
+        if (scene::may_transmit(m) && !m.is_bare) m.opacity = Input(1.0f);
     });
 }
 
@@ -172,9 +172,35 @@ void find_diffuse_transmission(EffectFindings& found) {
 
 void find_absorption(EffectFindings& found) {
     for (const Material& m : found.scene.materials) {
-        if (scene::may_absorb(m)) found.on(m.name, fmt::format("transmissionDepth {:g}", m.transmission_depth));
+        if (scene::may_absorb(m)) found.on(m.name, m.matter ? "volume shader that absorbs" : fmt::format("transmissionDepth {:g}", m.transmission_depth));
         else if (m.transmission_depth > 0.0f) found.zero(m.name, scene::may_transmit(m) ? "transmissionColor white or a thin wall" : "lets no light through");
     }
+}
+
+void forget_absorption(scene::Scene& scene) {
+    change_materials(scene, [](Material& m) {
+        if (!m.matter && !scene::scatters_inside(m)) {
+            m.transmission_depth = 0;
+            return;
+        }
+        m.matter = scene::matter_inside(m);
+        m.matter->absorption = Rgb(0.0f);
+    });
+}
+
+void find_interior_media(EffectFindings& found) {
+    for (const Material& m : found.scene.materials) {
+        const bool is_asked = m.matter ? !is_black(m.matter->scattering) : !is_black(m.transmission_scatter);
+        if (scene::scatters_inside(m)) found.on(m.name, m.matter ? "volume shader that scatters" : fmt::format("transmissionScatter within {:g}", m.transmission_depth));
+        else if (is_asked) found.zero(m.name, m.thin_walled ? "is a thin wall" : scene::may_transmit(m) ? "transmissionDepth 0" : "lets no light through");
+    }
+}
+
+void clear_interiors(scene::Scene& scene) {
+    change_materials(scene, [](Material& m) {
+        m.transmission_scatter = Rgb(0.0f);
+        if (m.matter) m.matter->scattering = Rgb(0.0f);
+    });
 }
 
 void find_nested_bodies(EffectFindings& found) {
@@ -238,7 +264,8 @@ constexpr std::array rules = {
     EffectRule{Effect::RoughTransmission, find_rough_transmission, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.rough_transmission = false; }); }},
     EffectRule{Effect::ThinWalls, find_thin_walls, thicken_walls, true},
     EffectRule{Effect::DiffuseTransmission, find_diffuse_transmission, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.diffuse_transmission = Input(0.0f); }); }},
-    EffectRule{Effect::Absorption, find_absorption, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.transmission_depth = 0; }); }, true},
+    EffectRule{Effect::Absorption, find_absorption, forget_absorption, true},
+    EffectRule{Effect::InteriorMedia, find_interior_media, clear_interiors, true},
     EffectRule{Effect::NestedBodies, find_nested_bodies, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.dielectric_priority = 0; }); }},
     EffectRule{Effect::Clearcoat, find_clearcoat, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.clearcoat = Input(0.0f); }); }},
     EffectRule{Effect::RoughDiffuse, find_rough_diffuse, [](scene::Scene& s) { change_materials(s, [](Material& m) { if (m.extras) m.extras->diffuse_roughness = Input(0.0f); }); }},

@@ -44,13 +44,14 @@ bool Interior::leave(scene::MaterialId material) {
 
 Rgb Interior::transmittance(const shading::MaterialEvaluator& materials, float distance) const {
     if (count_ == 0) return Rgb(1.0f);
-    const Rgb& sigma_a = materials.absorption(filling());
-    if (is_black(sigma_a)) return Rgb(1.0f);
-    scene::count_call(scene::Effect::Absorption);
+    const Rgb& sigma_t = materials.extinction(filling());
+    if (is_black(sigma_t)) return Rgb(1.0f);
+    scene::count_call(materials.scatters_inside(filling()) ? scene::Effect::InteriorMedia
+                                                           : scene::Effect::Absorption);
     Rgb out(1.0f);
     for (int c = 0; c < 3; ++c) {
         // Neither 0·∞ is asked for
-        if (sigma_a[c] > 0.0f && distance > 0.0f) out[c] = std::exp(-sigma_a[c] * distance);
+        if (sigma_t[c] > 0.0f && distance > 0.0f) out[c] = std::exp(-sigma_t[c] * distance);
     }
     return out;
 }

@@ -42,12 +42,12 @@ class Interior {
         count_ = kept;
     }
 
-    /// What is taken of light per unit of way by what fills the space.
-    Rgb absorption(const shading::MaterialEvaluator& materials) const {
-        return count_ == 0 ? Rgb(0.0f) : materials.absorption(bodies_[size_t(count_ - 1)]);
+    /// What goes no further per unit of way through what fills the space.
+    Rgb extinction(const shading::MaterialEvaluator& materials) const {
+        return count_ == 0 ? Rgb(0.0f) : materials.extinction(bodies_[size_t(count_ - 1)]);
     }
 
-    /// Share of light that is left after a distance [scene units], which may be infinite.
+    /// Share of light that neither is lost nor scatters within a distance [scene units], which may be infinite.
     Rgb transmittance(const shading::MaterialEvaluator& materials, float distance) const;
 
   private:

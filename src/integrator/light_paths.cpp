@@ -50,7 +50,7 @@ void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadia
     // Ask along the whole straight line and keep what this segment adds: a light that a cut-out lies inside of must not
     // count twice, and the density is that of the vertex whose light sampling competed
     const auto with_margin = [](float t) { return t * (1.0f + flush_light_margin); };
-    const bool ends_in_volume = path.flight && path.flight->medium;
+    const bool ends_in_volume = path.flight && path.flight->collides();
     const float begin = with_margin(path.travelled), end = ends_in_volume ? path.travelled + t_max : with_margin(path.travelled + t_max);
     const auto add = [&](const lights::LightHit& hit) {
         if (path.travelled > 0.0f && hit.t <= begin) return;
@@ -65,7 +65,8 @@ void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadia
             if (!is_lit(path, links) || is_found_beyond(path, links)) return;
         }
         Rgb Le = path.beta * hit.Le * light_factor(path, world_.lights.lobe_multipliers(hit.light)) * light_hit_weight(path, hit);
-        if (!path.interior.is_empty()) Le *= path.interior.transmittance(world_.materials, hit.t - path.travelled);
+        if (path.flight && path.flight->around.is_drawn()) Le *= path.flight->around.weight_at(hit.t - path.travelled);
+        else if (!path.interior.is_empty()) Le *= path.interior.transmittance(world_.materials, hit.t - path.travelled);
         if (path.flight) Le *= path.flight->weight_at(hit.t - path.travelled);
         deposit(path, path.bounce, world_.lights.group(hit.light), Le, "light met by the path", out);
     };

@@ -65,11 +65,11 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
 }
 
 void PathTracer::follow(Path& path, film::SampleRadiance& out) const {
-    if (world_.nested || world_.subsurface) follow_through<true>(path, out);
+    if (world_.nested || world_.subsurface || world_.body_media) follow_through<true>(path, out);
     else follow_through<false>(path, out);
 }
 
-/// has_insides: bodies displace each other, or light scatters below surfaces.
+/// has_insides: bodies displace each other, have matter in them or no surface, or light scatters below surfaces.
 template <bool has_insides>
 void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
     RayCounts& counts = *path.counts;
@@ -82,22 +82,23 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
 
         // Add the lights that the segment crosses; beyond the last surface also those at infinity
         const float t_max = hit.is_valid() ? hit.t : std::numeric_limits<float>::infinity();
-        if (world_.volumes) {
-            const Crossing crossing = cross_volumes(path, t_max, end, out);
+        const BodyMedia::Medium* const medium = has_insides && world_.body_media ? world_.body_media->find(path.interior.filling()) : nullptr;
+        if (world_.volumes || medium) {
+            const Crossing crossing = cross_matter(path, medium, t_max, end, out);
             if (crossing == Crossing::Scattered) continue;
             if (crossing == Crossing::Ended) break;
         } else {
             add_light_hits(path, t_max, out);
         }
         if (!hit.is_valid()) break;
-        if (has_absorption) path.beta *= path.interior.transmittance(world_.materials, hit.t);
+        if (has_absorption && !medium) path.beta *= path.interior.transmittance(world_.materials, hit.t);
 
         const geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, path.ray, hit);
         path.cone_width += path.cone_spread * hit.t;
         path.segment_t = hit.t;
         if (observer) observer->on_hit(path.bounce, point, hit.t, path.beta);
         const NestedBodies::Crossing* crossing = nullptr;
-        if (pass_through(path, point) || (has_insides && world_.nested && !meet_bodies(path, point, room, crossing))) {
+        if (pass_through(path, point) || (has_insides && !meet_bodies(path, point, room, crossing))) {
             if (path.pass_count < pass_through_limit) continue;
             end = "passed through too many surfaces";
             break;
@@ -239,9 +240,16 @@ bool PathTracer::go_below(Path& path, const Vertex& vertex, std::optional<Emerge
 }
 
 bool PathTracer::meet_bodies(Path& path, const geometry::SurfacePoint& point, std::optional<NestedBodies::Crossing>& room, const NestedBodies::Crossing*& crossing) const {
-    if (!world_.materials.bounds_body(point.material)) return true;
+    const shading::MaterialEvaluator& materials = world_.materials;
+    if (!materials.bounds_body(point.material)) return true;
+    if (!world_.nested) {
+        if (!materials.is_bare(point.material)) return true;
+        path.interior.cross(materials, point, -path.ray.d, path.ray.d);
+        go_straight_on(path, point);
+        return false;
+    }
     crossing = &room.emplace(world_.nested->cross(path.interior, point, -path.ray.d, path.counts));
-    if (crossing->is_boundary) return true;
+    if (crossing->is_boundary && !materials.is_bare(crossing->point.material)) return true;
     path.interior = crossing->beyond;
     go_straight_on(path, crossing->point);
     return false;

@@ -68,7 +68,10 @@ class PathTracer {
         const scene::LightLinks* links = nullptr;
     };
 
-    /// What became of a path on a segment through volumes.
+    /// What scatters a path that is at no surface, wherever in it.
+    struct Scatterer;
+
+    /// What became of a path on a segment through matter.
     enum class Crossing : uint8_t { Through, Scattered, Ended };
 
     /// Chooses a light and a direction towards it; false when none arrives there.
@@ -76,10 +79,10 @@ class PathTracer {
     /// Deposits Ld of the light, as far as it arrives.
     void deposit_direct(Path& path, const geometry::SurfacePoint& from, const Vec3& wo, const ChosenLight& chosen, const Rgb& Ld, film::SampleRadiance& out, const NestedBodies::Crossing* crossing = nullptr) const;
     /// Adds what volumes and lights give along the segment, and lets the path scatter if it collides before t_max.
-    /// end: why it ended, if it did.
-    Crossing cross_volumes(Path& path, float t_max, const char*& end, film::SampleRadiance& out) const;
-    const char* scatter_in_volume(Path& path, const media::Medium& medium, const Vec3& p, film::SampleRadiance& out) const;
-    void add_direct_light_in_volume(Path& path, const media::Medium& medium, const geometry::SurfacePoint& point, film::SampleRadiance& out) const;
+    /// body: what scatters in the body that the path is in, or null. end: why it ended, if it did.
+    Crossing cross_matter(Path& path, const BodyMedia::Medium* body, float t_max, const char*& end, film::SampleRadiance& out) const;
+    const char* scatter_in_matter(Path& path, const Scatterer& matter, const Vec3& p, film::SampleRadiance& out) const;
+    void add_direct_light_in_matter(Path& path, const Scatterer& matter, const geometry::SurfacePoint& point, film::SampleRadiance& out) const;
     Rgb volume_transmittance(const Path& path, const Vec3& p, const lights::LightSample& light) const;
     void add_light_hits(const Path& path, float t_max, film::SampleRadiance& out) const;
     void add_unoccluded_hits(Path& path, film::SampleRadiance& out) const;
@@ -111,7 +114,7 @@ class PathTracer {
     bool survives_roulette(Path& path) const;
     Rgb visibility(const Path& path, const geometry::SurfacePoint& from, const Interior& inside, const lights::LightSample& light) const;
     Rgb own_visibility(const Path& path, const geometry::SurfacePoint& from, const Interior& inside, const lights::LightSample& light, const scene::LightLinks& links) const;
-    void record_first_volume(const scene::Volume& volume, const Vec3& p, const Rgb& albedo, film::SampleRadiance& out) const;
+    void record_first_collision(const Scatterer& matter, const Vec3& p, film::SampleRadiance& out) const;
     void record_first_hit(const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, film::SampleRadiance& out) const;
     void deposit(const Path& path, int bounce, scene::GroupId group, const Rgb& radiance, const char* what, film::SampleRadiance& out) const;
     float light_hit_weight(const Path& path, const lights::LightHit& hit) const;

@@ -11,6 +11,7 @@ Rgb straight_through(const shading::MaterialEvaluator& materials,
                      float cone_width,
                      float surrounding_index) {
     if (!materials.material_is_see_through(point.material)) return Rgb(0.0f);
+    if (materials.is_bare(point.material)) return Rgb(1.0f);
     const auto passed = materials.make_bsdf(point, -d, cone_width, surrounding_index)
                             .delta(shading::ScatterKind::Transmit);
     return passed && passed->eta == 1.0f ? passed->weight : Rgb(0.0f);

@@ -31,6 +31,7 @@ double material_weight(const World& world, scene::MaterialId id) {
         return i.source == scene::Input::Source::Constant;
     };
     if (!is_constant(m.normal) || !is_constant(m.ior)) return 0.0;
+    if (m.is_bare) return 0.0;
     // What is behind a boundary of bodies with priorities is not known to chains
     if (world.nested && world.materials.bounds_body(id)) return 0.0;
     const auto may_be_smooth = [&](const scene::Input& roughness) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What paths do in volumes (docs/volumes.md).
+// What paths do in volumes and in what fills bodies (docs/volumes.md).
 #include "integrator/direct_light.h"
 #include "integrator/path.h"
 #include "integrator/path_tracer.h"
@@ -8,6 +8,7 @@
 #include "scene/effect_calls.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace velatura::integrator {
 
@@ -15,86 +16,114 @@ using sampling::Purpose;
 using scene::count_call;
 using scene::Effect;
 
-namespace {
+/// One of a volume, or of what fills a body.
+struct PathTracer::Scatterer {
+    const media::HenyeyGreenstein& phase;
+    Rgb albedo;
+    scene::ProvenanceId provenance;
+    scene::LinkClass link;
 
-/// Where light scatters in a volume, for what asks for surfaces: rays leave from p itself, and no
-/// body is entered or left.
-geometry::SurfacePoint point_in_volume(const scene::Volume& volume, const Vec3& p, float time) {
-    geometry::SurfacePoint point;
-    point.p = p;
-    point.p_error = point.ng = point.ns = Vec3(0.0f);
-    point.time = time;
-    point.provenance = volume.provenance;
-    return point;
-}
+    /// Every direction counts.
+    lights::Receiver receiver_at(const Vec3& p) const {
+        lights::Receiver receiver{p};
+        receiver.link = link;
+        return receiver;
+    }
 
-/// Every direction counts.
-lights::Receiver receiver_in(const scene::Volume& volume, const Vec3& p) {
-    lights::Receiver receiver{p};
-    receiver.link = volume.link;
-    return receiver;
-}
+    /// Where light scatters, for what asks for surfaces: rays leave from p itself, and no body is
+    /// entered or left.
+    geometry::SurfacePoint point_at(const Vec3& p, float time) const {
+        geometry::SurfacePoint point;
+        point.p = p;
+        point.p_error = point.ng = point.ns = Vec3(0.0f);
+        point.time = time;
+        point.provenance = provenance;
+        return point;
+    }
+};
 
-}  // namespace
-
-PathTracer::Crossing PathTracer::cross_volumes(Path& path,
-                                               float t_max,
-                                               const char*& end,
-                                               film::SampleRadiance& out) const {
+PathTracer::Crossing PathTracer::cross_matter(Path& path,
+                                              const BodyMedia::Medium* body,
+                                              float t_max,
+                                              const char*& end,
+                                              film::SampleRadiance& out) const {
     // Its list keeps its memory
     thread_local media::Flight flight;
     const bool is_in_body = world_.materials.has_absorption() && !path.interior.is_empty();
-    const Rgb sigma_a = is_in_body ? path.interior.absorption(world_.materials) : Rgb(0.0f);
-    world_.volumes->fly(path.ray.o, path.ray.d, std::min(t_max, path.ray.t_max), path.beta, sigma_a,
-                        path.sampler.stream(path.bounce, Purpose::VolumeDistance, path.pass_count),
-                        flight, path.counts->tracking);
-    if (flight.is_capped) {
-        end = "met too much in a volume";
-        return Crossing::Ended;
+    media::FreeWay around;
+    if (body) {
+        count_call(Effect::InteriorMedia);
+        around = body->matter.draw(path.beta, path.sampler.stream(path.bounce, Purpose::InteriorDistance,
+                                                                  path.pass_count));
+    } else if (is_in_body) {
+        around.extinction = path.interior.extinction(world_.materials);
     }
+    const float reach = std::min(t_max, path.ray.t_max);
+    if (world_.volumes) {
+        world_.volumes->fly(
+            path.ray.o, path.ray.d, reach, path.beta, around,
+            path.sampler.stream(path.bounce, Purpose::VolumeDistance, path.pass_count), flight,
+            path.counts->tracking);
+        if (flight.is_capped) {
+            end = "met too much in a volume";
+            return Crossing::Ended;
+        }
+    } else {
+        flight.clear();
+        flight.around = around;
+    }
+    const bool ends_in_body = !flight.medium && around.end < reach;
+    if (ends_in_body) flight.t = around.end;
 
     // Add what gives light on the way
     path.flight = &flight;
-    add_light_hits(path, flight.medium ? flight.t : t_max, out);
+    add_light_hits(path, flight.collides() ? flight.t : t_max, out);
     path.flight = nullptr;
     deposit(path, path.bounce, world_.scene.emissive_group(), path.beta * flight.emitted,
             "volume emission", out);
 
     path.beta *= flight.weight;
-    if (!flight.medium) {
+    if (!flight.collides()) {
+        if (body && t_max < std::numeric_limits<float>::infinity())
+            path.beta *= around.weight_at(t_max);
         if (!is_black(path.beta)) return Crossing::Through;
         end = "absorbed";
         return Crossing::Ended;
     }
     const Vec3 p = path.ray.o + path.ray.d * flight.t;
     if (path.observer) path.observer->on_volume(path.bounce, p, flight.t, path.beta);
-    if (is_in_body) path.beta *= path.interior.transmittance(world_.materials, flight.t);
     path.cone_width += path.cone_spread * flight.t;
-    end = scatter_in_volume(path, *flight.medium, p, out);
+    if (ends_in_body) {
+        path.beta *= around.weight_of_collision();
+        end = scatter_in_matter(path, {body->matter.phase(), body->matter.albedo(), body->provenance, body->link}, p, out);
+        return end ? Crossing::Ended : Crossing::Scattered;
+    }
+    if (body) path.beta *= around.weight_at(flight.t);
+    else if (is_in_body) path.beta *= path.interior.transmittance(world_.materials, flight.t);
+    const scene::Volume& volume = world_.scene.volumes[flight.medium->volume()];
+    end = scatter_in_matter(path, {flight.medium->phase(), flight.medium->albedo(p), volume.provenance, volume.link}, p, out);
     return end ? Crossing::Ended : Crossing::Scattered;
 }
 
 /// Returns: why the path ends there, or null.
-const char* PathTracer::scatter_in_volume(Path& path,
-                                          const media::Medium& medium,
+const char* PathTracer::scatter_in_matter(Path& path,
+                                          const Scatterer& matter,
                                           const Vec3& p,
                                           film::SampleRadiance& out) const {
-    const scene::Volume& volume = world_.scene.volumes[medium.volume()];
-    const Rgb albedo = medium.albedo(p);
-    if (path.bounce == 0 && !out.has_hit) record_first_volume(volume, p, albedo, out);
-    path.beta *= albedo;
+    if (path.bounce == 0 && !out.has_hit) record_first_collision(matter, p, out);
+    path.beta *= matter.albedo;
     if (is_black(path.beta)) return "absorbed";
     if (path.bounce >= depth_limit_) {
         if (depth_limit_ == hard_depth_limit) ++path.counts->depth_limited;
         return "reached the depth limit";
     }
-    const geometry::SurfacePoint point = point_in_volume(volume, p, path.ray.time);
-    add_direct_light_in_volume(path, medium, point, out);
+    const geometry::SurfacePoint point = matter.point_at(p, path.ray.time);
+    add_direct_light_in_matter(path, matter, point, out);
     if (options_.estimator.specular_chains_only) return "absorbed";
 
     // Go on where the phase function leads
     const Vec3 d = path.ray.d;
-    const Vec3 wi = medium.phase().sample(
+    const Vec3 wi = matter.phase.sample(
         d, path.sampler.get_2d(path.bounce, Purpose::VolumeDirection, path.pass_count));
     const float time = path.ray.time;
     path.ray = {p, wi};
@@ -104,8 +133,8 @@ const char* PathTracer::scatter_in_volume(Path& path,
     path.line_hit_count = Path::unknown_hits;
     path.is_certain = false;
     path.onlooker = lights::Onlooker::Scattering;
-    path.receiver = receiver_in(volume, p);
-    path.scatter_pdf = medium.phase().pdf(d, wi);
+    path.receiver = matter.receiver_at(p);
+    path.scatter_pdf = matter.phase.pdf(d, wi);
     // Lobes of the light's multipliers: what scatters everywhere is the diffuse one
     path.diffuse_share = Rgb(1.0f);
     path.importance = 0;
@@ -121,20 +150,19 @@ const char* PathTracer::scatter_in_volume(Path& path,
     return nullptr;
 }
 
-void PathTracer::add_direct_light_in_volume(Path& path,
-                                            const media::Medium& medium,
+void PathTracer::add_direct_light_in_matter(Path& path,
+                                            const Scatterer& matter,
                                             const geometry::SurfacePoint& point,
                                             film::SampleRadiance& out) const {
     if (world_.selector->is_empty()) return;
-    const scene::Volume& volume = world_.scene.volumes[medium.volume()];
     ChosenLight chosen;
-    if (!choose_light(path, receiver_in(volume, point.p), chosen)) return;
+    if (!choose_light(path, matter.receiver_at(point.p), chosen)) return;
     const lights::LightSample& light = chosen.light;
     const LightSampling strategy = options_.estimator.light_sampling;
     if (strategy == LightSampling::Bsdf && !light.is_delta) return;
 
     // Weigh it against finding the same light by going on
-    const float phase_pdf = medium.phase().pdf(path.ray.d, light.wi);
+    const float phase_pdf = matter.phase.pdf(path.ray.d, light.wi);
     float f = phase_pdf;
     if (world_.has_lobe_multipliers) {
         count_call(Effect::LobeMultipliers);
@@ -157,17 +185,16 @@ Rgb PathTracer::volume_transmittance(const Path& path,
                                          path.counts->tracking);
 }
 
-void PathTracer::record_first_volume(const scene::Volume& volume,
-                                     const Vec3& p,
-                                     const Rgb& albedo,
-                                     film::SampleRadiance& out) const {
+void PathTracer::record_first_collision(const Scatterer& matter,
+                                        const Vec3& p,
+                                        film::SampleRadiance& out) const {
     out.has_hit = true;
     out.alpha = 1.0f;
-    out.albedo = albedo;
+    out.albedo = matter.albedo;
     const Vec3d world = Vec3d(p) + world_.scene.camera.world_position;
     out.P = to_float(world);
     out.Z = p.dot(world_.camera.view_direction());
-    out.prim_id = volume.provenance;
+    out.prim_id = matter.provenance;
 }
 
 }  // namespace velatura::integrator

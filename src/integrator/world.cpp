@@ -189,6 +189,7 @@ World::World(const scene::Scene& s, const WorldOptions& options, const lights::I
                            std::any_of(s.mesh_lights.begin(), s.mesh_lights.end(), has_multiplier<scene::MeshLight>)) {
     warn_of_duplicates(s, accelerator->stats().duplicates, diagnostics);
     if (materials.has_absorption() && has_own_shadows) caster_materials = list_caster_materials(s);
+    if (materials.has_interior_media()) body_media = std::make_unique<BodyMedia>(s);
     if (materials.has_subsurface()) subsurface = std::make_unique<SubsurfaceWalk>(s, geometry, materials);
     if (materials.has_priorities()) nested = std::make_unique<NestedBodies>(s, geometry, materials);
     interior_changes = materials.has_absorption() && (geometry.has_motion() || camera.has_motion());

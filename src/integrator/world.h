@@ -13,6 +13,7 @@
 #include "geometry/geometry_set.h"
 #include "geometry/refinement.h"
 #include "geometry/subdivider.h"
+#include "integrator/body_media.h"
 #include "integrator/interior.h"
 #include "integrator/nested_bodies.h"
 #include "integrator/subsurface_walk.h"
@@ -87,6 +88,7 @@ struct World {
     Interior interior_at(const Vec3& p, float time) const;
 
     std::unique_ptr<const SubsurfaceWalk> subsurface;  ///< of scenes in which light scatters below surfaces
+    std::unique_ptr<const BodyMedia> body_media;  ///< of scenes with MaterialEvaluator::has_interior_media() alone
     std::unique_ptr<const NestedBodies> nested;  ///< of scenes with priorities alone
     bool interior_changes = false;  ///< camera_interior depends on the time, and is not kept
     Interior camera_interior;  ///< what the camera is inside of; only looked for where MaterialEvaluator::has_absorption()

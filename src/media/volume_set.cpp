@@ -86,18 +86,20 @@ void VolumeSet::fly(const Vec3& o,
                     const Vec3& d,
                     float t_max,
                     const Rgb& carried,
-                    const Rgb& sigma_a,
+                    const FreeWay& around,
                     sampling::RandomStream numbers,
                     Flight& out,
                     TrackingCounts& counts) const {
     out.clear();
+    out.around = around;
+    t_max = std::min(t_max, around.end);
     thread_local std::vector<Meetings> met;
     met.clear();
     for (const Medium& medium : media_) {
         float begin = 0.0f, end = t_max;
         if (medium.clip(o, d, begin, end)) met.emplace_back(medium, o, d, begin, end);
     }
-    const bool is_absorbing = !is_black(sigma_a);
+    const bool is_absorbing = !is_black(around.extinction);
     Tracker tracker{o, d, carried, numbers, out, counts};
     for (uint32_t i = 0; !met.empty(); ++i) {
         if (i == most_meetings) {
@@ -111,7 +113,7 @@ void VolumeSet::fly(const Vec3& o,
             if (at->medium().gives_light()) {
                 const Rgb given = at->medium().emission(
                     at->medium().field(at->span(), o, d, at->t()), o + d * at->t());
-                const Rgb left = is_absorbing ? exponential(sigma_a, at->t()) : Rgb(1.0f);
+                const Rgb left = is_absorbing ? around.weight_at(at->t()) : Rgb(1.0f);
                 out.emitted += given * left * out.weight / at->rate();
             } else if (tracker.collides(*at)) {
                 out.medium = &at->medium();

@@ -47,12 +47,12 @@ class VolumeSet {
 
     /// Follows light along o + t·d, d unit, until t_max, which may be infinite, or until it
     /// collides. carried: by the path, for the choice of events where channels differ.
-    /// sigma_a: of whatever else fills the space. Writes `out` anew.
+    /// around: whatever else fills the space; goes no further than that. Writes `out` anew.
     void fly(const Vec3& o,
              const Vec3& d,
              float t_max,
              const Rgb& carried,
-             const Rgb& sigma_a,
+             const FreeWay& around,
              sampling::RandomStream numbers,
              Flight& out,
              TrackingCounts& counts) const;

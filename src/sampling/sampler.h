@@ -39,6 +39,7 @@ enum class Purpose : uint32_t {
     VolumeShadow = 34,
     VolumeOwnShadow = 35,
     VolumeChain = 36,
+    InteriorDistance = 37,
     SubsurfaceSelect = 40,
     SubsurfaceEntry = 41,
     SubsurfaceChannel = 42,

@@ -31,6 +31,7 @@ constexpr std::array<EffectInfo, effect_count> table = {{
     {Effect::ThinWalls, Scene, "thin-walls", "thin walls evaluated"},
     {Effect::DiffuseTransmission, Scene, "diffuse-transmission", "thin walls evaluated that shine through"},
     {Effect::Absorption, Scene, "absorption", "segments inside bodies that absorb"},
+    {Effect::InteriorMedia, Scene, "interior-media", "segments inside bodies that scatter"},
     {Effect::NestedBodies, Scene, "nested-bodies", "surfaces of bodies with priorities met"},
     {Effect::Clearcoat, Scene, "clearcoat", "coated surfaces evaluated"},
     {Effect::Anisotropy, Scene, "anisotropy", "brushed surfaces evaluated"},

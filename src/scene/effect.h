@@ -36,6 +36,7 @@ enum class Effect : uint8_t {
     ThinWalls,
     DiffuseTransmission,
     Absorption,
+    InteriorMedia,
     NestedBodies,
     Clearcoat,
     Anisotropy,

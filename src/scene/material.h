@@ -53,6 +53,13 @@ struct Hair {
     float cuticle_angle_deg = 2.0f;  ///< by which the scales are tilted
 };
 
+/// What fills a body, by what it does to light [1/scene unit]. Infinite: nothing passes.
+struct Matter {
+    Rgb absorption = Rgb(0.0f);
+    Rgb scattering = Rgb(0.0f);
+    float anisotropy = 0.0f;  ///< mean cosine of a scattering (Henyey-Greenstein)
+};
+
 /// A UsdPreviewSurface (specification 2.6) with its fallbacks, and what velatura: inputs add to it.
 struct Material {
     std::string name;  ///< prim path
@@ -83,6 +90,12 @@ struct Material {
     /// of white light. Else it multiplies what crosses the surface; of a thin wall it is what passes perpendicularly once.
     Input transmission_color = Input(Rgb(1.0f));
     float transmission_depth = 0.0f;
+    /// With transmission_depth > 0: how much of light, about, is scattered inside within that distance, ≥ 0 and may exceed 1.
+    Rgb transmission_scatter = Rgb(0.0f);
+    float transmission_anisotropy = 0.0f;  ///< mean cosine of such a scattering
+    std::optional<Matter> matter;  ///< fills the body in place of what the inputs of transmission say
+    /// There is no surface: light goes straight on between what is outside and what the body is filled with.
+    bool is_bare = false;
     /// Where bodies overlap the one of the largest number fills the space; among equals the one that was entered last.
     int dielectric_priority = 0;
     /// How much of what would scatter at the diffuse base scatters inside the body instead, closed meshes only. Its colour is
@@ -151,12 +164,19 @@ inline bool has_priority(const Material& m) {
     return m.dielectric_priority != 0 && may_transmit(m) && !m.thin_walled;
 }
 
-/// The material bounds a body that is not clear inside.
+/// What light meets inside of what the material bounds: nothing for most.
+Matter matter_inside(const Material& m);
+
+/// The material bounds a body that is not clear inside, whatever scatters there.
 inline bool may_absorb(const Material& m) {
-    if (!may_transmit(m) || m.thin_walled || !(m.transmission_depth > 0.0f)) return false;
+    if (!may_transmit(m) || m.thin_walled) return false;
+    if (m.matter) return !is_black(m.matter->absorption);
     const Rgb& c = m.transmission_color.value;
-    return c.x < 1.0f || c.y < 1.0f || c.z < 1.0f;
+    return m.transmission_depth > 0.0f && (c.x < 1.0f || c.y < 1.0f || c.z < 1.0f);
 }
+
+/// The material bounds a body in which light scatters.
+inline bool scatters_inside(const Material& m) { return !is_black(matter_inside(m).scattering); }
 
 inline bool may_have_sheen(const Material& m) {
     return m.extras && !(is_constant(m.extras->sheen) && !(m.extras->sheen.value.x > 0.0f)) &&

@@ -147,14 +147,17 @@ MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene,
         flags_.push_back(f);
         has_presence_ = has_presence_ || f.has_presence;
         is_see_through_ = is_see_through_ || f.is_see_through;
-        has_absorption_ = has_absorption_ || !is_black(f.absorption);
+        has_interior_media_ = has_interior_media_ || f.scatters_inside || f.is_bare;
+        has_absorption_ = has_absorption_ || !is_black(f.extinction) || f.is_bare;
         has_emission_ = has_emission_ || f.is_emissive;
     }
     Flags display;
     display.has_presence = scene::may_cut_display(scene) || forced.has(Effect::Cutouts);
     has_presence_ = has_presence_ || display.has_presence;
     is_see_through_ = is_see_through_ || forced.has(Effect::ThinWalls);
-    has_absorption_ = has_absorption_ || forced.has(Effect::Absorption);
+    has_interior_media_ = has_interior_media_ || forced.has(Effect::InteriorMedia);
+    has_absorption_ =
+        has_absorption_ || has_interior_media_ || forced.has(Effect::Absorption);
     flags_.push_back(display);
     has_priorities_ =
         std::any_of(scene.materials.begin(), scene.materials.end(), scene::has_priority);
@@ -170,20 +173,21 @@ void MaterialEvaluator::set_transport(const scene::Material& m,
     const bool transmits = may_transmit(m);
     f.has_transmission = transmits || may_transmit_diffusely(m);
     f.bounds_body = transmits && !m.thin_walled;
+    f.is_bare = m.is_bare && f.bounds_body;
     f.anisotropic = make_anisotropy(m);
     if (!transmits) return;
     const bool has_index_one = is_constant(m.ior) && m.ior.value.x == 1.0f;
     f.is_see_through = m.thin_walled || has_index_one;
     if (f.bounds_body && m.rough_transmission) f.interface = make_interface(m, f, 1.0f, diagnostics);
-    if (!f.bounds_body || !(m.transmission_depth > 0.0f)) return;
+    const scene::Matter inside = scene::matter_inside(m);
+    f.extinction = inside.absorption + inside.scattering;
+    f.scatters_inside = scene::scatters_inside(m);
+    if (!f.bounds_body || m.matter || !(m.transmission_depth > 0.0f)) return;
     if (!is_constant(m.transmission_color)) {
         diagnostics.warn("absorption", provenance_of(scene_, m).loc, m.name,
                          "inputs:velatura:transmissionColor cannot vary inside a body "
                          "(inputs:velatura:transmissionDepth is above 0), its fallback is used");
     }
-    const Rgb color = unit_interval(m.transmission_color.value);
-    for (int c = 0; c < 3; ++c)
-        f.absorption[c] = color[c] < 1.0f ? -std::log(color[c]) / m.transmission_depth : 0.0f;
 }
 
 /// What bodies that displace each other by priority need to know of each other.

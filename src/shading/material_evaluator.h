@@ -96,8 +96,8 @@ class MaterialEvaluator final : public geometry::Displacer {
 
     bool is_see_through() const { return is_see_through_; }
 
-    /// Some material of the scene absorbs inside, or has a priority: whoever goes through surfaces
-    /// has to know what is inside of what.
+    /// Some material of the scene absorbs or scatters inside, or has a priority: whoever goes through
+    /// surfaces has to know what is inside of what.
     bool has_absorption() const { return has_absorption_; }
 
     /// Bodies displace each other by priorities.
@@ -108,9 +108,20 @@ class MaterialEvaluator final : public geometry::Displacer {
     /// Of refraction inside a body, wherever in it.
     float index(scene::MaterialId material) const { return flags(material).index; }
 
-    /// What is lost inside a body of the material [1/scene unit]; 0 for most. Infinite where
+    /// What goes no further inside a body of the material [1/scene unit]; 0 for most. Infinite where
     /// nothing passes.
-    const Rgb& absorption(scene::MaterialId material) const { return flags(material).absorption; }
+    const Rgb& extinction(scene::MaterialId material) const { return flags(material).extinction; }
+
+    /// A part of that is scattered.
+    bool scatters_inside(scene::MaterialId material) const {
+        return flags(material).scatters_inside;
+    }
+
+    /// There is no surface: light goes straight on between the body and what is around it.
+    bool is_bare(scene::MaterialId material) const { return flags(material).is_bare; }
+
+    /// Light scatters inside some body, or some has no surface.
+    bool has_interior_media() const { return has_interior_media_; }
 
     /// Light scatters inside what some material bounds.
     bool has_subsurface() const { return has_subsurface_; }
@@ -136,9 +147,11 @@ class MaterialEvaluator final : public geometry::Displacer {
         bool is_see_through = false;
         bool is_hair = false;
         bool has_subsurface = false;
+        bool scatters_inside = false;
+        bool is_bare = false;
         int priority = 0;
         float index = 1;
-        Rgb absorption = Rgb(0.0f);
+        Rgb extinction = Rgb(0.0f);
         const RoughInterface* interface = nullptr;  // of rough transmission
         std::vector<const RoughInterface*> interfaces_within;  // the same within other bodies
         const AnisotropicAlbedo* anisotropic = nullptr;
@@ -219,6 +232,7 @@ class MaterialEvaluator final : public geometry::Displacer {
     bool has_emission_ = false;
     bool is_see_through_ = false;
     bool has_absorption_ = false;
+    bool has_interior_media_ = false;
     bool has_priorities_ = false;
     bool has_subsurface_ = false;
 };

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "translate/body_matter.h"
 #include "translate/node_surface.h"
 #include "translate/parts.h"
 #include "translate/shader_inputs.h"
@@ -31,6 +32,7 @@ constexpr std::array own_inputs = {
     "velatura:anisotropyRotation",  "velatura:thinWalled",
     "velatura:diffuseTransmission", "velatura:diffuseTransmissionColor",
     "velatura:transmissionColor",   "velatura:transmissionDepth",
+    "velatura:transmissionScatter", "velatura:transmissionScatterAnisotropy",
     "velatura:dielectricPriority",  "velatura:subsurface",
     "velatura:subsurfaceColor",     "velatura:subsurfaceRadius",
     "velatura:subsurfaceAnisotropy"};
@@ -94,6 +96,20 @@ void read_subsurface(Context& ctx, InputReader& reader, scene::Material& materia
                  "inputs:velatura:subsurfaceRadius is below 0 and counts as 0");
 }
 
+/// What scatters in the body.
+void read_scatter(Context& ctx, InputReader& reader, scene::Material& material) {
+    const Attribute attribute = reader.shader.attribute("inputs:velatura:transmissionScatter");
+    const scene::Input scatter = reader.color("velatura:transmissionScatter", Rgb(0.0f));
+    if (!scene::is_constant(scatter))
+        ctx.warn("unsupported-connection", attribute,
+                 "inputs:velatura:transmissionScatter cannot vary inside a body, its fallback is "
+                 "used");
+    material.transmission_scatter = scatter.value;
+    material.transmission_anisotropy =
+        float(reader.constant_number("velatura:transmissionScatterAnisotropy", 0.0));
+    if (!is_black(material.transmission_scatter)) check_scatter(ctx, attribute, material);
+}
+
 /// The inputs of Velatura's own.
 void read_own_inputs(Context& ctx, InputReader& reader, scene::Material& material) {
     const Prim shader = reader.shader;
@@ -115,6 +131,7 @@ void read_own_inputs(Context& ctx, InputReader& reader, scene::Material& materia
     }
     material.transmission_color = reader.color("velatura:transmissionColor", Rgb(1.0f));
     material.transmission_depth = float(reader.constant_number("velatura:transmissionDepth", 0.0));
+    read_scatter(ctx, reader, material);
     read_priority(ctx, reader, material);
     read_subsurface(ctx, reader, material);
     if (material.thin_walled && material.transmission_depth > 0.0f) {
@@ -156,6 +173,8 @@ void note_neutral_inputs(Context& ctx, Prim shader, const scene::Material& mater
         if (attribute && read_number(attribute, input.neutral, ctx.time) == input.neutral)
             ctx.note_zero(input.effect, shader, fmt::format("{} {:g}", input.name, input.neutral));
     }
+    if (constant("velatura:transmissionScatter") && is_black(material.transmission_scatter))
+        ctx.note_zero(scene::Effect::InteriorMedia, shader, "velatura:transmissionScatter black");
     if (constant("emissiveColor") && !scene::is_emissive(material))
         ctx.note_zero(scene::Effect::SurfaceEmission, shader, "emissiveColor black");
     if (constant("normal") && material.normal.value == Rgb(0.0f, 0.0f, 1.0f))
@@ -264,15 +283,23 @@ scene::Input read_displacement(Context& ctx, Prim material, Prim surface, Materi
     return reader.number("displacement", 0.0f);
 }
 
+const MaterialEntry& add_material(Context& ctx, Prim prim, scene::Material material, MaterialEntry& entry) {
+    entry.is_displacing = scene::is_displacing(material);
+    material.name = entry.name;
+    material.provenance = ctx.provenance(prim);
+    entry.id = scene::MaterialId(ctx.scene.materials.size());
+    ctx.scene.materials.push_back(std::move(material));
+    ctx.has_emissive_material = ctx.has_emissive_material || entry.is_emissive;
+    return entry;
+}
+
 const MaterialEntry& material_entry(Context& ctx, Prim material) {
     const auto [it, is_new] = ctx.materials.try_emplace(material.path_string());
     MaterialEntry& entry = it->second;
     if (!is_new) return entry;
     entry.name = material.path_string();
-    if (const Attribute volume = material.attribute("outputs:volume");
-        volume.has_authored_connections())
-        ctx.warn("unsupported-material-output", volume,
-                 "outputs:volume is not supported and is left out");
+    const std::optional<scene::Matter> matter = read_matter(ctx, material, entry);
+    if (matter && !has_surface_output(material)) return add_material(ctx, material, bare_body(*matter), entry);
     const Prim shader = surface_shader(ctx, material);
     if (!shader) return entry;
     const std::string id = read_text(shader.attribute("info:id"), "", ctx.time);
@@ -287,13 +314,8 @@ const MaterialEntry& material_entry(Context& ctx, Prim material) {
                           : id == "UsdPreviewSurface" ? read_preview_surface(ctx, shader, entry)
                                                       : read_node_surface(ctx, shader, id, entry);
     out.displacement = read_displacement(ctx, material, shader, entry);
-    entry.is_displacing = scene::is_displacing(out);
-    out.name = entry.name;
-    out.provenance = ctx.provenance(material);
-    entry.id = scene::MaterialId(ctx.scene.materials.size());
-    ctx.scene.materials.push_back(std::move(out));
-    ctx.has_emissive_material = ctx.has_emissive_material || entry.is_emissive;
-    return entry;
+    if (matter) fill_body(ctx, material, *matter, out);
+    return add_material(ctx, material, std::move(out), entry);
 }
 
 }  // namespace

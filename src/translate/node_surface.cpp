@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/node_surface.h"
 
+#include "translate/body_matter.h"
 #include "translate/values.h"
 
 #include <fmt/format.h>
@@ -118,6 +119,23 @@ scene::Input SurfaceReader::normal(std::string_view name) {
                         "surface is used",
                         name, graph.id_of(source)));
     return scene::Input(straight);
+}
+
+void SurfaceReader::read_scatter(scene::Material& m) {
+    const Port scatter = color("transmission_scatter", Rgb(0.0f));
+    note_neutral("transmission_scatter", scatter, scene::Effect::InteriorMedia);
+    if (!may_be_positive(scatter)) return;
+    const Attribute attribute = shader.attribute("inputs:transmission_scatter");
+    const PatternValue* v = graph.builder.constant_value(scatter);
+    if (v == nullptr) {
+        graph.ctx.warn("unsupported-connection", attribute,
+                       "inputs:transmission_scatter cannot vary inside a body and is left out");
+        return;
+    }
+    m.transmission_scatter = Rgb((*v)[0], (*v)[1], (*v)[2]);
+    m.transmission_anisotropy =
+        float(graph.constant_number(shader, "transmission_scatter_anisotropy", 0.0));
+    check_scatter(graph.ctx, attribute, m);
 }
 
 Port schlick_f90(PatternBuilder& b, Port f0, Port at_82) {

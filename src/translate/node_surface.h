@@ -49,6 +49,8 @@ struct SurfaceReader {
     void note_neutral(std::string_view name, Port p, scene::Effect effect);
     void refuse_connected(std::string_view name);
     void warn_unknown(std::span<const std::string_view> known);
+    /// What `transmission_scatter` and its anisotropy say of the inside, where there is one.
+    void read_scatter(scene::Material& m);
     /// The normal of the surface from a normalmap node, in tangent space.
     scene::Input normal(std::string_view name);
 };

@@ -108,7 +108,7 @@ void read_transmission(SurfaceReader& s, Port metalness, Port tint, scene::Mater
     Port color = s.color("transmission_color", Rgb(1.0f));
     if (!(m.transmission_depth > 0.0f)) color = b.multiply(color, tint);
     m.transmission_color = s.finish(color, Rgb(1.0f));
-    s.refuse("transmission_scatter", 0.0f);
+    s.read_scatter(m);
     s.refuse("transmission_dispersion_scale", 0.0f);
 }
 

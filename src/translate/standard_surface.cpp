@@ -147,7 +147,7 @@ void read_transmission(SurfaceReader& s, Port metalness, const Coat& coat, scene
     // What absorbs is the body, not the coat on it
     if (!(m.transmission_depth > 0.0f)) color = b.multiply(color, coat.tint);
     m.transmission_color = s.finish(color, Rgb(1.0f));
-    s.refuse("transmission_scatter", 0.0f);
+    s.read_scatter(m);
     s.refuse("transmission_dispersion", 0.0f);
     s.refuse("transmission_extra_roughness", 0.0f);
 }

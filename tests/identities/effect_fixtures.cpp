@@ -28,6 +28,11 @@ using scene::Effect;
 #define VELATURA_SAIL(rows)                                                                                        \
     "def Mesh \"Sail\" { int[] faceVertexCounts = [3]\n int[] faceVertexIndices = [0, 1, 2]\n"                      \
     " uniform token subdivisionScheme = \"none\"\n " rows " }"
+// A box of matter without a surface
+#define VELATURA_FOG(inputs)                                                                                                       \
+    "def Cube \"Fog\" (prepend apiSchemas = [\"MaterialBindingAPI\"]) { double size = 0.8\n rel material:binding = <@@/Mat> }\n"   \
+    "def Material \"Mat\" { token outputs:volume.connect = <@@/Mat/V.outputs:out>\n"                                              \
+    " def Shader \"V\" { uniform token info:id = \"ND_anisotropic_vdf\"\n " inputs "\n token outputs:out } }"
 
 constexpr EffectFixture fixtures[] = {
     {Effect::Sheen, "constant", VELATURA_NODE_QUAD("float inputs:sheen = 0.5", ""), VELATURA_NODE_QUAD("float inputs:sheen = 0", ""), true},
@@ -52,6 +57,11 @@ constexpr EffectFixture fixtures[] = {
     {Effect::DiffuseTransmission, "constant", "bool inputs:velatura:thinWalled = 1\nfloat inputs:velatura:diffuseTransmission = 0.5", "bool inputs:velatura:thinWalled = 1\nfloat inputs:velatura:diffuseTransmission = 0"},
     {Effect::Absorption, "constant", "float inputs:opacity = 0\nfloat inputs:velatura:transmissionDepth = 1\ncolor3f inputs:velatura:transmissionColor = (0.5, 0.7, 0.9)",
      "float inputs:opacity = 0\nfloat inputs:velatura:transmissionDepth = 1\ncolor3f inputs:velatura:transmissionColor = (1, 1, 1)"},
+    {Effect::InteriorMedia, "constant", "float inputs:opacity = 0\nfloat inputs:velatura:transmissionDepth = 1\ncolor3f inputs:velatura:transmissionColor = (0.2, 0.2, 0.2)\ncolor3f inputs:velatura:transmissionScatter = (0.5, 0.7, 0.9)",
+     "float inputs:opacity = 0\nfloat inputs:velatura:transmissionDepth = 1\ncolor3f inputs:velatura:transmissionColor = (0.2, 0.2, 0.2)\ncolor3f inputs:velatura:transmissionScatter = (0, 0, 0)"},
+    {Effect::InteriorMedia, "standard surface", VELATURA_NODE_QUAD("float inputs:transmission = 1\n float inputs:transmission_depth = 1\n color3f inputs:transmission_color = (0.2, 0.2, 0.2)\n color3f inputs:transmission_scatter = (0.5, 0.7, 0.9)", ""),
+     VELATURA_NODE_QUAD("float inputs:transmission = 0\n float inputs:transmission_depth = 1\n color3f inputs:transmission_scatter = (0.5, 0.7, 0.9)", ""), true},
+    {Effect::InteriorMedia, "volume shader", VELATURA_FOG("float3 inputs:absorption = (0.1, 0.2, 0.3)\n float3 inputs:scattering = (0.9, 0.8, 0.7)"), VELATURA_FOG("float3 inputs:absorption = (0.1, 0.2, 0.3)"), true},
     {Effect::NestedBodies, "constant", "float inputs:opacity = 0\nint inputs:velatura:dielectricPriority = 2", "float inputs:opacity = 0\nint inputs:velatura:dielectricPriority = 0"},
     {Effect::NestedBodies, "of what is opaque", "float inputs:opacity = 0.2\nint inputs:velatura:dielectricPriority = -1", "int inputs:velatura:dielectricPriority = 2"},
     {Effect::Subsurface, "constant", "float inputs:velatura:subsurface = 0.8\ncolor3f inputs:velatura:subsurfaceRadius = (0.3, 0.1, 0.05)", "float inputs:velatura:subsurface = 0\ncolor3f inputs:velatura:subsurfaceRadius = (0.3, 0.1, 0.05)"},
@@ -109,6 +119,7 @@ constexpr EffectFixture fixtures[] = {
 
 #undef VELATURA_SAIL
 #undef VELATURA_SWARM
+#undef VELATURA_FOG
 #undef VELATURA_NODE_QUAD
 
 /// A quad in front of the camera with a material of its own; as prims of what has the path.

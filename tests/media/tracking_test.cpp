@@ -65,7 +65,7 @@ Mean by_flights(const VolumeSet& set, const Ray& ray, uint64_t count, TrackingCo
     Mean mean;
     Flight flight;
     for (uint64_t i = 0; i < count; ++i) {
-        set.fly(ray.o, ray.d, far_away, Rgb(1.0f), Rgb(0.0f), RandomStream(i, -1.0), flight,
+        set.fly(ray.o, ray.d, far_away, Rgb(1.0f), FreeWay{}, RandomStream(i, -1.0), flight,
                 counts);
         mean.add(flight.medium ? Rgb(0.0f) : flight.weight);
     }
@@ -128,7 +128,7 @@ TEST(Flight, InThinMatterCollidesAsOftenAsItShould) {
         Flight flight;
         TrackingCounts counts;
         const auto fly = [&](double u) {
-            set.fly(Vec3(0.0f), Vec3(0, 0, -1), far_away, Rgb(1.0f), Rgb(0.0f), RandomStream(1, u),
+            set.fly(Vec3(0.0f), Vec3(0, 0, -1), far_away, Rgb(1.0f), FreeWay{}, RandomStream(1, u),
                     flight, counts);
             return flight.medium != nullptr;
         };
@@ -220,7 +220,7 @@ TEST(Tracking, OfNothingChangesNothing) {
     TrackingCounts counts;
     Flight flight;
     RandomStream numbers(7, -1.0);
-    set.fly(Vec3(1, 1, 5), Vec3(0, 0, -1), far_away, Rgb(1.0f), Rgb(0.0f), numbers, flight, counts);
+    set.fly(Vec3(1, 1, 5), Vec3(0, 0, -1), far_away, Rgb(1.0f), FreeWay{}, numbers, flight, counts);
     EXPECT_EQ(flight.medium, nullptr);
     EXPECT_EQ(flight.weight, Rgb(1.0f));
     EXPECT_EQ(set.transmittance(Vec3(1, 1, 5), Vec3(0, 0, -1), far_away, nullptr, numbers, counts),
@@ -250,7 +250,7 @@ TEST(Emission, IsThatOfTheWay) {
         Mean mean;
         Flight flight;
         for (uint64_t i = 0; i < 20000; ++i) {
-            set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), sigma_a, RandomStream(i, -1.0),
+            set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), FreeWay{.extinction = sigma_a}, RandomStream(i, -1.0),
                     flight, counts);
             mean.add(flight.emitted);
         }
@@ -273,7 +273,7 @@ TEST(Emission, OfColdMatterIsNotSeen) {
     const VolumeSet set(scene);
     TrackingCounts counts;
     Flight flight;
-    set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), Rgb(0.0f), RandomStream(1, -1.0),
+    set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), FreeWay{}, RandomStream(1, -1.0),
             flight, counts);
     EXPECT_EQ(flight.emitted, Rgb(0.0f));
 }
@@ -293,7 +293,7 @@ TEST(Emission, OfABlackBodyIsWhatItAbsorbs) {
         Mean mean;
         Flight flight;
         for (uint64_t i = 0; i < 40000; ++i) {
-            set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), Rgb(0.0f),
+            set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), FreeWay{},
                     RandomStream(i, -1.0), flight, counts);
             mean.add(flight.emitted);
         }

@@ -171,9 +171,9 @@ TEST(MaterialEvaluator, AbsorptionIsThatOfColourAndDepth) {
     const MaterialEvaluator e(stage.scene, stage.diagnostics);
     EXPECT_TRUE(e.has_absorption());
     EXPECT_TRUE(e.bounds_body(0));
-    EXPECT_NEAR(double(e.absorption(0).x), std::log(2.0) / 2, 1e-6);
-    EXPECT_EQ(e.absorption(0).y, 0.0f);
-    EXPECT_TRUE(std::isinf(e.absorption(0).z));
+    EXPECT_NEAR(double(e.extinction(0).x), std::log(2.0) / 2, 1e-6);
+    EXPECT_EQ(e.extinction(0).y, 0.0f);
+    EXPECT_TRUE(std::isinf(e.extinction(0).z));
     // Then it does not tint the surface as well
     const auto passed = e.make_bsdf(stage.point(), up, 0).delta(ScatterKind::Transmit);
     ASSERT_TRUE(passed);
