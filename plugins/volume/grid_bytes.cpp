@@ -22,6 +22,7 @@ struct Head {
     std::array<int, 3> node_count;
     std::array<float, 3> box_min, box_max;
     int channels;
+    int is_level_set;
 };
 
 Head head_of(const VoxelGrid& grid) {
@@ -33,6 +34,7 @@ Head head_of(const VoxelGrid& grid) {
         head.box_max[size_t(a)] = grid.box_max[a];
     }
     head.channels = grid.channels;
+    head.is_level_set = int(grid.is_level_set);
     return head;
 }
 
@@ -44,6 +46,7 @@ void apply(const Head& head, VoxelGrid& grid) {
         grid.box_max[a] = head.box_max[size_t(a)];
     }
     grid.channels = head.channels;
+    grid.is_level_set = head.is_level_set != 0;
 }
 
 class Writer {

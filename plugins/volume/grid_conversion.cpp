@@ -31,8 +31,10 @@ class Conversion {
     using Value = typename Grid::ValueType;
     static constexpr bool has_channels = !std::is_arithmetic_v<Value>;
 
-    Conversion(const Grid& grid, bool is_color)
-        : grid_(grid), channels_(has_channels && is_color ? 3 : 1) {}
+    Conversion(const Grid& grid, const ConversionOptions& options)
+        : grid_(grid),
+          channels_(has_channels && options.is_color ? 3 : 1),
+          is_level_set_(options.is_level_set) {}
 
     Result<VoxelGrid> run(size_t most_bytes) {
         CoordBBox box;
@@ -57,7 +59,7 @@ class Conversion {
     size_t brick_bytes() const { return VoxelGrid::brick_values(channels_) * sizeof(float); }
 
     VoxelGrid empty() const {
-        return media::VoxelGridBuilder(Vec3i(1), channels_, 0.0f)
+        return media::VoxelGridBuilder(Vec3i(1), channels_, 0.0f, is_level_set_)
             .finish(Mat4d(), Vec3(0.0f), Vec3(0.0f));
     }
 
@@ -144,7 +146,7 @@ class Conversion {
             outside = float(background[0]);
         else
             outside = float(background);
-        media::VoxelGridBuilder builder(node_count_, channels_, outside);
+        media::VoxelGridBuilder builder(node_count_, channels_, outside, is_level_set_);
         std::vector<float> values(VoxelGrid::brick_values(channels_));
         for (size_t i = 0; i < bricks_.size(); ++i) {
             read_brick(brick(i), values.data());
@@ -175,6 +177,7 @@ class Conversion {
 
     const Grid& grid_;
     int channels_;
+    bool is_level_set_;
     std::array<int64_t, 3> first_ = {}, count_ = {};  // voxels, bricks
     Vec3i node_count_ = Vec3i(0);
     std::vector<int64_t> bricks_;
@@ -182,26 +185,25 @@ class Conversion {
 
 template <class Grid>
 bool try_as(const openvdb::GridBase& grid,
-            bool is_color,
-            size_t most_bytes,
+            const ConversionOptions& options,
             Result<VoxelGrid>& out) {
     if (!grid.isType<Grid>()) return false;
-    out = Conversion<Grid>(static_cast<const Grid&>(grid), is_color).run(most_bytes);
+    out = Conversion<Grid>(static_cast<const Grid&>(grid), options).run(options.most_bytes);
     return true;
 }
 
 }  // namespace
 
-Result<VoxelGrid> convert(const openvdb::GridBase& grid, bool is_color, size_t most_bytes) {
+Result<VoxelGrid> convert(const openvdb::GridBase& grid, const ConversionOptions& options) {
     Result<VoxelGrid> out = Error{
         "volume-grid", fmt::format("grid {} is of type {}, expected numbers{}", grid.getName(),
-                                   grid.valueType(), is_color ? " or colours" : "")};
-    if (try_as<openvdb::FloatGrid>(grid, is_color, most_bytes, out) ||
-        try_as<openvdb::DoubleGrid>(grid, is_color, most_bytes, out) ||
-        try_as<openvdb::Int32Grid>(grid, is_color, most_bytes, out))
+                                   grid.valueType(), options.is_color ? " or colours" : "")};
+    if (try_as<openvdb::FloatGrid>(grid, options, out) ||
+        try_as<openvdb::DoubleGrid>(grid, options, out) ||
+        try_as<openvdb::Int32Grid>(grid, options, out))
         return out;
-    if (is_color && (try_as<openvdb::Vec3SGrid>(grid, is_color, most_bytes, out) ||
-                     try_as<openvdb::Vec3DGrid>(grid, is_color, most_bytes, out)))
+    if (options.is_color && (try_as<openvdb::Vec3SGrid>(grid, options, out) ||
+                             try_as<openvdb::Vec3DGrid>(grid, options, out)))
         return out;
     return out;
 }

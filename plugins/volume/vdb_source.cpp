@@ -59,14 +59,18 @@ Result<scene::VoxelGrid> read_grid(const media::GridRequest& request) {
 
     // Refuse by what is known without the voxels
     const openvdb::GridBase::ConstPtr head = file.readGridMetadata(*name);
-    if (head->getGridClass() == openvdb::GRID_LEVEL_SET)
-        return Error{"volume-grid", fmt::format("grid {} is a level set, expected densities; "
-                                                "surfaces of level sets are not supported",
-                                                *name)};
+    const bool is_stored_so = head->getGridClass() == openvdb::GRID_LEVEL_SET;
+    if (is_stored_so && request.kind == scene::GridKind::Densities)
+        return Error{"volume-grid",
+                     fmt::format("grid {} is a level set, expected densities", *name)};
+    const bool is_level_set = request.kind == scene::GridKind::LevelSet ||
+                              (request.kind == scene::GridKind::AsStored && is_stored_so);
     if (!head->transform().isLinear())
         return Error{"volume-grid",
                      fmt::format("grid {} is not a box: frustum grids are not supported", *name)};
-    return convert(*file.readGrid(*name), request.is_color, request.most_bytes);
+    return convert(*file.readGrid(*name), {.is_color = request.is_color,
+                                           .is_level_set = is_level_set,
+                                           .most_bytes = request.most_bytes});
 }
 
 Result<scene::VoxelGrid> read_or_say(const media::GridRequest& request) {

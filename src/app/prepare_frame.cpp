@@ -5,6 +5,8 @@
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -97,8 +99,17 @@ void leave_out_effects(const integrator::EffectPlan& plan, scene::Scene& scene) 
 
 /// Before the plan: only then is it known whether grids hold anything.
 void read_volumes(const RenderJob& job, scene::Scene& scene, Diagnostics& diagnostics) {
-    if (job.effects.left_out.has(scene::Effect::Volumes)) return;
+    // What is left out is not read; surfaces of level sets are no volumes
+    std::vector<scene::Volume> unread;
+    if (job.effects.left_out.has(scene::Effect::Volumes)) {
+        std::erase_if(scene.volumes, [&](scene::Volume& v) {
+            if (scene::is_level_set(v, scene.volume_fields)) return false;
+            unread.push_back(std::move(v));
+            return true;
+        });
+    }
     load_volumes(scene, job.arguments.volume_memory_gb, diagnostics);
+    for (scene::Volume& v : unread) scene.volumes.push_back(std::move(v));
 }
 
 int prepare_one(const RenderJob& job, const LoadedStage& loaded, double frame, bool has_many, const FrameFunction& use, Diagnostics& diagnostics) {

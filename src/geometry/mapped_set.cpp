@@ -90,6 +90,7 @@ PrimitiveSurface MappedSet::surface(uint32_t index,
     // Covectors: the same number for what was carried over
     const Mat3d covector = backward_.transposed();
     surface.n = surface.n * covector;
+    surface.facet_n = surface.facet_n * covector;
     surface.normal_by_p = backward_ * surface.normal_by_p * covector;
     return surface;
 }

@@ -29,6 +29,8 @@ struct PrimitiveSurface {
     Vec3d p;                 ///< on the surface but for double rounding
     Vec3d error;             ///< bound of what rounding, also that of rays, may move p off the surface
     Vec3d n;                 ///< towards the outside, not unit, not zero
+    /// Of a surface whose n goes over smoothly where its own normal does not: its own. Zero: n is.
+    Vec3d facet_n = Vec3d(0.0);
     Mat3d normal_by_p;       ///< derivative of n by p (row vectors: dn = dp · M), along the surface
     uint32_t face = 0;       ///< side, cap …
 };

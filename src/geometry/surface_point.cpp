@@ -110,6 +110,7 @@ bool primitive_derivatives(const SurfacePoint& point,
 scene::Effect effect_of(const scene::Shape& shape) {
     if (std::holds_alternative<scene::Curves>(shape.geometry)) return scene::Effect::Curves;
     if (std::holds_alternative<scene::Points>(shape.geometry)) return scene::Effect::Points;
+    if (std::holds_alternative<scene::LevelSet>(shape.geometry)) return scene::Effect::LevelSets;
     return scene::Effect::Quadrics;
 }
 
@@ -122,8 +123,10 @@ void set_to_primitive(SurfacePoint& point,
         primitive_surface(geometry, hit, Vec3d(ray.o), Vec3d(ray.d), ray.time);
     set_place(point, surface.p, surface.error);
     point.face = surface.face;
-    point.ng = to_float(unit_or_zero(surface.n));
-    point.ns = point.ng;
+    const Vec3 n = to_float(unit_or_zero(surface.n));
+    const bool has_facet = surface.facet_n != Vec3d(0.0);
+    point.ng = has_facet ? to_float(unit_or_zero(surface.facet_n)) : n;
+    point.ns = point.ng.dot(n) < 0.0f ? -n : n;
 }
 
 /// Sets ng and ns of a point on a shape that is placed directly.
@@ -183,10 +186,12 @@ PrimitiveSurface primitive_surface(const GeometrySet& geometry,
             for (int k = 0; k < 3; ++k) to_prototype[i][k] = backward[i][k];
         const Mat3d covector = to_prototype.transposed();
         surface.n = surface.n * covector;
+        surface.facet_n = surface.facet_n * covector;
         surface.normal_by_p = to_prototype * surface.normal_by_p * covector;
     }
     if (mesh.flip_normals()) {
         surface.n = -surface.n;
+        surface.facet_n = -surface.facet_n;
         surface.normal_by_p = surface.normal_by_p * -1.0;
     }
     return surface;

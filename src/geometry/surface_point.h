@@ -62,7 +62,7 @@ struct SurfacePoint {
 /// double, and is rounded once; p_error bounds that rounding and, for instances, that of carrying a
 /// ray into prototype space. Of a primitive p is found anew along the ray, also in double. ng
 /// follows winding, flip_normals and mirroring; ns is ng where the mesh is faceted, and on
-/// primitives. Of what moves all of it is that of the ray's time. Ref: Pharr, Jakob, Humphreys
+/// primitives without a facet_n. Of what moves all of it is that of the ray's time. Ref: Pharr, Jakob, Humphreys
 /// 2023, "Physically Based Rendering" 4th ed., section 6.8.
 SurfacePoint make_surface_point(const scene::Scene& scene,
                                 const GeometrySet& geometry,

@@ -3,6 +3,7 @@
 
 #include "geometry/ball_set.h"
 #include "geometry/gprims.h"
+#include "geometry/level_set.h"
 #include "geometry/mapped_set.h"
 #include "geometry/quadric.h"
 #include "geometry/ribbons.h"
@@ -130,6 +131,10 @@ std::optional<TriangleMesh> make_primitive_mesh(const scene::Shape& shape) {
     } else if (const auto* points = std::get_if<scene::Points>(&shape.geometry)) {
         data.primitives = MappedSet::make(BallSet::make(*points), points->shape_from_points);
         data.primvars = points->primvars;
+    } else if (const auto* level_set = std::get_if<scene::LevelSet>(&shape.geometry)) {
+        data.primitives =
+            MappedSet::make(LevelSet::make(level_set->grid), level_set->shape_from_lattice);
+        data.primvars = level_set->primvars;
     } else {
         return std::nullopt;
     }

@@ -70,6 +70,7 @@ constexpr std::array rules = {
     EffectRule{Effect::Displacement, find_displacement, leave_out_displacement},
     EffectRule{Effect::Curves, find_shapes<scene::Curves>, nullptr},
     EffectRule{Effect::Points, find_shapes<scene::Points>, nullptr},
+    EffectRule{Effect::LevelSets, find_shapes<scene::LevelSet>, nullptr},
     EffectRule{Effect::Volumes, find_volumes, leave_out_volumes, true},
 };
 

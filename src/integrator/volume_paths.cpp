@@ -53,8 +53,9 @@ PathTracer::Crossing PathTracer::cross_matter(Path& path,
     media::FreeWay around;
     if (body) {
         count_call(Effect::InteriorMedia);
-        around = body->matter.draw(path.beta, path.sampler.stream(path.bounce, Purpose::InteriorDistance,
-                                                                  path.pass_count));
+        around = body->matter.draw(
+            path.beta,
+            path.sampler.stream(path.bounce, Purpose::InteriorDistance, path.pass_count));
     } else if (is_in_body) {
         around.extinction = path.interior.extinction(world_.materials);
     }
@@ -95,13 +96,19 @@ PathTracer::Crossing PathTracer::cross_matter(Path& path,
     path.cone_width += path.cone_spread * flight.t;
     if (ends_in_body) {
         path.beta *= around.weight_of_collision();
-        end = scatter_in_matter(path, {body->matter.phase(), body->matter.albedo(), body->provenance, body->link}, p, out);
+        end = scatter_in_matter(
+            path, {body->matter.phase(), body->matter.albedo(), body->provenance, body->link}, p,
+            out);
         return end ? Crossing::Ended : Crossing::Scattered;
     }
-    if (body) path.beta *= around.weight_at(flight.t);
-    else if (is_in_body) path.beta *= path.interior.transmittance(world_.materials, flight.t);
+    if (body)
+        path.beta *= around.weight_at(flight.t);
+    else if (is_in_body)
+        path.beta *= path.interior.transmittance(world_.materials, flight.t);
     const scene::Volume& volume = world_.scene.volumes[flight.medium->volume()];
-    end = scatter_in_matter(path, {flight.medium->phase(), flight.medium->albedo(p), volume.provenance, volume.link}, p, out);
+    end = scatter_in_matter(
+        path, {flight.medium->phase(), flight.medium->albedo(p), volume.provenance, volume.link}, p,
+        out);
     return end ? Crossing::Ended : Crossing::Scattered;
 }
 

@@ -53,8 +53,7 @@ Rgb FreeWay::weight_of_collision() const {
 BodyMedium::BodyMedium(const scene::Matter& matter)
     : extinction_(matter.absorption + matter.scattering), phase_(matter.anisotropy) {
     for (int c = 0; c < 3; ++c) {
-        const float share =
-            extinction_[c] > 0.0f ? matter.scattering[c] / extinction_[c] : 0.0f;
+        const float share = extinction_[c] > 0.0f ? matter.scattering[c] / extinction_[c] : 0.0f;
         albedo_[c] = std::min(share, 1.0f);
     }
 }
@@ -67,9 +66,9 @@ FreeWay BodyMedium::draw(const Rgb& carried, sampling::RandomStream numbers) con
     way.shares = all > 0.0f ? weights / all : Rgb(1.0f / 3.0f);
     const double length = -std::log1p(-numbers.next());
     const double u = numbers.next();
-    const int channel = u < double(way.shares.x)                           ? 0
+    const int channel = u < double(way.shares.x)                          ? 0
                         : u < double(way.shares.x) + double(way.shares.y) ? 1
-                                                                           : 2;
+                                                                          : 2;
     // A channel without a share is never the one, though rounding may get there
     const int chosen = way.shares[channel] > 0.0f ? channel : way.shares.y > 0.0f ? 1 : 0;
     if (extinction_[chosen] > 0.0f) way.end = float(length / double(extinction_[chosen]));

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 
 namespace velatura::media {
@@ -16,7 +17,8 @@ using scene::Scene;
 using scene::Volume;
 
 bool is_something(const Scene& scene, const Volume& volume) {
-    return scene::has_extinction(volume, scene.volume_fields) ||
+    return scene::is_level_set(volume, scene.volume_fields) ||
+           scene::has_extinction(volume, scene.volume_fields) ||
            scene::has_emission(volume, scene.volume_fields);
 }
 
@@ -57,7 +59,7 @@ class Loader {
         scene::VolumeField& field = scene_.volume_fields[index];
         if (field.voxels || is_tried_[index]) return field.voxels != nullptr;
         is_tried_[index] = true;
-        const GridRequest request{field.file, field.grid, field.index, is_color, left_};
+        const GridRequest request{field.file, field.grid, field.index, is_color, field.kind, left_};
         Result<scene::VoxelGrid> grid = source_.read(request);
         if (!grid) {
             const scene::Provenance& where = provenance(scene_, field.provenance);
@@ -79,6 +81,32 @@ class Loader {
     Diagnostics& diagnostics_;
     std::vector<bool> is_tried_;
 };
+
+/// Puts the surface of a level set into the scene.
+void add_surface(Scene& scene, const Volume& volume, Diagnostics& diagnostics) {
+    const auto& grid = scene.volume_fields[volume.density].voxels;
+    for (const uint32_t other : {volume.emission, volume.temperature, volume.color}) {
+        if (other == scene::none) continue;
+        const scene::Provenance& where = provenance(scene, volume.provenance);
+        diagnostics.warn("volume-field", where.loc, where.prim_path,
+                         fmt::format("grid {} is a level set, a surface: the other fields of the "
+                                     "volume are not used",
+                                     scene.volume_fields[volume.density].grid));
+        break;
+    }
+    const Mat4d map = grid->volume_from_lattice * volume.render_from_volume;
+    if (!(std::abs(determinant3(map)) > 0.0)) {
+        const scene::Provenance& where = provenance(scene, volume.provenance);
+        diagnostics.warn("bad-transform", where.loc, where.prim_path,
+                         "transform of the grid flattens the level set, it is left out");
+        return;
+    }
+    scene::Shape shape = volume.surface;
+    shape.geometry = scene::LevelSet{grid, map, volume.surface_primvars};
+    shape.link = volume.link;
+    shape.provenance = volume.provenance;
+    scene.shapes.push_back(std::move(shape));
+}
 
 }  // namespace
 
@@ -103,8 +131,13 @@ void load_volumes(Scene& scene,
                   Diagnostics& diagnostics) {
     Loader loader(scene, source, most_bytes, diagnostics);
     std::erase_if(scene.volumes, [&](const Volume& v) {
-        if (!is_something(scene, v) || loader.load(v)) return false;
-        note_lost(scene, v, "a grid cannot be read");
+        if (!is_something(scene, v)) return false;
+        if (!loader.load(v)) {
+            note_lost(scene, v, "a grid cannot be read");
+            return true;
+        }
+        if (!scene::is_level_set(v, scene.volume_fields)) return false;
+        add_surface(scene, v, diagnostics);
         return true;
     });
 }

@@ -15,7 +15,8 @@ size_t usual_volume_bytes();
 /// Whether some grid has to be read: of a volume that its optics do not prove to be nothing.
 bool needs_grids(const scene::Scene& scene);
 
-/// Reads the grids of all volumes that may be seen. A volume with a grid that cannot be read is an
+/// Reads the grids of all volumes that may be seen. A volume whose density is a level set becomes a
+/// shape. A volume with a grid that cannot be read is an
 /// error at its field and is taken out of the scene. most_bytes: of all grids together.
 void load_volumes(scene::Scene& scene,
                   const VolumeSource& source,

@@ -11,11 +11,21 @@ namespace velatura::media {
 using scene::Vec3i;
 using scene::VoxelGrid;
 
-VoxelGridBuilder::VoxelGridBuilder(const Vec3i& node_count, int channels, float empty) {
+VoxelGridBuilder::VoxelGridBuilder(const Vec3i& node_count,
+                                   int channels,
+                                   float empty,
+                                   bool is_level_set)
+    : empty_(std::isfinite(empty) ? empty : 0.0f) {
+    grid_.is_level_set = is_level_set;
     grid_.node_count = node_count;
     grid_.channels = channels;
     grid_.nodes.assign(size_t(node_count.x) * size_t(node_count.y) * size_t(node_count.z), 0);
-    constant_brick(std::isfinite(empty) ? std::max(empty, 0.0f) : 0.0f);
+    constant_brick(clean(empty_));
+}
+
+float VoxelGridBuilder::clean(float number) const {
+    if (grid_.is_level_set) return std::isfinite(number) ? number : empty_;
+    return number > 0.0f && std::isfinite(number) ? number : 0.0f;
 }
 
 uint32_t VoxelGridBuilder::constant_brick(float number) {
@@ -29,12 +39,12 @@ void VoxelGridBuilder::add(const Vec3i& brick, std::span<const float> values) {
                    "a brick has 9³ points");
     // Clean the numbers and find their bounds
     const size_t first = grid_.values.size();
-    float least = std::numeric_limits<float>::infinity(), most = 0.0f;
+    float least = std::numeric_limits<float>::infinity(), most = -least;
     for (const float v : values) {
-        const float clean = v > 0.0f && std::isfinite(v) ? v : 0.0f;
-        grid_.values.push_back(clean);
-        least = std::min(least, clean);
-        most = std::max(most, clean);
+        const float number = clean(v);
+        grid_.values.push_back(number);
+        least = std::min(least, number);
+        most = std::max(most, number);
     }
     uint32_t id = 0;
     if (least == most) {

@@ -9,12 +9,15 @@
 namespace velatura::media {
 
 /// Makes a VoxelGrid of bricks that come in any order. Numbers below 0 and what is none count as 0:
-/// no field of a volume has use for them.
+/// no field of a volume has use for them. In a level set what is no number counts as `empty`.
 class VoxelGridBuilder {
   public:
     /// node_count: of nodes of 128³ cells, > 0 along each axis. empty: number of bricks that do not
     /// come.
-    VoxelGridBuilder(const scene::Vec3i& node_count, int channels, float empty);
+    VoxelGridBuilder(const scene::Vec3i& node_count,
+                     int channels,
+                     float empty,
+                     bool is_level_set = false);
 
     /// values: [z][y][x][channel], 9 points each way. brick: coordinates of the brick, which must
     /// be within.
@@ -27,8 +30,10 @@ class VoxelGridBuilder {
                             const Vec3& box_max);
 
   private:
+    float clean(float number) const;
     uint32_t constant_brick(float number);
 
+    float empty_;
     scene::VoxelGrid grid_;
     std::map<float, uint32_t> constants_;  // number → brick
 };
@@ -39,7 +44,8 @@ template <class Number>
 scene::VoxelGrid make_voxel_grid(const scene::Vec3i& points,
                                  float cell,
                                  const Number& number,
-                                 float empty = 0.0f) {
+                                 float empty = 0.0f,
+                                 bool is_level_set = false) {
     using scene::Vec3i;
     using scene::VoxelGrid;
     // One brick beyond on the near side, so that numbers go over into those of empty space
@@ -48,7 +54,7 @@ scene::VoxelGrid make_voxel_grid(const scene::Vec3i& points,
     const auto nodes = [](int n) {
         return (n + VoxelGrid::node_bricks - 1) / VoxelGrid::node_bricks;
     };
-    VoxelGridBuilder builder(Vec3i(nodes(count.x), nodes(count.y), nodes(count.z)), 1, empty);
+    VoxelGridBuilder builder(Vec3i(nodes(count.x), nodes(count.y), nodes(count.z)), 1, empty, is_level_set);
     std::vector<float> values(VoxelGrid::brick_values(1));
     for (int z = 0; z < count.z; ++z)
         for (int y = 0; y < count.y; ++y)

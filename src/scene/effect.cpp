@@ -21,6 +21,7 @@ constexpr std::array<EffectInfo, effect_count> table = {{
     {Effect::Displacement, Scene, "displacement", "meshes displaced"},
     {Effect::Curves, Scene, "curves", "points on curves"},
     {Effect::Points, Scene, "points", "points on particles"},
+    {Effect::LevelSets, Scene, "level-sets", "points on level sets"},
     {Effect::Volumes, Scene, "volumes", "lookups"},
     {Effect::VaryingColors, Scene, "varying-inputs", "primvars read for a material"},
     {Effect::Textures, Scene, "textures", "texture lookups"},

@@ -25,6 +25,7 @@ enum class Effect : uint8_t {
     Displacement,
     Curves,
     Points,
+    LevelSets,
     Volumes,
     // Surfaces
     VaryingColors,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <variant>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "scene/ids.h"
 #include "scene/linking.h"
 #include "scene/subdivision.h"
+#include "scene/voxel_grid.h"
 
 namespace velatura::scene {
 
@@ -86,10 +88,17 @@ struct Points {
     std::vector<Primvar> primvars;  ///< Varying, Vertex: by point
 };
 
+/// The surface where the numbers of a grid go through 0; inside they are below it.
+struct LevelSet {
+    std::shared_ptr<const VoxelGrid> grid;  ///< of one channel
+    Mat4d shape_from_lattice;
+    std::vector<Primvar> primvars;  ///< constant ones only
+};
+
 /// Geometry with what a ray hit needs to know about it. Shape space is render space for shapes placed directly, and the
 /// space of the prototype for shapes of a prototype.
 struct Shape {
-    std::variant<Mesh, Gprim, Curves, Points> geometry;
+    std::variant<Mesh, Gprim, Curves, Points, LevelSet> geometry;
     MaterialId material = none;  ///< none = displayColor / displayOpacity material
     bool flip_normals = false;   ///< geometric normal against the winding: leftHanded xor mirrored shape transform; of
                                ///< curves and points: leftHanded

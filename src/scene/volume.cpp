@@ -22,6 +22,12 @@ float VoxelGrid::most() const {
     return most;
 }
 
+bool is_level_set(const Volume& volume, const std::vector<VolumeField>& fields) {
+    if (volume.density == none) return false;
+    const VolumeField& field = fields[volume.density];
+    return field.voxels ? field.voxels->is_level_set : field.kind == GridKind::LevelSet;
+}
+
 bool has_extinction(const Volume& volume, const std::vector<VolumeField>& fields) {
     const VolumeOptics& o = volume.optics;
     return o.density_scale > 0.0f && !is_black(o.extinction_color) &&

@@ -4,6 +4,7 @@
 #include "base/math.h"
 #include "scene/ids.h"
 #include "scene/linking.h"
+#include "scene/mesh.h"
 #include "scene/voxel_grid.h"
 
 #include <cstdint>
@@ -19,6 +20,7 @@ struct VolumeField {
     std::string authored;  ///< as the stage has it, for messages
     std::string grid;      ///< name within the file
     int index = 0;         ///< among the grids of that name
+    GridKind kind = GridKind::AsStored;
     ProvenanceId provenance = none;
     std::shared_ptr<const VoxelGrid> voxels;  ///< null: not read
 };
@@ -51,8 +53,14 @@ struct Volume {
     VolumeOptics optics;
     Box3d extent;  ///< as authored, volume space; often empty
     LinkClass link = 0;
+    /// What stands in its place once its density turns out to be a level set; all but the geometry.
+    Shape surface = {};
+    std::vector<Primvar> surface_primvars;  ///< of that geometry
     ProvenanceId provenance = none;
 };
+
+/// Whether the density is known to be a level set: the volume is a surface then.
+bool is_level_set(const Volume& volume, const std::vector<VolumeField>& fields);
 
 /// Whether the volume scatters or takes light, and whether it gives any, as far as its optics and
 /// the grids that were read tell.

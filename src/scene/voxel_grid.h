@@ -12,6 +12,13 @@ namespace velatura::scene {
 
 using Vec3i = Imath::V3i;
 
+/// What the numbers of a grid are.
+enum class GridKind : uint8_t {
+    AsStored,   ///< whatever its file says, densities where it says nothing
+    Densities,  ///< or colours, temperatures …: none below 0
+    LevelSet,   ///< distances from a surface, below 0 inside
+};
+
 /// Numbers at the points of a lattice, which go over into each other trilinearly between them; most
 /// of space is one number. Cut into bricks of 8³ cells that each know all points of their cells: a
 /// lookup stays within a brick, and the smallest and the largest number of a brick bound what it
@@ -35,6 +42,7 @@ struct VoxelGrid {
     Mat4d volume_from_lattice;    ///< affine
     Vec3i node_count = Vec3i(0);  ///< along each axis; beyond them the number is that of bricks[0]
     Vec3 box_min = Vec3(0.0f), box_max = Vec3(0.0f);  ///< lattice; matter is within, see Volume
+    bool is_level_set = false;
     int channels = 1;             ///< 1 or 3; a brick of 3 is constant only where they are alike
     std::vector<uint32_t> nodes;  ///< [z][y][x] index into bricks, or with is_node into node_bricks
     std::vector<std::array<uint32_t, node_bricks * node_bricks * node_bricks>> node_entries;

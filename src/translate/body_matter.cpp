@@ -17,8 +17,8 @@ namespace velatura::translate {
 
 namespace {
 
-constexpr std::array<const char*, 3> volume_outputs = {
-    "outputs:velatura:volume", "outputs:mtlx:volume", "outputs:volume"};
+constexpr std::array<const char*, 3> volume_outputs = {"outputs:velatura:volume",
+                                                       "outputs:mtlx:volume", "outputs:volume"};
 
 /// Coefficients beyond this many per unit are no different from it.
 constexpr float most_coefficient = 1e12f;
@@ -29,7 +29,8 @@ bool is_node(std::string_view id, std::string_view name) {
 }
 
 /// Numbers that the renderer can do with.
-Rgb usable(Context& ctx, const Attribute& from, std::string_view what, const Rgb& read, float most) {
+Rgb usable(
+    Context& ctx, const Attribute& from, std::string_view what, const Rgb& read, float most) {
     Rgb value;
     for (int c = 0; c < 3; ++c) value[c] = read[c] > 0.0f ? std::min(read[c], most) : 0.0f;
     if (value != read)
@@ -117,6 +118,12 @@ bool has_surface_output(Prim material) {
         if (is_surface && material.attribute(text).has_authored_connections()) return true;
     }
     return false;
+}
+
+bool has_volume_output(Prim material) {
+    return std::any_of(volume_outputs.begin(), volume_outputs.end(), [&](const char* name) {
+        return material.attribute(name).has_authored_connections();
+    });
 }
 
 scene::Material bare_body(const scene::Matter& matter) {

@@ -16,6 +16,9 @@ std::optional<scene::Matter> read_matter(Context& ctx, Prim material, MaterialEn
 /// Whether the material has a surface of some kind, known or not.
 bool has_surface_output(Prim material);
 
+/// Whether its volume output leads anywhere.
+bool has_volume_output(Prim material);
+
 /// A body of matter that has no surface.
 scene::Material bare_body(const scene::Matter& matter);
 

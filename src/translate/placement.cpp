@@ -70,6 +70,24 @@ void bake(Context& ctx,
     }
 }
 
+/// Columns of a map by which a place is carried over, applied behind another map.
+void move_rows(const Mat4d& first, std::vector<float>& column) {
+    const std::vector<float> was = column;
+    for (int i = 0; i < 4; ++i) {
+        double sum = 0;
+        for (int k = 0; k < 4; ++k) sum += first[i][k] * double(was[size_t(k)]);
+        column[size_t(i)] = float(sum);
+    }
+}
+
+/// Whether the primvar is one of scene::object_space_primvars.
+bool is_object_space(const scene::Scene& scene, const scene::Primvar& primvar) {
+    return std::any_of(scene::object_space_primvars.begin(), scene::object_space_primvars.end(),
+                       [&](std::string_view name) {
+                           return primvar.name == scene::find_primvar(scene, name);
+                       });
+}
+
 /// Puts a volume into the scene where `matrix` carries it.
 void place_volume(Context& ctx, scene::Volume volume, const Mat4d& matrix, uint32_t link_place) {
     volume.render_from_volume = volume.render_from_volume * matrix;
@@ -77,6 +95,12 @@ void place_volume(Context& ctx, scene::Volume volume, const Mat4d& matrix, uint3
         warn_at(ctx, volume.provenance, "bad-transform",
                 "transform of an instance flattens the volume, it is left out of it");
         return;
+    }
+    // Rows of the map to the prim's own space, for the surface that it may be
+    if (matrix != Mat4d()) {
+        const Mat4d inverse = matrix.inverse();
+        for (scene::Primvar& primvar : volume.surface_primvars)
+            if (is_object_space(ctx.scene, primvar)) move_rows(inverse, primvar.values);
     }
     ctx.scene.volumes.push_back(std::move(volume));
     ctx.place_of_volume.push_back(link_place);

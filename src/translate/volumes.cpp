@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/volumes.h"
 
+#include "translate/body_matter.h"
+#include "translate/parts.h"
+#include "translate/shader_inputs.h"
+#include "translate/strands.h"
 #include "translate/values.h"
+#include "usd/stage/material_binding.h"
 #include "usd/stage/xform.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string_view>
 
 namespace velatura::translate {
@@ -39,7 +45,7 @@ std::map<std::string, Prim> field_prims(Context& ctx, Prim volume) {
 }
 
 std::optional<FieldRole> usual_role(std::string_view name) {
-    for (const char* density : {"density", "smoke", "fog"})
+    for (const char* density : {"density", "smoke", "fog", "surface", "sdf"})
         if (name == density) return FieldRole::Density;
     for (const char* emission : {"heat", "flame", "flames", "fire", "emission"})
         if (name == emission) return FieldRole::Emission;
@@ -49,9 +55,18 @@ std::optional<FieldRole> usual_role(std::string_view name) {
     return std::nullopt;
 }
 
+/// What the field prim says that its numbers are.
+scene::GridKind kind_of(Context& ctx, Prim field) {
+    const std::string name = read_text(field.attribute("fieldClass"), "", ctx.time);
+    return name == "levelSet"    ? scene::GridKind::LevelSet
+           : name == "fogVolume" ? scene::GridKind::Densities
+                                 : scene::GridKind::AsStored;
+}
+
 /// Index of the field among those of the scene.
 uint32_t field_index(Context& ctx, Prim prim, FieldRole role) {
     scene::VolumeField field;
+    field.kind = role == FieldRole::Density ? kind_of(ctx, prim) : scene::GridKind::Densities;
     const Attribute file = prim.attribute("filePath");
     field.authored = read_text(file, "", ctx.time);
     field.file = file.resolved_asset_path(ctx.time);
@@ -60,8 +75,8 @@ uint32_t field_index(Context& ctx, Prim prim, FieldRole role) {
     if (usd::stage::local_transform(prim, ctx.time).matrix != Mat4d())
         ctx.warn("volume-field", prim,
                  "a transform of a field is not used: fields stand where their volume does");
-    const std::string key =
-        fmt::format("{}|{}|{}|{}", field.file, field.grid, field.index, role == FieldRole::Color);
+    const std::string key = fmt::format("{}|{}|{}|{}|{}", field.file, field.grid, field.index,
+                                        role == FieldRole::Color, int(field.kind));
     const auto [at, is_new] =
         ctx.volume_fields.try_emplace(key, uint32_t(ctx.scene.volume_fields.size()));
     if (is_new) {
@@ -96,22 +111,46 @@ Box3d read_extent(Context& ctx, Prim prim) {
     return is_finite(read.min) && is_finite(read.max) ? read : box;
 }
 
-}  // namespace
+/// Whether the material has a surface and nothing that fills a volume.
+bool is_surface_material(Context& ctx, Prim volume) {
+    const auto binding = usd::stage::resolve_material(volume, ctx.material_purpose);
+    return binding.material && has_surface_output(binding.material) &&
+           !has_volume_output(binding.material);
+}
 
-std::optional<scene::Volume> read_volume(Context& ctx, Prim prim, const Mat4d& matrix) {
-    if (determinant3(matrix) == 0.0) {
-        ctx.warn("bad-transform", prim, "transform flattens the volume, it is left out");
-        return std::nullopt;
+/// The shape that the volume is where its density is a level set. kind: of that, as far as prims
+/// tell.
+void read_surface(Context& ctx, Prim prim, scene::GridKind kind, scene::Volume& volume) {
+    if (kind == scene::GridKind::Densities) return;
+    const bool is_certain = kind == scene::GridKind::LevelSet;
+    static const MaterialEntry no_material;
+    const bool has_material = is_certain || is_surface_material(ctx, prim);
+    const MaterialEntry& material = has_material ? bound_material(ctx, prim) : no_material;
+    warn_if_displaced(ctx, prim, material);
+    volume.surface = round_shape(ctx, prim, material);
+    const ElementCounts counts{1, 1, 1};
+    for (scene::Primvar& primvar : read_primvars(ctx, prim, counts, {&material})) {
+        primvar.interpolation = scene::Interpolation::Constant;
+        volume.surface_primvars.push_back(std::move(primvar));
     }
-    scene::Volume volume;
-    volume.name = prim.path_string();
-    volume.render_from_volume = matrix;
-    volume.extent = read_extent(ctx, prim);
-    volume.provenance = ctx.provenance(prim);
-    std::map<std::string, FieldRole> roles;
-    volume.optics = read_volume_optics(ctx, prim, roles);
+    add_object_space(ctx, {&material}, volume.render_from_volume, volume.surface_primvars);
+}
 
-    const std::map<std::string, Prim> fields = field_prims(ctx, prim);
+using Fields = std::map<std::string, Prim>;
+
+/// A field that is said to be a level set, which makes the volume a surface and all others useless.
+Fields::const_iterator find_level_set(Context& ctx, const Fields& fields) {
+    return std::find_if(fields.begin(), fields.end(), [&](const auto& field) {
+        return kind_of(ctx, field.second) == scene::GridKind::LevelSet;
+    });
+}
+
+/// Notes which grids the volume is made of.
+void read_fields(Context& ctx,
+                 Prim prim,
+                 const Fields& fields,
+                 const std::map<std::string, FieldRole>& roles,
+                 scene::Volume& volume) {
     for (const auto& [name, field] : fields) {
         std::optional<FieldRole> role = usual_role(name);
         if (const auto at = roles.find(name); at != roles.end()) role = at->second;
@@ -133,12 +172,44 @@ std::optional<scene::Volume> read_volume(Context& ctx, Prim prim, const Mat4d& m
         }
         index = field_index(ctx, field, *role);
     }
+}
+
+}  // namespace
+
+std::optional<scene::Volume> read_volume(Context& ctx, Prim prim, const Mat4d& matrix) {
+    if (determinant3(matrix) == 0.0) {
+        ctx.warn("bad-transform", prim, "transform flattens the volume, it is left out");
+        return std::nullopt;
+    }
+    scene::Volume volume;
+    volume.name = prim.path_string();
+    volume.render_from_volume = matrix;
+    volume.extent = read_extent(ctx, prim);
+    volume.provenance = ctx.provenance(prim);
+    const Fields fields = field_prims(ctx, prim);
+    const auto level_set = find_level_set(ctx, fields);
+    if (level_set != fields.end()) {
+        if (fields.size() > 1)
+            ctx.warn("volume-field", prim,
+                     fmt::format("field:{} is a level set, a surface: the other fields of the "
+                                 "volume are not used",
+                                 level_set->first));
+        volume.density = field_index(ctx, level_set->second, FieldRole::Density);
+        volume.optics.blackbody = 0.0f;
+        read_surface(ctx, prim, scene::GridKind::LevelSet, volume);
+        return volume;
+    }
+    std::map<std::string, FieldRole> roles;
+    volume.optics = read_volume_optics(ctx, prim, roles);
+    read_fields(ctx, prim, fields, roles, volume);
     if (volume.density == scene::none && volume.emission == scene::none) {
         ctx.warn("volume-field", prim,
                  "a volume without a density and without heat is nothing, it is left out");
         return std::nullopt;
     }
     if (volume.temperature == scene::none) volume.optics.blackbody = 0.0f;
+    if (volume.density != scene::none)
+        read_surface(ctx, prim, ctx.scene.volume_fields[volume.density].kind, volume);
     return volume;
 }
 

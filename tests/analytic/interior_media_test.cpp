@@ -46,7 +46,8 @@ void add_box(TestScene& test, const Vec3& lo, const Vec3& hi, scene::MaterialId 
     for (int i = 0; i < 8; ++i)
         mesh.points.emplace_back(i & 1 ? hi.x : lo.x, i & 2 ? hi.y : lo.y, i & 4 ? hi.z : lo.z);
     mesh.face_vertex_counts = {4, 4, 4, 4, 4, 4};
-    mesh.face_vertex_indices = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
+    mesh.face_vertex_indices = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4,
+                                2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
     scene::Shape shape;
     shape.geometry = mesh;
     shape.material = material;
@@ -88,7 +89,8 @@ TEST(InteriorMedia, PassWhatTheClosedFormSays) {
 
 TEST(InteriorMedia, AbsorbWithoutScatteringByTheClosedFormAlone) {
     TestScene test;
-    add_body_slab(test, -2.0f, -2.5f, test.add_material(bare({Rgb(0.5f, 1.0f, 4.0f), Rgb(0.0f), 0.0f})));
+    add_body_slab(test, -2.0f, -2.5f,
+                  test.add_material(bare({Rgb(0.5f, 1.0f, 4.0f), Rgb(0.0f), 0.0f})));
     add_dome(test);
     test.look_at_point(0.1);
     const RenderedLayers layers = render(test, {.size = 8, .samples = 4});
@@ -121,7 +123,8 @@ TEST(InteriorMedia, CountScatteringsAsBounces) {
     const RenderedLayers two =
         render(test, {.size = 16, .samples = 256, .last_bounce = 3, .max_depth = 2});
     for (int c = 0; c < 3; ++c) {
-        const double sigma = double(absorbed[c] + scattered[c]), albedo = double(scattered[c]) / sigma;
+        const double sigma = double(absorbed[c] + scattered[c]),
+                     albedo = double(scattered[c]) / sigma;
         const double back = (1 - 0.16) / (4 * pi_d * std::pow(1.4, 3.0));
         expect_close(all.bounce(1, -1, c), -albedo * back * std::expm1(-3 * sigma) / 2, 5e-2,
                      fmt::format("scattered once, channel {}", c));
@@ -135,24 +138,28 @@ TEST(InteriorMediaFurnace, KeepsAllLight) {
     blurred.rough_transmission = true;
     blurred.roughness = scene::Input(0.4f);
     const Rgb grey(2.0f), colours(1.5f, 1.0f, 0.75f);
+
     const struct {
         const char* name;
         scene::Material material;
         double allowed;
-    } cases[] = {{"bare", bare(white_matter(colours, 0.5f)), 5e-3},
-                 {"glass", filled(smooth_glass(1.5f), white_matter(grey)), 5e-3},
-                 {"glass, in colours", filled(smooth_glass(1.5f), white_matter(colours, -0.4f)), 5e-3},
-                 {"rough glass", filled(blurred, white_matter(colours)), 5e-3}};
+    } cases[] = {
+        {"bare", bare(white_matter(colours, 0.5f)), 5e-3},
+        {"glass", filled(smooth_glass(1.5f), white_matter(grey)), 5e-3},
+        {"glass, in colours", filled(smooth_glass(1.5f), white_matter(colours, -0.4f)), 5e-3},
+        {"rough glass", filled(blurred, white_matter(colours)), 5e-3}};
+
     for (const auto& [name, material, allowed] : cases) {
         TestScene test;
         test.add_faceted_ball(1.0f, test.add_material(material));
         test.make_instance(Mat4(at(Vec3d(0, 0, -4))));
         add_dome(test);
         test.look_with_perspective(0.2);
-        const RenderedLayers layers = render(test, {.size = 24,
-                                                    .samples = 1024,
-                                                    .estimator = {.light_sampling = integrator::LightSampling::Bsdf,
-                                                                  .roulette = integrator::Roulette::None}});
+        const RenderedLayers layers =
+            render(test, {.size = 24,
+                          .samples = 1024,
+                          .estimator = {.light_sampling = integrator::LightSampling::Bsdf,
+                                        .roulette = integrator::Roulette::None}});
         for (int c = 0; c < 3; ++c)
             expect_close(layers.beauty(c), 1.0, allowed, fmt::format("{}, channel {}", name, c));
         EXPECT_EQ(layers.rays.depth_limited, 0u);

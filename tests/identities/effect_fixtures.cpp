@@ -113,6 +113,10 @@ constexpr EffectFixture fixtures[] = {
      VELATURA_SAIL("point3f[] points.timeSamples = { 0: [(-1, 0, 0), (1, 0, 0), (0, 2, 0)], 1: [(-1, 0, 0), (1, 0, 0), (0, 2, 0)] }"), true},
     {Effect::DeformationBlur, "velocities of points", VELATURA_SAIL("point3f[] points.timeSamples = { 0: [(-1, 0, 0), (1, 0, 0), (0, 2, 0)] }\n vector3f[] velocities.timeSamples = { 0: [(0, 0, 0), (0, 0, 0), (24, 0, 0)] }"),
      VELATURA_SAIL("float motion:blurScale = 0\n point3f[] points.timeSamples = { 0: [(-1, 0, 0), (1, 0, 0), (0, 2, 0)] }\n vector3f[] velocities.timeSamples = { 0: [(0, 0, 0), (0, 0, 0), (24, 0, 0)] }"), true},
+    {Effect::LevelSets, "class of the field", "def Volume \"V\" { rel field:surface = <@@/V/D>\n def OpenVDBAsset \"D\" { token fieldName = \"ball\"\n token fieldClass = \"levelSet\" } }",
+     "def Volume \"V\" { rel field:density = <@@/V/D>\n def OpenVDBAsset \"D\" { token fieldName = \"waves\"\n token fieldClass = \"fogVolume\" } }", true},
+    {Effect::LevelSets, "class of the grid", "def Volume \"V\" { rel field:density = <@@/V/D>\n def OpenVDBAsset \"D\" { token fieldName = \"ball\" } }",
+     "def Volume \"V\" { rel field:density = <@@/V/D>\n def OpenVDBAsset \"D\" { token fieldName = \"zeros\" } }", true},
     {Effect::MeshLights, "cube", "def Cube \"L\" (prepend apiSchemas = [\"LightAPI\"]) { double size = 0.2\n float inputs:intensity = 3\n token light:materialSyncMode = \"noMaterialResponse\" }",
      "def Cube \"L\" (prepend apiSchemas = [\"LightAPI\"]) { double size = 0.2\n float inputs:intensity = 0\n token light:materialSyncMode = \"noMaterialResponse\" }", true},
 };

@@ -31,6 +31,10 @@ namespace {
 class NamedGrids final : public media::VolumeSource {
   public:
     Result<scene::VoxelGrid> read(const media::GridRequest& request) const override {
+        if (request.grid == "ball" && request.kind != scene::GridKind::Densities) {
+            const auto distance = [](int x, int y, int z) { return 0.1f * (Vec3(float(x), float(y), float(z)) - Vec3(9.3f)).length() - 0.7f; };
+            return media::make_voxel_grid(scene::Vec3i(20), 0.1f, distance, 0.3f, true);
+        }
         if (request.grid != "waves" && request.grid != "zeros") return Error{"volume-grid", "no such grid"};
         const auto wave = [](int x, int y, int z) { return 1.0f + std::sin(0.4f * float(x) + 0.7f * float(y) + 0.9f * float(z)); };
         return media::make_voxel_grid(scene::Vec3i(20), 0.1f, [&](int x, int y, int z) { return request.grid == "waves" ? wave(x, y, z) : 0.0f; });

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Ways through matter that is the same everywhere, against e^(−σd).
-#include "grid_fixtures.h"
 #include "media/body_medium.h"
+
+#include "grid_fixtures.h"
 #include "media/volume_set.h"
 
 #include <gtest/gtest.h>
@@ -71,7 +72,8 @@ TEST(BodyMedium, StaysFiniteHoweverThick) {
     const BodyMedium medium({Rgb(0.0f, 0.0f, 1e12f), Rgb(1e-12f, 1e5f, 1.0f), 0.9f});
     for (uint64_t i = 0; i < 4096; ++i) {
         const FreeWay way = medium.draw(Rgb(1.0f), RandomStream(i, -1.0));
-        for (const Rgb& w : {way.weight_at(way.end), way.weight_of_collision(), way.weight_at(0.0f)})
+        for (const Rgb& w :
+             {way.weight_at(way.end), way.weight_of_collision(), way.weight_at(0.0f)})
             for (int c = 0; c < 3; ++c) EXPECT_TRUE(w[c] >= 0.0f && w[c] <= 3.001f) << w[c];
     }
     const FreeWay clear{.extinction = Rgb(0.0f, 1.0f, infinite)};
@@ -92,8 +94,10 @@ TEST(BodyMedium, DimsWhatGlowsOnTheWay) {
     Vec3d mean(0.0);
     constexpr int ways = 1 << 16;
     for (uint64_t i = 0; i < ways; ++i) {
-        const FreeWay around = medium.draw(Rgb(1.0f), RandomStream(mix64(i), (double(i) + 0.5) / ways));
-        set.fly(Vec3(0, 0, 2.5f), Vec3(0, 0, -1), 9.0f, Rgb(1.0f), around, RandomStream(mix64(i + ways), -1.0), flight, counts);
+        const FreeWay around =
+            medium.draw(Rgb(1.0f), RandomStream(mix64(i), (double(i) + 0.5) / ways));
+        set.fly(Vec3(0, 0, 2.5f), Vec3(0, 0, -1), 9.0f, Rgb(1.0f), around,
+                RandomStream(mix64(i + ways), -1.0), flight, counts);
         mean += Vec3d(flight.emitted) / ways;
     }
     for (int c = 0; c < 3; ++c) {

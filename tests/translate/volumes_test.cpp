@@ -51,6 +51,44 @@ TEST(Volumes, HaveFields) {
     EXPECT_EQ(v.optics.blackbody, 0.0f) << "nothing is warm";
 }
 
+TEST(Volumes, OfALevelSetAreSurfaces) {
+    const std::string glass =
+        "def Material \"Glass\" {\n token outputs:surface.connect = </Glass/S.outputs:surface>\n"
+        "def Shader \"S\" {\n uniform token info:id = \"UsdPreviewSurface\"\n"
+        "float inputs:opacity = 0\n token outputs:surface\n}\n}\n";
+    const auto surface = [&](const std::string& more, const std::string& of_field) {
+        return camera() +
+               "def DistantLight \"Sun\" {\n}\ndef Volume \"Stone\" (prepend apiSchemas = "
+               "[\"MaterialBindingAPI\"]) {\nrel field:shape = </Stone/D>\n"
+               "rel material:binding = </Glass>\nbool doubleSided = 1\n"
+               "color3f[] primvars:displayColor = [(1, 0, 0)]\n" +
+               more + field("D", of_field) + field("T") + "}\n" + glass;
+    };
+    Translated t;
+    translate_text(surface("", "token fieldClass = \"levelSet\""), t);
+    expect_one(t);
+    const scene::Volume& v = t.scene.volumes[0];
+    EXPECT_TRUE(scene::is_level_set(v, t.scene.volume_fields));
+    EXPECT_EQ(v.surface.material, 0u);
+    EXPECT_TRUE(v.surface.double_sided);
+    EXPECT_EQ(v.surface_primvars.size(), 1u);
+    // Whatever else it has
+    Translated warm;
+    translate_text(
+        surface("rel field:temperature = </Stone/T>\n", "token fieldClass = \"levelSet\""), warm);
+    EXPECT_EQ(warm.count("volume-field"), 1u);
+    EXPECT_EQ(warm.scene.volumes[0].temperature, scene::none);
+    // The file may know better, if it is not said to be fog
+    Translated open;
+    translate_text(surface("", ""), open);
+    EXPECT_EQ(open.scene.volume_fields[0].kind, scene::GridKind::AsStored);
+    EXPECT_EQ(open.scene.volumes[0].surface.material, 0u);
+    Translated fog;
+    translate_text(surface("", "token fieldClass = \"fogVolume\""), fog);
+    EXPECT_EQ(fog.scene.volume_fields[0].kind, scene::GridKind::Densities);
+    EXPECT_EQ(fog.scene.volumes[0].surface.material, scene::none);
+}
+
 TEST(Volumes, HaveOpticsOfTheirOwn) {
     Translated t;
     translate_text(

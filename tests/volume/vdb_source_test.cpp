@@ -3,6 +3,8 @@
 // wrong.
 #include "../base/test_assets.h"
 #include "../sampling/chi_square.h"
+#include "geometry/level_set.h"
+#include "geometry/mapped_set.h"
 #include "media/volume_source.h"
 #include "media/voxel_lookup.h"
 #include "plugin/registry.h"
@@ -10,6 +12,7 @@
 
 #include <gtest/gtest.h>
 #include <openvdb/tools/Interpolation.h>
+#include <openvdb/tools/LevelSetSphere.h>
 
 #include <cmath>
 
@@ -118,6 +121,40 @@ TEST(VdbSource, ReadsColours) {
     EXPECT_EQ(media::color_at(*read, p + Vec3(0.5f, 0, 0)), Rgb(0.125f, 0.25f, 0.5f));
     EXPECT_EQ(error_of({.file = file, .grid = "Cd"}),
               "volume-grid: grid Cd is of type vec3s, expected numbers");
+}
+
+TEST(VdbSource, KeepsWhatIsInsideOfALevelSet) {
+    const VdbFolder folder;
+    const auto ball = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(
+        2.0f, openvdb::Vec3f(1.0f, -2.0f, 0.5f), 0.125f);
+    ball->setName("surface");
+    const std::string file = folder.write("ball.vdb", {ball, blobs("density")});
+    using scene::GridKind;
+    for (const GridKind kind : {GridKind::AsStored, GridKind::LevelSet}) {
+        const Result<VoxelGrid> read =
+            source().read({.file = file, .grid = "surface", .kind = kind});
+        ASSERT_TRUE(read) << read.error().message;
+        EXPECT_TRUE(read->is_level_set);
+        const auto set = geometry::MappedSet::make(
+            geometry::LevelSet::make(std::make_shared<const VoxelGrid>(*read)),
+            read->volume_from_lattice);
+        ASSERT_TRUE(set);
+        // Along rays through the middle
+        TestRandom random(3);
+        const Vec3d middle(1.0, -2.0, 0.5);
+        for (int i = 0; i < 200; ++i) {
+            Vec3d d;
+            for (int a = 0; a < 3; ++a) d[a] = 2.0 * double(random.uniform()) - 1.0;
+            d = normalize(d);
+            float first = 1e30f;
+            for (uint32_t k = 0; k < set->size(); ++k)
+                if (const auto hit = set->intersect(k, middle - d * 5.0, d, first))
+                    first = float(hit->t);
+            EXPECT_NEAR(first, 3.0f, 0.01f);
+        }
+    }
+    EXPECT_FALSE(
+        source().read({.file = file, .grid = "density", .kind = GridKind::AsStored})->is_level_set);
 }
 
 TEST(VdbSource, OfNothingIsNothing) {

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <openvdb/tools/LevelSetSphere.h>
 
 #include <filesystem>
 #include <string>
@@ -111,6 +112,27 @@ TEST_F(VolumeRender, OfZerosIsThePictureWithout) {
     EXPECT_NE(w.velatura("plan smoke.usda")
                   .output.find("on   volumes              </Smoke>: scatters light within"),
               std::string::npos);
+}
+
+TEST_F(VolumeRender, DrawsLevelSetsAsSurfaces) {
+    const auto ball = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(
+        1.2f, openvdb::Vec3f(0.0f, 0.5f, 0.0f), 0.1f);
+    ball->setName("density");
+    openvdb::io::File(w.path("ball.vdb")).write({ball});
+    const std::string bytes = VdbFolder::bytes_of(w.path("ball.vdb"));
+    w.write("cut_ball.vdb", bytes.substr(0, bytes.size() / 2));
+    w.write("ball.usda", stage(volume(" = @ball.vdb@")));
+    const std::string drawn = hash_of("ball.usda");
+    EXPECT_NE(drawn, hash_of("none.usda"));
+    EXPECT_EQ(drawn, hash_of("ball.usda", "--effects all"));
+    EXPECT_EQ(drawn, hash_of("ball.usda", "--threads 1"));
+    const std::string plan = w.velatura("plan ball.usda").output;
+    EXPECT_NE(plan.find("on   level-sets           </Smoke>"), std::string::npos) << plan;
+    w.write("bad.usda", stage(volume(" = @cut_ball.vdb@")));
+    const CommandResult r = w.velatura(std::string("render bad.usda -o x.exr") + quick);
+    EXPECT_EQ(r.exit_code, 0) << r.output;
+    EXPECT_NE(r.output.find("[volume-file]"), std::string::npos) << r.output;
+    EXPECT_EQ(w.hash("x.exr"), hash_of("none.usda"));
 }
 
 TEST_F(VolumeRender, FollowsTheFileOfTheFrame) {
