@@ -17,6 +17,7 @@
 #include "app/stop_signals.h"
 #include "app/volume_loading.h"
 #include "base/tasks.h"
+#include "scene/effect_build.h"
 #include "translate/translate.h"
 
 namespace velatura::app {
@@ -97,6 +98,16 @@ void leave_out_effects(const integrator::EffectPlan& plan, scene::Scene& scene) 
         if (plan.entries[i].state == integrator::EffectState::LeftOut) integrator::leave_out(scene, scene::Effect(i));
 }
 
+/// Of what a render would run, the effects that this build lacks; see scene::is_built.
+std::string missing_effects(const integrator::EffectPlan& plan) {
+    std::string names;
+    for (size_t i = 0; i < scene::effect_count; ++i) {
+        if (scene::is_built(scene::Effect(i)) || !plan.entries[i].may_run()) continue;
+        names += fmt::format("{}{}", names.empty() ? "" : ", ", scene::info(scene::Effect(i)).name);
+    }
+    return names;
+}
+
 /// Before the plan: only then is it known whether grids hold anything.
 void read_volumes(const RenderJob& job, scene::Scene& scene, Diagnostics& diagnostics) {
     // What is left out is not read; surfaces of level sets are no volumes
@@ -122,6 +133,7 @@ int prepare_one(const RenderJob& job, const LoadedStage& loaded, double frame, b
     }
     read_volumes(job, *scene, diagnostics);
     integrator::EffectPlan plan = integrator::make_plan(*scene, plan_options(job, *scene));
+    if (const std::string names = missing_effects(plan); !names.empty()) return fail({"effect-not-built", "this build lacks what the render calls for: " + names}, RenderError);
     leave_out_effects(plan, *scene);
     FrameInput input(*scene);
     input.plan = std::move(plan);

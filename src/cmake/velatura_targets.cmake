@@ -20,6 +20,7 @@ target_compile_options(velatura_numerics INTERFACE -ffp-contract=off -fno-math-e
 function(add_tier name)
   cmake_parse_arguments(TIER "HOT" "" "SOURCES;HEADERS;DEPENDS" ${ARGN})
   string(REPLACE "/" "_" target velatura_${name})
+  tell_effects(${TIER_SOURCES})
   if(TIER_SOURCES)
     add_library(${target} STATIC ${TIER_SOURCES})
     set(scope PUBLIC)

@@ -2,6 +2,7 @@
 #include "film/sample_radiance.h"
 
 #include "base/check.h"
+#include "scene/effect_build.h"
 
 #include <cmath>
 #include <limits>
@@ -72,13 +73,15 @@ void SampleRadiance::add(int bounce, int group, const Rgb& radiance) {
         return;
     }
     if (is_black(radiance)) return;
+    using scene::Effect, scene::is_built;
     const int column = bounce > last_bounce_ ? last_bounce_ + 1 : bounce;
     const image::Triple value = triple(radiance);
     deposit(image::AccumulatorTable::beauty, value);
-    if (matrix_) deposit(table_.matrix(column, group), value);
-    if (bounces_) deposit(table_.bounce(column), value);
-    if (groups_) deposit(table_.group(group), value);
-    if (direct_ && bounce == 1) deposit(table_.direct(group), value);
+    if (is_built(Effect::MatrixLayers) && matrix_) deposit(table_.matrix(column, group), value);
+    if (is_built(Effect::BounceLayers) && bounces_) deposit(table_.bounce(column), value);
+    if (is_built(Effect::LightLayers) && groups_) deposit(table_.group(group), value);
+    if (is_built(Effect::ShadowLayers) && direct_ && bounce == 1)
+        deposit(table_.direct(group), value);
 }
 
 void SampleRadiance::add_unoccluded(int group, const Rgb& radiance) {

@@ -6,6 +6,7 @@
 
 #include "integrator/path.h"
 #include "integrator/path_tracer.h"
+#include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 
 namespace velatura::integrator {
@@ -17,17 +18,18 @@ inline void PathTracer::deposit(const Path& path, int bounce, scene::GroupId gro
 }
 
 inline bool PathTracer::choose_light(const Path& path, const lights::Receiver& receiver, ChosenLight& chosen) const {
+    using scene::Effect, scene::is_built;
     double u_light = 0.0;
-    if (world_.chooses_lights) {
-        scene::count_call(scene::Effect::LightSelection);
+    if (is_built(Effect::LightSelection) && world_.chooses_lights) {
+        scene::count_call(Effect::LightSelection);
         u_light = path.sampler.get_1d_fine(path.bounce, sampling::Purpose::LightSelect, path.pass_count);
     }
-    if (world_.has_very_many_lights) u_light += 0x1p-32 * path.sampler.get_1d_fine(path.bounce, sampling::Purpose::LightSelectFine, path.pass_count);
+    if (is_built(Effect::LightSelection) && world_.has_very_many_lights) u_light += 0x1p-32 * path.sampler.get_1d_fine(path.bounce, sampling::Purpose::LightSelectFine, path.pass_count);
     const std::optional<lights::LightChoice> choice = world_.selector->select(receiver, u_light);
     if (!choice) return false;
     chosen.choice = *choice;
-    chosen.links = world_.has_links() ? world_.lights.links(choice->light) : nullptr;
-    if (!world_.lights.shines_on(chosen.links, receiver.link)) return false;
+    chosen.links = may_have_links() && world_.has_links() ? world_.lights.links(choice->light) : nullptr;
+    if (is_built(Effect::LightLinking) && !world_.lights.shines_on(chosen.links, receiver.link)) return false;
     const Vec2 u = path.sampler.get_2d(path.bounce, sampling::Purpose::LightSurface, path.pass_count);
     const std::optional<lights::LightSample> light = world_.lights.sample(choice->light, receiver.p, u, {path.cone_width, path.cone_spread});
     if (!light || is_black(light->Le)) return false;
@@ -37,18 +39,19 @@ inline bool PathTracer::choose_light(const Path& path, const lights::Receiver& r
 
 inline void PathTracer::deposit_direct(Path& path, const geometry::SurfacePoint& from, const Vec3& wo, const ChosenLight& chosen, const Rgb& Ld, film::SampleRadiance& out, const NestedBodies::Crossing* crossing) const {
     // Deposit it where it is seen, and in the unoccluded layer in any case
+    using scene::Effect, scene::is_built;
     const auto& [choice, light, links] = chosen;
     const scene::GroupId group = world_.lights.group(choice.light);
-    if (has_shadow_layers_ && path.bounce == 0) {
-        scene::count_call(scene::Effect::ShadowLayers);
+    if (is_built(Effect::ShadowLayers) && has_shadow_layers_ && path.bounce == 0) {
+        scene::count_call(Effect::ShadowLayers);
         out.add_unoccluded(int(group), Ld);
     }
     std::optional<Interior> crossed;
-    if (world_.materials.has_absorption()) cross(world_, crossing, from, wo, light.wi, crossed.emplace(path.interior));
+    if (keeps_interior(world_)) cross(world_, crossing, from, wo, light.wi, crossed.emplace(path.interior));
     const Interior& interior = crossed ? *crossed : path.interior;
-    const bool has_own_shadows = links && links->has_own_shadows();
+    const bool has_own_shadows = may_have_links() && links && links->has_own_shadows();
     Rgb visible = has_own_shadows ? own_visibility(path, from, interior, light, *links) : visibility(path, from, interior, light);
-    if (world_.volumes && !has_own_shadows && !is_black(visible)) visible *= volume_transmittance(path, from.p, light);
+    if (is_built(Effect::Volumes) && world_.volumes && !has_own_shadows && !is_black(visible)) visible *= volume_transmittance(path, from.p, light);
     deposit(path, path.bounce + 1, group, Ld * visible, "light sampled", out);
 }
 

@@ -5,6 +5,7 @@
 #include "integrator/path_tracer.h"
 #include "integrator/shadow_segment.h"
 #include "sampling/mis.h"
+#include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 
 #include <limits>
@@ -14,12 +15,13 @@ namespace velatura::integrator {
 using sampling::Purpose;
 using scene::count_call;
 using scene::Effect;
+using scene::is_built;
 
 float PathTracer::light_hit_weight(const Path& path, const lights::LightHit& hit) const {
     if (path.is_certain || options_.estimator.light_sampling == LightSampling::Bsdf) return 1.0f;
     if (options_.estimator.light_sampling == LightSampling::Light) return 0.0f;
     // The density is that of the point that sampled, not of the ray's origin beside it: portals make a difference there
-    const float pdf = world_.lights.has_portals(hit.light) ? world_.lights.pdf(hit.light, path.receiver.p, path.ray.d) : hit.pdf;
+    const float pdf = is_built(Effect::Portals) && world_.lights.has_portals(hit.light) ? world_.lights.pdf(hit.light, path.receiver.p, path.ray.d) : hit.pdf;
     const float light_pdf = world_.selector->pmf(path.receiver, hit.light) * pdf;
     return sampling::balance_heuristic(path.scatter_pdf, light_pdf);
 }
@@ -34,7 +36,7 @@ float PathTracer::surface_hit_weight(const Path& path, const geometry::SurfacePo
 }
 
 Rgb PathTracer::light_factor(const Path& path, const lights::LobeMultipliers& multipliers) const {
-    if (!world_.has_lobe_multipliers || path.bounce == 0) return Rgb(1.0f);
+    if (!is_built(Effect::LobeMultipliers) || !world_.has_lobe_multipliers || path.bounce == 0) return Rgb(1.0f);
     count_call(Effect::LobeMultipliers);
     return path.diffuse_share * multipliers.diffuse + (Rgb(1.0f) - path.diffuse_share) * multipliers.specular;
 }
@@ -50,27 +52,28 @@ void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadia
     // Ask along the whole straight line and keep what this segment adds: a light that a cut-out lies inside of must not
     // count twice, and the density is that of the vertex whose light sampling competed
     const auto with_margin = [](float t) { return t * (1.0f + flush_light_margin); };
-    const bool ends_in_volume = path.flight && path.flight->collides();
+    const media::Flight* const flight = may_fly() ? path.flight : nullptr;
+    const bool ends_in_volume = flight && flight->collides();
     const float begin = with_margin(path.travelled), end = ends_in_volume ? path.travelled + t_max : with_margin(path.travelled + t_max);
     const auto add = [&](const lights::LightHit& hit) {
         if (path.travelled > 0.0f && hit.t <= begin) return;
-        if (options_.caustics && options_.caustics->finds(path.history, hit.light, path.pass_count)) return;
+        if (is_built(Effect::CausticSearch) && options_.caustics && options_.caustics->finds(path.history, hit.light, path.pass_count)) return;
         // What lies beyond the camera's far plane is not seen, but for the lights at infinity
         if (std::isfinite(hit.t) && hit.t - path.travelled > path.ray.t_max) return;
         if (path.bounce == 0) {
             if (!world_.lights.is_camera_visible(hit.light)) return;
             if (!world_.lights.is_infinite(hit.light)) out.alpha = 1.0f;
-        } else if (world_.has_links()) {
+        } else if (may_have_links() && world_.has_links()) {
             const scene::LightLinks* links = world_.lights.links(hit.light);
             if (!is_lit(path, links) || is_found_beyond(path, links)) return;
         }
         Rgb Le = path.beta * hit.Le * light_factor(path, world_.lights.lobe_multipliers(hit.light)) * light_hit_weight(path, hit);
-        if (path.flight && path.flight->around.is_drawn()) Le *= path.flight->around.weight_at(hit.t - path.travelled);
-        else if (!path.interior.is_empty()) Le *= path.interior.transmittance(world_.materials, hit.t - path.travelled);
-        if (path.flight) Le *= path.flight->weight_at(hit.t - path.travelled);
+        if (flight && flight->around.is_drawn()) Le *= flight->around.weight_at(hit.t - path.travelled);
+        else if (may_keep_interior() && !path.interior.is_empty()) Le *= path.interior.transmittance(world_.materials, hit.t - path.travelled);
+        if (flight) Le *= flight->weight_at(hit.t - path.travelled);
         deposit(path, path.bounce, world_.lights.group(hit.light), Le, "light met by the path", out);
     };
-    if (path.line_hit_count == Path::unknown_hits) {
+    if (!is_built(Effect::ShadowLayers) || path.line_hit_count == Path::unknown_hits) {
         world_.lights.for_each_hit(path.straight_o, path.ray.d, end, [&](const lights::LightHit& hit) { add(hit); });
         return;
     }
@@ -117,11 +120,12 @@ Rgb PathTracer::visibility(const Path& path, const geometry::SurfacePoint& from,
     ++path.counts->shadow;
     const shading::MaterialEvaluator& materials = world_.materials;
     ShadowSegment segment(from, light);
-    if (!materials.has_presence() && !materials.is_see_through() && !materials.has_absorption())
+    const bool may_pass = (is_built(Effect::Cutouts) && materials.has_presence()) || (is_built(Effect::Transmission) && materials.is_see_through());
+    if (!may_pass && !keeps_interior(world_))
         return Rgb(world_.accelerator->is_occluded(segment.ray) ? 0.0f : 1.0f);
 
     Interior interior = inside;
-    if (!materials.has_presence() && !materials.is_see_through()) {
+    if (!may_pass) {
         if (world_.accelerator->is_occluded(segment.ray)) return Rgb(0.0f);
         return interior.transmittance(materials, segment.length(segment.ray.t_max));
     }

@@ -11,6 +11,7 @@
 
 #include "base/tasks.h"
 #include "integrator/sample_placement.h"
+#include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 
 namespace velatura::integrator {
@@ -160,7 +161,7 @@ class Runner {
         const uint64_t rays = counts.total();
         radiance.clear();
         sample_(x, y, sample, radiance, counts);
-        if (!pilot_) return;
+        if (!scene::is_built(scene::Effect::AdaptiveSampling) || !pilot_) return;
         scene::count_call(scene::Effect::AdaptiveSampling);
         const Rgb value = radiance.is_bad() ? Rgb(0.0f) : radiance.radiance() * radiance.weight;
         pilot_->add(x, y, sample, value, counts.total() - rays);
