@@ -3,12 +3,16 @@
 
 #include "geometry/geometry_set.h"
 #include "geometry/triangle_mesh.h"
+#include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 #include "scene/scene.h"
 
 #include <cmath>
 
 namespace velatura::geometry {
+
+using scene::Effect;
+using scene::is_built;
 
 namespace {
 
@@ -197,21 +201,26 @@ PrimitiveSurface primitive_surface(const GeometrySet& geometry,
     return surface;
 }
 
-SurfacePoint make_surface_point(const scene::Scene& scene,
-                                const GeometrySet& geometry,
-                                const Ray& ray,
-                                const Hit& hit) {
+namespace {
+
+/// is_plain: a triangle that stays, of a shape placed directly.
+template <bool is_plain>
+SurfacePoint make_point(const scene::Scene& scene,
+                        const GeometrySet& geometry,
+                        const TriangleMesh& mesh,
+                        const Ray& ray,
+                        const Hit& hit) {
     SurfacePoint point;
-    const TriangleMesh& mesh = geometry.mesh(hit);
     std::optional<InstanceTransform> room;
-    const InstanceTransform* instance =
-        hit.instance == scene::none ? nullptr : &geometry.instance(hit.instance, ray.time, room);
+    const InstanceTransform* instance = nullptr;
+    if (!is_plain && hit.instance != scene::none)
+        instance = &geometry.instance(hit.instance, ray.time, room);
     if (instance) {
-        scene::count_call(scene::Effect::Instancing);
+        scene::count_call(Effect::Instancing);
         if (!scene.instances[hit.instance].later_render_from_prototype.empty())
-            scene::count_call(scene::Effect::TransformBlur);
+            scene::count_call(Effect::TransformBlur);
     }
-    if (mesh.segments() > 0) scene::count_call(scene::Effect::DeformationBlur);
+    if (!is_plain && mesh.segments() > 0) scene::count_call(Effect::DeformationBlur);
     point.mesh = &mesh;
     point.triangle = hit.triangle;
     point.instance = hit.instance;
@@ -227,7 +236,7 @@ SurfacePoint make_surface_point(const scene::Scene& scene,
     if (instance && scene.instances[hit.instance].material_override != scene::none)
         point.material = scene.instances[hit.instance].material_override;
 
-    if (mesh.primitives()) {
+    if (!is_plain && mesh.primitives()) {
         scene::count_call(effect_of(shape));
         set_to_primitive(point, geometry, ray, hit);
         return point;
@@ -235,7 +244,10 @@ SurfacePoint make_surface_point(const scene::Scene& scene,
     point.face = mesh.face(hit.triangle);
 
     // Place the point on the triangle in double
-    const auto corner = [&](int k) { return Vec3d(mesh.corner(hit.triangle, k, ray.time)); };
+    const auto corner = [&](int k) {
+        if (is_plain) return Vec3d(mesh.positions()[mesh.vertices(hit.triangle)[size_t(k)]]);
+        return Vec3d(mesh.corner(hit.triangle, k, ray.time));
+    };
     const Vec3d p0 = corner(0), e1 = corner(1) - p0, e2 = corner(2) - p0;
     const double b1 = double(hit.b1), b2 = double(hit.b2);
     const Vec3d p = p0 + e1 * b1 + e2 * b2;
@@ -250,6 +262,22 @@ SurfacePoint make_surface_point(const scene::Scene& scene,
         set_normals(point, e1, e2);
     }
     return point;
+}
+
+}  // namespace
+
+SurfacePoint make_surface_point(const scene::Scene& scene,
+                                const GeometrySet& geometry,
+                                const Ray& ray,
+                                const Hit& hit) {
+    constexpr bool may_be_primitive =
+        is_built(Effect::Quadrics) || is_built(Effect::Curves) || is_built(Effect::Points);
+    const TriangleMesh& mesh = geometry.mesh(hit);
+    const bool is_placed = is_built(Effect::Instancing) && hit.instance != scene::none;
+    const bool is_plain =
+        !is_placed && !(may_be_primitive && mesh.primitives()) && mesh.segments() == 0;
+    return is_plain ? make_point<true>(scene, geometry, mesh, ray, hit)
+                    : make_point<false>(scene, geometry, mesh, ray, hit);
 }
 
 Tangents tangents(const scene::Scene& scene, const SurfacePoint& point) {
@@ -282,7 +310,7 @@ std::optional<SurfacePoint> lifted(const GeometrySet& geometry,
     constexpr double cos2_steepest = 0.5;            // 45 degrees
     Vec3d normals[3];
     if (!point.mesh->corner_normals(point.triangle, normals, point.time)) return std::nullopt;
-    const bool is_instanced = point.instance != scene::none;
+    const bool is_instanced = is_built(Effect::Instancing) && point.instance != scene::none;
     std::optional<InstanceTransform> room;
     const Mat4d forward =
         is_instanced

@@ -6,6 +6,8 @@
 namespace velatura::integrator {
 
 using sampling::Purpose;
+using scene::Effect;
+using scene::is_built;
 
 namespace {
 
@@ -18,28 +20,19 @@ constexpr float least_broad_share = 0.1f;
 
 }  // namespace
 
-DirectionMixture::DirectionMixture(const shading::Bsdf& bsdf,
-                                   const Vec3& wo,
-                                   const Vec3& p,
-                                   const guiding::GuidingField* guide)
-    : bsdf_(bsdf), wo_(wo) {
-    if (!guide) return;
-    const float broad = bsdf.broad_share();
+void DirectionMixture::set_guide(const Vec3& p, const guiding::GuidingField& guide) {
+    const float broad = bsdf_.broad_share();
     if (broad < least_broad_share) return;
-    scene::count_call(scene::Effect::Guiding);
-    guide_ = guide->at({p, bsdf.ns()});
+    scene::count_call(Effect::Guiding);
+    guide_ = guide.at({p, bsdf_.ns()});
     guide_share_ = guide_share_of_broad * broad;
-}
-
-float DirectionMixture::pdf(const Vec3& wi, float bsdf_pdf) const {
-    if (!guide_) return bsdf_pdf;
-    return guide_share_ * guide_->directions.pdf(wi) + (1.0f - guide_share_) * bsdf_pdf;
 }
 
 std::optional<ScatterSample> DirectionMixture::sample(const sampling::PixelSampler& sampler,
                                                       int bounce,
                                                       uint32_t repeat) const {
-    if (guide_ && sampler.get_1d(bounce, Purpose::GuideSelect, repeat) < guide_share_) {
+    if (is_built(Effect::Guiding) && guide_ &&
+        sampler.get_1d(bounce, Purpose::GuideSelect, repeat) < guide_share_) {
         return sample_guide(sampler.get_2d(bounce, Purpose::GuideDirection, repeat));
     }
     const float u_lobe =
@@ -48,7 +41,7 @@ std::optional<ScatterSample> DirectionMixture::sample(const sampling::PixelSampl
     const std::optional<shading::BsdfSample> sample = bsdf_.sample_f(wo_, u_lobe, u);
     if (!sample || !(sample->pdf > 0.0f)) return std::nullopt;
     ScatterSample out{*sample};
-    if (!guide_) return out;
+    if (!is_built(Effect::Guiding) || !guide_) return out;
     // A delta lobe has no rival, but is reached less often
     out.bsdf.pdf *= 1.0f - guide_share_;
     if (sample->is_delta) return out;

@@ -3,6 +3,7 @@
 
 #include "guiding/guiding_field.h"
 #include "sampling/sampler.h"
+#include "scene/effect_build.h"
 #include "shading/bsdf.h"
 
 #include <optional>
@@ -26,10 +27,16 @@ class DirectionMixture {
     DirectionMixture(const shading::Bsdf& bsdf,
                      const Vec3& wo,
                      const Vec3& p,
-                     const guiding::GuidingField* guide);
+                     const guiding::GuidingField* guide)
+        : bsdf_(bsdf), wo_(wo) {
+        if (scene::is_built(scene::Effect::Guiding) && guide) set_guide(p, *guide);
+    }
 
     /// [1/sr] over all non-delta directions, given the BSDF's own density of wi.
-    float pdf(const Vec3& wi, float bsdf_pdf) const;
+    float pdf(const Vec3& wi, float bsdf_pdf) const {
+        if (!scene::is_built(scene::Effect::Guiding) || !guide_) return bsdf_pdf;
+        return guide_share_ * guide_->directions.pdf(wi) + (1.0f - guide_share_) * bsdf_pdf;
+    }
 
     /// nullopt: the path is absorbed.
     std::optional<ScatterSample> sample(const sampling::PixelSampler& sampler,
@@ -41,6 +48,7 @@ class DirectionMixture {
     float expected() const { return guide_ ? guide_->mean : 0.0f; }
 
   private:
+    void set_guide(const Vec3& p, const guiding::GuidingField& guide);
     std::optional<ScatterSample> sample_guide(const Vec2& u) const;
 
     const shading::Bsdf& bsdf_;

@@ -8,6 +8,7 @@
 #include "integrator/render_options.h"
 #include "integrator/shadow_segment.h"
 #include "sampling/mis.h"
+#include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 
 namespace velatura::integrator {
@@ -15,6 +16,7 @@ namespace velatura::integrator {
 using sampling::Purpose;
 using scene::count_call;
 using scene::Effect;
+using scene::is_built;
 
 namespace {
 
@@ -37,35 +39,40 @@ PathTracer::PathTracer(const World& world, const film::LayerSet& layers, const P
       options_(options),
       filter_(options.filter),
       has_shadow_layers_(layers.shadow_layers),
+      has_data_layers_(layers.data_layers),
+      has_emission_(world.lights.has_surface_emission()),
       depth_limit_(options.max_depth > 0 ? std::min(options.max_depth, hard_depth_limit) : hard_depth_limit) {}
 
 void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out, RayCounts& counts, PathObserver* observer) const {
     Path path(sampling::PixelSampler(options_.seed, x, y, sample, options_.sampler), counts, observer);
-    if (options_.branches) path.branches = options_.branches->at(x, y);
+    if (is_built(Effect::Splitting) && options_.branches) path.branches = options_.branches->at(x, y);
 
     // Start at the camera, inside the pixel's filter
     const sampling::FilterSample filtered = filter_.sample(path.sampler.get_2d(0, Purpose::PixelFilter));
     out.weight = filtered.weight;
     const Vec2 film_point(float(x) + 0.5f + filtered.offset.x, float(y) + 0.5f + filtered.offset.y);
-    const bool uses_lens = world_.uses_lens && !options_.disable_lens;
+    const bool uses_lens = is_built(Effect::DepthOfField) && world_.uses_lens && !options_.disable_lens;
     if (uses_lens) count_call(Effect::DepthOfField);
     const Vec2 u_lens = uses_lens ? path.sampler.get_2d(0, Purpose::Lens) : Vec2(0.5f);
-    const float time = world_.has_motion ? world_.camera.shutter_time(path.sampler.get_1d(0, Purpose::ShutterTime)) : 0.0f;
-    if (world_.camera.has_motion()) count_call(Effect::CameraBlur);
+    constexpr bool may_move = is_built(Effect::CameraBlur) || is_built(Effect::TransformBlur) || is_built(Effect::DeformationBlur);
+    const float time = may_move && world_.has_motion ? world_.camera.shutter_time(path.sampler.get_1d(0, Purpose::ShutterTime)) : 0.0f;
+    if (is_built(Effect::CameraBlur) && world_.camera.has_motion()) count_call(Effect::CameraBlur);
     const camera::CameraRay first = world_.camera.generate_ray(film_point, u_lens, time);
     path.ray = {first.o, first.d, first.t_max, time};
     path.cone_width = first.cone_width;
     path.cone_spread = first.cone_spread;
     path.receiver.p = path.straight_o = first.o;
     path.beta = Rgb(world_.camera.exposure_scale());
-    if (world_.materials.has_absorption()) path.interior = world_.interior_changes ? world_.interior_at(first.o, time) : world_.camera_interior;
+    if (keeps_interior(world_)) path.interior = world_.interior_changes ? world_.interior_at(first.o, time) : world_.camera_interior;
     ++counts.paths;
     ++counts.camera;
     follow(path, out);
 }
 
 void PathTracer::follow(Path& path, film::SampleRadiance& out) const {
-    if (world_.nested || world_.subsurface || world_.body_media) follow_through<true>(path, out);
+    const bool has_insides = (is_built(Effect::NestedBodies) && world_.nested) || (is_built(Effect::Subsurface) && world_.subsurface) ||
+                             (is_built(Effect::InteriorMedia) && world_.body_media);
+    if (has_insides) follow_through<true>(path, out);
     else follow_through<false>(path, out);
 }
 
@@ -74,7 +81,7 @@ template <bool has_insides>
 void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
     RayCounts& counts = *path.counts;
     PathObserver* const observer = path.observer;
-    const bool has_absorption = world_.materials.has_absorption();
+    const bool has_absorption = keeps_interior(world_);
     std::optional<NestedBodies::Crossing> room;
     const char* end = "escaped";
     while (true) {
@@ -82,8 +89,9 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
 
         // Add the lights that the segment crosses; beyond the last surface also those at infinity
         const float t_max = hit.is_valid() ? hit.t : std::numeric_limits<float>::infinity();
-        const BodyMedia::Medium* const medium = has_insides && world_.body_media ? world_.body_media->find(path.interior.filling()) : nullptr;
-        if (world_.volumes || medium) {
+        const BodyMedia::Medium* const medium =
+            is_built(Effect::InteriorMedia) && has_insides && world_.body_media ? world_.body_media->find(path.interior.filling()) : nullptr;
+        if ((is_built(Effect::Volumes) && world_.volumes) || medium) {
             const Crossing crossing = cross_matter(path, medium, t_max, end, out);
             if (crossing == Crossing::Scattered) continue;
             if (crossing == Crossing::Ended) break;
@@ -98,7 +106,7 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
         path.segment_t = hit.t;
         if (observer) observer->on_hit(path.bounce, point, hit.t, path.beta);
         const NestedBodies::Crossing* crossing = nullptr;
-        if (pass_through(path, point) || (has_insides && !meet_bodies(path, point, room, crossing))) {
+        if ((is_built(Effect::Cutouts) && world_.materials.has_presence() && pass_through(path, point)) || (has_insides && !meet_bodies(path, point, room, crossing))) {
             if (path.pass_count < pass_through_limit) continue;
             end = "passed through too many surfaces";
             break;
@@ -111,7 +119,7 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
         if (path.bounce == 0 && !out.has_hit) record_first_hit(point, bsdf, out);
 
         // Add the surface's own emission
-        if (world_.lights.may_emit(point)) {
+        if (may_have_emission() && has_emission_ && world_.lights.may_emit(point)) {
             const lights::SurfaceRadiance emitted = surface_emission(path, point, wo, path.cone_width);
             if (!is_found_beyond(path, emitted.links))
                 deposit(path, path.bounce, emitted.group, path.beta * emitted.Le * surface_hit_weight(path, point), "surface emission", out);
@@ -132,8 +140,8 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
         }
         const Vertex& vertex = has_insides && emerged ? emerged->vertex : met;
         add_direct_light(path, vertex, out);
-        if (options_.caustics) add_caustics(path, vertex, out);
-        if (path.branches > 1 && vertex.bsdf.has_non_delta()) {
+        if (is_built(Effect::CausticSearch) && options_.caustics) add_caustics(path, vertex, out);
+        if (is_built(Effect::Splitting) && path.branches > 1 && vertex.bsdf.has_non_delta()) {
             branch_out(path, vertex, out);
             return;
         }
@@ -188,7 +196,7 @@ void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::Sample
     // Weigh it against finding the same light by going on
     const shading::BsdfValue value = bsdf.evaluate(wo, light.wi);
     Rgb f = value.f();
-    if (world_.has_lobe_multipliers) {
+    if (is_built(Effect::LobeMultipliers) && world_.has_lobe_multipliers) {
         count_call(Effect::LobeMultipliers);
         const lights::LobeMultipliers multipliers = world_.lights.lobe_multipliers(choice.light);
         f = value.diffuse * multipliers.diffuse + value.specular * multipliers.specular;
@@ -266,12 +274,12 @@ void PathTracer::go_straight_on(Path& path, const geometry::SurfacePoint& point)
 
 /// Goes on with all the light that passes the vertex straight, and with nothing else.
 bool PathTracer::pass_straight(Path& path, const Vertex& vertex) const {
-    if (path.pass_count >= pass_through_limit) return false;
+    if (!is_built(Effect::Transmission) || path.pass_count >= pass_through_limit) return false;
     const float surrounding_index = vertex.crossing ? vertex.crossing->surrounding_index : 1.0f;
     const Rgb passed = straight_through(world_.materials, vertex.point, -vertex.wo, path.cone_width, surrounding_index);
     if (is_black(passed)) return false;
     path.beta *= passed;
-    if (world_.materials.has_absorption()) cross(world_, vertex.crossing, vertex.point, vertex.wo, -vertex.wo, path.interior);
+    if (keeps_interior(world_)) cross(world_, vertex.crossing, vertex.point, vertex.wo, -vertex.wo, path.interior);
     go_straight_on(path, vertex.point);
     return true;
 }
@@ -288,12 +296,12 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
     if (is_black(path.beta)) return false;
     path.eta_scale *= sample->eta * sample->eta;
 
-    if (world_.materials.has_absorption() && sample->kind == shading::ScatterKind::Transmit)
+    if (keeps_interior(world_) && sample->kind == shading::ScatterKind::Transmit)
         cross(world_, crossing, point, wo, sample->wi, path.interior);
 
     // Going straight through a thin wall or an interface between equal media is no scattering event. Light sampling looks
     // through it as well, unless nobody knew that it is one: then what lies behind has no rival sampler
-    if (sample->is_delta && sample->kind == shading::ScatterKind::Transmit && sample->eta == 1.0f) {
+    if (is_built(Effect::Transmission) && sample->is_delta && sample->kind == shading::ScatterKind::Transmit && sample->eta == 1.0f) {
         go_straight_on(path, point);
         if (!world_.materials.material_is_see_through(point.material)) path.is_certain = true;
         return true;
@@ -307,27 +315,29 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
     path.receiver = receiver_at(world_, point, bsdf);
     path.scatter_pdf = sample->pdf;
     if (path.observer && !sample->is_delta) path.observer->on_scatter(sample->wi);
-    if (!(path.first_expected > 0.0f)) path.first_expected = luminance(beta) * directions.expected();
-    path.importance = scattered->expected > 0.0f ? luminance(beta) * scattered->expected / path.first_expected : 0.0f;
-    if (world_.has_lobe_multipliers) {
+    if (is_built(Effect::Guiding) && options_.guide) {
+        if (!(path.first_expected > 0.0f)) path.first_expected = luminance(beta) * directions.expected();
+        path.importance = scattered->expected > 0.0f ? luminance(beta) * scattered->expected / path.first_expected : 0.0f;
+    }
+    if (is_built(Effect::LobeMultipliers) && world_.has_lobe_multipliers) {
         path.diffuse_share = Rgb(0.0f);
         if (!sample->is_delta) {
             const Rgb diffuse = bsdf.evaluate(wo, sample->wi).diffuse;
             for (int c = 0; c < 3; ++c) path.diffuse_share[c] = sample->f[c] > 0.0f ? std::min(1.0f, diffuse[c] / sample->f[c]) : 0.0f;
         }
     }
-    if (options_.caustics) path.history = options_.caustics->after(path.history, point, bsdf, sample->is_delta, path.pass_count);
+    if (is_built(Effect::CausticSearch) && options_.caustics) path.history = options_.caustics->after(path.history, point, bsdf, sample->is_delta, path.pass_count);
     const bool is_first = path.bounce == 0;
     ++path.bounce;
     path.pass_count = 0;
-    if (is_first && has_shadow_layers_) add_unoccluded_hits(path, out);
-    if (world_.has_own_shadows) add_lights_beyond(path, point, out);
+    if (is_built(Effect::ShadowLayers) && is_first && has_shadow_layers_) add_unoccluded_hits(path, out);
+    if (may_have_links() && world_.has_own_shadows) add_lights_beyond(path, point, out);
     return true;
 }
 
 bool PathTracer::survives_roulette(Path& path) const {
     const EstimatorOptions& estimator = options_.estimator;
-    if (estimator.roulette == Roulette::None || path.bounce < estimator.roulette_start) return true;
+    if (!is_built(Effect::Roulette) || estimator.roulette == Roulette::None || path.bounce < estimator.roulette_start) return true;
     const float whole = world_.camera.exposure_scale() * path.share;
     const bool is_constant = estimator.roulette == Roulette::Constant;
     float survival = is_constant ? constant_survival : survival_per_throughput * max_component(path.beta) * path.eta_scale / whole;
@@ -345,8 +355,11 @@ bool PathTracer::survives_roulette(Path& path) const {
 void PathTracer::record_first_hit(const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, film::SampleRadiance& out) const {
     out.has_hit = true;
     out.alpha = 1.0f;
+    out.prim_id = point.provenance;
+    out.instance_id = point.instance;
+    if (!is_built(Effect::DataLayers) || !has_data_layers_) return;
     out.albedo = bsdf.albedo();
-    if (world_.subsurface && world_.materials.has_subsurface(point.material)) {
+    if (is_built(Effect::Subsurface) && world_.subsurface && world_.materials.has_subsurface(point.material)) {
         const shading::Subsurface below = world_.materials.subsurface(point, 0.0f);
         out.albedo += bsdf.entering() * below.color * below.weight;
     }
@@ -356,8 +369,6 @@ void PathTracer::record_first_hit(const geometry::SurfacePoint& point, const sha
     out.Z = point.p.dot(world_.camera.view_direction());
     float st[4] = {0, 0, 0, 0};
     if (point.mesh->primvar(point.mesh->texture_coordinates(), point.triangle, point.b1, point.b2, st)) out.st = Vec2(st[0], st[1]);
-    out.prim_id = point.provenance;
-    out.instance_id = point.instance;
 }
 
 }  // namespace velatura::integrator

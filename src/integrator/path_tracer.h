@@ -125,7 +125,8 @@ class PathTracer {
     const World& world_;
     PathTracerOptions options_;
     sampling::PixelFilter filter_;
-    bool has_shadow_layers_;
+    bool has_shadow_layers_, has_data_layers_;
+    bool has_emission_;  ///< some surface emits
     int depth_limit_;
 };
 

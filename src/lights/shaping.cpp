@@ -78,16 +78,16 @@ double LightShaping::mean_profile_factor(double theta) const {
     return sum / steps;
 }
 
-Rgb LightShaping::factor(const Vec3d& wo) const {
-    if (!is_active()) return Rgb(1.0f);
+Rgb LightShaping::active_factor(const Vec3d& wo) const {
+    using scene::Effect, scene::is_built;
     const double cosine = axis_.dot(wo);
     Rgb result(1.0f);
-    if (has_cone_ || has_focus_) {
-        scene::count_call(scene::Effect::LightShaping);
+    if (is_built(Effect::LightShaping) && (has_cone_ || has_focus_)) {
+        scene::count_call(Effect::LightShaping);
         result = factor_of_cosine(cosine);
     }
-    if (profile_) {
-        scene::count_call(scene::Effect::LightProfiles);
+    if (is_built(Effect::LightProfiles) && profile_) {
+        scene::count_call(Effect::LightProfiles);
         const double phi = std::atan2(-wo.dot(across_y_), -wo.dot(across_x_));
         result *= float(profile_factor(safe_acos(cosine), phi));
     }

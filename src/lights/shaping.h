@@ -3,6 +3,7 @@
 
 #include "base/math.h"
 #include "lights/light_bounds.h"
+#include "scene/effect_build.h"
 #include "scene/light.h"
 
 #include <memory>
@@ -25,7 +26,11 @@ class LightShaping {
         : LightShaping(light.shaping, light.render_from_light) {}
 
     /// Factor of the radiance that leaves in the unit direction `wo` (away from the light).
-    Rgb factor(const Vec3d& wo) const;
+    Rgb factor(const Vec3d& wo) const {
+        using scene::Effect, scene::is_built;
+        constexpr bool may_shape = is_built(Effect::LightShaping) || is_built(Effect::LightProfiles);
+        return may_shape && is_active() ? active_factor(wo) : Rgb(1.0f);
+    }
 
     bool is_active() const { return has_cone_ || has_focus_ || profile_; }
 
@@ -40,6 +45,7 @@ class LightShaping {
 
   private:
     void set_profile(const scene::Shaping& shaping, const Mat4d& render_from_light);
+    Rgb active_factor(const Vec3d& wo) const;
     Rgb factor_of_cosine(double cos_theta) const;
     double profile_factor(double theta, double phi) const;
     /// Of the profile, over all horizontal angles; 1 without one.

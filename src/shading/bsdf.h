@@ -160,7 +160,12 @@ class Bsdf {
     bool has_transmission() const { return p_.opacity < 1.0f || transmits_diffusely_; }
 
   private:
-    enum class Kind : uint8_t { Layers, Lambert, Hair };
+    enum class Kind : uint8_t {
+        Layers,
+        Plain,  // layers: an opaque base with one isotropic reflection and nothing else
+        Lambert,
+        Hair
+    };
 
     struct Fibre {
         HairLobes lobes;
@@ -198,9 +203,48 @@ class Bsdf {
         float probability[LobeCount] = {};  // of each Lobe; sums to 1 or all 0
     };
 
+    // In bsdf_tests.h. plain: of Kind::Plain, known beforehand
+    bool is_fibre() const;
+    template <bool plain = false>
+    bool is_thin() const;
+    template <bool plain = false>
+    bool transmits() const;
+    template <bool plain = false>
+    float opacity() const;
+    template <bool plain = false>
+    bool is_dense_side() const;
+    template <bool plain = false>
+    bool has_tint() const;
+    template <bool plain = false>
+    bool is_rough_interface() const;
+    template <bool plain = false>
+    bool is_rough_sheet() const;
+    template <bool plain = false>
+    bool transmits_diffusely() const;
+    template <bool plain = false>
+    bool is_anisotropic() const;
+    template <bool plain = false>
+    bool has_coat() const;
+    template <bool plain = false>
+    bool has_sheen() const;
+    template <bool plain = false>
+    bool has_rough_base() const;
+    template <bool plain = false>
+    bool has_extras() const;
+
+    template <bool plain>
+    static constexpr auto lobes();
+    bool is_plain() const;
+    template <bool plain>
+    void set_layers(bool is_behind);
+    void set_sides(bool is_behind);
+    void set_interfaces(const Rgb& f_average, const GgxAlbedo& average);
+    template <bool plain>
     View make_view(const Vec3& wo_local) const;
+    template <bool plain>
     void set_probabilities(View& view) const;
     Rgb interface_albedo(const Vec3& w) const;
+    template <bool plain>
     GgxAlbedo specular_albedo(const Vec3& w, float mu) const;
     void set_anisotropy();
     void set_sheet_compensation(const Rgb& f_average, float average_loss);
@@ -217,11 +261,20 @@ class Bsdf {
     Rgb rough_loss(const Vec3& w, const rough_interface::Shares& shares) const;
     Rgb microfacet_fresnel(float cos_m) const;
     float reflect_share(const Rgb& fresnel) const;
+    template <bool plain>
+    BsdfValue evaluate_layers(const Vec3& wo, const Vec3& wi) const;
+    template <bool plain>
+    std::optional<BsdfSample> sample_layers(const Vec3& wo, float u_lobe, const Vec2& u) const;
+    template <bool plain>
     void evaluate_local(const View& view, const Vec3& wi, BsdfValue& value) const;
+    template <bool plain>
     float facet_d(const Vec3& wm) const;
+    template <bool plain>
     float facet_visibility(const View& view, const Vec3& wi, float mu_i) const;
+    template <bool plain>
     float facet_pdf(const Vec3& wo, const Vec3& wm) const;
     float facet_normal_pdf(const Vec3& wo, const Vec3& wm, float cos_m) const;
+    template <bool plain>
     Rgb add_reflection(
         const View& view, const Vec3& wi, const Vec3& wm, float cos_m, BsdfValue& value) const;
     Rgb add_rough_reflection(
@@ -243,6 +296,7 @@ class Bsdf {
     float sheet_reflect_share(float cos_m) const;
     Vec3 sample_interface(const View& view, float u_choice, const Vec2& u) const;
     Vec3 sample_sheet(const View& view, float u_choice, const Vec2& u) const;
+    template <bool plain>
     Vec3 sample_facet(const Vec3& wo, const Vec2& u) const;
     std::optional<BsdfSample> sample_lambert(const Vec2& u) const;
     std::optional<BsdfSample> sample_delta(const View& view, Lobe lobe, const Vec3& wo) const;

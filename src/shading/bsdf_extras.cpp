@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What only some surfaces have: a rough base, a coat over it, sheen over all.
 #include "shading/bsdf.h"
+#include "shading/bsdf_tests.h"
 #include "shading/rgb_math.h"
 #include "shading/rough_diffuse.h"
 
@@ -20,13 +21,13 @@ constexpr float rough_coupling_excess = 0.0066f;
 void Bsdf::add_extras(
     const View& v, const Vec3& wi, const Vec3& wm, float cos_m, BsdfValue& value) const {
     // So far the base is Lambert's
-    if (p_.diffuse_roughness > 0.0f) {
+    if (has_rough_base()) {
         value.diffuse *=
             safe_divide(rough_diffuse(p_.diffuse, p_.diffuse_roughness, v.wo, wi), p_.diffuse);
         if (has_specular_) value.diffuse /= 1.0f + rough_coupling_excess * p_.diffuse_roughness;
     }
-    if (has_coat_) add_coat(v, wi, wm, cos_m, value);
-    if (has_sheen_) add_sheen(v, wi, wm, std::min(wi.z, 1.0f), value);
+    if (has_coat()) add_coat(v, wi, wm, cos_m, value);
+    if (has_sheen()) add_sheen(v, wi, wm, std::min(wi.z, 1.0f), value);
 }
 
 /// Sheen takes its share first. What is below gets what the larger share of the two directions

@@ -4,6 +4,7 @@
 #include "geometry/fibre.h"
 #include "geometry/geometry_set.h"
 #include "geometry/triangle_mesh.h"
+#include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 
 #include <algorithm>
@@ -16,6 +17,7 @@ namespace {
 using geometry::SurfacePoint;
 using scene::Input;
 using scene::count_call;
+using scene::is_built;
 using scene::Effect;
 using scene::is_constant;
 using scene::may_cut;
@@ -137,12 +139,14 @@ MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene,
         Flags f;
         f.has_presence = may_cut(m) || forced.has(Effect::Cutouts);
         set_transport(m, f, diagnostics);
-        f.is_special = f.interface != nullptr || f.anisotropic != nullptr || m.thin_walled ||
-                       m.extras.has_value();
+        f.turns_normals = !is_constant(m.normal) || m.normal.value != Rgb(0.0f, 0.0f, 1.0f);
         if (scene::may_have_sheen(m) && !sheen_) sheen_ = std::make_unique<SheenAlbedo>();
         f.is_emissive = scene::is_emissive(m);
         f.is_hair = m.hair.has_value();
         f.has_subsurface = scene::may_scatter_below(m);
+        f.is_special = f.interface != nullptr || f.anisotropic != nullptr || m.thin_walled ||
+                       m.extras.has_value() || f.has_subsurface || may_transmit(m) ||
+                       !is_constant(m.clearcoat) || m.clearcoat.value.x > 0.0f;
         has_subsurface_ = has_subsurface_ || f.has_subsurface;
         flags_.push_back(f);
         has_presence_ = has_presence_ || f.has_presence;
@@ -304,21 +308,24 @@ TexelRgba MaterialEvaluator::texture(scene::TextureId id,
     return textures_.lookup(texture_handles_[id], mapped, width);
 }
 
-Rgb MaterialEvaluator::color(const Input& input, const SurfacePoint& point, float footprint) const {
+Rgb MaterialEvaluator::varying(const Input& input, const SurfacePoint& point, float footprint) const {
     switch (input.source) {
         case Input::Source::Constant:
             return input.value;
         case Input::Source::Primvar: {
+            if (!is_built(Effect::VaryingColors)) break;
             count_call(Effect::VaryingColors);
             float out[4] = {input.value.x, input.value.y, input.value.z, 0};
             geometry::primvar(scene_, point, input.primvar, out);
             return {out[0], out[1], out[2]};
         }
         case Input::Source::Pattern: {
+            if (!is_built(Effect::Patterns)) break;
             const scene::PatternValue v = pattern(input.pattern, point, footprint);
             return {v.x, v.y, v.z};
         }
         case Input::Source::Texture: {
+            if (!is_built(Effect::Textures)) break;
             const TexelRgba c = texture(input.texture, point, footprint);
             switch (input.output) {
                 case scene::TextureOutput::R:
@@ -337,12 +344,6 @@ Rgb MaterialEvaluator::color(const Input& input, const SurfacePoint& point, floa
     return input.value;
 }
 
-float MaterialEvaluator::scalar(const Input& input,
-                                const SurfacePoint& point,
-                                float footprint) const {
-    return is_constant(input) ? input.value.x : color(input, point, footprint).x;
-}
-
 float MaterialEvaluator::displacement(const SurfacePoint& point, float footprint) const {
     const float d = scalar(scene_.materials[point.material].displacement, point, footprint);
     return std::isfinite(d) ? d : 0.0f;
@@ -350,7 +351,7 @@ float MaterialEvaluator::displacement(const SurfacePoint& point, float footprint
 
 Rgb MaterialEvaluator::display_color(const SurfacePoint& point) const {
     float out[4] = {fallback_grey, fallback_grey, fallback_grey, 1};
-    if (display_color_ != scene::none && geometry::primvar(scene_, point, display_color_, out))
+    if (is_built(Effect::VaryingColors) && display_color_ != scene::none && geometry::primvar(scene_, point, display_color_, out))
         count_call(Effect::VaryingColors);
     return unit_interval(Rgb(out[0], out[1], out[2]));
 }
@@ -365,7 +366,7 @@ SurfaceParameters MaterialEvaluator::parameters(scene::MaterialId material,
     p.interface = f.interface;
     const Rgb base = unit_interval(color(m.diffuse_color, point, footprint));
     p.ior = valid_ior(scalar(m.ior, point, footprint));
-    if (surrounding_index != 1.0f) set_surroundings(f.interfaces_within, surrounding_index, p);
+    if (is_built(Effect::NestedBodies) && surrounding_index != 1.0f) set_surroundings(f.interfaces_within, surrounding_index, p);
     if (m.use_specular_workflow) {
         p.diffuse = base;
         p.f0 = unit_interval(color(m.specular_color, point, footprint));
@@ -380,9 +381,23 @@ SurfaceParameters MaterialEvaluator::parameters(scene::MaterialId material,
         p.f90 = mix(Rgb(p.ior == 1.0f ? 0.0f : 1.0f), base, metallic);
     }
     if (!m.has_specular) p.f0 = p.f90 = Rgb(0.0f);
-    if (f.has_subsurface) p.diffuse *= 1.0f - subsurface_weight(m, point, footprint);
     const float roughness = unit_interval(scalar(m.roughness, point, footprint));
     p.alpha = roughness * roughness;
+    constexpr bool may_be_special =
+        is_built(Effect::Subsurface) || is_built(Effect::Clearcoat) ||
+        is_built(Effect::Transmission) || is_built(Effect::RoughTransmission) ||
+        is_built(Effect::RoughDiffuse) || is_built(Effect::Sheen) || is_built(Effect::Anisotropy) ||
+        is_built(Effect::ThinWalls);
+    if (may_be_special && f.is_special) add_special(m, f, point, footprint, p);
+    return p;
+}
+
+void MaterialEvaluator::add_special(const scene::Material& m,
+                                    const Flags& f,
+                                    const SurfacePoint& point,
+                                    float footprint,
+                                    SurfaceParameters& p) const {
+    if (f.has_subsurface) p.diffuse *= 1.0f - subsurface_weight(m, point, footprint);
     p.clearcoat = unit_interval(scalar(m.clearcoat, point, footprint));
     if (p.clearcoat > 0.0f) {
         count_call(Effect::Clearcoat);
@@ -393,17 +408,6 @@ SurfaceParameters MaterialEvaluator::parameters(scene::MaterialId material,
         count_call(Effect::Transmission);
         p.opacity = unit_interval(scalar(m.opacity, point, footprint));
     }
-    if (f.is_special) add_special(m, f, point, footprint, p);
-    if (p.opacity < 1.0f && (m.thin_walled || !(m.transmission_depth > 0.0f)))
-        p.transmission_tint = unit_interval(color(m.transmission_color, point, footprint));
-    return p;
-}
-
-void MaterialEvaluator::add_special(const scene::Material& m,
-                                    const Flags& f,
-                                    const SurfacePoint& point,
-                                    float footprint,
-                                    SurfaceParameters& p) const {
     if (p.interface) count_call(Effect::RoughTransmission);
     if (m.extras) {
         const float metallic = unit_interval(scalar(m.metallic, point, footprint));
@@ -411,6 +415,8 @@ void MaterialEvaluator::add_special(const scene::Material& m,
     }
     if (f.anisotropic) add_anisotropy(m, point, footprint, p);
     if (m.thin_walled) add_thin_wall(m, point, footprint, p);
+    if (p.opacity < 1.0f && (m.thin_walled || !(m.transmission_depth > 0.0f)))
+        p.transmission_tint = unit_interval(color(m.transmission_color, point, footprint));
 }
 
 void MaterialEvaluator::add_extras(const scene::SurfaceExtras& x,
@@ -516,13 +522,15 @@ Bsdf MaterialEvaluator::make_bsdf(const SurfacePoint& point,
         return Bsdf(display_color(point), point.ng, point.ns, wo, horizon);
     }
     const scene::Material& m = scene_.materials[point.material];
-    if (m.hair) {
+    if (is_built(Effect::Hair) && m.hair) {
         if (const auto fibre = geometry::fibre_at(scene_, point, wo))
             return Bsdf(hair_parameters(*m.hair, point, footprint), fibre->h, fibre->along,
                         fibre->ng, wo);
     }
+    const bool turns_normal =
+        is_built(Effect::NormalMaps) && flags_[point.material].turns_normals;
     return Bsdf(parameters(point.material, point, footprint, surrounding_index), point.ng,
-                mapped_normal(m, point, footprint), wo, horizon);
+                turns_normal ? mapped_normal(m, point, footprint) : point.ns, wo, horizon);
 }
 
 Rgb MaterialEvaluator::emission(const SurfacePoint& point, const Vec3&, float footprint) const {
@@ -532,7 +540,7 @@ Rgb MaterialEvaluator::emission(const SurfacePoint& point, const Vec3&, float fo
 }
 
 float MaterialEvaluator::presence(const SurfacePoint& point, float footprint) const {
-    if (!material_has_presence(point.material)) return 1.0f;
+    if (!is_built(Effect::Cutouts) || !material_has_presence(point.material)) return 1.0f;
     count_call(Effect::Cutouts);
     if (point.material >= scene_.materials.size()) {
         float out[4] = {1, 1, 1, 1};

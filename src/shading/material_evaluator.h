@@ -155,7 +155,8 @@ class MaterialEvaluator final : public geometry::Displacer {
         const RoughInterface* interface = nullptr;  // of rough transmission
         std::vector<const RoughInterface*> interfaces_within;  // the same within other bodies
         const AnisotropicAlbedo* anisotropic = nullptr;
-        bool is_special = false;  // has more than a plain UsdPreviewSurface
+        bool is_special = false;  // has more than a base and its reflection
+        bool turns_normals = false;
     };
 
     const Flags& flags(scene::MaterialId material) const {
@@ -171,10 +172,19 @@ class MaterialEvaluator final : public geometry::Displacer {
     const AnisotropicAlbedo* make_anisotropy(const scene::Material& material);
     Rgb color(const scene::Input& input,
               const geometry::SurfacePoint& point,
-              float footprint) const;
+              float footprint) const {
+        return scene::is_constant(input) ? input.value : varying(input, point, footprint);
+    }
+
     float scalar(const scene::Input& input,
                  const geometry::SurfacePoint& point,
-                 float footprint) const;
+                 float footprint) const {
+        return scene::is_constant(input) ? input.value.x : varying(input, point, footprint).x;
+    }
+
+    Rgb varying(const scene::Input& input,
+                const geometry::SurfacePoint& point,
+                float footprint) const;
     TexelRgba texture(scene::TextureId id,
                       const geometry::SurfacePoint& point,
                       float footprint) const;
