@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "effect_fixtures.h"
-#include "integrator/effect_plan.h"
+#include "effect_plans.h"
 #include "usd_render.h"
 
 namespace velatura::test {
@@ -16,21 +16,6 @@ namespace {
 using integrator::EffectPlan;
 using integrator::EffectState;
 using scene::Effect;
-
-integrator::PlanOptions options_of_test() {
-    integrator::PlanOptions options;
-    options.layers.groups = {{"key", {}, false}};
-    options.guiding = integrator::Guiding::Off;
-    options.splits = options.is_adaptive = false;
-    options.layers.matrix_layers = options.layers.shadow_layers = options.layers.halves = true;
-    return options;
-}
-
-std::string joined(const std::vector<Effect>& effects) {
-    std::string text;
-    for (const Effect e : effects) text += fmt::format("{} ", scene::info(e).name);
-    return text;
-}
 
 constexpr integrator::RenderOptions few_samples = {.seed = 3, .end_sample = 4};
 
@@ -42,11 +27,11 @@ TEST(Effects, RunWhenTheyAreCalledForAndElseNot) {
     for (const EffectFixture& fixture : effect_fixtures()) {
         if (wants_a_picture(fixture)) continue;
         const scene::Scene scene = scene_from_usda(fixture_usda(fixture, fixture.on, Arrival::Direct), 16, 12);
-        const EffectPlan plan = integrator::make_plan(scene, options_of_test());
+        const EffectPlan plan = integrator::make_plan(scene, plan_of_test());
         integrator::RayCounts counts;
         render_scene(scene, few_samples, RenderSetup{.counts = &counts});
         EXPECT_GT(counts.effects.of(fixture.effect), 0u) << scene::info(fixture.effect).name << " by " << fixture.name;
-        EXPECT_EQ(joined(integrator::broken_promises(plan, counts.effects)), "") << "with " << scene::info(fixture.effect).name;
+        EXPECT_EQ(names_of(integrator::broken_promises(plan, counts.effects)), "") << "with " << scene::info(fixture.effect).name;
     }
 }
 
@@ -82,11 +67,11 @@ TEST(Effects, OfLightsThatAreDarkOrAloneDoNotRun) {
     const std::string multiplied = " float inputs:diffuse = 0.5\n float inputs:specular = 0.2\n";
     for (const std::string& lights : {lamp, lamp + some, dark, dark + multiplied, dark + some, dark_mesh, dark_mesh + multiplied + some}) {
         const scene::Scene scene = scene_from_usda(stage_with(lights + "}\n"), 16, 12);
-        const EffectPlan plan = integrator::make_plan(scene, options_of_test());
+        const EffectPlan plan = integrator::make_plan(scene, plan_of_test());
         for (const auto selection : {lights::SelectionKind::Uniform, lights::SelectionKind::Power, lights::SelectionKind::Tree}) {
             integrator::RayCounts counts;
             render_scene(scene, few_samples, RenderSetup{.counts = &counts, .light_selection = selection});
-            EXPECT_EQ(joined(integrator::broken_promises(plan, counts.effects)), "") << lights << "selection " << int(selection);
+            EXPECT_EQ(names_of(integrator::broken_promises(plan, counts.effects)), "") << lights << "selection " << int(selection);
         }
     }
 }
@@ -99,11 +84,11 @@ TEST(Effects, ThatRunAgainstThePlanAreFoundOut) {
     const std::vector<Effect> broken = integrator::broken_promises(EffectPlan{}, counts.effects);
     for (const Effect e : {Effect::Quadrics, Effect::Transmission, Effect::Clearcoat, Effect::Environment, Effect::LightSelection, Effect::SurfaceEmission, Effect::VaryingColors})
         EXPECT_NE(std::find(broken.begin(), broken.end(), e), broken.end()) << scene::info(e).name;
-    EXPECT_EQ(joined(integrator::broken_promises(integrator::make_plan(scene, options_of_test()), counts.effects)), "");
+    EXPECT_EQ(names_of(integrator::broken_promises(integrator::make_plan(scene, plan_of_test()), counts.effects)), "");
 }
 
 scene::EffectSet forced_in(const scene::Scene& scene) {
-    integrator::PlanOptions options = options_of_test();
+    integrator::PlanOptions options = plan_of_test();
     options.force_all = true;
     return integrator::make_plan(scene, options).forced();
 }
@@ -152,7 +137,7 @@ TEST(Effects, ChangeNoBitInCompany) {
         integrator::RayCounts counts;
         const uint64_t plain = fingerprint(render_scene(scene, few_samples, RenderSetup{.counts = &counts}));
         EXPECT_EQ(plain, picture(scene, forced_in(scene))) << "stage " << stage;
-        EXPECT_EQ(joined(integrator::broken_promises(integrator::make_plan(scene, options_of_test()), counts.effects)), "");
+        EXPECT_EQ(names_of(integrator::broken_promises(integrator::make_plan(scene, plan_of_test()), counts.effects)), "");
     }
     size_t pairs = 0, wanted = 0;
     for (size_t i = 0; i < all.size(); ++i)

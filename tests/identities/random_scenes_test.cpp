@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stages that nobody thought of: whatever is in them, what the plan has off does not run, what runs without being called
+// for changes no bit of any layer, and neither do threads. VELATURA_RANDOM_SCENES=10000 tries more of them,
+// VELATURA_RANDOM_SEED=N others; the seed in a message is the stage.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include <fmt/format.h>
+
+#include "effect_plans.h"
+#include "random_scene.h"
+#include "usd_render.h"
+
+namespace velatura::test {
+namespace {
+
+uint64_t from_environment(const char* name, uint64_t otherwise) {
+    const char* text = std::getenv(name);
+    return text ? std::strtoull(text, nullptr, 10) : otherwise;
+}
+
+bool is_finite(const film::Film& film) {
+    const image::AccumulatorTable& table = film.sums().table();
+    for (int y = film.window().y0; y < film.window().y1; ++y) {
+        for (int x = film.window().x0; x < film.window().x1; ++x) {
+            for (uint32_t a = 0; a < table.total_count(); ++a) {
+                const image::Triple t = film.sums().total(x, y, a);
+                if (!std::isfinite(t.x) || !std::isfinite(t.y) || !std::isfinite(t.z)) return false;
+            }
+        }
+    }
+    return true;
+}
+
+void check(uint64_t seed) {
+    const scene::Scene scene = scene_from_usda(random_scene_usda(seed), 12, 9);
+    const integrator::RenderOptions few = {.seed = seed, .end_sample = 2};
+    // How paths are traced is drawn as well
+    RenderSetup setup{.threads = 1, .caustics = seed % 3 == 0 ? integrator::Caustics::Auto : integrator::Caustics::Path, .branches = 1 + uint32_t(seed % 2)};
+    integrator::RayCounts counts;
+    setup.counts = &counts;
+    const film::Film film = render_scene(scene, few, setup);
+    EXPECT_TRUE(is_finite(film));
+    integrator::PlanOptions options = plan_of_test();
+    options.caustics = setup.caustics;
+    options.splits = setup.branches > 1;
+    EXPECT_EQ(names_of(integrator::broken_promises(integrator::make_plan(scene, options), counts.effects)), "");
+
+    setup.counts = nullptr;
+    setup.threads = 2;
+    EXPECT_EQ(fingerprint(film), fingerprint(render_scene(scene, few, setup))) << "two threads";
+    setup.threads = 1;
+    options.force_all = true;
+    setup.forced = integrator::make_plan(scene, options).forced();
+    EXPECT_EQ(fingerprint(film), fingerprint(render_scene(scene, few, setup))) << "all effects";
+}
+
+TEST(RandomScenes, HoldWhatThePlanPromises) {
+    const uint64_t first = from_environment("VELATURA_RANDOM_SEED", 1), count = from_environment("VELATURA_RANDOM_SCENES", 24);
+    for (uint64_t seed = first; seed < first + count; ++seed) {
+        SCOPED_TRACE(fmt::format("VELATURA_RANDOM_SEED={} VELATURA_RANDOM_SCENES=1", seed));
+        check(seed);
+    }
+}
+
+/// The same stage for the same seed, another for another.
+TEST(RandomScenes, AreWhatTheirSeedSays) {
+    EXPECT_EQ(random_scene_usda(5), random_scene_usda(5));
+    EXPECT_NE(random_scene_usda(5), random_scene_usda(6));
+}
+
+}  // namespace
+}  // namespace velatura::test
