@@ -33,7 +33,7 @@ struct Cost {
 
 class Program {
   public:
-    Program(fs::path program, int samples) : program_(std::move(program)), samples_(std::to_string(samples)) {
+    Program(fs::path program, int samples) : program_(std::move(program)), samples_(samples) {
         folder_ = fs::temp_directory_path() / fmt::format("velatura_bench_effects_{}", ::getpid());
         fs::create_directories(folder_);
     }
@@ -48,9 +48,21 @@ class Program {
 
     /// Nothing: it failed. What effects change of how paths divide, what is learned and where samples go is no part of
     /// their price, so these are off.
-    std::optional<Cost> render(const std::string& scene, const std::string& effects) const {
+    std::optional<Cost> render(const std::string& scene, const std::string& effects) const { return render(scene, effects, samples_); }
+
+    /// The same of one sample per pixel: next to nothing but what comes before the first.
+    std::optional<Cost> start(const std::string& scene, const std::string& effects) const { return render(scene, effects, 1); }
+
+    /// Of the last render.
+    json effects() const {
+        std::ifstream in(stats_file());
+        return json::parse(in).at("effects");
+    }
+
+  private:
+    std::optional<Cost> render(const std::string& scene, const std::string& effects, int samples) const {
         std::vector<std::string> words = {program_.string(), "render", scene, "-o", (folder_ / "x.exr").string(), "--stats", stats_file().string(),
-                                          "--res", "240", "135", "--spp", samples_, "--threads", "1", "--adaptive", "off", "--guiding", "off",
+                                          "--res", "240", "135", "--spp", std::to_string(samples), "--threads", "1", "--adaptive", "off", "--guiding", "off",
                                           "--splitting", "off", "--progress", "none", "-q"};
         if (!effects.empty()) words.push_back("--effects=" + effects);
         std::vector<char*> arguments;
@@ -68,17 +80,10 @@ class Program {
         return Cost{seconds(usage.ru_utime) + seconds(usage.ru_stime), double(usage.ru_maxrss) / 1024.0};
     }
 
-    /// Of the last render.
-    json effects() const {
-        std::ifstream in(stats_file());
-        return json::parse(in).at("effects");
-    }
-
-  private:
     fs::path stats_file() const { return folder_ / "x.json"; }
 
     fs::path program_, folder_;
-    std::string samples_;
+    int samples_;
 };
 
 double median(std::vector<double> values) {
@@ -89,16 +94,18 @@ double median(std::vector<double> values) {
 /// The effect and the whole scene in turns; false when a render failed.
 bool print_price(const Program& program, const std::string& scene, const json& effect, int rounds) {
     const std::string name = effect.at("name");
-    std::vector<double> ratios, saved, memory;
+    std::vector<double> ratios, saved, at_start, memory;
     for (int i = 0; i < rounds; ++i) {
         const auto with = program.render(scene, ""), without = program.render(scene, "-" + name);
-        if (!with || !without) return false;
+        const auto start_with = program.start(scene, ""), start_without = program.start(scene, "-" + name);
+        if (!with || !without || !start_with || !start_without) return false;
         ratios.push_back(with->cpu_s / without->cpu_s);
         saved.push_back(with->cpu_s - without->cpu_s);
+        at_start.push_back(start_with->cpu_s - start_without->cpu_s);
         memory.push_back(with->memory_mib - without->memory_mib);
     }
     const auto [least, most] = std::minmax_element(ratios.begin(), ratios.end());
-    fmt::print("  {:<20} {:>6.3f} {:>6.3f}-{:.3f} {:>+9.3f} {:>+9.1f} {:>13} {}\n", name, median(ratios), *least, *most, median(saved), median(memory),
+    fmt::print("  {:<20} {:>6.3f} {:>6.3f}-{:.3f} {:>+9.3f} {:>+9.3f} {:>+9.1f} {:>13} {}\n", name, median(ratios), *least, *most, median(saved), median(at_start), median(memory),
                effect.value("calls", uint64_t(0)), effect.value("prim", std::string()));
     std::fflush(stdout);
     return true;
@@ -111,7 +118,7 @@ bool print_scene(const Program& program, const std::string& scene, int rounds) {
         return false;
     }
     fmt::print("{}: {:.2f} CPU s, {:.0f} MiB\n", scene, whole->cpu_s, whole->memory_mib);
-    fmt::print("  {:<20} {:>6} {:>12} {:>9} {:>9} {:>13} {}\n", "effect", "ratio", "rounds", "CPU s", "MiB", "calls", "called for by");
+    fmt::print("  {:<20} {:>6} {:>12} {:>9} {:>9} {:>9} {:>13} {}\n", "effect", "ratio", "rounds", "CPU s", "at start", "MiB", "calls", "called for by");
     const json effects = program.effects();
     std::string off;
     for (const json& e : effects) {
@@ -136,13 +143,13 @@ int main(int argc, char** argv) {
     app.add_option("--spp", samples, "samples per pixel")->check(CLI::Range(1, 1 << 20));
     CLI11_PARSE(app, argc, argv);
     if (scenes.empty()) {
-        for (const char* name : {"atelier/atelier", "sky/sky", "tuft/tuft", "transport/glass", "transport/sheets", "transport/window", "transport/linked", "transport/lens"}) {
-            const fs::path file = fs::path(VELATURA_SOURCE_DIR) / "scenes" / (std::string(name) + ".usda");
+        for (const char* name : {"scenes/atelier/atelier", "scenes/sky/sky", "scenes/tuft/tuft", "scenes/transport/glass", "scenes/transport/sheets", "scenes/transport/window", "scenes/transport/linked", "scenes/transport/lens", "tests/bench/priced"}) {
+            const fs::path file = fs::path(VELATURA_SOURCE_DIR) / (std::string(name) + ".usda");
             if (fs::exists(file)) scenes.push_back(file.string());
         }
     }
     const Program program(fs::canonical("/proc/self/exe").parent_path() / "velatura", samples);
-    fmt::print("Renders of 240x135 pixels, {} spp, one thread. ratio: CPU time with the effect over without, median of {} rounds in turns, and their range.\n\n", samples, rounds);
+    fmt::print("Renders of 240x135 pixels, {} spp, one thread. ratio: CPU time with the effect over without, median of {} rounds in turns, and their range; at start: what of the CPU seconds comes before the second sample.\n\n", samples, rounds);
     bool is_good = true;
     for (const std::string& scene : scenes) is_good &= print_scene(program, scene, rounds);
     return is_good ? 0 : 1;
