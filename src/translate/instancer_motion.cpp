@@ -4,12 +4,10 @@
 #include "translate/parts.h"
 #include "translate/placement_motion.h"
 #include "translate/pose.h"
-#include "usd/stage/xform.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -38,7 +36,9 @@ class InstancerKeys {
         const State opening = state_at(0);
         std::vector<size_t> curved(placed_.placements.size());
         std::iota(curved.begin(), curved.end(), size_t(0));
-        for (size_t segments = fewest_segments(); !curved.empty(); segments *= 2) {
+        for (size_t segments =
+                 fewest_segments(places_.sample_times(), instancer_, holder_.frame, shutter_);
+             !curved.empty(); segments *= 2) {
             std::vector<size_t> straight, rest;
             read_level(opening, segments, curved, straight, rest);
             const bool is_last = 2 * segments > most_segments;
@@ -69,19 +69,6 @@ class InstancerKeys {
         return between_origins(state.rows.matrix(placed_.numbers[i]),
                                placed_.placements[i].what->origin, nowhere) *
                state.holder_from_instancer;
-    }
-
-    /// As many as there are samples to turn at.
-    size_t fewest_segments() const {
-        std::vector<double> times = places_.sample_times();
-        for (const Prim at : chain_of(instancer_, holder_.frame)) {
-            const auto more = usd::stage::transform_sample_times(at);
-            times.insert(times.end(), more.begin(), more.end());
-        }
-        const auto turns = std::count_if(times.begin(), times.end(), [&](double t) {
-            return t > shutter_.open && t < shutter_.close;
-        });
-        return std::min(std::bit_ceil(size_t(turns) + 1), most_segments);
     }
 
     /// Gives the instances `wanted` keys, and says which need no more of them.

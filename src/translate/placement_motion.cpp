@@ -6,8 +6,10 @@
 #include "translate/parts.h"
 #include "translate/pose.h"
 #include "translate/values.h"
+#include "usd/stage/xform.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <iterator>
 #include <optional>
@@ -102,6 +104,17 @@ bool fits_floats(const Mat4d& m) {
     return is_finite(Mat4d(to_float(m)));
 }
 
+size_t fewest_segments(std::vector<double> times, Prim prim, Prim frame, const Shutter& shutter) {
+    for (const Prim at : chain_of(prim, frame)) {
+        const auto more = usd::stage::transform_sample_times(at);
+        times.insert(times.end(), more.begin(), more.end());
+    }
+    std::erase_if(times, [&](double t) { return !(t > shutter.open && t < shutter.close); });
+    std::sort(times.begin(), times.end());
+    const auto turns = std::unique(times.begin(), times.end()) - times.begin();
+    return std::min(std::bit_ceil(size_t(turns) + 1), most_segments);
+}
+
 Mat4d between(const Mat4d& a, const Mat4d& b, double f) {
     return a * (1 - f) + b * f;
 }
@@ -146,7 +159,8 @@ void read_placement_motion(Context& ctx,
         });
     };
     std::vector<Mat4d> keys;
-    for (size_t segments = 1; segments <= most_segments; segments *= 2) {
+    for (size_t segments = fewest_segments({}, instance, holder.frame, shutter);
+         segments <= most_segments; segments *= 2) {
         const double step = 1.0 / double(segments);
         keys.clear();
         for (size_t k = 0; k <= segments; ++k) keys.push_back(at_way(double(k) * step));

@@ -4,6 +4,9 @@
 #include "translate/another_time.h"
 #include "translate/context.h"
 
+#include <cstddef>
+#include <vector>
+
 namespace velatura::translate {
 
 /// Whether light would have to be sampled from what moves, or volumes looked up in it.
@@ -19,6 +22,10 @@ bool fits_floats(const Mat4d& m);
 
 /// f of the way from a to b.
 Mat4d between(const Mat4d& a, const Mat4d& b, double f);
+
+/// Segments, a power of two, as many as there are samples to turn at while the shutter is open:
+/// those at `times`, and of transforms of the prim and what is above it in `frame`.
+size_t fewest_segments(std::vector<double> times, Prim prim, Prim frame, const Shutter& shutter);
 
 /// Where it is asked, between two keys, how far the matrices are from a straight line.
 inline constexpr double ways_between[] = {aside, 0.5, 1 - aside};

@@ -283,6 +283,26 @@ def "Still" (instanceable = true; prepend references = </Cart>) {}
     }
 }
 
+// To and fro, and back at rest wherever straight lines are asked for.
+TEST(Motion, OfInstancesBetweenSamplesIsSeen) {
+    Translated t;
+    translate_at(0, "double shutter:close = 1\n",
+                 "class Xform \"Model\" {\n" + quad("Q") +
+                     "}\ndef \"A\" (instanceable = true; prepend references = </Model>) {\n"
+                     "double3 xformOp:translate.timeSamples = { 0: (0, 0, -9), 0.2: (5, 0, -9), 0.35: "
+                     "(0, 0, -9), 1: (0, 0, -9) }\nuniform token[] xformOpOrder = "
+                     "[\"xformOp:translate\"]\n}\n",
+                 t);
+    ASSERT_EQ(t.scene.instances.size(), 1u);
+    const auto& later = t.scene.instances[0].later_render_from_prototype;
+    ASSERT_EQ(later.size(), 16u);
+    for (size_t k = 1; k <= 16; ++k) {
+        const double way = double(k) / 16;
+        const double x = way < 0.2 ? 25 * way : std::max(0.0, 5 - 5 * (way - 0.2) / 0.15);
+        EXPECT_NEAR(later[k - 1][3][0], x, 1e-5) << k;
+    }
+}
+
 // Two motions that are straight each are not when one carries the other.
 TEST(Motion, OfInstancesInInstancesIsStraightFromKeyToKey) {
     const std::string text = "class Xform \"Inner\" {\n" + quad("Q") + R"(}
