@@ -121,6 +121,7 @@ struct Context {
     bool has_emissive_material = false;
     bool has_light_prim = false;  ///< a light was met, whether it shines or not
     bool instance_cap_hit = false;
+    size_t copies = 0;  ///< of what instances do not share
     scene::MaterialId black_material = scene::none;  ///< of mesh lights without material response
     std::vector<Prim> mesh_light_prims;              ///< of Scene::mesh_lights
     bool has_linking = false;                        ///< some light is linked, see note_linking

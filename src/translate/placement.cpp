@@ -106,6 +106,24 @@ void place_volume(Context& ctx, scene::Volume volume, const Mat4d& matrix, uint3
     ctx.place_of_volume.push_back(link_place);
 }
 
+/// Nothing more is placed.
+void stop_placing(Context& ctx, scene::ProvenanceId provenance, const std::string& what) {
+    const scene::Provenance& p = ctx.scene.provenance[provenance];
+    ctx.diagnostics.error("too-many-instances", p.loc, p.prim_path,
+                          fmt::format("more than {}, the rest is left out", what));
+    ctx.instance_cap_hit = true;
+}
+
+/// False: there are too many.
+bool count_copies(Context& ctx, scene::ProvenanceId provenance, size_t count) {
+    ctx.copies += count;
+    if (ctx.copies <= ctx.options.max_copies) return true;
+    stop_placing(ctx, provenance,
+                 fmt::format("{} lights, volumes and flat shapes come by instances",
+                             ctx.options.max_copies));
+    return false;
+}
+
 /// `matrix` and the `later` keys: of the placement, into render space. outer: what it stands in,
 /// index into ctx.link_places.
 void place(Context& ctx,
@@ -123,18 +141,17 @@ void place(Context& ctx,
                 "are left out");
         return;
     }
+    if (!count_copies(ctx, provenance, what.lights.size() + what.volumes.size())) return;
     const uint32_t link_place = place_inside(ctx, outer, placement);
     if (!what.shapes.empty() || what.prototype != scene::none) {
         if (ctx.scene.instances.size() >= ctx.options.max_instances) {
-            const scene::Provenance& p = ctx.scene.provenance[provenance];
-            ctx.diagnostics.error("too-many-instances", p.loc, p.prim_path,
-                                  fmt::format("more than {} instances, the rest is left out",
-                                              ctx.options.max_instances));
-            ctx.instance_cap_hit = true;
-            return;
+            return stop_placing(ctx, provenance,
+                                fmt::format("{} instances", ctx.options.max_instances));
         }
         const uint32_t prototype = prototype_index(ctx, what);
         if (determinant3(Mat4d(cast_matrix)) == 0.0) {
+            const size_t shapes = ctx.scene.prototypes[prototype].shapes.size();
+            if (!count_copies(ctx, provenance, shapes)) return;
             bake(ctx, prototype, matrix, placement.display_color, link_place);
             if (!later.empty())
                 warn_at(ctx, provenance, "unsupported-motion-blur",

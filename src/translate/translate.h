@@ -30,6 +30,8 @@ struct TranslateOptions {
     std::vector<std::string> purposes;             ///< instead of the settings' includedPurposes
     LightGrouping light_grouping = LightGrouping::PerLight;
     size_t max_instances = 50'000'000;  ///< leaves of nested instancing; more is an error
+    /// Lights, volumes and flat shapes that instances bring, each with its own; more is an error.
+    size_t max_copies = 4'000'000;
 };
 
 /// The scene of one frame. Doubles down to the last step: world matrices are composed in double,

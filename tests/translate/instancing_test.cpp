@@ -169,6 +169,31 @@ def Xform "T2" (instanceable = true
     EXPECT_EQ(capped.count("too-many-instances"), 1u);
 }
 
+// Few lines that stand for a thousand million volumes and lights
+TEST(Instancing, WhatInstancesBringHasALimitOfItsOwn) {
+    const auto thousand = [](const std::string& name, const std::string& inside) {
+        std::string points, indices;
+        for (int i = 0; i < 1000; ++i) {
+            points += i ? ", (1, 0, 0)" : "(0, 0, 0)";
+            indices += i ? ", 0" : "0";
+        }
+        return "def PointInstancer \"" + name + "\" {\n rel prototypes = <" + inside +
+               ">\n int[] protoIndices = [" + indices + "]\n point3f[] positions = [" + points +
+               "]\n";
+    };
+    Translated t;
+    TranslateOptions options;
+    options.max_copies = 2500;
+    translate_text(camera() + thousand("A", "/A/B") + thousand("B", "/A/B/C") + thousand("C", "/A/B/C/Leaf") +
+                       "def Xform \"Leaf\" {\n def SphereLight \"L\" {\n }\n def Volume \"V\" {\n rel "
+                       "field:density = </D>\n }\n }\n }\n }\n }\n def OpenVDBAsset \"D\" {\n asset "
+                       "filePath = @d.vdb@\n }\n",
+                   t, options);
+    EXPECT_EQ(t.count("too-many-instances"), 1u);
+    EXPECT_EQ(t.scene.volumes.size(), 1250u);
+    EXPECT_EQ(t.scene.lights.size(), 1250u);
+}
+
 TEST(PointInstancer, PlacesScalesRotatesHidesAndColours) {
     Translated t;
     translate_text(camera() + R"(
