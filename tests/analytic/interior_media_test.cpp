@@ -40,22 +40,8 @@ scene::Material filled(scene::Material surface, const scene::Matter& matter) {
     return surface;
 }
 
-/// A closed box, its faces to the outside.
-void add_box(TestScene& test, const Vec3& lo, const Vec3& hi, scene::MaterialId material) {
-    scene::Mesh mesh;
-    for (int i = 0; i < 8; ++i)
-        mesh.points.emplace_back(i & 1 ? hi.x : lo.x, i & 2 ? hi.y : lo.y, i & 4 ? hi.z : lo.z);
-    mesh.face_vertex_counts = {4, 4, 4, 4, 4, 4};
-    mesh.face_vertex_indices = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4,
-                                2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
-    scene::Shape shape;
-    shape.geometry = mesh;
-    shape.material = material;
-    test.scene.shapes.push_back(shape);
-}
-
 void add_body_slab(TestScene& test, float top, float bottom, scene::MaterialId material) {
-    add_box(test, Vec3(-100, -100, bottom), Vec3(100, 100, top), material);
+    test.add_box(Vec3(-100, -100, bottom), Vec3(100, 100, top), material);
 }
 
 void add_dome(TestScene& test) {
@@ -183,7 +169,7 @@ TEST(InteriorMediaFurnace, OfThickWhiteSlabReflectsAndTransmitsAll) {
 
 TEST(InteriorMedia, TwoWaysToFindLightAgree) {
     TestScene test;
-    add_box(test, Vec3(-1, -1, -5), Vec3(1, 1, -3), test.add_material(bare(murk)));
+    test.add_box(Vec3(-1, -1, -5), Vec3(1, 1, -3), test.add_material(bare(murk)));
     add_lamps(test);
     test.add_square(-6.0f, 5.0f, test.add_matte(Rgb(0.6f)));
     test.look_with_perspective(0.3);
@@ -211,7 +197,7 @@ TEST(InteriorMedia, AgreeWithAVolumeOfTheSameDensity) {
         scene::Matter part = murk;
         part.absorption *= of_body;
         part.scattering *= of_body;
-        if (of_body > 0.0f) add_box(test, lo, hi, test.add_material(bare(part)));
+        if (of_body > 0.0f) test.add_box(lo, hi, test.add_material(bare(part)));
         if (of_volume > 0.0f) {
             scene::Volume& volume =
                 add_volume(test.scene, constant_box(Vec3d(lo), Vec3d(hi), of_volume));
@@ -272,7 +258,7 @@ TEST(InteriorMedia, AreSeenFromWithin) {
 // Distances are those of the world, whatever places the body
 TEST(InteriorMedia, InstancesScaleTheDistance) {
     TestScene test;
-    add_box(test, Vec3(-1, -1, -0.1f), Vec3(1, 1, 0.1f), test.add_material(bare(murk)));
+    test.add_box(Vec3(-1, -1, -0.1f), Vec3(1, 1, 0.1f), test.add_material(bare(murk)));
     Mat4d m;
     m.setScale(Vec3d(1.0, 1.0, 3.0));
     test.make_instance(Mat4(m * at(Vec3d(0, 0, -2))));

@@ -24,21 +24,6 @@ scene::Material wax(const Rgb& color, const Rgb& radius, float anisotropy = 0.0f
     return m;
 }
 
-/// A closed box, outsides away from its inside.
-void add_box(TestScene& test, const Vec3& low, const Vec3& high, scene::MaterialId material) {
-    scene::Mesh mesh;
-    for (int i = 0; i < 8; ++i)
-        mesh.points.push_back(
-            {i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
-    mesh.face_vertex_counts = {4, 4, 4, 4, 4, 4};
-    mesh.face_vertex_indices = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4,
-                                2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
-    scene::Shape shape;
-    shape.geometry = mesh;
-    shape.material = material;
-    test.scene.shapes.push_back(shape);
-}
-
 /// Albedo of a half space that scatters evenly, under diffuse light: by Chandrasekhar's H function,
 /// 1/H(μ) = √(1 − α) + α/2 ∫ μ' H(μ') / (μ + μ') dμ'.
 double exact_albedo(double alpha) {
@@ -69,7 +54,7 @@ TEST(Subsurface, HalfSpaceHasItsAlbedo) {
     const Rgb alpha = shading::single_scattering_albedo(color, 0.0f);
     for (const float g : {0.0f, 0.6f, -0.4f}) {
         TestScene test;
-        add_box(test, Vec3(-300, -300, -301), Vec3(300, 300, -1),
+        test.add_box(Vec3(-300, -300, -301), Vec3(300, 300, -1),
                 test.add_material(wax(color, Rgb(1.0f, 0.7f, 1.5f), g)));
         add_dome(test);
         test.look_at_point(1e-3);
@@ -124,7 +109,7 @@ TEST(Subsurface, DenseMediaAreMatt) {
         TestScene test;
         scene::Material m = wax(Rgb(0.8f, 0.5f, 0.2f), Rgb(1e-4f));
         if (is_matt) m.subsurface = scene::Input(0.0f);
-        add_box(test, Vec3(-1, -1, -3), Vec3(1, 1, -2), test.add_material(m));
+        test.add_box(Vec3(-1, -1, -3), Vec3(1, 1, -2), test.add_material(m));
         test.add_light(scene::LightKind::Sphere, at(Vec3d(0.4, 0.3, -0.5))).radius = 0.3f;
         test.look_at_point(0.5);
         const Estimate seen = render(test, {.size = 32, .samples = 256}).beauty(0);

@@ -52,6 +52,18 @@ void TestScene::add_sphere(const Vec3& centre, double radius, scene::MaterialId 
     scene.shapes.push_back(shape);
 }
 
+void TestScene::add_box(const Vec3& low, const Vec3& high, scene::MaterialId material) {
+    scene::Mesh mesh;
+    for (int i = 0; i < 8; ++i)
+        mesh.points.emplace_back(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z);
+    mesh.face_vertex_counts = {4, 4, 4, 4, 4, 4};
+    mesh.face_vertex_indices = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
+    scene::Shape shape;
+    shape.geometry = mesh;
+    shape.material = material;
+    scene.shapes.push_back(shape);
+}
+
 void TestScene::add_faceted_ball(float radius, scene::MaterialId material) {
     constexpr int rings = 12, segments = 16;
     scene::Mesh mesh;

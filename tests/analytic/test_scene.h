@@ -31,6 +31,8 @@ class TestScene {
     /// Horizontal square at z = `z`, facing +Z, centred on the axis.
     void add_square(float z, float half_size, scene::MaterialId material);
     void add_sphere(const Vec3& centre, double radius, scene::MaterialId material);
+    /// Closed, facing outward.
+    void add_box(const Vec3& low, const Vec3& high, scene::MaterialId material);
     /// Closed ball of flat facets around the origin: no interpolated normals, whose bending would lose energy.
     void add_faceted_ball(float radius, scene::MaterialId material);
 

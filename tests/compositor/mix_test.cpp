@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/mix.h"
 
-#include "film/film.h"
+#include "compositor/test_stack.h"
 #include "image/layer_check.h"
 #include "image/layer_file.h"
-#include "film/film_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -26,17 +25,7 @@ LayerStack stack_of(int families) {
     set.shadow_layers = families & Shadows;
     film::Film film(window, set);
     film::render(film, 0, 5);
-    const std::string path = film::temporary_file("mix_test.exr");
-    EXPECT_TRUE(film.write(path, {}).has_value());
-    auto stack = LayerStack::load(path);
-    EXPECT_TRUE(stack.has_value());
-    return std::move(*stack);
-}
-
-Look look_of(std::initializer_list<std::pair<Control::Kind, const char*>> controls) {
-    Look look;
-    for (const auto& [kind, text] : controls) look.controls.push_back(*parse_control(kind, text));
-    return look;
+    return through_file(film);
 }
 
 using enum Control::Kind;

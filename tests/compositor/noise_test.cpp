@@ -2,9 +2,7 @@
 #include "compositor/noise.h"
 
 #include "compositor/error_map.h"
-#include "film/film.h"
-#include "film/film_scene.h"
-#include "image/layer_file.h"
+#include "compositor/test_stack.h"
 
 #include <gtest/gtest.h>
 
@@ -25,20 +23,6 @@ film::Film make_film(bool has_halves, uint64_t first, uint64_t end) {
     return film;
 }
 
-LayerStack stack_of(const film::Film& film) {
-    const std::string path = film::temporary_file("noise_test.exr");
-    EXPECT_TRUE(film.write(path, {}).has_value());
-    auto stack = LayerStack::load(path);
-    EXPECT_TRUE(stack.has_value());
-    return std::move(*stack);
-}
-
-Look look_of(std::initializer_list<std::pair<Control::Kind, const char*>> controls) {
-    Look look;
-    for (const auto& [kind, text] : controls) look.controls.push_back(*parse_control(kind, text));
-    return look;
-}
-
 using enum Control::Kind;
 
 double sum_of(const std::vector<RowNoise>& rows) {
@@ -51,7 +35,7 @@ TEST(Noise, AUnitLookHasTheErrorThatTheRendererStates) {
     // Odd counts too, where the halves differ in samples
     for (const uint64_t samples : {4, 7, 16}) {
         const film::Film film = make_film(true, 0, samples);
-        const auto forecast = forecast_noise(stack_of(film), {}, std::nullopt);
+        const auto forecast = forecast_noise(through_file(film), {}, std::nullopt);
         ASSERT_TRUE(forecast.has_value());
         const film::NoiseEstimate stated = film.noise();
         for (const image::RelativeError* e : {&forecast->rendered, &forecast->mix}) {
@@ -66,7 +50,7 @@ TEST(Noise, AUnitLookHasTheErrorThatTheRendererStates) {
 }
 
 TEST(Noise, SharesOfRowsAddUp) {
-    const LayerStack stack = stack_of(make_film(true, 0, 8));
+    const LayerStack stack = through_file(make_film(true, 0, 8));
     const auto forecast = forecast_noise(
         stack, look_of({{Gain, "indirect=+2st"}, {Tint, "fill=1,.5,0"}, {Shadow, "key=0.7"}}),
         std::nullopt);
@@ -85,7 +69,7 @@ TEST(Noise, SharesOfRowsAddUp) {
 }
 
 TEST(Noise, ACapHoldsTheTarget) {
-    const LayerStack stack = stack_of(make_film(true, 0, 8));
+    const LayerStack stack = through_file(make_film(true, 0, 8));
     Look look = look_of({{Gain, "key=0.5"}, {Gain, "tail=+4st"}, {Shadow, "fill=1"}});
     const auto forecast = forecast_noise(stack, look, std::nullopt);
     ASSERT_TRUE(forecast.has_value());
@@ -123,7 +107,7 @@ TEST(Noise, ForecastsTheSpreadOfMixes) {
     std::vector<double> forecast(count, 0.0);
     std::vector<std::vector<double>> sum(count, std::vector<double>(3 * pixels, 0.0)), square = sum;
     for (uint64_t run = 0; run < runs; ++run) {
-        const LayerStack stack = stack_of(make_film(true, run * samples, (run + 1) * samples));
+        const LayerStack stack = through_file(make_film(true, run * samples, (run + 1) * samples));
         for (size_t l = 0; l < count; ++l) {
             const auto mix = mix_error(stack, *plan_mix(stack, looks[l]), looks[l]);
             ASSERT_TRUE(mix.has_value());
@@ -146,7 +130,7 @@ TEST(Noise, ForecastsTheSpreadOfMixes) {
 }
 
 TEST(Noise, PooledErrorsAreMeansOverWindows) {
-    const LayerStack stack = stack_of(make_film(true, 0, 4));
+    const LayerStack stack = through_file(make_film(true, 0, 4));
     const Look look = look_of({{Gain, "b2=3"}});
     const auto mix = mix_error(stack, *plan_mix(stack, look), look);
     ASSERT_TRUE(mix.has_value());
@@ -170,7 +154,7 @@ TEST(Noise, PooledErrorsAreMeansOverWindows) {
 }
 
 TEST(Noise, WithoutHalvesSaysWhatToRender) {
-    const auto forecast = forecast_noise(stack_of(make_film(false, 0, 4)), {}, std::nullopt);
+    const auto forecast = forecast_noise(through_file(make_film(false, 0, 4)), {}, std::nullopt);
     ASSERT_FALSE(forecast.has_value());
     EXPECT_EQ(forecast.error().code, "halves-not-stored");
     EXPECT_NE(forecast.error().message.find("--halves"), std::string::npos);

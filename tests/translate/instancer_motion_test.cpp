@@ -28,23 +28,6 @@ std::string instancer(const std::string& rows, const std::string& prototype = qu
     return "def PointInstancer \"P\" {\n rel prototypes = </P/Q>\n" + rows + prototype + "}\n";
 }
 
-void translate_at(double time, const std::string& text, Translated& out) {
-    TranslateOptions options;
-    options.time = time;
-    translate_text(text, out, options);
-    ASSERT_EQ(out.error, "") << out.error_message;
-}
-
-Vec3 position(const Mat4& m) {
-    return {m[3][0], m[3][1], m[3][2]};
-}
-
-/// The key at the end of segment `segment` − 1.
-const Mat4& key(const scene::Instance& instance, size_t segment) {
-    return segment == 0 ? instance.render_from_prototype
-                        : instance.later_render_from_prototype[segment - 1];
-}
-
 /// Keys in which two scenes' instances differ; both have as many.
 size_t different_keys(const scene::Scene& a, const scene::Scene& b) {
     size_t different = a.instances.size() != b.instances.size();

@@ -19,21 +19,6 @@ std::string stage_text(double close, const std::string& rows, const std::string&
            "def DomeLight \"Sky\" {}\ndef Points \"D\" {\n" + rows + "}\n" + more;
 }
 
-void translate_at(double time, const std::string& text, Translated& out) {
-    TranslateOptions options;
-    options.time = time;
-    translate_text(text, out, options);
-    ASSERT_EQ(out.error, "") << out.error_message;
-}
-
-Vec3 position(const Mat4& m) {
-    return {m[3][0], m[3][1], m[3][2]};
-}
-
-const Mat4& key(const scene::Instance& instance, size_t k) {
-    return k == 0 ? instance.render_from_prototype : instance.later_render_from_prototype[k - 1];
-}
-
 const std::string dust = R"(
     point3f[] points.timeSamples = { 1: [(0, 0, -9), (2, 0, -9), (4, 0, -9)] }
     vector3f[] velocities.timeSamples = { 1: [(32, 0, 0), (0, -64, 0), (0, 0, 0)] }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support.h"
 
+#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -52,6 +53,21 @@ std::string quad(const std::string& name, const std::string& extra) {
 
 std::string camera(const std::string& extra) {
     return "def Camera \"Cam\" {\n" + extra + "\n}\n";
+}
+
+void translate_at(double time, const std::string& text, Translated& out) {
+    TranslateOptions options;
+    options.time = time;
+    translate_text(text, out, options);
+    ASSERT_EQ(out.error, "") << out.error_message;
+}
+
+Vec3 position(const Mat4& m) {
+    return {m[3][0], m[3][1], m[3][2]};
+}
+
+const Mat4& key(const scene::Instance& instance, size_t k) {
+    return k == 0 ? instance.render_from_prototype : instance.later_render_from_prototype[k - 1];
 }
 
 }  // namespace velatura::translate

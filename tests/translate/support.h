@@ -29,6 +29,15 @@ struct Translated {
 /// Translates a stage of this body behind `#usda 1.0`, or of a whole file when it starts with '#'.
 void translate_text(const std::string& text, Translated& out, const TranslateOptions& options = {});
 
+/// The same at a time code; a stage without a scene fails the test.
+void translate_at(double time, const std::string& text, Translated& out);
+
+/// Where a placement puts the origin.
+Vec3 position(const Mat4& render_from_local);
+
+/// Placement at key k of a moving instance: the end of segment k − 1.
+const Mat4& key(const scene::Instance& instance, size_t k);
+
 /// A quad of edge 1 in the xy plane named `name`, with extra lines inside its body and metadata.
 std::string quad(const std::string& name, const std::string& extra = "");
 

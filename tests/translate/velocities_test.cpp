@@ -28,13 +28,6 @@ std::string triangle(const std::string& rows) {
 )" + rows + "}\n";
 }
 
-void translate_at(double time, const std::string& text, Translated& out) {
-    TranslateOptions options;
-    options.time = time;
-    translate_text(text, out, options);
-    ASSERT_EQ(out.error, "") << out.error_message;
-}
-
 const std::vector<Vec3>& key(const scene::Mesh& mesh, size_t k) {
     return k == 0 ? mesh.points : mesh.later_points[k - 1];
 }
