@@ -57,9 +57,7 @@ std::vector<float> variance_shares(const LayerStack& stack) {
     return shares;
 }
 
-/// Adds f(relative squares of a pixel's channel) tile by tile.
-template <class Square>
-image::RelativeErrorSum sum_tiles(const image::Window& window, const Square& square) {
+image::RelativeError error_of(const image::Window& window, const MixError& mix) {
     constexpr int size = image::RelativeErrorSum::tile_size;
     image::RelativeErrorSum sum;
     for (int ty = window.y0; ty < window.y1; ty += size) {
@@ -67,19 +65,15 @@ image::RelativeErrorSum sum_tiles(const image::Window& window, const Square& squ
             double batch = 0, count = 0;
             for (int y = ty; y < std::min(ty + size, window.y1); ++y) {
                 for (int x = tx; x < std::min(tx + size, window.x1); ++x) {
-                    for (size_t c = 0; c < 3; ++c) batch += square(c, window.index(x, y));
+                    for (size_t c = 0; c < 3; ++c)
+                        batch += mix.relative_square(c, window.index(x, y));
                     count += 3;
                 }
             }
             sum.add_tile(batch, count);
         }
     }
-    return sum;
-}
-
-image::RelativeError error_of(const image::Window& window, const MixError& mix) {
-    const auto square = [&](size_t c, size_t i) { return mix.relative_square(c, i); };
-    return sum_tiles(window, square).result();
+    return sum.result();
 }
 
 /// A row of the mixer: its terms, and what they make of its name.
@@ -274,14 +268,13 @@ Result<NoiseForecast> forecast_noise(const LayerStack& stack,
     for (Term& term : unit.terms) term.gain = {1, 1, 1};
     const auto rendered = mix_error(stack, unit, {});
     if (!rendered) return rendered.error();
-    const auto mix = mix_error(stack, *plan, look);
+    auto mix = mix_error(stack, *plan, look);
     if (!mix) return mix.error();
 
     NoiseForecast out;
     const image::Window& window = stack.image().data;
     out.rendered = error_of(window, *rendered);
     out.mix = error_of(window, *mix);
-    out.storage = mix->storage;
 
     const auto add = [&](const std::vector<Row>& rows,
                          std::vector<RowNoise>& shares) -> Result<void> {
@@ -298,6 +291,7 @@ Result<NoiseForecast> forecast_noise(const LayerStack& stack,
     auto advice = advise(stack, look, out.mix.value, target.value_or(out.rendered.value));
     if (!advice) return advice.error();
     out.advice = std::move(*advice);
+    out.error = std::move(*mix);
     return out;
 }
 

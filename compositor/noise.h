@@ -60,7 +60,7 @@ struct NoiseAdvice {
 struct NoiseForecast {
     image::RelativeError rendered;  ///< with every gain at 1
     image::RelativeError mix;
-    double storage = 0;  ///< as in MixError
+    MixError error;                 ///< of the mix, pixel by pixel
     /// The largest share first. Those of groups and shadows add up to 1, those of bounces and
     /// shadows as well; empty where the family does not tell them apart.
     std::vector<RowNoise> groups, bounces, shadows;

@@ -103,9 +103,9 @@ double mean_samples(const LayerStack& stack) {
 
 void print_text(const NoiseForecast& f, double samples, std::optional<double> seconds) {
     fmt::print("as rendered  {}\nthis mix     {}\n", interval(f.rendered), interval(f.mix));
-    if (f.storage > f.mix.value / 3)
+    if (f.error.storage > f.mix.value / 3)
         fmt::print("Half floats round by {}: render with --float-layers to see what is below.\n",
-                   percent(f.storage));
+                   percent(f.error.storage));
     const NoiseAdvice& a = f.advice;
     if (a.sample_factor <= 1) {
         fmt::print("{} is reached.\n", percent(a.target));
@@ -135,7 +135,7 @@ void print_json(const NoiseForecast& f, double samples, std::optional<double> se
     j["schema"] = "velatura.noise/1";
     j["rendered"] = json_of(f.rendered);
     j["mix"] = json_of(f.mix);
-    j["storage"] = f.storage;
+    j["storage"] = f.error.storage;
     const NoiseAdvice& a = f.advice;
     auto& advice = j["advice"];
     advice["target"] = a.target;
@@ -156,18 +156,12 @@ void print_json(const NoiseForecast& f, double samples, std::optional<double> se
     fmt::print("{}\n", j.dump(2));
 }
 
-Result<void> write_map(const NoiseOptions& o,
+Result<void> write_map(const std::string& path,
                        const LayerStack& stack,
-                       const Look& look,
                        const NoiseForecast& forecast) {
-    const auto plan = plan_mix(stack, look);
-    if (!plan) return plan.error();
-    const auto mix = mix_error(stack, *plan, look);
-    if (!mix) return mix.error();
-    const image::Image errors = error_image(stack, *mix);
-    if (is_display_picture(o.output))
-        return write_error_picture(o.output, errors, forecast.mix.value);
-    return image::write_image_file(o.output, errors);
+    const image::Image errors = error_image(stack, forecast.error);
+    if (is_display_picture(path)) return write_error_picture(path, errors, forecast.mix.value);
+    return image::write_image_file(path, errors);
 }
 
 int run_noise(const NoiseOptions& o) {
@@ -191,7 +185,7 @@ int run_noise(const NoiseOptions& o) {
     const auto forecast = forecast_noise(*stack, *look, target);
     if (!forecast) return report(forecast.error());
     if (!o.output.empty()) {
-        if (const auto written = write_map(o, *stack, *look, *forecast); !written)
+        if (const auto written = write_map(o.output, *stack, *forecast); !written)
             return report(written.error());
     }
     (o.json ? print_json : print_text)(*forecast, mean_samples(*stack), seconds);

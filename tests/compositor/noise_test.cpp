@@ -45,7 +45,7 @@ TEST(Noise, AUnitLookHasTheErrorThatTheRendererStates) {
         }
         EXPECT_EQ(forecast->advice.sample_factor, 1.0);
         EXPECT_TRUE(forecast->advice.caps.empty());
-        EXPECT_EQ(forecast->storage, 0.0);
+        EXPECT_EQ(forecast->error.storage, 0.0);
     }
 }
 
