@@ -74,28 +74,31 @@ int single_axis(std::string_view type, std::string_view stem) {
 enum class OpState { Ok, NoValue, UnknownType, WrongValue };
 
 OpState op_matrix(const std::string& type, const Attribute& attribute, TimeCode time, Mat4d& m) {
-    const bool has_value = attribute.has_value();
+    // At that time: samples say nothing of the default one
+    const auto without = [&] {
+        return attribute.value(time).is_empty() ? OpState::NoValue : OpState::WrongValue;
+    };
     const auto vector = [&](const auto& make) {
         const auto v = attribute.get<Vec3d>(time);
         if (v) m = make(*v);
-        return v ? OpState::Ok : has_value ? OpState::WrongValue : OpState::NoValue;
+        return v ? OpState::Ok : without();
     };
     const auto scalar = [&](const auto& make) {
         const auto v = attribute.get<double>(time);
         if (v) m = make(*v);
-        return v ? OpState::Ok : has_value ? OpState::WrongValue : OpState::NoValue;
+        return v ? OpState::Ok : without();
     };
     if (type == "translate") return vector([](const Vec3d& v) { return translation(v); });
     if (type == "scale") return vector([](const Vec3d& v) { return scaling(v); });
     if (type == "transform") {
         const auto v = attribute.get<Mat4d>(time);
         if (v) m = *v;
-        return v ? OpState::Ok : has_value ? OpState::WrongValue : OpState::NoValue;
+        return v ? OpState::Ok : without();
     }
     if (type == "orient") {
         const auto v = attribute.get<layer::QuatDouble>(time);
         if (v) m = quaternion_rotation(*v);
-        return v ? OpState::Ok : has_value ? OpState::WrongValue : OpState::NoValue;
+        return v ? OpState::Ok : without();
     }
     if (const int axis = single_axis(type, "rotate"); axis >= 0) {
         return scalar([axis](double degrees) { return rotation(axis, degrees); });

@@ -99,6 +99,18 @@ def Xform "P" {
     EXPECT_EQ(transform_sample_times(prim), (std::vector<double>{1.0, 3.0}));
 }
 
+TEST_F(ViewsTest, AnOpWithoutAValueAtATimeIsNoError) {
+    open(R"(
+def Xform "P" {
+    double3 xformOp:translate.timeSamples = { 1: (1, 2, 3) }
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+)");
+    EXPECT_EQ(local_transform(stage().prim_at("/P")).matrix, Mat4d());
+    expect_point(local_transform(stage().prim_at("/P"), 1.0).matrix, {0, 0, 0}, {1, 2, 3});
+    EXPECT_EQ(diagnostics_.all().size(), 0u);
+}
+
 TEST_F(ViewsTest, VisibilityPrunesAndPurposeComesFromTheNearest) {
     open(R"(
 def Xform "A" { token visibility = "invisible"; uniform token purpose = "proxy"
