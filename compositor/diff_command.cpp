@@ -2,6 +2,7 @@
 #include "compositor/command_outcome.h"
 #include "compositor/commands.h"
 #include "compositor/diff.h"
+#include "compositor/flip.h"
 #include "image/layer_file.h"
 
 #include <CLI/CLI.hpp>
@@ -9,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace velatura::compositor {
@@ -18,10 +20,10 @@ namespace {
 struct DiffOptions {
     std::string a, b, output;
     double threshold = 0;
-    bool json = false, quiet = false;
+    bool flip = false, json = false, quiet = false;
 };
 
-void print_difference(const Difference& difference, bool json) {
+void print_difference(const Difference& difference, const std::optional<Flip>& flip, bool json) {
     nlohmann::ordered_json j;
     j["schema"] = "velatura.diff/1";
     j["equal"] = difference.is_equal;
@@ -44,10 +46,31 @@ void print_difference(const Difference& difference, bool json) {
                        d.layer, d.largest, d.x, d.y, d.mean, d.rel_mse, d.different);
         }
     }
+    if (flip && json) {
+        j["flip"] = {{"mean", flip->mean},
+                     {"max", flip->largest},
+                     {"exposures", flip->exposures},
+                     {"stops", {flip->first_stop, flip->last_stop}}};
+    } else if (flip) {
+        fmt::print(
+            "{:<24} mean {:.6g}  max {:.6g}  at {} exposures from {:+.1f} to {:+.1f} stops\n",
+            "HDR-FLIP of rgba", flip->mean, flip->largest, flip->exposures, flip->first_stop,
+            flip->last_stop);
+    }
     if (json) fmt::print("{}\n", j.dump(2));
 }
 
+/// Of the beauties.
+Result<Flip> beauty_flip(const image::Image& a, const image::Image& b) {
+    const auto test = planes_of(a, "rgba"), reference = planes_of(b, "rgba");
+    if (!test) return test.error();
+    if (!reference) return reference.error();
+    return hdr_flip(*reference, *test);
+}
+
 int run_diff(const DiffOptions& o) {
+    if (!o.output.empty() && !is_exr(o.output) && !is_display_picture(o.output))
+        return report({"bad-output", o.output + " is not .exr, .png or .jpg"});
     const auto a = image::read_layer_file(o.a);
     if (!a) return report(a.error());
     const auto b = image::read_layer_file(o.b);
@@ -57,12 +80,18 @@ int run_diff(const DiffOptions& o) {
         report(difference.error());
         return check_failed;
     }
-    if (!o.quiet) print_difference(*difference, o.json);
+    std::optional<Flip> flip;
+    if (o.flip || is_display_picture(o.output)) {
+        auto seen = beauty_flip(*a, *b);
+        if (!seen) return report(seen.error());
+        flip = std::move(*seen);
+    }
+    if (!o.quiet) print_difference(*difference, flip, o.json);
     if (!o.output.empty()) {
-        if (auto written = image::write_image_file(o.output, difference_image(*a, *b));
-            !written) {
-            return report(written.error());
-        }
+        const auto written = is_display_picture(o.output)
+                                 ? write_flip_picture(o.output, a->data, flip->map)
+                                 : image::write_image_file(o.output, difference_image(*a, *b));
+        if (!written) return report(written.error());
     }
     if (difference->is_equal) return done;
     bool has_all_layers = true;
@@ -82,7 +111,11 @@ void add_diff_command(CLI::App& app, std::function<int()>& run) {
     command->add_option("b", o->b, "File B, the reference")->required();
     command->add_option("--threshold", o->threshold,
                         "Largest relMSE of any layer that counts as equal; default 0");
-    command->add_option("-o,--output", o->output, "Write A - B as .exr");
+    command->add_option(
+        "-o,--output", o->output,
+        "Write A - B as .exr, or what the eye sees of it as .png or .jpg (map of --flip)");
+    command->add_flag("--flip", o->flip,
+                      "How visible the difference of the beauties is, 0 to 1 (HDR-FLIP)");
     command->add_flag("--json", o->json, "As JSON");
     command->add_flag("-q,--quiet", o->quiet, "Only the exit code");
     command->callback([&run, o] { run = [o] { return run_diff(*o); }; });

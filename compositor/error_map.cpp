@@ -2,10 +2,10 @@
 #include "compositor/error_map.h"
 
 #include "compositor/box_mean.h"
+#include "compositor/heat.h"
 #include "image/formats.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
@@ -19,12 +19,6 @@ image::Channel root_of(const char* name, const std::vector<double>& squares) {
     std::transform(squares.begin(), squares.end(), values.begin(),
                    [](double s) { return float(std::sqrt(s)); });
     return channel;
-}
-
-/// Black, red, yellow, white for x from 0 to 1.
-std::array<float, 3> heat(float x) {
-    const auto ramp = [x](float from) { return std::clamp(3.0f * x - from, 0.0f, 1.0f); };
-    return {ramp(0), ramp(1), ramp(2)};
 }
 
 }  // namespace

@@ -153,6 +153,23 @@ TEST_F(Cli, RepeatedOptionsPresetAndPicture) {
     }
 }
 
+TEST_F(Cli, DiffSaysWhatTheEyeSees) {
+    ASSERT_EQ(comp("mix " + file("whole.exr") + " -o " + file("lit.exr") + " --gain key=2").code,
+              0);
+    const std::string files = file("lit.exr") + " " + file("whole.exr");
+    EXPECT_NE(comp("diff --flip " + files).output.find("HDR-FLIP"), std::string::npos);
+    const auto json = nlohmann::json::parse(comp("diff --flip --json " + files).output);
+    EXPECT_GT(json["flip"]["mean"].get<double>(), 0.0);
+    EXPECT_LE(json["flip"]["max"].get<double>(), 1.0);
+    EXPECT_EQ(comp("diff " + files + " -o " + file("flip.gif")).code, 2);
+#ifdef VELATURA_HAVE_OPENIMAGEIO_PLUGIN
+    EXPECT_EQ(comp("diff -q " + files + " -o " + file("flip.png")).code, 4);
+    const auto picture = image::read_rgb_image(file("flip.png"));
+    ASSERT_TRUE(picture.has_value());
+    EXPECT_EQ(picture->width, 20);
+#endif
+}
+
 TEST_F(Cli, NoiseOfAMixAsTextJsonAndPicture) {
     const std::string look = " --gain indirect=+2st --shadow key=0.3";
     const Outcome text = comp("noise --target 10% " + file("whole.exr") + look);
