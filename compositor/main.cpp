@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
     add_verify_command(app, run);
     add_diff_command(app, run);
     add_merge_command(app, run);
+    add_view_command(app, run);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

@@ -170,6 +170,19 @@ TEST_F(Cli, DiffSaysWhatTheEyeSees) {
 #endif
 }
 
+TEST_F(Cli, ViewPutsAllLayersOnOnePicture) {
+    EXPECT_EQ(comp("view " + file("whole.exr") + " -o " + file("sheet.exr")).code, 2);
+    EXPECT_EQ(comp("view " + file("missing.exr") + " -o " + file("sheet.png")).code, 1);
+#ifdef VELATURA_HAVE_OPENIMAGEIO_PLUGIN
+    const Outcome run =
+        comp("view --fit --columns 3 --width 64 " + file("whole.exr") + " -o " + file("sheet.png"));
+    ASSERT_EQ(run.code, 0) << run.output;
+    const auto picture = image::read_rgb_image(file("sheet.png"));
+    ASSERT_TRUE(picture.has_value());
+    EXPECT_EQ(picture->width, 12 + 3 * (64 + 12));
+#endif
+}
+
 TEST_F(Cli, NoiseOfAMixAsTextJsonAndPicture) {
     const std::string look = " --gain indirect=+2st --shadow key=0.3";
     const Outcome text = comp("noise --target 10% " + file("whole.exr") + look);

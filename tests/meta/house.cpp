@@ -67,13 +67,14 @@ const std::vector<Library>& library_table() {
         {"openvdb/", {"plugins/volume/"}},
         {"nanovdb/", {"plugins/volume/"}},
         {"embree3/", {"plugins/embree/"}},
+        {"stb/", {"compositor/"}},
     };
     return table;
 }
 
 bool is_system_header(std::string_view header) {
-    static constexpr std::array<std::string_view, 16> posix = {
-        "cxxabi.h",  "dirent.h", "dlfcn.h",    "fcntl.h",  "immintrin.h", "poll.h",
+    static constexpr std::array<std::string_view, 17> posix = {
+        "cxxabi.h",  "dirent.h", "dlfcn.h",    "fcntl.h",  "fnmatch.h", "immintrin.h", "poll.h",
         "pthread.h", "pwd.h",    "sched.h",    "signal.h", "spawn.h",     "termios.h",
         "unistd.h",  "limits.h", "execinfo.h", "fenv.h"};
     if (header.starts_with("sys/") || header.starts_with("linux/")) return true;

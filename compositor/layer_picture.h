@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "image/display.h"
+#include "image/image.h"
+
+#include <string>
+#include <vector>
+
+namespace velatura::compositor {
+
+/// A layer of an EXR file by its channels, whatever wrote it.
+struct LayerChannels {
+    enum class Kind : uint8_t {
+        Light,      ///< R G B, scene-linear
+        Albedo,     ///< R G B in [0, 1]
+        Direction,  ///< X Y Z in [−1, 1]
+        Position,   ///< X Y Z anywhere
+        Plane,      ///< two channels, texture coordinates
+        Ids,        ///< whole numbers
+        Scalar      ///< anything else
+    };
+
+    std::string name;  ///< `rgba` for the bare R G B
+    std::vector<const image::Channel*> channels;
+
+    Kind kind() const;
+};
+
+/// In the file's order, alpha with its colours; bookkeeping left out.
+std::vector<LayerChannels> layers_of(const image::Image& image);
+
+/// The working space of a file for image::DisplayTransform: ACEScg by its red primary, else empty.
+std::string working_space_of(const image::Image& image);
+
+/// Mean luminance (linear Rec.709) over the data window; values that are not finite count as 0.
+double mean_luminance(const LayerChannels& layer);
+
+/// The stops that bring the 95th percentile of the luminance to 0.8; 0 for what is black.
+float fitting_stops(const LayerChannels& layer);
+
+/// A layer as people can see it, over the display window: means over the pixels, then the display
+/// transform or false colours. Returns: [height][width][3] in [0, 1].
+std::vector<float> thumbnail(const image::Image& image,
+                             const LayerChannels& layer,
+                             int width,
+                             int height,
+                             float stops,
+                             const image::DisplayTransform& transform);
+
+}  // namespace velatura::compositor

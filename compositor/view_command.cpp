@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/command_outcome.h"
+#include "compositor/commands.h"
+#include "compositor/contact_sheet.h"
+#include "image/formats.h"
+#include "image/layer_file.h"
+
+#include <CLI/CLI.hpp>
+
+#include <memory>
+#include <string>
+
+namespace velatura::compositor {
+
+namespace {
+
+struct ViewOptions {
+    std::string input, output;
+    SheetOptions sheet;
+};
+
+int run_view(const ViewOptions& o) {
+    if (!is_display_picture(o.output))
+        return report({"bad-output", o.output + " is not .png or .jpg"});
+    const auto image = image::read_layer_file(o.input);
+    if (!image) return report(image.error());
+    const auto sheet = contact_sheet(*image, o.sheet);
+    if (!sheet) return report(sheet.error());
+    const auto written =
+        image::write_display_image(o.output, sheet->width(), sheet->height(), sheet->rgb());
+    return written ? done : report(written.error());
+}
+
+}  // namespace
+
+void add_view_command(CLI::App& app, std::function<int()>& run) {
+    const auto o = std::make_shared<ViewOptions>();
+    CLI::App* command = app.add_subcommand("view", "All layers with their names on one picture");
+    command->add_option("input", o->input, "Any EXR file")->required();
+    command->add_option("-o,--output", o->output, ".png or .jpg")->required();
+    command->add_option("--layers", o->sheet.patterns,
+                        "Only these; patterns with * and ?, may be repeated");
+    command->add_flag("--halves", o->sheet.halves, "Half images as well");
+    command->add_flag("--fit", o->sheet.fit,
+                      "Each layer at the exposure that shows it best, in the caption");
+    command->add_option("--exposure", o->sheet.exposure_stops, "Stops, on every light layer")
+        ->check(CLI::Range(-64.0, 64.0));
+    command
+        ->add_option("--columns", o->sheet.columns,
+                     "Layers side by side (default: as wide as a monitor)")
+        ->check(CLI::Range(1, 1000));
+    command
+        ->add_option("--width", o->sheet.cell_width,
+                     "Pixels of a layer, fewer where there are very many; default 320")
+        ->check(CLI::Range(32, 4096));
+    command->add_option("--display", o->sheet.display, "OpenColorIO display");
+    command->add_option("--view", o->sheet.view, "OpenColorIO view");
+    command->callback([&run, o] { run = [o] { return run_view(*o); }; });
+}
+
+}  // namespace velatura::compositor
