@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/result.h"
+#include "compositor/layer_stack.h"
+#include "compositor/mix.h"
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace velatura::compositor {
+
+/// A mix as other programs can rebuild it from the same file: Σ gain · layer in this order, in
+/// float, alpha of the beauty.
+struct MixRecipe {
+    struct Term {
+        std::string layer;
+        std::string part;  ///< of the file; empty where it has one
+        std::array<float, 3> gain = {1, 1, 1};
+    };
+
+    std::string file;         ///< as the user names it
+    std::vector<Term> terms;  ///< at least one
+    std::string alpha_part;
+    bool has_alpha = false;
+    int width = 0, height = 0;  ///< of the whole picture
+    std::string look;           ///< JSON, one line
+};
+
+/// Errors: "export-split" (a file whose layers lie in files beside it).
+Result<MixRecipe> mix_recipe(const LayerStack& stack,
+                             const MixPlan& plan,
+                             const Look& look,
+                             const std::string& file);
+
+/// A shell script for oiiotool 2.4 or newer: `sh mix.sh [IN.exr [OUT.exr]]`.
+std::string oiio_script(const MixRecipe& recipe);
+
+/// A Nuke script: Read, then Shuffle, Multiply and Merge2 per layer, each named by its layer.
+std::string nuke_script(const MixRecipe& recipe);
+
+/// A Python script that builds the mix as compositing nodes: in Blender, or
+/// `blender -b -P mix.py -- [IN.exr [OUT.exr]]`.
+std::string blender_script(const MixRecipe& recipe);
+
+}  // namespace velatura::compositor

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/atomic_file.h"
+#include "compositor/command_outcome.h"
+#include "compositor/commands.h"
+#include "compositor/export.h"
+#include "compositor/look_command_options.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <map>
+#include <memory>
+#include <string>
+
+namespace velatura::compositor {
+
+namespace {
+
+struct ExportOptions {
+    std::string program, input, output, file;
+    LookOptions look;
+};
+
+using Writer = std::string (*)(const MixRecipe&);
+
+const std::map<std::string, Writer>& writers() {
+    static const std::map<std::string, Writer> table = {
+        {"nuke", nuke_script}, {"oiio", oiio_script}, {"blender", blender_script}};
+    return table;
+}
+
+int run_export(const ExportOptions& o) {
+    const auto look = o.look.look();
+    if (!look) return report(look.error());
+    const auto stack = LayerStack::load(o.input);
+    if (!stack) return report(stack.error());
+    const auto plan = plan_mix(*stack, *look);
+    if (!plan) return report(plan.error());
+    const auto recipe = mix_recipe(*stack, *plan, *look, o.file.empty() ? o.input : o.file);
+    if (!recipe) return report(recipe.error());
+    const std::string script = writers().at(o.program)(*recipe);
+    if (o.output.empty()) {
+        fmt::print("{}", script);
+        return done;
+    }
+    const auto written = write_file_atomically(o.output, script);
+    return written ? done : report(written.error());
+}
+
+}  // namespace
+
+void add_export_command(CLI::App& app, std::function<int()>& run) {
+    const auto o = std::make_shared<ExportOptions>();
+    CLI::App* command =
+        app.add_subcommand("export", "A script that rebuilds a mix in another program");
+    std::vector<std::string> programs;
+    for (const auto& [name, writer] : writers()) programs.push_back(name);
+    command
+        ->add_option("program", o->program, "nuke, oiio (a shell script for oiiotool) or blender")
+        ->required()
+        ->check(CLI::IsMember(programs));
+    command->add_option("input", o->input, "File of light layers")->required();
+    command->add_option("-o,--output", o->output, "The script (default: print it)");
+    command->add_option("--file", o->file,
+                        "What the script reads, where that is not the input: shot.####.exr");
+    o->look.add_to(*command);
+    command->callback([&run, o] { run = [o] { return run_export(*o); }; });
+}
+
+}  // namespace velatura::compositor
