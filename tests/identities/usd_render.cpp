@@ -85,7 +85,7 @@ film::Film render_scene(const scene::Scene& scene, const integrator::RenderOptio
     for (const uint64_t end : ends) {
         part.end_sample = end;
         const integrator::GuideTraining training = integrator::train_guide(world, {.seed = options.seed, .caustics = caustics.get()}, setup.guiding);
-        integrator::PathTracerOptions tracer_options{.seed = options.seed, .caustics = caustics.get()};
+        integrator::PathTracerOptions tracer_options{.seed = options.seed, .max_depth = options.max_depth, .sampler = setup.sampler, .caustics = caustics.get()};
         if (training.is_used) tracer_options.guide = &training.field;
         integrator::BranchMap branches(setup.branches);
         if (setup.branches == 0) branches = integrator::try_branches(world, tracer_options, film.window()).map;

@@ -13,6 +13,7 @@
 #include "integrator/ray_counts.h"
 #include "integrator/render_options.h"
 #include "lights/light_selector.h"
+#include "sampling/sampler.h"
 #include "scene/scene.h"
 
 namespace velatura::test {
@@ -35,6 +36,7 @@ struct RenderSetup {
     scene::EffectSet forced = {};  ///< effects that run without being called for
     integrator::RayCounts* counts = nullptr;  ///< receives what was traced for the picture
     lights::SelectionKind light_selection = lights::SelectionKind::Tree;
+    sampling::SamplerKind sampler = sampling::SamplerKind::Sobol;
 };
 
 /// Renders all light layers of a scene at its own resolution.
