@@ -33,35 +33,38 @@ Triple odd_samples(const Triple& all, const Triple& even) {
     return {all.x - even.x, all.y - even.y, all.z - even.z};
 }
 
-using Run = std::array<Triple, size_t(SampleSums::tile_size)>;
-
-/// The sums of the pixels from (x, y) to the end of their tile; returns their number.
-int selected(
-    const SampleSums& sums, int x, int y, uint32_t accumulator, Selection selection, Run& run) {
-    if (selection == Selection::All) return sums.totals(x, y, accumulator, run.data());
-    const uint32_t half = sums.table().half_of(accumulator);
-    if (selection == Selection::HalfA) return sums.totals(x, y, half, run.data());
-    Run a;
-    sums.totals(x, y, half, a.data());
-    const int count = sums.totals(x, y, accumulator, run.data());
-    for (size_t i = 0; i < size_t(count); ++i) run[i] = odd_samples(run[i], a[i]);
-    return count;
+/// The sums of a tile's pixels; false where nothing came.
+bool selected(const SampleSums& sums, size_t tile, uint32_t accumulator, Selection selection, TileTotals& totals) {
+    const uint32_t half = selection == Selection::All ? absent : sums.table().half_of(accumulator);
+    if (selection == Selection::HalfA) return sums.tile_totals(tile, half, totals);
+    if (!sums.tile_totals(tile, accumulator, totals)) return false;
+    TileTotals a;
+    if (selection == Selection::HalfB && sums.tile_totals(tile, half, a))
+        std::transform(totals.begin(), totals.end(), a.begin(), totals.begin(), odd_samples);
+    return true;
 }
 
 void for_each_row(const Window& w, const std::function<void(int)>& body) {
     parallel_for(size_t(w.height()), [&](size_t row) { body(w.y0 + int(row)); });
 }
 
+/// Calls visit(pixel in the window, pixel in the tile).
+template <class Visit>
+void for_each_pixel(const SampleSums& sums, size_t tile, const Visit& visit) {
+    const Window w = sums.tile_window(tile);
+    for (int y = w.y0; y < w.y1; ++y) {
+        const size_t begin = sums.window().index(w.x0, y), in_tile = size_t(y - w.y0) * size_t(SampleSums::tile_size);
+        for (size_t i = 0; i < size_t(w.width()); ++i) visit(begin + i, in_tile + i);
+    }
+}
+
 /// What the sums of every pixel are divided by.
 std::vector<double> pixel_weights(const SampleSums& sums, Selection selection) {
-    const Window& w = sums.window();
-    std::vector<double> weights(w.pixel_count());
-    for_each_row(w, [&](int y) {
-        Run run;
-        for (int x = w.x0, count = 0; x < w.x1; x += count) {
-            count = selected(sums, x, y, AccumulatorTable::coverage, selection, run);
-            for (int i = 0; i < count; ++i) weights[w.index(x + i, y)] = weight_of(run[size_t(i)]);
-        }
+    std::vector<double> weights(sums.window().pixel_count());
+    parallel_for(sums.tile_count(), [&](size_t tile) {
+        TileTotals coverage;
+        if (!selected(sums, tile, AccumulatorTable::coverage, selection, coverage)) return;
+        for_each_pixel(sums, tile, [&](size_t i, size_t k) { weights[i] = weight_of(coverage[k]); });
     });
     return weights;
 }
@@ -71,30 +74,27 @@ Planes layer_planes(const SampleSums& sums,
                     const std::vector<double>& weights,
                     const LayerSource& source,
                     Selection selection) {
-    const Window& w = sums.window();
     Planes planes;
-    for (auto& plane : planes) plane.assign(w.pixel_count(), 0.0f);
-    for_each_row(w, [&](int y) {
-        Run sum, part;
-        for (int x = w.x0, count = 0; x < w.x1; x += count) {
-            sum.fill({});
-            for (const uint32_t a : source.plus) {
-                count = selected(sums, x, y, a, selection, part);
-                for (size_t i = 0; i < size_t(count); ++i) sum[i] += part[i];
-            }
-            if (source.minus != absent) {
-                count = selected(sums, x, y, source.minus, selection, part);
-                for (size_t i = 0; i < size_t(count); ++i)
-                    sum[i] += {-part[i].x, -part[i].y, -part[i].z};
-            }
-            for (int k = 0; k < count; ++k) {
-                const size_t i = w.index(x + k, y);
-                if (weights[i] == 0.0) continue;
-                planes[0][i] = float(sum[size_t(k)].x / weights[i]);
-                planes[1][i] = float(sum[size_t(k)].y / weights[i]);
-                planes[2][i] = float(sum[size_t(k)].z / weights[i]);
-            }
+    for (auto& plane : planes) plane.assign(weights.size(), 0.0f);
+    parallel_for(sums.tile_count(), [&](size_t tile) {
+        TileTotals sum{}, part;
+        bool is_lit = false;
+        for (const uint32_t a : source.plus) {
+            if (!selected(sums, tile, a, selection, part)) continue;
+            for (size_t k = 0; k < sum.size(); ++k) sum[k] += part[k];
+            is_lit = true;
         }
+        if (source.minus != absent && selected(sums, tile, source.minus, selection, part)) {
+            for (size_t k = 0; k < sum.size(); ++k) sum[k] += {-part[k].x, -part[k].y, -part[k].z};
+            is_lit = true;
+        }
+        if (!is_lit) return;
+        for_each_pixel(sums, tile, [&](size_t i, size_t k) {
+            if (weights[i] == 0.0) return;
+            planes[0][i] = float(sum[k].x / weights[i]);
+            planes[1][i] = float(sum[k].y / weights[i]);
+            planes[2][i] = float(sum[k].z / weights[i]);
+        });
     });
     return planes;
 }

@@ -10,59 +10,152 @@ namespace velatura::image {
 
 namespace {
 
-constexpr size_t tile_pixels = size_t(SampleSums::tile_size) * size_t(SampleSums::tile_size);
+constexpr size_t tile_pixels = std::tuple_size_v<TileTotals>;
 constexpr size_t max_nodes = 130;
 
-using Slot = std::array<Triple, tile_pixels>;
+/// One node of every pixel of a tile. Of many lights a tile sees most in few of its pixels.
+class Slot {
+  public:
+    bool is_empty() const { return !all_ && few_.empty(); }
+
+    Triple value(size_t pixel) const {
+        if (all_) return (*all_)[pixel];
+        const auto at = place_of(pixel);
+        return at != few_.end() && at->pixel == pixel ? at->value : Triple{};
+    }
+
+    /// The value to be changed, zero if there was none.
+    Triple& at(size_t pixel) {
+        if (all_) return (*all_)[pixel];
+        const auto at = few_.begin() + (place_of(pixel) - few_.cbegin());
+        if (at != few_.end() && at->pixel == pixel) return at->value;
+        if (few_.size() < most_few) return few_.insert(at, {Triple{}, uint32_t(pixel)})->value;
+        all_ = std::make_unique<TileTotals>();
+        for (const Entry& e : few_) (*all_)[e.pixel] = e.value;
+        few_ = {};
+        return (*all_)[pixel];
+    }
+
+    void add_to(TileTotals& sums) const {
+        for (size_t i = 0; all_ && i < tile_pixels; ++i) sums[i] += (*all_)[i];
+        for (const Entry& e : few_) sums[e.pixel] += e.value;
+    }
+
+    size_t heap_bytes() const {
+        return few_.capacity() * sizeof(Entry) + (all_ ? sizeof(*all_) : 0);
+    }
+
+    /// What at() will look at first; for prefetching.
+    const void* data() const { return all_ ? static_cast<const void*>(all_.get()) : few_.data(); }
+
+  private:
+    struct Entry {
+        Triple value;
+        uint32_t pixel;
+    };
+
+    static constexpr size_t most_few = tile_pixels / 4;
+
+    std::vector<Entry>::const_iterator place_of(size_t pixel) const {
+        if (few_.empty() || few_.back().pixel < pixel) return few_.end();
+        return std::lower_bound(few_.begin(), few_.end(), pixel,
+                                [](const Entry& e, size_t p) { return e.pixel < p; });
+    }
+
+    std::unique_ptr<TileTotals> all_;
+    std::vector<Entry> few_;  // ascending by pixel; empty once there are all
+};
 
 }  // namespace
 
 /// The sums of one accumulator: slot i holds node i of every pixel; a missing slot is all zero.
 struct SampleSums::Plane {
     uint32_t accumulator = 0;
-    std::vector<std::unique_ptr<Slot>> slots;
+    Slot first;               ///< at hand: most pixels have one node most of the time
+    std::vector<Slot> later;  ///< from slot 1 on
 
-    Triple value(size_t slot, size_t pixel) const {
-        return slot < slots.size() && slots[slot] ? (*slots[slot])[pixel] : Triple{};
+    size_t slot_count() const { return 1 + later.size(); }
+
+    const Slot& slot(size_t i) const { return i == 0 ? first : later[i - 1]; }
+
+    Triple value(size_t i, size_t pixel) const {
+        return i < slot_count() ? slot(i).value(pixel) : Triple{};
     }
 
-    void set(size_t slot, size_t pixel, const Triple& value) {
-        if (slot >= slots.size() || !slots[slot]) {
+    void set(size_t i, size_t pixel, const Triple& value) {
+        if (i >= slot_count() || slot(i).is_empty()) {
             if (value.is_zero()) return;
-            if (slot >= slots.size()) slots.resize(slot + 1);
-            slots[slot] = std::make_unique<Slot>();
+            if (i >= slot_count()) later.resize(i);
         }
-        (*slots[slot])[pixel] = value;
+        (i == 0 ? first : later[i - 1]).at(pixel) = value;
+    }
+
+    void keep_slots(size_t count) {
+        if (count == 0) first = {};
+        if (later.size() >= std::max(count, size_t(1))) later.resize(std::max(count, size_t(1)) - 1);
+    }
+
+    bool is_used() const {
+        return !first.is_empty() || std::any_of(later.begin(), later.end(), [](const Slot& s) { return !s.is_empty(); });
     }
 };
 
 struct SampleSums::Tile {
-    std::vector<Plane> planes;  ///< ascending by accumulator
+    std::vector<Plane> planes;  ///< in the order of their first values
     std::array<PixelRecord, tile_pixels> records;
     std::array<uint16_t, max_nodes> pixels_with_nodes{};  ///< how many pixels have n nodes
 
-    Plane* find(uint32_t accumulator) {
-        const auto at =
-            std::lower_bound(planes.begin(), planes.end(), accumulator,
-                             [](const Plane& p, uint32_t a) { return p.accumulator < a; });
-        return at != planes.end() && at->accumulator == accumulator ? &*at : nullptr;
+    const Plane* find(uint32_t accumulator) const {
+        const uint32_t plane = buckets_.empty() ? 0 : buckets_[bucket_of(accumulator)];
+        return plane == 0 ? nullptr : &planes[plane - 1];
     }
 
-    Plane& plane_of(uint32_t accumulator) {
-        const auto at =
-            std::lower_bound(planes.begin(), planes.end(), accumulator,
-                             [](const Plane& p, uint32_t a) { return p.accumulator < a; });
-        if (at != planes.end() && at->accumulator == accumulator) return *at;
-        return *planes.insert(at, Plane{accumulator, {}});
+    /// Makes the plane if there is none.
+    size_t index_of(uint32_t accumulator) {
+        if (2 * (planes.size() + 1) > buckets_.size()) grow();
+        uint32_t& plane = buckets_[bucket_of(accumulator)];
+        if (plane == 0) {
+            planes.push_back(Plane{accumulator, {}, {}});
+            plane = uint32_t(planes.size());
+        }
+        return plane - 1;
     }
 
     /// Finds the sums of every plane, null where there are none; makes the planes that are missing.
     void assign(std::span<const NodeSums> sums, std::vector<const NodeSums*>& of_plane) {
-        for (const NodeSums& s : sums) plane_of(s.accumulator);
+        for (const NodeSums& s : sums) index_of(s.accumulator);
         of_plane.assign(planes.size(), nullptr);
         for (const NodeSums& s : sums)
-            of_plane[size_t(&plane_of(s.accumulator) - planes.data())] = &s;
+            of_plane[index_of(s.accumulator)] = &s;
     }
+
+    size_t bytes() const {
+        size_t bytes = sizeof(Tile) + planes.capacity() * sizeof(Plane) + buckets_.capacity() * sizeof(uint32_t);
+        for (const Plane& plane : planes) {
+            bytes += plane.later.capacity() * sizeof(Slot) + plane.first.heap_bytes();
+            for (const Slot& slot : plane.later) bytes += slot.heap_bytes();
+        }
+        return bytes;
+    }
+
+  private:
+    /// The accumulator's, or the empty one where it would go. Neighbours are filled together: no
+    /// need to scatter them.
+    size_t bucket_of(uint32_t accumulator) const {
+        const size_t mask = buckets_.size() - 1;
+        size_t at = accumulator & mask;
+        while (buckets_[at] != 0 && planes[buckets_[at] - 1].accumulator != accumulator)
+            at = (at + 1) & mask;
+        return at;
+    }
+
+    void grow() {
+        buckets_.assign(std::max(size_t(64), 2 * buckets_.size()), 0);
+        for (size_t i = 0; i < planes.size(); ++i)
+            buckets_[bucket_of(planes[i].accumulator)] = uint32_t(i + 1);
+    }
+
+    std::vector<uint32_t> buckets_;  // index into planes + 1, 0 = empty; a power of two of them
 };
 
 /// How new nodes of a pixel join with those that it has: the same for all its accumulators.
@@ -90,8 +183,8 @@ struct SampleSums::Joining {
     }
 
     void apply(Plane& plane, size_t pixel, const NodeSums* sums) {
-        if (is_single && sums && !plane.slots.empty() && plane.slots[0]) {
-            Triple& value = (*plane.slots[0])[pixel];
+        if (is_single && sums && !plane.first.is_empty()) {
+            Triple& value = plane.first.at(pixel);
             value = old_count == 0 ? sums->nodes[0] : value + sums->nodes[0];
             return;
         }
@@ -167,7 +260,13 @@ void SampleSums::append(int x, int y, const PixelRecord& added, std::span<const 
     joining.plan(rule, record, added);
     if (joining.is_at_end) {
         // Where nothing comes nothing changes: of many lights a pixel sees few
-        for (const NodeSums& s : sums) joining.apply(tile.plane_of(s.accumulator), pixel, &s);
+        // Of many lights planes lie far apart: ask for all of them before the first is needed
+        thread_local std::vector<size_t> planes;
+        planes.clear();
+        for (const NodeSums& s : sums) planes.push_back(tile.index_of(s.accumulator));
+        for (const size_t p : planes) __builtin_prefetch(tile.planes[p].first.data());
+        for (size_t i = 0; i < sums.size(); ++i)
+            joining.apply(tile.planes[planes[i]], pixel, &sums[i]);
     } else {
         thread_local std::vector<const NodeSums*> incoming;
         tile.assign(sums, incoming);
@@ -190,9 +289,7 @@ void SampleSums::append(int x, int y, const PixelRecord& added, std::span<const 
     if (node_count >= old_count) return;
     size_t needed = max_nodes - 1;
     while (tile.pixels_with_nodes[needed] == 0) --needed;
-    for (Plane& plane : tile.planes) {
-        if (plane.slots.size() > needed) plane.slots.resize(needed);
-    }
+    for (Plane& plane : tile.planes) plane.keep_slots(needed);
 }
 
 void SampleSums::append(const SampleSums& later) {
@@ -222,39 +319,39 @@ void SampleSums::append(const SampleSums& later) {
 Triple SampleSums::node_sum(int x, int y, uint32_t accumulator, size_t slot) const {
     size_t pixel = 0;
     const Tile* tile = tile_at(x, y, pixel);
-    const Plane* plane = tile ? const_cast<Tile*>(tile)->find(accumulator) : nullptr;
+    const Plane* plane = tile ? tile->find(accumulator) : nullptr;
     return plane ? plane->value(slot, pixel) : Triple{};
 }
 
 Triple SampleSums::total(int x, int y, uint32_t accumulator) const {
     size_t pixel = 0;
     const Tile* tile = tile_at(x, y, pixel);
-    const Plane* plane = tile ? const_cast<Tile*>(tile)->find(accumulator) : nullptr;
+    const Plane* plane = tile ? tile->find(accumulator) : nullptr;
     if (!plane) return {};
     Triple sum;
-    for (size_t slot = 0; slot < plane->slots.size(); ++slot) sum += plane->value(slot, pixel);
+    for (size_t slot = 0; slot < plane->slot_count(); ++slot) sum += plane->value(slot, pixel);
     return sum;
 }
 
-int SampleSums::totals(int x, int y, uint32_t accumulator, Triple* sums) const {
-    size_t pixel = 0;
-    const Tile* tile = tile_at(x, y, pixel);
-    const int count = std::min(tile_size - (x - window_.x0) % tile_size, window_.x1 - x);
-    std::fill_n(sums, count, Triple{});
-    const Plane* plane = tile ? const_cast<Tile*>(tile)->find(accumulator) : nullptr;
-    if (!plane) return count;
-    for (const auto& slot : plane->slots) {
-        if (!slot) continue;
-        for (int i = 0; i < count; ++i) sums[i] += (*slot)[pixel + size_t(i)];
-    }
-    return count;
+bool SampleSums::tile_totals(size_t tile_index, uint32_t accumulator, TileTotals& sums) const {
+    const Tile* tile = tiles_[tile_index].get();
+    const Plane* plane = tile ? tile->find(accumulator) : nullptr;
+    if (!plane) return false;
+    sums.fill({});
+    for (size_t slot = 0; slot < plane->slot_count(); ++slot) plane->slot(slot).add_to(sums);
+    return true;
+}
+
+Window SampleSums::tile_window(size_t tile_index) const {
+    const int x = window_.x0 + int(tile_index % size_t(tiles_x_)) * tile_size;
+    const int y = window_.y0 + int(tile_index / size_t(tiles_x_)) * tile_size;
+    return {x, y, std::min(x + tile_size, window_.x1), std::min(y + tile_size, window_.y1)};
 }
 
 bool SampleSums::is_used(uint32_t accumulator) const {
     return std::any_of(tiles_.begin(), tiles_.end(), [accumulator](const auto& tile) {
         const Plane* plane = tile ? tile->find(accumulator) : nullptr;
-        return plane && std::any_of(plane->slots.begin(), plane->slots.end(),
-                                    [](const auto& s) { return bool(s); });
+        return plane && plane->is_used();
     });
 }
 
@@ -262,10 +359,8 @@ std::vector<uint32_t> SampleSums::used_accumulators() const {
     std::vector<uint8_t> is_used(table_.total_count(), 0);
     for (const auto& tile : tiles_) {
         if (!tile) continue;
-        for (const Plane& plane : tile->planes) {
-            for (const auto& slot : plane.slots)
-                is_used[plane.accumulator] |= uint8_t(slot != nullptr);
-        }
+        for (const Plane& plane : tile->planes)
+            is_used[plane.accumulator] |= uint8_t(plane.is_used());
     }
     std::vector<uint32_t> list;
     for (uint32_t a = 0; a < is_used.size(); ++a) {
@@ -280,18 +375,14 @@ size_t SampleSums::expected_bytes(const Window& window, const LayerSet& set) {
     const bool has_half = set.halves;
     // Beauty and coverage always come in halves
     const size_t planes = has_half ? 2 * size_t(table.count()) : size_t(table.count()) + AccumulatorTable::coverage + 1;
-    const size_t per_plane = sizeof(Plane) + sizeof(std::unique_ptr<Slot>) + sizeof(Slot);
+    const size_t per_plane = sizeof(Plane) + sizeof(TileTotals);
     return tiles_of(window.width()) * tiles_of(window.height()) * (sizeof(Tile) + planes * per_plane);
 }
 
 size_t SampleSums::memory_bytes() const {
     size_t bytes = tiles_.size() * sizeof(tiles_[0]);
     for (const auto& tile : tiles_) {
-        if (!tile) continue;
-        bytes += sizeof(Tile) + tile->planes.capacity() * sizeof(Plane);
-        for (const Plane& plane : tile->planes) {
-            for (const auto& slot : plane.slots) bytes += sizeof(slot) + (slot ? sizeof(Slot) : 0);
-        }
+        if (tile) bytes += tile->bytes();
     }
     return bytes;
 }

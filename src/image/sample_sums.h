@@ -5,6 +5,7 @@
 #include "image/layer_set.h"
 #include "image/window.h"
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -22,6 +23,9 @@ struct PixelRecord {
     bool has_ids = false;  ///< ids come from the first valid sample that hit something
 };
 
+/// Values of the pixels of a tile, [16][16], row 0 = top, whatever of it lies in the window.
+using TileTotals = std::array<Triple, 256>;
+
 /// The sums of one accumulator over the canonical nodes of a pixel's new sample range.
 struct NodeSums {
     uint32_t accumulator = 0;
@@ -30,10 +34,11 @@ struct NodeSums {
 
 /// Sums per pixel and accumulator over the canonical dyadic tree of sample indices, in double.
 /// Storage comes in tiles of 16×16 pixels and only for accumulators that got a value there other
-/// than zero. Different tiles may be used by different threads at the same time.
+/// than zero; where few of the pixels did, for those alone. Different tiles may be used by different threads at the same time.
 class SampleSums {
   public:
     static constexpr int tile_size = 16;
+    static_assert(size_t(tile_size) * size_t(tile_size) == std::tuple_size_v<TileTotals>);
 
     /// `final_end`: no sample of this index or above will ever come; lets finished nodes be folded
     /// early, which saves memory and changes no bit of the result. 0 = unknown (needed when the
@@ -63,9 +68,12 @@ class SampleSums {
 
     /// The fold of all nodes of one accumulator in ascending order; zero where nothing came.
     Triple total(int x, int y, uint32_t accumulator) const;
-    /// The same of all pixels from (x, y) to the right that share its tile.
-    /// Args: sums has room for tile_size of them. Returns: their number.
-    int totals(int x, int y, uint32_t accumulator, Triple* sums) const;
+    size_t tile_count() const { return tiles_.size(); }
+
+    /// The pixels of a tile, the same whatever it holds.
+    Window tile_window(size_t tile) const;
+    /// total() of all its pixels. False: nothing came, and `sums` stays as it is.
+    bool tile_totals(size_t tile, uint32_t accumulator, TileTotals& sums) const;
     /// The sum of one node; `slot` indexes `nodes_of(x, y)`.
     Triple node_sum(int x, int y, uint32_t accumulator, size_t slot) const;
     std::vector<DyadicNode> nodes_of(int x, int y) const;

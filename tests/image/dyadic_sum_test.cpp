@@ -184,7 +184,40 @@ TEST(SampleSums, FreesNodesThatMergedAway) {
     add(4, 7);
     EXPECT_GT(sums.memory_bytes(), one_node);
     add(7, 8);
-    EXPECT_LE(sums.memory_bytes(), one_node + 4 * sizeof(void*));
+    // The list of later nodes keeps its room
+    EXPECT_LE(sums.memory_bytes(), one_node + 8 * sizeof(void*));
+}
+
+TEST(SampleSums, MemoryFollowsThePixelsThatSeeALight) {
+    LayerSet set = one_group();
+    for (int i = 1; i < 300; ++i) set.groups.push_back({"g" + std::to_string(i), {}, false});
+    set.matrix_layers = true;
+    SampleSums sums({0, 0, 16, 16}, set);
+    const auto sees = [](size_t pixel, uint32_t a) { return pixel * 7 % (a + 1) == 0; };
+    for (const uint64_t pass : {0, 1}) {
+        for (size_t pixel = 0; pixel < 256; ++pixel) {
+            std::vector<NodeSums> nodes;
+            for (uint32_t a = 0; a < 300; ++a) {
+                if (!sees(pixel, a)) continue;
+                NodeSums n = range_sums(pass, pass + 1).front();
+                n.accumulator = a;
+                nodes.push_back(n);
+            }
+            sums.append(int(pixel % 16), int(pixel / 16), range(pass, pass + 1), nodes);
+        }
+    }
+    const Triple expected = range_sums(0, 1).front().nodes[0] + range_sums(1, 2).front().nodes[0];
+    for (uint32_t a = 0; a < 300; ++a) {
+        TileTotals totals;
+        ASSERT_TRUE(sums.tile_totals(0, a, totals));
+        for (size_t pixel = 0; pixel < 256; ++pixel) {
+            const Triple t = sees(pixel, a) ? expected : Triple{};
+            ASSERT_EQ(sums.total(int(pixel % 16), int(pixel / 16), a), t) << a << " " << pixel;
+            ASSERT_EQ(totals[pixel], t) << a << " " << pixel;
+        }
+    }
+    // A value and its place, with room to grow, for each pixel that sees it; a whole tile for few
+    EXPECT_LT(sums.memory_bytes(), 300u * 256 * sizeof(Triple) / 8);
 }
 
 }  // namespace
