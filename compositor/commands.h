@@ -19,5 +19,6 @@ void add_diff_command(CLI::App& app, std::function<int()>& run);
 void add_merge_command(CLI::App& app, std::function<int()>& run);
 void add_view_command(CLI::App& app, std::function<int()>& run);
 void add_export_command(CLI::App& app, std::function<int()>& run);
+void add_denoise_command(CLI::App& app, std::function<int()>& run);
 
 }  // namespace velatura::compositor

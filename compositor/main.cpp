@@ -25,6 +25,7 @@ int main(int argc, char** argv) {
     add_merge_command(app, run);
     add_view_command(app, run);
     add_export_command(app, run);
+    add_denoise_command(app, run);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

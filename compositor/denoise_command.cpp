@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/command_outcome.h"
+#include "compositor/commands.h"
+#include "compositor/denoise.h"
+#include "compositor/layer_stack.h"
+#include "image/layer_file.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+
+namespace velatura::compositor {
+
+namespace {
+
+struct DenoiseOptions {
+    std::string input, output;
+};
+
+int run_denoise(const DenoiseOptions& o) {
+    if (!is_exr(o.output)) return report(Error{"bad-output", o.output + " is not .exr"});
+    const auto stack = LayerStack::load(o.input);
+    if (!stack) return report(stack.error());
+    DenoiseReport told;
+    const auto denoised = denoise(*stack, told);
+    if (!denoised) return report(denoised.error());
+    if (const auto written = image::write_image_file(o.output, *denoised); !written)
+        return report(written.error());
+    for (const std::string& note : told.notes)
+        fmt::print(stderr, "velatura-comp: warning: {}\n", note);
+    fmt::print("{}: mean luminance {:+.3f} %\n", o.output, 100 * (told.energy_ratio - 1));
+    return done;
+}
+
+}  // namespace
+
+void add_denoise_command(CLI::App& app, std::function<int()>& run) {
+    const auto o = std::make_shared<DenoiseOptions>();
+    CLI::App* command = app.add_subcommand("denoise",
+                                           "Take the noise out of all layers at once, so that they "
+                                           "still add up and any gain may follow");
+    command
+        ->add_option("input", o->input,
+                     "File of light layers, rendered with --halves and --layers ...,data")
+        ->required();
+    command
+        ->add_option("-o,--output", o->output,
+                     "Denoised .exr: the same layers, which verify accepts")
+        ->required();
+    command->footer(
+        "Every pixel becomes one linear combination of the pixels around it, with the same weights "
+        "in every layer;\n"
+        "the weights come from the half images of the beauty and from albedo, N and Z.\n"
+        "Without --halves: coarser, and said. Half images of the result hold the noise that is "
+        "left, for `noise`.");
+    command->callback([&run, o] { run = [o] { return run_denoise(*o); }; });
+}
+
+}  // namespace velatura::compositor

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "compositor/denoise.h"
+#include "compositor/denoise_choice.h"
+
+namespace velatura::compositor {
+
+/// Header string of a denoised file.
+inline constexpr const char* denoise_attribute = "velatura/denoise";
+
+/// True for light, which is filtered; false for data, mattes and half images (those go with their
+/// layer).
+bool is_filtered(const image::LayerEntry& entry);
+
+/// A copy of the file to be filled, without exact sums: what is denoised does not merge. Layers
+/// whose filtered values may not fit half are float. Errors: "denoised-twice".
+Result<image::Image> denoised_file_like(const LayerStack& stack);
+
+/// After the filtered layers are in: makes the beauty their fold, settles coarser families, the
+/// variance and the header. Errors: "closure-failed".
+Result<void> finish_denoised_file(const LayerStack& stack,
+                                  const DenoiseGuides& guides,
+                                  const FilterChoice& choice,
+                                  image::Image& out,
+                                  DenoiseReport& report);
+
+}  // namespace velatura::compositor
