@@ -4,26 +4,43 @@
 #include "base/result.h"
 #include "image/image.h"
 #include "image/layer_header.h"
+#include "image/strip_reader.h"
 
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
 namespace velatura::compositor {
 
-/// A file of light layers in memory.
+/// What to do with a file that has no header of Velatura: refuse it, or take each `layer.RGB` of it
+/// as a row (plain_layers.h).
+enum class ForeignFiles : uint8_t { Refuse, Plain };
+
+/// A file of light layers in memory, or only what it holds.
 class LayerStack {
   public:
     /// Errors: "io-open", "io-read", "not-layers", "layers-damaged".
-    static Result<LayerStack> load(const std::string& path);
+    static Result<LayerStack> load(const std::string& path,
+                                   ForeignFiles foreign = ForeignFiles::Refuse);
     /// Errors: "not-layers", "layers-damaged".
-    static Result<LayerStack> from_image(image::Image image);
+    static Result<LayerStack> from_image(image::Image image,
+                                         ForeignFiles foreign = ForeignFiles::Refuse);
+    /// Without pixels: enough for plan_mix and mix_file. Errors as from_image, which name the file.
+    static Result<LayerStack> describe(const image::StripReader& file,
+                                       const std::string& path,
+                                       ForeignFiles foreign = ForeignFiles::Refuse);
 
     const image::Image& image() const { return image_; }
 
     const image::LayerHeader& header() const { return header_; }
 
-    /// R, G or B (c = 0, 1, 2) of a light layer or of `rgba`; null when it is not stored.
+    /// True for a file without a header of Velatura.
+    bool is_plain() const { return is_plain_; }
+
+    /// R, G or B (c = 0, 1, 2) of a light layer or of `rgba`; c = 3 is the alpha of `rgba`.
+    std::optional<image::ChannelPlace> place(const std::string& layer, size_t c) const;
+    /// The same; null when it is not stored.
     const image::Channel* channel(const std::string& layer, size_t c) const;
 
     /// Light groups in the file's order.
@@ -38,7 +55,8 @@ class LayerStack {
   private:
     image::Image image_;
     image::LayerHeader header_;
-    std::unordered_map<std::string, std::pair<size_t, size_t>> channels_;  ///< name → part, channel
+    std::unordered_map<std::string, image::ChannelPlace> channels_;  ///< by full name
+    bool is_plain_ = false;
 };
 
 }  // namespace velatura::compositor

@@ -1,358 +1,234 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/mix.h"
 
+#include "compositor/fold.h"
 #include "image/digest.h"
 #include "image/display.h"
 #include "image/formats.h"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <mutex>
+#include <span>
 
 namespace velatura::compositor {
 
 namespace {
 
-using Gain = std::array<float, 3>;
-constexpr Gain unit = {1, 1, 1};
+constexpr std::array<const char*, 3> rgb_names = {"R", "G", "B"};
 
-void multiply(Gain& a, const Gain& b) {
-    for (size_t c = 0; c < 3; ++c) a[c] *= b[c];
-}
-
-/// The cells a name stands for.
-struct Selection {
-    std::vector<bool> columns, groups;
-
-    bool has(size_t column, size_t group) const { return columns[column] && groups[group]; }
-};
-
-class Planner {
-  public:
-    Planner(const LayerStack& stack, const Look& look)
-        : stack_(stack), look_(look), columns_(stack.column_names()), groups_(stack.group_names()) {
-        // A file without bounces still has one column for everything, and one without groups one
-        // row
-        names_columns_ = !columns_.empty();
-        if (columns_.empty()) columns_.emplace_back("");
-        gains_.assign(columns_.size(), std::vector<Gain>(groups_.size(), unit));
-        lifts_.assign(groups_.size(), 0.0f);
-    }
-
-    Result<MixPlan> run();
-
-  private:
-    bool select_columns(const std::string& name, std::vector<bool>& selected) const;
-    bool select_groups(const std::string& name, std::vector<bool>& selected) const;
-    Result<Selection> select(const std::string& target) const;
-    Result<void> apply_controls();
-    Result<void> apply_shadow(const Control& control);
-    Error unknown(const std::string& name) const;
-    Error not_stored() const;
-    bool is_uniform_along(bool groups) const;
-    Result<MixPlan> choose_family() const;
-    Result<void> add_shadows(MixPlan& plan) const;
-    Gain cell(const image::LayerEntry& entry) const;
-
-    size_t column_of(const std::string& name) const {
-        const auto at = std::find(columns_.begin(), columns_.end(), name);
-        return at == columns_.end() ? 0 : size_t(at - columns_.begin());
-    }
-
-    size_t group_of(const std::string& name) const {
-        const auto at = std::find(groups_.begin(), groups_.end(), name);
-        return at == groups_.end() ? 0 : size_t(at - groups_.begin());
-    }
-
-    const LayerStack& stack_;
-    const Look& look_;
-    std::vector<std::string> columns_, groups_;
-    bool names_columns_ = false;
-    std::vector<std::vector<Gain>> gains_;  ///< per column and group
-    std::vector<float> lifts_;              ///< per group
-};
-
-bool Planner::select_columns(const std::string& name, std::vector<bool>& selected) const {
-    selected.assign(columns_.size(), false);
-    if (name == "all") {
-        selected.assign(columns_.size(), true);
-        return true;
-    }
-    bool is_known = false;
-    for (size_t c = 0; c < columns_.size() && names_columns_; ++c) {
-        const bool is_indirect = columns_[c] != "b0" && columns_[c] != "b1";
-        // With K = 0 the tail holds the direct light as well, so neither word can be told apart
-        const bool tells_direct =
-            std::find(columns_.begin(), columns_.end(), "b1") != columns_.end();
-        selected[c] = columns_[c] == name || (name == "direct" && columns_[c] == "b1") ||
-                      (name == "indirect" && is_indirect && tells_direct);
-        is_known = is_known || selected[c];
-    }
-    return is_known;
-}
-
-bool Planner::select_groups(const std::string& name, std::vector<bool>& selected) const {
-    selected.assign(groups_.size(), name == "all");
-    bool is_known = name == "all" || name == "env";
-    for (size_t g = 0; g < groups_.size(); ++g) {
-        if (groups_[g] == name || (name == "env" && stack_.header().lights[g].is_dome)) {
-            selected[g] = true;
-            is_known = true;
-        }
-    }
-    return is_known;
-}
-
-Error Planner::unknown(const std::string& name) const {
-    return {"unknown-name", fmt::format("no '{}' in this file; groups: {}; bounces: {}; also: all, "
-                                        "direct, indirect, env, shadow, "
-                                        "GROUP:BOUNCE",
-                                        name, fmt::join(groups_, " "),
-                                        names_columns_ ? fmt::format("{}", fmt::join(columns_, " "))
-                                                       : "not stored")};
-}
-
-Result<Selection> Planner::select(const std::string& target) const {
-    Selection s;
-    const size_t colon = target.find(':');
-    if (colon != std::string::npos) {
-        if (!select_groups(target.substr(0, colon), s.groups))
-            return unknown(target.substr(0, colon));
-        if (!select_columns(target.substr(colon + 1), s.columns))
-            return unknown(target.substr(colon + 1));
-        return s;
-    }
-    if (select_groups(target, s.groups)) {
-        s.columns.assign(columns_.size(), true);
-        return s;
-    }
-    s.groups.assign(groups_.size(), true);
-    if (!select_columns(target, s.columns)) return unknown(target);
-    return s;
-}
-
-Result<void> Planner::apply_shadow(const Control& control) {
-    std::vector<bool> groups;
-    const bool is_strength = control.kind != Control::Kind::Shadow;
-    const std::string name = is_strength ? "all" : control.target;
-    if (!select_groups(name, groups)) return unknown(name);
-    for (size_t g = 0; g < groups.size(); ++g) {
-        if (!groups[g]) continue;
-        // A gain on `shadow` is the strength that is left: 1 as rendered, 0 no shadow
-        const float lift = control.kind == Control::Kind::Gain   ? 1.0f - control.factor[0]
-                           : control.kind == Control::Kind::Mute ? 1.0f
-                                                                 : control.factor[0];
-        lifts_[g] += lift;
-    }
-    return {};
-}
-
-Result<void> Planner::apply_controls() {
-    std::vector<Selection> solos;
-    for (const Control& control : look_.controls) {
-        const bool is_shadow = control.kind == Control::Kind::Shadow || control.target == "shadow";
-        if (is_shadow) {
-            if (control.kind == Control::Kind::Tint || control.kind == Control::Kind::Kelvin ||
-                control.kind == Control::Kind::Solo) {
-                return Error{"unknown-name", "shadow takes --shadow, --gain and --mute only"};
-            }
-            if (auto done = apply_shadow(control); !done) return done;
-            continue;
-        }
-        const auto selected = select(control.target);
-        if (!selected) return selected.error();
-        if (control.kind == Control::Kind::Solo) {
-            solos.push_back(*selected);
-            continue;
-        }
-        const Gain factor = control.kind == Control::Kind::Mute ? Gain{0, 0, 0} : control.factor;
-        for (size_t c = 0; c < columns_.size(); ++c) {
-            for (size_t g = 0; g < groups_.size(); ++g) {
-                if (selected->has(c, g)) multiply(gains_[c][g], factor);
-            }
-        }
-    }
-    if (solos.empty()) return {};
-    for (size_t c = 0; c < columns_.size(); ++c) {
-        for (size_t g = 0; g < groups_.size(); ++g) {
-            const bool is_heard = std::any_of(solos.begin(), solos.end(),
-                                              [&](const Selection& s) { return s.has(c, g); });
-            if (!is_heard) gains_[c][g] = {0, 0, 0};
-        }
-    }
-    return {};
-}
-
-/// True if the gains are the same for all groups (or, for `groups` false, for all columns).
-bool Planner::is_uniform_along(bool groups) const {
-    for (size_t c = 0; c < columns_.size(); ++c) {
-        for (size_t g = 0; g < groups_.size(); ++g) {
-            if (gains_[c][g] != (groups ? gains_[c][0] : gains_[0][g])) return false;
-        }
-    }
-    return true;
-}
-
-Error Planner::not_stored() const {
-    const bool needs_groups = !is_uniform_along(true), needs_bounces = !is_uniform_along(false);
-    const std::string what = needs_groups && needs_bounces ? "gains per bounce and per group"
-                             : needs_groups                ? "gains per group"
-                                                           : "gains per bounce";
-    const std::string layers = needs_groups && needs_bounces ? "--layers matrix"
-                               : needs_groups                ? "--layers light or --layers matrix"
-                                                             : "--layers bounce or --layers matrix";
-    return {"mix-not-stored",
-            fmt::format("this mix needs {}, which the stored layers cannot express; render with {}",
-                        what, layers)};
-}
-
-Gain Planner::cell(const image::LayerEntry& entry) const {
-    return gains_[column_of(entry.bounce)][group_of(entry.group)];
-}
-
-Result<MixPlan> Planner::choose_family() const {
-    MixPlan plan;
-    for (const image::FamilyClosure& family : stack_.header().closure) {
-        const bool can_express = family.family == "matrix" ||
-                                 (family.family == "bounces" && is_uniform_along(true)) ||
-                                 (family.family == "groups" && is_uniform_along(false));
-        if (!can_express) continue;
-        plan.family = family.family;
-        for (const std::string& layer : family.order) {
-            const image::LayerEntry* entry = stack_.header().find(layer);
-            if (!entry)
-                return Error{"layers-damaged",
-                             fmt::format("layer {} is not in velatura/layers", layer)};
-            plan.terms.push_back({layer, cell(*entry)});
-        }
-        return plan;
-    }
-    if (!is_uniform_along(true) || !is_uniform_along(false)) return not_stored();
-    plan.family = "beauty";
-    plan.terms.push_back({"rgba", gains_[0].empty() ? unit : gains_[0][0]});
-    return plan;
-}
-
-Result<void> Planner::add_shadows(MixPlan& plan) const {
-    // A lifted shadow shows the light's direct light, so it takes the gain of that cell
-    const size_t direct = names_columns_ ? column_of("b1") : 0;
-    for (size_t g = 0; g < groups_.size(); ++g) {
-        if (lifts_[g] == 0.0f) continue;
-        const std::string layer = "S_" + groups_[g];
-        const image::LayerEntry* entry = stack_.header().find(layer);
-        if (!entry) {
-            return Error{
-                "mix-not-stored",
-                fmt::format(
-                    "this mix needs the shadow layer {}, which is not stored; render with --layers "
-                    "shadow",
-                    layer)};
-        }
-        if (entry->is_empty) continue;
-        Gain gain = gains_[direct][g];
-        multiply(gain, {lifts_[g], lifts_[g], lifts_[g]});
-        plan.shadow_terms.push_back({layer, gain});
-    }
-    return {};
-}
-
-Result<MixPlan> Planner::run() {
-    if (auto done = apply_controls(); !done) return done.error();
-    auto plan = choose_family();
-    if (!plan) return plan;
-    if (auto done = add_shadows(*plan); !done) return done.error();
-    return plan;
-}
-
-}  // namespace
-
-Result<MixPlan> plan_mix(const LayerStack& stack, const Look& look) {
-    return Planner(stack, look).run();
-}
-
-image::Image apply_mix(const LayerStack& stack,
-                       const MixPlan& plan,
-                       const Look& look,
-                       bool with_layers) {
-    const image::Image& in = stack.image();
-    const size_t pixels = in.data.pixel_count();
-    const float exposure = std::exp2(look.exposure_stops);
-    image::Image out;
-    out.data = in.data;
-    image::ResolvedLayers resolved;
-    image::Part rgba, layers;
-    rgba.name = "rgba";
-    layers.name = plan.family == "beauty" ? "layers" : plan.family;
-    image::FamilyClosure closure;
-    closure.family = layers.name;
-    closure.is_exact = true;
-
+std::vector<MixPlan::Term> all_terms(const MixPlan& plan) {
     std::vector<MixPlan::Term> terms = plan.terms;
     terms.insert(terms.end(), plan.shadow_terms.begin(), plan.shadow_terms.end());
-    constexpr const char* names[] = {"R", "G", "B"};
-    std::array<std::vector<float>, 3> fold;
-    for (auto& f : fold) f.assign(pixels, 0.0f);
-    for (const MixPlan::Term& term : terms) {
-        for (size_t c = 0; c < 3; ++c) {
-            const image::Channel* channel = stack.channel(term.layer, c);
-            if (!channel) continue;
-            const float gain = term.gain[c] * exposure;
-            std::vector<float> gained(with_layers && term.layer != "rgba" ? pixels : 0);
-            image::for_each_value(*channel, [&](size_t i, float stored) {
-                const float v = gain * stored;
-                fold[c][i] += v;
-                if (!gained.empty()) gained[i] = v;
-            });
-            if (gained.empty()) continue;
-            image::Channel stored;
-            stored.name = term.layer + "." + names[c];
-            stored.data = std::move(gained);
-            layers.channels.push_back(std::move(stored));
+    return terms;
+}
+
+/// One channel of one term.
+struct Step {
+    size_t term = 0, c = 0;
+    size_t channel = 0;  ///< of the strips
+    float gain = 1;
+};
+
+/// Folds strips into the mixed picture. Strips may come in any order and from several threads.
+class Mixer {
+  public:
+    Mixer(const LayerStack& layout, const MixPlan& plan, const Look& look, bool with_layers);
+
+    /// What strips must hold.
+    std::span<const image::ChannelPlace> channels() const { return channels_; }
+
+    void fold(const image::Strip& strip);
+    image::Image picture(const Look& look);
+    void list_not_finite(std::vector<NotFiniteLayer>& out) const;
+
+  private:
+    void add_step(size_t term, size_t c, float gain);
+    void fold_row(const image::Strip& strip, size_t row, std::vector<float>& values);
+    void note_not_finite(const std::string& layer,
+                         const image::StripChannel& channel,
+                         size_t first,
+                         size_t pixel);
+
+    const LayerStack& layout_;
+    const MixPlan& plan_;
+    const bool with_layers_;
+    std::vector<MixPlan::Term> terms_;
+    std::vector<image::ChannelPlace> channels_;
+    std::vector<Step> steps_;
+    std::optional<size_t> alpha_;
+    std::array<std::vector<float>, 3> fold_;
+    std::vector<float> alpha_values_;
+    std::vector<std::vector<float>> gained_;  ///< per step, with layers
+    std::mutex mutex_;
+    std::map<std::string, NotFinite> not_finite_;  ///< first: pixel of the data window
+};
+
+Mixer::Mixer(const LayerStack& layout, const MixPlan& plan, const Look& look, bool with_layers)
+    : layout_(layout),
+      plan_(plan),
+      with_layers_(with_layers && plan.family != "beauty"),
+      terms_(all_terms(plan)) {
+    const size_t pixels = layout.image().data.pixel_count();
+    const float exposure = std::exp2(look.exposure_stops);
+    for (size_t t = 0; t < terms_.size(); ++t) {
+        for (size_t c = 0; c < 3; ++c) add_step(t, c, terms_[t].gain[c] * exposure);
+    }
+    for (auto& f : fold_) f.assign(pixels, 0.0f);
+    if (with_layers_) gained_.assign(steps_.size(), std::vector<float>(pixels));
+    if (const auto place = layout.place("rgba", 3)) {
+        alpha_ = channels_.size();
+        channels_.push_back(*place);
+        alpha_values_.assign(pixels, 0.0f);
+    }
+}
+
+void Mixer::add_step(size_t term, size_t c, float gain) {
+    const auto place = layout_.place(terms_[term].layer, c);
+    // 0 times a finite value never changes a fold that began at +0
+    if (!place || (gain == 0.0f && !with_layers_)) return;
+    steps_.push_back({term, c, channels_.size(), gain});
+    channels_.push_back(*place);
+}
+
+void Mixer::note_not_finite(const std::string& layer,
+                            const image::StripChannel& channel,
+                            size_t first,
+                            size_t pixel) {
+    const auto width = size_t(layout_.image().data.width());
+    const NotFinite found = find_not_finite(channel, first, width);
+    const std::scoped_lock lock(mutex_);
+    const auto [at, is_new] = not_finite_.try_emplace(layer, NotFinite{0, pixel + found.first});
+    at->second.count += found.count;
+    at->second.first = std::min(at->second.first, pixel + found.first);
+}
+
+void Mixer::fold_row(const image::Strip& strip, size_t row, std::vector<float>& values) {
+    const image::Window& window = layout_.image().data;
+    const size_t width = values.size(), first = row * width;
+    const size_t pixel = size_t(strip.y0 - window.y0) * width + first;
+    for (size_t s = 0; s < steps_.size(); ++s) {
+        const Step& step = steps_[s];
+        const image::StripChannel& channel = strip.channels[step.channel];
+        if (load_row(channel, first, width, values.data()))
+            note_not_finite(terms_[step.term].layer, channel, first, pixel);
+        float* fold = fold_[step.c].data() + pixel;
+        float* gained = with_layers_ ? gained_[s].data() + pixel : values.data();
+        const float gain = step.gain;
+        for (size_t i = 0; i < width; ++i) {
+            gained[i] = gain * values[i];
+            fold[i] += gained[i];
         }
-        if (!with_layers || term.layer == "rgba") continue;
-        closure.order.push_back(term.layer);
     }
-    for (size_t c = 0; c < 3; ++c) {
-        image::Channel channel;
-        channel.name = names[c];
-        channel.data = std::move(fold[c]);
-        rgba.channels.push_back(std::move(channel));
+    if (!alpha_) return;
+    const image::StripChannel& channel = strip.channels[*alpha_];
+    if (load_row(channel, first, width, alpha_values_.data() + pixel))
+        note_not_finite("rgba", channel, first, pixel);
+}
+
+void Mixer::fold(const image::Strip& strip) {
+    std::vector<float> values(size_t(layout_.image().data.width()));
+    for (size_t row = 0; row < size_t(strip.y1 - strip.y0); ++row) fold_row(strip, row, values);
+}
+
+image::Channel float_channel(std::string name, std::vector<float> values) {
+    image::Channel channel;
+    channel.name = std::move(name);
+    channel.data = std::move(values);
+    return channel;
+}
+
+std::string digest_of_layer(const image::Image& image, const std::string& name) {
+    std::vector<const image::Channel*> channels;
+    for (const image::Part& part : image.parts) {
+        for (const image::Channel& c : part.channels) {
+            const bool is_of = name == "rgba" ? c.name.size() == 1 : c.name.starts_with(name + ".");
+            if (is_of) channels.push_back(&c);
+        }
     }
-    if (const image::Channel* alpha = in.find("A")) rgba.channels.push_back(*alpha);
+    return image::digest_of(image.data, channels);
+}
+
+image::Image Mixer::picture(const Look& look) {
+    image::Image out;
+    out.data = layout_.image().data;
+    image::Part rgba, layers;
+    rgba.name = "rgba";
+    layers.name = plan_.family;
+    for (size_t c = 0; c < 3; ++c)
+        rgba.channels.push_back(float_channel(rgb_names[c], std::move(fold_[c])));
+    if (alpha_) rgba.channels.push_back(float_channel("A", std::move(alpha_values_)));
     out.parts.push_back(std::move(rgba));
+
+    image::FamilyClosure closure;
+    closure.family = plan_.family;
+    closure.is_exact = true;
+    for (size_t s = 0; s < gained_.size(); ++s) {
+        const std::string& layer = terms_[steps_[s].term].layer;
+        layers.channels.push_back(
+            float_channel(layer + "." + rgb_names[steps_[s].c], std::move(gained_[s])));
+        if (closure.order.empty() || closure.order.back() != layer) closure.order.push_back(layer);
+    }
     if (!layers.channels.empty()) out.parts.push_back(std::move(layers));
 
-    const auto digest = [&out](const std::string& name) {
-        std::vector<const image::Channel*> channels;
-        for (const image::Part& part : out.parts) {
-            for (const image::Channel& c : part.channels) {
-                const bool is_of =
-                    name == "rgba" ? c.name.size() == 1 : c.name.starts_with(name + ".");
-                if (is_of) channels.push_back(&c);
-            }
-        }
-        return image::digest_of(out.data, channels);
-    };
+    image::ResolvedLayers resolved;
     std::vector<std::string> stored = {"rgba"};
     stored.insert(stored.end(), closure.order.begin(), closure.order.end());
     for (const std::string& name : stored) {
-        image::LayerEntry entry = *stack.header().find(name);
+        image::LayerEntry entry = *layout_.header().find(name);
         entry.type = "float";
         entry.in_sum = name != "rgba";
         entry.part = name == "rgba" ? "rgba" : closure.family;
-        entry.digest = digest(name);
+        entry.digest = digest_of_layer(out, name);
         resolved.layers.push_back(std::move(entry));
     }
     image::set_bound(closure, closure.order.size(), false);
     if (!closure.order.empty()) resolved.closure.push_back(std::move(closure));
     image::LayerSet set;
-    set.groups = stack.header().lights;
-    image::write_layer_header(out, resolved, set, stack.header().samples,
-                              image::file_info_of(in, stack.header()));
+    set.groups = layout_.header().lights;
+    image::write_layer_header(out, resolved, set, layout_.header().samples,
+                              image::file_info_of(layout_.image(), layout_.header()));
     out.attributes["velatura/mix"] = look_to_json(look);
     return out;
+}
+
+void Mixer::list_not_finite(std::vector<NotFiniteLayer>& out) const {
+    const image::Window& window = layout_.image().data;
+    const auto width = size_t(window.width());
+    for (const auto& [layer, found] : not_finite_) {
+        out.push_back({layer, found.count, window.x0 + int(found.first % width),
+                       window.y0 + int(found.first / width)});
+    }
+}
+
+}  // namespace
+
+image::Image apply_mix(const LayerStack& stack,
+                       const MixPlan& plan,
+                       const Look& look,
+                       bool with_layers,
+                       std::vector<NotFiniteLayer>* not_finite) {
+    Mixer mixer(stack, plan, look, with_layers);
+    image::for_each_strip(stack.image(), mixer.channels(),
+                          [&](const image::Strip& strip) { mixer.fold(strip); });
+    if (not_finite) mixer.list_not_finite(*not_finite);
+    return mixer.picture(look);
+}
+
+Result<image::Image> mix_file(const image::StripReader& file,
+                              const LayerStack& layout,
+                              const MixPlan& plan,
+                              const Look& look,
+                              bool with_layers,
+                              std::vector<NotFiniteLayer>* not_finite,
+                              size_t strip_bytes) {
+    Mixer mixer(layout, plan, look, with_layers);
+    const auto done = file.read(
+        mixer.channels(), [&](const image::Strip& strip) { mixer.fold(strip); }, strip_bytes);
+    if (!done) return done.error();
+    if (not_finite) mixer.list_not_finite(*not_finite);
+    return mixer.picture(look);
 }
 
 Result<void> write_display(const std::string& path, const image::Image& mixed, const Look& look) {

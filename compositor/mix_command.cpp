@@ -30,13 +30,16 @@ int run_mix(const MixOptions& o) {
     if (!look) return report(look.error());
     if (!o.display.empty()) look->display = o.display;
     if (!o.view.empty()) look->view = o.view;
-    const auto stack = LayerStack::load(o.input);
-    if (!stack) return report(stack.error());
-    const auto plan = plan_mix(*stack, *look);
+    const auto file = image::StripReader::open(o.input);
+    if (!file) return report(file.error());
+    const auto layout = LayerStack::describe(*file, o.input, ForeignFiles::Plain);
+    if (!layout) return report(layout.error());
+    const auto plan = plan_mix(*layout, *look);
     if (!plan) return report(plan.error());
-    const image::Image mixed = apply_mix(*stack, *plan, *look, o.with_layers && !is_display);
-    const auto written = is_display ? write_display(o.output, mixed, *look)
-                                    : image::write_image_file(o.output, mixed);
+    const auto mixed = mix_file(*file, *layout, *plan, *look, o.with_layers && !is_display);
+    if (!mixed) return report(mixed.error());
+    const auto written = is_display ? write_display(o.output, *mixed, *look)
+                                    : image::write_image_file(o.output, *mixed);
     if (!written) return report(written.error());
     if (!o.save_preset.empty()) {
         if (auto saved = write_file_atomically(o.save_preset, look_to_json(*look)); !saved)

@@ -21,10 +21,12 @@
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfThreading.h>
+#include <OpenEXR/ImfTileDescriptionAttribute.h>
 #include <OpenEXR/ImfVecAttribute.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <mutex>
 
 namespace velatura::image {
@@ -152,6 +154,45 @@ Imf::FrameBuffer frame_buffer(Part& part, const Window& w) {
     return buffer;
 }
 
+/// Rows of a chunk: by the compression (OpenEXR file layout), or a row of tiles.
+int rows_per_chunk_of(const Imf::Header& header) {
+    if (header.hasTileDescription()) return int(header.tileDescription().ySize);
+    switch (header.compression()) {
+        case Imf::NO_COMPRESSION:
+        case Imf::RLE_COMPRESSION:
+        case Imf::ZIPS_COMPRESSION:
+            return 1;
+        case Imf::ZIP_COMPRESSION:
+        case Imf::PXR24_COMPRESSION:
+            return 16;
+        case Imf::DWAB_COMPRESSION:
+            return 256;
+        default:
+            return 32;
+    }
+}
+
+/// True if a file of that size cannot hold so many pixels. Each chunk takes an entry of eight bytes
+/// in the table of offsets and eight before its data. Without compression all bytes are there, and
+/// deflate makes at most 1032 bytes of one (zlib technical details).
+bool promises_too_much(const Imf::Header& header, const Window& w, uint64_t file_bytes) {
+    uint64_t pixel_bytes = 0;
+    for (auto c = header.channels().begin(); c != header.channels().end(); ++c)
+        pixel_bytes += c.channel().type == Imf::HALF ? 2 : 4;
+    const uint64_t pixels = w.pixel_count(), bytes = pixels * pixel_bytes;
+    const auto rows = uint64_t(rows_per_chunk_of(header));
+    if (16 * ((uint64_t(w.height()) + rows - 1) / rows) > file_bytes) return true;
+    switch (header.compression()) {
+        case Imf::NO_COMPRESSION:
+            return bytes > file_bytes;
+        case Imf::ZIP_COMPRESSION:
+        case Imf::ZIPS_COMPRESSION:
+            return bytes / 1032 > file_bytes;
+        default:
+            return false;
+    }
+}
+
 std::vector<Imf::Header> headers_of(const Image& image) {
     std::vector<Imf::Header> headers;
     for (const Part& part : image.parts) {
@@ -205,6 +246,7 @@ struct ExrReader::Impl {
     std::unique_ptr<Imf::MultiPartInputFile> file;
     Image header;
     std::vector<Window> windows;
+    std::vector<int> chunk_rows;
 };
 
 ExrReader::ExrReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -213,7 +255,7 @@ ExrReader::~ExrReader() = default;
 ExrReader::ExrReader(ExrReader&&) noexcept = default;
 ExrReader& ExrReader::operator=(ExrReader&&) noexcept = default;
 
-Result<ExrReader> ExrReader::open(const std::string& path) {
+Result<ExrReader> ExrReader::open(const std::string& path, Chunks chunks) {
     start_exr_threads();
     const auto error = [&path](const std::string& why) {
         return Error{"io-open", fmt::format("cannot open {}: {}", path, why)};
@@ -221,7 +263,9 @@ Result<ExrReader> ExrReader::open(const std::string& path) {
     auto impl = std::make_unique<Impl>();
     impl->path = path;
     try {
-        impl->file = std::make_unique<Imf::MultiPartInputFile>(path.c_str());
+        const int threads = chunks == Chunks::One ? 0 : Imf::globalThreadCount();
+        impl->file = std::make_unique<Imf::MultiPartInputFile>(path.c_str(), threads);
+        const uint64_t file_bytes = std::filesystem::file_size(path);
         for (int i = 0; i < impl->file->parts(); ++i) {
             const Imf::Header& header = impl->file->header(i);
             if (header.hasType() && !Imf::isImage(header.type()))
@@ -229,7 +273,11 @@ Result<ExrReader> ExrReader::open(const std::string& path) {
             const Window data = window(header.dataWindow());
             if (data.is_empty() || data.pixel_count() > max_pixels)
                 return error("data window too large");
+            if (promises_too_much(header, data, file_bytes))
+                return error(fmt::format("{} bytes cannot hold its {}×{} pixels", file_bytes,
+                                         data.width(), data.height()));
             impl->windows.push_back(data);
+            impl->chunk_rows.push_back(rows_per_chunk_of(header));
             Part part;
             part.name = header.hasName() ? header.name() : std::string();
             if (i == 0) {
@@ -262,6 +310,37 @@ int ExrReader::part_count() const {
 
 const Image& ExrReader::header() const {
     return impl_->header;
+}
+
+const Window& ExrReader::data_window(int index) const {
+    return impl_->windows[size_t(index)];
+}
+
+int ExrReader::rows_per_chunk(int index) const {
+    return impl_->chunk_rows[size_t(index)];
+}
+
+Result<void> ExrReader::read_rows(int index,
+                                  int y0,
+                                  int y1,
+                                  std::span<const RowTarget> targets) const {
+    Window rows = data_window(index);
+    rows.y0 = y0;
+    rows.y1 = y1;
+    try {
+        Imf::FrameBuffer buffer;
+        for (const RowTarget& t : targets) {
+            const size_t size = t.type == ChannelType::Half ? 2 : 4;
+            buffer.insert(t.channel, Imf::Slice::Make(pixel_type(t.type), t.values, box(rows), size,
+                                                      size * size_t(rows.width())));
+        }
+        Imf::InputPart input(*impl_->file, index);
+        input.setFrameBuffer(buffer);
+        input.readPixels(y0, y1 - 1);
+        return {};
+    } catch (const std::exception& e) {
+        return Error{"io-read", fmt::format("cannot read {}: {}", impl_->path, e.what())};
+    }
 }
 
 Result<Part> ExrReader::read_part(int index) const {

@@ -5,6 +5,7 @@
 #include "image/image.h"
 
 #include <memory>
+#include <span>
 #include <string>
 
 namespace velatura::image {
@@ -14,11 +15,22 @@ namespace velatura::image {
 /// "io-write".
 Result<void> write_exr(const std::string& path, const Image& image);
 
-/// Reads an EXR file part by part.
+/// Where rows of a channel go: [rows][width] of the data window, in the type that the file has.
+struct RowTarget {
+    std::string channel;  ///< full name, of the part
+    ChannelType type = ChannelType::Half;
+    void* values = nullptr;
+};
+
+/// Reads an EXR file part by part, or rows of some channels. One thread at a time may use a reader.
 class ExrReader {
   public:
-    /// Errors: "io-open" (missing, not EXR, deep, window too large, subsampled channels).
-    static Result<ExrReader> open(const std::string& path);
+    /// Several: OpenEXR's threads decompress chunks side by side. One: a chunk at a time is in memory.
+    enum class Chunks : uint8_t { Several, One };
+
+    /// Errors: "io-open" (missing, not EXR, deep, window too large or more of it than the file can
+    /// hold, subsampled channels).
+    static Result<ExrReader> open(const std::string& path, Chunks chunks = Chunks::Several);
     ~ExrReader();
     ExrReader(ExrReader&&) noexcept;
     ExrReader& operator=(ExrReader&&) noexcept;
@@ -27,6 +39,12 @@ class ExrReader {
     /// Windows and attributes of the file; parts have names, attributes and channel names without
     /// data.
     const Image& header() const;
+    /// The data window of a part.
+    const Window& data_window(int index) const;
+    /// Rows that are compressed together, counted from the top of the window.
+    int rows_per_chunk(int index) const;
+    /// Rows [y0, y1) of some channels of a part, into the caller's memory. Errors: "io-read".
+    Result<void> read_rows(int index, int y0, int y1, std::span<const RowTarget> targets) const;
     /// The part with its pixels. Errors: "io-read" (damaged or truncated file).
     Result<Part> read_part(int index) const;
 

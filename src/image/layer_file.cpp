@@ -217,11 +217,10 @@ Result<WriteReport> write_layer_file(const std::string& path,
     return report;
 }
 
-Result<Image> read_layer_file(const std::string& path) {
-    auto image = read_exr(path);
-    if (!image) return image;
-    const std::string split = image->text(split_attribute);
-    if (split.empty()) return image;
+Result<std::vector<SplitLayer>> split_layers(const std::string& path, const Image& header) {
+    const std::string split = header.text(split_attribute);
+    std::vector<SplitLayer> layers;
+    if (split.empty()) return layers;
     const auto list = nlohmann::json::parse(split, nullptr, false);
     if (!list.is_object())
         return Error{"io-read", fmt::format("cannot read {}: velatura/split is damaged", path)};
@@ -229,14 +228,25 @@ Result<Image> read_layer_file(const std::string& path) {
         // Only names beside the file itself, never a path out of its folder
         const fs::path name =
             file.is_string() ? fs::path(file.get<std::string>()).filename() : fs::path();
-        auto one = read_exr((fs::path(path).parent_path() / name).string());
+        layers.push_back({layer, (fs::path(path).parent_path() / name).string()});
+    }
+    return layers;
+}
+
+Result<Image> read_layer_file(const std::string& path) {
+    auto image = read_exr(path);
+    if (!image) return image;
+    const auto layers = split_layers(path, *image);
+    if (!layers) return layers.error();
+    for (const SplitLayer& split : *layers) {
+        auto one = read_exr(split.path);
         if (!one) return one;
         if (one->data != image->data) {
             return Error{"io-read",
-                         fmt::format("cannot read {}: its data window differs", name.string())};
+                         fmt::format("cannot read {}: its data window differs", split.path)};
         }
         for (Part& part : one->parts) {
-            part.name = layer;
+            part.name = split.layer;
             image->parts.push_back(std::move(part));
         }
     }

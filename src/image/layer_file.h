@@ -69,6 +69,14 @@ Result<WriteReport> write_layer_file(const std::string& path,
 /// Errors: "io-write", "verify-failed".
 Result<void> write_image_file(const std::string& path, const Image& image);
 
+/// The files beside that of a split layout.
+struct SplitLayer {
+    std::string layer, path;
+};
+
+/// Those that the header names; empty for other layouts. Errors: "io-read" (damaged list).
+Result<std::vector<SplitLayer>> split_layers(const std::string& path, const Image& header);
+
 /// Reads a file of light layers whole, with the files beside it for the split layout.
 /// Errors: "io-open", "io-read".
 Result<Image> read_layer_file(const std::string& path);

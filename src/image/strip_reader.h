@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/result.h"
+#include "image/image.h"
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace velatura::image {
+
+/// A channel of an image by its place.
+struct ChannelPlace {
+    size_t part = 0, channel = 0;
+
+    bool operator==(const ChannelPlace&) const = default;
+};
+
+/// Values of a channel over some rows: [rows][width of the data window].
+struct StripChannel {
+    ChannelType type = ChannelType::Float;
+    const void* values = nullptr;
+};
+
+/// Rows [y0, y1) of some channels, in the order in which they were asked for.
+struct Strip {
+    int y0 = 0, y1 = 0;
+    std::vector<StripChannel> channels;
+};
+
+/// A file of layers, with the files beside it for the split layout, whose pixels stay on disk.
+class StripReader {
+  public:
+    /// Errors: "io-open", "io-read".
+    static Result<StripReader> open(const std::string& path);
+    ~StripReader();
+    StripReader(StripReader&&) noexcept;
+    StripReader& operator=(StripReader&&) noexcept;
+
+    /// The file as read_layer_file gives it, with channels that have no values. A part over another
+    /// data window than the first has no channels here.
+    const Image& description() const;
+
+    /// Names of the parts that were left out for their data window.
+    const std::vector<std::string>& foreign_parts() const;
+
+    /// Calls body for all strips of the data window, in any order and from several threads at once;
+    /// a strip is gone after its call. Readers take at most `memory_bytes` together, or what one of
+    /// them needs where that is more. Errors: "io-read".
+    Result<void> read(std::span<const ChannelPlace> channels,
+                      const std::function<void(const Strip&)>& body,
+                      size_t memory_bytes = size_t(1) << 30) const;
+
+    /// The channel with its values. Errors: "io-read".
+    Result<Channel> read_channel(ChannelPlace place) const;
+
+    /// The whole picture. Errors: "io-read".
+    Result<Image> read_all() const;
+
+  private:
+    struct Impl;
+    explicit StripReader(std::unique_ptr<Impl> impl);
+    std::unique_ptr<Impl> impl_;
+};
+
+/// The same strips of an image in memory.
+void for_each_strip(const Image& image,
+                    std::span<const ChannelPlace> channels,
+                    const std::function<void(const Strip&)>& body);
+
+}  // namespace velatura::image
