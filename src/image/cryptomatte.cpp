@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/cryptomatte.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <map>
+#include <numeric>
+
+namespace velatura::image {
+
+namespace {
+
+constexpr std::string_view prefix = "cryptomatte/";
+
+/// Spellings of a channel's last part: OpenEXR's own, and those of other renderers.
+constexpr std::array<std::array<std::string_view, 3>, 4> channel_names = {
+    {{"R", "r", "red"}, {"G", "g", "green"}, {"B", "b", "blue"}, {"A", "a", "alpha"}}};
+
+/// Whether the whole text is what the pattern says. Linear in text times stars.
+bool is_match(std::string_view text, std::string_view pattern) {
+    size_t t = 0, p = 0, star = std::string_view::npos, after_star = 0;
+    while (t < text.size()) {
+        if (p < pattern.size() && pattern[p] == '*') {
+            star = p++;
+            after_star = t;
+        } else if (p < pattern.size() && (pattern[p] == '?' || pattern[p] == text[t])) {
+            ++p;
+            ++t;
+        } else if (star != std::string_view::npos) {
+            p = star + 1;
+            t = ++after_star;
+        } else {
+            return false;
+        }
+    }
+    while (p < pattern.size() && pattern[p] == '*') ++p;
+    return p == pattern.size();
+}
+
+/// The name itself, or a path above it.
+bool is_chosen(std::string_view name, std::string_view pattern) {
+    if (is_match(name, pattern)) return true;
+    for (size_t end = name.rfind('/'); end != 0 && end != std::string_view::npos;
+         end = name.rfind('/', end - 1)) {
+        if (is_match(name.substr(0, end), pattern)) return true;
+    }
+    return false;
+}
+
+/// Letters to add, drop or change to make one of the other (Levenshtein).
+size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), size_t(0));
+    for (size_t i = 0; i < a.size(); ++i) {
+        size_t diagonal = row[0];
+        row[0] = i + 1;
+        for (size_t j = 0; j < b.size(); ++j) {
+            const size_t changed = diagonal + (a[i] == b[j] ? 0 : 1);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({changed, row[j] + 1, row[j + 1] + 1});
+        }
+    }
+    return row.back();
+}
+
+Error unknown_name(const Cryptomatte& matte, std::string_view pattern) {
+    std::vector<std::pair<size_t, std::string_view>> near;
+    for (const MatteName& n : matte.names) {
+        // The last part of a path is what people remember
+        const std::string_view name = n.name;
+        const std::string_view leaf = name.substr(name.rfind('/') + 1);
+        near.emplace_back(std::min(edit_distance(name, pattern), edit_distance(leaf, pattern)),
+                          name);
+    }
+    std::sort(near.begin(), near.end());
+    std::string list;
+    for (size_t i = 0; i < std::min<size_t>(near.size(), 3); ++i)
+        list += fmt::format("{} \"{}\"", i == 0 ? "; nearest:" : ",", near[i].second);
+    return {"matte-name",
+            fmt::format("{} has nothing named \"{}\"{}", matte.layer, pattern, list)};
+}
+
+void read_strings(const Attributes& attributes,
+                  std::map<std::string, std::map<std::string, std::string>>& by_key) {
+    for (const auto& [name, attribute] : attributes) {
+        const auto* text = std::get_if<std::string>(&attribute);
+        const size_t end = name.find('/', prefix.size());
+        if (!text || !name.starts_with(prefix) || end == std::string::npos) continue;
+        by_key[name.substr(prefix.size(), end - prefix.size())][name.substr(end + 1)] = *text;
+    }
+}
+
+std::vector<MatteName> read_manifest(const std::string& text) {
+    std::vector<MatteName> names;
+    const auto j = nlohmann::json::parse(text, nullptr, false);
+    if (!j.is_object()) return names;
+    for (const auto& [name, value] : j.items()) {
+        if (!value.is_string()) continue;
+        const auto& hex = value.get_ref<const std::string&>();
+        uint32_t id = 0;
+        const auto parsed = std::from_chars(hex.data(), hex.data() + hex.size(), id, 16);
+        if (parsed.ec == std::errc() && parsed.ptr == hex.data() + hex.size())
+            names.push_back({name, id});
+    }
+    return names;
+}
+
+const std::vector<float>* find_floats(const Image& image,
+                                      const std::string& layer,
+                                      std::span<const std::string_view> spellings) {
+    for (const std::string_view s : spellings) {
+        const Channel* channel = image.find(fmt::format("{}.{}", layer, s));
+        if (channel) return std::get_if<std::vector<float>>(&channel->data);
+    }
+    return nullptr;
+}
+
+}  // namespace
+
+std::string_view matte_layer(MatteKind kind) {
+    return kind == MatteKind::Object ? "CryptoObject" : "CryptoMaterial";
+}
+
+uint32_t murmur_hash_3(std::string_view text, uint32_t seed) {
+    const auto mixed = [](uint32_t k) { return std::rotl(k * 0xcc9e2d51u, 15) * 0x1b873593u; };
+    const auto byte = [text](size_t i) { return uint32_t(uint8_t(text[i])); };
+    uint32_t h = seed;
+    const size_t whole = text.size() / 4 * 4;
+    for (size_t i = 0; i < whole; i += 4) {
+        h ^= mixed(byte(i) | byte(i + 1) << 8 | byte(i + 2) << 16 | byte(i + 3) << 24);
+        h = std::rotl(h, 13) * 5 + 0xe6546b64u;
+    }
+    uint32_t rest = 0;
+    for (size_t i = text.size(); i > whole; --i) rest = rest << 8 | byte(i - 1);
+    h ^= mixed(rest);
+    h ^= uint32_t(text.size());
+    // Let every bit change every other
+    h = (h ^ h >> 16) * 0x85ebca6bu;
+    h = (h ^ h >> 13) * 0xc2b2ae35u;
+    return h ^ h >> 16;
+}
+
+uint32_t matte_id(std::string_view name) {
+    const uint32_t hash = murmur_hash_3(name);
+    const uint32_t exponent = std::clamp(hash >> 23 & 255u, 1u, 254u);
+    return (hash & 0x807fffffu) | exponent << 23;
+}
+
+void describe_cryptomatte(const Cryptomatte& matte, Attributes& attributes) {
+    const std::string key = fmt::format("{:08x}", murmur_hash_3(matte.layer)).substr(0, 7);
+    const auto name = [&key](const char* field) { return fmt::format("{}{}/{}", prefix, key, field); };
+    nlohmann::json manifest = nlohmann::json::object();
+    for (const MatteName& n : matte.names) manifest[n.name] = fmt::format("{:08x}", n.id);
+    attributes[name("name")] = matte.layer;
+    attributes[name("hash")] = std::string("MurmurHash3_32");
+    attributes[name("conversion")] = std::string("uint32_to_float32");
+    attributes[name("manifest")] =
+        manifest.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+std::vector<Cryptomatte> cryptomattes_of(const Image& image) {
+    std::map<std::string, std::map<std::string, std::string>> by_key;
+    for (const Part& part : image.parts) read_strings(part.attributes, by_key);
+    read_strings(image.attributes, by_key);
+    std::vector<Cryptomatte> mattes;
+    for (auto& [key, strings] : by_key) {
+        if (strings["name"].empty()) continue;
+        mattes.push_back({strings["name"], read_manifest(strings["manifest"])});
+    }
+    std::sort(mattes.begin(), mattes.end(),
+              [](const Cryptomatte& a, const Cryptomatte& b) { return a.layer < b.layer; });
+    return mattes;
+}
+
+Result<std::vector<uint32_t>> matte_ids(const Cryptomatte& matte,
+                                        std::span<const std::string> patterns) {
+    std::vector<uint32_t> ids;
+    for (const std::string& pattern : patterns) {
+        const size_t before = ids.size();
+        for (const MatteName& n : matte.names) {
+            if (is_chosen(n.name, pattern)) ids.push_back(n.id);
+        }
+        if (ids.size() > before) continue;
+        const bool is_plain = pattern.find_first_of("*?") == std::string::npos;
+        if (!matte.names.empty() || !is_plain) return unknown_name(matte, pattern);
+        ids.push_back(matte_id(pattern));
+    }
+    std::sort(ids.begin(), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+    return ids;
+}
+
+Result<std::vector<float>> matte_coverage(const Image& image,
+                                          std::string_view layer,
+                                          std::span<const uint32_t> ids) {
+    std::vector<uint32_t> sorted(ids.begin(), ids.end());
+    std::sort(sorted.begin(), sorted.end());
+    std::vector<float> matte(image.data.pixel_count(), 0.0f);
+    int levels = 0;
+    for (;; ++levels) {
+        const std::string name = fmt::format("{}{:02}", layer, levels);
+        std::array<const std::vector<float>*, 4> channels{};
+        for (size_t c = 0; c < channels.size(); ++c)
+            channels[c] = find_floats(image, name, channel_names[c]);
+        bool has_pair = false;
+        for (size_t pair = 0; pair < 4; pair += 2) {
+            if (!channels[pair] || !channels[pair + 1]) continue;
+            if (channels[pair]->size() != matte.size() || channels[pair + 1]->size() != matte.size())
+                continue;
+            has_pair = true;
+            for (size_t i = 0; i < matte.size(); ++i) {
+                const auto id = std::bit_cast<uint32_t>((*channels[pair])[i]);
+                if (std::binary_search(sorted.begin(), sorted.end(), id))
+                    matte[i] += (*channels[pair + 1])[i];
+            }
+        }
+        if (!has_pair) break;
+    }
+    if (levels == 0)
+        return Error{"matte-layer", fmt::format("there are no float channels {}00.R …", layer)};
+    return matte;
+}
+
+Result<std::vector<float>> matte_of(const Image& image,
+                                    std::string_view layer,
+                                    std::span<const std::string> patterns) {
+    const std::vector<Cryptomatte> mattes = cryptomattes_of(image);
+    if (layer == "object") layer = matte_layer(MatteKind::Object);
+    if (layer == "material") layer = matte_layer(MatteKind::Material);
+    const auto at = std::find_if(mattes.begin(), mattes.end(),
+                                 [&](const Cryptomatte& m) { return m.layer == layer; });
+    if (at == mattes.end()) {
+        std::string list;
+        for (const Cryptomatte& m : mattes) list += (list.empty() ? "" : ", ") + m.layer;
+        return Error{"matte-layer",
+                     fmt::format("the file has no Cryptomatte \"{}\": expected {}", layer,
+                                 list.empty() ? "one, made by render --cryptomatte" : list)};
+    }
+    const auto ids = matte_ids(*at, patterns);
+    if (!ids) return ids.error();
+    return matte_coverage(image, at->layer, *ids);
+}
+
+}  // namespace velatura::image
