@@ -109,6 +109,10 @@ Result<image::WriteReport> merge_files(std::vector<std::string> paths,
         inputs[0].sums.append(inputs[i].sums);
         info.bad_samples.insert(info.bad_samples.end(), inputs[i].info.bad_samples.begin(),
                                 inputs[i].info.bad_samples.end());
+        for (size_t k = 0; k < info.matte_names.size(); ++k) {
+            const std::vector<std::string>& names = inputs[i].info.matte_names[k];
+            info.matte_names[k].insert(info.matte_names[k].end(), names.begin(), names.end());
+        }
     }
     std::sort(info.bad_samples.begin(), info.bad_samples.end(), [](const auto& a, const auto& b) {
         return std::tie(a.sample, a.y, a.x) < std::tie(b.sample, b.y, b.x);

@@ -86,8 +86,11 @@ PlanNeeds::File expected_file(const RenderJob& job, const FrameInput& input) {
     file.name = input.output;
     file.layers = layer_count(layers);
     const int light_channels = 3 * file.layers, float_channels = rgba_channels + (layers.data_layers ? data_channels : 0);
-    file.channels = light_channels + float_channels;
-    file.most_bytes = pixels * (uint64_t(light_channels) * (layers.float_layers ? 4 : 2) + uint64_t(float_channels) * 4);
+    // Of a Cryptomatte: a preview, and ids and coverages by pairs
+    const int mattes = int(std::count(layers.mattes.begin(), layers.mattes.end(), true));
+    const int preview_channels = 3 * mattes, pair_channels = 4 * ((layers.matte_levels + 1) / 2) * mattes;
+    file.channels = light_channels + float_channels + preview_channels + pair_channels;
+    file.most_bytes = pixels * (uint64_t(light_channels) * (layers.float_layers ? 4 : 2) + uint64_t(preview_channels) * 2 + uint64_t(float_channels + pair_channels) * 4);
     return file;
 }
 

@@ -59,6 +59,8 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     layers->add_option("--layers", a.layers, "families to store, of bounce,light,matrix,shadow,data; or none");
     layers->add_flag("--halves", a.halves, "store two independent half images of every layer");
     layers->add_flag("--float-layers", a.float_layers, "store light layers as float instead of half");
+    layers->add_option("--cryptomatte", a.cryptomatte, "mattes by name, as Cryptomatte: object (prim path), material, or object,material");
+    layers->add_option("--cryptomatte-levels", a.matte_levels, "objects, or materials, that a pixel has room for: those that cover most")->check(CLI::Range(1, 64));
     layers->add_option("--exr-layout", a.exr_layout, "multipart (one part per family), single part, or split files")->check(CLI::IsMember({"multipart", "single", "split"}));
 
     auto* report = command.add_option_group("Reports");

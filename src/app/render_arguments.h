@@ -37,6 +37,8 @@ struct RenderArguments {
     std::string layers = "bounce,light,matrix,shadow,data";
     bool halves = false;
     bool float_layers = false;
+    std::string cryptomatte;       ///< object, material or both
+    int matte_levels = 6;
     std::string exr_layout = "multipart";
     std::string filter = "blackman-harris";
     std::string integrator = "path";

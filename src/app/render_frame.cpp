@@ -139,9 +139,10 @@ class FrameRenderer {
           layers_(layers_of(job, input.scene)),
           world_(input.scene, world_options(job, input, diagnostics), make_light_image_loader(), diagnostics),
           caustics_(integrator::make_caustic_sampler(job.caustics, world_)),
+          mattes_(layers_.has_mattes() ? std::make_unique<const integrator::MatteIds>(input.scene) : nullptr),
           training_(integrator::train_guide(world_, tracer_options(nullptr, nullptr), is_refused() ? integrator::Guiding::Off : job.guiding, &StopSignals::stop_flag())),
           branches_(job.splits && !is_refused() ? integrator::try_branches(world_, tracer_options(guide(), nullptr), traced_window(), &StopSignals::stop_flag()) : integrator::BranchTrial()),
-          tracer_(world_, layers_, tracer_options(guide(), &branches_.map)),
+          tracer_(world_, layers_, picture_options()),
           printer_(job.progress) {}
 
     int run() {
@@ -204,6 +205,13 @@ class FrameRenderer {
         options.branches = branches;
         options.caustics = caustics_.get();
         options.disable_lens = input_.scene.settings.disable_depth_of_field;
+        return options;
+    }
+
+    /// Those of the picture, for which trial paths did without what is only written.
+    integrator::PathTracerOptions picture_options() const {
+        integrator::PathTracerOptions options = tracer_options(guide(), &branches_.map);
+        options.mattes = mattes_.get();
         return options;
     }
 
@@ -285,6 +293,7 @@ class FrameRenderer {
         image::FileInfo info = make_file_info(job_, input_, world_, training_, branches_, layers_, window_);
         info.plan_json = plan_json(input_.plan, broken).dump();
         info.bad_samples = film.bad_samples();
+        if (mattes_) info.matte_names = mattes_->names();
         return film.write(input_.output, info);
     }
 
@@ -337,6 +346,7 @@ class FrameRenderer {
     film::LayerSet layers_;
     integrator::World world_;
     std::unique_ptr<const integrator::CausticSampler> caustics_;  ///< null = by paths
+    std::unique_ptr<const integrator::MatteIds> mattes_;          ///< null = no Cryptomattes
     integrator::GuideTraining training_;
     integrator::BranchTrial branches_;
     integrator::PathTracer tracer_;

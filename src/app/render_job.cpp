@@ -82,6 +82,13 @@ Result<void> choose_layers(const RenderArguments& a, film::LayerSet& layers) {
         if (!flag) return usage(fmt::format("--layers: unknown family \"{}\": expected bounce, light, matrix, shadow, data or none", family));
         *flag = true;
     }
+    layers.matte_levels = a.matte_levels;
+    if (a.cryptomatte.empty()) return {};
+    for (const std::string& word : split(a.cryptomatte, ',')) {
+        const auto kind = std::find_if(image::matte_kinds.begin(), image::matte_kinds.end(), [&](image::MatteKind k) { return matte_word(k) == word; });
+        if (kind == image::matte_kinds.end()) return usage(fmt::format("--cryptomatte: expected object, material or both, found \"{}\"", word));
+        layers.mattes[size_t(*kind)] = true;
+    }
     return {};
 }
 

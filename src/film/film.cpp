@@ -40,7 +40,7 @@ BadSampleReason fault_of_data(const SampleRadiance& s) {
 }  // namespace
 
 PixelAccumulator::PixelAccumulator(const LayerSet& set)
-    : table_(set), cell_of_(table_.total_count(), 0) {}
+    : table_(set), cell_of_(table_.total_count(), 0), has_mattes_(set.has_mattes()) {}
 
 inline void PixelAccumulator::put(uint32_t accumulator, const Triple& value) {
     const uint32_t known = cell_of_[accumulator];
@@ -104,7 +104,26 @@ void PixelAccumulator::add(const SampleRadiance& s) {
             record_.has_ids = true;
         }
     }
+    if (scene::is_built(scene::Effect::IdMattes) && has_mattes_) add_mattes(s);
     end_sample();
+}
+
+void PixelAccumulator::add_mattes(const SampleRadiance& s) {
+    constexpr size_t looked_back = 8;
+    const int64_t weight = image::matte_weight(double(s.weight));
+    for (size_t kind = 0; kind < s.matte_ids.size(); ++kind) {
+        const uint32_t id = s.matte_ids[kind];
+        if (id == 0) continue;
+        // Most samples meet what one of the last met; end_pixel joins the rest
+        const auto oldest = mattes_.end() - std::ptrdiff_t(std::min(looked_back, mattes_.size()));
+        const auto known = std::find_if(oldest, mattes_.end(), [=](const image::MatteWeight& m) {
+            return m.id == id && m.kind == kind;
+        });
+        if (known != mattes_.end())
+            known->weight += weight;
+        else
+            mattes_.push_back({uint8_t(kind), id, weight});
+    }
 }
 
 void PixelAccumulator::end_sample() {
@@ -141,6 +160,11 @@ void Film::end_pixel(PixelAccumulator& a) {
     for (size_t i = 0; i < a.used_; ++i) a.cell_of_[a.sums_[i].accumulator] = 0;
     sums_.append(a.x_, a.y_, a.record_, std::span<const image::NodeSums>(a.sums_.data(), a.used_));
     a.used_ = 0;
+    if (!a.mattes_.empty()) {
+        image::join_matte_weights(a.mattes_);
+        sums_.mattes()->add(a.x_, a.y_, a.mattes_);
+        a.mattes_.clear();
+    }
     if (a.bad_.empty()) return;
 
     // Keep the smallest ones, so that the list does not depend on the schedule

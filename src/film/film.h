@@ -4,6 +4,7 @@
 #include "film/layer_set.h"
 #include "film/sample_radiance.h"
 #include "image/layer_file.h"
+#include "image/matte_sums.h"
 #include "image/sample_sums.h"
 
 #include <cstdint>
@@ -35,6 +36,7 @@ class PixelAccumulator {
     void deposit(uint32_t accumulator, double weight, const image::Triple& value);
     void put(uint32_t accumulator, const image::Triple& value);
     uint32_t open_cell(uint32_t accumulator);
+    void add_mattes(const SampleRadiance& sample);
     void end_sample();
     void finish_sparse();
 
@@ -47,6 +49,8 @@ class PixelAccumulator {
     image::DenseDyadicSums dense_;                ///< of the first cells, one column each
     std::vector<image::SparseDyadicSum> sparse_;  ///< of the others, seldom touched
     std::vector<BadSample> bad_;
+    bool has_mattes_;
+    std::vector<image::MatteWeight> mattes_;  ///< in the order of the samples
 };
 
 /// How noisy the picture is, from its two half images.

@@ -118,6 +118,7 @@ void SampleRadiance::clear() {
     Z = 0.0f;
     st = Vec2(0.0f);
     prim_id = instance_id = 0xffffffffu;
+    matte_ids = {};
 }
 
 }  // namespace velatura::film

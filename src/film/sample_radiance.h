@@ -5,6 +5,7 @@
 #include "film/layer_set.h"
 #include "image/dyadic_sum.h"
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -66,6 +67,8 @@ class SampleRadiance {
     Vec2 st = Vec2(0.0f);
     uint32_t prim_id = 0xffffffffu;
     uint32_t instance_id = 0xffffffffu;
+    /// By image::MatteKind: whose sample it is, see image::matte_id(); 0 = nobody's.
+    std::array<uint32_t, image::matte_kinds.size()> matte_ids = {};
 
   private:
     friend class PixelAccumulator;

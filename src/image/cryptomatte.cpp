@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
 #include <map>
@@ -125,6 +126,15 @@ std::string_view matte_layer(MatteKind kind) {
     return kind == MatteKind::Object ? "CryptoObject" : "CryptoMaterial";
 }
 
+bool is_matte_layer(std::string_view name) {
+    return std::any_of(matte_kinds.begin(), matte_kinds.end(),
+                       [name](MatteKind kind) { return matte_layer(kind) == name; });
+}
+
+std::string_view matte_word(MatteKind kind) {
+    return kind == MatteKind::Object ? "object" : "material";
+}
+
 uint32_t murmur_hash_3(std::string_view text, uint32_t seed) {
     const auto mixed = [](uint32_t k) { return std::rotl(k * 0xcc9e2d51u, 15) * 0x1b873593u; };
     const auto byte = [text](size_t i) { return uint32_t(uint8_t(text[i])); };
@@ -229,8 +239,9 @@ Result<std::vector<float>> matte_of(const Image& image,
                                     std::string_view layer,
                                     std::span<const std::string> patterns) {
     const std::vector<Cryptomatte> mattes = cryptomattes_of(image);
-    if (layer == "object") layer = matte_layer(MatteKind::Object);
-    if (layer == "material") layer = matte_layer(MatteKind::Material);
+    for (const MatteKind kind : matte_kinds) {
+        if (layer == matte_word(kind)) layer = matte_layer(kind);
+    }
     const auto at = std::find_if(mattes.begin(), mattes.end(),
                                  [&](const Cryptomatte& m) { return m.layer == layer; });
     if (at == mattes.end()) {

@@ -3,8 +3,8 @@
 
 #include "base/result.h"
 #include "image/image.h"
+#include "image/matte_kind.h"
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -12,14 +12,6 @@
 #include <vector>
 
 namespace velatura::image {
-
-/// What mattes can be cut by.
-enum class MatteKind : uint8_t { Object, Material };
-
-inline constexpr std::array matte_kinds = {MatteKind::Object, MatteKind::Material};
-
-/// "CryptoObject", "CryptoMaterial".
-std::string_view matte_layer(MatteKind kind);
 
 /// MurmurHash3_x86_32 of the bytes.
 /// Ref: Appleby, "MurmurHash3", 2011 (public domain).

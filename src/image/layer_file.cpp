@@ -3,6 +3,8 @@
 
 #include "base/atomic_file.h"
 #include "base/tasks.h"
+#include "image/cryptomatte.h"
+#include "image/cryptomatte_layers.h"
 #include "image/digest.h"
 #include "image/exr.h"
 #include "image/layer_check.h"
@@ -100,12 +102,16 @@ Result<std::vector<std::string>> write_split(const std::string& path, Image imag
     std::map<std::string, Part> layers;
     std::vector<std::string> order;
     for (Part& part : image.parts) {
+        // Readers of a Cryptomatte look for all of it in one file
+        const bool is_matte = is_matte_layer(part.name);
         for (Channel& c : part.channels) {
             const bool is_beauty = part.name == "rgba";
             const std::string layer = is_beauty                ? "rgba"
                                       : is_bookkeeping(c.name) ? "sums"
+                                      : is_matte               ? part.name
                                                                : c.name.substr(0, c.name.find('.'));
             if (layers.count(layer) == 0) order.push_back(layer);
+            if (is_matte) layers[layer].attributes = part.attributes;
             layers[layer].channels.push_back(std::move(c));
         }
     }
@@ -124,8 +130,9 @@ Result<std::vector<std::string>> write_split(const std::string& path, Image imag
             one.attributes[split_attribute] = list.dump();
         } else {
             // The strings stand in the main file; a copy in each would only grow old
-            std::erase_if(one.attributes,
-                          [](const auto& a) { return a.first.starts_with("velatura/"); });
+            std::erase_if(one.attributes, [](const auto& a) {
+                return a.first.starts_with("velatura/") || a.first.starts_with("cryptomatte/");
+            });
         }
         one.parts.push_back(std::move(part));
         auto written = write_image_file(file, one);
@@ -173,6 +180,7 @@ Result<WriteReport> write_layer_file(const std::string& path,
         return Error{"closure-failed",
                      fmt::format("{} was not written: {}", path, resolved.first_failure)};
     }
+    add_cryptomattes(sums, info.matte_names, resolved);
     set_digests(resolved);
     Image& image = resolved.image;
     if (info.store_sums) {

@@ -22,6 +22,9 @@ struct BadSample {
     std::string reason;
 };
 
+/// By MatteKind: names of what there is, whether the picture shows it or not; in any order.
+using MatteNames = std::array<std::vector<std::string>, matte_kinds.size()>;
+
 /// What a file of light layers says beside its pixels. No absolute paths, no times.
 struct FileInfo {
     Window display;  ///< the whole picture; empty = the data window
@@ -44,6 +47,7 @@ struct FileInfo {
     std::array<float, 8> chromaticities = {0.64f, 0.33f, 0.30f,   0.60f,
                                            0.15f, 0.06f, 0.3127f, 0.3290f};
     std::vector<BadSample> bad_samples;  ///< goes into velatura/samples
+    MatteNames matte_names;              ///< only used with LayerSet::mattes
 };
 
 /// What the writer measured.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/layer_header.h"
 
+#include "image/cryptomatte.h"
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -236,6 +238,12 @@ FileInfo file_info_of(const Image& image, const LayerHeader& header) {
     info.stats_json = image.text(stats_attribute);
     info.plan_json = image.text(plan_attribute);
     info.software = image.text("software");
+    for (const Cryptomatte& matte : cryptomattes_of(image)) {
+        for (const MatteKind kind : matte_kinds) {
+            if (matte.layer != matte_layer(kind)) continue;
+            for (const MatteName& n : matte.names) info.matte_names[size_t(kind)].push_back(n.name);
+        }
+    }
     info.frames_per_second = attribute_or<double>(image, "framesPerSecond", info.frames_per_second);
     info.pixel_aspect_ratio = double(image.pixel_aspect_ratio);
     info.world_to_camera = attribute_or<Matrix44>(image, "worldToCamera", info.world_to_camera);

@@ -33,6 +33,11 @@ std::string LayerSet::to_json() const {
     j["data"] = data_layers;
     j["halves"] = halves;
     j["float"] = float_layers;
+    j["mattes"] = nlohmann::ordered_json::array();
+    for (const MatteKind kind : matte_kinds) {
+        if (has_mattes(kind)) j["mattes"].push_back(matte_word(kind));
+    }
+    j["matteLevels"] = matte_levels;
     j["lights"] = nlohmann::ordered_json::array();
     for (const LightGroup& group : groups) {
         nlohmann::ordered_json g;
@@ -57,12 +62,19 @@ Result<LayerSet> LayerSet::from_json(const std::string& text) {
         set.data_layers = j.at("data").get<bool>();
         set.halves = j.at("halves").get<bool>();
         set.float_layers = j.at("float").get<bool>();
+        for (const auto& word : j.at("mattes")) {
+            for (const MatteKind kind : matte_kinds) {
+                if (word == matte_word(kind)) set.mattes[size_t(kind)] = true;
+            }
+        }
+        set.matte_levels = j.at("matteLevels").get<int>();
         for (const auto& g : j.at("lights")) {
             set.groups.push_back({g.at("name").get<std::string>(),
                                   g.at("prims").get<std::vector<std::string>>(),
                                   g.at("dome").get<bool>()});
         }
         if (set.last_bounce < 0 || set.last_bounce > 999 || set.groups.empty()) return error;
+        if (set.matte_levels < 1 || set.matte_levels > 64) return error;
         return set;
     } catch (const nlohmann::json::exception&) {
         return error;

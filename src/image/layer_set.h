@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/result.h"
+#include "image/matte_kind.h"
 
 #include <cstdint>
 #include <string>
@@ -30,12 +31,18 @@ struct LayerSet {
     bool data_layers = true;    ///< albedo N P Z st primId instanceId sampleCount variance invalid
     bool halves = false;        ///< <layer>_hA, <layer>_hB of every light layer
     bool float_layers = false;  ///< store light layers as float instead of half
+    std::array<bool, matte_kinds.size()> mattes = {};  ///< Cryptomattes, by MatteKind
+    int matte_levels = 6;  ///< things per pixel that a Cryptomatte stores, the largest ones; 1 … 64
 
     bool operator==(const LayerSet&) const = default;
 
     int bounce_count() const { return last_bounce + 2; }
 
     int group_count() const { return int(groups.size()); }
+
+    bool has_mattes(MatteKind kind) const { return mattes[size_t(kind)]; }
+
+    bool has_mattes() const { return mattes != decltype(mattes){}; }
 
     /// Column of a bounce number: itself up to K, then the tail.
     int column(int bounce) const { return bounce > last_bounce ? last_bounce + 1 : bounce; }

@@ -2,6 +2,7 @@
 #include "image/sample_sums.h"
 
 #include "base/check.h"
+#include "image/matte_sums.h"
 
 #include <algorithm>
 #include <array>
@@ -209,6 +210,7 @@ SampleSums::SampleSums(const Window& window, const LayerSet& set, uint64_t final
     tiles_x_ = (window.width() + tile_size - 1) / tile_size;
     const int tiles_y = (window.height() + tile_size - 1) / tile_size;
     tiles_.resize(size_t(tiles_x_) * size_t(tiles_y));
+    if (set.has_mattes()) mattes_ = std::make_unique<MatteSums>(window);
 }
 
 SampleSums::~SampleSums() = default;
@@ -314,6 +316,7 @@ void SampleSums::append(const SampleSums& later) {
             append(x, y, later.record(x, y), sums);
         }
     }
+    if (mattes_ && later.mattes_) mattes_->add(*later.mattes_);
 }
 
 Triple SampleSums::node_sum(int x, int y, uint32_t accumulator, size_t slot) const {
@@ -376,11 +379,12 @@ size_t SampleSums::expected_bytes(const Window& window, const LayerSet& set) {
     // Beauty and coverage always come in halves
     const size_t planes = has_half ? 2 * size_t(table.count()) : size_t(table.count()) + AccumulatorTable::coverage + 1;
     const size_t per_plane = sizeof(Plane) + sizeof(TileTotals);
-    return tiles_of(window.width()) * tiles_of(window.height()) * (sizeof(Tile) + planes * per_plane);
+    const auto mattes = size_t(std::count(set.mattes.begin(), set.mattes.end(), true));
+    return tiles_of(window.width()) * tiles_of(window.height()) * (sizeof(Tile) + planes * per_plane) + mattes * MatteSums::expected_bytes(window);
 }
 
 size_t SampleSums::memory_bytes() const {
-    size_t bytes = tiles_.size() * sizeof(tiles_[0]);
+    size_t bytes = tiles_.size() * sizeof(tiles_[0]) + (mattes_ ? mattes_->memory_bytes() : 0);
     for (const auto& tile : tiles_) {
         if (tile) bytes += tile->bytes();
     }

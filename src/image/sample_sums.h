@@ -14,6 +14,8 @@
 
 namespace velatura::image {
 
+class MatteSums;
+
 /// What a pixel knows beside its sums.
 struct PixelRecord {
     uint64_t first = 0, end = 0;  ///< samples [first, end) are in the sums; first == end: none
@@ -56,6 +58,11 @@ class SampleSums {
 
     uint64_t final_end() const { return final_end_; }
 
+    /// Whose samples they are; null where the layer set has no Cryptomatte.
+    MatteSums* mattes() { return mattes_.get(); }
+
+    const MatteSums* mattes() const { return mattes_.get(); }
+
     const PixelRecord& record(int x, int y) const;
 
     /// Adds samples [added.first, added.end) to a pixel; they must start where the pixel's samples
@@ -84,7 +91,7 @@ class SampleSums {
     std::vector<uint32_t> used_accumulators() const;
     size_t memory_bytes() const;
     /// The same of a film whose accumulators all have got one value other than zero somewhere in
-    /// every tile. Black ones need less; counts of samples that are no power of two need more.
+    /// every tile, and whose pixels each see one thing for every Cryptomatte. Black ones need less; counts of samples that are no power of two need more.
     static size_t expected_bytes(const Window& window, const LayerSet& set);
 
   private:
@@ -101,6 +108,7 @@ class SampleSums {
     uint64_t final_end_ = 0;
     int tiles_x_ = 0;
     std::vector<std::unique_ptr<Tile>> tiles_;
+    std::unique_ptr<MatteSums> mattes_;
 };
 
 }  // namespace velatura::image

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/sums_part.h"
 
+#include "image/cryptomatte_layers.h"
 #include "image/digest.h"
 #include "image/layer_header.h"
 
@@ -114,6 +115,7 @@ Result<Part> sums_part(const SampleSums& sums) {
             }
         }
     }
+    if (sums.mattes()) store_matte_sums(*sums.mattes(), w, part);
     return part;
 }
 
@@ -189,6 +191,9 @@ Result<SampleSums> read_sums(const Image& image) {
             }
             sums.append(x, y, r, pixel_sums);
         }
+    }
+    if (sums.mattes()) {
+        if (auto read = read_matte_sums(image, *sums.mattes()); !read) return read.error();
     }
     return sums;
 }

@@ -357,6 +357,10 @@ void PathTracer::record_first_hit(const geometry::SurfacePoint& point, const sha
     out.alpha = 1.0f;
     out.prim_id = point.provenance;
     out.instance_id = point.instance;
+    if (is_built(Effect::IdMattes) && options_.mattes) {
+        count_call(Effect::IdMattes);
+        out.matte_ids = {options_.mattes->object(point), options_.mattes->material(point)};
+    }
     if (!is_built(Effect::DataLayers) || !has_data_layers_) return;
     out.albedo = bsdf.albedo();
     if (is_built(Effect::Subsurface) && world_.subsurface && world_.materials.has_subsurface(point.material)) {

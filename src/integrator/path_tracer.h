@@ -9,6 +9,7 @@
 #include "integrator/caustics.h"
 #include "integrator/direction_mixture.h"
 #include "integrator/estimator.h"
+#include "integrator/matte_ids.h"
 #include "integrator/ray_counts.h"
 #include "integrator/world.h"
 #include "sampling/filter.h"
@@ -42,6 +43,7 @@ struct PathTracerOptions {
     /// How many ways a path goes on from its first vertex with lobes that are no delta, at an equal share each; must outlive
     /// the tracer; null = one.
     const BranchMap* branches = nullptr;
+    const MatteIds* mattes = nullptr;  ///< says whose each sample is, must outlive the tracer; null = nobody asks
     const CausticSampler* caustics = nullptr;  ///< solves for caustics, must outlive the tracer; null = paths find all light
 };
 

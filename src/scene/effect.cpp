@@ -65,6 +65,7 @@ constexpr std::array<EffectInfo, effect_count> table = {{
     {Effect::ShadowLayers, Output, "shadow-layers", "values of light without occlusion"},
     {Effect::DataLayers, Output, "data-layers", ""},
     {Effect::HalfImages, Output, "half-images", ""},
+    {Effect::IdMattes, Output, "id-mattes", "first surfaces named"},
 }};
 
 constexpr bool is_in_order() {

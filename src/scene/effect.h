@@ -73,9 +73,10 @@ enum class Effect : uint8_t {
     ShadowLayers,
     DataLayers,
     HalfImages,
+    IdMattes,
 };
 
-inline constexpr size_t effect_count = size_t(Effect::HalfImages) + 1;
+inline constexpr size_t effect_count = size_t(Effect::IdMattes) + 1;
 
 /// Who decides whether an effect runs.
 enum class EffectKind : uint8_t { Scene, Estimator, Output };

@@ -21,6 +21,7 @@ const image::Window window{0, 0, 18, 10};
 film::LayerSet full_set() {
     film::LayerSet set = film::test_layer_set();
     set.matrix_layers = set.shadow_layers = set.halves = true;
+    set.mattes = {true, true};
     return set;
 }
 
@@ -34,6 +35,7 @@ std::string part(const std::string& name,
     info.seed = 5;
     info.scene_hash = "scene";
     info.settings_hash = "settings";
+    info.matte_names = {film::test_objects(), {"only"}};
     if (change) change(set, info);
     film::Film film(window, set);
     film::render(film, first, end);
@@ -65,6 +67,8 @@ TEST(Merge, ReproducesTheSingleRenderBitForBit) {
         EXPECT_EQ(image->text("velatura/samples"), whole->text("velatura/samples"));
         EXPECT_EQ(image->text("velatura/layers"), whole->text("velatura/layers"));
         EXPECT_EQ(image->text("velatura/closure"), whole->text("velatura/closure"));
+        EXPECT_EQ(image->text("cryptomatte/d593dd7/manifest"), whole->text("cryptomatte/d593dd7/manifest"));
+        EXPECT_NE(image->find("CryptoObject00.R"), nullptr);
     }
 }
 

@@ -2,6 +2,7 @@
 #include "film/film_scene.h"
 
 #include "base/hash.h"
+#include "image/cryptomatte.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -45,6 +46,19 @@ LayerSet test_layer_set() {
     return set;
 }
 
+const std::vector<std::string>& test_objects() {
+    static const std::vector<std::string> names = {"/World/Rock", "/World/\xc3\xa4\xe6\x9c\xa8", "a \"quoted\" \\ name", "{\"x\":\"y\"}", "line\nbreak\t\x01",
+                                                   "\xf0\x9f\x8c\xb3", "", "/World/Rock/Moss", "/World/Rare"};
+    return names;
+}
+
+const std::string& test_object(int x, int y, uint64_t index) {
+    const uint64_t key = hash_combine(hash_combine(uint64_t(x) + 11, uint64_t(y) + 5), index);
+    // Some pixels see one, some many; the last one is nowhere
+    const size_t choices = x % 3 == 0 ? 1 : test_objects().size() - 1;
+    return test_objects()[(size_t(y) + key % choices) % (test_objects().size() - 1)];
+}
+
 void fill_sample(SampleRadiance& s, int x, int y, uint64_t index) {
     s.clear();
     const uint64_t key = hash_combine(hash_combine(uint64_t(x) + 1, uint64_t(y) + 1), index);
@@ -61,6 +75,7 @@ void fill_sample(SampleRadiance& s, int x, int y, uint64_t index) {
     s.Z = 2.0f + uniform(key + 6);
     s.st = Vec2(uniform(key + 7), uniform(key + 8));
     s.prim_id = uint32_t(key % 7);
+    s.matte_ids = {image::matte_id(test_object(x, y, index)), image::matte_id("only")};
     s.instance_id = uint32_t(index);
     for (int bounce = 0; bounce < 6; ++bounce) {
         for (int group = 0; group < 4; ++group) {

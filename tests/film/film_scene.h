@@ -4,11 +4,16 @@
 #include "film/film.h"
 
 #include <string>
+#include <vector>
 
 namespace velatura::film {
 
 /// Groups key, fill, sky (a dome), emissive and a light that never shines.
 LayerSet test_layer_set();
+
+/// Names to tell apart, hostile ones among them, and what a sample that hits something hits.
+const std::vector<std::string>& test_objects();
+const std::string& test_object(int x, int y, uint64_t index);
 
 /// A made-up sample: a function of (pixel, sample index) alone, with magnitudes that show every
 /// other order of additions, several deposits per cell, misses, and one bad sample at pixel (5, 3),

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/cryptomatte_layers.h"
+
+#include "base/tasks.h"
+#include "image/cryptomatte.h"
+#include "image/matte_sums.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+namespace velatura::image {
+
+namespace {
+
+constexpr std::array<const char*, 4> words = {"kind", "id", "w0", "w1"};
+
+std::string slot_name(size_t slot, size_t word) {
+    return fmt::format("sums_matte{}.{}", slot, words[word]);
+}
+
+std::vector<float>& floats(Channel& channel) {
+    return std::get<std::vector<float>>(channel.data);
+}
+
+/// Of one Cryptomatte in one pixel, greatest coverage first.
+std::vector<MatteWeight> ranked(const std::vector<MatteWeight>& list, MatteKind kind) {
+    std::vector<MatteWeight> of_kind;
+    for (const MatteWeight& m : list) {
+        if (m.kind == uint8_t(kind)) of_kind.push_back(m);
+    }
+    // Weights of both signs: what covers less than nothing counts by how much
+    std::sort(of_kind.begin(), of_kind.end(), [](const MatteWeight& a, const MatteWeight& b) {
+        const int64_t wa = std::abs(a.weight), wb = std::abs(b.weight);
+        return wa != wb ? wa > wb : a.id < b.id;
+    });
+    return of_kind;
+}
+
+Part make_part(const std::string& layer, int levels, size_t pixels) {
+    Part part;
+    part.name = layer;
+    part.attributes["colorInteropID"] = std::string("data");
+    for (const char* c : {".R", ".G", ".B"})
+        part.channels.push_back(Channel::make(layer + c, ChannelType::Half, pixels));
+    for (int pair = 0; pair < (levels + 1) / 2; ++pair) {
+        for (const char* c : {"R", "G", "B", "A"})
+            part.channels.push_back(
+                Channel::make(fmt::format("{}{:02}.{}", layer, pair, c), ChannelType::Float, pixels));
+    }
+    return part;
+}
+
+/// Fills the channels of make_part() for one pixel.
+void store_pixel(const std::vector<MatteWeight>& list, double weight, int levels, size_t i, Part& part) {
+    std::array<double, 3> preview{};
+    for (size_t rank = 0; rank < list.size(); ++rank) {
+        const double coverage = double(list[rank].weight) * MatteWeight::unit / weight;
+        const uint32_t id = list[rank].id;
+        // Any three bytes of a hash are a colour to tell things apart by
+        for (size_t c = 0; c < 3; ++c) preview[c] += coverage * double(id >> (8 * c) & 255u) / 255.0;
+        if (rank >= size_t(levels)) continue;
+        floats(part.channels[3 + 2 * rank])[i] = std::bit_cast<float>(id);
+        floats(part.channels[4 + 2 * rank])[i] = float(coverage);
+    }
+    for (size_t c = 0; c < 3; ++c)
+        std::get<std::vector<Imath::half>>(part.channels[c].data)[i] = Imath::half(float(preview[c]));
+}
+
+void list_layers(const Part& part, std::vector<LayerEntry>& layers) {
+    for (const Channel& c : part.channels) {
+        const std::string layer = c.name.substr(0, c.name.find('.'));
+        if (!layers.empty() && layers.back().name == layer) continue;
+        LayerEntry entry;
+        entry.name = layer;
+        entry.family = "cryptomatte";
+        entry.part = part.name;
+        entry.type = c.type() == ChannelType::Half ? "half" : "float";
+        layers.push_back(std::move(entry));
+    }
+}
+
+}  // namespace
+
+void add_cryptomattes(const SampleSums& sums, const MatteNames& names, ResolvedLayers& resolved) {
+    if (!sums.mattes()) return;
+    const Window& w = sums.window();
+    const int levels = sums.layer_set().matte_levels;
+    for (const MatteKind kind : matte_kinds) {
+        if (!sums.layer_set().has_mattes(kind)) continue;
+        Part part = make_part(std::string(matte_layer(kind)), levels, w.pixel_count());
+        parallel_for(size_t(w.height()), [&](size_t row) {
+            const int y = w.y0 + int(row);
+            for (int x = w.x0; x < w.x1; ++x) {
+                const double weight = weight_of(sums.total(x, y, AccumulatorTable::coverage));
+                if (weight == 0.0) continue;
+                store_pixel(ranked(sums.mattes()->at(x, y), kind), weight, levels, w.index(x, y), part);
+            }
+        });
+        list_layers(part, resolved.layers);
+
+        Cryptomatte matte{part.name, {}};
+        const std::vector<uint32_t> used = sums.mattes()->used_ids(uint8_t(kind));
+        for (const std::string& name : names[size_t(kind)]) {
+            const uint32_t id = matte_id(name);
+            if (std::binary_search(used.begin(), used.end(), id)) matte.names.push_back({name, id});
+        }
+        // Readers look at the first part's header, or at that of the part with the channels
+        describe_cryptomatte(matte, resolved.image.attributes);
+        describe_cryptomatte(matte, part.attributes);
+        resolved.image.parts.push_back(std::move(part));
+    }
+}
+
+void store_matte_sums(const MatteSums& mattes, const Window& window, Part& part) {
+    const size_t pixels = window.pixel_count(), first = part.channels.size();
+    size_t slots = 0;
+    for (int y = window.y0; y < window.y1; ++y) {
+        for (int x = window.x0; x < window.x1; ++x) {
+            const std::vector<MatteWeight> list = mattes.at(x, y);
+            for (; slots < list.size(); ++slots) {
+                for (size_t k = 0; k < words.size(); ++k)
+                    part.channels.push_back(Channel::make(slot_name(slots, k), ChannelType::Uint, pixels));
+            }
+            for (size_t s = 0; s < list.size(); ++s) {
+                const auto weight = uint64_t(list[s].weight);
+                const std::array<uint32_t, 4> values = {list[s].kind, list[s].id, uint32_t(weight), uint32_t(weight >> 32)};
+                for (size_t k = 0; k < values.size(); ++k) {
+                    Channel& channel = part.channels[first + 4 * s + k];
+                    std::get<std::vector<uint32_t>>(channel.data)[window.index(x, y)] = values[k];
+                }
+            }
+        }
+    }
+}
+
+Result<void> read_matte_sums(const Image& image, MatteSums& mattes) {
+    const Window& w = image.data;
+    for (size_t slot = 0; image.find(slot_name(slot, 0)); ++slot) {
+        std::array<const std::vector<uint32_t>*, 4> values{};
+        for (size_t k = 0; k < values.size(); ++k) {
+            const Channel* channel = image.find(slot_name(slot, k));
+            values[k] = channel ? std::get_if<std::vector<uint32_t>>(&channel->data) : nullptr;
+            if (!values[k]) return Error{"sums-damaged", "the stored sums are damaged"};
+        }
+        for (int y = w.y0; y < w.y1; ++y) {
+            for (int x = w.x0; x < w.x1; ++x) {
+                const size_t i = w.index(x, y);
+                const uint64_t weight = uint64_t((*values[2])[i]) | uint64_t((*values[3])[i]) << 32;
+                if (weight == 0) continue;
+                const MatteWeight one{uint8_t((*values[0])[i]), (*values[1])[i], int64_t(weight)};
+                mattes.add(x, y, {&one, 1});
+            }
+        }
+    }
+    return {};
+}
+
+}  // namespace velatura::image

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "integrator/matte_ids.h"
+
+#include <set>
+#include <string>
+
+#include "image/cryptomatte.h"
+
+namespace velatura::integrator {
+
+MatteIds::MatteIds(const scene::Scene& scene) : scene_(scene), without_material_(image::matte_id(no_material)) {
+    for (const scene::Provenance& p : scene.provenance) of_provenance_.push_back(image::matte_id(p.prim_path));
+    for (const scene::Material& m : scene.materials) of_material_.push_back(image::matte_id(m.name));
+}
+
+image::MatteNames MatteIds::names() const {
+    std::set<std::string> objects, materials = {no_material};
+    const auto add = [&](scene::ProvenanceId id) {
+        if (id < scene_.provenance.size()) objects.insert(scene_.provenance[id].prim_path);
+    };
+    scene::for_each_shape(scene_, [&](const scene::Shape& shape) { add(shape.provenance); });
+    for (const scene::Instance& i : scene_.instances) add(i.provenance);
+    for (const scene::Material& m : scene_.materials) materials.insert(m.name);
+    image::MatteNames names;
+    names[size_t(image::MatteKind::Object)].assign(objects.begin(), objects.end());
+    names[size_t(image::MatteKind::Material)].assign(materials.begin(), materials.end());
+    return names;
+}
+
+}  // namespace velatura::integrator

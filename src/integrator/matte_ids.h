@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "geometry/surface_point.h"
+#include "image/layer_file.h"
+#include "scene/scene.h"
+
+namespace velatura::integrator {
+
+/// Ids of all that Cryptomattes tell apart in a scene, which must outlive them: hashing names is no work for paths.
+class MatteIds {
+  public:
+    explicit MatteIds(const scene::Scene& scene);
+
+    /// Of the prim that the surface belongs to; of an instance, whose prim is the one that places it. 0: nobody knows it.
+    uint32_t object(const geometry::SurfacePoint& point) const {
+        const scene::ProvenanceId id = point.instance == scene::none ? point.provenance : scene_.instances[point.instance].provenance;
+        return id < of_provenance_.size() ? of_provenance_[id] : 0;
+    }
+
+    uint32_t material(const geometry::SurfacePoint& point) const {
+        return point.material == scene::none ? without_material_ : of_material_[point.material];
+    }
+
+    /// What a surface without a material goes by.
+    static constexpr const char* no_material = "default";
+
+    image::MatteNames names() const;
+
+  private:
+    const scene::Scene& scene_;
+    std::vector<uint32_t> of_provenance_, of_material_;
+    uint32_t without_material_;
+};
+
+}  // namespace velatura::integrator
