@@ -94,6 +94,16 @@ PlanNeeds::File expected_file(const RenderJob& job, const FrameInput& input) {
     return file;
 }
 
+PlanNeeds::File expected_deep_file(const RenderJob& job, const FrameInput& input) {
+    PlanNeeds::File file;
+    file.name = film::deep_path(input.output);
+    file.channels = 6;
+    // And the background
+    const uint64_t most = uint64_t(job.deep->most_samples) + 1;
+    file.most_bytes = uint64_t(data_window(input.scene.settings, job.arguments.crop).pixel_count()) * (sizeof(uint32_t) + most * sizeof(image::DeepSample));
+    return file;
+}
+
 std::vector<PlanNeeds::Plugin> expected_plugins(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics) {
     const plugin::Registry registry(plugin::plugin_folders(), diagnostics);
     const auto has_trigger = [](const plugin::Manifest& m, const char* kind, const std::string& value) { return m.has_trigger({kind, value}); };
@@ -210,6 +220,7 @@ PlanNeeds plan_needs(const RenderJob& job, const FrameInput& input, Diagnostics&
     needs.instances = input.scene.instances.size();
     needs.accelerator_bytes = needs.triangles * tree_bytes_per_triangle + needs.instances * tree_bytes_per_instance;
     needs.files = {expected_file(job, input)};
+    if (job.deep) needs.files.push_back(expected_deep_file(job, input));
     const film::LayerSet layers = layers_of(job, input.scene);
     needs.film_bytes = image::SampleSums::expected_bytes(data_window(input.scene.settings, job.arguments.crop), layers);
     return needs;

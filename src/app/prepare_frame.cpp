@@ -88,6 +88,7 @@ integrator::PlanOptions plan_options(const RenderJob& job, const scene::Scene& s
     options.caustics = job.caustics;
     options.splits = job.splits;
     options.is_adaptive = job.schedule.adaptive;
+    options.is_deep = job.deep.has_value();
     options.left_out = job.effects.left_out;
     options.force_all = job.effects.force_all;
     return options;

@@ -61,6 +61,8 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     layers->add_flag("--float-layers", a.float_layers, "store light layers as float instead of half");
     layers->add_option("--cryptomatte", a.cryptomatte, "mattes by name, as Cryptomatte: object (prim path), material, or object,material");
     layers->add_option("--cryptomatte-levels", a.matte_levels, "objects, or materials, that a pixel has room for: those that cover most")->check(CLI::Range(1, 64));
+    layers->add_flag("--deep", a.deep, "write FILE.deep.exr beside the picture: what each pixel shows by depth");
+    layers->add_option("--deep-samples", a.deep_samples, "depths that a pixel of it has room for; beyond that the nearest to each other become one")->check(CLI::Range(1, 1024));
     layers->add_option("--exr-layout", a.exr_layout, "multipart (one part per family), single part, or split files")->check(CLI::IsMember({"multipart", "single", "split"}));
 
     auto* report = command.add_option_group("Reports");

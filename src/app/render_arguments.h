@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "film/deep_film.h"
 
 namespace CLI {
 class App;
@@ -39,6 +40,8 @@ struct RenderArguments {
     bool float_layers = false;
     std::string cryptomatte;       ///< object, material or both
     int matte_levels = 6;
+    bool deep = false;
+    int deep_samples = film::DeepOptions{}.most_samples;
     std::string exr_layout = "multipart";
     std::string filter = "blackman-harris";
     std::string integrator = "path";

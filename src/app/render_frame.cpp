@@ -156,6 +156,7 @@ class FrameRenderer {
         // A file that can be merged needs every node of the sums, also those that the picture alone would fold early
         const bool is_partial = !job_.arguments.samples.empty();
         film::Film film(window_, layers_, {.final_sample_end = is_partial ? 0 : integrator::most_samples(job_.schedule)});
+        if (job_.deep) film.make_deep(*job_.deep);
         integrator::RenderCallbacks callbacks;
         callbacks.progress = [&](const integrator::RenderState& state) { show(state, false); };
         callbacks.snapshot = [&](const film::Film& f) {
@@ -212,6 +213,7 @@ class FrameRenderer {
     integrator::PathTracerOptions picture_options() const {
         integrator::PathTracerOptions options = tracer_options(guide(), &branches_.map);
         options.mattes = mattes_.get();
+        options.deep = job_.deep.has_value();
         return options;
     }
 
@@ -309,6 +311,7 @@ class FrameRenderer {
             const bool is_check = written.error().code == "closure-failed" || written.error().code == "verify-failed";
             return is_check ? CheckFailed : RenderError;
         }
+        if (film.deep() && !write_deep(*film.deep())) return RenderError;
         if (!write_stats(film, result, *written)) return RenderError;
         if (!job_.arguments.quiet) {
             fmt::print("{}: {} layers, {} channels, closure {:.3g} of its bound, {}\n", input_.output, written->layers, written->channels, written->closure_measured, format_duration(result.seconds));
@@ -328,12 +331,20 @@ class FrameRenderer {
         return BudgetReached;
     }
 
+    bool write_deep(const film::DeepFilm& film) {
+        const Result<image::DeepImage> written = film::write_deep_picture(film, input_.output);
+        if (!written) diagnostics_.error(written.error().code, {}, {}, written.error().message);
+        else if (!job_.arguments.quiet) fmt::print("{}: {} deep samples, {:.3g} a pixel\n", film::deep_path(input_.output), written->samples.size(), double(written->samples.size()) / double(written->counts.size()));
+        return written.has_value();
+    }
+
     bool write_stats(const film::Film& film, const integrator::RenderResult& result, const image::WriteReport& written) {
         if (job_.arguments.stats.empty()) return true;
         nlohmann::ordered_json stats = make_stats(job_, input_, world_, training_, branches_, film, result);
         stats["closure"] = {{"family", written.closure_family}, {"layers", written.layers}, {"bound", 1.0}, {"measured", written.closure_measured}};
         stats["files"] = nlohmann::ordered_json::array();
         for (const std::string& file : written.files) stats["files"].push_back({{"path", std::filesystem::path(file).filename().string()}, {"sha256", written.sha256}});
+        if (film.deep()) stats["files"].push_back({{"path", std::filesystem::path(film::deep_path(input_.output)).filename().string()}});
         const Result<void> ok = write_file_atomically(job_.arguments.stats, stats.dump(2) + "\n");
         if (!ok) diagnostics_.error(ok.error().code, {}, {}, ok.error().message);
         return ok.has_value();

@@ -37,6 +37,7 @@ struct RenderJob {
     integrator::Caustics caustics = integrator::Caustics::Path;
     EffectChoice effects;
     image::Layout layout = image::Layout::MultiPart;
+    std::optional<film::DeepOptions> deep = {};  ///< a deep picture as well
     ProgressStyle progress = ProgressStyle::Bar;
     std::optional<std::array<uint64_t, 3>> replay;  ///< x, y, sample
 };

@@ -139,6 +139,8 @@ Result<void> check_sizes(const RenderArguments& a) {
 /// Options that would be ignored beside another one.
 Result<void> check_combinations(const RenderArguments& a) {
     if (!a.output.empty() && !has_exr_extension(a.output)) return usage(fmt::format("--output: light layers are written as OpenEXR: expected a name ending in .exr, found \"{}\"", a.output));
+    if (a.deep && !a.samples.empty()) return usage("--deep and --samples cannot be given together: deep pictures of parts of the samples do not merge");
+    if (a.deep && a.filter == "mitchell") return usage("--deep cannot be had with --filter mitchell: coverage by weights below zero has no depth");
     if (!a.replay.empty() && (!a.output.empty() || !a.stats.empty())) return usage("--replay writes no file: leave out --output and --stats");
     return {};
 }
@@ -162,6 +164,7 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     if (const auto ok = parse_into(job.schedule.time_budget_s, a.time, "--time", parse_duration); !ok) return ok.error();
     if (const auto ok = parse_into(job.schedule.target_error, a.target_error, "--target-error", parse_fraction); !ok) return ok.error();
     if (const auto ok = parse_into(job.schedule.snapshot_interval_s, a.snapshot, "--snapshot", parse_duration); !ok) return ok.error();
+    if (a.deep) job.deep = film::DeepOptions{.most_samples = a.deep_samples};
     job.schedule.mode = a.mode == "tile" ? integrator::RenderMode::Tile : integrator::RenderMode::Progressive;
     if (job.schedule.mode == integrator::RenderMode::Tile && (job.schedule.time_budget_s > 0 || job.schedule.target_error > 0 || job.schedule.snapshot_interval_s > 0)) {
         return usage("--time, --target-error and --snapshot need --mode progressive");

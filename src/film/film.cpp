@@ -105,6 +105,7 @@ void PixelAccumulator::add(const SampleRadiance& s) {
         }
     }
     if (scene::is_built(scene::Effect::IdMattes) && has_mattes_) add_mattes(s);
+    if (scene::is_built(scene::Effect::DeepSamples) && deep_) deep_->add(x_, y_, s);
     end_sample();
 }
 
@@ -144,8 +145,13 @@ Film::Film(const Window& data_window, const LayerSet& set, const FilmOptions& op
     : sums_(data_window, set, options.final_sample_end),
       bad_mutex_(std::make_unique<std::mutex>()) {}
 
+void Film::make_deep(const DeepOptions& options) {
+    deep_ = std::make_unique<DeepFilm>(window(), options);
+}
+
 void Film::begin_pixel(PixelAccumulator& accumulator, int x, int y, uint64_t first_sample) const {
     VELATURA_DCHECK(accumulator.used_ == 0, "end_pixel was not called");
+    accumulator.deep_ = deep_.get();
     accumulator.x_ = x;
     accumulator.y_ = y;
     accumulator.record_ = {};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "film/deep_film.h"
 #include "film/layer_set.h"
 #include "film/sample_radiance.h"
 #include "image/layer_file.h"
@@ -51,6 +52,7 @@ class PixelAccumulator {
     std::vector<BadSample> bad_;
     bool has_mattes_;
     std::vector<image::MatteWeight> mattes_;  ///< in the order of the samples
+    DeepFilm* deep_ = nullptr;                ///< of the film, if it is deep
 };
 
 /// How noisy the picture is, from its two half images.
@@ -90,6 +92,12 @@ class Film {
 
     const LayerSet& layer_set() const { return sums_.layer_set(); }
 
+    /// Gathers samples by depth as well; before the first.
+    void make_deep(const DeepOptions& options);
+
+    /// Null if it does not.
+    const DeepFilm* deep() const { return deep_.get(); }
+
     /// Starts samples first_sample, first_sample + 1, … of a pixel; they must follow what the pixel
     /// has already.
     void begin_pixel(PixelAccumulator& accumulator, int x, int y, uint64_t first_sample) const;
@@ -105,7 +113,7 @@ class Film {
     /// The first 16 bad samples by pixel and sample index, whatever order they came in.
     std::vector<BadSample> bad_samples() const;
 
-    size_t memory_bytes() const { return sums_.memory_bytes(); }
+    size_t memory_bytes() const { return sums_.memory_bytes() + (deep_ ? deep_->memory_bytes() : 0); }
 
     const image::SampleSums& sums() const { return sums_; }
 
@@ -115,6 +123,7 @@ class Film {
 
   private:
     image::SampleSums sums_;
+    std::unique_ptr<DeepFilm> deep_;
     mutable std::unique_ptr<std::mutex> bad_mutex_;
     std::vector<BadSample> bad_;
 };

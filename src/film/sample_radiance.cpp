@@ -119,6 +119,8 @@ void SampleRadiance::clear() {
     st = Vec2(0.0f);
     prim_id = instance_id = 0xffffffffu;
     matte_ids = {};
+    depth_kind = DepthKind::None;
+    depth = 0.0f;
 }
 
 }  // namespace velatura::film

@@ -55,6 +55,15 @@ class SampleRadiance {
     /// Forgets the sample; weight = 1.
     void clear();
 
+    enum class DepthKind : uint8_t { None, Surface, Volume };
+
+    /// Something covers the sample from this depth on, unless it is known that something nearer does.
+    void cover(DepthKind kind, float at) {
+        if (depth_kind != DepthKind::None && depth <= at) return;
+        depth_kind = kind;
+        depth = at;
+    }
+
     float weight = 1.0f;  ///< pixel filter weight; may be negative (Mitchell)
     float alpha = 0.0f;
 
@@ -69,6 +78,10 @@ class SampleRadiance {
     uint32_t instance_id = 0xffffffffu;
     /// By image::MatteKind: whose sample it is, see image::matte_id(); 0 = nobody's.
     std::array<uint32_t, image::matte_kinds.size()> matte_ids = {};
+
+    /// What covers the sample; only set for deep pictures.
+    DepthKind depth_kind = DepthKind::None;
+    float depth = 0.0f;  ///< of its nearest, along the camera's view direction
 
   private:
     friend class PixelAccumulator;

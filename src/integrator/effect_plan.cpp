@@ -57,6 +57,7 @@ void add_options(const PlanOptions& o, EffectPlan& plan) {
     set(Effect::ShadowLayers, l.shadow_layers, fmt::format("{} groups", l.groups.size()));
     set(Effect::DataLayers, l.data_layers, "albedo N P Z st primId instanceId sampleCount variance");
     set(Effect::HalfImages, l.halves, "two of every light layer");
+    set(Effect::DeepSamples, o.is_deep, "--deep");
     set(Effect::IdMattes, l.has_mattes(), fmt::format("Cryptomattes of {} levels", l.matte_levels));
 }
 

@@ -45,6 +45,7 @@ struct PlanOptions {
     Caustics caustics = Caustics::Path;
     bool splits = true;
     bool is_adaptive = true;
+    bool is_deep = false;
     scene::EffectSet left_out = {};  ///< that leave_out() will take out of the scene
     bool force_all = false;
 };

@@ -62,7 +62,14 @@ void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadia
         if (std::isfinite(hit.t) && hit.t - path.travelled > path.ray.t_max) return;
         if (path.bounce == 0) {
             if (!world_.lights.is_camera_visible(hit.light)) return;
-            if (!world_.lights.is_infinite(hit.light)) out.alpha = 1.0f;
+            if (!world_.lights.is_infinite(hit.light)) {
+                out.alpha = 1.0f;
+                if (is_built(Effect::DeepSamples) && options_.deep) {
+                    count_call(Effect::DeepSamples);
+                    const Vec3 p = path.straight_o + path.ray.d * hit.t;
+                    out.cover(film::SampleRadiance::DepthKind::Surface, p.dot(world_.camera.view_direction()));
+                }
+            }
         } else if (may_have_links() && world_.has_links()) {
             const scene::LightLinks* links = world_.lights.links(hit.light);
             if (!is_lit(path, links) || is_found_beyond(path, links)) return;

@@ -361,6 +361,10 @@ void PathTracer::record_first_hit(const geometry::SurfacePoint& point, const sha
         count_call(Effect::IdMattes);
         out.matte_ids = {options_.mattes->object(point), options_.mattes->material(point)};
     }
+    if (is_built(Effect::DeepSamples) && options_.deep) {
+        count_call(Effect::DeepSamples);
+        out.cover(film::SampleRadiance::DepthKind::Surface, point.p.dot(world_.camera.view_direction()));
+    }
     if (!is_built(Effect::DataLayers) || !has_data_layers_) return;
     out.albedo = bsdf.albedo();
     if (is_built(Effect::Subsurface) && world_.subsurface && world_.materials.has_subsurface(point.material)) {

@@ -44,6 +44,7 @@ struct PathTracerOptions {
     /// the tracer; null = one.
     const BranchMap* branches = nullptr;
     const MatteIds* mattes = nullptr;  ///< says whose each sample is, must outlive the tracer; null = nobody asks
+    bool deep = false;  ///< says how far away each sample is, see SampleRadiance::cover
     const CausticSampler* caustics = nullptr;  ///< solves for caustics, must outlive the tracer; null = paths find all light
 };
 

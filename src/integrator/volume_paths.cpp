@@ -15,6 +15,7 @@ namespace velatura::integrator {
 using sampling::Purpose;
 using scene::count_call;
 using scene::Effect;
+using scene::is_built;
 
 /// One of a volume, or of what fills a body.
 struct PathTracer::Scatterer {
@@ -202,6 +203,10 @@ void PathTracer::record_first_collision(const Scatterer& matter,
     out.P = to_float(world);
     out.Z = p.dot(world_.camera.view_direction());
     out.prim_id = matter.provenance;
+    if (is_built(Effect::DeepSamples) && options_.deep) {
+        count_call(Effect::DeepSamples);
+        out.cover(film::SampleRadiance::DepthKind::Volume, out.Z);
+    }
 }
 
 }  // namespace velatura::integrator

@@ -66,6 +66,7 @@ constexpr std::array<EffectInfo, effect_count> table = {{
     {Effect::DataLayers, Output, "data-layers", ""},
     {Effect::HalfImages, Output, "half-images", ""},
     {Effect::IdMattes, Output, "id-mattes", "first surfaces named"},
+    {Effect::DeepSamples, Output, "deep-samples", "samples of known depth"},
 }};
 
 constexpr bool is_in_order() {

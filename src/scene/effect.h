@@ -74,9 +74,10 @@ enum class Effect : uint8_t {
     DataLayers,
     HalfImages,
     IdMattes,
+    DeepSamples,
 };
 
-inline constexpr size_t effect_count = size_t(Effect::IdMattes) + 1;
+inline constexpr size_t effect_count = size_t(Effect::DeepSamples) + 1;
 
 /// Who decides whether an effect runs.
 enum class EffectKind : uint8_t { Scene, Estimator, Output };
