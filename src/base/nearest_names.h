@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace velatura {
+
+/// Letters to insert, drop, change or swap with their neighbour to make one of the other; upper and
+/// lower case are the same. Ref: Damerau 1964, restricted to one edit per place.
+size_t edit_distance(std::string_view a, std::string_view b);
+
+/// The names that a misspelt one may have meant, nearest first: at most a third of its letters away
+/// (at least two), or one begins with the other.
+std::vector<std::string> nearest_names(std::string_view misspelt,
+                                       std::span<const std::string> names,
+                                       size_t most = 3);
+
+/// ` (did you mean 'key' or 'kick'?)`, or an empty text where no name is near.
+std::string did_you_mean(std::string_view misspelt, std::span<const std::string> names);
+
+}  // namespace velatura
