@@ -97,8 +97,7 @@ ReadPlan StripReader::Impl::plan(std::span<const ChannelPlace> channels,
         auto at = std::find_if(plan.parts.begin(), plan.parts.end(), [&](const PartRequest& p) {
             return p.file == source.file && p.part == source.part;
         });
-        if (at == plan.parts.end())
-            at = plan.parts.insert(at, {source.file, source.part, {}, {}});
+        if (at == plan.parts.end()) at = plan.parts.insert(at, {source.file, source.part, {}, {}});
         at->wanted.push_back(i);
         const Channel& channel = description.parts[channels[i].part].channels[channels[i].channel];
         at->targets.push_back({channel.name, channel.type(), nullptr});
@@ -136,8 +135,7 @@ Result<void> StripReader::Impl::read_strip(const ReadPlan& plan,
         std::vector<RowTarget> targets = plan.parts[p].targets;
         for (size_t i = 0; i < targets.size(); ++i)
             targets[i].values = buffer + plan.offsets[plan.parts[p].wanted[i]];
-        const auto done =
-            readers[p].read_rows(plan.parts[p].part, strip.y0, strip.y1, targets);
+        const auto done = readers[p].read_rows(plan.parts[p].part, strip.y0, strip.y1, targets);
         if (!done) return done;
     }
     return {};

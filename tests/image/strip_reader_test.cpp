@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/strip_reader.h"
+
+#include "base/atomic_file.h"
+#include "image/exr.h"
+#include "image/layer_file.h"
+#include "temporary.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <mutex>
+
+namespace velatura::image {
+namespace {
+
+/// Two parts, half and float, over a window that does not begin at 0 and ends within a chunk.
+Image sample_image() {
+    Image image;
+    image.data = {-3, 5, 30, 58};
+    image.display = {0, 0, 40, 60};
+    for (const char* name : {"rgba", "matrix"}) {
+        Part part;
+        part.name = name;
+        for (const char* c : {"a", "b", "c"}) {
+            const ChannelType type = *c == 'c' ? ChannelType::Float : ChannelType::Half;
+            Channel channel =
+                Channel::make(std::string(name) + "." + c, type, image.data.pixel_count());
+            auto* bytes = static_cast<unsigned char*>(channel.bytes());
+            for (size_t i = 0; i < channel.byte_count(); ++i)
+                bytes[i] = static_cast<unsigned char>((i * 131 + size_t(*c)) % 97);
+            part.channels.push_back(std::move(channel));
+        }
+        image.parts.push_back(std::move(part));
+    }
+    return image;
+}
+
+/// Puts strips together and compares them with the channels they came from.
+class Puzzle {
+  public:
+    Puzzle(const Image& image, const std::vector<ChannelPlace>& places)
+        : image_(image), places_(places), rows_(size_t(image.data.height()), 0) {}
+
+    void add(const Strip& strip) {
+        const std::scoped_lock lock(mutex_);
+        const auto width = size_t(image_.data.width());
+        for (int y = strip.y0; y < strip.y1; ++y) ++rows_[size_t(y - image_.data.y0)];
+        for (size_t i = 0; i < places_.size(); ++i) {
+            const Channel& c = image_.parts[places_[i].part].channels[places_[i].channel];
+            const size_t row_bytes = width * (c.type() == ChannelType::Half ? 2 : 4);
+            const auto* from = static_cast<const unsigned char*>(c.bytes());
+            is_same_ = is_same_ && strip.channels[i].type == c.type() &&
+                       std::memcmp(strip.channels[i].values,
+                                   from + size_t(strip.y0 - image_.data.y0) * row_bytes,
+                                   row_bytes * size_t(strip.y1 - strip.y0)) == 0;
+        }
+    }
+
+    bool is_whole() const {
+        return is_same_ && std::all_of(rows_.begin(), rows_.end(), [](int n) { return n == 1; });
+    }
+
+  private:
+    const Image& image_;
+    std::vector<ChannelPlace> places_;
+    std::vector<int> rows_;  ///< how often each row came
+    bool is_same_ = true;
+    std::mutex mutex_;
+};
+
+TEST(StripReader, HandsOutEveryRowOfTheChosenChannelsOnce) {
+    const Image image = sample_image();
+    const std::string path = temporary("strips.exr");
+    ASSERT_TRUE(write_exr(path, image).has_value());
+    const auto file = StripReader::open(path);
+    ASSERT_TRUE(file.has_value()) << file.error().message;
+    EXPECT_EQ(file->description().data, image.data);
+    EXPECT_EQ(file->description().parts[1].channels[2].size(), 0u);
+    const std::vector<std::vector<ChannelPlace>> requests = {
+        {{0, 0}}, {{1, 2}, {0, 1}}, {{1, 0}, {1, 1}, {0, 2}, {0, 0}}};
+    for (const auto& places : requests) {
+        // One byte: a single reader, whatever the machine
+        for (const size_t memory : {size_t(1), size_t(1) << 30}) {
+            Puzzle puzzle(image, places);
+            ASSERT_TRUE(file->read(
+                                places, [&](const Strip& s) { puzzle.add(s); }, memory)
+                            .has_value());
+            EXPECT_TRUE(puzzle.is_whole());
+        }
+        Puzzle in_memory(image, places);
+        for_each_strip(image, places, [&](const Strip& s) { in_memory.add(s); });
+        EXPECT_TRUE(in_memory.is_whole());
+    }
+    const auto all = file->read_all();
+    ASSERT_TRUE(all.has_value());
+    for (size_t p = 0; p < 2; ++p) {
+        for (size_t c = 0; c < 3; ++c)
+            EXPECT_EQ(all->parts[p].channels[c].data, image.parts[p].channels[c].data);
+    }
+    EXPECT_EQ(file->read_channel({1, 2})->data, image.parts[1].channels[2].data);
+}
+
+TEST(StripReader, SaysWhatIsWrongWithDamagedFiles) {
+    EXPECT_EQ(StripReader::open(temporary("none.exr")).error().code, "io-open");
+    const std::string whole = temporary("whole_strips.exr"), cut = temporary("cut_strips.exr");
+    ASSERT_TRUE(write_exr(whole, sample_image()).has_value());
+    const auto bytes = read_file(whole);
+    // Cut in the pixels: the header is good, the rows are not
+    ASSERT_TRUE(write_file_atomically(cut, bytes->substr(0, bytes->size() * 3 / 4)).has_value());
+    const auto file = StripReader::open(cut);
+    if (file) {
+        const std::vector<ChannelPlace> places = {{0, 0}, {1, 0}};
+        const auto read = file->read(places, [](const Strip&) {});
+        ASSERT_FALSE(read.has_value());
+        EXPECT_EQ(read.error().code, "io-read");
+        EXPECT_NE(read.error().message.find("cut_strips.exr"), std::string::npos);
+    }
+    // Cut at every place: an error or a good header, never a crash
+    for (size_t size = 0; size < bytes->size(); size += 97) {
+        ASSERT_TRUE(write_file_atomically(cut, bytes->substr(0, size)).has_value());
+        const auto reader = StripReader::open(cut);
+        if (!reader) continue;
+        EXPECT_FALSE(reader->read_all().has_value()) << size;
+    }
+}
+
+TEST(StripReader, RefusesAHeaderThatTheFileCannotHold) {
+    const std::string path = temporary("absurd.exr");
+    ASSERT_TRUE(write_exr(path, sample_image()).has_value());
+    std::string bytes = *read_file(path);
+    // The last four numbers of the attribute: x and y of the lower right corner
+    const std::string name("dataWindow\0box2i\0\x10\0\0\0", 21);
+    const size_t at = bytes.find(name);
+    ASSERT_NE(at, std::string::npos);
+    const auto set = [&](size_t index, int32_t value) {
+        std::memcpy(bytes.data() + at + name.size() + 4 * index, &value, 4);
+    };
+    for (const int32_t side : {20000, 30000, 1000000000}) {
+        set(2, side);
+        set(3, side);
+        ASSERT_TRUE(write_file_atomically(path, bytes).has_value());
+        const auto file = StripReader::open(path);
+        ASSERT_FALSE(file.has_value()) << side;
+        EXPECT_EQ(file.error().code, "io-open");
+        EXPECT_EQ(read_exr(path).error().code, "io-open");
+    }
+}
+
+}  // namespace
+}  // namespace velatura::image
