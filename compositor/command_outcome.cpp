@@ -25,9 +25,16 @@ bool ends_with_any(const std::string& path, std::initializer_list<const char*> e
 int report(const Error& error) {
     fmt::print(stderr, "velatura-comp: error: {} [{}]\n", error.message, error.code);
     const auto is = [&](const char* code) { return error.code == code; };
-    if (is("bad-gain") || is("unknown-name") || is("bad-output") || is("bad-target")) return usage;
-    if (is("closure-failed") || is("verify-failed")) return check_failed;
+    for (const char* code : {"bad-gain", "bad-matte", "unknown-name", "matte-layer", "matte-name",
+                             "matte-channel", "bad-output", "bad-target", "bad-frames", "no-frame"}) {
+        if (is(code)) return usage;
+    }
+    if (is("closure-failed") || is("verify-failed") || is("not-finite")) return check_failed;
     return is("merge-refused") ? refused : failed;
+}
+
+void warn(const std::string& message) {
+    fmt::print(stderr, "velatura-comp: warning: {}\n", message);
 }
 
 bool is_display_picture(const std::string& path) {

@@ -13,6 +13,8 @@ enum ExitCode { done = 0, failed = 1, usage = 2, check_failed = 4, refused = 5 }
 /// Prints the error. Returns: the exit code that its code stands for.
 int report(const Error& error);
 
+void warn(const std::string& message);
+
 bool is_display_picture(const std::string& path);  ///< .png, .jpg, .jpeg
 bool is_exr(const std::string& path);
 

@@ -20,5 +20,6 @@ void add_merge_command(CLI::App& app, std::function<int()>& run);
 void add_view_command(CLI::App& app, std::function<int()>& run);
 void add_export_command(CLI::App& app, std::function<int()>& run);
 void add_denoise_command(CLI::App& app, std::function<int()>& run);
+void add_preset_command(CLI::App& app, std::function<int()>& run);
 
 }  // namespace velatura::compositor

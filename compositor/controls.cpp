@@ -2,8 +2,8 @@
 #include "compositor/controls.h"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -11,10 +11,11 @@ namespace velatura::compositor {
 
 namespace {
 
-constexpr std::array<const char*, 6> kind_names = {"gain", "tint", "kelvin",
-                                                   "mute", "solo", "shadow"};
+constexpr std::array<const char*, 8> kind_names = {"gain", "tint",   "kelvin", "mute",
+                                                   "solo", "shadow", "caster", "clamp"};
 
-bool parse_number(std::string_view text, float& value) {
+template <class T>
+bool parse_number(std::string_view text, T& value) {
     // from_chars takes no leading plus
     if (!text.empty() && text.front() == '+') text.remove_prefix(1);
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -80,6 +81,120 @@ Result<float> parse_gain(const std::string& text) {
     return value;
 }
 
+namespace {
+
+/// A value in the numbers that keys are interpolated in.
+struct Numbers {
+    std::array<float, 3> of{};
+    bool are_stops = false;
+};
+
+Result<Numbers> parse_value(Control::Kind kind, const std::string& text) {
+    using Kind = Control::Kind;
+    Numbers numbers;
+    if (kind == Kind::Gain) {
+        const auto gain = parse_gain(text);
+        if (!gain) return gain.error();
+        numbers.are_stops = text.ends_with("st");
+        float stops = 0;
+        if (numbers.are_stops)
+            parse_number(std::string_view(text).substr(0, text.size() - 2), stops);
+        numbers.of.fill(numbers.are_stops ? stops : *gain);
+        return numbers;
+    }
+    if (kind == Kind::Tint) {
+        const auto tint = parse_tint(text);
+        if (!tint) return tint.error();
+        numbers.of = *tint;
+        return numbers;
+    }
+    float value = 0;
+    const bool is_number = parse_number(text, value);
+    if (kind == Kind::Kelvin) {
+        if (!is_number || value < 1667.0f || value > 25000.0f)
+            return bad(text, "a colour temperature from 1667 to 25000");
+    } else if (!is_number || value < 0.0f || value > 1.0f) {
+        return bad(text, kind == Kind::Clamp
+                             ? "a share from 0 (as rendered) to 1 (all that the clamp removed)"
+                             : "a shadow lift from 0 (as rendered) to 1 (no shadow)");
+    }
+    numbers.of.fill(value);
+    return numbers;
+}
+
+std::array<float, 3> factor_of(Control::Kind kind, const Numbers& numbers) {
+    if (kind == Control::Kind::Kelvin) return kelvin_tint(numbers.of[0]);
+    std::array<float, 3> factor = numbers.of;
+    if (numbers.are_stops) factor.fill(std::exp2(numbers.of[0]));
+    return factor;
+}
+
+/// `1@1,2@24` as texts and frames: a value may hold commas, the number after an @ does not.
+Result<std::vector<std::pair<double, std::string>>> split_keys(const std::string& text) {
+    std::vector<std::pair<double, std::string>> keys;
+    std::string_view rest = text;
+    while (!rest.empty()) {
+        const size_t at = rest.find('@');
+        if (at == std::string_view::npos) return bad(text, "VALUE@FRAME,VALUE@FRAME");
+        const size_t end = std::min(rest.find(',', at), rest.size());
+        double frame = 0;
+        if (!parse_number(rest.substr(at + 1, end - at - 1), frame))
+            return bad(text, "a frame number after @");
+        keys.emplace_back(frame, rest.substr(0, at));
+        rest.remove_prefix(std::min(end + 1, rest.size()));
+    }
+    std::stable_sort(keys.begin(), keys.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (size_t i = 1; i < keys.size(); ++i) {
+        if (keys[i].first == keys[i - 1].first) return bad(text, "one value per frame");
+    }
+    return keys;
+}
+
+Result<void> parse_keys(Control& control) {
+    const auto keys = split_keys(control.value);
+    if (!keys) return keys.error();
+    std::vector<Numbers> numbers;
+    for (const auto& [frame, text] : *keys) {
+        const auto value = parse_value(control.kind, text);
+        if (!value) return value.error();
+        numbers.push_back(*value);
+    }
+    control.keys_are_stops =
+        std::all_of(numbers.begin(), numbers.end(), [](const Numbers& n) { return n.are_stops; });
+    for (size_t i = 0; i < numbers.size(); ++i) {
+        if (!control.keys_are_stops && numbers[i].are_stops)
+            numbers[i].of = factor_of(control.kind, numbers[i]);
+        control.keys.push_back({(*keys)[i].first, numbers[i].of});
+    }
+    return {};
+}
+
+std::array<float, 3> factor_at(const Control& control, double frame) {
+    const std::vector<Keyframe>& keys = control.keys;
+    const auto after =
+        std::find_if(keys.begin(), keys.end(), [&](const Keyframe& k) { return k.frame > frame; });
+    Numbers numbers;
+    numbers.are_stops = control.keys_are_stops;
+    if (after == keys.begin() || after == keys.end()) {
+        numbers.of = after == keys.begin() ? keys.front().numbers : keys.back().numbers;
+        return factor_of(control.kind, numbers);
+    }
+    const Keyframe& before = *(after - 1);
+    const double t = (frame - before.frame) / (after->frame - before.frame);
+    for (size_t c = 0; c < 3; ++c) {
+        numbers.of[c] = float(double(before.numbers[c]) +
+                              t * (double(after->numbers[c]) - double(before.numbers[c])));
+    }
+    return factor_of(control.kind, numbers);
+}
+
+}  // namespace
+
+const char* name_of(Control::Kind kind) {
+    return kind_names[size_t(kind)];
+}
+
 Result<Control> parse_control(Control::Kind kind, const std::string& text) {
     Control control;
     control.kind = kind;
@@ -89,73 +204,54 @@ Result<Control> parse_control(Control::Kind kind, const std::string& text) {
         return bad(text, has_value ? "NAME=VALUE" : "NAME");
     }
     control.target = text.substr(0, equals);
+    const bool is_caster = kind == Control::Kind::Caster;
+    if (is_caster && control.target.find(':') == std::string::npos)
+        return bad(text, "GROUP:CASTER=X");
     if (!has_value) return control;
     control.value = text.substr(equals + 1);
-    if (kind == Control::Kind::Gain) {
-        const auto gain = parse_gain(control.value);
-        if (!gain) return gain.error();
-        control.factor.fill(*gain);
-    } else if (kind == Control::Kind::Tint) {
-        const auto tint = parse_tint(control.value);
-        if (!tint) return tint.error();
-        control.factor = *tint;
-    } else if (kind == Control::Kind::Kelvin) {
-        float kelvin = 0;
-        if (!parse_number(control.value, kelvin) || kelvin < 1667.0f || kelvin > 25000.0f) {
-            return bad(control.value, "a colour temperature from 1667 to 25000");
-        }
-        control.factor = kelvin_tint(kelvin);
-    } else {
-        float lift = 0;
-        if (!parse_number(control.value, lift) || lift < 0.0f || lift > 1.0f) {
-            return bad(control.value, "a shadow lift from 0 (as rendered) to 1 (no shadow)");
-        }
-        control.factor.fill(lift);
+    if (control.value.find('@') != std::string::npos) {
+        if (auto parsed = parse_keys(control); !parsed) return parsed.error();
+        control.factor = factor_at(control, control.keys.front().frame);
+        return control;
     }
+    const auto numbers = parse_value(kind, control.value);
+    if (!numbers) return numbers.error();
+    control.factor = factor_of(kind, *numbers);
     return control;
 }
 
-std::string look_to_json(const Look& look) {
-    nlohmann::ordered_json j;
-    j["schema"] = "velatura.look/1";
-    j["controls"] = nlohmann::ordered_json::array();
-    for (const Control& c : look.controls) {
-        nlohmann::ordered_json control;
-        control["do"] = kind_names[size_t(c.kind)];
-        control["name"] = c.target;
-        if (!c.value.empty()) control["value"] = c.value;
-        j["controls"].push_back(std::move(control));
+Result<void> add_rows(Look& look, const std::string& text) {
+    constexpr const char* expected = "NAME=ROW,ROW";
+    const size_t equals = text.find('=');
+    if (equals == 0 || equals == std::string::npos) return bad(text, expected);
+    const std::string name = text.substr(0, equals);
+    constexpr std::array words = {"all", "direct", "indirect", "tail", "env", "shadow"};
+    const bool is_word = std::find(words.begin(), words.end(), name) != words.end();
+    if (is_word || name.find(':') != std::string::npos)
+        return bad(name, "a name of your own for several rows");
+    std::vector<std::string> rows;
+    std::string_view rest = std::string_view(text).substr(equals + 1);
+    for (;;) {
+        const size_t comma = rest.find(',');
+        rows.emplace_back(rest.substr(0, comma));
+        if (rows.back().empty()) return bad(text, expected);
+        if (comma == std::string_view::npos) break;
+        rest.remove_prefix(comma + 1);
     }
-    j["exposure"] = look.exposure_stops;
-    if (!look.display.empty()) j["display"] = look.display;
-    if (!look.view.empty()) j["view"] = look.view;
-    return j.dump(2) + "\n";
+    look.rows[name] = std::move(rows);
+    return {};
 }
 
-Result<Look> look_from_json(const std::string& text) {
-    try {
-        const auto j = nlohmann::json::parse(text);
-        if (j.at("schema") != "velatura.look/1")
-            return Error{"bad-preset", "the schema is not velatura.look/1"};
-        Look look;
-        for (const auto& c : j.at("controls")) {
-            const auto kind_name = c.at("do").get<std::string>();
-            const auto at = std::find(kind_names.begin(), kind_names.end(), kind_name);
-            if (at == kind_names.end())
-                return Error{"bad-preset", fmt::format("unknown control '{}'", kind_name)};
-            std::string typed = c.at("name").get<std::string>();
-            if (c.contains("value")) typed += "=" + c["value"].get<std::string>();
-            auto control = parse_control(Control::Kind(at - kind_names.begin()), typed);
-            if (!control) return Error{"bad-preset", control.error().message};
-            look.controls.push_back(std::move(*control));
-        }
-        look.exposure_stops = j.value("exposure", 0.0f);
-        look.display = j.value("display", "");
-        look.view = j.value("view", "");
-        return look;
-    } catch (const nlohmann::json::exception& e) {
-        return Error{"bad-preset", e.what()};
+bool has_keys(const Look& look) {
+    return std::any_of(look.controls.begin(), look.controls.end(),
+                       [](const Control& c) { return !c.keys.empty(); });
+}
+
+Look look_at(Look look, double frame) {
+    for (Control& control : look.controls) {
+        if (!control.keys.empty()) control.factor = factor_at(control, frame);
     }
+    return look;
 }
 
 }  // namespace velatura::compositor

@@ -4,20 +4,34 @@
 #include "base/result.h"
 
 #include <array>
+#include <map>
 #include <string>
 #include <vector>
 
 namespace velatura::compositor {
 
-/// One thing an artist did to a target: a group, `bK`, `tail`, `direct`, `indirect`, `env`,
-/// `shadow`, `all`, or `group:bK` (`group:direct`, `env:indirect` …).
+/// A value at a frame, as numbers between which values are interpolated linearly.
+struct Keyframe {
+    double frame = 0;
+    std::array<float, 3> numbers = {1, 1, 1};  ///< factors, stops or kelvin
+
+    bool operator==(const Keyframe&) const = default;
+};
+
+/// One thing that an artist did to a target: a group, `bK`, `tail`, `direct`, `indirect`, `env`,
+/// `shadow`, `all`, `group:bK` (`group:direct`, `env:indirect` …), a named set of rows, or
+/// `group:caster` for the shadow of a caster.
 struct Control {
-    enum class Kind : uint8_t { Gain, Tint, Kelvin, Mute, Solo, Shadow };
+    enum class Kind : uint8_t { Gain, Tint, Kelvin, Mute, Solo, Shadow, Caster, Clamp };
     Kind kind = Kind::Gain;
     std::string target;
-    std::string value;  ///< as typed: `+1.5st`, `1,.9,.8`; empty for mute and solo
-    std::array<float, 3> factor = {1, 1,
-                                   1};  ///< what it means; for Shadow the lift 0 … 1 in all three
+    std::string value;  ///< as typed: `+1.5st`, `1,.9,.8`, `1@1,2@24`; empty for mute and solo
+    /// What it means, with keys at the first of them; for Shadow, Caster and Clamp the share given
+    /// back, 0 … 1, in all three.
+    std::array<float, 3> factor = {1, 1, 1};
+    std::string matte = {};           ///< where it acts (mattes.h); empty = everywhere
+    std::vector<Keyframe> keys = {};  ///< by frame; empty = the same in every frame
+    bool keys_are_stops = false;
 };
 
 /// A look: what `--preset` loads and `--save-preset` saves.
@@ -25,13 +39,29 @@ struct Look {
     std::vector<Control> controls;
     float exposure_stops = 0;
     std::string display, view;
+    /// Names that stand for several rows: a control of one of them is their master.
+    std::map<std::string, std::vector<std::string>> rows = {};
 };
 
 /// `2`, `0.5`, `+1.5st`, `-1st` as a factor. Errors: "bad-gain".
 Result<float> parse_gain(const std::string& text);
 
-/// Reads `NAME=VALUE` (`NAME` for mute and solo). Errors: "bad-gain".
+/// Reads `NAME=VALUE` (`NAME` for mute and solo); a value may be `VALUE@FRAME,VALUE@FRAME …`.
+/// Errors: "bad-gain".
 Result<Control> parse_control(Control::Kind kind, const std::string& text);
+
+/// `gain`, `tint` … `clamp`.
+const char* name_of(Control::Kind kind);
+
+/// Reads `NAME=ROW,ROW …` into the look's rows. Errors: "bad-gain".
+Result<void> add_rows(Look& look, const std::string& text);
+
+/// True if a control has keys: the look needs a frame.
+bool has_keys(const Look& look);
+
+/// The look with every keyed control at its value of the frame: linear between keys, in stops where
+/// all keys are, and held before the first and after the last.
+Look look_at(Look look, double frame);
 
 /// Linear Rec.709 tint of a black body against 6504 K, luminance 1; kelvin in [1667, 25000].
 /// Ref: Kim et al. 2002, US patent 7024034 (cubic approximation of the Planckian locus).
@@ -40,5 +70,9 @@ std::array<float, 3> kelvin_tint(float kelvin);
 std::string look_to_json(const Look& look);
 /// Errors: "bad-preset".
 Result<Look> look_from_json(const std::string& text);
+
+/// What makes of the one look the other: a line for each control that was added (+), taken away (-)
+/// or changed, for rows, exposure, display and view. Empty where both do the same.
+std::vector<std::string> look_differences(const Look& a, const Look& b);
 
 }  // namespace velatura::compositor

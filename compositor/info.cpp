@@ -7,6 +7,9 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <array>
+
 namespace velatura::compositor {
 
 namespace {
@@ -25,13 +28,86 @@ double energy(const LayerStack& stack, const std::string& layer) {
     return sum;
 }
 
+using Json = nlohmann::ordered_json;
+
 double share_of(const LayerStack& stack, const std::string& layer, double whole) {
     return whole == 0.0 ? 0.0 : energy(stack, layer) / whole;
 }
 
 bool has_share(const image::LayerEntry& e) {
-    return e.family == "matrix" || e.family == "bounces" || e.family == "groups" ||
-           e.family == "shadow";
+    constexpr std::array families = {"matrix", "bounces", "groups", "shadow",
+                                     "caster", "clamp",   "plain"};
+    return std::find(families.begin(), families.end(), e.family) != families.end();
+}
+
+/// Programs that stop working (Nuke has 1023 channels per script) are near.
+constexpr size_t many_channels = 900;
+
+struct Stored {
+    size_t channels = 0, bytes = 0;  ///< without compression
+};
+
+Stored stored(const image::Image& image) {
+    Stored sum;
+    for (const image::Part& part : image.parts) {
+        sum.channels += part.channels.size();
+        for (const image::Channel& c : part.channels) sum.bytes += c.byte_count();
+    }
+    return sum;
+}
+
+Json parsed(const image::Image& image, const char* attribute) {
+    const Json j = Json::parse(image.text(attribute), nullptr, false);
+    return j.is_object() ? j : Json::object();
+}
+
+/// A value of JSON without quotes.
+std::string text_of(const Json& value) {
+    return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+/// Effects of the plan that were on.
+std::vector<std::string> effects_of(const Json& plan) {
+    std::vector<std::string> names;
+    for (const Json& effect : plan.value("effects", Json::array())) {
+        if (effect.is_object() && effect.value("state", "") == "on")
+            names.push_back(effect.value("name", "?"));
+    }
+    return names;
+}
+
+/// Who rendered what with what: program, scene, estimator, effects, and every approximation.
+std::string origin_text(const image::Image& image) {
+    std::string text;
+    if (const std::string software = image.text("software"); !software.empty())
+        text += fmt::format("software   {}\n", software);
+    const Json scene = parsed(image, image::scene_attribute);
+    if (!scene.empty()) {
+        text += "scene     ";
+        for (const char* key : {"name", "frame", "camera", "hash"}) {
+            if (scene.contains(key)) text += fmt::format(" {}", text_of(scene[key]));
+        }
+        text += "\n";
+    }
+    const Json stats = parsed(image, image::stats_attribute);
+    const Json estimator = stats.value("estimator", Json::object());
+    if (!estimator.empty()) {
+        text += "estimator ";
+        for (const auto& [key, value] : estimator.items())
+            text += fmt::format(" {}={}", key, text_of(value));
+        text += "\n";
+    }
+    if (const auto effects = effects_of(parsed(image, image::plan_attribute)); !effects.empty())
+        text += fmt::format("effects    {}\n", fmt::join(effects, " "));
+    if (!stats.contains("ledger")) return text;
+    if (stats["ledger"].empty()) text += "ledger     no approximation in force\n";
+    for (const Json& entry : stats["ledger"]) {
+        text += "ledger    ";
+        for (const auto& [key, value] : entry.items())
+            text += fmt::format("{}{}", key == "approximation" ? " " : "; ", text_of(value));
+        text += "\n";
+    }
+    return text;
 }
 
 }  // namespace
@@ -46,8 +122,21 @@ std::string info_text(const LayerStack& stack) {
         text += fmt::format(", pixels {}:{} × {}:{}", image.data.x0, image.data.x1, image.data.y0,
                             image.data.y1);
     }
-    text += fmt::format("\nsamples    {}:{}{}, seed {}, {} invalid\n", s.first, s.end,
+    text += "\n";
+    const Stored whole_file = stored(image);
+    text += fmt::format("stored     {} channels, {:.1f} MB without compression\n",
+                        whole_file.channels, double(whole_file.bytes) / 1e6);
+    if (whole_file.channels > many_channels)
+        text +=
+            fmt::format("  warning  more than {} channels: some programs take no more than 1023\n",
+                        many_channels);
+    text += origin_text(image);
+    if (stack.is_plain()) text += "plain      no header of Velatura: colour layers are rows\n";
+    if (!stack.is_plain()) {
+        text +=
+            fmt::format("samples    {}:{}{}, seed {}, {} invalid\n", s.first, s.end,
                         s.is_uniform ? "" : " (not the same in every pixel)", s.seed, s.invalid);
+    }
     for (const auto& b : s.bad)
         text += fmt::format("  bad      --replay {},{},{} ({})\n", b.x, b.y, b.sample, b.reason);
     for (const image::FamilyClosure& c : header.closure) {
@@ -56,7 +145,7 @@ std::string info_text(const LayerStack& stack) {
             c.order.size(), c.is_exact ? "beauty is their fold bit for bit" : "within rounding",
             c.measured);
     }
-    if (header.closure.empty()) text += "closure    no light layers stored\n";
+    if (header.closure.empty() && !stack.is_plain()) text += "closure    no light layers stored\n";
     if (const auto columns = stack.column_names(); !columns.empty()) {
         text += fmt::format("bounces    {}\n", fmt::join(columns, " "));
     }
@@ -83,6 +172,17 @@ std::string info_json(const LayerStack& stack) {
     j["resolution"] = {image.display.width(), image.display.height()};
     j["dataWindow"] = {image.data.x0, image.data.x1, image.data.y0, image.data.y1};
     j["sha256"] = image::digest_of(image);
+    const Stored whole_file = stored(image);
+    j["channels"] = whole_file.channels;
+    j["bytes"] = whole_file.bytes;
+    j["manyChannels"] = whole_file.channels > many_channels;
+    j["plain"] = stack.is_plain();
+    j["software"] = image.text("software");
+    j["scene"] = parsed(image, image::scene_attribute);
+    const Json stats = parsed(image, image::stats_attribute);
+    j["estimator"] = stats.value("estimator", Json::object());
+    j["ledger"] = stats.value("ledger", Json::array());
+    j["effects"] = effects_of(parsed(image, image::plan_attribute));
     j["samples"] =
         nlohmann::ordered_json::parse(image.text(image::samples_attribute), nullptr, false);
     j["closure"] =

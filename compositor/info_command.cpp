@@ -28,7 +28,7 @@ int run_info(const InfoOptions& o) {
         fmt::print("{}\n", image::digest_of(*image));
         return done;
     }
-    const auto stack = LayerStack::load(o.file);
+    const auto stack = LayerStack::load(o.file, ForeignFiles::Plain);
     if (!stack) return report(stack.error());
     fmt::print("{}", o.json ? info_json(*stack) : info_text(*stack));
     return done;

@@ -2,10 +2,13 @@
 #include "compositor/look_command_options.h"
 
 #include "base/atomic_file.h"
+#include "compositor/mix_plan.h"
 
 #include <CLI/CLI.hpp>
 
+#include <array>
 #include <cstddef>
+#include <map>
 
 namespace velatura::compositor {
 
@@ -13,35 +16,54 @@ namespace {
 
 constexpr size_t longest_preset = size_t(1) << 24;  // bytes
 
+struct ControlOption {
+    const char* name;
+    Control::Kind kind;
+    const char* help;
+};
+
+constexpr std::array control_options = {
+    ControlOption{"--gain", Control::Kind::Gain,
+                  "NAME=G: factor (2, 0.5) or stops (+1.5st, -1st); repeatable, as those below"},
+    ControlOption{"--tint", Control::Kind::Tint, "NAME=R,G,B: factor per channel"},
+    ControlOption{"--kelvin", Control::Kind::Kelvin, "NAME=K: tint of a black body against 6504 K"},
+    ControlOption{"--mute", Control::Kind::Mute, "NAME: take it out"},
+    ControlOption{"--solo", Control::Kind::Solo, "NAME: take everything else out"},
+    ControlOption{"--shadow", Control::Kind::Shadow, "GROUP=X: lift its shadows by X from 0 to 1"},
+    ControlOption{"--caster", Control::Kind::Caster,
+                  "GROUP:CASTER=X: lift the shadow that CASTER casts in GROUP's light"},
+    ControlOption{"--clamp", Control::Kind::Clamp,
+                  "NAME=X: give back the share X of what a firefly clamp removed"},
+};
+constexpr const char* matte_option = "--matte";
+constexpr const char* rows_option = "--rows";
+
+void add_repeatable(CLI::App& command, const char* name, const char* help) {
+    // Values are taken from the option itself: it is the order among options that counts
+    const std::string text(help);
+    command.add_option(name, text)->expected(1)->take_all()->type_name("TEXT");
+}
+
 }  // namespace
 
 void LookOptions::add_to(CLI::App& command) {
-    const auto control = [&](const char* name, Control::Kind kind, const char* help) {
-        command
-            .add_option_function<std::vector<std::string>>(
-                name,
-                [this, kind](const std::vector<std::string>& texts) {
-                    for (const std::string& text : texts) controls.emplace_back(kind, text);
-                },
-                help)
-            ->take_all()
-            ->allow_extra_args(false);
-    };
-    control("--gain", Control::Kind::Gain,
-            "NAME=G: factor (2, 0.5) or stops (+1.5st, -1st); repeatable");
-    control("--tint", Control::Kind::Tint, "NAME=R,G,B: factor per channel; repeatable");
-    control("--kelvin", Control::Kind::Kelvin,
-            "NAME=K: tint of a black body against 6504 K; repeatable");
-    control("--mute", Control::Kind::Mute, "NAME: take it out; repeatable");
-    control("--solo", Control::Kind::Solo, "NAME: take everything else out; repeatable");
-    control("--shadow", Control::Kind::Shadow,
-            "GROUP=X: lift its shadows by X from 0 to 1; repeatable");
+    command_ = &command;
+    for (const ControlOption& o : control_options) add_repeatable(command, o.name, o.help);
+    add_repeatable(command, matte_option,
+                   "LAYER:PATTERN of a Cryptomatte or FILE.exr:CHANNEL; with ! before it, all "
+                   "else: restricts the control before it");
+    add_repeatable(command, rows_option,
+                   "NAME=ROW,ROW: a name for several rows, whose gain is their master");
     command.add_option("--exposure", exposure, "Stops on everything");
     command.add_option("--preset", preset, "Look to start from (JSON)");
+    command.add_option("--frame", frame, "Frame at which keys are read");
+    command.add_flag("--lenient", is_lenient,
+                     "Leave out, with a warning, what the look asks for and the file lacks");
     command.footer(
         "NAME is a light group, b0, b1, ..., tail, direct (b1), indirect (b2 to tail), env (all "
         "domes), emissive,\n"
-        "shadow (a gain on it is the strength that is left), all, or GROUP:BOUNCE.");
+        "shadow (a gain on it is the strength that is left), all, GROUP:BOUNCE, or one of --rows.\n"
+        "A VALUE may have keys, VALUE@FRAME,VALUE@FRAME: linear between them.");
 }
 
 Result<Look> LookOptions::look() const {
@@ -53,13 +75,46 @@ Result<Look> LookOptions::look() const {
         if (!loaded) return Error{loaded.error().code, preset + ": " + loaded.error().message};
         look = std::move(*loaded);
     }
-    for (const auto& [kind, text] : controls) {
-        auto control = parse_control(kind, text);
-        if (!control) return control.error();
-        look.controls.push_back(std::move(*control));
+    std::map<const CLI::Option*, size_t> taken;
+    Control* last = nullptr;
+    for (const CLI::Option* option : command_->parse_order()) {
+        const std::string name = option->get_name();
+        const std::string text =
+            taken[option] < option->results().size() ? option->results()[taken[option]] : "";
+        ++taken[option];
+        if (name == rows_option) {
+            if (auto added = add_rows(look, text); !added) return added.error();
+        } else if (name == matte_option) {
+            if (!last) return Error{"bad-matte", "--matte " + text + " has no control before it"};
+            last->matte = text;
+        }
+        for (const ControlOption& o : control_options) {
+            if (name != o.name) continue;
+            auto control = parse_control(o.kind, text);
+            if (!control) return control.error();
+            look.controls.push_back(std::move(*control));
+            last = &look.controls.back();
+        }
     }
     look.exposure_stops += exposure;
     return look;
+}
+
+Result<Look> LookOptions::look_of_frame() const {
+    auto asked = look();
+    if (!asked || !has_keys(*asked)) return asked;
+    if (!frame) return Error{"no-frame", "the look has keys; say at which --frame"};
+    return look_at(std::move(*asked), *frame);
+}
+
+Look LookOptions::fitted(const LayerStack& stack,
+                         const Look& look,
+                         const image::StripReader* file,
+                         std::vector<std::string>& warnings) const {
+    if (!is_lenient) return look;
+    FittedLook fitted = fit_look(stack, look, file);
+    for (const std::string& line : fitted.left_out) warnings.push_back("left out: " + line);
+    return std::move(fitted.look);
 }
 
 }  // namespace velatura::compositor

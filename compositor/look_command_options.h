@@ -3,9 +3,10 @@
 
 #include "base/result.h"
 #include "compositor/controls.h"
+#include "compositor/layer_stack.h"
 
+#include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace CLI {
@@ -17,13 +18,28 @@ namespace velatura::compositor {
 /// The look that a command line asks for.
 struct LookOptions {
     std::string preset;
-    std::vector<std::pair<Control::Kind, std::string>> controls;  ///< in the order typed
     float exposure = 0;
+    bool is_lenient = false;
+    std::optional<double> frame;  ///< at which keys are read
 
     void add_to(CLI::App& command);
 
-    /// The preset with the controls after it. Errors: "bad-gain", "bad-preset", those of read_file.
+    /// The preset with the controls after it, in the order typed. Errors: "bad-gain", "bad-matte",
+    /// "bad-preset", those of read_file.
     Result<Look> look() const;
+
+    /// The look at `--frame`. Errors: "no-frame" (it has keys and there is no frame).
+    Result<Look> look_of_frame() const;
+
+    /// The look as it stands, or, with `--lenient`, without what the file lacks, which is told in
+    /// `warnings`.
+    Look fitted(const LayerStack& stack,
+                const Look& look,
+                const image::StripReader* file,
+                std::vector<std::string>& warnings) const;
+
+  private:
+    const CLI::App* command_ = nullptr;
 };
 
 }  // namespace velatura::compositor

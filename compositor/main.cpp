@@ -26,6 +26,7 @@ int main(int argc, char** argv) {
     add_view_command(app, run);
     add_export_command(app, run);
     add_denoise_command(app, run);
+    add_preset_command(app, run);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <span>
 
 namespace velatura::compositor {
@@ -27,8 +28,16 @@ std::vector<MixPlan::Term> all_terms(const MixPlan& plan) {
 /// One channel of one term.
 struct Step {
     size_t term = 0, c = 0;
-    size_t channel = 0;  ///< of the strips
+    std::optional<size_t> channel;  ///< of the strips; none: the layer itself is black
+    std::optional<size_t> clamp;    ///< what a clamp took, of the strips
     float gain = 1;
+};
+
+/// A row on its way into the fold.
+struct Rows {
+    explicit Rows(size_t width) : values(width), clamp(width) {}
+
+    std::vector<float> values, clamp;
 };
 
 /// Folds strips into the mixed picture. Strips may come in any order and from several threads.
@@ -45,7 +54,10 @@ class Mixer {
 
   private:
     void add_step(size_t term, size_t c, float gain);
-    void fold_row(const image::Strip& strip, size_t row, std::vector<float>& values);
+    void fold_row(const image::Strip& strip, size_t row, Rows& rows);
+    void load(const image::Strip& strip, size_t channel, size_t row, float* values);
+    void give_back(const Step& step, size_t pixel, Rows& rows) const;
+    void apply_mattes(const Step& step, size_t pixel, Rows& rows) const;
     void note_not_finite(const std::string& layer,
                          const image::StripChannel& channel,
                          size_t first,
@@ -56,6 +68,7 @@ class Mixer {
     const bool with_layers_;
     std::vector<MixPlan::Term> terms_;
     std::vector<image::ChannelPlace> channels_;
+    std::vector<std::string> channel_layers_;  ///< per channel, for messages
     std::vector<Step> steps_;
     std::optional<size_t> alpha_;
     std::array<std::vector<float>, 3> fold_;
@@ -68,7 +81,7 @@ class Mixer {
 Mixer::Mixer(const LayerStack& layout, const MixPlan& plan, const Look& look, bool with_layers)
     : layout_(layout),
       plan_(plan),
-      with_layers_(with_layers && plan.family != "beauty"),
+      with_layers_(with_layers && plan.family != "beauty" && plan.family != "plain"),
       terms_(all_terms(plan)) {
     const size_t pixels = layout.image().data.pixel_count();
     const float exposure = std::exp2(look.exposure_stops);
@@ -80,16 +93,25 @@ Mixer::Mixer(const LayerStack& layout, const MixPlan& plan, const Look& look, bo
     if (const auto place = layout.place("rgba", 3)) {
         alpha_ = channels_.size();
         channels_.push_back(*place);
+        channel_layers_.emplace_back("rgba");
         alpha_values_.assign(pixels, 0.0f);
     }
 }
 
 void Mixer::add_step(size_t term, size_t c, float gain) {
-    const auto place = layout_.place(terms_[term].layer, c);
     // 0 times a finite value never changes a fold that began at +0
-    if (!place || (gain == 0.0f && !with_layers_)) return;
-    steps_.push_back({term, c, channels_.size(), gain});
-    channels_.push_back(*place);
+    if (gain == 0.0f && !with_layers_) return;
+    Step step{term, c, {}, {}, gain};
+    const auto request = [&](const std::string& layer) -> std::optional<size_t> {
+        const auto place = layout_.place(layer, c);
+        if (!place) return std::nullopt;
+        channels_.push_back(*place);
+        channel_layers_.push_back(layer);
+        return channels_.size() - 1;
+    };
+    step.channel = request(terms_[term].layer);
+    if (!terms_[term].clamp_layer.empty()) step.clamp = request(terms_[term].clamp_layer);
+    if (step.channel || step.clamp) steps_.push_back(step);
 }
 
 void Mixer::note_not_finite(const std::string& layer,
@@ -104,32 +126,58 @@ void Mixer::note_not_finite(const std::string& layer,
     at->second.first = std::min(at->second.first, pixel + found.first);
 }
 
-void Mixer::fold_row(const image::Strip& strip, size_t row, std::vector<float>& values) {
+void Mixer::load(const image::Strip& strip, size_t channel, size_t row, float* values) {
     const image::Window& window = layout_.image().data;
-    const size_t width = values.size(), first = row * width;
-    const size_t pixel = size_t(strip.y0 - window.y0) * width + first;
+    const auto width = size_t(window.width());
+    if (load_row(strip.channels[channel], row * width, width, values)) {
+        note_not_finite(channel_layers_[channel], strip.channels[channel], row * width,
+                        (size_t(strip.y0 - window.y0) + row) * width);
+    }
+}
+
+void Mixer::give_back(const Step& step, size_t pixel, Rows& rows) const {
+    const MixPlan::Term& term = terms_[step.term];
+    for (size_t i = 0; i < rows.values.size(); ++i)
+        rows.values[i] += plan_.clamp_share(term, pixel + i) * rows.clamp[i];
+}
+
+void Mixer::apply_mattes(const Step& step, size_t pixel, Rows& rows) const {
+    const MixPlan::Term& term = terms_[step.term];
+    for (size_t i = 0; i < rows.values.size(); ++i)
+        rows.values[i] *= plan_.matte_factor(term, step.c, pixel + i);
+}
+
+void Mixer::fold_row(const image::Strip& strip, size_t row, Rows& rows) {
+    const image::Window& window = layout_.image().data;
+    const size_t width = rows.values.size();
+    const size_t pixel = (size_t(strip.y0 - window.y0) + row) * width;
     for (size_t s = 0; s < steps_.size(); ++s) {
         const Step& step = steps_[s];
-        const image::StripChannel& channel = strip.channels[step.channel];
-        if (load_row(channel, first, width, values.data()))
-            note_not_finite(terms_[step.term].layer, channel, first, pixel);
+        float* values = rows.values.data();
+        if (step.channel) {
+            load(strip, *step.channel, row, values);
+        } else {
+            std::fill_n(values, width, 0.0f);
+        }
+        if (step.clamp) {
+            load(strip, *step.clamp, row, rows.clamp.data());
+            give_back(step, pixel, rows);
+        }
+        if (has_mattes(terms_[step.term])) apply_mattes(step, pixel, rows);
         float* fold = fold_[step.c].data() + pixel;
-        float* gained = with_layers_ ? gained_[s].data() + pixel : values.data();
+        float* gained = with_layers_ ? gained_[s].data() + pixel : values;
         const float gain = step.gain;
         for (size_t i = 0; i < width; ++i) {
             gained[i] = gain * values[i];
             fold[i] += gained[i];
         }
     }
-    if (!alpha_) return;
-    const image::StripChannel& channel = strip.channels[*alpha_];
-    if (load_row(channel, first, width, alpha_values_.data() + pixel))
-        note_not_finite("rgba", channel, first, pixel);
+    if (alpha_) load(strip, *alpha_, row, alpha_values_.data() + pixel);
 }
 
 void Mixer::fold(const image::Strip& strip) {
-    std::vector<float> values(size_t(layout_.image().data.width()));
-    for (size_t row = 0; row < size_t(strip.y1 - strip.y0); ++row) fold_row(strip, row, values);
+    Rows rows(size_t(layout_.image().data.width()));
+    for (size_t row = 0; row < size_t(strip.y1 - strip.y0); ++row) fold_row(strip, row, rows);
 }
 
 image::Channel float_channel(std::string name, std::vector<float> values) {

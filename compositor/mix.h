@@ -4,30 +4,12 @@
 #include "base/result.h"
 #include "compositor/controls.h"
 #include "compositor/layer_stack.h"
+#include "compositor/mix_plan.h"
 
-#include <array>
 #include <string>
 #include <vector>
 
 namespace velatura::compositor {
-
-/// A mix in terms of what the file stores.
-struct MixPlan {
-    /// Stored layers and their gain per channel, in the order in which they are folded.
-    struct Term {
-        std::string layer;
-        std::array<float, 3> gain = {1, 1, 1};
-    };
-
-    std::string family;              ///< whose layers are gained: matrix, bounces, groups, beauty
-    std::vector<Term> terms;         ///< the family, in the order of its closure
-    std::vector<Term> shadow_terms;  ///< S_<group>, added after them
-};
-
-/// Translates a look into gains of the finest stored family that can express it.
-/// Errors: "unknown-name" (usage; lists the names there are), "mix-not-stored" (says which layers
-/// to render).
-Result<MixPlan> plan_mix(const LayerStack& stack, const Look& look);
 
 /// A layer whose NaN and infinite values a mix took as 0.
 struct NotFiniteLayer {

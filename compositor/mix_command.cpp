@@ -2,50 +2,139 @@
 #include "base/atomic_file.h"
 #include "compositor/command_outcome.h"
 #include "compositor/commands.h"
-#include "compositor/layer_stack.h"
 #include "compositor/look_command_options.h"
-#include "compositor/mix.h"
-#include "image/layer_file.h"
+#include "compositor/mix_job.h"
+#include "compositor/sequence.h"
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <unistd.h>
 
+#include <chrono>
+#include <cstdio>
 #include <memory>
 #include <string>
+#include <utility>
 
 namespace velatura::compositor {
 
 namespace {
 
 struct MixOptions {
-    std::string input, output, save_preset, display, view;
+    std::string input, output, save_preset, display, view, frames;
     LookOptions look;
-    bool with_layers = false;
+    double memory_gb = 4;
+    bool with_layers = false, is_strict = false, is_quiet = false;
 };
 
+/// A bar on a terminal, a line per frame elsewhere.
+class FrameProgress {
+  public:
+    FrameProgress(size_t total, bool is_quiet)
+        : total_(total), is_quiet_(is_quiet), is_terminal_(isatty(STDERR_FILENO) == 1) {}
+
+    void tell(const FrameOutcome& outcome) {
+        ++done_;
+        if (is_terminal_ && !is_quiet_) fmt::print(stderr, "\r{:79}\r", "");
+        for (const std::string& warning : outcome.warnings) warn(warning);
+        if (outcome.error) {
+            const int code = report(*outcome.error);
+            if (code_ == done) code_ = code;
+            if (outcome.error->code == "frame-missing") missing_.push_back(outcome.frame);
+        }
+        if (is_quiet_) return;
+        if (is_terminal_) {
+            bar();
+        } else if (!outcome.error) {
+            fmt::print("{} ({} of {})\n", outcome.output, done_, total_);
+            std::fflush(stdout);
+        }
+    }
+
+    /// Exit code: that of the first error.
+    int finish() const {
+        if (is_terminal_ && !is_quiet_) fmt::print(stderr, "\n");
+        if (!missing_.empty())
+            report({"frame-missing", fmt::format("{} of {} frames are missing: {}", missing_.size(),
+                                                 total_, frame_list(missing_))});
+        return code_;
+    }
+
+  private:
+    void bar() const {
+        constexpr size_t width = 30;
+        const size_t full = total_ == 0 ? width : width * done_ / total_;
+        const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
+        const double left = elapsed.count() / double(done_) * double(total_ - done_);
+        fmt::print(stderr, "\r[{}{}] {} of {} frames, {:.0f} s | {:.0f} s left ",
+                   std::string(full, '#'), std::string(width - full, '.'), done_, total_,
+                   elapsed.count(), left);
+        std::fflush(stderr);
+    }
+
+    size_t total_ = 0, done_ = 0;
+    bool is_quiet_ = false, is_terminal_ = false;
+    int code_ = done;
+    std::vector<int> missing_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Frames between the first and the last whose file is not there.
+std::vector<int> gaps_of(const std::vector<int>& frames) {
+    std::vector<int> gaps;
+    for (size_t i = 1; i < frames.size(); ++i) {
+        for (int f = frames[i - 1] + 1; f < frames[i]; ++f) gaps.push_back(f);
+    }
+    return gaps;
+}
+
+Result<std::vector<int>> frames_of(const MixOptions& o) {
+    if (!is_sequence(o.output))
+        return Error{"bad-output", o.output + " needs #### for the frame, as the input has"};
+    if (!o.frames.empty()) return parse_frames(o.frames);
+    std::vector<int> frames = frames_on_disk(o.input);
+    if (frames.empty()) return Error{"frame-missing", "there is no frame of " + o.input};
+    if (const auto gaps = gaps_of(frames); !gaps.empty())
+        warn(fmt::format("{} has no frames {}", o.input, frame_list(gaps)));
+    return frames;
+}
+
+int mix_frames(const MixOptions& o, const MixJob& job) {
+    const auto frames = frames_of(o);
+    if (!frames) return report(frames.error());
+    FrameProgress progress(frames->size(), o.is_quiet);
+    mix_sequence(job, *frames, [&](const FrameOutcome& outcome) { progress.tell(outcome); });
+    return progress.finish();
+}
+
+int mix_file(const MixOptions& o, const MixJob& job) {
+    if (!o.frames.empty())
+        return report({"bad-frames", o.input + " is one file: --frames needs #### in its name"});
+    const auto mixed = mix_one(job, o.input, o.output, o.look.frame, job.memory_bytes / 4);
+    if (!mixed) return report(mixed.error());
+    for (const std::string& warning : *mixed) warn(warning);
+    return done;
+}
+
 int run_mix(const MixOptions& o) {
-    const bool is_display = is_display_picture(o.output);
-    if (!is_display && !is_exr(o.output))
+    if (!is_display_picture(o.output) && !is_exr(o.output))
         return report({"bad-output", o.output + " is not .exr, .png or .jpg"});
     auto look = o.look.look();
     if (!look) return report(look.error());
     if (!o.display.empty()) look->display = o.display;
     if (!o.view.empty()) look->view = o.view;
-    const auto file = image::StripReader::open(o.input);
-    if (!file) return report(file.error());
-    const auto layout = LayerStack::describe(*file, o.input, ForeignFiles::Plain);
-    if (!layout) return report(layout.error());
-    const auto plan = plan_mix(*layout, *look);
-    if (!plan) return report(plan.error());
-    const auto mixed = mix_file(*file, *layout, *plan, *look, o.with_layers && !is_display);
-    if (!mixed) return report(mixed.error());
-    const auto written = is_display ? write_display(o.output, *mixed, *look)
-                                    : image::write_image_file(o.output, *mixed);
-    if (!written) return report(written.error());
-    if (!o.save_preset.empty()) {
-        if (auto saved = write_file_atomically(o.save_preset, look_to_json(*look)); !saved)
-            return report(saved.error());
-    }
-    return done;
+    MixJob job;
+    job.input = o.input;
+    job.output = o.output;
+    job.look = *look;
+    job.with_layers = o.with_layers;
+    job.is_lenient = o.look.is_lenient;
+    job.is_strict = o.is_strict;
+    job.memory_bytes = size_t(o.memory_gb * 0x1p30);
+    const int code = is_sequence(o.input) ? mix_frames(o, job) : mix_file(o, job);
+    if (code != done || o.save_preset.empty()) return code;
+    const auto saved = write_file_atomically(o.save_preset, look_to_json(*look));
+    return saved ? int(done) : report(saved.error());
 }
 
 }  // namespace
@@ -53,7 +142,11 @@ int run_mix(const MixOptions& o) {
 void add_mix_command(CLI::App& app, std::function<int()>& run) {
     const auto o = std::make_shared<MixOptions>();
     CLI::App* command = app.add_subcommand("mix", "Gains, tints, mute, solo and shadow lift");
-    command->add_option("input", o->input, "File of light layers")->required();
+    command
+        ->add_option("input", o->input,
+                     "File of light layers, or shot.####.exr; of another renderer: each layer.RGB "
+                     "is a row, `rest` what they leave of the beauty")
+        ->required();
     command
         ->add_option("-o,--output", o->output,
                      "Scene-linear .exr, or .png / .jpg through OpenColorIO")
@@ -65,6 +158,15 @@ void add_mix_command(CLI::App& app, std::function<int()>& run) {
                         "OpenColorIO view: ACES, sRGB or Raw in the built-in config");
     command->add_flag("--with-layers", o->with_layers,
                       "Store the gained layers in the .exr as well");
+    command->add_option("--frames", o->frames,
+                        "Frames of a sequence, 1-100x2 or 1,5,9; without: all there are");
+    command
+        ->add_option("--memory", o->memory_gb,
+                     "GB that the frames of a sequence may take at once (4)")
+        ->check(CLI::Range(0.1, 4096.0));
+    command->add_flag("--strict", o->is_strict,
+                      "Refuse NaN and infinite values (exit code 4) instead of taking them as 0");
+    command->add_flag("-q,--quiet", o->is_quiet, "No progress");
     command->callback([&run, o] { run = [o] { return run_mix(*o); }; });
 }
 

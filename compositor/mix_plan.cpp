@@ -1,191 +1,215 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compositor/mix.h"
+#include "compositor/mix_plan.h"
+
+#include "compositor/row_names.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
+#include <map>
+#include <set>
 
 namespace velatura::compositor {
 
 namespace {
 
 using Gain = std::array<float, 3>;
-constexpr Gain unit = {1, 1, 1};
+using Term = MixPlan::Term;
 
 void multiply(Gain& a, const Gain& b) {
     for (size_t c = 0; c < 3; ++c) a[c] *= b[c];
 }
 
-/// The cells a name stands for.
-struct Selection {
-    std::vector<bool> columns, groups;
+/// What the controls ask of one bounce of one group.
+struct CellGain {
+    Gain gain = {1, 1, 1};
+    std::vector<MattedGain> mattes;
+    std::vector<MattedShare> clamp;
 
-    bool has(size_t column, size_t group) const { return columns[column] && groups[group]; }
+    bool operator==(const CellGain&) const = default;
 };
 
 class Planner {
   public:
-    Planner(const LayerStack& stack, const Look& look)
-        : stack_(stack), look_(look), columns_(stack.column_names()), groups_(stack.group_names()) {
-        // A file without bounces still has one column for everything, and one without groups one
-        // row
-        names_columns_ = !columns_.empty();
-        if (columns_.empty()) columns_.emplace_back("");
-        gains_.assign(columns_.size(), std::vector<Gain>(groups_.size(), unit));
-        lifts_.assign(groups_.size(), 0.0f);
+    /// is_brief: an unknown name is told without the list of those there are.
+    Planner(const LayerStack& stack,
+            const Look& look,
+            const image::StripReader* file,
+            bool is_brief = false)
+        : stack_(stack), look_(look), file_(file), is_brief_(is_brief), rows_(stack, look) {
+        cells_.resize(rows_.column_count() * rows_.group_count());
+        lifts_.resize(rows_.group_count());
     }
 
     Result<MixPlan> run();
 
   private:
-    bool select_columns(const std::string& name, std::vector<bool>& selected) const;
-    bool select_groups(const std::string& name, std::vector<bool>& selected) const;
-    Result<Selection> select(const std::string& target) const;
-    Result<void> apply_controls();
+    size_t matte_number(const std::string& text);
+    void apply_gain(const Control& control, const Selection& selected);
+    void apply_clamp(const Control& control, const Selection& selected);
+    void apply_solos();
     Result<void> apply_shadow(const Control& control);
-    Error unknown(const std::string& name) const;
-    Error not_stored() const;
+    Result<void> apply_caster(const Control& control);
+    Result<void> apply_control(const Control& control);
+    Result<void> apply_controls();
+    Result<void> choose_family();
+    Result<void> add_family(const image::FamilyClosure& family);
+    void add_plain_terms();
+    Result<void> add_shadows();
+    Result<void> add_shadow(const image::LayerEntry& entry, const std::vector<MattedShare>& lifts);
+    Result<void> load_mattes();
     bool is_uniform_along(bool groups) const;
-    Result<MixPlan> choose_family() const;
-    Result<void> add_shadows(MixPlan& plan) const;
-    Gain cell(const image::LayerEntry& entry) const;
+    Error not_stored() const;
+    Result<void> check_stored(const std::string& layer) const;
+    const image::LayerEntry* clamp_of(const std::string& layer) const;
 
-    size_t column_of(const std::string& name) const {
-        const auto at = std::find(columns_.begin(), columns_.end(), name);
-        return at == columns_.end() ? 0 : size_t(at - columns_.begin());
+    CellGain& cell(size_t column, size_t group) {
+        return cells_[column * rows_.group_count() + group];
     }
 
-    size_t group_of(const std::string& name) const {
-        const auto at = std::find(groups_.begin(), groups_.end(), name);
-        return at == groups_.end() ? 0 : size_t(at - groups_.begin());
+    const CellGain& cell(size_t column, size_t group) const {
+        return cells_[column * rows_.group_count() + group];
+    }
+
+    const CellGain& cell(const image::LayerEntry& entry) const {
+        return cell(rows_.column_of(entry.bounce), rows_.group_of(entry.group));
     }
 
     const LayerStack& stack_;
     const Look& look_;
-    std::vector<std::string> columns_, groups_;
-    bool names_columns_ = false;
-    std::vector<std::vector<Gain>> gains_;  ///< per column and group
-    std::vector<float> lifts_;              ///< per group
+    const image::StripReader* file_;
+    const bool is_brief_;
+    RowNames rows_;
+    std::vector<CellGain> cells_;                                   ///< [column][group]
+    std::vector<std::vector<MattedShare>> lifts_;                   ///< per group
+    std::map<std::string, std::vector<MattedShare>> caster_lifts_;  ///< per layer
+    std::map<size_t, std::vector<Selection>> solos_;                ///< per matte
+    bool gives_back_ = false;
+    MixPlan plan_;
 };
 
-bool Planner::select_columns(const std::string& name, std::vector<bool>& selected) const {
-    selected.assign(columns_.size(), false);
-    if (name == "all") {
-        selected.assign(columns_.size(), true);
-        return true;
+size_t Planner::matte_number(const std::string& text) {
+    if (text.empty()) return whole_picture;
+    for (size_t m = 0; m < plan_.mattes.size(); ++m) {
+        if (plan_.mattes[m].text == text) return m;
     }
-    bool is_known = false;
-    for (size_t c = 0; c < columns_.size() && names_columns_; ++c) {
-        const bool is_indirect = columns_[c] != "b0" && columns_[c] != "b1";
-        // With K = 0 the tail holds the direct light as well, so neither word can be told apart
-        const bool tells_direct =
-            std::find(columns_.begin(), columns_.end(), "b1") != columns_.end();
-        selected[c] = columns_[c] == name || (name == "direct" && columns_[c] == "b1") ||
-                      (name == "indirect" && is_indirect && tells_direct);
-        is_known = is_known || selected[c];
-    }
-    return is_known;
+    plan_.mattes.push_back({text, nullptr});
+    return plan_.mattes.size() - 1;
 }
 
-bool Planner::select_groups(const std::string& name, std::vector<bool>& selected) const {
-    selected.assign(groups_.size(), name == "all");
-    bool is_known = name == "all" || name == "env";
-    for (size_t g = 0; g < groups_.size(); ++g) {
-        if (groups_[g] == name || (name == "env" && stack_.header().lights[g].is_dome)) {
-            selected[g] = true;
-            is_known = true;
+void Planner::apply_gain(const Control& control, const Selection& selected) {
+    const Gain factor = control.kind == Control::Kind::Mute ? Gain{0, 0, 0} : control.factor;
+    const size_t matte = matte_number(control.matte);
+    for (size_t i = 0; i < cells_.size(); ++i) {
+        if (!selected[i]) continue;
+        if (matte == whole_picture) {
+            multiply(cells_[i].gain, factor);
+        } else {
+            cells_[i].mattes.push_back({matte, factor});
         }
     }
-    return is_known;
 }
 
-Error Planner::unknown(const std::string& name) const {
-    return {"unknown-name", fmt::format("no '{}' in this file; groups: {}; bounces: {}; also: all, "
-                                        "direct, indirect, env, shadow, "
-                                        "GROUP:BOUNCE",
-                                        name, fmt::join(groups_, " "),
-                                        names_columns_ ? fmt::format("{}", fmt::join(columns_, " "))
-                                                       : "not stored")};
+void Planner::apply_clamp(const Control& control, const Selection& selected) {
+    const size_t matte = matte_number(control.matte);
+    gives_back_ = gives_back_ || control.factor[0] > 0.0f;
+    for (size_t i = 0; i < cells_.size(); ++i) {
+        if (selected[i] && control.factor[0] > 0.0f)
+            cells_[i].clamp.push_back({matte, control.factor[0]});
+    }
 }
 
-Result<Selection> Planner::select(const std::string& target) const {
-    Selection s;
-    const size_t colon = target.find(':');
-    if (colon != std::string::npos) {
-        if (!select_groups(target.substr(0, colon), s.groups))
-            return unknown(target.substr(0, colon));
-        if (!select_columns(target.substr(colon + 1), s.columns))
-            return unknown(target.substr(colon + 1));
-        return s;
+void Planner::apply_solos() {
+    for (const auto& [matte, solos] : solos_) {
+        for (size_t i = 0; i < cells_.size(); ++i) {
+            const bool is_heard = std::any_of(solos.begin(), solos.end(),
+                                              [i](const Selection& s) { return bool(s[i]); });
+            if (is_heard) continue;
+            if (matte == whole_picture) {
+                cells_[i].gain = {0, 0, 0};
+            } else {
+                cells_[i].mattes.push_back({matte, {0, 0, 0}});
+            }
+        }
     }
-    if (select_groups(target, s.groups)) {
-        s.columns.assign(columns_.size(), true);
-        return s;
+}
+
+void add_lift(std::vector<MattedShare>& lifts, const MattedShare& lift) {
+    const auto at = std::find_if(lifts.begin(), lifts.end(),
+                                 [&](const MattedShare& l) { return l.matte == lift.matte; });
+    if (at == lifts.end()) {
+        lifts.push_back(lift);
+    } else {
+        at->share += lift.share;
     }
-    s.groups.assign(groups_.size(), true);
-    if (!select_columns(target, s.columns)) return unknown(target);
-    return s;
 }
 
 Result<void> Planner::apply_shadow(const Control& control) {
-    std::vector<bool> groups;
     const bool is_strength = control.kind != Control::Kind::Shadow;
-    const std::string name = is_strength ? "all" : control.target;
-    if (!select_groups(name, groups)) return unknown(name);
-    for (size_t g = 0; g < groups.size(); ++g) {
-        if (!groups[g]) continue;
-        // A gain on `shadow` is the strength that is left: 1 as rendered, 0 no shadow
-        const float lift = control.kind == Control::Kind::Gain   ? 1.0f - control.factor[0]
-                           : control.kind == Control::Kind::Mute ? 1.0f
-                                                                 : control.factor[0];
-        lifts_[g] += lift;
+    const auto groups = rows_.groups(is_strength ? "all" : control.target);
+    if (!groups) return groups.error();
+    // A gain on `shadow` is the strength that is left: 1 as rendered, 0 no shadow
+    const float lift = control.kind == Control::Kind::Gain   ? 1.0f - control.factor[0]
+                       : control.kind == Control::Kind::Mute ? 1.0f
+                                                             : control.factor[0];
+    const size_t matte = matte_number(control.matte);
+    for (size_t g = 0; g < groups->size(); ++g) {
+        if ((*groups)[g]) add_lift(lifts_[g], {matte, lift});
+    }
+    return {};
+}
+
+Result<void> Planner::apply_caster(const Control& control) {
+    const auto layers = rows_.caster_layers(control.target);
+    if (!layers) return layers.error();
+    const size_t matte = matte_number(control.matte);
+    for (const std::string& layer : *layers)
+        add_lift(caster_lifts_[layer], {matte, control.factor[0]});
+    return {};
+}
+
+Result<void> Planner::apply_control(const Control& control) {
+    using Kind = Control::Kind;
+    if (control.kind == Kind::Caster) return apply_caster(control);
+    if (control.kind == Kind::Shadow || control.target == "shadow") {
+        if (control.kind == Kind::Tint || control.kind == Kind::Kelvin ||
+            control.kind == Kind::Solo || control.kind == Kind::Clamp) {
+            return Error{"unknown-name", "shadow takes --shadow, --gain and --mute only"};
+        }
+        return apply_shadow(control);
+    }
+    const auto selected = rows_.select(control.target);
+    if (!selected) return selected.error();
+    if (control.kind == Kind::Solo) {
+        solos_[matte_number(control.matte)].push_back(*selected);
+    } else if (control.kind == Kind::Clamp) {
+        apply_clamp(control, *selected);
+    } else {
+        apply_gain(control, *selected);
     }
     return {};
 }
 
 Result<void> Planner::apply_controls() {
-    std::vector<Selection> solos;
+    std::vector<Error> unknown;
     for (const Control& control : look_.controls) {
-        const bool is_shadow = control.kind == Control::Kind::Shadow || control.target == "shadow";
-        if (is_shadow) {
-            if (control.kind == Control::Kind::Tint || control.kind == Control::Kind::Kelvin ||
-                control.kind == Control::Kind::Solo) {
-                return Error{"unknown-name", "shadow takes --shadow, --gain and --mute only"};
-            }
-            if (auto done = apply_shadow(control); !done) return done;
-            continue;
-        }
-        const auto selected = select(control.target);
-        if (!selected) return selected.error();
-        if (control.kind == Control::Kind::Solo) {
-            solos.push_back(*selected);
-            continue;
-        }
-        const Gain factor = control.kind == Control::Kind::Mute ? Gain{0, 0, 0} : control.factor;
-        for (size_t c = 0; c < columns_.size(); ++c) {
-            for (size_t g = 0; g < groups_.size(); ++g) {
-                if (selected->has(c, g)) multiply(gains_[c][g], factor);
-            }
-        }
+        const auto done = apply_control(control);
+        if (done) continue;
+        // All unknown names at once, so that a preset of another shot is one message
+        if (done.error().code != "unknown-name") return done;
+        unknown.push_back(done.error());
     }
-    if (solos.empty()) return {};
-    for (size_t c = 0; c < columns_.size(); ++c) {
-        for (size_t g = 0; g < groups_.size(); ++g) {
-            const bool is_heard = std::any_of(solos.begin(), solos.end(),
-                                              [&](const Selection& s) { return s.has(c, g); });
-            if (!is_heard) gains_[c][g] = {0, 0, 0};
-        }
-    }
+    if (!unknown.empty()) return is_brief_ ? unknown[0] : rows_.unknown(unknown);
+    apply_solos();
     return {};
 }
 
 /// True if the gains are the same for all groups (or, for `groups` false, for all columns).
 bool Planner::is_uniform_along(bool groups) const {
-    for (size_t c = 0; c < columns_.size(); ++c) {
-        for (size_t g = 0; g < groups_.size(); ++g) {
-            if (gains_[c][g] != (groups ? gains_[c][0] : gains_[0][g])) return false;
+    for (size_t c = 0; c < rows_.column_count(); ++c) {
+        for (size_t g = 0; g < rows_.group_count(); ++g) {
+            if (cell(c, g) != (groups ? cell(c, 0) : cell(0, g))) return false;
         }
     }
     return true;
@@ -204,39 +228,129 @@ Error Planner::not_stored() const {
                         what, layers)};
 }
 
-Gain Planner::cell(const image::LayerEntry& entry) const {
-    return gains_[column_of(entry.bounce)][group_of(entry.group)];
+Result<void> Planner::check_stored(const std::string& layer) const {
+    for (size_t c = 0; c < 3; ++c) {
+        if (stack_.place(layer, c)) continue;
+        return Error{"layer-missing",
+                     fmt::format("the header names layer {}, but the file does not have all of its "
+                                 "channels; was a part taken out of it?",
+                                 layer)};
+    }
+    return {};
 }
 
-Result<MixPlan> Planner::choose_family() const {
-    MixPlan plan;
+const image::LayerEntry* Planner::clamp_of(const std::string& layer) const {
+    const auto& layers = stack_.header().layers;
+    const auto at = std::find_if(layers.begin(), layers.end(), [&](const image::LayerEntry& e) {
+        return e.family == "clamp" && e.of == layer && !e.is_empty;
+    });
+    return at == layers.end() ? nullptr : &*at;
+}
+
+Result<void> Planner::add_family(const image::FamilyClosure& family) {
+    plan_.family = family.family;
+    const std::set<std::string> stored(family.order.begin(), family.order.end());
+    for (const std::string& layer : family.order) {
+        if (!stack_.header().find(layer))
+            return Error{"layers-damaged",
+                         fmt::format("layer {} is not in velatura/layers", layer)};
+        if (auto is_there = check_stored(layer); !is_there) return is_there;
+    }
+    const auto add = [&](const image::LayerEntry& entry) -> Result<void> {
+        const CellGain& gains = cell(entry);
+        Term term{entry.name, gains.gain};
+        term.matted_gains = gains.mattes;
+        const image::LayerEntry* clamp = gains.clamp.empty() ? nullptr : clamp_of(entry.name);
+        if (clamp) {
+            if (auto is_there = check_stored(clamp->name); !is_there) return is_there;
+            term.clamp_layer = clamp->name;
+            term.clamp_shares = gains.clamp;
+        }
+        // A layer that the clamp took whole is black, and comes back in its place
+        if (stored.count(entry.name) != 0 || clamp) plan_.terms.push_back(std::move(term));
+        return {};
+    };
+    for (const std::string& layer : family.order) {
+        if (auto added = add(*stack_.header().find(layer)); !added) return added;
+    }
+    if (!gives_back_) return {};
+    // The order of the header holds the black layers too
+    plan_.terms.clear();
+    for (const image::LayerEntry& entry : stack_.header().layers) {
+        if (entry.family != family.family) continue;
+        if (auto added = add(entry); !added) return added;
+    }
+    return {};
+}
+
+void Planner::add_plain_terms() {
+    plan_.family = "plain";
+    // beauty = rest + rows, so a mix is rest's gain on the beauty, and what rows differ from it
+    const CellGain& rest = cells_.back();
+    plan_.terms.push_back({"rgba", rest.gain, rest.mattes});
+    for (const image::LayerEntry& entry : stack_.header().layers) {
+        if (entry.family != "plain") continue;
+        const CellGain& row = cell(entry);
+        if (row == rest) continue;
+        Gain gain = row.gain;
+        if (row.mattes.empty() && rest.mattes.empty()) {
+            for (size_t c = 0; c < 3; ++c) gain[c] -= rest.gain[c];
+            plan_.terms.push_back({entry.name, gain});
+            continue;
+        }
+        plan_.terms.push_back({entry.name, gain, row.mattes});
+        Gain without = rest.gain;
+        for (float& g : without) g = -g;
+        plan_.terms.push_back({entry.name, without, rest.mattes});
+    }
+}
+
+Result<void> Planner::choose_family() {
+    if (stack_.is_plain()) {
+        add_plain_terms();
+        return {};
+    }
     for (const image::FamilyClosure& family : stack_.header().closure) {
         const bool can_express = family.family == "matrix" ||
                                  (family.family == "bounces" && is_uniform_along(true)) ||
                                  (family.family == "groups" && is_uniform_along(false));
-        if (!can_express) continue;
-        plan.family = family.family;
-        for (const std::string& layer : family.order) {
-            const image::LayerEntry* entry = stack_.header().find(layer);
-            if (!entry)
-                return Error{"layers-damaged",
-                             fmt::format("layer {} is not in velatura/layers", layer)};
-            plan.terms.push_back({layer, cell(*entry)});
-        }
-        return plan;
+        if (can_express) return add_family(family);
     }
     if (!is_uniform_along(true) || !is_uniform_along(false)) return not_stored();
-    plan.family = "beauty";
-    plan.terms.push_back({"rgba", gains_[0].empty() ? unit : gains_[0][0]});
-    return plan;
+    plan_.family = "beauty";
+    if (cells_.empty()) {
+        plan_.terms.push_back({"rgba"});
+    } else {
+        plan_.terms.push_back({"rgba", cells_[0].gain, cells_[0].mattes});
+    }
+    return check_stored("rgba");
 }
 
-Result<void> Planner::add_shadows(MixPlan& plan) const {
+Result<void> Planner::add_shadow(const image::LayerEntry& entry,
+                                 const std::vector<MattedShare>& lifts) {
+    const bool is_lifted = std::any_of(lifts.begin(), lifts.end(),
+                                       [](const MattedShare& l) { return l.share != 0.0f; });
+    if (entry.is_empty || !is_lifted) return {};
+    if (auto is_there = check_stored(entry.name); !is_there) return is_there;
     // A lifted shadow shows the light's direct light, so it takes the gain of that cell
-    const size_t direct = names_columns_ ? column_of("b1") : 0;
-    for (size_t g = 0; g < groups_.size(); ++g) {
-        if (lifts_[g] == 0.0f) continue;
-        const std::string layer = "S_" + groups_[g];
+    const size_t direct = rows_.names_columns() ? rows_.column_of("b1") : 0;
+    const CellGain& gains = cell(direct, rows_.group_of(entry.group));
+    Term term{entry.name, gains.gain, gains.mattes};
+    if (lifts.size() == 1 && lifts[0].matte == whole_picture) {
+        multiply(term.gain, {lifts[0].share, lifts[0].share, lifts[0].share});
+    } else {
+        term.matted_lifts = lifts;
+    }
+    plan_.shadow_terms.push_back(std::move(term));
+    return {};
+}
+
+Result<void> Planner::add_shadows() {
+    for (size_t g = 0; g < lifts_.size(); ++g) {
+        const bool is_lifted = std::any_of(lifts_[g].begin(), lifts_[g].end(),
+                                           [](const MattedShare& l) { return l.share != 0.0f; });
+        if (!is_lifted) continue;
+        const std::string layer = "S_" + rows_.group_name(g);
         const image::LayerEntry* entry = stack_.header().find(layer);
         if (!entry) {
             return Error{
@@ -246,26 +360,105 @@ Result<void> Planner::add_shadows(MixPlan& plan) const {
                     "shadow",
                     layer)};
         }
-        if (entry->is_empty) continue;
-        Gain gain = gains_[direct][g];
-        multiply(gain, {lifts_[g], lifts_[g], lifts_[g]});
-        plan.shadow_terms.push_back({layer, gain});
+        image::LayerEntry of_group = *entry;
+        of_group.group = rows_.group_name(g);
+        if (auto added = add_shadow(of_group, lifts_[g]); !added) return added;
+    }
+    for (const auto& [layer, lifts] : caster_lifts_) {
+        if (auto added = add_shadow(*stack_.header().find(layer), lifts); !added) return added;
+    }
+    return {};
+}
+
+Result<void> Planner::load_mattes() {
+    for (Matte& matte : plan_.mattes) {
+        auto loaded = load_matte(stack_, file_, matte.text);
+        if (!loaded) return loaded.error();
+        matte = std::move(*loaded);
     }
     return {};
 }
 
 Result<MixPlan> Planner::run() {
     if (auto done = apply_controls(); !done) return done.error();
-    auto plan = choose_family();
-    if (!plan) return plan;
-    if (auto done = add_shadows(*plan); !done) return done.error();
-    return plan;
+    if (auto done = choose_family(); !done) return done.error();
+    if (auto done = add_shadows(); !done) return done.error();
+    if (auto done = load_mattes(); !done) return done.error();
+    const auto& layers = stack_.header().layers;
+    const bool was_clamped = std::any_of(layers.begin(), layers.end(),
+                                         [](const auto& e) { return e.family == "clamp"; });
+    if (gives_back_ && !was_clamped)
+        plan_.notes.emplace_back("--clamp changes nothing: no clamp took anything from this file");
+    return std::move(plan_);
 }
 
 }  // namespace
 
-Result<MixPlan> plan_mix(const LayerStack& stack, const Look& look) {
-    return Planner(stack, look).run();
+bool has_mattes(const Term& term) {
+    return !term.matted_gains.empty() || !term.matted_lifts.empty();
+}
+
+float MixPlan::matte_factor(const Term& term, size_t c, size_t pixel) const {
+    float factor = 1.0f;
+    for (const MattedGain& g : term.matted_gains)
+        factor *= 1.0f + (*mattes[g.matte].values)[pixel] * (g.gain[c] - 1.0f);
+    if (term.matted_lifts.empty()) return factor;
+    float lift = 0.0f;
+    for (const MattedShare& l : term.matted_lifts) {
+        lift += l.matte == whole_picture ? l.share : l.share * (*mattes[l.matte].values)[pixel];
+    }
+    return factor * lift;
+}
+
+float MixPlan::clamp_share(const Term& term, size_t pixel) const {
+    float share = 0.0f;
+    for (const MattedShare& s : term.clamp_shares) {
+        share = std::max(
+            share, s.matte == whole_picture ? s.share : s.share * (*mattes[s.matte].values)[pixel]);
+    }
+    return share;
+}
+
+Result<MixPlan> plan_mix(const LayerStack& stack,
+                         const Look& look,
+                         const image::StripReader* file) {
+    return Planner(stack, look, file).run();
+}
+
+FittedLook fit_look(const LayerStack& stack, const Look& look, const image::StripReader* file) {
+    FittedLook fitted;
+    fitted.look = look;
+    fitted.look.controls.clear();
+    const auto can_follow = [&](const Control& control, std::string& why) {
+        Look one;
+        one.rows = fitted.look.rows;
+        one.controls.push_back(control);
+        const auto plan = Planner(stack, one, file, true).run();
+        if (!plan) why = plan.error().message;
+        return plan.has_value();
+    };
+    // Rows first: a set of them without those that are not here is still that set
+    for (auto& [name, rows] : fitted.look.rows) {
+        std::erase_if(rows, [&, &name = name](const std::string& row) {
+            const Look none;
+            const auto selected = RowNames(stack, none).select(row);
+            if (selected) return false;
+            fitted.left_out.push_back(
+                fmt::format("{} of --rows {}: {}", row, name, selected.error().message));
+            return true;
+        });
+    }
+    std::erase_if(fitted.look.rows, [](const auto& entry) { return entry.second.empty(); });
+    for (const Control& control : look.controls) {
+        std::string why;
+        if (can_follow(control, why)) {
+            fitted.look.controls.push_back(control);
+        } else {
+            fitted.left_out.push_back(
+                fmt::format("--{} {}: {}", name_of(control.kind), control.target, why));
+        }
+    }
+    return fitted;
 }
 
 }  // namespace velatura::compositor

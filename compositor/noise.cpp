@@ -92,12 +92,11 @@ Row& row_named(std::vector<Row>& rows, const std::string& name) {
 /// Rows by one of the names of a layer.
 std::vector<Row> rows_by(const LayerStack& stack,
                          const MixPlan& plan,
-                         std::string image::LayerEntry::* name) {
+                         std::string image::LayerEntry::*name) {
     std::vector<Row> rows;
     for (const Term& term : plan.terms) {
         const image::LayerEntry* entry = stack.header().find(term.layer);
-        if (entry && !(entry->*name).empty())
-            row_named(rows, entry->*name).terms.push_back(term);
+        if (entry && !(entry->*name).empty()) row_named(rows, entry->*name).terms.push_back(term);
     }
     return rows;
 }
@@ -110,6 +109,7 @@ std::vector<Row> shadow_rows(const MixPlan& plan) {
 
 Result<std::vector<RowNoise>> shares_of(const LayerStack& stack,
                                         const Look& look,
+                                        const MixPlan& whole_plan,
                                         const MixError& mix,
                                         const std::vector<Row>& rows) {
     std::vector<RowNoise> out;
@@ -118,6 +118,7 @@ Result<std::vector<RowNoise>> shares_of(const LayerStack& stack,
     for (const Row& row : rows) {
         MixPlan plan;
         plan.terms = row.terms;
+        plan.mattes = whole_plan.mattes;
         const auto part = mix_error(stack, plan, look);
         if (!part) return part.error();
         // E[D·D_row]: with half of every covariance, so that rows add up
@@ -126,8 +127,8 @@ Result<std::vector<RowNoise>> shares_of(const LayerStack& stack,
             for (size_t i = 0; i < window.pixel_count(); ++i) {
                 const double product =
                     double(mix.difference[c][i]) * double(part->difference[c][i]);
-                sum += image::relative_square(product * double(mix.share[i]),
-                                              double(mix.mean[c][i]));
+                sum +=
+                    image::relative_square(product * double(mix.share[i]), double(mix.mean[c][i]));
             }
         }
         const double mean = sum / (3.0 * double(window.pixel_count()));
@@ -200,10 +201,7 @@ bool adds_light(const Control& control) {
            (control.kind == Control::Kind::Shadow && control.factor[0] > 0.0f);
 }
 
-Result<NoiseAdvice> advise(const LayerStack& stack,
-                           const Look& look,
-                           double error,
-                           double target) {
+Result<NoiseAdvice> advise(const LayerStack& stack, const Look& look, double error, double target) {
     NoiseAdvice advice;
     advice.target = target;
     const double ratio = target > 0 ? error / target : 0;
@@ -232,26 +230,38 @@ Result<MixError> mix_error(const LayerStack& stack, const MixPlan& plan, const L
         out.mean[c].assign(pixels, 0.0f);
         out.difference[c].assign(pixels, 0.0f);
         rounding.assign(pixels, 0.0);
-        for (const Term& term : all_terms(plan)) {
-            const auto layer = halved_channel(stack, term.layer, c);
+        // weight(pixel): what a value of the layer counts for
+        const auto add = [&](const std::string& name, const auto& weight) -> Result<void> {
+            const auto layer = halved_channel(stack, name, c);
             if (!layer) return layer.error();
-            if (!layer->whole) continue;
-            const float gain = term.gain[c] * exposure;
-            const auto square = double(gain) * double(gain);
+            if (!layer->whole) return {};
             image::for_each_value(*layer->whole,
-                                  [&](size_t i, float v) { out.mean[c][i] += gain * v; });
-            image::for_each_value(*layer->a, [&](size_t i, float v) {
-                out.difference[c][i] += gain * v;
-                rounding[i] += square * rounding_variance(*layer->a, v);
-            });
-            image::for_each_value(*layer->b, [&](size_t i, float v) {
-                out.difference[c][i] -= gain * v;
-                rounding[i] += square * rounding_variance(*layer->b, v);
-            });
+                                  [&](size_t i, float v) { out.mean[c][i] += weight(i) * v; });
+            const auto add_half = [&](const image::Channel& half_image, float sign) {
+                image::for_each_value(half_image, [&](size_t i, float v) {
+                    const float w = weight(i);
+                    out.difference[c][i] += sign * w * v;
+                    rounding[i] += double(w) * double(w) * rounding_variance(half_image, v);
+                });
+            };
+            add_half(*layer->a, 1.0f);
+            add_half(*layer->b, -1.0f);
+            return {};
+        };
+        for (const Term& term : all_terms(plan)) {
+            const float gain = term.gain[c] * exposure;
+            const bool is_matted = has_mattes(term);
+            const auto weight = [&](size_t i) {
+                return is_matted ? gain * plan.matte_factor(term, c, i) : gain;
+            };
+            if (auto added = add(term.layer, weight); !added) return added.error();
+            if (term.clamp_layer.empty()) continue;
+            const auto share = [&](size_t i) { return weight(i) * plan.clamp_share(term, i); };
+            if (auto added = add(term.clamp_layer, share); !added) return added.error();
         }
         for (size_t i = 0; i < pixels; ++i)
-            rounding_sum += image::relative_square(rounding[i] * double(out.share[i]),
-                                                   double(out.mean[c][i]));
+            rounding_sum +=
+                image::relative_square(rounding[i] * double(out.share[i]), double(out.mean[c][i]));
     }
     out.storage = std::sqrt(rounding_sum / (3.0 * double(std::max<size_t>(pixels, 1))));
     return out;
@@ -265,7 +275,7 @@ Result<NoiseForecast> forecast_noise(const LayerStack& stack,
     // The same layers, so that a unit look has the error of the render to the last bit
     MixPlan unit;
     unit.terms = plan->terms;
-    for (Term& term : unit.terms) term.gain = {1, 1, 1};
+    for (Term& term : unit.terms) term = {term.layer};
     const auto rendered = mix_error(stack, unit, {});
     if (!rendered) return rendered.error();
     auto mix = mix_error(stack, *plan, look);
@@ -278,7 +288,7 @@ Result<NoiseForecast> forecast_noise(const LayerStack& stack,
 
     const auto add = [&](const std::vector<Row>& rows,
                          std::vector<RowNoise>& shares) -> Result<void> {
-        auto found = shares_of(stack, look, *mix, rows);
+        auto found = shares_of(stack, look, *plan, *mix, rows);
         if (!found) return found.error();
         shares = std::move(*found);
         return {};

@@ -46,28 +46,29 @@ struct RowNoise {
 
 /// How far one control of the look may go when everything else stays as it is.
 struct ControlCap {
-    Control control;              ///< a gain above 1 or a lifted shadow
-    std::optional<double> most;   ///< factor or lift; none: the target is out of its reach
+    Control control;             ///< a gain above 1 or a lifted shadow
+    std::optional<double> most;  ///< factor or lift; none: the target is out of its reach
 };
 
 /// What would bring a mix to a wanted error.
 struct NoiseAdvice {
-    double target = 0;         ///< √relMSE
-    double sample_factor = 0;  ///< times as many samples; errors fall with their square root
+    double target = 0;             ///< √relMSE
+    double sample_factor = 0;      ///< times as many samples; errors fall with their square root
     std::vector<ControlCap> caps;  ///< empty where the target is reached
 };
 
 struct NoiseForecast {
     image::RelativeError rendered;  ///< with every gain at 1
     image::RelativeError mix;
-    MixError error;                 ///< of the mix, pixel by pixel
+    MixError error;  ///< of the mix, pixel by pixel
     /// The largest share first. Those of groups and shadows add up to 1, those of bounces and
     /// shadows as well; empty where the family does not tell them apart.
     std::vector<RowNoise> groups, bounces, shadows;
     NoiseAdvice advice;
 };
 
-/// target: of √relMSE; none: that of the render with every gain at 1. Errors: those of plan_mix, "halves-not-stored".
+/// target: of √relMSE; none: that of the render with every gain at 1. Errors: those of plan_mix,
+/// "halves-not-stored".
 Result<NoiseForecast> forecast_noise(const LayerStack& stack,
                                      const Look& look,
                                      std::optional<double> target);

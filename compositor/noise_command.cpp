@@ -178,11 +178,14 @@ int run_noise(const NoiseOptions& o) {
         if (!read) return report(read.error());
         seconds = *read;
     }
-    const auto look = o.look.look();
-    if (!look) return report(look.error());
+    const auto asked = o.look.look_of_frame();
+    if (!asked) return report(asked.error());
     const auto stack = LayerStack::load(o.input);
     if (!stack) return report(stack.error());
-    const auto forecast = forecast_noise(*stack, *look, target);
+    std::vector<std::string> warnings;
+    const Look look = o.look.fitted(*stack, *asked, nullptr, warnings);
+    for (const std::string& warning : warnings) warn(warning);
+    const auto forecast = forecast_noise(*stack, look, target);
     if (!forecast) return report(forecast.error());
     if (!o.output.empty()) {
         if (const auto written = write_map(o.output, *stack, *forecast); !written)

@@ -72,9 +72,10 @@ bool is_beauty_name(const std::string& name) {
 /// Passes that hold no light: of Cycles, Arnold, pbrt, RenderMan, Karma.
 bool is_data_name(const std::string& name) {
     const std::string word = last_word(name);
-    constexpr std::array words = {"albedo", "n",      "ns",     "ng",      "p",        "position",
-                                  "normal", "uv",     "st",     "z",       "depth",    "vector",
-                                  "motion", "diffcol", "glosscol", "transcol", "mist", "motionvector"};
+    constexpr std::array words = {"albedo",   "n",      "ns",          "ng",      "p",
+                                  "position", "normal", "uv",          "st",      "z",
+                                  "depth",    "vector", "motion",      "diffcol", "glosscol",
+                                  "transcol", "mist",   "motionvector"};
     constexpr std::array beginnings = {"crypto", "denoising", "rgbalbedo", "id_", "debug"};
     return std::find(words.begin(), words.end(), word) != words.end() ||
            std::any_of(beginnings.begin(), beginnings.end(),
@@ -92,9 +93,8 @@ const NamedLayer* find_beauty(const std::vector<NamedLayer>& layers) {
                           [](const NamedLayer& l) { return is_beauty_name(l.name); });
     }
     if (at == layers.end()) {
-        at = std::find_if(layers.begin(), layers.end(), [](const NamedLayer& l) {
-            return l.is_bare && !is_data_name(l.name);
-        });
+        at = std::find_if(layers.begin(), layers.end(),
+                          [](const NamedLayer& l) { return l.is_bare && !is_data_name(l.name); });
     }
     return at == layers.end() ? nullptr : &*at;
 }

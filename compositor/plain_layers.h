@@ -10,8 +10,8 @@
 
 namespace velatura::compositor {
 
-/// A file of another renderer as rows of a mixer: each colour layer is a row that it is a part of the
-/// beauty, `rest` is what is left of the beauty without them. Names of data (albedo, normals,
+/// A file of another renderer as rows of a mixer: each colour layer is a row that it is a part of
+/// the beauty, `rest` is what is left of the beauty without them. Names of data (albedo, normals,
 /// Cycles' colour passes, Cryptomatte …) make no rows.
 struct PlainLayers {
     image::LayerHeader header;  ///< rows as groups, layers of family "plain" or "data", no closure

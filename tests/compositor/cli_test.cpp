@@ -223,6 +223,73 @@ TEST_F(Cli, NoiseTakesNoNonsense) {
     EXPECT_EQ(comp("noise " + file("whole.exr") + " -o /nonexistent_folder/n.exr").code, 1);
 }
 
+TEST_F(Cli, MixesASequence) {
+    for (const char* frame : {"01", "02", "04"}) {
+        fs::copy_file(file("whole.exr"), file(std::string("seq.") + frame + ".exr"),
+                      fs::copy_options::overwrite_existing);
+    }
+    const std::string all = "mix " + file("seq.##.exr") + " -o " + file("out.##.exr");
+    const Outcome there = comp(all + " --gain key=1@1,0@4");
+    EXPECT_EQ(there.code, 0) << there.output;
+    EXPECT_NE(there.output.find("has no frames 3"), std::string::npos) << there.output;
+    EXPECT_NE(there.output.find("(3 of 3)"), std::string::npos) << there.output;
+    EXPECT_EQ(comp("diff -q " + file("out.01.exr") + " " + file("out.04.exr")).code, 4);
+    EXPECT_EQ(comp("mix " + file("whole.exr") + " --mute key -o " + file("muted.exr")).code, 0);
+    EXPECT_EQ(comp("diff -q " + file("muted.exr") + " " + file("out.04.exr")).code, 0);
+    const Outcome asked = comp(all + " --frames 1-4 -q");
+    EXPECT_EQ(asked.code, 1);
+    EXPECT_NE(asked.output.find("1 of 4 frames are missing: 3"), std::string::npos) << asked.output;
+    EXPECT_EQ(comp(all + " --frames x").code, 2);
+    EXPECT_EQ(comp("mix " + file("seq.##.exr") + " -o " + file("one.exr")).code, 2);
+    EXPECT_EQ(comp("mix " + file("whole.exr") + " -o " + file("one.exr") + " --frames 1").code, 2);
+    const std::string keyed = "mix " + file("whole.exr") + " -o " + file("k.exr") + " --gain key=1@1,0@4";
+    EXPECT_EQ(comp(keyed).code, 2);
+    EXPECT_EQ(comp(keyed + " --frame 4").code, 0);
+    EXPECT_EQ(comp("diff -q " + file("muted.exr") + " " + file("k.exr")).code, 0);
+}
+
+TEST_F(Cli, ControlsKeepTheirOrderAndTheirMattes) {
+    const std::string saved = file("ordered.json");
+    const Outcome run =
+        comp("mix " + file("whole.exr") + " -o " + file("x.exr") + " --mute sky --gain key=2 --solo " +
+             "key --gain fill=3 --rows warm=key,fill --gain warm=0.5 --save-preset " + saved);
+    ASSERT_EQ(run.code, 0) << run.output;
+    const auto json = nlohmann::json::parse(*read_file(saved));
+    std::string order;
+    for (const auto& c : json["controls"])
+        order += c["do"].get<std::string>() + ":" + c["name"].get<std::string>() + " ";
+    EXPECT_EQ(order, "mute:sky gain:key solo:key gain:fill gain:warm ");
+    EXPECT_EQ(json["rows"]["warm"].size(), 2u);
+    const std::string mix = "mix " + file("whole.exr") + " -o " + file("m.exr");
+    const Outcome none = comp(mix + " --gain key=2 --matte CryptoObject:/World/Tree");
+    EXPECT_EQ(none.code, 2);
+    EXPECT_NE(none.output.find("no Cryptomatte 'CryptoObject'"), std::string::npos) << none.output;
+    EXPECT_EQ(comp(mix + " --matte CryptoObject:/World/Tree --gain key=2").code, 2);
+    // A picture of the same file cuts as well
+    const Outcome cut = comp(mix + " --gain key=0 --matte " + file("whole.exr") + ":A");
+    EXPECT_EQ(cut.code, 0) << cut.output;
+    const Outcome lenient = comp(mix + " --lenient --gain moon=2 --gain key=2");
+    EXPECT_EQ(lenient.code, 0);
+    EXPECT_NE(lenient.output.find("left out --gain moon"), std::string::npos) << lenient.output;
+}
+
+TEST_F(Cli, PresetDiffTellsWhatChanged) {
+    for (const char* look : {"a.json --gain key=2", "b.json --gain key=3 --mute sky"}) {
+        const std::string text = look;
+        const size_t space = text.find(' ');
+        ASSERT_EQ(comp("mix " + file("whole.exr") + " -o " + file("p.exr") + text.substr(space) +
+                       " --save-preset " + file(text.substr(0, space)))
+                      .code,
+                  0);
+    }
+    const Outcome diff = comp("preset diff " + file("a.json") + " " + file("b.json"));
+    EXPECT_EQ(diff.code, 4);
+    EXPECT_EQ(diff.output, "  --gain key 2 -> 3\n+ --mute sky on\n");
+    EXPECT_EQ(comp("preset diff " + file("a.json") + " " + file("a.json")).code, 0);
+    EXPECT_EQ(comp("preset diff " + file("a.json") + " " + file("none.json")).code, 1);
+    EXPECT_EQ(comp("preset").code, 2);
+}
+
 TEST_F(Cli, MergeGivesTheHashOfTheSingleRender) {
     const Outcome merged =
         comp("merge " + file("left.exr") + " " + file("right.exr") + " -o " + file("merged.exr"));
@@ -245,6 +312,10 @@ TEST_F(Cli, InfoListsLayersGroupsAndShares) {
         EXPECT_NE(text.output.find(word), std::string::npos) << word;
     }
     const auto json = nlohmann::json::parse(comp("info --json " + file("whole.exr")).output);
+    EXPECT_GT(json["channels"].get<int>(), 100);
+    EXPECT_GT(json["bytes"].get<size_t>(), 20u * 17u * 2u * 100u);
+    EXPECT_EQ(json["software"], "velatura");
+    EXPECT_NE(text.output.find("without compression"), std::string::npos);
     double bounces = 0, groups = 0;
     for (const auto& layer : json["layers"]) {
         if (layer["family"] == "bounces") bounces += layer["energyShare"].get<double>();

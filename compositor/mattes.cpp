@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/mattes.h"
+
+#include "base/nearest_names.h"
+#include "compositor/fold.h"
+#include "image/cryptomatte.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstring>
+
+namespace velatura::compositor {
+
+namespace {
+
+/// `!LAYER:PATTERN` in pieces.
+struct Request {
+    bool is_inverted = false;
+    std::string source, choice;
+    bool is_picture = false;
+};
+
+Result<Request> parse_request(const std::string& text) {
+    Request request;
+    request.is_inverted = text.starts_with('!');
+    const std::string rest = text.substr(request.is_inverted ? 1 : 0);
+    // A path may hold a colon itself, a prim path never ends in .exr
+    const size_t picture = rest.rfind(".exr:");
+    request.is_picture = picture != std::string::npos;
+    const size_t colon = request.is_picture ? picture + 4 : rest.find(':');
+    if (colon == 0 || colon == std::string::npos || colon + 1 == rest.size()) {
+        return Error{"bad-matte", fmt::format("'{}' is no matte; expected CryptoObject:PATTERN or "
+                                              "FILE.exr:CHANNEL",
+                                              text)};
+    }
+    request.source = rest.substr(0, colon);
+    request.choice = rest.substr(colon + 1);
+    return request;
+}
+
+std::vector<std::string> split(const std::string& text) {
+    std::vector<std::string> pieces;
+    size_t begin = 0;
+    for (size_t comma = 0; comma != std::string::npos; begin = comma + 1) {
+        comma = text.find(',', begin);
+        pieces.push_back(text.substr(begin, comma - begin));
+    }
+    return pieces;
+}
+
+/// `CryptoObject00.R` belongs to `CryptoObject`.
+bool is_level_of(const std::string& channel, const std::string& layer) {
+    return channel.size() > layer.size() && channel.starts_with(layer) &&
+           channel[layer.size()] >= '0' && channel[layer.size()] <= '9';
+}
+
+std::vector<image::ChannelPlace> level_channels(const image::Image& image,
+                                                const std::string& layer) {
+    std::vector<image::ChannelPlace> places;
+    for (size_t p = 0; p < image.parts.size(); ++p) {
+        for (size_t c = 0; c < image.parts[p].channels.size(); ++c) {
+            const image::Channel& channel = image.parts[p].channels[c];
+            if (is_level_of(channel.name, layer) && channel.type() == image::ChannelType::Float)
+                places.push_back({p, c});
+        }
+    }
+    return places;
+}
+
+/// A strip as an image of its own.
+image::Image strip_image(const image::Image& of,
+                         const std::vector<image::ChannelPlace>& places,
+                         const image::Strip& strip) {
+    image::Image image;
+    image.data = of.data;
+    image.data.y0 = strip.y0;
+    image.data.y1 = strip.y1;
+    image.parts.resize(1);
+    for (size_t i = 0; i < places.size(); ++i) {
+        const std::string& name = of.parts[places[i].part].channels[places[i].channel].name;
+        auto channel =
+            image::Channel::make(name, image::ChannelType::Float, image.data.pixel_count());
+        std::memcpy(channel.bytes(), strip.channels[i].values, channel.byte_count());
+        image.parts[0].channels.push_back(std::move(channel));
+    }
+    return image;
+}
+
+Result<std::vector<float>> cut_cryptomatte(const LayerStack& stack,
+                                           const image::StripReader* file,
+                                           const Request& request) {
+    const image::Image& image = stack.image();
+    const std::vector<image::Cryptomatte> mattes = image::cryptomattes_of(image);
+    std::string layer = request.source;
+    if (layer == "object") layer = image::matte_layer(image::MatteKind::Object);
+    if (layer == "material") layer = image::matte_layer(image::MatteKind::Material);
+    std::vector<std::string> names;
+    for (const image::Cryptomatte& m : mattes) names.push_back(m.layer);
+    const auto at = std::find(names.begin(), names.end(), layer);
+    if (at == names.end()) {
+        const std::string list = names.empty()
+                                     ? "the file has none"
+                                     : fmt::format("there are: {}", fmt::join(names, " "));
+        return Error{"matte-layer", fmt::format("no Cryptomatte '{}'{}; {}", request.source,
+                                                did_you_mean(request.source, names), list)};
+    }
+    const image::Cryptomatte& matte = mattes[size_t(at - names.begin())];
+    const auto ids = image::matte_ids(matte, split(request.choice));
+    if (!ids) return ids.error();
+    const auto places = level_channels(image, matte.layer);
+    if (places.empty())
+        return Error{"matte-layer", fmt::format("there are no channels {}00.R …", matte.layer)};
+
+    std::vector<float> values(image.data.pixel_count());
+    const auto cut = [&](const image::Strip& strip) {
+        const auto part =
+            image::matte_coverage(strip_image(image, places, strip), matte.layer, *ids);
+        if (!part) return;
+        std::copy(part->begin(), part->end(),
+                  values.begin() + std::ptrdiff_t(image.data.index(image.data.x0, strip.y0)));
+    };
+    if (file) {
+        if (auto done = file->read(places, cut); !done) return done.error();
+    } else {
+        image::for_each_strip(image, places, cut);
+    }
+    return values;
+}
+
+Result<std::vector<float>> read_picture(const LayerStack& stack, const Request& request) {
+    const auto file = image::StripReader::open(request.source);
+    if (!file) return file.error();
+    const image::Image& picture = file->description();
+    std::vector<std::string> names;
+    std::vector<image::ChannelPlace> places;
+    for (size_t p = 0; p < picture.parts.size(); ++p) {
+        for (size_t c = 0; c < picture.parts[p].channels.size(); ++c) {
+            names.push_back(picture.parts[p].channels[c].name);
+            places.push_back({p, c});
+        }
+    }
+    const auto at = std::find(names.begin(), names.end(), request.choice);
+    if (at == names.end()) {
+        return Error{"matte-channel",
+                     fmt::format("{} has no channel '{}'{}", request.source, request.choice,
+                                 did_you_mean(request.choice, names))};
+    }
+    const image::Window &a = picture.data, &b = stack.image().data;
+    if (a != b) {
+        return Error{
+            "matte-window",
+            fmt::format("the matte {} has {}×{} pixels at {},{}, the layers {}×{} at {},{}",
+                        request.source, a.width(), a.height(), a.x0, a.y0, b.width(), b.height(),
+                        b.x0, b.y0)};
+    }
+    const auto channel = file->read_channel(places[size_t(at - names.begin())]);
+    if (!channel) return channel.error();
+    std::vector<float> values(b.pixel_count());
+    load_row({channel->type(), channel->bytes()}, 0, values.size(), values.data());
+    return values;
+}
+
+}  // namespace
+
+Result<Matte> load_matte(const LayerStack& stack,
+                         const image::StripReader* file,
+                         const std::string& text) {
+    const auto request = parse_request(text);
+    if (!request) return request.error();
+    auto values = request->is_picture ? read_picture(stack, *request)
+                                      : cut_cryptomatte(stack, file, *request);
+    if (!values) return values.error();
+    for (float& v : *values) {
+        v = std::clamp(v, 0.0f, 1.0f);
+        if (request->is_inverted) v = 1.0f - v;
+    }
+    return Matte{text, std::make_shared<const std::vector<float>>(std::move(*values))};
+}
+
+}  // namespace velatura::compositor

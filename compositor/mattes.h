@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/result.h"
+#include "compositor/layer_stack.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace velatura::compositor {
+
+/// How far a control reaches into each pixel, 0 … 1.
+struct Matte {
+    std::string text;                                  ///< as typed
+    std::shared_ptr<const std::vector<float>> values;  ///< [pixel of the data window]
+};
+
+/// Reads what `--matte` names: `LAYER:PATTERN,PATTERN …` cuts a Cryptomatte of the file
+/// (image/cryptomatte.h; LAYER may be `object` or `material`), `FILE.exr:CHANNEL` takes a channel
+/// of a picture over the same pixels; `!` before either turns it inside out. Values are clamped to
+/// [0, 1]; those that are not finite count as 0. `file` is needed where the stack has no pixels.
+/// Errors: "bad-matte" (usage), "matte-layer", "matte-name", "matte-channel", "matte-window",
+/// "io-open", "io-read".
+Result<Matte> load_matte(const LayerStack& stack,
+                         const image::StripReader* file,
+                         const std::string& text);
+
+}  // namespace velatura::compositor

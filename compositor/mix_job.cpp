@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/mix_job.h"
+
+#include "base/tasks.h"
+#include "compositor/mix.h"
+#include "compositor/sequence.h"
+#include "image/layer_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <filesystem>
+#include <mutex>
+#include <thread>
+
+namespace velatura::compositor {
+
+namespace {
+
+/// The mixed picture, the copy that is read back, and what a display transform needs.
+constexpr size_t picture_bytes_per_pixel = 48;
+/// Readers of a frame need as much again, four times where there is room.
+constexpr size_t fewest_strip_bytes = size_t(64) << 20;
+
+bool is_exr_path(const std::string& path) {
+    return path.ends_with(".exr") || path.ends_with(".EXR");
+}
+
+std::string describe(const NotFiniteLayer& layer) {
+    return fmt::format("{} values of {} are not finite (the first at pixel {},{})", layer.values,
+                       layer.layer, layer.x, layer.y);
+}
+
+/// How many frames fit at once, and what the readers of each may take.
+struct Share {
+    size_t frames = 1, strip_bytes = fewest_strip_bytes;
+};
+
+Share share_of(const MixJob& job, const std::vector<int>& frames) {
+    size_t pixels = 0;
+    for (const int frame : frames) {
+        const auto file = image::StripReader::open(frame_path(job.input, frame));
+        if (!file) continue;
+        pixels = file->description().data.pixel_count();
+        break;
+    }
+    Share share;
+    const size_t picture = pixels * picture_bytes_per_pixel;
+    share.frames = std::clamp<size_t>(job.memory_bytes / (picture + fewest_strip_bytes), 1,
+                                      std::min(frames.size(), size_t(thread_count())));
+    const size_t for_each = job.memory_bytes / share.frames;
+    share.strip_bytes = std::max(fewest_strip_bytes, for_each > picture ? for_each - picture : 0);
+    return share;
+}
+
+FrameOutcome mix_frame(const MixJob& job, int frame, size_t strip_bytes) {
+    FrameOutcome outcome;
+    outcome.frame = frame;
+    outcome.output = frame_path(job.output, frame);
+    const std::string input = frame_path(job.input, frame);
+    std::error_code error;
+    if (!std::filesystem::exists(input, error)) {
+        outcome.error =
+            Error{"frame-missing", fmt::format("frame {}: {} is not there", frame, input)};
+        return outcome;
+    }
+    try {
+        auto mixed = mix_one(job, input, outcome.output, double(frame), strip_bytes);
+        if (mixed) {
+            outcome.warnings = std::move(*mixed);
+        } else {
+            outcome.error = Error{mixed.error().code,
+                                  fmt::format("frame {}: {}", frame, mixed.error().message)};
+        }
+    } catch (const std::exception& e) {
+        outcome.error = Error{"io-read", fmt::format("frame {}: {}", frame, e.what())};
+    }
+    return outcome;
+}
+
+}  // namespace
+
+Result<std::vector<std::string>> mix_one(const MixJob& job,
+                                         const std::string& input,
+                                         const std::string& output,
+                                         std::optional<double> frame,
+                                         size_t strip_bytes) {
+    std::vector<std::string> warnings;
+    const auto file = image::StripReader::open(input);
+    if (!file) return file.error();
+    const auto layout = LayerStack::describe(*file, input, ForeignFiles::Plain);
+    if (!layout) return layout.error();
+    for (const std::string& part : file->foreign_parts())
+        warnings.push_back(
+            fmt::format("{}: part {} has other pixels and is left out", input, part));
+    if (layout->is_plain() && job.with_layers)
+        return Error{"not-layers",
+                     fmt::format("{} has no light layers of Velatura to store again", input)};
+
+    Look look = job.look;
+    if (has_keys(look)) {
+        if (!frame) return Error{"no-frame", "the look has keys; say at which --frame"};
+        look = look_at(std::move(look), *frame);
+    }
+    if (job.is_lenient) {
+        FittedLook fitted = fit_look(*layout, look, &*file);
+        for (const std::string& line : fitted.left_out)
+            warnings.push_back(fmt::format("{}: left out {}", input, line));
+        look = std::move(fitted.look);
+    }
+    const auto plan = plan_mix(*layout, look, &*file);
+    if (!plan) return Error{plan.error().code, fmt::format("{}: {}", input, plan.error().message)};
+    for (const std::string& note : plan->notes) warnings.push_back(input + ": " + note);
+
+    const bool is_linear = is_exr_path(output);
+    std::vector<NotFiniteLayer> not_finite;
+    const auto mixed = mix_file(*file, *layout, *plan, look, job.with_layers && is_linear,
+                                &not_finite, strip_bytes);
+    if (!mixed) return mixed.error();
+    if (!not_finite.empty() && job.is_strict)
+        return Error{"not-finite", fmt::format("{}: {}", input, describe(not_finite[0]))};
+    for (const NotFiniteLayer& layer : not_finite)
+        warnings.push_back(fmt::format("{}: {} and count as 0", input, describe(layer)));
+
+    const auto written =
+        is_linear ? image::write_image_file(output, *mixed) : write_display(output, *mixed, look);
+    if (!written) return written.error();
+    return warnings;
+}
+
+void mix_sequence(const MixJob& job,
+                  const std::vector<int>& frames,
+                  const std::function<void(const FrameOutcome&)>& told) {
+    const Share share = share_of(job, frames);
+    std::atomic<size_t> next = 0;
+    std::mutex mutex;
+    const auto work = [&] {
+        for (size_t i = next++; i < frames.size(); i = next++) {
+            const FrameOutcome outcome = mix_frame(job, frames[i], share.strip_bytes);
+            const std::scoped_lock lock(mutex);
+            told(outcome);
+        }
+    };
+    // Threads of their own: a task that waits for its strips would take up another frame, and with
+    // it the memory of one more
+    std::vector<std::jthread> workers;
+    for (size_t i = 1; i < share.frames; ++i) workers.emplace_back(work);
+    work();
+}
+
+}  // namespace velatura::compositor

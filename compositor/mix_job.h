@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/result.h"
+#include "compositor/controls.h"
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace velatura::compositor {
+
+/// What `velatura-comp mix` does with a file, or with each frame of a sequence.
+struct MixJob {
+    std::string input, output;  ///< .exr → .exr, .png or .jpg; both may be sequences (sequence.h)
+    Look look;
+    bool with_layers = false;
+    bool is_lenient = false;                ///< leaves out what the file lacks
+    bool is_strict = false;                 ///< refuses values that are not finite
+    size_t memory_bytes = size_t(4) << 30;  ///< for all frames at work, of a sequence
+};
+
+/// Mixes one file and writes the result under a temporary name, renamed when it is whole. Returns:
+/// warnings. `frame` is where keys of the look are read.
+/// Errors: "no-frame" (keys and no frame), "not-finite" (strict), and those of opening, planning
+/// and writing.
+Result<std::vector<std::string>> mix_one(const MixJob& job,
+                                         const std::string& input,
+                                         const std::string& output,
+                                         std::optional<double> frame,
+                                         size_t strip_bytes);
+
+/// What became of a frame.
+struct FrameOutcome {
+    int frame = 0;
+    std::string output;
+    std::vector<std::string> warnings;
+    std::optional<Error> error;  ///< "frame-missing", or as mix_one
+};
+
+/// Mixes frames side by side, as many as the memory allows. `told` is called once per frame, by one
+/// thread at a time.
+void mix_sequence(const MixJob& job,
+                  const std::vector<int>& frames,
+                  const std::function<void(const FrameOutcome&)>& told);
+
+}  // namespace velatura::compositor

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files that are not what the mixer hopes for: of other renderers, damaged, with NaN.
+#include "base/atomic_file.h"
+#include "compositor/made_layers.h"
+#include "compositor/mix.h"
+#include "compositor/mix_job.h"
+#include "compositor/test_stack.h"
+#include "image/exr.h"
+#include "image/layer_check.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace velatura::compositor {
+namespace {
+
+using enum Control::Kind;
+
+image::Image mixed(const LayerStack& stack, const Look& look) {
+    const auto plan = plan_mix(stack, look);
+    EXPECT_TRUE(plan.has_value()) << plan.error().message;
+    return apply_mix(stack, *plan, look, false);
+}
+
+LayerStack plain(const std::vector<std::pair<std::string, std::vector<std::string>>>& parts) {
+    auto stack = LayerStack::from_image(made_foreign(parts), ForeignFiles::Plain);
+    EXPECT_TRUE(stack.has_value()) << stack.error().message;
+    return std::move(*stack);
+}
+
+TEST(Foreign, LayersAreRowsAndRestIsWhatTheyLeave) {
+    // As Cycles names them
+    const LayerStack stack =
+        plain({{"",
+                {"ViewLayer.Combined.R", "ViewLayer.Combined.G", "ViewLayer.Combined.B",
+                 "ViewLayer.Combined.A", "ViewLayer.key.R", "ViewLayer.key.G", "ViewLayer.key.B",
+                 "ViewLayer.DiffCol.R", "ViewLayer.DiffCol.G", "ViewLayer.DiffCol.B",
+                 "ViewLayer.Depth.Z"}}});
+    EXPECT_TRUE(stack.is_plain());
+    EXPECT_EQ(stack.group_names(), (std::vector<std::string>{"key", "rest"}));
+    const auto beauty = [](size_t i) { return made_value("ViewLayer.Combined.R", i); };
+    const auto key = [](size_t i) { return made_value("ViewLayer.key.R", i); };
+    const auto unit = mixed(stack, {}), gained = mixed(stack, look_of({{Gain, "key=3"}})),
+               solo = mixed(stack, look_of({{Solo, "key"}})),
+               rest = mixed(stack, look_of({{Mute, "rest"}, {Gain, "key=2"}}));
+    for (size_t i = 0; i < stack.image().data.pixel_count(); ++i) {
+        ASSERT_EQ(unit.find("R")->value(i), beauty(i));
+        ASSERT_EQ(gained.find("R")->value(i), beauty(i) + 2.0f * key(i));
+        ASSERT_EQ(solo.find("R")->value(i), key(i));
+        ASSERT_EQ(rest.find("R")->value(i), 2.0f * key(i));
+        ASSERT_EQ(unit.find("A")->value(i), made_value("ViewLayer.Combined.A", i));
+    }
+    // The result is a file of Velatura
+    const auto again = LayerStack::from_image(mixed(stack, {}));
+    ASSERT_TRUE(again.has_value());
+    EXPECT_TRUE(image::check_layers(again->image(), again->header()).is_good());
+}
+
+TEST(Foreign, PartsWithBareChannelsAreLayersByTheirNames) {
+    // As Arnold and Nuke write parts
+    const LayerStack arnold = plain({{"RGBA", {"R", "G", "B", "A"}},
+                                     {"RGBA_key", {"R", "G", "B"}},
+                                     {"N", {"R", "G", "B"}},
+                                     {"specular", {"specular.R", "specular.G", "specular.B"}}});
+    EXPECT_EQ(arnold.group_names(), (std::vector<std::string>{"RGBA_key", "specular", "rest"}));
+    // As pbrt's film has them
+    const LayerStack pbrt =
+        plain({{"", {"R", "G", "B", "Albedo.R", "Albedo.G", "Albedo.B", "P.X", "P.Y", "P.Z"}}});
+    EXPECT_EQ(pbrt.group_names(), (std::vector<std::string>{"rest"}));
+    EXPECT_EQ(plan_mix(pbrt, look_of({{Gain, "all=2"}}))->terms.size(), 1u);
+    const auto none =
+        LayerStack::from_image(made_foreign({{"", {"Z", "N.X"}}}), ForeignFiles::Plain);
+    EXPECT_EQ(none.error().code, "not-layers");
+    EXPECT_EQ(LayerStack::from_image(made_foreign({{"", {"R", "G", "B"}}})).error().code,
+              "not-layers");
+}
+
+TEST(Damaged, ALayerThatWasTakenOutIsNamed) {
+    image::Image image = made_layers();
+    auto& channels = image.parts[1].channels;
+    std::erase_if(channels, [](const image::Channel& c) { return c.name == "tail_key.G"; });
+    const auto stack = LayerStack::from_image(std::move(image));
+    ASSERT_TRUE(stack.has_value());
+    const auto plan = plan_mix(*stack, {});
+    ASSERT_FALSE(plan.has_value());
+    EXPECT_EQ(plan.error().code, "layer-missing");
+    EXPECT_NE(plan.error().message.find("tail_key"), std::string::npos);
+}
+
+TEST(Damaged, APartOfAnotherSizeIsLeftOutByName) {
+    image::Image image = made_foreign({{"beauty", {"R", "G", "B"}}});
+    const std::string path = film::temporary_file("one_size.exr");
+    ASSERT_TRUE(image::write_exr(path, image).has_value());
+    EXPECT_TRUE(image::StripReader::open(path)->foreign_parts().empty());
+}
+
+/// The made file with a NaN and two infinities in one layer.
+std::string file_with_nan(const std::string& name) {
+    image::Image image = made_layers();
+    auto& values = std::get<std::vector<float>>(image.parts[1].channels[4].data);
+    values[40] = std::numeric_limits<float>::quiet_NaN();
+    values[90] = -std::numeric_limits<float>::infinity();
+    values[91] = std::numeric_limits<float>::infinity();
+    const std::string path = film::temporary_file(name);
+    EXPECT_TRUE(image::write_exr(path, image).has_value());
+    return path;
+}
+
+TEST(Damaged, NanCountsAsNothingAndIsTold) {
+    const std::string path = file_with_nan("nan.exr");
+    const auto stack = LayerStack::load(path);
+    ASSERT_TRUE(stack.has_value());
+    std::vector<NotFiniteLayer> found;
+    const auto picture = apply_mix(*stack, *plan_mix(*stack, {}), {}, false, &found);
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_EQ(found[0].layer, "b1_key");
+    EXPECT_EQ(found[0].values, 3u);
+    EXPECT_EQ(found[0].x, 40 - 37);
+    EXPECT_EQ(found[0].y, 1);
+    for (const char* c : {"R", "G", "B"}) {
+        for (size_t i = 0; i < picture.find(c)->size(); ++i)
+            ASSERT_TRUE(std::isfinite(picture.find(c)->value(i)));
+    }
+    float fold = 0.0f;
+    for (const std::string layer : {"b0_key", "tail_key", "b1_fill", "tail_fill"})
+        fold += made_value(layer + ".G", 40);
+    EXPECT_EQ(picture.find("G")->value(40), fold);
+    // A muted layer is not even looked at
+    found.clear();
+    const Look mute = look_of({{Mute, "key:b1"}});
+    apply_mix(*stack, *plan_mix(*stack, mute), mute, false, &found);
+    EXPECT_TRUE(found.empty());
+}
+
+TEST(Damaged, HalvesAreReadToTheLastBit) {
+    image::Image image = made_foreign({{"", {"R", "G", "B"}}});
+    auto halves = image::Channel::make("R", image::ChannelType::Half, image.data.pixel_count());
+    auto& values = std::get<std::vector<Imath::half>>(halves.data);
+    const auto bits_of = [](size_t i) { return uint16_t(i * 85 + 7); };
+    for (size_t i = 0; i < values.size(); ++i) values[i].setBits(bits_of(i));
+    image.parts[0].channels[0] = halves;
+    const auto stack = LayerStack::from_image(image, ForeignFiles::Plain);
+    const auto picture = apply_mix(*stack, *plan_mix(*stack, {}), {}, false);
+    for (size_t i = 0; i < values.size(); ++i) {
+        const float value = float(values[i]);
+        ASSERT_EQ(picture.find("R")->value(i), std::isfinite(value) ? value : 0.0f) << bits_of(i);
+    }
+}
+
+TEST(MixJob, RefusesNanWhenStrict) {
+    MixJob job;
+    const std::string input = file_with_nan("strict.exr"), output = film::temporary_file("o.exr");
+    const auto lax = mix_one(job, input, output, {}, size_t(1) << 20);
+    ASSERT_TRUE(lax.has_value()) << lax.error().message;
+    ASSERT_EQ(lax->size(), 1u);
+    EXPECT_NE((*lax)[0].find("3 values of b1_key are not finite (the first at pixel 3,1)"),
+              std::string::npos)
+        << (*lax)[0];
+    job.is_strict = true;
+    EXPECT_EQ(mix_one(job, input, output, {}, size_t(1) << 20).error().code, "not-finite");
+}
+
+TEST(MixJob, AFileGivesTheBitsOfTheImageInMemory) {
+    film::LayerSet set = film::test_layer_set();
+    set.matrix_layers = set.shadow_layers = true;
+    film::Film film({0, 0, 50, 43}, set);
+    film::render(film, 0, 4);
+    const Look look = look_of(
+        {{Gain, "indirect=+1.3st"}, {Shadow, "fill=0.3"}, {Tint, "key=1,.9,.8"}, {Mute, "sky"}});
+    for (const image::Layout layout :
+         {image::Layout::MultiPart, image::Layout::SinglePart, image::Layout::Split}) {
+        const std::string path = film::temporary_file("laid_out.exr");
+        film::FileInfo info;
+        info.layout = layout;
+        ASSERT_TRUE(film.write(path, info).has_value());
+        const auto file = image::StripReader::open(path);
+        ASSERT_TRUE(file.has_value());
+        const auto layers = LayerStack::describe(*file, path), stack = LayerStack::load(path);
+        for (const bool with_layers : {false, true}) {
+            const auto a = mix_file(*file, *layers, *plan_mix(*layers, look), look, with_layers);
+            const auto b = apply_mix(*stack, *plan_mix(*stack, look), look, with_layers);
+            ASSERT_TRUE(a.has_value());
+            ASSERT_EQ(a->parts.size(), b.parts.size());
+            for (size_t p = 0; p < b.parts.size(); ++p) {
+                for (size_t c = 0; c < b.parts[p].channels.size(); ++c)
+                    EXPECT_EQ(a->parts[p].channels[c].data, b.parts[p].channels[c].data);
+            }
+            EXPECT_EQ(a->attributes, b.attributes);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace velatura::compositor

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "image/image.h"
+#include "image/layer_header.h"
+
+#include <string>
+#include <vector>
+
+namespace velatura::compositor {
+
+/// A file of layers made by hand: 2 groups × (b0 b1 tail) as floats, S_<group> and its casters
+/// `tree` and `rest`, clamp layers of some cells. Values are functions of pixel and name.
+image::Image made_layers();
+
+/// One value of a made layer.
+float made_value(const std::string& channel, size_t pixel);
+
+/// A picture of channels with made values and without any header of Velatura, in parts by name.
+image::Image made_foreign(
+    const std::vector<std::pair<std::string, std::vector<std::string>>>& parts);
+
+}  // namespace velatura::compositor

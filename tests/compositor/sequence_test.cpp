@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/sequence.h"
+
+#include "base/atomic_file.h"
+#include "compositor/mix_job.h"
+#include "compositor/test_stack.h"
+#include "image/exr.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <map>
+
+namespace velatura::compositor {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(Sequence, NamesFilesByFrame) {
+    EXPECT_TRUE(is_sequence("a/shot.####.exr"));
+    EXPECT_TRUE(is_sequence("shot.%04d.exr"));
+    for (const char* one : {"shot.exr", "a#b/shot.exr", "50%.exr", "%s.exr"})
+        EXPECT_FALSE(is_sequence(one)) << one;
+    EXPECT_EQ(frame_path("a/shot.####.exr", 7), "a/shot.0007.exr");
+    EXPECT_EQ(frame_path("shot.#.exr", 12345), "shot.12345.exr");
+    EXPECT_EQ(frame_path("shot.%03d.exr", 7), "shot.007.exr");
+    EXPECT_EQ(frame_path("shot_%d.png", 7), "shot_7.png");
+}
+
+TEST(Sequence, ReadsListsOfFrames) {
+    EXPECT_EQ(*parse_frames("7"), (std::vector<int>{7}));
+    EXPECT_EQ(*parse_frames("1-9x3"), (std::vector<int>{1, 4, 7}));
+    EXPECT_EQ(*parse_frames("10,1-3,2"), (std::vector<int>{1, 2, 3, 10}));
+    for (const char* bad : {"", "a", "3-1", "1-5x0", "1,,2", "-4", "1-99999999999", "0-9000000"})
+        EXPECT_EQ(parse_frames(bad).error().code, "bad-frames") << bad;
+    EXPECT_EQ(frame_list({1, 2, 3, 7, 9, 10}), "1-3,7,9-10");
+    EXPECT_EQ(frame_list({}), "");
+}
+
+TEST(Sequence, FindsFramesOnDisk) {
+    const std::string pattern = film::temporary_file("found.##.exr");
+    for (const char* name : {"found.03.exr", "found.1.exr", "found.12.exr", "found.100.exr",
+                             "found.xx.exr", "found.07.png"})
+        ASSERT_TRUE(write_file_atomically(film::temporary_file(name), "x").has_value());
+    EXPECT_EQ(frames_on_disk(pattern), (std::vector<int>{3, 12, 100}));
+    EXPECT_TRUE(frames_on_disk("/nonexistent_folder/a.##.exr").empty());
+}
+
+TEST(Keys, AreLinearBetweenFrames) {
+    const auto at = [](Control::Kind kind, const char* text, double frame) {
+        Look look = look_of({{kind, text}});
+        return look_at(std::move(look), frame).controls[0].factor;
+    };
+    using enum Control::Kind;
+    EXPECT_EQ(at(Gain, "key=1@1,2@3", 1)[0], 1.0f);
+    EXPECT_EQ(at(Gain, "key=1@1,2@3", 2)[0], 1.5f);
+    EXPECT_EQ(at(Gain, "key=1@1,2@3", 9)[0], 2.0f);
+    EXPECT_EQ(at(Gain, "key=2@3,1@1", 0)[0], 1.0f);
+    // All in stops: linear in stops
+    EXPECT_EQ(at(Gain, "key=0st@0,2st@2", 1)[0], 2.0f);
+    EXPECT_EQ(at(Gain, "key=1@0,+2st@2", 1)[0], 2.5f);
+    EXPECT_EQ(at(Tint, "key=1,1,1@0,0,.5,1@4", 2), (std::array<float, 3>{0.5f, 0.75f, 1.0f}));
+    EXPECT_EQ(at(Kelvin, "key=3000@0,5000@2", 1), kelvin_tint(4000.0f));
+    EXPECT_EQ(at(Shadow, "key=0@0,1@4", 1)[0], 0.25f);
+    for (const char* bad : {"key=1@", "key=@1", "key=1@1,2", "key=1@1,2@1", "key=1@x", "key=-1@2"})
+        EXPECT_FALSE(parse_control(Gain, bad).has_value()) << bad;
+    const Look keyed = look_of({{Gain, "key=1@1,2@3"}});
+    EXPECT_TRUE(has_keys(keyed));
+    EXPECT_FALSE(has_keys(look_of({{Gain, "key=2"}})));
+    EXPECT_EQ(look_at(*look_from_json(look_to_json(keyed)), 2).controls[0].factor[0], 1.5f);
+    const auto json = look_from_json(
+        R"({"schema": "velatura.look/1", "controls": [
+            {"do": "gain", "name": "key", "keys": {"10": 2, "9": "+0st"}}]})");
+    ASSERT_TRUE(json.has_value()) << json.error().message;
+    EXPECT_EQ(look_at(*json, 9.5).controls[0].factor[0], 1.5f);
+}
+
+TEST(Presets, DifferencesAreToldControlByControl) {
+    using enum Control::Kind;
+    Look a = look_of({{Gain, "key=2"}, {Mute, "sky"}, {Shadow, "key=0.5"}});
+    Look b = look_of({{Gain, "key=3"}, {Shadow, "key=0.5"}, {Tint, "fill=1,1,0"}});
+    b.exposure_stops = 1;
+    b.view = "Raw";
+    b.rows["warm"] = {"key", "fill"};
+    EXPECT_EQ(
+        look_differences(a, b),
+        (std::vector<std::string>{"  --gain key 2 -> 3", "- --mute sky on", "+ --tint fill 1,1,0",
+                                  "+ --rows warm key,fill", "+ --exposure 1", "+ --view Raw"}));
+    EXPECT_TRUE(look_differences(a, a).empty());
+    b.controls[0].matte = "object:tree";
+    const auto back = look_from_json(look_to_json(b));
+    ASSERT_TRUE(back.has_value()) << back.error().message;
+    EXPECT_TRUE(look_differences(b, *back).empty());
+}
+
+TEST(Sequence, MixesFramesAndReportsThoseThatAreMissing) {
+    for (const int frame : {1, 2, 4}) {
+        film::Film film({0, 0, 24, 18}, film::test_layer_set());
+        film::render(film, uint64_t(frame), uint64_t(frame + 2));
+        ASSERT_TRUE(
+            film.write(frame_path(film::temporary_file("seq.##.exr"), frame), {}).has_value());
+    }
+    ASSERT_TRUE(write_file_atomically(film::temporary_file("seq.05.exr"), "no image").has_value());
+    MixJob job;
+    job.input = film::temporary_file("seq.##.exr");
+    job.output = film::temporary_file("mixed.##.exr");
+    job.look = look_of({{Control::Kind::Gain, "all=1@1,4@4"}});
+    std::map<int, FrameOutcome> outcomes;
+    mix_sequence(job, {1, 2, 3, 4, 5}, [&](const FrameOutcome& o) { outcomes[o.frame] = o; });
+    ASSERT_EQ(outcomes.size(), 5u);
+    EXPECT_EQ(outcomes[3].error->code, "frame-missing");
+    EXPECT_EQ(outcomes[5].error->code, "io-open");
+    EXPECT_FALSE(fs::exists(frame_path(job.output, 5)));
+    for (const int frame : {1, 2, 4}) {
+        ASSERT_FALSE(outcomes[frame].error) << outcomes[frame].error->message;
+        const auto before = image::read_exr(frame_path(job.input, frame)),
+                   after = image::read_exr(frame_path(job.output, frame));
+        ASSERT_TRUE(before.has_value() && after.has_value());
+        for (size_t i = 0; i < before->data.pixel_count(); ++i) {
+            const float expected = float(frame) * before->find("G")->value(i);
+            ASSERT_NEAR(after->find("G")->value(i), expected, 1e-5f * (1.0f + std::abs(expected)));
+        }
+    }
+    EXPECT_EQ(mix_one(job, frame_path(job.input, 1), frame_path(job.output, 1), {}, 1).error().code,
+              "no-frame");
+}
+
+}  // namespace
+}  // namespace velatura::compositor
