@@ -150,7 +150,7 @@ Result<Canvas> contact_sheet(const image::Image& image, const SheetOptions& opti
                         layers.size())};
     }
     const auto transform =
-        image::DisplayTransform::make(options.display, options.view, working_space_of(image));
+        image::DisplayTransform::make(options.display, options.view, image::working_space_of(image));
     if (!transform) return transform.error();
 
     const auto beauty = layers_of(image);

@@ -31,6 +31,21 @@ std::string channel_list(const std::string& layer) {
     return layer == "rgba" ? "R,G,B" : fmt::format("{0}.R,{0}.G,{0}.B", layer);
 }
 
+std::array<float, 3> scaled(std::array<float, 3> gain, float factor) {
+    for (float& g : gain) g *= factor;
+    return gain;
+}
+
+/// Unless it would add nothing.
+void add_term(const LayerStack& stack,
+              const std::string& layer,
+              const std::array<float, 3>& gain,
+              MixRecipe& recipe) {
+    const image::Channel* red = stack.channel(layer, 0);
+    if (!red || is_silent(gain)) return;
+    recipe.terms.push_back({layer, part_of(stack.image(), red->name), gain});
+}
+
 /// For a POSIX shell.
 std::string shell_quoted(const std::string& text) {
     std::string quoted = "'";
@@ -88,12 +103,17 @@ Result<MixRecipe> mix_recipe(const LayerStack& stack,
     terms.insert(terms.end(), plan.shadow_terms.begin(), plan.shadow_terms.end());
     const float exposure = std::exp2(look.exposure_stops);
     for (const MixPlan::Term& term : terms) {
-        const image::Channel* red = stack.channel(term.layer, 0);
-        if (!red || is_silent(term.gain)) continue;
-        recipe.terms.push_back(
-            {term.layer,
-             part_of(image, red->name),
-             {term.gain[0] * exposure, term.gain[1] * exposure, term.gain[2] * exposure}});
+        if (has_mattes(term)) {
+            return Error{"export-matte",
+                         fmt::format("{} is gained within a matte, which a script cannot say: "
+                                     "leave --matte out, or mix to .exr",
+                                     term.layer)};
+        }
+        const std::array<float, 3> gain = scaled(term.gain, exposure);
+        add_term(stack, term.layer, gain, recipe);
+        // What a clamp took is gained as the rest of its layer
+        if (term.clamp_layer.empty()) continue;
+        add_term(stack, term.clamp_layer, scaled(gain, plan.clamp_share(term, 0)), recipe);
     }
     // All muted: black, of the right size
     if (recipe.terms.empty()) recipe.terms.push_back({"rgba", part_of(image, "R"), {0, 0, 0}});

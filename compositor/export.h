@@ -3,7 +3,7 @@
 
 #include "base/result.h"
 #include "compositor/layer_stack.h"
-#include "compositor/mix.h"
+#include "compositor/mix_plan.h"
 
 #include <array>
 #include <string>
@@ -28,7 +28,8 @@ struct MixRecipe {
     std::string look;           ///< JSON, one line
 };
 
-/// Errors: "export-split" (a file whose layers lie in files beside it).
+/// Errors: "export-split" (a file whose layers lie in files beside it), "export-matte" (gains that
+/// are not the same for every pixel).
 Result<MixRecipe> mix_recipe(const LayerStack& stack,
                              const MixPlan& plan,
                              const Look& look,

@@ -30,7 +30,7 @@ const std::map<std::string, Writer>& writers() {
 }
 
 int run_export(const ExportOptions& o) {
-    const auto look = o.look.look();
+    const auto look = o.look.look_of_frame();
     if (!look) return report(look.error());
     const auto stack = LayerStack::load(o.input);
     if (!stack) return report(stack.error());

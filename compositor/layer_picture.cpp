@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <unordered_map>
@@ -66,13 +68,14 @@ Box box_of(const image::Window& frame, int width, int height, int x, int y) {
     return box;
 }
 
-/// Means of the channels over a box; of ids the pixel in its middle. Zero outside the data window.
+/// Means of the channels over a box; of ids and mattes the pixel in its middle. Zero outside the
+/// data window.
 std::array<float, 3> sampled(const image::Window& data,
                              const LayerChannels& layer,
                              Kind kind,
                              Box box) {
     std::array<double, 3> sums{};
-    if (kind == Kind::Ids) {
+    if (kind == Kind::Ids || kind == Kind::Matte) {
         box.x0 = (box.x0 + box.x1) / 2;
         box.y0 = (box.y0 + box.y1) / 2;
         box.x1 = box.x0 + 1;
@@ -129,6 +132,10 @@ Colour false_colour(Kind kind, const std::array<float, 3>& v, const std::array<R
             return {ranges[0].share(v[0]), ranges[1].share(v[1]), ranges[2].share(v[2])};
         case Kind::Plane:
             return {v[0] - std::floor(v[0]), v[1] - std::floor(v[1]), 0.0f};
+        case Kind::Matte: {
+            const Colour colour = colour_of_id(float(std::bit_cast<uint32_t>(v[0]) >> 8));
+            return {v[1] * colour[0], v[1] * colour[1], v[1] * colour[2]};
+        }
         case Kind::Ids:
             return v[0] >= 4294967040.0f ? Colour{} : colour_of_id(v[0]);
         default:
@@ -141,6 +148,8 @@ Colour false_colour(Kind kind, const std::array<float, 3>& v, const std::array<R
 LayerChannels::Kind LayerChannels::kind() const {
     const bool is_whole = channels[0]->type() == image::ChannelType::Uint;
     if (is_whole) return name.find("Id") != std::string::npos ? Kind::Ids : Kind::Scalar;
+    const bool is_ranked = name.starts_with("Crypto") && std::isdigit(uint8_t(name.back())) != 0;
+    if (is_ranked && channels.size() >= 2) return Kind::Matte;
     if (channels.size() == 2) return Kind::Plane;
     if (channels.size() < 3) return Kind::Scalar;
     if (suffix_of(*channels[0]) == "R") return name == "albedo" ? Kind::Albedo : Kind::Light;
@@ -166,13 +175,6 @@ std::vector<LayerChannels> layers_of(const image::Image& image) {
                          });
     }
     return layers;
-}
-
-std::string working_space_of(const image::Image& image) {
-    const auto at = image.attributes.find("chromaticities");
-    const auto* primaries =
-        at == image.attributes.end() ? nullptr : std::get_if<image::Chromaticities>(&at->second);
-    return primaries && std::abs((*primaries)[0] - 0.713f) < 0.002f ? "ACEScg" : "";
 }
 
 double mean_luminance(const LayerChannels& layer) {

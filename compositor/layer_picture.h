@@ -18,6 +18,7 @@ struct LayerChannels {
         Position,   ///< X Y Z anywhere
         Plane,      ///< two channels, texture coordinates
         Ids,        ///< whole numbers
+        Matte,      ///< ranks of a Cryptomatte: id and coverage, twice
         Scalar      ///< anything else
     };
 
@@ -29,9 +30,6 @@ struct LayerChannels {
 
 /// In the file's order, alpha with its colours; bookkeeping left out.
 std::vector<LayerChannels> layers_of(const image::Image& image);
-
-/// The working space of a file for image::DisplayTransform: ACEScg by its red primary, else empty.
-std::string working_space_of(const image::Image& image);
 
 /// Mean luminance (linear Rec.709) over the data window; values that are not finite count as 0.
 double mean_luminance(const LayerChannels& layer);

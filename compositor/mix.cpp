@@ -280,13 +280,8 @@ Result<image::Image> mix_file(const image::StripReader& file,
 }
 
 Result<void> write_display(const std::string& path, const image::Image& mixed, const Look& look) {
-    // ACEScg is told by its red primary; everything else is taken as linear Rec.709
-    const auto at = mixed.attributes.find("chromaticities");
-    const auto* primaries =
-        at == mixed.attributes.end() ? nullptr : std::get_if<image::Chromaticities>(&at->second);
-    const bool is_acescg = primaries && std::abs((*primaries)[0] - 0.713f) < 0.002f;
     const auto transform =
-        image::DisplayTransform::make(look.display, look.view, is_acescg ? "ACEScg" : "");
+        image::DisplayTransform::make(look.display, look.view, image::working_space_of(mixed));
     if (!transform) return transform.error();
     const image::Window& frame = mixed.display;
     std::vector<float> rgb(3 * frame.pixel_count(), 0.0f);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 
 namespace velatura::image {
@@ -91,6 +92,13 @@ std::string list_of_views(const ocio::ConstConfigRcPtr& config) {
 }
 
 }  // namespace
+
+std::string working_space_of(const Image& image) {
+    const auto at = image.attributes.find("chromaticities");
+    const auto* primaries =
+        at == image.attributes.end() ? nullptr : std::get_if<Chromaticities>(&at->second);
+    return primaries && std::abs((*primaries)[0] - 0.713f) < 0.002f ? "ACEScg" : "";
+}
 
 struct DisplayTransform::Impl {
     std::string display, view;

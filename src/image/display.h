@@ -2,12 +2,17 @@
 #pragma once
 
 #include "base/result.h"
+#include "image/image.h"
 
 #include <memory>
 #include <string>
 #include <vector>
 
 namespace velatura::image {
+
+/// The working space of a file for DisplayTransform: ACEScg is told by its red primary; all else is
+/// taken as linear Rec.709, which is empty.
+std::string working_space_of(const Image& image);
 
 /// Turns scene-linear pictures into what a monitor shows, through OpenColorIO: the config of $OCIO,
 /// else a small built-in one with display `sRGB` and the views `ACES` (SDR video output transform),

@@ -102,6 +102,22 @@ TEST(ContactSheet, ShowsEveryLayerWhereItBelongs) {
     EXPECT_TRUE(has_text);
 }
 
+TEST(ContactSheet, ShowsMattesByTheirIds) {
+    image::Image image = foreign();
+    image.parts[0].channels.clear();
+    using image::ChannelType::Float;
+    image.parts[0].channels.push_back(
+        channel("CryptoObject00.R", Float, [](int x, int) { return x < 4 ? 1.5e-12f : 3.0e7f; }));
+    image.parts[0].channels.push_back(
+        channel("CryptoObject00.G", Float, [](int, int y) { return y < 3 ? 1.0f : 0.0f; }));
+    const auto sheet = contact_sheet(image, raw());
+    ASSERT_TRUE(sheet.has_value());
+    const Canvas::Colour left = pixel(*sheet, 17, 40), right = pixel(*sheet, 47, 40);
+    EXPECT_NE(left, right);
+    EXPECT_NE(left, (Canvas::Colour{0, 0, 0}));
+    EXPECT_EQ(pixel(*sheet, 17, 58), (Canvas::Colour{0, 0, 0}));
+}
+
 TEST(ContactSheet, PatternsAndExposure) {
     SheetOptions options = raw();
     options.patterns = {"sp*"};

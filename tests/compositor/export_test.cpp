@@ -2,6 +2,8 @@
 #include "compositor/export.h"
 
 #include "base/atomic_file.h"
+#include "compositor/made_layers.h"
+#include "compositor/mix.h"
 #include "compositor/test_stack.h"
 #include "image/exr.h"
 #include "image/layer_file.h"
@@ -237,6 +239,28 @@ TEST(Export, AllMutedIsBlackAndSplitFilesAreRefused) {
     const auto split = LayerStack::load(file("split.exr"));
     ASSERT_TRUE(split.has_value());
     EXPECT_EQ(mix_recipe(*split, *plan_mix(*split, {}), {}, "x.exr").error().code, "export-split");
+}
+
+TEST(Export, WhatAClampTookIsALayerOfItsOwnAndMattesAreRefused) {
+    const auto stack = LayerStack::from_image(made_layers());
+    ASSERT_TRUE(stack.has_value());
+    const Look look = look_of({{Clamp, "all=0.5"}, {Gain, "tail=2"}});
+    const auto plan = plan_mix(*stack, look);
+    ASSERT_TRUE(plan.has_value());
+    const auto recipe = mix_recipe(*stack, *plan, look, "x.exr");
+    ASSERT_TRUE(recipe.has_value());
+    const NukeScript nuke(nuke_script(*recipe), stack->image());
+    const image::Image expected = apply_mix(*stack, *plan, look, false);
+    for (size_t i = 0; i < expected.data.pixel_count(); ++i)
+        ASSERT_NEAR(nuke.top()[1][i], expected.find("G")->value(i), 1e-5);
+
+    Look matted = look_of({{Gain, "key=2"}});
+    const std::string mask = file("mask.exr");
+    ASSERT_TRUE(image::write_image_file(mask, made_layers()).has_value());
+    matted.controls[0].matte = mask + ":A";
+    const auto inside = plan_mix(*stack, matted);
+    ASSERT_TRUE(inside.has_value()) << inside.error().message;
+    EXPECT_EQ(mix_recipe(*stack, *inside, matted, "x.exr").error().code, "export-matte");
 }
 
 }  // namespace
