@@ -29,7 +29,7 @@ int report(const Error& error) {
                              "matte-channel", "bad-output", "bad-target", "bad-frames", "no-frame"}) {
         if (is(code)) return usage;
     }
-    if (is("closure-failed") || is("verify-failed") || is("not-finite")) return check_failed;
+    if (is("closure-failed") || is("verify-failed") || is("not-finite") || is("proof-failed")) return check_failed;
     return is("merge-refused") ? refused : failed;
 }
 

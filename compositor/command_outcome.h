@@ -8,7 +8,7 @@
 namespace velatura::compositor {
 
 /// Exit codes, DESIGN §5.
-enum ExitCode { done = 0, failed = 1, usage = 2, check_failed = 4, refused = 5 };
+enum ExitCode { done = 0, failed = 1, usage = 2, partly = 3, check_failed = 4, refused = 5 };
 
 /// Prints the error. Returns: the exit code that its code stands for.
 int report(const Error& error);

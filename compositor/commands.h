@@ -19,6 +19,7 @@ void add_diff_command(CLI::App& app, std::function<int()>& run);
 void add_merge_command(CLI::App& app, std::function<int()>& run);
 void add_view_command(CLI::App& app, std::function<int()>& run);
 void add_export_command(CLI::App& app, std::function<int()>& run);
+void add_bake_command(CLI::App& app, std::function<int()>& run);
 void add_denoise_command(CLI::App& app, std::function<int()>& run);
 void add_preset_command(CLI::App& app, std::function<int()>& run);
 

@@ -14,8 +14,8 @@ int main(int argc, char** argv) {
     CLI::App app("Recombines the light layers of a Velatura render.", "velatura-comp");
     app.require_subcommand(1);
     app.footer(
-        "Exit codes: 0 done, 1 file or output error, 2 usage, 4 check failed or files differ, 5 "
-        "merge refused.");
+        "Exit codes: 0 done, 1 file or output error, 2 usage, 3 done in part, 4 check failed or "
+        "files differ, 5 merge refused.");
     std::function<int()> run;
     add_info_command(app, run);
     add_mix_command(app, run);
@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
     add_export_command(app, run);
     add_denoise_command(app, run);
     add_preset_command(app, run);
+    add_bake_command(app, run);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

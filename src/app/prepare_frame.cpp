@@ -18,6 +18,7 @@
 #include "app/volume_loading.h"
 #include "base/tasks.h"
 #include "scene/effect_build.h"
+#include "translate/light_values.h"
 #include "translate/translate.h"
 
 namespace velatura::app {
@@ -124,6 +125,13 @@ void read_volumes(const RenderJob& job, scene::Scene& scene, Diagnostics& diagno
     for (scene::Volume& v : unread) scene.volumes.push_back(std::move(v));
 }
 
+std::vector<image::LightValues> light_values(const LoadedStage& loaded, const scene::Scene& scene, double frame) {
+    std::vector<image::LightValues> out;
+    for (const translate::LightPrimValues& v : translate::light_prim_values(loaded.stage, scene, frame))
+        out.push_back({v.path, v.type, v.intensity, v.exposure, v.color, v.uses_color_temperature, v.color_temperature, v.varying, v.is_in_instance, v.shows_material});
+    return out;
+}
+
 int prepare_one(const RenderJob& job, const LoadedStage& loaded, double frame, bool has_many, const FrameFunction& use, Diagnostics& diagnostics) {
     const auto start = std::chrono::steady_clock::now();
     Result<scene::Scene> scene = translate::translate_stage(loaded.stage, translate_options(job.arguments, frame), diagnostics);
@@ -142,6 +150,7 @@ int prepare_one(const RenderJob& job, const LoadedStage& loaded, double frame, b
     input.scene_name = std::filesystem::path(job.arguments.scene).filename().string();
     input.content_hash = loaded.content_hash;
     input.layer_names = loaded.layer_names;
+    input.light_values = light_values(loaded, *scene, frame);
     if (!std::isnan(frame)) input.frame = frame;
     input.open_s = loaded.seconds;
     input.translate_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -110,6 +110,7 @@ image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, co
     stats["splitting"] = make_splitting_stats(branches);
     stats["ledger"] = make_ledger(job, input, world);
     info.stats_json = stats.dump();
+    info.light_values = input.light_values;
     info.software = fmt::format("velatura {}", VELATURA_VERSION);
     info.frames_per_second = scene.frames_per_second;
     info.pixel_aspect_ratio = scene.settings.pixel_aspect_ratio;

@@ -3,6 +3,7 @@
 
 #include "base/result.h"
 #include "image/image.h"
+#include "image/light_values.h"
 #include "image/sample_sums.h"
 #include "image/window.h"
 
@@ -48,6 +49,7 @@ struct FileInfo {
                                            0.15f, 0.06f, 0.3127f, 0.3290f};
     std::vector<BadSample> bad_samples;  ///< goes into velatura/samples
     MatteNames matte_names;              ///< only used with LayerSet::mattes
+    std::vector<LightValues> light_values;  ///< goes into velatura/lights
 };
 
 /// What the writer measured.

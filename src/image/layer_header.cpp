@@ -57,12 +57,45 @@ Json layers_json(const std::vector<LayerEntry>& layers) {
     return j;
 }
 
-Json lights_json(const LayerSet& set) {
+Json values_json(const LightValues& v) {
+    Json j;
+    j["type"] = v.type;
+    j["intensity"] = v.intensity;
+    j["exposure"] = v.exposure;
+    j["color"] = v.color;
+    j["enableColorTemperature"] = v.uses_color_temperature;
+    j["colorTemperature"] = v.color_temperature;
+    if (!v.varying.empty()) j["varying"] = v.varying;
+    if (v.is_in_instance) j["inInstance"] = true;
+    if (v.shows_material) j["showsMaterial"] = true;
+    return j;
+}
+
+void parse_values(const Json& j, const std::string& path, std::vector<LightValues>& values) {
+    LightValues v;
+    v.path = path;
+    v.type = j.at("type").get<std::string>();
+    v.intensity = j.at("intensity").get<double>();
+    v.exposure = j.at("exposure").get<double>();
+    v.color = j.at("color").get<std::array<double, 3>>();
+    v.uses_color_temperature = j.at("enableColorTemperature").get<bool>();
+    v.color_temperature = j.at("colorTemperature").get<double>();
+    v.varying = j.value("varying", std::vector<std::string>());
+    v.is_in_instance = j.value("inInstance", false);
+    v.shows_material = j.value("showsMaterial", false);
+    values.push_back(std::move(v));
+}
+
+Json lights_json(const LayerSet& set, const std::vector<LightValues>& values) {
     Json j = Json::object();
     for (const LightGroup& g : set.groups) {
         Json light;
         light["prims"] = g.prims;
         light["dome"] = g.is_dome;
+        for (const LightValues& v : values) {
+            if (std::find(g.prims.begin(), g.prims.end(), v.path) != g.prims.end())
+                light["values"][v.path] = values_json(v);
+        }
         j[g.name] = std::move(light);
     }
     return j;
@@ -194,7 +227,7 @@ void write_layer_header(Image& image,
     a["worldToNDC"] = info.world_to_ndc;
     a[closure_attribute] = closure_json(resolved.closure).dump();
     a[layers_attribute] = layers_json(resolved.layers).dump();
-    a[lights_attribute] = lights_json(set).dump();
+    a[lights_attribute] = lights_json(set, info.light_values).dump();
     a[samples_attribute] = samples_json(samples).dump();
     a[scene_attribute] = info.scene_json;
     a[stats_attribute] = info.stats_json;
@@ -219,6 +252,9 @@ Result<LayerHeader> read_layer_header(const Image& image) {
         for (const auto& [name, light] : lights.items()) {
             header.lights.push_back({name, light.at("prims").get<std::vector<std::string>>(),
                                      light.at("dome").get<bool>()});
+            if (!light.contains("values")) continue;
+            for (const auto& [path, values] : light["values"].items())
+                parse_values(values, path, header.light_values);
         }
     } catch (const std::exception& e) {
         return Error{"layers-damaged",
@@ -234,6 +270,7 @@ FileInfo file_info_of(const Image& image, const LayerHeader& header) {
     info.scene_hash = header.samples.scene_hash;
     info.settings_hash = header.samples.settings_hash;
     info.bad_samples = header.samples.bad;
+    info.light_values = header.light_values;
     info.scene_json = image.text(scene_attribute);
     info.stats_json = image.text(stats_attribute);
     info.plan_json = image.text(plan_attribute);

@@ -37,6 +37,7 @@ struct LayerHeader {
     std::vector<LayerEntry> layers;
     std::vector<FamilyClosure> closure;  ///< finest first
     std::vector<LightGroup> lights;
+    std::vector<LightValues> light_values;  ///< of their prims; none in older files
     SampleInfo samples;
 
     const LayerEntry* find(const std::string& name) const;

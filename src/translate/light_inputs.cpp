@@ -45,6 +45,10 @@ Attribute light_input(Prim prim, std::string_view name) {
     return old.has_authored_value() ? old : modern;
 }
 
+double default_intensity(std::string_view type) {
+    return type == "DistantLight" ? 50000.0 : 1.0;
+}
+
 double input_number(Context& ctx, Prim prim, std::string_view name, double fallback) {
     return read_number(light_input(prim, name), fallback, ctx.time);
 }

@@ -13,6 +13,8 @@ namespace velatura::translate {
 
 /// Attribute `inputs:<name>`; files from before USD 21.02 leave the prefix out.
 Attribute light_input(Prim prim, std::string_view name);
+/// Intensity of a light of that USD type where nothing is authored.
+double default_intensity(std::string_view type);
 double input_number(Context& ctx, Prim prim, std::string_view name, double fallback);
 
 /// Colour × blackbody × intensity × 2^exposure, in double.

@@ -16,9 +16,6 @@ namespace {
 
 using scene::LightKind;
 
-/// UsdLuxDistantLight's fallback.
-constexpr double default_sun_intensity = 50000.0;
-
 std::optional<LightKind> light_kind(std::string_view type) {
     if (type == "DistantLight") return LightKind::Distant;
     if (type == "DomeLight" || type == "DomeLight_1") return LightKind::Dome;
@@ -174,8 +171,7 @@ bool read_light(Context& ctx,
         return false;
     }
     Vec3d sizes = read_sizes(ctx, prim, light);
-    Vec3d Le =
-        read_radiance(ctx, prim, light.kind == LightKind::Distant ? default_sun_intensity : 1.0);
+    Vec3d Le = read_radiance(ctx, prim, default_intensity(prim.type_name().view()));
     const bool is_normalized = read_bool(light_input(prim, "normalize"), false, ctx.time);
     double size = world_size(light, sizes, render_from_light);
     if (is_area && !(size > 0.0) && is_normalized && give_extent(ctx, prim, light, sizes))

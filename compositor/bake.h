@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/result.h"
+#include "compositor/controls.h"
+#include "compositor/layer_stack.h"
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace velatura::compositor {
+
+/// What a baked mix says about one light prim; only what it changes.
+struct BakedLight {
+    std::string path;  ///< prim path
+    std::optional<double> intensity, exposure;
+    std::optional<std::array<double, 3>> color;
+};
+
+/// A look as opinions over light prims, and what of it lights cannot say.
+struct Bake {
+    std::vector<BakedLight> lights;
+    Look baked;                      ///< the controls that became opinions
+    std::vector<std::string> left;   ///< one line each: what did not, and why
+    std::vector<std::string> notes;  ///< what is baked and still differs
+};
+
+/// Turns gains, tints, mutes and solos of whole groups into intensity, exposure and colour of their
+/// prims. A gain multiplies the intensity; one in stops adds to the exposure; where an input has
+/// time samples the other one takes the gain, so that its animation stays.
+/// Errors: "unknown-name", "no-light-values" (the file does not say what its lights were).
+Result<Bake> bake_look(const LayerStack& stack, const Look& look);
+
+}  // namespace velatura::compositor

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/bake_proof.h"
+
+#include "compositor/mix.h"
+#include "compositor/noise.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace velatura::compositor {
+
+namespace {
+
+/// Agreement within this many standard errors: 1 in 16,000 by chance alone, were they normal.
+constexpr double most_sigmas = 4;
+/// Share of a value that rounding to half may leave in a mean.
+constexpr double rounding = 1e-4;
+constexpr int block_size = 8;
+
+MixPlan part_of(const LayerStack& stack, const MixPlan& plan, const std::string& group) {
+    MixPlan part;
+    part.family = plan.family;
+    for (const MixPlan::Term& term : plan.terms) {
+        const image::LayerEntry* entry = stack.header().find(term.layer);
+        if (entry && entry->group == group) part.terms.push_back(term);
+    }
+    return part;
+}
+
+/// A mix with its window: R + G + B and the difference of its halves.
+struct Greys {
+    image::Window window;
+    MixError error;
+
+    double value(size_t i) const {
+        return double(error.mean[0][i]) + double(error.mean[1][i]) + double(error.mean[2][i]);
+    }
+
+    /// Of the sum of the channels, whose noise is common.
+    double variance(size_t i) const {
+        const double d = double(error.difference[0][i]) + double(error.difference[1][i]) +
+                         double(error.difference[2][i]);
+        return d * d * double(error.share[i]);
+    }
+};
+
+struct BlockSum {
+    double difference = 0, variance = 0, size = 0;
+};
+
+ProofRow compare(const std::string& group, const Greys& a, const Greys& b) {
+    const image::Window w{std::max(a.window.x0, b.window.x0), std::max(a.window.y0, b.window.y0),
+                          std::min(a.window.x1, b.window.x1), std::min(a.window.y1, b.window.y1)};
+    ProofRow row;
+    row.group = group;
+    BlockSum all;
+    std::map<std::pair<int, int>, BlockSum> blocks;
+    for (int y = w.y0; y < w.y1; ++y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+            const size_t i = a.window.index(x, y), j = b.window.index(x, y);
+            const double u = a.value(i), v = b.value(j);
+            row.composite += u / 3;
+            row.render += v / 3;
+            for (BlockSum* sum :
+                 {&all, &blocks[{(x - w.x0) / block_size, (y - w.y0) / block_size}]}) {
+                sum->difference += u - v;
+                sum->variance += a.variance(i) + b.variance(j);
+                sum->size += std::max(std::abs(u), std::abs(v));
+            }
+        }
+    }
+    row.composite /= double(w.pixel_count());
+    row.render /= double(w.pixel_count());
+    const double allowed = rounding * all.size;
+    const double mean_error = std::sqrt(all.variance + allowed * allowed);
+    if (all.difference != 0) row.mean_sigmas = std::abs(all.difference) / mean_error;
+    double excess = 0, squares = 0;
+    for (const auto& [place, sum] : blocks) {
+        const double slack = rounding * sum.size;
+        const double e = sum.difference * sum.difference - sum.variance - slack * slack;
+        excess += e;
+        squares += e * e;
+    }
+    const double count = double(blocks.size());
+    const double spread = std::sqrt(std::max(squares - excess * excess / count, 0.0));
+    if (excess > 0)
+        row.block_sigmas = spread > 0 ? excess / spread : (count > 1 ? most_sigmas * 2 : 0);
+    return row;
+}
+
+Result<Greys> greys_of(const LayerStack& stack, const MixPlan& plan, const Look& look) {
+    auto error = mix_error(stack, plan, look);
+    if (!error) return error.error();
+    return Greys{stack.image().data, std::move(*error)};
+}
+
+bool tells_groups(const MixPlan& plan) {
+    return plan.family == "matrix" || plan.family == "groups";
+}
+
+/// The policy of --lights that the rows of a file come from.
+std::string light_policy(const LayerStack& stack) {
+    const auto groups = stack.group_names();
+    const bool has_rest = std::find(groups.begin(), groups.end(), "rest") != groups.end();
+    if (!has_rest) return "per-light";
+    return groups.size() <= 2 ? "off" : "groups";
+}
+
+nlohmann::json json_of(const LayerStack& stack, const char* attribute) {
+    auto j = nlohmann::json::parse(stack.image().text(attribute), nullptr, false);
+    return j.is_object() ? j : nlohmann::json::object();
+}
+
+/// Options of the estimator, by the words that the header has for them.
+void add_estimator(const nlohmann::json& stats, std::vector<std::string>& arguments) {
+    if (!stats.contains("estimator") || !stats["estimator"].is_object()) return;
+    const auto& e = stats["estimator"];
+    constexpr const char* options[][2] = {{"integrator", "--integrator"},
+                                          {"light_sampling", "--light-sampling"},
+                                          {"light_selection", "--light-selection"},
+                                          {"roulette", "--roulette"},
+                                          {"sampler", "--sampler"},
+                                          {"accelerator", "--accel"},
+                                          {"guiding", "--guiding"},
+                                          {"splitting", "--splitting"},
+                                          {"caustics", "--caustics"}};
+    for (const auto& [name, option] : options) {
+        if (e.contains(name) && e[name].is_string() && !e[name].get<std::string>().empty())
+            arguments.insert(arguments.end(), {option, e[name].get<std::string>()});
+    }
+    if (e.contains("adaptive") && e["adaptive"].is_boolean())
+        arguments.insert(arguments.end(), {"--adaptive", e["adaptive"].get<bool>() ? "on" : "off"});
+}
+
+/// Approximations in force.
+void add_ledger(const nlohmann::json& stats, std::vector<std::string>& arguments) {
+    if (!stats.contains("ledger") || !stats["ledger"].is_array()) return;
+    std::string effects;
+    for (const auto& line : stats["ledger"]) {
+        const auto what = line.value("approximation", "");
+        if (!line.contains("value")) continue;
+        if (what == "effect-left-out" && line["value"].is_string())
+            effects += (effects.empty() ? "-" : ",-") + line["value"].get<std::string>();
+        if (what == "max-depth" && line["value"].is_number())
+            arguments.insert(arguments.end(),
+                             {"--max-depth", fmt::format("{}", line["value"].get<int>())});
+    }
+    if (!effects.empty()) arguments.push_back("--effects=" + effects);
+}
+
+}  // namespace
+
+bool ProofRow::agrees() const {
+    return mean_sigmas <= most_sigmas && block_sigmas <= most_sigmas;
+}
+
+Result<std::vector<ProofRow>> prove_bake(const LayerStack& mixed,
+                                         const Look& look,
+                                         const LayerStack& rendered) {
+    const image::Window &u = mixed.image().data, &v = rendered.image().data;
+    if (std::max(u.x0, v.x0) >= std::min(u.x1, v.x1) ||
+        std::max(u.y0, v.y0) >= std::min(u.y1, v.y1))
+        return Error{"diff-window", "the crop has no pixel of the file"};
+    const auto plan = plan_mix(mixed, look), unit = plan_mix(rendered, {});
+    if (!plan) return plan.error();
+    if (!unit) return unit.error();
+    std::vector<std::string> groups;
+    if (tells_groups(*plan) && tells_groups(*unit) && mixed.group_names() == rendered.group_names())
+        groups = mixed.group_names();
+    std::vector<ProofRow> rows;
+    for (const std::string& group : groups) {
+        const auto a = greys_of(mixed, part_of(mixed, *plan, group), look);
+        const auto b = greys_of(rendered, part_of(rendered, *unit, group), {});
+        if (!a) return a.error();
+        if (!b) return b.error();
+        rows.push_back(compare(group, *a, *b));
+    }
+    const auto a = greys_of(mixed, *plan, look), b = greys_of(rendered, *unit, {});
+    if (!a) return a.error();
+    if (!b) return b.error();
+    rows.push_back(compare("all", *a, *b));
+    return rows;
+}
+
+std::vector<std::string> render_arguments_like(const LayerStack& stack,
+                                               const std::optional<std::array<double, 4>>& crop) {
+    const image::Image& image = stack.image();
+    const image::SampleInfo& samples = stack.header().samples;
+    const int width = image.display.width(), height = image.display.height();
+    std::vector<std::string> out = {"--res", std::to_string(width), std::to_string(height)};
+    const auto add_crop = [&](const std::array<double, 4>& c) {
+        out.push_back("--crop");
+        for (const double edge : c) out.push_back(fmt::format("{}", edge));
+    };
+    if (crop) {
+        add_crop(*crop);
+    } else if (image.data != image.display) {
+        const image::Window& w = image.data;
+        add_crop({double(w.x0) / width, double(w.x1) / width, 1 - double(w.y1) / height,
+                  1 - double(w.y0) / height});
+    }
+    // Any other seed: the two pictures must not have their noise in common
+    out.insert(out.end(), {"--seed", std::to_string((samples.seed ^ 0x5eed) & 0x7fffffff)});
+    out.insert(out.end(), {"--spp", std::to_string(samples.end - samples.first), "--lights",
+                           light_policy(stack)});
+    const nlohmann::json scene = json_of(stack, image::scene_attribute);
+    if (const auto camera = scene.value("camera", ""); camera.starts_with("/"))
+        out.insert(out.end(), {"--camera", camera});
+    // Frame 0 may stand for the default time
+    if (const double frame = scene.value("frame", 0.0); frame != 0)
+        out.insert(out.end(), {"--frames", fmt::format("{}", frame)});
+    const nlohmann::json stats = json_of(stack, image::stats_attribute);
+    add_estimator(stats, out);
+    add_ledger(stats, out);
+    return out;
+}
+
+}  // namespace velatura::compositor

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/result.h"
+#include "compositor/controls.h"
+#include "compositor/layer_stack.h"
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace velatura::compositor {
+
+/// A light group mixed, and rendered with the mix baked in.
+struct ProofRow {
+    std::string group;                 ///< `all` for the whole picture
+    double composite = 0, render = 0;  ///< mean of R, G and B
+    /// Difference of the means, and excess of the squared differences of 8×8 blocks over what noise
+    /// makes of them, both in standard errors.
+    double mean_sigmas = 0, block_sigmas = 0;
+
+    bool agrees() const;
+};
+
+/// Compares the pixels that both files have, against the noise that the half images of both
+/// predict. Errors: those of plan_mix, "halves-not-stored", "diff-window" (no pixel in common).
+Result<std::vector<ProofRow>> prove_bake(const LayerStack& mixed,
+                                         const Look& look,
+                                         const LayerStack& rendered);
+
+/// Arguments of `velatura render` for a picture like that of the file: resolution, window, camera,
+/// frame, samples, estimator, approximations, light rows; another seed. crop: x0 x1 y0 y1 in
+/// fractions from the bottom left; none: the file's window.
+std::vector<std::string> render_arguments_like(const LayerStack& stack,
+                                               const std::optional<std::array<double, 4>>& crop);
+
+}  // namespace velatura::compositor
