@@ -27,6 +27,9 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     how->add_option("--spp", a.spp, "samples per pixel (default 64)")->check(CLI::Range(uint64_t(1), uint64_t(1) << 32));
     how->add_option("--adaptive", a.adaptive, "on: noisy parts of the picture get more samples and clean ones fewer, --spp in the mean; off: every pixel gets --spp")->check(CLI::IsMember({"on", "off"}));
     how->add_option("--samples", a.samples, "only samples A:B of each pixel; the file can be merged with `velatura-comp merge`")->type_name("A:B");
+    how->add_flag("--keep-sums", a.keep_sums, "keep the exact sums in the file, so that --resume can go on from it (about 3 times the size)");
+    how->add_flag("--resume", a.resume, "go on from the output file, if it is there, to more --spp or a lower --target-error: the file that one render of all samples writes. Keeps the sums; refuses another scene or other settings (exit 5)");
+    how->add_option("--for-mix", a.for_mix, "with --resume: place the further samples where a mix is noisy, as the request says that `velatura-comp plan` wrote; --spp, in the mean, beats the request's")->type_name("FILE.json");
     how->add_option("--time", a.time, "progressive: stop after this time, e.g. 90s, 10m (exit 3 if --spp was not reached)");
     how->add_option("--target-error", a.target_error, "progressive: stop at this relative standard error, e.g. 1%");
     how->add_option("--max-depth", a.max_depth, "cut paths after this many scatterings, a bias; 0 = only Russian roulette ends paths")->check(CLI::Range(0, 65536));
@@ -66,6 +69,7 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     layers->add_option("--exr-layout", a.exr_layout, "multipart (one part per family), single part, or split files")->check(CLI::IsMember({"multipart", "single", "split"}));
 
     auto* report = command.add_option_group("Reports");
+    report->add_option("--checkpoint", a.checkpoint, "progressive: keep the sums and write the file this often, e.g. 5m, for --resume after whatever may happen");
     report->add_option("--snapshot", a.snapshot, "progressive: write an interim picture this often, e.g. 10s");
     report->add_option("--progress", a.progress, "bar (lines when not on a terminal), json, openjd or none")->check(CLI::IsMember({"bar", "json", "openjd", "none"}));
     report->add_option("--stats", a.stats, "write statistics as JSON");

@@ -34,6 +34,10 @@ struct RenderArguments {
     int max_depth = 0;
     uint64_t seed = 0;
     std::string samples;           ///< A:B
+    bool keep_sums = false;
+    bool resume = false;
+    std::string for_mix;           ///< a request of velatura-comp plan
+    std::string checkpoint;
     std::string lights = "per-light";
     std::string layers = "bounce,light,matrix,shadow,data";
     bool halves = false;

@@ -4,78 +4,25 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <map>
 
 #include <fmt/format.h>
 
 #include "app/exit_codes.h"
+#include "app/frame_settings.h"
 #include "app/light_images.h"
 #include "app/plan_report.h"
 #include "app/replay.h"
+#include "app/resume.h"
 #include "app/stats.h"
 #include "app/stop_signals.h"
 #include "app/subdivider_choice.h"
 #include "base/atomic_file.h"
-#include "base/hash.h"
-#include "geometry/refinement.h"
 #include "integrator/schedule.h"
 #include "integrator/world.h"
 
 namespace velatura::app {
 
 namespace {
-
-/// Says whether a file that the scene reads is the same one, on whatever machine it lies. Piece by piece: grids of volumes may
-/// be larger than memory.
-std::string file_state(const std::string& path) {
-    if (path.empty()) return {};
-    constexpr size_t piece = size_t(1) << 20;
-    std::string bytes(piece, '\0');
-    uint64_t hash = 0;
-    std::ifstream file(path, std::ios::binary);
-    while (file.read(bytes.data(), piece), file.gcount() > 0) hash = hash_combine(hash, hash_string({bytes.data(), size_t(file.gcount())}));
-    return fmt::format("|{} {:016x}", std::filesystem::path(path).filename().string(), hash);
-}
-
-/// The same of a light's profile, whatever file it comes from.
-std::string profile_state(const scene::Shaping& shaping) {
-    if (!shaping.ies) return {};
-    std::string text = "|ies";
-    for (const std::vector<double>* numbers : {&shaping.ies->vertical, &shaping.ies->horizontal, &shaping.ies->intensity})
-        text += fmt::format(" {:016x}", hash_string({reinterpret_cast<const char*>(numbers->data()), numbers->size() * sizeof(double)}));
-    return text;
-}
-
-/// Everything beside the sample range that changes pixels; files with another hash do not merge.
-std::string settings_hash(const RenderJob& job, const FrameInput& input, const film::LayerSet& layers, const image::Window& window, bool is_guided) {
-    const scene::RenderSettings& s = input.scene.settings;
-    std::string text = fmt::format("{}|{}|{}|{}|{}|{}x{}|{} {} {} {}|{}|{}|{}", job.tracer.seed, job.tracer.max_depth, int(job.tracer.filter),
-                                         job.tracer.disable_lens, int(job.light_selection), s.width, s.height, window.x0, window.y0, window.x1,
-                                         window.y1, input.frame, input.scene.camera.name, layers.to_json());
-    const integrator::EstimatorOptions& e = job.tracer.estimator;
-    text += fmt::format("|{} {} {} {} {}", int(e.light_sampling), int(e.roulette), e.roulette_start, e.specular_chains_only, int(job.tracer.sampler));
-    text += fmt::format("|{}|{}|{}", is_guided, int(job.caustics), job.schedule.adaptive);
-    text += fmt::format("|{}", job.splits);
-    for (size_t i = 0; i < scene::effect_count; ++i)
-        if (input.plan.entries[i].state == integrator::EffectState::LeftOut) text += fmt::format("|-{}", scene::info(scene::Effect(i)).name);
-    if (geometry::first_subdivided(input.scene)) text += fmt::format("|dicing {} {} {}", job.dicing.rate, job.dicing.level.value_or(-1), job.dicing.most_triangles);
-    if (job.accelerator) text += "|" + job.arguments.accel;
-    text += fmt::format("|{}|{}|{}", s.pixel_aspect_ratio, fmt::join(s.included_purposes, ","), fmt::join(s.material_binding_purposes, ","));
-    const scene::Camera& c = input.scene.camera;
-    text += fmt::format("|{} {} {} {} {} {} {}", c.window_left, c.window_right, c.window_bottom, c.window_top, c.lens_radius, c.focus_distance, c.exposure_scale);
-    text += fmt::format("|{} {} {} {} {}", c.lens_blades, c.lens_rotation_deg, c.lens_roundness, c.shutter_full, c.shutter_falling);
-    for (const scene::Texture& t : input.scene.textures) text += file_state(t.file);
-    for (const scene::Light& l : input.scene.lights) text += file_state(l.texture_file) + profile_state(l.shaping);
-    for (const scene::MeshLight& l : input.scene.mesh_lights) text += profile_state(l.shaping);
-    std::map<std::string, std::string> grids;  // fields share files
-    for (const scene::VolumeField& f : input.scene.volume_fields) {
-        const auto [known, is_new] = grids.try_emplace(f.file);
-        if (is_new) known->second = file_state(f.file);
-        text += fmt::format("{} {} {}", known->second, f.grid, f.index);
-    }
-    return fmt::format("{:016x}", hash_string(text));
-}
 
 template <class Matrix>
 image::Matrix44 to_floats(const Matrix& m) {
@@ -87,15 +34,16 @@ image::Matrix44 to_floats(const Matrix& m) {
 }
 
 image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, const integrator::World& world, const integrator::GuideTraining& training,
-                               const integrator::BranchTrial& branches, const film::LayerSet& layers, const image::Window& window) {
+                               const integrator::BranchTrial& branches, const FrameSettings& settings, const film::LayerSet& layers,
+                               const image::Window& window) {
     const scene::Scene& scene = input.scene;
     image::FileInfo info;
     info.display = {0, 0, scene.settings.width, scene.settings.height};
     info.layout = job.layout;
-    info.store_sums = !job.arguments.samples.empty();
+    info.store_sums = keeps_sums(job);
     info.seed = job.tracer.seed;
     info.scene_hash = fmt::format("{:016x}", input.content_hash);
-    info.settings_hash = settings_hash(job, input, layers, window, training.is_used);
+    info.settings_hash = settings_hash(settings, layers, window);
     nlohmann::ordered_json scene_json;
     scene_json["name"] = input.scene_name;
     scene_json["hash"] = info.scene_hash;
@@ -132,10 +80,12 @@ bool can_write(const std::string& path, Diagnostics& diagnostics) {
 
 class FrameRenderer {
   public:
-    FrameRenderer(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics)
+    FrameRenderer(const RenderJob& job, const FrameInput& input, std::optional<EarlierPart> earlier, std::optional<image::TopUpRequest> request, Diagnostics& diagnostics)
         : job_(job),
           input_(input),
           diagnostics_(diagnostics),
+          earlier_(std::move(earlier)),
+          request_(std::move(request)),
           window_(data_window(input.scene.settings, job.arguments.crop)),
           layers_(layers_of(job, input.scene)),
           world_(input.scene, world_options(job, input, diagnostics), make_light_image_loader(), diagnostics),
@@ -143,6 +93,7 @@ class FrameRenderer {
           mattes_(layers_.has_mattes() ? std::make_unique<const integrator::MatteIds>(input.scene) : nullptr),
           training_(integrator::train_guide(world_, tracer_options(nullptr, nullptr), is_refused() ? integrator::Guiding::Off : job.guiding, &StopSignals::stop_flag())),
           branches_(job.splits && !is_refused() ? integrator::try_branches(world_, tracer_options(guide(), nullptr), traced_window(), &StopSignals::stop_flag()) : integrator::BranchTrial()),
+          settings_(frame_settings(job, input, training_.is_used)),
           tracer_(world_, layers_, picture_options()),
           printer_(job.progress) {}
 
@@ -153,11 +104,17 @@ class FrameRenderer {
             return RenderError;
         }
         note_guiding();
+        if (earlier_) {
+            // Whether paths are guided is known only now
+            const std::string why = difference(*earlier_, settings_);
+            if (!why.empty()) return refuse_to_resume(input_.output, why, diagnostics_);
+        }
         if (caustics_ && caustics_->is_empty()) diagnostics_.note("caustics", {}, {}, "caustics are left to the paths: there is no smooth mirror or glass, or no light that is wanted to shine through it");
-        // A file that can be merged needs every node of the sums, also those that the picture alone would fold early
-        const bool is_partial = !job_.arguments.samples.empty();
-        film::Film film(window_, layers_, {.final_sample_end = is_partial ? 0 : integrator::most_samples(job_.schedule)});
+        if (request_ && request_->settings_hash != settings_hash(settings_, layers_, window_))
+            return refuse_to_resume(input_.output, fmt::format("{} was made for a render of other settings", job_.arguments.for_mix), diagnostics_);
+        film::Film film = make_film();
         if (job_.deep) film.make_deep(*job_.deep);
+        const std::optional<integrator::TopUpCounts> top_up = make_top_up(film);
         integrator::RenderCallbacks callbacks;
         callbacks.progress = [&](const integrator::RenderState& state) { show(state, false); };
         callbacks.snapshot = [&](const film::Film& f) {
@@ -168,7 +125,7 @@ class FrameRenderer {
         callbacks.stop = &StopSignals::stop_flag();
         integrator::RenderResult result = integrator::run_schedule(
             film, schedule(),
-            [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer_.trace(x, y, s, out, counts); }, callbacks);
+            [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer_.trace(x, y, s, out, counts); }, callbacks, top_up ? &*top_up : nullptr);
         result.rays.effects.count[size_t(scene::Effect::Subdivision)] += world_.refinement.meshes;
         result.rays.effects.count[size_t(scene::Effect::Displacement)] += world_.refinement.displaced;
         finish_progress(film, result);
@@ -177,6 +134,21 @@ class FrameRenderer {
     }
 
   private:
+    film::Film make_film() {
+        if (earlier_) return film::Film(std::move(earlier_->sums), std::move(earlier_->bad));
+        // A file that can be merged or gone on from needs every node of the sums, also those that the picture alone would fold early
+        return film::Film(window_, layers_, {.final_sample_end = keeps_sums(job_) ? 0 : integrator::most_samples(job_.schedule)});
+    }
+
+    /// The counts that a request asks for, from what the film has.
+    std::optional<integrator::TopUpCounts> make_top_up(const film::Film& film) {
+        if (earlier_) top_ups_ = earlier_->top_ups;
+        if (!request_) return std::nullopt;
+        top_ups_ = with_request(top_ups_, *request_, job_.schedule.end_sample);
+        const double mean = double(job_.schedule.end_sample);
+        return integrator::TopUpCounts(film, image::place_samples(window_, request_->priority, request_->present, mean), job_.schedule.end_sample);
+    }
+
     /// Pixels times samples times a ray to the next surface and one to a light at each of a few scatterings.
     static double expected_rays(const RenderJob& job, const scene::RenderSettings& settings) {
         constexpr int usual_depth = 4;
@@ -293,16 +265,20 @@ class FrameRenderer {
     }
 
     Result<image::WriteReport> write(const film::Film& film, const std::vector<scene::Effect>& broken = {}) {
-        image::FileInfo info = make_file_info(job_, input_, world_, training_, branches_, layers_, window_);
+        image::FileInfo info = make_file_info(job_, input_, world_, training_, branches_, settings_, layers_, window_);
         info.plan_json = plan_json(input_.plan, broken).dump();
         info.bad_samples = film.bad_samples();
         if (mattes_) info.matte_names = mattes_->names();
+        info.settings_json = settings_json(settings_, job_.schedule.first_sample, top_ups_);
         return film.write(input_.output, info);
     }
 
     int finish(const film::Film& film, const integrator::RenderResult& result) {
-        if (result.reason == integrator::StopReason::Interrupted && film.noise().samples_min == 0) {
-            diagnostics_.error("interrupted", {}, {}, "stopped before every pixel had a sample; nothing was written");
+        const film::NoiseEstimate so_far = film.noise();
+        // A file to go on from may have holes
+        const uint64_t fewest = keeps_sums(job_) ? so_far.samples_max : so_far.samples_min;
+        if (result.reason == integrator::StopReason::Interrupted && fewest == 0) {
+            diagnostics_.error("interrupted", {}, {}, fmt::format("stopped before {} pixel had a sample; nothing was written", keeps_sums(job_) ? "any" : "every"));
             return SignalBase + StopSignals::signal_number();
         }
         const std::vector<scene::Effect> broken = integrator::broken_promises(input_.plan, result.rays.effects);
@@ -354,6 +330,9 @@ class FrameRenderer {
     const RenderJob& job_;
     const FrameInput& input_;
     Diagnostics& diagnostics_;
+    std::optional<EarlierPart> earlier_;  ///< what the render goes on from; its sums move into the film
+    std::optional<image::TopUpRequest> request_;
+    std::string top_ups_ = "[]";
     image::Window window_;
     film::LayerSet layers_;
     integrator::World world_;
@@ -361,6 +340,7 @@ class FrameRenderer {
     std::unique_ptr<const integrator::MatteIds> mattes_;          ///< null = no Cryptomattes
     integrator::GuideTraining training_;
     integrator::BranchTrial branches_;
+    FrameSettings settings_;
     integrator::PathTracer tracer_;
     ProgressPrinter printer_;
 };
@@ -394,12 +374,32 @@ image::Window data_window(const scene::RenderSettings& s, const std::vector<doub
 }
 
 int render_frame(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics) {
-    if (data_window(input.scene.settings, job.arguments.crop).is_empty()) {
+    const image::Window window = data_window(input.scene.settings, job.arguments.crop);
+    if (window.is_empty()) {
         diagnostics.error("empty-window", {}, {}, "the crop or data window holds no pixel centre");
         return UsageError;
     }
     if (!job.replay && !can_write(input.output, diagnostics)) return RenderError;
-    return FrameRenderer(job, input, diagnostics).run();
+    if (!job.arguments.resume) return FrameRenderer(job, input, std::nullopt, std::nullopt, diagnostics).run();
+
+    Result<std::optional<EarlierPart>> earlier = read_earlier_part(input.output);
+    if (!earlier) return refuse_to_resume(input.output, earlier.error().message, diagnostics);
+    const std::string why = *earlier ? difference(**earlier, job, input) : std::string();
+    if (!why.empty()) return refuse_to_resume(input.output, why, diagnostics);
+    if (job.arguments.for_mix.empty()) {
+        if (!*earlier) diagnostics.note("resume", {}, {}, fmt::format("there is no {} yet: the render starts from its first sample", input.output));
+        return FrameRenderer(job, input, std::move(*earlier), std::nullopt, diagnostics).run();
+    }
+    if (!*earlier) return refuse_to_resume(input.output, "there is no such file, and --for-mix adds to one", diagnostics);
+    Result<image::TopUpRequest> request = read_request(job.arguments.for_mix, input, window);
+    if (!request && request.error().code == "resume-refused") return refuse_to_resume(input.output, request.error().message, diagnostics);
+    if (!request) {
+        diagnostics.error(request.error().code, {}, {}, request.error().message);
+        return RenderError;
+    }
+    RenderJob topped = job;
+    if (!job.arguments.spp && request->samples >= 1.0) topped.schedule.end_sample = uint64_t(std::llround(request->samples));
+    return FrameRenderer(topped, input, std::move(*earlier), std::move(*request), diagnostics).run();
 }
 
 }  // namespace velatura::app

@@ -42,6 +42,9 @@ struct RenderJob {
     std::optional<std::array<uint64_t, 3>> replay;  ///< x, y, sample
 };
 
+/// Whether files hold the exact sums: to be merged, or gone on from.
+bool keeps_sums(const RenderJob& job);
+
 /// Checks values and combinations of options. Errors: "usage" (exit 2).
 Result<RenderJob> make_render_job(const RenderArguments& arguments);
 

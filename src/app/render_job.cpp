@@ -140,8 +140,12 @@ Result<void> check_sizes(const RenderArguments& a) {
 Result<void> check_combinations(const RenderArguments& a) {
     if (!a.output.empty() && !has_exr_extension(a.output)) return usage(fmt::format("--output: light layers are written as OpenEXR: expected a name ending in .exr, found \"{}\"", a.output));
     if (a.deep && !a.samples.empty()) return usage("--deep and --samples cannot be given together: deep pictures of parts of the samples do not merge");
+    if (a.deep && a.resume) return usage("--deep and --resume cannot be given together: deep pictures do not go on");
     if (a.deep && a.filter == "mitchell") return usage("--deep cannot be had with --filter mitchell: coverage by weights below zero has no depth");
     if (!a.replay.empty() && (!a.output.empty() || !a.stats.empty())) return usage("--replay writes no file: leave out --output and --stats");
+    if (!a.replay.empty() && a.resume) return usage("--replay traces one sample: leave out --resume");
+    if (!a.for_mix.empty() && !a.resume) return usage("--for-mix adds to a file: give --resume as well");
+    if (!a.for_mix.empty() && !a.samples.empty()) return usage("--for-mix places samples by its own counts: leave out --samples");
     return {};
 }
 
@@ -152,6 +156,11 @@ bool has_exr_extension(const std::string& path) {
     std::string end = path.substr(path.size() - 4);
     std::transform(end.begin(), end.end(), end.begin(), [](unsigned char c) { return char(std::tolower(c)); });
     return end == ".exr";
+}
+
+bool keeps_sums(const RenderJob& job) {
+    const RenderArguments& a = job.arguments;
+    return a.keep_sums || a.resume || !a.checkpoint.empty() || !a.samples.empty();
 }
 
 Result<RenderJob> make_render_job(const RenderArguments& a) {
@@ -165,9 +174,15 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     if (const auto ok = parse_into(job.schedule.target_error, a.target_error, "--target-error", parse_fraction); !ok) return ok.error();
     if (const auto ok = parse_into(job.schedule.snapshot_interval_s, a.snapshot, "--snapshot", parse_duration); !ok) return ok.error();
     if (a.deep) job.deep = film::DeepOptions{.most_samples = a.deep_samples};
+    double checkpoint_s = 0;
+    if (const auto ok = parse_into(checkpoint_s, a.checkpoint, "--checkpoint", parse_duration); !ok) return ok.error();
+    if (checkpoint_s > 0 && a.exr_layout == "split") return usage("--checkpoint replaces one file in one step: leave out --exr-layout split");
+    // An interim picture with sums is a checkpoint
+    double& interval_s = job.schedule.snapshot_interval_s;
+    if (checkpoint_s > 0) interval_s = interval_s > 0 ? std::min(interval_s, checkpoint_s) : checkpoint_s;
     job.schedule.mode = a.mode == "tile" ? integrator::RenderMode::Tile : integrator::RenderMode::Progressive;
     if (job.schedule.mode == integrator::RenderMode::Tile && (job.schedule.time_budget_s > 0 || job.schedule.target_error > 0 || job.schedule.snapshot_interval_s > 0)) {
-        return usage("--time, --target-error and --snapshot need --mode progressive");
+        return usage("--time, --target-error, --snapshot and --checkpoint need --mode progressive");
     }
     job.schedule.seed = job.tracer.seed = a.seed;
     job.schedule.tile_size = a.tile;

@@ -145,6 +145,11 @@ Film::Film(const Window& data_window, const LayerSet& set, const FilmOptions& op
     : sums_(data_window, set, options.final_sample_end),
       bad_mutex_(std::make_unique<std::mutex>()) {}
 
+Film::Film(image::SampleSums sums, std::vector<BadSample> bad)
+    : sums_(std::move(sums)),
+      bad_mutex_(std::make_unique<std::mutex>()),
+      bad_(std::move(bad)) {}
+
 void Film::make_deep(const DeepOptions& options) {
     deep_ = std::make_unique<DeepFilm>(window(), options);
 }

@@ -87,6 +87,8 @@ class Film {
     static constexpr int tile_size = image::SampleSums::tile_size;
 
     Film(const Window& data_window, const LayerSet& set, const FilmOptions& options = {});
+    /// A film that goes on from sums that were stored, and from the bad samples found on the way.
+    Film(image::SampleSums sums, std::vector<BadSample> bad);
 
     const Window& window() const { return sums_.window(); }
 
@@ -106,6 +108,9 @@ class Film {
 
     /// First sample the pixel does not have yet.
     uint64_t next_sample(int x, int y) const { return sums_.record(x, y).end; }
+
+    /// Keeps a pixel's rate beside its samples. Needs all tasks at rest.
+    void set_rate(int x, int y, uint8_t rate) { sums_.set_rate(x, y, rate); }
 
     Snapshot snapshot() const;
     NoiseEstimate noise() const;

@@ -15,6 +15,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 #include <set>
@@ -24,6 +25,8 @@ namespace velatura::image {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* sums_layer = "sums";  // what the split layout calls all bookkeeping
 
 bool has_samples(const SampleSums& sums) {
     const Window& w = sums.window();
@@ -107,7 +110,7 @@ Result<std::vector<std::string>> write_split(const std::string& path, Image imag
         for (Channel& c : part.channels) {
             const bool is_beauty = part.name == "rgba";
             const std::string layer = is_beauty                ? "rgba"
-                                      : is_bookkeeping(c.name) ? "sums"
+                                      : is_bookkeeping(c.name) ? sums_layer
                                       : is_matte               ? part.name
                                                                : c.name.substr(0, c.name.find('.'));
             if (layers.count(layer) == 0) order.push_back(layer);
@@ -223,6 +226,34 @@ Result<WriteReport> write_layer_file(const std::string& path,
         report.files.push_back(path);
     }
     return report;
+}
+
+Result<Image> read_sums_image(const std::string& path) {
+    const auto reader = ExrReader::open(path);
+    if (!reader) return reader.error();
+    Image image = reader->header();
+    image.parts.clear();
+    for (int i = 0; i < reader->part_count(); ++i) {
+        const auto& channels = reader->header().parts[size_t(i)].channels;
+        if (std::none_of(channels.begin(), channels.end(),
+                         [](const Channel& c) { return is_bookkeeping(c.name); }))
+            continue;
+        auto part = reader->read_part(i);
+        if (!part) return part.error();
+        image.parts.push_back(std::move(*part));
+    }
+    const auto layers = split_layers(path, image);
+    if (!layers) return layers.error();
+    for (const SplitLayer& split : *layers) {
+        if (split.layer != sums_layer) continue;
+        auto sums = read_exr(split.path);
+        if (!sums) return sums;
+        if (sums->data != image.data)
+            return Error{"io-read",
+                         fmt::format("cannot read {}: its data window differs", split.path)};
+        for (Part& part : sums->parts) image.parts.push_back(std::move(part));
+    }
+    return image;
 }
 
 Result<std::vector<SplitLayer>> split_layers(const std::string& path, const Image& header) {

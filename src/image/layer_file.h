@@ -39,6 +39,7 @@ struct FileInfo {
     std::string scene_json = "{}";
     std::string stats_json = "{}";
     std::string plan_json = "{}";
+    std::string settings_json = "{}";  ///< the settings by name, to say which of them differ
     std::string software = "velatura";
     double frames_per_second = 24;
     double pixel_aspect_ratio = 1;
@@ -82,6 +83,9 @@ struct SplitLayer {
 
 /// Those that the header names; empty for other layouts. Errors: "io-read" (damaged list).
 Result<std::vector<SplitLayer>> split_layers(const std::string& path, const Image& header);
+
+/// Reads the header and the exact sums alone, as image::read_sums needs them. Errors: "io-open", "io-read".
+Result<Image> read_sums_image(const std::string& path);
 
 /// Reads a file of light layers whole, with the files beside it for the split layout.
 /// Errors: "io-open", "io-read".

@@ -232,6 +232,7 @@ void write_layer_header(Image& image,
     a[scene_attribute] = info.scene_json;
     a[stats_attribute] = info.stats_json;
     a[plan_attribute] = info.plan_json;
+    a[settings_attribute] = info.settings_json;
 }
 
 Result<LayerHeader> read_layer_header(const Image& image) {
@@ -274,6 +275,7 @@ FileInfo file_info_of(const Image& image, const LayerHeader& header) {
     info.scene_json = image.text(scene_attribute);
     info.stats_json = image.text(stats_attribute);
     info.plan_json = image.text(plan_attribute);
+    info.settings_json = image.text(settings_attribute);
     info.software = image.text("software");
     for (const Cryptomatte& matte : cryptomattes_of(image)) {
         for (const MatteKind kind : matte_kinds) {

@@ -19,6 +19,7 @@ inline constexpr const char* samples_attribute = "velatura/samples";
 inline constexpr const char* scene_attribute = "velatura/scene";
 inline constexpr const char* stats_attribute = "velatura/stats";
 inline constexpr const char* plan_attribute = "velatura/plan";
+inline constexpr const char* settings_attribute = "velatura/settings";
 inline constexpr const char* sums_attribute = "velatura/sums";
 inline constexpr const char* split_attribute = "velatura/split";
 

@@ -249,6 +249,7 @@ void SampleSums::append(int x, int y, const PixelRecord& added, std::span<const 
     tile_at(x, y, pixel);
     PixelRecord& record = tile.records[pixel];
     const bool is_first = record.first == record.end;
+    if (added.rate != 0) record.rate = added.rate;
     if (added.first == added.end) {
         // Where the samples would begin is worth knowing: what follows must begin there
         if (is_first) record.first = record.end = added.first;
@@ -292,6 +293,13 @@ void SampleSums::append(int x, int y, const PixelRecord& added, std::span<const 
     size_t needed = max_nodes - 1;
     while (tile.pixels_with_nodes[needed] == 0) --needed;
     for (Plane& plane : tile.planes) plane.keep_slots(needed);
+}
+
+void SampleSums::set_rate(int x, int y, uint8_t rate) {
+    Tile& tile = make_tile_at(x, y);
+    size_t pixel = 0;
+    tile_at(x, y, pixel);
+    tile.records[pixel].rate = rate;
 }
 
 void SampleSums::append(const SampleSums& later) {

@@ -23,6 +23,7 @@ struct PixelRecord {
     uint32_t prim_id = 0xffffffffu;
     uint32_t instance_id = 0xffffffffu;
     bool has_ids = false;  ///< ids come from the first valid sample that hit something
+    uint8_t rate = 0;      ///< how the schedule places further samples, in its own code; 0: not decided
 };
 
 /// Values of the pixels of a tile, [16][16], row 0 = top, whatever of it lies in the window.
@@ -66,8 +67,12 @@ class SampleSums {
     const PixelRecord& record(int x, int y) const;
 
     /// Adds samples [added.first, added.end) to a pixel; they must start where the pixel's samples
-    /// end. An empty range says where the first samples of a pixel without any will begin.
+    /// end. An empty range says where the first samples of a pixel without any will begin. A rate
+    /// other than 0 takes the place of the pixel's.
     void append(int x, int y, const PixelRecord& added, std::span<const NodeSums> sums);
+
+    /// Sets the pixel's rate, which is kept beside its samples. Not while others use its tile.
+    void set_rate(int x, int y, uint8_t rate);
 
     /// Adds all samples of `later`, which must follow pixel by pixel, have the same window and
     /// layer set, and no `final_end`.

@@ -12,6 +12,7 @@
 #include <array>
 #include <bit>
 #include <map>
+#include <unordered_map>
 
 namespace velatura::image {
 
@@ -20,6 +21,7 @@ namespace {
 constexpr std::array<const char*, 6> word_names = {"x0", "x1", "y0", "y1", "z0", "z1"};
 constexpr std::array<const char*, 6> record_names = {
     "sums_first", "sums_end", "sums_invalid", "sums_primId", "sums_instanceId", "sums_hasIds"};
+constexpr const char* rate_name = "sums_rate";
 
 std::string channel_name(size_t node, uint32_t accumulator, size_t word) {
     return fmt::format("sums{}_{}.{}", node, accumulator, word_names[word]);
@@ -43,9 +45,19 @@ Triple triple_of(const std::array<uint32_t, 6>& words) {
     return {value(0), value(1), value(2)};
 }
 
-const std::vector<uint32_t>* uints(const Image& image, const std::string& name) {
-    const Channel* channel = image.find(name);
-    return channel ? std::get_if<std::vector<uint32_t>>(&channel->data) : nullptr;
+/// The bookkeeping channels by name: there may be thousands.
+using NamedWords = std::unordered_map<std::string, const std::vector<uint32_t>*>;
+
+NamedWords bookkeeping_of(const Image& image) {
+    NamedWords words;
+    for (const Part& part : image.parts) {
+        for (const Channel& c : part.channels) {
+            if (const auto* data = std::get_if<std::vector<uint32_t>>(&c.data);
+                data && is_bookkeeping(c.name))
+                words[c.name] = data;
+        }
+    }
+    return words;
 }
 
 std::string bookkeeping_digest(const Image& image) {
@@ -72,6 +84,8 @@ Result<Part> sums_part(const SampleSums& sums) {
     part.attributes["colorInteropID"] = std::string("data");
     std::array<std::vector<uint32_t>, 6> records;
     for (auto& r : records) r.resize(pixels);
+    std::vector<uint32_t> rates(pixels);
+    bool has_rates = false;
     size_t max_nodes = 0;
     for (int y = w.y0; y < w.y1; ++y) {
         for (int x = w.x0; x < w.x1; ++x) {
@@ -85,6 +99,8 @@ Result<Part> sums_part(const SampleSums& sums) {
             records[3][i] = r.prim_id;
             records[4][i] = r.instance_id;
             records[5][i] = r.has_ids ? 1 : 0;
+            rates[i] = r.rate;
+            has_rates = has_rates || r.rate != 0;
             max_nodes = std::max(max_nodes, sums.nodes_of(x, y).size());
         }
     }
@@ -92,6 +108,12 @@ Result<Part> sums_part(const SampleSums& sums) {
         Channel channel;
         channel.name = record_names[i];
         channel.data = std::move(records[i]);
+        part.channels.push_back(std::move(channel));
+    }
+    if (has_rates) {
+        Channel channel;
+        channel.name = rate_name;
+        channel.data = std::move(rates);
         part.channels.push_back(std::move(channel));
     }
     for (const uint32_t accumulator : sums.used_accumulators()) {
@@ -134,6 +156,18 @@ bool are_sums_intact(const Image& image) {
     return j.is_object() && j.contains("sha256") && j["sha256"] == digest;
 }
 
+Result<std::vector<uint64_t>> stored_counts(const Image& image) {
+    if (image.text(sums_attribute).empty())
+        return Error{"no-sums", "the file was written without sums"};
+    const NamedWords named = bookkeeping_of(image);
+    const auto first = named.find(record_names[0]), end = named.find(record_names[1]);
+    if (first == named.end() || end == named.end())
+        return Error{"sums-damaged", "the stored sums are damaged"};
+    std::vector<uint64_t> counts(image.data.pixel_count());
+    for (size_t i = 0; i < counts.size(); ++i) counts[i] = (*end->second)[i] - (*first->second)[i];
+    return counts;
+}
+
 Result<SampleSums> read_sums(const Image& image) {
     const std::string text = image.text(sums_attribute);
     if (text.empty()) return Error{"no-sums", "the file was written without sums"};
@@ -143,18 +177,24 @@ Result<SampleSums> read_sums(const Image& image) {
     auto set = LayerSet::from_json(j["layerSet"].dump());
     if (!set) return set.error();
 
+    const NamedWords named = bookkeeping_of(image);
+    const auto uints = [&named](const std::string& name) -> const std::vector<uint32_t>* {
+        const auto at = named.find(name);
+        return at == named.end() ? nullptr : at->second;
+    };
     std::array<const std::vector<uint32_t>*, 6> records{};
     for (size_t i = 0; i < records.size(); ++i) {
-        records[i] = uints(image, record_names[i]);
+        records[i] = uints(record_names[i]);
         if (!records[i]) return damaged;
     }
+    const std::vector<uint32_t>* rates = uints(rate_name);
     SampleSums sums(image.data, *set);
     // Gather the channels there are: accumulator → node → words
     std::map<uint32_t, std::vector<std::array<const std::vector<uint32_t>*, 6>>> stored;
     for (uint32_t accumulator = 0; accumulator < sums.table().total_count(); ++accumulator) {
         for (size_t node = 0; node < 64; ++node) {
             for (size_t k = 0; k < word_names.size(); ++k) {
-                const auto* words = uints(image, channel_name(node, accumulator, k));
+                const auto* words = uints(channel_name(node, accumulator, k));
                 if (!words) continue;
                 auto& nodes = stored[accumulator];
                 if (nodes.size() <= node) nodes.resize(node + 1);
@@ -174,6 +214,7 @@ Result<SampleSums> read_sums(const Image& image) {
             r.prim_id = (*records[3])[i];
             r.instance_id = (*records[4])[i];
             r.has_ids = (*records[5])[i] != 0;
+            r.rate = rates ? uint8_t((*rates)[i]) : uint8_t(0);
             if (r.end < r.first) return damaged;
             const size_t node_count = DyadicRule(r.first).nodes(r.first, r.end).size();
             pixel_sums.clear();

@@ -5,11 +5,14 @@
 #include "image/image.h"
 #include "image/sample_sums.h"
 
+#include <cstdint>
+#include <vector>
+
 namespace velatura::image {
 
 /// The exact node sums as UINT channels: `sums<node>_<accumulator>.x0` (low word of x), `.x1` (high
 /// word) …, and `sums_first sums_end sums_invalid sums_primId sums_instanceId sums_hasIds` per
-/// pixel. Channels of zeros are left out. Errors: "sums-folded" (the store has a final_end),
+/// pixel, `sums_rate` where the schedule has decided on it. Channels of zeros are left out. Errors: "sums-folded" (the store has a final_end),
 /// "sums-range" (sample index of 2^32 or more).
 Result<Part> sums_part(const SampleSums& sums);
 
@@ -18,6 +21,9 @@ std::string sums_json(const LayerSet& set, const Image& image);
 
 /// Errors: "no-sums" (written without sums), "sums-damaged".
 Result<SampleSums> read_sums(const Image& image);
+
+/// Samples of every pixel, [pixel of the data window]. Errors: "no-sums", "sums-damaged".
+Result<std::vector<uint64_t>> stored_counts(const Image& image);
 
 /// True if the bookkeeping channels have the digest that the header states, or if there are none.
 bool are_sums_intact(const Image& image);

@@ -55,9 +55,9 @@ double mean_rate(const std::vector<float>& merits, double unit) {
 
 PilotNoise::PilotNoise(const film::Window& window) : window_(window), pixels_(size_t(window.pixel_count())) {}
 
-void PilotNoise::add(int x, int y, uint64_t sample, const Rgb& value, uint64_t rays) {
+void PilotNoise::add(int x, int y, const Rgb& value, uint64_t rays) {
     Pixel& pixel = pixels_[index(x, y)];
-    float* sum = pixel.sum[sample * runs / pilot_samples];
+    float* sum = pixel.sum[pixel.samples++ * runs / pilot_samples];
     for (int c = 0; c < 3; ++c) sum[c] += value[c];
     pixel.rays += uint32_t(rays);
 }
@@ -99,11 +99,50 @@ SampleRates::SampleRates(const PilotNoise& noise) : window_(noise.window()) {
     for (size_t i = 0; i < merits.size(); ++i) exponents_[i] = int8_t(exponent_of(merits[i], high));
 }
 
+std::optional<SampleRates> SampleRates::kept_in(const film::Film& film) {
+    SampleRates rates;
+    rates.window_ = film.window();
+    const film::Window& w = rates.window_;
+    for (int y = w.y0; y < w.y1; ++y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+            const int exponent = int(film.sums().record(x, y).rate) - rate_of_1;
+            if (exponent < lowest || exponent > highest) return std::nullopt;
+            rates.exponents_.push_back(int8_t(exponent));
+        }
+    }
+    return rates;
+}
+
+void SampleRates::keep_in(film::Film& film) const {
+    const film::Window& w = film.window();
+    for (int y = w.y0; y < w.y1; ++y) {
+        for (int x = w.x0; x < w.x1; ++x) film.set_rate(x, y, uint8_t(rate_of_1 + exponent_at(x, y)));
+    }
+}
+
+int SampleRates::exponent_at(int x, int y) const {
+    return is_uniform() ? 0 : exponents_[size_t(y - window_.y0) * size_t(window_.width()) + size_t(x - window_.x0)];
+}
+
 uint64_t SampleRates::count(int x, int y, uint64_t index) const {
     if (is_uniform() || index <= pilot_samples) return index;
-    const int exponent = exponents_[size_t(y - window_.y0) * size_t(window_.width()) + size_t(x - window_.x0)];
+    const int exponent = exponent_at(x, y);
     const uint64_t count = exponent >= 0 ? index << exponent : (index + (uint64_t(1) << -exponent) - 1) >> -exponent;
     return std::max(count, pilot_samples);
+}
+
+TopUpCounts::TopUpCounts(const film::Film& film, std::vector<uint64_t> wanted, uint64_t steps)
+    : window_(film.window()), wanted_(std::move(wanted)), steps_(std::max<uint64_t>(steps, 1)) {
+    present_.reserve(wanted_.size());
+    for (int y = window_.y0; y < window_.y1; ++y) {
+        for (int x = window_.x0; x < window_.x1; ++x) present_.push_back(film.next_sample(x, y));
+    }
+    for (size_t i = 0; i < wanted_.size(); ++i) wanted_[i] = std::max(wanted_[i], present_[i]);
+}
+
+uint64_t TopUpCounts::count(int x, int y, uint64_t index) const {
+    const size_t i = window_.index(x, y);
+    return present_[i] + (wanted_[i] - present_[i]) * std::min(index, steps_) / steps_;
 }
 
 }  // namespace velatura::integrator

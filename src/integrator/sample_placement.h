@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "base/math.h"
@@ -17,8 +18,12 @@ class PilotNoise {
   public:
     explicit PilotNoise(const film::Window& window);
 
-    /// Adds sample `sample` < pilot_samples of a pixel: what it brought, filter weight included, and the rays that it took.
-    void add(int x, int y, uint64_t sample, const Rgb& value, uint64_t rays);
+    /// Adds the next sample of a pixel, one of its first pilot_samples: what it brought, filter weight included, and the rays
+    /// that it took.
+    void add(int x, int y, const Rgb& value, uint64_t rays);
+
+    /// How many the pixel has. Samples come in their order, so that sums have the same bits however they were split.
+    uint64_t next_sample(int x, int y) const { return pixels_[index(x, y)].samples; }
 
     const film::Window& window() const { return window_; }
 
@@ -33,6 +38,7 @@ class PilotNoise {
     struct Pixel {
         float sum[runs][3] = {};
         uint32_t rays = 0;
+        uint32_t samples = 0;
     };
 
     size_t index(int x, int y) const { return size_t(y - window_.y0) * size_t(window_.width()) + size_t(x - window_.x0); }
@@ -56,6 +62,12 @@ class SampleRates {
     /// Rates in proportion to the merit around each pixel, with mean 1.
     explicit SampleRates(const PilotNoise& noise);
 
+    /// The rates that a film keeps of an earlier part of the render; none unless every pixel has one.
+    static std::optional<SampleRates> kept_in(const film::Film& film);
+
+    /// Keeps the rates in a film of the same window, for later parts of the render.
+    void keep_in(film::Film& film) const;
+
     bool is_uniform() const { return exponents_.empty(); }
 
     /// Samples of the pixel at `index`: its samples in [a, b) are [count(a), count(b)).
@@ -67,8 +79,27 @@ class SampleRates {
     static constexpr int lowest = -2, highest = 3;  ///< base 2 logarithms of the rates
 
   private:
+    static constexpr int rate_of_1 = 16;  ///< in the code that a film keeps; 0 stands for no rate
+
+    int exponent_at(int x, int y) const;
+
     film::Window window_;
     std::vector<int8_t> exponents_;  ///< [height][width]
+};
+
+/// How many samples each pixel of a film has on the way to counts of its own: from those that it came with to all that are
+/// wanted, evenly. Index 0 is the beginning and `steps` the end.
+class TopUpCounts {
+  public:
+    /// wanted: [pixel of the window], where it is less than what is there nothing is added.
+    TopUpCounts(const film::Film& film, std::vector<uint64_t> wanted, uint64_t steps);
+
+    uint64_t count(int x, int y, uint64_t index) const;
+
+  private:
+    film::Window window_;
+    std::vector<uint64_t> present_, wanted_;
+    uint64_t steps_;
 };
 
 }  // namespace velatura::integrator

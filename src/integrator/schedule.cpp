@@ -10,7 +10,6 @@
 #include <optional>
 
 #include "base/tasks.h"
-#include "integrator/sample_placement.h"
 #include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 
@@ -43,7 +42,13 @@ class Progress {
           pixels_(double(film.window().pixel_count())),
           samples_(double(options.end_sample - options.first_sample)),
           time_budget_s_(options.time_budget_s),
-          start_(Clock::now()) {}
+          start_(Clock::now()) {
+        const film::Window& w = film.window();
+        for (int y = w.y0; y < w.y1; ++y) {
+            for (int x = w.x0; x < w.x1; ++x) done_ += double(film.next_sample(x, y) - film.sums().record(x, y).first);
+        }
+        done_before_ = done_;
+    }
 
     void add(double pixel_samples, const RayCounts& counts) {
         std::lock_guard lock(mutex_);
@@ -72,8 +77,13 @@ class Progress {
         state.samples_per_pixel = done_ / pixels_;
         state.elapsed_s = elapsed_s();
         state.fraction = std::min(1.0, done_ / (pixels_ * samples_));
-        if (time_budget_s_ > 0) state.fraction = std::max(state.fraction, std::min(1.0, state.elapsed_s / time_budget_s_));
-        if (state.fraction > 0.0) state.left_s = state.elapsed_s * (1.0 - state.fraction) / state.fraction;
+        // What the film came with says nothing of how long the rest takes
+        if (done_ > done_before_) state.left_s = state.elapsed_s * std::max(0.0, pixels_ * samples_ - done_) / (done_ - done_before_);
+        if (time_budget_s_ > 0) {
+            const double left_s = std::max(0.0, time_budget_s_ - state.elapsed_s);
+            state.fraction = std::max(state.fraction, std::min(1.0, state.elapsed_s / time_budget_s_));
+            state.left_s = std::min(state.left_s.value_or(left_s), left_s);
+        }
         state.error = error_;
         state.rays = rays_;
         callbacks_.progress(state);
@@ -82,6 +92,7 @@ class Progress {
     const RenderCallbacks& callbacks_;
     mutable std::mutex mutex_;
     double pixels_, samples_, done_ = 0, time_budget_s_;
+    double done_before_ = 0;  ///< pixel samples that the film came with
     Clock::time_point start_;
     std::optional<double> error_;
     RayCounts rays_;
@@ -89,22 +100,36 @@ class Progress {
 
 class Runner {
   public:
-    Runner(film::Film& film, const RenderOptions& options, const SampleFunction& sample, const RenderCallbacks& callbacks)
-        : film_(film), sample_(sample), callbacks_(callbacks), tiles_(make_tiles(film.window(), options.tile_size)), progress_(film, options, callbacks),
-          first_sample_(options.first_sample) {
-        if (options.adaptive && options.end_sample > pilot_samples) pilot_.emplace(film.window());
+    Runner(film::Film& film, const RenderOptions& options, const SampleFunction& sample, const RenderCallbacks& callbacks, const TopUpCounts* top_up)
+        : film_(film), sample_(sample), callbacks_(callbacks), tiles_(make_tiles(film.window(), options.tile_size)), progress_(film, options, callbacks), top_up_(top_up) {
+        if (top_up || !options.adaptive || options.end_sample <= pilot_samples) return;
+        if (const std::optional<SampleRates> kept = SampleRates::kept_in(film)) rates_ = *kept;
+        else pilot_.emplace(film.window());
     }
 
     bool is_stopped() const { return callbacks_.stop && callbacks_.stop->load(std::memory_order_relaxed); }
     Progress& progress() { return progress_; }
 
-    /// Samples of every pixel at the indices [first, end), which do not lie on both sides of the pilot's end. Returns
-    /// false when stopped inside.
+    /// True if the film came with all samples at the indices below `end`.
+    bool has_all(uint64_t end) const {
+        if (pilot_ && end > pilot_samples) return false;
+        const film::Window& w = film_.window();
+        for (int y = w.y0; y < w.y1; ++y) {
+            for (int x = w.x0; x < w.x1; ++x) {
+                if (film_.next_sample(x, y) < count(x, y, end)) return false;
+            }
+        }
+        return true;
+    }
+
+    /// Samples of every pixel at the indices [first, end), which do not lie on both sides of the pilot's end; what a pixel
+    /// has of them already is left out. Returns false when stopped inside.
     bool run(uint64_t first, uint64_t end) {
         if (pilot_ && first >= pilot_samples) {
-            // What comes before this part of the samples is traced for the pilot alone
+            // What the film had before or does not want is traced for the pilot alone
             if (!for_each_tile([&](const film::Window& tile) { return watch_tile(tile); })) return false;
             rates_ = SampleRates(*pilot_);
+            rates_.keep_in(film_);
             pilot_.reset();
         }
         return for_each_tile([&](const film::Window& tile) { return run_tile(tile, first, end); });
@@ -127,14 +152,15 @@ class Runner {
             uint64_t done = 0;
             for (int x = tile.x0; x < tile.x1; ++x) {
                 if (is_stopped()) return false;
-                const uint64_t pixel_first = rates_.count(x, y, first), pixel_end = rates_.count(x, y, end);
+                const uint64_t pixel_first = next_sample(x, y, first), pixel_end = count(x, y, end);
+                if (pilot_) watch_pixel(x, y, std::min(pixel_first, pilot_samples), radiance, counts);
                 film_.begin_pixel(accumulator, x, y, pixel_first);
                 for (uint64_t s = pixel_first; s < pixel_end; ++s) {
                     trace(x, y, s, radiance, counts);
                     accumulator.add(radiance);
                 }
+                done += accumulator.next_sample() - pixel_first;
                 film_.end_pixel(accumulator);
-                done += pixel_end - pixel_first;
             }
             counts.effects += scene::take_effect_calls();
             progress_.add(double(done), counts);
@@ -142,14 +168,28 @@ class Runner {
         return true;
     }
 
-    /// Pilot samples that are not wanted in the picture.
+    /// Samples of the pixel at an index of the render.
+    uint64_t count(int x, int y, uint64_t index) const { return top_up_ ? top_up_->count(x, y, index) : rates_.count(x, y, index); }
+
+    /// First sample that the pixel does not have of those from index `first` on.
+    uint64_t next_sample(int x, int y, uint64_t first) const {
+        const image::PixelRecord& record = film_.sums().record(x, y);
+        return record.first == record.end ? count(x, y, first) : record.end;
+    }
+
+    /// Pilot samples of a pixel up to `end` that the picture has already or does not want.
+    void watch_pixel(int x, int y, uint64_t end, film::SampleRadiance& radiance, RayCounts& counts) {
+        for (uint64_t s = pilot_->next_sample(x, y); s < end; ++s) trace(x, y, s, radiance, counts);
+    }
+
+    /// The rest of the pilot's samples.
     bool watch_tile(const film::Window& tile) {
         film::SampleRadiance radiance(film_.layer_set());
         for (int y = tile.y0; y < tile.y1; ++y) {
             RayCounts counts;
             for (int x = tile.x0; x < tile.x1; ++x) {
                 if (is_stopped()) return false;
-                for (uint64_t s = 0; s < std::min(first_sample_, pilot_samples); ++s) trace(x, y, s, radiance, counts);
+                watch_pixel(x, y, pilot_samples, radiance, counts);
             }
             counts.effects += scene::take_effect_calls();
             progress_.add(0, counts);
@@ -164,7 +204,7 @@ class Runner {
         if (!scene::is_built(scene::Effect::AdaptiveSampling) || !pilot_) return;
         scene::count_call(scene::Effect::AdaptiveSampling);
         const Rgb value = radiance.is_bad() ? Rgb(0.0f) : radiance.radiance() * radiance.weight;
-        pilot_->add(x, y, sample, value, counts.total() - rays);
+        pilot_->add(x, y, value, counts.total() - rays);
     }
 
     film::Film& film_;
@@ -172,9 +212,9 @@ class Runner {
     const RenderCallbacks& callbacks_;
     std::vector<film::Window> tiles_;
     Progress progress_;
-    uint64_t first_sample_;
     std::optional<PilotNoise> pilot_;  ///< until the rates are known; none when sampling is not adaptive
     SampleRates rates_;
+    const TopUpCounts* top_up_;  ///< in place of the rates
 };
 
 RenderResult run_tile_mode(Runner& runner, const RenderOptions& options) {
@@ -193,6 +233,10 @@ RenderResult run_progressive_mode(film::Film& film, Runner& runner, const Render
     RenderResult result;
     result.end_sample = options.first_sample;
     uint64_t longest = std::numeric_limits<uint64_t>::max();
+    for (uint64_t end = 0; result.end_sample < options.end_sample; result.end_sample = end) {
+        end = pass_end(result.end_sample, options.end_sample, longest);
+        if (!runner.has_all(end)) break;
+    }
     double last_snapshot_s = 0;
     while (result.end_sample < options.end_sample) {
         const uint64_t end = pass_end(result.end_sample, options.end_sample, longest);
@@ -247,8 +291,8 @@ uint64_t pass_end(uint64_t first, uint64_t end, uint64_t longest) {
 
 uint64_t most_samples(const RenderOptions& options) { return options.adaptive ? SampleRates::most(options.end_sample) : options.end_sample; }
 
-RenderResult run_schedule(film::Film& film, const RenderOptions& options, const SampleFunction& sample, const RenderCallbacks& callbacks) {
-    Runner runner(film, options, sample, callbacks);
+RenderResult run_schedule(film::Film& film, const RenderOptions& options, const SampleFunction& sample, const RenderCallbacks& callbacks, const TopUpCounts* top_up) {
+    Runner runner(film, options, sample, callbacks, top_up);
     RenderResult result = options.mode == RenderMode::Tile ? run_tile_mode(runner, options) : run_progressive_mode(film, runner, options, callbacks);
     result.seconds = runner.progress().elapsed_s();
     result.rays = runner.progress().rays();

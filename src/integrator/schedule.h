@@ -10,6 +10,7 @@
 #include "film/film.h"
 #include "integrator/ray_counts.h"
 #include "integrator/render_options.h"
+#include "integrator/sample_placement.h"
 
 namespace velatura::integrator {
 
@@ -56,7 +57,9 @@ uint64_t pass_end(uint64_t first, uint64_t end, uint64_t longest);
 uint64_t most_samples(const RenderOptions& options);
 
 /// Runs the sample function for all samples of all pixels of the film's window, in parallel, tile by tile or pass by
-/// pass. The film's content depends on neither.
-RenderResult run_schedule(film::Film& film, const RenderOptions& options, const SampleFunction& sample, const RenderCallbacks& callbacks);
+/// pass. The film's content depends on neither, nor on how much of it the film had already: samples that are there are
+/// not traced again, whatever the run before stopped at, but for the first few where they place the others.
+/// `top_up`: counts that take the place of the rates, at the indices from 0 to its steps, which are options.end_sample.
+RenderResult run_schedule(film::Film& film, const RenderOptions& options, const SampleFunction& sample, const RenderCallbacks& callbacks, const TopUpCounts* top_up = nullptr);
 
 }  // namespace velatura::integrator

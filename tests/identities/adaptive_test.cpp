@@ -169,7 +169,7 @@ TEST(Adaptive, TheCountsOfEveryPixelGrowWithTheIndex) {
     integrator::PilotNoise noise(window);
     for (int y = 0; y < 48; ++y) {
         for (int x = 0; x < 48; ++x) {
-            for (uint64_t s = 0; s < pilot_samples; ++s) noise.add(x, y, s, Rgb(float(number(9, x, y, s) * x * x)), 3);
+            for (uint64_t s = 0; s < pilot_samples; ++s) noise.add(x, y, Rgb(float(number(9, x, y, s) * x * x)), 3);
         }
     }
     const SampleRates rates(noise);

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/atomic_file.h"
+#include "compositor/command_outcome.h"
+#include "compositor/commands.h"
+#include "compositor/layer_stack.h"
+#include "compositor/look_command_options.h"
+#include "compositor/top_up.h"
+#include "image/layer_file.h"
+#include "image/sums_part.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <charconv>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace velatura::compositor {
+
+namespace {
+
+struct PlanOptions {
+    std::string input, output, stats, target, time;
+    std::optional<double> samples, factor;
+    LookOptions look;
+};
+
+/// A number above 0 with one of the units, as a multiple of the plain number. Errors: "bad-target".
+Result<double> parse_number(const std::string& text,
+                            const char* option,
+                            const std::vector<std::pair<char, double>>& units) {
+    std::string_view number = text;
+    double unit = 1;
+    for (const auto& [letter, value] : units) {
+        if (!number.ends_with(letter)) continue;
+        number.remove_suffix(1);
+        unit = value;
+        break;
+    }
+    double value = 0;
+    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value);
+    const bool is_good = error == std::errc() && end == number.data() + number.size() &&
+                         std::isfinite(value) && value > 0;
+    if (!is_good) return Error{"bad-target", fmt::format("{}: cannot read '{}'", option, text)};
+    return value * unit;
+}
+
+/// Seconds that the render took. Errors: "bad-stats", those of read_file.
+Result<double> render_seconds(const std::string& path) {
+    const auto text = read_file(path);
+    if (!text) return text.error();
+    const auto j = nlohmann::json::parse(*text, nullptr, false);
+    const auto at = nlohmann::json::json_pointer("/phases_s/render");
+    if (!j.is_object() || !j.contains(at) || !j[at].is_number() || j[at].get<double>() <= 0)
+        return Error{"bad-stats",
+                     path + ": no phases_s.render, as velatura render --stats writes it"};
+    return j[at].get<double>();
+}
+
+double mean_of(const std::vector<uint64_t>& counts) {
+    double sum = 0;
+    for (const uint64_t n : counts) sum += double(n);
+    return sum / double(counts.size());
+}
+
+/// What the options ask for. Errors: "bad-target", those of render_seconds.
+Result<TopUpWish> wish_of(const PlanOptions& o, const std::vector<uint64_t>& counts) {
+    TopUpWish wish;
+    if (!o.target.empty()) {
+        const auto target = parse_number(o.target, "--target", {{'%', 0.01}});
+        if (!target) return target.error();
+        wish.target = *target;
+    }
+    if (o.samples) wish.samples = *o.samples;
+    if (o.factor) wish.samples = *o.factor * mean_of(counts);
+    if (o.time.empty()) return wish;
+    const auto time = parse_number(o.time, "--time", {{'s', 1}, {'m', 60}, {'h', 3600}});
+    if (!time) return time.error();
+    const auto seconds = render_seconds(o.stats);
+    if (!seconds) return seconds.error();
+    wish.samples = mean_of(counts) * (1 + *time / *seconds);
+    return wish;
+}
+
+std::string percent(double value) {
+    return fmt::format("{:.3g} %", 100 * value);
+}
+
+void print_rows(const char* title, const std::vector<RowNoise>& rows) {
+    if (rows.empty()) return;
+    fmt::print("{}\n", title);
+    for (const RowNoise& row : rows) fmt::print("  {:<24} {:6.1f} %\n", row.name, 100 * row.share);
+}
+
+void print_plan(const TopUpPlan& plan) {
+    const NoiseForecast& f = plan.forecast;
+    fmt::print("this mix     {} ({:.3g} to {:.3g}) with {:.4g} samples per pixel\n",
+               percent(f.mix.value), 100 * f.mix.low, 100 * f.mix.high, plan.samples_now);
+    if (plan.target > 0 && plan.error_after > plan.target * 1.02)
+        fmt::print("{} is out of reach.\n", percent(plan.target));
+    if (plan.request.samples <= plan.samples_now) {
+        fmt::print("{} is reached: nothing is asked for.\n",
+                   plan.target > 0 ? percent(plan.target) : "That many samples");
+    } else {
+        fmt::print("topped up    {} with {:.4g}, placed for this mix\n", percent(plan.error_after),
+                   plan.request.samples);
+        fmt::print("             the same with {:.4g}, placed as they are now\n", plan.samples_evenly);
+    }
+    print_rows("share of the squared error, by group", f.groups);
+    print_rows("by bounce", f.bounces);
+    print_rows("by lifted shadow", f.shadows);
+}
+
+int run_plan(const PlanOptions& o) {
+    if (!o.output.ends_with(".json")) return report({"bad-output", o.output + " is not .json"});
+    const auto look = o.look.look();
+    if (!look) return report(look.error());
+    const auto stack = LayerStack::load(o.input);
+    if (!stack) return report(stack.error());
+    const auto sums = image::read_sums_image(o.input);
+    if (!sums) return report(sums.error());
+    const auto counts = image::stored_counts(*sums);
+    if (!counts)
+        return report({counts.error().code, fmt::format("{}: {}; render with --keep-sums, so that "
+                                                        "--resume can go on from it",
+                                                        o.input, counts.error().message)});
+    const auto wish = wish_of(o, *counts);
+    if (!wish) return report(wish.error());
+    const auto plan = plan_top_up(*stack, *counts, *look, *wish);
+    if (!plan) return report(plan.error());
+    if (const auto written = image::write_top_up(o.output, plan->request); !written)
+        return report(written.error());
+    print_plan(*plan);
+    return done;
+}
+
+}  // namespace
+
+void add_plan_command(CLI::App& app, std::function<int()>& run) {
+    const auto o = std::make_shared<PlanOptions>();
+    CLI::App* command = app.add_subcommand(
+        "plan", "Ask for further samples where a mix is noisy: for velatura render --for-mix");
+    command->add_option("input", o->input, "File rendered with --halves --keep-sums")->required();
+    o->look.add_to(*command);
+    command->add_option("-o,--output", o->output, "Request, .json; STEM.priority.exr beside it")
+        ->required();
+    auto* how = command->add_option_group("How far (default: --target the error of the render "
+                                          "as it is)");
+    how->add_option("--target", o->target, "Error to reach, e.g. 1%");
+    how->add_option("--samples-factor", o->factor, "Times as many samples as there are")
+        ->check(CLI::Range(1.0, 1e6));
+    how->add_option("--spp", o->samples, "Samples per pixel in the mean, with those there are")
+        ->check(CLI::Range(1.0, 0x1p31));
+    auto* time = how->add_option("--time", o->time, "Further time to render, e.g. 90s, 10m");
+    how->require_option(0, 1);
+    time->needs(command->add_option("--stats", o->stats, "Statistics of the render, for --time"));
+    command->callback([&run, o] { run = [o] { return run_plan(*o); }; });
+}
+
+}  // namespace velatura::compositor

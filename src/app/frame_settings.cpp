@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/frame_settings.h"
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "app/build_id.h"
+#include "base/hash.h"
+#include "geometry/refinement.h"
+
+namespace velatura::app {
+
+namespace {
+
+/// Says whether a file that the scene reads is the same one, on whatever machine it lies. Piece by piece: grids of volumes may
+/// be larger than memory.
+std::string file_state(const std::string& path) {
+    if (path.empty()) return {};
+    constexpr size_t piece = size_t(1) << 20;
+    std::string bytes(piece, '\0');
+    uint64_t hash = 0;
+    std::ifstream file(path, std::ios::binary);
+    while (file.read(bytes.data(), piece), file.gcount() > 0) hash = hash_combine(hash, hash_string({bytes.data(), size_t(file.gcount())}));
+    return fmt::format("|{} {:016x}", std::filesystem::path(path).filename().string(), hash);
+}
+
+/// The same of a light's profile, whatever file it comes from.
+std::string profile_state(const scene::Shaping& shaping) {
+    if (!shaping.ies) return {};
+    std::string text = "|ies";
+    for (const std::vector<double>* numbers : {&shaping.ies->vertical, &shaping.ies->horizontal, &shaping.ies->intensity})
+        text += fmt::format(" {:016x}", hash_string({reinterpret_cast<const char*>(numbers->data()), numbers->size() * sizeof(double)}));
+    return text;
+}
+
+/// Of all files that the scene reads beside its layers.
+std::string files_state(const scene::Scene& scene) {
+    std::string text;
+    for (const scene::Texture& t : scene.textures) text += file_state(t.file);
+    for (const scene::Light& l : scene.lights) text += file_state(l.texture_file) + profile_state(l.shaping);
+    for (const scene::MeshLight& l : scene.mesh_lights) text += profile_state(l.shaping);
+    std::map<std::string, std::string> grids;  // fields share files
+    for (const scene::VolumeField& f : scene.volume_fields) {
+        const auto [known, is_new] = grids.try_emplace(f.file);
+        if (is_new) known->second = file_state(f.file);
+        text += fmt::format("{} {} {}", known->second, f.grid, f.index);
+    }
+    return text.empty() ? "none" : fmt::format("{:016x}", hash_string(text));
+}
+
+std::string left_out(const integrator::EffectPlan& plan) {
+    std::string text;
+    for (size_t i = 0; i < scene::effect_count; ++i)
+        if (plan.entries[i].state == integrator::EffectState::LeftOut) text += fmt::format("{}-{}", text.empty() ? "" : ",", scene::info(scene::Effect(i)).name);
+    return text.empty() ? "none" : text;
+}
+
+std::string_view name_of(sampling::SamplerKind kind) {
+    switch (kind) {
+        case sampling::SamplerKind::Sobol: return "sobol";
+        case sampling::SamplerKind::SobolHalves: return "sobol in halves";
+        case sampling::SamplerKind::BlueNoise: return "blue-noise";
+        case sampling::SamplerKind::BlueNoiseHalves: return "blue-noise in halves";
+        case sampling::SamplerKind::Independent: return "independent";
+    }
+    return "";
+}
+
+std::string_view name_of(integrator::LightSampling sampling) {
+    using integrator::LightSampling;
+    return sampling == LightSampling::Mis ? "mis" : sampling == LightSampling::Light ? "light" : "bsdf";
+}
+
+std::string camera_state(const scene::Camera& c) {
+    std::string text = fmt::format("{} {} {} {} {} {} {}", c.window_left, c.window_right, c.window_bottom, c.window_top, c.lens_radius, c.focus_distance, c.exposure_scale);
+    return text + fmt::format(" {} {} {} {} {}", c.lens_blades, c.lens_rotation_deg, c.lens_roundness, c.shutter_full, c.shutter_falling);
+}
+
+}  // namespace
+
+FrameSettings frame_settings(const RenderJob& job, const FrameInput& input, std::optional<bool> is_guided) {
+    const RenderArguments& a = job.arguments;
+    const scene::RenderSettings& s = input.scene.settings;
+    const integrator::EstimatorOptions& e = job.tracer.estimator;
+    FrameSettings settings;
+    const auto add = [&settings](const char* name, auto value) { settings.emplace_back(name, fmt::format("{}", value)); };
+    add("seed", job.tracer.seed);
+    add("resolution", fmt::format("{} x {}", s.width, s.height));
+    add("pixel aspect ratio", s.pixel_aspect_ratio);
+    add("frame", input.frame);
+    add("camera", input.scene.camera.name);
+    add("lens and shutter", camera_state(input.scene.camera));
+    add("depth of field", s.disable_depth_of_field ? "off" : "on");
+    add("motion blur", s.disable_motion_blur ? "off" : "on");
+    add("purposes", fmt::format("{}", fmt::join(s.included_purposes, ",")));
+    add("material purposes", fmt::format("{}", fmt::join(s.material_binding_purposes, ",")));
+    add("files", files_state(input.scene));
+    add("--max-depth", job.tracer.max_depth);
+    add("--filter", a.filter);
+    add("--integrator", e.specular_chains_only ? "whitted" : "path");
+    add("--light-sampling", name_of(e.light_sampling));
+    add("--light-selection", a.light_selection);
+    add("--roulette", fmt::format("{} from {}", a.roulette, e.roulette_start));
+    add("--sampler", name_of(job.tracer.sampler));
+    add("--adaptive", job.schedule.adaptive ? "on" : "off");
+    add("--splitting", job.splits ? "auto" : "off");
+    add("--caustics", a.caustics);
+    add("--effects", left_out(input.plan));
+    add("--accel", job.accelerator ? a.accel : "bvh");
+    const bool is_diced = geometry::first_subdivided(input.scene) != nullptr;
+    add("dicing", is_diced ? fmt::format("{} {} {}", job.dicing.rate, job.dicing.level.value_or(-1), job.dicing.most_triangles) : "none");
+    if (is_guided) add("--guiding", *is_guided ? "on" : "off");
+    return settings;
+}
+
+std::string settings_hash(const FrameSettings& settings, const film::LayerSet& layers, const image::Window& window) {
+    std::string text = fmt::format("{} {} {} {}|{}", window.x0, window.y0, window.x1, window.y1, layers.to_json());
+    for (const auto& [name, value] : settings) text += fmt::format("|{}={}", name, value);
+    return fmt::format("{:016x}", hash_string(text));
+}
+
+std::string settings_json(const FrameSettings& settings, uint64_t first_sample, const std::string& top_ups) {
+    nlohmann::ordered_json j;
+    j["schema"] = "velatura.settings/1";
+    j["build"] = build_id();
+    j["firstSample"] = first_sample;
+    if (const auto list = nlohmann::ordered_json::parse(top_ups, nullptr, false); list.is_array() && !list.empty()) j["topUps"] = list;
+    j["settings"] = nlohmann::ordered_json::object();
+    for (const auto& [name, value] : settings) j["settings"][name] = value;
+    return j.dump();
+}
+
+}  // namespace velatura::app

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/render_frame.h"
+
+namespace velatura::app {
+
+/// What beside the layers of the scene, the samples, the layer set and the data window changes pixels: names and values,
+/// in a fixed order. Threads, tiles and mode do not.
+using FrameSettings = std::vector<std::pair<std::string, std::string>>;
+
+/// `is_guided`: nothing before it is known, which leaves the setting out.
+FrameSettings frame_settings(const RenderJob& job, const FrameInput& input, std::optional<bool> is_guided);
+
+/// Of the settings with layer set and window: files with another hash do not merge.
+std::string settings_hash(const FrameSettings& settings, const film::LayerSet& layers, const image::Window& window);
+
+/// The header string `velatura/settings`: the settings, from which sample on, which build rendered, and by which looks
+/// samples were placed (a JSON list).
+std::string settings_json(const FrameSettings& settings, uint64_t first_sample, const std::string& top_ups);
+
+}  // namespace velatura::app

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/frame_settings.h"
+#include "base/diagnostics.h"
+#include "image/layer_file.h"
+#include "image/sample_sums.h"
+#include "image/top_up.h"
+
+namespace velatura::app {
+
+/// What an earlier run left of a render.
+struct EarlierPart {
+    image::SampleSums sums;
+    std::vector<image::BadSample> bad;
+    std::string build, scene_hash;
+    uint64_t first_sample = 0;
+    FrameSettings settings;
+    std::string top_ups = "[]";  ///< JSON: by which looks samples were placed
+};
+
+/// Reads the file that a render is to go on from. Nothing: there is no such file yet. Errors: "resume-refused", with the
+/// reason: it is damaged, is no render, holds no sums.
+Result<std::optional<EarlierPart>> read_earlier_part(const std::string& path);
+
+/// Reads the request of --for-mix. Errors: "resume-refused" (made for another render), those of image::read_top_up.
+Result<image::TopUpRequest> read_request(const std::string& path, const FrameInput& input, const image::Window& window);
+
+/// The list of looks that samples were placed by, with that of the request behind the others.
+std::string with_request(const std::string& top_ups, const image::TopUpRequest& request, uint64_t samples);
+
+/// Why this is no part of the render; empty when it is. Whether paths are guided is not compared: that is known later.
+std::string difference(const EarlierPart& earlier, const RenderJob& job, const FrameInput& input);
+
+/// The same of all settings.
+std::string difference(const EarlierPart& earlier, const FrameSettings& settings);
+
+/// Says why; the file stays as it is. Returns: the exit code.
+int refuse_to_resume(const std::string& path, const std::string& why, Diagnostics& diagnostics);
+
+}  // namespace velatura::app

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+// A render that goes on from the file it wrote: the bits of one render of all samples, or a refusal that says why.
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "base/atomic_file.h"
+#include "command.h"
+#include "image/exr.h"
+#include "image/layer_header.h"
+
+namespace velatura::test {
+
+namespace {
+
+class Resume : public testing::Test {
+  protected:
+    void SetUp() override { w.write("s.usda", small_scene()); }
+
+    CommandResult try_render(const std::string& arguments) { return w.velatura("render s.usda --res " + size + " --progress none -q " + arguments); }
+
+    void render(const std::string& arguments) {
+        const CommandResult r = try_render(arguments);
+        ASSERT_EQ(r.exit_code, 0) << r.output;
+    }
+
+    std::string bytes(const std::string& name) {
+        const Result<std::string> content = read_file(w.path(name));
+        EXPECT_TRUE(content.has_value()) << name;
+        return content ? *content : std::string();
+    }
+
+    /// Expects the files to be the same, header and sums included.
+    void expect_same_file(const std::string& name, const std::string& expected, const std::string& how) {
+        EXPECT_EQ(w.hash(name), w.hash(expected)) << how;
+        EXPECT_TRUE(bytes(name) == bytes(expected)) << how;
+    }
+
+    Workplace w;
+    std::string size = "40 34";
+};
+
+}  // namespace
+
+TEST_F(Resume, GivesTheFileOfOneRender) {
+    // Adaptive past 16 samples: splits before, at and after the pilot's end
+    for (const std::string adaptive : {"on", "off"}) {
+        const std::string common = fmt::format("--adaptive {} --keep-sums ", adaptive);
+        render(common + "--spp 40 -o whole.exr");
+        for (const int split : {1, 7, 16, 21, 32}) {
+            render(common + fmt::format("--spp {} --threads 1 --mode tile -o part.exr", split));
+            render(common + "--spp 40 --resume --threads 3 -o part.exr");
+            expect_same_file("part.exr", "whole.exr", fmt::format("adaptive {}, split at {}", adaptive, split));
+        }
+        // In three steps, the other way round
+        render(common + "--spp 5 -o part.exr");
+        render(common + "--spp 18 --mode tile --tile 16 --resume -o part.exr");
+        render(common + "--spp 40 --mode tile --resume -o part.exr");
+        expect_same_file("part.exr", "whole.exr", "three steps");
+    }
+    EXPECT_EQ(w.comp("verify part.exr").exit_code, 0);
+}
+
+TEST_F(Resume, GivesTheFileOfOneRenderInEveryLayoutAndWithHalves) {
+    for (const char* layout : {"single", "split"}) {
+        const std::string common = fmt::format("--halves --guiding on --caustics auto --cryptomatte object,material --exr-layout {} --keep-sums ", layout);
+        render(common + "--spp 24 -o whole.exr");
+        const std::string expected = w.hash("whole.exr");
+        render(common + "--spp 9 -o part.exr");
+        render(common + "--spp 24 --resume -o part.exr");
+        EXPECT_EQ(w.hash("part.exr"), expected) << layout;
+    }
+}
+
+TEST_F(Resume, WithoutAFileItBegins) {
+    render("--spp 20 --resume -o new.exr");
+    render("--spp 20 --keep-sums -o whole.exr");
+    expect_same_file("new.exr", "whole.exr", "nothing there");
+    // The picture is that of a plain render; what is there already stays
+    render("--spp 20 -o plain.exr");
+    EXPECT_EQ(w.hash("new.exr"), w.hash("plain.exr"));
+    render("--spp 10 --resume -o new.exr");
+    expect_same_file("new.exr", "whole.exr", "fewer samples wanted");
+}
+
+TEST_F(Resume, PartsAndMergedFilesGoOn) {
+    render("--samples 8:40 -o whole.exr");
+    render("--samples 8:20 -o part.exr");
+    render("--samples 8:40 --resume -o part.exr");
+    expect_same_file("part.exr", "whole.exr", "a part");
+    render("--samples 0:8 -o first.exr");
+    ASSERT_EQ(w.comp("merge first.exr part.exr --keep-sums -o merged.exr").exit_code, 0);
+    render("--spp 64 --resume -o merged.exr");
+    render("--spp 64 -o all.exr");
+    EXPECT_EQ(w.hash("merged.exr"), w.hash("all.exr"));
+}
+
+TEST_F(Resume, GoesOnFromWhereverItWasStopped) {
+    // Signals come when they come; the end must not depend on it
+    for (const char* mode : {"tile --tile 16", "progressive"}) {
+        const std::string common = fmt::format("--spp 1500 --mode {} --adaptive on --keep-sums ", mode);
+        std::filesystem::remove(w.path("part.exr"));
+        int stops = 0;
+        for (int i = 0; i < 40; ++i) {
+            const std::string program = fmt::format("{}/velatura", VELATURA_BIN_DIR);
+            const std::string line = fmt::format("cd {} && timeout -s TERM {} {} render s.usda --res 16 12 -q --progress none {} --resume --threads {} -o part.exr > stopped.txt 2>&1", w.path(""), 0.15 + 0.05 * i,
+                                                 program, common, 1 + i % 3);
+            if (std::system(line.c_str()) == 0) break;
+            ++stops;
+        }
+        size = "16 12";
+        render(common + "--resume -o part.exr");
+        render(common + "-o whole.exr");
+        fmt::print("{}: stopped {} times\n", mode, stops);
+        expect_same_file("part.exr", "whole.exr", mode);
+    }
+}
+
+TEST_F(Resume, BudgetsLeaveFilesThatGoOn) {
+    const CommandResult stopped = try_render("--spp 100000 --time 0.2s --resume -o part.exr");
+    EXPECT_EQ(stopped.exit_code, 3) << stopped.output;
+    const CommandResult again = try_render("--spp 100000 --time 0.2s --resume --checkpoint 0.01s -o part.exr");
+    EXPECT_EQ(again.exit_code, 3) << again.output;
+    const Result<image::Image> file = image::read_exr(w.path("part.exr"));
+    ASSERT_TRUE(file.has_value());
+    const uint64_t end = image::read_layer_header(*file)->samples.end;
+    EXPECT_EQ(w.comp("verify part.exr").exit_code, 0);
+    EXPECT_GT(end, 1u);
+}
+
+TEST_F(Resume, OptionsThatContradictAreUsageErrors) {
+    for (const char* arguments : {"--checkpoint 1s --mode tile", "--checkpoint 1s --exr-layout split", "--checkpoint soon", "--for-mix look.json", "--deep --resume"})
+        EXPECT_EQ(try_render(fmt::format("--spp 1 {} -o no.exr", arguments)).exit_code, 2) << arguments;
+    EXPECT_EQ(w.velatura("render s.usda --replay 1,1,1 --resume").exit_code, 2);
+    EXPECT_FALSE(w.exists("no.exr"));
+}
+
+TEST_F(Resume, RefusesWhatIsNotTheSameRender) {
+    render("--spp 4 --keep-sums -o whole.exr");
+    const std::string before = bytes("whole.exr");
+    const struct {
+        const char* arguments;
+        const char* why;
+    } cases[] = {
+        {"--seed 9", "seed was 0 and is 9"},
+        {"--sampler independent", "--sampler was sobol and is independent"},
+        {"--target-error 1%", "--sampler was sobol and is sobol in halves"},
+        {"--filter box", "--filter was blackman-harris and is box"},
+        {"--max-depth 3", "--max-depth was 0 and is 3"},
+        {"--adaptive off", "--adaptive was on and is off"},
+        {"--integrator nee", "--light-sampling was mis and is light"},
+        {"--guiding on", "--guiding was off and is on"},
+        {"--caustics manifold", "--caustics was path and is manifold"},
+        {"--splitting off", "--splitting was auto and is off"},
+        {"--light-selection power", "--light-selection was tree and is power"},
+        {"--effects -clearcoat", nullptr},  // the scene has none: the same render
+        {"--purpose proxy", "purposes was"},
+        {"--layers bounce", "it stores other light layers"},
+        {"--bounces 2", "it stores other light layers"},
+        {"--lights off", "it stores other light layers"},
+        {"--crop 0 0.5 0 1", "it shows the pixels [0, 40) x [0, 34), and [0, 20) x [0, 34) are wanted"},
+        {"--res 20 17", "resolution was 40 x 34 and is 20 x 17"},
+        {"--samples 2:8", "its samples begin at 0, and 2 is wanted"},
+    };
+    for (const auto& c : cases) {
+        std::ofstream(w.path("part.exr"), std::ios::binary) << before;
+        const std::string spp = std::string(c.arguments).starts_with("--samples") ? " " : " --spp 8 ";
+        const std::string res = std::string(c.arguments).starts_with("--res") ? "" : "--res " + size;
+        const CommandResult r = w.velatura("render s.usda --progress none -q " + res + spp + "--resume -o part.exr " + c.arguments);
+        if (!c.why) {
+            EXPECT_EQ(r.exit_code, 0) << c.arguments << ": " << r.output;
+            continue;
+        }
+        EXPECT_EQ(r.exit_code, 5) << c.arguments << ": " << r.output;
+        EXPECT_NE(r.output.find("cannot go on from part.exr"), std::string::npos) << r.output;
+        EXPECT_NE(r.output.find(c.why), std::string::npos) << c.arguments << ": " << r.output;
+        EXPECT_TRUE(bytes("part.exr") == before) << c.arguments;
+    }
+}
+
+TEST_F(Resume, RefusesFilesThatItCannotGoOnFrom) {
+    const auto expect_refusal = [&](const std::string& name, const std::string& why) {
+        const std::string before = bytes(name);
+        const CommandResult r = try_render("--spp 8 --resume -o " + name);
+        EXPECT_EQ(r.exit_code, 5) << r.output;
+        EXPECT_NE(r.output.find(why), std::string::npos) << why << ": " << r.output;
+        EXPECT_TRUE(bytes(name) == before);
+    };
+    render("--spp 4 -o plain.exr");
+    expect_refusal("plain.exr", "it holds no sums to go on from: render with --keep-sums");
+    ASSERT_EQ(w.comp("mix plain.exr -o mix.exr --gain all=2").exit_code, 0);
+    expect_refusal("mix.exr", "cannot go on from");
+    w.write("text.exr", "no picture");
+    expect_refusal("text.exr", "cannot go on from text.exr");
+    render("--spp 4 --keep-sums -o part.exr");
+    const std::string whole = bytes("part.exr");
+    std::ofstream(w.path("cut.exr"), std::ios::binary) << whole.substr(0, whole.size() / 2);
+    expect_refusal("cut.exr", "cannot go on from cut.exr");
+
+    // Damaged sums, another build, no word of the build
+    Result<image::Image> file = image::read_exr(w.path("part.exr"));
+    ASSERT_TRUE(file.has_value());
+    auto& text = std::get<std::string>(file->attributes[image::settings_attribute]);
+    nlohmann::ordered_json settings = nlohmann::ordered_json::parse(text);
+    settings["build"] = "0123456789abcdef";
+    text = settings.dump();
+    ASSERT_TRUE(image::write_exr(w.path("build.exr"), *file).has_value());
+    expect_refusal("build.exr", "build 0123456789abcdef of velatura rendered it");
+    text = "{}";
+    ASSERT_TRUE(image::write_exr(w.path("silent.exr"), *file).has_value());
+    expect_refusal("silent.exr", "it does not say by which build");
+    for (image::Part& part : file->parts) {
+        for (image::Channel& c : part.channels) {
+            if (c.name == "sums_end") std::get<std::vector<uint32_t>>(c.data)[7] ^= 1;
+        }
+    }
+    ASSERT_TRUE(image::write_exr(w.path("damaged.exr"), *file).has_value());
+    expect_refusal("damaged.exr", "the stored sums are damaged");
+
+    // A changed scene
+    std::string other = small_scene();
+    other.replace(other.find("inputs:intensity = 8"), 20, "inputs:intensity = 9");
+    w.write("s.usda", other);
+    expect_refusal("part.exr", "the scene's layers have changed");
+}
+
+}  // namespace velatura::test
