@@ -74,7 +74,7 @@ std::vector<float> top_up_priority(const image::Window& window,
     const int width = window.width(), height = window.height();
     constexpr int reach = image::top_up_reach;
     std::vector<double> errors = squares_of(mix);
-    for (size_t i = 0; i < errors.size(); ++i) errors[i] = std::sqrt(errors[i] * double(counts[i]));
+    for (size_t i = 0; i < errors.size(); ++i) errors[i] *= double(counts[i]);
     std::vector<float> priority(errors.size());
     parallel_for(size_t(height), [&](size_t row) {
         const int y = int(row);
@@ -88,7 +88,7 @@ std::vector<float> top_up_priority(const image::Window& window,
                     if (u != x || v != y) sum += errors[size_t(v) * size_t(width) + size_t(u)];
             }
             const int others = (x1 - x0) * (y1 - y0) - 1;
-            if (others > 0) priority[row * size_t(width) + size_t(x)] = float(sum / double(others));
+            if (others > 0) priority[row * size_t(width) + size_t(x)] = float(std::sqrt(sum / double(others)));
         }
     });
     return priority;

@@ -27,8 +27,9 @@ struct TopUpPlan {
     image::TopUpRequest request;
 };
 
-/// The priority of every pixel: mean over its neighbours up to image::top_up_reach away, itself left
-/// out, of the relative standard error that one sample leaves in the mix.
+/// The priority of every pixel: root of the mean, over its neighbours up to image::top_up_reach away,
+/// itself left out, of the squared relative error that one sample leaves in the mix. Of pixels that
+/// have one number of samples among them, the sum of errors is least if it is in proportion to that.
 /// Args: counts = samples of every pixel.
 std::vector<float> top_up_priority(const image::Window& window,
                                    const MixError& mix,
