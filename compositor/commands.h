@@ -15,6 +15,7 @@ void add_info_command(CLI::App& app, std::function<int()>& run);
 void add_mix_command(CLI::App& app, std::function<int()>& run);
 void add_noise_command(CLI::App& app, std::function<int()>& run);
 void add_plan_command(CLI::App& app, std::function<int()>& run);
+void add_ui_command(CLI::App& app, std::function<int()>& run);
 void add_verify_command(CLI::App& app, std::function<int()>& run);
 void add_diff_command(CLI::App& app, std::function<int()>& run);
 void add_merge_command(CLI::App& app, std::function<int()>& run);

@@ -21,6 +21,7 @@ int main(int argc, char** argv) {
     add_mix_command(app, run);
     add_noise_command(app, run);
     add_plan_command(app, run);
+    add_ui_command(app, run);
     add_verify_command(app, run);
     add_diff_command(app, run);
     add_merge_command(app, run);

@@ -13,18 +13,17 @@ namespace velatura::compositor {
 
 namespace {
 
-/// What comes after `S_<group>_`.
-std::string caster_of(const image::LayerEntry& entry) {
-    const std::string beginning = "S_" + entry.group + "_";
-    return entry.name.starts_with(beginning) ? entry.name.substr(beginning.size()) : entry.name;
-}
-
 size_t index_of(const std::vector<std::string>& names, const std::string& name) {
     const auto at = std::find(names.begin(), names.end(), name);
     return at == names.end() ? 0 : size_t(at - names.begin());
 }
 
 }  // namespace
+
+std::string caster_of(const image::LayerEntry& entry) {
+    const std::string beginning = "S_" + entry.group + "_";
+    return entry.name.starts_with(beginning) ? entry.name.substr(beginning.size()) : entry.name;
+}
 
 RowNames::RowNames(const LayerStack& stack, const Look& look)
     : stack_(stack),

@@ -91,6 +91,24 @@ std::string list_of_views(const ocio::ConstConfigRcPtr& config) {
     return list;
 }
 
+struct UsedConfig {
+    ocio::ConstConfigRcPtr config;
+    bool is_built_in = false;
+};
+
+/// That of $OCIO, else the built-in one.
+Result<UsedConfig> used_config() {
+    try {
+        // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody changes the environment
+        const char* path = std::getenv("OCIO");
+        const bool is_built_in = path == nullptr || *path == '\0';
+        return UsedConfig{is_built_in ? built_in_config() : ocio::Config::CreateFromEnv(),
+                          is_built_in};
+    } catch (const std::exception& e) {
+        return Error{"ocio-config", fmt::format("cannot use the OpenColorIO config: {}", e.what())};
+    }
+}
+
 }  // namespace
 
 std::string working_space_of(const Image& image) {
@@ -98,6 +116,23 @@ std::string working_space_of(const Image& image) {
     const auto* primaries =
         at == image.attributes.end() ? nullptr : std::get_if<Chromaticities>(&at->second);
     return primaries && std::abs((*primaries)[0] - 0.713f) < 0.002f ? "ACEScg" : "";
+}
+
+Result<std::vector<DisplayViews>> display_views() {
+    const auto used = used_config();
+    if (!used) return used.error();
+    const ocio::ConstConfigRcPtr& config = used->config;
+    std::vector<DisplayViews> all;
+    for (int d = 0; d < config->getNumDisplays(); ++d) {
+        DisplayViews of_display;
+        of_display.display = config->getDisplay(d);
+        const char* display = of_display.display.c_str();
+        for (int v = 0; v < config->getNumViews(display); ++v)
+            of_display.views.emplace_back(config->getView(display, v));
+        const bool is_default = of_display.display == config->getDefaultDisplay();
+        all.insert(is_default ? all.begin() : all.end(), std::move(of_display));
+    }
+    return all;
 }
 
 struct DisplayTransform::Impl {
@@ -114,16 +149,9 @@ DisplayTransform& DisplayTransform::operator=(DisplayTransform&&) noexcept = def
 Result<DisplayTransform> DisplayTransform::make(const std::string& display,
                                                 const std::string& view,
                                                 const std::string& working_space) {
-    ocio::ConstConfigRcPtr config;
-    bool is_built_in = false;
-    try {
-        // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody changes the environment
-        const char* path = std::getenv("OCIO");
-        is_built_in = path == nullptr || *path == '\0';
-        config = is_built_in ? built_in_config() : ocio::Config::CreateFromEnv();
-    } catch (const std::exception& e) {
-        return Error{"ocio-config", fmt::format("cannot use the OpenColorIO config: {}", e.what())};
-    }
+    const auto used = used_config();
+    if (!used) return used.error();
+    const auto& [config, is_built_in] = *used;
     try {
         auto impl = std::make_unique<Impl>();
         impl->display = display.empty() ? config->getDefaultDisplay() : display;

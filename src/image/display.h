@@ -14,6 +14,16 @@ namespace velatura::image {
 /// taken as linear Rec.709, which is empty.
 std::string working_space_of(const Image& image);
 
+/// A display of the config in use and its views, in the config's order.
+struct DisplayViews {
+    std::string display;
+    std::vector<std::string> views;
+};
+
+/// What DisplayTransform::make can be asked for, the config's default display first.
+/// Errors: "ocio-config".
+Result<std::vector<DisplayViews>> display_views();
+
 /// Turns scene-linear pictures into what a monitor shows, through OpenColorIO: the config of $OCIO,
 /// else a small built-in one with display `sRGB` and the views `ACES` (SDR video output transform),
 /// `sRGB` (no tone mapping) and `Raw`, for linear Rec.709 and ACEScg.

@@ -87,11 +87,7 @@ Result<void> write_display_image(const std::string& path,
                                  int height,
                                  const std::vector<float>& rgb) {
     std::vector<uint8_t> bytes(rgb.size());
-    std::transform(rgb.begin(), rgb.end(), bytes.begin(), [](float v) {
-        // Written so that NaN becomes 0
-        const float clamped = v > 0.0f ? std::min(v, 1.0f) : 0.0f;
-        return uint8_t(std::lround(clamped * 255.0f));
-    });
+    std::transform(rgb.begin(), rgb.end(), bytes.begin(), display_byte);
     const auto error = [&path](const std::string& why) {
         return Error{"io-write", fmt::format("cannot write {}: {}", path, why)};
     };

@@ -3,6 +3,8 @@
 
 #include "base/result.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -38,7 +40,13 @@ Result<RgbImage> read_rgb_image(const std::string& path,
                                 const ReadLimits& limits = {},
                                 size_t* not_finite = nullptr);
 
-/// Writes display-referred RGB in [0, 1] (clamped, rounded to 8 bits), [height][width][3], as .png
+/// A display-referred value as a picture of 8 bits has it: clamped to [0, 1] and rounded; NaN is 0.
+inline uint8_t display_byte(float v) {
+    const float clamped = v > 0.0f ? std::min(v, 1.0f) : 0.0f;
+    return uint8_t(std::lround(clamped * 255.0f));
+}
+
+/// Writes display-referred RGB (display_byte), [height][width][3], as .png
 /// or .jpg, under a temporary name and renamed. Opens the picture library. Errors: "io-write".
 Result<void> write_display_image(const std::string& path,
                                  int width,

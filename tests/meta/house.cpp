@@ -41,6 +41,7 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
         {"app", with({"plugin", "import", "usd/layer", "usd/text", "usd/crate", "usd/package", "usd/materialx", "usd/compose",
                       "usd/stage", "translate", "integrator", "study"})},
         {"compositor", {"image"}},
+        {"compositor/window", {"compositor", "image"}},
     };
     return table;
 }
@@ -63,6 +64,9 @@ const std::vector<Library>& library_table() {
         {"expat.h", {"src/usd/materialx/"}},
         {"CLI/", {"src/app/", "compositor/"}},
         {"assimp/", {"src/import/"}},
+        {"imgui.h", {"compositor/window/"}},
+        {"backends/imgui_impl_", {"compositor/window/"}},
+        {"GLFW/", {"compositor/window/"}},
         {"opensubdiv/", {"plugins/subdivision/"}},
         {"openvdb/", {"plugins/volume/"}},
         {"nanovdb/", {"plugins/volume/"}},

@@ -150,9 +150,9 @@ std::vector<SourceFile> read_tree(const std::string& root) {
 }
 
 std::string tier_of(const std::string& path) {
-    if (path.starts_with("compositor/")) return "compositor";
-    if (!path.starts_with("src/")) return {};
-    for (std::string folder = parent_folder(path.substr(4)); !folder.empty();
+    const bool is_compositor = path.starts_with("compositor/");
+    if (!is_compositor && !path.starts_with("src/")) return {};
+    for (std::string folder = parent_folder(is_compositor ? path : path.substr(4)); !folder.empty();
          folder = parent_folder(folder)) {
         if (tier_table().contains(folder)) return folder;
     }
@@ -321,7 +321,7 @@ std::vector<std::string> check_test_assets(const SourceFile& file) {
 std::vector<std::string> check_tier_readmes(const std::vector<SourceFile>& tree) {
     std::vector<std::string> out;
     for (const auto& [tier, right] : tier_table()) {
-        const std::string folder = tier == "compositor" ? "compositor/" : "src/" + tier + "/";
+        const std::string folder = (tier.starts_with("compositor") ? "" : "src/") + tier + "/";
         const auto has = [&](const std::string& name) {
             return std::find_if(tree.begin(), tree.end(),
                                 [&](const SourceFile& f) { return f.path == folder + name; });

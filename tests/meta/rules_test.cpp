@@ -17,6 +17,7 @@ TEST(Rules, TierIsTheLongestFolderOfTheTable) {
     EXPECT_EQ(tier_of("src/usd/text/detail/lexer.h"), "usd/text");
     EXPECT_EQ(tier_of("src/base/math.h"), "base");
     EXPECT_EQ(tier_of("compositor/mix.h"), "compositor");
+    EXPECT_EQ(tier_of("compositor/window/session.h"), "compositor/window");
     EXPECT_EQ(tier_of("src/nowhere/a.h"), "");
     EXPECT_EQ(tier_of("tests/base/a.cpp"), "");
 }
@@ -30,6 +31,10 @@ TEST(Rules, TierIncludes) {
     EXPECT_EQ(
         check_tier_includes(make_file("compositor/mix.cpp", "#include \"film/film.h\"\n")).size(),
         1u);
+    EXPECT_EQ(check_tier_includes(
+                  make_file("compositor/mix.cpp", "#include \"compositor/window/session.h\"\n"))
+                  .size(),
+              1u);
     EXPECT_EQ(check_tier_includes(make_file("src/usd/text/a.h", "#include \"usd/stage/prim.h\"\n"))
                   .size(),
               1u);
@@ -63,6 +68,7 @@ TEST(Rules, Libraries) {
             .size(),
         1u);
     EXPECT_EQ(check_libraries(make_file("src/image/a.cpp", "#include <CLI/CLI.hpp>\n")).size(), 1u);
+    EXPECT_EQ(check_libraries(make_file("compositor/mix.cpp", "#include <imgui.h>\n")).size(), 1u);
     EXPECT_EQ(check_libraries(make_file("src/accel/a.cpp", "#include <embree3/rtcore.h>\n")).size(),
               1u);
     EXPECT_EQ(check_libraries(make_file("src/base/a.cpp", "#include <boost/any.hpp>\n")).size(),

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/command_outcome.h"
+#include "compositor/commands.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace velatura::compositor {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct UiOptions {
+    std::string input, preset;
+    std::vector<int> size;
+};
+
+/// The program of the window, which lies beside this one where it was built.
+Result<std::string> window_program() {
+    std::error_code failed;
+    const fs::path self = fs::read_symlink("/proc/self/exe", failed);
+    const fs::path program = self.parent_path() / "velatura-comp-ui";
+    if (!failed && fs::exists(program, failed)) return program.string();
+    return Error{"no-window",
+                 fmt::format("there is no velatura-comp-ui beside {}: the window was not built; it "
+                             "needs Dear ImGui, GLFW and OpenGL (Debian: libimgui-dev "
+                             "libglfw3-dev libgl-dev)",
+                             self.filename().string())};
+}
+
+int run_ui(const UiOptions& o) {
+    const auto program = window_program();
+    if (!program) return report(program.error());
+    std::vector<std::string> arguments = {*program};
+    if (!o.preset.empty()) arguments.insert(arguments.end(), {"--preset", o.preset});
+    if (!o.size.empty()) {
+        arguments.emplace_back("--size");
+        for (const int v : o.size) arguments.push_back(std::to_string(v));
+    }
+    // What follows is no option, whatever a file is called
+    if (!o.input.empty()) arguments.insert(arguments.end(), {"--", o.input});
+    std::vector<char*> pointers;
+    for (std::string& a : arguments) pointers.push_back(a.data());
+    pointers.push_back(nullptr);
+    execv(program->c_str(), pointers.data());
+    return report({"no-window", fmt::format("cannot run {}: {}", *program, std::strerror(errno))});
+}
+
+}  // namespace
+
+void add_ui_command(CLI::App& app, std::function<int()>& run) {
+    const auto o = std::make_shared<UiOptions>();
+    CLI::App* command = app.add_subcommand("ui", "Mix in a window");
+    command->add_option("input", o->input, "File of light layers");
+    command->add_option("--preset", o->preset, "Look to start with (JSON)");
+    command->add_option("--size", o->size, "Width and height of the window")->expected(2);
+    command->callback([&run, o] { run = [o] { return run_ui(*o); }; });
+}
+
+}  // namespace velatura::compositor

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+
+namespace velatura::compositor::window {
+
+/// What a key or a menu entry does.
+enum class Action {
+    OpenFile, OpenPreset, SavePreset, SavePicture, Quit,
+    Undo, Redo, ResetRow, ResetAll,
+    PreviousRow, NextRow, MuteRow, SoloRow, GainUp, GainDown, GainUpFine, GainDownFine,
+    ExposureUp, ExposureDown, ExposureReset,
+    ZoomFit, ZoomOne, ZoomIn, ZoomOut,
+    ToggleWipe, SwitchLook, CopyLook, ShowHelp,
+};
+
+/// Keys by their American letter, digit or sign; these have none.
+enum SpecialKey : int {
+    key_up = 0x100, key_down, key_left, key_right, key_f1, key_enter, key_escape, key_tab
+};
+
+struct KeyPress {
+    int key = 0;  ///< upper case
+    bool is_ctrl = false, is_shift = false;
+
+    bool operator==(const KeyPress&) const = default;
+};
+
+/// A line of the table of keys, which the menus and the help show too.
+struct KeyBinding {
+    KeyPress press;
+    Action action;
+    const char* keys;  ///< as written in the help
+    const char* what;
+};
+
+std::span<const KeyBinding> key_bindings();
+
+std::optional<Action> action_of(const KeyPress& press);
+
+/// How its key is written; empty for an action without.
+const char* keys_of(Action action);
+
+/// Keys that the bindings speak of.
+std::span<const int> bound_keys();
+
+/// `ctrl+shift+z`, `up`, `f1`, `[`. None for what no key is called.
+std::optional<KeyPress> key_press_of(std::string text);
+
+}  // namespace velatura::compositor::window

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/window/mixer_panel.h"
+#include "compositor/window/widgets.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace velatura::compositor::window {
+
+namespace {
+
+constexpr float most_stops = 20;
+
+/// A number to drag, coloured by how far it is from 0. The target is a cell, a group or a bounce.
+void draw_cell(Drawing& drawing, const std::string& target) {
+    Session& session = drawing.session;
+    const RowState state = row_state(session.look(), target);
+    ImGui::TableNextColumn();
+    ImGui::PushID(target.c_str());
+    const float strength = std::min(std::abs(state.stops) / 4, 1.0f) * 0.5f;
+    const bool is_changed = state.stops != 0 && !state.is_muted;
+    ImVec4 fill = state.is_muted ? with_alpha(colour::mute, 0.45f) : colour::field;
+    if (is_changed) {
+        const ImVec4& toward = state.stops > 0 ? colour::accent : ImVec4(0.35f, 0.55f, 0.80f, 1);
+        fill = {fill.x + (toward.x - fill.x) * strength, fill.y + (toward.y - fill.y) * strength,
+                fill.z + (toward.z - fill.z) * strength, 1};
+    }
+    ImGui::PushStyleColor(ImGuiCol_FrameBg, fill);
+    ImGui::PushStyleColor(ImGuiCol_Text, is_changed ? colour::text : colour::dim);
+    float stops = state.stops;
+    ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);
+    if (ImGui::DragFloat("##stops", &stops, 0.02f, -most_stops, most_stops,
+                         state.is_muted ? "mute" : state.stops == 0 ? "0" : "%+.2f",
+                         ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoRoundToFormat))
+        session.edit("cell " + target, [&](Look& l) { set_stops(l, target, stops); });
+    ImGui::PopStyleColor(2);
+    note_item(drawing, "cell " + target);
+    if (ImGui::IsItemHovered()) {
+        if (ImGui::IsMouseClicked(ImGuiMouseButton_Right))
+            session.edit("", [&](Look& l) { reset_row(l, target); });
+        if (ImGui::IsMouseClicked(ImGuiMouseButton_Middle))
+            session.edit("", [&](Look& l) { set_muted(l, target, !state.is_muted); });
+    }
+    ImGui::PopID();
+}
+
+void draw_name(const std::string& name) {
+    ImGui::TableNextColumn();
+    ImGui::AlignTextToFramePadding();
+    text(name);
+}
+
+}  // namespace
+
+void draw_cells(Drawing& drawing) {
+    const std::vector<std::string> groups = drawing.session.rows().groups;
+    const std::vector<std::string> columns = drawing.session.rows().columns;
+    text("Stops. Drag, Ctrl-click to type, right click resets, middle click mutes.", colour::dim);
+    const float unit = ImGui::GetFontSize();
+    if (!ImGui::BeginTable("cells", int(columns.size()) + 2,
+                           ImGuiTableFlags_ScrollX | ImGuiTableFlags_ScrollY |
+                               ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_NoPadOuterX))
+        return;
+    ImGui::TableSetupScrollFreeze(1, 2);
+    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, 5.2f * unit);
+    ImGui::TableSetupColumn("all", ImGuiTableColumnFlags_WidthFixed, 3.15f * unit);
+    for (const std::string& column : columns)
+        ImGui::TableSetupColumn(column.c_str(), ImGuiTableColumnFlags_WidthFixed, 3.15f * unit);
+    ImGui::TableHeadersRow();
+    ImGui::TableNextRow();
+    draw_name("all light");
+    draw_cell(drawing, "all");
+    for (const std::string& column : columns) draw_cell(drawing, column);
+    for (const std::string& group : groups) {
+        ImGui::TableNextRow();
+        draw_name(group);
+        draw_cell(drawing, group);
+        for (const std::string& column : columns) draw_cell(drawing, group + ":" + column);
+    }
+    ImGui::EndTable();
+}
+
+}  // namespace velatura::compositor::window

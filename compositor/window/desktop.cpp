@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/window/desktop.h"
+
+#include "base/hash.h"
+#include "compositor/window/menu_bar.h"
+#include "compositor/window/mixer_panel.h"
+#include "compositor/window/noise_panel.h"
+#include "compositor/window/picture_panel.h"
+#include "compositor/window/pixel_panel.h"
+#include "compositor/window/widgets.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace velatura::compositor::window {
+
+namespace {
+
+Result<std::shared_ptr<const Levels>> load(const std::string& path) {
+    auto stack = LayerStack::load(path, ForeignFiles::Plain);
+    if (!stack) return stack.error();
+    auto levels = Levels::make(std::make_shared<const LayerStack>(std::move(*stack)));
+    if (!levels) return levels.error();
+    return std::make_shared<const Levels>(std::move(*levels));
+}
+
+template <class T>
+bool is_ready(const std::optional<std::future<T>>& future) {
+    return future && future->wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
+/// Tells requests apart.
+uint64_t digest_of(const WorkRequest& request) {
+    uint64_t digest = hash_combine(reinterpret_cast<uintptr_t>(request.levels.get()),
+                                   hash_combine(request.level, request.noise_of));
+    for (const auto& picture : request.pictures)
+        digest = hash_combine(digest, picture ? picture->version : 0);
+    for (const int v : {request.seen.x0, request.seen.y0, request.seen.x1, request.seen.y1})
+        digest = hash_combine(digest, uint64_t(v));
+    return digest;
+}
+
+/// A panel at a fixed place.
+class Panel {
+  public:
+    Panel(const char* name, const ImVec2& low, const ImVec2& size, ImGuiWindowFlags more = 0) {
+        ImGui::SetNextWindowPos(low);
+        ImGui::SetNextWindowSize(size);
+        ImGui::Begin(name, nullptr,
+                     ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
+                         ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
+                         ImGuiWindowFlags_NoBringToFrontOnFocus |
+                         ImGuiWindowFlags_NoScrollWithMouse | ImGuiWindowFlags_NoScrollbar | more);
+    }
+
+    ~Panel() { ImGui::End(); }
+
+    Panel(const Panel&) = delete;
+    Panel& operator=(const Panel&) = delete;
+};
+
+}  // namespace
+
+Desktop::Desktop(const GlfwWindow& window)
+    : session_(RecentFiles(recent_list_path())),
+      drawing_{session_, textures_, {}, window.fonts(), window.scale(), {}, {}, true, {}, false,
+               {}, {},       {}},
+      worker_([] { GlfwWindow::wake(); }) {
+    if (auto displays = image::display_views()) {
+        drawing_.displays = std::move(*displays);
+    } else {
+        session_.tell(displays.error().message, true);
+    }
+    drawing_.open_file = [this](const std::string& path) { open(path, ""); };
+    drawing_.save_picture = [this](const std::string& path) { save_picture(path); };
+}
+
+void Desktop::open(const std::string& path, const std::string& preset) {
+    loading_path_ = path;
+    loading_preset_ = preset;
+    loading_ = std::async(std::launch::async, [path] {
+        auto loaded = load(path);
+        GlfwWindow::wake();
+        return loaded;
+    });
+    session_.tell("loading " + path);
+}
+
+void Desktop::drop(const std::string& path) {
+    if (path.ends_with(".json")) {
+        if (session_.has_file()) session_.load_preset(path);
+    } else {
+        open(path, "");
+    }
+}
+
+void Desktop::press(const KeyPress& key) {
+    if (session_.dialog() == Dialog::None) session_.press(key);
+}
+
+void Desktop::save_picture(const std::string& path) {
+    saving_path_ = path;
+    session_.tell("saving " + path);
+    saving_ = std::async(std::launch::async, [write = session_.picture_writer(path)] {
+        auto written = write();
+        GlfwWindow::wake();
+        return written;
+    });
+}
+
+void Desktop::take_loaded() {
+    if (!is_ready(loading_)) return;
+    const auto loaded = loading_->get();
+    loading_.reset();
+    if (!loaded) return session_.tell(loaded.error().message, true);
+    textures_.show(*loaded);
+    drawing_.noise.reset();
+    drawing_.cursor.reset();
+    session_.show(loading_path_, *loaded);
+    if (!loading_preset_.empty()) session_.load_preset(loading_preset_);
+}
+
+void Desktop::take_news() {
+    WorkNews news = worker_.take();
+    for (const FinishedTile& tile : news.tiles) textures_.take(tile);
+    if (news.noise) drawing_.noise = std::move(news.noise);
+    const PictureTask* picture =
+        session_.has_file() ? session_.picture(session_.active()) : nullptr;
+    drawing_.is_noise_old = !picture || news.noise_version != picture->version;
+    drawing_.times = news.times;
+    drawing_.is_working = !news.is_idle || loading_ || saving_;
+}
+
+void Desktop::take_up() {
+    take_loaded();
+    if (is_ready(saving_)) {
+        const auto saved = saving_->get();
+        saving_.reset();
+        session_.tell(saved ? "saved " + saving_path_ : saved.error().message, !saved);
+    }
+    take_news();
+}
+
+bool Desktop::is_settled() const {
+    return !drawing_.is_working && !loading_ && !saving_;
+}
+
+void Desktop::request() {
+    WorkRequest wanted = session_.work_request();
+    const uint64_t digest = digest_of(wanted);
+    if (digest == asked_) return;
+    asked_ = digest;
+    drawing_.is_working = true;
+    worker_.request(std::move(wanted));
+}
+
+void Desktop::draw_desk() {
+    const ImVec2 screen = ImGui::GetIO().DisplaySize;
+    const float unit = ImGui::GetFontSize();
+    const float bar = ImGui::GetFrameHeight(), tools = bar + 1.1f * unit, status = 1.9f * unit;
+    const float mixer = std::clamp(0.36f * screen.x, 32 * unit, 40 * unit);
+    const float left = std::max(screen.x - mixer, 1.0f);
+    const float numbers = std::clamp(0.27f * screen.y, 10 * unit, 17 * unit);
+    const float noise = 17 * unit;
+    const float low = screen.y - status;
+    {
+        const Panel panel("menus", {0, 0}, {screen.x, bar}, ImGuiWindowFlags_MenuBar);
+        draw_menu_bar(drawing_);
+    }
+    const bool has_file = session_.has_file();
+    if (has_file) {
+        const Panel panel("tools", {0, bar}, {left, tools});
+        draw_toolbar(drawing_);
+    }
+    {
+        const float top = bar + (has_file ? tools : 0), height = low - top - (has_file ? numbers : 0);
+        ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0, 0));
+        const Panel panel("picture", {0, top}, {has_file ? left : screen.x, std::max(height, 1.0f)});
+        ImGui::PopStyleVar();
+        draw_picture(drawing_);
+    }
+    if (has_file) {
+        {
+            const Panel panel("noise", {0, low - numbers}, {noise, numbers});
+            draw_noise(drawing_);
+        }
+        {
+            const Panel panel("pixel", {noise, low - numbers}, {left - noise, numbers});
+            draw_pixel(drawing_);
+        }
+        const Panel panel("mixer", {left, bar}, {mixer, low - bar});
+        draw_mixer(drawing_);
+    }
+    const Panel panel("status", {0, low}, {screen.x, status});
+    draw_status_line(drawing_);
+}
+
+void Desktop::draw() {
+    take_up();
+    drawing_.marks.clear();
+    draw_desk();
+    dialogs_.draw(drawing_);
+    if (!ImGui::IsAnyItemActive()) session_.seal();
+    request();
+}
+
+}  // namespace velatura::compositor::window

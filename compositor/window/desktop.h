@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "compositor/window/dialogs.h"
+#include "compositor/window/drawing.h"
+#include "compositor/window/glfw_window.h"
+#include "compositor/window/worker.h"
+
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace velatura::compositor::window {
+
+/// All panels, and what goes on behind them: loading, mixing, saving.
+class Desktop {
+  public:
+    explicit Desktop(const GlfwWindow& window);
+
+    /// Loads in the background; the preset is for when it is there, empty for none.
+    void open(const std::string& path, const std::string& preset);
+    /// A file that was dropped: layers or a preset.
+    void drop(const std::string& path);
+    void press(const KeyPress& key);
+
+    /// Takes up what became ready and draws everything.
+    void draw();
+
+    bool wants_to_quit() const { return session_.wants_to_quit(); }
+    /// Nothing is being loaded, mixed or saved.
+    bool is_settled() const;
+    const Marks& marks() const { return drawing_.marks; }
+    const MixTimes& times() const { return drawing_.times; }
+    /// The first file could not be loaded.
+    bool has_failed() const { return !session_.has_file() && session_.message().is_error; }
+    const Session& session() const { return session_; }
+
+  private:
+    void take_up();
+    void take_loaded();
+    void take_news();
+    void save_picture(const std::string& path);
+    void draw_desk();
+    void request();
+
+    Session session_;
+    Textures textures_;
+    Drawing drawing_;
+    Dialogs dialogs_;
+    Worker worker_;
+    uint64_t asked_ = 0;  ///< digest of the last request
+    std::string loading_path_, loading_preset_;
+    std::optional<std::future<Result<std::shared_ptr<const Levels>>>> loading_;
+    std::string saving_path_;
+    std::optional<std::future<Result<void>>> saving_;
+};
+
+}  // namespace velatura::compositor::window

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "compositor/window/drawing.h"
+#include "compositor/window/folder_list.h"
+
+#include <array>
+#include <string>
+
+namespace velatura::compositor::window {
+
+/// Files to open and save, and the help about keys: one at a time, before everything else.
+class Dialogs {
+  public:
+    void draw(Drawing& drawing);
+
+  private:
+    void begin(Drawing& drawing);
+    void draw_help(Drawing& drawing);
+    void draw_files(Drawing& drawing);
+    void draw_list(Drawing& drawing);
+    void accept(Drawing& drawing);
+    void go_to(const std::string& folder);
+
+    Dialog shown_ = Dialog::None;
+    FolderList list_;
+    std::array<char, 4096> name_{};  ///< as typed
+};
+
+}  // namespace velatura::compositor::window

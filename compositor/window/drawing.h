@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "compositor/window/live_noise.h"
+#include "compositor/window/pixel_readout.h"
+#include "compositor/window/script.h"
+#include "compositor/window/session.h"
+#include "compositor/window/textures.h"
+#include "compositor/window/theme.h"
+#include "image/display.h"
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace velatura::compositor::window {
+
+/// What all panels draw with.
+struct Drawing {
+    Session& session;
+    Textures& textures;
+    Marks marks;
+    Fonts fonts;
+    float scale = 1;  ///< of the monitor
+    std::vector<image::DisplayViews> displays;
+
+    std::optional<LiveNoise> noise;  ///< of the active look
+    bool is_noise_old = true;        ///< of a look before this one
+    MixTimes times;
+    bool is_working = false;
+    std::optional<std::array<int, 2>> cursor;  ///< pixel of the picture last under the mouse
+
+    /// What the window's owner does for a dialog.
+    std::function<void(const std::string&)> open_file, save_picture;
+};
+
+}  // namespace velatura::compositor::window

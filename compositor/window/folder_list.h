@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace velatura::compositor::window {
+
+/// What a folder offers to open.
+struct FolderList {
+    std::string folder;                ///< absolute
+    std::vector<std::string> folders;  ///< names, sorted; hidden ones left out
+    std::vector<std::string> files;    ///< names that end in the extension, sorted
+};
+
+/// A folder that cannot be read is an empty one.
+FolderList list_folder(const std::string& folder, std::string_view extension);
+
+/// `path` as it is, or seen from `folder` where it is relative; `~/` is the home.
+std::string path_in(const std::string& folder, const std::string& path);
+
+/// With the extension if it has none.
+std::string with_extension(const std::string& path, std::string_view extension);
+
+}  // namespace velatura::compositor::window

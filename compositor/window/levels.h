@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "compositor/layer_stack.h"
+#include "compositor/mix_plan.h"
+
+#include <memory>
+#include <vector>
+
+namespace velatura::compositor::window {
+
+/// A file at its own size and at halves, quarters … of it, for mixes at the size of the screen.
+class Levels {
+  public:
+    /// Errors: those of LayerStack::from_image, which a file that was loaded does not have.
+    static Result<Levels> make(std::shared_ptr<const LayerStack> stack);
+
+    size_t count() const { return stacks_.size(); }
+
+    /// Level 0 is the file; a pixel of level k covers 2^k × 2^k of its.
+    const LayerStack& stack(size_t level) const { return *stacks_[level]; }
+
+    /// The whole picture at that level; x0 = y0 = 0.
+    image::Window frame(size_t level) const;
+
+    /// The smallest level that still has a pixel for each of the screen.
+    size_t level_for(double scale) const;
+    /// The first one that is mixed at once, whatever the machine.
+    size_t quick_level() const;
+
+  private:
+    std::vector<std::shared_ptr<const LayerStack>> stacks_;
+};
+
+/// A plan for each level: the same, but for the mattes, which are as small as the level.
+std::vector<std::shared_ptr<const MixPlan>> plans_by_level(const Levels& levels, MixPlan plan);
+
+/// Half the size: the mean of 2 × 2 pixels of everything that a mix adds up, in the type it is
+/// stored in; pixels that the file does not store are black. The display window starts at 0, 0.
+image::Image half_size(const LayerStack& stack);
+
+}  // namespace velatura::compositor::window

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/window/look_rows.h"
+
+#include "base/check.h"
+#include "compositor/row_names.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace velatura::compositor::window {
+
+namespace {
+
+using Kind = Control::Kind;
+
+constexpr float coldest = 1667, hottest = 25000;  // K, what a control takes
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// The control that a row shows.
+bool is_of_row(const Control& c, Kind kind, const std::string& target) {
+    return c.kind == kind && c.target == target && c.matte.empty() && c.keys.empty();
+}
+
+auto first_control(Look& look, Kind kind, const std::string& target) {
+    return std::find_if(look.controls.begin(), look.controls.end(),
+                        [&](const Control& c) { return is_of_row(c, kind, target); });
+}
+
+const Control* find_control(const Look& look, Kind kind, const std::string& target) {
+    const auto at = std::find_if(look.controls.begin(), look.controls.end(),
+                                 [&](const Control& c) { return is_of_row(c, kind, target); });
+    return at == look.controls.end() ? nullptr : &*at;
+}
+
+void take_away(Look& look, Kind kind, const std::string& target) {
+    const auto at = first_control(look, kind, target);
+    if (at != look.controls.end()) look.controls.erase(at);
+}
+
+/// The control as if it had been typed, so that the window and a preset mean the same number.
+void put(Look& look, Kind kind, const std::string& target, const std::string& value) {
+    auto control = parse_control(kind, value.empty() ? target : target + "=" + value);
+    VELATURA_CHECK(control.has_value(), "the mixer wrote a control that cannot be read");
+    const auto at = first_control(look, kind, target);
+    if (at == look.controls.end()) {
+        look.controls.push_back(std::move(*control));
+    } else {
+        *at = std::move(*control);
+    }
+}
+
+void set_switch(Look& look, Kind kind, const std::string& target, bool is_on) {
+    if (is_on) {
+        put(look, kind, target, "");
+    } else {
+        take_away(look, kind, target);
+    }
+}
+
+/// True if a layer of the family holds something.
+bool has_light_of(const LayerStack& stack, const std::string& family, const std::string& group) {
+    const auto& layers = stack.header().layers;
+    return std::any_of(layers.begin(), layers.end(), [&](const image::LayerEntry& e) {
+        return e.family == family && !e.is_empty && (group.empty() || e.group == group);
+    });
+}
+
+}  // namespace
+
+bool MixerRows::has_place(Control::Kind kind, const std::string& target) const {
+    if (kind == Kind::Shadow) return contains(shadows, target);
+    if (kind == Kind::Caster) return contains(casters, target);
+    if (kind == Kind::Clamp) return contains(clamps, target);
+    const size_t colon = target.find(':');
+    if (colon == std::string::npos) return contains(lights, target) || contains(bounces, target);
+    return contains(groups, target.substr(0, colon)) && contains(columns, target.substr(colon + 1));
+}
+
+MixerRows mixer_rows(const LayerStack& stack) {
+    MixerRows rows;
+    const std::vector<std::string> groups = stack.group_names(), columns = stack.column_names();
+    const auto& lights = stack.header().lights;
+    rows.lights.emplace_back("all");
+    if (std::any_of(lights.begin(), lights.end(), [](const auto& l) { return l.is_dome; }))
+        rows.lights.emplace_back("env");
+    rows.lights.insert(rows.lights.end(), groups.begin(), groups.end());
+    // With K = 0 the tail holds the direct light as well
+    if (contains(columns, "b1")) rows.bounces = {"direct", "indirect"};
+    rows.bounces.insert(rows.bounces.end(), columns.begin(), columns.end());
+    if (stack.has_family("matrix")) {
+        rows.groups = groups;
+        rows.columns = columns;
+    }
+    for (const std::string& group : groups) {
+        const image::LayerEntry* entry = stack.header().find("S_" + group);
+        if (entry && !entry->is_empty) rows.shadows.push_back(group);
+        if (has_light_of(stack, "clamp", group)) rows.clamps.push_back(group);
+    }
+    if (has_light_of(stack, "clamp", "")) rows.clamps.insert(rows.clamps.begin(), "all");
+    for (const image::LayerEntry& entry : stack.header().layers) {
+        if (entry.family == "caster" && !entry.is_empty)
+            rows.casters.push_back(entry.group + ":" + caster_of(entry));
+    }
+    return rows;
+}
+
+RowState row_state(const Look& look, const std::string& target) {
+    RowState row;
+    row.is_muted = find_control(look, Kind::Mute, target) != nullptr;
+    row.is_soloed = find_control(look, Kind::Solo, target) != nullptr;
+    if (const Control* gain = find_control(look, Kind::Gain, target))
+        row.stops = std::log2(gain->factor[0]);
+    if (const Control* tint = find_control(look, Kind::Tint, target)) row.tint = tint->factor;
+    if (const Control* kelvin = find_control(look, Kind::Kelvin, target))
+        row.kelvin = std::stof(kelvin->value);
+    return row;
+}
+
+void set_stops(Look& look, const std::string& target, float stops) {
+    const float rounded = std::round(stops * 100) / 100;
+    if (rounded == 0) {
+        take_away(look, Kind::Gain, target);
+    } else {
+        put(look, Kind::Gain, target, fmt::format("{:+.2f}st", rounded));
+    }
+}
+
+void set_muted(Look& look, const std::string& target, bool is_muted) {
+    set_switch(look, Kind::Mute, target, is_muted);
+}
+
+void set_soloed(Look& look, const std::string& target, bool is_soloed) {
+    set_switch(look, Kind::Solo, target, is_soloed);
+}
+
+void toggle_only_solo(Look& look, const std::string& target) {
+    const auto count = std::count_if(look.controls.begin(), look.controls.end(),
+                                     [](const Control& c) { return c.kind == Kind::Solo; });
+    const bool was_only = count == 1 && find_control(look, Kind::Solo, target);
+    std::erase_if(look.controls, [](const Control& c) { return c.kind == Kind::Solo; });
+    if (!was_only) put(look, Kind::Solo, target, "");
+}
+
+void set_tint(Look& look, const std::string& target, const std::array<float, 3>& tint) {
+    if (tint == std::array<float, 3>{1, 1, 1}) {
+        take_away(look, Kind::Tint, target);
+    } else {
+        put(look, Kind::Tint, target,
+            fmt::format("{:.3f},{:.3f},{:.3f}", std::max(tint[0], 0.0f), std::max(tint[1], 0.0f),
+                        std::max(tint[2], 0.0f)));
+    }
+}
+
+void set_kelvin(Look& look, const std::string& target, std::optional<float> kelvin) {
+    if (kelvin) {
+        const float rounded = std::clamp(std::round(*kelvin / 10) * 10, coldest, hottest);
+        put(look, Kind::Kelvin, target, fmt::format("{:.0f}", rounded));
+    } else {
+        take_away(look, Kind::Kelvin, target);
+    }
+}
+
+float share_given(const Look& look, Control::Kind kind, const std::string& target) {
+    const Control* control = find_control(look, kind, target);
+    return control ? control->factor[0] : 0.0f;
+}
+
+void set_share(Look& look, Control::Kind kind, const std::string& target, float share) {
+    const float rounded = std::round(std::clamp(share, 0.0f, 1.0f) * 100) / 100;
+    if (rounded == 0) {
+        take_away(look, kind, target);
+    } else {
+        put(look, kind, target, fmt::format("{:.2f}", rounded));
+    }
+}
+
+void reset_row(Look& look, const std::string& target) {
+    for (const Kind kind : {Kind::Gain, Kind::Tint, Kind::Kelvin, Kind::Mute, Kind::Solo})
+        take_away(look, kind, target);
+}
+
+std::vector<size_t> further_controls(const Look& look, const MixerRows& rows) {
+    std::vector<size_t> further;
+    for (size_t i = 0; i < look.controls.size(); ++i) {
+        const Control& c = look.controls[i];
+        const bool is_shown = rows.has_place(c.kind, c.target) &&
+                              find_control(look, c.kind, c.target) == &c;
+        if (!is_shown) further.push_back(i);
+    }
+    return further;
+}
+
+std::string control_text(const Control& control) {
+    std::string line = fmt::format("{} {}", name_of(control.kind), control.target);
+    if (!control.value.empty()) line += " " + control.value;
+    if (!control.matte.empty()) line += " within " + control.matte;
+    return line;
+}
+
+bool same_look(const Look& a, const Look& b) {
+    return look_to_json(a) == look_to_json(b);
+}
+
+}  // namespace velatura::compositor::window

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "compositor/controls.h"
+#include "compositor/layer_stack.h"
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace velatura::compositor::window {
+
+/// What the mixer has a row for: targets of controls.
+struct MixerRows {
+    std::vector<std::string> lights;   ///< `all`, `env` where there are domes, every light group
+    std::vector<std::string> bounces;  ///< `direct`, `indirect`, then one by one; empty: not stored
+    std::vector<std::string> groups, columns;  ///< of the cells; empty where no matrix is stored
+    std::vector<std::string> shadows;  ///< groups with a stored shadow
+    std::vector<std::string> casters;  ///< `group:caster` of those that are stored one by one
+    std::vector<std::string> clamps;   ///< `all` and every light group where a clamp took light
+
+    /// True if a control of that kind has its place in a row.
+    bool has_place(Control::Kind kind, const std::string& target) const;
+};
+
+MixerRows mixer_rows(const LayerStack& stack);
+
+/// How one target stands in a look. A look is a list of controls; the row of a target shows, and
+/// edits in place, the first control of each kind that names it, acts everywhere and has no keys, so
+/// that whatever else a preset says, and its order, stays as it was.
+struct RowState {
+    bool is_muted = false, is_soloed = false;
+    float stops = 0;  ///< −∞ for a factor of 0
+    std::array<float, 3> tint = {1, 1, 1};
+    std::optional<float> kelvin;
+
+    bool operator==(const RowState&) const = default;
+};
+
+RowState row_state(const Look& look, const std::string& target);
+
+/// Rounded to what the row shows: 0.01 stops. 0 takes the control away.
+void set_stops(Look& look, const std::string& target, float stops);
+void set_muted(Look& look, const std::string& target, bool is_muted);
+void set_soloed(Look& look, const std::string& target, bool is_soloed);
+/// Soloes the target alone, or nothing when it is the only one already.
+void toggle_only_solo(Look& look, const std::string& target);
+void set_tint(Look& look, const std::string& target, const std::array<float, 3>& tint);
+/// Rounded to 10 K and kept within what a control takes; none takes the control away.
+void set_kelvin(Look& look, const std::string& target, std::optional<float> kelvin);
+
+/// What is given back of a shadow (Shadow, Caster) or of what a clamp took (Clamp), 0 … 1.
+float share_given(const Look& look, Control::Kind kind, const std::string& target);
+/// Rounded to a hundredth.
+void set_share(Look& look, Control::Kind kind, const std::string& target, float share);
+
+/// Takes away everything that the row of the target shows.
+void reset_row(Look& look, const std::string& target);
+
+/// Indices of the controls that no row shows: repeated ones, those with mattes or keys, sets of rows,
+/// and names that this file has not.
+std::vector<size_t> further_controls(const Look& look, const MixerRows& rows);
+
+/// A control as a line: `gain key:b2 +1.5st`.
+std::string control_text(const Control& control);
+
+/// Looks are equal if they are saved as the same text.
+bool same_look(const Look& a, const Look& b);
+
+}  // namespace velatura::compositor::window

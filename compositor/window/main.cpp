@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// velatura-comp-ui: the window that `velatura-comp ui` opens.
+#include "base/atomic_file.h"
+#include "compositor/window/desktop.h"
+#include "compositor/window/glfw_window.h"
+#include "compositor/window/script_player.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace velatura::compositor::window {
+
+namespace {
+
+enum ExitCode { done = 0, failed = 1, usage = 2 };
+
+struct Options {
+    std::string input, preset, script;
+    int width = 1600, height = 960;
+    bool prints_times = false;
+};
+
+int report(const Error& error) {
+    fmt::print(stderr, "velatura-comp-ui: error: {} [{}]\n", error.message, error.code);
+    return error.code == "bad-script" ? usage : failed;
+}
+
+double median(std::vector<double> values, double share = 0.5) {
+    if (values.empty()) return 0;
+    std::sort(values.begin(), values.end());
+    return values[std::min(size_t(share * double(values.size())), values.size() - 1)];
+}
+
+/// How long frames and mixes took, for whoever asks with --times.
+class Times {
+  public:
+    void add_frame(double ms) { frames_.push_back(ms); }
+
+    void add_mix(const MixTimes& times) {
+        if (times.all == 0 || times.all == last_.all) return;
+        last_ = times;
+        first_.push_back(times.first);
+        seen_.push_back(times.seen);
+        all_.push_back(times.all);
+    }
+
+    void print() const {
+        fmt::print("{} frames: median {:.1f} ms, 95 % {:.1f} ms\n", frames_.size(),
+                   median(frames_), median(frames_, 0.95));
+        fmt::print("{} mixes, medians: something of the picture {:.0f} ms, what is seen {:.0f} ms, all of "
+                   "it at full size {:.0f} ms\n",
+                   all_.size(), median(first_), median(seen_), median(all_));
+    }
+
+  private:
+    std::vector<double> frames_, first_, seen_, all_;
+    MixTimes last_;
+};
+
+Result<std::optional<ScriptPlayer>> player_of(const std::string& path) {
+    if (path.empty()) return std::optional<ScriptPlayer>();
+    const auto text = read_file(path);
+    if (!text) return text.error();
+    auto steps = parse_script(*text);
+    if (!steps) return Error{steps.error().code, path + ": " + steps.error().message};
+    return std::optional<ScriptPlayer>(ScriptPlayer(std::move(*steps)));
+}
+
+/// How long nothing needs to be drawn if nothing happens, in seconds. What becomes ready wakes the
+/// window; drawing without need would take time from it where there is no graphics card.
+double patience(const Desktop& desktop) {
+    if (ImGui::IsAnyMouseDown()) return 0.02;
+    // A little after the last event, what rests on a button gets its explanation
+    return desktop.is_settled() ? 0.25 : 0.1;
+}
+
+int run(const Options& o) {
+    auto player = player_of(o.script);
+    if (!player) return report(player.error());
+    auto window = GlfwWindow::open(o.width, o.height);
+    if (!window) return report(window.error());
+    Desktop desktop(**window);
+    if (!o.input.empty()) desktop.open(o.input, o.preset);
+
+    Times times;
+    while (!(*window)->is_closing() && !desktop.wants_to_quit()) {
+        (*window)->wait(*player ? (*player)->patience() : patience(desktop));
+        const auto begun = std::chrono::steady_clock::now();
+        Result<void> played;
+        (*window)->begin_frame([&] {
+            if (*player) played = (*player)->play(desktop.marks(), desktop.is_settled());
+        });
+        if (!played) return report(played.error());
+        for (const std::string& path : (*window)->take_dropped()) desktop.drop(path);
+        if (*player) {
+            if (const auto path = (*player)->take_dropped()) desktop.drop(*path);
+        }
+        if (!ImGui::GetIO().WantTextInput) {
+            for (const KeyPress& key : (*window)->pressed_keys()) desktop.press(key);
+        }
+        desktop.draw();
+        const auto drawn =
+            *player ? (*window)->end_frame((*player)->screenshot(), (*player)->cut())
+                    : (*window)->end_frame("", std::nullopt);
+        if (!drawn) return report(drawn.error());
+        const std::chrono::duration<double, std::milli> took =
+            std::chrono::steady_clock::now() - begun;
+        times.add_frame(took.count());
+        times.add_mix(desktop.times());
+        if (*player && desktop.has_failed())
+            return report({"io-open", desktop.session().message().text});
+        if (*player && (*player)->is_over()) break;
+    }
+    if (o.prints_times) times.print();
+    return done;
+}
+
+}  // namespace
+
+}  // namespace velatura::compositor::window
+
+int main(int argc, char** argv) {
+    using namespace velatura::compositor::window;
+    CLI::App app("The light mixer of Velatura: docs/window.md.", "velatura-comp-ui");
+    Options o;
+    app.add_option("input", o.input, "File of light layers");
+    app.add_option("--preset", o.preset, "Look to start with (JSON)");
+    std::vector<int> size = {o.width, o.height};
+    app.add_option("--size", size, "Width and height of the window")->expected(2);
+    app.add_option("--script", o.script, "Play mouse and keys from a file, then quit");
+    app.add_flag("--times", o.prints_times, "Print how long frames and mixes took");
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) == 0 ? int(done) : int(usage);
+    }
+    o.width = std::clamp(size[0], 320, 16384);
+    o.height = std::clamp(size[1], 240, 16384);
+    try {
+        return run(o);
+    } catch (const std::exception& e) {
+        fmt::print(stderr, "velatura-comp-ui: error: {}\n", e.what());
+        return failed;
+    }
+}

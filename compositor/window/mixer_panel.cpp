@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/window/mixer_panel.h"
+
+#include "compositor/window/widgets.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace velatura::compositor::window {
+
+namespace {
+
+constexpr float slider_stops = 6;
+
+/// A name as the row shows it.
+std::string row_title(const std::string& target) {
+    if (target == "all") return "all light";
+    if (target == "env") return "env (domes)";
+    return target;
+}
+
+/// What a row stands for, in a word or two.
+std::string row_note(const LayerStack& stack, const std::string& target) {
+    for (const image::LightGroup& light : stack.header().lights) {
+        if (light.name != target) continue;
+        std::string note;
+        for (const std::string& prim : light.prims) note += (note.empty() ? "" : "\n") + prim;
+        return note.empty() ? "light of surfaces that glow" : note;
+    }
+    if (target == "all") return "every light";
+    if (target == "env") return "all domes together";
+    if (target == "direct") return "b1: light after one scattering";
+    if (target == "indirect") return "b2 to tail: light after more than one scattering";
+    if (target == "b0") return "emission and background seen directly";
+    if (target == "tail") return "light after more scatterings than are told apart";
+    return "light after " + target.substr(1) + " scatterings";
+}
+
+const RowNoise* noise_of(const std::vector<RowNoise>& rows, const std::string& name) {
+    const auto at = std::find_if(rows.begin(), rows.end(),
+                                 [&](const RowNoise& r) { return r.name == name; });
+    return at == rows.end() ? nullptr : &*at;
+}
+
+/// One row of lights or bounces.
+class Row {
+  public:
+    Row(Drawing& drawing, const std::string& target)
+        : drawing_(drawing),
+          session_(drawing.session),
+          target_(target),
+          state_(row_state(drawing.session.look(), target)) {}
+
+    void draw() {
+        ImGui::TableNextRow();
+        ImGui::PushID(target_.c_str());
+        if (session_.selected() == target_) {
+            ImGui::TableSetBgColor(ImGuiTableBgTarget_RowBg0,
+                                   packed(with_alpha(colour::accent, 0.10f)));
+        }
+        draw_switches();
+        draw_name();
+        draw_gain();
+        draw_colour();
+        draw_reset();
+        ImGui::PopID();
+    }
+
+  private:
+    std::string mark(const char* what) const { return fmt::format("{} {}", what, target_); }
+
+    void edit(const char* what, const std::function<void(Look&)>& change) {
+        session_.select(target_);
+        session_.edit(mark(what), change);
+    }
+
+    /// Of the last item.
+    bool is_right_clicked() const {
+        return ImGui::IsItemHovered() && ImGui::IsMouseClicked(ImGuiMouseButton_Right);
+    }
+
+    void solo_only() {
+        edit("", [&](Look& l) { toggle_only_solo(l, target_); });
+        session_.seal();
+    }
+
+    void draw_switches() {
+        ImGui::TableNextColumn();
+        if (switch_button("mute", "M", state_.is_muted, colour::mute)) {
+            if (ImGui::GetIO().KeyAlt) {
+                solo_only();
+            } else {
+                edit("mute", [&](Look& l) { set_muted(l, target_, !state_.is_muted); });
+            }
+        }
+        note_item(drawing_, mark("mute"));
+        explain("Mute. Alt-click: solo this row alone");
+        ImGui::TableNextColumn();
+        if (switch_button("solo", "S", state_.is_soloed, colour::solo)) {
+            if (ImGui::GetIO().KeyAlt) {
+                solo_only();
+            } else {
+                edit("solo", [&](Look& l) { set_soloed(l, target_, !state_.is_soloed); });
+            }
+        }
+        note_item(drawing_, mark("solo"));
+        explain("Solo. Alt-click: solo this row alone");
+    }
+
+    void draw_name() {
+        ImGui::TableNextColumn();
+        const bool is_silent = state_.is_muted || (session_.is_soloing() && !state_.is_soloed);
+        ImGui::PushStyleColor(ImGuiCol_Text, is_silent ? colour::dim : colour::text);
+        ImGui::PushStyleColor(ImGuiCol_HeaderHovered, ImVec4(0, 0, 0, 0));
+        ImGui::AlignTextToFramePadding();
+        const ImVec2 size = {ImGui::GetContentRegionAvail().x, ImGui::GetFrameHeight() - 2};
+        if (ImGui::Selectable(row_title(target_).c_str(), false, ImGuiSelectableFlags_None, size)) {
+            session_.select(target_);
+            if (ImGui::GetIO().KeyAlt) solo_only();
+        }
+        ImGui::PopStyleColor(2);
+        note_item(drawing_, mark("name"));
+        explain(row_note(session_.stack(), target_).c_str());
+        draw_noise_share();
+    }
+
+    /// A hair line below the name: how much of the noise is this row's.
+    void draw_noise_share() {
+        if (!drawing_.noise) return;
+        const auto rows = session_.page() == Page::Bounces ? drawing_.noise->bounces()
+                                                           : drawing_.noise->groups();
+        const RowNoise* noise = noise_of(rows, target_);
+        if (!noise || noise->share <= 0) return;
+        const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
+        const float y = high.y - 4;
+        const float x = low.x + (high.x - low.x) * float(std::min(noise->share, 1.0));
+        ImGui::GetWindowDrawList()->AddLine({low.x, y}, {x, y}, packed(colour::dim), 2);
+    }
+
+    void draw_gain() {
+        ImGui::TableNextColumn();
+        const float width = ImGui::GetContentRegionAvail().x;
+        if (const auto stops =
+                drag_slider("gain", state_.stops, -slider_stops, slider_stops, width))
+            edit("gain", [&](Look& l) { set_stops(l, target_, *stops); });
+        note_item(drawing_, mark("gain"));
+        if (is_right_clicked()) edit("", [&](Look& l) { set_stops(l, target_, 0); });
+        explain("Gain in stops: drag (Shift: finer); double click or right click: as rendered");
+        ImGui::TableNextColumn();
+        if (const auto stops =
+                stops_box("##stops", state_.stops, ImGui::GetContentRegionAvail().x))
+            edit("stops", [&](Look& l) { set_stops(l, target_, *stops); });
+        note_item(drawing_, mark("stops"));
+        if (is_right_clicked()) edit("", [&](Look& l) { set_stops(l, target_, 0); });
+    }
+
+    void draw_colour() {
+        ImGui::TableNextColumn();
+        std::array<float, 3> tint = state_.tint;
+        if (ImGui::ColorEdit3("##tint", tint.data(),
+                              ImGuiColorEditFlags_NoInputs | ImGuiColorEditFlags_NoLabel |
+                                  ImGuiColorEditFlags_Float | ImGuiColorEditFlags_NoOptions |
+                                  ImGuiColorEditFlags_NoTooltip))
+            edit("tint", [&](Look& l) { set_tint(l, target_, tint); });
+        note_item(drawing_, mark("tint"));
+        if (is_right_clicked()) edit("", [&](Look& l) { set_tint(l, target_, {1, 1, 1}); });
+        explain("Tint, a factor per channel. Right click: none");
+        ImGui::TableNextColumn();
+        float kelvin = state_.kelvin.value_or(6500.0f);
+        ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);
+        ImGui::PushStyleColor(ImGuiCol_Text, state_.kelvin ? colour::text : colour::dim);
+        if (ImGui::DragFloat("##kelvin", &kelvin, 20, 1667, 25000,
+                             state_.kelvin ? "%.0f K" : "– K", ImGuiSliderFlags_AlwaysClamp))
+            edit("kelvin", [&](Look& l) { set_kelvin(l, target_, kelvin); });
+        ImGui::PopStyleColor();
+        note_item(drawing_, mark("kelvin"));
+        if (is_right_clicked()) edit("", [&](Look& l) { set_kelvin(l, target_, std::nullopt); });
+        explain("Tint of a black body against 6504 K: drag, or Ctrl-click to type. Right click: none");
+    }
+
+    void draw_reset() {
+        ImGui::TableNextColumn();
+        if (quiet_button("reset", "↺", state_ != RowState()))
+            edit("", [&](Look& l) { reset_row(l, target_); });
+        note_item(drawing_, mark("reset"));
+        explain("Reset this row");
+    }
+
+    Drawing& drawing_;
+    Session& session_;
+    const std::string& target_;
+    RowState state_;
+};
+
+void draw_rows(Drawing& drawing, const std::vector<std::string>& targets, size_t masters) {
+    const float unit = ImGui::GetFontSize();
+    if (!ImGui::BeginTable("rows", 8, ImGuiTableFlags_ScrollY | ImGuiTableFlags_SizingFixedFit |
+                                          ImGuiTableFlags_NoPadOuterX))
+        return;
+    const auto column = [&](const char* name, float width) {
+        ImGui::TableSetupColumn(name, ImGuiTableColumnFlags_WidthFixed, width);
+    };
+    const float side = ImGui::GetFrameHeight();
+    ImGui::TableSetupScrollFreeze(0, 1);
+    column("", side);
+    column("", side);
+    ImGui::TableSetupColumn("name", ImGuiTableColumnFlags_WidthStretch, 2);
+    ImGui::TableSetupColumn("gain, stops", ImGuiTableColumnFlags_WidthStretch, 3);
+    column("", 3.9f * unit);
+    column("tint", side);
+    column("kelvin", 4.4f * unit);
+    column("", side);
+    ImGui::PushFont(drawing.fonts.small);
+    ImGui::PushStyleColor(ImGuiCol_Text, colour::dim);
+    ImGui::TableHeadersRow();
+    ImGui::PopStyleColor();
+    ImGui::PopFont();
+    // Copied: a row may change what the session holds
+    const std::vector<std::string> names = targets;
+    for (size_t i = 0; i < names.size(); ++i) {
+        if (i == masters && i > 0) {
+            ImGui::TableNextRow(ImGuiTableRowFlags_None, unit / 2);
+            ImGui::TableNextColumn();
+        }
+        Row(drawing, names[i]).draw();
+    }
+    ImGui::EndTable();
+}
+
+/// Controls of the look that have no row: nothing that is in force is out of sight.
+void draw_further(Drawing& drawing) {
+    Session& session = drawing.session;
+    const std::vector<size_t> further = further_controls(session.look(), session.rows());
+    if (further.empty()) return;
+    ImGui::Separator();
+    text("Also in this look", colour::dim);
+    for (const size_t i : further) {
+        ImGui::PushID(int(i));
+        const std::string line = control_text(session.look().controls[i]);
+        const bool is_removed = quiet_button("remove", "×", true);
+        ImGui::SameLine();
+        text(line);
+        ImGui::PopID();
+        if (is_removed) {
+            session.edit("", [&](Look& l) { l.controls.erase(l.controls.begin() + long(i)); });
+            return;
+        }
+    }
+}
+
+bool begin_page(Drawing& drawing, const char* title, Page page) {
+    Session& session = drawing.session;
+    const bool is_open = ImGui::BeginTabItem(title);
+    note_item(drawing, std::string("page ") + title);
+    if (is_open && session.page() != page) session.set_page(page);
+    return is_open;
+}
+
+}  // namespace
+
+void draw_mixer(Drawing& drawing) {
+    Session& session = drawing.session;
+    const MixerRows& rows = session.rows();
+    const float further_height =
+        further_controls(session.look(), rows).empty() ? 0 : 7 * ImGui::GetFrameHeight();
+    const auto body = [&](const char* id, const std::function<void()>& draw) {
+        if (ImGui::BeginChild(id, {0, -further_height})) draw();
+        ImGui::EndChild();
+        ImGui::EndTabItem();
+    };
+    if (ImGui::BeginTabBar("pages")) {
+        if (begin_page(drawing, "Lights", Page::Lights))
+            body("lights", [&] {
+                const size_t masters = size_t(std::count_if(
+                    rows.lights.begin(), rows.lights.end(),
+                    [](const std::string& n) { return n == "all" || n == "env"; }));
+                draw_rows(drawing, rows.lights, masters);
+            });
+        if (!rows.bounces.empty() && begin_page(drawing, "Bounces", Page::Bounces))
+            body("bounces", [&] {
+                draw_rows(drawing, rows.bounces, rows.bounces.size() - session.stack().column_names().size());
+            });
+        if (!rows.groups.empty() && begin_page(drawing, "Light × bounce", Page::Cells))
+            body("cells", [&] { draw_cells(drawing); });
+        if (begin_page(drawing, "Shadows", Page::Shadows))
+            body("shadows", [&] { draw_shadows(drawing); });
+        ImGui::EndTabBar();
+    }
+    draw_further(drawing);
+}
+
+}  // namespace velatura::compositor::window

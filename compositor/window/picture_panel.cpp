@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/window/picture_panel.h"
+
+#include "compositor/window/widgets.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace velatura::compositor::window {
+
+namespace {
+
+constexpr float exposure_stops = 6;
+constexpr double wheel_step = 1.2;
+
+bool tool_button(Drawing& drawing, const char* label, bool is_on, const char* what) {
+    const bool is_pressed = switch_button(label, label, is_on, colour::accent);
+    note_item(drawing, std::string("tool ") + label);
+    explain(what);
+    ImGui::SameLine();
+    return is_pressed;
+}
+
+void draw_zoom_tools(Drawing& drawing) {
+    Session& session = drawing.session;
+    PictureView& view = session.view();
+    if (tool_button(drawing, "Fit", view.is_fit(), "The whole picture (F)"))
+        session.perform(Action::ZoomFit);
+    if (tool_button(drawing, "1:1", view.scale() == 1,
+                    "A pixel of the picture per pixel of the screen (1)"))
+        session.perform(Action::ZoomOne);
+    ImGui::AlignTextToFramePadding();
+    const float start = ImGui::GetCursorPosX();
+    text(fmt::format("{:.0f} %", 100 * view.scale()), colour::dim);
+    ImGui::SameLine(start + 3.4f * ImGui::GetFontSize());
+}
+
+void draw_exposure(Drawing& drawing) {
+    Session& session = drawing.session;
+    const float unit = ImGui::GetFontSize();
+    const float now = session.look().exposure_stops;
+    const auto set = [&](float stops) {
+        const float rounded = std::round(stops * 100) / 100;
+        session.edit("exposure", [&](Look& l) { l.exposure_stops = rounded; });
+    };
+    ImGui::AlignTextToFramePadding();
+    text("Exposure", colour::dim);
+    ImGui::SameLine();
+    if (const auto stops =
+            drag_slider("exposure", now, -exposure_stops, exposure_stops, 7 * unit))
+        set(*stops);
+    note_item(drawing, "exposure");
+    explain("Stops on everything ([ and ]); double click: as rendered");
+    ImGui::SameLine();
+    if (const auto stops = stops_box("##exposure", now, 3.9f * unit)) set(*stops);
+    ImGui::SameLine(0, unit);
+}
+
+void draw_displays(Drawing& drawing) {
+    Session& session = drawing.session;
+    const float unit = ImGui::GetFontSize();
+    if (drawing.displays.empty()) return;
+    const std::string display =
+        session.look().display.empty() ? drawing.displays[0].display : session.look().display;
+    const auto of_display = std::find_if(drawing.displays.begin(), drawing.displays.end(),
+                                         [&](const auto& d) { return d.display == display; });
+    ImGui::SetNextItemWidth(5.5f * unit);
+    if (ImGui::BeginCombo("##display", display.c_str())) {
+        for (const image::DisplayViews& d : drawing.displays) {
+            if (ImGui::Selectable(d.display.c_str(), d.display == display))
+                session.set_display(d.display, d.views.empty() ? "" : d.views[0]);
+        }
+        ImGui::EndCombo();
+    }
+    explain("Display of the OpenColorIO config ($OCIO, or the built-in one)");
+    ImGui::SameLine();
+    if (of_display == drawing.displays.end() || of_display->views.empty()) return;
+    const std::string view =
+        session.look().view.empty() ? of_display->views[0] : session.look().view;
+    ImGui::SetNextItemWidth(5.5f * unit);
+    if (ImGui::BeginCombo("##view", view.c_str())) {
+        for (const std::string& v : of_display->views) {
+            if (ImGui::Selectable(v.c_str(), v == view)) session.set_display(display, v);
+            note_item(drawing, "view " + v);
+        }
+        ImGui::EndCombo();
+    }
+    note_item(drawing, "views");
+    explain("View");
+    ImGui::SameLine(0, unit);
+}
+
+void draw_look_tools(Drawing& drawing) {
+    Session& session = drawing.session;
+    for (size_t i = 0; i < 2; ++i) {
+        if (tool_button(drawing, i == 0 ? "A" : "B", session.active() == i,
+                        "The look that the mixer edits (B switches)") &&
+            session.active() != i)
+            session.perform(Action::SwitchLook);
+    }
+    if (tool_button(drawing, "Wipe", session.is_wiping(), "A left, B right of a line (W)"))
+        session.perform(Action::ToggleWipe);
+    const char* copy = session.active() == 0 ? "A → B" : "B → A";
+    if (tool_button(drawing, copy, false, "Copy this look over the other one (C)"))
+        session.perform(Action::CopyLook);
+    ImGui::NewLine();
+}
+
+/// Rectangle of the picture on the screen.
+struct Place {
+    ImVec2 origin, end;
+    double scale = 1;
+};
+
+void draw_look(Drawing& drawing, size_t look, const Place& place, float x0, float x1) {
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    const Session& session = drawing.session;
+    list.PushClipRect({x0, place.origin.y}, {x1, place.end.y}, true);
+    drawing.textures.draw(list, look, session.work_request().level, place.origin, place.scale);
+    list.PopClipRect();
+}
+
+void draw_wipe_line(const Session& session, const Place& place, float x) {
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    const ImU32 ink = packed(colour::text), shade = packed({0, 0, 0, 0.6f});
+    list.AddLine({x, place.origin.y}, {x, place.end.y}, shade, 3);
+    list.AddLine({x, place.origin.y}, {x, place.end.y}, ink, 1);
+    const auto label = [&](const std::string& words, bool is_left) {
+        const ImVec2 size = ImGui::CalcTextSize(words.c_str());
+        const float left = is_left ? x - size.x - 12 : x + 12, top = place.origin.y + 8;
+        list.AddRectFilled({left - 5, top - 3}, {left + size.x + 5, top + size.y + 3}, shade, 3);
+        list.AddText({left, top}, ink, words.c_str());
+    };
+    const auto name = [&](size_t look) {
+        const Look& l = session.look(look);
+        const bool is_rendered = l.controls.empty() && l.exposure_stops == 0;
+        return std::string(look == 0 ? "A" : "B") + (is_rendered ? " · as rendered" : "");
+    };
+    label(name(0), true);
+    label(name(1), false);
+}
+
+void handle_mouse(Drawing& drawing, const ImVec2& area, const Place& place, float wipe_x) {
+    Session& session = drawing.session;
+    PictureView& view = session.view();
+    const ImGuiIO& io = ImGui::GetIO();
+    static bool is_dragging_wipe = false;
+    const bool is_over = ImGui::IsItemHovered(), is_held = ImGui::IsItemActive();
+    const PictureView::Point at = {double(io.MousePos.x - area.x), double(io.MousePos.y - area.y)};
+    const bool is_near_wipe = session.is_wiping() && std::abs(io.MousePos.x - wipe_x) < 8;
+    if (ImGui::IsItemActivated()) is_dragging_wipe = is_near_wipe;
+    if (is_over && (is_near_wipe || (is_held && is_dragging_wipe)))
+        ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
+    if (is_held && is_dragging_wipe) {
+        session.set_wipe(double(io.MousePos.x - place.origin.x) /
+                         double(place.end.x - place.origin.x));
+    } else if (is_held && (io.MouseDelta.x != 0 || io.MouseDelta.y != 0)) {
+        view.pan(double(io.MouseDelta.x), double(io.MouseDelta.y));
+    } else if (is_over && ImGui::IsMouseDoubleClicked(0)) {
+        if (view.is_fit()) {
+            view.zoom_at(at, 1 / view.scale());
+        } else {
+            view.fit();
+        }
+    }
+    if (!is_over) return;
+    if (io.MouseWheel != 0) view.zoom_at(at, std::pow(wheel_step, double(io.MouseWheel)));
+    const PictureView::Point pixel = view.picture_at(at);
+    const image::Window& frame = session.stack().image().display;
+    const int x = int(std::floor(pixel[0])), y = int(std::floor(pixel[1]));
+    if (x >= 0 && y >= 0 && x < frame.width() && y < frame.height()) drawing.cursor = {{x, y}};
+}
+
+void draw_nothing_yet(const ImVec2& low, const ImVec2& size, bool is_working) {
+    const char* words =
+        is_working ? "Loading …" : "Drop a file of light layers here, or open one with Ctrl+O";
+    const ImVec2 extent = ImGui::CalcTextSize(words);
+    ImGui::SetCursorScreenPos(
+        {low.x + (size.x - extent.x) / 2, low.y + (size.y - extent.y) / 2});
+    text(words, colour::dim);
+}
+
+}  // namespace
+
+void draw_toolbar(Drawing& drawing) {
+    draw_zoom_tools(drawing);
+    draw_exposure(drawing);
+    draw_displays(drawing);
+    draw_look_tools(drawing);
+}
+
+void draw_picture(Drawing& drawing) {
+    Session& session = drawing.session;
+    PictureView& view = session.view();
+    const ImVec2 low = ImGui::GetCursorScreenPos(), size = ImGui::GetContentRegionAvail();
+    if (size.x < 1 || size.y < 1) return;
+    const ImVec2 high = {low.x + size.x, low.y + size.y};
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    list.AddRectFilled(low, high, packed(colour::desk));
+    if (!session.has_file()) return draw_nothing_yet(low, size, drawing.is_working);
+
+    const bool was_fit = view.is_fit();
+    view.set_area(int(size.x), int(size.y));
+    ImGui::InvisibleButton("picture", size,
+                           ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonMiddle);
+    const auto place_now = [&] {
+        const PictureView::Point o = view.origin();
+        const image::Window& frame = session.stack().image().display;
+        Place place;
+        place.scale = view.scale();
+        place.origin = {low.x + float(o[0]), low.y + float(o[1])};
+        place.end = {place.origin.x + float(frame.width() * place.scale),
+                     place.origin.y + float(frame.height() * place.scale)};
+        return place;
+    };
+    const auto wipe_at = [&](const Place& p) {
+        return std::round(p.origin.x + float(session.wipe()) * (p.end.x - p.origin.x));
+    };
+    Place place = place_now();
+    handle_mouse(drawing, low, place, wipe_at(place));
+    if (was_fit != view.is_fit() || !was_fit) place = place_now();
+
+    ImGui::PushClipRect(low, high, true);
+    const float wipe_x = wipe_at(place);
+    if (session.is_wiping()) {
+        draw_look(drawing, 0, place, place.origin.x, wipe_x);
+        draw_look(drawing, 1, place, wipe_x, place.end.x);
+        draw_wipe_line(session, place, wipe_x);
+        drawing.marks.note("wipe", {wipe_x - 2, std::max(place.origin.y, low.y), wipe_x + 2,
+                                    std::min(place.end.y, high.y)});
+    } else {
+        draw_look(drawing, session.active(), place, place.origin.x, place.end.x);
+    }
+    ImGui::PopClipRect();
+    drawing.marks.note("picture",
+                       {std::max(place.origin.x, low.x), std::max(place.origin.y, low.y),
+                        std::min(place.end.x, high.x), std::min(place.end.y, high.y)});
+}
+
+}  // namespace velatura::compositor::window

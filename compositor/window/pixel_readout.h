@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "compositor/layer_stack.h"
+#include "compositor/mix.h"
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace velatura::compositor::window {
+
+/// What is stored, and what the mix makes of it, at one pixel.
+struct PixelReadout {
+    struct Layer {
+        std::string name;
+        std::array<float, 3> stored{};
+        std::array<float, 3> gain{};  ///< exposure included; 0 where the mix does not use the layer
+    };
+
+    struct Data {
+        std::string name;  ///< `N`, `Z`
+        std::vector<float> values;
+    };
+
+    int x = 0, y = 0;  ///< from the top left of the picture
+    std::array<float, 3> mix{};
+    float alpha = 1;
+    std::vector<Layer> layers;  ///< those that the mix adds up, as it folds them, then all others
+    std::vector<Data> data;
+};
+
+/// x, y within the picture; what is not stored there is 0.
+PixelReadout read_pixel(
+    const LayerStack& stack, const MixPlan& plan, float exposure_stops, int x, int y);
+
+}  // namespace velatura::compositor::window

@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/window/session.h"
+
+#include "base/atomic_file.h"
+#include "image/layer_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace velatura::compositor::window {
+
+namespace {
+
+constexpr size_t longest_preset_bytes = size_t(1) << 24;
+constexpr float coarse_step = 0.25f, fine_step = 0.05f;  // stops
+constexpr float most_stops = 20;
+constexpr double zoom_step = 1.25;
+
+}  // namespace
+
+Session::Session(RecentFiles recent) : recent_(std::move(recent)) {}
+
+void Session::show(std::string path, std::shared_ptr<const Levels> levels) {
+    path_ = std::move(path);
+    levels_ = std::move(levels);
+    rows_ = mixer_rows(stack());
+    recent_.add(path_);
+    // Another file, another look; the monitor stays
+    Look fresh;
+    fresh.display = look().display;
+    fresh.view = look().view;
+    history_.reset({fresh, fresh});
+    active_ = 0;
+    pictures_ = {};
+    transforms_.clear();
+    set_page(Page::Lights);
+    const size_t rows_of_file = stack().header().lights.size();
+    const image::Window& frame = stack().image().display;
+    view_.set_picture(frame.width(), frame.height());
+    after_change();
+    tell(fmt::format("{} layers, {} {}", stack().header().layers.size(), rows_of_file,
+                     stack().is_plain() ? "rows of a file without a header of Velatura"
+                                        : "light groups"));
+}
+
+void Session::edit(const std::string& gesture, const std::function<void(Look&)>& change) {
+    Looks looks = history_.now();
+    change(looks[active_]);
+    history_.change(std::move(looks), gesture);
+    after_change();
+}
+
+void Session::set_display(const std::string& display, const std::string& view) {
+    Looks looks = history_.now();
+    for (Look& look : looks) {
+        look.display = display;
+        look.view = view;
+    }
+    history_.change(std::move(looks), "");
+    after_change();
+}
+
+bool Session::is_soloing() const {
+    const auto& controls = look().controls;
+    return std::any_of(controls.begin(), controls.end(),
+                       [](const Control& c) { return c.kind == Control::Kind::Solo; });
+}
+
+void Session::after_change() {
+    if (!has_file()) return;
+    refresh(0);
+    refresh(1);
+}
+
+void Session::refresh(size_t index) {
+    const Look& wanted = look(index);
+    std::optional<PictureTask>& picture = pictures_[index];
+    mix_errors_[index].clear();
+    if (picture && same_look(picture->look, wanted)) return;
+    auto plan = plan_mix(stack(), wanted);
+    if (!plan) {
+        mix_errors_[index] = plan.error().message;
+        return;
+    }
+    auto transform = transform_for(wanted);
+    if (!transform) return;
+    picture = PictureTask{++last_version_, wanted, plans_by_level(*levels_, std::move(*plan)),
+                          std::move(transform)};
+}
+
+std::shared_ptr<const image::DisplayTransform> Session::transform_for(const Look& look) {
+    auto& known = transforms_[{look.display, look.view}];
+    if (known) return known;
+    auto made = image::DisplayTransform::make(look.display, look.view,
+                                               image::working_space_of(stack().image()));
+    if (made) {
+        known = std::make_shared<const image::DisplayTransform>(std::move(*made));
+    } else {
+        tell(made.error().message, true);
+    }
+    return known;
+}
+
+const PictureTask* Session::picture(size_t index) const {
+    return pictures_[index] ? &*pictures_[index] : nullptr;
+}
+
+WorkRequest Session::work_request() const {
+    WorkRequest request;
+    if (!has_file()) return request;
+    request.levels = levels_;
+    request.level = levels_->level_for(view_.scale());
+    request.seen = view_.visible();
+    request.noise_of = active_;
+    for (size_t i = 0; i < 2; ++i) {
+        if (is_wiping_ || i == active_) request.pictures[i] = pictures_[i];
+    }
+    return request;
+}
+
+void Session::set_wipe(double share) {
+    wipe_ = std::clamp(share, 0.0, 1.0);
+}
+
+void Session::set_page(Page page) {
+    page_ = page;
+    const auto& list = page == Page::Bounces ? rows_.bounces : rows_.lights;
+    if (std::find(list.begin(), list.end(), selected_) == list.end())
+        selected_ = list.empty() ? std::string() : list.front();
+}
+
+void Session::select_neighbour(int step) {
+    const auto& list = page_ == Page::Bounces ? rows_.bounces : rows_.lights;
+    if (list.empty()) return;
+    const auto at = std::find(list.begin(), list.end(), selected_);
+    const auto index = at == list.end() ? 0 : int(at - list.begin()) + step;
+    selected_ = list[size_t(std::clamp(index, 0, int(list.size()) - 1))];
+}
+
+void Session::nudge_gain(float stops) {
+    const float now = row_state(look(), selected_).stops;
+    edit("", [&](Look& l) {
+        set_stops(l, selected_, std::clamp(now + stops, -most_stops, most_stops));
+    });
+}
+
+void Session::nudge_exposure(float stops) {
+    edit("", [&](Look& l) {
+        l.exposure_stops = std::clamp(l.exposure_stops + stops, -most_stops, most_stops);
+    });
+}
+
+void Session::perform_on_row(Action action) {
+    if (selected_.empty()) return;
+    const RowState row = row_state(look(), selected_);
+    switch (action) {
+        case Action::MuteRow:
+            return edit("", [&](Look& l) { set_muted(l, selected_, !row.is_muted); });
+        case Action::SoloRow:
+            return edit("", [&](Look& l) { set_soloed(l, selected_, !row.is_soloed); });
+        case Action::ResetRow:
+            return edit("", [&](Look& l) { reset_row(l, selected_); });
+        case Action::GainUp:
+            return nudge_gain(coarse_step);
+        case Action::GainDown:
+            return nudge_gain(-coarse_step);
+        case Action::GainUpFine:
+            return nudge_gain(fine_step);
+        case Action::GainDownFine:
+            return nudge_gain(-fine_step);
+        default:
+            return;
+    }
+}
+
+void Session::perform(Action action) {
+    switch (action) {
+        case Action::OpenFile:
+            return set_dialog(Dialog::OpenFile);
+        case Action::ShowHelp:
+            return set_dialog(Dialog::Help);
+        case Action::Quit:
+            wants_to_quit_ = true;
+            return;
+        default:
+            break;
+    }
+    // All others need something to work on
+    if (!has_file()) return;
+    switch (action) {
+        case Action::OpenPreset:
+            return set_dialog(Dialog::OpenPreset);
+        case Action::SavePreset:
+            return set_dialog(Dialog::SavePreset);
+        case Action::SavePicture:
+            return set_dialog(Dialog::SavePicture);
+        case Action::Undo:
+            if (history_.undo()) after_change();
+            return;
+        case Action::Redo:
+            if (history_.redo()) after_change();
+            return;
+        case Action::ResetAll:
+            return edit("", [](Look& l) {
+                l.controls.clear();
+                l.exposure_stops = 0;
+            });
+        case Action::PreviousRow:
+            return select_neighbour(-1);
+        case Action::NextRow:
+            return select_neighbour(1);
+        case Action::ExposureUp:
+            return nudge_exposure(coarse_step);
+        case Action::ExposureDown:
+            return nudge_exposure(-coarse_step);
+        case Action::ExposureReset:
+            return edit("", [](Look& l) { l.exposure_stops = 0; });
+        case Action::ZoomFit:
+            return view_.fit();
+        case Action::ZoomOne:
+            return view_.set_scale(1);
+        case Action::ZoomIn:
+            return view_.set_scale(view_.scale() * zoom_step);
+        case Action::ZoomOut:
+            return view_.set_scale(view_.scale() / zoom_step);
+        case Action::ToggleWipe:
+            is_wiping_ = !is_wiping_;
+            return;
+        case Action::SwitchLook:
+            active_ = 1 - active_;
+            return;
+        case Action::CopyLook: {
+            Looks looks = history_.now();
+            looks[1 - active_] = looks[active_];
+            history_.change(std::move(looks), "");
+            return after_change();
+        }
+        default:
+            return perform_on_row(action);
+    }
+}
+
+void Session::press(const KeyPress& key) {
+    if (const auto action = action_of(key)) perform(*action);
+}
+
+void Session::load_preset(const std::string& path) {
+    const auto text = read_file(path, longest_preset_bytes);
+    if (!text) return tell(text.error().message, true);
+    const auto loaded = look_from_json(*text);
+    if (!loaded) return tell(path + ": " + loaded.error().message, true);
+    edit("", [&](Look& l) { l = *loaded; });
+    tell("look " + std::string(active_ == 0 ? "A" : "B") + " is that of " + path);
+}
+
+void Session::save_preset(const std::string& path) {
+    const auto saved = write_file_atomically(path, look_to_json(look()));
+    if (!saved) return tell(saved.error().message, true);
+    tell("saved " + path);
+}
+
+std::function<Result<void>()> Session::picture_writer(const std::string& path) const {
+    const std::optional<PictureTask>& picture = pictures_[active_];
+    if (!picture) return [] { return Result<void>(Error{"no-picture", "there is no picture"}); };
+    return [levels = levels_, task = *picture, path]() -> Result<void> {
+        const image::Image mixed = apply_mix(levels->stack(0), *task.plans[0], task.look, false);
+        if (path.ends_with(".exr")) {
+            const auto written = image::write_image_file(path, mixed);
+            if (!written) return written.error();
+            return {};
+        }
+        return write_display(path, mixed, task.look);
+    };
+}
+
+void Session::tell(std::string text, bool is_error) {
+    message_ = {std::move(text), is_error};
+}
+
+}  // namespace velatura::compositor::window

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "compositor/window/actions.h"
+#include "compositor/window/history.h"
+#include "compositor/window/levels.h"
+#include "compositor/window/look_rows.h"
+#include "compositor/window/picture_view.h"
+#include "compositor/window/recent_files.h"
+#include "compositor/window/worker.h"
+
+#include <array>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace velatura::compositor::window {
+
+/// What the status line says.
+struct Message {
+    std::string text;
+    bool is_error = false;
+};
+
+/// Pages of the mixer.
+enum class Page { Lights, Bounces, Cells, Shadows };
+
+/// What stands before the mixer and waits for an answer.
+enum class Dialog { None, OpenFile, OpenPreset, SavePreset, SavePicture, Help };
+
+/// Everything that the window is about, without a window: the file, both looks and what was done to
+/// them, what is selected and seen. Drawing reads it and calls it; it calls nothing that draws.
+class Session {
+  public:
+    explicit Session(RecentFiles recent);
+
+    // The file
+
+    void show(std::string path, std::shared_ptr<const Levels> levels);
+    bool has_file() const { return levels_ != nullptr; }
+    const LayerStack& stack() const { return levels_->stack(0); }
+    const std::string& path() const { return path_; }
+    const MixerRows& rows() const { return rows_; }
+    const RecentFiles& recent() const { return recent_; }
+
+    // The looks. 0 is A, 1 is B
+
+    size_t active() const { return active_; }
+    const Look& look() const { return history_.now()[active_]; }
+    const Look& look(size_t index) const { return history_.now()[index]; }
+    /// Changes the active look. Changes of one gesture are one step of undo; an empty name is a
+    /// step of its own.
+    void edit(const std::string& gesture, const std::function<void(Look&)>& change);
+    /// Ends the gesture.
+    void seal() { history_.seal(); }
+    bool can_undo() const { return history_.can_undo(); }
+    bool can_redo() const { return history_.can_redo(); }
+    /// Both looks: it is one monitor.
+    void set_display(const std::string& display, const std::string& view);
+    bool is_soloing() const;
+
+    // What is shown
+
+    /// The last mix of a look that the file can express; null before there is one.
+    const PictureTask* picture(size_t index) const;
+    WorkRequest work_request() const;
+    PictureView& view() { return view_; }
+    const PictureView& view() const { return view_; }
+    bool is_wiping() const { return is_wiping_; }
+    double wipe() const { return wipe_; }  ///< share of the picture's width that shows A
+    void set_wipe(double share);
+
+    // What keys and menus do
+
+    void perform(Action action);
+    void press(const KeyPress& key);
+    Page page() const { return page_; }
+    void set_page(Page page);
+    const std::string& selected() const { return selected_; }
+    void select(const std::string& target) { selected_ = target; }
+    Dialog dialog() const { return dialog_; }
+    void set_dialog(Dialog dialog) { dialog_ = dialog; }
+    bool wants_to_quit() const { return wants_to_quit_; }
+
+    // Files
+
+    void load_preset(const std::string& path);
+    void save_preset(const std::string& path);
+    /// What to run, in a thread of its own if need be, to write the picture of the active look.
+    std::function<Result<void>()> picture_writer(const std::string& path) const;
+
+    const Message& message() const { return message_; }
+    void tell(std::string text, bool is_error = false);
+    /// What keeps the active look from being shown; empty: nothing.
+    const std::string& mix_error() const { return mix_errors_[active_]; }
+
+  private:
+    void after_change();
+    void refresh(size_t index);
+    std::shared_ptr<const image::DisplayTransform> transform_for(const Look& look);
+    void select_neighbour(int step);
+    void nudge_gain(float stops);
+    void nudge_exposure(float stops);
+    void perform_on_row(Action action);
+
+    RecentFiles recent_;
+    std::string path_;
+    std::shared_ptr<const Levels> levels_;
+    MixerRows rows_;
+    History history_;
+    size_t active_ = 0;
+    std::array<std::optional<PictureTask>, 2> pictures_;
+    std::array<std::string, 2> mix_errors_;
+    uint64_t last_version_ = 0;
+    std::map<std::pair<std::string, std::string>, std::shared_ptr<const image::DisplayTransform>>
+        transforms_;  ///< by display and view
+    PictureView view_;
+    bool is_wiping_ = false, wants_to_quit_ = false;
+    double wipe_ = 0.5;
+    Page page_ = Page::Lights;
+    std::string selected_;
+    Dialog dialog_ = Dialog::None;
+    Message message_;
+};
+
+}  // namespace velatura::compositor::window

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/window/textures.h"
+
+#include <GLFW/glfw3.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace velatura::compositor::window {
+
+namespace {
+
+ImTextureID id_of(unsigned texture) {
+    return reinterpret_cast<ImTextureID>(static_cast<uintptr_t>(texture));
+}
+
+size_t tile_at(const TileGrid& grid, int x, int y) {
+    const int column = std::min(x / TileGrid::tile_size, grid.columns() - 1);
+    const int row = std::min(y / TileGrid::tile_size, grid.rows() - 1);
+    return size_t(row) * size_t(grid.columns()) + size_t(column);
+}
+
+}  // namespace
+
+Textures::~Textures() {
+    clear();
+}
+
+void Textures::clear() {
+    for (auto& of_look : tiles_) {
+        for (auto& of_level : of_look) {
+            for (Tile& tile : of_level) {
+                if (tile.texture) glDeleteTextures(1, &tile.texture);
+            }
+        }
+        of_look.clear();
+    }
+    grids_.clear();
+}
+
+void Textures::show(std::shared_ptr<const Levels> levels) {
+    if (levels == levels_) return;
+    clear();
+    levels_ = std::move(levels);
+    for (size_t k = 0; levels_ && k < levels_->count(); ++k) grids_.push_back({levels_->frame(k)});
+    for (auto& of_look : tiles_) {
+        for (const TileGrid& grid : grids_) of_look.emplace_back(grid.count());
+    }
+}
+
+void Textures::take(const FinishedTile& finished) {
+    if (finished.levels != levels_) return;
+    const TileGrid& grid = grids_[finished.level];
+    const image::Window& w = finished.window;
+    Tile& tile = tiles_[finished.look][finished.level][tile_at(grid, w.x0, w.y0)];
+    if (tile.texture == 0) {
+        glGenTextures(1, &tile.texture);
+        glBindTexture(GL_TEXTURE_2D, tile.texture);
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+        // Pixels of the file stay squares; stand-ins for them are smooth
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER,
+                        finished.level == 0 ? GL_NEAREST : GL_LINEAR);
+        glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, w.width(), w.height(), 0, GL_RGBA,
+                     GL_UNSIGNED_BYTE, finished.rgba.data());
+    } else {
+        glBindTexture(GL_TEXTURE_2D, tile.texture);
+        glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, w.width(), w.height(), GL_RGBA, GL_UNSIGNED_BYTE,
+                        finished.rgba.data());
+    }
+    tile.version = finished.version;
+}
+
+/// The tile itself or the one of a coarser level around it, whichever shows the newer picture.
+const Textures::Tile* Textures::newest_over(size_t look,
+                                            size_t level,
+                                            size_t tile,
+                                            size_t& found_level) const {
+    const image::Window w = grids_[level].window(tile);
+    const Tile* newest = nullptr;
+    for (size_t k = level; k < grids_.size(); ++k) {
+        const auto shift = int(k - level);
+        const Tile& candidate = tiles_[look][k][tile_at(grids_[k], w.x0 >> shift, w.y0 >> shift)];
+        if (candidate.version > (newest ? newest->version : 0)) {
+            newest = &candidate;
+            found_level = k;
+        }
+    }
+    return newest;
+}
+
+/// A part of level `level` by a tile of it.
+void Textures::draw_part(ImDrawList& list,
+                         const Tile& tile,
+                         size_t level,
+                         const image::Window& tile_window,
+                         const image::Window& part,
+                         const ImVec2& origin,
+                         double scale) const {
+    const image::Window& full = grids_[0].frame;
+    const double size = std::ldexp(scale, int(level));
+    // The last pixel of a coarse level may reach over the edge of the picture
+    const auto x_of = [&](int x) {
+        return float(double(origin.x) + std::min(x * size, full.width() * scale));
+    };
+    const auto y_of = [&](int y) {
+        return float(double(origin.y) + std::min(y * size, full.height() * scale));
+    };
+    const auto share = [](double at, int from, int length) { return float((at - from) / length); };
+    const double x1 = std::min(double(part.x1), full.width() / std::ldexp(1.0, int(level)));
+    const double y1 = std::min(double(part.y1), full.height() / std::ldexp(1.0, int(level)));
+    list.AddImage(id_of(tile.texture), {x_of(part.x0), y_of(part.y0)}, {x_of(part.x1), y_of(part.y1)},
+                  {share(part.x0, tile_window.x0, tile_window.width()),
+                   share(part.y0, tile_window.y0, tile_window.height())},
+                  {share(x1, tile_window.x0, tile_window.width()),
+                   share(y1, tile_window.y0, tile_window.height())});
+}
+
+void Textures::draw(
+    ImDrawList& list, size_t look, size_t level, const ImVec2& origin, double scale) {
+    if (grids_.empty()) return;
+    for (size_t t = 0; t < grids_[level].count(); ++t) {
+        size_t found_level = level;
+        const Tile* tile = newest_over(look, level, t, found_level);
+        if (!tile) continue;
+        const auto shift = int(found_level - level);
+        const image::Window w = grids_[level].window(t);
+        const int round_up = (1 << shift) - 1;
+        const image::Window part = {w.x0 >> shift, w.y0 >> shift, (w.x1 + round_up) >> shift,
+                                    (w.y1 + round_up) >> shift};
+        const TileGrid& grid = grids_[found_level];
+        draw_part(list, *tile, found_level,
+                  grid.window(tile_at(grid, part.x0, part.y0)), part, origin, scale);
+    }
+}
+
+}  // namespace velatura::compositor::window

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/window/widgets.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace velatura::compositor::window {
+
+void note_item(Drawing& drawing, const std::string& name) {
+    const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
+    drawing.marks.note(name, {low.x, low.y, high.x, high.y});
+}
+
+void text(const std::string& line) {
+    ImGui::TextUnformatted(line.data(), line.data() + line.size());
+}
+
+void text(const std::string& line, const ImVec4& c) {
+    ImGui::PushStyleColor(ImGuiCol_Text, c);
+    text(line);
+    ImGui::PopStyleColor();
+}
+
+void explain(const char* what) {
+    constexpr double rest_s = 0.6;
+    if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
+    static ImGuiID item = 0;
+    static double since = 0;
+    const ImGuiID now = ImGui::GetID(what);
+    const ImGuiIO& io = ImGui::GetIO();
+    const bool is_moved = io.MouseDelta.x != 0 || io.MouseDelta.y != 0;
+    if (item != now || is_moved || ImGui::IsAnyItemActive()) since = ImGui::GetTime();
+    item = now;
+    if (ImGui::GetTime() - since < rest_s) return;
+    ImGui::BeginTooltip();
+    text(what);
+    ImGui::EndTooltip();
+}
+
+std::optional<float> drag_slider(
+    const char* id, float value, float least, float most, float width) {
+    static float dragged = 0;  // one slider at a time
+    const float height = ImGui::GetFrameHeight();
+    const ImVec2 low = ImGui::GetCursorScreenPos(), high = {low.x + width, low.y + height};
+    ImGui::InvisibleButton(id, {width, height});
+    const bool is_hovered = ImGui::IsItemHovered(), is_active = ImGui::IsItemActive();
+    std::optional<float> changed;
+    if (ImGui::IsItemActivated()) dragged = std::clamp(value, least, most);
+    if (is_hovered && ImGui::IsMouseDoubleClicked(0)) {
+        changed = dragged = std::clamp(0.0f, least, most);
+    } else if (is_active && ImGui::GetIO().MouseDelta.x != 0) {
+        const float fine = ImGui::GetIO().KeyShift ? 0.1f : 1.0f;
+        dragged += fine * ImGui::GetIO().MouseDelta.x / width * (most - least);
+        changed = std::clamp(dragged, least, most);
+    }
+
+    const float shown = std::clamp(changed.value_or(value), least, most);
+    const auto x_of = [&](float v) { return low.x + (v - least) / (most - least) * width; };
+    ImDrawList* draw = ImGui::GetWindowDrawList();
+    const float zero = x_of(std::clamp(0.0f, least, most)), x = x_of(shown);
+    const float middle = std::floor((low.y + high.y) / 2), thin = std::floor(height / 6);
+    draw->AddRectFilled({low.x, middle - thin}, {high.x, middle + thin},
+                        packed(is_hovered || is_active ? colour::field_hovered : colour::field),
+                        thin);
+    draw->AddRectFilled({std::min(zero, x), middle - thin}, {std::max(zero, x), middle + thin},
+                        packed(with_alpha(colour::accent, 0.75f)), thin);
+    if (least < 0)
+        draw->AddLine({zero, middle - 2 * thin}, {zero, middle + 2 * thin}, packed(colour::line));
+    draw->AddCircleFilled({x, middle}, height / 3.6f,
+                          packed(shown != 0 || is_active ? colour::accent : colour::dim));
+    return changed;
+}
+
+std::optional<float> stops_box(const char* id, float stops, float width) {
+    constexpr float most = 20;
+    float value = stops;
+    ImGui::SetNextItemWidth(width);
+    if (!ImGui::InputFloat(id, &value, 0, 0, "%+.2f", ImGuiInputTextFlags_AutoSelectAll))
+        return std::nullopt;
+    if (!std::isfinite(value)) return std::nullopt;
+    return std::clamp(value, -most, most);
+}
+
+bool switch_button(const char* id, const char* label, bool is_on, const ImVec4& on_colour) {
+    ImGui::PushID(id);
+    if (is_on) {
+        ImGui::PushStyleColor(ImGuiCol_Button, on_colour);
+        ImGui::PushStyleColor(ImGuiCol_ButtonHovered, on_colour);
+        ImGui::PushStyleColor(ImGuiCol_Text, colour::desk);
+    } else {
+        ImGui::PushStyleColor(ImGuiCol_Button, colour::field);
+        ImGui::PushStyleColor(ImGuiCol_ButtonHovered, colour::field_hovered);
+        ImGui::PushStyleColor(ImGuiCol_Text, colour::dim);
+    }
+    const float side = ImGui::GetFrameHeight();
+    const float width = std::max(side, ImGui::CalcTextSize(label).x + side / 2);
+    const bool is_pressed = ImGui::Button(label, {width, side});
+    ImGui::PopStyleColor(3);
+    ImGui::PopID();
+    return is_pressed;
+}
+
+bool quiet_button(const char* id, const char* label, bool is_enabled) {
+    ImGui::PushID(id);
+    ImGui::PushStyleColor(ImGuiCol_Button, ImVec4(0, 0, 0, 0));
+    ImGui::BeginDisabled(!is_enabled);
+    const bool is_pressed = ImGui::Button(label);
+    ImGui::EndDisabled();
+    ImGui::PopStyleColor();
+    ImGui::PopID();
+    return is_pressed;
+}
+
+void share_bar(double share, float width, const ImVec4& c) {
+    const float height = ImGui::GetTextLineHeight(), thin = std::floor(height / 5);
+    const ImVec2 low = ImGui::GetCursorScreenPos();
+    const float middle = std::floor(low.y + height / 2);
+    ImDrawList* draw = ImGui::GetWindowDrawList();
+    draw->AddRectFilled({low.x, middle - thin}, {low.x + width, middle + thin},
+                        packed(colour::field), thin);
+    draw->AddRectFilled({low.x, middle - thin},
+                        {low.x + width * float(std::clamp(share, 0.0, 1.0)), middle + thin},
+                        packed(c), thin);
+    ImGui::Dummy({width, height});
+}
+
+std::string stops_text(float stops) {
+    return std::isfinite(stops) ? fmt::format("{:+.2f}", stops) : "−∞";
+}
+
+std::string percent_text(double share) {
+    const double percent = 100 * share;
+    return percent < 10 ? fmt::format("{:.2f} %", percent) : fmt::format("{:.1f} %", percent);
+}
+
+}  // namespace velatura::compositor::window

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "compositor/window/drawing.h"
+
+#include <optional>
+#include <string>
+
+namespace velatura::compositor::window {
+
+/// Tells scripts where the item that was just drawn is.
+void note_item(Drawing& drawing, const std::string& name);
+
+void text(const std::string& line);
+void text(const std::string& line, const ImVec4& colour);
+/// The explanation of the last item, after the mouse has rested on it.
+void explain(const char* what);
+
+/// A slider about 0 that is dragged, not set by a click: the value follows the mouse (Shift: ten times
+/// finer), a double click resets. Returns: the new value when it changed.
+std::optional<float> drag_slider(const char* id, float value, float least, float most, float width);
+
+/// A box for a number of stops to type into.
+std::optional<float> stops_box(const char* id, float stops, float width);
+
+/// A small button that stays down.
+bool switch_button(const char* id, const char* label, bool is_on, const ImVec4& on_colour);
+
+/// A button that is dim where it would do nothing.
+bool quiet_button(const char* id, const char* label, bool is_enabled);
+
+/// A thin bar from 0 to 1.
+void share_bar(double share, float width, const ImVec4& colour);
+
+/// Stops as the mixer writes them: `+1.50`, `−∞`.
+std::string stops_text(float stops);
+
+/// 0.0123 as `1.23 %`.
+std::string percent_text(double share);
+
+}  // namespace velatura::compositor::window

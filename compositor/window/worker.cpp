@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/window/worker.h"
+
+#include "base/tasks.h"
+#include "compositor/window/tile_mix.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace velatura::compositor::window {
+
+namespace {
+
+double now_ms() {
+    const auto since = std::chrono::steady_clock::now().time_since_epoch();
+    return std::chrono::duration<double, std::milli>(since).count();
+}
+
+Wanted wanted_of(const WorkRequest& request) {
+    Wanted wanted;
+    for (size_t look = 0; look < 2; ++look) {
+        if (request.pictures[look]) wanted.versions[look] = request.pictures[look]->version;
+    }
+    wanted.level = request.level;
+    wanted.seen = request.seen;
+    return wanted;
+}
+
+}  // namespace
+
+Worker::Worker(std::function<void()> wake)
+    : wake_(std::move(wake)), thread_([this](const std::stop_token& stop) { run(stop); }) {}
+
+Worker::~Worker() {
+    thread_.request_stop();
+    changed_.notify_all();
+}
+
+void Worker::request(WorkRequest request) {
+    {
+        const std::lock_guard lock(mutex_);
+        newest_ = std::move(request);
+    }
+    changed_.notify_all();
+}
+
+WorkNews Worker::take() {
+    const std::lock_guard lock(mutex_);
+    WorkNews news = std::move(news_);
+    news.is_idle = !is_working_ && !newest_;
+    news_ = WorkNews();
+    news_.times = news.times;
+    news_.noise_version = news.noise_version;
+    return news;
+}
+
+void Worker::run(const std::stop_token& stop) {
+    WorkRequest request;
+    while (!stop.stop_requested()) {
+        {
+            std::unique_lock lock(mutex_);
+            if (newest_) {
+                request = std::move(*newest_);
+                newest_.reset();
+                is_working_ = true;
+            }
+        }
+        if (request.levels && work_once(request)) continue;
+        {
+            std::unique_lock lock(mutex_);
+            if (newest_) continue;
+            is_working_ = false;
+        }
+        wake_();
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, stop, [this] { return newest_.has_value(); });
+    }
+}
+
+/// False when nothing is left to do.
+bool Worker::work_once(const WorkRequest& request) {
+    if (levels_ != request.levels) {
+        levels_ = request.levels;
+        std::vector<TileGrid> grids;
+        for (size_t k = 0; k < levels_->count(); ++k) grids.push_back({levels_->frame(k)});
+        order_ = TileOrder(std::move(grids), levels_->quick_level());
+        noise_ = LiveNoise(levels_->stack(0));
+        noise_version_ = 0;
+    }
+    const Wanted wanted = wanted_of(request);
+    if (timed_ != wanted.versions) {
+        timed_ = wanted.versions;
+        begun_ms_ = now_ms();
+        times_ = {};
+    }
+    const auto batch = order_.next(wanted, size_t(thread_count()));
+    if (batch && batch->is_seen) {
+        mix_batch(request, *batch);
+        return true;
+    }
+    keep_time(request);
+    // A first number of the noise before what nobody sees
+    const bool is_noise_new =
+        request.pictures[request.noise_of] &&
+        noise_version_ != request.pictures[request.noise_of]->version;
+    if ((is_noise_new || !batch) && advance_noise(request)) return true;
+    if (batch) mix_batch(request, *batch);
+    return batch.has_value();
+}
+
+void Worker::mix_batch(const WorkRequest& request, const TileBatch& batch) {
+    const PictureTask& task = *request.pictures[batch.look];
+    std::vector<FinishedTile> finished(batch.tiles.size());
+    parallel_for(batch.tiles.size(), [&](size_t i) {
+        FinishedTile& tile = finished[i];
+        tile.levels = request.levels;
+        tile.look = batch.look;
+        tile.level = batch.level;
+        tile.version = task.version;
+        tile.window = order_.grid(batch.level).window(batch.tiles[i]);
+        tile.rgba = display_rgba(mix_tile(request.levels->stack(batch.level), *task.plans[batch.level],
+                                          task.look.exposure_stops, tile.window),
+                                 *task.transform);
+    });
+    order_.mark(batch, task.version);
+    if (times_.first == 0) times_.first = now_ms() - begun_ms_;
+    {
+        const std::lock_guard lock(mutex_);
+        for (FinishedTile& tile : finished) news_.tiles.push_back(std::move(tile));
+        news_.times = times_;
+    }
+    wake_();
+}
+
+void Worker::keep_time(const WorkRequest& request) {
+    const double passed = now_ms() - begun_ms_;
+    if (times_.seen == 0) times_.seen = passed;
+    if (times_.all == 0 && !order_.next(wanted_of(request), 1)) times_.all = passed;
+    const std::lock_guard lock(mutex_);
+    news_.times = times_;
+}
+
+/// One part of the noise. False when all of them are done.
+bool Worker::advance_noise(const WorkRequest& request) {
+    const std::optional<PictureTask>& task = request.pictures[request.noise_of];
+    if (!task) return false;
+    if (noise_version_ != task->version) {
+        noise_version_ = task->version;
+        noise_->begin();
+    }
+    if (noise_->is_done()) return false;
+    noise_->advance(request.levels->stack(0), task->look);
+    {
+        const std::lock_guard lock(mutex_);
+        news_.noise = noise_;
+        news_.noise_version = noise_version_;
+    }
+    wake_();
+    return true;
+}
+
+}  // namespace velatura::compositor::window

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "compositor/window/levels.h"
+#include "compositor/window/live_noise.h"
+#include "compositor/window/tile_order.h"
+#include "image/display.h"
+
+#include <array>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
+
+namespace velatura::compositor::window {
+
+/// A look as the worker takes it.
+struct PictureTask {
+    uint64_t version = 0;  ///< another number for another picture; from 1
+    Look look;
+    std::vector<std::shared_ptr<const MixPlan>> plans;  ///< by level
+    std::shared_ptr<const image::DisplayTransform> transform;
+};
+
+struct WorkRequest {
+    std::shared_ptr<const Levels> levels;
+    std::array<std::optional<PictureTask>, 2> pictures;  ///< look A, look B; none: not shown
+    size_t level = 0;                                    ///< that the screen shows
+    image::Window seen;                                  ///< of level 0
+    size_t noise_of = 0;                                 ///< whose noise is told
+};
+
+struct FinishedTile {
+    std::shared_ptr<const Levels> levels;
+    size_t look = 0, level = 0;
+    uint64_t version = 0;
+    image::Window window;  ///< of the level
+    std::vector<uint8_t> rgba;
+};
+
+/// From the request for a new picture, in ms; 0 while it is not there.
+struct MixTimes {
+    double first = 0;  ///< something of the whole picture
+    double seen = 0;   ///< what the screen shows, at its size
+    double all = 0;    ///< everything at full size
+};
+
+/// What came of the last requests.
+struct WorkNews {
+    std::vector<FinishedTile> tiles;
+    std::optional<LiveNoise> noise;  ///< where something was added to it
+    uint64_t noise_version = 0;
+    MixTimes times;
+    bool is_idle = true;
+};
+
+/// Mixes in a thread of its own. The newest request counts: what is under way is finished tile by
+/// tile, and dropped for it.
+class Worker {
+  public:
+    /// `wake` is called from the thread whenever there is news.
+    explicit Worker(std::function<void()> wake);
+    ~Worker();
+    Worker(const Worker&) = delete;
+    Worker& operator=(const Worker&) = delete;
+
+    void request(WorkRequest request);
+    WorkNews take();
+
+  private:
+    void run(const std::stop_token& stop);
+    bool work_once(const WorkRequest& request);
+    void mix_batch(const WorkRequest& request, const TileBatch& batch);
+    bool advance_noise(const WorkRequest& request);
+    void keep_time(const WorkRequest& request);
+
+    std::function<void()> wake_;
+    std::mutex mutex_;
+    std::condition_variable_any changed_;
+    std::optional<WorkRequest> newest_;  ///< not yet taken up
+    WorkNews news_;
+    bool is_working_ = false;
+
+    // Of the thread alone
+    std::shared_ptr<const Levels> levels_;
+    TileOrder order_;
+    std::optional<LiveNoise> noise_;
+    uint64_t noise_version_ = 0;
+    std::array<uint64_t, 2> timed_ = {0, 0};
+    double begun_ms_ = 0;
+    MixTimes times_;
+
+    std::jthread thread_;  ///< last: it uses all of the above
+};
+
+}  // namespace velatura::compositor::window

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/window/levels.h"
+
+#include "window_stack.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace velatura::compositor::window {
+namespace {
+
+float stored(const LayerStack& stack, const image::Channel& channel, int x, int y) {
+    const image::Image& image = stack.image();
+    return image.data.contains(x, y) ? channel.value(image.data.index(x, y)) : 0.0f;
+}
+
+TEST(HalfSize, IsTheMeanOfFourPixels) {
+    // Data and display windows at odd places, and a display window that does not begin at 0
+    const auto stack = LayerStack::load(window_file("odd.exr", {3, 2, 22, 17}, {-1, 1, 20, 18}));
+    ASSERT_TRUE(stack.has_value());
+    const image::Image half = half_size(*stack);
+    EXPECT_EQ(half.display, (image::Window{0, 0, 11, 9}));
+    const image::Channel* beauty = stack->channel("b1_key", 1);
+    const image::Channel* small = half.find("b1_key.G");
+    ASSERT_TRUE(beauty && small);
+    EXPECT_EQ(small->type(), beauty->type());
+    for (int y = half.data.y0; y < half.data.y1; ++y) {
+        for (int x = half.data.x0; x < half.data.x1; ++x) {
+            float sum = 0;
+            int count = 0;
+            for (const auto& [dx, dy] : {std::pair{0, 0}, {1, 0}, {0, 1}, {1, 1}}) {
+                const int fx = 2 * x + dx, fy = 2 * y + dy;
+                if (fx >= 21 || fy >= 17) continue;
+                sum += stored(*stack, *beauty, fx - 1, fy + 1);
+                ++count;
+            }
+            const float mean = sum / float(count);
+            EXPECT_NEAR(small->value(half.data.index(x, y)), mean, 1e-3f * std::abs(mean) + 1e-6f);
+        }
+    }
+}
+
+TEST(HalfSize, KeepsWhatMixesAddUpAndNoMore) {
+    const image::Image half = half_size(small_levels()->stack(0));
+    EXPECT_NE(half.find("R"), nullptr);
+    EXPECT_NE(half.find("b2_fill.B"), nullptr);
+    EXPECT_NE(half.find("S_key.R"), nullptr);
+    EXPECT_EQ(half.find("b2_fill_hA.B"), nullptr);
+    EXPECT_EQ(half.find("N.X"), nullptr);
+}
+
+TEST(Levels, HaveAPixelForEachOfTheScreen) {
+    const auto levels = levels_of(plain_file("large.exr", {0, 0, 601, 403}));
+    ASSERT_EQ(levels->count(), 3u);
+    EXPECT_EQ(levels->frame(1), (image::Window{0, 0, 301, 202}));
+    EXPECT_EQ(levels->level_for(4), 0u);
+    EXPECT_EQ(levels->level_for(1), 0u);
+    EXPECT_EQ(levels->level_for(0.51), 0u);
+    EXPECT_EQ(levels->level_for(0.5), 1u);
+    EXPECT_EQ(levels->level_for(0.2), 2u);
+    EXPECT_EQ(levels->level_for(0.001), 2u);
+    EXPECT_EQ(levels->quick_level(), 1u);
+}
+
+}  // namespace
+}  // namespace velatura::compositor::window

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/window/session.h"
+
+#include "base/atomic_file.h"
+#include "image/layer_file.h"
+#include "window_stack.h"
+
+#include <gtest/gtest.h>
+
+namespace velatura::compositor::window {
+namespace {
+
+void press(Session& session, const char* keys) {
+    const auto key = key_press_of(keys);
+    ASSERT_TRUE(key.has_value()) << keys;
+    session.press(*key);
+}
+
+TEST(Session, KeysWorkOnTheSelectedRow) {
+    Session session = session_of_small();
+    EXPECT_EQ(session.selected(), "all");
+    press(session, "down");
+    press(session, "down");
+    EXPECT_EQ(session.selected(), "key");
+    press(session, "right");
+    press(session, "right");
+    press(session, "shift+left");
+    press(session, "m");
+    press(session, "s");
+    const RowState row = row_state(session.look(), "key");
+    EXPECT_FLOAT_EQ(row.stops, 0.45f);
+    EXPECT_TRUE(row.is_muted);
+    EXPECT_TRUE(row.is_soloed);
+    EXPECT_TRUE(session.is_soloing());
+    press(session, "ctrl+z");
+    EXPECT_FALSE(row_state(session.look(), "key").is_soloed);
+    press(session, "ctrl+shift+z");
+    EXPECT_TRUE(row_state(session.look(), "key").is_soloed);
+    press(session, "r");
+    EXPECT_EQ(row_state(session.look(), "key"), RowState());
+    for (int i = 0; i < 20; ++i) press(session, "up");
+    EXPECT_EQ(session.selected(), "all");
+    session.set_page(Page::Bounces);
+    EXPECT_EQ(session.selected(), "direct");
+}
+
+TEST(Session, EveryLookMakesANewPicture) {
+    Session session = session_of_small();
+    const uint64_t rendered = session.picture(0)->version;
+    press(session, "]");
+    EXPECT_FLOAT_EQ(session.look().exposure_stops, 0.25f);
+    EXPECT_NE(session.picture(0)->version, rendered);
+    press(session, "0");
+    EXPECT_EQ(session.look().exposure_stops, 0);
+    const uint64_t back = session.picture(0)->version;
+    session.edit("", [](Look&) {});
+    EXPECT_EQ(session.picture(0)->version, back);
+}
+
+TEST(Session, TheWipeShowsBothLooks) {
+    Session session = session_of_small();
+    press(session, "]");
+    EXPECT_FALSE(session.work_request().pictures[1].has_value());
+    press(session, "w");
+    EXPECT_TRUE(session.work_request().pictures[1].has_value());
+    EXPECT_EQ(session.look(1).exposure_stops, 0);
+    press(session, "c");
+    EXPECT_FLOAT_EQ(session.look(1).exposure_stops, 0.25f);
+    press(session, "ctrl+z");
+    EXPECT_EQ(session.look(1).exposure_stops, 0);
+    press(session, "b");
+    EXPECT_EQ(session.active(), 1u);
+    EXPECT_EQ(session.work_request().noise_of, 1u);
+    press(session, "w");
+    EXPECT_FALSE(session.work_request().pictures[0].has_value());
+    session.set_wipe(7);
+    EXPECT_EQ(session.wipe(), 1);
+}
+
+TEST(Session, DisplayAndViewAreThoseOfBothLooks) {
+    Session session = session_of_small();
+    session.set_display("sRGB", "Raw");
+    EXPECT_EQ(session.look(0).view, "Raw");
+    EXPECT_EQ(session.look(1).view, "Raw");
+    const uint64_t good = session.picture(0)->version;
+    session.set_display("sRGB", "No such view");
+    EXPECT_TRUE(session.message().is_error);
+    EXPECT_EQ(session.picture(0)->version, good);
+}
+
+TEST(Session, PresetsAreThoseOfTheCommand) {
+    Session session = session_of_small();
+    session.edit("", [](Look& l) { set_stops(l, "key", 1.5f); });
+    const std::string path = film::temporary_file("session_look.json");
+    session.save_preset(path);
+    EXPECT_FALSE(session.message().is_error) << session.message().text;
+    const auto text = read_file(path);
+    ASSERT_TRUE(text.has_value());
+    EXPECT_TRUE(same_look(*look_from_json(*text), session.look()));
+    press(session, "ctrl+r");
+    EXPECT_TRUE(session.look().controls.empty());
+    session.load_preset(path);
+    EXPECT_FLOAT_EQ(row_state(session.look(), "key").stops, 1.5f);
+    press(session, "ctrl+z");
+    EXPECT_TRUE(session.look().controls.empty());
+}
+
+TEST(Session, APresetOfAnotherShotSaysWhatItCannotFind) {
+    Session session = session_of_small();
+    const uint64_t good = session.picture(0)->version;
+    const std::string path = film::temporary_file("other_shot.json");
+    ASSERT_TRUE(write_file_atomically(path, R"({"schema": "velatura.look/1", "controls": [
+        {"do": "gain", "name": "moon", "value": "2"}, {"do": "gain", "name": "key", "value": "2"}]})")
+                    .has_value());
+    session.load_preset(path);
+    EXPECT_NE(session.mix_error().find("moon"), std::string::npos);
+    EXPECT_EQ(session.picture(0)->version, good) << "the last picture stays";
+    EXPECT_EQ(further_controls(session.look(), session.rows()), std::vector<size_t>{0});
+    session.edit("", [](Look& l) { l.controls.erase(l.controls.begin()); });
+    EXPECT_TRUE(session.mix_error().empty());
+    EXPECT_NE(session.picture(0)->version, good);
+
+    ASSERT_TRUE(write_file_atomically(path, "no preset").has_value());
+    session.load_preset(path);
+    EXPECT_TRUE(session.message().is_error);
+    session.load_preset(film::temporary_file("missing.json"));
+    EXPECT_TRUE(session.message().is_error);
+    EXPECT_FLOAT_EQ(row_state(session.look(), "key").stops, 1);
+}
+
+TEST(Session, WritesTheMixedFile) {
+    Session session = session_of_small();
+    session.edit("", [](Look& l) { set_stops(l, "key", 1); });
+    const std::string path = film::temporary_file("session_mix.exr");
+    ASSERT_TRUE(session.picture_writer(path)().has_value());
+    const auto written = image::read_layer_file(path);
+    ASSERT_TRUE(written.has_value());
+    const PictureTask& task = *session.picture(0);
+    const image::Image expected = apply_mix(session.stack(), *task.plans[0], task.look, false);
+    for (size_t i = 0; i < expected.data.pixel_count(); ++i)
+        ASSERT_EQ(written->find("G")->value(i), expected.find("G")->value(i));
+}
+
+TEST(Session, WithoutAFileKeysDoNoHarm) {
+    Session session{RecentFiles("")};
+    for (const KeyBinding& b : key_bindings()) session.press(b.press);
+    EXPECT_FALSE(session.has_file());
+    EXPECT_TRUE(session.wants_to_quit());
+    EXPECT_EQ(session.work_request().levels, nullptr);
+}
+
+}  // namespace
+}  // namespace velatura::compositor::window

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/window/tile_mix.h"
+
+#include "compositor/window/pixel_readout.h"
+#include "image/exr.h"
+#include "image/formats.h"
+#include "window_stack.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace velatura::compositor::window {
+namespace {
+
+using Kind = Control::Kind;
+
+Look strong_look() {
+    Look look;
+    for (const auto& [kind, text] :
+         {std::pair{Kind::Gain, "key=+1.37st"}, {Kind::Tint, "fill=1,.9,.35"}, {Kind::Kelvin, "sky=3200"},
+          {Kind::Gain, "indirect=0.6"}, {Kind::Gain, "key:b2=+2st"}, {Kind::Shadow, "key=0.4"},
+          {Kind::Mute, "emissive"}})
+        look.controls.push_back(*parse_control(kind, text));
+    look.exposure_stops = 0.45f;
+    return look;
+}
+
+TEST(TileMix, IsApplyMixBitForBit) {
+    const LayerStack& stack = small_levels()->stack(0);
+    for (const Look& look : {Look(), strong_look()}) {
+        const auto plan = plan_mix(stack, look);
+        ASSERT_TRUE(plan.has_value());
+        const image::Image whole = apply_mix(stack, *plan, look, false);
+        for (const image::Window& tile : {image::Window{0, 0, 48, 33}, {5, 7, 6, 8}, {17, 0, 48, 12}}) {
+            const std::vector<float> rgb = mix_tile(stack, *plan, look.exposure_stops, tile);
+            for (int y = tile.y0; y < tile.y1; ++y) {
+                for (int x = tile.x0; x < tile.x1; ++x) {
+                    for (size_t c = 0; c < 3; ++c) {
+                        const float expected =
+                            whole.data.contains(x, y)
+                                ? whole.parts[0].channels[c].value(whole.data.index(x, y))
+                                : 0.0f;
+                        ASSERT_EQ(rgb[3 * tile.index(x, y) + c], expected) << x << ' ' << y;
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST(TileMix, KeepsToMattes) {
+    const LayerStack& stack = small_levels()->stack(0);
+    image::Image matte;
+    matte.data = stack.image().data;
+    matte.display = stack.image().display;
+    matte.parts.emplace_back();
+    std::vector<float> values(matte.data.pixel_count());
+    for (size_t i = 0; i < values.size(); ++i) values[i] = float(i % 11) / 10;
+    image::Channel channel;
+    channel.name = "M";
+    channel.data = values;
+    matte.parts[0].channels.push_back(std::move(channel));
+    const std::string path = film::temporary_file("matte.exr");
+    ASSERT_TRUE(image::write_exr(path, matte).has_value());
+    Look look = strong_look();
+    for (const size_t i : {size_t(0), size_t(5)}) look.controls[i].matte = path + ":M";
+    const auto plan = plan_mix(stack, look);
+    ASSERT_TRUE(plan.has_value()) << plan.error().message;
+    const image::Image whole = apply_mix(stack, *plan, look, false);
+    const image::Window tile = {7, 3, 40, 30};
+    const std::vector<float> rgb = mix_tile(stack, *plan, look.exposure_stops, tile);
+    for (int y = tile.y0; y < tile.y1; ++y) {
+        for (int x = tile.x0; x < tile.x1; ++x) {
+            for (size_t c = 0; c < 3; ++c)
+                ASSERT_EQ(rgb[3 * tile.index(x, y) + c],
+                          whole.parts[0].channels[c].value(whole.data.index(x, y)));
+        }
+    }
+    // A matte of a smaller level is as small
+    const auto levels = levels_of(window_file("mattes.exr", {0, 0, 200, 110}, {}, 1));
+    MixPlan matted;
+    matted.mattes.push_back(
+        {"", std::make_shared<const std::vector<float>>(size_t(200 * 110), 0.25f)});
+    const auto plans = plans_by_level(*levels, matted);
+    ASSERT_EQ(plans.size(), 2u);
+    EXPECT_EQ(*plans[1]->mattes[0].values, std::vector<float>(size_t(100 * 55), 0.25f));
+}
+
+#ifdef VELATURA_HAVE_OPENIMAGEIO_PLUGIN
+TEST(TileMix, ShowsTheBytesOfTheWrittenPicture) {
+    const LayerStack& stack = small_levels()->stack(0);
+    const Look look = strong_look();
+    const auto plan = plan_mix(stack, look);
+    ASSERT_TRUE(plan.has_value());
+    const std::string path = film::temporary_file("shown.png");
+    ASSERT_TRUE(write_display(path, apply_mix(stack, *plan, look, false), look).has_value());
+    const auto picture = image::read_rgb_image(path, image::SourceColorSpace::Raw);
+    ASSERT_TRUE(picture.has_value());
+    const auto transform = image::DisplayTransform::make(
+        look.display, look.view, image::working_space_of(stack.image()));
+    ASSERT_TRUE(transform.has_value());
+    const auto rgba =
+        display_rgba(mix_tile(stack, *plan, look.exposure_stops, {0, 0, 48, 33}), *transform);
+    ASSERT_EQ(rgba.size() / 4, picture->pixels.size() / 3);
+    for (size_t i = 0; i < rgba.size() / 4; ++i) {
+        EXPECT_EQ(rgba[4 * i + 3], 255);
+        for (size_t c = 0; c < 3; ++c)
+            ASSERT_EQ(int(rgba[4 * i + c]), int(std::lround(picture->pixels[3 * i + c] * 255)));
+    }
+}
+#endif
+
+TEST(PixelReadout, ItsLayersAddUpToTheMix) {
+    const LayerStack& stack = small_levels()->stack(0);
+    const Look look = strong_look();
+    const auto plan = plan_mix(stack, look);
+    ASSERT_TRUE(plan.has_value());
+    const PixelReadout pixel = read_pixel(stack, *plan, look.exposure_stops, 20, 11);
+    std::array<float, 3> sum{};
+    bool has_shadow = false;
+    for (const PixelReadout::Layer& layer : pixel.layers) {
+        has_shadow = has_shadow || (layer.name == "S_key" && layer.gain[0] > 0);
+        for (size_t c = 0; c < 3; ++c) sum[c] += layer.gain[c] * layer.stored[c];
+    }
+    EXPECT_EQ(sum, pixel.mix);
+    EXPECT_TRUE(has_shadow);
+    const image::Image& image = stack.image();
+    const size_t at = image.data.index(20, 11);
+    for (const PixelReadout::Layer& layer : pixel.layers) {
+        for (size_t c = 0; c < 3; ++c)
+            EXPECT_EQ(layer.stored[c], stack.channel(layer.name, c)->value(at)) << layer.name;
+    }
+    for (const PixelReadout::Data& data : pixel.data) {
+        if (data.name == "N") {
+            EXPECT_EQ(data.values.size(), 3u);
+        } else if (data.name == "Z") {
+            EXPECT_EQ(data.values, std::vector<float>{image.find("Z")->value(at)});
+        }
+    }
+}
+
+TEST(PixelReadout, OutsideWhatIsStoredIsBlack) {
+    const LayerStack& stack = small_levels()->stack(0);
+    const auto plan = plan_mix(stack, {});
+    const PixelReadout pixel = read_pixel(stack, *plan, 0, 0, 0);
+    EXPECT_EQ(pixel.mix, (std::array<float, 3>{}));
+    EXPECT_EQ(pixel.alpha, 0);
+}
+
+}  // namespace
+}  // namespace velatura::compositor::window

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+// The window itself, on a screen without a monitor, moved by mouse and keys.
+#include "base/atomic_file.h"
+#include "compositor/window/look_rows.h"
+#include "image/formats.h"
+#include "virtual_screen.h"
+#include "window_stack.h"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+
+namespace velatura::compositor::window {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+    int code = -1;
+    std::string output;  ///< stdout and stderr together
+};
+
+Outcome run(const std::string& command) {
+    Outcome run;
+    FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+    if (!pipe) return run;
+    std::array<char, 4096> buffer{};
+    while (const size_t n = fread(buffer.data(), 1, buffer.size(), pipe))
+        run.output.append(buffer.data(), n);
+    const int status = pclose(pipe);
+    run.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return run;
+}
+
+const std::string bin = VELATURA_BIN_DIR;
+
+std::string file(const std::string& name) {
+    return film::temporary_file("window_" + name);
+}
+
+class WindowTest : public testing::Test {
+  protected:
+    void SetUp() override {
+#if !defined(VELATURA_HAVE_WINDOW) || !defined(VELATURA_HAVE_OPENIMAGEIO_PLUGIN)
+        GTEST_SKIP() << "the window or the plugin that writes its pictures was not built";
+#else
+        screen_ = VirtualScreen::start(1920, 1080);
+        if (!screen_) GTEST_SKIP() << "there is no Xvfb";
+        layers_ = window_file("window_layers.exr", {4, 6, 190, 107}, {0, 0, 192, 108}, 2);
+#endif
+    }
+
+    /// Plays a script; pictures and presets lie where file() says.
+    Outcome play(const std::string& arguments, const std::string& script) const {
+        const std::string path = file("script.txt");
+        EXPECT_TRUE(write_file_atomically(path, script).has_value());
+        return run("env DISPLAY=" + screen_->display() + " LIBGL_ALWAYS_SOFTWARE=1 OCIO= XDG_STATE_HOME=" +
+                   file("state") + " timeout 240 " + bin + "/velatura-comp-ui " + arguments +
+                   " --script " + path);
+    }
+
+    std::unique_ptr<VirtualScreen> screen_;
+    std::string layers_;
+};
+
+void expect_same_picture(const std::string& a, const std::string& b) {
+    const auto first = image::read_rgb_image(a, image::SourceColorSpace::Raw);
+    const auto second = image::read_rgb_image(b, image::SourceColorSpace::Raw);
+    ASSERT_TRUE(first.has_value() && second.has_value());
+    ASSERT_EQ(first->width, second->width);
+    ASSERT_EQ(first->height, second->height);
+    EXPECT_TRUE(first->pixels == second->pixels) << a << " differs from " << b;
+}
+
+TEST_F(WindowTest, TheSavedPresetIsThePictureOnTheScreen) {
+    const std::string preset = file("preset.json");
+    const Outcome played = play(layers_ + " --size 1280 800",
+                                "wait\n"
+                                "key 1\n"
+                                "wait\n"
+                                "screenshot " + file("opened.png") + " picture\n"
+                                "drag \"gain key\" 30 0\n"
+                                "wait\n"
+                                "screenshot " + file("dragged.png") + " picture\n"
+                                "click \"solo fill\"\n"
+                                "wait\n"
+                                "screenshot " + file("soloed.png") + " picture\n"
+                                "key ctrl+z\n"
+                                "click \"mute sky\"\n"
+                                "drag exposure 20 0 shift\n"
+                                "key ctrl+s\n"
+                                "type " + preset + "\n"
+                                "key enter\n"
+                                "wait\n"
+                                "screenshot " + file("final.png") + " picture\n");
+    ASSERT_EQ(played.code, 0) << played.output;
+
+    const auto text = read_file(preset);
+    ASSERT_TRUE(text.has_value());
+    const auto look = look_from_json(*text);
+    ASSERT_TRUE(look.has_value());
+    EXPECT_GT(row_state(*look, "key").stops, 0.5f);
+    EXPECT_TRUE(row_state(*look, "sky").is_muted);
+    EXPECT_FALSE(row_state(*look, "fill").is_soloed);
+    EXPECT_GT(look->exposure_stops, 0);
+
+    const auto mix = [&](const std::string& options, const std::string& name) {
+        const Outcome mixed = run("env OCIO= " + bin + "/velatura-comp mix " + layers_ + " " +
+                                  options + " -o " + file(name));
+        ASSERT_EQ(mixed.code, 0) << mixed.output;
+    };
+    mix("", "plain.png");
+    expect_same_picture(file("opened.png"), file("plain.png"));
+    mix("--preset " + preset, "mixed.png");
+    expect_same_picture(file("final.png"), file("mixed.png"));
+    const auto value = control_text(look->controls.at(0)).substr(std::string("gain key ").size());
+    mix("--gain key=" + value, "gained.png");
+    expect_same_picture(file("dragged.png"), file("gained.png"));
+    mix("--gain key=" + value + " --solo fill", "solo.png");
+    expect_same_picture(file("soloed.png"), file("solo.png"));
+}
+
+TEST_F(WindowTest, MouseAndKeysReachTheMixer) {
+    const std::string preset = file("keys.json");
+    const Outcome played = play(layers_,
+                                "wait\n"
+                                // A double click takes the gain back
+                                "drag \"gain fill\" -40 0\n"
+                                "click \"gain fill\" double\n"
+                                "click \"mute key\" alt\n"
+                                "click \"name sky\"\n"
+                                "key right\n"
+                                "key shift+right\n"
+                                "click \"stops key\" double\n"
+                                "type 2.5\n"
+                                "key enter\n"
+                                "click \"page Bounces\"\n"
+                                "click \"mute b2\"\n"
+                                "click \"page Light × bounce\"\n"
+                                "drag \"cell key:b1\" 50 0\n"
+                                "click \"page Shadows\"\n"
+                                "drag \"shadow key\" 60 0\n"
+                                "key ctrl+s\n"
+                                "type " + preset + "\n"
+                                "key enter\n"
+                                "wait\n");
+    ASSERT_EQ(played.code, 0) << played.output;
+    const auto text = read_file(preset);
+    ASSERT_TRUE(text.has_value());
+    const auto look = look_from_json(*text);
+    ASSERT_TRUE(look.has_value());
+    EXPECT_EQ(row_state(*look, "fill"), RowState());
+    EXPECT_TRUE(row_state(*look, "key").is_soloed);
+    EXPECT_FLOAT_EQ(row_state(*look, "key").stops, 2.5f);
+    EXPECT_FLOAT_EQ(row_state(*look, "sky").stops, 0.3f);
+    EXPECT_TRUE(row_state(*look, "b2").is_muted);
+    EXPECT_GT(row_state(*look, "key:b1").stops, 0.5f);
+    EXPECT_GT(share_given(*look, Control::Kind::Shadow, "key"), 0.05f);
+}
+
+TEST_F(WindowTest, DroppedFilesAreOpenedAndZoomShowsPixels) {
+    const std::string preset = file("dropped.json");
+    ASSERT_TRUE(write_file_atomically(preset, R"({"schema": "velatura.look/1", "controls": [
+        {"do": "solo", "name": "key"}]})").has_value());
+    const Outcome played = play("",
+                                "frames 3\n"
+                                "drop " + layers_ + "\n"
+                                "wait\n"
+                                "drop " + preset + "\n"
+                                "wheel picture 3\n"
+                                "key w\n"
+                                "drag wipe 40 0\n"
+                                "wait\n"
+                                "key f\n"
+                                "key w\n"
+                                "key 1\n"
+                                "wait\n"
+                                "screenshot " + file("dropped.png") + " picture\n"
+                                "key f1\n"
+                                "frames 2\n"
+                                "click close\n"
+                                "key ctrl+q\n"
+                                "wait\n");
+    ASSERT_EQ(played.code, 0) << played.output;
+    ASSERT_EQ(run("env OCIO= " + bin + "/velatura-comp mix " + layers_ + " --preset " + preset +
+                  " -o " + file("key.png")).code,
+              0);
+    expect_same_picture(file("dropped.png"), file("key.png"));
+}
+
+/// The pictures of docs/window.md: with VELATURA_WINDOW_LAYERS=FILE.exr of scenes/atelier they are
+/// those of the page, written to VELATURA_WINDOW_PICTURES.
+TEST_F(WindowTest, ATourTakesThePicturesOfTheDocs) {
+    const char* layers = std::getenv("VELATURA_WINDOW_LAYERS");
+    const char* folder = std::getenv("VELATURA_WINDOW_PICTURES");
+    const std::string out = folder ? folder : fs::path(file("x")).parent_path().string();
+    const std::string light = layers ? "rim" : "fill";
+    const Outcome played = play((layers ? layers : layers_) + " --size 1280 800",
+                                "wait\n"
+                                "drag \"gain key\" -18 0\n"
+                                "drag \"gain " + light + "\" 30 0\n"
+                                "click \"mute emissive\"\n"
+                                "key w\n"
+                                "drag wipe 80 0\n"
+                                "hover picture\n"
+                                "wait\n"
+                                "screenshot " + out + "/window_lights.jpg\n"
+                                "click \"page Light × bounce\"\n"
+                                "drag \"cell key:b2\" 60 0\n"
+                                "drag \"cell b1\" -30 0\n"
+                                "wait\n"
+                                "screenshot " + out + "/window_cells.jpg\n");
+    ASSERT_EQ(played.code, 0) << played.output;
+    for (const char* name : {"/window_lights.jpg", "/window_cells.jpg"}) {
+        const auto picture = image::read_rgb_image(out + name);
+        ASSERT_TRUE(picture.has_value());
+        EXPECT_EQ(picture->width, 1280);
+        EXPECT_EQ(picture->height, 800);
+    }
+}
+
+TEST_F(WindowTest, WhatCannotBeOpenedIsSaid) {
+    const Outcome missing = play(file("missing.exr"), "wait\n");
+    EXPECT_EQ(missing.code, 1);
+    EXPECT_NE(missing.output.find("missing.exr"), std::string::npos) << missing.output;
+    const Outcome lost = play(layers_, "wait\nclick \"mute moon\"\n");
+    EXPECT_EQ(lost.code, 2);
+    EXPECT_NE(lost.output.find("line 2: there is no 'mute moon' here"), std::string::npos);
+}
+
+#ifdef VELATURA_HAVE_WINDOW
+TEST(Ui, WithoutAScreenSaysSo) {
+    const Outcome ui = run("env -u DISPLAY -u WAYLAND_DISPLAY " + bin + "/velatura-comp ui nothing.exr");
+    EXPECT_EQ(ui.code, 1);
+    EXPECT_NE(ui.output.find("[no-display]"), std::string::npos) << ui.output;
+}
+#endif
+
+TEST(Ui, WithoutTheWindowSaysSo) {
+    // The command alone, as on a machine of a farm
+    const fs::path folder = file("farm");
+    fs::create_directories(folder);
+    fs::copy_file(bin + "/velatura-comp", folder / "velatura-comp",
+                  fs::copy_options::overwrite_existing);
+    const Outcome ui = run((folder / "velatura-comp").string() + " ui nothing.exr");
+    EXPECT_EQ(ui.code, 1);
+    EXPECT_NE(ui.output.find("libimgui-dev"), std::string::npos) << ui.output;
+}
+
+TEST(Ui, TheCommandNeedsNeitherXNorOpenGl) {
+    const Outcome libraries = run("ldd " + bin + "/velatura-comp");
+    ASSERT_EQ(libraries.code, 0);
+    for (const char* library : {"libX11", "libGL", "libglfw"})
+        EXPECT_EQ(libraries.output.find(library), std::string::npos) << libraries.output;
+}
+
+}  // namespace
+}  // namespace velatura::compositor::window
