@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/cryptomatte.h"
 
+#include "base/nearest_names.h"
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -9,7 +11,6 @@
 #include <bit>
 #include <charconv>
 #include <map>
-#include <numeric>
 
 namespace velatura::image {
 
@@ -52,37 +53,16 @@ bool is_chosen(std::string_view name, std::string_view pattern) {
     return false;
 }
 
-/// Letters to add, drop or change to make one of the other (Levenshtein).
-size_t edit_distance(std::string_view a, std::string_view b) {
-    std::vector<size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), size_t(0));
-    for (size_t i = 0; i < a.size(); ++i) {
-        size_t diagonal = row[0];
-        row[0] = i + 1;
-        for (size_t j = 0; j < b.size(); ++j) {
-            const size_t changed = diagonal + (a[i] == b[j] ? 0 : 1);
-            diagonal = row[j + 1];
-            row[j + 1] = std::min({changed, row[j] + 1, row[j + 1] + 1});
-        }
-    }
-    return row.back();
-}
-
-Error unknown_name(const Cryptomatte& matte, std::string_view pattern) {
-    std::vector<std::pair<size_t, std::string_view>> near;
+Error unknown_name(const Cryptomatte& matte, const std::string& pattern) {
+    std::vector<std::string> names, leaves;
     for (const MatteName& n : matte.names) {
-        // The last part of a path is what people remember
-        const std::string_view name = n.name;
-        const std::string_view leaf = name.substr(name.rfind('/') + 1);
-        near.emplace_back(std::min(edit_distance(name, pattern), edit_distance(leaf, pattern)),
-                          name);
+        names.push_back(n.name);
+        leaves.push_back("*/" + n.name.substr(n.name.rfind('/') + 1));
     }
-    std::sort(near.begin(), near.end());
-    std::string list;
-    for (size_t i = 0; i < std::min<size_t>(near.size(), 3); ++i)
-        list += fmt::format("{} \"{}\"", i == 0 ? "; nearest:" : ",", near[i].second);
-    return {"matte-name",
-            fmt::format("{} has nothing named \"{}\"{}", matte.layer, pattern, list)};
+    // The last part of a path is what people remember
+    std::string hint = did_you_mean(pattern, names);
+    if (hint.empty()) hint = did_you_mean("*/" + pattern, leaves);
+    return {"matte-name", fmt::format("{} has nothing named \"{}\"{}", matte.layer, pattern, hint)};
 }
 
 void read_strings(const Attributes& attributes,

@@ -109,7 +109,9 @@ TEST(Cryptomatte, DoesNotDependOnTilesOrPasses) {
     Film whole(window, matte_set(6)), parts(window, matte_set(6), {.final_sample_end = samples});
     render(whole, 0, samples);
     for (const auto& [first, end] : {std::pair<uint64_t, uint64_t>{0, 1}, {1, 7}, {7, samples}}) render(parts, first, end, int(first % 2));
-    EXPECT_EQ(written(whole).text("cryptomatte/d593dd7/manifest"), written(parts).text("cryptomatte/d593dd7/manifest"));
+    const std::string manifest = written(whole).text("cryptomatte/3ae39a5/manifest");
+    EXPECT_NE(manifest, "");
+    EXPECT_EQ(manifest, written(parts).text("cryptomatte/3ae39a5/manifest"));
     const CryptomatteDecoder a(written(whole), "CryptoObject"), b(written(parts), "CryptoObject");
     EXPECT_EQ(a.pixels, b.pixels);
 }

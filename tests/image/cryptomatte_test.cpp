@@ -79,8 +79,10 @@ TEST(Cryptomatte, SaysWhatItDoesNotKnow) {
     const auto name = matte_of(image, "object", wrong);
     ASSERT_FALSE(name.has_value());
     EXPECT_EQ(name.error().code, "matte-name");
-    EXPECT_NE(name.error().message.find("nearest: \"/Set/Rock\""), std::string::npos)
+    EXPECT_NE(name.error().message.find("(did you mean '/Set/Rock'?)"), std::string::npos)
         << name.error().message;
+    const std::vector<std::string> leaf = {"Treehuose"};
+    EXPECT_NE(matte_of(image, "object", leaf).error().message.find("'*/Treehouse'"), std::string::npos) << matte_of(image, "object", leaf).error().message;
     const auto layer = matte_of(image, "material", wrong);
     ASSERT_FALSE(layer.has_value());
     EXPECT_EQ(layer.error().code, "matte-layer");
