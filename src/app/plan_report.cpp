@@ -220,9 +220,10 @@ PlanNeeds plan_needs(const RenderJob& job, const FrameInput& input, Diagnostics&
     needs.instances = input.scene.instances.size();
     needs.accelerator_bytes = needs.triangles * tree_bytes_per_triangle + needs.instances * tree_bytes_per_instance;
     needs.files = {expected_file(job, input)};
+    const image::Window window = data_window(input.scene.settings, job.arguments.crop);
     if (job.deep) needs.files.push_back(expected_deep_file(job, input));
     const film::LayerSet layers = layers_of(job, input.scene);
-    needs.film_bytes = image::SampleSums::expected_bytes(data_window(input.scene.settings, job.arguments.crop), layers);
+    needs.film_bytes = image::SampleSums::expected_bytes(window, layers) + (job.deep ? film::DeepFilm::expected_bytes(window) : 0);
     return needs;
 }
 

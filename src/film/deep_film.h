@@ -21,7 +21,7 @@ struct DeepOptions {
 };
 
 /// Where the light of the camera samples of each pixel comes from, by depth. A function of the samples alone, added in the
-/// order of their indices: not of tiles, passes or threads. At most 64 bytes for each deep sample. Threads: one pixel
+/// order of their indices: not of tiles, passes or threads. 64 bytes for each deep sample, up to twice that where lists have just grown. Threads: one pixel
 /// belongs to one task.
 class DeepFilm {
   public:
@@ -38,6 +38,10 @@ class DeepFilm {
     const DeepOptions& options() const { return options_; }
 
     size_t memory_bytes() const;
+    /// The same of pixels that show one depth each.
+    static size_t expected_bytes(const Window& window) {
+        return window.pixel_count() * (sizeof(std::vector<Entry>) + sizeof(double) + sizeof(Entry));
+    }
 
   private:
     /// What some camera samples of a pixel have in common.

@@ -89,6 +89,80 @@ TEST_F(DeepCommand, DepthsAreThoseOfTheScene) {
     EXPECT_GT(sky[0].z, 1e20f);
 }
 
+TEST_F(DeepCommand, FogHasTheAlphaOfItsLaw) {
+    // Fog from 8 to 12 units away, and in the left half a wall within it, 9.5 units away
+    w.write("s.usda", R"usda(#usda 1.0
+def Xform "W"
+{
+    def Camera "Cam"
+    {
+        float focalLength = 50
+        float horizontalAperture = 20
+        float verticalAperture = 20
+        double3 xformOp:translate = (0, 0, 10)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+    def DomeLight "sky"
+    {
+        float inputs:intensity = 1
+    }
+    def Material "Fog"
+    {
+        token outputs:mtlx:volume.connect = </W/Fog/V.outputs:out>
+        def Shader "V"
+        {
+            uniform token info:id = "ND_anisotropic_vdf"
+            float3 inputs:scattering = (0.25, 0.25, 0.25)
+            token outputs:out
+        }
+    }
+    def Cube "Box" (prepend apiSchemas = ["MaterialBindingAPI"])
+    {
+        rel material:binding = </W/Fog>
+        double size = 4
+    }
+    def Mesh "Wall"
+    {
+        int[] faceVertexCounts = [4]
+        int[] faceVertexIndices = [0, 1, 2, 3]
+        point3f[] points = [(-5, -5, 0.5), (0, -5, 0.5), (0, 5, 0.5), (-5, 5, 0.5)]
+        uniform token subdivisionScheme = "none"
+    }
+}
+)usda");
+    const auto pixels = by_pixel(render("--spp 64 --filter box --layers none"));
+    double before_wall = 0, before_middle = 0, wall = 0;
+    size_t left = 0, right = 0;
+    for (size_t i = 0; i < pixels.size(); ++i) {
+        // Away from the edges, rays go nearly along the depth
+        const int x = int(i % size), y = int(i / size);
+        if (y < 12 || y >= 28 || x < 12 || x >= 28 || std::abs(x - 19.5) < 2) continue;
+        double covered = 0, middle = 0;
+        for (const image::DeepSample& s : pixels[i]) {
+            const bool is_segment = s.z_back > s.z || (s.a < 1 && s.a > 0);
+            if (is_segment && x < 20) {
+                EXPECT_GE(s.z, 8.0f);
+                EXPECT_LE(s.z_back, 9.5f);
+            }
+            if (s.a == 1.0f) {
+                wall += 1;
+                EXPECT_NEAR(s.z, 9.5f, 1e-3f);
+                break;
+            }
+            covered += (1 - covered) * double(s.a);
+            if (s.z_back < 9.6f) middle = covered;
+        }
+        (x < 20 ? before_wall : before_middle) += x < 20 ? covered : middle;
+        ++(x < 20 ? left : right);
+    }
+    const double law = 1 - std::exp(-0.25 * 1.5);
+    EXPECT_EQ(wall, double(left));
+    EXPECT_NEAR(before_wall / double(left), law, 0.015);
+    // Segments end where the depth has grown by an eighth: at 9.37 for one
+    EXPECT_GT(before_middle / double(right), 1 - std::exp(-0.25 * 1.3));
+    EXPECT_LT(before_middle / double(right), law + 0.03);
+}
+
 TEST_F(DeepCommand, IsOneHoweverItWasMade) {
     const image::DeepImage expected = render("--spp 40");
     for (const char* how : {"--mode tile --tile 16", "--threads 1", "--snapshot 0.01s"}) {
