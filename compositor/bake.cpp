@@ -17,10 +17,8 @@ using Kind = Control::Kind;
 
 /// How a control is typed, for messages.
 std::string typed(const Control& control) {
-    constexpr const char* options[] = {"--gain", "--tint", "--kelvin", "--mute", "--solo"};
-    const size_t kind = size_t(control.kind);
-    return fmt::format("{} {}{}{}", kind < std::size(options) ? options[kind] : "control",
-                       control.target, control.value.empty() ? "" : "=", control.value);
+    return fmt::format("--{} {}{}{}", name_of(control.kind), control.target,
+                       control.value.empty() ? "" : "=", control.value);
 }
 
 /// What a look does to a whole group.
@@ -44,9 +42,12 @@ class Baker {
 
   private:
     std::vector<bool> groups_of(const std::string& name) const;
-    std::optional<std::string> whole_group_target(const Control& control) const;
+    std::vector<bool> whole_groups(const std::string& row) const;
+    std::vector<std::string> rows_of(const std::string& target) const;
     std::string why_not(const Control& control) const;
-    void apply(const Control& control, const std::string& target);
+    std::vector<bool> select(const Control& control);
+    void apply(const Control& control, const std::vector<bool>& groups);
+    void mute(size_t group);
     void apply_solos();
     void bake_group(const image::LightGroup& group, const GroupGain& gain);
     void bake_prim(const std::string& path, const GroupGain& gain);
@@ -85,41 +86,69 @@ std::vector<bool> Baker::groups_of(const std::string& name) const {
     return selected;
 }
 
-/// The groups that a control takes as a whole; nothing where it picks bounces or shadows.
-std::optional<std::string> Baker::whole_group_target(const Control& control) const {
-    if (control.kind > Kind::Solo || control.target == "shadow") return std::nullopt;
-    std::string name = control.target;
-    if (const size_t colon = name.find(':'); colon != std::string::npos) {
-        if (name.substr(colon + 1) != "all") return std::nullopt;
-        name.resize(colon);
-    }
-    const std::vector<bool> groups = groups_of(name);
-    const bool is_any = name == "all" || name == "env" ||
-                        std::find(groups.begin(), groups.end(), true) != groups.end();
-    return is_any ? std::optional(name) : std::nullopt;
+/// The groups that a row takes as a whole; none where it picks bounces or shadows.
+std::vector<bool> Baker::whole_groups(const std::string& row) const {
+    const size_t colon = row.find(':');
+    const bool is_whole = colon == std::string::npos || row.substr(colon + 1) == "all";
+    return is_whole ? groups_of(row.substr(0, colon)) : std::vector<bool>(gains_.size(), false);
+}
+
+/// The rows of a named set, else the target itself.
+std::vector<std::string> Baker::rows_of(const std::string& target) const {
+    const auto at = look_.rows.find(target);
+    return at == look_.rows.end() ? std::vector{target} : at->second;
 }
 
 std::string Baker::why_not(const Control& control) const {
-    if (control.kind > Kind::Solo)
-        return "a shadow, a caster or clamped light: no property of a light";
-    if (control.target == "shadow") return "shadows have no strength in UsdLux";
+    if (!control.matte.empty()) return "it acts within a matte, and light does not stop there";
+    if (control.kind == Kind::Clamp) return "a clamp is no property of a light";
+    if (control.kind > Kind::Solo || control.target == "shadow")
+        return "shadows have no strength in UsdLux";
     return "lights have no gain per bounce";
 }
 
-void Baker::apply(const Control& control, const std::string& target) {
-    const std::vector<bool> groups = groups_of(target);
+/// The groups that a control takes as a whole; what else it names is told.
+std::vector<bool> Baker::select(const Control& control) {
+    std::vector<bool> selected(gains_.size(), false);
+    const bool is_of_light = control.kind <= Kind::Solo && control.matte.empty();
+    for (const std::string& row : rows_of(control.target)) {
+        const std::vector<bool> groups =
+            is_of_light ? whole_groups(row) : std::vector<bool>(gains_.size(), false);
+        if (std::find(groups.begin(), groups.end(), true) == groups.end() && row != "env") {
+            Control one = control;
+            one.target = row;
+            out_.left.push_back(fmt::format("{}: {}", typed(one), why_not(one)));
+        }
+        for (size_t g = 0; g < groups.size(); ++g) selected[g] = selected[g] || groups[g];
+    }
+    return selected;
+}
+
+void Baker::mute(size_t group) {
+    gains_[group].is_muted = true;
+    Control control;
+    control.kind = Kind::Mute;
+    control.target = stack_.header().lights[group].name;
+    out_.baked.controls.push_back(std::move(control));
+}
+
+void Baker::apply(const Control& control, const std::vector<bool>& groups) {
     for (size_t g = 0; g < groups.size(); ++g) {
         if (!groups[g]) continue;
         GroupGain& gain = gains_[g];
         if (control.kind == Kind::Mute) {
-            gain.is_muted = true;
-        } else if (control.kind == Kind::Gain && control.value.ends_with("st")) {
+            mute(g);
+            continue;
+        }
+        if (control.kind == Kind::Gain && control.value.ends_with("st")) {
             gain.stops += std::log2(double(control.factor[0]));
         } else if (control.kind == Kind::Gain) {
             gain.intensity *= double(control.factor[0]);
         } else {
             for (size_t c = 0; c < 3; ++c) gain.tint[c] *= double(control.factor[c]);
         }
+        out_.baked.controls.push_back(control);
+        out_.baked.controls.back().target = stack_.header().lights[g].name;
     }
 }
 
@@ -130,18 +159,16 @@ void Baker::apply_solos() {
     for (const Control& control : look_.controls) {
         if (control.kind != Kind::Solo) continue;
         has_solo = true;
-        const std::vector<bool> groups =
-            groups_of(control.target.substr(0, control.target.find(':')));
-        const bool is_bounce = std::find(groups.begin(), groups.end(), true) == groups.end();
-        for (size_t g = 0; g < heard.size(); ++g) heard[g] = heard[g] || groups[g] || is_bounce;
+        for (const std::string& row : rows_of(control.target)) {
+            const std::vector<bool> groups = groups_of(row.substr(0, row.find(':')));
+            // A row of bounces is heard in every group
+            const bool is_bounce =
+                row != "env" && std::find(groups.begin(), groups.end(), true) == groups.end();
+            for (size_t g = 0; g < heard.size(); ++g) heard[g] = heard[g] || groups[g] || is_bounce;
+        }
     }
     for (size_t g = 0; g < heard.size() && has_solo; ++g) {
-        if (heard[g]) continue;
-        gains_[g].is_muted = true;
-        Control mute;
-        mute.kind = Kind::Mute;
-        mute.target = stack_.header().lights[g].name;
-        out_.baked.controls.push_back(mute);
+        if (!heard[g]) mute(g);
     }
 }
 
@@ -224,14 +251,8 @@ Result<Bake> Baker::run() {
                      "the file does not say what its lights were: it has no values in "
                      "velatura/lights (render it again)"};
     for (const Control& control : look_.controls) {
-        const auto target = whole_group_target(control);
-        if (!target) {
-            out_.left.push_back(fmt::format("{}: {}", typed(control), why_not(control)));
-            continue;
-        }
-        if (control.kind == Kind::Solo) continue;
-        apply(control, *target);
-        out_.baked.controls.push_back(control);
+        const std::vector<bool> groups = select(control);
+        if (control.kind != Kind::Solo) apply(control, groups);
     }
     apply_solos();
     out_.baked.exposure_stops = look_.exposure_stops;

@@ -143,7 +143,7 @@ int prove(const BakeOptions& o, const LayerStack& mixed, const Bake& bake) {
 int run_bake(const BakeOptions& o) {
     if (!o.output.ends_with(".usda")) return report({"bad-output", o.output + " is not .usda"});
     if (o.prove && o.scene.empty()) return report({"bad-output", "--prove needs --scene SCENE"});
-    const auto look = o.look.look();
+    const auto look = o.look.look_of_frame();
     if (!look) return report(look.error());
     const auto stack = LayerStack::load(o.input);
     if (!stack) return report(stack.error());

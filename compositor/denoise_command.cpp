@@ -53,7 +53,7 @@ void add_denoise_command(CLI::App& app, std::function<int()>& run) {
     command->footer(
         "Every pixel becomes one linear combination of the pixels around it, with the same weights "
         "in every layer;\n"
-        "the weights come from the half images of the beauty and from albedo, N and Z.\n"
+        "the weights come from the half images of the beauty and from albedo, N, Z and b0.\n"
         "Without --halves: coarser, and said. Half images of the result hold the noise that is "
         "left, for `noise`.");
     command->callback([&run, o] { run = [o] { return run_denoise(*o); }; });

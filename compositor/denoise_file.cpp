@@ -113,7 +113,7 @@ Json denoise_json(const DenoiseGuides& guides,
     j["schema"] = "velatura.denoise/1";
     j["method"] =
         "one linear combination of neighbours per pixel, the same for all layers: regression on "
-        "albedo, N and Z weighted by non-local means, dual buffers";
+        "albedo, N, Z and b0 weighted by non-local means, dual buffers";
     j["window"] = 2 * DenoiseKernel::radius + 1;
     j["patch"] = 2 * DenoiseKernel::patch_radius + 1;
     j["filters"] = Json::array();

@@ -136,6 +136,34 @@ void set_judged(DenoiseGuides& guides, const LayerStack& stack) {
     });
 }
 
+/// Lamps and background, which no other feature shows: logarithm of what is seen directly, in units
+/// of the beauty's mean. Nothing where it is black or not stored.
+void add_emission(DenoiseGuides& guides, const LayerStack& stack) {
+    std::vector<const Channel*> seen;
+    for (const image::FamilyClosure& family : stack.header().closure) {
+        for (const std::string& layer : family.order) {
+            const image::LayerEntry* entry = stack.header().find(layer);
+            if (!entry || entry->bounce != "b0") continue;
+            for (size_t c = 0; c < 3; ++c) {
+                if (const Channel* channel = stack.channel(layer, c)) seen.push_back(channel);
+            }
+        }
+        if (!seen.empty()) break;
+    }
+    double mean = 0;
+    for (size_t c = 0; c < 3; ++c)
+        image::for_each_value(*stack.channel("rgba", c),
+                              [&](size_t, float v) { mean += double(std::max(v, 0.0f)); });
+    mean /= double(std::max<size_t>(guides.window.pixel_count(), 1));
+    if (seen.empty() || !(mean > 0) || !std::isfinite(mean)) return;
+    Plane plane(guides.window.pixel_count(), 0.0f);
+    for (const Channel* channel : seen)
+        image::for_each_value(*channel, [&](size_t i, float v) { plane[i] += v; });
+    for (float& v : plane)
+        v = std::isfinite(v) ? 4.0f * std::log1p(std::max(v, 0.0f) / float(mean)) : 0.0f;
+    guides.features.push_back(std::move(plane));
+}
+
 /// `albedo` and `N` as they are, the logarithm of Z: what is far may lie further apart.
 void set_features(DenoiseGuides& guides, const LayerStack& stack) {
     const auto add = [&](const char* name, float largest, float scale) {
@@ -166,6 +194,7 @@ void set_features(DenoiseGuides& guides, const LayerStack& stack) {
         guides.notes.push_back(
             "albedo, N and Z are not all stored (render with --layers ...,data): edges that only "
             "they show will blur");
+    add_emission(guides, stack);
 }
 
 }  // namespace

@@ -34,7 +34,8 @@ struct DenoiseGuides {
     HalvedBeauty colour;
     /// The beauty, its indirect light and the brightest light groups; empty without half images.
     std::vector<JudgedMix> judged;
-    /// Albedo, normal, logarithm of depth: scaled so that a difference of 1 is a different surface.
+    /// Albedo, normal, logarithms of depth and of emission seen directly: scaled so that a
+    /// difference of 1 is a different surface.
     std::vector<Plane> features;
     std::vector<std::string> notes;  ///< what is missing and what that costs
 };

@@ -12,8 +12,7 @@ using K = DenoiseKernel;
 constexpr int T = K::tile_size;
 constexpr int P = K::padded;
 constexpr int patch_area = T + 2 * K::patch_radius;
-constexpr int patch_side = 2 * K::patch_radius + 1;
-constexpr size_t most_features = 7;
+constexpr size_t most_features = 8;
 
 /// e^-x for x >= 0 within 0.03, 0 from x = 8 on.
 inline float falloff(float x) {
@@ -36,23 +35,25 @@ constexpr size_t padded_index(int y, int dx, int dy) {
     return size_t((y + K::halo + dy) * P + K::halo + dx);
 }
 
-/// Means of a patch around every pixel of the tile: in [patch_area]², out [T]².
+/// Means of a patch of that radius around every pixel of the tile: in [patch_area]², out [T]².
+template <int radius>
 void patch_means(const float* in, float* out) {
+    constexpr int side = 2 * radius + 1, offset = K::patch_radius - radius;
     float rows[patch_area * T];
     for (int y = 0; y < patch_area; ++y) {
-        const float* from = in + y * patch_area;
+        const float* from = in + y * patch_area + offset;
         float* to = rows + y * T;
         std::fill(to, to + T, 0.0f);
-        for (int k = 0; k < patch_side; ++k) {
+        for (int k = 0; k < side; ++k) {
             for (int x = 0; x < T; ++x) to[x] += from[x + k];
         }
     }
-    constexpr float scale = 1.0f / float(patch_side * patch_side);
+    constexpr float scale = 1.0f / float(side * side);
     for (int y = 0; y < T; ++y) {
         float* to = out + y * T;
         std::fill(to, to + T, 0.0f);
-        for (int k = 0; k < patch_side; ++k) {
-            const float* from = rows + (y + k) * T;
+        for (int k = 0; k < side; ++k) {
+            const float* from = rows + (y + k + offset) * T;
             for (int x = 0; x < T; ++x) to[x] += from[x];
         }
         for (int x = 0; x < T; ++x) to[x] *= scale;
@@ -119,6 +120,7 @@ void DenoiseKernel::find_colour_distances(int half) {
         copy_padded([&](size_t i) { return s[i]; }, variance[c].data());
     }
     std::vector<float> distance(size_t(patch_area) * patch_area);
+    float near[tile_pixels];
     for_each_neighbour([&](size_t n, int dx, int dy) {
         std::fill(distance.begin(), distance.end(), 0.0f);
         for (size_t c = 0; c < 3; ++c) {
@@ -138,8 +140,12 @@ void DenoiseKernel::find_colour_distances(int half) {
             }
         }
         float* out = &colour_distances_[size_t(half)][n * tile_pixels];
-        patch_means(distance.data(), out);
-        for (size_t i = 0; i < tile_pixels; ++i) out[i] = std::max(0.0f, out[i] * (1.0f / 3.0f));
+        patch_means<patch_radius>(distance.data(), out);
+        patch_means<1>(distance.data(), near);
+        // A large patch dilutes what is small and very bright: its own surroundings have a say,
+        // with some allowance for their noise
+        for (size_t i = 0; i < tile_pixels; ++i)
+            out[i] = std::max({0.0f, out[i] * (1.0f / 3.0f), near[i] * (1.0f / 3.0f) - 1.0f});
     });
 }
 

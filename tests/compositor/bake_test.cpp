@@ -118,6 +118,17 @@ TEST(BakeLook, SolosMuteTheOthers) {
     EXPECT_NE(bake->left[1].find("emissive"), std::string::npos);
 }
 
+TEST(BakeLook, SetsOfRowsAreTheirMaster) {
+    Look look = look_of({{Gain, "warm=2"}, {Mute, "mixed"}});
+    look.rows = {{"warm", {"key", "fill", "key:all"}}, {"mixed", {"fill", "b2"}}};
+    const auto bake = bake_look(make_stack(), look);
+    ASSERT_TRUE(bake.has_value());
+    EXPECT_EQ(find(*bake, "/World/Key")->intensity, 6.0);
+    EXPECT_EQ(find(*bake, "/World/FillA")->intensity, 0.0);
+    ASSERT_EQ(bake->left.size(), 1u);
+    EXPECT_NE(bake->left[0].find("--mute b2"), std::string::npos);
+}
+
 TEST(BakeLook, NamesWhatItLeaves) {
     const auto bake = bake_look(make_stack(), look_of({{Gain, "indirect=2"},
                                                        {Shadow, "key=.5"},
@@ -129,6 +140,9 @@ TEST(BakeLook, NamesWhatItLeaves) {
     EXPECT_EQ(bake->notes.size(), 1u);
     EXPECT_EQ(bake->lights.size(), 1u);
     EXPECT_EQ(bake->baked.controls.size(), 3u);
+    Look matted = look_of({{Gain, "key=2"}});
+    matted.controls[0].matte = "object:ball";
+    EXPECT_EQ(bake_look(make_stack(), matted)->left.size(), 1u);
     const auto unknown = bake_look(make_stack(), look_of({{Gain, "moon=2"}}));
     ASSERT_FALSE(unknown.has_value());
     EXPECT_EQ(unknown.error().code, "unknown-name");
