@@ -11,14 +11,13 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -176,19 +175,25 @@ struct Times {
     }
 };
 
-/// Largest resident memory of a process that mixes the file and writes the result.
-double child_megabytes(const std::string& path, const std::string& output) {
-    const pid_t child = fork();
-    if (child == 0) {
-        execl("/proc/self/exe", "velatura_bench_mix", "--child", path.c_str(), output.c_str(),
-              nullptr);
-        _exit(127);
+/// Peak resident memory of this process. Not ru_maxrss, which a child inherits from its parent.
+double peak_megabytes() {
+    std::ifstream status("/proc/self/status");
+    for (std::string line; std::getline(status, line);) {
+        if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024;
     }
-    int status = 0;
-    rusage usage{};
-    if (child < 0 || wait4(child, &status, 0, &usage) != child || status != 0)
-        give_up({"child", "the process that mixes failed"});
-    return double(usage.ru_maxrss) / 1024;
+    return 0;
+}
+
+/// That of a process that mixes the file and writes the result.
+double child_megabytes(const std::string& path, const std::string& output) {
+    const std::string command =
+        fmt::format("'{}' --child '{}' '{}'",
+                    std::filesystem::read_symlink("/proc/self/exe").string(), path, output);
+    FILE* pipe = popen(command.c_str(), "r");
+    double megabytes = 0;
+    const bool is_read = pipe && fscanf(pipe, "%lf", &megabytes) == 1;
+    if (!pipe || pclose(pipe) != 0 || !is_read) give_up({"child", "the process that mixes failed"});
+    return megabytes;
 }
 
 }  // namespace
@@ -207,6 +212,7 @@ int main(int argc, char** argv) {
     if (!child.empty()) {
         const auto written = image::write_image_file(child[1], mix(child[0]));
         if (!written) give_up(written.error());
+        fmt::print("{}\n", peak_megabytes());
         return 0;
     }
 
