@@ -395,7 +395,9 @@ Result<MixPlan> Planner::run() {
 }  // namespace
 
 bool has_mattes(const Term& term) {
-    return !term.matted_gains.empty() || !term.matted_lifts.empty();
+    return !term.matted_gains.empty() || !term.matted_lifts.empty() ||
+           std::any_of(term.clamp_shares.begin(), term.clamp_shares.end(),
+                       [](const MattedShare& s) { return s.matte != whole_picture; });
 }
 
 float MixPlan::matte_factor(const Term& term, size_t c, size_t pixel) const {

@@ -57,7 +57,7 @@ struct MixPlan {
     float clamp_share(const Term& term, size_t pixel) const;
 };
 
-/// True if the gain of a term is not the same for every pixel.
+/// True if what a term gains or gives back is not the same for every pixel.
 bool has_mattes(const MixPlan::Term& term);
 
 /// Translates a look into gains of the finest stored family that can express it. `file` is needed

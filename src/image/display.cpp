@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/display.h"
 
+#include "base/nearest_names.h"
+
 #include <OpenColorIO/OpenColorIO.h>
 #include <fmt/format.h>
 
@@ -77,6 +79,21 @@ ocio::ConstConfigRcPtr built_in_config() {
     config->addDisplayView("sRGB", "Raw", "raw", "");
     config->validate();
     return config;
+}
+
+/// ` (did you mean 'ACES'?)` for a display or view that the config lacks.
+std::string nearest_view(const ocio::ConstConfigRcPtr& config,
+                         const std::string& display,
+                         const std::string& view) {
+    std::vector<std::string> displays, views;
+    for (int d = 0; d < config->getNumDisplays(); ++d) {
+        displays.emplace_back(config->getDisplay(d));
+        for (int v = 0; v < config->getNumViews(displays.back().c_str()); ++v)
+            views.emplace_back(config->getView(displays.back().c_str(), v));
+    }
+    const bool has_display =
+        display.empty() || std::find(displays.begin(), displays.end(), display) != displays.end();
+    return has_display ? did_you_mean(view, views) : did_you_mean(display, displays);
 }
 
 std::string list_of_views(const ocio::ConstConfigRcPtr& config) {
@@ -168,8 +185,9 @@ Result<DisplayTransform> DisplayTransform::make(const std::string& display,
     } catch (const std::exception& e) {
         return Error{
             "ocio-view",
-            fmt::format("no display transform for display '{}' view '{}': {}; there are: {}",
-                        display, view, e.what(), list_of_views(config))};
+            fmt::format("no display transform for display '{}' view '{}'{}: {}; there are: {}",
+                        display, view, nearest_view(config, display, view), e.what(),
+                        list_of_views(config))};
     }
 }
 

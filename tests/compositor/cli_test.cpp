@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/atomic_file.h"
 #include "film/film.h"
+#include "film/film_scene.h"
 #include "image/exr.h"
 #include "image/formats.h"
 #include "image/layer_file.h"
-#include "film/film_scene.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -77,6 +77,18 @@ TEST_F(Cli, BadFilesAreErrorsWithoutAPartialFile) {
         EXPECT_EQ(comp(command + file("missing.exr")).code, 1);
         EXPECT_EQ(comp(command + file("text.exr")).code, 1);
     }
+    // Cut within what a mix needs: the parts after it may be gone
+    const auto whole = read_file(file("whole.exr"));
+    ASSERT_TRUE(
+        write_file_atomically(file("cut.exr"), whole->substr(0, whole->size() / 20)).has_value());
+    for (const char* name : {"missing.exr", "text.exr", "cut.exr"}) {
+        const Outcome run = comp("mix " + file(name) + " -o " + file("no.exr"));
+        EXPECT_EQ(run.code, 1) << run.output;
+        EXPECT_NE(run.output.find(name), std::string::npos) << run.output;
+        EXPECT_FALSE(fs::exists(file("no.exr")));
+    }
+    const Outcome view = comp("mix " + file("whole.exr") + " -o " + file("y.png") + " --view ACSE");
+    EXPECT_NE(view.output.find("did you mean 'ACES'?"), std::string::npos) << view.output;
     EXPECT_EQ(comp("mix " + file("whole.exr") + " -o /nonexistent_folder/a.exr").code, 1);
     EXPECT_EQ(comp("mix " + file("whole.exr") + " -o /nonexistent_folder/a.png").code, 1);
     EXPECT_EQ(comp("mix " + file("whole.exr") + " -o " + file("y.png") + " --view Filmic").code, 1);
@@ -242,7 +254,8 @@ TEST_F(Cli, MixesASequence) {
     EXPECT_EQ(comp(all + " --frames x").code, 2);
     EXPECT_EQ(comp("mix " + file("seq.##.exr") + " -o " + file("one.exr")).code, 2);
     EXPECT_EQ(comp("mix " + file("whole.exr") + " -o " + file("one.exr") + " --frames 1").code, 2);
-    const std::string keyed = "mix " + file("whole.exr") + " -o " + file("k.exr") + " --gain key=1@1,0@4";
+    const std::string keyed =
+        "mix " + file("whole.exr") + " -o " + file("k.exr") + " --gain key=1@1,0@4";
     EXPECT_EQ(comp(keyed).code, 2);
     EXPECT_EQ(comp(keyed + " --frame 4").code, 0);
     EXPECT_EQ(comp("diff -q " + file("muted.exr") + " " + file("k.exr")).code, 0);
@@ -250,9 +263,9 @@ TEST_F(Cli, MixesASequence) {
 
 TEST_F(Cli, ControlsKeepTheirOrderAndTheirMattes) {
     const std::string saved = file("ordered.json");
-    const Outcome run =
-        comp("mix " + file("whole.exr") + " -o " + file("x.exr") + " --mute sky --gain key=2 --solo " +
-             "key --gain fill=3 --rows warm=key,fill --gain warm=0.5 --save-preset " + saved);
+    const Outcome run = comp(
+        "mix " + file("whole.exr") + " -o " + file("x.exr") + " --mute sky --gain key=2 --solo " +
+        "key --gain fill=3 --rows warm=key,fill --gain warm=0.5 --save-preset " + saved);
     ASSERT_EQ(run.code, 0) << run.output;
     const auto json = nlohmann::json::parse(*read_file(saved));
     std::string order;
