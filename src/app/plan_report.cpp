@@ -73,8 +73,11 @@ int layer_count(const film::LayerSet& l) {
     if (l.matrix_layers) layers += groups * columns;
     if (l.bounce_layers) layers += columns;
     if (l.group_layers) layers += groups;
+    // Of each of these there may be one that a clamp touched
+    const int cut = l.has_clamp() ? layers : 0;
     if (l.shadow_layers) layers += 2 * groups;
-    return l.halves ? 3 * layers : layers;
+    if (l.caster_layers) layers += groups * (int(l.casters.size()) + 1);
+    return cut + (l.halves ? 3 * layers : layers);
 }
 
 /// Pixels of the data window, of all channels as they are stored before compression.

@@ -56,7 +56,8 @@ std::string output_pattern(const RenderArguments& arguments, const scene::Scene&
     return std::filesystem::path(arguments.scene).stem().string() + ".exr";
 }
 
-translate::TranslateOptions translate_options(const RenderArguments& a, double frame) {
+translate::TranslateOptions translate_options(const RenderJob& job, double frame) {
+    const RenderArguments& a = job.arguments;
     translate::TranslateOptions options;
     options.camera = a.camera;
     options.settings = a.settings;
@@ -66,6 +67,7 @@ translate::TranslateOptions translate_options(const RenderArguments& a, double f
         options.purposes = a.purposes;
         options.purposes.emplace_back("default");
     }
+    options.finds_casters = job.layers.caster_layers;
     options.light_grouping = a.lights == "off" ? translate::LightGrouping::Off : a.lights == "groups" ? translate::LightGrouping::Groups : translate::LightGrouping::PerLight;
     return options;
 }
@@ -134,7 +136,7 @@ std::vector<image::LightValues> light_values(const LoadedStage& loaded, const sc
 
 int prepare_one(const RenderJob& job, const LoadedStage& loaded, double frame, bool has_many, const FrameFunction& use, Diagnostics& diagnostics) {
     const auto start = std::chrono::steady_clock::now();
-    Result<scene::Scene> scene = translate::translate_stage(loaded.stage, translate_options(job.arguments, frame), diagnostics);
+    Result<scene::Scene> scene = translate::translate_stage(loaded.stage, translate_options(job, frame), diagnostics);
     if (!scene) return fail(scene.error(), RenderError);
     check_products(scene->settings, job.arguments, diagnostics);
     if (job.arguments.strict && diagnostics.error_count() > 0) {

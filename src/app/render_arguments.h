@@ -46,6 +46,7 @@ struct RenderArguments {
     int matte_levels = 6;
     bool deep = false;
     int deep_samples = film::DeepOptions{}.most_samples;
+    std::optional<double> clamp_direct, clamp_indirect;  ///< radiance
     std::string exr_layout = "multipart";
     std::string filter = "blackman-harris";
     std::string integrator = "path";

@@ -35,7 +35,7 @@ image::Matrix44 to_floats(const Matrix& m) {
 
 image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, const integrator::World& world, const integrator::GuideTraining& training,
                                const integrator::BranchTrial& branches, const FrameSettings& settings, const film::LayerSet& layers,
-                               const image::Window& window) {
+                               const image::Window& window, const film::Film& film) {
     const scene::Scene& scene = input.scene;
     image::FileInfo info;
     info.display = {0, 0, scene.settings.width, scene.settings.height};
@@ -56,7 +56,7 @@ image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, co
     stats["estimator"] = make_estimator_stats(job);
     stats["guiding"] = make_guiding_stats(training);
     stats["splitting"] = make_splitting_stats(branches);
-    stats["ledger"] = make_ledger(job, input, world);
+    stats["ledger"] = make_ledger(job, input, world, film);
     info.stats_json = stats.dump();
     info.light_values = input.light_values;
     info.software = fmt::format("velatura {}", VELATURA_VERSION);
@@ -265,7 +265,7 @@ class FrameRenderer {
     }
 
     Result<image::WriteReport> write(const film::Film& film, const std::vector<scene::Effect>& broken = {}) {
-        image::FileInfo info = make_file_info(job_, input_, world_, training_, branches_, settings_, layers_, window_);
+        image::FileInfo info = make_file_info(job_, input_, world_, training_, branches_, settings_, layers_, window_, film);
         info.plan_json = plan_json(input_.plan, broken).dump();
         info.bad_samples = film.bad_samples();
         if (mattes_) info.matte_names = mattes_->names();
@@ -350,6 +350,8 @@ class FrameRenderer {
 film::LayerSet layers_of(const RenderJob& job, const scene::Scene& scene) {
     film::LayerSet layers = job.layers;
     for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+    if (layers.caster_layers)
+        for (const scene::Caster& c : scene.casters.list) layers.casters.push_back({c.name, c.prim});
     layers.normalise_names();
     return layers;
 }

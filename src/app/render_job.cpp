@@ -70,18 +70,23 @@ Result<void> choose_layers(const RenderArguments& a, film::LayerSet& layers) {
     layers.last_bounce = a.bounces;
     layers.halves = a.halves;
     layers.float_layers = a.float_layers;
-    layers.bounce_layers = layers.group_layers = layers.matrix_layers = layers.shadow_layers = layers.data_layers = false;
+    layers.bounce_layers = layers.group_layers = layers.matrix_layers = layers.shadow_layers = layers.caster_layers = layers.data_layers = false;
+    if (a.clamp_direct) layers.clamp_direct = float(*a.clamp_direct);
+    if (a.clamp_indirect) layers.clamp_indirect = float(*a.clamp_indirect);
     for (const std::string& family : split(a.layers, ',')) {
         if (family == "none") continue;
         bool* flag = family == "bounce"   ? &layers.bounce_layers
                      : family == "light"  ? &layers.group_layers
                      : family == "matrix" ? &layers.matrix_layers
                      : family == "shadow" ? &layers.shadow_layers
+                     : family == "caster" ? &layers.caster_layers
                      : family == "data"   ? &layers.data_layers
                                           : nullptr;
-        if (!flag) return usage(fmt::format("--layers: unknown family \"{}\": expected bounce, light, matrix, shadow, data or none", family));
+        if (!flag) return usage(fmt::format("--layers: unknown family \"{}\": expected bounce, light, matrix, shadow, caster, data or none", family));
         *flag = true;
     }
+    // Shadows by caster are parts of the shadows
+    layers.shadow_layers |= layers.caster_layers;
     layers.matte_levels = a.matte_levels;
     if (a.cryptomatte.empty()) return {};
     for (const std::string& word : split(a.cryptomatte, ',')) {

@@ -4,6 +4,9 @@
 #include "app/plan_report.h"
 #include "app/progress.h"
 #include "base/tasks.h"
+#include "image/resolve.h"
+
+#include <fmt/format.h>
 
 namespace velatura::app {
 
@@ -68,7 +71,7 @@ json make_splitting_stats(const integrator::BranchTrial& trial) {
     return {{"mean_branches", trial.map.mean()}, {"trial_paths", trial.rays.paths}};
 }
 
-json make_ledger(const RenderJob& job, const FrameInput& input, const integrator::World& world) {
+json make_ledger(const RenderJob& job, const FrameInput& input, const integrator::World& world, const film::Film& film) {
     json ledger = json::array();
     for (size_t i = 0; i < scene::effect_count; ++i) {
         if (input.plan.entries[i].state != integrator::EffectState::LeftOut) continue;
@@ -79,6 +82,13 @@ json make_ledger(const RenderJob& job, const FrameInput& input, const integrator
     }
     if (job.tracer.estimator.specular_chains_only) {
         ledger.push_back({{"approximation", "whitted"}, {"value", "paths end at the first surface that is no perfect mirror or glass"}, {"kind", "bias"}, {"effect", "indirect light is missing; not measured"}});
+    }
+    if (job.layers.has_clamp()) {
+        const double share = image::clamped_share(film.sums());
+        json limits;
+        for (const auto& [name, limit] : {std::pair("direct", job.arguments.clamp_direct), std::pair("indirect", job.arguments.clamp_indirect)})
+            if (limit) limits[name] = *limit;
+        ledger.push_back({{"approximation", "clamp"}, {"value", limits}, {"kind", "bias"}, {"removed_share", share}, {"effect", fmt::format("{:.3g} % of the picture's light is taken away; clamp_ layers hold it", 100 * share)}});
     }
     if (job.tracer.filter == sampling::FilterKind::Mitchell) {
         ledger.push_back({{"approximation", "mitchell-ratio"}, {"value", "weights normalised per pixel"}, {"kind", "consistent"}, {"effect", "vanishes with samples; not measured"}});
@@ -156,7 +166,7 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
     error["reached"] = job.schedule.target_error <= 0 || (noise.is_known && noise.high <= job.schedule.target_error);
     j["error"] = error;
     j["effects"] = effect_calls_json(input.plan, result.rays.effects);
-    j["ledger"] = make_ledger(job, input, world);
+    j["ledger"] = make_ledger(job, input, world, film);
     j["numerics"] = numerics_json(film);
     j["numerics"]["walks_given_up"] = result.rays.walks_given_up;
     j["numerics"]["bodies_unmatched"] = result.rays.bodies_unmatched;

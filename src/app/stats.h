@@ -32,6 +32,6 @@ nlohmann::ordered_json make_guiding_stats(const integrator::GuideTraining& train
 nlohmann::ordered_json make_splitting_stats(const integrator::BranchTrial& trial);
 
 /// Approximations in force, with what is known of their effect. Empty = unbiased.
-nlohmann::ordered_json make_ledger(const RenderJob& job, const FrameInput& input, const integrator::World& world);
+nlohmann::ordered_json make_ledger(const RenderJob& job, const FrameInput& input, const integrator::World& world, const film::Film& film);
 
 }  // namespace velatura::app

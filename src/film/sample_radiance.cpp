@@ -3,6 +3,8 @@
 
 #include "base/check.h"
 #include "scene/effect_build.h"
+#include "scene/effect_calls.h"
+#include "scene/ids.h"
 
 #include <cmath>
 #include <limits>
@@ -55,6 +57,9 @@ SampleRadiance::SampleRadiance(const LayerSet& set)
       bounces_(set.bounce_layers && !set.matrix_layers),
       groups_(set.group_layers && !set.matrix_layers),
       direct_(table_.direct(0) != image::AccumulatorTable::absent),
+      clamps_(set.has_clamp()),
+      clamp_direct_(set.clamp_direct),
+      clamp_indirect_(set.clamp_indirect),
       values_(table_.count()) {}
 
 inline void SampleRadiance::deposit(uint32_t accumulator, const image::Triple& radiance) {
@@ -64,6 +69,16 @@ inline void SampleRadiance::deposit(uint32_t accumulator, const image::Triple& r
         touched_.push_back(accumulator);
     }
     value.sum += radiance;
+}
+
+/// Sums are those of a render without clamps; what these take is summed beside them.
+inline void SampleRadiance::deposit_light(uint32_t accumulator,
+                                          const image::Triple& radiance,
+                                          double clamped_share) {
+    deposit(accumulator, radiance);
+    if (!scene::is_built(scene::Effect::ClampLayers) || clamped_share == 0.0) return;
+    deposit(table_.clamped(accumulator),
+            {radiance.x * clamped_share, radiance.y * clamped_share, radiance.z * clamped_share});
 }
 
 void SampleRadiance::add(int bounce, int group, const Rgb& radiance) {
@@ -76,10 +91,19 @@ void SampleRadiance::add(int bounce, int group, const Rgb& radiance) {
     using scene::Effect, scene::is_built;
     const int column = bounce > last_bounce_ ? last_bounce_ + 1 : bounce;
     const image::Triple value = triple(radiance);
-    deposit(image::AccumulatorTable::beauty, value);
-    if (is_built(Effect::MatrixLayers) && matrix_) deposit(table_.matrix(column, group), value);
-    if (is_built(Effect::BounceLayers) && bounces_) deposit(table_.bounce(column), value);
-    if (is_built(Effect::LightLayers) && groups_) deposit(table_.group(group), value);
+    double clamped = 0.0;
+    if (is_built(Effect::ClampLayers) && clamps_) {
+        const float limit = bounce <= 1 ? clamp_direct_ : clamp_indirect_;
+        const float largest = max_component(radiance);
+        if (largest > limit) {
+            scene::count_call(Effect::ClampLayers);
+            clamped = 1.0 - double(limit) / double(largest);
+        }
+    }
+    deposit_light(image::AccumulatorTable::beauty, value, clamped);
+    if (is_built(Effect::MatrixLayers) && matrix_) deposit_light(table_.matrix(column, group), value, clamped);
+    if (is_built(Effect::BounceLayers) && bounces_) deposit_light(table_.bounce(column), value, clamped);
+    if (is_built(Effect::LightLayers) && groups_) deposit_light(table_.group(group), value, clamped);
     if (is_built(Effect::ShadowLayers) && direct_ && bounce == 1)
         deposit(table_.direct(group), value);
 }
@@ -92,6 +116,15 @@ void SampleRadiance::add_unoccluded(int group, const Rgb& radiance) {
         return;
     }
     if (!is_black(radiance)) deposit(accumulator, triple(radiance));
+}
+
+void SampleRadiance::add_taken(int group, uint32_t caster, const Rgb& radiance) {
+    if (caster == scene::none || table_.taken(group, caster) == image::AccumulatorTable::absent) return;
+    if (!is_sound(radiance)) {
+        mark_bad(fault_of(radiance));
+        return;
+    }
+    if (!is_black(radiance)) deposit(table_.taken(group, caster), triple(radiance));
 }
 
 Rgb SampleRadiance::radiance() const {

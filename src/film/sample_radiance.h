@@ -31,6 +31,9 @@ class SampleRadiance {
     /// light that does arrive included. Ignored when the layer set has no shadow layers.
     void add_unoccluded(int group, const Rgb& radiance);
 
+    /// Deposits what the caster took of that light, index into LayerSet::casters; none: nobody known did.
+    void add_taken(int group, uint32_t caster, const Rgb& radiance);
+
     /// Marks the sample as bad for a reason that the caller saw. The first reason stays.
     void mark_bad(BadSampleReason reason) {
         if (bad_ == BadSampleReason::None) bad_ = reason;
@@ -92,10 +95,12 @@ class SampleRadiance {
     };
 
     void deposit(uint32_t accumulator, const image::Triple& radiance);
+    void deposit_light(uint32_t accumulator, const image::Triple& radiance, double clamped_share);
 
     image::AccumulatorTable table_;
     int last_bounce_;
-    bool matrix_, bounces_, groups_, direct_;
+    bool matrix_, bounces_, groups_, direct_, clamps_;
+    float clamp_direct_, clamp_indirect_;
     std::vector<Value> values_;  ///< per accumulator
     std::vector<uint32_t> touched_;
     image::Triple trunk_ = {};  ///< what came before the branches

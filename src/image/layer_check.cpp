@@ -34,6 +34,7 @@ class Checker {
     void check_finite();
     void check_digests();
     void check_closure(FamilyClosure& family);
+    void check_casters();
 
     void problem(std::string text) { result_.problems.push_back(std::move(text)); }
 
@@ -166,10 +167,37 @@ void Checker::check_closure(FamilyClosure& family) {
     }
 }
 
+/// S_<group> must be the fold of S_<group>_<caster>, bit for bit.
+void Checker::check_casters() {
+    std::map<std::string, std::vector<std::string>> casters;  // by group
+    for (const LayerEntry& e : header_.layers)
+        if (e.family == "caster" && !e.is_empty) casters[e.group].push_back(e.name);
+    for (const LayerEntry& e : header_.layers) {
+        const auto order = casters.find(e.group);
+        if (e.family != "shadow" || e.is_empty || order == casters.end()) continue;
+        for (const char* c : {".R", ".G", ".B"}) {
+            const Channel* shadow = image_.find(e.name + c);
+            if (!shadow) break;  // check_presence() says so
+            std::vector<float> fold(shadow->size(), 0.0f);
+            for (const std::string& layer : order->second) {
+                if (const Channel* channel = image_.find(layer + c))
+                    for_each_value(*channel, [&fold](size_t i, float v) { fold[i] += v; });
+            }
+            for (size_t i = 0; i < fold.size(); ++i) {
+                const float stored = shadow->value(i);
+                if (std::bit_cast<uint32_t>(fold[i]) == std::bit_cast<uint32_t>(stored)) continue;
+                problem(fmt::format("{}: {}{} is {}, its casters add up to {}", place(i), e.name, c, stored, fold[i]));
+                break;
+            }
+        }
+    }
+}
+
 LayerCheck Checker::run() {
     check_names();
     check_presence();
     check_finite();
+    check_casters();
     for (size_t i = 0; i < header_.closure.size(); ++i) {
         FamilyClosure family = header_.closure[i];
         family.is_exact = i == 0;

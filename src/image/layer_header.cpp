@@ -47,6 +47,7 @@ Json layers_json(const std::vector<LayerEntry>& layers) {
         if (!e.lpe.empty()) l["lpe"] = e.lpe;
         if (!e.bounce.empty()) l["bounce"] = e.bounce;
         if (!e.group.empty()) l["group"] = e.group;
+        if (!e.caster.empty()) l["caster"] = e.caster;
         if (!e.of.empty()) l["of"] = e.of;
         l["type"] = e.type;
         l["inSum"] = e.in_sum;
@@ -54,6 +55,12 @@ Json layers_json(const std::vector<LayerEntry>& layers) {
         if (!e.digest.empty()) l["sha256"] = e.digest;
         j.push_back(std::move(l));
     }
+    return j;
+}
+
+Json casters_json(const LayerSet& set) {
+    Json j = Json::object();
+    for (const ShadowCaster& c : set.casters) j[c.name] = {{"prim", c.prim}};
     return j;
 }
 
@@ -132,6 +139,7 @@ void parse_layers(const Json& j, LayerHeader& header) {
         e.lpe = l.value("lpe", "");
         e.bounce = l.value("bounce", "");
         e.group = l.value("group", "");
+        e.caster = l.value("caster", "");
         e.of = l.value("of", "");
         e.type = l.at("type").get<std::string>();
         e.in_sum = l.at("inSum").get<bool>();
@@ -228,6 +236,7 @@ void write_layer_header(Image& image,
     a[closure_attribute] = closure_json(resolved.closure).dump();
     a[layers_attribute] = layers_json(resolved.layers).dump();
     a[lights_attribute] = lights_json(set, info.light_values).dump();
+    if (set.caster_layers) a[casters_attribute] = casters_json(set).dump();
     a[samples_attribute] = samples_json(samples).dump();
     a[scene_attribute] = info.scene_json;
     a[stats_attribute] = info.stats_json;

@@ -15,6 +15,7 @@ namespace velatura::image {
 inline constexpr const char* closure_attribute = "velatura/closure";
 inline constexpr const char* layers_attribute = "velatura/layers";
 inline constexpr const char* lights_attribute = "velatura/lights";
+inline constexpr const char* casters_attribute = "velatura/casters";
 inline constexpr const char* samples_attribute = "velatura/samples";
 inline constexpr const char* scene_attribute = "velatura/scene";
 inline constexpr const char* stats_attribute = "velatura/stats";

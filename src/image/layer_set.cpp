@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <set>
 
 namespace velatura::image {
@@ -17,10 +18,15 @@ std::string LayerSet::column_name(int column) const {
 }
 
 void LayerSet::normalise_names() {
+    const size_t longest = caster_layers ? max_group_name_bytes_beside_casters
+                           : has_clamp() ? max_group_name_bytes_beside_clamps
+                                         : max_group_name_bytes;
     std::set<std::string> taken;
-    for (LightGroup& group : groups) {
-        group.name = unique_name(legal_group_name(group.name), max_group_name_bytes, taken);
-    }
+    for (LightGroup& group : groups)
+        group.name = unique_name(legal_group_name(group.name), longest, taken);
+    taken = {rest_caster};
+    for (ShadowCaster& caster : casters)
+        caster.name = unique_name(legal_group_name(caster.name), max_caster_name_bytes, taken);
 }
 
 std::string LayerSet::to_json() const {
@@ -30,6 +36,15 @@ std::string LayerSet::to_json() const {
     j["groups"] = group_layers;
     j["matrix"] = matrix_layers;
     j["shadow"] = shadow_layers;
+    if (caster_layers) {
+        j["casters"] = nlohmann::ordered_json::array();
+        for (const ShadowCaster& c : casters) j["casters"].push_back({{"name", c.name}, {"prim", c.prim}});
+    }
+    if (has_clamp()) {
+        // No number of JSON is infinite
+        j["clampDirect"] = std::isfinite(clamp_direct) ? clamp_direct : -1.0f;
+        j["clampIndirect"] = std::isfinite(clamp_indirect) ? clamp_indirect : -1.0f;
+    }
     j["data"] = data_layers;
     j["halves"] = halves;
     j["float"] = float_layers;
@@ -59,6 +74,17 @@ Result<LayerSet> LayerSet::from_json(const std::string& text) {
         set.group_layers = j.at("groups").get<bool>();
         set.matrix_layers = j.at("matrix").get<bool>();
         set.shadow_layers = j.at("shadow").get<bool>();
+        if (j.contains("casters")) {
+            set.caster_layers = true;
+            for (const auto& c : j["casters"])
+                set.casters.push_back({c.at("name").get<std::string>(), c.at("prim").get<std::string>()});
+        }
+        const auto limit = [&j](const char* name) {
+            const float value = j.value(name, -1.0f);
+            return value >= 0.0f ? value : std::numeric_limits<float>::infinity();
+        };
+        set.clamp_direct = limit("clampDirect");
+        set.clamp_indirect = limit("clampIndirect");
         set.data_layers = j.at("data").get<bool>();
         set.halves = j.at("halves").get<bool>();
         set.float_layers = j.at("float").get<bool>();
@@ -97,6 +123,10 @@ AccumulatorTable::AccumulatorTable(const LayerSet& set)
     take(set.group_layers && !set.matrix_layers, all_, groups_);
     take(set.shadow_layers && (!set.matrix_layers || set.last_bounce < 1), direct_, groups_);
     take(set.shadow_layers, unoccluded_, groups_);
+    casters_ = uint32_t(set.casters.size());
+    take(set.shadow_layers && set.caster_layers, taken_, groups_ * casters_);
+    // Numbers alone: what no clamp touches takes nothing
+    take(set.has_clamp(), clamped_, count_);
 }
 
 }  // namespace velatura::image

@@ -4,7 +4,9 @@
 #include "base/result.h"
 #include "image/matte_kind.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -19,6 +21,14 @@ struct LightGroup {
     bool operator==(const LightGroup&) const = default;
 };
 
+/// Something that casts shadows, see LayerSet::caster_layers.
+struct ShadowCaster {
+    std::string name;  ///< `LayerSet::normalise_names` makes it legal and unique
+    std::string prim;  ///< USD path; empty where the scene gives it a name
+
+    bool operator==(const ShadowCaster&) const = default;
+};
+
 /// Which light layers a film accumulates and a file stores. Bounces run b0 … b<last_bounce>, then
 /// tail.
 struct LayerSet {
@@ -28,6 +38,12 @@ struct LayerSet {
     bool group_layers = true;        ///< C_<group>
     bool matrix_layers = false;      ///< b<k>_<group>, tail_<group>
     bool shadow_layers = false;      ///< U_<group>, S_<group>
+    bool caster_layers = false;  ///< S_<group>_<caster>; only with shadow_layers
+    std::vector<ShadowCaster> casters;
+    /// Contributions of which some channel is larger are scaled down to it, and what that takes goes to
+    /// clamp_<layer>: those of bounces 0 and 1, and those of later ones. Infinite = not.
+    float clamp_direct = std::numeric_limits<float>::infinity();
+    float clamp_indirect = std::numeric_limits<float>::infinity();
     bool data_layers = true;    ///< albedo N P Z st primId instanceId sampleCount variance invalid
     bool halves = false;        ///< <layer>_hA, <layer>_hB of every light layer
     bool float_layers = false;  ///< store light layers as float instead of half
@@ -47,12 +63,14 @@ struct LayerSet {
     /// Column of a bounce number: itself up to K, then the tail.
     int column(int bounce) const { return bounce > last_bounce ? last_bounce + 1 : bounce; }
 
+    bool has_clamp() const { return std::min(clamp_direct, clamp_indirect) < std::numeric_limits<float>::infinity(); }
+
     /// `b0` … `bK`, `tail`.
     std::string column_name(int column) const;
 
-    /// Makes every group name legal in EXR channel names with all prefixes and suffixes (<= 21
-    /// bytes of [A-Za-z0-9_], not numeric, not a reserved word of the mixer) and unique. Call once
-    /// before making a film.
+    /// Makes every name of a group or caster legal in EXR channel names with all prefixes and
+    /// suffixes ([A-Za-z0-9_], not numeric, not a reserved word of the mixer) and unique. Groups have
+    /// at most 21 bytes, less with clamps or casters. Call once before making a film.
     void normalise_names();
 
     std::string to_json() const;
@@ -98,6 +116,16 @@ class AccumulatorTable {
         return unoccluded_ == absent ? absent : unoccluded_ + uint32_t(g);
     }
 
+    /// What a caster took of the group's light; none of the rest.
+    uint32_t taken(int g, uint32_t caster) const {
+        return taken_ == absent ? absent : taken_ + uint32_t(g) * casters_ + caster;
+    }
+
+    /// What clamps took of an accumulator of light.
+    uint32_t clamped(uint32_t accumulator) const {
+        return clamped_ == absent ? absent : clamped_ + accumulator;
+    }
+
     uint32_t count() const { return count_; }
 
     /// The accumulator of the even samples alone; `absent` where the film keeps none.
@@ -109,9 +137,9 @@ class AccumulatorTable {
     uint32_t total_count() const { return 2 * count_; }
 
   private:
-    uint32_t groups_ = 0, count_ = 0;
+    uint32_t groups_ = 0, casters_ = 0, count_ = 0;
     uint32_t albedo_ = absent, matrix_ = absent, bounces_ = absent, all_ = absent, direct_ = absent,
-             unoccluded_ = absent;
+             unoccluded_ = absent, taken_ = absent, clamped_ = absent;
     bool halves_ = false;
 };
 

@@ -2,12 +2,14 @@
 #include "image/resolve.h"
 
 #include "base/tasks.h"
+#include "image/names.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 
 namespace velatura::image {
 
@@ -18,11 +20,15 @@ constexpr float largest_half = 65504.0f;
 
 enum class Selection { All, HalfA, HalfB };
 
-/// Where a layer comes from: the sum of some accumulators, in this order, minus one.
+/// Below this part of what a difference is made from it is rounding.
+constexpr double rounding_share = 0x1p-20;
+
+/// Where a layer comes from: the sum of some accumulators, in this order, minus others.
 struct LayerSource {
     LayerEntry entry;
-    std::vector<uint32_t> plus;
-    uint32_t minus = absent;
+    std::vector<uint32_t> plus, minus;
+    bool is_clamped = false;   ///< without what clamps took of `plus`
+    bool is_rest = false;      ///< of what came first: drops what is only rounding
     bool may_be_left_out = false;  ///< not stored when zero everywhere
 };
 
@@ -69,6 +75,15 @@ std::vector<double> pixel_weights(const SampleSums& sums, Selection selection) {
     return weights;
 }
 
+void drop_rounding(Triple& rest, const Triple& whole) {
+    const auto drop = [](double& r, double w) {
+        if (std::abs(r) <= rounding_share * std::abs(w)) r = 0.0;
+    };
+    drop(rest.x, whole.x);
+    drop(rest.y, whole.y);
+    drop(rest.z, whole.z);
+}
+
 /// The mean of a layer in every pixel.
 Planes layer_planes(const SampleSums& sums,
                     const std::vector<double>& weights,
@@ -77,18 +92,23 @@ Planes layer_planes(const SampleSums& sums,
     Planes planes;
     for (auto& plane : planes) plane.assign(weights.size(), 0.0f);
     parallel_for(sums.tile_count(), [&](size_t tile) {
-        TileTotals sum{}, part;
+        TileTotals sum{}, whole{}, part;
         bool is_lit = false;
         for (const uint32_t a : source.plus) {
             if (!selected(sums, tile, a, selection, part)) continue;
             for (size_t k = 0; k < sum.size(); ++k) sum[k] += part[k];
             is_lit = true;
         }
-        if (source.minus != absent && selected(sums, tile, source.minus, selection, part)) {
+        if (source.is_rest) whole = sum;
+        for (const uint32_t a : source.minus) {
+            if (!selected(sums, tile, a, selection, part)) continue;
             for (size_t k = 0; k < sum.size(); ++k) sum[k] += {-part[k].x, -part[k].y, -part[k].z};
             is_lit = true;
         }
         if (!is_lit) return;
+        if (source.is_rest) {
+            for (size_t k = 0; k < sum.size(); ++k) drop_rounding(sum[k], whole[k]);
+        }
         for_each_pixel(sums, tile, [&](size_t i, size_t k) {
             if (weights[i] == 0.0) return;
             planes[0][i] = float(sum[k].x / weights[i]);
@@ -146,17 +166,26 @@ class Resolver {
     std::vector<LayerSource> bounce_sources() const;
     std::vector<LayerSource> group_sources() const;
     std::vector<LayerSource> shadow_sources(bool unoccluded) const;
+    std::vector<LayerSource> caster_sources(int g) const;
+    uint32_t direct(int g) const;
 
     void store_beauty();
     void store_family(const std::string& family, std::vector<LayerSource> sources, bool is_in_sum);
-    bool store_layer(Part& part, LayerEntry entry, Planes planes, bool may_be_left_out);
+    void store_halves(const Part& part, const std::vector<LayerSource>& sources);
+    void store_casters();
+    void store_clamp(const LayerSource& source, const Part& part);
+    bool store_layer(Part& part, LayerEntry entry, Planes planes, bool may_be_left_out, bool as_float = false);
+    ChannelType store_channels(Part& part, const std::string& layer, Planes planes, bool as_float) const;
     void fold_family(const Part& part, FamilyClosure& closure);
     void store_data();
     void fail(size_t pixel, const std::string& what);
 
-    Planes mean_of(const LayerSource& source, Selection selection) {
+    Planes mean_of(LayerSource source, Selection selection) {
         std::vector<double>& weights = weights_[size_t(selection)];
         if (weights.empty()) weights = pixel_weights(sums_, selection);
+        if (source.is_clamped) {
+            for (const uint32_t a : source.plus) source.minus.push_back(table_.clamped(a));
+        }
         return layer_planes(sums_, weights, source, selection);
     }
 
@@ -166,6 +195,7 @@ class Resolver {
     const Window window_;
     ResolvedLayers out_;
     std::vector<Part> halves_;
+    Part clamps_;
     std::array<std::vector<double>, 3> weights_;  ///< per Selection
 };
 
@@ -229,6 +259,36 @@ std::vector<LayerSource> Resolver::group_sources() const {
     return list;
 }
 
+/// What arrived of a group's direct light.
+uint32_t Resolver::direct(int g) const {
+    return table_.direct(g) != absent ? table_.direct(g) : table_.matrix(1, g);
+}
+
+/// Of one group, `rest` last.
+std::vector<LayerSource> Resolver::caster_sources(int g) const {
+    std::vector<LayerSource> list;
+    LayerSource rest;
+    rest.plus = {table_.unoccluded(g)};
+    rest.minus = {direct(g)};
+    rest.is_rest = true;
+    for (uint32_t c = 0; c <= set_.casters.size(); ++c) {
+        const bool is_named = c < set_.casters.size();
+        LayerSource s = is_named ? LayerSource{} : rest;
+        if (is_named) {
+            s.plus = {table_.taken(g, c)};
+            rest.minus.push_back(table_.taken(g, c));
+        }
+        s.entry.group = set_.groups[size_t(g)].name;
+        s.entry.caster = is_named ? set_.casters[c].name : rest_caster;
+        s.entry.bounce = "b1";
+        s.entry.name = "S_" + s.entry.group + "_" + s.entry.caster;
+        s.entry.lpe = group_lpe("shadow;C.", set_, g);
+        s.may_be_left_out = true;
+        list.push_back(std::move(s));
+    }
+    return list;
+}
+
 std::vector<LayerSource> Resolver::shadow_sources(bool unoccluded) const {
     std::vector<LayerSource> list;
     for (int g = 0; g < set_.group_count(); ++g) {
@@ -238,8 +298,7 @@ std::vector<LayerSource> Resolver::shadow_sources(bool unoccluded) const {
         s.entry.name = (unoccluded ? "U_" : "S_") + s.entry.group;
         s.entry.lpe = group_lpe(unoccluded ? "unoccluded;C." : "shadow;C.", set_, g);
         s.plus = {table_.unoccluded(g)};
-        if (!unoccluded)
-            s.minus = table_.direct(g) != absent ? table_.direct(g) : table_.matrix(1, g);
+        if (!unoccluded) s.minus = {direct(g)};
         s.may_be_left_out = true;
         list.push_back(std::move(s));
     }
@@ -256,7 +315,16 @@ void Resolver::fail(size_t pixel, const std::string& what) {
 void Resolver::store_beauty() {
     Part part;
     part.name = "rgba";
-    const std::vector<float> rgba = resolve_rgba(sums_);
+    std::vector<float> rgba = resolve_rgba(sums_);
+    if (set_.has_clamp()) {
+        LayerSource beauty;
+        beauty.plus = {AccumulatorTable::beauty};
+        beauty.is_clamped = true;
+        const Planes planes = mean_of(beauty, Selection::All);
+        for (size_t c = 0; c < 3; ++c) {
+            for (size_t i = 0; i < planes[c].size(); ++i) rgba[4 * i + c] = planes[c][i];
+        }
+    }
     const char* names[] = {"R", "G", "B", "A"};
     for (size_t c = 0; c < 4; ++c) {
         Channel channel = Channel::make(names[c], ChannelType::Float, window_.pixel_count());
@@ -278,25 +346,28 @@ void Resolver::store_beauty() {
     out_.image.parts.push_back(std::move(part));
 }
 
-bool Resolver::store_layer(Part& part, LayerEntry entry, Planes planes, bool may_be_left_out) {
+/// Appends the channels of a layer, as half where that is wanted and none overflows. Returns their type.
+ChannelType Resolver::store_channels(Part& part, const std::string& layer, Planes planes, bool as_float) const {
+    const bool overflows = !(extent_of(planes).largest <= largest_half);
+    const ChannelType type = as_float || set_.float_layers || overflows ? ChannelType::Float : ChannelType::Half;
+    const char* names[] = {".R", ".G", ".B"};
+    for (size_t c = 0; c < 3; ++c)
+        part.channels.push_back(stored_channel(layer + names[c], std::move(planes[c]), type));
+    return type;
+}
+
+bool Resolver::store_layer(Part& part, LayerEntry entry, Planes planes, bool may_be_left_out, bool as_float) {
     const Extent extent = extent_of(planes);
     if (!extent.is_finite)
         fail(extent.bad_pixel, fmt::format("layer {} is not finite", entry.name));
     entry.part = part.name;
     entry.is_empty = may_be_left_out && extent.largest == 0.0f && extent.is_finite;
-    const bool overflows = !(extent.largest <= largest_half);
-    const ChannelType type =
-        set_.float_layers || overflows ? ChannelType::Float : ChannelType::Half;
-    entry.type = type == ChannelType::Half ? "half" : "float";
-    if (overflows && !set_.float_layers) out_.overflowed.push_back(entry.name);
-    if (!entry.is_empty) {
-        const char* names[] = {".R", ".G", ".B"};
-        for (size_t c = 0; c < 3; ++c) {
-            part.channels.push_back(
-                stored_channel(entry.name + names[c], std::move(planes[c]), type));
-        }
-    }
+    entry.type = set_.float_layers || as_float ? "float" : "half";
     const bool is_stored = !entry.is_empty;
+    if (is_stored && store_channels(part, entry.name, std::move(planes), as_float) == ChannelType::Float) {
+        if (entry.type == "half") out_.overflowed.push_back(entry.name);
+        entry.type = "float";
+    }
     out_.layers.push_back(std::move(entry));
     return is_stored;
 }
@@ -321,7 +392,11 @@ void Resolver::fold_family(const Part& part, FamilyClosure& closure) {
         for (int y = window_.y0; y < window_.y1; ++y) {
             for (int x = window_.x0; x < window_.x1; ++x) {
                 const size_t i = window_.index(x, y);
-                const Triple b = sums_.total(x, y, AccumulatorTable::beauty);
+                Triple b = sums_.total(x, y, AccumulatorTable::beauty);
+                if (set_.has_clamp()) {
+                    const Triple t = sums_.total(x, y, table_.clamped(AccumulatorTable::beauty));
+                    b += {-t.x, -t.y, -t.z};
+                }
                 const double weight = weight_of(sums_.total(x, y, AccumulatorTable::coverage));
                 const double mean = weight == 0.0 ? 0.0
                                                   : (c == 0   ? b.x
@@ -346,41 +421,102 @@ void Resolver::fold_family(const Part& part, FamilyClosure& closure) {
 void Resolver::store_family(const std::string& family,
                             std::vector<LayerSource> sources,
                             bool is_in_sum) {
-    Part part, halves;
+    Part part;
     part.name = family;
-    halves.name = family + "_halves";
     FamilyClosure closure;
     closure.family = family;
     closure.is_exact = out_.closure.empty();
     for (LayerSource& s : sources) {
+        s.is_clamped = is_in_sum && set_.has_clamp();
         s.entry.family = family;
         s.entry.in_sum = is_in_sum && closure.is_exact;
         const bool is_stored =
             store_layer(part, s.entry, mean_of(s, Selection::All), s.may_be_left_out);
         if (!is_stored) continue;
         closure.order.push_back(s.entry.name);
+        if (s.is_clamped) store_clamp(s, part);
     }
     if (is_in_sum) {
         fold_family(part, closure);
         out_.closure.push_back(std::move(closure));
     }
-    if (set_.halves) {
-        for (const LayerSource& s : sources) {
-            const bool is_stored = part.find(s.entry.name + ".R") != nullptr;
-            if (!is_stored) continue;
-            for (const Selection selection : {Selection::HalfA, Selection::HalfB}) {
-                LayerEntry entry = s.entry;
-                entry.of = entry.name;
-                entry.name += selection == Selection::HalfA ? "_hA" : "_hB";
-                entry.family = "halves";
-                entry.lpe.clear();
-                entry.in_sum = false;
-                store_layer(halves, entry, mean_of(s, selection), false);
-            }
+    store_halves(part, sources);
+    if (!part.channels.empty()) out_.image.parts.push_back(std::move(part));
+}
+
+/// Of the layers that are stored in the part.
+void Resolver::store_halves(const Part& part, const std::vector<LayerSource>& sources) {
+    if (!set_.halves) return;
+    Part halves;
+    halves.name = part.name + "_halves";
+    for (const LayerSource& s : sources) {
+        const bool is_stored = part.find(s.entry.name + ".R") != nullptr;
+        if (!is_stored) continue;
+        for (const Selection selection : {Selection::HalfA, Selection::HalfB}) {
+            LayerEntry entry = s.entry;
+            entry.of = entry.name;
+            entry.name += selection == Selection::HalfA ? "_hA" : "_hB";
+            entry.family = "halves";
+            entry.lpe.clear();
+            entry.in_sum = false;
+            store_layer(halves, entry, mean_of(s, selection), false);
         }
     }
-    if (!part.channels.empty()) out_.image.parts.push_back(std::move(part));
     if (!halves.channels.empty()) halves_.push_back(std::move(halves));
+}
+
+/// S_<group> is the fold of what is stored by caster, so that the file alone shows that they add up.
+void Resolver::store_casters() {
+    Part shadows, casters;
+    shadows.name = "shadow";
+    casters.name = "caster";
+    std::vector<LayerSource> all = shadow_sources(false);
+    std::vector<LayerSource> every_caster;
+    for (int g = 0; g < set_.group_count(); ++g) {
+        Planes fold;
+        for (auto& plane : fold) plane.assign(window_.pixel_count(), 0.0f);
+        for (LayerSource& s : caster_sources(g)) {
+            s.entry.family = casters.name;
+            if (!store_layer(casters, s.entry, mean_of(s, Selection::All), s.may_be_left_out)) continue;
+            for (size_t c = 0; c < 3; ++c) {
+                const Channel& channel = casters.channels[casters.channels.size() - 3 + c];
+                for_each_value(channel, [&](size_t i, float v) { fold[c][i] += v; });
+            }
+            every_caster.push_back(std::move(s));
+        }
+        LayerSource& s = all[size_t(g)];
+        s.entry.family = shadows.name;
+        store_layer(shadows, s.entry, std::move(fold), s.may_be_left_out, true);
+    }
+    store_halves(shadows, all);
+    store_halves(casters, every_caster);
+    for (Part* part : {&shadows, &casters})
+        if (!part->channels.empty()) out_.image.parts.push_back(std::move(*part));
+}
+
+/// What the clamps took of a stored layer, if they took anything.
+void Resolver::store_clamp(const LayerSource& source, const Part& part) {
+    const bool is_touched = std::any_of(source.plus.begin(), source.plus.end(), [this](uint32_t a) { return sums_.is_used(table_.clamped(a)); });
+    if (!is_touched) return;
+    LayerSource whole = source;
+    whole.is_clamped = false;
+    // Rounded as a render without clamps would store it
+    Part room;
+    store_channels(room, source.entry.name, mean_of(whole, Selection::All), false);
+    Planes taken;
+    for (size_t c = 0; c < 3; ++c) {
+        const Channel& cut = part.channels[part.channels.size() - 3 + c];
+        taken[c].resize(window_.pixel_count());
+        for (size_t i = 0; i < taken[c].size(); ++i)
+            taken[c][i] = clamp_of(room.channels[c].value(i), cut.value(i));
+    }
+    LayerEntry entry = source.entry;
+    entry.name = "clamp_" + source.entry.name;
+    entry.of = source.entry.name;
+    entry.family = "clamp";
+    entry.lpe.clear();
+    entry.in_sum = false;
+    store_layer(clamps_, entry, std::move(taken), false, true);
 }
 
 void Resolver::store_data() {
@@ -460,12 +596,18 @@ ResolvedLayers Resolver::run() {
     if (set_.group_layers) store_family("groups", group_sources(), true);
     if (set_.shadow_layers) {
         store_family("unoccluded", shadow_sources(true), false);
-        store_family("shadow", shadow_sources(false), false);
+        if (set_.caster_layers)
+            store_casters();
+        else
+            store_family("shadow", shadow_sources(false), false);
     }
+    clamps_.name = "clamp";
+    if (!clamps_.channels.empty()) out_.image.parts.push_back(std::move(clamps_));
     if (set_.data_layers) store_data();
     if (set_.halves) {
         LayerSource beauty;
         beauty.plus = {AccumulatorTable::beauty};
+        beauty.is_clamped = set_.has_clamp();
         beauty.entry.family = "halves";
         beauty.entry.of = "rgba";
         Part part;
@@ -481,6 +623,31 @@ ResolvedLayers Resolver::run() {
 }
 
 }  // namespace
+
+float clamp_of(float whole, float cut) {
+    float taken = whole - cut;
+    // A rounding of the difference may have to go the other way
+    if (cut + taken < whole) taken = std::nextafter(taken, std::numeric_limits<float>::infinity());
+    if (cut + taken > whole) taken = std::nextafter(taken, -std::numeric_limits<float>::infinity());
+    return taken;
+}
+
+double clamped_share(const SampleSums& sums) {
+    if (!sums.layer_set().has_clamp()) return 0.0;
+    const uint32_t clamped = sums.table().clamped(AccumulatorTable::beauty);
+    double all = 0, taken = 0;
+    const Window& w = sums.window();
+    for (int y = w.y0; y < w.y1; ++y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+            const double weight = weight_of(sums.total(x, y, AccumulatorTable::coverage));
+            if (weight == 0.0) continue;
+            const Triple whole = sums.total(x, y, AccumulatorTable::beauty), t = sums.total(x, y, clamped);
+            all += (whole.x + whole.y + whole.z) / weight;
+            taken += (t.x + t.y + t.z) / weight;
+        }
+    }
+    return all > 0.0 ? taken / all : 0.0;
+}
 
 double weight_of(const Triple& coverage) {
     const double weight = coverage.y, count = coverage.z;

@@ -27,15 +27,19 @@ PixelHalves resolve_halves(const SampleSums& sums, int x, int y, uint32_t accumu
 /// The independent beauty and alpha, [height][width][4].
 std::vector<float> resolve_rgba(const SampleSums& sums);
 
+/// Share of all light that clamps took; 0 without any.
+double clamped_share(const SampleSums& sums);
+
 /// One line of the header string `velatura/layers`.
 struct LayerEntry {
     std::string name;       ///< `b2_key`, `C_key`, `rgba`, `albedo`, …
-    std::string family;     ///< matrix, bounces, groups, unoccluded, shadow, beauty, data, halves
+    std::string family;     ///< matrix, bounces, groups, unoccluded, shadow, caster, clamp, beauty, data, halves
     std::string part;       ///< EXR part that holds it
     std::string lpe;        ///< light path expression; empty for data
     std::string bounce;     ///< `b2`, `tail`; empty = all
     std::string group;      ///< empty = all
-    std::string of;         ///< for half images: the layer it is half of
+    std::string caster;     ///< for layers by caster: its name, `rest` for what nobody with a name took
+    std::string of;         ///< for half images: the layer it is half of; for clamps: the layer they cut
     std::string type;       ///< half, float, uint, mixed
     bool in_sum = false;    ///< one of the layers that the beauty is the fold of
     bool is_empty = false;  ///< zero everywhere, not stored
@@ -61,6 +65,9 @@ struct ResolvedLayers {
     std::vector<std::string> overflowed;  ///< layers stored float because half would overflow
     std::string first_failure;            ///< where closure or finiteness broke; empty = nowhere
 };
+
+/// What is added to `cut`, in float, to get `whole`; both finite and not negative.
+float clamp_of(float whole, float cut);
 
 ResolvedLayers resolve_layers(const SampleSums& sums);
 

@@ -49,9 +49,21 @@ inline void PathTracer::deposit_direct(Path& path, const geometry::SurfacePoint&
     std::optional<Interior> crossed;
     if (keeps_interior(world_)) cross(world_, crossing, from, wo, light.wi, crossed.emplace(path.interior));
     const Interior& interior = crossed ? *crossed : path.interior;
+    ShadowShares* shares = nullptr;
+    if (credits_casters(path.bounce + 1)) {
+        scene::count_call(Effect::CasterLayers);
+        thread_local ShadowShares room;
+        room.clear();
+        shares = &room;
+    }
     const bool has_own_shadows = may_have_links() && links && links->has_own_shadows();
-    Rgb visible = has_own_shadows ? own_visibility(path, from, interior, light, *links) : visibility(path, from, interior, light);
-    if (is_built(Effect::Volumes) && world_.volumes && !has_own_shadows && !is_black(visible)) visible *= volume_transmittance(path, from.p, light);
+    Rgb visible = has_own_shadows ? own_visibility(path, from, interior, light, *links, shares) : visibility(path, from, interior, light, shares);
+    if (is_built(Effect::Volumes) && world_.volumes && !has_own_shadows && !is_black(visible)) {
+        const Rgb passed = volume_transmittance(path, from.p, light);
+        if (shares) shares->add(world_.scene.casters.volumes, visible * (Rgb(1.0f) - passed));
+        visible *= passed;
+    }
+    if (shares) deposit_taken(*shares, group, Ld, out);
     deposit(path, path.bounce + 1, group, Ld * visible, "light sampled", out);
 }
 

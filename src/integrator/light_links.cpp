@@ -38,8 +38,9 @@ Rgb PathTracer::own_visibility(const Path& path,
                                const geometry::SurfacePoint& from,
                                const Interior& inside,
                                const lights::LightSample& light,
-                               const scene::LightLinks& links) const {
-    return OwnShadow(world_, links, inside, {path.cone_width, path.cone_spread}, own_numbers(path))
+                               const scene::LightLinks& links,
+                               ShadowShares* shares) const {
+    return OwnShadow(world_, links, inside, {path.cone_width, path.cone_spread}, own_numbers(path), shares)
         .visibility(ShadowSegment(from, light), *path.counts);
 }
 
@@ -47,6 +48,8 @@ void PathTracer::add_lights_beyond(const Path& path,
                                    const geometry::SurfacePoint& from,
                                    film::SampleRadiance& out) const {
     constexpr float infinity = std::numeric_limits<float>::infinity();
+    ShadowShares room;
+    ShadowShares* const shares = credits_casters(path.bounce) ? &room : nullptr;
     world_.lights.for_each_hit(
         path.straight_o, path.ray.d, infinity, [&](const lights::LightHit& hit) {
             const scene::LightLinks* links = world_.lights.links(hit.light);
@@ -60,10 +63,12 @@ void PathTracer::add_lights_beyond(const Path& path,
             light.wi = path.ray.d;
             light.distance = hit.t;
             const lights::RayCone cone{path.cone_width, path.cone_spread};
-            const Rgb visible = OwnShadow(world_, *links, path.interior, cone, own_numbers(path))
+            room.clear();
+            const Rgb visible = OwnShadow(world_, *links, path.interior, cone, own_numbers(path), shares)
                                     .visibility(ShadowSegment(from, light), *path.counts);
             deposit(path, path.bounce, world_.lights.group(hit.light), Le * visible,
                     "light met, by its own shadows", out);
+            deposit_taken(room, world_.lights.group(hit.light), Le, out);
         });
     for (const OwnShadowSurfaces& surfaces : world_.own_shadow_surfaces)
         add_surfaces_beyond(path, surfaces, out);
@@ -72,8 +77,9 @@ void PathTracer::add_lights_beyond(const Path& path,
 void PathTracer::add_surfaces_beyond(const Path& path,
                                      const OwnShadowSurfaces& surfaces,
                                      film::SampleRadiance& out) const {
+    ShadowShares shares;
     OwnShadow shadow(world_, surfaces.links, path.interior, {path.cone_width, path.cone_spread},
-                     own_numbers(path));
+                     own_numbers(path), credits_casters(path.bounce) ? &shares : nullptr);
     geometry::Ray ray = path.ray;
     for (uint32_t i = 0; i < pass_through_limit && !shadow.is_over(); ++i) {
         ++path.counts->shadow;
@@ -93,6 +99,7 @@ void PathTracer::add_surfaces_beyond(const Path& path,
                 deposit(path, path.bounce, emitted.group,
                         path.beta * emitted.Le * weight * shadow.visible(),
                         "surface met, by its own shadows", out);
+                deposit_taken(shares, emitted.group, path.beta * emitted.Le * weight, out);
             }
         }
         shadow.meet(point, ray.d);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lights that paths meet or look for.
 #include "integrator/direct_light.h"
+#include "integrator/emission_walk.h"
 #include "integrator/path.h"
 #include "integrator/path_tracer.h"
 #include "integrator/shadow_segment.h"
@@ -104,35 +105,22 @@ void PathTracer::add_unoccluded_hits(Path& path, film::SampleRadiance& out) cons
     if (count <= path.line_hits.size()) path.line_hit_count = int(count);
     if (!world_.lights.has_surface_emission()) return;
 
-    // Emissive surfaces as well, one behind the other
-    geometry::Ray ray = path.ray;
-    float cone_width = path.cone_width;
-    for (uint32_t i = 0; i < pass_through_limit; ++i) {
-        const geometry::Hit hit = world_.accelerator->intersect(ray);
-        ++path.counts->shadow;
-        if (!hit.is_valid()) return;
-        const geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, ray, hit);
-        cone_width += path.cone_spread * hit.t;
-        if (world_.lights.may_emit(point)) {
-            const float weight = world_.materials.presence(point, cone_width) * surface_hit_weight(path, point);
-            const lights::SurfaceRadiance emitted = surface_emission(path, point, -ray.d, cone_width);
-            const Rgb Le = path.beta * emitted.Le * weight;
-            if (!is_black(Le)) out.add_unoccluded(int(emitted.group), Le);
-        }
-        ray = geometry::spawn_ray(point, ray.d);
-    }
+    for_each_emission(path, path.ray, path.cone_width, [&](const lights::SurfaceRadiance& emitted, float weight) {
+        const Rgb Le = path.beta * emitted.Le * weight;
+        if (!is_black(Le)) out.add_unoccluded(int(emitted.group), Le);
+    });
 }
 
-Rgb PathTracer::visibility(const Path& path, const geometry::SurfacePoint& from, const Interior& inside, const lights::LightSample& light) const {
+Rgb PathTracer::visibility(const Path& path, const geometry::SurfacePoint& from, const Interior& inside, const lights::LightSample& light, ShadowShares* shares) const {
     ++path.counts->shadow;
     const shading::MaterialEvaluator& materials = world_.materials;
     ShadowSegment segment(from, light);
     const bool may_pass = (is_built(Effect::Cutouts) && materials.has_presence()) || (is_built(Effect::Transmission) && materials.is_see_through());
-    if (!may_pass && !keeps_interior(world_))
+    if (!may_pass && !keeps_interior(world_) && !shares)
         return Rgb(world_.accelerator->is_occluded(segment.ray) ? 0.0f : 1.0f);
 
     Interior interior = inside;
-    if (!may_pass) {
+    if (!may_pass && !shares) {
         if (world_.accelerator->is_occluded(segment.ray)) return Rgb(0.0f);
         return interior.transmittance(materials, segment.length(segment.ray.t_max));
     }
@@ -148,7 +136,10 @@ Rgb PathTracer::visibility(const Path& path, const geometry::SurfacePoint& from,
         geometry::SurfacePoint point = geometry::make_surface_point(world_.scene, world_.geometry, segment.ray, hit);
         cone_width += path.cone_spread * segment.length(hit.t);
         const float presence = materials.presence(point, cone_width);
-        visible *= Rgb(1.0f - presence) + pass_bodies(world_, light.wi, cone_width, point, interior, path.counts) * presence;
+        const scene::CasterId caster = is_built(Effect::CasterLayers) && shares ? world_.scene.casters.of(point.instance, point.shape) : scene::none;
+        const Rgb passed = Rgb(1.0f - presence) + pass_bodies(world_, light.wi, cone_width, point, interior, path.counts) * presence;
+        if (is_built(Effect::CasterLayers) && shares) shares->add(caster, visible * (Rgb(1.0f) - passed));
+        visible *= passed;
         if (is_black(visible)) return visible;
         if (!segment.go_on_from(point)) return visible;
     }

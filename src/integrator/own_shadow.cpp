@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/own_shadow.h"
 
+#include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 
 #include <algorithm>
@@ -12,13 +13,15 @@ OwnShadow::OwnShadow(const World& world,
                      const scene::LightLinks& links,
                      const Interior& interior,
                      const lights::RayCone& cone,
-                     const sampling::RandomStream& numbers)
+                     const sampling::RandomStream& numbers,
+                     ShadowShares* shares)
     : world_(world),
       links_(links),
       casters_(scene::find_link_set(world.scene, links.casters)),
       interior_(interior),
       cone_(cone),
-      numbers_(numbers) {
+      numbers_(numbers),
+      shares_(shares) {
     if (scene::has_shadow_links(world.scene, links)) scene::count_call(scene::Effect::LightLinking);
     if (scene::has_shadow_controls(world.scene, links))
         scene::count_call(scene::Effect::ShadowControls);
@@ -44,12 +47,20 @@ Rgb OwnShadow::visible() const {
     return passed_ + (Rgb(1.0f) - passed_) * links_.shadow_color;
 }
 
+void OwnShadow::pass(const Rgb& share, scene::CasterId caster) {
+    // Of what is taken the colour of the shadow comes back
+    if (scene::is_built(scene::Effect::CasterLayers) && shares_)
+        shares_->add(caster, passed_ * (Rgb(1.0f) - share) * (Rgb(1.0f) - links_.shadow_color));
+    passed_ *= share;
+}
+
 void OwnShadow::go(const Vec3& o, const Vec3& d, float distance, RayCounts& counts) {
     const float within = std::min(distance, links_.shadow_distance - travelled_);
     if (!is_blocked_ && within > 0.0f) {
         if (!interior_.is_empty()) passed_ *= interior_.transmittance(world_.materials, within);
         if (world_.volumes)
-            passed_ *= world_.volumes->transmittance(o, d, within, casters_, numbers_, counts.tracking);
+            pass(world_.volumes->transmittance(o, d, within, casters_, numbers_, counts.tracking),
+                 world_.scene.casters.volumes);
     }
     travelled_ += distance;
     cone_.width += cone_.spread * distance;
@@ -58,10 +69,11 @@ void OwnShadow::go(const Vec3& o, const Vec3& d, float distance, RayCounts& coun
 void OwnShadow::meet(geometry::SurfacePoint& point, const Vec3& d) {
     if (is_blocked_ || !casts(point)) return;
     const shading::MaterialEvaluator& materials = world_.materials;
+    const scene::CasterId caster = world_.scene.casters.of(point.instance, point.shape);
     const float presence = materials.presence(point, cone_.width);
     const Rgb passed = Rgb(1.0f - presence) +
                        pass_bodies(world_, d, cone_.width, point, interior_, nullptr) * presence;
-    passed_ *= Rgb(1.0f) - strength() * (Rgb(1.0f) - passed);
+    pass(Rgb(1.0f) - strength() * (Rgb(1.0f) - passed), caster);
     is_blocked_ = is_black(passed);
 }
 
@@ -70,7 +82,7 @@ Rgb OwnShadow::visibility(ShadowSegment segment, RayCounts& counts) {
     const shading::MaterialEvaluator& materials = world_.materials;
     const accel::Accelerator& accelerator = *world_.accelerator;
     const bool is_plain = !materials.has_presence() && !materials.is_see_through() &&
-                          !materials.has_absorption() && !world_.volumes && !(links_.shadow_falloff > 0.0f);
+                          !materials.has_absorption() && !world_.volumes && !shares_ && !(links_.shadow_falloff > 0.0f);
     ++counts.shadow;
     if (is_plain) {
         segment.end_at(links_.shadow_distance);

@@ -4,6 +4,7 @@
 #include "integrator/interior.h"
 #include "integrator/ray_counts.h"
 #include "integrator/shadow_segment.h"
+#include "integrator/shadow_shares.h"
 #include "integrator/world.h"
 #include "lights/light_sample.h"
 #include "scene/linking.h"
@@ -17,12 +18,13 @@ namespace velatura::integrator {
 class OwnShadow {
   public:
     /// interior: what the way starts in. cone: of the path that looks along it. numbers: for volumes
-    /// on the way.
+    /// on the way. shares: receives who takes what; null: nobody asks.
     OwnShadow(const World& world,
               const scene::LightLinks& links,
               const Interior& interior,
               const lights::RayCone& cone,
-              const sampling::RandomStream& numbers);
+              const sampling::RandomStream& numbers,
+              ShadowShares* shares = nullptr);
 
     /// Share of the light that arrives by the whole segment.
     Rgb visibility(ShadowSegment segment, RayCounts& counts);
@@ -47,6 +49,8 @@ class OwnShadow {
   private:
     bool casts(const geometry::SurfacePoint& point) const;
     float strength() const;
+    /// Lets this part of the light go on.
+    void pass(const Rgb& share, scene::CasterId caster);
 
     const World& world_;
     const scene::LightLinks& links_;
@@ -56,6 +60,7 @@ class OwnShadow {
     sampling::RandomStream numbers_;
     Rgb passed_ = Rgb(1.0f);
     float travelled_ = 0;
+    ShadowShares* shares_;
     bool is_blocked_ = false;  // what is further on is of no account
 };
 

@@ -39,6 +39,7 @@ PathTracer::PathTracer(const World& world, const film::LayerSet& layers, const P
       options_(options),
       filter_(options.filter),
       has_shadow_layers_(layers.shadow_layers),
+      has_caster_layers_(layers.shadow_layers && layers.caster_layers),
       has_data_layers_(layers.data_layers),
       has_emission_(world.lights.has_surface_emission()),
       depth_limit_(options.max_depth > 0 ? std::min(options.max_depth, hard_depth_limit) : hard_depth_limit) {}
@@ -126,6 +127,7 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
         }
 
         const Vertex met{start, bsdf, wo, DirectionMixture(bsdf, wo, start.p, options_.guide), crossing};
+        if (credits_casters(path.bounce)) credit_surface(path, met, out);
         if (path.bounce >= depth_limit_) {
             // What passes straight is not scattered
             if (pass_straight(path, met)) continue;

@@ -11,9 +11,11 @@
 #include "integrator/estimator.h"
 #include "integrator/matte_ids.h"
 #include "integrator/ray_counts.h"
+#include "integrator/shadow_shares.h"
 #include "integrator/world.h"
 #include "sampling/filter.h"
 #include "sampling/sampler.h"
+#include "scene/effect_build.h"
 
 namespace velatura::integrator {
 
@@ -89,6 +91,16 @@ class PathTracer {
     Rgb volume_transmittance(const Path& path, const Vec3& p, const lights::LightSample& light) const;
     void add_light_hits(const Path& path, float t_max, film::SampleRadiance& out) const;
     void add_unoccluded_hits(Path& path, film::SampleRadiance& out) const;
+    /// Tells visit(what it emits, weight of the path) of the surfaces that emit, one behind the other.
+    template <class Visit>
+    void for_each_emission(const Path& path, geometry::Ray ray, float cone_width, const Visit& visit) const;
+    /// The path's first scattered direction ends, a distance t on: credits the caster with what it takes of the lights
+    /// beyond. behind: where that lies. taken: radiance of the path that is not let through.
+    void credit_caster(const Path& path, float t, scene::CasterId caster, const Rgb& taken, const geometry::Ray& behind, film::SampleRadiance& out) const;
+    void credit_surface(const Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
+    void deposit_taken(const ShadowShares& shares, scene::GroupId group, const Rgb& radiance, film::SampleRadiance& out) const;
+    /// Whether what is found now belongs to the layers by caster: the light of the first scattering.
+    bool credits_casters(int bounce) const { return scene::is_built(scene::Effect::CasterLayers) && has_caster_layers_ && bounce == 1; }
     /// Whether a light with these links shines on where the path scattered last.
     bool is_lit(const Path& path, const scene::LightLinks* links) const;
     /// Whether a light with these links is met by add_lights_beyond() instead of where the path goes.
@@ -115,8 +127,8 @@ class PathTracer {
     const char* go_on(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool survives_roulette(Path& path) const;
-    Rgb visibility(const Path& path, const geometry::SurfacePoint& from, const Interior& inside, const lights::LightSample& light) const;
-    Rgb own_visibility(const Path& path, const geometry::SurfacePoint& from, const Interior& inside, const lights::LightSample& light, const scene::LightLinks& links) const;
+    Rgb visibility(const Path& path, const geometry::SurfacePoint& from, const Interior& inside, const lights::LightSample& light, ShadowShares* shares) const;
+    Rgb own_visibility(const Path& path, const geometry::SurfacePoint& from, const Interior& inside, const lights::LightSample& light, const scene::LightLinks& links, ShadowShares* shares) const;
     void record_first_collision(const Scatterer& matter, const Vec3& p, film::SampleRadiance& out) const;
     void record_first_hit(const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, film::SampleRadiance& out) const;
     void deposit(const Path& path, int bounce, scene::GroupId group, const Rgb& radiance, const char* what, film::SampleRadiance& out) const;
@@ -128,7 +140,7 @@ class PathTracer {
     const World& world_;
     PathTracerOptions options_;
     sampling::PixelFilter filter_;
-    bool has_shadow_layers_, has_data_layers_;
+    bool has_shadow_layers_, has_caster_layers_, has_data_layers_;
     bool has_emission_;  ///< some surface emits
     int depth_limit_;
 };

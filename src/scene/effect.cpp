@@ -63,6 +63,8 @@ constexpr std::array<EffectInfo, effect_count> table = {{
     {Effect::LightLayers, Output, "light-layers", ""},
     {Effect::MatrixLayers, Output, "matrix-layers", ""},
     {Effect::ShadowLayers, Output, "shadow-layers", "values of light without occlusion"},
+    {Effect::CasterLayers, Output, "caster-layers", "shadow rays that ask what blocks them"},
+    {Effect::ClampLayers, Output, "clamp-layers", "contributions cut"},
     {Effect::DataLayers, Output, "data-layers", ""},
     {Effect::HalfImages, Output, "half-images", ""},
     {Effect::IdMattes, Output, "id-mattes", "first surfaces named"},

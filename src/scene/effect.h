@@ -71,6 +71,8 @@ enum class Effect : uint8_t {
     LightLayers,
     MatrixLayers,
     ShadowLayers,
+    CasterLayers,
+    ClampLayers,
     DataLayers,
     HalfImages,
     IdMattes,

@@ -15,6 +15,8 @@ using ProvenanceId = uint32_t;
 using MeshLightId = uint32_t;
 using GroupId = uint32_t;  ///< light group, index into Scene::groups
 
+using CasterId = uint32_t;  ///< who casts a shadow, index into Casters::list
+
 inline constexpr uint32_t none = 0xffffffffu;
 
 }  // namespace velatura::scene

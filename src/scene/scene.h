@@ -10,6 +10,7 @@
 #include "base/math.h"
 #include "base/source_loc.h"
 #include "scene/camera.h"
+#include "scene/casters.h"
 #include "scene/effect.h"
 #include "scene/ids.h"
 #include "scene/light.h"
@@ -62,6 +63,7 @@ struct Scene {
     std::vector<Volume> volumes;
     std::vector<VolumeField> volume_fields;
     Linking linking;
+    Casters casters;
     /// Rows of the light mixer; the last one is always `emissive` (emission of surfaces).
     std::vector<LightGroup> groups;
     Camera camera;

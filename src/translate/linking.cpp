@@ -52,6 +52,12 @@ Path map_path(const LinkPlace& place, Path path) {
     return place.read.is_empty() ? path : path.replace_prefix(place.read, place.placed);
 }
 
+std::vector<Path> paths_at(const Context& ctx, const LinkPlace& place, scene::ProvenanceId provenance) {
+    std::vector<Path> paths = {map_path(place, Path::from(ctx.scene.provenance[provenance].prim_path))};
+    paths.insert(paths.end(), place.instancers.begin(), place.instancers.end());
+    return paths;
+}
+
 /// All collections of all lights, and what geometry is in them.
 class Linker {
   public:
@@ -126,9 +132,7 @@ class Linker {
     }
 
     LinkClass class_of(const LinkPlace& place, scene::ProvenanceId provenance) {
-        std::vector<Path> paths = {
-            map_path(place, Path::from(ctx_.scene.provenance[provenance].prim_path))};
-        paths.insert(paths.end(), place.instancers.begin(), place.instancers.end());
+        const std::vector<Path> paths = paths_at(ctx_, place, provenance);
         std::vector<Path> subsets;
         if (const auto at = subsets_.find(provenance); at != subsets_.end())
             for (const Path& path : at->second) subsets.push_back(map_path(place, path));
@@ -284,6 +288,10 @@ scene::LightLinks read_shadow(Context& ctx, Prim light) {
         (light_input(light, "shadow:distance").has_authored_value() || color.has_authored_value()))
         ctx.note_zero(scene::Effect::ShadowControls, light, "shadows of any reach, black");
     return links;
+}
+
+std::vector<usd::layer::Path> places_of(const Context& ctx, uint32_t place, scene::ProvenanceId provenance) {
+    return paths_at(ctx, ctx.link_places[place], provenance);
 }
 
 uint32_t place_inside(Context& ctx, uint32_t outer, const Placement& placement) {

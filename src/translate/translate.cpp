@@ -3,6 +3,7 @@
 
 #include "translate/linking.h"
 #include "translate/parts.h"
+#include "translate/shadow_casters.h"
 #include "translate/values.h"
 #include "usd/stage/xform.h"
 
@@ -44,6 +45,8 @@ Context make_context(const usd::stage::Stage& stage,
                 .place_of_baked = {},
                 .light_sites = {},
                 .face_subsets = {}};
+    // Casters go by where things stand, as links do
+    ctx.has_linking = options.finds_casters;
     ctx.scene.meters_per_unit = stage.meters_per_unit();
     ctx.scene.frames_per_second = stage.frames_per_second();
     return ctx;
@@ -225,6 +228,7 @@ Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,
     ctx.origin = ctx.scene.camera.world_position;
     translate_content(ctx);
     link_all(ctx);
+    find_casters(ctx);
     if (ctx.scene.lights.empty() && !ctx.has_emissive_material && !holds_light(ctx))
         add_default_dome(ctx);
     finish_light_groups(ctx);

@@ -29,6 +29,7 @@ struct TranslateOptions {
     std::optional<std::array<int, 2>> resolution;  ///< width, height in pixels
     std::vector<std::string> purposes;             ///< instead of the settings' includedPurposes
     LightGrouping light_grouping = LightGrouping::PerLight;
+    bool finds_casters = false;  ///< fills Scene::casters
     size_t max_instances = 50'000'000;  ///< leaves of nested instancing; more is an error
     /// Lights, volumes and flat shapes that instances bring, each with its own; more is an error.
     size_t max_copies = 4'000'000;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "base/hash.h"
 #include "film/film_scene.h"
 #include "image/resolve.h"
 
@@ -6,6 +7,7 @@
 
 #include <bit>
 #include <cmath>
+#include <utility>
 
 namespace velatura::film {
 namespace {
@@ -88,6 +90,55 @@ TEST(Closure, ShadowIsUnoccludedMinusDirect) {
     EXPECT_EQ(layers.image.find("S_key.B")->value(0), 1.5f);
     // The light that never shines takes no channel, but a line in the list
     EXPECT_EQ(layers.image.find("U_off.R"), nullptr);
+}
+
+TEST(Clamps, ScaleContributionsToTheirLimitAndKeepTheRest) {
+    LayerSet set = test_layer_set();
+    set.matrix_layers = set.float_layers = true;
+    set.clamp_direct = 2.0f;
+    set.clamp_indirect = 0.5f;
+    Film film({0, 0, 1, 1}, set);
+    SampleRadiance s(set);
+    PixelAccumulator acc(set);
+    film.begin_pixel(acc, 0, 0, 0);
+    s.add(1, 0, Rgb(8.0f, 4.0f, 2.0f));
+    s.add(1, 1, Rgb(1.5f));
+    s.add(2, 1, Rgb(1.5f, 1.0f, 0.25f));
+    acc.add(s);
+    film.end_pixel(acc);
+    const auto layers = image::resolve_layers(film.sums());
+    ASSERT_EQ(layers.first_failure, "");
+    const auto value = [&](const char* channel) { return layers.image.find(channel)->value(0); };
+    EXPECT_EQ(value("b1_key.R"), 2.0f);
+    EXPECT_EQ(value("b1_key.G"), 1.0f);
+    EXPECT_EQ(value("clamp_b1_key.B"), 1.5f);
+    EXPECT_EQ(value("b1_fill.R"), 1.5f);
+    EXPECT_EQ(layers.image.find("clamp_b1_fill.R"), nullptr);
+    EXPECT_EQ(value("b2_fill.R"), 0.5f);
+    EXPECT_EQ(value("b2_fill.R") + value("clamp_b2_fill.R"), 1.5f);
+    EXPECT_EQ(value("R"), 4.0f);
+    EXPECT_NEAR(image::clamped_share(film.sums()), 12.33 / 21.25, 0.01);
+}
+
+// Whatever a clamp left, exactly what it took comes back
+TEST(Clamps, GiveBackEveryBit) {
+    uint64_t key = 1;
+    const auto random = [&key] {
+        key = mix64(key);
+        return key;
+    };
+    for (int i = 0; i < 2000000; ++i) {
+        // Any exponent of a half, and more bits than it has for every second one
+        float whole = std::ldexp(1.0f + float(random() >> 40) * 0x1p-24f, int(random() % 40) - 24);
+        float cut = whole * (float(random() >> 40) * 0x1p-24f);
+        if (i % 3 == 0) cut = whole * (1.0f - float(random() >> 52) * 0x1p-23f);
+        if (i % 2 == 0) whole = Imath::half(whole), cut = Imath::half(cut);
+        if (i % 4 == 1) cut = Imath::half(cut);
+        if (!(cut <= whole)) std::swap(cut, whole);
+        const float taken = image::clamp_of(whole, cut);
+        ASSERT_EQ(std::bit_cast<uint32_t>(cut + taken), std::bit_cast<uint32_t>(whole)) << cut << " of " << whole;
+    }
+    EXPECT_EQ(image::clamp_of(1.0f, 1.0f), 0.0f);
 }
 
 TEST(Closure, LayersThatOverflowHalfAreStoredFloat) {

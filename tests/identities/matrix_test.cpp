@@ -2,9 +2,8 @@
 // The matrix holds in each cell what its name says. Closure cannot see light that landed in a wrong row
 // or column, so every cell is compared with the beauty of other renders: only that group shines, and
 // what paths of at most k scatterings bring beyond those of at most k − 1. Beauties know no labels.
+#include "picture_sums.h"
 #include "usd_render.h"
-
-#include "image/resolve.h"
 
 #include <gtest/gtest.h>
 
@@ -21,31 +20,6 @@ namespace {
 constexpr int width = 16, height = 12;
 constexpr int last_bounce = 3;  ///< of render_scene
 
-/// A part of the light of a picture: two independent estimates per pixel, mean over the channels.
-struct Light {
-    std::vector<std::array<double, 2>> halves = std::vector<std::array<double, 2>>(width * height);
-
-    Light operator-(const Light& o) const {
-        Light rest;
-        for (size_t i = 0; i < halves.size(); ++i)
-            rest.halves[i] = {halves[i][0] - o.halves[i][0], halves[i][1] - o.halves[i][1]};
-        return rest;
-    }
-};
-
-Light light_of(const film::Film& film, uint32_t accumulator) {
-    Light light;
-    for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x) {
-            const image::PixelHalves h = image::resolve_halves(film.sums(), x, y, accumulator);
-            EXPECT_TRUE(h.is_known);
-            light.halves[size_t(y * width + x)] = {(h.a[0] + h.a[1] + h.a[2]) / 3,
-                                                   (h.b[0] + h.b[1] + h.b[2]) / 3};
-        }
-    }
-    return light;
-}
-
 /// A light that is seldom asked brings much when it is: rare bright samples, by which less could be told.
 constexpr auto usual_selection = lights::SelectionKind::Uniform;
 
@@ -57,7 +31,7 @@ film::Film render(const scene::Scene& scene, uint64_t samples, uint64_t seed, in
     return render_scene(scene, options, RenderSetup{.light_selection = selection, .sampler = sampling::SamplerKind::SobolHalves});
 }
 
-Light beauty_of(const scene::Scene& scene, uint64_t samples, uint64_t seed, int max_depth = 0) {
+PictureLight beauty_of(const scene::Scene& scene, uint64_t samples, uint64_t seed, int max_depth = 0) {
     return light_of(render(scene, samples, seed, max_depth), image::AccumulatorTable::beauty);
 }
 
@@ -92,50 +66,9 @@ scene::Scene without_scattering(scene::Scene scene) {
     return scene;
 }
 
-/// A sum over pixels of independent estimates, with the standard error that their halves show.
-struct Sum {
-    double value = 0, variance = 0;
-
-    void add(const std::array<double, 2>& halves) {
-        value += 0.5 * (halves[0] + halves[1]);
-        variance += 0.25 * (halves[0] - halves[1]) * (halves[0] - halves[1]);
-    }
-};
-
-Sum whole(const Light& light) {
-    Sum sum;
-    for (const auto& h : light.halves) sum.add(h);
-    return sum;
-}
-
-/// How far a sum is from zero, in its standard errors.
-double distance(const Sum& sum) {
-    constexpr double rounding = 1e-9;  // of sums in another order, where nothing is left to chance
-    return std::abs(sum.value) < rounding ? 0.0 : std::abs(sum.value) / std::sqrt(sum.variance);
-}
-
-double distance(const Light& difference) { return distance(whole(difference)); }
-
-/// Mean square of that over four quarters of the picture; near 1 for noise alone.
-double mean_square_of_quarters(const Light& difference) {
-    std::array<Sum, 4> quarters;
-    for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x)
-            quarters[size_t(2 * (2 * y / height) + 2 * x / width)].add(difference.halves[size_t(y * width + x)]);
-    }
-    // Where only rare samples tell anything, the halves of a quarter may agree by chance
-    const double least = whole(difference).variance / 16;
-    double square = 0;
-    for (Sum& s : quarters) {
-        s.variance = std::max(s.variance, least);
-        square += distance(s) * distance(s) / 4;
-    }
-    return square;
-}
-
 struct Cells {
     std::vector<std::string> names;  ///< [column · groups + group]
-    std::vector<Light> light;
+    std::vector<PictureLight> light;
     size_t groups = 0;
 };
 
@@ -159,10 +92,10 @@ Cells by_brute_force(const scene::Scene& scene, uint64_t samples) {
     for (size_t g = 0; g < cells.groups; ++g) {
         const scene::Scene lit = only(scene, scene::GroupId(g));
         const uint64_t seed = 100 + g;
-        const Light seen = beauty_of(without_scattering(lit), samples, seed + 1000);
+        const PictureLight seen = beauty_of(without_scattering(lit), samples, seed + 1000);
         cells.light[g] = seen;
         // One scattering at most, less what is seen directly: the same renders of other samples would add noise
-        std::vector<Light> up_to{seen};
+        std::vector<PictureLight> up_to{seen};
         for (int depth = 1; depth <= last_bounce; ++depth) up_to.push_back(beauty_of(lit, samples, seed, depth));
         up_to.push_back(beauty_of(lit, samples, seed));
         for (size_t column = 1; column < up_to.size(); ++column)
@@ -182,8 +115,8 @@ void expect_cells_by_brute_force(const scene::Scene& scene, const char* what, ui
     int beyond = 0, lit = 0, told_apart = 0, pairs = 0;
     double worst = 0, worst_square = 0, least = 1e30, most = 0;
     for (size_t i = 0; i < matrix.light.size(); ++i) {
-        const Light difference = matrix.light[i] - brute.light[i];
-        const Sum sum = whole(difference), cell = whole(brute.light[i]);
+        const PictureLight difference = matrix.light[i] - brute.light[i];
+        const PixelSum sum = whole(difference), cell = whole(brute.light[i]);
         const double z = distance(difference), square = mean_square_of_quarters(difference);
         EXPECT_LT(z, 4.0) << matrix.names[i] << ": " << cell.value << " by brute force, " << whole(matrix.light[i]).value;
         EXPECT_LT(square, largest_mean_square) << matrix.names[i];
@@ -208,26 +141,6 @@ void expect_cells_by_brute_force(const scene::Scene& scene, const char* what, ui
     std::printf("%s: %d cells with light, worst |z| %.2f, worst mean square %.2f; 90 %% power from %.2f to %.2f %% of a cell; %d of %d "
                 "neighbours told apart\n",
                 what, lit, worst, worst_square, 100 * least, 100 * most, told_apart, pairs);
-}
-
-void replace(std::string& text, const std::string& what, const std::string& by) {
-    const size_t at = text.find(what);
-    ASSERT_NE(at, std::string::npos) << what;
-    text.replace(at, what.size(), by);
-}
-
-/// The room of the other identities with lights so large and a metal so rough that there are no rare bright paths, by
-/// which little could be told.
-std::string soft_room() {
-    std::string text = room_usda();
-    replace(text, "inputs:intensity = 2000", "inputs:intensity = 2");
-    replace(text, "inputs:angle = 2", "inputs:angle = 60");
-    replace(text, "inputs:intensity = 20", "inputs:intensity = 5");
-    replace(text, "inputs:radius = 0.25", "inputs:radius = 0.75");
-    replace(text, "[(-2.75, 1, -2.5), (-2.75, 1, -1.5), (-2.5, 2.5, -1.5), (-2.5, 2.5, -2.5)]",
-            "[(-2.75, 1, -1.5), (-2.75, 1, 1.5), (-2.5, 3.5, 1.5), (-2.5, 3.5, -1.5)]");
-    replace(text, "inputs:roughness = 0.2\n", "inputs:roughness = 0.6\n");
-    return text;
 }
 
 /// Two of the lights share a row.
@@ -327,9 +240,9 @@ TEST(Gains, CommuteInTheMeanWhereLightsAreChosenByPower) {
     const Cells one = matrix_of(scene, 128, by_power), other = matrix_of(changed, 128, by_power);
     double worst = 0;
     for (size_t i = 0; i < one.light.size(); ++i) {
-        Light expected = one.light[i];
+        PictureLight expected = one.light[i];
         if (i % one.groups == scene.lights[0].group) {
-            for (auto& h : expected.halves) h = {4 * h[0], 4 * h[1]};
+            expected = expected.plus(expected, 3.0);
         }
         worst = std::max(worst, distance(other.light[i] - expected));
     }

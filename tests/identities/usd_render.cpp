@@ -41,9 +41,15 @@ class NamedGrids final : public media::VolumeSource {
     }
 };
 
+void replace(std::string& text, const std::string& what, const std::string& by) {
+    const size_t at = text.find(what);
+    VELATURA_CHECK(at != std::string::npos, "the room has changed");
+    text.replace(at, what.size(), by);
+}
+
 }  // namespace
 
-scene::Scene scene_from_usda(const std::string& text, int width, int height) {
+scene::Scene scene_from_usda(const std::string& text, int width, int height, bool finds_casters) {
     static int counter = 0;
     const std::string path = (std::filesystem::temp_directory_path() / fmt::format("velatura_identity_{}_{}.usda", ::getpid(), counter++)).string();
     const Result<void> written = write_file_atomically(path, text);
@@ -60,6 +66,7 @@ scene::Scene scene_from_usda(const std::string& text, int width, int height) {
     translate::TranslateOptions options;
     options.resolution = std::array<int, 2>{width, height};
     options.time = 0.0;
+    options.finds_casters = finds_casters;
     Result<scene::Scene> scene = translate::translate_stage(*stage, options, diagnostics);
     if (scene) media::load_volumes(*scene, NamedGrids(), SIZE_MAX, diagnostics);
     for (const Diagnostic& d : diagnostics.all()) {
@@ -76,6 +83,8 @@ film::Film render_scene(const scene::Scene& scene, const integrator::RenderOptio
     layers.last_bounce = 3;
     layers.matrix_layers = layers.shadow_layers = layers.halves = true;
     for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+    layers.caster_layers = !scene.casters.list.empty();
+    for (const scene::Caster& c : scene.casters.list) layers.casters.push_back({c.name, c.prim});
     const integrator::World world(scene, {.width = scene.settings.width, .height = scene.settings.height, .light_selection = setup.light_selection, .bvh_quality = setup.bvh_quality, .forced = setup.forced}, {}, diagnostics);
     film::Film film(setup.window.value_or(film::Window{0, 0, scene.settings.width, scene.settings.height}), layers);
     const std::unique_ptr<const integrator::CausticSampler> caustics = integrator::make_caustic_sampler(setup.caustics, world);
@@ -257,6 +266,18 @@ def Xform "Root"
     }
 }
 )usda";
+}
+
+std::string soft_room() {
+    std::string text = room_usda();
+    replace(text, "inputs:intensity = 2000", "inputs:intensity = 2");
+    replace(text, "inputs:angle = 2", "inputs:angle = 60");
+    replace(text, "inputs:intensity = 20", "inputs:intensity = 5");
+    replace(text, "inputs:radius = 0.25", "inputs:radius = 0.75");
+    replace(text, "[(-2.75, 1, -2.5), (-2.75, 1, -1.5), (-2.5, 2.5, -1.5), (-2.5, 2.5, -2.5)]",
+            "[(-2.75, 1, -1.5), (-2.75, 1, 1.5), (-2.5, 3.5, 1.5), (-2.5, 3.5, -1.5)]");
+    replace(text, "inputs:roughness = 0.2\n", "inputs:roughness = 0.6\n");
+    return text;
 }
 
 }  // namespace velatura::test

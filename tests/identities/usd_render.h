@@ -20,7 +20,7 @@ namespace velatura::test {
 
 /// Composes a .usda text and translates it; test failures for every diagnostic of severity error. Grids of volumes are read
 /// from no file: fieldName `waves` is smoke of 20 voxels of 0.1 each way, `zeros` as much of nothing.
-scene::Scene scene_from_usda(const std::string& text, int width = 32, int height = 24);
+scene::Scene scene_from_usda(const std::string& text, int width = 32, int height = 24, bool finds_casters = false);
 
 /// What a render may differ in without another picture, whether it is guided, how its paths divide
 /// and how caustics are found.
@@ -55,5 +55,8 @@ std::vector<double> beauty(const film::Film& film);
 /// A small room: matte floor and walls, glossy ball, metal cube, glass ball, three kinds of light and a dome; 6 units
 /// wide, authored around the origin. `root_ops` are xformOp lines on the root prim that holds everything, camera included.
 std::string room_usda(const std::string& root_ops = "");
+
+/// The same with lights so large and a metal so rough that there are no rare bright paths, by which little could be told.
+std::string soft_room();
 
 }  // namespace velatura::test
