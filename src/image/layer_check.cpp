@@ -141,6 +141,9 @@ void Checker::check_closure(FamilyClosure& family) {
                 fold[i] += v;
                 bound[i] += std::abs(double(v));
             });
+            // What clamps took was rounded, too
+            if (const Channel* taken = image_.find("clamp_" + channel->name))
+                for_each_value(*taken, [&bound](size_t i, float v) { bound[i] += std::abs(double(v)); });
         }
         for (double& b : bound) b = family.relative * b + family.absolute;
         size_t offenders = 0, first = 0;

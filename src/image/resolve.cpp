@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 
 namespace velatura::image {
 
@@ -173,7 +172,8 @@ class Resolver {
     void store_family(const std::string& family, std::vector<LayerSource> sources, bool is_in_sum);
     void store_halves(const Part& part, const std::vector<LayerSource>& sources);
     void store_casters();
-    void store_clamp(const LayerSource& source, const Part& part);
+    void store_clamp(const LayerSource& source, Planes whole_planes, Part& part);
+    Planes mean_without_clamps(const LayerSource& source);
     bool store_layer(Part& part, LayerEntry entry, Planes planes, bool may_be_left_out, bool as_float = false);
     ChannelType store_channels(Part& part, const std::string& layer, Planes planes, bool as_float) const;
     void fold_family(const Part& part, FamilyClosure& closure);
@@ -388,6 +388,9 @@ void Resolver::fold_family(const Part& part, FamilyClosure& closure) {
                 fold[i] += v;
                 size[i] += std::abs(double(v));
             });
+            // What clamps took was rounded, too
+            if (const Channel* taken = clamps_.find("clamp_" + channel.name))
+                for_each_value(*taken, [&size](size_t i, float v) { size[i] += std::abs(double(v)); });
         }
         for (int y = window_.y0; y < window_.y1; ++y) {
             for (int x = window_.x0; x < window_.x1; ++x) {
@@ -430,11 +433,14 @@ void Resolver::store_family(const std::string& family,
         s.is_clamped = is_in_sum && set_.has_clamp();
         s.entry.family = family;
         s.entry.in_sum = is_in_sum && closure.is_exact;
+        // Without clamps it may need more than a half has room for
+        Planes whole = s.is_clamped ? mean_without_clamps(s) : Planes();
+        const bool overflows = !(extent_of(whole).largest <= largest_half);
         const bool is_stored =
-            store_layer(part, s.entry, mean_of(s, Selection::All), s.may_be_left_out);
+            store_layer(part, s.entry, mean_of(s, Selection::All), s.may_be_left_out, overflows);
         if (!is_stored) continue;
         closure.order.push_back(s.entry.name);
-        if (s.is_clamped) store_clamp(s, part);
+        if (s.is_clamped) store_clamp(s, std::move(whole), part);
     }
     if (is_in_sum) {
         fold_family(part, closure);
@@ -494,21 +500,29 @@ void Resolver::store_casters() {
         if (!part->channels.empty()) out_.image.parts.push_back(std::move(*part));
 }
 
-/// What the clamps took of a stored layer, if they took anything.
-void Resolver::store_clamp(const LayerSource& source, const Part& part) {
-    const bool is_touched = std::any_of(source.plus.begin(), source.plus.end(), [this](uint32_t a) { return sums_.is_used(table_.clamped(a)); });
-    if (!is_touched) return;
+Planes Resolver::mean_without_clamps(const LayerSource& source) {
     LayerSource whole = source;
     whole.is_clamped = false;
+    return mean_of(whole, Selection::All);
+}
+
+/// What the clamps took of a stored layer, if they took anything.
+void Resolver::store_clamp(const LayerSource& source, Planes whole_planes, Part& part) {
+    const bool is_touched = std::any_of(source.plus.begin(), source.plus.end(), [this](uint32_t a) { return sums_.is_used(table_.clamped(a)); });
+    if (!is_touched) return;
     // Rounded as a render without clamps would store it
     Part room;
-    store_channels(room, source.entry.name, mean_of(whole, Selection::All), false);
+    store_channels(room, source.entry.name, std::move(whole_planes), false);
     Planes taken;
     for (size_t c = 0; c < 3; ++c) {
-        const Channel& cut = part.channels[part.channels.size() - 3 + c];
+        Channel& kept = part.channels[part.channels.size() - 3 + c];
+        auto* const floats = std::get_if<std::vector<float>>(&kept.data);
         taken[c].resize(window_.pixel_count());
-        for (size_t i = 0; i < taken[c].size(); ++i)
-            taken[c][i] = clamp_of(room.channels[c].value(i), cut.value(i));
+        for (size_t i = 0; i < taken[c].size(); ++i) {
+            const CutValue value = undoable_cut(room.channels[c].value(i), kept.value(i));
+            taken[c][i] = value.taken;
+            if (floats) (*floats)[i] = value.cut;
+        }
     }
     LayerEntry entry = source.entry;
     entry.name = "clamp_" + source.entry.name;
@@ -624,12 +638,11 @@ ResolvedLayers Resolver::run() {
 
 }  // namespace
 
-float clamp_of(float whole, float cut) {
-    float taken = whole - cut;
-    // A rounding of the difference may have to go the other way
-    if (cut + taken < whole) taken = std::nextafter(taken, std::numeric_limits<float>::infinity());
-    if (cut + taken > whole) taken = std::nextafter(taken, -std::numeric_limits<float>::infinity());
-    return taken;
+CutValue undoable_cut(float whole, float cut) {
+    const float taken = whole - cut;
+    if (cut + taken == whole) return {cut, taken};
+    // The difference was rounded, so that it is more than half of the whole: this one is not (Sterbenz 1974)
+    return {whole - taken, taken};
 }
 
 double clamped_share(const SampleSums& sums) {

@@ -66,8 +66,14 @@ struct ResolvedLayers {
     std::string first_failure;            ///< where closure or finiteness broke; empty = nowhere
 };
 
-/// What is added to `cut`, in float, to get `whole`; both finite and not negative.
-float clamp_of(float whole, float cut);
+/// A value that a clamp cut, and what that took.
+struct CutValue {
+    float cut = 0, taken = 0;  ///< their sum in float is the whole value
+};
+
+/// whole >= cut >= 0, finite. The cut value moves by half a rounding of the whole one where no float would else make up
+/// the difference; it stays if both are halves.
+CutValue undoable_cut(float whole, float cut);
 
 ResolvedLayers resolve_layers(const SampleSums& sums);
 

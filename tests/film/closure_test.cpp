@@ -129,16 +129,19 @@ TEST(Clamps, GiveBackEveryBit) {
     };
     for (int i = 0; i < 2000000; ++i) {
         // Any exponent of a half, and more bits than it has for every second one
-        float whole = std::ldexp(1.0f + float(random() >> 40) * 0x1p-24f, int(random() % 40) - 24);
+        float whole = std::ldexp(1.0f + float(random() >> 40) * 0x1p-24f, int(random() % 39) - 24);
         float cut = whole * (float(random() >> 40) * 0x1p-24f);
         if (i % 3 == 0) cut = whole * (1.0f - float(random() >> 52) * 0x1p-23f);
         if (i % 2 == 0) whole = Imath::half(whole), cut = Imath::half(cut);
         if (i % 4 == 1) cut = Imath::half(cut);
         if (!(cut <= whole)) std::swap(cut, whole);
-        const float taken = image::clamp_of(whole, cut);
-        ASSERT_EQ(std::bit_cast<uint32_t>(cut + taken), std::bit_cast<uint32_t>(whole)) << cut << " of " << whole;
+        const image::CutValue value = image::undoable_cut(whole, cut);
+        ASSERT_EQ(std::bit_cast<uint32_t>(value.cut + value.taken), std::bit_cast<uint32_t>(whole)) << cut << " of " << whole;
+        ASSERT_LE(std::abs(value.cut - cut), 0x1p-24f * whole) << cut << " of " << whole;
+        ASSERT_GE(value.cut, 0.0f);
+        ASSERT_TRUE(i % 2 != 0 || value.cut == cut) << "both are halves";
     }
-    EXPECT_EQ(image::clamp_of(1.0f, 1.0f), 0.0f);
+    EXPECT_EQ(image::undoable_cut(1.0f, 1.0f).taken, 0.0f);
 }
 
 TEST(Closure, LayersThatOverflowHalfAreStoredFloat) {
