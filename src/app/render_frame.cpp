@@ -103,6 +103,11 @@ class FrameRenderer {
             diagnostics_.error("strict", {}, {}, fmt::format("{} errors and --strict: nothing is rendered", diagnostics_.error_count()));
             return RenderError;
         }
+        if (StopSignals::stop_flag()) {
+            // What was learned before the first sample is not whole: neither pixels nor a header may come from it
+            diagnostics_.error("interrupted", {}, {}, "stopped before the first sample; nothing was written");
+            return SignalBase + StopSignals::signal_number();
+        }
         note_guiding();
         if (earlier_) {
             // Whether paths are guided is known only now

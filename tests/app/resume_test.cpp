@@ -103,7 +103,7 @@ TEST_F(Resume, PartsAndMergedFilesGoOn) {
 
 TEST_F(Resume, GoesOnFromWhereverItWasStopped) {
     // Signals come when they come; the end must not depend on it
-    for (const char* mode : {"tile --tile 16", "progressive"}) {
+    for (const char* mode : {"tile --tile 16", "progressive --guiding on"}) {
         const std::string common = fmt::format("--spp 1500 --mode {} --adaptive on --keep-sums ", mode);
         std::filesystem::remove(w.path("part.exr"));
         int stops = 0;
