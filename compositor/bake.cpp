@@ -157,7 +157,7 @@ void Baker::apply_solos() {
     std::vector<bool> heard(gains_.size(), false);
     bool has_solo = false;
     for (const Control& control : look_.controls) {
-        if (control.kind != Kind::Solo) continue;
+        if (control.kind != Kind::Solo || !control.matte.empty()) continue;
         has_solo = true;
         for (const std::string& row : rows_of(control.target)) {
             const std::vector<bool> groups = groups_of(row.substr(0, row.find(':')));

@@ -143,11 +143,12 @@ int prove(const BakeOptions& o, const LayerStack& mixed, const Bake& bake) {
 int run_bake(const BakeOptions& o) {
     if (!o.output.ends_with(".usda")) return report({"bad-output", o.output + " is not .usda"});
     if (o.prove && o.scene.empty()) return report({"bad-output", "--prove needs --scene SCENE"});
-    const auto look = o.look.look_of_frame();
-    if (!look) return report(look.error());
+    const auto asked = o.look.look_of_frame();
+    if (!asked) return report(asked.error());
     const auto stack = LayerStack::load(o.input);
     if (!stack) return report(stack.error());
-    const auto bake = bake_look(*stack, *look);
+    const Look look = o.look.fitted(*stack, *asked);
+    const auto bake = bake_look(*stack, look);
     if (!bake) return report(bake.error());
     const auto text = bake_layer_text(*bake, fs::path(o.input).filename().string());
     if (!text) return report(text.error());

@@ -30,13 +30,14 @@ const std::map<std::string, Writer>& writers() {
 }
 
 int run_export(const ExportOptions& o) {
-    const auto look = o.look.look_of_frame();
-    if (!look) return report(look.error());
+    const auto asked = o.look.look_of_frame();
+    if (!asked) return report(asked.error());
     const auto stack = LayerStack::load(o.input);
     if (!stack) return report(stack.error());
-    const auto plan = plan_mix(*stack, *look);
+    const Look look = o.look.fitted(*stack, *asked);
+    const auto plan = plan_mix(*stack, look);
     if (!plan) return report(plan.error());
-    const auto recipe = mix_recipe(*stack, *plan, *look, o.file.empty() ? o.input : o.file);
+    const auto recipe = mix_recipe(*stack, *plan, look, o.file.empty() ? o.input : o.file);
     if (!recipe) return report(recipe.error());
     const std::string script = writers().at(o.program)(*recipe);
     if (o.output.empty()) {

@@ -2,6 +2,7 @@
 #include "compositor/look_command_options.h"
 
 #include "base/atomic_file.h"
+#include "compositor/command_outcome.h"
 #include "compositor/mix_plan.h"
 
 #include <CLI/CLI.hpp>
@@ -107,13 +108,10 @@ Result<Look> LookOptions::look_of_frame() const {
     return look_at(std::move(*asked), *frame);
 }
 
-Look LookOptions::fitted(const LayerStack& stack,
-                         const Look& look,
-                         const image::StripReader* file,
-                         std::vector<std::string>& warnings) const {
+Look LookOptions::fitted(const LayerStack& stack, const Look& look) const {
     if (!is_lenient) return look;
-    FittedLook fitted = fit_look(stack, look, file);
-    for (const std::string& line : fitted.left_out) warnings.push_back("left out: " + line);
+    FittedLook fitted = fit_look(stack, look);
+    for (const std::string& line : fitted.left_out) warn("left out " + line);
     return std::move(fitted.look);
 }
 

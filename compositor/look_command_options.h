@@ -31,12 +31,8 @@ struct LookOptions {
     /// The look at `--frame`. Errors: "no-frame" (it has keys and there is no frame).
     Result<Look> look_of_frame() const;
 
-    /// The look as it stands, or, with `--lenient`, without what the file lacks, which is told in
-    /// `warnings`.
-    Look fitted(const LayerStack& stack,
-                const Look& look,
-                const image::StripReader* file,
-                std::vector<std::string>& warnings) const;
+    /// The look as it stands, or, with `--lenient`, without what the file lacks, which is printed.
+    Look fitted(const LayerStack& stack, const Look& look) const;
 
   private:
     const CLI::App* command_ = nullptr;

@@ -182,9 +182,7 @@ int run_noise(const NoiseOptions& o) {
     if (!asked) return report(asked.error());
     const auto stack = LayerStack::load(o.input);
     if (!stack) return report(stack.error());
-    std::vector<std::string> warnings;
-    const Look look = o.look.fitted(*stack, *asked, nullptr, warnings);
-    for (const std::string& warning : warnings) warn(warning);
+    const Look look = o.look.fitted(*stack, *asked);
     const auto forecast = forecast_noise(*stack, look, target);
     if (!forecast) return report(forecast.error());
     if (!o.output.empty()) {

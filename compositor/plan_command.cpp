@@ -117,10 +117,11 @@ void print_plan(const TopUpPlan& plan) {
 
 int run_plan(const PlanOptions& o) {
     if (!o.output.ends_with(".json")) return report({"bad-output", o.output + " is not .json"});
-    const auto look = o.look.look();
-    if (!look) return report(look.error());
+    const auto asked = o.look.look_of_frame();
+    if (!asked) return report(asked.error());
     const auto stack = LayerStack::load(o.input);
     if (!stack) return report(stack.error());
+    const Look look = o.look.fitted(*stack, *asked);
     const auto sums = image::read_sums_image(o.input);
     if (!sums) return report(sums.error());
     const auto counts = image::stored_counts(*sums);
@@ -130,7 +131,7 @@ int run_plan(const PlanOptions& o) {
                                                         o.input, counts.error().message)});
     const auto wish = wish_of(o, *counts);
     if (!wish) return report(wish.error());
-    const auto plan = plan_top_up(*stack, *counts, *look, *wish);
+    const auto plan = plan_top_up(*stack, *counts, look, *wish);
     if (!plan) return report(plan.error());
     if (const auto written = image::write_top_up(o.output, plan->request); !written)
         return report(written.error());
