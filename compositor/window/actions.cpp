@@ -51,7 +51,8 @@ constexpr std::array bindings = {
     KeyBinding{plain('['), Action::ExposureDown, "[", "Exposure down a quarter stop"},
     KeyBinding{plain('0'), Action::ExposureReset, "0", "Exposure as rendered"},
     KeyBinding{plain('F'), Action::ZoomFit, "F", "Fit the picture into the window"},
-    KeyBinding{plain('1'), Action::ZoomOne, "1", "One pixel of the picture per pixel of the screen"},
+    KeyBinding{plain('1'), Action::ZoomOne, "1",
+               "One pixel of the picture per pixel of the screen"},
     KeyBinding{plain('='), Action::ZoomIn, "=", "Zoom in (or the wheel)"},
     KeyBinding{plain('-'), Action::ZoomOut, "-", "Zoom out"},
     KeyBinding{plain('W'), Action::ToggleWipe, "W", "Wipe between look A and look B"},
@@ -95,15 +96,14 @@ std::span<const int> bound_keys() {
 }
 
 std::optional<KeyPress> key_press_of(std::string text) {
-    constexpr std::array<std::pair<const char*, int>, 8> special = {
-        {{"up", key_up},
-         {"down", key_down},
-         {"left", key_left},
-         {"right", key_right},
-         {"f1", key_f1},
-         {"enter", key_enter},
-         {"escape", key_escape},
-         {"tab", key_tab}}};
+    constexpr std::array<std::pair<const char*, int>, 8> special = {{{"up", key_up},
+                                                                     {"down", key_down},
+                                                                     {"left", key_left},
+                                                                     {"right", key_right},
+                                                                     {"f1", key_f1},
+                                                                     {"enter", key_enter},
+                                                                     {"escape", key_escape},
+                                                                     {"tab", key_tab}}};
     std::transform(text.begin(), text.end(), text.begin(),
                    [](unsigned char c) { return char(std::tolower(c)); });
     KeyPress press;

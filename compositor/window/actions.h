@@ -9,17 +9,46 @@ namespace velatura::compositor::window {
 
 /// What a key or a menu entry does.
 enum class Action {
-    OpenFile, OpenPreset, SavePreset, SavePicture, Quit,
-    Undo, Redo, ResetRow, ResetAll,
-    PreviousRow, NextRow, MuteRow, SoloRow, GainUp, GainDown, GainUpFine, GainDownFine,
-    ExposureUp, ExposureDown, ExposureReset,
-    ZoomFit, ZoomOne, ZoomIn, ZoomOut,
-    ToggleWipe, SwitchLook, CopyLook, ShowHelp,
+    OpenFile,
+    OpenPreset,
+    SavePreset,
+    SavePicture,
+    Quit,
+    Undo,
+    Redo,
+    ResetRow,
+    ResetAll,
+    PreviousRow,
+    NextRow,
+    MuteRow,
+    SoloRow,
+    GainUp,
+    GainDown,
+    GainUpFine,
+    GainDownFine,
+    ExposureUp,
+    ExposureDown,
+    ExposureReset,
+    ZoomFit,
+    ZoomOne,
+    ZoomIn,
+    ZoomOut,
+    ToggleWipe,
+    SwitchLook,
+    CopyLook,
+    ShowHelp,
 };
 
 /// Keys by their American letter, digit or sign; these have none.
 enum SpecialKey : int {
-    key_up = 0x100, key_down, key_left, key_right, key_f1, key_enter, key_escape, key_tab
+    key_up = 0x100,
+    key_down,
+    key_left,
+    key_right,
+    key_f1,
+    key_enter,
+    key_escape,
+    key_tab
 };
 
 struct KeyPress {

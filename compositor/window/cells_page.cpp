@@ -30,7 +30,9 @@ void draw_cell(Drawing& drawing, const std::string& target) {
     float stops = state.stops;
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);
     if (ImGui::DragFloat("##stops", &stops, 0.02f, -most_stops, most_stops,
-                         state.is_muted ? "mute" : state.stops == 0 ? "0" : "%+.2f",
+                         state.is_muted     ? "mute"
+                         : state.stops == 0 ? "0"
+                                            : "%+.2f",
                          ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoRoundToFormat))
         session.edit("cell " + target, [&](Look& l) { set_stops(l, target, stops); });
     ImGui::PopStyleColor(2);

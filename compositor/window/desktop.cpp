@@ -64,7 +64,7 @@ class Panel {
 Desktop::Desktop(const GlfwWindow& window)
     : session_(RecentFiles(recent_list_path())),
       drawing_{session_, textures_, {}, window.fonts(), window.scale(), {}, {}, true, {}, false,
-               {}, {},       {}},
+               {},       {},        {}},
       worker_([] { GlfwWindow::wake(); }) {
     if (auto displays = image::display_views()) {
         drawing_.displays = std::move(*displays);
@@ -173,9 +173,11 @@ void Desktop::draw_desk() {
         draw_toolbar(drawing_);
     }
     {
-        const float top = bar + (has_file ? tools : 0), height = low - top - (has_file ? numbers : 0);
+        const float top = bar + (has_file ? tools : 0),
+                    height = low - top - (has_file ? numbers : 0);
         ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0, 0));
-        const Panel panel("picture", {0, top}, {has_file ? left : screen.x, std::max(height, 1.0f)});
+        const Panel panel("picture", {0, top},
+                          {has_file ? left : screen.x, std::max(height, 1.0f)});
         ImGui::PopStyleVar();
         draw_picture(drawing_);
     }

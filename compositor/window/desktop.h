@@ -28,12 +28,17 @@ class Desktop {
     void draw();
 
     bool wants_to_quit() const { return session_.wants_to_quit(); }
+
     /// Nothing is being loaded, mixed or saved.
     bool is_settled() const;
+
     const Marks& marks() const { return drawing_.marks; }
+
     const MixTimes& times() const { return drawing_.times; }
+
     /// The first file could not be loaded.
     bool has_failed() const { return !session_.has_file() && session_.message().is_error; }
+
     const Session& session() const { return session_; }
 
   private:

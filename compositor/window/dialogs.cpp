@@ -50,8 +50,10 @@ void Dialogs::begin(Drawing& drawing) {
 void Dialogs::draw(Drawing& drawing) {
     Session& session = drawing.session;
     if (session.dialog() != shown_) {
-        if (session.dialog() == Dialog::None) shown_ = Dialog::None;
-        else begin(drawing);
+        if (session.dialog() == Dialog::None)
+            shown_ = Dialog::None;
+        else
+            begin(drawing);
     }
     if (shown_ == Dialog::None) return;
     const ImVec2 screen = ImGui::GetIO().DisplaySize;
@@ -59,12 +61,15 @@ void Dialogs::draw(Drawing& drawing) {
     ImGui::SetNextWindowPos({screen.x / 2, screen.y / 2}, ImGuiCond_Always, {0.5f, 0.5f});
     ImGui::SetNextWindowSize(
         {std::min(42 * unit, screen.x - 2 * unit), std::min(40 * unit, screen.y - 2 * unit)});
-    if (ImGui::BeginPopupModal("dialog", nullptr,
-                               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
-                                   ImGuiWindowFlags_NoMove)) {
-        if (shown_ == Dialog::Help) draw_help(drawing);
-        else draw_files(drawing);
-        if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape))) session.set_dialog(Dialog::None);
+    if (ImGui::BeginPopupModal(
+            "dialog", nullptr,
+            ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove)) {
+        if (shown_ == Dialog::Help)
+            draw_help(drawing);
+        else
+            draw_files(drawing);
+        if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape)))
+            session.set_dialog(Dialog::None);
         if (session.dialog() == Dialog::None) ImGui::CloseCurrentPopup();
         ImGui::EndPopup();
     }
@@ -112,9 +117,9 @@ void Dialogs::draw_list(Drawing& drawing) {
     }
     for (const std::string& file : list_.files) {
         const bool is_named = file == name_.data();
-        if (ImGui::Selectable(file.c_str(), is_named,
-                              ImGuiSelectableFlags_DontClosePopups |
-                                  ImGuiSelectableFlags_AllowDoubleClick)) {
+        if (ImGui::Selectable(
+                file.c_str(), is_named,
+                ImGuiSelectableFlags_DontClosePopups | ImGuiSelectableFlags_AllowDoubleClick)) {
             put_name(file);
             if (ImGui::IsMouseDoubleClicked(0)) return accept(drawing);
         }
@@ -135,9 +140,8 @@ void Dialogs::draw_files(Drawing& drawing) {
     ImGui::PopStyleColor();
     if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
     ImGui::SetNextItemWidth(-1);
-    const bool is_entered =
-        ImGui::InputTextWithHint("##name", dialog.hint, name_.data(), name_.size(),
-                                 ImGuiInputTextFlags_EnterReturnsTrue);
+    const bool is_entered = ImGui::InputTextWithHint(
+        "##name", dialog.hint, name_.data(), name_.size(), ImGuiInputTextFlags_EnterReturnsTrue);
     note_item(drawing, "name");
     const bool is_pressed = ImGui::Button(dialog.button, {6 * unit, 0});
     note_item(drawing, "accept");

@@ -102,8 +102,8 @@ int GlfwWindow::key_index(int key) {
                                                              {key_enter, GLFW_KEY_ENTER},
                                                              {key_escape, GLFW_KEY_ESCAPE},
                                                              {key_tab, GLFW_KEY_TAB}}};
-    const auto at = std::find_if(special.begin(), special.end(),
-                                 [&](const auto& s) { return s.first == key; });
+    const auto at =
+        std::find_if(special.begin(), special.end(), [&](const auto& s) { return s.first == key; });
     // GLFW calls letters, digits and signs by their ASCII codes
     return at == special.end() ? key : at->second;
 }
@@ -134,7 +134,8 @@ Result<void> GlfwWindow::end_frame(const std::string& screenshot,
     glClearColor(colour::desk.x, colour::desk.y, colour::desk.z, 1);
     glClear(GL_COLOR_BUFFER_BIT);
     ImGui_ImplOpenGL2_RenderDrawData(ImGui::GetDrawData());
-    const Result<void> written = screenshot.empty() ? Result<void>() : write_screen(screenshot, box);
+    const Result<void> written =
+        screenshot.empty() ? Result<void>() : write_screen(screenshot, box);
     glfwSwapBuffers(window_);
     return written;
 }

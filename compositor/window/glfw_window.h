@@ -25,7 +25,9 @@ class GlfwWindow {
     GlfwWindow& operator=(const GlfwWindow&) = delete;
 
     const Fonts& fonts() const { return fonts_; }
+
     float scale() const { return scale_; }
+
     bool is_closing() const;
     void set_title(const std::string& title);
 

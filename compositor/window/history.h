@@ -20,6 +20,7 @@ class History {
     /// A gesture (a drag of one slider) is one step, however many values it passes through: changes
     /// of the same name are one until seal() ends it.
     void change(Looks next, const std::string& gesture);
+
     void seal() { gesture_.clear(); }
 
     /// False when there is nothing to go to.
@@ -27,6 +28,7 @@ class History {
     bool redo();
 
     bool can_undo() const { return !past_.empty(); }
+
     bool can_redo() const { return !future_.empty(); }
 
     /// Begins anew with those looks.

@@ -105,8 +105,8 @@ image::Image half_size(const LayerStack& stack) {
         smaller.attributes = part.attributes;
         for (const image::Channel& channel : part.channels) {
             if (!wanted.contains(channel.name)) continue;
-            smaller.channels.push_back(image::Channel::make(channel.name, channel.type(),
-                                                            out.data.pixel_count()));
+            smaller.channels.push_back(
+                image::Channel::make(channel.name, channel.type(), out.data.pixel_count()));
         }
         out.parts.push_back(std::move(smaller));
     }

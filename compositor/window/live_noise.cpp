@@ -83,8 +83,8 @@ void LiveNoise::begin() {
 void LiveNoise::advance(const LayerStack& stack, const Look& look) {
     // No target: what a control may at most be takes a search, which nobody waits for here
     constexpr double any_noise = 1e30;
-    auto rows = LayerStack::from_image(
-        every_nth_row(stack.image(), scattered(done_, parts_), parts_));
+    auto rows =
+        LayerStack::from_image(every_nth_row(stack.image(), scattered(done_, parts_), parts_));
     const Result<NoiseForecast> forecast =
         rows ? forecast_noise(*rows, look, any_noise) : Result<NoiseForecast>(rows.error());
     if (!forecast) {

@@ -22,7 +22,9 @@ class LiveNoise {
 
     /// Forgets what was found for another mix.
     void begin();
+
     bool is_done() const { return done_ == parts_ || !error_.empty(); }
+
     /// Takes up one more part.
     void advance(const LayerStack& stack, const Look& look);
 

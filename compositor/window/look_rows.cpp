@@ -188,8 +188,8 @@ std::vector<size_t> further_controls(const Look& look, const MixerRows& rows) {
     std::vector<size_t> further;
     for (size_t i = 0; i < look.controls.size(); ++i) {
         const Control& c = look.controls[i];
-        const bool is_shown = rows.has_place(c.kind, c.target) &&
-                              find_control(look, c.kind, c.target) == &c;
+        const bool is_shown =
+            rows.has_place(c.kind, c.target) && find_control(look, c.kind, c.target) == &c;
         if (!is_shown) further.push_back(i);
     }
     return further;

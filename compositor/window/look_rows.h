@@ -16,7 +16,7 @@ struct MixerRows {
     std::vector<std::string> lights;   ///< `all`, `env` where there are domes, every light group
     std::vector<std::string> bounces;  ///< `direct`, `indirect`, then one by one; empty: not stored
     std::vector<std::string> groups, columns;  ///< of the cells; empty where no matrix is stored
-    std::vector<std::string> shadows;  ///< groups with a stored shadow
+    std::vector<std::string> shadows;          ///< groups with a stored shadow
     std::vector<std::string> casters;  ///< `group:caster` of those that are stored one by one
     std::vector<std::string> clamps;   ///< `all` and every light group where a clamp took light
 
@@ -27,8 +27,8 @@ struct MixerRows {
 MixerRows mixer_rows(const LayerStack& stack);
 
 /// How one target stands in a look. A look is a list of controls; the row of a target shows, and
-/// edits in place, the first control of each kind that names it, acts everywhere and has no keys, so
-/// that whatever else a preset says, and its order, stays as it was.
+/// edits in place, the first control of each kind that names it, acts everywhere and has no keys,
+/// so that whatever else a preset says, and its order, stays as it was.
 struct RowState {
     bool is_muted = false, is_soloed = false;
     float stops = 0;  ///< −∞ for a factor of 0
@@ -58,8 +58,8 @@ void set_share(Look& look, Control::Kind kind, const std::string& target, float 
 /// Takes away everything that the row of the target shows.
 void reset_row(Look& look, const std::string& target);
 
-/// Indices of the controls that no row shows: repeated ones, those with mattes or keys, sets of rows,
-/// and names that this file has not.
+/// Indices of the controls that no row shows: repeated ones, those with mattes or keys, sets of
+/// rows, and names that this file has not.
 std::vector<size_t> further_controls(const Look& look, const MixerRows& rows);
 
 /// A control as a line: `gain key:b2 +1.5st`.

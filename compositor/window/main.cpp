@@ -53,11 +53,12 @@ class Times {
     }
 
     void print() const {
-        fmt::print("{} frames: median {:.1f} ms, 95 % {:.1f} ms\n", frames_.size(),
-                   median(frames_), median(frames_, 0.95));
-        fmt::print("{} mixes, medians: something of the picture {:.0f} ms, what is seen {:.0f} ms, all of "
-                   "it at full size {:.0f} ms\n",
-                   all_.size(), median(first_), median(seen_), median(all_));
+        fmt::print("{} frames: median {:.1f} ms, 95 % {:.1f} ms\n", frames_.size(), median(frames_),
+                   median(frames_, 0.95));
+        fmt::print(
+            "{} mixes, medians: something of the picture {:.0f} ms, what is seen {:.0f} ms, all of "
+            "it at full size {:.0f} ms\n",
+            all_.size(), median(first_), median(seen_), median(all_));
     }
 
   private:
@@ -107,9 +108,8 @@ int run(const Options& o) {
             for (const KeyPress& key : (*window)->pressed_keys()) desktop.press(key);
         }
         desktop.draw();
-        const auto drawn =
-            *player ? (*window)->end_frame((*player)->screenshot(), (*player)->cut())
-                    : (*window)->end_frame("", std::nullopt);
+        const auto drawn = *player ? (*window)->end_frame((*player)->screenshot(), (*player)->cut())
+                                   : (*window)->end_frame("", std::nullopt);
         if (!drawn) return report(drawn.error());
         const std::chrono::duration<double, std::milli> took =
             std::chrono::steady_clock::now() - begun;

@@ -88,8 +88,8 @@ void draw_status_line(Drawing& drawing) {
     const MixTimes& t = drawing.times;
     const std::string pace =
         !session.has_file() ? std::string()
-        : t.seen > 0        ? fmt::format("mix {:.0f} ms{}", t.seen, drawing.is_working ? " …" : "")
-                            : std::string("mixing …");
+        : t.seen > 0 ? fmt::format("mix {:.0f} ms{}", t.seen, drawing.is_working ? " …" : "")
+                     : std::string("mixing …");
     const float width = ImGui::CalcTextSize(pace.c_str()).x;
     ImGui::SameLine(ImGui::GetWindowWidth() - width - ImGui::GetFontSize());
     text(pace, colour::dim);

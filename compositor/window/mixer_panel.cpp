@@ -38,8 +38,8 @@ std::string row_note(const LayerStack& stack, const std::string& target) {
 }
 
 const RowNoise* noise_of(const std::vector<RowNoise>& rows, const std::string& name) {
-    const auto at = std::find_if(rows.begin(), rows.end(),
-                                 [&](const RowNoise& r) { return r.name == name; });
+    const auto at =
+        std::find_if(rows.begin(), rows.end(), [&](const RowNoise& r) { return r.name == name; });
     return at == rows.end() ? nullptr : &*at;
 }
 
@@ -128,8 +128,8 @@ class Row {
     /// A hair line below the name: how much of the noise is this row's.
     void draw_noise_share() {
         if (!drawing_.noise) return;
-        const auto rows = session_.page() == Page::Bounces ? drawing_.noise->bounces()
-                                                           : drawing_.noise->groups();
+        const auto rows =
+            session_.page() == Page::Bounces ? drawing_.noise->bounces() : drawing_.noise->groups();
         const RowNoise* noise = noise_of(rows, target_);
         if (!noise || noise->share <= 0) return;
         const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
@@ -148,8 +148,7 @@ class Row {
         if (is_right_clicked()) edit("", [&](Look& l) { set_stops(l, target_, 0); });
         explain("Gain in stops: drag (Shift: finer); double click or right click: as rendered");
         ImGui::TableNextColumn();
-        if (const auto stops =
-                stops_box("##stops", state_.stops, ImGui::GetContentRegionAvail().x))
+        if (const auto stops = stops_box("##stops", state_.stops, ImGui::GetContentRegionAvail().x))
             edit("stops", [&](Look& l) { set_stops(l, target_, *stops); });
         note_item(drawing_, mark("stops"));
         if (is_right_clicked()) edit("", [&](Look& l) { set_stops(l, target_, 0); });
@@ -170,13 +169,14 @@ class Row {
         float kelvin = state_.kelvin.value_or(6500.0f);
         ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);
         ImGui::PushStyleColor(ImGuiCol_Text, state_.kelvin ? colour::text : colour::dim);
-        if (ImGui::DragFloat("##kelvin", &kelvin, 20, 1667, 25000,
-                             state_.kelvin ? "%.0f K" : "– K", ImGuiSliderFlags_AlwaysClamp))
+        if (ImGui::DragFloat("##kelvin", &kelvin, 20, 1667, 25000, state_.kelvin ? "%.0f K" : "– K",
+                             ImGuiSliderFlags_AlwaysClamp))
             edit("kelvin", [&](Look& l) { set_kelvin(l, target_, kelvin); });
         ImGui::PopStyleColor();
         note_item(drawing_, mark("kelvin"));
         if (is_right_clicked()) edit("", [&](Look& l) { set_kelvin(l, target_, std::nullopt); });
-        explain("Tint of a black body against 6504 K: drag, or Ctrl-click to type. Right click: none");
+        explain(
+            "Tint of a black body against 6504 K: drag, or Ctrl-click to type. Right click: none");
     }
 
     void draw_reset() {
@@ -195,8 +195,9 @@ class Row {
 
 void draw_rows(Drawing& drawing, const std::vector<std::string>& targets, size_t masters) {
     const float unit = ImGui::GetFontSize();
-    if (!ImGui::BeginTable("rows", 8, ImGuiTableFlags_ScrollY | ImGuiTableFlags_SizingFixedFit |
-                                          ImGuiTableFlags_NoPadOuterX))
+    if (!ImGui::BeginTable(
+            "rows", 8,
+            ImGuiTableFlags_ScrollY | ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_NoPadOuterX))
         return;
     const auto column = [&](const char* name, float width) {
         ImGui::TableSetupColumn(name, ImGuiTableColumnFlags_WidthFixed, width);
@@ -272,14 +273,15 @@ void draw_mixer(Drawing& drawing) {
     if (ImGui::BeginTabBar("pages")) {
         if (begin_page(drawing, "Lights", Page::Lights))
             body("lights", [&] {
-                const size_t masters = size_t(std::count_if(
-                    rows.lights.begin(), rows.lights.end(),
-                    [](const std::string& n) { return n == "all" || n == "env"; }));
+                const size_t masters = size_t(
+                    std::count_if(rows.lights.begin(), rows.lights.end(),
+                                  [](const std::string& n) { return n == "all" || n == "env"; }));
                 draw_rows(drawing, rows.lights, masters);
             });
         if (!rows.bounces.empty() && begin_page(drawing, "Bounces", Page::Bounces))
             body("bounces", [&] {
-                draw_rows(drawing, rows.bounces, rows.bounces.size() - session.stack().column_names().size());
+                draw_rows(drawing, rows.bounces,
+                          rows.bounces.size() - session.stack().column_names().size());
             });
         if (!rows.groups.empty() && begin_page(drawing, "Light × bounce", Page::Cells))
             body("cells", [&] { draw_cells(drawing); });

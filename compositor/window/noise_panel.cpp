@@ -51,9 +51,9 @@ void draw_noise(Drawing& drawing) {
     note_item(drawing, "noise");
     explain("Relative standard error of the mix, from the half images: docs/numerics.md");
     ImGui::PushFont(drawing.fonts.small);
-    text(fmt::format("{} as rendered{}", percent_text(noise.rendered()),
-                     noise.is_done() ? ""
-                                     : fmt::format(" · {:.0f} % of the rows", 100 * noise.share())),
+    text(fmt::format(
+             "{} as rendered{}", percent_text(noise.rendered()),
+             noise.is_done() ? "" : fmt::format(" · {:.0f} % of the rows", 100 * noise.share())),
          colour::dim);
     text(price(noise.mix(), noise.rendered()), colour::dim);
     ImGui::Spacing();

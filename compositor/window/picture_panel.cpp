@@ -48,8 +48,7 @@ void draw_exposure(Drawing& drawing) {
     ImGui::AlignTextToFramePadding();
     text("Exposure", colour::dim);
     ImGui::SameLine();
-    if (const auto stops =
-            drag_slider("exposure", now, -exposure_stops, exposure_stops, 7 * unit))
+    if (const auto stops = drag_slider("exposure", now, -exposure_stops, exposure_stops, 7 * unit))
         set(*stops);
     note_item(drawing, "exposure");
     explain("Stops on everything ([ and ]); double click: as rendered");
@@ -177,8 +176,7 @@ void draw_nothing_yet(const ImVec2& low, const ImVec2& size, bool is_working) {
     const char* words =
         is_working ? "Loading …" : "Drop a file of light layers here, or open one with Ctrl+O";
     const ImVec2 extent = ImGui::CalcTextSize(words);
-    ImGui::SetCursorScreenPos(
-        {low.x + (size.x - extent.x) / 2, low.y + (size.y - extent.y) / 2});
+    ImGui::SetCursorScreenPos({low.x + (size.x - extent.x) / 2, low.y + (size.y - extent.y) / 2});
     text(words, colour::dim);
 }
 
@@ -234,9 +232,8 @@ void draw_picture(Drawing& drawing) {
         draw_look(drawing, session.active(), place, place.origin.x, place.end.x);
     }
     ImGui::PopClipRect();
-    drawing.marks.note("picture",
-                       {std::max(place.origin.x, low.x), std::max(place.origin.y, low.y),
-                        std::min(place.end.x, high.x), std::min(place.end.y, high.y)});
+    drawing.marks.note("picture", {std::max(place.origin.x, low.x), std::max(place.origin.y, low.y),
+                                   std::min(place.end.x, high.x), std::min(place.end.y, high.y)});
 }
 
 }  // namespace velatura::compositor::window

@@ -9,8 +9,8 @@ namespace velatura::compositor::window {
 
 /// Which part of a picture is seen, and how large. Screen positions count in pixels of the screen
 /// from the top left of the area that shows the picture; a picture's pixel (x, y) is the square
-/// [x, x+1) × [y, y+1). The picture's origin lies on a whole pixel of the screen, so that at 1:1 each of
-/// its pixels is one of the screen.
+/// [x, x+1) × [y, y+1). The picture's origin lies on a whole pixel of the screen, so that at 1:1
+/// each of its pixels is one of the screen.
 class PictureView {
   public:
     using Point = std::array<double, 2>;

@@ -39,7 +39,10 @@ std::string gain_text(const Rgb& gain) {
     return fmt::format("≈×{:.2f}", (gain[0] + gain[1] + gain[2]) / 3);
 }
 
-void draw_line(const std::string& name, const std::string& values, const std::string& note, bool is_dim) {
+void draw_line(const std::string& name,
+               const std::string& values,
+               const std::string& note,
+               bool is_dim) {
     const float digit = ImGui::CalcTextSize("0").x;
     text(name, is_dim ? colour::dim : colour::text);
     ImGui::SameLine(12 * digit);  // from the left edge of the column

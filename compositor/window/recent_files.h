@@ -23,8 +23,8 @@ class RecentFiles {
     std::vector<std::string> paths_;
 };
 
-/// $XDG_STATE_HOME/velatura/recent_layers, or that of the XDG base directory specification's default
-/// below $HOME; empty without a home.
+/// $XDG_STATE_HOME/velatura/recent_layers, or that of the XDG base directory specification's
+/// default below $HOME; empty without a home.
 std::string recent_list_path();
 
 }  // namespace velatura::compositor::window

@@ -82,11 +82,16 @@ bool Line::take_number(float& value) {
 void Line::take_held() {
     while (at_ < words_.size()) {
         const std::string& word = words_[at_];
-        if (word == "alt") step_.is_alt = true;
-        else if (word == "ctrl") step_.is_ctrl = true;
-        else if (word == "shift") step_.is_shift = true;
-        else if (word == "double") step_.count = 2;
-        else return;
+        if (word == "alt")
+            step_.is_alt = true;
+        else if (word == "ctrl")
+            step_.is_ctrl = true;
+        else if (word == "shift")
+            step_.is_shift = true;
+        else if (word == "double")
+            step_.count = 2;
+        else
+            return;
         ++at_;
     }
 }

@@ -20,7 +20,9 @@ class Marks {
     };
 
     void clear() { boxes_.clear(); }
+
     void note(const std::string& name, const Box& box) { boxes_[name] = box; }
+
     const Box* find(const std::string& name) const;
 
   private:
@@ -31,16 +33,17 @@ class Marks {
 struct ScriptStep {
     enum class Kind { Wait, Frames, Hover, Click, Drag, Wheel, Key, Type, Drop, Screenshot };
     Kind kind = Kind::Wait;
-    size_t line = 0;              ///< from 1
-    std::string mark;             ///< what the mouse goes to; of a screenshot: what it is cut to
+    size_t line = 0;   ///< from 1
+    std::string mark;  ///< what the mouse goes to; of a screenshot: what it is cut to
     std::array<float, 2> by = {0, 0};  ///< drag in pixels; wheel in y
-    int count = 1;                ///< frames, or clicks
+    int count = 1;                     ///< frames, or clicks
     KeyPress key;
     bool is_alt = false, is_ctrl = false, is_shift = false;  ///< held during a click or a drag
-    std::string text;             ///< to type; a file
+    std::string text;                                        ///< to type; a file
 };
 
-/// Lines as docs/window.md describes them; `#` begins a comment. Errors: "bad-script", with the line.
+/// Lines as docs/window.md describes them; `#` begins a comment. Errors: "bad-script", with the
+/// line.
 Result<std::vector<ScriptStep>> parse_script(const std::string& text);
 
 /// What mouse and keys are at a frame.

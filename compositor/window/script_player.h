@@ -15,12 +15,14 @@ class ScriptPlayer {
   public:
     explicit ScriptPlayer(std::vector<ScriptStep> steps) : steps_(std::move(steps)) {}
 
-    /// Sets mouse and keys for this frame. `marks` is where the last frame drew things; `is_settled`:
-    /// nothing is being loaded, mixed or saved. Errors: "bad-script" (a mark that is not there).
+    /// Sets mouse and keys for this frame. `marks` is where the last frame drew things;
+    /// `is_settled`: nothing is being loaded, mixed or saved. Errors: "bad-script" (a mark that is
+    /// not there).
     Result<void> play(const Marks& marks, bool is_settled);
 
     /// The file that this frame's screen is to be written to, and what to cut out of it.
     const std::string& screenshot() const { return screenshot_; }
+
     const std::optional<Marks::Box>& cut() const { return cut_; }
 
     /// A file that falls on the window at this frame.

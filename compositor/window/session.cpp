@@ -39,9 +39,9 @@ void Session::show(std::string path, std::shared_ptr<const Levels> levels) {
     const image::Window& frame = stack().image().display;
     view_.set_picture(frame.width(), frame.height());
     after_change();
-    tell(fmt::format("{} layers, {} {}", stack().header().layers.size(), rows_of_file,
-                     stack().is_plain() ? "rows of a file without a header of Velatura"
-                                        : "light groups"));
+    tell(fmt::format(
+        "{} layers, {} {}", stack().header().layers.size(), rows_of_file,
+        stack().is_plain() ? "rows of a file without a header of Velatura" : "light groups"));
 }
 
 void Session::edit(const std::string& gesture, const std::function<void(Look&)>& change) {
@@ -93,7 +93,7 @@ std::shared_ptr<const image::DisplayTransform> Session::transform_for(const Look
     auto& known = transforms_[{look.display, look.view}];
     if (known) return known;
     auto made = image::DisplayTransform::make(look.display, look.view,
-                                               image::working_space_of(stack().image()));
+                                              image::working_space_of(stack().image()));
     if (made) {
         known = std::make_shared<const image::DisplayTransform>(std::move(*made));
     } else {

@@ -41,24 +41,36 @@ class Session {
     // The file
 
     void show(std::string path, std::shared_ptr<const Levels> levels);
+
     bool has_file() const { return levels_ != nullptr; }
+
     const LayerStack& stack() const { return levels_->stack(0); }
+
     const std::string& path() const { return path_; }
+
     const MixerRows& rows() const { return rows_; }
+
     const RecentFiles& recent() const { return recent_; }
 
     // The looks. 0 is A, 1 is B
 
     size_t active() const { return active_; }
+
     const Look& look() const { return history_.now()[active_]; }
+
     const Look& look(size_t index) const { return history_.now()[index]; }
+
     /// Changes the active look. Changes of one gesture are one step of undo; an empty name is a
     /// step of its own.
     void edit(const std::string& gesture, const std::function<void(Look&)>& change);
+
     /// Ends the gesture.
     void seal() { history_.seal(); }
+
     bool can_undo() const { return history_.can_undo(); }
+
     bool can_redo() const { return history_.can_redo(); }
+
     /// Both looks: it is one monitor.
     void set_display(const std::string& display, const std::string& view);
     bool is_soloing() const;
@@ -68,22 +80,34 @@ class Session {
     /// The last mix of a look that the file can express; null before there is one.
     const PictureTask* picture(size_t index) const;
     WorkRequest work_request() const;
+
     PictureView& view() { return view_; }
+
     const PictureView& view() const { return view_; }
+
     bool is_wiping() const { return is_wiping_; }
+
     double wipe() const { return wipe_; }  ///< share of the picture's width that shows A
+
     void set_wipe(double share);
 
     // What keys and menus do
 
     void perform(Action action);
     void press(const KeyPress& key);
+
     Page page() const { return page_; }
+
     void set_page(Page page);
+
     const std::string& selected() const { return selected_; }
+
     void select(const std::string& target) { selected_ = target; }
+
     Dialog dialog() const { return dialog_; }
+
     void set_dialog(Dialog dialog) { dialog_ = dialog; }
+
     bool wants_to_quit() const { return wants_to_quit_; }
 
     // Files
@@ -94,7 +118,9 @@ class Session {
     std::function<Result<void>()> picture_writer(const std::string& path) const;
 
     const Message& message() const { return message_; }
+
     void tell(std::string text, bool is_error = false);
+
     /// What keeps the active look from being shown; empty: nothing.
     const std::string& mix_error() const { return mix_errors_[active_]; }
 

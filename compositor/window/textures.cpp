@@ -110,7 +110,8 @@ void Textures::draw_part(ImDrawList& list,
     const auto share = [](double at, int from, int length) { return float((at - from) / length); };
     const double x1 = std::min(double(part.x1), full.width() / std::ldexp(1.0, int(level)));
     const double y1 = std::min(double(part.y1), full.height() / std::ldexp(1.0, int(level)));
-    list.AddImage(id_of(tile.texture), {x_of(part.x0), y_of(part.y0)}, {x_of(part.x1), y_of(part.y1)},
+    list.AddImage(id_of(tile.texture), {x_of(part.x0), y_of(part.y0)},
+                  {x_of(part.x1), y_of(part.y1)},
                   {share(part.x0, tile_window.x0, tile_window.width()),
                    share(part.y0, tile_window.y0, tile_window.height())},
                   {share(x1, tile_window.x0, tile_window.width()),
@@ -130,8 +131,8 @@ void Textures::draw(
         const image::Window part = {w.x0 >> shift, w.y0 >> shift, (w.x1 + round_up) >> shift,
                                     (w.y1 + round_up) >> shift};
         const TileGrid& grid = grids_[found_level];
-        draw_part(list, *tile, found_level,
-                  grid.window(tile_at(grid, part.x0, part.y0)), part, origin, scale);
+        draw_part(list, *tile, found_level, grid.window(tile_at(grid, part.x0, part.y0)), part,
+                  origin, scale);
     }
 }
 

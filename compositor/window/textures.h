@@ -15,8 +15,8 @@
 
 namespace velatura::compositor::window {
 
-/// What the worker has mixed, in the memory of OpenGL: a texture for each tile of each level of both
-/// looks. Uses the current context.
+/// What the worker has mixed, in the memory of OpenGL: a texture for each tile of each level of
+/// both looks. Uses the current context.
 class Textures {
   public:
     Textures() = default;
@@ -28,9 +28,9 @@ class Textures {
     void show(std::shared_ptr<const Levels> levels);
     void take(const FinishedTile& tile);
 
-    /// Draws a look with the picture's top left corner at `origin`, `scale` pixels of the screen per
-    /// pixel of the picture: for each tile of the level the newest there is, in the level itself or
-    /// in a coarser one.
+    /// Draws a look with the picture's top left corner at `origin`, `scale` pixels of the screen
+    /// per pixel of the picture: for each tile of the level the newest there is, in the level
+    /// itself or in a coarser one.
     void draw(ImDrawList& list, size_t look, size_t level, const ImVec2& origin, double scale);
 
   private:

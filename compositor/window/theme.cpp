@@ -34,7 +34,8 @@ void set_colours(ImGuiStyle& style) {
     set(ImGuiCol_TitleBg, colour::panel);
     set(ImGuiCol_TitleBgActive, {0.20f, 0.20f, 0.20f, 1});
     for (const ImGuiCol c : {ImGuiCol_FrameBg, ImGuiCol_Button}) set(c, colour::field);
-    for (const ImGuiCol c : {ImGuiCol_FrameBgHovered, ImGuiCol_ButtonHovered, ImGuiCol_HeaderHovered})
+    for (const ImGuiCol c :
+         {ImGuiCol_FrameBgHovered, ImGuiCol_ButtonHovered, ImGuiCol_HeaderHovered})
         set(c, colour::field_hovered);
     for (const ImGuiCol c : {ImGuiCol_FrameBgActive, ImGuiCol_ButtonActive, ImGuiCol_HeaderActive})
         set(c, {0.33f, 0.33f, 0.33f, 1});

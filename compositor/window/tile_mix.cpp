@@ -75,9 +75,9 @@ std::vector<float> mix_tile(const LayerStack& stack,
     const image::Image& in = stack.image();
     const image::Window in_file = {tile.x0 + in.display.x0, tile.y0 + in.display.y0,
                                    tile.x1 + in.display.x0, tile.y1 + in.display.y0};
-    const image::Window stored = {std::max(in_file.x0, in.data.x0), std::max(in_file.y0, in.data.y0),
-                                  std::min(in_file.x1, in.data.x1),
-                                  std::min(in_file.y1, in.data.y1)};
+    const image::Window stored = {
+        std::max(in_file.x0, in.data.x0), std::max(in_file.y0, in.data.y0),
+        std::min(in_file.x1, in.data.x1), std::min(in_file.y1, in.data.y1)};
     std::vector<float> rgb(3 * tile.pixel_count(), 0.0f);
     if (stored.is_empty()) return rgb;
     const float exposure = std::exp2(exposure_stops);

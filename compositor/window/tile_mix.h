@@ -11,8 +11,8 @@
 namespace velatura::compositor::window {
 
 /// Part of a mix, scene-linear, [height][width][3] of `tile`, which counts from the top left of the
-/// picture (the display window); pixels that are not stored are 0. The numbers of apply_mix, bit for
-/// bit: the same products and sums in the same order.
+/// picture (the display window); pixels that are not stored are 0. The numbers of apply_mix, bit
+/// for bit: the same products and sums in the same order.
 std::vector<float> mix_tile(const LayerStack& stack,
                             const MixPlan& plan,
                             float exposure_stops,

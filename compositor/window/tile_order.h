@@ -40,8 +40,8 @@ struct TileBatch {
     bool is_seen = false;  ///< on the screen, or standing in for what is
 };
 
-/// Which tiles are up to date, and which are mixed next: the quick level whole, then what is seen at
-/// the level of the screen, then the rest of that level, then everything at full size.
+/// Which tiles are up to date, and which are mixed next: the quick level whole, then what is seen
+/// at the level of the screen, then the rest of that level, then everything at full size.
 class TileOrder {
   public:
     TileOrder() = default;

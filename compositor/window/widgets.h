@@ -16,8 +16,8 @@ void text(const std::string& line, const ImVec4& colour);
 /// The explanation of the last item, after the mouse has rested on it.
 void explain(const char* what);
 
-/// A slider about 0 that is dragged, not set by a click: the value follows the mouse (Shift: ten times
-/// finer), a double click resets. Returns: the new value when it changed.
+/// A slider about 0 that is dragged, not set by a click: the value follows the mouse (Shift: ten
+/// times finer), a double click resets. Returns: the new value when it changed.
 std::optional<float> drag_slider(const char* id, float value, float least, float most, float width);
 
 /// A box for a number of stops to type into.

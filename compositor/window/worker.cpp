@@ -100,9 +100,8 @@ bool Worker::work_once(const WorkRequest& request) {
     }
     keep_time(request);
     // A first number of the noise before what nobody sees
-    const bool is_noise_new =
-        request.pictures[request.noise_of] &&
-        noise_version_ != request.pictures[request.noise_of]->version;
+    const bool is_noise_new = request.pictures[request.noise_of] &&
+                              noise_version_ != request.pictures[request.noise_of]->version;
     if ((is_noise_new || !batch) && advance_noise(request)) return true;
     if (batch) mix_batch(request, *batch);
     return batch.has_value();
@@ -118,9 +117,10 @@ void Worker::mix_batch(const WorkRequest& request, const TileBatch& batch) {
         tile.level = batch.level;
         tile.version = task.version;
         tile.window = order_.grid(batch.level).window(batch.tiles[i]);
-        tile.rgba = display_rgba(mix_tile(request.levels->stack(batch.level), *task.plans[batch.level],
-                                          task.look.exposure_stops, tile.window),
-                                 *task.transform);
+        tile.rgba =
+            display_rgba(mix_tile(request.levels->stack(batch.level), *task.plans[batch.level],
+                                  task.look.exposure_stops, tile.window),
+                         *task.transform);
     });
     order_.mark(batch, task.version);
     if (times_.first == 0) times_.first = now_ms() - begun_ms_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/window/levels.h"
 
+#include "compositor/window/tile_mix.h"
 #include "window_stack.h"
 
 #include <gtest/gtest.h>
@@ -48,6 +49,38 @@ TEST(HalfSize, KeepsWhatMixesAddUpAndNoMore) {
     EXPECT_NE(half.find("S_key.R"), nullptr);
     EXPECT_EQ(half.find("b2_fill_hA.B"), nullptr);
     EXPECT_EQ(half.find("N.X"), nullptr);
+}
+
+TEST(Levels, OfAForeignFileHoldItsRows) {
+    image::Image image;
+    image.data = image.display = {0, 0, 200, 110};
+    image.parts.emplace_back();
+    for (const auto& [name, value] : {std::pair{"R", 4.0f},
+                                      {"G", 3.0f},
+                                      {"B", 2.0f},
+                                      {"lamp.R", 1.0f},
+                                      {"lamp.G", 1.0f},
+                                      {"lamp.B", 1.0f}}) {
+        image::Channel channel;
+        channel.name = name;
+        channel.data = std::vector<float>(image.data.pixel_count(), value);
+        image.parts[0].channels.push_back(std::move(channel));
+    }
+    auto stack = LayerStack::from_image(std::move(image), ForeignFiles::Plain);
+    ASSERT_TRUE(stack.has_value());
+    const auto levels = Levels::make(std::make_shared<const LayerStack>(std::move(*stack)));
+    ASSERT_TRUE(levels.has_value());
+    ASSERT_EQ(levels->count(), 2u);
+    const LayerStack& small = levels->stack(1);
+    EXPECT_TRUE(small.is_plain());
+    EXPECT_EQ(small.group_names(), levels->stack(0).group_names());
+    Look look;
+    look.controls = {*parse_control(Control::Kind::Mute, "lamp")};
+    const auto plan = plan_mix(levels->stack(0), look);
+    ASSERT_TRUE(plan.has_value());
+    for (const size_t level : {0u, 1u})
+        EXPECT_EQ(mix_tile(levels->stack(level), *plan, 0, {0, 0, 1, 1}),
+                  (std::vector<float>{3, 2, 1}));
 }
 
 TEST(Levels, HaveAPixelForEachOfTheScreen) {

@@ -11,8 +11,8 @@ namespace velatura::compositor::window {
 namespace {
 
 double share_of(const std::vector<RowNoise>& rows, const std::string& name) {
-    const auto at = std::find_if(rows.begin(), rows.end(),
-                                 [&](const RowNoise& r) { return r.name == name; });
+    const auto at =
+        std::find_if(rows.begin(), rows.end(), [&](const RowNoise& r) { return r.name == name; });
     return at == rows.end() ? -1 : at->share;
 }
 

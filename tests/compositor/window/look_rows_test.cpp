@@ -21,7 +21,8 @@ Look look_of(std::initializer_list<std::pair<Kind, const char*>> controls) {
 
 TEST(MixerRows, AreWhatTheFileStores) {
     const MixerRows rows = mixer_rows(small_levels()->stack(0));
-    EXPECT_EQ(rows.lights, (std::vector<std::string>{"all", "env", "key", "fill", "sky", "emissive", "off"}));
+    EXPECT_EQ(rows.lights,
+              (std::vector<std::string>{"all", "env", "key", "fill", "sky", "emissive", "off"}));
     EXPECT_EQ(rows.bounces,
               (std::vector<std::string>{"direct", "indirect", "b0", "b1", "b2", "tail"}));
     EXPECT_EQ(rows.columns, (std::vector<std::string>{"b0", "b1", "b2", "tail"}));

@@ -17,10 +17,13 @@ using Kind = Control::Kind;
 
 Look strong_look() {
     Look look;
-    for (const auto& [kind, text] :
-         {std::pair{Kind::Gain, "key=+1.37st"}, {Kind::Tint, "fill=1,.9,.35"}, {Kind::Kelvin, "sky=3200"},
-          {Kind::Gain, "indirect=0.6"}, {Kind::Gain, "key:b2=+2st"}, {Kind::Shadow, "key=0.4"},
-          {Kind::Mute, "emissive"}})
+    for (const auto& [kind, text] : {std::pair{Kind::Gain, "key=+1.37st"},
+                                     {Kind::Tint, "fill=1,.9,.35"},
+                                     {Kind::Kelvin, "sky=3200"},
+                                     {Kind::Gain, "indirect=0.6"},
+                                     {Kind::Gain, "key:b2=+2st"},
+                                     {Kind::Shadow, "key=0.4"},
+                                     {Kind::Mute, "emissive"}})
         look.controls.push_back(*parse_control(kind, text));
     look.exposure_stops = 0.45f;
     return look;
@@ -32,7 +35,8 @@ TEST(TileMix, IsApplyMixBitForBit) {
         const auto plan = plan_mix(stack, look);
         ASSERT_TRUE(plan.has_value());
         const image::Image whole = apply_mix(stack, *plan, look, false);
-        for (const image::Window& tile : {image::Window{0, 0, 48, 33}, {5, 7, 6, 8}, {17, 0, 48, 12}}) {
+        for (const image::Window& tile :
+             {image::Window{0, 0, 48, 33}, {5, 7, 6, 8}, {17, 0, 48, 12}}) {
             const std::vector<float> rgb = mix_tile(stack, *plan, look.exposure_stops, tile);
             for (int y = tile.y0; y < tile.y1; ++y) {
                 for (int x = tile.x0; x < tile.x1; ++x) {
@@ -97,8 +101,8 @@ TEST(TileMix, ShowsTheBytesOfTheWrittenPicture) {
     ASSERT_TRUE(write_display(path, apply_mix(stack, *plan, look, false), look).has_value());
     const auto picture = image::read_rgb_image(path, image::SourceColorSpace::Raw);
     ASSERT_TRUE(picture.has_value());
-    const auto transform = image::DisplayTransform::make(
-        look.display, look.view, image::working_space_of(stack.image()));
+    const auto transform = image::DisplayTransform::make(look.display, look.view,
+                                                         image::working_space_of(stack.image()));
     ASSERT_TRUE(transform.has_value());
     const auto rgba =
         display_rgba(mix_tile(stack, *plan, look.exposure_stops, {0, 0, 48, 33}), *transform);

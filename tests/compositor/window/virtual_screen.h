@@ -20,7 +20,8 @@ class VirtualScreen {
     const std::string& display() const { return display_; }  ///< `:99`
 
   private:
-    VirtualScreen(pid_t server, std::string display) : server_(server), display_(std::move(display)) {}
+    VirtualScreen(pid_t server, std::string display)
+        : server_(server), display_(std::move(display)) {}
 
     pid_t server_;
     std::string display_;

@@ -12,7 +12,8 @@
 
 namespace velatura::compositor::window {
 
-/// A file of made-up light that has everything the window shows; pixels `data` of a picture `display`.
+/// A file of made-up light that has everything the window shows; pixels `data` of a picture
+/// `display`.
 inline std::string window_file(const std::string& name,
                                const image::Window& data,
                                const image::Window& display,

@@ -57,9 +57,9 @@ class WindowTest : public testing::Test {
     Outcome play(const std::string& arguments, const std::string& script) const {
         const std::string path = file("script.txt");
         EXPECT_TRUE(write_file_atomically(path, script).has_value());
-        return run("env DISPLAY=" + screen_->display() + " LIBGL_ALWAYS_SOFTWARE=1 OCIO= XDG_STATE_HOME=" +
-                   file("state") + " timeout 240 " + bin + "/velatura-comp-ui " + arguments +
-                   " --script " + path);
+        return run("env DISPLAY=" + screen_->display() +
+                   " LIBGL_ALWAYS_SOFTWARE=1 OCIO= XDG_STATE_HOME=" + file("state") +
+                   " timeout 240 " + bin + "/velatura-comp-ui " + arguments + " --script " + path);
     }
 
     std::unique_ptr<VirtualScreen> screen_;
@@ -81,21 +81,30 @@ TEST_F(WindowTest, TheSavedPresetIsThePictureOnTheScreen) {
                                 "wait\n"
                                 "key 1\n"
                                 "wait\n"
-                                "screenshot " + file("opened.png") + " picture\n"
-                                "drag \"gain key\" 30 0\n"
-                                "wait\n"
-                                "screenshot " + file("dragged.png") + " picture\n"
-                                "click \"solo fill\"\n"
-                                "wait\n"
-                                "screenshot " + file("soloed.png") + " picture\n"
-                                "key ctrl+z\n"
-                                "click \"mute sky\"\n"
-                                "drag exposure 20 0 shift\n"
-                                "key ctrl+s\n"
-                                "type " + preset + "\n"
-                                "key enter\n"
-                                "wait\n"
-                                "screenshot " + file("final.png") + " picture\n");
+                                "screenshot " +
+                                    file("opened.png") +
+                                    " picture\n"
+                                    "drag \"gain key\" 30 0\n"
+                                    "wait\n"
+                                    "screenshot " +
+                                    file("dragged.png") +
+                                    " picture\n"
+                                    "click \"solo fill\"\n"
+                                    "wait\n"
+                                    "screenshot " +
+                                    file("soloed.png") +
+                                    " picture\n"
+                                    "key ctrl+z\n"
+                                    "click \"mute sky\"\n"
+                                    "drag exposure 20 0 shift\n"
+                                    "key ctrl+s\n"
+                                    "type " +
+                                    preset +
+                                    "\n"
+                                    "key enter\n"
+                                    "wait\n"
+                                    "screenshot " +
+                                    file("final.png") + " picture\n");
     ASSERT_EQ(played.code, 0) << played.output;
 
     const auto text = read_file(preset);
@@ -144,9 +153,11 @@ TEST_F(WindowTest, MouseAndKeysReachTheMixer) {
                                 "click \"page Shadows\"\n"
                                 "drag \"shadow key\" 60 0\n"
                                 "key ctrl+s\n"
-                                "type " + preset + "\n"
-                                "key enter\n"
-                                "wait\n");
+                                "type " +
+                                    preset +
+                                    "\n"
+                                    "key enter\n"
+                                    "wait\n");
     ASSERT_EQ(played.code, 0) << played.output;
     const auto text = read_file(preset);
     ASSERT_TRUE(text.has_value());
@@ -164,55 +175,69 @@ TEST_F(WindowTest, MouseAndKeysReachTheMixer) {
 TEST_F(WindowTest, DroppedFilesAreOpenedAndZoomShowsPixels) {
     const std::string preset = file("dropped.json");
     ASSERT_TRUE(write_file_atomically(preset, R"({"schema": "velatura.look/1", "controls": [
-        {"do": "solo", "name": "key"}]})").has_value());
+        {"do": "solo", "name": "key"}]})")
+                    .has_value());
     const Outcome played = play("",
                                 "frames 3\n"
-                                "drop " + layers_ + "\n"
-                                "wait\n"
-                                "drop " + preset + "\n"
-                                "wheel picture 3\n"
-                                "key w\n"
-                                "drag wipe 40 0\n"
-                                "wait\n"
-                                "key f\n"
-                                "key w\n"
-                                "key 1\n"
-                                "wait\n"
-                                "screenshot " + file("dropped.png") + " picture\n"
-                                "key f1\n"
-                                "frames 2\n"
-                                "click close\n"
-                                "key ctrl+q\n"
-                                "wait\n");
+                                "drop " +
+                                    layers_ +
+                                    "\n"
+                                    "wait\n"
+                                    "drop " +
+                                    preset +
+                                    "\n"
+                                    "wheel picture 3\n"
+                                    "key w\n"
+                                    "drag wipe 40 0\n"
+                                    "wait\n"
+                                    "key f\n"
+                                    "key w\n"
+                                    "key 1\n"
+                                    "wait\n"
+                                    "screenshot " +
+                                    file("dropped.png") +
+                                    " picture\n"
+                                    "key f1\n"
+                                    "frames 2\n"
+                                    "click close\n"
+                                    "key ctrl+q\n"
+                                    "wait\n");
     ASSERT_EQ(played.code, 0) << played.output;
     ASSERT_EQ(run("env OCIO= " + bin + "/velatura-comp mix " + layers_ + " --preset " + preset +
-                  " -o " + file("key.png")).code,
+                  " -o " + file("key.png"))
+                  .code,
               0);
     expect_same_picture(file("dropped.png"), file("key.png"));
 }
 
-/// The pictures of docs/window.md: with VELATURA_WINDOW_LAYERS=FILE.exr of scenes/atelier they are
-/// those of the page, written to VELATURA_WINDOW_PICTURES.
+/// The pictures of docs/window.md: with VELATURA_WINDOW_LAYERS=atelier.exr (scenes/atelier, 768 × 432,
+/// 56 samples, --halves) they are those of the page, written to VELATURA_WINDOW_PICTURES and made
+/// small by `oiiotool --compression jpeg:80`.
 TEST_F(WindowTest, ATourTakesThePicturesOfTheDocs) {
     const char* layers = std::getenv("VELATURA_WINDOW_LAYERS");
     const char* folder = std::getenv("VELATURA_WINDOW_PICTURES");
     const std::string out = folder ? folder : fs::path(file("x")).parent_path().string();
-    const std::string light = layers ? "rim" : "fill";
+    const std::string light = layers ? "lamp" : "fill";
     const Outcome played = play((layers ? layers : layers_) + " --size 1280 800",
                                 "wait\n"
-                                "drag \"gain key\" -18 0\n"
-                                "drag \"gain " + light + "\" 30 0\n"
-                                "click \"mute emissive\"\n"
-                                "key w\n"
-                                "drag wipe 80 0\n"
-                                "hover picture\n"
-                                "wait\n"
-                                "screenshot " + out + "/window_lights.jpg\n"
-                                "click \"page Light × bounce\"\n"
-                                "drag \"cell key:b2\" 60 0\n"
-                                "drag \"cell b1\" -30 0\n"
-                                "wait\n"
-                                "screenshot " + out + "/window_cells.jpg\n");
+                                "drag \"gain key\" -10 0\n"
+                                "drag \"gain " +
+                                    light +
+                                    "\" 16 0\n"
+                                    "click \"mute emissive\"\n"
+                                    "key w\n"
+                                    "drag wipe 80 0\n"
+                                    "hover picture\n"
+                                    "wait\n"
+                                    "screenshot " +
+                                    out +
+                                    "/window_lights.jpg\n"
+                                    "click \"page Light × bounce\"\n"
+                                    "drag \"cell key:b2\" 60 0\n"
+                                    "drag \"cell b1\" -30 0\n"
+                                    "wait\n"
+                                    "screenshot " +
+                                    out + "/window_cells.jpg\n");
     ASSERT_EQ(played.code, 0) << played.output;
     for (const char* name : {"/window_lights.jpg", "/window_cells.jpg"}) {
         const auto picture = image::read_rgb_image(out + name);
@@ -233,7 +258,8 @@ TEST_F(WindowTest, WhatCannotBeOpenedIsSaid) {
 
 #ifdef VELATURA_HAVE_WINDOW
 TEST(Ui, WithoutAScreenSaysSo) {
-    const Outcome ui = run("env -u DISPLAY -u WAYLAND_DISPLAY " + bin + "/velatura-comp ui nothing.exr");
+    const Outcome ui =
+        run("env -u DISPLAY -u WAYLAND_DISPLAY " + bin + "/velatura-comp ui nothing.exr");
     EXPECT_EQ(ui.code, 1);
     EXPECT_NE(ui.output.find("[no-display]"), std::string::npos) << ui.output;
 }
