@@ -144,7 +144,8 @@ LayerStack make_stack(const Made& made) {
     for (const char* light : {"key", "fill"}) {
         const std::string group = light;
         layers.emplace_back("C_" + group, [=](int h, size_t c, int x, int y) {
-            return tint(c) * (value("b1_" + group, h, x, y) + value("b2_" + group, h, x, y));
+            const float lamp = group == "key" ? value("b0_key", h, x, y) : 0.0f;
+            return tint(c) * (lamp + value("b1_" + group, h, x, y) + value("b2_" + group, h, x, y));
         });
         set(image, resolved, entry("C_" + group, "groups", "", group), "groups", made.type, rgb,
             [&](size_t c, int x, int y) { return layers.back().second(2, c, x, y); });
