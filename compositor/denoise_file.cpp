@@ -46,11 +46,18 @@ std::vector<float> fold_of(const image::Image& image,
     return fold;
 }
 
-/// `caster:<group>`: the layers of the casters, which add up to S_<group>.
-std::string caster_sum(const image::FamilyClosure& family) {
-    constexpr std::string_view prefix = "caster:";
-    return family.family.starts_with(prefix) ? "S_" + family.family.substr(prefix.size())
-                                             : std::string();
+/// What is stored by caster adds up to S_<group>, which is their fold.
+void fold_casters(image::Image& image, const image::LayerHeader& header, size_t c) {
+    for (const image::LayerEntry& shadow : header.layers) {
+        if (shadow.family != "shadow" || shadow.is_empty) continue;
+        image::FamilyClosure casters;
+        for (const image::LayerEntry& e : header.layers) {
+            if (e.family == "caster" && !e.is_empty && e.group == shadow.group)
+                casters.order.push_back(e.name);
+        }
+        Channel* sum = find(image, shadow.name + "." + names[c]);
+        if (sum && !casters.order.empty()) sum->data = fold_of(image, casters, c);
+    }
 }
 
 /// A coarser family was rounded on its own before it was filtered: gives what that left between the
@@ -228,14 +235,12 @@ Result<void> finish_denoised_file(const LayerStack& stack,
     const auto& closure = stack.header().closure;
     for (size_t c = 0; c < 3; ++c) {
         for (const image::FamilyClosure& family : closure) {
-            const std::string sum = caster_sum(family);
             if (&family == &closure.front())
                 floats_of(*find(out, names[c])) = fold_of(out, family, c);
-            else if (sum.empty())
+            else
                 settle_family(out, family, c);
-            else if (Channel* shadow = find(out, sum + "." + names[c]))
-                floats_of(*shadow) = fold_of(out, family, c);
         }
+        fold_casters(out, stack.header(), c);
     }
     set_variance(out);
     const double before = luminance_of(stack.image());
