@@ -152,6 +152,16 @@ void add_ledger(const nlohmann::json& stats, std::vector<std::string>& arguments
     if (!effects.empty()) arguments.push_back("--effects=" + effects);
 }
 
+/// With all that clamps took: they would take more of a light that is turned up, so no gain
+/// commutes with them, and the picture that proves is rendered without.
+Look without_clamps(const LayerStack& stack, Look look) {
+    const auto& layers = stack.header().layers;
+    const bool has_clamps = std::any_of(layers.begin(), layers.end(),
+                                        [](const auto& entry) { return entry.family == "clamp"; });
+    if (has_clamps) look.controls.push_back(*parse_control(Control::Kind::Clamp, "all=1"));
+    return look;
+}
+
 }  // namespace
 
 bool ProofRow::agrees() const {
@@ -159,12 +169,13 @@ bool ProofRow::agrees() const {
 }
 
 Result<std::vector<ProofRow>> prove_bake(const LayerStack& mixed,
-                                         const Look& look,
+                                         const Look& baked,
                                          const LayerStack& rendered) {
     const image::Window &u = mixed.image().data, &v = rendered.image().data;
     if (std::max(u.x0, v.x0) >= std::min(u.x1, v.x1) ||
         std::max(u.y0, v.y0) >= std::min(u.y1, v.y1))
         return Error{"diff-window", "the crop has no pixel of the file"};
+    const Look look = without_clamps(mixed, baked);
     const auto plan = plan_mix(mixed, look), unit = plan_mix(rendered, {});
     if (!plan) return plan.error();
     if (!unit) return unit.error();

@@ -24,9 +24,9 @@ struct ProofRow {
 };
 
 /// Compares the pixels that both files have, against the noise that the half images of both
-/// predict. Errors: those of plan_mix, "halves-not-stored", "diff-window" (no pixel in common).
+/// predict; what clamps took is given back. Errors: those of plan_mix, "halves-not-stored", "diff-window" (no pixel in common).
 Result<std::vector<ProofRow>> prove_bake(const LayerStack& mixed,
-                                         const Look& look,
+                                         const Look& baked,
                                          const LayerStack& rendered);
 
 /// Arguments of `velatura render` for a picture like that of the file: resolution, window, camera,

@@ -201,6 +201,13 @@ TEST_F(Bake, AWrongLayerIsFound) {
     EXPECT_NE(r.output.find("DIFFERS"), std::string::npos);
 }
 
+TEST_F(Bake, WhatClampsTookIsGivenBackForTheProof) {
+    const CommandResult clamped = w.velatura("render s.usda -o clamped.exr -q --progress none --spp 32 --bounces 1 --max-depth 4 --halves --layers matrix --splitting off --guiding off --clamp-direct 0.5");
+    ASSERT_EQ(clamped.exit_code, 0) << clamped.output;
+    const CommandResult r = w.comp("bake clamped.exr -o look.usda --prove --scene s.usda --gain rect=4 --gain sky=+1st");
+    EXPECT_EQ(r.exit_code, 0) << r.output;
+}
+
 TEST_F(Bake, UsageAndFaults) {
     EXPECT_EQ(w.comp("bake s.exr -o look.exr").exit_code, 2);
     EXPECT_EQ(w.comp("bake s.exr -o look.usda --prove").exit_code, 2);
