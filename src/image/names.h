@@ -13,8 +13,8 @@ inline constexpr size_t max_channel_name_bytes = 31;
 /// Leaves room for `tail_` or `b999_` before and `_hA.R` behind.
 inline constexpr size_t max_group_name_bytes = 21;
 
-/// The same with `clamp_tail_` before and `.R` behind.
-inline constexpr size_t max_group_name_bytes_beside_clamps = 18;
+/// The same with `clamp_tail_` before.
+inline constexpr size_t max_group_name_bytes_beside_clamps = 15;
 /// Group and caster together, with `S_` before, `_` between and `_hA.R` behind.
 inline constexpr size_t max_group_name_bytes_beside_casters = 11, max_caster_name_bytes = 12;
 /// Of what no named caster took.

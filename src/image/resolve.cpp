@@ -196,6 +196,7 @@ class Resolver {
     ResolvedLayers out_;
     std::vector<Part> halves_;
     Part clamps_;
+    std::vector<LayerSource> clamp_sources_;  ///< of the half images of `clamps_`
     std::array<std::vector<double>, 3> weights_;  ///< per Selection
 };
 
@@ -530,7 +531,11 @@ void Resolver::store_clamp(const LayerSource& source, Planes whole_planes, Part&
     entry.family = "clamp";
     entry.lpe.clear();
     entry.in_sum = false;
-    store_layer(clamps_, entry, std::move(taken), false, true);
+    LayerSource halved;
+    halved.entry = entry;
+    for (const uint32_t a : source.plus) halved.plus.push_back(table_.clamped(a));
+    store_layer(clamps_, std::move(entry), std::move(taken), false, true);
+    clamp_sources_.push_back(std::move(halved));
 }
 
 void Resolver::store_data() {
@@ -616,6 +621,7 @@ ResolvedLayers Resolver::run() {
             store_family("shadow", shadow_sources(false), false);
     }
     clamps_.name = "clamp";
+    store_halves(clamps_, clamp_sources_);
     if (!clamps_.channels.empty()) out_.image.parts.push_back(std::move(clamps_));
     if (set_.data_layers) store_data();
     if (set_.halves) {

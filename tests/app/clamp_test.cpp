@@ -73,6 +73,24 @@ TEST(Clamp, GivesBackTheRenderWithoutIt) {
     }
 }
 
+/// Half images of what was taken, so that the noise of a mix that gives it back is known.
+TEST(Clamp, GivesBackItsNoiseAsWell) {
+    const Workplace w;
+    w.write("s.usda", small_scene());
+    const auto noise = [&](const std::string& options, const std::string& look) {
+        const CommandResult r = w.velatura("render s.usda --res 40 34 --spp 24 --bounces 3 --halves --adaptive off -q --progress none -o n.exr " + options);
+        EXPECT_EQ(r.exit_code, 0) << r.output;
+        EXPECT_EQ(w.comp("verify n.exr").exit_code, 0);
+        const CommandResult forecast = w.comp("noise --json n.exr " + look);
+        EXPECT_EQ(forecast.exit_code, 0) << forecast.output;
+        return nlohmann::json::parse(forecast.output)["mix"]["value"].get<double>();
+    };
+    const std::string clamps = "--clamp-direct 0.4 --clamp-indirect 0.05";
+    const double free = noise("", ""), back = noise(clamps, "--clamp all=1"), clamped = noise(clamps, "");
+    EXPECT_NEAR(back, free, 2e-3 * free);
+    EXPECT_LT(clamped, 0.98 * free);
+}
+
 TEST(Clamp, StandsInTheLedger) {
     const Workplace w;
     w.write("s.usda", small_scene());

@@ -148,8 +148,9 @@ TEST(EffectPlan, HasANameForEveryEffect) {
     for (size_t i = 0; i < scene::effect_count; ++i) {
         const std::string_view name = scene::info(Effect(i)).name;
         EXPECT_EQ(scene::find_effect(name), Effect(i));
-        // What files hold is decided before the first sample; only shadows, who casts them, and clamps cost paths something
-        const bool costs_paths = Effect(i) == Effect::ShadowLayers || Effect(i) == Effect::CasterLayers || Effect(i) == Effect::ClampLayers;
+        // What files hold is decided before the first sample; only some of it costs paths something
+        const bool costs_paths = Effect(i) == Effect::ShadowLayers || Effect(i) == Effect::CasterLayers || Effect(i) == Effect::ClampLayers ||
+                                 Effect(i) == Effect::IdMattes || Effect(i) == Effect::DeepSamples;
         const bool is_counted = scene::info(Effect(i)).kind != scene::EffectKind::Output || costs_paths;
         EXPECT_EQ(!scene::info(Effect(i)).calls.empty(), is_counted);
     }
