@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/atomic_file.h"
+#include "compositor/outcome.h"
 #include "film/film.h"
 #include "film/film_scene.h"
 #include "image/exr.h"
@@ -8,10 +9,7 @@
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <sys/wait.h>
 
-#include <array>
-#include <cstdio>
 #include <filesystem>
 
 namespace velatura::compositor {
@@ -19,23 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Outcome {
-    int code = -1;
-    std::string output;  ///< stdout and stderr together
-};
-
 Outcome comp(const std::string& arguments) {
-    Outcome run;
-    const std::string command =
-        std::string(VELATURA_BIN_DIR) + "/velatura-comp " + arguments + " 2>&1";
-    FILE* pipe = popen(command.c_str(), "r");
-    if (!pipe) return run;
-    std::array<char, 4096> buffer{};
-    while (const size_t n = fread(buffer.data(), 1, buffer.size(), pipe))
-        run.output.append(buffer.data(), n);
-    const int status = pclose(pipe);
-    run.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    return run;
+    return run(std::string(VELATURA_BIN_DIR) + "/velatura-comp " + arguments);
 }
 
 std::string file(const std::string& name) {

@@ -1,39 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // The window itself, on a screen without a monitor, moved by mouse and keys.
 #include "base/atomic_file.h"
+#include "compositor/outcome.h"
 #include "compositor/window/look_rows.h"
 #include "image/formats.h"
 #include "virtual_screen.h"
 #include "window_stack.h"
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <array>
-#include <cstdio>
 #include <filesystem>
 
 namespace velatura::compositor::window {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Outcome {
-    int code = -1;
-    std::string output;  ///< stdout and stderr together
-};
-
-Outcome run(const std::string& command) {
-    Outcome run;
-    FILE* pipe = popen((command + " 2>&1").c_str(), "r");
-    if (!pipe) return run;
-    std::array<char, 4096> buffer{};
-    while (const size_t n = fread(buffer.data(), 1, buffer.size(), pipe))
-        run.output.append(buffer.data(), n);
-    const int status = pclose(pipe);
-    run.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    return run;
-}
 
 const std::string bin = VELATURA_BIN_DIR;
 
