@@ -2,20 +2,18 @@
 // What `velatura-comp noise` forecasts of a mix, from one render, against what many renders show.
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "base/hash.h"
 #include "compositor/noise.h"
+#include "transport/mixes.h"
 #include "transport/transport_scene.h"
 
 namespace velatura::test {
 
 namespace {
 
-using compositor::Control;
 using compositor::LayerStack;
 using compositor::Look;
 using compositor::MixError;
@@ -23,23 +21,6 @@ using compositor::MixError;
 constexpr int size_px = 24;  ///< pictures are size_px × size_px
 constexpr size_t mix_count = 20;
 constexpr TransportRenderer::Placement even = {false, integrator::Guiding::Off, false};
-
-/// A render as the compositor gets it: through a file.
-LayerStack through_file(const film::Film& film) {
-    const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / ("velatura_forecast_" + std::to_string(getpid()) + ".exr");
-    EXPECT_TRUE(film.write(path.string(), {}).has_value());
-    auto stack = LayerStack::load(path.string());
-    EXPECT_TRUE(stack.has_value());
-    std::filesystem::remove(path);
-    return std::move(*stack);
-}
-
-Control gain(const std::string& name, double stops) {
-    Control control;
-    control.target = name;
-    control.factor.fill(float(std::exp2(stops)));
-    return control;
-}
 
 /// Up to two stops up or down on every group and every bounce.
 Look random_look(uint64_t number, const LayerStack& stack) {
@@ -152,11 +133,6 @@ TEST_P(ForecastOfSamples, HoldTheError) {
     std::printf("%s: error %.4f, with indirect light two stops up %.4f; %.2f times the samples: %.3f of the first\n", GetParam(),
                 rendered.forecast_error(), mixed.forecast_error(), double(more) / double(samples), reached);
     EXPECT_NEAR(reached, 1.0, 0.15);
-}
-
-std::string name_of(const testing::TestParamInfo<const char*>& info) {
-    const std::string path = info.param;
-    return path.substr(path.find('/') + 1);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, ForecastOfMixes, testing::Values("cornell/cornell", "transport/sun", "transport/gloss", "transport/linked"), name_of);

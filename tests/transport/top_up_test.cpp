@@ -3,22 +3,20 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <filesystem>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "base/hash.h"
 #include "compositor/top_up.h"
 #include "image/sums_part.h"
 #include "integrator/schedule.h"
+#include "transport/mixes.h"
 
 namespace velatura::test {
 
 namespace {
 
-using compositor::Control;
 using compositor::LayerStack;
 using compositor::Look;
 
@@ -67,10 +65,7 @@ film::Film first_render(uint64_t seed, uint64_t samples, double chance = rare) {
 
 Look lamp_by(double stops) {
     Look look;
-    Control control;
-    control.target = "lamp";
-    control.factor.fill(float(std::exp2(stops)));
-    look.controls.push_back(control);
+    look.controls.push_back(gain("lamp", stops));
     return look;
 }
 
@@ -80,16 +75,6 @@ std::vector<uint64_t> counts_of(const film::Film& film) {
         for (int x = 0; x < size_px; ++x) counts.push_back(film.next_sample(x, y));
     }
     return counts;
-}
-
-/// A render as the compositor gets it: through a file.
-LayerStack through_file(const film::Film& film) {
-    const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / fmt::format("velatura_topup_{}.exr", getpid());
-    EXPECT_TRUE(film.write(path.string(), {}).has_value());
-    auto stack = LayerStack::load(path.string());
-    EXPECT_TRUE(stack.has_value());
-    std::filesystem::remove(path);
-    return std::move(*stack);
 }
 
 compositor::TopUpPlan plan_for(const film::Film& film, const Look& look, double samples) {
