@@ -81,7 +81,7 @@ inline void SampleRadiance::deposit_light(uint32_t accumulator,
             {radiance.x * clamped_share, radiance.y * clamped_share, radiance.z * clamped_share});
 }
 
-void SampleRadiance::add(int bounce, int group, const Rgb& radiance) {
+void SampleRadiance::add(int bounce, int group, const Rgb& radiance, float share) {
     VELATURA_DCHECK(bounce >= 0 && group >= 0, "bounce and group count from 0");
     if (!is_sound(radiance)) {
         mark_bad(fault_of(radiance));
@@ -93,7 +93,7 @@ void SampleRadiance::add(int bounce, int group, const Rgb& radiance) {
     const image::Triple value = triple(radiance);
     double clamped = 0.0;
     if (is_built(Effect::ClampLayers) && clamps_) {
-        const float limit = bounce <= 1 ? clamp_direct_ : clamp_indirect_;
+        const float limit = share * (bounce <= 1 ? clamp_direct_ : clamp_indirect_);
         const float largest = max_component(radiance);
         if (largest > limit) {
             scene::count_call(Effect::ClampLayers);

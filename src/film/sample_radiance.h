@@ -25,7 +25,9 @@ class SampleRadiance {
     /// Deposits light that arrived after `bounce` scatterings from light group `group`. Radiance in
     /// the working space, without the pixel filter's weight. Values that are not finite or negative
     /// make the sample bad.
-    void add(int bounce, int group, const Rgb& radiance);
+    /// share: of the sample, for a branch of the path; clamps cut what comes by a branch at that
+    /// share of their limit.
+    void add(int bounce, int group, const Rgb& radiance, float share = 1.0f);
 
     /// Deposits what bounce 1 would have brought from `group` without visibility (layer U_<group>),
     /// light that does arrive included. Ignored when the layer set has no shadow layers.

@@ -13,7 +13,7 @@ namespace velatura::integrator {
 
 inline void PathTracer::deposit(const Path& path, int bounce, scene::GroupId group, const Rgb& radiance, const char* what, film::SampleRadiance& out) const {
     if (is_black(radiance)) return;
-    out.add(bounce, int(group), radiance);
+    out.add(bounce, int(group), radiance, path.share);
     if (path.observer) path.observer->on_deposit(bounce, group, radiance, what);
 }
 

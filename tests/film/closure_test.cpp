@@ -120,6 +120,26 @@ TEST(Clamps, ScaleContributionsToTheirLimitAndKeepTheRest) {
     EXPECT_NEAR(image::clamped_share(film.sums()), 12.33 / 21.25, 0.01);
 }
 
+// A path that divides into n brings n contributions, each as strong as the n-th part: the clamp takes the same of them
+TEST(Clamps, TakeTheSameOfAPathThatDivides) {
+    LayerSet set = test_layer_set();
+    set.matrix_layers = set.float_layers = true;
+    set.clamp_indirect = 0.5f;
+    const auto taken = [&set](int branches) {
+        Film film({0, 0, 1, 1}, set);
+        SampleRadiance s(set);
+        PixelAccumulator acc(set);
+        film.begin_pixel(acc, 0, 0, 0);
+        const float share = 1.0f / float(branches);
+        for (int i = 0; i < branches; ++i) s.add(2, 0, share * Rgb(4.0f, 2.0f, 1.0f), share);
+        acc.add(s);
+        film.end_pixel(acc);
+        return image::resolve_layers(film.sums()).image.find("clamp_b2_key.R")->value(0);
+    };
+    EXPECT_EQ(taken(1), 3.5f);
+    EXPECT_EQ(taken(4), 3.5f);
+}
+
 // Whatever a clamp left, exactly what it took comes back
 TEST(Clamps, GiveBackEveryBit) {
     uint64_t key = 1;
