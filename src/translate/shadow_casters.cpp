@@ -18,6 +18,8 @@ using usd::layer::Path;
 
 constexpr const char* caster_attribute = "velatura:shadow:caster";
 constexpr size_t many_casters = 64;
+/// Every light has a layer of each, which takes memory in every thread.
+constexpr size_t most_casters = 1024;
 
 class CasterFinder {
   public:
@@ -86,19 +88,24 @@ class CasterFinder {
     }
 
     CasterId add(const std::string& key, scene::Caster caster) {
-        const auto [at, is_new] = ids_.try_emplace(key, CasterId(casters().list.size()));
-        if (is_new) casters().list.push_back(std::move(caster));
+        const auto [at, is_new] = ids_.try_emplace(key, scene::none);
+        if (is_new && casters().list.size() < most_casters) {
+            at->second = CasterId(casters().list.size());
+            casters().list.push_back(std::move(caster));
+        }
         return at->second;
     }
 
     void warn_of_many() {
-        const size_t count = casters().list.size();
+        const size_t count = ids_.size();
         if (count <= many_casters) return;
+        const std::string beyond =
+            count > most_casters ? fmt::format("; those after the first {} count as `rest`", most_casters) : "";
         ctx_.diagnostics.warn(
             "many-casters", ctx_.stage.pseudo_root().loc(), "",
-            fmt::format("{} things cast shadows with layers of their own for every light; {} on "
+            fmt::format("{} things cast shadows with layers of their own for every light{}; {} on "
                         "the prims that hold them joins them",
-                        count, caster_attribute));
+                        count, beyond, caster_attribute));
     }
 
     Context& ctx_;

@@ -82,6 +82,16 @@ TEST(Casters, AreWarnedOfWhenTheyAreMany) {
     EXPECT_EQ(many.scene.casters.list.size(), 65u);
 }
 
+TEST(Casters, BeyondAThousandAreTheRest) {
+    std::string text;
+    for (int i = 0; i < 1030; ++i) text += quad(fmt::format("Q{}", i));
+    Translated out;
+    const std::string names = casters_of(text + quad("Same", "string velatura:shadow:caster = \"last\"") + quad("Again", "string velatura:shadow:caster = \"last\""), out);
+    EXPECT_EQ(out.scene.casters.list.size(), 1024u);
+    EXPECT_NE(names.find("/Q1023 - - - - - - - - "), std::string::npos);
+    EXPECT_EQ(out.count("many-casters"), 1u);
+}
+
 TEST(Casters, AreNotLookedForWhenNobodyAsks) {
     Translated out;
     translate_text(quad("Wall", "string velatura:shadow:caster = \"walls\"") + camera(), out);
