@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -119,7 +120,10 @@ void DeepFilm::limit(std::vector<Entry>& pixel) const {
         least = growth;
         best = i;
     }
-    if (pixel[best + 1].kind == DepthKind::Surface) pixel[best].kind = DepthKind::Surface;
+    if (pixel[best].kind == DepthKind::Volume && pixel[best + 1].kind == DepthKind::Surface) {
+        pixel[best].kind = DepthKind::Surface;
+        pixel[best].key = pixel[best + 1].key;
+    }
     join(pixel[best], pixel[best + 1]);
     pixel.erase(pixel.begin() + std::ptrdiff_t(best) + 1);
 }
@@ -188,16 +192,18 @@ std::string deep_path(const std::string& picture) {
 Result<image::DeepImage> write_deep_picture(const DeepFilm& film, const std::string& picture) {
     const auto reader = image::ExrReader::open(picture);
     if (!reader) return reader.error();
-    // The first part, or the whole of a file with one
-    const auto part = reader->read_part(0);
-    if (!part) return part.error();
-    std::vector<float> rgba(4 * reader->header().data.pixel_count());
-    constexpr const char* names[] = {"R", "G", "B", "A"};
-    for (size_t c = 0; c < 4; ++c) {
-        const image::Channel* channel = part->find(names[c]);
-        if (!channel) return Error{"io-read", fmt::format("{} has no channel {}", picture, names[c])};
-        image::for_each_value(*channel, [&](size_t i, float v) { rgba[4 * i + c] = v; });
+    // Of the first part, which holds all layers where there is one
+    const Window& window = reader->header().data;
+    std::array<std::vector<float>, 4> planes;
+    std::vector<image::RowTarget> targets;
+    for (const char* name : {"R", "G", "B", "A"}) {
+        std::vector<float>& plane = planes[targets.size()];
+        plane.resize(window.pixel_count());
+        targets.push_back({name, image::ChannelType::Float, plane.data()});
     }
+    if (const auto read = reader->read_rows(0, window.y0, window.y1, targets); !read) return read.error();
+    std::vector<float> rgba(4 * window.pixel_count());
+    for (size_t i = 0; i < rgba.size(); ++i) rgba[i] = planes[i % 4][i / 4];
     image::DeepImage deep = film.image(rgba);
     deep.display = reader->header().display;
     deep.pixel_aspect_ratio = reader->header().pixel_aspect_ratio;
