@@ -3,6 +3,7 @@
 
 #include <set>
 #include <string>
+#include <vector>
 
 #include "image/cryptomatte.h"
 
@@ -14,9 +15,13 @@ MatteIds::MatteIds(const scene::Scene& scene) : scene_(scene), without_material_
 }
 
 image::MatteNames MatteIds::names() const {
+    // Many instances come from one prim
+    std::vector<bool> is_seen(scene_.provenance.size(), false);
     std::set<std::string> objects, materials = {no_material};
     const auto add = [&](scene::ProvenanceId id) {
-        if (id < scene_.provenance.size()) objects.insert(scene_.provenance[id].prim_path);
+        if (id >= is_seen.size() || is_seen[id]) return;
+        is_seen[id] = true;
+        objects.insert(scene_.provenance[id].prim_path);
     };
     scene::for_each_shape(scene_, [&](const scene::Shape& shape) { add(shape.provenance); });
     for (const scene::Instance& i : scene_.instances) add(i.provenance);
