@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/build_id.h"
+#include "app/plan_report.h"
 #include "base/hash.h"
 #include "geometry/refinement.h"
 
@@ -37,19 +38,29 @@ std::string profile_state(const scene::Shaping& shaping) {
     return text;
 }
 
-/// Of all files that the scene reads beside its layers.
+/// Of all files that the scene reads beside its layers, each once.
 std::string files_state(const scene::Scene& scene) {
+    std::map<std::string, std::string> states;
+    const auto state_of = [&states](const std::string& path) -> const std::string& {
+        const auto [known, is_new] = states.try_emplace(path);
+        if (is_new) known->second = file_state(path);
+        return known->second;
+    };
     std::string text;
-    for (const scene::Texture& t : scene.textures) text += file_state(t.file);
-    for (const scene::Light& l : scene.lights) text += file_state(l.texture_file) + profile_state(l.shaping);
+    for (const scene::Texture& t : scene.textures) text += state_of(t.file);
+    for (const scene::Light& l : scene.lights) text += state_of(l.texture_file) + profile_state(l.shaping);
     for (const scene::MeshLight& l : scene.mesh_lights) text += profile_state(l.shaping);
-    std::map<std::string, std::string> grids;  // fields share files
-    for (const scene::VolumeField& f : scene.volume_fields) {
-        const auto [known, is_new] = grids.try_emplace(f.file);
-        if (is_new) known->second = file_state(f.file);
-        text += fmt::format("{} {} {}", known->second, f.grid, f.index);
-    }
+    for (const scene::VolumeField& f : scene.volume_fields) text += fmt::format("{} {} {}", state_of(f.file), f.grid, f.index);
     return text.empty() ? "none" : fmt::format("{:016x}", hash_string(text));
+}
+
+/// Those that are there: without one, its effect is another picture.
+std::string opened_plugins(const RenderJob& job, const FrameInput& input) {
+    Diagnostics told_elsewhere;
+    std::string text;
+    for (const PlanNeeds::Plugin& p : expected_plugins(job, input, told_elsewhere))
+        if (p.is_opened) text += (text.empty() ? "" : ",") + p.name;
+    return text.empty() ? "none" : text;
 }
 
 std::string left_out(const integrator::EffectPlan& plan) {
@@ -82,7 +93,7 @@ std::string camera_state(const scene::Camera& c) {
 
 }  // namespace
 
-FrameSettings frame_settings(const RenderJob& job, const FrameInput& input, std::optional<bool> is_guided) {
+FrameSettings frame_settings(const RenderJob& job, const FrameInput& input) {
     const RenderArguments& a = job.arguments;
     const scene::RenderSettings& s = input.scene.settings;
     const integrator::EstimatorOptions& e = job.tracer.estimator;
@@ -113,7 +124,7 @@ FrameSettings frame_settings(const RenderJob& job, const FrameInput& input, std:
     add("--accel", job.accelerator ? a.accel : "bvh");
     const bool is_diced = geometry::first_subdivided(input.scene) != nullptr;
     add("dicing", is_diced ? fmt::format("{} {} {}", job.dicing.rate, job.dicing.level.value_or(-1), job.dicing.most_triangles) : "none");
-    if (is_guided) add("--guiding", *is_guided ? "on" : "off");
+    add("plugins", opened_plugins(job, input));
     return settings;
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,8 +13,8 @@ namespace velatura::app {
 /// in a fixed order. Threads, tiles and mode do not.
 using FrameSettings = std::vector<std::pair<std::string, std::string>>;
 
-/// `is_guided`: nothing before it is known, which leaves the setting out.
-FrameSettings frame_settings(const RenderJob& job, const FrameInput& input, std::optional<bool> is_guided);
+/// All but --guiding, which trial paths may decide. Reads every file that the scene refers to: once per frame.
+FrameSettings frame_settings(const RenderJob& job, const FrameInput& input);
 
 /// Of the settings with layer set and window: files with another hash do not merge.
 std::string settings_hash(const FrameSettings& settings, const film::LayerSet& layers, const image::Window& window);

@@ -66,18 +66,27 @@ json entry_json(const EffectPlan& plan, size_t i) {
     return j;
 }
 
-/// Light layers that the families of the set make.
-int layer_count(const film::LayerSet& l) {
+/// Light layers that the families of the set make, all of them lit.
+struct LayerCounts {
+    int as_chosen = 0;  ///< half, or float with --float-layers
+    int as_float = 0;   ///< must give back every bit
+};
+
+LayerCounts layer_counts(const film::LayerSet& l) {
     const int groups = l.group_count(), columns = l.bounce_count();
-    int layers = 0;
-    if (l.matrix_layers) layers += groups * columns;
-    if (l.bounce_layers) layers += columns;
-    if (l.group_layers) layers += groups;
+    LayerCounts n;
+    if (l.matrix_layers) n.as_chosen += groups * columns;
+    if (l.bounce_layers) n.as_chosen += columns;
+    if (l.group_layers) n.as_chosen += groups;
     // Of each of these there may be one that a clamp touched
-    const int cut = l.has_clamp() ? layers : 0;
-    if (l.shadow_layers) layers += 2 * groups;
-    if (l.caster_layers) layers += groups * (int(l.casters.size()) + 1);
-    return cut + (l.halves ? 3 * layers : layers);
+    if (l.has_clamp()) n.as_float += n.as_chosen;
+    if (l.shadow_layers) n.as_chosen += groups;
+    // Shadows are folds of what their casters take
+    if (l.shadow_layers) (l.caster_layers ? n.as_float : n.as_chosen) += groups;
+    if (l.caster_layers) n.as_chosen += groups * (int(l.casters.size()) + 1);
+    constexpr int of_beauty = 2;
+    if (l.halves) n.as_chosen += 2 * (n.as_chosen + n.as_float) + of_beauty;
+    return n;
 }
 
 /// Pixels of the data window, of all channels as they are stored before compression.
@@ -87,13 +96,15 @@ PlanNeeds::File expected_file(const RenderJob& job, const FrameInput& input) {
     constexpr int data_channels = 19, rgba_channels = 4;
     PlanNeeds::File file;
     file.name = input.output;
-    file.layers = layer_count(layers);
-    const int light_channels = 3 * file.layers, float_channels = rgba_channels + (layers.data_layers ? data_channels : 0);
+    const LayerCounts counts = layer_counts(layers);
+    file.layers = counts.as_chosen + counts.as_float;
+    const int float_channels = rgba_channels + 3 * counts.as_float + (layers.data_layers ? data_channels : 0);
     // Of a Cryptomatte: a preview, and ids and coverages by pairs
     const int mattes = int(std::count(layers.mattes.begin(), layers.mattes.end(), true));
     const int preview_channels = 3 * mattes, pair_channels = 4 * ((layers.matte_levels + 1) / 2) * mattes;
-    file.channels = light_channels + float_channels + preview_channels + pair_channels;
-    file.most_bytes = pixels * (uint64_t(light_channels) * (layers.float_layers ? 4 : 2) + uint64_t(preview_channels) * 2 + uint64_t(float_channels + pair_channels) * 4);
+    file.channels = 3 * counts.as_chosen + float_channels + preview_channels + pair_channels;
+    file.most_bytes = pixels * (uint64_t(3 * counts.as_chosen) * (layers.float_layers ? 4 : 2) + uint64_t(preview_channels) * 2 + uint64_t(float_channels + pair_channels) * 4);
+    file.sums_bytes = keeps_sums(job) ? image::SampleSums::expected_bytes(data_window(input.scene.settings, job.arguments.crop), layers) : 0;
     return file;
 }
 
@@ -106,6 +117,18 @@ PlanNeeds::File expected_deep_file(const RenderJob& job, const FrameInput& input
     file.most_bytes = uint64_t(data_window(input.scene.settings, job.arguments.crop).pixel_count()) * (sizeof(uint32_t) + most * sizeof(image::DeepSample));
     return file;
 }
+
+std::string join_names(const EffectPlan& plan, EffectState state) {
+    std::string names;
+    for (size_t i = 0; i < scene::effect_count; ++i) {
+        if (plan.entries[i].state != state || plan.entries[i].is_forced) continue;
+        names += names.empty() ? "" : " ";
+        names += scene::info(Effect(i)).name;
+    }
+    return names;
+}
+
+}  // namespace
 
 std::vector<PlanNeeds::Plugin> expected_plugins(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics) {
     const plugin::Registry registry(plugin::plugin_folders(), diagnostics);
@@ -130,18 +153,6 @@ std::vector<PlanNeeds::Plugin> expected_plugins(const RenderJob& job, const Fram
     }
     return out;
 }
-
-std::string join_names(const EffectPlan& plan, EffectState state) {
-    std::string names;
-    for (size_t i = 0; i < scene::effect_count; ++i) {
-        if (plan.entries[i].state != state || plan.entries[i].is_forced) continue;
-        names += names.empty() ? "" : " ";
-        names += scene::info(Effect(i)).name;
-    }
-    return names;
-}
-
-}  // namespace
 
 json plan_json(const EffectPlan& plan, const std::vector<Effect>& broken) {
     json j = {{"schema", "velatura.plan/1"}};
@@ -174,7 +185,7 @@ json needs_json(const PlanNeeds& needs) {
     j["before_refinement"] = needs.is_before_refinement;
     j["memory_bytes"] = {{"geometry", needs.geometry_bytes}, {"accelerator_expected", needs.accelerator_bytes}, {"film_expected", needs.film_bytes}, {"volumes", needs.volume_bytes}};
     j["files"] = json::array();
-    for (const PlanNeeds::File& f : needs.files) j["files"].push_back({{"name", f.name}, {"layers", f.layers}, {"channels", f.channels}, {"most_bytes", f.most_bytes}});
+    for (const PlanNeeds::File& f : needs.files) j["files"].push_back({{"name", f.name}, {"layers", f.layers}, {"channels", f.channels}, {"most_bytes", f.most_bytes}, {"sums_bytes_expected", f.sums_bytes}});
     return j;
 }
 
@@ -207,7 +218,10 @@ std::string needs_text(const PlanNeeds& needs) {
                         bytes_text(needs.geometry_bytes), needs.triangles, needs.instances, bytes_text(needs.accelerator_bytes), bytes_text(needs.film_bytes));
     if (needs.volume_bytes > 0) text += fmt::format("        {} grids of volumes\n", bytes_text(needs.volume_bytes));
     if (needs.is_before_refinement) text += "        more where meshes are refined: this is their cages (--dicing-rate, --subdivision-level)\n";
-    for (const PlanNeeds::File& f : needs.files) text += fmt::format("file: {}: {} light layers, {} channels, at most {} before compression\n", f.name, f.layers, f.channels, bytes_text(f.most_bytes));
+    for (const PlanNeeds::File& f : needs.files) {
+        const std::string sums = f.sums_bytes > 0 ? fmt::format(", and sums to go on from of about {}", bytes_text(f.sums_bytes)) : "";
+        text += fmt::format("file: {}: {} light layers, {} channels, at most {} before compression{}\n", f.name, f.layers, f.channels, bytes_text(f.most_bytes), sums);
+    }
     return text;
 }
 

@@ -21,7 +21,8 @@ struct PlanNeeds {
     struct File {
         std::string name;
         int layers = 0, channels = 0;
-        uint64_t most_bytes = 0;  ///< before compression
+        uint64_t most_bytes = 0;  ///< before compression, without sums
+        uint64_t sums_bytes = 0;  ///< expected, of the sums that a render goes on from
     };
     std::vector<Plugin> plugins;
     bool is_before_refinement = false;  ///< geometry and tree are those of the cages, which will be cut finer
@@ -44,6 +45,9 @@ nlohmann::ordered_json needs_json(const PlanNeeds& needs);
 /// Tables for people; effects that are absent are named in one line unless `verbose`.
 std::string plan_text(const integrator::EffectPlan& plan, bool verbose);
 std::string needs_text(const PlanNeeds& needs);
+
+/// Those that the render opens if they are there, by the manifests of the plugin folders.
+std::vector<PlanNeeds::Plugin> expected_plugins(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics);
 
 /// Looks at the scene's geometry, the layers and the manifests of plugins; opens none of them.
 PlanNeeds plan_needs(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics);

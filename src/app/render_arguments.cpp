@@ -62,7 +62,7 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     layers->add_option("--layers", a.layers, "families to store, of bounce,light,matrix,shadow,caster,data; or none");
     layers->add_flag("--halves", a.halves, "store two independent half images of every layer");
     const CLI::Range above_nothing(1e-30, 1e30);
-    layers->add_option("--clamp-direct", a.clamp_direct, "largest channel of what one path may bring at b0 and b1; the rest goes to clamp_ layers")->check(above_nothing);
+    layers->add_option("--clamp-direct", a.clamp_direct, "largest channel of what one contribution may bring at b0 and b1; the rest goes to clamp_ layers")->check(above_nothing);
     layers->add_option("--clamp-indirect", a.clamp_indirect, "the same at b2 and up")->check(above_nothing);
     layers->add_flag("--float-layers", a.float_layers, "store light layers as float instead of half");
     layers->add_option("--cryptomatte", a.cryptomatte, "mattes by name, as Cryptomatte: object (prim path), material, or object,material");

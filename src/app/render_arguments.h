@@ -43,9 +43,9 @@ struct RenderArguments {
     bool halves = false;
     bool float_layers = false;
     std::string cryptomatte;       ///< object, material or both
-    int matte_levels = 6;
+    std::optional<int> matte_levels;
     bool deep = false;
-    int deep_samples = film::DeepOptions{}.most_samples;
+    std::optional<int> deep_samples;
     std::optional<double> clamp_direct, clamp_indirect;  ///< radiance
     std::string exr_layout = "multipart";
     std::string filter = "blackman-harris";

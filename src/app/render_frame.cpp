@@ -80,7 +80,7 @@ bool can_write(const std::string& path, Diagnostics& diagnostics) {
 
 class FrameRenderer {
   public:
-    FrameRenderer(const RenderJob& job, const FrameInput& input, std::optional<EarlierPart> earlier, std::optional<image::TopUpRequest> request, Diagnostics& diagnostics)
+    FrameRenderer(const RenderJob& job, const FrameInput& input, FrameSettings settings, std::optional<EarlierPart> earlier, std::optional<image::TopUpRequest> request, Diagnostics& diagnostics)
         : job_(job),
           input_(input),
           diagnostics_(diagnostics),
@@ -93,9 +93,11 @@ class FrameRenderer {
           mattes_(layers_.has_mattes() ? std::make_unique<const integrator::MatteIds>(input.scene) : nullptr),
           training_(integrator::train_guide(world_, tracer_options(nullptr, nullptr), is_refused() ? integrator::Guiding::Off : job.guiding, &StopSignals::stop_flag())),
           branches_(job.splits && !is_refused() ? integrator::try_branches(world_, tracer_options(guide(), nullptr), traced_window(), &StopSignals::stop_flag()) : integrator::BranchTrial()),
-          settings_(frame_settings(job, input, training_.is_used)),
+          settings_(std::move(settings)),
           tracer_(world_, layers_, picture_options()),
-          printer_(job.progress) {}
+          printer_(job.progress) {
+        settings_.emplace_back("--guiding", training_.is_used ? "on" : "off");
+    }
 
     int run() {
         if (job_.replay) return replay_sample(tracer_, layers_, input_.scene, *job_.replay);
@@ -124,7 +126,7 @@ class FrameRenderer {
         callbacks.progress = [&](const integrator::RenderState& state) { show(state, false); };
         callbacks.snapshot = [&](const film::Film& f) {
             const Result<image::WriteReport> written = write(f);
-            if (!written) diagnostics_.warn("snapshot", {}, {}, "no interim picture: " + written.error().message);
+            if (!written) diagnostics_.warn("snapshot", {}, {}, fmt::format("no {}: {}", keeps_sums(job_) ? "checkpoint" : "interim picture", written.error().message));
         };
         callbacks.snapshot_requested = [] { return StopSignals::take_snapshot_request(); };
         callbacks.stop = &StopSignals::stop_flag();
@@ -387,15 +389,17 @@ int render_frame(const RenderJob& job, const FrameInput& input, Diagnostics& dia
         return UsageError;
     }
     if (!job.replay && !can_write(input.output, diagnostics)) return RenderError;
-    if (!job.arguments.resume) return FrameRenderer(job, input, std::nullopt, std::nullopt, diagnostics).run();
+    FrameSettings settings;
+    if (!job.replay) settings = frame_settings(job, input);
+    if (!job.arguments.resume) return FrameRenderer(job, input, std::move(settings), std::nullopt, std::nullopt, diagnostics).run();
 
     Result<std::optional<EarlierPart>> earlier = read_earlier_part(input.output);
     if (!earlier) return refuse_to_resume(input.output, earlier.error().message, diagnostics);
-    const std::string why = *earlier ? difference(**earlier, job, input) : std::string();
+    const std::string why = *earlier ? difference(**earlier, job, input, settings) : std::string();
     if (!why.empty()) return refuse_to_resume(input.output, why, diagnostics);
     if (job.arguments.for_mix.empty()) {
         if (!*earlier) diagnostics.note("resume", {}, {}, fmt::format("there is no {} yet: the render starts from its first sample", input.output));
-        return FrameRenderer(job, input, std::move(*earlier), std::nullopt, diagnostics).run();
+        return FrameRenderer(job, input, std::move(settings), std::move(*earlier), std::nullopt, diagnostics).run();
     }
     if (!*earlier) return refuse_to_resume(input.output, "there is no such file, and --for-mix adds to one", diagnostics);
     Result<image::TopUpRequest> request = read_request(job.arguments.for_mix, input, window);
@@ -406,7 +410,7 @@ int render_frame(const RenderJob& job, const FrameInput& input, Diagnostics& dia
     }
     RenderJob topped = job;
     if (!job.arguments.spp && request->samples >= 1.0) topped.schedule.end_sample = uint64_t(std::llround(request->samples));
-    return FrameRenderer(topped, input, std::move(*earlier), std::move(*request), diagnostics).run();
+    return FrameRenderer(topped, input, std::move(settings), std::move(*earlier), std::move(*request), diagnostics).run();
 }
 
 }  // namespace velatura::app

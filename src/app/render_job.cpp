@@ -87,7 +87,7 @@ Result<void> choose_layers(const RenderArguments& a, film::LayerSet& layers) {
     }
     // Shadows by caster are parts of the shadows
     layers.shadow_layers |= layers.caster_layers;
-    layers.matte_levels = a.matte_levels;
+    layers.matte_levels = a.matte_levels.value_or(layers.matte_levels);
     if (a.cryptomatte.empty()) return {};
     for (const std::string& word : split(a.cryptomatte, ',')) {
         const auto kind = std::find_if(image::matte_kinds.begin(), image::matte_kinds.end(), [&](image::MatteKind k) { return matte_word(k) == word; });
@@ -148,6 +148,10 @@ Result<void> check_combinations(const RenderArguments& a) {
     if (a.deep && a.resume) return usage("--deep and --resume cannot be given together: deep pictures do not go on");
     if (a.deep && a.filter == "mitchell") return usage("--deep cannot be had with --filter mitchell: coverage by weights below zero has no depth");
     if (!a.replay.empty() && (!a.output.empty() || !a.stats.empty())) return usage("--replay writes no file: leave out --output and --stats");
+    if (!a.replay.empty() && a.deep) return usage("--replay writes no file: leave out --deep");
+    if (a.deep_samples && !a.deep) return usage("--deep-samples needs --deep");
+    if (a.matte_levels && a.cryptomatte.empty()) return usage("--cryptomatte-levels needs --cryptomatte");
+    if (!a.snapshot.empty() && !a.checkpoint.empty()) return usage("--snapshot and --checkpoint cannot be given together: a checkpoint is an interim picture");
     if (!a.replay.empty() && a.resume) return usage("--replay traces one sample: leave out --resume");
     if (!a.for_mix.empty() && !a.resume) return usage("--for-mix adds to a file: give --resume as well");
     if (!a.for_mix.empty() && !a.samples.empty()) return usage("--for-mix places samples by its own counts: leave out --samples");
@@ -178,13 +182,12 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     if (const auto ok = parse_into(job.schedule.time_budget_s, a.time, "--time", parse_duration); !ok) return ok.error();
     if (const auto ok = parse_into(job.schedule.target_error, a.target_error, "--target-error", parse_fraction); !ok) return ok.error();
     if (const auto ok = parse_into(job.schedule.snapshot_interval_s, a.snapshot, "--snapshot", parse_duration); !ok) return ok.error();
-    if (a.deep) job.deep = film::DeepOptions{.most_samples = a.deep_samples};
+    if (a.deep) job.deep = film::DeepOptions{.most_samples = a.deep_samples.value_or(film::DeepOptions{}.most_samples)};
     double checkpoint_s = 0;
     if (const auto ok = parse_into(checkpoint_s, a.checkpoint, "--checkpoint", parse_duration); !ok) return ok.error();
     if (checkpoint_s > 0 && a.exr_layout == "split") return usage("--checkpoint replaces one file in one step: leave out --exr-layout split");
     // An interim picture with sums is a checkpoint
-    double& interval_s = job.schedule.snapshot_interval_s;
-    if (checkpoint_s > 0) interval_s = interval_s > 0 ? std::min(interval_s, checkpoint_s) : checkpoint_s;
+    if (checkpoint_s > 0) job.schedule.snapshot_interval_s = checkpoint_s;
     job.schedule.mode = a.mode == "tile" ? integrator::RenderMode::Tile : integrator::RenderMode::Progressive;
     if (job.schedule.mode == integrator::RenderMode::Tile && (job.schedule.time_budget_s > 0 || job.schedule.target_error > 0 || job.schedule.snapshot_interval_s > 0)) {
         return usage("--time, --target-error, --snapshot and --checkpoint need --mode progressive");

@@ -78,10 +78,10 @@ std::string difference(const EarlierPart& earlier, const FrameSettings& settings
     return {};
 }
 
-std::string difference(const EarlierPart& earlier, const RenderJob& job, const FrameInput& input) {
+std::string difference(const EarlierPart& earlier, const RenderJob& job, const FrameInput& input, const FrameSettings& settings) {
     if (earlier.build != build_id()) return fmt::format("build {} of velatura rendered it, and this is {}", earlier.build, build_id());
     if (earlier.scene_hash != fmt::format("{:016x}", input.content_hash)) return "the scene's layers have changed";
-    if (const std::string why = difference(earlier, frame_settings(job, input, std::nullopt)); !why.empty()) return why;
+    if (const std::string why = difference(earlier, settings); !why.empty()) return why;
     const image::Window window = data_window(input.scene.settings, job.arguments.crop);
     if (earlier.sums.window() != window) return fmt::format("it shows the pixels {}, and {} are wanted", text_of(earlier.sums.window()), text_of(window));
     if (earlier.sums.layer_set() != layers_of(job, input.scene)) return "it stores other light layers";

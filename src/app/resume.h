@@ -33,10 +33,10 @@ Result<image::TopUpRequest> read_request(const std::string& path, const FrameInp
 /// The list of looks that samples were placed by, with that of the request behind the others.
 std::string with_request(const std::string& top_ups, const image::TopUpRequest& request, uint64_t samples);
 
-/// Why this is no part of the render; empty when it is. Whether paths are guided is not compared: that is known later.
-std::string difference(const EarlierPart& earlier, const RenderJob& job, const FrameInput& input);
+/// Why this is no part of the render of these settings; empty when it is.
+std::string difference(const EarlierPart& earlier, const RenderJob& job, const FrameInput& input, const FrameSettings& settings);
 
-/// The same of all settings.
+/// The same of the settings alone. Those that only the earlier render names are not compared: more become known later.
 std::string difference(const EarlierPart& earlier, const FrameSettings& settings);
 
 /// Says why; the file stays as it is. Returns: the exit code.

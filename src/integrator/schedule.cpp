@@ -122,6 +122,17 @@ class Runner {
         return true;
     }
 
+    /// True if the film came with samples at indices from `end` on.
+    bool has_more(uint64_t end) const {
+        const film::Window& w = film_.window();
+        for (int y = w.y0; y < w.y1; ++y) {
+            for (int x = w.x0; x < w.x1; ++x) {
+                if (film_.next_sample(x, y) > count(x, y, end)) return true;
+            }
+        }
+        return false;
+    }
+
     /// Samples of every pixel at the indices [first, end), which do not lie on both sides of the pilot's end; what a pixel
     /// has of them already is left out. Returns false when stopped inside.
     bool run(uint64_t first, uint64_t end) {
@@ -136,6 +147,44 @@ class Runner {
     }
 
   private:
+    /// What a thread fills tile after tile; large where there are thousands of layers.
+    struct Room {
+        explicit Room(const film::LayerSet& layers) : accumulator(layers), radiance(layers) {}
+
+        film::PixelAccumulator accumulator;
+        film::SampleRadiance radiance;
+    };
+
+    /// A room for the time of a tile. One that a stop left in the middle of a pixel is not used again.
+    class Lease {
+      public:
+        explicit Lease(Runner& runner) : runner_(runner) {
+            const std::lock_guard lock(runner.rooms_mutex_);
+            if (!runner.rooms_.empty()) {
+                room_ = std::move(runner.rooms_.back());
+                runner.rooms_.pop_back();
+            }
+        }
+
+        ~Lease() {
+            if (!room_ || runner_.is_stopped()) return;
+            const std::lock_guard lock(runner_.rooms_mutex_);
+            runner_.rooms_.push_back(std::move(room_));
+        }
+
+        Lease(const Lease&) = delete;
+        Lease& operator=(const Lease&) = delete;
+
+        Room& room() {
+            if (!room_) room_ = std::make_unique<Room>(runner_.film_.layer_set());
+            return *room_;
+        }
+
+      private:
+        Runner& runner_;
+        std::unique_ptr<Room> room_;
+    };
+
     bool for_each_tile(const std::function<bool(const film::Window&)>& body) {
         std::atomic<bool> complete = true;
         parallel_for(tiles_.size(), [&](size_t i) {
@@ -145,8 +194,8 @@ class Runner {
     }
 
     bool run_tile(const film::Window& tile, uint64_t first, uint64_t end) {
-        film::PixelAccumulator accumulator(film_.layer_set());
-        film::SampleRadiance radiance(film_.layer_set());
+        Lease lease(*this);
+        auto& [accumulator, radiance] = lease.room();
         for (int y = tile.y0; y < tile.y1; ++y) {
             RayCounts counts;
             uint64_t done = 0;
@@ -184,7 +233,8 @@ class Runner {
 
     /// The rest of the pilot's samples.
     bool watch_tile(const film::Window& tile) {
-        film::SampleRadiance radiance(film_.layer_set());
+        Lease lease(*this);
+        film::SampleRadiance& radiance = lease.room().radiance;
         for (int y = tile.y0; y < tile.y1; ++y) {
             RayCounts counts;
             for (int x = tile.x0; x < tile.x1; ++x) {
@@ -215,6 +265,8 @@ class Runner {
     std::optional<PilotNoise> pilot_;  ///< until the rates are known; none when sampling is not adaptive
     SampleRates rates_;
     const TopUpCounts* top_up_;  ///< in place of the rates
+    std::mutex rooms_mutex_;
+    std::vector<std::unique_ptr<Room>> rooms_;
 };
 
 RenderResult run_tile_mode(Runner& runner, const RenderOptions& options) {
@@ -237,6 +289,13 @@ RenderResult run_progressive_mode(film::Film& film, Runner& runner, const Render
         end = pass_end(result.end_sample, options.end_sample, longest);
         if (!runner.has_all(end)) break;
     }
+    const auto is_precise = [&](const film::NoiseEstimate& noise) { return options.target_error > 0 && noise.is_known && noise.high <= options.target_error; };
+    // A file that had reached its target goes on only where a pass is begun
+    const bool has_passes = result.end_sample > options.first_sample && result.end_sample < options.end_sample;
+    if (has_passes && options.target_error > 0 && !runner.has_more(result.end_sample) && is_precise(film.noise())) {
+        result.reason = StopReason::TargetError;
+        return result;
+    }
     double last_snapshot_s = 0;
     while (result.end_sample < options.end_sample) {
         const uint64_t end = pass_end(result.end_sample, options.end_sample, longest);
@@ -253,7 +312,7 @@ RenderResult run_progressive_mode(film::Film& film, Runner& runner, const Render
         if (noise.is_known) runner.progress().set_error(noise.relative_error);
         const double now_s = runner.progress().elapsed_s();
         const bool is_done = end == options.end_sample;
-        if (options.target_error > 0 && noise.is_known && noise.high <= options.target_error && !is_done) {
+        if (is_precise(noise) && !is_done) {
             result.reason = StopReason::TargetError;
             return result;
         }

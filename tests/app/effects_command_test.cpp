@@ -2,6 +2,7 @@
 // The effect plan from the outside: `velatura plan`, `--effects`, header and statistics.
 #include <fstream>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -101,6 +102,30 @@ TEST_F(EffectsCommand, PlanTellsTheMemory) {
     const double film = double(memory["film"]) / double(needs["film_expected"]);
     EXPECT_GT(film, 0.3);
     EXPECT_LT(film, 2.0);
+}
+
+/// No file is larger than was told, and one of which every layer is lit is not much smaller.
+TEST_F(EffectsCommand, PlanTellsTheFile) {
+    w.write("corner.usda", small_scene());
+    const std::string common = "corner.usda --res 24 20 --bounces 2 -o a.exr -q ";
+    for (const char* layers : {"", "--halves", "--layers caster,data --halves", "--layers bounce,light,matrix --clamp-direct 0.01 --clamp-indirect 0.001 --halves", "--float-layers --cryptomatte object,material"}) {
+        const std::string options = common + layers;
+        const json planned = json::parse(w.velatura("plan --json " + options).output)["needs"]["files"][0];
+        ASSERT_EQ(w.velatura("render --spp 16 --progress none " + options).exit_code, 0) << layers;
+        const Result<image::Image> image = image::read_exr(w.path("a.exr"));
+        ASSERT_TRUE(image.has_value());
+        size_t channels = 0, bytes = 0;
+        for (const image::Part& part : image->parts) {
+            for (const image::Channel& c : part.channels) {
+                ++channels;
+                bytes += image->data.pixel_count() * (c.type() == image::ChannelType::Half ? 2 : 4);
+            }
+        }
+        fmt::print("{}: {} of {} channels, {} of {} bytes\n", layers, channels, planned["channels"].get<size_t>(), bytes, planned["most_bytes"].get<size_t>());
+        EXPECT_LE(channels, planned["channels"].get<size_t>()) << layers;
+        EXPECT_LE(bytes, planned["most_bytes"].get<size_t>()) << layers;
+        EXPECT_GT(double(bytes), 0.5 * planned["most_bytes"].get<double>()) << layers;
+    }
 }
 
 TEST_F(EffectsCommand, ForcedEffectsChangeNoPixel) {

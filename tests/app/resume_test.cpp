@@ -134,8 +134,23 @@ TEST_F(Resume, BudgetsLeaveFilesThatGoOn) {
     EXPECT_GT(end, 1u);
 }
 
+/// A command that has done what it was asked for does nothing when it is given again.
+TEST_F(Resume, ATargetThatWasReachedStays) {
+    const std::string command = "--spp 4096 --target-error 8% --resume -o part.exr";
+    for (const char* adaptive : {"on", "off"}) {
+        std::filesystem::remove(w.path("part.exr"));
+        const std::string whole = fmt::format("{} --adaptive {}", command, adaptive);
+        render(whole);
+        const uint64_t end = image::read_layer_header(*image::read_exr(w.path("part.exr")))->samples.end;
+        EXPECT_LT(end, 4096u);
+        const std::string before = bytes("part.exr");
+        render(whole);
+        EXPECT_TRUE(bytes("part.exr") == before) << adaptive << ", after " << end << " samples";
+    }
+}
+
 TEST_F(Resume, OptionsThatContradictAreUsageErrors) {
-    for (const char* arguments : {"--checkpoint 1s --mode tile", "--checkpoint 1s --exr-layout split", "--checkpoint soon", "--for-mix look.json", "--deep --resume"})
+    for (const char* arguments : {"--checkpoint 1s --snapshot 1s", "--deep-samples 4", "--cryptomatte-levels 4", "--checkpoint 1s --mode tile", "--checkpoint 1s --exr-layout split", "--checkpoint soon", "--for-mix look.json", "--deep --resume"})
         EXPECT_EQ(try_render(fmt::format("--spp 1 {} -o no.exr", arguments)).exit_code, 2) << arguments;
     EXPECT_EQ(w.velatura("render s.usda --replay 1,1,1 --resume").exit_code, 2);
     EXPECT_FALSE(w.exists("no.exr"));
