@@ -4,7 +4,7 @@
 #include "app/plan_report.h"
 #include "app/progress.h"
 #include "base/tasks.h"
-#include "image/resolve.h"
+#include "image/pixel_means.h"
 
 #include <fmt/format.h>
 

@@ -2,8 +2,8 @@
 #include "film/film.h"
 
 #include "base/check.h"
+#include "image/pixel_means.h"
 #include "image/relative_error.h"
-#include "image/resolve.h"
 #include "scene/effect_build.h"
 
 #include <algorithm>

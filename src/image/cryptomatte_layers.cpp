@@ -4,6 +4,7 @@
 #include "base/tasks.h"
 #include "image/cryptomatte.h"
 #include "image/matte_sums.h"
+#include "image/pixel_means.h"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/hash.h"
 #include "film/film_scene.h"
+#include "image/pixel_means.h"
 #include "image/resolve.h"
 
 #include <gtest/gtest.h>

@@ -4,6 +4,8 @@
 #include "picture_sums.h"
 #include "usd_render.h"
 
+#include "image/resolve.h"
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "film/film.h"
-#include "image/resolve.h"
+#include "image/pixel_means.h"
 
 namespace velatura::test {
 

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/data_layers.h"
+
+#include "image/pixel_means.h"
+
+#include <initializer_list>
+
+namespace velatura::image {
+
+Part data_part(const SampleSums& sums, std::vector<LayerEntry>& layers) {
+    const AccumulatorTable& table = sums.table();
+    const Window& window = sums.window();
+    Part part;
+    part.name = "data";
+    part.attributes["colorInteropID"] = std::string("data");
+    const size_t pixels = window.pixel_count();
+    const auto add = [&](const char* layer, std::initializer_list<const char*> suffixes,
+                         ChannelType type) {
+        LayerEntry entry;
+        entry.name = layer;
+        entry.family = "data";
+        entry.part = part.name;
+        entry.type = type == ChannelType::Uint ? "uint" : "float";
+        layers.push_back(entry);
+        const size_t first = part.channels.size();
+        for (const char* suffix : suffixes) {
+            part.channels.push_back(Channel::make(std::string(layer) + suffix, type, pixels));
+        }
+        return first;
+    };
+    const size_t albedo = add("albedo", {".R", ".G", ".B"}, ChannelType::Float);
+    const size_t normal = add("N", {".X", ".Y", ".Z"}, ChannelType::Float);
+    const size_t position = add("P", {".X", ".Y", ".Z"}, ChannelType::Float);
+    const size_t depth = add("Z", {""}, ChannelType::Float);
+    const size_t st = add("st", {".U", ".V"}, ChannelType::Float);
+    const size_t prim = add("primId", {""}, ChannelType::Uint);
+    const size_t instance = add("instanceId", {""}, ChannelType::Uint);
+    const size_t count = add("sampleCount", {""}, ChannelType::Uint);
+    const size_t variance = add("variance", {""}, ChannelType::Float);
+    const size_t invalid = add("invalid", {""}, ChannelType::Uint);
+
+    const auto set_float = [&part](size_t channel, size_t i, double sum, double weight) {
+        std::get<std::vector<float>>(part.channels[channel].data)[i] =
+            weight == 0.0 ? 0.0f : float(sum / weight);
+    };
+    const auto set_triple = [&set_float](size_t first, size_t i, const Triple& sum, double weight) {
+        set_float(first, i, sum.x, weight);
+        set_float(first + 1, i, sum.y, weight);
+        set_float(first + 2, i, sum.z, weight);
+    };
+    const auto set_uint = [&part](size_t channel, size_t i, uint32_t v) {
+        std::get<std::vector<uint32_t>>(part.channels[channel].data)[i] = v;
+    };
+    for_each_row(window, [&](int y) {
+        for (int x = window.x0; x < window.x1; ++x) {
+            const size_t i = window.index(x, y);
+            const Triple coverage = sums.total(x, y, AccumulatorTable::coverage);
+            const double all = weight_of(coverage);
+            // Colour and normal blend with nothing at silhouettes; positions are means over what
+            // was hit
+            const double hit = weight_of(sums.total(x, y, table.hits()));
+            set_triple(albedo, i, sums.total(x, y, table.albedo()), all);
+            set_triple(normal, i, sums.total(x, y, table.normal()), all);
+            set_triple(position, i, sums.total(x, y, table.position()), hit);
+            const Triple surface = sums.total(x, y, table.surface());
+            set_float(st, i, surface.x, hit);
+            set_float(st + 1, i, surface.y, hit);
+            set_float(depth, i, surface.z, hit);
+            const PixelRecord& record = sums.record(x, y);
+            set_uint(prim, i, record.prim_id);
+            set_uint(instance, i, record.instance_id);
+            set_uint(count, i, uint32_t(coverage.z));
+            set_uint(invalid, i, record.invalid);
+            const PixelHalves h = resolve_halves(sums, x, y, AccumulatorTable::beauty);
+            set_float(variance, i, h.variance[0] + h.variance[1] + h.variance[2], 3.0);
+        }
+    });
+    return part;
+}
+
+}  // namespace velatura::image

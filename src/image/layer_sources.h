@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "image/layer_entry.h"
+#include "image/layer_set.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace velatura::image {
+
+/// Where a layer comes from: the sum of some accumulators, in this order, minus others.
+struct LayerSource {
+    LayerEntry entry;  ///< without family, part and type
+    std::vector<uint32_t> plus, minus;
+    bool is_clamped = false;   ///< without what clamps took of `plus`
+    bool is_rest = false;      ///< of what came first: drops what is only rounding
+    bool may_be_left_out = false;  ///< not stored when zero everywhere
+};
+
+/// b<k>_<group>, tail_<group>.
+std::vector<LayerSource> matrix_sources(const LayerSet& set, const AccumulatorTable& table);
+
+/// b0 … tail; from the matrix where there is one.
+std::vector<LayerSource> bounce_sources(const LayerSet& set, const AccumulatorTable& table);
+
+/// C_<group>; from the matrix where there is one.
+std::vector<LayerSource> group_sources(const LayerSet& set, const AccumulatorTable& table);
+
+/// U_<group> or S_<group>, one for every group.
+std::vector<LayerSource> shadow_sources(const LayerSet& set, const AccumulatorTable& table, bool unoccluded);
+
+/// S_<group>_<caster> of one group, `rest` last.
+std::vector<LayerSource> caster_sources(const LayerSet& set, const AccumulatorTable& table, int g);
+
+}  // namespace velatura::image
