@@ -156,7 +156,11 @@ Imf::FrameBuffer frame_buffer(Part& part, const Window& w) {
 
 /// Rows of a chunk: by the compression (OpenEXR file layout), or a row of tiles.
 int rows_per_chunk_of(const Imf::Header& header) {
-    if (header.hasTileDescription()) return int(header.tileDescription().ySize);
+    // A part of scanlines may have any attribute `tiles`: nothing checks what it says
+    if (Imf::isTiled(header.type())) {
+        const uint32_t height = uint32_t(window(header.dataWindow()).height());
+        return int(std::min(header.tileDescription().ySize, height));
+    }
     switch (header.compression()) {
         case Imf::NO_COMPRESSION:
         case Imf::RLE_COMPRESSION:

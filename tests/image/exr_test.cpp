@@ -86,6 +86,29 @@ TEST(Exr, SaysWhatIsWrongWithBadFiles) {
     EXPECT_EQ(write_exr("/nonexistent_folder/a.exr", sample_image(1)).error().code, "io-write");
 }
 
+TEST(Exr, TakesNoRowsFromTilesOfAPartOfScanlines) {
+    // A text of nine bytes, to be overwritten by an attribute `tiles` of the same size; OpenEXR checks it in parts of tiles alone
+    Image image = sample_image(1);
+    image.attributes["padding"] = std::string("123456789");
+    const std::string path = temporary("tiles.exr");
+    ASSERT_TRUE(write_exr(path, image).has_value());
+    std::string bytes = *read_file(path);
+    const std::string text("padding\0string\0\x09\0\0\0", 19), tiles("tiles\0tiledesc\0\x09\0\0\0", 19);
+    const size_t at = bytes.find(text);
+    ASSERT_NE(at, std::string::npos);
+    for (const uint32_t side : {0u, 1u, 0x80000000u, 0xffffffffu}) {
+        bytes.replace(at, tiles.size(), tiles);
+        std::memcpy(bytes.data() + at + tiles.size(), &side, 4);
+        std::memcpy(bytes.data() + at + tiles.size() + 4, &side, 4);
+        bytes[at + tiles.size() + 8] = 0;
+        ASSERT_TRUE(write_file_atomically(path, bytes).has_value());
+        const auto reader = ExrReader::open(path);
+        ASSERT_TRUE(reader.has_value()) << reader.error().message;
+        EXPECT_EQ(reader->rows_per_chunk(0), 16) << side;
+        EXPECT_EQ(digest_of(*read_exr(path)), digest_of(image));
+    }
+}
+
 TEST(Digest, IsSha256AndSeesOneBit) {
     Sha256 sha;
     sha.add("abc");
