@@ -366,13 +366,11 @@ Result<Image> read_exr(const std::string& path) {
     if (!reader) return reader.error();
     Image image = reader->header();
     for (int i = 0; i < reader->part_count(); ++i) {
-        auto part = reader->read_part(i);
-        if (!part) return part.error();
-        const size_t pixels = part->channels.empty() ? 0 : part->channels[0].size();
-        if (pixels != image.data.pixel_count()) {
+        if (reader->data_window(i) != image.data)
             return Error{"io-read",
                          fmt::format("cannot read {}: parts have different data windows", path)};
-        }
+        auto part = reader->read_part(i);
+        if (!part) return part.error();
         image.parts[size_t(i)] = std::move(*part);
     }
     return image;

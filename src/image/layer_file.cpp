@@ -238,6 +238,8 @@ Result<Image> read_sums_image(const std::string& path) {
         if (std::none_of(channels.begin(), channels.end(),
                          [](const Channel& c) { return is_bookkeeping(c.name); }))
             continue;
+        if (reader->data_window(i) != image.data)
+            return Error{"io-read", fmt::format("cannot read {}: the data window of its sums differs", path)};
         auto part = reader->read_part(i);
         if (!part) return part.error();
         image.parts.push_back(std::move(*part));
