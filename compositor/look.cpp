@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/controls.h"
 
+#include "base/json_depth.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
@@ -95,6 +97,7 @@ std::string look_to_json(const Look& look) {
 }
 
 Result<Look> look_from_json(const std::string& text) {
+    if (is_json_too_deep(text)) return bad_preset("it is nested too deeply");
     try {
         const auto j = nlohmann::json::parse(text);
         if (j.at("schema") != schema)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/exr.h"
 
+#include "base/json_depth.h"
 #include "base/tasks.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -28,6 +29,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <mutex>
+#include <stdexcept>
 
 namespace velatura::image {
 
@@ -96,6 +98,9 @@ void insert_attribute(Imf::Header& header, const std::string& name, const Attrib
 
 void read_attribute(const Imf::Attribute& from, const std::string& name, Attributes& to) {
     if (const auto* s = dynamic_cast<const Imf::StringAttribute*>(&from)) {
+        const bool is_json = name.starts_with("velatura/") || name.starts_with("cryptomatte/");
+        if (is_json && is_json_too_deep(s->value()))
+            throw std::invalid_argument(fmt::format("the header string {} is nested too deeply", name));
         to[name] = s->value();
     } else if (const auto* i = dynamic_cast<const Imf::IntAttribute*>(&from)) {
         to[name] = i->value();

@@ -3,6 +3,7 @@
 
 #include "base/atomic_file.h"
 #include "base/check.h"
+#include "base/json_depth.h"
 #include "base/tasks.h"
 #include "image/exr.h"
 #include "image/layer_file.h"
@@ -182,10 +183,11 @@ Result<void> write_top_up(const std::string& path, const TopUpRequest& request) 
 Result<TopUpRequest> read_top_up(const std::string& path) {
     const auto text = read_file(path);
     if (!text) return text.error();
-    const auto j = nlohmann::ordered_json::parse(*text, nullptr, false);
     const auto bad = [&path](const char* why) {
         return Error{"bad-request", fmt::format("{}: {}", path, why)};
     };
+    if (is_json_too_deep(*text)) return bad("the request is nested too deeply");
+    const auto j = nlohmann::ordered_json::parse(*text, nullptr, false);
     if (!j.is_object() || j.value("schema", nlohmann::ordered_json()) != schema)
         return bad("not a request for samples, as velatura-comp plan writes it");
     TopUpRequest request;

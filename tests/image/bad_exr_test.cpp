@@ -34,4 +34,24 @@ TEST(BadExr, PartsOverOtherPixelsAreNotMixedUp) {
     EXPECT_EQ(sums->parts.size(), 1u);
 }
 
+TEST(BadExr, HeaderStringsOfDeepJsonAreRefused) {
+    const std::string path = temporary("deep_json.exr");
+    const std::string deep = std::string(200000, '[') + std::string(200000, ']');
+    for (const char* name : {"velatura/sums", "velatura/split", "velatura/settings", "velatura/layers", "cryptomatte/1234567/manifest"}) {
+        Image image;
+        image.data = image.display = {0, 0, 2, 1};
+        image.parts.push_back({"", {Channel::make("R", ChannelType::Float, 2)}, {}});
+        image.attributes[name] = "{\"layerSet\": " + deep + "}";
+        ASSERT_TRUE(write_exr(path, image).has_value());
+        const auto read = read_exr(path);
+        ASSERT_FALSE(read.has_value()) << name;
+        EXPECT_EQ(read.error().code, "io-open");
+        EXPECT_NE(read.error().message.find(name), std::string::npos) << read.error().message;
+        // What others write is theirs
+        image.attributes = {{"comment", deep}};
+        ASSERT_TRUE(write_exr(path, image).has_value());
+        EXPECT_TRUE(read_exr(path).has_value());
+    }
+}
+
 }  // namespace velatura::image

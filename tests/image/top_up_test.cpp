@@ -138,6 +138,10 @@ TEST(TopUpRequests, DamagedOnesAreErrors) {
         ASSERT_FALSE(read.has_value()) << text;
         EXPECT_EQ(read.error().code, "bad-request");
     }
+    // Nested so deeply that printing it again would take all of the stack
+    const std::string deep = std::string(200000, '[') + std::string(200000, ']');
+    ASSERT_TRUE(write_file_atomically(path, R"({"schema": "velatura.topup/1", "sceneHash": "", "settingsHash": "", "samples": 1, "map": "x.exr", "look": )" + deep + "}").has_value());
+    EXPECT_EQ(read_top_up(path).error().code, "bad-request");
     ASSERT_TRUE(write_file_atomically(path, R"({"schema": "velatura.topup/1", "sceneHash": "", "settingsHash": "", "samples": 1, "map": "nowhere.exr", "look": {}})").has_value());
     EXPECT_FALSE(read_top_up(path).has_value());
 }
