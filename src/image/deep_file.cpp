@@ -2,16 +2,14 @@
 #include "image/deep_file.h"
 
 #include "base/atomic_file.h"
+#include "image/exr_header.h"
 
 #include <OpenEXR/ImfChannelList.h>
-#include <OpenEXR/ImfChromaticitiesAttribute.h>
 #include <OpenEXR/ImfDeepFrameBuffer.h>
 #include <OpenEXR/ImfDeepScanLineInputFile.h>
 #include <OpenEXR/ImfDeepScanLineOutputFile.h>
 #include <OpenEXR/ImfHeader.h>
-#include <OpenEXR/ImfMatrixAttribute.h>
 #include <OpenEXR/ImfPartType.h>
-#include <OpenEXR/ImfStringAttribute.h>
 #include <fmt/format.h>
 
 #include <array>
@@ -34,23 +32,6 @@ constexpr std::array<DeepChannel, 6> deep_channels = {{{"Z", &DeepSample::z},
                                                        {"B", &DeepSample::b}}};
 
 constexpr uint64_t most_samples = uint64_t(1) << 32;
-
-Imath::Box2i box(const Window& w) {
-    return {{w.x0, w.y0}, {w.x1 - 1, w.y1 - 1}};
-}
-
-void insert(Imf::Header& header, const std::string& name, const Attribute& attribute) {
-    if (const auto* text = std::get_if<std::string>(&attribute)) {
-        header.insert(name, Imf::StringAttribute(*text));
-    } else if (const auto* m = std::get_if<Matrix44>(&attribute)) {
-        Imath::M44f matrix;
-        for (size_t i = 0; i < m->size(); ++i) matrix[int(i / 4)][int(i % 4)] = (*m)[i];
-        header.insert(name, Imf::M44fAttribute(matrix));
-    } else if (const auto* p = std::get_if<Chromaticities>(&attribute)) {
-        const auto xy = [p](size_t i) { return Imath::V2f((*p)[2 * i], (*p)[2 * i + 1]); };
-        header.insert(name, Imf::ChromaticitiesAttribute({xy(0), xy(1), xy(2), xy(3)}));
-    }
-}
 
 /// One row of pixels for OpenEXR, which wants a pointer per pixel and channel.
 class Row {
@@ -96,11 +77,11 @@ class Row {
 };
 
 void write_rows(const std::string& path, const DeepImage& image) {
-    Imf::Header header(box(image.display), box(image.data), image.pixel_aspect_ratio);
+    Imf::Header header(exr_box(image.display), exr_box(image.data), image.pixel_aspect_ratio);
     header.setType(Imf::DEEPSCANLINE);
     header.compression() = Imf::ZIPS_COMPRESSION;
     for (const DeepChannel& c : deep_channels) header.channels().insert(c.name, Imf::Channel(Imf::FLOAT));
-    for (const auto& [name, attribute] : image.attributes) insert(header, name, attribute);
+    for (const auto& [name, attribute] : image.attributes) insert_attribute(header, name, attribute);
 
     Imf::DeepScanLineOutputFile file(path.c_str(), header);
     Row row(image.data);
@@ -132,16 +113,10 @@ Result<DeepImage> read_rows(const std::string& path) {
             return error("it has no float channels Z A R G B");
     }
     DeepImage image;
-    const auto window = [](const Imath::Box2i& b) {
-        return Window{b.min.x, b.min.y, b.max.x + 1, b.max.y + 1};
-    };
-    image.data = window(header.dataWindow());
-    image.display = window(header.displayWindow());
+    image.data = window_of(header.dataWindow());
+    image.display = window_of(header.displayWindow());
     image.pixel_aspect_ratio = header.pixelAspectRatio();
-    for (auto a = header.begin(); a != header.end(); ++a) {
-        if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute()))
-            image.attributes[a.name()] = text->value();
-    }
+    read_attributes(header, image.attributes);
     Row row(image.data);
     file.setFrameBuffer(row.buffer(header.channels()));
     std::vector<DeepSample> samples;

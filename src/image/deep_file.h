@@ -24,7 +24,7 @@ struct DeepSample {
 struct DeepImage {
     Window data, display;
     float pixel_aspect_ratio = 1.0f;
-    Attributes attributes;         ///< texts, matrices and chromaticities
+    Attributes attributes;
     std::vector<uint32_t> counts;  ///< [height][width]
     std::vector<DeepSample> samples;
 };

@@ -1,35 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/exr.h"
 
-#include "base/json_depth.h"
 #include "base/tasks.h"
+#include "image/exr_header.h"
 
 #include <OpenEXR/ImfChannelList.h>
-#include <OpenEXR/ImfChromaticitiesAttribute.h>
-#include <OpenEXR/ImfDoubleAttribute.h>
-#include <OpenEXR/ImfFloatAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputPart.h>
-#include <OpenEXR/ImfIntAttribute.h>
-#include <OpenEXR/ImfMatrixAttribute.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfMultiPartOutputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfOutputPart.h>
 #include <OpenEXR/ImfPartType.h>
-#include <OpenEXR/ImfRationalAttribute.h>
-#include <OpenEXR/ImfStandardAttributes.h>
-#include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfThreading.h>
 #include <OpenEXR/ImfTileDescriptionAttribute.h>
-#include <OpenEXR/ImfVecAttribute.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <mutex>
-#include <stdexcept>
 
 namespace velatura::image {
 
@@ -59,101 +49,16 @@ ChannelType channel_type(Imf::PixelType type) {
     return type == Imf::UINT ? ChannelType::Uint : ChannelType::Float;
 }
 
-Imath::Box2i box(const Window& w) {
-    return {{w.x0, w.y0}, {w.x1 - 1, w.y1 - 1}};
-}
-
-Window window(const Imath::Box2i& b) {
-    return {b.min.x, b.min.y, b.max.x + 1, b.max.y + 1};
-}
-
-void insert_attribute(Imf::Header& header, const std::string& name, const Attribute& attribute) {
-    if (const auto* s = std::get_if<std::string>(&attribute)) {
-        header.insert(name, Imf::StringAttribute(*s));
-    } else if (const auto* i = std::get_if<int>(&attribute)) {
-        header.insert(name, Imf::IntAttribute(*i));
-    } else if (const auto* f = std::get_if<float>(&attribute)) {
-        header.insert(name, Imf::FloatAttribute(*f));
-    } else if (const auto* d = std::get_if<double>(&attribute)) {
-        // The one standard attribute of a rate is rational
-        if (name == "framesPerSecond") {
-            header.insert(name, Imf::RationalAttribute(Imf::Rational(*d)));
-        } else {
-            header.insert(name, Imf::DoubleAttribute(*d));
-        }
-    } else if (const auto* v = std::get_if<std::array<float, 2>>(&attribute)) {
-        header.insert(name, Imf::V2fAttribute(Imath::V2f((*v)[0], (*v)[1])));
-    } else if (const auto* m = std::get_if<Matrix44>(&attribute)) {
-        Imath::M44f matrix;
-        for (int r = 0; r < 4; ++r) {
-            for (int c = 0; c < 4; ++c) matrix[r][c] = (*m)[size_t(4 * r + c)];
-        }
-        header.insert(name, Imf::M44fAttribute(matrix));
-    } else if (const auto* p = std::get_if<Chromaticities>(&attribute)) {
-        const auto& c = *p;
-        header.insert(name, Imf::ChromaticitiesAttribute(Imf::Chromaticities(
-                                {c[0], c[1]}, {c[2], c[3]}, {c[4], c[5]}, {c[6], c[7]})));
-    }
-}
-
-void read_attribute(const Imf::Attribute& from, const std::string& name, Attributes& to) {
-    if (const auto* s = dynamic_cast<const Imf::StringAttribute*>(&from)) {
-        const bool is_json = name.starts_with("velatura/") || name.starts_with("cryptomatte/");
-        if (is_json && is_json_too_deep(s->value()))
-            throw std::invalid_argument(fmt::format("the header string {} is nested too deeply", name));
-        to[name] = s->value();
-    } else if (const auto* i = dynamic_cast<const Imf::IntAttribute*>(&from)) {
-        to[name] = i->value();
-    } else if (const auto* f = dynamic_cast<const Imf::FloatAttribute*>(&from)) {
-        to[name] = f->value();
-    } else if (const auto* d = dynamic_cast<const Imf::DoubleAttribute*>(&from)) {
-        to[name] = d->value();
-    } else if (const auto* r = dynamic_cast<const Imf::RationalAttribute*>(&from)) {
-        to[name] = double(r->value());
-    } else if (const auto* v = dynamic_cast<const Imf::V2fAttribute*>(&from)) {
-        to[name] = std::array<float, 2>{v->value().x, v->value().y};
-    } else if (const auto* m = dynamic_cast<const Imf::M44fAttribute*>(&from)) {
-        Matrix44 matrix{};
-        for (int row = 0; row < 4; ++row) {
-            for (int c = 0; c < 4; ++c) matrix[size_t(4 * row + c)] = m->value()[row][c];
-        }
-        to[name] = matrix;
-    } else if (const auto* p = dynamic_cast<const Imf::ChromaticitiesAttribute*>(&from)) {
-        const Imf::Chromaticities& c = p->value();
-        to[name] = Chromaticities{c.red.x,  c.red.y,  c.green.x, c.green.y,
-                                  c.blue.x, c.blue.y, c.white.x, c.white.y};
-    }
-}
-
 bool is_on_every_part(const Attribute& attribute) {
     return std::holds_alternative<Matrix44>(attribute) ||
            std::holds_alternative<Chromaticities>(attribute);
-}
-
-/// Attributes that OpenEXR itself manages.
-bool is_structural(const std::string& name) {
-    constexpr const char* own[] = {"channels",
-                                   "compression",
-                                   "dataWindow",
-                                   "displayWindow",
-                                   "lineOrder",
-                                   "pixelAspectRatio",
-                                   "screenWindowCenter",
-                                   "screenWindowWidth",
-                                   "name",
-                                   "type",
-                                   "version",
-                                   "chunkCount",
-                                   "tiles",
-                                   "view"};
-    return std::any_of(std::begin(own), std::end(own), [&](const char* n) { return name == n; });
 }
 
 Imf::FrameBuffer frame_buffer(Part& part, const Window& w) {
     Imf::FrameBuffer buffer;
     for (Channel& c : part.channels) {
         const size_t size = c.type() == ChannelType::Half ? 2 : 4;
-        buffer.insert(c.name, Imf::Slice::Make(pixel_type(c.type()), c.bytes(), box(w), size,
+        buffer.insert(c.name, Imf::Slice::Make(pixel_type(c.type()), c.bytes(), exr_box(w), size,
                                                size * size_t(w.width())));
     }
     return buffer;
@@ -163,7 +68,7 @@ Imf::FrameBuffer frame_buffer(Part& part, const Window& w) {
 int rows_per_chunk_of(const Imf::Header& header) {
     // A part of scanlines may have any attribute `tiles`: nothing checks what it says
     if (Imf::isTiled(header.type())) {
-        const uint32_t height = uint32_t(window(header.dataWindow()).height());
+        const uint32_t height = uint32_t(window_of(header.dataWindow()).height());
         return int(std::min(header.tileDescription().ySize, height));
     }
     switch (header.compression()) {
@@ -205,7 +110,7 @@ bool promises_too_much(const Imf::Header& header, const Window& w, uint64_t file
 std::vector<Imf::Header> headers_of(const Image& image) {
     std::vector<Imf::Header> headers;
     for (const Part& part : image.parts) {
-        Imf::Header header(box(image.display), box(image.data), image.pixel_aspect_ratio);
+        Imf::Header header(exr_box(image.display), exr_box(image.data), image.pixel_aspect_ratio);
         header.compression() = Imf::ZIP_COMPRESSION;
         for (const auto& [name, attribute] : image.attributes) {
             if (headers.empty() || is_on_every_part(attribute))
@@ -279,7 +184,7 @@ Result<ExrReader> ExrReader::open(const std::string& path, Chunks chunks) {
             const Imf::Header& header = impl->file->header(i);
             if (header.hasType() && !Imf::isImage(header.type()))
                 return error("deep data are not read");
-            const Window data = window(header.dataWindow());
+            const Window data = window_of(header.dataWindow());
             if (data.is_empty() || data.pixel_count() > max_pixels)
                 return error("data window too large");
             if (promises_too_much(header, data, file_bytes))
@@ -291,14 +196,10 @@ Result<ExrReader> ExrReader::open(const std::string& path, Chunks chunks) {
             part.name = header.hasName() ? header.name() : std::string();
             if (i == 0) {
                 impl->header.data = data;
-                impl->header.display = window(header.displayWindow());
+                impl->header.display = window_of(header.displayWindow());
                 impl->header.pixel_aspect_ratio = header.pixelAspectRatio();
             }
-            for (auto a = header.begin(); a != header.end(); ++a) {
-                if (is_structural(a.name())) continue;
-                read_attribute(a.attribute(), a.name(),
-                               i == 0 ? impl->header.attributes : part.attributes);
-            }
+            read_attributes(header, i == 0 ? impl->header.attributes : part.attributes);
             for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
                 if (c.channel().xSampling != 1 || c.channel().ySampling != 1) {
                     return error(fmt::format("channel {} is subsampled", c.name()));
@@ -340,7 +241,7 @@ Result<void> ExrReader::read_rows(int index,
         Imf::FrameBuffer buffer;
         for (const RowTarget& t : targets) {
             const size_t size = t.type == ChannelType::Half ? 2 : 4;
-            buffer.insert(t.channel, Imf::Slice::Make(pixel_type(t.type), t.values, box(rows), size,
+            buffer.insert(t.channel, Imf::Slice::Make(pixel_type(t.type), t.values, exr_box(rows), size,
                                                       size * size_t(rows.width())));
         }
         Imf::InputPart input(*impl_->file, index);
