@@ -3,16 +3,19 @@
 
 #include "base/atomic_file.h"
 #include "image/exr_header.h"
+#include "image/exr_size.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDeepFrameBuffer.h>
-#include <OpenEXR/ImfDeepScanLineInputFile.h>
+#include <OpenEXR/ImfDeepScanLineInputPart.h>
 #include <OpenEXR/ImfDeepScanLineOutputFile.h>
 #include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfPartType.h>
 #include <fmt/format.h>
 
 #include <array>
+#include <filesystem>
 #include <numeric>
 
 namespace velatura::image {
@@ -101,17 +104,23 @@ void write_rows(const std::string& path, const DeepImage& image) {
 }
 
 Result<DeepImage> read_rows(const std::string& path) {
-    const auto error = [&path](const char* why) {
+    const auto error = [&path](const std::string& why) {
         return Error{"io-open", fmt::format("cannot open {}: {}", path, why)};
     };
-    Imf::DeepScanLineInputFile file(path.c_str());
-    const Imf::Header& header = file.header();
+    Imf::MultiPartInputFile whole(path.c_str());
+    const Imf::Header& header = whole.header(0);
+    if (header.type() != Imf::DEEPSCANLINE) return error("it has no deep scanlines");
     for (const DeepChannel& c : deep_channels) {
         const Imf::Channel* channel = header.channels().findChannel(c.name);
         const bool may_be_missing = std::string_view(c.name) == "ZBack";
         if (channel ? channel->type != Imf::FLOAT : !may_be_missing)
             return error("it has no float channels Z A R G B");
     }
+    const uint64_t file_bytes = std::filesystem::file_size(path);
+    const auto too_much = [&] { return error(fmt::format("{} bytes cannot hold its pixels", file_bytes)); };
+    // Before OpenEXR makes room for them
+    if (header.dataWindow().isEmpty() || least_bytes_of(header) > file_bytes) return too_much();
+    Imf::DeepScanLineInputPart file(whole, 0);
     DeepImage image;
     image.data = window_of(header.dataWindow());
     image.display = window_of(header.displayWindow());
@@ -125,6 +134,8 @@ Result<DeepImage> read_rows(const std::string& path) {
         image.counts.insert(image.counts.end(), row.counts(), row.counts() + image.data.width());
         const size_t count = row.sample_count();
         if (image.samples.size() + count > most_samples) return error("it has too many samples");
+        // Z A R G B, at the least
+        if ((image.samples.size() + count) * 5 * sizeof(float) / most_expansion(header) > file_bytes) return too_much();
         samples.assign(count + 1, DeepSample{});
         row.point_at(samples.data());
         file.readPixels(y);

@@ -3,6 +3,7 @@
 
 #include "base/tasks.h"
 #include "image/exr_header.h"
+#include "image/exr_size.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -14,7 +15,6 @@
 #include <OpenEXR/ImfOutputPart.h>
 #include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfThreading.h>
-#include <OpenEXR/ImfTileDescriptionAttribute.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -62,49 +62,6 @@ Imf::FrameBuffer frame_buffer(Part& part, const Window& w) {
                                                size * size_t(w.width())));
     }
     return buffer;
-}
-
-/// Rows of a chunk: by the compression (OpenEXR file layout), or a row of tiles.
-int rows_per_chunk_of(const Imf::Header& header) {
-    // A part of scanlines may have any attribute `tiles`: nothing checks what it says
-    if (Imf::isTiled(header.type())) {
-        const uint32_t height = uint32_t(window_of(header.dataWindow()).height());
-        return int(std::min(header.tileDescription().ySize, height));
-    }
-    switch (header.compression()) {
-        case Imf::NO_COMPRESSION:
-        case Imf::RLE_COMPRESSION:
-        case Imf::ZIPS_COMPRESSION:
-            return 1;
-        case Imf::ZIP_COMPRESSION:
-        case Imf::PXR24_COMPRESSION:
-            return 16;
-        case Imf::DWAB_COMPRESSION:
-            return 256;
-        default:
-            return 32;
-    }
-}
-
-/// True if a file of that size cannot hold so many pixels. Each chunk takes an entry of eight bytes
-/// in the table of offsets and eight before its data. Without compression all bytes are there, and
-/// deflate makes at most 1032 bytes of one (zlib technical details).
-bool promises_too_much(const Imf::Header& header, const Window& w, uint64_t file_bytes) {
-    uint64_t pixel_bytes = 0;
-    for (auto c = header.channels().begin(); c != header.channels().end(); ++c)
-        pixel_bytes += c.channel().type == Imf::HALF ? 2 : 4;
-    const uint64_t pixels = w.pixel_count(), bytes = pixels * pixel_bytes;
-    const auto rows = uint64_t(rows_per_chunk_of(header));
-    if (16 * ((uint64_t(w.height()) + rows - 1) / rows) > file_bytes) return true;
-    switch (header.compression()) {
-        case Imf::NO_COMPRESSION:
-            return bytes > file_bytes;
-        case Imf::ZIP_COMPRESSION:
-        case Imf::ZIPS_COMPRESSION:
-            return bytes / 1032 > file_bytes;
-        default:
-            return false;
-    }
 }
 
 std::vector<Imf::Header> headers_of(const Image& image) {
@@ -180,6 +137,7 @@ Result<ExrReader> ExrReader::open(const std::string& path, Chunks chunks) {
         const int threads = chunks == Chunks::One ? 0 : Imf::globalThreadCount();
         impl->file = std::make_unique<Imf::MultiPartInputFile>(path.c_str(), threads);
         const uint64_t file_bytes = std::filesystem::file_size(path);
+        uint64_t least_bytes = 0;  // of all parts up to here
         for (int i = 0; i < impl->file->parts(); ++i) {
             const Imf::Header& header = impl->file->header(i);
             if (header.hasType() && !Imf::isImage(header.type()))
@@ -187,9 +145,10 @@ Result<ExrReader> ExrReader::open(const std::string& path, Chunks chunks) {
             const Window data = window_of(header.dataWindow());
             if (data.is_empty() || data.pixel_count() > max_pixels)
                 return error("data window too large");
-            if (promises_too_much(header, data, file_bytes))
-                return error(fmt::format("{} bytes cannot hold its {}×{} pixels", file_bytes,
-                                         data.width(), data.height()));
+            least_bytes += least_bytes_of(header);
+            if (least_bytes > file_bytes)
+                return error(fmt::format("{} bytes cannot hold {}×{} pixels of part {}", file_bytes,
+                                         data.width(), data.height(), i + 1));
             impl->windows.push_back(data);
             impl->chunk_rows.push_back(rows_per_chunk_of(header));
             Part part;

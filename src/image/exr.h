@@ -28,7 +28,7 @@ class ExrReader {
     /// Several: OpenEXR's threads decompress chunks side by side. One: a chunk at a time is in memory.
     enum class Chunks : uint8_t { Several, One };
 
-    /// Errors: "io-open" (missing, not EXR, deep, window too large or more of it than the file can
+    /// Errors: "io-open" (missing, not EXR, deep, windows too large or more of them than the file can
     /// hold, subsampled channels).
     static Result<ExrReader> open(const std::string& path, Chunks chunks = Chunks::Several);
     ~ExrReader();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files that no program of ours writes: an error that says why, never a crash or memory without bounds.
+#include "base/atomic_file.h"
 #include "image/exr.h"
 #include "image/layer_file.h"
 #include "made_exr.h"
@@ -7,11 +8,25 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstring>
+#include <filesystem>
+
 namespace velatura::image {
 
 namespace {
 
 const std::vector<std::string> record_channels = {"sums_first", "sums_end", "sums_invalid", "sums_primId", "sums_instanceId", "sums_hasIds"};
+
+/// Overwrites the data windows of all parts of a file.
+void set_windows(const std::string& path, const Window& window) {
+    std::string bytes = *read_file(path);
+    const std::string name("dataWindow\0box2i\0\x10\0\0\0", 21);
+    const std::array<int32_t, 4> numbers = {window.x0, window.y0, window.x1 - 1, window.y1 - 1};
+    for (size_t at = bytes.find(name); at != std::string::npos; at = bytes.find(name, at + 1))
+        std::memcpy(bytes.data() + at + name.size(), numbers.data(), sizeof(numbers));
+    ASSERT_TRUE(write_file_atomically(path, bytes).has_value());
+}
 
 }  // namespace
 
@@ -32,6 +47,50 @@ TEST(BadExr, PartsOverOtherPixelsAreNotMixedUp) {
     const auto sums = read_sums_image(path);
     ASSERT_TRUE(sums.has_value());
     EXPECT_EQ(sums->parts.size(), 1u);
+}
+
+const std::vector<Imf::Compression> compressions = {Imf::NO_COMPRESSION, Imf::RLE_COMPRESSION, Imf::ZIPS_COMPRESSION, Imf::ZIP_COMPRESSION,
+                                                    Imf::PIZ_COMPRESSION, Imf::PXR24_COMPRESSION, Imf::B44_COMPRESSION, Imf::B44A_COMPRESSION,
+                                                    Imf::DWAA_COMPRESSION, Imf::DWAB_COMPRESSION};
+
+TEST(BadExr, WhatCompressesBestIsStillRead) {
+    // One value in all pixels: nothing takes less of a file
+    const std::string path = temporary("constant.exr");
+    for (const Imf::Compression compression : compressions) {
+        for (const Window& window : {Window{0, 0, 800, 600}, {-3, 4, -2, 6}}) {
+            make_exr(path, {{"halves", window, {"A", "R", "G", "B"}, {}, {}, compression},
+                            {"numbers", window, {}, {"x.A", "x.R", "x.G", "x.B", "Z"}, {"id"}, compression}});
+            const auto image = read_exr(path);
+            ASSERT_TRUE(image.has_value()) << compression << ": " << image.error().message;
+            EXPECT_EQ(image->find("id")->value(0), 1.0f);
+        }
+    }
+}
+
+TEST(BadExr, NoCompressionMakesPixelsOfNothing) {
+    const std::string path = temporary("promises.exr");
+    for (const Imf::Compression compression : compressions) {
+        make_exr(path, {{"rgba", {0, 0, 40, 30}, {"R", "G", "B"}, {}, {}, compression}});
+        // As many chunks, but wide ones
+        set_windows(path, {0, 0, 30000000, 30});
+        const auto reader = ExrReader::open(path);
+        ASSERT_FALSE(reader.has_value()) << compression;
+        EXPECT_EQ(reader.error().code, "io-open");
+        EXPECT_NE(reader.error().message.find("cannot hold 30000000×30 pixels of part 1"), std::string::npos) << reader.error().message;
+    }
+}
+
+TEST(BadExr, PartsShareTheBytesOfTheirFile) {
+    // Each of forty could be, all of them cannot
+    const std::string path = temporary("sum.exr");
+    std::vector<MadePart> parts;
+    for (int i = 0; i < 40; ++i) parts.push_back({"part" + std::to_string(i), {0, 0, 40, 30}, {"R" + std::to_string(i)}, {}, {}});
+    make_exr(path, parts);
+    const auto bytes = double(std::filesystem::file_size(path));
+    set_windows(path, {0, 0, int(bytes * 1032 / (2 * 30) / 2.5), 30});
+    const auto reader = ExrReader::open(path);
+    ASSERT_FALSE(reader.has_value());
+    EXPECT_NE(reader.error().message.find("of part 3"), std::string::npos) << reader.error().message;
 }
 
 TEST(BadExr, HeaderStringsOfDeepJsonAreRefused) {

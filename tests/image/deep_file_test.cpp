@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/deep_file.h"
 
+#include "base/atomic_file.h"
+#include "image/exr.h"
 #include "temporary.h"
 
 #include <gtest/gtest.h>
+
+#include <cstring>
 
 namespace velatura::image {
 
@@ -37,6 +41,31 @@ TEST(DeepFile, KeepsSamplesAndAttributesOfEveryKind) {
     EXPECT_EQ(back->counts, image.counts);
     EXPECT_EQ(back->samples, image.samples);
     EXPECT_TRUE(back->attributes == image.attributes);
+}
+
+TEST(DeepFile, FlatPicturesAreRefused) {
+    Image flat;
+    flat.data = flat.display = {0, 0, 2, 1};
+    flat.parts.push_back({"", {Channel::make("R", ChannelType::Float, 2)}, {}});
+    const std::string path = temporary("flat.exr");
+    ASSERT_TRUE(write_exr(path, flat).has_value());
+    EXPECT_EQ(read_deep_file(path).error().code, "io-open");
+}
+
+TEST(DeepFile, PixelsThatTheFileCannotHoldAreRefused) {
+    const std::string path = temporary("deep_promises.exr");
+    ASSERT_TRUE(write_deep_file(path, some_deep_image()).has_value());
+    std::string bytes = *read_file(path);
+    const std::string name("dataWindow\0box2i\0\x10\0\0\0", 21);
+    const size_t at = bytes.find(name);
+    ASSERT_NE(at, std::string::npos);
+    for (const int32_t side : {3000000, 1000000000}) {
+        std::memcpy(bytes.data() + at + name.size() + 8, &side, 4);
+        ASSERT_TRUE(write_file_atomically(path, bytes).has_value());
+        const auto deep = read_deep_file(path);
+        ASSERT_FALSE(deep.has_value());
+        EXPECT_NE(deep.error().message.find("cannot hold"), std::string::npos) << deep.error().message;
+    }
 }
 
 }  // namespace velatura::image
