@@ -7,10 +7,13 @@
 
 #include <fmt/format.h>
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cstring>
 #include <mutex>
+#include <optional>
 
 namespace velatura::image {
 
@@ -19,9 +22,60 @@ namespace {
 /// Buffers of OpenEXR per chunk: compressed, decompressed, and the compressor's own.
 constexpr size_t chunk_copies = 3;
 
+/// Files that are open at the same time in a read(), whatever it asks for; processes may often have no more than 1024.
+constexpr size_t max_open_files = 256;
+
 size_t value_bytes(ChannelType type) {
     return type == ChannelType::Half ? 2 : 4;
 }
+
+/// Which file a path names, and in what state; all zero where there is none.
+struct FileStamp {
+    uint64_t device = 0, node = 0, bytes = 0;
+    int64_t seconds = 0, nanoseconds = 0;  ///< of the last change
+
+    static FileStamp of(const std::string& path) {
+        struct stat s {};
+        if (stat(path.c_str(), &s) != 0) return {};
+        return {uint64_t(s.st_dev), uint64_t(s.st_ino), uint64_t(s.st_size), int64_t(s.st_mtim.tv_sec),
+                int64_t(s.st_mtim.tv_nsec)};
+    }
+
+    bool operator==(const FileStamp&) const = default;
+
+    /// Readers that have it open keep a file that another has replaced, but not one that was written over.
+    bool is_same_file(const FileStamp& other) const { return device == other.device && node == other.node; }
+};
+
+Error changed(const std::string& path) {
+    return {"io-read", fmt::format("cannot read {}: it has changed since it was opened", path)};
+}
+
+/// What a file was when it was opened. No reader stays open: there may be thousands of files.
+struct SourceFile {
+    struct PartSize {
+        int rows_per_chunk = 1;
+        size_t pixel_bytes = 0;
+    };
+
+    std::string path;
+    FileStamp stamp;
+    std::vector<PartSize> parts;
+
+    /// Errors: that of ExrReader::open, "io-read" where it is another file by now.
+    Result<ExrReader> open(ExrReader::Chunks chunks) const {
+        auto reader = ExrReader::open(path, chunks);
+        if (FileStamp::of(path) != stamp) return changed(path);
+        return reader;
+    }
+
+    /// After reading: it may have been written over meanwhile. Errors: "io-read".
+    Result<void> check() const {
+        const FileStamp now = FileStamp::of(path);
+        if (now.is_same_file(stamp) && now != stamp) return changed(path);
+        return {};
+    }
+};
 
 /// Channels that come from one part of one file.
 struct PartRequest {
@@ -33,12 +87,39 @@ struct PartRequest {
 
 /// How a request is read: strips of whole chunks, by so many readers.
 struct ReadPlan {
-    std::vector<PartRequest> parts;
+    std::vector<PartRequest> parts;  ///< by file
     std::vector<ChannelType> types;
     std::vector<size_t> offsets;  ///< of the channels in a worker's buffer
     size_t buffer_bytes = 0;
     int strip_rows = 1;
     size_t workers = 1;
+};
+
+/// The readers of a worker: one for each file, as long as there are not too many of them.
+class OpenFiles {
+  public:
+    OpenFiles(const std::vector<SourceFile>& files, size_t most) : files_(files), most_(most) {}
+
+    Result<ExrReader*> reader(size_t file) {
+        for (Open& open : open_)
+            if (open.file == file) return &open.reader;
+        auto reader = files_[file].open(ExrReader::Chunks::One);
+        if (!reader) return reader.error();
+        // The others are asked for again with the next strip, as this one is: any will do
+        if (open_.size() == most_) open_.pop_back();
+        open_.push_back({file, std::move(*reader)});
+        return &open_.back().reader;
+    }
+
+  private:
+    struct Open {
+        size_t file;
+        ExrReader reader;
+    };
+
+    const std::vector<SourceFile>& files_;
+    size_t most_;
+    std::vector<Open> open_;
 };
 
 }  // namespace
@@ -49,8 +130,7 @@ struct StripReader::Impl {
         int part = 0;
     };
 
-    std::vector<std::string> paths;
-    std::vector<ExrReader> headers;  ///< one open reader per file, for what its parts are
+    std::vector<SourceFile> files;
     Image description;
     std::vector<Source> sources;  ///< per part of the description
     std::vector<std::string> foreign_parts;
@@ -58,15 +138,16 @@ struct StripReader::Impl {
     Result<void> add_file(const std::string& path, const std::string& part_name);
     ReadPlan plan(std::span<const ChannelPlace> channels, size_t memory_bytes) const;
     Result<void> read_strip(const ReadPlan& plan,
-                            std::vector<ExrReader>& readers,
+                            OpenFiles& open_files,
                             std::byte* buffer,
                             Strip& strip) const;
 };
 
 Result<void> StripReader::Impl::add_file(const std::string& path, const std::string& part_name) {
-    auto reader = ExrReader::open(path, ExrReader::Chunks::One);
+    SourceFile file{path, FileStamp::of(path), {}};
+    const auto reader = file.open(ExrReader::Chunks::One);
     if (!reader) return reader.error();
-    const bool is_first = paths.empty();
+    const bool is_first = files.empty();
     if (is_first) {
         description = reader->header();
         description.parts.clear();
@@ -80,11 +161,13 @@ Result<void> StripReader::Impl::add_file(const std::string& path, const std::str
             foreign_parts.push_back(part.name);
             part.channels.clear();
         }
+        size_t pixel_bytes = 0;
+        for (const Channel& c : part.channels) pixel_bytes += value_bytes(c.type());
+        file.parts.push_back({reader->rows_per_chunk(p), pixel_bytes});
         description.parts.push_back(std::move(part));
-        sources.push_back({paths.size(), p});
+        sources.push_back({files.size(), p});
     }
-    paths.push_back(path);
-    headers.push_back(std::move(*reader));
+    files.push_back(std::move(file));
     return {};
 }
 
@@ -103,15 +186,15 @@ ReadPlan StripReader::Impl::plan(std::span<const ChannelPlace> channels,
         at->targets.push_back({channel.name, channel.type(), nullptr});
         plan.types.push_back(channel.type());
     }
+    std::stable_sort(plan.parts.begin(), plan.parts.end(),
+                     [](const PartRequest& a, const PartRequest& b) { return a.file < b.file; });
     size_t reader_bytes = 0;
-    for (const PartRequest& p : plan.parts) {
-        const ExrReader& header = headers[p.file];
-        const int rows = header.rows_per_chunk(p.part);
-        plan.strip_rows = std::max(plan.strip_rows, std::min(rows, description.data.height()));
-        size_t pixel_bytes = 0;
-        for (const Channel& c : header.header().parts[size_t(p.part)].channels)
-            pixel_bytes += value_bytes(c.type());
-        reader_bytes += chunk_copies * size_t(rows) * width * pixel_bytes;
+    size_t file_count = 0;
+    for (size_t i = 0; i < plan.parts.size(); ++i) {
+        const SourceFile::PartSize& size = files[plan.parts[i].file].parts[size_t(plan.parts[i].part)];
+        plan.strip_rows = std::max(plan.strip_rows, std::min(size.rows_per_chunk, description.data.height()));
+        reader_bytes += chunk_copies * size_t(size.rows_per_chunk) * width * size.pixel_bytes;
+        file_count += size_t(i == 0 || plan.parts[i].file != plan.parts[i - 1].file);
     }
     for (const ChannelType type : plan.types) {
         plan.offsets.push_back(plan.buffer_bytes);
@@ -121,11 +204,12 @@ ReadPlan StripReader::Impl::plan(std::span<const ChannelPlace> channels,
         size_t((description.data.height() + plan.strip_rows - 1) / plan.strip_rows);
     const size_t fitting = memory_bytes / std::max<size_t>(reader_bytes + plan.buffer_bytes, 1);
     plan.workers = std::clamp<size_t>(fitting, 1, std::min(strips, size_t(thread_count())));
+    plan.workers = std::clamp<size_t>(max_open_files / std::max<size_t>(file_count, 1), 1, plan.workers);
     return plan;
 }
 
 Result<void> StripReader::Impl::read_strip(const ReadPlan& plan,
-                                           std::vector<ExrReader>& readers,
+                                           OpenFiles& open_files,
                                            std::byte* buffer,
                                            Strip& strip) const {
     strip.channels.resize(plan.types.size());
@@ -135,7 +219,9 @@ Result<void> StripReader::Impl::read_strip(const ReadPlan& plan,
         std::vector<RowTarget> targets = plan.parts[p].targets;
         for (size_t i = 0; i < targets.size(); ++i)
             targets[i].values = buffer + plan.offsets[plan.parts[p].wanted[i]];
-        const auto done = readers[p].read_rows(plan.parts[p].part, strip.y0, strip.y1, targets);
+        const auto reader = open_files.reader(plan.parts[p].file);
+        if (!reader) return reader.error();
+        const auto done = (*reader)->read_rows(plan.parts[p].part, strip.y0, strip.y1, targets);
         if (!done) return done;
     }
     return {};
@@ -180,21 +266,18 @@ Result<void> StripReader::read(std::span<const ChannelPlace> channels,
             if (outcome) outcome = error;
             next = window.y1;
         };
-        std::vector<ExrReader> readers;
-        for (const PartRequest& p : plan.parts) {
-            auto reader = ExrReader::open(impl_->paths[p.file], ExrReader::Chunks::One);
-            if (!reader) return fail(reader.error());
-            readers.push_back(std::move(*reader));
-        }
+        OpenFiles open_files(impl_->files, max_open_files / plan.workers);
         const auto buffer = std::make_unique_for_overwrite<std::byte[]>(plan.buffer_bytes);
         Strip strip;
         while ((strip.y0 = next.fetch_add(plan.strip_rows)) < window.y1) {
             strip.y1 = std::min(strip.y0 + plan.strip_rows, window.y1);
-            if (auto done = impl_->read_strip(plan, readers, buffer.get(), strip); !done)
+            if (auto done = impl_->read_strip(plan, open_files, buffer.get(), strip); !done)
                 return fail(done.error());
             body(strip);
         }
     });
+    for (const PartRequest& p : plan.parts)
+        if (outcome) outcome = impl_->files[p.file].check();
     return outcome;
 }
 
@@ -214,15 +297,21 @@ Result<Channel> StripReader::read_channel(ChannelPlace place) const {
 
 Result<Image> StripReader::read_all() const {
     Image image = impl_->description;
+    std::optional<ExrReader> reader;  // of the last part's file
     for (size_t p = 0; p < image.parts.size(); ++p) {
-        if (image.parts[p].channels.empty()) continue;
         const auto& source = impl_->sources[p];
-        auto reader = ExrReader::open(impl_->paths[source.file]);
-        if (!reader) return reader.error();
+        if (p == 0 || source.file != impl_->sources[p - 1].file) {
+            auto opened = impl_->files[source.file].open(ExrReader::Chunks::Several);
+            if (!opened) return opened.error();
+            reader = std::move(*opened);
+        }
+        if (image.parts[p].channels.empty()) continue;
         auto part = reader->read_part(source.part);
         if (!part) return part.error();
         image.parts[p].channels = std::move(part->channels);
     }
+    for (const SourceFile& file : impl_->files)
+        if (auto same = file.check(); !same) return same.error();
     return image;
 }
 

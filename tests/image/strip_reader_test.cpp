@@ -2,14 +2,20 @@
 #include "image/strip_reader.h"
 
 #include "base/atomic_file.h"
+#include "base/tasks.h"
 #include "image/exr.h"
 #include "image/layer_file.h"
 #include "temporary.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <mutex>
 
 namespace velatura::image {
@@ -123,6 +129,115 @@ TEST(StripReader, SaysWhatIsWrongWithDamagedFiles) {
         const auto reader = StripReader::open(cut);
         if (!reader) continue;
         EXPECT_FALSE(reader->read_all().has_value()) << size;
+    }
+}
+
+/// Values of every channel, from `seed` on.
+void fill(Image& image, unsigned char seed) {
+    for (Part& part : image.parts) {
+        for (Channel& c : part.channels) {
+            auto* bytes = static_cast<unsigned char*>(c.bytes());
+            for (size_t i = 0; i < c.byte_count(); ++i) bytes[i] = static_cast<unsigned char>((i + seed) % 61);
+        }
+    }
+}
+
+TEST(StripReader, AFileThatWasReplacedIsAnError) {
+    Image image = sample_image();
+    const std::string path = temporary("replaced.exr");
+    const auto expect_error = [&](const StripReader& file, const char* how) {
+        const std::vector<ChannelPlace> places = {{0, 0}, {1, 2}};
+        const auto read = file.read(places, [](const Strip&) {});
+        ASSERT_FALSE(read.has_value()) << how;
+        EXPECT_EQ(read.error().code, "io-read");
+        EXPECT_NE(read.error().message.find("replaced.exr: it has changed since it was opened"), std::string::npos) << read.error().message;
+        EXPECT_EQ(file.read_channel({0, 0}).error().code, "io-read") << how;
+        EXPECT_EQ(file.read_all().error().code, "io-read") << how;
+    };
+    // By one with the same header, by one with fewer channels, by nothing that can be read
+    for (int i = 0; i < 3; ++i) {
+        ASSERT_TRUE(write_image_file(path, sample_image()).has_value());
+        const auto file = StripReader::open(path);
+        ASSERT_TRUE(file.has_value());
+        Image other = sample_image();
+        fill(other, 5);
+        if (i == 1) other.parts.pop_back();
+        ASSERT_TRUE(i == 2 ? write_file_atomically(path, "no picture").has_value() : write_image_file(path, other).has_value());
+        expect_error(*file, "renamed");
+    }
+    // Written over while it is read: what came before is no longer to be trusted
+    ASSERT_TRUE(write_exr(path, image).has_value());
+    const auto file = StripReader::open(path);
+    ASSERT_TRUE(file.has_value());
+    const std::vector<ChannelPlace> places = {{0, 0}};
+    std::once_flag once;
+    const auto read = file->read(places, [&](const Strip&) {
+        std::call_once(once, [&] { std::ofstream(path, std::ios::app | std::ios::binary) << "more"; });
+    });
+    ASSERT_FALSE(read.has_value());
+    EXPECT_EQ(read.error().code, "io-read");
+    // Replaced while it is read: the readers keep what they opened
+    ASSERT_TRUE(write_image_file(path, image).has_value());
+    const auto kept = StripReader::open(path);
+    ASSERT_TRUE(kept.has_value());
+    Puzzle puzzle(image, places);
+    std::once_flag again;
+    ASSERT_TRUE(kept->read(places, [&](const Strip& s) {
+                        puzzle.add(s);
+                        std::call_once(again, [&] { ASSERT_TRUE(write_image_file(path, image).has_value()); });
+                    }, 1).has_value());
+    EXPECT_TRUE(puzzle.is_whole());
+}
+
+size_t open_file_count() {
+    const std::filesystem::directory_iterator descriptors("/proc/self/fd");
+    return size_t(std::distance(begin(descriptors), end(descriptors)));
+}
+
+TEST(StripReader, OpensNoMoreFilesThanAProcessMayHave) {
+    // A file beside the first for each layer, or a part
+    constexpr size_t layers = 300;
+    for (const bool is_split : {true, false}) {
+        const std::string folder = temporary(is_split ? "split_files" : "split_parts");
+        std::filesystem::create_directories(folder);
+        const std::string path = folder + "/all.exr";
+        Image image, all;
+        image.data = image.display = all.data = all.display = {0, 0, 3, 40};
+        std::string list;
+        std::vector<ChannelPlace> places;
+        for (size_t i = 0; i < layers; ++i) {
+            Image one = all;
+            one.parts = {{fmt::format("l{:03}", i), {Channel::make(fmt::format("l{:03}.R", i), ChannelType::Half, 120)}, {}}};
+            fill(one, static_cast<unsigned char>(i));
+            image.parts.push_back(one.parts[0]);
+            places.push_back({i, 0});
+            if (!is_split || i == 0) continue;
+            list += fmt::format("{}\"l{:03}\": \"l{:03}.exr\"", i == 1 ? "" : ", ", i, i);
+            ASSERT_TRUE(write_exr(fmt::format("{}/l{:03}.exr", folder, i), one).has_value());
+        }
+        Image written = image;
+        if (is_split) {
+            written.parts.resize(1);
+            written.attributes["velatura/split"] = "{" + list + "}";
+        }
+        ASSERT_TRUE(write_exr(path, written).has_value());
+        const size_t before = open_file_count();
+        const auto file = StripReader::open(path);
+        ASSERT_TRUE(file.has_value()) << file.error().message;
+        EXPECT_EQ(open_file_count(), before);
+        Puzzle puzzle(image, places);
+        std::atomic<size_t> most = 0;
+        const auto read = file->read(places, [&](const Strip& strip) {
+            puzzle.add(strip);
+            const size_t now = open_file_count();
+            for (size_t m = most; m < now && !most.compare_exchange_weak(m, now);) {
+            }
+        });
+        ASSERT_TRUE(read.has_value()) << read.error().message;
+        EXPECT_TRUE(puzzle.is_whole());
+        // Those that list the open ones come on top
+        const auto threads = size_t(thread_count());
+        EXPECT_LE(most, before + (is_split ? 256 : threads) + 2 * threads);
     }
 }
 
