@@ -274,14 +274,33 @@ Result<std::vector<SplitLayer>> split_layers(const std::string& path, const Imag
     return layers;
 }
 
+/// Enters all names, and returns one that was there, if any.
+std::string SplitChannels::add(const Image& file) {
+    std::string twice;
+    for (const Part& part : file.parts) {
+        for (const Channel& c : part.channels)
+            if (!names_.insert(c.name).second) twice = c.name;
+    }
+    return twice;
+}
+
+Result<void> SplitChannels::add(const std::string& path, const Image& file) {
+    const auto error = [&path](const std::string& why) { return Error{"io-read", fmt::format("cannot read {}: {}", path, why)}; };
+    if (file.parts.size() != 1) return error(fmt::format("a file of a split layout has one part, this one has {}", file.parts.size()));
+    if (const std::string twice = add(file); !twice.empty()) return error(fmt::format("another file of the layout has channel {}, too", twice));
+    return {};
+}
+
 Result<Image> read_layer_file(const std::string& path) {
     auto image = read_exr(path);
     if (!image) return image;
     const auto layers = split_layers(path, *image);
     if (!layers) return layers.error();
+    SplitChannels channels(*image);
     for (const SplitLayer& split : *layers) {
         auto one = read_exr(split.path);
         if (!one) return one;
+        if (auto added = channels.add(split.path, *one); !added) return added.error();
         if (one->data != image->data) {
             return Error{"io-read",
                          fmt::format("cannot read {}: its data window differs", split.path)};

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstdint>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -83,6 +84,21 @@ struct SplitLayer {
 
 /// Those that the header names; empty for other layouts. Errors: "io-read" (damaged list).
 Result<std::vector<SplitLayer>> split_layers(const std::string& path, const Image& header);
+
+/// The channels of the files of a split layout, each of which only one file may have.
+class SplitChannels {
+  public:
+    /// Those of the file that lists the others.
+    explicit SplitChannels(const Image& first) { add(first); }
+
+    /// Errors: "io-read": other than one part, or a channel that another file has.
+    Result<void> add(const std::string& path, const Image& file);
+
+  private:
+    std::string add(const Image& file);
+
+    std::set<std::string> names_;
+};
 
 /// Reads the header and the exact sums alone, as image::read_sums needs them. Errors: "io-open", "io-read".
 Result<Image> read_sums_image(const std::string& path);

@@ -135,7 +135,7 @@ struct StripReader::Impl {
     std::vector<Source> sources;  ///< per part of the description
     std::vector<std::string> foreign_parts;
 
-    Result<void> add_file(const std::string& path, const std::string& part_name);
+    Result<void> add_file(const std::string& path, const std::string& part_name, SplitChannels* channels);
     ReadPlan plan(std::span<const ChannelPlace> channels, size_t memory_bytes) const;
     Result<void> read_strip(const ReadPlan& plan,
                             OpenFiles& open_files,
@@ -143,7 +143,7 @@ struct StripReader::Impl {
                             Strip& strip) const;
 };
 
-Result<void> StripReader::Impl::add_file(const std::string& path, const std::string& part_name) {
+Result<void> StripReader::Impl::add_file(const std::string& path, const std::string& part_name, SplitChannels* channels) {
     SourceFile file{path, FileStamp::of(path), {}};
     const auto reader = file.open(ExrReader::Chunks::One);
     if (!reader) return reader.error();
@@ -153,6 +153,8 @@ Result<void> StripReader::Impl::add_file(const std::string& path, const std::str
         description.parts.clear();
     } else if (reader->header().data != description.data) {
         return Error{"io-read", fmt::format("cannot read {}: its data window differs", path)};
+    } else if (auto added = channels->add(path, reader->header()); !added) {
+        return added;
     }
     for (int p = 0; p < reader->part_count(); ++p) {
         Part part = reader->header().parts[size_t(p)];
@@ -235,11 +237,12 @@ StripReader& StripReader::operator=(StripReader&&) noexcept = default;
 
 Result<StripReader> StripReader::open(const std::string& path) {
     auto impl = std::make_unique<Impl>();
-    if (auto added = impl->add_file(path, ""); !added) return added.error();
+    if (auto added = impl->add_file(path, "", nullptr); !added) return added.error();
     const auto split = split_layers(path, impl->description);
     if (!split) return split.error();
+    SplitChannels channels(impl->description);
     for (const SplitLayer& s : *split) {
-        if (auto added = impl->add_file(s.path, s.layer); !added) return added.error();
+        if (auto added = impl->add_file(s.path, s.layer, &channels); !added) return added.error();
     }
     return StripReader(std::move(impl));
 }

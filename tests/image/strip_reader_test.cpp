@@ -189,6 +189,44 @@ TEST(StripReader, AFileThatWasReplacedIsAnError) {
     EXPECT_TRUE(puzzle.is_whole());
 }
 
+TEST(StripReader, FilesOfASplitSetHaveTheirChannelsToThemselves) {
+    const std::string folder = temporary("twice");
+    std::filesystem::create_directories(folder);
+    const auto write = [&](const std::string& name, const std::vector<std::string>& parts, const std::string& split) {
+        Image image;
+        image.data = image.display = {0, 0, 3, 2};
+        for (const std::string& c : parts) image.parts.push_back({c, {Channel::make(c + ".R", ChannelType::Half, 6)}, {}});
+        if (!split.empty()) image.attributes["velatura/split"] = split;
+        ASSERT_TRUE(write_exr(folder + "/" + name, image).has_value());
+    };
+    write("a.exr", {"a"}, "");
+    write("b.exr", {"b"}, "");
+    write("again.exr", {"a"}, "");
+    write("two.exr", {"c", "d"}, "");
+    const struct {
+        const char* split;
+        const char* why;
+    } cases[] = {
+        {R"({"a": "a.exr", "b": "b.exr"})", nullptr},
+        {R"({"a": "a.exr", "b": "again.exr"})", "again.exr: another file of the layout has channel a.R"},
+        {R"({"a": "a.exr", "b": "a.exr"})", "a.exr: another file of the layout has channel a.R"},
+        {R"({"a": "main.exr"})", "main.exr: another file of the layout has channel rgba.R"},
+        {R"({"a": "two.exr"})", "two.exr: a file of a split layout has one part, this one has 2"},
+    };
+    for (const auto& c : cases) {
+        write("main.exr", {"rgba"}, c.split);
+        const auto file = StripReader::open(folder + "/main.exr");
+        const auto whole = read_layer_file(folder + "/main.exr");
+        ASSERT_EQ(file.has_value(), !c.why) << c.split;
+        ASSERT_EQ(whole.has_value(), !c.why) << c.split;
+        if (!c.why) continue;
+        for (const Error& error : {file.error(), whole.error()}) {
+            EXPECT_EQ(error.code, "io-read");
+            EXPECT_NE(error.message.find(c.why), std::string::npos) << error.message;
+        }
+    }
+}
+
 size_t open_file_count() {
     const std::filesystem::directory_iterator descriptors("/proc/self/fd");
     return size_t(std::distance(begin(descriptors), end(descriptors)));
