@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "accel/accelerator_factory.h"
+#include "app/render_layers.h"
 #include "geometry/geometry_set.h"
 #include "plugin/registry.h"
 
@@ -78,6 +79,7 @@ LayerCounts layer_counts(const film::LayerSet& l) {
     if (l.matrix_layers) n.as_chosen += groups * columns;
     if (l.bounce_layers) n.as_chosen += columns;
     if (l.group_layers) n.as_chosen += groups;
+    n.as_chosen += int(l.path_layers.size());
     // Of each of these there may be one that a clamp touched
     if (l.has_clamp()) n.as_float += n.as_chosen;
     if (l.shadow_layers) n.as_chosen += groups;
@@ -98,7 +100,7 @@ PlanNeeds::File expected_file(const RenderJob& job, const FrameInput& input) {
     file.name = input.output;
     const LayerCounts counts = layer_counts(layers);
     file.layers = counts.as_chosen + counts.as_float;
-    const int float_channels = rgba_channels + 3 * counts.as_float + (layers.data_layers ? data_channels : 0);
+    const int float_channels = rgba_channels + 3 * (counts.as_float + int(layers.data_aliases.size())) + (layers.data_layers ? data_channels : 0);
     // Of a Cryptomatte: a preview, and ids and coverages by pairs
     const int mattes = int(std::count(layers.mattes.begin(), layers.mattes.end(), true));
     const int preview_channels = 3 * mattes, pair_channels = 4 * ((layers.matte_levels + 1) / 2) * mattes;

@@ -13,6 +13,7 @@
 #include "app/accelerator_choice.h"
 #include "app/exit_codes.h"
 #include "app/parse_values.h"
+#include "app/render_layers.h"
 #include "app/scene_loader.h"
 #include "app/stop_signals.h"
 #include "app/volume_loading.h"
@@ -73,13 +74,9 @@ translate::TranslateOptions translate_options(const RenderJob& job, double frame
 }
 
 /// Warns about what the scene's products ask for and a render does not write.
-void check_products(const scene::RenderSettings& settings, const RenderArguments& arguments, Diagnostics& diagnostics) {
+void check_products(const scene::RenderSettings& settings, Diagnostics& diagnostics) {
     if (settings.products.size() > 1) {
         diagnostics.warn("render-products", {}, settings.name, fmt::format("{} render products; one file with all light layers is written, under the first product's name", settings.products.size()));
-    }
-    for (const scene::RenderProduct& product : settings.products) {
-        if (product.vars.empty()) continue;
-        diagnostics.warn("render-vars", {}, settings.name, fmt::format("the {} render vars of product \"{}\" do not choose layers; the families of --layers ({}) are written", product.vars.size(), product.name, arguments.layers));
     }
 }
 
@@ -138,7 +135,8 @@ int prepare_one(const RenderJob& job, const LoadedStage& loaded, double frame, b
     const auto start = std::chrono::steady_clock::now();
     Result<scene::Scene> scene = translate::translate_stage(loaded.stage, translate_options(job, frame), diagnostics);
     if (!scene) return fail(scene.error(), RenderError);
-    check_products(scene->settings, job.arguments, diagnostics);
+    check_products(scene->settings, diagnostics);
+    if (const Result<void> ok = check_render_vars(job, *scene, diagnostics); !ok) return fail(ok.error(), UsageError);
     if (job.arguments.strict && diagnostics.error_count() > 0) {
         return fail({"strict", fmt::format("{} errors in the scene and --strict", diagnostics.error_count())}, RenderError);
     }

@@ -59,7 +59,9 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     auto* layers = command.add_option_group("Light layers");
     layers->add_option("--bounces", a.bounces, "bounces b0…bK stored one by one; everything past them goes to `tail`")->check(CLI::Range(0, 64));
     layers->add_option("--lights", a.lights, "rows of the light mixer")->check(CLI::IsMember({"per-light", "groups", "off"}));
-    layers->add_option("--layers", a.layers, "families to store, of bounce,light,matrix,shadow,caster,data; or none");
+    layers->add_option("--layers", a.layers, "families to store, of bounce,light,matrix,shadow,caster,lobe,data; or none");
+    layers->add_option("--lpe", a.lpe, "one more layer, of the light whose paths match: C<RD>L, C.{2}<L.'key'>, unoccluded;C.L … (docs/light_paths.md); may be given again")->type_name("NAME=EXPRESSION")->expected(1)->take_all();
+    layers->add_flag("--lpe-strict", a.strict_lpe, "in light path expressions G is rough and S a mirror; else each is any specular");
     layers->add_flag("--halves", a.halves, "store two independent half images of every layer");
     const CLI::Range above_nothing(1e-30, 1e30);
     layers->add_option("--clamp-direct", a.clamp_direct, "largest channel of what one contribution may bring at b0 and b1; the rest goes to clamp_ layers")->check(above_nothing);

@@ -11,6 +11,7 @@
 #include "app/frame_settings.h"
 #include "app/light_images.h"
 #include "app/plan_report.h"
+#include "app/render_layers.h"
 #include "app/replay.h"
 #include "app/resume.h"
 #include "app/stats.h"
@@ -353,15 +354,6 @@ class FrameRenderer {
 };
 
 }  // namespace
-
-film::LayerSet layers_of(const RenderJob& job, const scene::Scene& scene) {
-    film::LayerSet layers = job.layers;
-    for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
-    if (layers.caster_layers)
-        for (const scene::Caster& c : scene.casters.list) layers.casters.push_back({c.name, c.prim});
-    layers.normalise_names();
-    return layers;
-}
 
 image::Window data_window(const scene::RenderSettings& s, const std::vector<double>& crop) {
     double x0 = s.data_window_ndc[0], y0 = s.data_window_ndc[1], x1 = s.data_window_ndc[2], y1 = s.data_window_ndc[3];

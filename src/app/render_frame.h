@@ -66,9 +66,6 @@ struct FrameInput {
     double open_s = 0, translate_s = 0;
 };
 
-/// The job's layers, with the rows of the scene's light mixer.
-film::LayerSet layers_of(const RenderJob& job, const scene::Scene& scene);
-
 /// Renders and writes one frame, with progress and interim pictures; prints what was written unless quiet.
 /// Returns: an exit code of exit_codes.h.
 int render_frame(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics);

@@ -10,6 +10,7 @@
 
 #include "app/parse_values.h"
 #include "app/render_frame.h"
+#include "film/lobe_layers.h"
 
 namespace velatura::app {
 
@@ -73,6 +74,7 @@ Result<void> choose_layers(const RenderArguments& a, film::LayerSet& layers) {
     layers.bounce_layers = layers.group_layers = layers.matrix_layers = layers.shadow_layers = layers.caster_layers = layers.data_layers = false;
     if (a.clamp_direct) layers.clamp_direct = float(*a.clamp_direct);
     if (a.clamp_indirect) layers.clamp_indirect = float(*a.clamp_indirect);
+    bool has_lobes = false;
     for (const std::string& family : split(a.layers, ',')) {
         if (family == "none") continue;
         bool* flag = family == "bounce"   ? &layers.bounce_layers
@@ -80,11 +82,14 @@ Result<void> choose_layers(const RenderArguments& a, film::LayerSet& layers) {
                      : family == "matrix" ? &layers.matrix_layers
                      : family == "shadow" ? &layers.shadow_layers
                      : family == "caster" ? &layers.caster_layers
+                     : family == "lobe"   ? &has_lobes
                      : family == "data"   ? &layers.data_layers
                                           : nullptr;
-        if (!flag) return usage(fmt::format("--layers: unknown family \"{}\": expected bounce, light, matrix, shadow, caster, data or none", family));
+        if (!flag) return usage(fmt::format("--layers: unknown family \"{}\": expected bounce, light, matrix, shadow, caster, lobe, data or none", family));
         *flag = true;
     }
+    if (has_lobes) layers.path_layers = film::lobe_layers();
+    layers.has_strict_paths = a.strict_lpe;
     // Shadows by caster are parts of the shadows
     layers.shadow_layers |= layers.caster_layers;
     layers.matte_levels = a.matte_levels.value_or(layers.matte_levels);
@@ -148,6 +153,8 @@ Result<void> check_combinations(const RenderArguments& a) {
     if (a.deep && a.resume) return usage("--deep and --resume cannot be given together: deep pictures do not go on");
     if (a.deep && a.filter == "mitchell") return usage("--deep cannot be had with --filter mitchell: coverage by weights below zero has no depth");
     if (!a.replay.empty() && (!a.output.empty() || !a.stats.empty())) return usage("--replay writes no file: leave out --output and --stats");
+    for (const std::string& lpe : a.lpe)
+        if (lpe.find('=') == 0 || lpe.find('=') == std::string::npos) return usage(fmt::format("--lpe: expected NAME=EXPRESSION, found \"{}\"", lpe));
     if (!a.replay.empty() && a.deep) return usage("--replay writes no file: leave out --deep");
     if (a.deep_samples && !a.deep) return usage("--deep-samples needs --deep");
     if (a.matte_levels && a.cryptomatte.empty()) return usage("--cryptomatte-levels needs --cryptomatte");

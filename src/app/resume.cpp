@@ -9,6 +9,7 @@
 
 #include "app/build_id.h"
 #include "app/exit_codes.h"
+#include "app/render_layers.h"
 #include "image/layer_header.h"
 #include "image/sums_part.h"
 

@@ -32,6 +32,16 @@ image::Triple triple(const Rgb& c) {
     return {double(c.x), double(c.y), double(c.z)};
 }
 
+image::Triple product(const image::Triple& a, const image::Triple& b) {
+    return {a.x * b.x, a.y * b.y, a.z * b.z};
+}
+
+std::optional<PathLabels> make_labels(const LayerSet& set) {
+    if (set.path_layers.empty()) return std::nullopt;
+    return PathLabels(
+        PathAutomaton::make(set.path_layers, set.has_strict_paths, set.groups).value());
+}
+
 }  // namespace
 
 const char* to_string(BadSampleReason reason) {
@@ -52,6 +62,8 @@ const char* to_string(BadSampleReason reason) {
 
 SampleRadiance::SampleRadiance(const LayerSet& set)
     : table_(set),
+      path_layers_(set.path_layers),
+      labels_(make_labels(set)),
       last_bounce_(set.last_bounce),
       matrix_(set.matrix_layers),
       bounces_(set.bounce_layers && !set.matrix_layers),
@@ -106,16 +118,43 @@ void SampleRadiance::add(int bounce, int group, const Rgb& radiance, float share
     if (is_built(Effect::LightLayers) && groups_) deposit_light(table_.group(group), value, clamped);
     if (is_built(Effect::ShadowLayers) && direct_ && bounce == 1)
         deposit(table_.direct(group), value);
+    if (is_built(Effect::PathLayers) && labels_) deposit_paths(group, value, clamped);
+}
+
+void SampleRadiance::deposit_paths(int group, const image::Triple& v, double clamped_share) {
+    scene::count_call(scene::Effect::PathLayers);
+    using Light = image::PathLayer::Light;
+    for (const auto& [state, part] : labels_->parts()) {
+        for (const uint16_t layer : labels_->automaton().layers_of(state, group)) {
+            const Light light = path_layers_[layer].light;
+            // Clamps leave what is made of light without shadows as it is
+            if (light != Light::Unoccluded)
+                deposit_light(table_.path(layer), product(v, part), light == Light::Arriving ? clamped_share : 0.0);
+        }
+    }
+}
+
+void SampleRadiance::deposit_unoccluded_paths(int group, const image::Triple& v) {
+    for (const auto& [state, part] : labels_->parts()) {
+        for (const uint16_t layer : labels_->automaton().layers_of(state, group)) {
+            if (path_layers_[layer].light != image::PathLayer::Light::Arriving)
+                deposit(table_.unoccluded_path(layer), product(v, part));
+        }
+    }
 }
 
 void SampleRadiance::add_unoccluded(int group, const Rgb& radiance) {
     const uint32_t accumulator = table_.unoccluded(group);
-    if (accumulator == image::AccumulatorTable::absent) return;
+    const bool has_row = accumulator != image::AccumulatorTable::absent;
+    const bool has_paths = scene::is_built(scene::Effect::PathLayers) && labels_;
+    if (!has_row && !has_paths) return;
     if (!is_sound(radiance)) {
         mark_bad(fault_of(radiance));
         return;
     }
-    if (!is_black(radiance)) deposit(accumulator, triple(radiance));
+    if (is_black(radiance)) return;
+    if (has_row) deposit(accumulator, triple(radiance));
+    if (has_paths) deposit_unoccluded_paths(group, triple(radiance));
 }
 
 void SampleRadiance::add_taken(int group, uint32_t caster, const Rgb& radiance) {
@@ -141,6 +180,7 @@ Rgb SampleRadiance::branch_radiance() const {
 void SampleRadiance::clear() {
     for (const uint32_t accumulator : touched_) values_[accumulator] = {};
     touched_.clear();
+    if (labels_) labels_->begin();
     bad_ = BadSampleReason::None;
     has_branches_ = false;
     weight = 1.0f;

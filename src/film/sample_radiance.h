@@ -3,10 +3,12 @@
 
 #include "base/math.h"
 #include "film/layer_set.h"
+#include "film/path_labels.h"
 #include "image/dyadic_sum.h"
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace velatura::film {
@@ -20,6 +22,7 @@ const char* to_string(BadSampleReason reason);
 /// layers not touched.
 class SampleRadiance {
   public:
+    /// set: its path layers are those that PathAutomaton::make() takes.
     explicit SampleRadiance(const LayerSet& set);
 
     /// Deposits light that arrived after `bounce` scatterings from light group `group`. Radiance in
@@ -35,6 +38,9 @@ class SampleRadiance {
 
     /// Deposits what the caster took of that light, index into LayerSet::casters; none: nobody known did.
     void add_taken(int group, uint32_t caster, const Rgb& radiance);
+
+    /// What path layers want to know of the path; what is added goes by what was said last. Null: there are none.
+    PathLabels* labels() { return labels_ ? &*labels_ : nullptr; }
 
     /// Marks the sample as bad for a reason that the caller saw. The first reason stays.
     void mark_bad(BadSampleReason reason) {
@@ -99,7 +105,12 @@ class SampleRadiance {
     void deposit(uint32_t accumulator, const image::Triple& radiance);
     void deposit_light(uint32_t accumulator, const image::Triple& radiance, double clamped_share);
 
+    void deposit_paths(int group, const image::Triple& radiance, double clamped_share);
+    void deposit_unoccluded_paths(int group, const image::Triple& radiance);
+
     image::AccumulatorTable table_;
+    std::vector<image::PathLayer> path_layers_;
+    std::optional<PathLabels> labels_;
     int last_bounce_;
     bool matrix_, bounces_, groups_, direct_, clamps_;
     float clamp_direct_, clamp_indirect_;

@@ -3,9 +3,32 @@
 
 #include "image/pixel_means.h"
 
+#include <algorithm>
 #include <initializer_list>
 
 namespace velatura::image {
+
+namespace {
+
+/// The channels of a layer once more, under another name.
+void add_alias(const DataAlias& alias, Part& part, std::vector<LayerEntry>& layers) {
+    const auto known = std::find_if(layers.begin(), layers.end(), [&](const LayerEntry& e) { return e.name == alias.of && e.part == part.name; });
+    if (known == layers.end()) return;
+    LayerEntry entry = *known;
+    entry.name = alias.name;
+    layers.push_back(std::move(entry));
+    const size_t count = part.channels.size();
+    for (size_t i = 0; i < count; ++i) {
+        const std::string& name = part.channels[i].name;
+        const size_t dot = std::min(name.find('.'), name.size());
+        if (name.substr(0, dot) != alias.of) continue;
+        Channel copy = part.channels[i];
+        copy.name = alias.name + name.substr(dot);
+        part.channels.push_back(std::move(copy));
+    }
+}
+
+}  // namespace
 
 Part data_part(const SampleSums& sums, std::vector<LayerEntry>& layers) {
     const AccumulatorTable& table = sums.table();
@@ -75,6 +98,7 @@ Part data_part(const SampleSums& sums, std::vector<LayerEntry>& layers) {
             set_float(variance, i, h.variance[0] + h.variance[1] + h.variance[2], 3.0);
         }
     });
+    for (const DataAlias& alias : sums.layer_set().data_aliases) add_alias(alias, part, layers);
     return part;
 }
 

@@ -9,7 +9,8 @@
 
 namespace velatura::image {
 
-/// The part `data`: albedo, N, P, Z, st, ids, counts and variance. Adds its layers to the list.
+/// The part `data`: albedo, N, P, Z, st, ids, counts and variance. Adds its layers to the list, and
+/// those under other names.
 Part data_part(const SampleSums& sums, std::vector<LayerEntry>& layers);
 
 }  // namespace velatura::image

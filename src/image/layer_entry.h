@@ -8,7 +8,7 @@ namespace velatura::image {
 /// One line of the header string `velatura/layers`.
 struct LayerEntry {
     std::string name;       ///< `b2_key`, `C_key`, `rgba`, `albedo`, …
-    std::string family;     ///< matrix, bounces, groups, unoccluded, shadow, caster, clamp, beauty, data, halves
+    std::string family;     ///< matrix, bounces, groups, lobes, paths, unoccluded, shadow, caster, clamp, beauty, data, halves
     std::string part;       ///< EXR part that holds it
     std::string lpe;        ///< light path expression; empty for data
     std::string bounce;     ///< `b2`, `tail`; empty = all

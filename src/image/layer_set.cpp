@@ -45,7 +45,14 @@ std::string LayerSet::to_json() const {
         j["clampDirect"] = std::isfinite(clamp_direct) ? clamp_direct : -1.0f;
         j["clampIndirect"] = std::isfinite(clamp_indirect) ? clamp_indirect : -1.0f;
     }
+    if (!path_layers.empty()) {
+        j["strictPaths"] = has_strict_paths;
+        j["paths"] = nlohmann::ordered_json::array();
+        for (const PathLayer& p : path_layers)
+            j["paths"].push_back({{"name", p.name}, {"lpe", p.expression}, {"light", int(p.light)}, {"family", p.family}});
+    }
     j["data"] = data_layers;
+    for (const DataAlias& a : data_aliases) j["aliases"].push_back({{"name", a.name}, {"of", a.of}});
     j["halves"] = halves;
     j["float"] = float_layers;
     j["mattes"] = nlohmann::ordered_json::array();
@@ -79,6 +86,14 @@ Result<LayerSet> LayerSet::from_json(const std::string& text) {
             for (const auto& c : j["casters"])
                 set.casters.push_back({c.at("name").get<std::string>(), c.at("prim").get<std::string>()});
         }
+        if (j.contains("paths")) {
+            set.has_strict_paths = j.at("strictPaths").get<bool>();
+            for (const auto& p : j["paths"]) {
+                const int light = p.at("light").get<int>();
+                if (light < 0 || light > int(PathLayer::Light::Shadow)) return error;
+                set.path_layers.push_back({p.at("name").get<std::string>(), p.at("lpe").get<std::string>(), PathLayer::Light(light), p.at("family").get<std::string>()});
+            }
+        }
         const auto limit = [&j](const char* name) {
             const float value = j.value(name, -1.0f);
             return value >= 0.0f ? value : std::numeric_limits<float>::infinity();
@@ -86,6 +101,8 @@ Result<LayerSet> LayerSet::from_json(const std::string& text) {
         set.clamp_direct = limit("clampDirect");
         set.clamp_indirect = limit("clampIndirect");
         set.data_layers = j.at("data").get<bool>();
+        if (j.contains("aliases"))
+            for (const auto& a : j["aliases"]) set.data_aliases.push_back({a.at("name").get<std::string>(), a.at("of").get<std::string>()});
         set.halves = j.at("halves").get<bool>();
         set.float_layers = j.at("float").get<bool>();
         for (const auto& word : j.at("mattes")) {
@@ -125,6 +142,8 @@ AccumulatorTable::AccumulatorTable(const LayerSet& set)
     take(set.shadow_layers, unoccluded_, groups_);
     casters_ = uint32_t(set.casters.size());
     take(set.shadow_layers && set.caster_layers, taken_, groups_ * casters_);
+    take(!set.path_layers.empty(), paths_, uint32_t(set.path_layers.size()));
+    take(!set.path_layers.empty() && set.wants_unoccluded(), unoccluded_paths_, uint32_t(set.path_layers.size()));
     // Numbers alone: what no clamp touches takes nothing
     take(set.has_clamp(), clamped_, count_);
 }

@@ -29,6 +29,26 @@ struct ShadowCaster {
     bool operator==(const ShadowCaster&) const = default;
 };
 
+/// The light of paths that an expression picks, in a layer of its own (docs/light_paths.md).
+struct PathLayer {
+    /// As it arrives; as it would without shadows; what shadows take of it.
+    enum class Light : uint8_t { Arriving, Unoccluded, Shadow };
+
+    std::string name;
+    std::string expression;  ///< without prefixes
+    Light light = Light::Arriving;
+    std::string family;  ///< "lobes", which add up to the beauty, or "paths"
+
+    bool operator==(const PathLayer&) const = default;
+};
+
+/// A data layer under another name, as well.
+struct DataAlias {
+    std::string name, of;
+
+    bool operator==(const DataAlias&) const = default;
+};
+
 /// Which light layers a film accumulates and a file stores. Bounces run b0 … b<last_bounce>, then
 /// tail.
 struct LayerSet {
@@ -44,7 +64,10 @@ struct LayerSet {
     /// clamp_<layer>: those of bounces 0 and 1, and those of later ones. Infinite = not.
     float clamp_direct = std::numeric_limits<float>::infinity();
     float clamp_indirect = std::numeric_limits<float>::infinity();
+    std::vector<PathLayer> path_layers;
+    bool has_strict_paths = false;  ///< G is rough and S a mirror; else each is any specular
     bool data_layers = true;    ///< albedo N P Z st primId instanceId sampleCount variance invalid
+    std::vector<DataAlias> data_aliases;  ///< only with data_layers
     bool halves = false;        ///< <layer>_hA, <layer>_hB of every light layer
     bool float_layers = false;  ///< store light layers as float instead of half
     std::array<bool, matte_kinds.size()> mattes = {};  ///< Cryptomattes, by MatteKind
@@ -55,6 +78,15 @@ struct LayerSet {
     int bounce_count() const { return last_bounce + 2; }
 
     int group_count() const { return int(groups.size()); }
+
+    /// Whether some layer is of light without its shadows.
+    bool wants_unoccluded() const {
+        return shadow_layers || std::any_of(path_layers.begin(), path_layers.end(), [](const PathLayer& p) { return p.light != PathLayer::Light::Arriving; });
+    }
+
+    bool has_paths(const std::string& family) const {
+        return std::any_of(path_layers.begin(), path_layers.end(), [&family](const PathLayer& p) { return p.family == family; });
+    }
 
     bool has_mattes(MatteKind kind) const { return mattes[size_t(kind)]; }
 
@@ -116,6 +148,14 @@ class AccumulatorTable {
         return unoccluded_ == absent ? absent : unoccluded_ + uint32_t(g);
     }
 
+    /// Light of a path layer that arrives.
+    uint32_t path(size_t layer) const { return paths_ == absent ? absent : paths_ + uint32_t(layer); }
+
+    /// The same without shadows.
+    uint32_t unoccluded_path(size_t layer) const {
+        return unoccluded_paths_ == absent ? absent : unoccluded_paths_ + uint32_t(layer);
+    }
+
     /// What a caster took of the group's light; none of the rest.
     uint32_t taken(int g, uint32_t caster) const {
         return taken_ == absent ? absent : taken_ + uint32_t(g) * casters_ + caster;
@@ -139,7 +179,8 @@ class AccumulatorTable {
   private:
     uint32_t groups_ = 0, casters_ = 0, count_ = 0;
     uint32_t albedo_ = absent, matrix_ = absent, bounces_ = absent, all_ = absent, direct_ = absent,
-             unoccluded_ = absent, taken_ = absent, clamped_ = absent;
+             unoccluded_ = absent, taken_ = absent, paths_ = absent, unoccluded_paths_ = absent,
+             clamped_ = absent;
     bool halves_ = false;
 };
 

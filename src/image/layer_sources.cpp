@@ -10,7 +10,8 @@ namespace velatura::image {
 namespace {
 
 std::string group_lpe(const std::string& events, const LayerSet& set, int group) {
-    return fmt::format("{}<L.'{}'>", events, set.groups[size_t(group)].name);
+    const std::string& name = set.groups[size_t(group)].name;
+    return fmt::format("{}<{}.'{}'>", events, name == emissive_group ? 'O' : 'L', name);
 }
 
 std::string column_events(const LayerSet& set, int column) {
@@ -37,6 +38,7 @@ std::vector<LayerSource> matrix_sources(const LayerSet& set, const AccumulatorTa
             s.entry.lpe = group_lpe(column_events(set, c), set, g);
             s.plus = {table.matrix(c, g)};
             s.may_be_left_out = true;
+            s.is_clamped = set.has_clamp();
             list.push_back(std::move(s));
         }
     }
@@ -54,6 +56,7 @@ std::vector<LayerSource> bounce_sources(const LayerSet& set, const AccumulatorTa
         } else {
             s.plus = {table.bounce(c)};
         }
+        s.is_clamped = set.has_clamp();
         list.push_back(std::move(s));
     }
     return list;
@@ -71,6 +74,7 @@ std::vector<LayerSource> group_sources(const LayerSet& set, const AccumulatorTab
         } else {
             s.plus = {table.group(g)};
         }
+        s.is_clamped = set.has_clamp();
         list.push_back(std::move(s));
     }
     return list;
@@ -113,6 +117,30 @@ std::vector<LayerSource> shadow_sources(const LayerSet& set,
         s.plus = {table.unoccluded(g)};
         if (!unoccluded) s.minus = {direct(table, g)};
         s.may_be_left_out = true;
+        list.push_back(std::move(s));
+    }
+    return list;
+}
+
+std::vector<LayerSource> path_sources(const LayerSet& set,
+                                      const AccumulatorTable& table,
+                                      const std::string& family) {
+    using Light = PathLayer::Light;
+    std::vector<LayerSource> list;
+    for (size_t i = 0; i < set.path_layers.size(); ++i) {
+        const PathLayer& layer = set.path_layers[i];
+        if (layer.family != family) continue;
+        LayerSource s;
+        s.entry.name = layer.name;
+        s.entry.lpe = std::string(layer.light == Light::Shadow       ? "shadow;"
+                                  : layer.light == Light::Unoccluded ? "unoccluded;"
+                                                                     : "") +
+                      layer.expression;
+        s.plus = {layer.light == Light::Arriving ? table.path(i) : table.unoccluded_path(i)};
+        if (layer.light == Light::Shadow) s.minus = {table.path(i)};
+        s.is_clamped = layer.light == Light::Arriving && set.has_clamp();
+        // What somebody asked for by name is there, black or not
+        s.may_be_left_out = family == "lobes";
         list.push_back(std::move(s));
     }
     return list;

@@ -5,6 +5,7 @@
 #include "image/layer_set.h"
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace velatura::image {
@@ -26,6 +27,9 @@ std::vector<LayerSource> bounce_sources(const LayerSet& set, const AccumulatorTa
 
 /// C_<group>; from the matrix where there is one.
 std::vector<LayerSource> group_sources(const LayerSet& set, const AccumulatorTable& table);
+
+/// Those of one family by expression: "lobes" or "paths".
+std::vector<LayerSource> path_sources(const LayerSet& set, const AccumulatorTable& table, const std::string& family);
 
 /// U_<group> or S_<group>, one for every group.
 std::vector<LayerSource> shadow_sources(const LayerSet& set, const AccumulatorTable& table, bool unoccluded);

@@ -182,7 +182,6 @@ void Resolver::store_family(const std::string& family,
     closure.family = family;
     closure.is_exact = out_.closure.empty();
     for (LayerSource& s : sources) {
-        s.is_clamped = is_in_sum && set_.has_clamp();
         s.entry.family = family;
         s.entry.in_sum = is_in_sum && closure.is_exact;
         // Without clamps it may need more than a half has room for
@@ -295,6 +294,8 @@ ResolvedLayers Resolver::run() {
     if (set_.matrix_layers) store_family("matrix", matrix_sources(set_, table_), true);
     if (set_.bounce_layers) store_family("bounces", bounce_sources(set_, table_), true);
     if (set_.group_layers) store_family("groups", group_sources(set_, table_), true);
+    if (set_.has_paths("lobes")) store_family("lobes", path_sources(set_, table_, "lobes"), true);
+    if (set_.has_paths("paths")) store_family("paths", path_sources(set_, table_, "paths"), false);
     if (set_.shadow_layers) {
         store_family("unoccluded", shadow_sources(set_, table_, true), false);
         if (set_.caster_layers)

@@ -374,7 +374,7 @@ Rgb CausticSampler::visibility(const Search& search,
 
 /// What the solution brings over the probability to find it; black when it is none of the chains
 /// that finds() means.
-Rgb CausticSampler::contribution(const Search& search, const Solution& solution) const {
+Rgb CausticSampler::contribution(const Search& search, Solution& solution) const {
     const Receiver& at = search.receiver;
     const Target& target = search.target;
     const SpecularChain& chain = solution.chain;
@@ -405,6 +405,8 @@ Rgb CausticSampler::contribution(const Search& search, const Solution& solution)
             (solution.events.events[i].kind == ScatterKind::Transmit && scattered->eta == 1.0f))
             return Rgb(0.0f);
         L *= scattered->weight;
+        for (int c = 0; c < 3; ++c)
+            solution.coats[i][c] = scattered->weight[c] > 0.0f ? std::min(scattered->coat[c] / scattered->weight[c], 1.0f) : 0.0f;
         if (absorbs) {
             L *= interior.transmittance(world_.materials, float(chain.lengths[i]));
             interior.cross(world_.materials, point, wo, scattered->wi);
@@ -444,7 +446,7 @@ std::optional<CausticSampler::Found> CausticSampler::sample(const Receiver& rece
             break;
     }
     if (trial == trial_cap) ++counts.caustics_capped;
-    return Found{L * float(trial), first.events.count, search.target.light};
+    return Found{L * float(trial), to_float(first.d), first.events, first.coats, search.target.light};
 }
 
 std::unique_ptr<const CausticSampler> make_caustic_sampler(Caustics mode, const World& world) {

@@ -10,6 +10,7 @@
 #include "sampling/sampler.h"
 #include "shading/bsdf.h"
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -96,7 +97,9 @@ class CausticSampler {
 
     struct Found {
         Rgb radiance;    ///< estimate of what leaves the vertex towards wo
-        int length = 0;  ///< delta scatterings between vertex and light
+        Vec3 wi;         ///< from where it arrives at the vertex
+        SpecularEvents events;  ///< delta scatterings between vertex and light
+        std::array<Rgb, longest_specular_chain> coats = {};  ///< of each, the share that a coat reflects
         uint32_t light = 0;
     };
 
@@ -121,6 +124,7 @@ class CausticSampler {
         SpecularEvents events;
         Vec3d d = Vec3d(0.0);
         SpecularChain chain;
+        std::array<Rgb, longest_specular_chain> coats = {};  ///< of each event, what a coat reflects
         double distance = 0;  ///< from the last surface to the light
         double density = 0;   ///< solid angle at the vertex over the area across the ray at the
                               ///< light, or over the solid angle at infinity
@@ -143,7 +147,7 @@ class CausticSampler {
                   Solution& out) const;
     bool aim(const Search& search, const Vec3d& d, Solution& out, Aim& aim) const;
     bool solve(const Search& search, const Vec3d& seed, Solution& out) const;
-    Rgb contribution(const Search& search, const Solution& solution) const;
+    Rgb contribution(const Search& search, Solution& solution) const;
     Rgb visibility(const Search& search,
                    const Solution& solution,
                    const geometry::SurfacePoint& last,

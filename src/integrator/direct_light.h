@@ -4,6 +4,7 @@
 
 #include <optional>
 
+#include "integrator/labelling.h"
 #include "integrator/path.h"
 #include "integrator/path_tracer.h"
 #include "scene/effect_build.h"
@@ -15,6 +16,23 @@ inline void PathTracer::deposit(const Path& path, int bounce, scene::GroupId gro
     if (is_black(radiance)) return;
     out.add(bounce, int(group), radiance, path.share);
     if (path.observer) path.observer->on_deposit(bounce, group, radiance, what);
+}
+
+/// The last scattering's parts count by the multipliers, each kind by its own.
+template <class Give>
+void give_met(film::PathLabels* labels, bool is_weighed, const lights::LobeMultipliers& multipliers, const Give& give) {
+    if (labels && is_weighed) labels->weigh(multipliers.diffuse, multipliers.specular);
+    give();
+    if (labels && is_weighed) labels->stay();
+}
+
+inline void PathTracer::deposit_met(const Path& path, scene::GroupId group, const Rgb& radiance, const lights::LobeMultipliers& multipliers, const char* what, film::SampleRadiance& out) const {
+    give_met(labels_of(out), world_.has_lobe_multipliers && path.bounce > 0, multipliers, [&] { deposit(path, path.bounce, group, radiance, what, out); });
+}
+
+inline void PathTracer::add_unoccluded_met(scene::GroupId group, const Rgb& radiance, const lights::LobeMultipliers& multipliers, film::SampleRadiance& out) const {
+    if (is_black(radiance)) return;
+    give_met(labels_of(out), world_.has_lobe_multipliers, multipliers, [&] { out.add_unoccluded(int(group), radiance); });
 }
 
 inline bool PathTracer::choose_light(const Path& path, const lights::Receiver& receiver, ChosenLight& chosen) const {
@@ -42,7 +60,7 @@ inline void PathTracer::deposit_direct(Path& path, const geometry::SurfacePoint&
     using scene::Effect, scene::is_built;
     const auto& [choice, light, links] = chosen;
     const scene::GroupId group = world_.lights.group(choice.light);
-    if (is_built(Effect::ShadowLayers) && has_shadow_layers_ && path.bounce == 0) {
+    if (is_built(Effect::ShadowLayers) && has_unoccluded_ && path.bounce == 0) {
         scene::count_call(Effect::ShadowLayers);
         out.add_unoccluded(int(group), Ld);
     }

@@ -54,9 +54,10 @@ void add_options(const PlanOptions& o, EffectPlan& plan) {
     set(Effect::BounceLayers, l.bounce_layers, fmt::format("b0 to b{} and tail", l.last_bounce));
     set(Effect::LightLayers, l.group_layers, fmt::format("{} groups", l.groups.size()));
     set(Effect::MatrixLayers, l.matrix_layers, fmt::format("{} groups x {} columns", l.groups.size(), l.bounce_count()));
-    set(Effect::ShadowLayers, l.shadow_layers, fmt::format("{} groups", l.groups.size()));
+    set(Effect::ShadowLayers, l.wants_unoccluded(), fmt::format("{} groups", l.groups.size()));
     set(Effect::CasterLayers, l.caster_layers, fmt::format("{} casters", l.casters.size()));
     set(Effect::ClampLayers, l.has_clamp(), "--clamp-direct or --clamp-indirect");
+    set(Effect::PathLayers, !l.path_layers.empty(), fmt::format("{} layers by light path expressions", l.path_layers.size()));
     set(Effect::DataLayers, l.data_layers, "albedo N P Z st primId instanceId sampleCount variance");
     set(Effect::HalfImages, l.halves, "two of every light layer");
     set(Effect::DeepSamples, o.is_deep, "--deep");

@@ -55,9 +55,8 @@ void PathTracer::add_lights_beyond(const Path& path,
             const scene::LightLinks* links = world_.lights.links(hit.light);
             if (!is_found_beyond(path, links) || !is_lit(path, links)) return;
             if (options_.caustics && options_.caustics->finds(path.history, hit.light, 0)) return;
-            const Rgb Le = path.beta * hit.Le *
-                           light_factor(path, world_.lights.lobe_multipliers(hit.light)) *
-                           light_hit_weight(path, hit);
+            const lights::LobeMultipliers multipliers = world_.lights.lobe_multipliers(hit.light);
+            const Rgb Le = path.beta * hit.Le * light_factor(path, multipliers) * light_hit_weight(path, hit);
             if (is_black(Le)) return;
             lights::LightSample light;
             light.wi = path.ray.d;
@@ -66,8 +65,8 @@ void PathTracer::add_lights_beyond(const Path& path,
             room.clear();
             const Rgb visible = OwnShadow(world_, *links, path.interior, cone, own_numbers(path), shares)
                                     .visibility(ShadowSegment(from, light), *path.counts);
-            deposit(path, path.bounce, world_.lights.group(hit.light), Le * visible,
-                    "light met, by its own shadows", out);
+            deposit_met(path, world_.lights.group(hit.light), Le * visible, multipliers,
+                        "light met, by its own shadows", out);
             deposit_taken(room, world_.lights.group(hit.light), Le, out);
         });
     for (const OwnShadowSurfaces& surfaces : world_.own_shadow_surfaces)
@@ -96,9 +95,9 @@ void PathTracer::add_surfaces_beyond(const Path& path,
             if (is_found_beyond(path, emitted.links) && surfaces.is_of(*emitted.links)) {
                 const float weight =
                     world_.materials.presence(point, width) * surface_hit_weight(path, point);
-                deposit(path, path.bounce, emitted.group,
-                        path.beta * emitted.Le * weight * shadow.visible(),
-                        "surface met, by its own shadows", out);
+                deposit_met(path, emitted.group,
+                            path.beta * emitted.Le * weight * shadow.visible(),
+                            emitted.multipliers, "surface met, by its own shadows", out);
                 deposit_taken(shares, emitted.group, path.beta * emitted.Le * weight, out);
             }
         }

@@ -75,11 +75,12 @@ void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadia
             const scene::LightLinks* links = world_.lights.links(hit.light);
             if (!is_lit(path, links) || is_found_beyond(path, links)) return;
         }
-        Rgb Le = path.beta * hit.Le * light_factor(path, world_.lights.lobe_multipliers(hit.light)) * light_hit_weight(path, hit);
+        const lights::LobeMultipliers multipliers = world_.lights.lobe_multipliers(hit.light);
+        Rgb Le = path.beta * hit.Le * light_factor(path, multipliers) * light_hit_weight(path, hit);
         if (flight && flight->around.is_drawn()) Le *= flight->around.weight_at(hit.t - path.travelled);
         else if (may_keep_interior() && !path.interior.is_empty()) Le *= path.interior.transmittance(world_.materials, hit.t - path.travelled);
         if (flight) Le *= flight->weight_at(hit.t - path.travelled);
-        deposit(path, path.bounce, world_.lights.group(hit.light), Le, "light met by the path", out);
+        deposit_met(path, world_.lights.group(hit.light), Le, multipliers, "light met by the path", out);
     };
     if (!is_built(Effect::ShadowLayers) || path.line_hit_count == Path::unknown_hits) {
         world_.lights.for_each_hit(path.straight_o, path.ray.d, end, [&](const lights::LightHit& hit) { add(hit); });
@@ -99,15 +100,15 @@ void PathTracer::add_unoccluded_hits(Path& path, film::SampleRadiance& out) cons
         if (count < path.line_hits.size()) path.line_hits[count] = hit;
         ++count;
         if (world_.has_links() && !is_lit(path, world_.lights.links(hit.light))) return;
-        const Rgb Le = path.beta * hit.Le * light_factor(path, world_.lights.lobe_multipliers(hit.light)) * light_hit_weight(path, hit);
-        if (!is_black(Le)) out.add_unoccluded(int(world_.lights.group(hit.light)), Le);
+        const lights::LobeMultipliers multipliers = world_.lights.lobe_multipliers(hit.light);
+        const Rgb Le = path.beta * hit.Le * light_factor(path, multipliers) * light_hit_weight(path, hit);
+        add_unoccluded_met(world_.lights.group(hit.light), Le, multipliers, out);
     });
     if (count <= path.line_hits.size()) path.line_hit_count = int(count);
     if (!world_.lights.has_surface_emission()) return;
 
     for_each_emission(path, path.ray, path.cone_width, [&](const lights::SurfaceRadiance& emitted, float weight) {
-        const Rgb Le = path.beta * emitted.Le * weight;
-        if (!is_black(Le)) out.add_unoccluded(int(emitted.group), Le);
+        add_unoccluded_met(emitted.group, path.beta * emitted.Le * weight, emitted.multipliers, out);
     });
 }
 

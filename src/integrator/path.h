@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "integrator/path_events.h"
 #include "integrator/path_tracer.h"
 #include "scene/effect_build.h"
 #include "scene/effect_calls.h"
@@ -90,6 +91,12 @@ struct PathTracer::Vertex {
     Vec3 wo;
     DirectionMixture directions;
     const NestedBodies::Crossing* crossing = nullptr;  ///< of a boundary between bodies with priorities
+    bool is_exit = false;  ///< where light comes out that scattered below the surface
+
+    /// What f does, of a light that counts by the multipliers.
+    film::EventShares events(const shading::BsdfValue& value, const lights::LobeMultipliers& multipliers = {}) const {
+        return is_exit ? film::EventShares::only(film::PathEvent::Subsurface) : events_of(value, multipliers);
+    }
 };
 
 /// Where a path comes out that scattered below the surface: a vertex in place of the one where it went in.
@@ -97,7 +104,7 @@ struct PathTracer::Emergence {
     Emergence(const geometry::SurfacePoint& at, const Vec3& wo, const guiding::GuidingField* guide)
         : point(at),
           bsdf(Rgb(1.0f), at.ng, at.ns, wo, at.side != 0 ? at.ns : at.ng),
-          vertex{point, bsdf, wo, DirectionMixture(bsdf, wo, at.p, guide)} {}
+          vertex{point, bsdf, wo, DirectionMixture(bsdf, wo, at.p, guide), nullptr, true} {}
 
     Emergence(const Emergence&) = delete;
     Emergence& operator=(const Emergence&) = delete;

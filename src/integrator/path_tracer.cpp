@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "integrator/direct_light.h"
+#include "integrator/labelling.h"
 #include "integrator/path.h"
 #include "integrator/render_options.h"
 #include "integrator/shadow_segment.h"
@@ -38,7 +39,7 @@ PathTracer::PathTracer(const World& world, const film::LayerSet& layers, const P
     : world_(world),
       options_(options),
       filter_(options.filter),
-      has_shadow_layers_(layers.shadow_layers),
+      has_unoccluded_(layers.wants_unoccluded()),
       has_caster_layers_(layers.shadow_layers && layers.caster_layers),
       has_data_layers_(layers.data_layers),
       has_emission_(world.lights.has_surface_emission()),
@@ -123,7 +124,7 @@ void PathTracer::follow_through(Path& path, film::SampleRadiance& out) const {
         if (may_have_emission() && has_emission_ && world_.lights.may_emit(point)) {
             const lights::SurfaceRadiance emitted = surface_emission(path, point, wo, path.cone_width);
             if (!is_found_beyond(path, emitted.links))
-                deposit(path, path.bounce, emitted.group, path.beta * emitted.Le * surface_hit_weight(path, point), "surface emission", out);
+                deposit_met(path, emitted.group, path.beta * emitted.Le * surface_hit_weight(path, point), emitted.multipliers, "surface emission", out);
         }
 
         const Vertex met{start, bsdf, wo, DirectionMixture(bsdf, wo, start.p, options_.guide), crossing};
@@ -160,12 +161,15 @@ void PathTracer::branch_out(const Path& trunk, const Vertex& vertex, film::Sampl
     count_call(Effect::Splitting);
     out.begin_branches();
     const uint64_t rays_before = trunk.counts->total();
+    film::PathLabels* const labels = labels_of(out);
+    const film::PathLabels::Parts trunk_labels = labels ? labels->path() : film::PathLabels::Parts();
     for (uint32_t i = 0; i < trunk.branches; ++i) {
         Path branch = trunk;
         branch.branches = 1;
         branch.share = 1.0f / float(trunk.branches);
         branch.beta *= branch.share;
         branch.sampler = trunk.sampler.branch(i, trunk.branches);
+        if (labels) labels->go_back_to(trunk_labels);
         if (const char* const why = go_on(branch, vertex, out)) {
             if (branch.observer) branch.observer->on_end(branch.bounce, why);
         } else {
@@ -185,7 +189,7 @@ const char* PathTracer::go_on(Path& path, const Vertex& vertex, film::SampleRadi
 }
 
 void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
-    const auto& [point, bsdf, wo, directions, crossing] = vertex;
+    const auto& [point, bsdf, wo, directions, crossing, is_exit] = vertex;
     if (world_.selector->is_empty() || !bsdf.has_non_delta()) return;
 
     const lights::Receiver receiver = receiver_at(world_, point, bsdf);
@@ -198,9 +202,10 @@ void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::Sample
     // Weigh it against finding the same light by going on
     const shading::BsdfValue value = bsdf.evaluate(wo, light.wi);
     Rgb f = value.f();
+    lights::LobeMultipliers multipliers;
     if (is_built(Effect::LobeMultipliers) && world_.has_lobe_multipliers) {
         count_call(Effect::LobeMultipliers);
-        const lights::LobeMultipliers multipliers = world_.lights.lobe_multipliers(choice.light);
+        multipliers = world_.lights.lobe_multipliers(choice.light);
         f = value.diffuse * multipliers.diffuse + value.specular * multipliers.specular;
     }
     if (is_black(f)) return;
@@ -210,7 +215,10 @@ void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::Sample
     const Rgb Ld = path.beta * f * light.Le * (bsdf.cosine(light.wi) * weight / light_pdf);
     if (is_black(Ld)) return;
 
+    film::PathLabels* const labels = labels_of(out);
+    if (labels) labels->look(vertex.events(value, multipliers));
     deposit_direct(path, point, wo, chosen, Ld, out, crossing);
+    if (labels) labels->stay();
 }
 
 void PathTracer::add_caustics(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
@@ -218,8 +226,15 @@ void PathTracer::add_caustics(Path& path, const Vertex& vertex, film::SampleRadi
     const CausticSampler::Receiver receiver{vertex.point, vertex.bsdf, vertex.wo, {path.cone_width, path.cone_spread}, path.interior};
     const auto found = options_.caustics->sample(receiver, path.sampler, path.bounce, path.pass_count, *path.counts);
     if (!found) return;
-    const int bounce = path.bounce + 1 + found->length;
-    if (bounce <= depth_limit_) deposit(path, bounce, world_.lights.group(found->light), path.beta * found->radiance, "caustic solved for", out);
+    const int bounce = path.bounce + 1 + found->events.count;
+    if (bounce > depth_limit_) return;
+    film::PathLabels* const labels = labels_of(out);
+    if (labels) {
+        labels->look(vertex.events(vertex.bsdf.evaluate(vertex.wo, found->wi)));
+        for (size_t i = 0; i < size_t(found->events.count); ++i) labels->look_on(events_of(found->events.events[i].kind, found->coats[i]));
+    }
+    deposit(path, bounce, world_.lights.group(found->light), path.beta * found->radiance, "caustic solved for", out);
+    if (labels) labels->stay();
 }
 
 bool PathTracer::pass_through(Path& path, const geometry::SurfacePoint& point) const {
@@ -287,7 +302,7 @@ bool PathTracer::pass_straight(Path& path, const Vertex& vertex) const {
 }
 
 bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
-    const auto& [point, bsdf, wo, directions, crossing] = vertex;
+    const auto& [point, bsdf, wo, directions, crossing, is_exit] = vertex;
     if (path.observer && bsdf.has_non_delta()) path.observer->on_vertex({point.p, bsdf.ns()}, path.beta);
     const std::optional<ScatterSample> scattered = directions.sample(path.sampler, path.bounce, path.pass_count);
     if (!scattered) return false;
@@ -307,6 +322,11 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
         go_straight_on(path, point);
         if (!world_.materials.material_is_see_through(point.material)) path.is_certain = true;
         return true;
+    }
+    if (film::PathLabels* const labels = labels_of(out)) {
+        // Each of two mirrors in one direction brings its own weight and no more
+        labels->look(sample->is_delta ? events_of(*sample) : vertex.events(bsdf.evaluate(wo, sample->wi)));
+        labels->go();
     }
     path.ray = geometry::spawn_ray(point, sample->wi);
     path.straight_o = path.ray.o;
@@ -332,7 +352,7 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
     const bool is_first = path.bounce == 0;
     ++path.bounce;
     path.pass_count = 0;
-    if (is_built(Effect::ShadowLayers) && is_first && has_shadow_layers_) add_unoccluded_hits(path, out);
+    if (is_built(Effect::ShadowLayers) && is_first && has_unoccluded_) add_unoccluded_hits(path, out);
     if (may_have_links() && world_.has_own_shadows) add_lights_beyond(path, point, out);
     return true;
 }

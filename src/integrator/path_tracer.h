@@ -132,6 +132,9 @@ class PathTracer {
     void record_first_collision(const Scatterer& matter, const Vec3& p, film::SampleRadiance& out) const;
     void record_first_hit(const geometry::SurfacePoint& point, const shading::Bsdf& bsdf, film::SampleRadiance& out) const;
     void deposit(const Path& path, int bounce, scene::GroupId group, const Rgb& radiance, const char* what, film::SampleRadiance& out) const;
+    /// Deposits light that the path met and that counts by multipliers.
+    void deposit_met(const Path& path, scene::GroupId group, const Rgb& radiance, const lights::LobeMultipliers& multipliers, const char* what, film::SampleRadiance& out) const;
+    void add_unoccluded_met(scene::GroupId group, const Rgb& radiance, const lights::LobeMultipliers& multipliers, film::SampleRadiance& out) const;
     float light_hit_weight(const Path& path, const lights::LightHit& hit) const;
     float surface_hit_weight(const Path& path, const geometry::SurfacePoint& point) const;
     Rgb light_factor(const Path& path, const lights::LobeMultipliers& multipliers) const;
@@ -140,7 +143,7 @@ class PathTracer {
     const World& world_;
     PathTracerOptions options_;
     sampling::PixelFilter filter_;
-    bool has_shadow_layers_, has_caster_layers_, has_data_layers_;
+    bool has_unoccluded_, has_caster_layers_, has_data_layers_;
     bool has_emission_;  ///< some surface emits
     int depth_limit_;
 };

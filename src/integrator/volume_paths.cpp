@@ -129,10 +129,13 @@ const char* PathTracer::scatter_in_matter(Path& path,
         return "reached the depth limit";
     }
     const geometry::SurfacePoint point = matter.point_at(p, path.ray.time);
+    film::PathLabels* const labels = labels_of(out);
+    if (labels) labels->look(film::EventShares::only(film::PathEvent::Volume));
     add_direct_light_in_matter(path, matter, point, out);
     if (options_.estimator.specular_chains_only) return "absorbed";
 
     // Go on where the phase function leads
+    if (labels) labels->go();
     const Vec3 d = path.ray.d;
     const Vec3 wi = matter.phase.sample(
         d, path.sampler.get_2d(path.bounce, Purpose::VolumeDirection, path.pass_count));
@@ -154,7 +157,7 @@ const char* PathTracer::scatter_in_matter(Path& path,
     const bool is_first = path.bounce == 0;
     ++path.bounce;
     path.pass_count = 0;
-    if (is_first && has_shadow_layers_) add_unoccluded_hits(path, out);
+    if (is_first && has_unoccluded_) add_unoccluded_hits(path, out);
     if (world_.has_own_shadows) add_lights_beyond(path, point, out);
     if (!survives_roulette(path)) return "ended by roulette";
     ++path.counts->indirect;

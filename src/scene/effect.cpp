@@ -65,6 +65,7 @@ constexpr std::array<EffectInfo, effect_count> table = {{
     {Effect::ShadowLayers, Output, "shadow-layers", "values of light without occlusion"},
     {Effect::CasterLayers, Output, "caster-layers", "shadow rays that ask what blocks them"},
     {Effect::ClampLayers, Output, "clamp-layers", "contributions cut"},
+    {Effect::PathLayers, Output, "path-layers", "light told apart by what its path did"},
     {Effect::DataLayers, Output, "data-layers", ""},
     {Effect::HalfImages, Output, "half-images", ""},
     {Effect::IdMattes, Output, "id-mattes", "first surfaces named"},

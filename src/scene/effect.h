@@ -73,6 +73,7 @@ enum class Effect : uint8_t {
     ShadowLayers,
     CasterLayers,
     ClampLayers,
+    PathLayers,
     DataLayers,
     HalfImages,
     IdMattes,

@@ -13,7 +13,6 @@ namespace velatura::scene {
 /// A UsdRenderVar.
 struct RenderVar {
     std::string name;  ///< prim name, or driver:parameters:aov:name
-    std::string data_type = "color3f";
     std::string source_name;
     std::string source_type = "raw";
     ProvenanceId provenance = none;

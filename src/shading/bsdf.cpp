@@ -364,6 +364,7 @@ std::optional<BsdfSample> Bsdf::sample_delta(const View& v, Lobe lobe, const Vec
     } else {
         s.wi = frame_.from_local(Vec3(-v.wo.x, -v.wo.y, v.wo.z));
         if (!is_above(s.wi)) return std::nullopt;
+        s.is_coat = lobe == MirrorCoat;
         weight = lobe == MirrorSpecular ? v.reflected * under_coat : Rgb(v.coat);
     }
     if (has_sheen()) weight *= under_sheen(v.sheen);
@@ -383,8 +384,10 @@ std::optional<DeltaScattering> Bsdf::delta(ScatterKind kind) const {
         if (!(view_.probability[lobe] > 0.0f)) continue;
         const std::optional<BsdfSample> sample = sample_delta(view_, lobe, wo_);
         if (!sample) continue;
-        if (!out) out = DeltaScattering{sample->wi, Rgb(0.0f), sample->eta};
-        out->weight += sample->f * cosine(sample->wi);
+        if (!out) out = DeltaScattering{sample->wi, Rgb(0.0f), Rgb(0.0f), sample->eta};
+        const Rgb weight = sample->f * cosine(sample->wi);
+        out->weight += weight;
+        if (sample->is_coat) out->coat += weight;
     }
     return out;
 }

@@ -25,12 +25,14 @@ struct BsdfSample {
     float eta = 1;  ///< η_t/η_i along the path for transmission, else 1
     bool is_delta = false;
     ScatterKind kind = ScatterKind::Reflect;
+    bool is_coat = false;  ///< of a delta lobe: the coat's
 };
 
 /// What all delta lobes of one kind do together to light from the one direction they look in.
 struct DeltaScattering {
     Vec3 wi;        ///< render space, unit, away from the surface
     Rgb weight;     ///< radiance towards wo over radiance from wi
+    Rgb coat = Rgb(0.0f);  ///< what of `weight` the coat reflects
     float eta = 1;  ///< as in BsdfSample
 };
 
@@ -38,6 +40,7 @@ struct DeltaScattering {
 struct BsdfValue {
     Rgb diffuse = Rgb(0.0f);   ///< [1/sr], without cosine
     Rgb specular = Rgb(0.0f);  ///< [1/sr], without cosine
+    float coat = 0;            ///< what of `specular` the coat reflects
     float pdf = 0;             ///< [1/sr], what sample_f has over all non-delta lobes
     ScatterKind kind = ScatterKind::Reflect;
     float eta = 1;  ///< as in BsdfSample

@@ -282,7 +282,8 @@ void Bsdf::add_coat(
     if (coat_average_loss_ > 0.0f) {
         coat += coat_multiple_f_ * v.coat_loss * loss_i * inv_pi / coat_average_loss_;
     }
-    value.specular += Rgb(p_.clearcoat * coat);
+    value.coat = p_.clearcoat * coat;
+    value.specular += Rgb(value.coat);
 }
 
 template void Bsdf::evaluate_local<true>(const View&, const Vec3&, BsdfValue&) const;

@@ -38,6 +38,7 @@ void Bsdf::add_sheen(
     const float most = std::max(v.sheen, p_.sheen->at(mu_i, p_.sheen_roughness));
     value.diffuse *= under_sheen(most);
     value.specular *= under_sheen(most);
+    value.coat *= under_sheen(most);
     if (!(wi.z > 0.0f && v.mu > 0.0f)) return;
     value.diffuse +=
         p_.sheen_color * (p_.sheen->scale(p_.sheen_roughness) *

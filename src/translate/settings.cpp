@@ -97,7 +97,6 @@ scene::RenderVar read_var(Context& ctx, Prim prim) {
     scene::RenderVar var;
     var.name = read_text(prim.attribute("driver:parameters:aov:name"), "", ctx.time);
     if (var.name.empty()) var.name = prim.name().str();
-    var.data_type = read_text(prim.attribute("dataType"), "color3f", ctx.time);
     var.source_name = read_text(prim.attribute("sourceName"), "", ctx.time);
     var.source_type = read_text(prim.attribute("sourceType"), "raw", ctx.time);
     var.provenance = ctx.provenance(prim);

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/render_layers.h"
+
+#include <array>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "film/light_path_expression.h"
+#include "film/lobe_layers.h"
+#include "film/path_automaton.h"
+#include "image/layer_sources.h"
+#include "image/names.h"
+
+namespace velatura::app {
+
+namespace {
+
+/// Data layers by the names that others have for them (Hydra's tokens, RenderMan, Arnold); empty: what every file holds.
+std::optional<std::string> data_layer(const std::string& name) {
+    static const std::map<std::string, std::string> names = {
+        {"color", ""},       {"Ci", ""},          {"C", ""},    {"RGBA", ""},       {"rgba", ""}, {"beauty", ""},       {"alpha", ""}, {"a", ""},
+        {"A", ""},           {"depth", "Z"},      {"Z", "Z"},   {"cameraDepth", "Z"}, {"P", "P"},   {"N", "N"},           {"normal", "N"}, {"st", "st"},
+        {"albedo", "albedo"}, {"primId", "primId"}, {"instanceId", "instanceId"}, {"sampleCount", "sampleCount"},
+    };
+    const auto at = names.find(name);
+    if (at == names.end()) return std::nullopt;
+    return at->second;
+}
+
+/// Names that the set's layers have, with their expressions.
+std::map<std::string, std::string> stored_layers(const film::LayerSet& set) {
+    std::map<std::string, std::string> names;
+    const image::AccumulatorTable table(set);
+    const auto add = [&names](bool is_stored, const std::vector<image::LayerSource>& sources) {
+        if (!is_stored) return;
+        for (const image::LayerSource& s : sources) names.emplace(s.entry.name, s.entry.lpe);
+    };
+    add(set.matrix_layers, image::matrix_sources(set, table));
+    add(set.bounce_layers, image::bounce_sources(set, table));
+    add(set.group_layers, image::group_sources(set, table));
+    add(set.shadow_layers, image::shadow_sources(set, table, true));
+    add(set.shadow_layers, image::shadow_sources(set, table, false));
+    add(true, image::path_sources(set, table, "lobes"));
+    add(true, image::path_sources(set, table, "paths"));
+    for (const char* data : {"rgba", "albedo", "N", "P", "Z", "st", "primId", "instanceId", "sampleCount", "variance", "invalid", "R", "G", "B", "A"}) names.emplace(data, "");
+    for (const image::DataAlias& a : set.data_aliases) names.emplace(a.name, "");
+    return names;
+}
+
+/// Room for `.R`, and for `_hA` and `clamp_` where these come.
+size_t longest_name(const film::LayerSet& set) { return image::max_channel_name_bytes - 2 - (set.halves ? 3 : 0) - (set.has_clamp() ? 6 : 0); }
+
+/// Whether all expressions can be told apart together.
+Result<void> check_paths(const film::LayerSet& set) {
+    const Result<film::PathAutomaton> made = film::PathAutomaton::make(set.path_layers, set.has_strict_paths, set.groups);
+    if (!made) return made.error();
+    return {};
+}
+
+/// Adds what was asked for by name, one after the other.
+class LayerChoice {
+  public:
+    explicit LayerChoice(film::LayerSet set) : set_(std::move(set)), taken_(stored_layers(set_)) {}
+
+    const film::LayerSet& set() const { return set_; }
+
+    /// Errors: "lpe". Returns: what there is to say.
+    Result<std::string> add_path(const std::string& name, const std::string& text) {
+        image::PathLayer layer = film::make_path_layer(name, text, "paths");
+        // The set's own layer of that name may be what is meant
+        const auto known = taken_.find(name);
+        if (known != taken_.end() && !text.empty() && known->second == text) return std::string();
+        film::LayerSet with = set_;
+        std::string note = find_name(layer.name);
+        with.path_layers.push_back(std::move(layer));
+        if (const Result<void> ok = check_paths(with); !ok) return ok.error();
+        taken_.emplace(with.path_layers.back().name, with.path_layers.back().expression);
+        set_ = std::move(with);
+        return note;
+    }
+
+    std::string add_data(const std::string& name, const std::string& source) {
+        const std::optional<std::string> of = data_layer(source.empty() ? name : source);
+        if (!of) return "there is no such layer";
+        if (of->empty() || *of == name) return of->empty() || set_.data_layers ? "" : "--layers leaves data out";
+        if (!set_.data_layers) return "--layers leaves data out";
+        image::DataAlias alias{name, *of};
+        const std::string note = find_name(alias.name);
+        taken_.emplace(alias.name, "");
+        set_.data_aliases.push_back(std::move(alias));
+        return note;
+    }
+
+  private:
+    /// Makes the name one that no layer has and files take. Returns: a note if that changed it.
+    std::string find_name(std::string& name) const {
+        std::string legal;
+        for (const char c : name) legal += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
+        if (!image::is_legal_channel_name(legal.substr(0, 1))) legal = "layer_" + legal;
+        std::set<std::string> taken;
+        for (const auto& [n, lpe] : taken_) taken.insert(n);
+        legal = image::unique_name(legal, longest_name(set_), taken);
+        if (legal == name) return {};
+        const std::string note = fmt::format("it is stored as {}: {}", legal, taken_.contains(name) ? "there is a layer of that name" : "its name is not one for layers of files");
+        name = legal;
+        return note;
+    }
+
+    film::LayerSet set_;
+    std::map<std::string, std::string> taken_;
+};
+
+std::pair<std::string, std::string> split_lpe(const std::string& text) {
+    const size_t at = text.find('=');
+    return {text.substr(0, at), text.substr(at + 1)};
+}
+
+/// The var's notes go to tell(var, note, is_error).
+template <class Tell>
+void add_vars(const scene::RenderSettings& settings, LayerChoice& choice, const Tell& tell) {
+    if (settings.products.empty()) return;
+    for (const scene::RenderVar& var : settings.products.front().vars) {
+        if (var.source_type == "lpe") {
+            const Result<std::string> note = choice.add_path(var.name, var.source_name);
+            if (!note) tell(var, note.error().message, true);
+            else if (!note->empty()) tell(var, *note, false);
+        } else if (var.source_type == "raw") {
+            const std::string note = choice.add_data(var.name, var.source_name);
+            if (!note.empty()) tell(var, note, false);
+        } else if (var.source_type != "intrinsic") {
+            // Intrinsic ones were told of where they were read
+            tell(var, fmt::format("sourceType {} is not supported: it gets no layer", var.source_type), false);
+        }
+    }
+}
+
+LayerChoice without_vars(const RenderJob& job, const scene::Scene& scene) {
+    film::LayerSet layers = job.layers;
+    for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+    if (layers.caster_layers)
+        for (const scene::Caster& c : scene.casters.list) layers.casters.push_back({c.name, c.prim});
+    layers.normalise_names();
+    return LayerChoice(std::move(layers));
+}
+
+}  // namespace
+
+film::LayerSet layers_of(const RenderJob& job, const scene::Scene& scene) {
+    LayerChoice choice = without_vars(job, scene);
+    for (const std::string& text : job.arguments.lpe) {
+        const auto [name, expression] = split_lpe(text);
+        const auto told_elsewhere = choice.add_path(name, expression);
+        (void)told_elsewhere;
+    }
+    add_vars(scene.settings, choice, [](const scene::RenderVar&, const std::string&, bool) {});
+    return choice.set();
+}
+
+Result<void> check_render_vars(const RenderJob& job, const scene::Scene& scene, Diagnostics& diagnostics) {
+    LayerChoice choice = without_vars(job, scene);
+    for (const std::string& text : job.arguments.lpe) {
+        const auto [name, expression] = split_lpe(text);
+        const Result<std::string> note = choice.add_path(name, expression);
+        if (!note) return Error{"lpe", fmt::format("--lpe {}: {}", name, note.error().message)};
+        if (!note->empty()) diagnostics.warn("lpe", {}, {}, fmt::format("--lpe {}: {}", name, *note));
+    }
+    add_vars(scene.settings, choice, [&](const scene::RenderVar& var, const std::string& note, bool is_error) {
+        const bool is_known = var.provenance < scene.provenance.size();
+        const SourceLoc loc = is_known ? scene.provenance[var.provenance].loc : SourceLoc{};
+        const std::string prim = is_known ? scene.provenance[var.provenance].prim_path : scene.settings.name;
+        const std::string message = fmt::format("render var {}: {}", var.name, note);
+        if (is_error) diagnostics.error("render-var", loc, prim, message);
+        else diagnostics.warn("render-var", loc, prim, message);
+    });
+    return {};
+}
+
+}  // namespace velatura::app

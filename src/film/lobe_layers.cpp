@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "film/lobe_layers.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <utility>
+
+namespace velatura::film {
+
+std::vector<image::PathLayer> lobe_layers() {
+    constexpr std::array<std::pair<const char*, const char*>, 6> lobes = {{
+        {"diffuse", "<RD'diffuse'>"},
+        {"specular", "<R.'specular'>"},
+        {"coat", "<R.'coat'>"},
+        {"transmission", "T"},
+        {"subsurface", "<RD'subsurface'>"},
+        {"volume", "V"},
+    }};
+    using Light = image::PathLayer::Light;
+    std::vector<image::PathLayer> layers = {{"emission", "C[LOB]", Light::Arriving, "lobes"}};
+    for (const auto& [name, event] : lobes) {
+        layers.push_back({fmt::format("{}_direct", name), fmt::format("C{}[LOB]", event), Light::Arriving, "lobes"});
+        layers.push_back({fmt::format("{}_indirect", name), fmt::format("C{}.+[LOB]", event), Light::Arriving, "lobes"});
+    }
+    return layers;
+}
+
+}  // namespace velatura::film

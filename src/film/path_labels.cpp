@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "film/path_labels.h"
+
+#include <algorithm>
+
+namespace velatura::film {
+
+namespace {
+
+image::Triple product(const image::Triple& a, const image::Triple& b) {
+    return {a.x * b.x, a.y * b.y, a.z * b.z};
+}
+
+/// Shares of what counts by multipliers.
+EventShares weighed(const EventShares& shares, float diffuse, float specular) {
+    EventShares out;
+    image::Triple sum;
+    for (const auto& [event, share] : shares) {
+        const double by = double(is_diffuse(event) ? diffuse : specular);
+        out.add(event, {share.x * by, share.y * by, share.z * by});
+        sum += out.shares[out.count - 1].share;
+    }
+    for (size_t i = 0; i < out.count; ++i) {
+        image::Triple& share = out.shares[i].share;
+        const image::Triple& same = shares.shares[i].share;
+        // Where nothing counts there is nothing to share
+        share = {sum.x > 0 ? share.x / sum.x : same.x, sum.y > 0 ? share.y / sum.y : same.y,
+                 sum.z > 0 ? share.z / sum.z : same.z};
+    }
+    return out;
+}
+
+}  // namespace
+
+void PathLabels::begin() {
+    path_.clear();
+    if (automaton_.start() != PathAutomaton::dead)
+        path_.push_back({automaton_.start(), {1.0, 1.0, 1.0}});
+    before_ = given_ = path_;
+    last_ = looked_ = {};
+}
+
+void PathLabels::step(const Parts& from, const EventShares& scattering, Parts& to) const {
+    to.clear();
+    for (const auto& [state, part] : from) {
+        for (const auto& [event, share] : scattering) {
+            const PathAutomaton::State next = automaton_.next(state, event);
+            const image::Triple value = product(part, share);
+            if (next == PathAutomaton::dead || value.is_zero()) continue;
+            const auto same = std::find_if(to.begin(), to.end(),
+                                           [next](const Part& p) { return p.first == next; });
+            if (same == to.end())
+                to.push_back({next, value});
+            else
+                same->second += value;
+        }
+    }
+}
+
+void PathLabels::look(const EventShares& scattering) {
+    looked_ = scattering;
+    step(path_, scattering, given_);
+}
+
+void PathLabels::look_on(const EventShares& scattering) {
+    step(given_, scattering, room_);
+    std::swap(given_, room_);
+}
+
+void PathLabels::go() {
+    std::swap(before_, path_);
+    path_ = given_;
+    last_ = looked_;
+}
+
+void PathLabels::stay() {
+    given_ = path_;
+}
+
+void PathLabels::weigh(float diffuse, float specular) {
+    step(before_, weighed(last_, diffuse, specular), given_);
+}
+
+void PathLabels::go_back_to(const Parts& path) {
+    path_ = given_ = path;
+}
+
+}  // namespace velatura::film

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// What path layers are told of a path: what each scattering is, by its parts (docs/light_paths.md).
+#pragma once
+
+#include "film/sample_radiance.h"
+#include "scene/effect_build.h"
+
+namespace velatura::integrator {
+
+/// Null where there are no path layers.
+inline film::PathLabels* labels_of(film::SampleRadiance& out) {
+    return scene::is_built(scene::Effect::PathLayers) ? out.labels() : nullptr;
+}
+
+}  // namespace velatura::integrator
