@@ -27,6 +27,7 @@ constexpr const char* schema = "velatura.topup/1";
 constexpr const char* priority_name = "priority";
 constexpr const char* present_name = "present";
 constexpr int tile_size = 4;  // pixels that share a factor of proportion
+constexpr double most_samples = 0xffffffffu;  // what the map's counts have room for
 
 /// A pixel's count as the factor of proportion grows: what is there, then powers of two. The factor
 /// is 2^(step / steps_per_octave).
@@ -46,7 +47,7 @@ class Ladder {
     }
 
     uint64_t count(int step) const {
-        if (!has_priority_) return present_;
+        if (!has_priority_ || first_ > highest_) return present_;
         int power = int(std::floor(double(step) / steps_per_octave + lowest_octave + log_ + 0.5));
         power = std::clamp(power, first_ - 1, highest_);
         // Rounding must not make this another function than add_gains sums
@@ -103,6 +104,8 @@ std::vector<uint64_t> place_samples(const Window& window,
                                     double mean) {
     const size_t pixels = window.pixel_count();
     VELATURA_CHECK(priority.size() == pixels && present.size() == pixels, "one value per pixel");
+    // Neither what is no number nor what no request may ask for has a power of two
+    mean = mean > 0.0 ? std::min(mean, most_samples) : 0.0;
     // No pixel gets more than 16 times the mean: few neighbours tell how noisy it is
     const int highest = std::clamp(int(std::floor(std::log2(std::max(mean, 1.0)))) + 4, 4, 31);
     std::vector<Ladder> ladders;
@@ -156,6 +159,9 @@ std::vector<uint64_t> place_samples(const Window& window,
 }
 
 Result<void> write_top_up(const std::string& path, const TopUpRequest& request) {
+    const bool has_room = std::all_of(request.present.begin(), request.present.end(), [](uint64_t n) { return double(n) <= most_samples; });
+    if (!has_room || !(request.samples >= 0.0 && request.samples <= most_samples))
+        return Error{"bad-request", fmt::format("{}: {} samples per pixel are too many to ask for", path, request.samples)};
     Image map;
     map.data = map.display = request.window;
     Part part;
@@ -208,7 +214,7 @@ Result<TopUpRequest> read_top_up(const std::string& path) {
     const Channel* present = map->find(present_name);
     const auto* values = priority ? std::get_if<std::vector<float>>(&priority->data) : nullptr;
     const auto* counts = present ? std::get_if<std::vector<uint32_t>>(&present->data) : nullptr;
-    if (!values || !counts || !(request.samples >= 0.0 && request.samples < 0x1p32))
+    if (!values || !counts || !(request.samples >= 0.0 && request.samples <= most_samples))
         return bad("the request is damaged");
     request.window = map->data;
     request.priority = *values;

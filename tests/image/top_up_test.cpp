@@ -4,12 +4,16 @@
 
 #include "base/atomic_file.h"
 #include "base/hash.h"
+#include "image/exr.h"
+#include "made_exr.h"
 #include "temporary.h"
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <bit>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <numeric>
 
@@ -107,6 +111,36 @@ TEST(TopUpPlaces, PicturesWithoutNoiseOrNeighboursAreEven) {
     EXPECT_EQ(place_samples(window, none, present, 100), present);
 }
 
+TEST(TopUpPlaces, NumbersThatAreNoneAddNoSamples) {
+    constexpr float nan = std::numeric_limits<float>::quiet_NaN(), infinite = std::numeric_limits<float>::infinity();
+    const std::vector<float> priority = some_priority(6);
+    const std::vector<uint64_t> present = some_present();
+    for (const double mean : {double(nan), -5.0, 0.0, -double(infinite)})
+        EXPECT_EQ(place_samples(window, priority, present, mean), present) << mean;
+    for (const double mean : {double(infinite), 1e300})
+        EXPECT_EQ(place_samples(window, priority, present, mean), place_samples(window, priority, present, 0xffffffffu)) << mean;
+
+    // Pixels whose priority says nothing stay as they are; so do those that have more than any may get
+    std::vector<float> holes = priority;
+    std::vector<uint64_t> more = present;
+    for (size_t i = 0; i < holes.size(); i += 5) holes[i] = std::array{nan, infinite, -infinite, -1.0f, 0.0f}[i / 5 % 5];
+    for (size_t i = 2; i < more.size(); i += 5) more[i] = std::array{uint64_t(1) << 20, uint64_t(0xffffffffu), (uint64_t(1) << 31) + 1}[i / 5 % 3];
+    const auto counts = place_samples(window, holes, more, 1e9);
+    const auto few = place_samples(window, holes, more, 40);
+    size_t grown = 0;
+    for (size_t i = 0; i < counts.size(); ++i) {
+        EXPECT_GE(counts[i], more[i]);
+        if (i % 5 == 0) {
+            EXPECT_EQ(counts[i], more[i]);
+        }
+        if (i % 5 == 2) {
+            EXPECT_EQ(few[i], more[i]);
+        }
+        grown += size_t(counts[i] > more[i]);
+    }
+    EXPECT_GT(grown, counts.size() / 2);
+}
+
 TEST(TopUpRequests, ComeBackAsTheyWereWritten) {
     TopUpRequest request;
     request.scene_hash = "12ab";
@@ -127,6 +161,62 @@ TEST(TopUpRequests, ComeBackAsTheyWereWritten) {
     EXPECT_EQ(read->window, request.window);
     EXPECT_EQ(read->priority, request.priority);
     EXPECT_EQ(read->present, request.present);
+}
+
+TEST(TopUpRequests, DamagedMapsAreErrors) {
+    TopUpRequest request;
+    request.samples = 12;
+    request.window = window;
+    request.priority = some_priority(7);
+    request.present = some_present();
+    const std::string path = temporary("damaged_map.json"), map_path = temporary("damaged_map.priority.exr");
+    ASSERT_TRUE(write_top_up(path, request).has_value());
+    const Image good = *read_exr(map_path);
+    ASSERT_EQ(good.parts.size(), 1u);
+
+    const size_t pixels = window.pixel_count();
+    const std::vector<std::pair<const char*, std::vector<Channel>>> bad = {
+        {"no priority", {*good.find("present")}},
+        {"no counts", {*good.find("priority")}},
+        {"halves", {Channel::make("priority", ChannelType::Half, pixels), *good.find("present")}},
+        {"counts with fractions", {*good.find("priority"), Channel::make("present", ChannelType::Float, pixels)}},
+        {"other names", {Channel::make("a.priority", ChannelType::Float, pixels), Channel::make("a.present", ChannelType::Uint, pixels)}},
+    };
+    for (const auto& [why, channels] : bad) {
+        Image map = good;
+        map.parts[0].channels = channels;
+        ASSERT_TRUE(write_exr(map_path, map).has_value());
+        EXPECT_EQ(read_top_up(path).error().code, "bad-request") << why;
+    }
+    // Parts over other pixels, a file that ends too early, no picture, none at all
+    make_exr(map_path, {{"a", window, {}, {"priority"}, {}}, {"b", {-5, 3, 91, 60}, {}, {}, {"present"}}});
+    EXPECT_EQ(read_top_up(path).error().code, "io-read");
+    ASSERT_TRUE(write_exr(map_path, good).has_value());
+    const std::string bytes = *read_file(map_path);
+    for (size_t size = 0; size < bytes.size(); size += bytes.size() / 40) {
+        ASSERT_TRUE(write_file_atomically(map_path, bytes.substr(0, size)).has_value());
+        EXPECT_FALSE(read_top_up(path).has_value()) << size;
+    }
+    std::filesystem::remove(map_path);
+    EXPECT_EQ(read_top_up(path).error().code, "io-open");
+}
+
+TEST(TopUpRequests, MoreSamplesThanTheMapHasRoomForAreNotWritten) {
+    TopUpRequest request;
+    request.window = {0, 0, 2, 1};
+    request.priority = {1, 2};
+    request.present = {3, 0xffffffffu};
+    const std::string path = temporary("room.json");
+    request.samples = 0xffffffffu;
+    ASSERT_TRUE(write_top_up(path, request).has_value());
+    EXPECT_EQ(read_top_up(path)->present, request.present);
+    for (const double samples : {0x1p32, -1.0, double(std::numeric_limits<float>::quiet_NaN())}) {
+        request.samples = samples;
+        EXPECT_EQ(write_top_up(path, request).error().code, "bad-request") << samples;
+    }
+    request.samples = 8;
+    request.present[1] += 1;
+    EXPECT_EQ(write_top_up(path, request).error().code, "bad-request");
 }
 
 TEST(TopUpRequests, DamagedOnesAreErrors) {
