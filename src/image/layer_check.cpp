@@ -2,6 +2,7 @@
 #include "image/layer_check.h"
 
 #include "base/tasks.h"
+#include "image/channel_index.h"
 #include "image/digest.h"
 #include "image/names.h"
 #include "image/sums_part.h"
@@ -13,6 +14,7 @@
 #include <bit>
 #include <cmath>
 #include <set>
+#include <string_view>
 
 namespace velatura::image {
 
@@ -23,7 +25,7 @@ using ChannelMap = std::map<std::string, std::vector<const Channel*>>;
 class Checker {
   public:
     Checker(const Image& image, const LayerHeader& header)
-        : image_(image), header_(header), channels_(channels_by_layer(image)) {}
+        : image_(image), header_(header), channels_(channels_by_layer(image)), named_(image) {}
 
     LayerCheck run();
 
@@ -41,6 +43,7 @@ class Checker {
     const Image& image_;
     const LayerHeader& header_;
     ChannelMap channels_;
+    ChannelIndex named_;
     LayerCheck result_;
     /// Per channel: Σ|layer| bound of the finest family, needed by the coarser ones.
     std::array<std::vector<double>, 3> finest_bound_;
@@ -73,8 +76,10 @@ void Checker::check_presence() {
         }
         if (is_stored) ++result_.layers;
     }
+    std::set<std::string_view> listed;
+    for (const LayerEntry& e : header_.layers) listed.insert(e.name);
     for (const auto& [name, list] : channels_) {
-        if (!header_.find(name))
+        if (listed.count(name) == 0)
             problem(fmt::format("layer {} is stored but not in velatura/layers", name));
     }
 }
@@ -116,13 +121,13 @@ void Checker::check_closure(FamilyClosure& family) {
     const char* names[] = {"R", "G", "B"};
     bool has_half = false;
     for (const std::string& layer : family.order) {
-        const Channel* c = image_.find(layer + ".R");
+        const Channel* c = named_.find(layer + ".R");
         has_half = has_half || (c && c->type() == ChannelType::Half);
     }
     set_bound(family, family.order.size(), has_half);
     family.measured = family.measured_absolute = 0;
     for (size_t c = 0; c < 3; ++c) {
-        const Channel* beauty = image_.find(names[c]);
+        const Channel* beauty = named_.find(names[c]);
         if (!beauty || beauty->type() != ChannelType::Float) {
             problem(fmt::format("the beauty has no float channel {}", names[c]));
             return;
@@ -131,7 +136,7 @@ void Checker::check_closure(FamilyClosure& family) {
         std::vector<float> fold(pixels, 0.0f);
         std::vector<double> bound(pixels, 0.0);
         for (const std::string& layer : family.order) {
-            const Channel* channel = image_.find(layer + "." + names[c]);
+            const Channel* channel = named_.find(layer + "." + names[c]);
             if (!channel) {
                 problem(fmt::format("{} of layer {} is missing, closure cannot be checked",
                                     names[c], layer));
@@ -142,7 +147,7 @@ void Checker::check_closure(FamilyClosure& family) {
                 bound[i] += std::abs(double(v));
             });
             // What clamps took was rounded, too
-            if (const Channel* taken = image_.find("clamp_" + channel->name))
+            if (const Channel* taken = named_.find("clamp_" + channel->name))
                 for_each_value(*taken, [&bound](size_t i, float v) { bound[i] += std::abs(double(v)); });
         }
         for (double& b : bound) b = family.relative * b + family.absolute;
@@ -179,11 +184,11 @@ void Checker::check_casters() {
         const auto order = casters.find(e.group);
         if (e.family != "shadow" || e.is_empty || order == casters.end()) continue;
         for (const char* c : {".R", ".G", ".B"}) {
-            const Channel* shadow = image_.find(e.name + c);
+            const Channel* shadow = named_.find(e.name + c);
             if (!shadow) break;  // check_presence() says so
             std::vector<float> fold(shadow->size(), 0.0f);
             for (const std::string& layer : order->second) {
-                if (const Channel* channel = image_.find(layer + c))
+                if (const Channel* channel = named_.find(layer + c))
                     for_each_value(*channel, [&fold](size_t i, float v) { fold[i] += v; });
             }
             for (size_t i = 0; i < fold.size(); ++i) {

@@ -3,6 +3,7 @@
 
 #include "base/atomic_file.h"
 #include "base/tasks.h"
+#include "image/channel_index.h"
 #include "image/cryptomatte.h"
 #include "image/cryptomatte_layers.h"
 #include "image/digest.h"
@@ -60,8 +61,9 @@ void make_single_part(Image& image) {
 
 bool is_same(const Part& a, const Part& b) {
     if (a.channels.size() != b.channels.size()) return false;
+    const ChannelIndex named(b);
     for (const Channel& c : a.channels) {
-        const Channel* other = b.find(c.name);
+        const Channel* other = named.find(c.name);
         if (!other || other->type() != c.type() || other->byte_count() != c.byte_count())
             return false;
         if (std::memcmp(other->bytes(), c.bytes(), c.byte_count()) != 0) return false;
