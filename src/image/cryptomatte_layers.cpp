@@ -2,6 +2,7 @@
 #include "image/cryptomatte_layers.h"
 
 #include "base/tasks.h"
+#include "image/channel_index.h"
 #include "image/cryptomatte.h"
 #include "image/matte_sums.h"
 #include "image/pixel_means.h"
@@ -12,6 +13,8 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <optional>
+#include <string_view>
 
 namespace velatura::image {
 
@@ -19,8 +22,35 @@ namespace {
 
 constexpr std::array<const char*, 4> words = {"kind", "id", "w0", "w1"};
 
+constexpr std::string_view slot_prefix = "sums_matte";
+/// Larger than that of any filter: what it divides by is its mean, and no more than a few tenths of it are negative.
+constexpr double most_filter_weight = 16;
+
 std::string slot_name(size_t slot, size_t word) {
-    return fmt::format("sums_matte{}.{}", slot, words[word]);
+    return fmt::format("{}{}.{}", slot_prefix, slot, words[word]);
+}
+
+/// The channels of every slot, in the order of `words`.
+using StoredSlots = std::vector<std::array<const std::vector<uint32_t>*, words.size()>>;
+
+/// Null where one is missing or no such channel.
+std::optional<StoredSlots> stored_slots(const Image& image) {
+    StoredSlots slots;
+    size_t count = 0;
+    for (const Part& part : image.parts) {
+        for (const Channel& c : part.channels) count += size_t(is_matte_sum(c.name));
+    }
+    if (count % words.size() != 0) return std::nullopt;
+    slots.resize(count / words.size());
+    const ChannelIndex named(image);
+    for (size_t s = 0; s < slots.size(); ++s) {
+        for (size_t k = 0; k < words.size(); ++k) {
+            const Channel* channel = named.find(slot_name(s, k));
+            slots[s][k] = channel ? std::get_if<std::vector<uint32_t>>(&channel->data) : nullptr;
+            if (!slots[s][k] || slots[s][k]->size() != image.data.pixel_count()) return std::nullopt;
+        }
+    }
+    return slots;
 }
 
 std::vector<float>& floats(Channel& channel) {
@@ -138,23 +168,32 @@ void store_matte_sums(const MatteSums& mattes, const Window& window, Part& part)
     }
 }
 
-Result<void> read_matte_sums(const Image& image, MatteSums& mattes) {
+bool is_matte_sum(std::string_view channel_name) {
+    return channel_name.starts_with(slot_prefix);
+}
+
+Result<void> read_matte_sums(const Image& image, SampleSums& sums) {
+    const Error damaged{"sums-damaged", "the stored sums are damaged"};
+    const auto slots = stored_slots(image);
+    if (!slots) return damaged;
     const Window& w = image.data;
-    for (size_t slot = 0; image.find(slot_name(slot, 0)); ++slot) {
-        std::array<const std::vector<uint32_t>*, 4> values{};
-        for (size_t k = 0; k < values.size(); ++k) {
-            const Channel* channel = image.find(slot_name(slot, k));
-            values[k] = channel ? std::get_if<std::vector<uint32_t>>(&channel->data) : nullptr;
-            if (!values[k]) return Error{"sums-damaged", "the stored sums are damaged"};
-        }
-        for (int y = w.y0; y < w.y1; ++y) {
-            for (int x = w.x0; x < w.x1; ++x) {
-                const size_t i = w.index(x, y);
-                const uint64_t weight = uint64_t((*values[2])[i]) | uint64_t((*values[3])[i]) << 32;
+    std::vector<MatteWeight> list;
+    for (int y = w.y0; y < w.y1; ++y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+            const size_t i = w.index(x, y);
+            const PixelRecord& record = sums.record(x, y);
+            // So that no sum of all samples that a file can number overflows
+            const auto most = int64_t(record.end - record.first) * matte_weight(most_filter_weight);
+            list.clear();
+            for (const auto& slot : *slots) {
+                const auto weight = int64_t(uint64_t((*slot[2])[i]) | uint64_t((*slot[3])[i]) << 32);
+                const uint32_t kind = (*slot[0])[i];
                 if (weight == 0) continue;
-                const MatteWeight one{uint8_t((*values[0])[i]), (*values[1])[i], int64_t(weight)};
-                mattes.add(x, y, {&one, 1});
+                if (kind >= matte_kinds.size() || weight > most || weight < -most) return damaged;
+                list.push_back({uint8_t(kind), (*slot[1])[i], weight});
             }
+            join_matte_weights(list);
+            sums.mattes()->add(x, y, list);
         }
     }
     return {};

@@ -6,6 +6,8 @@
 #include "image/resolve.h"
 #include "image/sample_sums.h"
 
+#include <string_view>
+
 namespace velatura::image {
 
 /// Adds a part per Cryptomatte of the sums: the preview CryptoObject.R/G/B and the ranked pairs of
@@ -17,7 +19,11 @@ void add_cryptomattes(const SampleSums& sums, const MatteNames& names, ResolvedL
 /// pixel, as many slots as the fullest pixel needs.
 void store_matte_sums(const MatteSums& mattes, const Window& window, Part& part);
 
-/// Errors: "sums-damaged".
-Result<void> read_matte_sums(const Image& image, MatteSums& mattes);
+/// True of the channels of store_matte_sums().
+bool is_matte_sum(std::string_view channel_name);
+
+/// Adds them to the mattes of sums that have all samples of the image already. Errors: "sums-damaged" (also weights that so
+/// many samples cannot have).
+Result<void> read_matte_sums(const Image& image, SampleSums& sums);
 
 }  // namespace velatura::image

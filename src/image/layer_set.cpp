@@ -13,6 +13,13 @@
 
 namespace velatura::image {
 
+namespace {
+
+constexpr uint64_t most_accumulators = uint64_t(1) << 28;  // times two for clamps, and for halves, below 2^32
+constexpr uint64_t other_accumulators_per_group = 3;       // all of it, direct, unoccluded
+
+}  // namespace
+
 std::string LayerSet::column_name(int column) const {
     return column > last_bounce ? std::string("tail") : fmt::format("b{}", column);
 }
@@ -118,6 +125,9 @@ Result<LayerSet> LayerSet::from_json(const std::string& text) {
         }
         if (set.last_bounce < 0 || set.last_bounce > 999 || set.groups.empty()) return error;
         if (set.matte_levels < 1 || set.matte_levels > 64) return error;
+        // Every accumulator must have a number
+        const uint64_t per_group = uint64_t(set.bounce_count()) + set.casters.size() + other_accumulators_per_group;
+        if (set.groups.size() * per_group > most_accumulators) return error;
         return set;
     } catch (const nlohmann::json::exception&) {
         return error;

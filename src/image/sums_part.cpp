@@ -11,8 +11,10 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <charconv>
 #include <map>
-#include <unordered_map>
+#include <optional>
+#include <string_view>
 
 namespace velatura::image {
 
@@ -22,6 +24,7 @@ constexpr std::array<const char*, 6> word_names = {"x0", "x1", "y0", "y1", "z0",
 constexpr std::array<const char*, 6> record_names = {
     "sums_first", "sums_end", "sums_invalid", "sums_primId", "sums_instanceId", "sums_hasIds"};
 constexpr const char* rate_name = "sums_rate";
+constexpr size_t most_nodes = 64;  // of a range of 32-bit numbers
 
 std::string channel_name(size_t node, uint32_t accumulator, size_t word) {
     return fmt::format("sums{}_{}.{}", node, accumulator, word_names[word]);
@@ -45,19 +48,92 @@ Triple triple_of(const std::array<uint32_t, 6>& words) {
     return {value(0), value(1), value(2)};
 }
 
-/// The bookkeeping channels by name: there may be thousands.
-using NamedWords = std::unordered_map<std::string, const std::vector<uint32_t>*>;
+using Words = std::vector<uint32_t>;
 
-NamedWords bookkeeping_of(const Image& image) {
-    NamedWords words;
+Error damaged() {
+    return {"sums-damaged", "the stored sums are damaged"};
+}
+
+/// The values of a bookkeeping channel, one per pixel; null if they are none.
+const Words* words_of(const Image& image, const Channel& channel) {
+    const auto* words = std::get_if<Words>(&channel.data);
+    return words && words->size() == image.data.pixel_count() ? words : nullptr;
+}
+
+/// The records of the pixels, in the order of `record_names`, and the rates if there are any.
+struct StoredRecords {
+    std::array<const Words*, record_names.size()> columns{};
+    const Words* rates = nullptr;
+
+    /// Enters a channel; false if it is none of these.
+    bool take(const std::string& name, const Words* words) {
+        const auto at = std::find(record_names.begin(), record_names.end(), name);
+        if (at != record_names.end()) columns[size_t(at - record_names.begin())] = words;
+        if (name == rate_name) rates = words;
+        return at != record_names.end() || name == rate_name;
+    }
+
+    bool is_whole() const {
+        return std::find(columns.begin(), columns.end(), nullptr) == columns.end();
+    }
+
+    /// Null where the pixel's range is none.
+    std::optional<PixelRecord> at(size_t pixel) const {
+        const auto value = [&](size_t column) { return (*columns[column])[pixel]; };
+        PixelRecord r;
+        r.first = value(0);
+        r.end = value(1);
+        r.invalid = value(2);
+        r.prim_id = value(3);
+        r.instance_id = value(4);
+        r.has_ids = value(5) != 0;
+        r.rate = rates ? uint8_t((*rates)[pixel]) : uint8_t(0);
+        if (r.end < r.first) return std::nullopt;
+        return r;
+    }
+};
+
+/// The words of every node of an accumulator, null where a word is 0 in all pixels.
+using StoredNodes = std::vector<std::array<const Words*, word_names.size()>>;
+
+/// All bookkeeping channels but those of mattes, found by what their names say: there may be thousands.
+struct StoredSums {
+    StoredRecords records;
+    std::map<uint32_t, StoredNodes> nodes;  ///< by accumulator
+
+    /// Enters a channel `sums<node>_<accumulator>.<word>`; false if that is no node of theirs.
+    bool take(const std::string& name, const Words* words, uint32_t accumulators) {
+        uint32_t node = 0, accumulator = 0;
+        const char *at = name.data() + 4, *const end = name.data() + name.size();
+        const auto number = [&](uint32_t& value, char after) {
+            const auto parsed = std::from_chars(at, end, value);
+            if (parsed.ec != std::errc() || parsed.ptr == end || *parsed.ptr != after) return false;
+            at = parsed.ptr + 1;
+            return true;
+        };
+        if (!number(node, '_') || !number(accumulator, '.')) return false;
+        const auto word = std::find(word_names.begin(), word_names.end(), std::string_view(at, end));
+        if (node >= most_nodes || accumulator >= accumulators || word == word_names.end()) return false;
+        StoredNodes& of = nodes[accumulator];
+        if (of.size() <= node) of.resize(node + 1);
+        of[node][size_t(word - word_names.begin())] = words;
+        return true;
+    }
+};
+
+/// Errors: "sums-damaged".
+Result<StoredSums> stored_sums(const Image& image, uint32_t accumulators) {
+    StoredSums stored;
     for (const Part& part : image.parts) {
         for (const Channel& c : part.channels) {
-            if (const auto* data = std::get_if<std::vector<uint32_t>>(&c.data);
-                data && is_bookkeeping(c.name))
-                words[c.name] = data;
+            if (!is_bookkeeping(c.name) || is_matte_sum(c.name)) continue;
+            const Words* words = words_of(image, c);
+            if (!words || (!stored.records.take(c.name, words) && !stored.take(c.name, words, accumulators)))
+                return damaged();
         }
     }
-    return words;
+    if (!stored.records.is_whole()) return damaged();
+    return stored;
 }
 
 std::string bookkeeping_digest(const Image& image) {
@@ -159,66 +235,43 @@ bool are_sums_intact(const Image& image) {
 Result<std::vector<uint64_t>> stored_counts(const Image& image) {
     if (image.text(sums_attribute).empty())
         return Error{"no-sums", "the file was written without sums"};
-    const NamedWords named = bookkeeping_of(image);
-    const auto first = named.find(record_names[0]), end = named.find(record_names[1]);
-    if (first == named.end() || end == named.end())
-        return Error{"sums-damaged", "the stored sums are damaged"};
+    StoredRecords records;
+    for (const Part& part : image.parts) {
+        for (const Channel& c : part.channels) {
+            if (is_bookkeeping(c.name)) records.take(c.name, words_of(image, c));
+        }
+    }
+    if (!records.is_whole()) return damaged();
     std::vector<uint64_t> counts(image.data.pixel_count());
-    for (size_t i = 0; i < counts.size(); ++i) counts[i] = (*end->second)[i] - (*first->second)[i];
+    for (size_t i = 0; i < counts.size(); ++i) {
+        const auto record = records.at(i);
+        if (!record) return damaged();
+        counts[i] = record->end - record->first;
+    }
     return counts;
 }
 
 Result<SampleSums> read_sums(const Image& image) {
     const std::string text = image.text(sums_attribute);
     if (text.empty()) return Error{"no-sums", "the file was written without sums"};
-    const Error damaged{"sums-damaged", "the stored sums are damaged"};
     const auto j = nlohmann::json::parse(text, nullptr, false);
-    if (!j.is_object() || !j.contains("layerSet") || !are_sums_intact(image)) return damaged;
+    if (!j.is_object() || !j.contains("layerSet") || !are_sums_intact(image)) return damaged();
     auto set = LayerSet::from_json(j["layerSet"].dump());
     if (!set) return set.error();
 
-    const NamedWords named = bookkeeping_of(image);
-    const auto uints = [&named](const std::string& name) -> const std::vector<uint32_t>* {
-        const auto at = named.find(name);
-        return at == named.end() ? nullptr : at->second;
-    };
-    std::array<const std::vector<uint32_t>*, 6> records{};
-    for (size_t i = 0; i < records.size(); ++i) {
-        records[i] = uints(record_names[i]);
-        if (!records[i]) return damaged;
-    }
-    const std::vector<uint32_t>* rates = uints(rate_name);
     SampleSums sums(image.data, *set);
-    // Gather the channels there are: accumulator → node → words
-    std::map<uint32_t, std::vector<std::array<const std::vector<uint32_t>*, 6>>> stored;
-    for (uint32_t accumulator = 0; accumulator < sums.table().total_count(); ++accumulator) {
-        for (size_t node = 0; node < 64; ++node) {
-            for (size_t k = 0; k < word_names.size(); ++k) {
-                const auto* words = uints(channel_name(node, accumulator, k));
-                if (!words) continue;
-                auto& nodes = stored[accumulator];
-                if (nodes.size() <= node) nodes.resize(node + 1);
-                nodes[node][k] = words;
-            }
-        }
-    }
+    const auto stored = stored_sums(image, sums.table().total_count());
+    if (!stored) return stored.error();
     const Window& w = image.data;
     std::vector<NodeSums> pixel_sums;
     for (int y = w.y0; y < w.y1; ++y) {
         for (int x = w.x0; x < w.x1; ++x) {
             const size_t i = w.index(x, y);
-            PixelRecord r;
-            r.first = (*records[0])[i];
-            r.end = (*records[1])[i];
-            r.invalid = (*records[2])[i];
-            r.prim_id = (*records[3])[i];
-            r.instance_id = (*records[4])[i];
-            r.has_ids = (*records[5])[i] != 0;
-            r.rate = rates ? uint8_t((*rates)[i]) : uint8_t(0);
-            if (r.end < r.first) return damaged;
-            const size_t node_count = DyadicRule(r.first).nodes(r.first, r.end).size();
+            const auto record = stored->records.at(i);
+            if (!record) return damaged();
+            const size_t node_count = DyadicRule(record->first).nodes(record->first, record->end).size();
             pixel_sums.clear();
-            for (const auto& [accumulator, nodes] : stored) {
+            for (const auto& [accumulator, nodes] : stored->nodes) {
                 NodeSums s;
                 s.accumulator = accumulator;
                 for (size_t n = 0; n < node_count; ++n) {
@@ -230,11 +283,11 @@ Result<SampleSums> read_sums(const Image& image) {
                 }
                 pixel_sums.push_back(std::move(s));
             }
-            sums.append(x, y, r, pixel_sums);
+            sums.append(x, y, *record, pixel_sums);
         }
     }
     if (sums.mattes()) {
-        if (auto read = read_matte_sums(image, *sums.mattes()); !read) return read.error();
+        if (auto read = read_matte_sums(image, sums); !read) return read.error();
     }
     return sums;
 }
