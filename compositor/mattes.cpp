@@ -6,7 +6,6 @@
 #include "image/cryptomatte.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstring>
@@ -93,20 +92,9 @@ Result<std::vector<float>> cut_cryptomatte(const LayerStack& stack,
                                            const Request& request) {
     const image::Image& image = stack.image();
     const std::vector<image::Cryptomatte> mattes = image::cryptomattes_of(image);
-    std::string layer = request.source;
-    if (layer == "object") layer = image::matte_layer(image::MatteKind::Object);
-    if (layer == "material") layer = image::matte_layer(image::MatteKind::Material);
-    std::vector<std::string> names;
-    for (const image::Cryptomatte& m : mattes) names.push_back(m.layer);
-    const auto at = std::find(names.begin(), names.end(), layer);
-    if (at == names.end()) {
-        const std::string list = names.empty()
-                                     ? "the file has none"
-                                     : fmt::format("there are: {}", fmt::join(names, " "));
-        return Error{"matte-layer", fmt::format("no Cryptomatte '{}'{}; {}", request.source,
-                                                did_you_mean(request.source, names), list)};
-    }
-    const image::Cryptomatte& matte = mattes[size_t(at - names.begin())];
+    const auto found = image::find_matte(mattes, request.source);
+    if (!found) return found.error();
+    const image::Cryptomatte& matte = **found;
     const auto ids = image::matte_ids(matte, split(request.choice));
     if (!ids) return ids.error();
     const auto places = level_channels(image, matte.layer);

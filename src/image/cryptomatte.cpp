@@ -166,6 +166,22 @@ std::vector<Cryptomatte> cryptomattes_of(const Image& image) {
     return mattes;
 }
 
+Result<const Cryptomatte*> find_matte(std::span<const Cryptomatte> mattes, std::string_view name) {
+    std::string_view layer = name;
+    for (const MatteKind kind : matte_kinds) {
+        if (name == matte_word(kind)) layer = matte_layer(kind);
+    }
+    std::vector<std::string> names;
+    std::string list;
+    for (const Cryptomatte& m : mattes) {
+        if (m.layer == layer) return &m;
+        names.push_back(m.layer);
+        list += " " + m.layer;
+    }
+    return Error{"matte-layer", fmt::format("no Cryptomatte '{}'{}; {}{}", name, did_you_mean(name, names),
+                                            names.empty() ? "the file has none" : "there are:", list)};
+}
+
 Result<std::vector<uint32_t>> matte_ids(const Cryptomatte& matte,
                                         std::span<const std::string> patterns) {
     std::vector<uint32_t> ids;
@@ -213,27 +229,6 @@ Result<std::vector<float>> matte_coverage(const Image& image,
     if (levels == 0)
         return Error{"matte-layer", fmt::format("there are no float channels {}00.R …", layer)};
     return matte;
-}
-
-Result<std::vector<float>> matte_of(const Image& image,
-                                    std::string_view layer,
-                                    std::span<const std::string> patterns) {
-    const std::vector<Cryptomatte> mattes = cryptomattes_of(image);
-    for (const MatteKind kind : matte_kinds) {
-        if (layer == matte_word(kind)) layer = matte_layer(kind);
-    }
-    const auto at = std::find_if(mattes.begin(), mattes.end(),
-                                 [&](const Cryptomatte& m) { return m.layer == layer; });
-    if (at == mattes.end()) {
-        std::string list;
-        for (const Cryptomatte& m : mattes) list += (list.empty() ? "" : ", ") + m.layer;
-        return Error{"matte-layer",
-                     fmt::format("the file has no Cryptomatte \"{}\": expected {}", layer,
-                                 list.empty() ? "one, made by render --cryptomatte" : list)};
-    }
-    const auto ids = matte_ids(*at, patterns);
-    if (!ids) return ids.error();
-    return matte_coverage(image, at->layer, *ids);
 }
 
 }  // namespace velatura::image

@@ -44,6 +44,10 @@ void describe_cryptomatte(const Cryptomatte& matte, Attributes& attributes);
 /// file of its own is not read, damaged ones are empty.
 std::vector<Cryptomatte> cryptomattes_of(const Image& image);
 
+/// The one over a layer; `name` may be "object" or "material" for short. Errors: "matte-layer" (the message lists those there
+/// are).
+Result<const Cryptomatte*> find_matte(std::span<const Cryptomatte> mattes, std::string_view name);
+
 /// The ids that the patterns choose: a name as it stands, a name with * (any text) or ? (any
 /// character), or a prim path, which stands for all below it as well. A text without * and ? that
 /// the manifest does not have counts by its hash if there is no manifest.
@@ -57,12 +61,5 @@ Result<std::vector<uint32_t>> matte_ids(const Cryptomatte& matte,
 Result<std::vector<float>> matte_coverage(const Image& image,
                                           std::string_view layer,
                                           std::span<const uint32_t> ids);
-
-/// The matte of what the patterns choose, as matte_ids() and matte_coverage() say. `layer` may be
-/// "object" or "material" for short. Errors: "matte-layer" (the message lists those there are),
-/// "matte-name".
-Result<std::vector<float>> matte_of(const Image& image,
-                                    std::string_view layer,
-                                    std::span<const std::string> patterns);
 
 }  // namespace velatura::image

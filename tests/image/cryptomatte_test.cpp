@@ -33,6 +33,15 @@ Image forest() {
     return image;
 }
 
+Result<std::vector<float>> matte_of(const Image& image, const char* layer, const std::vector<std::string>& patterns) {
+    const auto mattes = cryptomattes_of(image);
+    const auto found = find_matte(mattes, layer);
+    if (!found) return found.error();
+    const auto ids = matte_ids(**found, patterns);
+    if (!ids) return ids.error();
+    return matte_coverage(image, (*found)->layer, *ids);
+}
+
 std::vector<float> matte(const Image& image, std::vector<std::string> patterns) {
     const auto result = matte_of(image, "object", patterns);
     EXPECT_TRUE(result.has_value()) << result.error().message;
