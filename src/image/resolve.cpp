@@ -18,6 +18,12 @@ namespace {
 
 constexpr float largest_half = 65504.0f;
 
+void store_channels(Part& part, const std::string& layer, Planes planes, ChannelType type) {
+    const char* names[] = {".R", ".G", ".B"};
+    for (size_t c = 0; c < 3; ++c)
+        part.channels.push_back(stored_channel(layer + names[c], std::move(planes[c]), type));
+}
+
 class Resolver {
   public:
     explicit Resolver(const SampleSums& sums)
@@ -33,7 +39,7 @@ class Resolver {
     void store_clamp(const LayerSource& source, Planes whole_planes, Part& part);
     Planes mean_without_clamps(const LayerSource& source);
     bool store_layer(Part& part, LayerEntry entry, Planes planes, bool may_be_left_out, bool as_float = false);
-    ChannelType store_channels(Part& part, const std::string& layer, Planes planes, bool as_float) const;
+    ChannelType stored_type(const Extent& extent, bool as_float) const;
     void fold_family(const Part& part, FamilyClosure& closure);
     void fail(size_t pixel, const std::string& what);
 
@@ -98,14 +104,10 @@ void Resolver::store_beauty() {
     out_.image.parts.push_back(std::move(part));
 }
 
-/// Appends the channels of a layer, as half where that is wanted and none overflows. Returns their type.
-ChannelType Resolver::store_channels(Part& part, const std::string& layer, Planes planes, bool as_float) const {
-    const bool overflows = !(extent_of(planes).largest <= largest_half);
-    const ChannelType type = as_float || set_.float_layers || overflows ? ChannelType::Float : ChannelType::Half;
-    const char* names[] = {".R", ".G", ".B"};
-    for (size_t c = 0; c < 3; ++c)
-        part.channels.push_back(stored_channel(layer + names[c], std::move(planes[c]), type));
-    return type;
+/// Half where that is wanted and none overflows.
+ChannelType Resolver::stored_type(const Extent& extent, bool as_float) const {
+    const bool overflows = !(extent.largest <= largest_half);
+    return as_float || set_.float_layers || overflows ? ChannelType::Float : ChannelType::Half;
 }
 
 bool Resolver::store_layer(Part& part, LayerEntry entry, Planes planes, bool may_be_left_out, bool as_float) {
@@ -116,9 +118,13 @@ bool Resolver::store_layer(Part& part, LayerEntry entry, Planes planes, bool may
     entry.is_empty = may_be_left_out && extent.largest == 0.0f && extent.is_finite;
     entry.type = set_.float_layers || as_float ? "float" : "half";
     const bool is_stored = !entry.is_empty;
-    if (is_stored && store_channels(part, entry.name, std::move(planes), as_float) == ChannelType::Float) {
-        if (entry.type == "half") out_.overflowed.push_back(entry.name);
-        entry.type = "float";
+    if (is_stored) {
+        const ChannelType type = stored_type(extent, as_float);
+        store_channels(part, entry.name, std::move(planes), type);
+        if (type == ChannelType::Float && entry.type == "half") {
+            out_.overflowed.push_back(entry.name);
+            entry.type = "float";
+        }
     }
     out_.layers.push_back(std::move(entry));
     return is_stored;
@@ -263,7 +269,8 @@ void Resolver::store_clamp(const LayerSource& source, Planes whole_planes, Part&
     if (!is_touched) return;
     // Rounded as a render without clamps would store it
     Part room;
-    store_channels(room, source.entry.name, std::move(whole_planes), false);
+    const ChannelType type = stored_type(extent_of(whole_planes), false);
+    store_channels(room, source.entry.name, std::move(whole_planes), type);
     Planes taken;
     for (size_t c = 0; c < 3; ++c) {
         Channel& kept = part.channels[part.channels.size() - 3 + c];
