@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/plain_layers.h"
 
+#include "base/unique_names.h"
+
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <optional>
-#include <set>
 #include <vector>
 
 namespace velatura::compositor {
@@ -129,11 +130,11 @@ Result<PlainLayers> plain_layers(const image::Image& image) {
     for (size_t c = 0; c < 4; ++c) {
         if (beauty->channels[c]) plain.channels.emplace(suffixes[c], *beauty->channels[c]);
     }
-    std::set<std::string> taken = {"rgba"};
+    UniqueNames names;
+    names.take("rgba");
     for (const NamedLayer& layer : layers) {
         if (&layer == beauty) continue;
-        std::string name = row_name(layer, layers);
-        while (!taken.insert(name).second) name += "_";
+        const std::string name = names.make(row_name(layer, layers));
         const bool is_row = !is_data_name(layer.name);
         plain.header.layers.push_back(entry_of(name, is_row ? "plain" : "data"));
         if (is_row) plain.header.lights.push_back({name, {}, false});
@@ -141,8 +142,7 @@ Result<PlainLayers> plain_layers(const image::Image& image) {
         for (size_t c = 0; c < 3; ++c)
             plain.channels.emplace(name + "." + suffixes[c], *layer.channels[c]);
     }
-    const bool has_rest = taken.count("rest") != 0;
-    plain.header.lights.push_back({has_rest ? "rest_" : "rest", {}, false});
+    plain.header.lights.push_back({names.make("rest"), {}, false});
     return plain;
 }
 

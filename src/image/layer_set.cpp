@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/layer_set.h"
 
+#include "base/unique_names.h"
 #include "image/names.h"
 
 #include <fmt/format.h>
@@ -9,7 +10,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <set>
 
 namespace velatura::image {
 
@@ -28,12 +28,11 @@ void LayerSet::normalise_names() {
     const size_t longest = caster_layers ? max_group_name_bytes_beside_casters
                            : has_clamp() ? max_group_name_bytes_beside_clamps
                                          : max_group_name_bytes;
-    std::set<std::string> taken;
-    for (LightGroup& group : groups)
-        group.name = unique_name(legal_group_name(group.name), longest, taken);
-    taken = {rest_caster};
-    for (ShadowCaster& caster : casters)
-        caster.name = unique_name(legal_group_name(caster.name), max_caster_name_bytes, taken);
+    UniqueNames group_names("_", longest);
+    for (LightGroup& group : groups) group.name = group_names.make(legal_group_name(group.name));
+    UniqueNames caster_names("_", max_caster_name_bytes);
+    caster_names.take(rest_caster);
+    for (ShadowCaster& caster : casters) caster.name = caster_names.make(legal_group_name(caster.name));
 }
 
 std::string LayerSet::to_json() const {

@@ -44,16 +44,6 @@ std::string legal_group_name(std::string_view text) {
     return name;
 }
 
-std::string unique_name(std::string name, size_t max_bytes, std::set<std::string>& taken) {
-    if (name.size() > max_bytes) name.resize(max_bytes);
-    std::string candidate = name;
-    for (int n = 2; !taken.insert(candidate).second; ++n) {
-        const std::string suffix = "_" + std::to_string(n);
-        candidate = name.substr(0, std::min(name.size(), max_bytes - suffix.size())) + suffix;
-    }
-    return candidate;
-}
-
 bool is_legal_channel_name(std::string_view name) {
     if (name.empty() || name.size() > max_channel_name_bytes) return false;
     const size_t dot = name.find('.');

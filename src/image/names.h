@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <set>
 #include <string>
 #include <string_view>
 
@@ -26,10 +25,6 @@ inline constexpr const char* rest_caster = "rest";
 /// mixer (`all`, `direct`, `indirect`, `tail`, `env`, `shadow`, `b0`…), at most
 /// max_group_name_bytes.
 std::string legal_group_name(std::string_view text);
-
-/// The name itself, or with _2, _3 … while `taken` has it; shortened to fit. Adds the answer to
-/// `taken`.
-std::string unique_name(std::string name, size_t max_bytes, std::set<std::string>& taken);
 
 /// `[A-Za-z0-9_]` with at most one dot inside, at most 31 bytes, layer part not numeric.
 bool is_legal_channel_name(std::string_view name);

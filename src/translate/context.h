@@ -3,6 +3,7 @@
 
 #include "base/diagnostics.h"
 #include "base/math.h"
+#include "base/unique_names.h"
 #include "scene/scene.h"
 #include "translate/translate.h"
 #include "usd/stage/skeleton.h"
@@ -117,6 +118,7 @@ struct Context {
         needs_coordinates;  ///< textures whose `st` has no fallback
     std::unordered_map<std::string, std::unique_ptr<Placeable>> placeables;
     std::unordered_map<std::string, scene::GroupId> light_groups;
+    UniqueNames group_names{""};  ///< of Scene::groups
     std::unordered_map<std::string, usd::stage::SkeletonPose> skeleton_poses;
     bool has_emissive_material = false;
     bool has_light_prim = false;  ///< a light was met, whether it shines or not

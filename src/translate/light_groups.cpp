@@ -32,22 +32,13 @@ std::string clean_name(std::string_view name) {
     return out.empty() ? "light" : out;
 }
 
-bool is_taken(const Context& ctx, const std::string& name) {
-    return std::any_of(ctx.scene.groups.begin(), ctx.scene.groups.end(),
-                       [&](const scene::LightGroup& g) { return g.name == name; });
-}
-
 /// The name itself, else with the first number that makes it unique; reserved names get an L first.
-std::string unique_name(const Context& ctx, const std::string& wanted) {
-    if (!is_reserved(wanted) && !is_taken(ctx, wanted)) return wanted;
+std::string unique_name(Context& ctx, const std::string& wanted) {
+    UniqueNames& names = ctx.group_names;
+    if (!is_reserved(wanted) && !names.has(wanted)) return names.make(wanted);
     // b plus any number stays reserved: the letter ends that for good
     const bool needs_letter = is_reserved(wanted) || is_reserved(wanted + "2");
-    const std::string base = needs_letter ? wanted + "L" : wanted;
-    if (!is_taken(ctx, base)) return base;
-    for (int i = 2;; ++i) {
-        const std::string name = base + std::to_string(i);
-        if (!is_taken(ctx, name)) return name;
-    }
+    return names.make(needs_letter ? wanted + "L" : wanted);
 }
 
 /// The group that the scene names for the light; empty when it names none.
@@ -61,6 +52,7 @@ std::string authored_group(Context& ctx, Prim light) {
 }
 
 scene::GroupId add_group(Context& ctx, std::string name) {
+    ctx.group_names.take(name);
     ctx.scene.groups.push_back({std::move(name), {}, true});
     return scene::GroupId(ctx.scene.groups.size() - 1);
 }

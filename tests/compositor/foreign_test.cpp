@@ -67,6 +67,12 @@ TEST(Foreign, PartsWithBareChannelsAreLayersByTheirNames) {
                                      {"N", {"R", "G", "B"}},
                                      {"specular", {"specular.R", "specular.G", "specular.B"}}});
     EXPECT_EQ(arnold.group_names(), (std::vector<std::string>{"RGBA_key", "specular", "rest"}));
+    // Names that rows have in common, and that of what they leave, get numbers
+    const LayerStack twins = plain({{"RGBA", {"R", "G", "B"}},
+                                    {"key", {"R", "G", "B"}},
+                                    {"other", {"key.R", "key.G", "key.B"}},
+                                    {"rest", {"R", "G", "B"}}});
+    EXPECT_EQ(twins.group_names(), (std::vector<std::string>{"key", "key_2", "rest", "rest_2"}));
     // As pbrt's film has them
     const LayerStack pbrt =
         plain({{"", {"R", "G", "B", "Albedo.R", "Albedo.G", "Albedo.B", "P.X", "P.Y", "P.Z"}}});
