@@ -53,9 +53,10 @@ class Mixer {
     void list_not_finite(std::vector<NotFiniteLayer>& out) const;
 
   private:
+    std::optional<size_t> request(const std::string& layer, size_t c);
     void add_step(size_t term, size_t c, float gain);
     void fold_row(const image::Strip& strip, size_t row, Rows& rows);
-    void load(const image::Strip& strip, size_t channel, size_t row, float* values);
+    void load(const image::Strip& strip, size_t channel, size_t row, size_t step, float* values);
     void give_back(const Step& step, size_t pixel, Rows& rows) const;
     void apply_mattes(const Step& step, size_t pixel, Rows& rows) const;
     void note_not_finite(const std::string& layer,
@@ -67,8 +68,9 @@ class Mixer {
     const MixPlan& plan_;
     const bool with_layers_;
     std::vector<MixPlan::Term> terms_;
-    std::vector<image::ChannelPlace> channels_;
-    std::vector<std::string> channel_layers_;  ///< per channel, for messages
+    std::vector<image::ChannelPlace> channels_;  ///< each once
+    std::vector<std::string> channel_layers_;    ///< per channel, for messages
+    std::vector<size_t> channel_steps_;          ///< the first that loads it, which tells of it
     std::vector<Step> steps_;
     std::optional<size_t> alpha_;
     std::array<std::vector<float>, 3> fold_;
@@ -90,27 +92,28 @@ Mixer::Mixer(const LayerStack& layout, const MixPlan& plan, const Look& look, bo
     }
     for (auto& f : fold_) f.assign(pixels, 0.0f);
     if (with_layers_) gained_.assign(steps_.size(), std::vector<float>(pixels));
-    if (const auto place = layout.place("rgba", 3)) {
-        alpha_ = channels_.size();
-        channels_.push_back(*place);
-        channel_layers_.emplace_back("rgba");
-        alpha_values_.assign(pixels, 0.0f);
-    }
+    alpha_ = request("rgba", 3);
+    if (alpha_) alpha_values_.assign(pixels, 0.0f);
+}
+
+/// The channel's number among those of the strips, whoever else may have asked for it.
+std::optional<size_t> Mixer::request(const std::string& layer, size_t c) {
+    const auto place = layout_.place(layer, c);
+    if (!place) return std::nullopt;
+    const auto at = std::find(channels_.begin(), channels_.end(), *place);
+    if (at != channels_.end()) return size_t(at - channels_.begin());
+    channels_.push_back(*place);
+    channel_layers_.push_back(layer);
+    channel_steps_.push_back(steps_.size());
+    return channels_.size() - 1;
 }
 
 void Mixer::add_step(size_t term, size_t c, float gain) {
     // 0 times a finite value never changes a fold that began at +0
     if (gain == 0.0f && !with_layers_) return;
     Step step{term, c, {}, {}, gain};
-    const auto request = [&](const std::string& layer) -> std::optional<size_t> {
-        const auto place = layout_.place(layer, c);
-        if (!place) return std::nullopt;
-        channels_.push_back(*place);
-        channel_layers_.push_back(layer);
-        return channels_.size() - 1;
-    };
-    step.channel = request(terms_[term].layer);
-    if (!terms_[term].clamp_layer.empty()) step.clamp = request(terms_[term].clamp_layer);
+    step.channel = request(terms_[term].layer, c);
+    if (!terms_[term].clamp_layer.empty()) step.clamp = request(terms_[term].clamp_layer, c);
     if (step.channel || step.clamp) steps_.push_back(step);
 }
 
@@ -126,10 +129,12 @@ void Mixer::note_not_finite(const std::string& layer,
     at->second.first = std::min(at->second.first, pixel + found.first);
 }
 
-void Mixer::load(const image::Strip& strip, size_t channel, size_t row, float* values) {
+void Mixer::load(
+    const image::Strip& strip, size_t channel, size_t row, size_t step, float* values) {
     const image::Window& window = layout_.image().data;
     const auto width = size_t(window.width());
-    if (load_row(strip.channels[channel], row * width, width, values)) {
+    const bool has_bad = load_row(strip.channels[channel], row * width, width, values);
+    if (has_bad && step == channel_steps_[channel]) {
         note_not_finite(channel_layers_[channel], strip.channels[channel], row * width,
                         (size_t(strip.y0 - window.y0) + row) * width);
     }
@@ -155,12 +160,12 @@ void Mixer::fold_row(const image::Strip& strip, size_t row, Rows& rows) {
         const Step& step = steps_[s];
         float* values = rows.values.data();
         if (step.channel) {
-            load(strip, *step.channel, row, values);
+            load(strip, *step.channel, row, s, values);
         } else {
             std::fill_n(values, width, 0.0f);
         }
         if (step.clamp) {
-            load(strip, *step.clamp, row, rows.clamp.data());
+            load(strip, *step.clamp, row, s, rows.clamp.data());
             give_back(step, pixel, rows);
         }
         if (has_mattes(terms_[step.term])) apply_mattes(step, pixel, rows);
@@ -172,7 +177,7 @@ void Mixer::fold_row(const image::Strip& strip, size_t row, Rows& rows) {
             fold[i] += gained[i];
         }
     }
-    if (alpha_) load(strip, *alpha_, row, alpha_values_.data() + pixel);
+    if (alpha_) load(strip, *alpha_, row, channel_steps_[*alpha_], alpha_values_.data() + pixel);
 }
 
 void Mixer::fold(const image::Strip& strip) {

@@ -50,8 +50,8 @@ class StripReader {
     const std::vector<std::string>& foreign_parts() const;
 
     /// Calls body for all strips of the data window, in any order and from several threads at once;
-    /// a strip is gone after its call. Readers take at most `memory_bytes` together, or what one of
-    /// them needs where that is more. Errors: "io-read".
+    /// a strip is gone after its call. `channels` names each once. Readers take at most
+    /// `memory_bytes` together, or what one of them needs where that is more. Errors: "io-read".
     Result<void> read(std::span<const ChannelPlace> channels,
                       const std::function<void(const Strip&)>& body,
                       size_t memory_bytes = size_t(1) << 30) const;

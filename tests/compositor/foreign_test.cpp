@@ -85,6 +85,37 @@ TEST(Foreign, PartsWithBareChannelsAreLayersByTheirNames) {
               "not-layers");
 }
 
+/// Within a matte, a row is gained and taken from the rest: two terms of one channel.
+TEST(Foreign, AMattedRowIsReadOnceFromItsFile) {
+    image::Image image = made_foreign({{"", {"R", "G", "B", "key.R", "key.G", "key.B", "mask.M"}}});
+    const size_t bad_pixel = 40;
+    for (image::Channel& c : image.parts[0].channels) {
+        if (c.name == "key.R")
+            std::get<std::vector<float>>(c.data)[bad_pixel] =
+                std::numeric_limits<float>::quiet_NaN();
+    }
+    const std::string path = film::temporary_file("matted_row.exr");
+    ASSERT_TRUE(image::write_exr(path, image).has_value());
+    const auto file = image::StripReader::open(path);
+    ASSERT_TRUE(file.has_value());
+    const auto layout = LayerStack::describe(*file, path, ForeignFiles::Plain);
+    Look look = look_of({{Gain, "key=3"}});
+    look.controls[0].matte = path + ":mask.M";
+    const auto plan = plan_mix(*layout, look, &*file);
+    ASSERT_TRUE(plan.has_value()) << plan.error().message;
+    ASSERT_EQ(plan->terms.size(), 3u);
+    std::vector<NotFiniteLayer> not_finite;
+    const auto picture = mix_file(*file, *layout, *plan, look, false, &not_finite);
+    ASSERT_TRUE(picture.has_value());
+    for (size_t i = 0; i < image.data.pixel_count(); ++i) {
+        const float key = i == bad_pixel ? 0.0f : made_value("key.R", i);
+        const float factor = 1.0f + made_value("mask.M", i) * 2.0f;
+        ASSERT_EQ(picture->find("R")->value(i), made_value("R", i) + key * factor - key) << i;
+    }
+    ASSERT_EQ(not_finite.size(), 1u);
+    EXPECT_EQ(not_finite[0].values, 1u);
+}
+
 TEST(Foreign, InfoListsRowsAndWarnsOfVeryManyChannels) {
     const std::string few = info_text(plain({{"", {"R", "G", "B", "key.R", "key.G", "key.B"}}}));
     EXPECT_NE(few.find("no header of Velatura"), std::string::npos) << few;
