@@ -231,6 +231,7 @@ image::Image Mixer::picture(const Look& look) {
     for (const std::string& name : stored) {
         image::LayerEntry entry = *layout_.header().find(name);
         entry.type = "float";
+        entry.is_empty = false;
         entry.in_sum = name != "rgba";
         entry.part = name == "rgba" ? "rgba" : closure.family;
         entry.digest = digest_of_layer(out, name);

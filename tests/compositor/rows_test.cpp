@@ -5,6 +5,7 @@
 #include "compositor/test_stack.h"
 #include "image/cryptomatte.h"
 #include "image/exr.h"
+#include "image/layer_check.h"
 
 #include <gtest/gtest.h>
 
@@ -84,6 +85,17 @@ TEST(Rows, ClampGivesBackWhatItRemoved) {
     film::Film film({0, 0, 4, 4}, film::test_layer_set());
     film::render(film, 0, 2);
     EXPECT_EQ(plan_mix(through_file(film), look_of({{Clamp, "all=1"}}))->notes.size(), 1u);
+}
+
+/// Black as rendered, and not black when what the clamp took is in it.
+TEST(Rows, ALayerThatTheClampTookWholeIsStoredWhenItIsGivenBack) {
+    const Look look = look_of({{Clamp, "all=1"}});
+    const auto plan = plan_mix(made_stack(), look);
+    ASSERT_TRUE(plan.has_value());
+    const auto out = LayerStack::from_image(apply_mix(made_stack(), *plan, look, true));
+    ASSERT_TRUE(out.has_value());
+    const auto check = image::check_layers(out->image(), out->header());
+    EXPECT_TRUE(check.is_good()) << check.problems[0];
 }
 
 TEST(Rows, ASetOfRowsHasAMaster) {
