@@ -105,9 +105,11 @@ Cell make_cell(const image::Image& image,
     Cell cell;
     cell.caption = layer.name;
     float stops = options.exposure_stops;
-    if (is_light && whole > 0)
+    // The header may name as light what has lost channels since
+    const bool has_light = layer.kind() == LayerChannels::Kind::Light;
+    if (is_light && has_light && whole > 0)
         cell.note = fmt::format("{:.1f} %", 100 * mean_luminance(layer) / whole);
-    if (options.fit && layer.kind() == LayerChannels::Kind::Light) {
+    if (options.fit && has_light) {
         stops += fitting_stops(layer);
         cell.note += (cell.note.empty() ? "" : "  ") + stops_text(stops);
     }
@@ -156,8 +158,8 @@ Result<Canvas> contact_sheet(const image::Image& image, const SheetOptions& opti
     const auto beauty = layers_of(image);
     const auto rgba = std::find_if(beauty.begin(), beauty.end(),
                                    [](const LayerChannels& l) { return l.name == "rgba"; });
-    const double whole =
-        rgba != beauty.end() && rgba->channels.size() >= 3 ? mean_luminance(*rgba) : 0;
+    const bool has_beauty = rgba != beauty.end() && rgba->kind() == LayerChannels::Kind::Light;
+    const double whole = has_beauty ? mean_luminance(*rgba) : 0;
     std::vector<Cell> cells(layers.size());
     parallel_for(layers.size(), [&](size_t i) {
         cells[i] = make_cell(image, layers[i], listing.is_light(layers[i].name), whole, grid,

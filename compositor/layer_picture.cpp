@@ -10,6 +10,8 @@
 #include <cctype>
 #include <cmath>
 #include <limits>
+#include <set>
+#include <string_view>
 #include <unordered_map>
 
 namespace velatura::compositor {
@@ -28,6 +30,11 @@ std::string layer_of(const std::string& channel) {
     return is_beauty ? "rgba" : channel;
 }
 
+/// Of a layer that an earlier part has as well.
+std::string name_in_part(const std::string& layer, const std::string& part) {
+    return layer == "rgba" ? part : part + "." + layer;
+}
+
 std::string suffix_of(const image::Channel& channel) {
     return channel.name.substr(channel.name.rfind('.') + 1);
 }
@@ -38,6 +45,13 @@ int rank_of(const image::Channel& channel) {
     const std::string suffix = suffix_of(channel);
     const size_t at = suffix.size() == 1 ? order.find(suffix[0]) : std::string::npos;
     return at == std::string::npos ? int(order.size()) : int(at);
+}
+
+bool are(const std::vector<const image::Channel*>& channels, std::string_view suffixes) {
+    for (size_t c = 0; c < suffixes.size(); ++c) {
+        if (c == channels.size() || suffix_of(*channels[c]) != suffixes.substr(c, 1)) return false;
+    }
+    return true;
 }
 
 float finite(float v) {
@@ -150,21 +164,26 @@ LayerChannels::Kind LayerChannels::kind() const {
     if (is_whole) return name.find("Id") != std::string::npos ? Kind::Ids : Kind::Scalar;
     const bool is_ranked = name.starts_with("Crypto") && std::isdigit(uint8_t(name.back())) != 0;
     if (is_ranked && channels.size() >= 2) return Kind::Matte;
+    if (are(channels, "RGB")) return name == "albedo" ? Kind::Albedo : Kind::Light;
     if (channels.size() == 2) return Kind::Plane;
-    if (channels.size() < 3) return Kind::Scalar;
-    if (suffix_of(*channels[0]) == "R") return name == "albedo" ? Kind::Albedo : Kind::Light;
+    // Red, green and alpha are three channels and no colour
+    if (channels.size() < 3 || suffix_of(*channels[0]) == "R") return Kind::Scalar;
     return name == "N" || name == "Ng" || name == "normal" ? Kind::Direction : Kind::Position;
 }
 
 std::vector<LayerChannels> layers_of(const image::Image& image) {
     std::vector<LayerChannels> layers;
-    std::unordered_map<std::string, size_t> places;
+    std::set<std::string> names;
     for (const image::Part& part : image.parts) {
+        std::unordered_map<std::string, size_t> places;
         for (const image::Channel& channel : part.channels) {
             if (channel.name.starts_with("sums")) continue;
             const std::string name = layer_of(channel.name);
             const auto [at, is_new] = places.try_emplace(name, layers.size());
-            if (is_new) layers.push_back({name, {}});
+            if (is_new) {
+                const bool is_taken = !names.insert(name).second;
+                layers.push_back({is_taken ? name_in_part(name, part.name) : name, {}});
+            }
             layers[at->second].channels.push_back(&channel);
         }
     }

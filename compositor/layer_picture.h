@@ -12,7 +12,7 @@ namespace velatura::compositor {
 /// A layer of an EXR file by its channels, whatever wrote it.
 struct LayerChannels {
     enum class Kind : uint8_t {
-        Light,      ///< R G B, scene-linear
+        Light,      ///< R G B and perhaps more, scene-linear
         Albedo,     ///< R G B in [0, 1]
         Direction,  ///< X Y Z in [−1, 1]
         Position,   ///< X Y Z anywhere
@@ -28,10 +28,12 @@ struct LayerChannels {
     Kind kind() const;
 };
 
-/// In the file's order, alpha with its colours; bookkeeping left out.
+/// In the file's order, alpha with its colours; bookkeeping left out. Of layers with one name in
+/// several parts, the first keeps it; the others are named by their part.
 std::vector<LayerChannels> layers_of(const image::Image& image);
 
 /// Mean luminance (linear Rec.709) over the data window; values that are not finite count as 0.
+/// Only for Kind::Light, as the next.
 double mean_luminance(const LayerChannels& layer);
 
 /// The stops that bring the 95th percentile of the luminance to 0.8; 0 for what is black.

@@ -2,6 +2,7 @@
 #include "compositor/contact_sheet.h"
 
 #include "compositor/layer_picture.h"
+#include "compositor/made_layers.h"
 
 #include <gtest/gtest.h>
 
@@ -116,6 +117,43 @@ TEST(ContactSheet, ShowsMattesByTheirIds) {
     EXPECT_NE(left, right);
     EXPECT_NE(left, (Canvas::Colour{0, 0, 0}));
     EXPECT_EQ(pixel(*sheet, 17, 58), (Canvas::Colour{0, 0, 0}));
+}
+
+/// Of a light layer of the header, channels may be gone.
+TEST(ContactSheet, LayersThatAreNotWholeAreNoLight) {
+    image::Image image = made_layers();
+    std::erase_if(image.parts[1].channels, [](const image::Channel& c) {
+        return c.name == "b1_key.G" || c.name == "b1_key.B" || c.name == "tail_key.B";
+    });
+    using Kind = LayerChannels::Kind;
+    for (const LayerChannels& layer : layers_of(image)) {
+        if (layer.name == "b0_key") {
+            EXPECT_EQ(layer.kind(), Kind::Light);
+        }
+        if (layer.name == "b1_key") {
+            EXPECT_EQ(layer.kind(), Kind::Scalar);
+        }
+    }
+    SheetOptions options = raw();
+    options.fit = true;
+    EXPECT_TRUE(contact_sheet(image, options).has_value());
+    // Red, green and alpha are no colour either
+    std::erase_if(image.parts[0].channels, [](const image::Channel& c) { return c.name == "B"; });
+    EXPECT_EQ(layers_of(image)[0].kind(), Kind::Scalar);
+    EXPECT_TRUE(contact_sheet(image, options).has_value());
+}
+
+/// As Arnold and Nuke write parts: each has channels R, G and B.
+TEST(ContactSheet, PartsWithTheSameChannelsAreLayersOfTheirOwn) {
+    const auto layers = layers_of(made_foreign({{"RGBA", {"R", "G", "B", "A"}},
+                                                {"RGBA_key", {"R", "G", "B"}},
+                                                {"left", {"N.X", "N.Y", "N.Z"}},
+                                                {"right", {"N.X", "N.Y", "N.Z"}}}));
+    std::vector<std::string> names;
+    for (const LayerChannels& l : layers) names.push_back(l.name);
+    EXPECT_EQ(names, (std::vector<std::string>{"rgba", "RGBA_key", "N", "right.N"}));
+    for (const LayerChannels& l : layers)
+        EXPECT_EQ(l.channels.size(), l.name == "rgba" ? 4u : 3u) << l.name;
 }
 
 TEST(ContactSheet, PatternsAndExposure) {
