@@ -209,7 +209,10 @@ LayerCheck Checker::run() {
     for (size_t i = 0; i < header_.closure.size(); ++i) {
         FamilyClosure family = header_.closure[i];
         family.is_exact = i == 0;
-        if (i > 0 && finest_bound_[0].empty()) break;
+        // Where a channel of the finest family is missing, which was told
+        const bool is_bounded = std::none_of(finest_bound_.begin(), finest_bound_.end(),
+                                             [](const auto& bound) { return bound.empty(); });
+        if (i > 0 && !is_bounded) break;
         check_closure(family);
         result_.closure.push_back(std::move(family));
     }
