@@ -4,6 +4,9 @@
 #include "compositor/denoise_choice.h"
 #include "compositor/denoise_file.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
@@ -105,12 +108,28 @@ std::vector<Job> jobs_for(const LayerStack& stack, image::Image& out) {
     return jobs;
 }
 
+/// Light layers whose half images were not rendered, beside a beauty that has its own.
+void note_layers_without_halves(const LayerStack& stack, std::vector<std::string>& notes) {
+    std::vector<std::string> without;
+    for (const image::LayerEntry& entry : stack.header().layers) {
+        const bool is_light = is_filtered(entry) && !entry.is_empty && entry.name != "rgba";
+        if (is_light && !stack.header().find(entry.name + "_hA")) without.push_back(entry.name);
+    }
+    if (!without.empty())
+        notes.push_back(
+            fmt::format("no half images of {}: weights there know the noise that they "
+                        "average",
+                        fmt::join(without, " ")));
+}
+
 }  // namespace
 
 Result<image::Image> denoise(const LayerStack& stack, DenoiseReport& report) {
+    if (auto checked = check_denoisable(stack); !checked) return checked.error();
     const auto guides = denoise_guides(stack);
     if (!guides) return guides.error();
     report.notes = guides->notes;
+    if (guides->has_halves) note_layers_without_halves(stack, report.notes);
     auto out = denoised_file_like(stack);
     if (!out) return out;
     const FilterChoice choice = choose_filters(*guides);

@@ -22,7 +22,7 @@ struct DenoiseReport {
 /// The answer is a file that `verify` accepts: layers at their stored precision, the beauty their
 /// fold, half images of what is left of the noise, other layers as they were, `velatura/denoise` in
 /// the header.
-/// Errors: those of denoise_guides, "denoised-twice", "closure-failed".
+/// Errors: those of check_denoisable and denoise_guides, "denoised-twice", "closure-failed".
 Result<image::Image> denoise(const LayerStack& stack, DenoiseReport& report);
 
 }  // namespace velatura::compositor

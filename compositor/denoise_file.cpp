@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 namespace velatura::compositor {
 
@@ -89,8 +88,8 @@ void settle_family(image::Image& image, const image::FamilyClosure& family, size
 void set_variance(image::Image& image) {
     Channel* variance = find(image, "variance");
     if (!variance) return;
+    variance->data = std::vector<float>(variance->size(), 0.0f);
     std::vector<float>& out = floats_of(*variance);
-    std::fill(out.begin(), out.end(), 0.0f);
     for (size_t c = 0; c < 3; ++c) {
         const Channel* a = find(image, std::string("beauty_hA.") + names[c]);
         const Channel* b = find(image, std::string("beauty_hB.") + names[c]);
@@ -167,10 +166,12 @@ void write_header(const LayerStack& stack, image::Image& out, const DenoiseRepor
     resolved.closure = stack.header().closure;
     for (image::LayerEntry entry : stack.header().layers) {
         const auto at = channels.find(entry.name);
-        if (at != channels.end()) {
+        // What is as it was keeps its digest: the check at the end tells if that is true
+        const bool is_new =
+            is_filtered(entry) || entry.family == "halves" || entry.name == "variance";
+        if (at != channels.end() && is_new) {
             entry.digest = image::digest_of(out.data, at->second);
-            if (is_filtered(entry) || entry.family == "halves")
-                entry.type = at->second[0]->type() == ChannelType::Half ? "half" : "float";
+            entry.type = at->second[0]->type() == ChannelType::Half ? "half" : "float";
         }
         resolved.layers.push_back(std::move(entry));
     }
@@ -184,10 +185,40 @@ void write_header(const LayerStack& stack, image::Image& out, const DenoiseRepor
 }  // namespace
 
 bool is_filtered(const image::LayerEntry& entry) {
-    static const std::set<std::string> light = {"beauty", "matrix",     "bounces",
-                                                "groups", "unoccluded", "shadow",
-                                                "caster", "clamp",      "lobes"};
-    return light.count(entry.family) != 0;
+    return entry.family != "data" && entry.family != "cryptomatte" && entry.family != "halves";
+}
+
+Result<void> check_denoisable(const LayerStack& stack) {
+    const image::LayerHeader& header = stack.header();
+    const auto channels = image::channels_by_layer(stack.image());
+    for (const image::LayerEntry& entry : header.layers) {
+        if (entry.is_empty) continue;
+        if (channels.count(entry.name) == 0) return layer_missing(entry.name);
+        if (!is_filtered(entry) && entry.family != "halves") continue;
+        if (auto is_there = stack.check_stored(entry.name); !is_there) return is_there;
+        for (size_t c = 0; c < 3; ++c) {
+            const ChannelType type = stack.channel(entry.name, c)->type();
+            const bool is_light =
+                type == ChannelType::Float || (type == ChannelType::Half && entry.name != "rgba");
+            if (!is_light)
+                return Error{"layers-damaged",
+                             fmt::format("{} of layer {} is not stored as light: verify the file",
+                                         names[c], entry.name)};
+        }
+        if (entry.family == "halves") continue;
+        const std::string stem = entry.name == "rgba" ? "beauty" : entry.name;
+        if ((header.find(stem + "_hA") != nullptr) != (header.find(stem + "_hB") != nullptr))
+            return Error{"denoise-inputs",
+                         fmt::format("layer {} has one half image without the other; was it taken "
+                                     "out of the file?",
+                                     entry.name)};
+    }
+    if (auto has_beauty = stack.check_stored("rgba"); !has_beauty) return has_beauty;
+    for (const char* guide : {"albedo", "N"}) {
+        const auto at = channels.find(guide);
+        if (at != channels.end() && at->second.size() < 3) return layer_missing(guide);
+    }
+    return {};
 }
 
 Result<image::Image> denoised_file_like(const LayerStack& stack) {

@@ -13,6 +13,12 @@ inline constexpr const char* denoise_attribute = "velatura/denoise";
 /// layer).
 bool is_filtered(const image::LayerEntry& entry);
 
+/// What denoising reads without looking twice: the beauty as floats, light layers and half images
+/// whole, two half images or none, albedo and N whole where they are stored. A half image may be
+/// listed as black. Errors: "layer-missing" (the header names it as stored), "layers-damaged" (not
+/// the type of light), "denoise-inputs" (one half image without the other).
+Result<void> check_denoisable(const LayerStack& stack);
+
 /// A copy of the file to be filled, without exact sums: what is denoised does not merge. Layers
 /// whose filtered values may not fit half are float. Errors: "denoised-twice".
 Result<image::Image> denoised_file_like(const LayerStack& stack);

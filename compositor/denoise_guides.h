@@ -40,8 +40,8 @@ struct DenoiseGuides {
     std::vector<std::string> notes;  ///< what is missing and what that costs
 };
 
-/// The stack must outlive the guides. Errors: "denoise-inputs" (neither half images nor the layer
-/// `variance` are stored).
+/// Of a file that check_denoisable accepts, which must outlive the guides. Errors: "denoise-inputs"
+/// (neither half images nor the layer `variance` are stored).
 Result<DenoiseGuides> denoise_guides(const LayerStack& stack);
 
 }  // namespace velatura::compositor

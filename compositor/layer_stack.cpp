@@ -3,10 +3,19 @@
 
 #include "compositor/plain_layers.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 
 namespace velatura::compositor {
+
+Error layer_missing(const std::string& layer) {
+    return {"layer-missing",
+            fmt::format("the header names layer {}, but the file does not have all of its "
+                        "channels; was a part taken out of it?",
+                        layer)};
+}
 
 Result<LayerStack> LayerStack::from_image(image::Image image, ForeignFiles foreign) {
     LayerStack stack;
@@ -60,6 +69,13 @@ std::optional<image::ChannelPlace> LayerStack::place(const std::string& layer, s
 const image::Channel* LayerStack::channel(const std::string& layer, size_t c) const {
     const auto at = place(layer, c);
     return at ? &image_.parts[at->part].channels[at->channel] : nullptr;
+}
+
+Result<void> LayerStack::check_stored(const std::string& layer) const {
+    for (size_t c = 0; c < 3; ++c) {
+        if (!place(layer, c)) return layer_missing(layer);
+    }
+    return {};
 }
 
 std::vector<std::string> LayerStack::group_names() const {

@@ -17,6 +17,9 @@ namespace velatura::compositor {
 /// as a row (plain_layers.h).
 enum class ForeignFiles : uint8_t { Refuse, Plain };
 
+/// "layer-missing": a layer that the header names as stored, and that the file does not have whole.
+Error layer_missing(const std::string& layer);
+
 /// A file of light layers in memory, or only what it holds.
 class LayerStack {
   public:
@@ -42,6 +45,9 @@ class LayerStack {
     std::optional<image::ChannelPlace> place(const std::string& layer, size_t c) const;
     /// The same; null when it is not stored.
     const image::Channel* channel(const std::string& layer, size_t c) const;
+
+    /// R, G and B of a layer that the header names. Errors: "layer-missing".
+    Result<void> check_stored(const std::string& layer) const;
 
     /// Light groups in the file's order.
     std::vector<std::string> group_names() const;

@@ -229,7 +229,10 @@ image::Image Mixer::picture(const Look& look) {
     std::vector<std::string> stored = {"rgba"};
     stored.insert(stored.end(), closure.order.begin(), closure.order.end());
     for (const std::string& name : stored) {
-        image::LayerEntry entry = *layout_.header().find(name);
+        const image::LayerEntry* described = layout_.header().find(name);
+        image::LayerEntry entry = described ? *described : image::LayerEntry{};
+        entry.name = name;
+        if (!described) entry.family = "beauty";
         entry.type = "float";
         entry.is_empty = false;
         entry.in_sum = name != "rgba";

@@ -61,7 +61,6 @@ class Planner {
     Result<void> load_mattes();
     bool is_uniform_along(bool groups) const;
     Error not_stored() const;
-    Result<void> check_stored(const std::string& layer) const;
     const image::LayerEntry* clamp_of(const std::string& layer) const;
 
     CellGain& cell(size_t column, size_t group) {
@@ -228,17 +227,6 @@ Error Planner::not_stored() const {
                         what, layers)};
 }
 
-Result<void> Planner::check_stored(const std::string& layer) const {
-    for (size_t c = 0; c < 3; ++c) {
-        if (stack_.place(layer, c)) continue;
-        return Error{"layer-missing",
-                     fmt::format("the header names layer {}, but the file does not have all of its "
-                                 "channels; was a part taken out of it?",
-                                 layer)};
-    }
-    return {};
-}
-
 const image::LayerEntry* Planner::clamp_of(const std::string& layer) const {
     const auto& layers = stack_.header().layers;
     const auto at = std::find_if(layers.begin(), layers.end(), [&](const image::LayerEntry& e) {
@@ -254,7 +242,7 @@ Result<void> Planner::add_family(const image::FamilyClosure& family) {
         if (!stack_.header().find(layer))
             return Error{"layers-damaged",
                          fmt::format("layer {} is not in velatura/layers", layer)};
-        if (auto is_there = check_stored(layer); !is_there) return is_there;
+        if (auto is_there = stack_.check_stored(layer); !is_there) return is_there;
     }
     const auto add = [&](const image::LayerEntry& entry) -> Result<void> {
         const CellGain& gains = cell(entry);
@@ -262,7 +250,7 @@ Result<void> Planner::add_family(const image::FamilyClosure& family) {
         term.matted_gains = gains.mattes;
         const image::LayerEntry* clamp = gains.clamp.empty() ? nullptr : clamp_of(entry.name);
         if (clamp) {
-            if (auto is_there = check_stored(clamp->name); !is_there) return is_there;
+            if (auto is_there = stack_.check_stored(clamp->name); !is_there) return is_there;
             term.clamp_layer = clamp->name;
             term.clamp_shares = gains.clamp;
         }
@@ -323,7 +311,7 @@ Result<void> Planner::choose_family() {
     } else {
         plan_.terms.push_back({"rgba", cells_[0].gain, cells_[0].mattes});
     }
-    return check_stored("rgba");
+    return stack_.check_stored("rgba");
 }
 
 Result<void> Planner::add_shadow(const image::LayerEntry& entry,
@@ -331,7 +319,7 @@ Result<void> Planner::add_shadow(const image::LayerEntry& entry,
     const bool is_lifted = std::any_of(lifts.begin(), lifts.end(),
                                        [](const MattedShare& l) { return l.share != 0.0f; });
     if (entry.is_empty || !is_lifted) return {};
-    if (auto is_there = check_stored(entry.name); !is_there) return is_there;
+    if (auto is_there = stack_.check_stored(entry.name); !is_there) return is_there;
     // A lifted shadow shows the light's direct light, so it takes the gain of that cell
     const size_t direct = rows_.names_columns() ? rows_.column_of("b1") : 0;
     const CellGain& gains = cell(direct, rows_.group_of(entry.group));
