@@ -321,8 +321,7 @@ Result<void> Planner::add_shadow(const image::LayerEntry& entry,
     if (entry.is_empty || !is_lifted) return {};
     if (auto is_there = stack_.check_stored(entry.name); !is_there) return is_there;
     // A lifted shadow shows the light's direct light, so it takes the gain of that cell
-    const size_t direct = rows_.names_columns() ? rows_.column_of("b1") : 0;
-    const CellGain& gains = cell(direct, rows_.group_of(entry.group));
+    const CellGain& gains = cell(rows_.direct_column(), rows_.group_of(entry.group));
     Term term{entry.name, gains.gain, gains.mattes};
     if (lifts.size() == 1 && lifts[0].matte == whole_picture) {
         multiply(term.gain, {lifts[0].share, lifts[0].share, lifts[0].share});

@@ -40,6 +40,11 @@ size_t RowNames::column_of(const std::string& name) const {
     return index_of(columns_, name);
 }
 
+size_t RowNames::direct_column() const {
+    const auto b1 = std::find(columns_.begin(), columns_.end(), "b1");
+    return b1 != columns_.end() ? size_t(b1 - columns_.begin()) : column_of("tail");
+}
+
 size_t RowNames::group_of(const std::string& name) const {
     return index_of(groups_, name);
 }

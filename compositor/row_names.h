@@ -28,13 +28,13 @@ class RowNames {
 
     size_t group_count() const { return groups_.size(); }
 
-    bool names_columns() const { return names_columns_; }
-
     const std::string& group_name(size_t g) const { return groups_[g]; }
 
     /// 0 for other names.
     size_t column_of(const std::string& name) const;
     size_t group_of(const std::string& name) const;
+    /// The one that direct light is in: `b1`, or `tail` where bounces are not counted (K = 0).
+    size_t direct_column() const;
 
     /// Errors of these: "unknown-name", with the names that may have been meant.
     Result<Selection> select(const std::string& target) const;

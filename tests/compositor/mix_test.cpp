@@ -141,6 +141,21 @@ TEST(Mix, ShadowLiftAddsTheShadowLayer) {
               "mix-not-stored");
 }
 
+/// With K = 0, direct light is in the tail, beside all that comes after it.
+TEST(Mix, WithoutBouncesALiftedShadowTakesTheGainOfTheTail) {
+    film::LayerSet set = film::test_layer_set();
+    set.last_bounce = 0;
+    set.matrix_layers = set.shadow_layers = true;
+    film::Film film(window, set);
+    film::render(film, 0, 5);
+    const LayerStack stack = through_file(film);
+    const auto plan =
+        plan_mix(stack, look_of({{Gain, "b0=8"}, {Gain, "tail=3"}, {Shadow, "key=1"}}));
+    ASSERT_TRUE(plan.has_value()) << plan.error().message;
+    ASSERT_EQ(plan->shadow_terms.size(), 1u);
+    EXPECT_EQ(plan->shadow_terms[0].gain[0], 3.0f);
+}
+
 TEST(Mix, ExposureAndTintScaleChannels) {
     const LayerStack stack = stack_of(Groups);
     Look look;
