@@ -20,11 +20,6 @@ size_t index_of(const std::vector<std::string>& names, const std::string& name) 
 
 }  // namespace
 
-std::string caster_of(const image::LayerEntry& entry) {
-    const std::string beginning = "S_" + entry.group + "_";
-    return entry.name.starts_with(beginning) ? entry.name.substr(beginning.size()) : entry.name;
-}
-
 RowNames::RowNames(const LayerStack& stack, const Look& look)
     : stack_(stack),
       sets_(look.rows),
@@ -162,8 +157,8 @@ Result<std::vector<std::string>> RowNames::caster_layers(const std::string& targ
     std::set<std::string> casters;
     for (const image::LayerEntry& entry : stack_.header().layers) {
         if (entry.family != "caster") continue;
-        casters.insert(caster_of(entry));
-        if (caster_of(entry) == caster && (*selected)[group_of(entry.group)])
+        casters.insert(entry.caster);
+        if (entry.caster == caster && (*selected)[group_of(entry.group)])
             layers.push_back(entry.name);
     }
     if (casters.empty())

@@ -15,9 +15,6 @@ namespace velatura::compositor {
 /// Cells of the bounce × group matrix, [column][group]: those that a name stands for.
 using Selection = std::vector<bool>;
 
-/// Of a layer of family "caster": what comes after `S_<group>_`.
-std::string caster_of(const image::LayerEntry& entry);
-
 /// What names mean in a file: rows (groups), columns (bounces), casters, and the look's own sets.
 class RowNames {
   public:

@@ -2,7 +2,6 @@
 #include "compositor/window/look_rows.h"
 
 #include "base/check.h"
-#include "compositor/row_names.h"
 
 #include <fmt/format.h>
 
@@ -104,7 +103,7 @@ MixerRows mixer_rows(const LayerStack& stack) {
     if (has_light_of(stack, "clamp", "")) rows.clamps.insert(rows.clamps.begin(), "all");
     for (const image::LayerEntry& entry : stack.header().layers) {
         if (entry.family == "caster" && !entry.is_empty)
-            rows.casters.push_back(entry.group + ":" + caster_of(entry));
+            rows.casters.push_back(entry.group + ":" + entry.caster);
     }
     return rows;
 }

@@ -80,8 +80,10 @@ image::Image made_layers() {
         }
         const std::string shadow = std::string("S_") + group;
         add(others, shadow, "shadow", "", group, "");
-        for (const char* caster : {"tree", "rest"})
+        for (const char* caster : {"tree", "rest"}) {
             add(others, shadow + "_" + caster, "caster", "", group, "");
+            resolved.layers.back().caster = caster;
+        }
     }
     for (const char* c : rgb) {
         image::Channel beauty =
