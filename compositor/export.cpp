@@ -99,10 +99,8 @@ Result<MixRecipe> mix_recipe(const LayerStack& stack,
     recipe.look = nlohmann::json::parse(look_to_json(look)).dump();
     recipe.has_alpha = image.find("A") != nullptr;
     recipe.alpha_part = part_of(image, "A");
-    std::vector<MixPlan::Term> terms = plan.terms;
-    terms.insert(terms.end(), plan.shadow_terms.begin(), plan.shadow_terms.end());
     const float exposure = std::exp2(look.exposure_stops);
-    for (const MixPlan::Term& term : terms) {
+    for (const MixPlan::Term& term : plan.all_terms()) {
         if (has_mattes(term)) {
             return Error{"export-matte",
                          fmt::format("{} is gained within a matte, which a script cannot say: "

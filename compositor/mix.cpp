@@ -19,12 +19,6 @@ namespace {
 
 constexpr std::array<const char*, 3> rgb_names = {"R", "G", "B"};
 
-std::vector<MixPlan::Term> all_terms(const MixPlan& plan) {
-    std::vector<MixPlan::Term> terms = plan.terms;
-    terms.insert(terms.end(), plan.shadow_terms.begin(), plan.shadow_terms.end());
-    return terms;
-}
-
 /// One channel of one term.
 struct Step {
     size_t term = 0, c = 0;
@@ -84,7 +78,7 @@ Mixer::Mixer(const LayerStack& layout, const MixPlan& plan, const Look& look, bo
     : layout_(layout),
       plan_(plan),
       with_layers_(with_layers && plan.family != "beauty" && plan.family != "plain"),
-      terms_(all_terms(plan)) {
+      terms_(plan.all_terms()) {
     const size_t pixels = layout.image().data.pixel_count();
     const float exposure = std::exp2(look.exposure_stops);
     for (size_t t = 0; t < terms_.size(); ++t) {

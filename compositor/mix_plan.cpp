@@ -387,6 +387,12 @@ bool has_mattes(const Term& term) {
                        [](const MattedShare& s) { return s.matte != whole_picture; });
 }
 
+std::vector<Term> MixPlan::all_terms() const {
+    std::vector<Term> all = terms;
+    all.insert(all.end(), shadow_terms.begin(), shadow_terms.end());
+    return all;
+}
+
 float MixPlan::matte_factor(const Term& term, size_t c, size_t pixel) const {
     float factor = 1.0f;
     for (const MattedGain& g : term.matted_gains)

@@ -52,6 +52,8 @@ struct MixPlan {
     std::vector<Matte> mattes = {};
     std::vector<std::string> notes = {};  ///< what the look asks for and the file has no need of
 
+    /// Those of the family, then those of shadows, as they are folded.
+    std::vector<Term> all_terms() const;
     /// What mattes make of a term's gain at a pixel of the data window.
     float matte_factor(const Term& term, size_t c, size_t pixel) const;
     float clamp_share(const Term& term, size_t pixel) const;

@@ -12,12 +12,6 @@ namespace {
 
 using Term = MixPlan::Term;
 
-std::vector<Term> all_terms(const MixPlan& plan) {
-    std::vector<Term> terms = plan.terms;
-    terms.insert(terms.end(), plan.shadow_terms.begin(), plan.shadow_terms.end());
-    return terms;
-}
-
 /// A layer's channel with those of its half images.
 struct HalvedChannel {
     const image::Channel* whole = nullptr;
@@ -248,7 +242,7 @@ Result<MixError> mix_error(const LayerStack& stack, const MixPlan& plan, const L
             add_half(*layer->b, -1.0f);
             return {};
         };
-        for (const Term& term : all_terms(plan)) {
+        for (const Term& term : plan.all_terms()) {
             const float gain = term.gain[c] * exposure;
             const bool is_matted = has_mattes(term);
             const auto weight = [&](size_t i) {
