@@ -3,7 +3,7 @@
 
 #include "base/atomic_file.h"
 #include "compositor/command_outcome.h"
-#include "compositor/mix_plan.h"
+#include "compositor/fit_look.h"
 
 #include <CLI/CLI.hpp>
 

@@ -89,7 +89,8 @@ image::Image strip_image(const image::Image& of,
 
 Result<std::vector<float>> cut_cryptomatte(const LayerStack& stack,
                                            const image::StripReader* file,
-                                           const Request& request) {
+                                           const Request& request,
+                                           size_t strip_bytes) {
     const image::Image& image = stack.image();
     const std::vector<image::Cryptomatte> mattes = image::cryptomattes_of(image);
     const auto found = image::find_matte(mattes, request.source);
@@ -110,14 +111,16 @@ Result<std::vector<float>> cut_cryptomatte(const LayerStack& stack,
                   values.begin() + std::ptrdiff_t(image.data.index(image.data.x0, strip.y0)));
     };
     if (file) {
-        if (auto done = file->read(places, cut); !done) return done.error();
+        if (auto done = file->read(places, cut, strip_bytes); !done) return done.error();
     } else {
         image::for_each_strip(image, places, cut);
     }
     return values;
 }
 
-Result<std::vector<float>> read_picture(const LayerStack& stack, const Request& request) {
+Result<std::vector<float>> read_picture(const LayerStack& stack,
+                                        const Request& request,
+                                        size_t strip_bytes) {
     const auto file = image::StripReader::open(request.source);
     if (!file) return file.error();
     const image::Image& picture = file->description();
@@ -143,10 +146,13 @@ Result<std::vector<float>> read_picture(const LayerStack& stack, const Request& 
                         request.source, a.width(), a.height(), a.x0, a.y0, b.width(), b.height(),
                         b.x0, b.y0)};
     }
-    const auto channel = file->read_channel(places[size_t(at - names.begin())]);
-    if (!channel) return channel.error();
     std::vector<float> values(b.pixel_count());
-    load_row({channel->type(), channel->bytes()}, 0, values.size(), values.data());
+    const auto take = [&](const image::Strip& strip) {
+        load_row(strip.channels[0], 0, size_t(strip.y1 - strip.y0) * size_t(b.width()),
+                 values.data() + b.index(b.x0, strip.y0));
+    };
+    const auto done = file->read({&places[size_t(at - names.begin())], 1}, take, strip_bytes);
+    if (!done) return done.error();
     return values;
 }
 
@@ -154,11 +160,12 @@ Result<std::vector<float>> read_picture(const LayerStack& stack, const Request& 
 
 Result<Matte> load_matte(const LayerStack& stack,
                          const image::StripReader* file,
-                         const std::string& text) {
+                         const std::string& text,
+                         size_t strip_bytes) {
     const auto request = parse_request(text);
     if (!request) return request.error();
-    auto values = request->is_picture ? read_picture(stack, *request)
-                                      : cut_cryptomatte(stack, file, *request);
+    auto values = request->is_picture ? read_picture(stack, *request, strip_bytes)
+                                      : cut_cryptomatte(stack, file, *request, strip_bytes);
     if (!values) return values.error();
     for (float& v : *values) {
         v = std::clamp(v, 0.0f, 1.0f);

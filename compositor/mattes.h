@@ -4,6 +4,7 @@
 #include "base/result.h"
 #include "compositor/layer_stack.h"
 
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,10 +21,12 @@ struct Matte {
 /// (image/cryptomatte.h; LAYER may be `object` or `material`), `FILE.exr:CHANNEL` takes a channel
 /// of a picture over the same pixels; `!` before either turns it inside out. Values are clamped to
 /// [0, 1]; those that are not finite count as 0. `file` is needed where the stack has no pixels.
+/// Files are read in strips of at most `strip_bytes`.
 /// Errors: "bad-matte" (usage), "matte-layer", "matte-name", "matte-channel", "matte-window",
 /// "io-open", "io-read".
 Result<Matte> load_matte(const LayerStack& stack,
                          const image::StripReader* file,
-                         const std::string& text);
+                         const std::string& text,
+                         size_t strip_bytes = size_t(1) << 30);
 
 }  // namespace velatura::compositor

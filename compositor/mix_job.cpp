@@ -2,6 +2,7 @@
 #include "compositor/mix_job.h"
 
 #include "base/tasks.h"
+#include "compositor/fit_look.h"
 #include "compositor/mix.h"
 #include "compositor/sequence.h"
 #include "image/layer_file.h"
@@ -105,12 +106,12 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
         look = look_at(std::move(look), *frame);
     }
     if (job.is_lenient) {
-        FittedLook fitted = fit_look(*layout, look, &*file);
+        FittedLook fitted = fit_look(*layout, look, &*file, strip_bytes);
         for (const std::string& line : fitted.left_out)
             warnings.push_back(fmt::format("{}: left out {}", input, line));
         look = std::move(fitted.look);
     }
-    const auto plan = plan_mix(*layout, look, &*file);
+    const auto plan = plan_mix(*layout, look, &*file, strip_bytes);
     if (!plan) return Error{plan.error().code, fmt::format("{}: {}", input, plan.error().message)};
     for (const std::string& note : plan->notes) warnings.push_back(input + ": " + note);
 

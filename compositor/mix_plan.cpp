@@ -32,12 +32,8 @@ struct CellGain {
 
 class Planner {
   public:
-    /// is_brief: an unknown name is told without the list of those there are.
-    Planner(const LayerStack& stack,
-            const Look& look,
-            const image::StripReader* file,
-            bool is_brief = false)
-        : stack_(stack), look_(look), file_(file), is_brief_(is_brief), rows_(stack, look) {
+    Planner(const LayerStack& stack, const Look& look, bool is_brief)
+        : stack_(stack), look_(look), is_brief_(is_brief), rows_(stack, look) {
         cells_.resize(rows_.column_count() * rows_.group_count());
         lifts_.resize(rows_.group_count());
     }
@@ -58,7 +54,6 @@ class Planner {
     void add_plain_terms();
     Result<void> add_shadows();
     Result<void> add_shadow(const image::LayerEntry& entry, const std::vector<MattedShare>& lifts);
-    Result<void> load_mattes();
     bool is_uniform_along(bool groups) const;
     Error not_stored() const;
     const image::LayerEntry* clamp_of(const std::string& layer) const;
@@ -77,7 +72,6 @@ class Planner {
 
     const LayerStack& stack_;
     const Look& look_;
-    const image::StripReader* file_;
     const bool is_brief_;
     RowNames rows_;
     std::vector<CellGain> cells_;                                   ///< [column][group]
@@ -357,20 +351,10 @@ Result<void> Planner::add_shadows() {
     return {};
 }
 
-Result<void> Planner::load_mattes() {
-    for (Matte& matte : plan_.mattes) {
-        auto loaded = load_matte(stack_, file_, matte.text);
-        if (!loaded) return loaded.error();
-        matte = std::move(*loaded);
-    }
-    return {};
-}
-
 Result<MixPlan> Planner::run() {
     if (auto done = apply_controls(); !done) return done.error();
     if (auto done = choose_family(); !done) return done.error();
     if (auto done = add_shadows(); !done) return done.error();
-    if (auto done = load_mattes(); !done) return done.error();
     const auto& layers = stack_.header().layers;
     const bool was_clamped = std::any_of(layers.begin(), layers.end(),
                                          [](const auto& e) { return e.family == "clamp"; });
@@ -414,46 +398,22 @@ float MixPlan::clamp_share(const Term& term, size_t pixel) const {
     return share;
 }
 
-Result<MixPlan> plan_mix(const LayerStack& stack,
-                         const Look& look,
-                         const image::StripReader* file) {
-    return Planner(stack, look, file).run();
+Result<MixPlan> plan_gains(const LayerStack& stack, const Look& look, bool is_brief) {
+    return Planner(stack, look, is_brief).run();
 }
 
-FittedLook fit_look(const LayerStack& stack, const Look& look, const image::StripReader* file) {
-    FittedLook fitted;
-    fitted.look = look;
-    fitted.look.controls.clear();
-    const auto can_follow = [&](const Control& control, std::string& why) {
-        Look one;
-        one.rows = fitted.look.rows;
-        one.controls.push_back(control);
-        const auto plan = Planner(stack, one, file, true).run();
-        if (!plan) why = plan.error().message;
-        return plan.has_value();
-    };
-    // Rows first: a set of them without those that are not here is still that set
-    for (auto& [name, rows] : fitted.look.rows) {
-        std::erase_if(rows, [&, &name = name](const std::string& row) {
-            const Look none;
-            const auto selected = RowNames(stack, none).select(row);
-            if (selected) return false;
-            fitted.left_out.push_back(
-                fmt::format("{} of --rows {}: {}", row, name, selected.error().message));
-            return true;
-        });
+Result<MixPlan> plan_mix(const LayerStack& stack,
+                         const Look& look,
+                         const image::StripReader* file,
+                         size_t strip_bytes) {
+    auto plan = plan_gains(stack, look);
+    if (!plan) return plan;
+    for (Matte& matte : plan->mattes) {
+        auto loaded = load_matte(stack, file, matte.text, strip_bytes);
+        if (!loaded) return loaded.error();
+        matte = std::move(*loaded);
     }
-    std::erase_if(fitted.look.rows, [](const auto& entry) { return entry.second.empty(); });
-    for (const Control& control : look.controls) {
-        std::string why;
-        if (can_follow(control, why)) {
-            fitted.look.controls.push_back(control);
-        } else {
-            fitted.left_out.push_back(
-                fmt::format("--{} {}: {}", name_of(control.kind), control.target, why));
-        }
-    }
-    return fitted;
+    return plan;
 }
 
 }  // namespace velatura::compositor

@@ -63,23 +63,17 @@ struct MixPlan {
 bool has_mattes(const MixPlan::Term& term);
 
 /// Translates a look into gains of the finest stored family that can express it. `file` is needed
-/// for mattes where the stack has no pixels.
+/// for mattes where the stack has no pixels; its strips take at most `strip_bytes`.
 /// Errors: "unknown-name" (usage; lists all names that the file lacks, those that may have been
 /// meant, and those there are), "mix-not-stored" (says which layers to render), "layer-missing"
 /// (the header names a layer that the file does not have), those of load_matte.
 Result<MixPlan> plan_mix(const LayerStack& stack,
                          const Look& look,
-                         const image::StripReader* file = nullptr);
+                         const image::StripReader* file = nullptr,
+                         size_t strip_bytes = size_t(1) << 30);
 
-/// A look without what the file lacks.
-struct FittedLook {
-    Look look;
-    std::vector<std::string> left_out;  ///< one line for each control or row, with the reason
-};
-
-/// Takes out of a look, made for another shot perhaps, every control that this file cannot follow.
-FittedLook fit_look(const LayerStack& stack,
-                    const Look& look,
-                    const image::StripReader* file = nullptr);
+/// The plan without the values of its mattes. `is_brief`: an unknown name is told without the list
+/// of those there are. Errors: those of plan_mix but for mattes.
+Result<MixPlan> plan_gains(const LayerStack& stack, const Look& look, bool is_brief = false);
 
 }  // namespace velatura::compositor

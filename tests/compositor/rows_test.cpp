@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rows of the mixer: casters, clamps, mattes, sets of rows, names that a file lacks.
+#include "compositor/fit_look.h"
 #include "compositor/made_layers.h"
 #include "compositor/mix.h"
 #include "compositor/test_stack.h"
@@ -152,6 +153,30 @@ TEST(Rows, APresetOfAnotherShotFitsWithoutWhatIsNotHere) {
     EXPECT_EQ(gains["C_fill"], 3.0f);
     EXPECT_EQ(gains["C_key"], 2.0f);
     EXPECT_EQ(gains["C_sky"], 1.0f);
+}
+
+/// Each of two controls alone has a family that can express it, both together have none.
+TEST(Rows, AFittedLookIsOneThatCanBeMixed) {
+    film::LayerSet set = film::test_layer_set();
+    film::Film film({0, 0, 4, 4}, set);
+    film::render(film, 0, 2);
+    const LayerStack stack = through_file(film);
+    const Look both = look_of({{Gain, "key=2"}, {Gain, "b1=3"}, {Tint, "fill=1,0,1"}});
+    ASSERT_EQ(plan_mix(stack, both).error().code, "mix-not-stored");
+    const FittedLook fitted = fit_look(stack, both);
+    ASSERT_EQ(fitted.left_out.size(), 1u);
+    EXPECT_NE(fitted.left_out[0].find("--gain b1"), std::string::npos) << fitted.left_out[0];
+    EXPECT_TRUE(plan_mix(stack, fitted.look).has_value());
+    // Together they can be followed: nothing is left of any row
+    const Look silent = look_of({{Gain, "key=2"}, {Gain, "b1=3"}, {Mute, "all"}});
+    EXPECT_TRUE(fit_look(stack, silent).left_out.empty());
+    // A matte that cannot be had takes its control with it, and only that
+    Look matted = look_of({{Gain, "key=2"}, {Gain, "fill=2"}});
+    matted.controls[0].matte = "CryptoObject:tree";
+    const FittedLook without_matte = fit_look(stack, matted);
+    ASSERT_EQ(without_matte.left_out.size(), 1u);
+    ASSERT_EQ(without_matte.look.controls.size(), 1u);
+    EXPECT_EQ(without_matte.look.controls[0].target, "fill");
 }
 
 /// Object /World/Tree over the left columns of the picture by half, /World/House elsewhere.
