@@ -15,7 +15,4 @@ int report(const Error& error);
 
 void warn(const std::string& message);
 
-bool is_display_picture(const std::string& path);  ///< .png, .jpg, .jpeg
-bool is_exr(const std::string& path);
-
 }  // namespace velatura::compositor

@@ -3,6 +3,7 @@
 #include "compositor/commands.h"
 #include "compositor/denoise.h"
 #include "compositor/layer_stack.h"
+#include "compositor/picture_name.h"
 #include "image/layer_file.h"
 
 #include <CLI/CLI.hpp>

@@ -3,6 +3,7 @@
 #include "compositor/commands.h"
 #include "compositor/diff.h"
 #include "compositor/flip.h"
+#include "compositor/picture_name.h"
 #include "image/layer_file.h"
 
 #include <CLI/CLI.hpp>

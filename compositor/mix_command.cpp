@@ -4,6 +4,7 @@
 #include "compositor/commands.h"
 #include "compositor/look_command_options.h"
 #include "compositor/mix_job.h"
+#include "compositor/picture_name.h"
 #include "compositor/sequence.h"
 
 #include <CLI/CLI.hpp>

@@ -4,6 +4,8 @@
 #include "base/tasks.h"
 #include "compositor/fit_look.h"
 #include "compositor/mix.h"
+#include "compositor/mix_plan.h"
+#include "compositor/picture_name.h"
 #include "compositor/sequence.h"
 #include "image/layer_file.h"
 
@@ -24,10 +26,6 @@ namespace {
 constexpr size_t picture_bytes_per_pixel = 48;
 /// Readers of a frame need as much again, four times where there is room.
 constexpr size_t fewest_strip_bytes = size_t(64) << 20;
-
-bool is_exr_path(const std::string& path) {
-    return path.ends_with(".exr") || path.ends_with(".EXR");
-}
 
 std::string describe(const NotFiniteLayer& layer) {
     return fmt::format("{} values of {} are not finite (the first at pixel {},{})", layer.values,
@@ -115,7 +113,7 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
     if (!plan) return Error{plan.error().code, fmt::format("{}: {}", input, plan.error().message)};
     for (const std::string& note : plan->notes) warnings.push_back(input + ": " + note);
 
-    const bool is_linear = is_exr_path(output);
+    const bool is_linear = is_exr(output);
     std::vector<NotFiniteLayer> not_finite;
     const auto mixed = mix_file(*file, *layout, *plan, look, job.with_layers && is_linear,
                                 &not_finite, strip_bytes);

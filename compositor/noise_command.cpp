@@ -6,6 +6,7 @@
 #include "compositor/layer_stack.h"
 #include "compositor/look_command_options.h"
 #include "compositor/noise.h"
+#include "compositor/picture_name.h"
 #include "image/layer_file.h"
 
 #include <CLI/CLI.hpp>

@@ -2,6 +2,8 @@
 #include "compositor/command_outcome.h"
 #include "compositor/commands.h"
 #include "compositor/contact_sheet.h"
+#include "compositor/controls.h"
+#include "compositor/picture_name.h"
 #include "image/formats.h"
 #include "image/layer_file.h"
 

@@ -120,6 +120,15 @@ TEST_F(Cli, UnitMixHasNoDifferenceInTheBeauty) {
               0);
 }
 
+TEST_F(Cli, AnExrIsOneInCapitalsAsWell) {
+    for (const char* name : {"x.EXR", "x.Exr"}) {
+        const Outcome run =
+            comp("mix " + file("whole.exr") + " -o " + file(name) + " --with-layers");
+        EXPECT_EQ(run.code, 0) << run.output;
+        EXPECT_EQ(comp("verify " + file(name)).code, 0);
+    }
+}
+
 TEST_F(Cli, RepeatedOptionsPresetAndPicture) {
     const std::string look =
         " --gain indirect=+1.5st --gain key=0.5 --tint fill=1,.9,.8 --mute env --shadow key=0.3";
