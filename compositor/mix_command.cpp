@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -100,9 +101,17 @@ Result<std::vector<int>> frames_of(const MixOptions& o) {
     return frames;
 }
 
+void warn_of_memory(const MixJob& job, const MemoryShare& share) {
+    if (share.frame_bytes > job.memory_bytes)
+        warn(fmt::format("{} takes some {:.1f} GB, more than --memory",
+                         is_sequence(job.input) ? "a frame" : job.input,
+                         double(share.frame_bytes) * 0x1p-30));
+}
+
 int mix_frames(const MixOptions& o, const MixJob& job) {
     const auto frames = frames_of(o);
     if (!frames) return report(frames.error());
+    warn_of_memory(job, share_memory(job, *frames));
     FrameProgress progress(frames->size(), o.is_quiet);
     mix_sequence(job, *frames, [&](const FrameOutcome& outcome) { progress.tell(outcome); });
     return progress.finish();
@@ -111,7 +120,10 @@ int mix_frames(const MixOptions& o, const MixJob& job) {
 int mix_file(const MixOptions& o, const MixJob& job) {
     if (!o.frames.empty())
         return report({"bad-frames", o.input + " is one file: --frames needs #### in its name"});
-    const auto mixed = mix_one(job, o.input, o.output, o.look.frame, job.memory_bytes / 4);
+    const MemoryShare share = share_memory(job, {0});
+    warn_of_memory(job, share);
+    const auto mixed = mix_one(job, o.input, o.output, o.look.frame,
+                               std::min(share.strip_bytes, job.memory_bytes / 4));
     if (!mixed) return report(mixed.error());
     for (const std::string& warning : *mixed) warn(warning);
     return done;
@@ -163,7 +175,8 @@ void add_mix_command(CLI::App& app, std::function<int()>& run) {
                         "Frames of a sequence, 1-100x2 or 1,5,9; without: all there are");
     command
         ->add_option("--memory", o->memory_gb,
-                     "GB that the frames of a sequence may take at once (4)")
+                     "GB to mix in (4): decides how many frames of a sequence are at work at once, "
+                     "and what readers take")
         ->check(CLI::Range(0.1, 4096.0));
     command->add_flag("--strict", o->is_strict,
                       "Refuse NaN and infinite values (exit code 4) instead of taking them as 0");

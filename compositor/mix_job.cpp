@@ -16,7 +16,9 @@
 #include <exception>
 #include <filesystem>
 #include <mutex>
+#include <set>
 #include <thread>
+#include <utility>
 
 namespace velatura::compositor {
 
@@ -24,6 +26,9 @@ namespace {
 
 /// The mixed picture, the copy that is read back, and what a display transform needs.
 constexpr size_t picture_bytes_per_pixel = 48;
+/// A gained layer, and its copy.
+constexpr size_t layer_bytes_per_pixel = 24;
+constexpr size_t matte_bytes_per_pixel = 4;
 /// Readers of a frame need as much again, four times where there is room.
 constexpr size_t fewest_strip_bytes = size_t(64) << 20;
 
@@ -32,26 +37,21 @@ std::string describe(const NotFiniteLayer& layer) {
                        layer.layer, layer.x, layer.y);
 }
 
-/// How many frames fit at once, and what the readers of each may take.
-struct Share {
-    size_t frames = 1, strip_bytes = fewest_strip_bytes;
-};
-
-Share share_of(const MixJob& job, const std::vector<int>& frames) {
-    size_t pixels = 0;
-    for (const int frame : frames) {
-        const auto file = image::StripReader::open(frame_path(job.input, frame));
-        if (!file) continue;
-        pixels = file->description().data.pixel_count();
-        break;
+/// What a frame holds beside its strips.
+size_t frame_bytes(const MixJob& job, const LayerStack& layout, int frame) {
+    Look look = has_keys(job.look) ? look_at(job.look, frame) : job.look;
+    std::set<std::string> mattes;
+    for (Control& control : look.controls) {
+        if (!control.matte.empty()) mattes.insert(std::exchange(control.matte, {}));
     }
-    Share share;
-    const size_t picture = pixels * picture_bytes_per_pixel;
-    share.frames = std::clamp<size_t>(job.memory_bytes / (picture + fewest_strip_bytes), 1,
-                                      std::min(frames.size(), size_t(thread_count())));
-    const size_t for_each = job.memory_bytes / share.frames;
-    share.strip_bytes = std::max(fewest_strip_bytes, for_each > picture ? for_each - picture : 0);
-    return share;
+    size_t bytes_per_pixel = picture_bytes_per_pixel + matte_bytes_per_pixel * mattes.size();
+    if (job.with_layers && is_exr(job.output)) {
+        if (job.is_lenient) look = fit_look(layout, look).look;
+        // A look that cannot be mixed is told when its turn comes
+        const auto plan = plan_gains(layout, look);
+        if (plan) bytes_per_pixel += layer_bytes_per_pixel * plan->all_terms().size();
+    }
+    return layout.image().data.pixel_count() * bytes_per_pixel;
 }
 
 FrameOutcome mix_frame(const MixJob& job, int frame, size_t strip_bytes) {
@@ -80,6 +80,26 @@ FrameOutcome mix_frame(const MixJob& job, int frame, size_t strip_bytes) {
 }
 
 }  // namespace
+
+MemoryShare share_memory(const MixJob& job, const std::vector<int>& frames) {
+    MemoryShare share;
+    for (const int frame : frames) {
+        const std::string input = frame_path(job.input, frame);
+        const auto file = image::StripReader::open(input);
+        if (!file) continue;
+        const auto layout = LayerStack::describe(*file, input, ForeignFiles::Plain);
+        if (!layout) continue;
+        share.frame_bytes = frame_bytes(job, *layout, frame);
+        break;
+    }
+    share.frames =
+        std::clamp<size_t>(job.memory_bytes / (share.frame_bytes + fewest_strip_bytes), 1,
+                           std::clamp<size_t>(frames.size(), 1, size_t(thread_count())));
+    const size_t for_each = job.memory_bytes / share.frames;
+    share.strip_bytes = std::max(fewest_strip_bytes,
+                                 for_each > share.frame_bytes ? for_each - share.frame_bytes : 0);
+    return share;
+}
 
 Result<std::vector<std::string>> mix_one(const MixJob& job,
                                          const std::string& input,
@@ -132,7 +152,7 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
 void mix_sequence(const MixJob& job,
                   const std::vector<int>& frames,
                   const std::function<void(const FrameOutcome&)>& told) {
-    const Share share = share_of(job, frames);
+    const MemoryShare share = share_memory(job, frames);
     std::atomic<size_t> next = 0;
     std::mutex mutex;
     const auto work = [&] {

@@ -22,6 +22,16 @@ struct MixJob {
     size_t memory_bytes = size_t(4) << 30;  ///< for all frames at work, of a sequence
 };
 
+/// How many frames are mixed side by side, and what each of them takes.
+struct MemoryShare {
+    size_t frames = 1;
+    size_t frame_bytes = 0;  ///< picture, mattes and gained layers; may be more than there is
+    size_t strip_bytes = 0;  ///< for the readers of a frame
+};
+
+/// By what the first frame that is there needs.
+MemoryShare share_memory(const MixJob& job, const std::vector<int>& frames);
+
 /// Mixes one file and writes the result under a temporary name, renamed when it is whole. Returns:
 /// warnings. `frame` is where keys of the look are read.
 /// Errors: "no-frame" (keys and no frame), "not-finite" (strict), and those of opening, planning

@@ -2,6 +2,7 @@
 #include "compositor/sequence.h"
 
 #include "base/atomic_file.h"
+#include "base/tasks.h"
 #include "compositor/mix_job.h"
 #include "compositor/test_stack.h"
 #include "image/exr.h"
@@ -92,6 +93,41 @@ TEST(Presets, DifferencesAreToldControlByControl) {
     const auto back = look_from_json(look_to_json(b));
     ASSERT_TRUE(back.has_value()) << back.error().message;
     EXPECT_TRUE(look_differences(b, *back).empty());
+}
+
+/// How many frames fit at once depends on all that each of them holds.
+TEST(Sequence, MemoryIsForMattesAndLayersAsWell) {
+    constexpr size_t pixels = 24 * 18;
+    film::Film film({0, 0, 24, 18}, film::test_layer_set());
+    film::render(film, 0, 2);
+    ASSERT_TRUE(film.write(frame_path(film::temporary_file("mem.##.exr"), 2), {}).has_value());
+    MixJob job;
+    job.input = film::temporary_file("mem.##.exr");
+    job.output = film::temporary_file("mem_out.##.exr");
+    job.look = look_of({{Control::Kind::Gain, "key=2"}, {Control::Kind::Gain, "key=1@1,3@3"}});
+    const std::vector<int> frames = {1, 2, 3, 4};  // the first is not there
+    const MemoryShare bare = share_memory(job, frames);
+    EXPECT_EQ(bare.frame_bytes, 48 * pixels);
+    const size_t fewest = bare.strip_bytes;
+    job.memory_bytes = 2 * (bare.frame_bytes + (size_t(64) << 20));
+    const MemoryShare two = share_memory(job, frames);
+    EXPECT_EQ(two.frames, std::min<size_t>(2, size_t(thread_count())));
+    EXPECT_LT(two.strip_bytes, fewest);
+    // Two mattes, one of them twice
+    const std::string mask = frame_path(job.input, 2);
+    job.look.controls.push_back(job.look.controls[0]);
+    job.look.controls[0].matte = job.look.controls[1].matte = mask + ":A";
+    job.look.controls[2].matte = mask + ":Z";
+    EXPECT_EQ(share_memory(job, frames).frame_bytes, (48 + 2 * 4) * pixels);
+    EXPECT_EQ(share_memory(job, frames).frames, 1u);
+    // C_<group> of the five groups
+    job.with_layers = true;
+    EXPECT_EQ(share_memory(job, frames).frame_bytes, (48 + 2 * 4 + 5 * 24) * pixels);
+    job.memory_bytes = 1;
+    EXPECT_EQ(share_memory(job, frames).frames, 1u);
+    EXPECT_GT(share_memory(job, frames).strip_bytes, 1u);
+    job.memory_bytes = size_t(1) << 40;
+    EXPECT_EQ(share_memory(job, frames).frames, std::min<size_t>(4, size_t(thread_count())));
 }
 
 TEST(Sequence, MixesFramesAndReportsThoseThatAreMissing) {
