@@ -46,11 +46,22 @@ bool is_half(const std::string& name) {
     return name.ends_with("_hA") || name.ends_with("_hB");
 }
 
-bool is_wanted(const std::string& name, const SheetOptions& options) {
-    if (options.patterns.empty()) return options.halves || !is_half(name);
-    return std::any_of(options.patterns.begin(), options.patterns.end(), [&](const std::string& p) {
+/// `beauty_hA` is half of `rgba`.
+std::string layer_of_half(const std::string& name) {
+    const std::string layer = name.substr(0, name.size() - 3);
+    return layer == "beauty" ? "rgba" : layer;
+}
+
+bool matches(const std::string& name, const std::vector<std::string>& patterns) {
+    return std::any_of(patterns.begin(), patterns.end(), [&](const std::string& p) {
         return fnmatch(p.c_str(), name.c_str(), 0) == 0;
     });
+}
+
+bool is_wanted(const std::string& name, const SheetOptions& options) {
+    if (options.patterns.empty()) return options.halves || !is_half(name);
+    if (matches(name, options.patterns)) return true;
+    return options.halves && is_half(name) && matches(layer_of_half(name), options.patterns);
 }
 
 std::string stops_text(float stops) {

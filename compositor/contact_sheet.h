@@ -13,7 +13,7 @@ namespace velatura::compositor {
 struct SheetOptions {
     int columns = 0;       ///< 0: about as wide as a monitor
     int cell_width = 320;  ///< pixels; smaller where the sheet would get too large
-    bool halves = false;   ///< half images as well
+    bool halves = false;   ///< half images as well, with patterns those of the layers that match
     bool fit = false;  ///< light layers each at the exposure that shows them, said in the caption
     float exposure_stops = 0;
     std::string display, view;          ///< OpenColorIO; empty: the config's defaults

@@ -117,8 +117,8 @@ void add_diff_command(CLI::App& app, std::function<int()>& run) {
         "Write A - B as .exr, or what the eye sees of it as .png or .jpg (map of --flip)");
     command->add_flag("--flip", o->flip,
                       "How visible the difference of the beauties is, 0 to 1 (HDR-FLIP)");
-    command->add_flag("--json", o->json, "As JSON");
-    command->add_flag("-q,--quiet", o->quiet, "Only the exit code");
+    auto* json = command->add_flag("--json", o->json, "As JSON");
+    command->add_flag("-q,--quiet", o->quiet, "Only the exit code")->excludes(json);
     command->callback([&run, o] { run = [o] { return run_diff(*o); }; });
 }
 

@@ -41,8 +41,8 @@ void add_info_command(CLI::App& app, std::function<int()>& run) {
     CLI::App* command =
         app.add_subcommand("info", "What a file holds: layers, groups, energy, samples, closure");
     command->add_option("file", o->file, "File of light layers")->required();
-    command->add_flag("--hash", o->hash, "Print only the SHA-256 of all pixel data");
-    command->add_flag("--json", o->json, "As JSON");
+    auto* hash = command->add_flag("--hash", o->hash, "Print only the SHA-256 of all pixel data");
+    command->add_flag("--json", o->json, "As JSON, the SHA-256 with it")->excludes(hash);
     command->callback([&run, o] { run = [o] { return run_info(*o); }; });
 }
 

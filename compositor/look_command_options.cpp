@@ -6,6 +6,7 @@
 #include "compositor/fit_look.h"
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 #include <array>
 #include <cstddef>
@@ -87,6 +88,10 @@ Result<Look> LookOptions::look() const {
             if (auto added = add_rows(look, text); !added) return added.error();
         } else if (name == matte_option) {
             if (!last) return Error{"bad-matte", "--matte " + text + " has no control before it"};
+            if (!last->matte.empty())
+                return Error{"bad-matte",
+                             fmt::format("--matte {}: --{} {} is within {} already", text,
+                                         name_of(last->kind), last->target, last->matte)};
             last->matte = text;
         }
         for (const ControlOption& o : control_options) {

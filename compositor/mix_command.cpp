@@ -91,6 +91,8 @@ std::vector<int> gaps_of(const std::vector<int>& frames) {
 }
 
 Result<std::vector<int>> frames_of(const MixOptions& o) {
+    if (o.look.frame)
+        return Error{"bad-frames", "--frame is for one file: a frame of a sequence has its number"};
     if (!is_sequence(o.output))
         return Error{"bad-output", o.output + " needs #### for the frame, as the input has"};
     if (!o.frames.empty()) return parse_frames(o.frames);
@@ -132,6 +134,8 @@ int mix_file(const MixOptions& o, const MixJob& job) {
 int run_mix(const MixOptions& o) {
     if (!is_display_picture(o.output) && !is_exr(o.output))
         return report({"bad-output", o.output + " is not .exr, .png or .jpg"});
+    if (o.with_layers && !is_exr(o.output))
+        return report({"bad-output", "--with-layers needs an .exr, which " + o.output + " is not"});
     auto look = o.look.look();
     if (!look) return report(look.error());
     if (!o.display.empty()) look->display = o.display;

@@ -131,6 +131,8 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
     }
     const auto plan = plan_mix(*layout, look, &*file, strip_bytes);
     if (!plan) return Error{plan.error().code, fmt::format("{}: {}", input, plan.error().message)};
+    if (job.with_layers && plan->family == "beauty")
+        return Error{"not-layers", input + " stores no light layers that could be stored again"};
     for (const std::string& note : plan->notes) warnings.push_back(input + ": " + note);
 
     const bool is_linear = is_exr(output);

@@ -16,7 +16,7 @@ namespace velatura::compositor {
 struct MixJob {
     std::string input, output;  ///< .exr → .exr, .png or .jpg; both may be sequences (sequence.h)
     Look look;
-    bool with_layers = false;
+    bool with_layers = false;               ///< only to .exr
     bool is_lenient = false;                ///< leaves out what the file lacks
     bool is_strict = false;                 ///< refuses values that are not finite
     size_t memory_bytes = size_t(4) << 30;  ///< for all frames at work, of a sequence
@@ -34,8 +34,8 @@ MemoryShare share_memory(const MixJob& job, const std::vector<int>& frames);
 
 /// Mixes one file and writes the result under a temporary name, renamed when it is whole. Returns:
 /// warnings. `frame` is where keys of the look are read.
-/// Errors: "no-frame" (keys and no frame), "not-finite" (strict), and those of opening, planning
-/// and writing.
+/// Errors: "no-frame" (keys and no frame), "not-finite" (strict), "not-layers" (none to
+/// store), and those of opening, planning and writing.
 Result<std::vector<std::string>> mix_one(const MixJob& job,
                                          const std::string& input,
                                          const std::string& output,

@@ -158,7 +158,9 @@ void add_plan_command(CLI::App& app, std::function<int()>& run) {
         ->check(CLI::Range(1.0, 0x1p31));
     auto* time = how->add_option("--time", o->time, "Further time to render, e.g. 90s, 10m");
     how->require_option(0, 1);
-    time->needs(command->add_option("--stats", o->stats, "Statistics of the render, for --time"));
+    auto* stats = command->add_option("--stats", o->stats, "Statistics of the render, for --time");
+    time->needs(stats);
+    stats->needs(time);
     command->callback([&run, o] { run = [o] { return run_plan(*o); }; });
 }
 

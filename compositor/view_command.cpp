@@ -42,7 +42,8 @@ void add_view_command(CLI::App& app, std::function<int()>& run) {
     command->add_option("-o,--output", o->output, ".png or .jpg")->required();
     command->add_option("--layers", o->sheet.patterns,
                         "Only these; patterns with * and ?, may be repeated");
-    command->add_flag("--halves", o->sheet.halves, "Half images as well");
+    command->add_flag("--halves", o->sheet.halves,
+                      "Half images as well, of the layers that --layers names");
     command->add_flag("--fit", o->sheet.fit,
                       "Each layer at the exposure that shows it best, in the caption");
     command->add_option("--exposure", o->sheet.exposure_stops, "Stops, on every light layer")

@@ -278,6 +278,28 @@ TEST_F(Cli, ControlsKeepTheirOrderAndTheirMattes) {
     EXPECT_NE(lenient.output.find("left out --gain moon"), std::string::npos) << lenient.output;
 }
 
+/// An option is honoured or refused, never passed over.
+TEST_F(Cli, NoOptionIsIgnored) {
+    fs::copy_file(file("whole.exr"), file("ign.01.exr"), fs::copy_options::overwrite_existing);
+    const std::string mix = "mix " + file("whole.exr") + " -o " + file("ign.exr");
+    const std::string matte = " --matte " + file("whole.exr") + ":A";
+    for (const std::string& bad :
+         {"mix " + file("ign.##.exr") + " -o " + file("ign_out.##.exr") + " --frame 1",
+          mix + " --gain key=2" + matte + matte,
+          "mix " + file("whole.exr") + " -o " + file("ign.png") + " --with-layers",
+          "plan " + file("whole.exr") + " -o " + file("ign.json") + " --stats x.json",
+          "plan " + file("whole.exr") + " -o " + file("ign.json") + " --stats x.json --target 1%",
+          "info --hash --json " + file("whole.exr"),
+          "diff -q --json " + file("whole.exr") + " " + file("whole.exr")}) {
+        const Outcome run = comp(bad);
+        EXPECT_EQ(run.code, 2) << bad << "\n" << run.output;
+    }
+    for (const char* name : {"ign.exr", "ign.png", "ign_out.01.exr", "ign.json"})
+        EXPECT_FALSE(fs::exists(file(name))) << name;
+    // One per control
+    EXPECT_EQ(comp(mix + " --gain key=2" + matte + " --gain fill=2" + matte).code, 0);
+}
+
 TEST_F(Cli, PresetDiffTellsWhatChanged) {
     for (const char* look : {"a.json --gain key=2", "b.json --gain key=3 --mute sky"}) {
         const std::string text = look;

@@ -168,6 +168,27 @@ TEST(ContactSheet, PatternsAndExposure) {
     EXPECT_EQ(contact_sheet(foreign(), options).error().code, "no-layers");
 }
 
+TEST(ContactSheet, HalvesOfTheLayersThatWereAskedFor) {
+    const image::Image image = made_foreign(
+        {{"", {"R", "G", "B", "C_key.R", "C_key_hA.R", "C_key_hB.R", "C_sky.R", "C_sky_hA.R"}}});
+    const auto rows = [&](std::vector<std::string> patterns, bool halves) {
+        SheetOptions options = raw();
+        options.columns = 1;
+        options.patterns = std::move(patterns);
+        options.halves = halves;
+        const auto sheet = contact_sheet(image, options);
+        // Cells of 40 by 23, with 32 above them
+        return sheet ? (sheet->height() - 12) / 55 : 0;
+    };
+    EXPECT_EQ(rows({}, false), 3);
+    EXPECT_EQ(rows({}, true), 6);
+    EXPECT_EQ(rows({"C_key"}, false), 1);
+    EXPECT_EQ(rows({"C_key"}, true), 3);
+    EXPECT_EQ(rows({"C_*_hA"}, false), 2);
+    EXPECT_EQ(rows({"C_*_hA"}, true), 2);
+    EXPECT_EQ(rows({"C_*"}, false), 5);
+}
+
 /// Thousands of layers get small cells, and more than a sheet can hold an error.
 TEST(ContactSheet, StaysWithinBounds) {
     image::Image image = foreign();

@@ -77,6 +77,20 @@ TEST(Keys, AreLinearBetweenFrames) {
     EXPECT_EQ(look_at(*json, 9.5).controls[0].factor[0], 1.5f);
 }
 
+TEST(MixJob, WithLayersNeedsLayers) {
+    film::LayerSet set = film::test_layer_set();
+    set.bounce_layers = set.group_layers = false;
+    film::Film film({0, 0, 24, 18}, set);
+    film::render(film, 0, 2);
+    MixJob job;
+    job.input = film::temporary_file("beauty_only.exr");
+    job.output = film::temporary_file("beauty_mixed.exr");
+    ASSERT_TRUE(film.write(job.input, {}).has_value());
+    EXPECT_TRUE(mix_one(job, job.input, job.output, {}, 1).has_value());
+    job.with_layers = true;
+    EXPECT_EQ(mix_one(job, job.input, job.output, {}, 1).error().code, "not-layers");
+}
+
 TEST(Presets, DifferencesAreToldControlByControl) {
     using enum Control::Kind;
     Look a = look_of({{Gain, "key=2"}, {Mute, "sky"}, {Shadow, "key=0.5"}});
