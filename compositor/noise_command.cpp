@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/atomic_file.h"
 #include "compositor/command_outcome.h"
 #include "compositor/commands.h"
 #include "compositor/error_map.h"
 #include "compositor/layer_stack.h"
 #include "compositor/look_command_options.h"
-#include "compositor/noise.h"
+#include "compositor/noise_report.h"
 #include "compositor/picture_name.h"
 #include "image/layer_file.h"
 
@@ -13,12 +12,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <charconv>
 #include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 
 namespace velatura::compositor {
 
@@ -31,55 +28,10 @@ struct NoiseOptions {
     bool json = false;
 };
 
-/// `1%` or `0.01`. Errors: "bad-target".
-Result<double> parse_target(const std::string& text) {
-    std::string_view number = text;
-    const bool is_percent = number.ends_with('%');
-    if (is_percent) number.remove_suffix(1);
-    double value = 0;
-    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value);
-    const bool is_good = error == std::errc() && end == number.data() + number.size() &&
-                         std::isfinite(value) && value > 0;
-    if (!is_good)
-        return Error{"bad-target",
-                     fmt::format("'{}' is no target; expected 1% or 0.01, above 0", text)};
-    return is_percent ? value / 100 : value;
-}
-
-/// Seconds of the render that the statistics of `velatura render --stats` tell of. Errors:
-/// "bad-stats", those of read_file.
-Result<double> render_seconds(const std::string& path) {
-    const auto text = read_file(path);
-    if (!text) return text.error();
-    try {
-        const auto j = nlohmann::json::parse(*text);
-        const auto seconds = j.at("phases_s").at("render").get<double>();
-        if (seconds >= 0) return seconds;
-    } catch (const nlohmann::json::exception&) {
-        // Told below
-    }
-    return Error{"bad-stats", path + ": no phases_s.render, as velatura render --stats writes it"};
-}
-
-std::string percent(double value) {
-    return fmt::format("{:.3g} %", 100 * value);
-}
-
-std::string interval(const image::RelativeError& error) {
-    return fmt::format("{} ({:.3g} to {:.3g})", percent(error.value), 100 * error.low,
-                       100 * error.high);
-}
-
 std::string duration(double seconds) {
     if (seconds < 120) return fmt::format("{:.0f} s", seconds);
     if (seconds < 7200) return fmt::format("{:.0f} min", seconds / 60);
     return fmt::format("{:.1f} h", seconds / 3600);
-}
-
-void print_rows(const char* title, const std::vector<RowNoise>& rows) {
-    if (rows.empty()) return;
-    fmt::print("{}\n", title);
-    for (const RowNoise& row : rows) fmt::print("  {:<24} {:6.1f} %\n", row.name, 100 * row.share);
 }
 
 std::string text_of(const ControlCap& cap) {
@@ -116,9 +68,7 @@ void print_text(const NoiseForecast& f, double samples, std::optional<double> se
                    seconds ? ", " + duration(a.sample_factor * *seconds) : "");
         for (const ControlCap& cap : a.caps) fmt::print("{}\n", text_of(cap));
     }
-    print_rows("share of the squared error, by group", f.groups);
-    print_rows("by bounce", f.bounces);
-    print_rows("by lifted shadow", f.shadows);
+    fmt::print("{}", shares_text(f));
 }
 
 nlohmann::ordered_json json_of(const image::RelativeError& error) {

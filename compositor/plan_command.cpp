@@ -1,23 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/atomic_file.h"
 #include "compositor/command_outcome.h"
 #include "compositor/commands.h"
 #include "compositor/layer_stack.h"
 #include "compositor/look_command_options.h"
+#include "compositor/noise_report.h"
 #include "compositor/top_up.h"
 #include "image/layer_file.h"
 #include "image/sums_part.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
-#include <charconv>
-#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 
 namespace velatura::compositor {
 
@@ -29,38 +25,6 @@ struct PlanOptions {
     LookOptions look;
 };
 
-/// A number above 0 with one of the units, as a multiple of the plain number. Errors: "bad-target".
-Result<double> parse_number(const std::string& text,
-                            const char* option,
-                            const std::vector<std::pair<char, double>>& units) {
-    std::string_view number = text;
-    double unit = 1;
-    for (const auto& [letter, value] : units) {
-        if (!number.ends_with(letter)) continue;
-        number.remove_suffix(1);
-        unit = value;
-        break;
-    }
-    double value = 0;
-    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value);
-    const bool is_good = error == std::errc() && end == number.data() + number.size() &&
-                         std::isfinite(value) && value > 0;
-    if (!is_good) return Error{"bad-target", fmt::format("{}: cannot read '{}'", option, text)};
-    return value * unit;
-}
-
-/// Seconds that the render took. Errors: "bad-stats", those of read_file.
-Result<double> render_seconds(const std::string& path) {
-    const auto text = read_file(path);
-    if (!text) return text.error();
-    const auto j = nlohmann::json::parse(*text, nullptr, false);
-    const auto at = nlohmann::json::json_pointer("/phases_s/render");
-    if (!j.is_object() || !j.contains(at) || !j[at].is_number() || j[at].get<double>() <= 0)
-        return Error{"bad-stats",
-                     path + ": no phases_s.render, as velatura render --stats writes it"};
-    return j[at].get<double>();
-}
-
 double mean_of(const std::vector<uint64_t>& counts) {
     double sum = 0;
     for (const uint64_t n : counts) sum += double(n);
@@ -71,14 +35,14 @@ double mean_of(const std::vector<uint64_t>& counts) {
 Result<TopUpWish> wish_of(const PlanOptions& o, const std::vector<uint64_t>& counts) {
     TopUpWish wish;
     if (!o.target.empty()) {
-        const auto target = parse_number(o.target, "--target", {{'%', 0.01}});
+        const auto target = parse_target(o.target);
         if (!target) return target.error();
         wish.target = *target;
     }
     if (o.samples) wish.samples = *o.samples;
     if (o.factor) wish.samples = *o.factor * mean_of(counts);
     if (o.time.empty()) return wish;
-    const auto time = parse_number(o.time, "--time", {{'s', 1}, {'m', 60}, {'h', 3600}});
+    const auto time = parse_amount(o.time, "--time", {{'s', 1}, {'m', 60}, {'h', 3600}});
     if (!time) return time.error();
     const auto seconds = render_seconds(o.stats);
     if (!seconds) return seconds.error();
@@ -86,20 +50,10 @@ Result<TopUpWish> wish_of(const PlanOptions& o, const std::vector<uint64_t>& cou
     return wish;
 }
 
-std::string percent(double value) {
-    return fmt::format("{:.3g} %", 100 * value);
-}
-
-void print_rows(const char* title, const std::vector<RowNoise>& rows) {
-    if (rows.empty()) return;
-    fmt::print("{}\n", title);
-    for (const RowNoise& row : rows) fmt::print("  {:<24} {:6.1f} %\n", row.name, 100 * row.share);
-}
-
 void print_plan(const TopUpPlan& plan) {
     const NoiseForecast& f = plan.forecast;
-    fmt::print("this mix     {} ({:.3g} to {:.3g}) with {:.4g} samples per pixel\n",
-               percent(f.mix.value), 100 * f.mix.low, 100 * f.mix.high, plan.samples_now);
+    fmt::print("this mix     {} with {:.4g} samples per pixel\n", interval(f.mix),
+               plan.samples_now);
     if (plan.target > 0 && plan.error_after > plan.target * 1.02)
         fmt::print("{} is out of reach.\n", percent(plan.target));
     if (plan.request.samples <= plan.samples_now) {
@@ -110,9 +64,7 @@ void print_plan(const TopUpPlan& plan) {
                    plan.request.samples);
         fmt::print("             the same with {:.4g}, placed as they are now\n", plan.samples_evenly);
     }
-    print_rows("share of the squared error, by group", f.groups);
-    print_rows("by bounce", f.bounces);
-    print_rows("by lifted shadow", f.shadows);
+    fmt::print("{}", shares_text(f));
 }
 
 int run_plan(const PlanOptions& o) {
