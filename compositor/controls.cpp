@@ -33,8 +33,10 @@ Result<std::array<float, 3>> parse_tint(const std::string& text) {
         const size_t comma = rest.find(',');
         const bool is_last = c == 2;
         const bool is_good = (comma == std::string_view::npos) == is_last &&
-                             parse_number(rest.substr(0, comma), tint[c]) && tint[c] >= 0.0f;
-        if (!is_good) return bad(text, "a tint R,G,B of numbers from 0, for example 1,.9,.8");
+                             parse_number(rest.substr(0, comma), tint[c]) && tint[c] >= 0.0f &&
+                             tint[c] <= largest_factor;
+        if (!is_good)
+            return bad(text, "a tint R,G,B of numbers from 0 to 64 stops, for example 1,.9,.8");
         if (!is_last) rest.remove_prefix(comma + 1);
     }
     return tint;
@@ -70,14 +72,17 @@ std::array<float, 3> kelvin_tint(float kelvin) {
 }
 
 Result<float> parse_gain(const std::string& text) {
-    constexpr const char* expected = "a factor from 0 (2, 0.5) or stops (+1.5st, -1st)";
+    constexpr const char* expected =
+        "a factor from 0 (2, 0.5) or stops (+1.5st, -1st), of 64 stops at most";
     float value = 0;
     if (text.ends_with("st")) {
-        if (!parse_number(std::string_view(text).substr(0, text.size() - 2), value))
+        if (!parse_number(std::string_view(text).substr(0, text.size() - 2), value) ||
+            std::abs(value) > largest_stops)
             return bad(text, expected);
         return std::exp2(value);
     }
-    if (!parse_number(text, value) || value < 0.0f) return bad(text, expected);
+    if (!parse_number(text, value) || value < 0.0f || value > largest_factor)
+        return bad(text, expected);
     return value;
 }
 

@@ -18,6 +18,11 @@ struct Keyframe {
     bool operator==(const Keyframe&) const = default;
 };
 
+/// Of a gain, of the gains of a layer together, and of the exposure: floats bear it, and no picture
+/// needs it.
+inline constexpr float largest_stops = 64;
+inline constexpr float largest_factor = 0x1p64f;
+
 /// One thing that an artist did to a target: a group, `bK`, `tail`, `direct`, `indirect`, `env`,
 /// `shadow`, `all`, `group:bK` (`group:direct`, `env:indirect` …), a named set of rows, or
 /// `group:caster` for the shadow of a caster.
@@ -37,13 +42,13 @@ struct Control {
 /// A look: what `--preset` loads and `--save-preset` saves.
 struct Look {
     std::vector<Control> controls;
-    float exposure_stops = 0;
+    float exposure_stops = 0;  ///< at most largest_stops either way
     std::string display, view;
     /// Names that stand for several rows: a control of one of them is their master.
     std::map<std::string, std::vector<std::string>> rows = {};
 };
 
-/// `2`, `0.5`, `+1.5st`, `-1st` as a factor. Errors: "bad-gain".
+/// `2`, `0.5`, `+1.5st`, `-1st` as a factor, of largest_stops at most. Errors: "bad-gain".
 Result<float> parse_gain(const std::string& text);
 
 /// Reads `NAME=VALUE` (`NAME` for mute and solo); a value may be `VALUE@FRAME,VALUE@FRAME …`.

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 
 namespace velatura::compositor {
 
@@ -114,7 +115,11 @@ Result<Look> look_from_json(const std::string& text) {
             if (!control) return control.error();
             look.controls.push_back(std::move(*control));
         }
-        look.exposure_stops = j.value("exposure", 0.0f);
+        const double exposure = j.value("exposure", 0.0);
+        if (!(std::abs(exposure) <= double(largest_stops)))
+            return bad_preset(
+                fmt::format("an exposure of {} stops; {} are the most", exposure, largest_stops));
+        look.exposure_stops = float(exposure);
         look.display = j.value("display", "");
         look.view = j.value("view", "");
         return look;

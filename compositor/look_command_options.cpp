@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <map>
 
@@ -56,7 +57,8 @@ void LookOptions::add_to(CLI::App& command) {
                    "else: restricts the control before it");
     add_repeatable(command, rows_option,
                    "NAME=ROW,ROW: a name for several rows, whose gain is their master");
-    command.add_option("--exposure", exposure, "Stops on everything");
+    command.add_option("--exposure", exposure, "Stops on everything, from -64 to 64")
+        ->check(CLI::Range(-largest_stops, largest_stops));
     command.add_option("--preset", preset, "Look to start from (JSON)");
     command.add_option("--frame", frame, "Frame at which keys are read");
     command.add_flag("--lenient", is_lenient,
@@ -103,6 +105,11 @@ Result<Look> LookOptions::look() const {
         }
     }
     look.exposure_stops += exposure;
+    if (std::abs(look.exposure_stops) > largest_stops)
+        return Error{"bad-gain",
+                     fmt::format("the preset's exposure and --exposure come to {:+} stops; {} are "
+                                 "the most",
+                                 look.exposure_stops, largest_stops)};
     return look;
 }
 

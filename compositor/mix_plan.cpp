@@ -7,6 +7,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -55,6 +57,8 @@ class Planner {
     Result<void> add_shadows();
     Result<void> add_shadow(const image::LayerEntry& entry, const std::vector<MattedShare>& lifts);
     bool is_uniform_along(bool groups) const;
+    double largest_gain(const Term& term) const;
+    Result<void> check_gains() const;
     Error not_stored() const;
     const image::LayerEntry* clamp_of(const std::string& layer) const;
 
@@ -360,7 +364,35 @@ Result<MixPlan> Planner::run() {
                                          [](const auto& e) { return e.family == "clamp"; });
     if (gives_back_ && !was_clamped)
         plan_.notes.emplace_back("--clamp changes nothing: no clamp took anything from this file");
+    if (auto bounded = check_gains(); !bounded) return bounded.error();
     return std::move(plan_);
+}
+
+/// What a term may multiply values by, mattes where they let everything through.
+double Planner::largest_gain(const Term& term) const {
+    double largest = 0;
+    for (size_t c = 0; c < 3; ++c) {
+        double gain = std::abs(double(term.gain[c])) * std::exp2(double(look_.exposure_stops));
+        for (const MattedGain& g : term.matted_gains) gain *= std::max(1.0, double(g.gain[c]));
+        // An infinite gain that is muted after it is no number
+        if (!std::isfinite(gain)) return std::numeric_limits<double>::infinity();
+        largest = std::max(largest, gain);
+    }
+    return largest;
+}
+
+Result<void> Planner::check_gains() const {
+    for (const Term& term : plan_.all_terms()) {
+        const double gain = largest_gain(term);
+        if (gain <= double(largest_factor)) continue;
+        const std::string stops =
+            std::isfinite(gain) ? fmt::format("{:+.4g}", std::log2(gain)) : std::string("far more");
+        return Error{"bad-gain",
+                     fmt::format("the gains of layer {} and the exposure come to {} stops; {} are "
+                                 "the most",
+                                 term.layer, stops, largest_stops)};
+    }
+    return {};
 }
 
 }  // namespace

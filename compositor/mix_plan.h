@@ -66,7 +66,8 @@ bool has_mattes(const MixPlan::Term& term);
 /// for mattes where the stack has no pixels; its strips take at most `strip_bytes`.
 /// Errors: "unknown-name" (usage; lists all names that the file lacks, those that may have been
 /// meant, and those there are), "mix-not-stored" (says which layers to render), "layer-missing"
-/// (the header names a layer that the file does not have), those of load_matte.
+/// (the header names a layer that the file does not have), "bad-gain" (usage; gains of a layer that
+/// multiply to more than largest_factor), those of load_matte.
 Result<MixPlan> plan_mix(const LayerStack& stack,
                          const Look& look,
                          const image::StripReader* file = nullptr,

@@ -47,7 +47,7 @@ void add_view_command(CLI::App& app, std::function<int()>& run) {
     command->add_flag("--fit", o->sheet.fit,
                       "Each layer at the exposure that shows it best, in the caption");
     command->add_option("--exposure", o->sheet.exposure_stops, "Stops, on every light layer")
-        ->check(CLI::Range(-64.0, 64.0));
+        ->check(CLI::Range(-largest_stops, largest_stops));
     command
         ->add_option("--columns", o->sheet.columns,
                      "Layers side by side (default: as wide as a monitor)")

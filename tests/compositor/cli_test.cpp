@@ -227,6 +227,20 @@ TEST_F(Cli, NoiseTakesNoNonsense) {
     EXPECT_EQ(comp("noise " + file("whole.exr") + " -o /nonexistent_folder/n.exr").code, 1);
 }
 
+TEST_F(Cli, GainsAndExposuresAreBounded) {
+    const std::string mix = "mix " + file("whole.exr") + " -o " + file("bound.exr");
+    for (const char* bad : {" --exposure 65", " --exposure inf", " --gain key=+200st",
+                            " --gain key=+40st --exposure 40"}) {
+        const Outcome run = comp(mix + bad);
+        EXPECT_EQ(run.code, 2) << bad << ": " << run.output;
+    }
+    EXPECT_FALSE(fs::exists(file("bound.exr")));
+    ASSERT_EQ(comp(mix + " --exposure 40 --save-preset " + file("bright.json")).code, 0);
+    const Outcome twice = comp(mix + " --exposure 40 --preset " + file("bright.json"));
+    EXPECT_EQ(twice.code, 2);
+    EXPECT_NE(twice.output.find("+80 stops"), std::string::npos) << twice.output;
+}
+
 TEST_F(Cli, MixesASequence) {
     for (const char* frame : {"01", "02", "04"}) {
         fs::copy_file(file("whole.exr"), file(std::string("seq.") + frame + ".exr"),

@@ -22,6 +22,20 @@ TEST(Gain, IsAFactorOrStops) {
     }
 }
 
+TEST(Gain, IsOfSixtyFourStopsAtMost) {
+    EXPECT_EQ(*parse_gain("+64st"), 0x1p64f);
+    EXPECT_EQ(*parse_gain("-64st"), 0x1p-64f);
+    EXPECT_TRUE(parse_gain("1e19").has_value());
+    for (const char* text : {"+200st", "-200st", "+64.1st", "2e19", "1e38"}) {
+        const auto gain = parse_gain(text);
+        ASSERT_FALSE(gain.has_value()) << text;
+        EXPECT_EQ(gain.error().code, "bad-gain");
+        EXPECT_NE(gain.error().message.find("64 stops"), std::string::npos) << gain.error().message;
+    }
+    EXPECT_FALSE(parse_control(Control::Kind::Gain, "key=0st@1,+200st@2").has_value());
+    EXPECT_FALSE(parse_control(Control::Kind::Tint, "key=1,1,1e30").has_value());
+}
+
 TEST(Control, SaysWhatItExpected) {
     EXPECT_TRUE(parse_control(Control::Kind::Tint, "key=1,.9,.8").has_value());
     for (const char* text : {"key=1,1", "key=1,1,1,1", "key=", "=1,1,1", "key", "key=1,-1,1"}) {
@@ -59,7 +73,9 @@ TEST(Look, SurvivesJson) {
     ASSERT_EQ(back->controls.size(), 4u);
     EXPECT_EQ(back->controls[0].factor, look.controls[0].factor);
     for (const char* bad :
-         {"", "{}", "{\"schema\":\"other\",\"controls\":[]}",
+         {"", "{}", "{\"schema\":\"velatura.look/1\",\"controls\":[],\"exposure\":65}",
+          "{\"schema\":\"velatura.look/1\",\"controls\":[],\"exposure\":-1e99}",
+          "{\"schema\":\"other\",\"controls\":[]}",
           "{\"schema\":\"velatura.look/1\",\"controls\":[{\"do\":\"blur\",\"name\":\"key\"}]}",
           "{\"schema\":\"velatura.look/1\",\"controls\":[{\"do\":\"gain\",\"name\":\"key\"}]}"}) {
         EXPECT_EQ(look_from_json(bad).error().code, "bad-preset") << bad;

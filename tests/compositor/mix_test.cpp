@@ -169,6 +169,33 @@ TEST(Mix, ExposureAndTintScaleChannels) {
     }
 }
 
+/// Gains that are good one by one may not be together.
+TEST(Mix, GainsMultiplyToSixtyFourStopsAtMost) {
+    const LayerStack stack = stack_of(Matrix | Shadows);
+    Look look = look_of({{Gain, "key=+40st"}, {Gain, "b1=+20st"}});
+    EXPECT_TRUE(plan_mix(stack, look).has_value());
+    look.exposure_stops = 5;
+    const auto too_bright = plan_mix(stack, look);
+    ASSERT_FALSE(too_bright.has_value());
+    EXPECT_EQ(too_bright.error().code, "bad-gain");
+    EXPECT_NE(too_bright.error().message.find("b1_key"), std::string::npos);
+    EXPECT_NE(too_bright.error().message.find("+65"), std::string::npos)
+        << too_bright.error().message;
+    EXPECT_EQ(plan_mix(stack, look_of({{Gain, "all=+64st"}, {Gain, "all=+64st"}})).error().code,
+              "bad-gain");
+    const auto muted = plan_mix(stack, look_of({{Tint, "all=1e19,1,1"},
+                                                {Tint, "all=1e19,1,1"},
+                                                {Tint, "all=1e19,1,1"},
+                                                {Mute, "all"}}));
+    EXPECT_EQ(muted.error().code, "bad-gain");
+    // As dark as one likes
+    EXPECT_TRUE(plan_mix(stack, look_of({{Gain, "all=-64st"}, {Gain, "all=-64st"}})).has_value());
+    Look matted = look_of({{Gain, "key=+40st"}, {Gain, "key=+40st"}});
+    const std::string picture = film::temporary_file("stack.exr");
+    for (Control& control : matted.controls) control.matte = picture + ":A";
+    EXPECT_EQ(plan_mix(stack, matted).error().code, "bad-gain");
+}
+
 TEST(Mix, ResultIsAFileOfLayersItself) {
     const LayerStack stack = stack_of(Matrix | Shadows);
     const Look look =
