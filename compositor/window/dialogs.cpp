@@ -155,7 +155,7 @@ void Dialogs::accept(Drawing& drawing) {
     if (typed.empty()) return;
     Session& session = drawing.session;
     std::string path = path_in(list_.folder, typed);
-    if (fs::is_directory(path)) {
+    if (is_folder(path)) {
         name_[0] = '\0';
         return go_to(path);
     }

@@ -29,6 +29,11 @@ FolderList list_folder(const std::string& folder, std::string_view extension) {
     return list;
 }
 
+bool is_folder(const std::string& path) {
+    std::error_code unknown;
+    return fs::is_directory(path, unknown);
+}
+
 std::string path_in(const std::string& folder, const std::string& path) {
     // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody changes the environment
     const char* home = std::getenv("HOME");

@@ -17,6 +17,9 @@ struct FolderList {
 /// A folder that cannot be read is an empty one.
 FolderList list_folder(const std::string& folder, std::string_view extension);
 
+/// False for a path that cannot be looked at as well: too long, or below a closed folder.
+bool is_folder(const std::string& path);
+
 /// `path` as it is, or seen from `folder` where it is relative; `~/` is the home.
 std::string path_in(const std::string& folder, const std::string& path);
 

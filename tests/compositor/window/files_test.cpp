@@ -51,6 +51,18 @@ TEST(FolderList, HoldsFoldersAndFilesOfTheKind) {
     EXPECT_TRUE(list_folder((folder / "missing").string(), ".exr").files.empty());
 }
 
+TEST(FolderList, APathThatNoFileSystemTakesIsNoFolder) {
+    const fs::path folder = film::temporary_file("folder");
+    fs::create_directories(folder / "closed");
+    EXPECT_TRUE(is_folder(folder.string()));
+    EXPECT_FALSE(is_folder((folder / std::string(300, 'x')).string()));
+    EXPECT_FALSE(is_folder((folder / "missing").string()));
+    // Nobody may look into it (but root, who runs these tests too)
+    fs::permissions(folder / "closed", fs::perms::none);
+    EXPECT_FALSE(is_folder((folder / "closed/inner").string()));
+    fs::permissions(folder / "closed", fs::perms::owner_all);
+}
+
 TEST(FolderList, PathsAreSeenFromTheFolder) {
     EXPECT_EQ(path_in("/a/b", "c.exr"), "/a/b/c.exr");
     EXPECT_EQ(path_in("/a/b", "../c.exr"), "/a/c.exr");
