@@ -121,6 +121,7 @@ RowState row_state(const Look& look, const std::string& target) {
 }
 
 void set_stops(Look& look, const std::string& target, float stops) {
+    if (!std::isfinite(stops)) return;
     const float rounded = std::round(stops * 100) / 100;
     if (rounded == 0) {
         take_away(look, Kind::Gain, target);
@@ -146,6 +147,7 @@ void toggle_only_solo(Look& look, const std::string& target) {
 }
 
 void set_tint(Look& look, const std::string& target, const std::array<float, 3>& tint) {
+    if (!std::all_of(tint.begin(), tint.end(), [](float t) { return std::isfinite(t); })) return;
     if (tint == std::array<float, 3>{1, 1, 1}) {
         take_away(look, Kind::Tint, target);
     } else {
@@ -156,6 +158,7 @@ void set_tint(Look& look, const std::string& target, const std::array<float, 3>&
 }
 
 void set_kelvin(Look& look, const std::string& target, std::optional<float> kelvin) {
+    if (kelvin && !std::isfinite(*kelvin)) return;
     if (kelvin) {
         const float rounded = std::clamp(std::round(*kelvin / 10) * 10, coldest, hottest);
         put(look, Kind::Kelvin, target, fmt::format("{:.0f}", rounded));
@@ -170,6 +173,7 @@ float share_given(const Look& look, Control::Kind kind, const std::string& targe
 }
 
 void set_share(Look& look, Control::Kind kind, const std::string& target, float share) {
+    if (!std::isfinite(share)) return;
     const float rounded = std::round(std::clamp(share, 0.0f, 1.0f) * 100) / 100;
     if (rounded == 0) {
         take_away(look, kind, target);

@@ -106,6 +106,23 @@ TEST(LookRows, EditsStayInTheirPlace) {
     EXPECT_EQ(look.controls[2].value, "3");
 }
 
+TEST(LookRows, NumbersThatAreNotFiniteChangeNothing) {
+    Look look;
+    set_tint(look, "key", {1, 0.5f, 0.25f});
+    const Look before = look;
+    for (const float bad : {std::numeric_limits<float>::infinity(),
+                            -std::numeric_limits<float>::infinity(),
+                            std::numeric_limits<float>::quiet_NaN()}) {
+        set_tint(look, "key", {1, bad, 1});
+        set_stops(look, "key", bad);
+        set_kelvin(look, "key", bad);
+        set_share(look, Kind::Shadow, "key", bad);
+        EXPECT_TRUE(same_look(look, before)) << bad;
+    }
+    set_tint(look, "key", {std::numeric_limits<float>::max(), 1, 1});
+    EXPECT_EQ(row_state(look, "key").tint[0], std::numeric_limits<float>::max());
+}
+
 TEST(LookRows, WhatHasNoRowIsListed) {
     const MixerRows rows = mixer_rows(small_levels()->stack(0));
     const Look look = look_of({{Kind::Gain, "key=1.7"},
