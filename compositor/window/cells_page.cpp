@@ -2,6 +2,8 @@
 #include "compositor/window/mixer_panel.h"
 #include "compositor/window/widgets.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -10,6 +12,8 @@ namespace velatura::compositor::window {
 namespace {
 
 constexpr float most_stops = 20;
+/// What a table of Dear ImGui takes.
+constexpr size_t most_columns = 64;
 
 /// A number to drag, coloured by how far it is from 0. The target is a cell, a group or a bounce.
 void draw_cell(Drawing& drawing, const std::string& target) {
@@ -56,7 +60,15 @@ void draw_name(const std::string& name) {
 
 void draw_cells(Drawing& drawing) {
     const std::vector<std::string> groups = drawing.session.rows().groups;
-    const std::vector<std::string> columns = drawing.session.rows().columns;
+    std::vector<std::string> columns = drawing.session.rows().columns;
+    // Names and whole rows take two
+    if (columns.size() + 2 > most_columns) {
+        text(fmt::format("No room for {} … {}: these are on the page of the bounces.",
+                         columns[most_columns - 2], columns.back()),
+             colour::dim);
+        note_item(drawing, "left out");
+        columns.resize(most_columns - 2);
+    }
     text("Stops. Drag, Ctrl-click to type, right click resets, middle click mutes.", colour::dim);
     const float unit = ImGui::GetFontSize();
     if (!ImGui::BeginTable("cells", int(columns.size()) + 2,

@@ -191,6 +191,23 @@ TEST_F(WindowTest, DroppedFilesAreOpenedAndZoomShowsPixels) {
     expect_same_picture(file("dropped.png"), file("key.png"));
 }
 
+TEST_F(WindowTest, MoreBouncesThanATableTakesAreSaid) {
+    film::LayerSet set = film::test_layer_set();
+    set.last_bounce = 64;
+    set.matrix_layers = true;
+    film::Film film({0, 0, 8, 4}, set);
+    film::render(film, 0, 1);
+    const std::string layers = film::temporary_file("deep.exr");
+    const auto written = film.write(layers, {});
+    ASSERT_TRUE(written.has_value()) << written.error().message;
+    const Outcome played = play(layers,
+                                "wait\n"
+                                "click \"page Light × bounce\"\n"
+                                "hover \"left out\"\n"
+                                "hover \"cell key:b1\"\n");
+    EXPECT_EQ(played.code, 0) << played.output;
+}
+
 /// The pictures of docs/window.md: with VELATURA_WINDOW_LAYERS=atelier.exr (scenes/atelier, 768 × 432,
 /// 56 samples, --halves) they are those of the page, written to VELATURA_WINDOW_PICTURES and made
 /// small by `oiiotool --compression jpeg:80`.
