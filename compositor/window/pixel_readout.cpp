@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace velatura::compositor::window {
 
@@ -27,6 +28,62 @@ std::vector<float> data_values(const image::Image& image, const std::string& nam
     return values;
 }
 
+/// Puts together the readout of one pixel.
+class Reader {
+  public:
+    Reader(const LayerStack& stack, const MixPlan& plan, PixelReadout& out)
+        : stack_(stack), plan_(plan), out_(out) {
+        const image::Image& image = stack.image();
+        const int fx = out.x + image.display.x0, fy = out.y + image.display.y0;
+        if (image.data.contains(fx, fy)) pixel_ = image.data.index(fx, fy);
+    }
+
+    /// A layer with what the mix makes of it here: gain, mattes, and what is given back of a clamp.
+    void add_term(const MixPlan::Term& term, float exposure) {
+        Rgb gain{}, given_back{};
+        for (size_t c = 0; c < 3; ++c) {
+            gain[c] = term.gain[c] * exposure;
+            // Where nothing is stored there is no matte either
+            if (!pixel_) continue;
+            gain[c] *= plan_.matte_factor(term, c, *pixel_);
+            given_back[c] = gain[c] * plan_.clamp_share(term, *pixel_);
+        }
+        add(term.layer, gain);
+        if (!term.clamp_layer.empty()) add(term.clamp_layer, given_back);
+    }
+
+    /// A layer that the mix does not use, if it is not listed.
+    void add_unused(const std::string& layer) { add(layer, {}); }
+
+    void add_data(const std::string& name) {
+        out_.data.push_back({name, data_values(stack_.image(), name, out_.x, out_.y)});
+    }
+
+  private:
+    using Rgb = std::array<float, 3>;
+
+    void add(const std::string& layer, const Rgb& gain) {
+        const auto at = std::find_if(out_.layers.begin(), out_.layers.end(),
+                                     [&](const PixelReadout::Layer& l) { return l.name == layer; });
+        // A plan may take up a layer twice, with and without a matte
+        PixelReadout::Layer& row = at == out_.layers.end() ? begin(layer) : *at;
+        for (size_t c = 0; c < 3; ++c) row.gain[c] += gain[c];
+    }
+
+    PixelReadout::Layer& begin(const std::string& layer) {
+        PixelReadout::Layer& row = out_.layers.emplace_back();
+        row.name = layer;
+        for (size_t c = 0; c < 3; ++c)
+            row.stored[c] = value_at(stack_.image(), stack_.channel(layer, c), out_.x, out_.y);
+        return row;
+    }
+
+    const LayerStack& stack_;
+    const MixPlan& plan_;
+    PixelReadout& out_;
+    std::optional<size_t> pixel_;  ///< of the data window; none: not stored
+};
+
 }  // namespace
 
 PixelReadout read_pixel(
@@ -40,25 +97,14 @@ PixelReadout read_pixel(
     if (const image::Channel* alpha = image.find("A")) out.alpha = value_at(image, alpha, x, y);
 
     const float exposure = std::exp2(exposure_stops);
-    const auto add = [&](const std::string& layer, const std::array<float, 3>& gain) {
-        PixelReadout::Layer row;
-        row.name = layer;
-        for (size_t c = 0; c < 3; ++c) {
-            row.stored[c] = value_at(image, stack.channel(layer, c), x, y);
-            row.gain[c] = gain[c] * exposure;
-        }
-        out.layers.push_back(std::move(row));
-    };
-    for (const MixPlan::Term& term : plan.terms) add(term.layer, term.gain);
-    for (const MixPlan::Term& term : plan.shadow_terms) add(term.layer, term.gain);
+    Reader reader(stack, plan, out);
+    for (const MixPlan::Term& term : plan.terms) reader.add_term(term, exposure);
+    for (const MixPlan::Term& term : plan.shadow_terms) reader.add_term(term, exposure);
     for (const image::LayerEntry& entry : stack.header().layers) {
         if (entry.family == "data") {
-            out.data.push_back({entry.name, data_values(image, entry.name, x, y)});
+            reader.add_data(entry.name);
         } else if (entry.family != "halves" && !entry.is_empty) {
-            const bool is_listed =
-                std::any_of(out.layers.begin(), out.layers.end(),
-                            [&](const PixelReadout::Layer& l) { return l.name == entry.name; });
-            if (!is_listed) add(entry.name, {0, 0, 0});
+            reader.add_unused(entry.name);
         }
     }
     return out;

@@ -15,7 +15,9 @@ struct PixelReadout {
     struct Layer {
         std::string name;
         std::array<float, 3> stored{};
-        std::array<float, 3> gain{};  ///< exposure included; 0 where the mix does not use the layer
+        /// Exposure, mattes and shares of clamps included: what the layers store times their gains
+        /// adds up to the mix. 0 where the mix does not use the layer.
+        std::array<float, 3> gain{};
     };
 
     struct Data {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/window/tile_mix.h"
 
+#include "compositor/made_layers.h"
 #include "compositor/window/pixel_readout.h"
-#include "image/exr.h"
 #include "image/formats.h"
 #include "window_stack.h"
 
@@ -55,18 +55,8 @@ TEST(TileMix, IsApplyMixBitForBit) {
 
 TEST(TileMix, KeepsToMattes) {
     const LayerStack& stack = small_levels()->stack(0);
-    image::Image matte;
-    matte.data = stack.image().data;
-    matte.display = stack.image().display;
-    matte.parts.emplace_back();
-    std::vector<float> values(matte.data.pixel_count());
-    for (size_t i = 0; i < values.size(); ++i) values[i] = float(i % 11) / 10;
-    image::Channel channel;
-    channel.name = "M";
-    channel.data = values;
-    matte.parts[0].channels.push_back(std::move(channel));
     const std::string path = film::temporary_file("matte.exr");
-    ASSERT_TRUE(image::write_exr(path, matte).has_value());
+    ASSERT_TRUE(write_matte(path, stack).has_value());
     Look look = strong_look();
     for (const size_t i : {size_t(0), size_t(5)}) look.controls[i].matte = path + ":M";
     const auto plan = plan_mix(stack, look);
@@ -142,6 +132,42 @@ TEST(PixelReadout, ItsLayersAddUpToTheMix) {
             EXPECT_EQ(data.values, std::vector<float>{image.find("Z")->value(at)});
         }
     }
+}
+
+TEST(PixelReadout, AgreesWithThePictureWithinMattesAndClamps) {
+    // A matte that is neither 0 nor 1, and light that a clamp took whole, within it and everywhere
+    const auto stack = LayerStack::from_image(made_layers());
+    ASSERT_TRUE(stack.has_value());
+    const std::string matte = film::temporary_file("readout_matte.exr");
+    ASSERT_TRUE(write_matte(matte, *stack).has_value());
+    Look look;
+    for (const auto& [kind, text] : {std::pair{Kind::Gain, "key=+2st"},
+                                     {Kind::Clamp, "fill=0.75"},
+                                     {Kind::Shadow, "key=0.5"},
+                                     {Kind::Tint, "fill=1,.5,.25"},
+                                     {Kind::Clamp, "all=0.5"}})
+        look.controls.push_back(*parse_control(kind, text));
+    for (size_t i = 0; i < 3; ++i) look.controls[i].matte = matte + ":M";
+    look.exposure_stops = 0.3f;
+    const auto plan = plan_mix(*stack, look);
+    ASSERT_TRUE(plan.has_value()) << plan.error().message;
+    const image::Image mixed = apply_mix(*stack, *plan, look, false);
+    bool is_given_back = false;
+    for (const auto& [x, y] : {std::pair{0, 0}, {5, 0}, {17, 9}, {36, 20}}) {
+        const PixelReadout pixel = read_pixel(*stack, *plan, look.exposure_stops, x, y);
+        for (size_t c = 0; c < 3; ++c) {
+            float sum = 0;
+            for (const PixelReadout::Layer& layer : pixel.layers) {
+                sum += layer.gain[c] * layer.stored[c];
+                is_given_back =
+                    is_given_back || (layer.name == "clamp_b0_fill" && layer.gain[c] > 0);
+            }
+            const float picture = mixed.parts[0].channels[c].value(mixed.data.index(x, y));
+            EXPECT_EQ(pixel.mix[c], picture);
+            EXPECT_NEAR(sum, picture, 1e-5f * picture) << x << ' ' << y;
+        }
+    }
+    EXPECT_TRUE(is_given_back);
 }
 
 TEST(PixelReadout, OutsideWhatIsStoredIsBlack) {

@@ -4,6 +4,7 @@
 #include "compositor/window/levels.h"
 #include "compositor/window/session.h"
 #include "film/film_scene.h"
+#include "image/exr.h"
 
 #include <gtest/gtest.h>
 
@@ -38,6 +39,20 @@ inline std::string plain_file(const std::string& name, const image::Window& data
     const std::string path = film::temporary_file(name);
     EXPECT_TRUE(film.write(path, {}).has_value());
     return path;
+}
+
+/// A picture over the pixels of the stack with a matte `M` that takes values from 0 to 1.
+inline Result<void> write_matte(const std::string& path, const LayerStack& stack) {
+    image::Image matte;
+    matte.data = stack.image().data;
+    matte.display = stack.image().display;
+    std::vector<float> values(matte.data.pixel_count());
+    for (size_t i = 0; i < values.size(); ++i) values[i] = float(i % 11) / 10;
+    image::Channel channel;
+    channel.name = "M";
+    channel.data = std::move(values);
+    matte.parts.emplace_back().channels.push_back(std::move(channel));
+    return image::write_exr(path, matte);
 }
 
 inline std::shared_ptr<const Levels> levels_of(const std::string& path) {
