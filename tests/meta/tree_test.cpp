@@ -6,7 +6,10 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 #include <functional>
+#include <set>
+#include <sstream>
 
 namespace velatura::meta {
 
@@ -108,6 +111,28 @@ TEST(Tree, EveryTierHasAShortReadme) {
 
 TEST(Tree, EverySourceIsListedInCMake) {
     expect_none(report(check_listed_in_cmake(tree())));
+}
+
+TEST(Tree, ReadmeInstallsWhatSetupInstalls) {
+    const auto packages_between = [](const char* file, const std::string& from,
+                                     const std::string& to) {
+        std::ifstream in(std::filesystem::path(VELATURA_SOURCE_DIR) / file);
+        std::stringstream text;
+        text << in.rdbuf();
+        const std::string all = text.str();
+        const size_t begin = all.find(from);
+        EXPECT_NE(begin, std::string::npos) << file;
+        const size_t first = begin + from.size();
+        std::istringstream words(all.substr(first, all.find(to, first) - first));
+        std::set<std::string> packages;
+        // A line of the list may go on below
+        for (std::string word; words >> word;) {
+            if (word != "\\") packages.insert(word);
+        }
+        return packages;
+    };
+    EXPECT_EQ(packages_between("README.md", "apt-get install --no-install-recommends", "\ncmake "),
+              packages_between("dev", "\npackages=(", "\n)"));
 }
 
 TEST(Tree, RootHoldsOnlyTheHouse) {
