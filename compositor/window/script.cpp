@@ -14,6 +14,9 @@ namespace {
 
 using Kind = ScriptStep::Kind;
 
+/// Of one command: some minutes.
+constexpr float most_frames = 10'000;
+
 /// Words of a line; one in quotation marks may hold spaces.
 std::vector<std::string> words_of(const std::string& line) {
     std::vector<std::string> words;
@@ -41,7 +44,8 @@ std::vector<std::string> words_of(const std::string& line) {
 std::optional<float> number(const std::string& text) {
     float value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+        return std::nullopt;
     return value;
 }
 
@@ -104,7 +108,7 @@ bool Line::read_arguments() {
         step_.kind = Kind::Wait;
     } else if (command == "frames") {
         step_.kind = Kind::Frames;
-        if (!take_number(value) || value < 1) return false;
+        if (!take_number(value) || value < 1 || value > most_frames) return false;
         step_.count = int(value);
     } else if (command == "hover") {
         step_.kind = Kind::Hover;

@@ -21,7 +21,7 @@ Result<void> ScriptPlayer::play(const Marks& marks, bool is_settled) {
     frame.mouse = held_.mouse;
     if (!frames_.empty()) {
         frame = frames_.front();
-        frames_.erase(frames_.begin());
+        frames_.pop_front();
         if (!frame.mouse) frame.mouse = held_.mouse;
     }
     apply(frame);
@@ -61,7 +61,7 @@ Result<void> ScriptPlayer::begin_step(const Marks& marks, bool is_settled) {
             dropped_ = step.text;
             return {};
         default:
-            frames_ = input_of(step, box);
+            for (InputFrame& frame : input_of(step, box)) frames_.push_back(std::move(frame));
             // What was clicked shows its effect before the next step looks for its mark
             frames_.insert(frames_.end(), 2, InputFrame());
             return {};

@@ -4,6 +4,7 @@
 #include "base/result.h"
 #include "compositor/window/script.h"
 
+#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
@@ -40,7 +41,7 @@ class ScriptPlayer {
     std::vector<ScriptStep> steps_;
     size_t at_ = 0;
     int settled_frames_ = 0;
-    std::vector<InputFrame> frames_;  ///< of the step that is under way, the next one first
+    std::deque<InputFrame> frames_;  ///< of the step that is under way, the next one first
     InputFrame held_;
     std::string screenshot_;
     std::optional<Marks::Box> cut_;

@@ -36,7 +36,8 @@ TEST(Script, IsReadLineByLine) {
 
 TEST(Script, BadLinesAreNamed) {
     for (const char* line : {"jump", "drag gain", "drag gain a b", "key meta+x", "frames 0",
-                             "click", "click a loudly", "type", "wait long"}) {
+                             "frames 10001", "frames 1e30", "frames nan", "wheel x inf",
+                             "drag x nan 0", "click", "click a loudly", "type", "wait long"}) {
         const auto steps = parse_script(std::string("wait\n") + line + "\n");
         ASSERT_FALSE(steps.has_value()) << line;
         EXPECT_EQ(steps.error().code, "bad-script");
