@@ -47,6 +47,10 @@ std::string read_line(int from) {
 
 }  // namespace
 
+bool VirtualScreen::is_installed() {
+    return !find_program("Xvfb").empty();
+}
+
 std::unique_ptr<VirtualScreen> VirtualScreen::start(int width, int height) {
     const std::string program = find_program("Xvfb");
     std::array<int, 2> ends{};

@@ -11,7 +11,10 @@ namespace velatura::compositor::window {
 /// An X server without a monitor (Xvfb), for as long as the object lives.
 class VirtualScreen {
   public:
-    /// Null where there is no Xvfb, or it does not start.
+    /// Whether there is an Xvfb to start.
+    static bool is_installed();
+
+    /// Null where it does not start.
     static std::unique_ptr<VirtualScreen> start(int width, int height);
     ~VirtualScreen();
     VirtualScreen(const VirtualScreen&) = delete;

@@ -28,8 +28,9 @@ class WindowTest : public testing::Test {
 #if !defined(VELATURA_HAVE_WINDOW) || !defined(VELATURA_HAVE_OPENIMAGEIO_PLUGIN)
         GTEST_SKIP() << "the window or the plugin that writes its pictures was not built";
 #else
+        if (!VirtualScreen::is_installed()) GTEST_SKIP() << "there is no Xvfb";
         screen_ = VirtualScreen::start(1920, 1080);
-        if (!screen_) GTEST_SKIP() << "there is no Xvfb";
+        ASSERT_TRUE(screen_) << "Xvfb does not start";
         layers_ = window_file("window_layers.exr", {4, 6, 190, 107}, {0, 0, 192, 108}, 2);
 #endif
     }
