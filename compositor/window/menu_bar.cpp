@@ -82,7 +82,7 @@ void draw_menu_bar(Drawing& drawing) {
 
 void draw_status_line(Drawing& drawing) {
     const Session& session = drawing.session;
-    const std::string& error = session.mix_error();
+    const std::string error = session.look_error();
     const bool is_error = !error.empty() || session.message().is_error;
     text(error.empty() ? session.message().text : error, is_error ? colour::error : colour::dim);
     const MixTimes& t = drawing.times;

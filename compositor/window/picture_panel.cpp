@@ -172,6 +172,19 @@ void handle_mouse(Drawing& drawing, const ImVec2& area, const Place& place, floa
     if (x >= 0 && y >= 0 && x < frame.width() && y < frame.height()) drawing.cursor = {{x, y}};
 }
 
+/// A picture that is not that of the look says so itself, on the screen and in what is cut out of
+/// it.
+void draw_stale(Drawing& drawing, const ImVec2& low) {
+    if (drawing.session.look_error().empty()) return;
+    const char* words = "not this look: see the status line";
+    const ImVec2 extent = ImGui::CalcTextSize(words), corner = {low.x + 8, low.y + 8};
+    const ImVec2 end = {corner.x + extent.x + 12, corner.y + extent.y + 8};
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    list.AddRectFilled(corner, end, packed({0, 0, 0, 0.75f}), 3);
+    list.AddText({corner.x + 6, corner.y + 4}, packed(colour::error), words);
+    drawing.marks.note("stale", {corner.x, corner.y, end.x, end.y});
+}
+
 void draw_nothing_yet(const ImVec2& low, const ImVec2& size, bool is_working) {
     const char* words =
         is_working ? "Loading …" : "Drop a file of light layers here, or open one with Ctrl+O";
@@ -231,6 +244,7 @@ void draw_picture(Drawing& drawing) {
     } else {
         draw_look(drawing, session.active(), place, place.origin.x, place.end.x);
     }
+    draw_stale(drawing, {std::max(place.origin.x, low.x), std::max(place.origin.y, low.y)});
     ImGui::PopClipRect();
     drawing.marks.note("picture", {std::max(place.origin.x, low.x), std::max(place.origin.y, low.y),
                                    std::min(place.end.x, high.x), std::min(place.end.y, high.y)});

@@ -76,29 +76,36 @@ void Session::after_change() {
 void Session::refresh(size_t index) {
     const Look& wanted = look(index);
     std::optional<PictureTask>& picture = pictures_[index];
-    mix_errors_[index].clear();
+    look_errors_[index].clear();
     if (picture && same_look(picture->look, wanted)) return;
     auto plan = plan_mix(stack(), wanted);
     if (!plan) {
-        mix_errors_[index] = plan.error().message;
+        look_errors_[index] = plan.error().message;
         return;
     }
     auto transform = transform_for(wanted);
-    if (!transform) return;
+    if (!transform) {
+        look_errors_[index] = transform.error().message;
+        return;
+    }
     picture = PictureTask{++last_version_, wanted, plans_by_level(*levels_, std::move(*plan)),
-                          std::move(transform)};
+                          std::move(*transform)};
 }
 
-std::shared_ptr<const image::DisplayTransform> Session::transform_for(const Look& look) {
+std::string Session::look_error() const {
+    if (!look_errors_[active_].empty() || !is_wiping_) return look_errors_[active_];
+    const size_t other = 1 - active_;
+    if (look_errors_[other].empty()) return {};
+    return fmt::format("look {}: {}", other == 0 ? "A" : "B", look_errors_[other]);
+}
+
+Result<std::shared_ptr<const image::DisplayTransform>> Session::transform_for(const Look& look) {
     auto& known = transforms_[{look.display, look.view}];
     if (known) return known;
     auto made = image::DisplayTransform::make(look.display, look.view,
                                               image::working_space_of(stack().image()));
-    if (made) {
-        known = std::make_shared<const image::DisplayTransform>(std::move(*made));
-    } else {
-        tell(made.error().message, true);
-    }
+    if (!made) return made.error();
+    known = std::make_shared<const image::DisplayTransform>(std::move(*made));
     return known;
 }
 
@@ -262,7 +269,11 @@ void Session::save_preset(const std::string& path) {
 
 std::function<Result<void>()> Session::picture_writer(const std::string& path) const {
     const std::optional<PictureTask>& picture = pictures_[active_];
-    if (!picture) return [] { return Result<void>(Error{"no-picture", "there is no picture"}); };
+    // The last picture that could be shown is none of this look
+    if (const std::string& why = look_errors_[active_]; !why.empty() || !picture) {
+        const std::string message = why.empty() ? "there is no picture" : why;
+        return [message] { return Result<void>(Error{"no-picture", message}); };
+    }
     return [levels = levels_, task = *picture, path]() -> Result<void> {
         const image::Image mixed = apply_mix(levels->stack(0), *task.plans[0], task.look, false);
         if (path.ends_with(".exr")) {

@@ -121,13 +121,14 @@ class Session {
 
     void tell(std::string text, bool is_error = false);
 
-    /// What keeps the active look from being shown; empty: nothing.
-    const std::string& mix_error() const { return mix_errors_[active_]; }
+    /// What keeps a look that is to be seen from it, the active one first: the picture is that of a
+    /// look before. Empty: nothing.
+    std::string look_error() const;
 
   private:
     void after_change();
     void refresh(size_t index);
-    std::shared_ptr<const image::DisplayTransform> transform_for(const Look& look);
+    Result<std::shared_ptr<const image::DisplayTransform>> transform_for(const Look& look);
     void select_neighbour(int step);
     void nudge_gain(float stops);
     void nudge_exposure(float stops);
@@ -140,7 +141,7 @@ class Session {
     History history_;
     size_t active_ = 0;
     std::array<std::optional<PictureTask>, 2> pictures_;
-    std::array<std::string, 2> mix_errors_;
+    std::array<std::string, 2> look_errors_;
     uint64_t last_version_ = 0;
     std::map<std::pair<std::string, std::string>, std::shared_ptr<const image::DisplayTransform>>
         transforms_;  ///< by display and view

@@ -84,8 +84,34 @@ TEST(Session, DisplayAndViewAreThoseOfBothLooks) {
     EXPECT_EQ(session.look(1).view, "Raw");
     const uint64_t good = session.picture(0)->version;
     session.set_display("sRGB", "No such view");
-    EXPECT_TRUE(session.message().is_error);
     EXPECT_EQ(session.picture(0)->version, good);
+    // What is wrong is said until it is mended, whatever else there is to say
+    session.tell("saved x.png");
+    EXPECT_NE(session.look_error().find("No such view"), std::string::npos) << session.look_error();
+    // The other look is seen while both are
+    press(session, "w");
+    press(session, "b");
+    session.edit("", [](Look& l) { l.view = "Raw"; });
+    EXPECT_EQ(session.look_error().find("look A: "), 0u) << session.look_error();
+    press(session, "b");
+    session.set_display("sRGB", "Raw");
+    EXPECT_TRUE(session.look_error().empty());
+}
+
+TEST(Session, APictureOfAnotherLookIsNotSaved) {
+    Session session = session_of_small();
+    const std::string path = film::temporary_file("stale.exr");
+    session.set_display("sRGB", "No such view");
+    const auto no_view = session.picture_writer(path)();
+    ASSERT_FALSE(no_view.has_value());
+    EXPECT_NE(no_view.error().message.find("No such view"), std::string::npos);
+    session.set_display("sRGB", "Raw");
+    session.edit(
+        "", [](Look& l) { l.controls.push_back(*parse_control(Control::Kind::Mute, "moon")); });
+    const auto no_row = session.picture_writer(path)();
+    ASSERT_FALSE(no_row.has_value());
+    EXPECT_NE(no_row.error().message.find("moon"), std::string::npos);
+    EXPECT_FALSE(read_file(path).has_value());
 }
 
 TEST(Session, PresetsAreThoseOfTheCommand) {
@@ -113,11 +139,11 @@ TEST(Session, APresetOfAnotherShotSaysWhatItCannotFind) {
         {"do": "gain", "name": "moon", "value": "2"}, {"do": "gain", "name": "key", "value": "2"}]})")
                     .has_value());
     session.load_preset(path);
-    EXPECT_NE(session.mix_error().find("moon"), std::string::npos);
+    EXPECT_NE(session.look_error().find("moon"), std::string::npos);
     EXPECT_EQ(session.picture(0)->version, good) << "the last picture stays";
     EXPECT_EQ(further_controls(session.look(), session.rows()), std::vector<size_t>{0});
     session.edit("", [](Look& l) { l.controls.erase(l.controls.begin()); });
-    EXPECT_TRUE(session.mix_error().empty());
+    EXPECT_TRUE(session.look_error().empty());
     EXPECT_NE(session.picture(0)->version, good);
 
     ASSERT_TRUE(write_file_atomically(path, "no preset").has_value());

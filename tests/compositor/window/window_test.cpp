@@ -209,9 +209,9 @@ TEST_F(WindowTest, MoreBouncesThanATableTakesAreSaid) {
     EXPECT_EQ(played.code, 0) << played.output;
 }
 
-/// The pictures of docs/window.md: with VELATURA_WINDOW_LAYERS=atelier.exr (scenes/atelier, 768 × 432,
-/// 56 samples, --halves) they are those of the page, written to VELATURA_WINDOW_PICTURES and made
-/// small by `oiiotool --compression jpeg:80`.
+/// The pictures of docs/window.md: with VELATURA_WINDOW_LAYERS=atelier.exr (scenes/atelier, 768 ×
+/// 432, 56 samples, --halves) they are those of the page, written to VELATURA_WINDOW_PICTURES and
+/// made small by `oiiotool --compression jpeg:80`.
 TEST_F(WindowTest, ATourTakesThePicturesOfTheDocs) {
     const char* layers = std::getenv("VELATURA_WINDOW_LAYERS");
     const char* folder = std::getenv("VELATURA_WINDOW_PICTURES");
@@ -244,6 +244,21 @@ TEST_F(WindowTest, ATourTakesThePicturesOfTheDocs) {
         EXPECT_EQ(picture->width, 1280);
         EXPECT_EQ(picture->height, 800);
     }
+}
+
+TEST_F(WindowTest, APictureOfAnotherLookSaysSo) {
+    const std::string preset = file("other.json"), saved = file("other.png");
+    ASSERT_TRUE(write_file_atomically(preset, R"({"schema": "velatura.look/1", "controls": [
+        {"do": "mute", "name": "moon"}]})")
+                    .has_value());
+    const Outcome played =
+        play(layers_ + " --preset " + preset, "wait\nscreenshot " + file("stale.png") +
+                                                  "\nhover stale\nkey ctrl+e\ntype " + saved +
+                                                  "\nkey enter\nwait\n");
+    EXPECT_EQ(played.code, 0) << played.output;
+    EXPECT_FALSE(fs::exists(saved));
+    const Outcome good = play(layers_, "wait\nhover stale\n");
+    EXPECT_EQ(good.code, 2) << "there is nothing to say";
 }
 
 TEST_F(WindowTest, WhatCannotBeOpenedIsSaid) {
