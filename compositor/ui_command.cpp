@@ -10,6 +10,7 @@
 #include <cstring>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,7 @@ namespace fs = std::filesystem;
 
 struct UiOptions {
     std::string input, preset;
+    std::optional<double> frame;
     std::vector<int> size;
 };
 
@@ -42,6 +44,7 @@ int run_ui(const UiOptions& o) {
     if (!program) return report(program.error());
     std::vector<std::string> arguments = {*program};
     if (!o.preset.empty()) arguments.insert(arguments.end(), {"--preset", o.preset});
+    if (o.frame) arguments.insert(arguments.end(), {"--frame", fmt::format("{}", *o.frame)});
     if (!o.size.empty()) {
         arguments.emplace_back("--size");
         for (const int v : o.size) arguments.push_back(std::to_string(v));
@@ -62,6 +65,7 @@ void add_ui_command(CLI::App& app, std::function<int()>& run) {
     CLI::App* command = app.add_subcommand("ui", "Mix in a window");
     command->add_option("input", o->input, "File of light layers");
     command->add_option("--preset", o->preset, "Look to start with (JSON)");
+    command->add_option("--frame", o->frame, "Frame at which keys are read (default: the file's)");
     command->add_option("--size", o->size, "Width and height of the window")->expected(2);
     command->callback([&run, o] { run = [o] { return run_ui(*o); }; });
 }

@@ -61,8 +61,9 @@ class Panel {
 
 }  // namespace
 
-Desktop::Desktop(const GlfwWindow& window)
-    : session_(RecentFiles(recent_list_path())),
+Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
+    : frame_(frame),
+      session_(RecentFiles(recent_list_path())),
       drawing_{session_, textures_, {}, window.fonts(), window.scale(), {}, {}, true, {}, false,
                {},       {},        {}},
       worker_([] { GlfwWindow::wake(); }) {
@@ -117,6 +118,7 @@ void Desktop::take_loaded() {
     drawing_.noise.reset();
     drawing_.cursor.reset();
     session_.show(loading_path_, *loaded);
+    if (frame_) session_.set_frame(*frame_);
     if (!loading_preset_.empty()) session_.load_preset(loading_preset_);
 }
 

@@ -16,7 +16,8 @@ namespace velatura::compositor::window {
 /// All panels, and what goes on behind them: loading, mixing, saving.
 class Desktop {
   public:
-    explicit Desktop(const GlfwWindow& window);
+    /// frame: at which keys are read; none: that of the file.
+    Desktop(const GlfwWindow& window, std::optional<double> frame);
 
     /// Loads in the background; the preset is for when it is there, empty for none.
     void open(const std::string& path, const std::string& preset);
@@ -49,6 +50,7 @@ class Desktop {
     void draw_desk();
     void request();
 
+    std::optional<double> frame_;
     Session session_;
     Textures textures_;
     Drawing drawing_;

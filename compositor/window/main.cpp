@@ -12,7 +12,7 @@
 #include <chrono>
 #include <cstdio>
 #include <exception>
-#include <set>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +24,7 @@ enum ExitCode { done = 0, failed = 1, usage = 2 };
 
 struct Options {
     std::string input, preset, script;
+    std::optional<double> frame;
     int width = 1600, height = 960;
     bool prints_times = false;
 };
@@ -88,7 +89,7 @@ int run(const Options& o) {
     if (!player) return report(player.error());
     auto window = GlfwWindow::open(o.width, o.height);
     if (!window) return report(window.error());
-    Desktop desktop(**window);
+    Desktop desktop(**window, o.frame);
     if (!o.input.empty()) desktop.open(o.input, o.preset);
 
     Times times;
@@ -133,6 +134,7 @@ int main(int argc, char** argv) {
     Options o;
     app.add_option("input", o.input, "File of light layers");
     app.add_option("--preset", o.preset, "Look to start with (JSON)");
+    app.add_option("--frame", o.frame, "Frame at which keys are read (default: the file's)");
     std::vector<int> size = {o.width, o.height};
     app.add_option("--size", size, "Width and height of the window")->expected(2);
     app.add_option("--script", o.script, "Play mouse and keys from a file, then quit");

@@ -229,25 +229,10 @@ void draw_rows(Drawing& drawing, const std::vector<std::string>& targets, size_t
     ImGui::EndTable();
 }
 
-/// Controls of the look that have no row: nothing that is in force is out of sight.
-void draw_further(Drawing& drawing) {
-    Session& session = drawing.session;
-    const std::vector<size_t> further = further_controls(session.look(), session.rows());
-    if (further.empty()) return;
-    ImGui::Separator();
-    text("Also in this look", colour::dim);
-    for (const size_t i : further) {
-        ImGui::PushID(int(i));
-        const std::string line = control_text(session.look().controls[i]);
-        const bool is_removed = quiet_button("remove", "×", true);
-        ImGui::SameLine();
-        text(line);
-        ImGui::PopID();
-        if (is_removed) {
-            session.edit("", [&](Look& l) { l.controls.erase(l.controls.begin() + long(i)); });
-            return;
-        }
-    }
+float further_height_of(const Session& session) {
+    const bool is_empty =
+        further_controls(session.look(), session.rows()).empty() && session.notes().empty();
+    return is_empty ? 0 : 7 * ImGui::GetFrameHeight();
 }
 
 bool begin_page(Drawing& drawing, const char* title, Page page) {
@@ -263,8 +248,7 @@ bool begin_page(Drawing& drawing, const char* title, Page page) {
 void draw_mixer(Drawing& drawing) {
     Session& session = drawing.session;
     const MixerRows& rows = session.rows();
-    const float further_height =
-        further_controls(session.look(), rows).empty() ? 0 : 7 * ImGui::GetFrameHeight();
+    const float further_height = further_height_of(session);
     const auto body = [&](const char* id, const std::function<void()>& draw) {
         if (ImGui::BeginChild(id, {0, -further_height})) draw();
         ImGui::EndChild();
@@ -289,7 +273,7 @@ void draw_mixer(Drawing& drawing) {
             body("shadows", [&] { draw_shadows(drawing); });
         ImGui::EndTabBar();
     }
-    draw_further(drawing);
+    if (further_height > 0) draw_further(drawing);
 }
 
 }  // namespace velatura::compositor::window

@@ -8,6 +8,9 @@ namespace velatura::compositor::window {
 /// Lights, bounces, cells and shadows: what a look is made of. Fills the current window.
 void draw_mixer(Drawing& drawing);
 
+/// What the look holds beside its rows: nothing that is in force is out of sight.
+void draw_further(Drawing& drawing);
+
 /// Gains per cell of the bounce × group matrix.
 void draw_cells(Drawing& drawing);
 

@@ -2,11 +2,13 @@
 #include "compositor/window/session.h"
 
 #include "base/atomic_file.h"
+#include "compositor/file_frame.h"
 #include "image/layer_file.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace velatura::compositor::window {
 
@@ -16,6 +18,13 @@ constexpr size_t longest_preset_bytes = size_t(1) << 24;
 constexpr float coarse_step = 0.25f, fine_step = 0.05f;  // stops
 constexpr float most_stops = 20;
 constexpr double zoom_step = 1.25;
+
+/// Looks of a frame that say the same, at the same values of their keys.
+bool same_picture(const Look& a, const Look& b) {
+    return same_look(a, b) &&
+           std::equal(a.controls.begin(), a.controls.end(), b.controls.begin(), b.controls.end(),
+                      [](const Control& c, const Control& d) { return c.factor == d.factor; });
+}
 
 }  // namespace
 
@@ -32,6 +41,7 @@ void Session::show(std::string path, std::shared_ptr<const Levels> levels) {
     fresh.view = look().view;
     history_.reset({fresh, fresh});
     active_ = 0;
+    frame_ = frame_of(stack().image()).value_or(0);
     pictures_ = {};
     transforms_.clear();
     set_page(Page::Lights);
@@ -48,6 +58,12 @@ void Session::edit(const std::string& gesture, const std::function<void(Look&)>&
     Looks looks = history_.now();
     change(looks[active_]);
     history_.change(std::move(looks), gesture);
+    after_change();
+}
+
+void Session::set_frame(double frame) {
+    if (!std::isfinite(frame)) return;
+    frame_ = frame;
     after_change();
 }
 
@@ -74,10 +90,10 @@ void Session::after_change() {
 }
 
 void Session::refresh(size_t index) {
-    const Look& wanted = look(index);
+    const Look wanted = look_at(look(index), frame_);
     std::optional<PictureTask>& picture = pictures_[index];
     look_errors_[index].clear();
-    if (picture && same_look(picture->look, wanted)) return;
+    if (picture && same_picture(picture->look, wanted)) return;
     auto plan = plan_mix(stack(), wanted);
     if (!plan) {
         look_errors_[index] = plan.error().message;
@@ -90,6 +106,12 @@ void Session::refresh(size_t index) {
     }
     picture = PictureTask{++last_version_, wanted, plans_by_level(*levels_, std::move(*plan)),
                           std::move(*transform)};
+}
+
+std::span<const std::string> Session::notes() const {
+    const std::optional<PictureTask>& picture = pictures_[active_];
+    if (!picture || !look_errors_[active_].empty()) return {};
+    return picture->plans[0]->notes;
 }
 
 std::string Session::look_error() const {
@@ -258,7 +280,8 @@ void Session::load_preset(const std::string& path) {
     const auto loaded = look_from_json(*text);
     if (!loaded) return tell(path + ": " + loaded.error().message, true);
     edit("", [&](Look& l) { l = *loaded; });
-    tell("look " + std::string(active_ == 0 ? "A" : "B") + " is that of " + path);
+    tell(fmt::format("look {} is that of {}{}", active_ == 0 ? "A" : "B", path,
+                     has_keys(*loaded) ? fmt::format(", its keys at frame {}", frame_) : ""));
 }
 
 void Session::save_preset(const std::string& path) {

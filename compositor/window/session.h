@@ -14,6 +14,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -71,6 +72,11 @@ class Session {
 
     bool can_redo() const { return history_.can_redo(); }
 
+    /// At which keys are read, and the picture is that of: at first that of the file.
+    double frame() const { return frame_; }
+
+    void set_frame(double frame);
+
     /// Both looks: it is one monitor.
     void set_display(const std::string& display, const std::string& view);
     bool is_soloing() const;
@@ -125,6 +131,9 @@ class Session {
     /// look before. Empty: nothing.
     std::string look_error() const;
 
+    /// What the active look asks for and the file has no need of.
+    std::span<const std::string> notes() const;
+
   private:
     void after_change();
     void refresh(size_t index);
@@ -140,6 +149,7 @@ class Session {
     MixerRows rows_;
     History history_;
     size_t active_ = 0;
+    double frame_ = 0;
     std::array<std::optional<PictureTask>, 2> pictures_;
     std::array<std::string, 2> look_errors_;
     uint64_t last_version_ = 0;

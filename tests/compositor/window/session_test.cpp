@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace velatura::compositor::window {
 namespace {
 
@@ -129,6 +131,67 @@ TEST(Session, PresetsAreThoseOfTheCommand) {
     EXPECT_FLOAT_EQ(row_state(session.look(), "key").stops, 1.5f);
     press(session, "ctrl+z");
     EXPECT_TRUE(session.look().controls.empty());
+}
+
+TEST(Session, KeysAreReadAtTheFrameAndKept) {
+    film::LayerSet set = film::test_layer_set();
+    film::Film film({0, 0, 12, 9}, set);
+    film::render(film, 0, 2);
+    film::FileInfo info;
+    info.scene_json = R"({"frame": 7.0})";
+    const std::string layers = film::temporary_file("frame.exr");
+    ASSERT_TRUE(film.write(layers, info).has_value());
+    Session session{RecentFiles("")};
+    session.show(layers, levels_of(layers));
+    EXPECT_EQ(session.frame(), 7);
+
+    const std::string path = film::temporary_file("keys.json");
+    ASSERT_TRUE(write_file_atomically(path, R"({"schema": "velatura.look/1", "controls": [
+        {"do": "gain", "name": "key", "keys": {"1": "0st", "13": "2st"}}]})")
+                    .has_value());
+    session.load_preset(path);
+    EXPECT_NE(session.message().text.find("frame 7"), std::string::npos) << session.message().text;
+    const auto picture_is_that_of = [&](double frame) {
+        const PictureTask& task = *session.picture(0);
+        const Look look = look_at(session.look(), frame);
+        const auto plan = plan_mix(session.stack(), look);
+        EXPECT_TRUE(plan.has_value());
+        const auto expected = apply_mix(session.stack(), *plan, look, false);
+        const auto shown = apply_mix(session.stack(), *task.plans[0], task.look, false);
+        return std::get<std::vector<float>>(shown.find("G")->data) ==
+               std::get<std::vector<float>>(expected.find("G")->data);
+    };
+    EXPECT_TRUE(picture_is_that_of(7));
+    EXPECT_FALSE(picture_is_that_of(1));
+    session.set_frame(13);
+    EXPECT_TRUE(picture_is_that_of(13));
+    session.set_frame(std::numeric_limits<double>::infinity());
+    EXPECT_EQ(session.frame(), 13);
+
+    // Another gain of the row is beside the keys, which a saved preset still holds
+    session.edit("", [](Look& l) { set_stops(l, "key", 1); });
+    EXPECT_TRUE(picture_is_that_of(13));
+    session.save_preset(path);
+    const auto saved = look_from_json(*read_file(path));
+    ASSERT_TRUE(saved.has_value());
+    ASSERT_EQ(saved->controls.size(), 2u);
+    EXPECT_EQ(saved->controls[0].keys, session.look().controls[0].keys);
+    EXPECT_EQ(saved->controls[0].keys.size(), 2u);
+}
+
+TEST(Session, TellsWhatTheFileHasNoNeedOf) {
+    Session session = session_of_small();
+    EXPECT_TRUE(session.notes().empty());
+    session.edit(
+        "", [](Look& l) { l.controls.push_back(*parse_control(Control::Kind::Clamp, "all=1")); });
+    ASSERT_EQ(session.notes().size(), 1u);
+    EXPECT_NE(session.notes()[0].find("--clamp"), std::string::npos);
+    session.edit("", [](Look& l) { set_muted(l, "moon", true); });
+    EXPECT_TRUE(session.notes().empty());
+    press(session, "ctrl+z");
+    EXPECT_EQ(session.notes().size(), 1u);
+    press(session, "ctrl+z");
+    EXPECT_TRUE(session.notes().empty());
 }
 
 TEST(Session, APresetOfAnotherShotSaysWhatItCannotFind) {

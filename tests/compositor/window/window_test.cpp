@@ -246,6 +246,27 @@ TEST_F(WindowTest, ATourTakesThePicturesOfTheDocs) {
     }
 }
 
+TEST_F(WindowTest, KeysAreThoseOfTheFrame) {
+    const std::string preset = file("keyed.json");
+    ASSERT_TRUE(write_file_atomically(preset, R"({"schema": "velatura.look/1", "controls": [
+        {"do": "gain", "name": "key", "keys": {"1": "0st", "24": "3st"}}]})")
+                    .has_value());
+    const Outcome played = play(layers_ + " --frame 13 --preset " + preset,
+                                "wait\nkey 1\nwait\nscreenshot " + file("frame13.png") +
+                                    " picture\nclick frame double\ntype 24\nkey enter\nwait\n"
+                                    "screenshot " +
+                                    file("frame24.png") + " picture\n");
+    ASSERT_EQ(played.code, 0) << played.output;
+    for (const std::string frame : {"13", "24"}) {
+        const std::string mixed = file("mixed" + frame + ".png");
+        ASSERT_EQ(run("env OCIO= " + bin + "/velatura-comp mix " + layers_ + " --preset " + preset +
+                      " --frame " + frame + " -o " + mixed)
+                      .code,
+                  0);
+        expect_same_picture(file("frame" + frame + ".png"), mixed);
+    }
+}
+
 TEST_F(WindowTest, APictureOfAnotherLookSaysSo) {
     const std::string preset = file("other.json"), saved = file("other.png");
     ASSERT_TRUE(write_file_atomically(preset, R"({"schema": "velatura.look/1", "controls": [
