@@ -10,7 +10,6 @@
 #include "compositor/window/widgets.h"
 
 #include <algorithm>
-#include <chrono>
 
 namespace velatura::compositor::window {
 
@@ -22,11 +21,6 @@ Result<std::shared_ptr<const Levels>> load(const std::string& path) {
     auto levels = Levels::make(std::make_shared<const LayerStack>(std::move(*stack)));
     if (!levels) return levels.error();
     return std::make_shared<const Levels>(std::move(*levels));
-}
-
-template <class T>
-bool is_ready(const std::optional<std::future<T>>& future) {
-    return future && future->wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
 /// Tells requests apart.
@@ -66,7 +60,9 @@ Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
       session_(RecentFiles(recent_list_path())),
       drawing_{session_, textures_, {}, window.fonts(), window.scale(), {}, {}, true, {}, false,
                {},       {},        {}},
-      worker_([] { GlfwWindow::wake(); }) {
+      worker_(GlfwWindow::wake),
+      loading_(GlfwWindow::wake),
+      saving_(GlfwWindow::wake) {
     if (auto displays = image::display_views()) {
         drawing_.displays = std::move(*displays);
     } else {
@@ -77,12 +73,10 @@ Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
 }
 
 void Desktop::open(const std::string& path, const std::string& preset) {
-    loading_path_ = path;
-    loading_preset_ = preset;
-    loading_ = std::async(std::launch::async, [path] {
-        auto loaded = load(path);
-        GlfwWindow::wake();
-        return loaded;
+    loading_.replace([path, preset]() -> Result<Loaded> {
+        auto levels = load(path);
+        if (!levels) return levels.error();
+        return Loaded{path, preset, std::move(*levels)};
     });
     session_.tell("loading " + path);
 }
@@ -100,51 +94,47 @@ void Desktop::press(const KeyPress& key) {
 }
 
 void Desktop::save_picture(const std::string& path) {
-    saving_path_ = path;
     session_.tell("saving " + path);
-    saving_ = std::async(std::launch::async, [write = session_.picture_writer(path)] {
-        auto written = write();
-        GlfwWindow::wake();
-        return written;
+    saving_.add([path, write = session_.picture_writer(path)]() -> Result<std::string> {
+        if (const auto written = write(); !written) return written.error();
+        return path;
     });
 }
 
 void Desktop::take_loaded() {
-    if (!is_ready(loading_)) return;
-    const auto loaded = loading_->get();
-    loading_.reset();
-    if (!loaded) return session_.tell(loaded.error().message, true);
-    textures_.show(*loaded);
+    const auto loaded = loading_.take();
+    if (!loaded) return;
+    if (!*loaded) return session_.tell(loaded->error().message, true);
+    const Loaded& file = **loaded;
+    textures_.show(file.levels);
     drawing_.noise.reset();
     drawing_.cursor.reset();
-    session_.show(loading_path_, *loaded);
+    session_.show(file.path, file.levels);
     if (frame_) session_.set_frame(*frame_);
-    if (!loading_preset_.empty()) session_.load_preset(loading_preset_);
+    if (!file.preset.empty()) session_.load_preset(file.preset);
 }
 
 void Desktop::take_news() {
     WorkNews news = worker_.take();
     for (const FinishedTile& tile : news.tiles) textures_.take(tile);
+    if (!news.error.empty()) session_.tell("not mixed: " + news.error, true);
     if (news.noise) drawing_.noise = std::move(news.noise);
     const PictureTask* picture =
         session_.has_file() ? session_.picture(session_.active()) : nullptr;
     drawing_.is_noise_old = !picture || news.noise_version != picture->version;
     drawing_.times = news.times;
-    drawing_.is_working = !news.is_idle || loading_ || saving_;
+    drawing_.is_working = !news.is_idle || loading_.is_busy() || saving_.is_busy();
 }
 
 void Desktop::take_up() {
     take_loaded();
-    if (is_ready(saving_)) {
-        const auto saved = saving_->get();
-        saving_.reset();
-        session_.tell(saved ? "saved " + saving_path_ : saved.error().message, !saved);
-    }
+    if (const auto saved = saving_.take())
+        session_.tell(*saved ? "saved " + **saved : saved->error().message, !*saved);
     take_news();
 }
 
 bool Desktop::is_settled() const {
-    return !drawing_.is_working && !loading_ && !saving_;
+    return !drawing_.is_working && !loading_.is_busy() && !saving_.is_busy();
 }
 
 void Desktop::request() {

@@ -4,9 +4,9 @@
 #include "compositor/window/dialogs.h"
 #include "compositor/window/drawing.h"
 #include "compositor/window/glfw_window.h"
+#include "compositor/window/jobs.h"
 #include "compositor/window/worker.h"
 
-#include <future>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,6 +30,9 @@ class Desktop {
 
     bool wants_to_quit() const { return session_.wants_to_quit(); }
 
+    /// What was asked to be saved is not all on the disk.
+    bool is_saving() const { return saving_.is_busy(); }
+
     /// Nothing is being loaded, mixed or saved.
     bool is_settled() const;
 
@@ -43,6 +46,11 @@ class Desktop {
     const Session& session() const { return session_; }
 
   private:
+    struct Loaded {
+        std::string path, preset;
+        std::shared_ptr<const Levels> levels;
+    };
+
     void take_up();
     void take_loaded();
     void take_news();
@@ -57,10 +65,8 @@ class Desktop {
     Dialogs dialogs_;
     Worker worker_;
     uint64_t asked_ = 0;  ///< digest of the last request
-    std::string loading_path_, loading_preset_;
-    std::optional<std::future<Result<std::shared_ptr<const Levels>>>> loading_;
-    std::string saving_path_;
-    std::optional<std::future<Result<void>>> saving_;
+    Jobs<Loaded> loading_;
+    Jobs<std::string> saving_;  ///< the path
 };
 
 }  // namespace velatura::compositor::window

@@ -3,6 +3,8 @@
 
 #include "base/tasks.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -14,6 +16,8 @@ namespace {
 /// Pixels that any machine mixes within a frame or two.
 constexpr size_t quick_pixels = 150'000;
 constexpr size_t smallest_pixels = 20'000;
+/// Of a picture, stored or not: 65,536 tiles.
+constexpr size_t most_pixels = size_t(1) << 32;
 
 bool is_mixed(const image::LayerEntry& entry) {
     return entry.family != "halves" && entry.family != "data" && !entry.is_empty;
@@ -130,6 +134,10 @@ image::Image half_size(const LayerStack& stack) {
 Result<Levels> Levels::make(std::shared_ptr<const LayerStack> stack) {
     Levels levels;
     levels.stacks_.push_back(std::move(stack));
+    const image::Window whole = levels.frame(0);
+    if (whole.pixel_count() > most_pixels)
+        return Error{"too-large", fmt::format("a picture of {} x {} pixels is too large to show",
+                                              whole.width(), whole.height())};
     while (levels.frame(levels.count() - 1).pixel_count() > smallest_pixels) {
         auto smaller = LayerStack::from_image(
             half_size(*levels.stacks_.back()),

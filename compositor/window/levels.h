@@ -12,7 +12,7 @@ namespace velatura::compositor::window {
 /// A file at its own size and at halves, quarters … of it, for mixes at the size of the screen.
 class Levels {
   public:
-    /// Errors: those of LayerStack::from_image, which a file that was loaded does not have.
+    /// Errors: "too-large" (a picture of more pixels than the window can cut into tiles).
     static Result<Levels> make(std::shared_ptr<const LayerStack> stack);
 
     size_t count() const { return stacks_.size(); }

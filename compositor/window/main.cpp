@@ -93,7 +93,11 @@ int run(const Options& o) {
     if (!o.input.empty()) desktop.open(o.input, o.preset);
 
     Times times;
-    while (!(*window)->is_closing() && !desktop.wants_to_quit()) {
+    const auto is_over = [&] {
+        return (*window)->is_closing() || desktop.wants_to_quit() ||
+               (*player && (*player)->is_over());
+    };
+    while (!is_over() || desktop.is_saving()) {
         (*window)->wait(*player ? (*player)->patience() : patience(desktop));
         const auto begun = std::chrono::steady_clock::now();
         Result<void> played;
@@ -118,7 +122,6 @@ int run(const Options& o) {
         times.add_mix(desktop.times());
         if (*player && desktop.has_failed())
             return report({"io-open", desktop.session().message().text});
-        if (*player && (*player)->is_over()) break;
     }
     if (o.prints_times) times.print();
     return done;

@@ -2,6 +2,7 @@
 #include "compositor/window/worker.h"
 
 #include "base/tasks.h"
+#include "compositor/window/jobs.h"
 #include "compositor/window/tile_mix.h"
 
 #include <algorithm>
@@ -65,7 +66,14 @@ void Worker::run(const std::stop_token& stop) {
                 is_working_ = true;
             }
         }
-        if (request.levels && work_once(request)) continue;
+        if (request.levels) {
+            const auto worked = guarded<bool>([&]() -> Result<bool> { return work_once(request); });
+            if (worked && *worked) continue;
+            if (!worked) {
+                request = {};
+                give_up(worked.error().message);
+            }
+        }
         {
             std::unique_lock lock(mutex_);
             if (newest_) continue;
@@ -75,6 +83,15 @@ void Worker::run(const std::stop_token& stop) {
         std::unique_lock lock(mutex_);
         changed_.wait(lock, stop, [this] { return newest_.has_value(); });
     }
+}
+
+/// Forgets the request and what was begun for it; the next one begins anew.
+void Worker::give_up(const std::string& why) {
+    levels_.reset();
+    order_ = {};
+    noise_.reset();
+    const std::lock_guard lock(mutex_);
+    news_.error = why;
 }
 
 /// False when nothing is left to do.

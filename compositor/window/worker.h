@@ -13,6 +13,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -55,6 +56,7 @@ struct WorkNews {
     std::optional<LiveNoise> noise;  ///< where something was added to it
     uint64_t noise_version = 0;
     MixTimes times;
+    std::string error;  ///< what ended the work on a request; empty: nothing
     bool is_idle = true;
 };
 
@@ -74,6 +76,7 @@ class Worker {
   private:
     void run(const std::stop_token& stop);
     bool work_once(const WorkRequest& request);
+    void give_up(const std::string& why);
     void mix_batch(const WorkRequest& request, const TileBatch& batch);
     bool advance_noise(const WorkRequest& request);
     void keep_time(const WorkRequest& request);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/window/levels.h"
 
+#include "compositor/made_layers.h"
 #include "compositor/window/tile_mix.h"
 #include "window_stack.h"
 
@@ -94,6 +95,17 @@ TEST(Levels, HaveAPixelForEachOfTheScreen) {
     EXPECT_EQ(levels->level_for(0.2), 2u);
     EXPECT_EQ(levels->level_for(0.001), 2u);
     EXPECT_EQ(levels->quick_level(), 1u);
+}
+
+TEST(Levels, APictureThatNoWindowCanShowIsRefused) {
+    // Few pixels are stored, but each tile of the picture would have a place in memory
+    image::Image image = made_layers();
+    image.display = {0, 0, 2'000'000'000, 2'000'000'000};
+    auto stack = LayerStack::from_image(std::move(image));
+    ASSERT_TRUE(stack.has_value());
+    const auto levels = Levels::make(std::make_shared<const LayerStack>(std::move(*stack)));
+    ASSERT_FALSE(levels.has_value());
+    EXPECT_EQ(levels.error().code, "too-large");
 }
 
 }  // namespace

@@ -282,6 +282,18 @@ TEST_F(WindowTest, APictureOfAnotherLookSaysSo) {
     EXPECT_EQ(good.code, 2) << "there is nothing to say";
 }
 
+TEST_F(WindowTest, SavesDoNotWaitForEachOtherAndAreDoneBeforeTheEnd) {
+    std::string script = "wait\n";
+    for (const char* name : {"one.exr", "two.png", "three.exr"})
+        script += "key ctrl+e\ntype " + file(name) + "\nkey enter\nkey m\n";
+    const Outcome played = play(layers_, script + "key ctrl+q\n");
+    EXPECT_EQ(played.code, 0) << played.output;
+    for (const char* name : {"one.exr", "two.png", "three.exr"})
+        EXPECT_TRUE(fs::exists(file(name))) << name;
+    const auto one = read_file(file("one.exr")), three = read_file(file("three.exr"));
+    EXPECT_TRUE(one && three && *one == *three) << "m twice";
+}
+
 TEST_F(WindowTest, WhatCannotBeOpenedIsSaid) {
     const Outcome missing = play(file("missing.exr"), "wait\n");
     EXPECT_EQ(missing.code, 1);

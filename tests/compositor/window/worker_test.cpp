@@ -6,8 +6,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <map>
+#include <stdexcept>
 #include <thread>
 
 namespace velatura::compositor::window {
@@ -96,6 +98,28 @@ TEST_F(WorkerTest, ALookThatIsUpToDateIsNotMixedAgain) {
     session_.perform(Action::ZoomOne);
     worker_.request(session_.work_request());
     EXPECT_TRUE(gather(worker_).tiles.empty());
+}
+
+TEST_F(WorkerTest, WhatIsThrownIsToldAndTheNextRequestBeginsAnew) {
+    std::atomic<bool> has_thrown = false;
+    Worker worker([&] {
+        if (!has_thrown.exchange(true)) throw std::runtime_error("a hole in the memory");
+    });
+    std::string error;
+    Gathered all;
+    worker.request(session_.work_request());
+    for (bool is_idle = false; !is_idle;) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        const WorkNews news = worker.take();
+        error += news.error;
+        is_idle = news.is_idle;
+    }
+    EXPECT_EQ(error, "a hole in the memory");
+    worker.request(session_.work_request());
+    size_t pixels = 0;
+    for (const FinishedTile& tile : gather(worker).tiles)
+        pixels += tile.level == 0 ? tile.window.pixel_count() : 0;
+    EXPECT_EQ(pixels, 300u * 130u);
 }
 
 TEST_F(WorkerTest, EndsInTheMiddleOfItsWork) {
