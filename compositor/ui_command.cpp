@@ -63,7 +63,7 @@ int run_ui(const UiOptions& o) {
 void add_ui_command(CLI::App& app, std::function<int()>& run) {
     const auto o = std::make_shared<UiOptions>();
     CLI::App* command = app.add_subcommand("ui", "Mix in a window");
-    command->add_option("input", o->input, "File of light layers");
+    command->add_option("input", o->input, "File of light layers, or a look (.json)");
     command->add_option("--preset", o->preset, "Look to start with (JSON)");
     command->add_option("--frame", o->frame, "Frame at which keys are read (default: the file's)");
     command->add_option("--size", o->size, "Width and height of the window")->expected(2);

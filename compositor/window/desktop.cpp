@@ -68,25 +68,18 @@ Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
     } else {
         session_.tell(displays.error().message, true);
     }
-    drawing_.open_file = [this](const std::string& path) { open(path, ""); };
+    drawing_.open_file = [this](const std::string& path) { open(path); };
     drawing_.save_picture = [this](const std::string& path) { save_picture(path); };
 }
 
-void Desktop::open(const std::string& path, const std::string& preset) {
-    loading_.replace([path, preset]() -> Result<Loaded> {
+void Desktop::open(const std::string& path) {
+    if (path.ends_with(".json")) return session_.load_preset(path);
+    loading_.replace([path]() -> Result<Loaded> {
         auto levels = load(path);
         if (!levels) return levels.error();
-        return Loaded{path, preset, std::move(*levels)};
+        return Loaded{path, std::move(*levels)};
     });
     session_.tell("loading " + path);
-}
-
-void Desktop::drop(const std::string& path) {
-    if (path.ends_with(".json")) {
-        if (session_.has_file()) session_.load_preset(path);
-    } else {
-        open(path, "");
-    }
 }
 
 void Desktop::press(const KeyPress& key) {
@@ -111,7 +104,6 @@ void Desktop::take_loaded() {
     drawing_.cursor.reset();
     session_.show(file.path, file.levels);
     if (frame_) session_.set_frame(*frame_);
-    if (!file.preset.empty()) session_.load_preset(file.preset);
 }
 
 void Desktop::take_news() {

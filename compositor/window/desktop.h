@@ -19,10 +19,11 @@ class Desktop {
     /// frame: at which keys are read; none: that of the file.
     Desktop(const GlfwWindow& window, std::optional<double> frame);
 
-    /// Loads in the background; the preset is for when it is there, empty for none.
-    void open(const std::string& path, const std::string& preset);
-    /// A file that was dropped: layers or a preset.
-    void drop(const std::string& path);
+    /// Layers, which are loaded in the background, or a preset (.json).
+    void open(const std::string& path);
+
+    void load_preset(const std::string& path) { session_.load_preset(path); }
+
     void press(const KeyPress& key);
 
     /// Takes up what became ready and draws everything.
@@ -47,7 +48,7 @@ class Desktop {
 
   private:
     struct Loaded {
-        std::string path, preset;
+        std::string path;
         std::shared_ptr<const Levels> levels;
     };
 

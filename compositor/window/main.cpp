@@ -31,7 +31,7 @@ struct Options {
 
 int report(const Error& error) {
     fmt::print(stderr, "velatura-comp-ui: error: {} [{}]\n", error.message, error.code);
-    return error.code == "bad-script" ? usage : failed;
+    return error.code == "bad-script" || error.code == "bad-arguments" ? usage : failed;
 }
 
 double median(std::vector<double> values, double share = 0.5) {
@@ -84,13 +84,25 @@ double patience(const Desktop& desktop) {
     return desktop.is_settled() ? 0.25 : 0.1;
 }
 
+bool is_preset(const std::string& path) {
+    return path.ends_with(".json");
+}
+
 int run(const Options& o) {
+    if (is_preset(o.input) && !o.preset.empty())
+        return report({"bad-arguments", "--preset and " + o.input + " are two presets"});
     auto player = player_of(o.script);
     if (!player) return report(player.error());
     auto window = GlfwWindow::open(o.width, o.height);
     if (!window) return report(window.error());
     Desktop desktop(**window, o.frame);
-    if (!o.input.empty()) desktop.open(o.input, o.preset);
+    for (const std::string& path : {o.preset, is_preset(o.input) ? o.input : std::string()}) {
+        if (path.empty()) continue;
+        desktop.load_preset(path);
+        const Message& said = desktop.session().message();
+        if (said.is_error) return report({"bad-preset", said.text});
+    }
+    if (!o.input.empty() && !is_preset(o.input)) desktop.open(o.input);
 
     Times times;
     const auto is_over = [&] {
@@ -105,9 +117,9 @@ int run(const Options& o) {
             if (*player) played = (*player)->play(desktop.marks(), desktop.is_settled());
         });
         if (!played) return report(played.error());
-        for (const std::string& path : (*window)->take_dropped()) desktop.drop(path);
+        for (const std::string& path : (*window)->take_dropped()) desktop.open(path);
         if (*player) {
-            if (const auto path = (*player)->take_dropped()) desktop.drop(*path);
+            if (const auto path = (*player)->take_dropped()) desktop.open(*path);
         }
         if (!ImGui::GetIO().WantTextInput) {
             for (const KeyPress& key : (*window)->pressed_keys()) desktop.press(key);
@@ -135,7 +147,7 @@ int main(int argc, char** argv) {
     using namespace velatura::compositor::window;
     CLI::App app("The light mixer of Velatura: docs/window.md.", "velatura-comp-ui");
     Options o;
-    app.add_option("input", o.input, "File of light layers");
+    app.add_option("input", o.input, "File of light layers, or a look (.json)");
     app.add_option("--preset", o.preset, "Look to start with (JSON)");
     app.add_option("--frame", o.frame, "Frame at which keys are read (default: the file's)");
     std::vector<int> size = {o.width, o.height};

@@ -32,7 +32,7 @@ void draw_menus(Drawing& drawing) {
         entry(drawing, "Open …", Action::OpenFile);
         draw_recent(drawing);
         ImGui::Separator();
-        entry(drawing, "Load preset …", Action::OpenPreset, has_file);
+        entry(drawing, "Load preset …", Action::OpenPreset);
         entry(drawing, "Save preset …", Action::SavePreset, has_file);
         entry(drawing, "Save picture …", Action::SavePicture, has_file);
         ImGui::Separator();

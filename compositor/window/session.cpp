@@ -52,6 +52,7 @@ void Session::show(std::string path, std::shared_ptr<const Levels> levels) {
     tell(fmt::format(
         "{} layers, {} {}", stack().header().layers.size(), rows_of_file,
         stack().is_plain() ? "rows of a file without a header of Velatura" : "light groups"));
+    if (waiting_) take_over(*std::exchange(waiting_, std::nullopt));
 }
 
 void Session::edit(const std::string& gesture, const std::function<void(Look&)>& change) {
@@ -207,6 +208,8 @@ void Session::perform(Action action) {
     switch (action) {
         case Action::OpenFile:
             return set_dialog(Dialog::OpenFile);
+        case Action::OpenPreset:
+            return set_dialog(Dialog::OpenPreset);
         case Action::ShowHelp:
             return set_dialog(Dialog::Help);
         case Action::Quit:
@@ -218,8 +221,6 @@ void Session::perform(Action action) {
     // All others need something to work on
     if (!has_file()) return;
     switch (action) {
-        case Action::OpenPreset:
-            return set_dialog(Dialog::OpenPreset);
         case Action::SavePreset:
             return set_dialog(Dialog::SavePreset);
         case Action::SavePicture:
@@ -279,9 +280,16 @@ void Session::load_preset(const std::string& path) {
     if (!text) return tell(text.error().message, true);
     const auto loaded = look_from_json(*text);
     if (!loaded) return tell(path + ": " + loaded.error().message, true);
-    edit("", [&](Look& l) { l = *loaded; });
-    tell(fmt::format("look {} is that of {}{}", active_ == 0 ? "A" : "B", path,
-                     has_keys(*loaded) ? fmt::format(", its keys at frame {}", frame_) : ""));
+    const Preset preset = {path, *loaded};
+    if (has_file()) return take_over(preset);
+    waiting_ = preset;
+    tell(path + " waits for light layers: drop or open a file");
+}
+
+void Session::take_over(const Preset& preset) {
+    edit("", [&](Look& l) { l = preset.look; });
+    tell(fmt::format("look {} is that of {}{}", active_ == 0 ? "A" : "B", preset.path,
+                     has_keys(preset.look) ? fmt::format(", its keys at frame {}", frame_) : ""));
 }
 
 void Session::save_preset(const std::string& path) {

@@ -118,6 +118,7 @@ class Session {
 
     // Files
 
+    /// Of the active look; without a file the preset waits for one.
     void load_preset(const std::string& path);
     void save_preset(const std::string& path);
     /// What to run, in a thread of its own if need be, to write the picture of the active look.
@@ -135,7 +136,13 @@ class Session {
     std::span<const std::string> notes() const;
 
   private:
+    struct Preset {
+        std::string path;
+        Look look;
+    };
+
     void after_change();
+    void take_over(const Preset& preset);
     void refresh(size_t index);
     Result<std::shared_ptr<const image::DisplayTransform>> transform_for(const Look& look);
     void select_neighbour(int step);
@@ -150,6 +157,8 @@ class Session {
     History history_;
     size_t active_ = 0;
     double frame_ = 0;
+
+    std::optional<Preset> waiting_;  ///< for a file
     std::array<std::optional<PictureTask>, 2> pictures_;
     std::array<std::string, 2> look_errors_;
     uint64_t last_version_ = 0;

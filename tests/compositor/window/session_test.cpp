@@ -133,6 +133,23 @@ TEST(Session, PresetsAreThoseOfTheCommand) {
     EXPECT_TRUE(session.look().controls.empty());
 }
 
+TEST(Session, APresetWaitsForAFile) {
+    const std::string path = film::temporary_file("waits.json");
+    ASSERT_TRUE(write_file_atomically(path, R"({"schema": "velatura.look/1", "controls": [
+        {"do": "gain", "name": "key", "value": "+2st"}]})")
+                    .has_value());
+    Session session{RecentFiles("")};
+    session.load_preset(path);
+    EXPECT_FALSE(session.message().is_error);
+    EXPECT_NE(session.message().text.find("waits.json waits"), std::string::npos);
+    session.show("small.exr", small_levels());
+    EXPECT_FLOAT_EQ(row_state(session.look(), "key").stops, 2);
+    EXPECT_FALSE(row_state(session.look(1), "key").stops > 0);
+    // For the first file only
+    session.show("small.exr", small_levels());
+    EXPECT_EQ(row_state(session.look(), "key"), RowState());
+}
+
 TEST(Session, KeysAreReadAtTheFrameAndKept) {
     film::LayerSet set = film::test_layer_set();
     film::Film film({0, 0, 12, 9}, set);

@@ -267,6 +267,27 @@ TEST_F(WindowTest, KeysAreThoseOfTheFrame) {
     }
 }
 
+TEST_F(WindowTest, APresetMayComeBeforeTheFile) {
+    const std::string preset = file("before.json"), saved = file("after.json");
+    ASSERT_TRUE(write_file_atomically(preset, R"({"schema": "velatura.look/1", "controls": [
+        {"do": "mute", "name": "key"}]})")
+                    .has_value());
+    const std::string script =
+        "frames 2\ndrop " + layers_ + "\nwait\nkey ctrl+s\ntype " + saved + "\nkey enter\nwait\n";
+    for (const std::string& arguments : {"--preset " + preset, preset}) {
+        fs::remove(saved);
+        const Outcome played = play(arguments, script);
+        ASSERT_EQ(played.code, 0) << played.output;
+        const auto text = read_file(saved);
+        ASSERT_TRUE(text.has_value());
+        EXPECT_TRUE(row_state(*look_from_json(*text), "key").is_muted) << arguments;
+    }
+    EXPECT_EQ(play(preset + " --preset " + preset, "wait\n").code, 2);
+    const Outcome missing = play(layers_ + " --preset " + file("missing.json"), "wait\n");
+    EXPECT_EQ(missing.code, 1);
+    EXPECT_NE(missing.output.find("missing.json"), std::string::npos) << missing.output;
+}
+
 TEST_F(WindowTest, APictureOfAnotherLookSaysSo) {
     const std::string preset = file("other.json"), saved = file("other.png");
     ASSERT_TRUE(write_file_atomically(preset, R"({"schema": "velatura.look/1", "controls": [
