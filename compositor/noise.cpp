@@ -262,17 +262,15 @@ Result<MixError> mix_error(const LayerStack& stack, const MixPlan& plan, const L
 }
 
 Result<NoiseForecast> forecast_noise(const LayerStack& stack,
-                                     const Look& look,
-                                     std::optional<double> target) {
-    const auto plan = plan_mix(stack, look);
-    if (!plan) return plan.error();
+                                     const MixPlan& plan,
+                                     const Look& look) {
     // The same layers, so that a unit look has the error of the render to the last bit
     MixPlan unit;
-    unit.terms = plan->terms;
+    unit.terms = plan.terms;
     for (Term& term : unit.terms) term = {term.layer};
     const auto rendered = mix_error(stack, unit, {});
     if (!rendered) return rendered.error();
-    auto mix = mix_error(stack, *plan, look);
+    auto mix = mix_error(stack, plan, look);
     if (!mix) return mix.error();
 
     NoiseForecast out;
@@ -282,20 +280,30 @@ Result<NoiseForecast> forecast_noise(const LayerStack& stack,
 
     const auto add = [&](const std::vector<Row>& rows,
                          std::vector<RowNoise>& shares) -> Result<void> {
-        auto found = shares_of(stack, look, *plan, *mix, rows);
+        auto found = shares_of(stack, look, plan, *mix, rows);
         if (!found) return found.error();
         shares = std::move(*found);
         return {};
     };
-    for (const auto& done : {add(rows_by(stack, *plan, &image::LayerEntry::group), out.groups),
-                             add(rows_by(stack, *plan, &image::LayerEntry::bounce), out.bounces),
-                             add(shadow_rows(*plan), out.shadows)}) {
+    for (const auto& done : {add(rows_by(stack, plan, &image::LayerEntry::group), out.groups),
+                             add(rows_by(stack, plan, &image::LayerEntry::bounce), out.bounces),
+                             add(shadow_rows(plan), out.shadows)}) {
         if (!done) return done.error();
     }
-    auto advice = advise(stack, look, out.mix.value, target.value_or(out.rendered.value));
-    if (!advice) return advice.error();
-    out.advice = std::move(*advice);
     out.error = std::move(*mix);
+    return out;
+}
+
+Result<NoiseForecast> forecast_noise(const LayerStack& stack,
+                                     const Look& look,
+                                     std::optional<double> target) {
+    const auto plan = plan_mix(stack, look);
+    if (!plan) return plan.error();
+    auto out = forecast_noise(stack, *plan, look);
+    if (!out) return out;
+    auto advice = advise(stack, look, out->mix.value, target.value_or(out->rendered.value));
+    if (!advice) return advice.error();
+    out->advice = std::move(*advice);
     return out;
 }
 

@@ -73,4 +73,9 @@ Result<NoiseForecast> forecast_noise(const LayerStack& stack,
                                      const Look& look,
                                      std::optional<double> target);
 
+/// The same of a plan at hand, without advice. Errors: "halves-not-stored".
+Result<NoiseForecast> forecast_noise(const LayerStack& stack,
+                                     const MixPlan& plan,
+                                     const Look& look);
+
 }  // namespace velatura::compositor

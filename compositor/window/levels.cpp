@@ -148,9 +148,20 @@ Result<Levels> Levels::make(std::shared_ptr<const LayerStack> stack) {
     return levels;
 }
 
-std::vector<std::shared_ptr<const MixPlan>> plans_by_level(const Levels& levels, MixPlan plan) {
-    std::vector<std::shared_ptr<const MixPlan>> plans;
+LevelPlans plans_by_level(const Levels& levels, MixPlan plan, std::span<const LevelPlans> earlier) {
+    LevelPlans plans;
     plans.push_back(std::make_shared<const MixPlan>(std::move(plan)));
+    // The values of the whole file are those of one matte, whatever its number in a plan
+    const auto known = [&](const Matte& whole,
+                           size_t level) -> std::shared_ptr<const std::vector<float>> {
+        for (const LevelPlans& other : earlier) {
+            const std::vector<Matte>& mattes = other[0]->mattes;
+            for (size_t m = 0; m < mattes.size(); ++m) {
+                if (mattes[m].values == whole.values) return other[level]->mattes[m].values;
+            }
+        }
+        return nullptr;
+    };
     while (plans.size() < levels.count()) {
         if (plans[0]->mattes.empty()) {
             plans.push_back(plans[0]);
@@ -159,7 +170,12 @@ std::vector<std::shared_ptr<const MixPlan>> plans_by_level(const Levels& levels,
         const image::Image& from = levels.stack(plans.size() - 1).image();
         const image::Window& window = levels.stack(plans.size()).image().data;
         MixPlan smaller = *plans.back();
-        for (Matte& matte : smaller.mattes) {
+        for (size_t m = 0; m < smaller.mattes.size(); ++m) {
+            Matte& matte = smaller.mattes[m];
+            if (auto values = known(plans[0]->mattes[m], plans.size())) {
+                matte.values = std::move(values);
+                continue;
+            }
             std::vector<float> values(window.pixel_count());
             average(Stored<float>{*matte.values, from.data, from.display}, values, window);
             matte.values = std::make_shared<const std::vector<float>>(std::move(values));

@@ -5,6 +5,7 @@
 #include "compositor/mix_plan.h"
 
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace velatura::compositor::window {
@@ -32,8 +33,13 @@ class Levels {
     std::vector<std::shared_ptr<const LayerStack>> stacks_;
 };
 
-/// A plan for each level: the same, but for the mattes, which are as small as the level.
-std::vector<std::shared_ptr<const MixPlan>> plans_by_level(const Levels& levels, MixPlan plan);
+using LevelPlans = std::vector<std::shared_ptr<const MixPlan>>;
+
+/// A plan for each level: the same, but for the mattes, which are as small as the level. Those that
+/// a plan of `earlier` has too are taken from it.
+LevelPlans plans_by_level(const Levels& levels,
+                          MixPlan plan,
+                          std::span<const LevelPlans> earlier = {});
 
 /// Half the size: the mean of 2 × 2 pixels of everything that a mix adds up, in the type it is
 /// stored in; pixels that the file does not store are black. The display window starts at 0, 0.

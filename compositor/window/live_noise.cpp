@@ -65,6 +65,20 @@ image::Image every_nth_row(const image::Image& image, size_t first, size_t step)
     return out;
 }
 
+MixPlan every_nth_row(const MixPlan& plan, const image::Window& window, size_t first, size_t step) {
+    const auto width = size_t(window.width()), height = size_t(window.height());
+    MixPlan out = plan;
+    for (Matte& matte : out.mattes) {
+        std::vector<float> rows;
+        for (size_t y = first; y < height; y += step) {
+            const float* row = matte.values->data() + y * width;
+            rows.insert(rows.end(), row, row + width);
+        }
+        matte.values = std::make_shared<const std::vector<float>>(std::move(rows));
+    }
+    return out;
+}
+
 LiveNoise::LiveNoise(const LayerStack& stack) {
     const size_t layers = std::max<size_t>(stack.header().layers.size(), 1);
     const auto height = size_t(std::max(stack.image().data.height(), 1));
@@ -80,13 +94,12 @@ void LiveNoise::begin() {
     error_.clear();
 }
 
-void LiveNoise::advance(const LayerStack& stack, const Look& look) {
-    // No target: what a control may at most be takes a search, which nobody waits for here
-    constexpr double any_noise = 1e30;
-    auto rows =
-        LayerStack::from_image(every_nth_row(stack.image(), scattered(done_, parts_), parts_));
+void LiveNoise::advance(const LayerStack& stack, const MixPlan& plan, const Look& look) {
+    const size_t first = scattered(done_, parts_);
+    auto rows = LayerStack::from_image(every_nth_row(stack.image(), first, parts_));
     const Result<NoiseForecast> forecast =
-        rows ? forecast_noise(*rows, look, any_noise) : Result<NoiseForecast>(rows.error());
+        rows ? forecast_noise(*rows, every_nth_row(plan, stack.image().data, first, parts_), look)
+             : Result<NoiseForecast>(rows.error());
     if (!forecast) {
         error_ = forecast.error().message;
         return;

@@ -25,8 +25,8 @@ class LiveNoise {
 
     bool is_done() const { return done_ == parts_ || !error_.empty(); }
 
-    /// Takes up one more part.
-    void advance(const LayerStack& stack, const Look& look);
+    /// Takes up one more part; the plan is that of the look.
+    void advance(const LayerStack& stack, const MixPlan& plan, const Look& look);
 
     /// Share of the rows that went in.
     double share() const { return double(done_) / double(parts_); }
@@ -37,7 +37,7 @@ class LiveNoise {
     std::vector<RowNoise> groups() const;
     std::vector<RowNoise> bounces() const;
 
-    /// Why there is none: no half images, or a mix that the layers cannot express.
+    /// Why there is none: no half images.
     const std::string& error() const { return error_; }
 
   private:
@@ -49,5 +49,8 @@ class LiveNoise {
 
 /// Rows first, first + step, … of a file as a file of their own.
 image::Image every_nth_row(const image::Image& image, size_t first, size_t step);
+
+/// The plan for them: with the same rows of its mattes. window: of the whole file.
+MixPlan every_nth_row(const MixPlan& plan, const image::Window& window, size_t first, size_t step);
 
 }  // namespace velatura::compositor::window

@@ -117,7 +117,7 @@ void draw_look(Drawing& drawing, size_t look, const Place& place, float x0, floa
     ImDrawList& list = *ImGui::GetWindowDrawList();
     const Session& session = drawing.session;
     list.PushClipRect({x0, place.origin.y}, {x1, place.end.y}, true);
-    drawing.textures.draw(list, look, session.work_request().level, place.origin, place.scale);
+    drawing.textures.draw(list, look, session.level(), place.origin, place.scale);
     list.PopClipRect();
 }
 

@@ -92,10 +92,10 @@ void Session::after_change() {
 
 void Session::refresh(size_t index) {
     const Look wanted = look_at(look(index), frame_);
-    std::optional<PictureTask>& picture = pictures_[index];
+    std::shared_ptr<const PictureTask>& picture = pictures_[index];
     look_errors_[index].clear();
     if (picture && same_picture(picture->look, wanted)) return;
-    auto plan = plan_mix(stack(), wanted);
+    auto plan = plan_for(wanted);
     if (!plan) {
         look_errors_[index] = plan.error().message;
         return;
@@ -105,12 +105,41 @@ void Session::refresh(size_t index) {
         look_errors_[index] = transform.error().message;
         return;
     }
-    picture = PictureTask{++last_version_, wanted, plans_by_level(*levels_, std::move(*plan)),
-                          std::move(*transform)};
+    std::vector<LevelPlans> earlier;
+    for (const auto& known : pictures_) {
+        if (known) earlier.push_back(known->plans);
+    }
+    picture = std::make_shared<const PictureTask>(
+        PictureTask{++last_version_, wanted, plans_by_level(*levels_, std::move(*plan), earlier),
+                    std::move(*transform)});
+}
+
+/// As plan_mix, but mattes of the looks as they were are not read again.
+Result<MixPlan> Session::plan_for(const Look& look) const {
+    auto plan = plan_gains(stack(), look);
+    if (!plan) return plan;
+    const auto is_known = [&](Matte& matte) {
+        for (const auto& picture : pictures_) {
+            if (!picture) continue;
+            for (const Matte& known : picture->plans[0]->mattes) {
+                if (known.text != matte.text) continue;
+                matte = known;
+                return true;
+            }
+        }
+        return false;
+    };
+    for (Matte& matte : plan->mattes) {
+        if (is_known(matte)) continue;
+        auto loaded = load_matte(stack(), nullptr, matte.text);
+        if (!loaded) return loaded.error();
+        matte = std::move(*loaded);
+    }
+    return plan;
 }
 
 std::span<const std::string> Session::notes() const {
-    const std::optional<PictureTask>& picture = pictures_[active_];
+    const auto& picture = pictures_[active_];
     if (!picture || !look_errors_[active_].empty()) return {};
     return picture->plans[0]->notes;
 }
@@ -133,14 +162,14 @@ Result<std::shared_ptr<const image::DisplayTransform>> Session::transform_for(co
 }
 
 const PictureTask* Session::picture(size_t index) const {
-    return pictures_[index] ? &*pictures_[index] : nullptr;
+    return pictures_[index].get();
 }
 
 WorkRequest Session::work_request() const {
     WorkRequest request;
     if (!has_file()) return request;
     request.levels = levels_;
-    request.level = levels_->level_for(view_.scale());
+    request.level = level();
     request.seen = view_.visible();
     request.noise_of = active_;
     for (size_t i = 0; i < 2; ++i) {
@@ -299,20 +328,20 @@ void Session::save_preset(const std::string& path) {
 }
 
 std::function<Result<void>()> Session::picture_writer(const std::string& path) const {
-    const std::optional<PictureTask>& picture = pictures_[active_];
+    const auto& picture = pictures_[active_];
     // The last picture that could be shown is none of this look
     if (const std::string& why = look_errors_[active_]; !why.empty() || !picture) {
         const std::string message = why.empty() ? "there is no picture" : why;
         return [message] { return Result<void>(Error{"no-picture", message}); };
     }
-    return [levels = levels_, task = *picture, path]() -> Result<void> {
-        const image::Image mixed = apply_mix(levels->stack(0), *task.plans[0], task.look, false);
+    return [levels = levels_, task = picture, path]() -> Result<void> {
+        const image::Image mixed = apply_mix(levels->stack(0), *task->plans[0], task->look, false);
         if (path.ends_with(".exr")) {
             const auto written = image::write_image_file(path, mixed);
             if (!written) return written.error();
             return {};
         }
-        return write_display(path, mixed, task.look);
+        return write_display(path, mixed, task->look);
     };
 }
 

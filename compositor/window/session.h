@@ -87,6 +87,9 @@ class Session {
     const PictureTask* picture(size_t index) const;
     WorkRequest work_request() const;
 
+    /// The level that the screen shows.
+    size_t level() const { return levels_->level_for(view_.scale()); }
+
     PictureView& view() { return view_; }
 
     const PictureView& view() const { return view_; }
@@ -144,6 +147,7 @@ class Session {
     void after_change();
     void take_over(const Preset& preset);
     void refresh(size_t index);
+    Result<MixPlan> plan_for(const Look& look) const;
     Result<std::shared_ptr<const image::DisplayTransform>> transform_for(const Look& look);
     void select_neighbour(int step);
     void nudge_gain(float stops);
@@ -159,7 +163,7 @@ class Session {
     double frame_ = 0;
 
     std::optional<Preset> waiting_;  ///< for a file
-    std::array<std::optional<PictureTask>, 2> pictures_;
+    std::array<std::shared_ptr<const PictureTask>, 2> pictures_;
     std::array<std::string, 2> look_errors_;
     uint64_t last_version_ = 0;
     std::map<std::pair<std::string, std::string>, std::shared_ptr<const image::DisplayTransform>>

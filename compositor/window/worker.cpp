@@ -159,14 +159,14 @@ void Worker::keep_time(const WorkRequest& request) {
 
 /// One part of the noise. False when all of them are done.
 bool Worker::advance_noise(const WorkRequest& request) {
-    const std::optional<PictureTask>& task = request.pictures[request.noise_of];
+    const std::shared_ptr<const PictureTask>& task = request.pictures[request.noise_of];
     if (!task) return false;
     if (noise_version_ != task->version) {
         noise_version_ = task->version;
         noise_->begin();
     }
     if (noise_->is_done()) return false;
-    noise_->advance(request.levels->stack(0), task->look);
+    noise_->advance(request.levels->stack(0), *task->plans[0], task->look);
     {
         const std::lock_guard lock(mutex_);
         news_.noise = noise_;

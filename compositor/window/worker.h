@@ -23,16 +23,17 @@ namespace velatura::compositor::window {
 struct PictureTask {
     uint64_t version = 0;  ///< another number for another picture; from 1
     Look look;
-    std::vector<std::shared_ptr<const MixPlan>> plans;  ///< by level
+    LevelPlans plans;
     std::shared_ptr<const image::DisplayTransform> transform;
 };
 
 struct WorkRequest {
     std::shared_ptr<const Levels> levels;
-    std::array<std::optional<PictureTask>, 2> pictures;  ///< look A, look B; none: not shown
-    size_t level = 0;                                    ///< that the screen shows
-    image::Window seen;                                  ///< of level 0
-    size_t noise_of = 0;                                 ///< whose noise is told
+    std::array<std::shared_ptr<const PictureTask>, 2>
+        pictures;         ///< look A, look B; null: not shown
+    size_t level = 0;     ///< that the screen shows
+    image::Window seen;   ///< of level 0
+    size_t noise_of = 0;  ///< whose noise is told
 };
 
 struct FinishedTile {

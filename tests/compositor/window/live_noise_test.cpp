@@ -22,13 +22,15 @@ TEST(LiveNoise, AllItsPartsAreTheForecastOfTheFile) {
     Look look;
     look.controls = {*parse_control(Control::Kind::Gain, "indirect=+2st"),
                      *parse_control(Control::Kind::Mute, "sky")};
+    const auto plan = plan_mix(*stack, look);
+    ASSERT_TRUE(plan.has_value());
     LiveNoise noise(*stack);
     ASSERT_GE(noise.part_count(), 2u);
     noise.begin();
     double first = 0;
     for (size_t i = 0; i < noise.part_count(); ++i) {
         EXPECT_FALSE(noise.is_done());
-        noise.advance(*stack, look);
+        noise.advance(*stack, *plan, look);
         if (i == 0) first = noise.mix();
     }
     EXPECT_TRUE(noise.is_done());
@@ -48,6 +50,26 @@ TEST(LiveNoise, AllItsPartsAreTheForecastOfTheFile) {
     EXPECT_EQ(noise.mix(), 0);
 }
 
+TEST(LiveNoise, KnowsAMatteFromAnotherFile) {
+    const auto stack = LayerStack::load(window_file("noise_matte.exr", {0, 0, 150, 120}, {}, 4));
+    ASSERT_TRUE(stack.has_value());
+    const std::string path = film::temporary_file("noise_matte_m.exr");
+    ASSERT_TRUE(write_matte(path, *stack).has_value());
+    Look look;
+    look.controls = {*parse_control(Control::Kind::Gain, "indirect=+3st")};
+    look.controls[0].matte = path + ":M";
+    const auto plan = plan_mix(*stack, look);
+    ASSERT_TRUE(plan.has_value());
+    LiveNoise noise(*stack);
+    ASSERT_GE(noise.part_count(), 2u);
+    while (!noise.is_done()) noise.advance(*stack, *plan, look);
+    EXPECT_EQ(noise.error(), "");
+    const auto forecast = forecast_noise(*stack, look, 1e30);
+    ASSERT_TRUE(forecast.has_value());
+    EXPECT_NEAR(noise.mix(), forecast->mix.value, 1e-9 * forecast->mix.value);
+    EXPECT_GT(noise.mix(), 1.01 * noise.rendered());
+}
+
 TEST(LiveNoise, SaysWhatIsMissing) {
     film::Film film({0, 0, 20, 17}, film::test_layer_set());
     film::render(film, 0, 2);
@@ -56,7 +78,7 @@ TEST(LiveNoise, SaysWhatIsMissing) {
     const auto stack = LayerStack::load(path);
     ASSERT_TRUE(stack.has_value());
     LiveNoise noise(*stack);
-    noise.advance(*stack, {});
+    noise.advance(*stack, *plan_mix(*stack, {}), {});
     EXPECT_TRUE(noise.is_done());
     EXPECT_NE(noise.error().find("--halves"), std::string::npos);
 }

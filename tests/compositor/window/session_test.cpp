@@ -62,9 +62,9 @@ TEST(Session, EveryLookMakesANewPicture) {
 TEST(Session, TheWipeShowsBothLooks) {
     Session session = session_of_small();
     press(session, "]");
-    EXPECT_FALSE(session.work_request().pictures[1].has_value());
+    EXPECT_EQ(session.work_request().pictures[1], nullptr);
     press(session, "w");
-    EXPECT_TRUE(session.work_request().pictures[1].has_value());
+    EXPECT_NE(session.work_request().pictures[1], nullptr);
     EXPECT_EQ(session.look(1).exposure_stops, 0);
     press(session, "c");
     EXPECT_FLOAT_EQ(session.look(1).exposure_stops, 0.25f);
@@ -74,7 +74,7 @@ TEST(Session, TheWipeShowsBothLooks) {
     EXPECT_EQ(session.active(), 1u);
     EXPECT_EQ(session.work_request().noise_of, 1u);
     press(session, "w");
-    EXPECT_FALSE(session.work_request().pictures[0].has_value());
+    EXPECT_EQ(session.work_request().pictures[0], nullptr);
     session.set_wipe(7);
     EXPECT_EQ(session.wipe(), 1);
 }
@@ -194,6 +194,34 @@ TEST(Session, KeysAreReadAtTheFrameAndKept) {
     ASSERT_EQ(saved->controls.size(), 2u);
     EXPECT_EQ(saved->controls[0].keys, session.look().controls[0].keys);
     EXPECT_EQ(saved->controls[0].keys.size(), 2u);
+}
+
+TEST(Session, MattesAreReadOnce) {
+    const auto levels = levels_of(window_file("once.exr", {0, 0, 200, 110}, {}, 1));
+    const std::string path = film::temporary_file("once_matte.exr");
+    ASSERT_TRUE(write_matte(path, levels->stack(0)).has_value());
+    Session session{RecentFiles("")};
+    session.show("once.exr", levels);
+    const auto set_gain = [&](const char* gain) {
+        session.edit("", [&](Look& l) {
+            l.controls = {*parse_control(Control::Kind::Gain, gain)};
+            l.controls[0].matte = path + ":M";
+        });
+    };
+    set_gain("key=2");
+    ASSERT_TRUE(session.look_error().empty()) << session.look_error();
+    const LevelPlans before = session.picture(0)->plans;
+    ASSERT_GE(before.size(), 2u);
+    set_gain("key=3");
+    const LevelPlans& after = session.picture(0)->plans;
+    for (size_t k = 0; k < before.size(); ++k) {
+        EXPECT_NE(before[k], after[k]);
+        EXPECT_EQ(before[k]->mattes.at(0).values, after[k]->mattes.at(0).values) << "level " << k;
+    }
+    EXPECT_NE(after[0]->mattes[0].values, after[1]->mattes[0].values);
+    // Another matte is another one
+    session.edit("", [&](Look& l) { l.controls[0].matte = "!" + path + ":M"; });
+    EXPECT_NE(session.picture(0)->plans[0]->mattes[0].values, before[0]->mattes[0].values);
 }
 
 TEST(Session, TellsWhatTheFileHasNoNeedOf) {
