@@ -27,44 +27,75 @@ constexpr KeyPress ctrl_shift(int key) {
     return {key, true, true};
 }
 
+/// Keys without a letter.
+constexpr std::array<std::pair<const char*, int>, 8> special_keys = {{{"Up", key_up},
+                                                                      {"Down", key_down},
+                                                                      {"Left", key_left},
+                                                                      {"Right", key_right},
+                                                                      {"F1", key_f1},
+                                                                      {"Enter", key_enter},
+                                                                      {"Escape", key_escape},
+                                                                      {"Tab", key_tab}}};
+
+std::string lower(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char c) { return char(std::tolower(c)); });
+    return text;
+}
+
+std::string text_of(const KeyPress& press) {
+    const auto at = std::find_if(special_keys.begin(), special_keys.end(),
+                                 [&](const auto& s) { return press.key == s.second; });
+    const std::string key = at != special_keys.end() ? at->first : std::string(1, char(press.key));
+    return std::string(press.is_ctrl ? "Ctrl+" : "") + (press.is_shift ? "Shift+" : "") + key;
+}
+
 // In the order of the help; the first of an action is the one that menus show
-constexpr std::array bindings = {
-    KeyBinding{ctrl('O'), Action::OpenFile, "Ctrl+O", "Open a file of light layers"},
-    KeyBinding{ctrl('L'), Action::OpenPreset, "Ctrl+L", "Load a preset"},
-    KeyBinding{ctrl('S'), Action::SavePreset, "Ctrl+S", "Save the look as a preset"},
-    KeyBinding{ctrl('E'), Action::SavePicture, "Ctrl+E", "Save the picture (.png, .jpg, .exr)"},
-    KeyBinding{ctrl('Q'), Action::Quit, "Ctrl+Q", "Quit"},
-    KeyBinding{ctrl('Z'), Action::Undo, "Ctrl+Z", "Undo"},
-    KeyBinding{ctrl_shift('Z'), Action::Redo, "Ctrl+Shift+Z", "Redo"},
-    KeyBinding{ctrl('Y'), Action::Redo, "Ctrl+Y", "Redo"},
-    KeyBinding{plain(key_up), Action::PreviousRow, "Up", "Select the row above"},
-    KeyBinding{plain(key_down), Action::NextRow, "Down", "Select the row below"},
-    KeyBinding{plain('M'), Action::MuteRow, "M", "Mute the selected row"},
-    KeyBinding{plain('S'), Action::SoloRow, "S", "Solo the selected row"},
-    KeyBinding{plain(key_right), Action::GainUp, "Right", "Gain of the row up a quarter stop"},
-    KeyBinding{plain(key_left), Action::GainDown, "Left", "Gain of the row down a quarter stop"},
-    KeyBinding{shift(key_right), Action::GainUpFine, "Shift+Right", "… up a twentieth of a stop"},
-    KeyBinding{shift(key_left), Action::GainDownFine, "Shift+Left", "… down a twentieth of a stop"},
-    KeyBinding{plain('R'), Action::ResetRow, "R", "Reset the selected row"},
-    KeyBinding{ctrl('R'), Action::ResetAll, "Ctrl+R", "Reset the whole look"},
-    KeyBinding{plain(']'), Action::ExposureUp, "]", "Exposure up a quarter stop"},
-    KeyBinding{plain('['), Action::ExposureDown, "[", "Exposure down a quarter stop"},
-    KeyBinding{plain('0'), Action::ExposureReset, "0", "Exposure as rendered"},
-    KeyBinding{plain('F'), Action::ZoomFit, "F", "Fit the picture into the window"},
-    KeyBinding{plain('1'), Action::ZoomOne, "1",
-               "One pixel of the picture per pixel of the screen"},
-    KeyBinding{plain('='), Action::ZoomIn, "=", "Zoom in (or the wheel)"},
-    KeyBinding{plain('-'), Action::ZoomOut, "-", "Zoom out"},
-    KeyBinding{plain('W'), Action::ToggleWipe, "W", "Wipe between look A and look B"},
-    KeyBinding{plain('B'), Action::SwitchLook, "B", "Edit the other look"},
-    KeyBinding{plain('C'), Action::CopyLook, "C", "Copy this look over the other one"},
-    KeyBinding{plain(key_f1), Action::ShowHelp, "F1", "This help"},
-    KeyBinding{plain('H'), Action::ShowHelp, "H", "This help"},
-};
+std::vector<KeyBinding> make_bindings() {
+    std::vector<KeyBinding> bindings = {
+        {ctrl('O'), Action::OpenFile, "Open a file of light layers", {}},
+        {ctrl('L'), Action::OpenPreset, "Load a preset", {}},
+        {ctrl('S'), Action::SavePreset, "Save the look as a preset", {}},
+        {ctrl('E'), Action::SavePicture, "Save the picture (.png, .jpg, .exr)", {}},
+        {ctrl('Q'), Action::Quit, "Quit", {}},
+        {ctrl('Z'), Action::Undo, "Undo", {}},
+        {ctrl_shift('Z'), Action::Redo, "Redo", {}},
+        {ctrl('Y'), Action::Redo, "Redo", {}},
+        {plain(key_up), Action::PreviousRow, "Select the row above", {}},
+        {plain(key_down), Action::NextRow, "Select the row below", {}},
+        {plain('M'), Action::MuteRow, "Mute the selected row", {}},
+        {plain('S'), Action::SoloRow, "Solo the selected row", {}},
+        {plain(key_right), Action::GainUp, "Gain of the row up a quarter stop", {}},
+        {plain(key_left), Action::GainDown, "Gain of the row down a quarter stop", {}},
+        {shift(key_right), Action::GainUpFine, "… up a twentieth of a stop", {}},
+        {shift(key_left), Action::GainDownFine, "… down a twentieth of a stop", {}},
+        {plain('R'), Action::ResetRow, "Reset the selected row", {}},
+        {ctrl('R'), Action::ResetAll, "Reset the whole look", {}},
+        {plain(']'), Action::ExposureUp, "Exposure up a quarter stop", {}},
+        {plain('['), Action::ExposureDown, "Exposure down a quarter stop", {}},
+        {plain('0'), Action::ExposureReset, "Exposure as rendered", {}},
+        {plain('F'), Action::ZoomFit, "Fit the picture into the window", {}},
+        {plain('1'), Action::ZoomOne, "One pixel of the picture per pixel of the screen", {}},
+        {plain('='), Action::ZoomIn, "Zoom in (or the wheel)", {}},
+        {plain('-'), Action::ZoomOut, "Zoom out", {}},
+        {plain('W'), Action::ToggleWipe, "Wipe between look A and look B", {}},
+        {plain('B'), Action::SwitchLook, "Edit the other look", {}},
+        {plain('C'), Action::CopyLook, "Copy this look over the other one", {}},
+        {plain(key_f1), Action::ShowHelp, "This help", {}},
+        {plain('H'), Action::ShowHelp, "This help", {}},
+    };
+    for (KeyBinding& b : bindings) b.keys = text_of(b.press);
+    return bindings;
+}
+
+const std::vector<KeyBinding>& bindings() {
+    static const std::vector<KeyBinding> all = make_bindings();
+    return all;
+}
 
 std::vector<int> keys_in_use() {
     std::vector<int> keys;
-    for (const KeyBinding& b : bindings) {
+    for (const KeyBinding& b : bindings()) {
         if (std::find(keys.begin(), keys.end(), b.press.key) == keys.end())
             keys.push_back(b.press.key);
     }
@@ -74,20 +105,41 @@ std::vector<int> keys_in_use() {
 }  // namespace
 
 std::span<const KeyBinding> key_bindings() {
-    return bindings;
+    return bindings();
 }
 
 std::optional<Action> action_of(const KeyPress& press) {
-    const auto at = std::find_if(bindings.begin(), bindings.end(),
-                                 [&](const KeyBinding& b) { return b.press == press; });
-    if (at == bindings.end()) return std::nullopt;
-    return at->action;
+    for (const KeyBinding& b : bindings()) {
+        if (b.press == press) return b.action;
+    }
+    return std::nullopt;
+}
+
+bool repeats(Action action) {
+    switch (action) {
+        case Action::Undo:
+        case Action::Redo:
+        case Action::PreviousRow:
+        case Action::NextRow:
+        case Action::GainUp:
+        case Action::GainDown:
+        case Action::GainUpFine:
+        case Action::GainDownFine:
+        case Action::ExposureUp:
+        case Action::ExposureDown:
+        case Action::ZoomIn:
+        case Action::ZoomOut:
+            return true;
+        default:
+            return false;
+    }
 }
 
 const char* keys_of(Action action) {
-    const auto at = std::find_if(bindings.begin(), bindings.end(),
-                                 [&](const KeyBinding& b) { return b.action == action; });
-    return at == bindings.end() ? "" : at->keys;
+    for (const KeyBinding& b : bindings()) {
+        if (b.action == action) return b.keys.c_str();
+    }
+    return "";
 }
 
 std::span<const int> bound_keys() {
@@ -96,16 +148,7 @@ std::span<const int> bound_keys() {
 }
 
 std::optional<KeyPress> key_press_of(std::string text) {
-    constexpr std::array<std::pair<const char*, int>, 8> special = {{{"up", key_up},
-                                                                     {"down", key_down},
-                                                                     {"left", key_left},
-                                                                     {"right", key_right},
-                                                                     {"f1", key_f1},
-                                                                     {"enter", key_enter},
-                                                                     {"escape", key_escape},
-                                                                     {"tab", key_tab}}};
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](unsigned char c) { return char(std::tolower(c)); });
+    text = lower(std::move(text));
     KeyPress press;
     const auto take = [&text](const std::string& prefix) {
         if (!text.starts_with(prefix)) return false;
@@ -114,9 +157,9 @@ std::optional<KeyPress> key_press_of(std::string text) {
     };
     press.is_ctrl = take("ctrl+");
     press.is_shift = take("shift+");
-    const auto at = std::find_if(special.begin(), special.end(),
-                                 [&](const auto& s) { return text == s.first; });
-    if (at != special.end()) {
+    const auto at = std::find_if(special_keys.begin(), special_keys.end(),
+                                 [&](const auto& s) { return text == lower(s.first); });
+    if (at != special_keys.end()) {
         press.key = at->second;
     } else if (text.size() == 1) {
         press.key = std::toupper(static_cast<unsigned char>(text[0]));

@@ -62,13 +62,16 @@ struct KeyPress {
 struct KeyBinding {
     KeyPress press;
     Action action;
-    const char* keys;  ///< as written in the help
     const char* what;
+    std::string keys;  ///< as key_press_of reads them: `Ctrl+Shift+Z`
 };
 
 std::span<const KeyBinding> key_bindings();
 
 std::optional<Action> action_of(const KeyPress& press);
+
+/// True for steps, which a key that is held down goes on with; a switch is thrown once.
+bool repeats(Action action);
 
 /// How its key is written; empty for an action without.
 const char* keys_of(Action action);

@@ -35,17 +35,17 @@ void History::change(Looks next, const std::string& gesture) {
 }
 
 bool History::undo() {
-    if (past_.empty()) return false;
-    future_.push_back(std::exchange(now_, std::move(past_.back())));
-    past_.pop_back();
-    seal();
-    return true;
+    return step(past_, future_);
 }
 
 bool History::redo() {
-    if (future_.empty()) return false;
-    past_.push_back(std::exchange(now_, std::move(future_.back())));
-    future_.pop_back();
+    return step(future_, past_);
+}
+
+bool History::step(std::vector<Looks>& from, std::vector<Looks>& to) {
+    if (from.empty()) return false;
+    to.push_back(std::exchange(now_, std::move(from.back())));
+    from.pop_back();
     seal();
     return true;
 }

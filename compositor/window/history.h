@@ -35,6 +35,8 @@ class History {
     void reset(Looks looks);
 
   private:
+    bool step(std::vector<Looks>& from, std::vector<Looks>& to);
+
     Looks now_;
     std::vector<Looks> past_, future_;
     std::string gesture_;  ///< that is going on; empty: none

@@ -26,6 +26,13 @@ TEST(KeyBindings, AreWrittenAsTheyAreRead) {
     }
 }
 
+TEST(KeyBindings, AreWrittenForPeople) {
+    EXPECT_STREQ(keys_of(Action::Redo), "Ctrl+Shift+Z");
+    EXPECT_STREQ(keys_of(Action::GainUpFine), "Shift+Right");
+    EXPECT_STREQ(keys_of(Action::ShowHelp), "F1");
+    EXPECT_STREQ(keys_of(Action::ZoomIn), "=");
+}
+
 TEST(KeyBindings, NameTheKeysToListenFor) {
     const auto keys = bound_keys();
     for (const KeyBinding& b : key_bindings())
