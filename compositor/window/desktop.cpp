@@ -58,8 +58,7 @@ class Panel {
 Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
     : frame_(frame),
       session_(RecentFiles(recent_list_path())),
-      drawing_{session_, textures_, {}, window.fonts(), window.scale(), {}, {}, true, {}, false,
-               {},       {},        {}},
+      drawing_{session_, textures_, {}, window.fonts(), {}, {}, true, {}, false, {}, {}, {}},
       worker_(GlfwWindow::wake),
       loading_(GlfwWindow::wake),
       saving_(GlfwWindow::wake) {
@@ -82,8 +81,8 @@ void Desktop::open(const std::string& path) {
     session_.tell("loading " + path);
 }
 
-void Desktop::press(const KeyPress& key) {
-    if (session_.dialog() == Dialog::None) session_.press(key);
+void Desktop::press(const KeyPress& key, bool is_repeat) {
+    if (session_.dialog() == Dialog::None) session_.press(key, is_repeat);
 }
 
 void Desktop::save_picture(const std::string& path) {
@@ -186,7 +185,8 @@ void Desktop::draw() {
     drawing_.marks.clear();
     draw_desk();
     dialogs_.draw(drawing_);
-    if (!ImGui::IsAnyItemActive()) session_.seal();
+    // A drag and a key that is held are one step of undo each
+    if (!ImGui::IsAnyItemActive() && !GlfwWindow::is_key_held()) session_.seal();
     request();
 }
 

@@ -24,7 +24,7 @@ class Desktop {
 
     void load_preset(const std::string& path) { session_.load_preset(path); }
 
-    void press(const KeyPress& key);
+    void press(const KeyPress& key, bool is_repeat);
 
     /// Takes up what became ready and draws everything.
     void draw();

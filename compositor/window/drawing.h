@@ -22,7 +22,6 @@ struct Drawing {
     Textures& textures;
     Marks marks;
     Fonts fonts;
-    float scale = 1;  ///< of the monitor
     std::vector<image::DisplayViews> displays;
 
     std::optional<LiveNoise> noise;  ///< of the active look

@@ -50,13 +50,12 @@ GlfwWindow::GlfwWindow(GLFWwindow* window) : window_(window) {
         auto* self = static_cast<GlfwWindow*>(glfwGetWindowUserPointer(w));
         self->dropped_.insert(self->dropped_.end(), paths, paths + count);
     });
-    float scale_y = 1;
-    glfwGetWindowContentScale(window_, &scale_, &scale_y);
-    scale_ = std::clamp(scale_, 1.0f, 4.0f);
+    float scale = 1, scale_y = 1;
+    glfwGetWindowContentScale(window_, &scale, &scale_y);
     ImGui::CreateContext();
     // Where panels are is not the artist's to lose
     ImGui::GetIO().IniFilename = nullptr;
-    fonts_ = set_up_theme(scale_);
+    fonts_ = set_up_theme(std::clamp(scale, 1.0f, 4.0f));
     ImGui_ImplGlfw_InitForOpenGL(window_, true);
     ImGui_ImplOpenGL2_Init();
 }
@@ -71,10 +70,6 @@ GlfwWindow::~GlfwWindow() {
 
 bool GlfwWindow::is_closing() const {
     return glfwWindowShouldClose(window_) != 0;
-}
-
-void GlfwWindow::set_title(const std::string& title) {
-    glfwSetWindowTitle(window_, title.c_str());
 }
 
 void GlfwWindow::wait(double most_s) {
@@ -108,14 +103,22 @@ int GlfwWindow::key_index(int key) {
     return at == special.end() ? key : at->second;
 }
 
-std::vector<KeyPress> GlfwWindow::pressed_keys() const {
+std::vector<GlfwWindow::PressedKey> GlfwWindow::pressed_keys() {
     const ImGuiIO& io = ImGui::GetIO();
-    std::vector<KeyPress> pressed;
+    std::vector<PressedKey> pressed;
     if (io.KeyAlt || io.KeySuper) return pressed;
     for (const int key : bound_keys()) {
-        if (ImGui::IsKeyPressed(key_index(key))) pressed.push_back({key, io.KeyCtrl, io.KeyShift});
+        if (!ImGui::IsKeyPressed(key_index(key), true)) continue;
+        const bool is_new = ImGui::IsKeyPressed(key_index(key), false);
+        pressed.push_back({{key, io.KeyCtrl, io.KeyShift}, !is_new});
     }
     return pressed;
+}
+
+bool GlfwWindow::is_key_held() {
+    const auto keys = bound_keys();
+    return std::any_of(keys.begin(), keys.end(),
+                       [](int key) { return ImGui::IsKeyDown(key_index(key)); });
 }
 
 void GlfwWindow::begin_frame(const std::function<void()>& change_input) {

@@ -26,10 +26,7 @@ class GlfwWindow {
 
     const Fonts& fonts() const { return fonts_; }
 
-    float scale() const { return scale_; }
-
     bool is_closing() const;
-    void set_title(const std::string& title);
 
     /// Waits for something to happen, at most so long; 0: not at all.
     void wait(double most_s);
@@ -38,8 +35,16 @@ class GlfwWindow {
 
     /// Files that were dropped since the last call.
     std::vector<std::string> take_dropped();
-    /// Keys of the table that went down.
-    std::vector<KeyPress> pressed_keys() const;
+
+    struct PressedKey {
+        KeyPress press;
+        bool is_repeat = false;  ///< it is held down
+    };
+
+    /// Keys of the table that went down, or are held so long that they count again.
+    static std::vector<PressedKey> pressed_keys();
+    /// True while a key of the table is down.
+    static bool is_key_held();
 
     /// `change_input` sees mouse and keys before ImGui does.
     void begin_frame(const std::function<void()>& change_input);
@@ -55,7 +60,6 @@ class GlfwWindow {
 
     GLFWwindow* window_;
     Fonts fonts_;
-    float scale_ = 1;
     std::vector<std::string> dropped_;
 };
 

@@ -122,7 +122,8 @@ int run(const Options& o) {
             if (const auto path = (*player)->take_dropped()) desktop.open(*path);
         }
         if (!ImGui::GetIO().WantTextInput) {
-            for (const KeyPress& key : (*window)->pressed_keys()) desktop.press(key);
+            for (const auto& [key, is_repeat] : GlfwWindow::pressed_keys())
+                desktop.press(key, is_repeat);
         }
         desktop.draw();
         const auto drawn = *player ? (*window)->end_frame((*player)->screenshot(), (*player)->cut())

@@ -199,13 +199,13 @@ void Session::select_neighbour(int step) {
 
 void Session::nudge_gain(float stops) {
     const float now = row_state(look(), selected_).stops;
-    edit("", [&](Look& l) {
+    edit("step " + selected_, [&](Look& l) {
         set_stops(l, selected_, std::clamp(now + stops, -most_stops, most_stops));
     });
 }
 
 void Session::nudge_exposure(float stops) {
-    edit("", [&](Look& l) {
+    edit("step exposure", [&](Look& l) {
         l.exposure_stops = std::clamp(l.exposure_stops + stops, -most_stops, most_stops);
     });
 }
@@ -300,8 +300,11 @@ void Session::perform(Action action) {
     }
 }
 
-void Session::press(const KeyPress& key) {
-    if (const auto action = action_of(key)) perform(*action);
+void Session::press(const KeyPress& key, bool is_repeat) {
+    const auto action = action_of(key);
+    if (!action || (is_repeat && !repeats(*action))) return;
+    if (!is_repeat) seal();
+    perform(*action);
 }
 
 void Session::load_preset(const std::string& path) {

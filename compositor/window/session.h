@@ -103,7 +103,8 @@ class Session {
     // What keys and menus do
 
     void perform(Action action);
-    void press(const KeyPress& key);
+    /// is_repeat: the key is held down; steps go on, and are one gesture.
+    void press(const KeyPress& key, bool is_repeat = false);
 
     Page page() const { return page_; }
 

@@ -46,6 +46,30 @@ TEST(Session, KeysWorkOnTheSelectedRow) {
     EXPECT_EQ(session.selected(), "direct");
 }
 
+TEST(Session, AHeldKeyStepsOnAndThrowsASwitchOnce) {
+    Session session = session_of_small();
+    session.select("key");
+    const auto hold = [&](const char* keys, int repeats) {
+        press(session, keys);
+        for (int i = 0; i < repeats; ++i) session.press(*key_press_of(keys), true);
+    };
+    hold("m", 3);
+    EXPECT_TRUE(row_state(session.look(), "key").is_muted);
+    hold("w", 1);
+    EXPECT_TRUE(session.is_wiping());
+    hold("right", 3);
+    EXPECT_FLOAT_EQ(row_state(session.look(), "key").stops, 1);
+    // One step of undo, however long it was held; pressed again it is another
+    press(session, "right");
+    press(session, "ctrl+z");
+    EXPECT_FLOAT_EQ(row_state(session.look(), "key").stops, 1);
+    press(session, "ctrl+z");
+    EXPECT_EQ(row_state(session.look(), "key").stops, 0);
+    EXPECT_TRUE(row_state(session.look(), "key").is_muted);
+    hold("]", 1);
+    EXPECT_FLOAT_EQ(session.look().exposure_stops, 0.5f);
+}
+
 TEST(Session, EveryLookMakesANewPicture) {
     Session session = session_of_small();
     const uint64_t rendered = session.picture(0)->version;
