@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace velatura::compositor::window {
 
@@ -59,15 +60,15 @@ void draw_name(const std::string& name) {
 }  // namespace
 
 void draw_cells(Drawing& drawing) {
-    const std::vector<std::string> groups = drawing.session.rows().groups;
-    std::vector<std::string> columns = drawing.session.rows().columns;
+    const std::vector<std::string>& groups = drawing.session.rows().groups;
+    std::span<const std::string> columns = drawing.session.rows().columns;
     // Names and whole rows take two
     if (columns.size() + 2 > most_columns) {
         text(fmt::format("No room for {} … {}: these are on the page of the bounces.",
                          columns[most_columns - 2], columns.back()),
              colour::dim);
         note_item(drawing, "left out");
-        columns.resize(most_columns - 2);
+        columns = columns.first(most_columns - 2);
     }
     text("Stops. Drag, Ctrl-click to type, right click resets, middle click mutes.", colour::dim);
     const float unit = ImGui::GetFontSize();

@@ -206,7 +206,13 @@ std::string control_text(const Control& control) {
 }
 
 bool same_look(const Look& a, const Look& b) {
-    return look_to_json(a) == look_to_json(b);
+    const auto same_control = [](const Control& c, const Control& d) {
+        return c.kind == d.kind && c.target == d.target && c.value == d.value && c.matte == d.matte;
+    };
+    return a.exposure_stops == b.exposure_stops && a.display == b.display && a.view == b.view &&
+           a.rows == b.rows &&
+           std::equal(a.controls.begin(), a.controls.end(), b.controls.begin(), b.controls.end(),
+                      same_control);
 }
 
 }  // namespace velatura::compositor::window

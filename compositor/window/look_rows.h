@@ -67,7 +67,7 @@ std::vector<size_t> further_controls(const Look& look, const MixerRows& rows);
 /// A control as a line: `gain key:b2 +1.5st`.
 std::string control_text(const Control& control);
 
-/// Looks are equal if they are saved as the same text.
+/// True if they are saved as the same text.
 bool same_look(const Look& a, const Look& b);
 
 }  // namespace velatura::compositor::window

@@ -17,7 +17,7 @@ void entry(Drawing& drawing, const char* label, Action action, bool is_enabled =
 }
 
 void draw_recent(Drawing& drawing) {
-    const std::vector<std::string> recent = drawing.session.recent().paths();
+    const std::vector<std::string>& recent = drawing.session.recent().paths();
     if (!ImGui::BeginMenu("Open recent", !recent.empty())) return;
     for (const std::string& path : recent) {
         if (ImGui::MenuItem(path.c_str())) drawing.open_file(path);

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 
 namespace velatura::compositor::window {
 
@@ -37,7 +38,7 @@ std::string row_note(const LayerStack& stack, const std::string& target) {
     return "light after " + target.substr(1) + " scatterings";
 }
 
-const RowNoise* noise_of(const std::vector<RowNoise>& rows, const std::string& name) {
+const RowNoise* noise_of(std::span<const RowNoise> rows, const std::string& name) {
     const auto at =
         std::find_if(rows.begin(), rows.end(), [&](const RowNoise& r) { return r.name == name; });
     return at == rows.end() ? nullptr : &*at;
@@ -46,10 +47,12 @@ const RowNoise* noise_of(const std::vector<RowNoise>& rows, const std::string& n
 /// One row of lights or bounces.
 class Row {
   public:
-    Row(Drawing& drawing, const std::string& target)
+    /// noise: what all rows of the page have of it; empty where it is not known.
+    Row(Drawing& drawing, const std::string& target, std::span<const RowNoise> noise)
         : drawing_(drawing),
           session_(drawing.session),
           target_(target),
+          noise_(noise),
           state_(row_state(drawing.session.look(), target)) {}
 
     void draw() {
@@ -121,16 +124,13 @@ class Row {
         }
         ImGui::PopStyleColor(2);
         note_item(drawing_, mark("name"));
-        explain(row_note(session_.stack(), target_).c_str());
+        if (ImGui::IsItemHovered()) explain(row_note(session_.stack(), target_).c_str());
         draw_noise_share();
     }
 
     /// A hair line below the name: how much of the noise is this row's.
     void draw_noise_share() {
-        if (!drawing_.noise) return;
-        const auto rows =
-            session_.page() == Page::Bounces ? drawing_.noise->bounces() : drawing_.noise->groups();
-        const RowNoise* noise = noise_of(rows, target_);
+        const RowNoise* noise = noise_of(noise_, target_);
         if (!noise || noise->share <= 0) return;
         const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
         const float y = high.y - 4;
@@ -190,6 +190,7 @@ class Row {
     Drawing& drawing_;
     Session& session_;
     const std::string& target_;
+    const std::span<const RowNoise> noise_;
     RowState state_;
 };
 
@@ -217,14 +218,16 @@ void draw_rows(Drawing& drawing, const std::vector<std::string>& targets, size_t
     ImGui::TableHeadersRow();
     ImGui::PopStyleColor();
     ImGui::PopFont();
-    // Copied: a row may change what the session holds
-    const std::vector<std::string> names = targets;
-    for (size_t i = 0; i < names.size(); ++i) {
+    std::vector<RowNoise> noise;
+    if (drawing.noise)
+        noise = drawing.session.page() == Page::Bounces ? drawing.noise->bounces()
+                                                        : drawing.noise->groups();
+    for (size_t i = 0; i < targets.size(); ++i) {
         if (i == masters && i > 0) {
             ImGui::TableNextRow(ImGuiTableRowFlags_None, unit / 2);
             ImGui::TableNextColumn();
         }
-        Row(drawing, names[i]).draw();
+        Row(drawing, targets[i], noise).draw();
     }
     ImGui::EndTable();
 }

@@ -42,7 +42,7 @@ void draw_share(Drawing& drawing, Kind kind, const std::string& target, const st
 
 /// The casters of a group, below it.
 void draw_casters(Drawing& drawing, const std::string& group) {
-    const std::vector<std::string> casters = drawing.session.rows().casters;
+    const std::vector<std::string>& casters = drawing.session.rows().casters;
     for (const std::string& target : casters) {
         if (!target.starts_with(group + ":")) continue;
         draw_share(drawing, Kind::Caster, target, "    " + target.substr(group.size() + 1));
@@ -50,7 +50,7 @@ void draw_casters(Drawing& drawing, const std::string& group) {
 }
 
 void draw_clamps(Drawing& drawing) {
-    const std::vector<std::string> clamps = drawing.session.rows().clamps;
+    const std::vector<std::string>& clamps = drawing.session.rows().clamps;
     if (clamps.empty()) return;
     ImGui::Spacing();
     ImGui::Separator();
@@ -62,7 +62,7 @@ void draw_clamps(Drawing& drawing) {
 }  // namespace
 
 void draw_shadows(Drawing& drawing) {
-    const std::vector<std::string> groups = drawing.session.rows().shadows;
+    const std::vector<std::string>& groups = drawing.session.rows().shadows;
     if (groups.empty()) {
         text("This file has no shadow layers; render with --layers shadow.", colour::dim);
     } else {

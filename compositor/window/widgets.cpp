@@ -126,10 +126,6 @@ void share_bar(double share, float width, const ImVec4& c) {
     ImGui::Dummy({width, height});
 }
 
-std::string stops_text(float stops) {
-    return std::isfinite(stops) ? fmt::format("{:+.2f}", stops) : "−∞";
-}
-
 std::string percent_text(double share) {
     const double percent = 100 * share;
     return percent < 10 ? fmt::format("{:.2f} %", percent) : fmt::format("{:.1f} %", percent);

@@ -32,9 +32,6 @@ bool quiet_button(const char* id, const char* label, bool is_enabled);
 /// A thin bar from 0 to 1.
 void share_bar(double share, float width, const ImVec4& colour);
 
-/// Stops as the mixer writes them: `+1.50`, `−∞`.
-std::string stops_text(float stops);
-
 /// 0.0123 as `1.23 %`.
 std::string percent_text(double share);
 
