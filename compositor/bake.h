@@ -22,15 +22,19 @@ struct BakedLight {
 /// A look as opinions over light prims, and what of it lights cannot say.
 struct Bake {
     std::vector<BakedLight> lights;
-    Look baked;                      ///< the controls that became opinions
-    std::vector<std::string> left;   ///< one line each: what did not, and why
-    std::vector<std::string> notes;  ///< what is baked and still differs
+    /// What the layer does to whole groups, as a look of the file: a mute, or a gain and a tint
+    /// each.
+    Look baked;
+    std::vector<std::string> partial;  ///< groups whose prims got different things: in no look
+    std::vector<std::string> left;     ///< one line each: what did not become an opinion, and why
+    std::vector<std::string> notes;    ///< what is baked and still differs
 };
 
 /// Turns gains, tints, mutes and solos of whole groups into intensity, exposure and colour of their
 /// prims. A gain multiplies the intensity; one in stops adds to the exposure; where an input has
-/// time samples the other one takes the gain, so that its animation stays.
-/// Errors: "unknown-name", "no-light-values" (the file does not say what its lights were).
+/// time samples the other one takes the gain, so that its animation stays. Keys count at the values
+/// that they have (look_at). Errors: "unknown-name", "no-light-values" (the file does not say what
+/// its lights were), "bad-gain" (an exposure or a product of gains that no light can have).
 Result<Bake> bake_look(const LayerStack& stack, const Look& look);
 
 }  // namespace velatura::compositor

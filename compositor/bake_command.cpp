@@ -123,7 +123,7 @@ Result<LayerStack> render_baked(const BakeOptions& o, const LayerStack& mixed) {
 int prove(const BakeOptions& o, const LayerStack& mixed, const Bake& bake) {
     const auto rendered = render_baked(o, mixed);
     if (!rendered) return report(rendered.error());
-    const auto rows = prove_bake(mixed, bake.baked, *rendered);
+    const auto rows = prove_bake(mixed, bake, *rendered);
     if (!rows) return report(rows.error());
     bool agrees = true;
     fmt::print("{:<24} {:>12} {:>12}  in standard errors: mean, 8x8 blocks\n", "light", "mixed",
@@ -131,7 +131,9 @@ int prove(const BakeOptions& o, const LayerStack& mixed, const Bake& bake) {
     for (const ProofRow& row : *rows) {
         fmt::print("{:<24} {:>12.6g} {:>12.6g}  {:5.2f} {:5.2f}  {}\n", row.group, row.composite,
                    row.render, row.mean_sigmas, row.block_sigmas,
-                   row.agrees() ? "agrees" : "DIFFERS");
+                   !row.is_compared ? "baked in part, not compared"
+                   : row.agrees()   ? "agrees"
+                                    : "DIFFERS");
         agrees = agrees && row.agrees();
     }
     return agrees ? done

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 
 namespace velatura::compositor {
@@ -21,12 +22,16 @@ constexpr double most_sigmas = 4;
 constexpr double rounding = 1e-4;
 constexpr int block_size = 8;
 
-MixPlan part_of(const LayerStack& stack, const MixPlan& plan, const std::string& group) {
+/// The terms of some groups, with what they refer to.
+MixPlan part_of(const LayerStack& stack,
+                const MixPlan& plan,
+                const std::function<bool(const std::string& group)>& is_wanted) {
     MixPlan part;
     part.family = plan.family;
+    part.mattes = plan.mattes;
     for (const MixPlan::Term& term : plan.terms) {
         const image::LayerEntry* entry = stack.header().find(term.layer);
-        if (entry && entry->group == group) part.terms.push_back(term);
+        if (entry && is_wanted(entry->group)) part.terms.push_back(term);
     }
     return part;
 }
@@ -165,35 +170,52 @@ Look without_clamps(const LayerStack& stack, Look look) {
 }  // namespace
 
 bool ProofRow::agrees() const {
-    return mean_sigmas <= most_sigmas && block_sigmas <= most_sigmas;
+    return !is_compared || (mean_sigmas <= most_sigmas && block_sigmas <= most_sigmas);
 }
 
 Result<std::vector<ProofRow>> prove_bake(const LayerStack& mixed,
-                                         const Look& baked,
+                                         const Bake& bake,
                                          const LayerStack& rendered) {
     const image::Window &u = mixed.image().data, &v = rendered.image().data;
     if (std::max(u.x0, v.x0) >= std::min(u.x1, v.x1) ||
         std::max(u.y0, v.y0) >= std::min(u.y1, v.y1))
         return Error{"diff-window", "the crop has no pixel of the file"};
-    const Look look = without_clamps(mixed, baked);
+    const Look look = without_clamps(mixed, bake.baked);
     const auto plan = plan_mix(mixed, look), unit = plan_mix(rendered, {});
     if (!plan) return plan.error();
     if (!unit) return unit.error();
-    std::vector<std::string> groups;
-    if (tells_groups(*plan) && tells_groups(*unit) && mixed.group_names() == rendered.group_names())
-        groups = mixed.group_names();
     std::vector<ProofRow> rows;
-    for (const std::string& group : groups) {
-        const auto a = greys_of(mixed, part_of(mixed, *plan, group), look);
-        const auto b = greys_of(rendered, part_of(rendered, *unit, group), {});
+    const auto add = [&](const std::string& name, const MixPlan& a_plan,
+                         const MixPlan& b_plan) -> Result<void> {
+        const auto a = greys_of(mixed, a_plan, look);
+        const auto b = greys_of(rendered, b_plan, {});
         if (!a) return a.error();
         if (!b) return b.error();
-        rows.push_back(compare(group, *a, *b));
+        rows.push_back(compare(name, *a, *b));
+        return {};
+    };
+    const auto is_partial = [&](const std::string& group) {
+        return std::find(bake.partial.begin(), bake.partial.end(), group) != bake.partial.end();
+    };
+    if (!tells_groups(*plan) || !tells_groups(*unit) ||
+        mixed.group_names() != rendered.group_names()) {
+        if (auto added = add("all", *plan, *unit); !added) return added.error();
+        rows.back().is_compared = bake.partial.empty();
+        return rows;
     }
-    const auto a = greys_of(mixed, *plan, look), b = greys_of(rendered, *unit, {});
-    if (!a) return a.error();
-    if (!b) return b.error();
-    rows.push_back(compare("all", *a, *b));
+    for (const std::string& group : mixed.group_names()) {
+        const auto is_this = [&](const std::string& g) { return g == group; };
+        if (auto added =
+                add(group, part_of(mixed, *plan, is_this), part_of(rendered, *unit, is_this));
+            !added)
+            return added.error();
+        rows.back().is_compared = !is_partial(group);
+    }
+    const auto is_whole = [&](const std::string& g) { return !is_partial(g); };
+    if (auto added =
+            add("all", part_of(mixed, *plan, is_whole), part_of(rendered, *unit, is_whole));
+        !added)
+        return added.error();
     return rows;
 }
 

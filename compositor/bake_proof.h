@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/result.h"
-#include "compositor/controls.h"
+#include "compositor/bake.h"
 #include "compositor/layer_stack.h"
 
 #include <array>
@@ -19,14 +19,16 @@ struct ProofRow {
     /// Difference of the means, and excess of the squared differences of 8×8 blocks over what noise
     /// makes of them, both in standard errors.
     double mean_sigmas = 0, block_sigmas = 0;
+    bool is_compared = true;  ///< false where some prims of a group are baked and others are not
 
     bool agrees() const;
 };
 
 /// Compares the pixels that both files have, against the noise that the half images of both
-/// predict; what clamps took is given back. Errors: those of plan_mix, "halves-not-stored", "diff-window" (no pixel in common).
+/// predict; what clamps took is given back. The whole picture is that of the groups that can be
+/// compared. Errors: those of plan_mix, "halves-not-stored", "diff-window" (no pixel in common).
 Result<std::vector<ProofRow>> prove_bake(const LayerStack& mixed,
-                                         const Look& baked,
+                                         const Bake& bake,
                                          const LayerStack& rendered);
 
 /// Arguments of `velatura render` for a picture like that of the file: resolution, window, camera,

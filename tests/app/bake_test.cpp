@@ -160,15 +160,13 @@ TEST_F(Bake, AgreesWithARenderForEveryTypeOfLight) {
         "--solo window --solo rect --solo disk --solo ball --solo tube --solo panel --solo bulb");
     // The instanced bulb cannot follow the exposure
     EXPECT_NE(r.output.find("not baked: </W/Lamp/bulb>"), std::string::npos) << r.output;
-    for (const char* light : {"sun", "sky", "window", "rect", "disk", "ball", "tube", "panel"}) {
+    // and is not part of what is proved: it agrees as rendered
+    for (const char* light : {"sun", "sky", "window", "rect", "disk", "ball", "tube", "panel", "bulb", "all"}) {
         const size_t at = r.output.find(fmt::format("\n{} ", light));
         ASSERT_NE(at, std::string::npos) << r.output;
         EXPECT_NE(r.output.substr(at + 1, r.output.find('\n', at + 1) - at).find(" agrees"), std::string::npos) << r.output;
     }
-    const size_t bulb = r.output.find("\nbulb ");
-    ASSERT_NE(bulb, std::string::npos) << r.output;
-    EXPECT_NE(r.output.find("DIFFERS", bulb), std::string::npos) << r.output;
-    EXPECT_EQ(r.exit_code, 4);
+    EXPECT_EQ(r.exit_code, 3) << r.output;
 }
 
 TEST_F(Bake, MutesAndCropsAgree) {

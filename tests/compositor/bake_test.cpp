@@ -2,11 +2,13 @@
 #include "compositor/bake.h"
 
 #include "compositor/bake_layer.h"
+#include "compositor/mix_plan.h"
 #include "compositor/test_stack.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 namespace velatura::compositor {
 namespace {
@@ -107,6 +109,106 @@ TEST(BakeLook, AnimationKeepsItsSamples) {
     EXPECT_NE(bake->left[0].find("/World/FillB"), std::string::npos);
 }
 
+/// What a look does to a group of the file, layer by layer.
+std::vector<std::array<float, 3>> gains_of(const LayerStack& stack,
+                                           const Look& look,
+                                           const std::string& group) {
+    const auto plan = plan_mix(stack, look);
+    EXPECT_TRUE(plan.has_value());
+    const float exposure = std::exp2(look.exposure_stops);
+    std::vector<std::array<float, 3>> gains;
+    for (const MixPlan::Term& term : plan->terms) {
+        if (stack.header().find(term.layer)->group != group) continue;
+        gains.push_back(term.gain);
+        for (float& g : gains.back()) g *= exposure;
+    }
+    EXPECT_FALSE(gains.empty());
+    return gains;
+}
+
+TEST(BakeLook, ItsRecordIsWhatWasBaked) {
+    // Whole groups have the mix; those that lights cannot follow are as rendered; of fill one prim
+    // could take the tint and the other not
+    const LayerStack stack = make_stack();
+    Look look = look_of({{Gain, "key=+2st"}, {Tint, "fill=1,.5,1"}, {Gain, "all=3"}});
+    look.exposure_stops = 0.5f;
+    const auto bake = bake_look(stack, look);
+    ASSERT_TRUE(bake.has_value());
+    const auto baked = gains_of(stack, bake->baked, "key"), wanted = gains_of(stack, look, "key");
+    ASSERT_EQ(baked.size(), wanted.size());
+    for (size_t i = 0; i < baked.size(); ++i)
+        for (size_t c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(baked[i][c], wanted[i][c]);
+    for (const char* group : {"sky", "emissive"}) {
+        for (const auto& gain : gains_of(stack, bake->baked, group))
+            EXPECT_EQ(gain, (std::array<float, 3>{1, 1, 1})) << group;
+    }
+    EXPECT_EQ(bake->partial, std::vector<std::string>{"fill"});
+    EXPECT_EQ(bake->baked.exposure_stops, 0);
+    const auto muted = bake_look(stack, look_of({{Gain, "key=2"}, {Mute, "key"}}));
+    ASSERT_EQ(muted->baked.controls.size(), 1u);
+    EXPECT_EQ(muted->baked.controls[0].kind, Mute);
+}
+
+TEST(BakeLook, NamesMeanWhatTheyMeanInAMix) {
+    const LayerStack stack = make_stack();
+    Look look = look_of({{Gain, "warm:all=2"}, {Gain, "warm:b1=2"}, {Mute, "env:all"}});
+    look.rows = {{"warm", {"key", "fill"}}};
+    const auto bake = bake_look(stack, look);
+    ASSERT_TRUE(bake.has_value());
+    EXPECT_EQ(find(*bake, "/World/Key")->intensity, 6.0);
+    EXPECT_EQ(find(*bake, "/World/FillA")->intensity, 4.0);
+    // Two rows of the set, and the instanced dome
+    ASSERT_EQ(bake->left.size(), 3u);
+    EXPECT_NE(bake->left[0].find("--gain key:b1=2: "), std::string::npos) << bake->left[0];
+    EXPECT_NE(bake->left[1].find("--gain fill:b1=2: "), std::string::npos) << bake->left[1];
+    EXPECT_NE(bake->left[2].find("/World/Sky"), std::string::npos) << bake->left[2];
+    EXPECT_EQ(bake_look(stack, look_of({{Gain, "key=2"}, {Mute, "shadow"}}))->left.size(), 1u);
+}
+
+TEST(BakeLook, KeysInStopsGoToTheExposure) {
+    const LayerStack stack = make_stack();
+    const Look look = look_of({{Gain, "key=0st@1,2st@13"}, {Gain, "fill=1@1,3@13"}});
+    const auto bake = bake_look(stack, look_at(look, 7));
+    ASSERT_TRUE(bake.has_value());
+    const BakedLight& key = *find(*bake, "/World/Key");
+    EXPECT_FALSE(key.intensity.has_value());
+    EXPECT_NEAR(key.exposure.value(), 2, 1e-6);
+    EXPECT_EQ(find(*bake, "/World/FillA")->intensity, 4.0);
+    // A layer has one value for all frames: said for each
+    ASSERT_EQ(bake->notes.size(), 2u);
+    EXPECT_NE(bake->notes[0].find("--gain key=0st@1,2st@13: "), std::string::npos)
+        << bake->notes[0];
+}
+
+TEST(BakeLook, LightsStayFinite) {
+    const LayerStack stack = make_stack();
+    for (const float exposure :
+         {std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
+          std::numeric_limits<float>::quiet_NaN()}) {
+        Look look;
+        look.exposure_stops = exposure;
+        const auto bake = bake_look(stack, look);
+        ASSERT_FALSE(bake.has_value()) << exposure;
+        EXPECT_EQ(bake.error().code, "bad-gain");
+    }
+    EXPECT_FALSE(bake_look(stack, look_of({{Gain, "key=3e38"}, {Gain, "all=3e38"}})).has_value());
+    // No light at all is not −∞ stops
+    const auto none = bake_look(stack, look_of({{Gain, "key=-300st"}}));
+    ASSERT_TRUE(none.has_value());
+    EXPECT_EQ(find(*none, "/World/Key")->intensity, 0.0);
+    EXPECT_FALSE(find(*none, "/World/Key")->exposure.has_value());
+}
+
+TEST(BakeLook, AMatteThatIsNotThereIsNamedAsAnyOther) {
+    Look look = look_of({{Gain, "key=2"}, {Gain, "fill=2"}});
+    look.controls[0].matte = "/nowhere/matte.exr:M";
+    const auto bake = bake_look(make_stack(), look);
+    ASSERT_TRUE(bake.has_value());
+    EXPECT_EQ(find(*bake, "/World/Key"), nullptr);
+    ASSERT_EQ(bake->left.size(), 1u);
+    EXPECT_NE(bake->left[0].find("within a matte"), std::string::npos);
+}
+
 TEST(BakeLook, SolosMuteTheOthers) {
     const auto bake = bake_look(make_stack(), look_of({{Solo, "key:b1"}, {Solo, "sky"}}));
     ASSERT_TRUE(bake.has_value());
@@ -139,7 +241,9 @@ TEST(BakeLook, NamesWhatItLeaves) {
     EXPECT_EQ(bake->left.size(), 4u);
     EXPECT_EQ(bake->notes.size(), 1u);
     EXPECT_EQ(bake->lights.size(), 1u);
-    EXPECT_EQ(bake->baked.controls.size(), 3u);
+    // What was named is in no look: surfaces that emit, lights below an instance
+    ASSERT_EQ(bake->baked.controls.size(), 1u);
+    EXPECT_EQ(bake->baked.controls[0].target, "off");
     Look matted = look_of({{Gain, "key=2"}});
     matted.controls[0].matte = "object:ball";
     EXPECT_EQ(bake_look(make_stack(), matted)->left.size(), 1u);
