@@ -7,6 +7,7 @@
 #include "compositor/commands.h"
 #include "compositor/layer_stack.h"
 #include "compositor/look_command_options.h"
+#include "compositor/render_like.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -18,7 +19,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -110,12 +110,11 @@ Result<LayerStack> render_baked(const BakeOptions& o, const LayerStack& mixed) {
     std::vector<std::string> arguments = {
         program, "render",   stacked,          "-o",       picture, "-q", "--progress",
         "none",  "--halves", "--float-layers", "--layers", "matrix"};
-    const auto like = render_arguments_like(mixed, crop);
-    arguments.insert(arguments.end(), like.begin(), like.end());
-    if (o.spp > 0)
-        *(std::find(arguments.begin(), arguments.end(), "--spp") + 1) = std::to_string(o.spp);
-    std::istringstream more(o.more_arguments);
-    for (std::string word; more >> word;) arguments.push_back(word);
+    std::vector<RenderOption> like = render_options_like(mixed, crop);
+    if (o.spp > 0) override_options(like, {{"--spp", {std::to_string(o.spp)}}});
+    override_options(like, options_of(o.more_arguments));
+    const auto typed = arguments_of(like);
+    arguments.insert(arguments.end(), typed.begin(), typed.end());
     if (auto done = run_program(std::move(arguments)); !done) return done.error();
     return LayerStack::load(picture);
 }
@@ -177,21 +176,29 @@ void add_bake_command(CLI::App& app, std::function<int()>& run) {
     command->add_option("-o,--output", o->output, "USD layer, .usda, to put above the scene")
         ->required();
     o->look.add_to(*command);
-    command->add_flag("--prove", o->prove,
-                      "Render the scene with the layer and compare it with the mix, against the "
-                      "noise of both; needs --scene and a file with --halves");
-    command->add_option("--scene", o->scene, "Scene that the file was rendered from");
+    CLI::Option* prove = command->add_flag(
+        "--prove", o->prove,
+        "Render the scene with the layer and compare it with the mix, against the "
+        "noise of both; needs --scene and a file with --halves");
+    // Of the proof alone: without it they would change nothing
+    command->add_option("--scene", o->scene, "Scene that the file was rendered from")->needs(prove);
     command
         ->add_option("--crop", o->crop,
                      "Part of the picture to prove: X0 X1 Y0 Y1 as fractions from the bottom left")
-        ->expected(4);
-    command->add_option("--spp", o->spp,
-                        "Samples per pixel of the proof (default: those of the file)");
-    command->add_option("--velatura", o->program,
-                        "The renderer (default: the one beside this program)");
-    command->add_option("--render-args", o->more_arguments,
-                        "Further options of velatura render that the file was rendered with and "
-                        "does not tell: --filter, --purpose ...");
+        ->expected(4)
+        ->needs(prove);
+    command
+        ->add_option("--spp", o->spp, "Samples per pixel of the proof (default: those of the file)")
+        ->needs(prove);
+    command
+        ->add_option("--velatura", o->program,
+                     "The renderer (default: the one beside this program)")
+        ->needs(prove);
+    command
+        ->add_option("--render-args", o->more_arguments,
+                     "Options of velatura render in place of what the file tells, or beside it: "
+                     "--search-path ...")
+        ->needs(prove);
     command->callback([&run, o] { run = [o] { return run_bake(*o); }; });
 }
 

@@ -4,9 +4,6 @@
 #include "compositor/mix.h"
 #include "compositor/noise.h"
 
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -107,56 +104,6 @@ bool tells_groups(const MixPlan& plan) {
     return plan.family == "matrix" || plan.family == "groups";
 }
 
-/// The policy of --lights that the rows of a file come from.
-std::string light_policy(const LayerStack& stack) {
-    const auto groups = stack.group_names();
-    const bool has_rest = std::find(groups.begin(), groups.end(), "rest") != groups.end();
-    if (!has_rest) return "per-light";
-    return groups.size() <= 2 ? "off" : "groups";
-}
-
-nlohmann::json json_of(const LayerStack& stack, const char* attribute) {
-    auto j = nlohmann::json::parse(stack.image().text(attribute), nullptr, false);
-    return j.is_object() ? j : nlohmann::json::object();
-}
-
-/// Options of the estimator, by the words that the header has for them.
-void add_estimator(const nlohmann::json& stats, std::vector<std::string>& arguments) {
-    if (!stats.contains("estimator") || !stats["estimator"].is_object()) return;
-    const auto& e = stats["estimator"];
-    constexpr const char* options[][2] = {{"integrator", "--integrator"},
-                                          {"light_sampling", "--light-sampling"},
-                                          {"light_selection", "--light-selection"},
-                                          {"roulette", "--roulette"},
-                                          {"sampler", "--sampler"},
-                                          {"accelerator", "--accel"},
-                                          {"guiding", "--guiding"},
-                                          {"splitting", "--splitting"},
-                                          {"caustics", "--caustics"}};
-    for (const auto& [name, option] : options) {
-        if (e.contains(name) && e[name].is_string() && !e[name].get<std::string>().empty())
-            arguments.insert(arguments.end(), {option, e[name].get<std::string>()});
-    }
-    if (e.contains("adaptive") && e["adaptive"].is_boolean())
-        arguments.insert(arguments.end(), {"--adaptive", e["adaptive"].get<bool>() ? "on" : "off"});
-}
-
-/// Approximations in force.
-void add_ledger(const nlohmann::json& stats, std::vector<std::string>& arguments) {
-    if (!stats.contains("ledger") || !stats["ledger"].is_array()) return;
-    std::string effects;
-    for (const auto& line : stats["ledger"]) {
-        const auto what = line.value("approximation", "");
-        if (!line.contains("value")) continue;
-        if (what == "effect-left-out" && line["value"].is_string())
-            effects += (effects.empty() ? "-" : ",-") + line["value"].get<std::string>();
-        if (what == "max-depth" && line["value"].is_number())
-            arguments.insert(arguments.end(),
-                             {"--max-depth", fmt::format("{}", line["value"].get<int>())});
-    }
-    if (!effects.empty()) arguments.push_back("--effects=" + effects);
-}
-
 /// With all that clamps took: they would take more of a light that is turned up, so no gain
 /// commutes with them, and the picture that proves is rendered without.
 Look without_clamps(const LayerStack& stack, Look look) {
@@ -217,39 +164,6 @@ Result<std::vector<ProofRow>> prove_bake(const LayerStack& mixed,
         !added)
         return added.error();
     return rows;
-}
-
-std::vector<std::string> render_arguments_like(const LayerStack& stack,
-                                               const std::optional<std::array<double, 4>>& crop) {
-    const image::Image& image = stack.image();
-    const image::SampleInfo& samples = stack.header().samples;
-    const int width = image.display.width(), height = image.display.height();
-    std::vector<std::string> out = {"--res", std::to_string(width), std::to_string(height)};
-    const auto add_crop = [&](const std::array<double, 4>& c) {
-        out.push_back("--crop");
-        for (const double edge : c) out.push_back(fmt::format("{}", edge));
-    };
-    if (crop) {
-        add_crop(*crop);
-    } else if (image.data != image.display) {
-        const image::Window& w = image.data;
-        add_crop({double(w.x0) / width, double(w.x1) / width, 1 - double(w.y1) / height,
-                  1 - double(w.y0) / height});
-    }
-    // Any other seed: the two pictures must not have their noise in common
-    out.insert(out.end(), {"--seed", std::to_string((samples.seed ^ 0x5eed) & 0x7fffffff)});
-    out.insert(out.end(), {"--spp", std::to_string(samples.end - samples.first), "--lights",
-                           light_policy(stack)});
-    const nlohmann::json scene = json_of(stack, image::scene_attribute);
-    if (const auto camera = scene.value("camera", ""); camera.starts_with("/"))
-        out.insert(out.end(), {"--camera", camera});
-    // Frame 0 may stand for the default time
-    if (const double frame = scene.value("frame", 0.0); frame != 0)
-        out.insert(out.end(), {"--frames", fmt::format("{}", frame)});
-    const nlohmann::json stats = json_of(stack, image::stats_attribute);
-    add_estimator(stats, out);
-    add_ledger(stats, out);
-    return out;
 }
 
 }  // namespace velatura::compositor

@@ -5,8 +5,6 @@
 #include "compositor/bake.h"
 #include "compositor/layer_stack.h"
 
-#include <array>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,11 +28,5 @@ struct ProofRow {
 Result<std::vector<ProofRow>> prove_bake(const LayerStack& mixed,
                                          const Bake& bake,
                                          const LayerStack& rendered);
-
-/// Arguments of `velatura render` for a picture like that of the file: resolution, window, camera,
-/// frame, samples, estimator, approximations, light rows; another seed. crop: x0 x1 y0 y1 in
-/// fractions from the bottom left; none: the file's window.
-std::vector<std::string> render_arguments_like(const LayerStack& stack,
-                                               const std::optional<std::array<double, 4>>& crop);
 
 }  // namespace velatura::compositor

@@ -206,10 +206,31 @@ TEST_F(Bake, WhatClampsTookIsGivenBackForTheProof) {
     EXPECT_EQ(r.exit_code, 0) << r.output;
 }
 
+TEST_F(Bake, TheProofIsRenderedLikeTheFile) {
+    // A proxy that darkens the picture, a filter, a depth: all of them stand in the file
+    std::string proxied = every_light;
+    const std::string box = "def Cube \"Box\"\n    {\n";
+    ASSERT_NE(proxied.find(box), std::string::npos);
+    proxied.replace(proxied.find(box), box.size(), box + "        uniform token purpose = \"proxy\"\n");
+    w.write("proxied.usda", proxied);
+    const CommandResult r = w.velatura("render proxied.usda -o proxied.exr -q --progress none --spp 32 --bounces 1 --max-depth 2 --halves --layers matrix --splitting off --guiding off --purpose proxy --filter box");
+    ASSERT_EQ(r.exit_code, 0) << r.output;
+    const CommandResult proved = w.comp("bake proxied.exr -o look.usda --prove --scene proxied.usda --gain rect=2");
+    EXPECT_EQ(proved.exit_code, 0) << proved.output;
+    const CommandResult other = w.comp("bake proxied.exr -o look.usda --prove --scene proxied.usda --gain rect=2 --render-args '--purpose default'");
+    EXPECT_EQ(other.exit_code, 4) << other.output;
+}
+
 TEST_F(Bake, UsageAndFaults) {
     EXPECT_EQ(w.comp("bake s.exr -o look.exr").exit_code, 2);
     EXPECT_EQ(w.comp("bake s.exr -o look.usda --prove").exit_code, 2);
     EXPECT_EQ(w.comp("bake s.exr -o look.usda --gain moon=2").exit_code, 2);
+    // Options of the proof without one
+    for (const char* option : {"--scene s.usda", "--crop 0 1 0 1", "--spp 4", "--velatura x", "--render-args=--filter"}) {
+        const CommandResult r = w.comp(fmt::format("bake s.exr -o look.usda --gain rect=2 {}", option));
+        EXPECT_EQ(r.exit_code, 2) << option;
+        EXPECT_NE(r.output.find("--prove"), std::string::npos) << r.output;
+    }
     EXPECT_EQ(w.comp("bake s.exr -o look.usda --prove --scene missing.usda").exit_code, 1);
     EXPECT_EQ(w.comp("bake s.exr -o look.usda --prove --scene s.usda --velatura /nonexistent/velatura").exit_code, 1);
 }
