@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/render_layers.h"
 
-#include <array>
+#include <cctype>
 #include <map>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "base/unique_names.h"
 #include "film/light_path_expression.h"
 #include "film/lobe_layers.h"
 #include "film/path_automaton.h"
@@ -101,9 +101,9 @@ class LayerChoice {
         std::string legal;
         for (const char c : name) legal += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
         if (!image::is_legal_channel_name(legal.substr(0, 1))) legal = "layer_" + legal;
-        std::set<std::string> taken;
-        for (const auto& [n, lpe] : taken_) taken.insert(n);
-        legal = image::unique_name(legal, longest_name(set_), taken);
+        UniqueNames names("_", longest_name(set_));
+        for (const auto& [taken, lpe] : taken_) names.take(taken);
+        legal = names.make(legal);
         if (legal == name) return {};
         const std::string note = fmt::format("it is stored as {}: {}", legal, taken_.contains(name) ? "there is a layer of that name" : "its name is not one for layers of files");
         name = legal;
