@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 /// Renders, verifies and mixes with gains of 1.
 void expect_closure(const Workplace& w, const std::string& scene, const std::string& options) {
     SCOPED_TRACE(scene);
-    const CommandResult rendered = w.velatura(fmt::format("render {} {} --layers bounce,light,matrix,shadow,data -q --progress none -o s.exr", scene, options));
+    const CommandResult rendered = w.velatura(fmt::format("render {} {} --layers bounce,light,matrix,shadow,caster,lobe,data -q --progress none -o s.exr", scene, options));
     ASSERT_EQ(rendered.exit_code, 0) << rendered.output;
     const CommandResult verified = w.comp("verify s.exr");
     EXPECT_EQ(verified.exit_code, 0) << verified.output;
