@@ -54,9 +54,8 @@ std::map<std::string, std::string> stored_layers(const film::LayerSet& set) {
 /// Room for `.R`, and for `_hA` and `clamp_` where these come.
 size_t longest_name(const film::LayerSet& set) { return image::max_channel_name_bytes - 2 - (set.halves ? 3 : 0) - (set.has_clamp() ? 6 : 0); }
 
-/// Whether all expressions can be told apart together.
-Result<void> check_paths(const film::LayerSet& set) {
-    const Result<film::PathAutomaton> made = film::PathAutomaton::make(set.path_layers, set.has_strict_paths, set.groups);
+Result<void> check_paths(const std::vector<image::PathLayer>& layers, const film::LayerSet& set) {
+    const Result<film::PathAutomaton> made = film::PathAutomaton::make(layers, set.has_strict_paths, set.groups);
     if (!made) return made.error();
     return {};
 }
@@ -74,13 +73,18 @@ class LayerChoice {
         // The set's own layer of that name may be what is meant
         const auto known = taken_.find(name);
         if (known != taken_.end() && !text.empty() && known->second == text) return std::string();
-        film::LayerSet with = set_;
+        if (const Result<void> ok = check_paths({layer}, set_); !ok) return ok.error();
         std::string note = find_name(layer.name);
-        with.path_layers.push_back(std::move(layer));
-        if (const Result<void> ok = check_paths(with); !ok) return ok.error();
-        taken_.emplace(with.path_layers.back().name, with.path_layers.back().expression);
-        set_ = std::move(with);
+        taken_.emplace(layer.name, layer.expression);
+        set_.path_layers.push_back(std::move(layer));
         return note;
+    }
+
+    /// After the last: drops those that were added if all together tell too many paths apart, which is the error "lpe".
+    Result<void> finish() {
+        const Result<void> ok = check_paths(set_.path_layers, set_);
+        if (!ok) std::erase_if(set_.path_layers, [](const image::PathLayer& p) { return p.family == "paths"; });
+        return ok;
     }
 
     std::string add_data(const std::string& name, const std::string& source) {
@@ -157,6 +161,8 @@ film::LayerSet layers_of(const RenderJob& job, const scene::Scene& scene) {
         (void)told_elsewhere;
     }
     add_vars(scene.settings, choice, [](const scene::RenderVar&, const std::string&, bool) {});
+    const auto told_elsewhere = choice.finish();
+    (void)told_elsewhere;
     return choice.set();
 }
 
@@ -176,6 +182,10 @@ Result<void> check_render_vars(const RenderJob& job, const scene::Scene& scene, 
         if (is_error) diagnostics.error("render-var", loc, prim, message);
         else diagnostics.warn("render-var", loc, prim, message);
     });
+    if (const Result<void> ok = choice.finish(); !ok) {
+        if (!job.arguments.lpe.empty()) return ok;
+        diagnostics.error("render-var", {}, scene.settings.name, ok.error().message + "; render vars get no layers of light paths");
+    }
     return {};
 }
 
