@@ -183,13 +183,15 @@ Result<void> read_matte_sums(const Image& image, SampleSums& sums) {
             const size_t i = w.index(x, y);
             const PixelRecord& record = sums.record(x, y);
             // So that no sum of all samples that a file can number overflows
-            const auto most = int64_t(record.end - record.first) * matte_weight(most_filter_weight);
+            std::array<int64_t, matte_kinds.size()> left{};
+            left.fill(int64_t(record.end - record.first) * matte_weight(most_filter_weight));
             list.clear();
             for (const auto& slot : *slots) {
                 const auto weight = int64_t(uint64_t((*slot[2])[i]) | uint64_t((*slot[3])[i]) << 32);
                 const uint32_t kind = (*slot[0])[i];
                 if (weight == 0) continue;
-                if (kind >= matte_kinds.size() || weight > most || weight < -most) return damaged;
+                if (kind >= matte_kinds.size() || weight > left[kind] || weight < -left[kind]) return damaged;
+                left[kind] -= std::abs(weight);
                 list.push_back({uint8_t(kind), (*slot[1])[i], weight});
             }
             join_matte_weights(list);

@@ -136,9 +136,17 @@ TEST(SumsPart, RefusesWhatCannotBe) {
         expect_damaged("too few", [&](Image& image) { words(image, name).pop_back(); });
     }
     expect_damaged("an end before the beginning", [](Image& image) { words(image, "sums_end")[40] = 0; words(image, "sums_first")[40] = 1; });
-    // Of 30 with every second one: 18 things; weights with room for no more than its samples
+    // Of a pixel with 15 things and 11 samples
     expect_damaged("a kind that there is not", [](Image& image) { words(image, "sums_matte0.kind")[35] = 256; });
     expect_damaged("a weight of too many samples", [](Image& image) { words(image, "sums_matte0.w1")[35] = 0x7fffffff; });
+    expect_damaged("more of them than fit together", [](Image& image) {
+        // Eight times the samples of the pixel each, of sixteen times at most
+        for (const char* name : {"sums_matte0.", "sums_matte1."}) {
+            words(image, name + std::string("kind"))[35] = 1;
+            words(image, name + std::string("w0"))[35] = 0;
+            words(image, name + std::string("w1"))[35] = 2;
+        }
+    });
     expect_damaged("a negative one", [](Image& image) { words(image, "sums_matte0.w1")[35] = 0x80000000; });
 }
 
