@@ -27,8 +27,7 @@ std::optional<double> stops_of(const Control& control) {
     if (control.kind != Kind::Gain) return std::nullopt;
     const bool are_stops =
         control.keys.empty() ? control.value.ends_with("st") : control.keys_are_stops;
-    // A factor of 0 has no stops
-    if (!are_stops || control.factor[0] == 0.0f) return std::nullopt;
+    if (!are_stops) return std::nullopt;
     return std::log2(double(control.factor[0]));
 }
 
