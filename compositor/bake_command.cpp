@@ -107,14 +107,15 @@ Result<LayerStack> render_baked(const BakeOptions& o, const LayerStack& mixed) {
         return done.error();
     std::optional<std::array<double, 4>> crop;
     if (o.crop.size() == 4) crop = {o.crop[0], o.crop[1], o.crop[2], o.crop[3]};
-    std::vector<std::string> arguments = {
-        program, "render",   stacked,          "-o",       picture, "-q", "--progress",
-        "none",  "--halves", "--float-layers", "--layers", "matrix"};
-    std::vector<RenderOption> like = render_options_like(mixed, crop);
-    if (o.spp > 0) override_options(like, {{"--spp", {std::to_string(o.spp)}}});
-    override_options(like, options_of(o.more_arguments));
-    const auto typed = arguments_of(like);
-    arguments.insert(arguments.end(), typed.begin(), typed.end());
+    std::vector<RenderOption> options = {{"--progress", {"none"}},
+                                         {"--halves", {}},
+                                         {"--float-layers", {}},
+                                         {"--layers", {"matrix"}}};
+    override_options(options, render_options_like(mixed, crop));
+    if (o.spp > 0) override_options(options, {{"--spp", {std::to_string(o.spp)}}});
+    override_options(options, options_of(o.more_arguments));
+    std::vector<std::string> arguments = {program, "render", stacked, "-o", picture, "-q"};
+    for (std::string& argument : arguments_of(options)) arguments.push_back(std::move(argument));
     if (auto done = run_program(std::move(arguments)); !done) return done.error();
     return LayerStack::load(picture);
 }
