@@ -122,7 +122,7 @@ RowState row_state(const Look& look, const std::string& target) {
 
 void set_stops(Look& look, const std::string& target, float stops) {
     if (!std::isfinite(stops)) return;
-    const float rounded = std::round(stops * 100) / 100;
+    const float rounded = std::round(std::clamp(stops, -largest_stops, largest_stops) * 100) / 100;
     if (rounded == 0) {
         take_away(look, Kind::Gain, target);
     } else {
@@ -151,9 +151,9 @@ void set_tint(Look& look, const std::string& target, const std::array<float, 3>&
     if (tint == std::array<float, 3>{1, 1, 1}) {
         take_away(look, Kind::Tint, target);
     } else {
+        const auto kept = [](float t) { return std::clamp(t, 0.0f, largest_factor); };
         put(look, Kind::Tint, target,
-            fmt::format("{:.3f},{:.3f},{:.3f}", std::max(tint[0], 0.0f), std::max(tint[1], 0.0f),
-                        std::max(tint[2], 0.0f)));
+            fmt::format("{:.3f},{:.3f},{:.3f}", kept(tint[0]), kept(tint[1]), kept(tint[2])));
     }
 }
 

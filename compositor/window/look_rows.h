@@ -42,7 +42,8 @@ RowState row_state(const Look& look, const std::string& target);
 
 // Numbers that are not finite, which a box takes when they are typed, change nothing.
 
-/// Rounded to what the row shows: 0.01 stops. 0 takes the control away.
+/// Rounded to what the row shows, 0.01 stops, and kept within what a control takes. 0 takes the
+/// control away.
 void set_stops(Look& look, const std::string& target, float stops);
 void set_muted(Look& look, const std::string& target, bool is_muted);
 void set_soloed(Look& look, const std::string& target, bool is_soloed);

@@ -110,17 +110,22 @@ TEST(LookRows, NumbersThatAreNotFiniteChangeNothing) {
     Look look;
     set_tint(look, "key", {1, 0.5f, 0.25f});
     const Look before = look;
-    for (const float bad : {std::numeric_limits<float>::infinity(),
-                            -std::numeric_limits<float>::infinity(),
-                            std::numeric_limits<float>::quiet_NaN()}) {
+    for (const float bad :
+         {std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
+          std::numeric_limits<float>::quiet_NaN()}) {
         set_tint(look, "key", {1, bad, 1});
         set_stops(look, "key", bad);
         set_kelvin(look, "key", bad);
         set_share(look, Kind::Shadow, "key", bad);
         EXPECT_TRUE(same_look(look, before)) << bad;
     }
-    set_tint(look, "key", {std::numeric_limits<float>::max(), 1, 1});
-    EXPECT_EQ(row_state(look, "key").tint[0], std::numeric_limits<float>::max());
+    // The largest numbers that a control takes are the largest that a row gives it
+    set_tint(look, "key", {std::numeric_limits<float>::max(), 1, -1});
+    EXPECT_EQ(row_state(look, "key").tint, (std::array<float, 3>{largest_factor, 1, 0}));
+    for (const float sign : {1.0f, -1.0f}) {
+        set_stops(look, "key", sign * std::numeric_limits<float>::max());
+        EXPECT_EQ(row_state(look, "key").stops, sign * largest_stops);
+    }
 }
 
 TEST(LookRows, WhatHasNoRowIsListed) {
