@@ -101,8 +101,7 @@ void Desktop::take_loaded() {
     textures_.show(file.levels);
     drawing_.noise.reset();
     drawing_.cursor.reset();
-    session_.show(file.path, file.levels);
-    if (frame_) session_.set_frame(*frame_);
+    session_.show(file.path, file.levels, frame_);
 }
 
 void Desktop::take_news() {

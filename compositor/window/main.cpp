@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <optional>
@@ -96,6 +97,8 @@ int run(const Options& o) {
     auto window = GlfwWindow::open(o.width, o.height);
     if (!window) return report(window.error());
     Desktop desktop(**window, o.frame);
+    if (o.frame && !std::isfinite(*o.frame))
+        return report({"bad-arguments", "--frame is no number"});
     for (const std::string& path : {o.preset, is_preset(o.input) ? o.input : std::string()}) {
         if (path.empty()) continue;
         desktop.load_preset(path);

@@ -30,7 +30,9 @@ bool same_picture(const Look& a, const Look& b) {
 
 Session::Session(RecentFiles recent) : recent_(std::move(recent)) {}
 
-void Session::show(std::string path, std::shared_ptr<const Levels> levels) {
+void Session::show(std::string path,
+                   std::shared_ptr<const Levels> levels,
+                   std::optional<double> frame) {
     path_ = std::move(path);
     levels_ = std::move(levels);
     rows_ = mixer_rows(stack());
@@ -41,13 +43,13 @@ void Session::show(std::string path, std::shared_ptr<const Levels> levels) {
     fresh.view = look().view;
     history_.reset({fresh, fresh});
     active_ = 0;
-    frame_ = frame_of(stack().image()).value_or(0);
+    frame_ = frame ? *frame : frame_of(stack().image()).value_or(0);
     pictures_ = {};
     transforms_.clear();
     set_page(Page::Lights);
     const size_t rows_of_file = stack().header().lights.size();
-    const image::Window& frame = stack().image().display;
-    view_.set_picture(frame.width(), frame.height());
+    const image::Window& display = stack().image().display;
+    view_.set_picture(display.width(), display.height());
     after_change();
     tell(fmt::format(
         "{} layers, {} {}", stack().header().layers.size(), rows_of_file,

@@ -41,7 +41,10 @@ class Session {
 
     // The file
 
-    void show(std::string path, std::shared_ptr<const Levels> levels);
+    /// frame: at which keys are read; none: that of the file.
+    void show(std::string path,
+              std::shared_ptr<const Levels> levels,
+              std::optional<double> frame = std::nullopt);
 
     bool has_file() const { return levels_ != nullptr; }
 

@@ -209,6 +209,12 @@ TEST(Session, KeysAreReadAtTheFrameAndKept) {
     session.set_frame(std::numeric_limits<double>::infinity());
     EXPECT_EQ(session.frame(), 13);
 
+    // A preset that waited is told of with the frame that was asked for
+    Session waiting{RecentFiles("")};
+    waiting.load_preset(path);
+    waiting.show(layers, levels_of(layers), 13);
+    EXPECT_NE(waiting.message().text.find("frame 13"), std::string::npos) << waiting.message().text;
+
     // Another gain of the row is beside the keys, which a saved preset still holds
     session.edit("", [](Look& l) { set_stops(l, "key", 1); });
     EXPECT_TRUE(picture_is_that_of(13));
