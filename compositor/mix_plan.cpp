@@ -337,7 +337,7 @@ Result<void> Planner::add_shadows() {
         if (!is_lifted) continue;
         const std::string layer = "S_" + rows_.group_name(g);
         const image::LayerEntry* entry = stack_.header().find(layer);
-        if (!entry) {
+        if (!entry || entry->family != "shadow") {
             return Error{
                 "mix-not-stored",
                 fmt::format(

@@ -46,9 +46,17 @@ std::map<std::string, std::string> stored_layers(const film::LayerSet& set) {
     add(set.shadow_layers, image::shadow_sources(set, table, false));
     add(true, image::path_sources(set, table, "lobes"));
     add(true, image::path_sources(set, table, "paths"));
-    for (const char* data : {"rgba", "albedo", "N", "P", "Z", "st", "primId", "instanceId", "sampleCount", "variance", "invalid", "R", "G", "B", "A"}) names.emplace(data, "");
+    // Also names of files and parts
+    for (const char* data : {"beauty", "deep", "data", "rgba", "albedo", "N", "P", "Z", "st", "primId", "instanceId", "sampleCount", "variance", "invalid", "R", "G", "B", "A"}) names.emplace(data, "");
     for (const image::DataAlias& a : set.data_aliases) names.emplace(a.name, "");
     return names;
+}
+
+/// Whether files have a meaning for names like this.
+bool is_reserved(const std::string& name) {
+    for (const char* begin : {"sums", "clamp_", "Crypto", "U_", "S_", "C_"})
+        if (name.starts_with(begin)) return true;
+    return false;
 }
 
 /// Room for `.R`, and for `_hA` and `clamp_` where these come.
@@ -63,19 +71,23 @@ Result<void> check_paths(const std::vector<image::PathLayer>& layers, const film
 /// Adds what was asked for by name, one after the other.
 class LayerChoice {
   public:
-    explicit LayerChoice(film::LayerSet set) : set_(std::move(set)), taken_(stored_layers(set_)) {}
+    explicit LayerChoice(film::LayerSet set) : set_(std::move(set)), taken_(stored_layers(set_)), names_("_", longest_name(set_)) {
+        for (const auto& [name, lpe] : taken_) names_.take(name);
+    }
 
     const film::LayerSet& set() const { return set_; }
 
     /// Errors: "lpe". Returns: what there is to say.
     Result<std::string> add_path(const std::string& name, const std::string& text) {
         image::PathLayer layer = film::make_path_layer(name, text, "paths");
-        // The set's own layer of that name may be what is meant
+        // A layer of that name may be what is meant
+        const std::string lpe = image::lpe_of(layer);
+        if (name == "beauty" && (lpe == "C.*" || lpe == "C.*[LOB]")) return std::string();
         const auto known = taken_.find(name);
-        if (known != taken_.end() && !text.empty() && known->second == text) return std::string();
+        if (known != taken_.end() && known->second == lpe) return std::string();
         if (const Result<void> ok = check_paths({layer}, set_); !ok) return ok.error();
         std::string note = find_name(layer.name);
-        taken_.emplace(layer.name, layer.expression);
+        taken_.emplace(layer.name, lpe);
         set_.path_layers.push_back(std::move(layer));
         return note;
     }
@@ -101,21 +113,23 @@ class LayerChoice {
 
   private:
     /// Makes the name one that no layer has and files take. Returns: a note if that changed it.
-    std::string find_name(std::string& name) const {
+    std::string find_name(std::string& name) {
         std::string legal;
         for (const char c : name) legal += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
-        if (!image::is_legal_channel_name(legal.substr(0, 1))) legal = "layer_" + legal;
-        UniqueNames names("_", longest_name(set_));
-        for (const auto& [taken, lpe] : taken_) names.take(taken);
-        legal = names.make(legal);
+        // As half images are called, also where it is cut short
+        for (size_t at = 0; (at = legal.find("_h", at)) != std::string::npos; ++at)
+            if (at + 2 < legal.size() && (legal[at + 2] == 'A' || legal[at + 2] == 'B')) legal.replace(at, 2, "_half");
+        if (!image::is_legal_channel_name(legal.substr(0, 1)) || is_reserved(legal)) legal = "layer_" + legal;
+        legal = names_.make(legal);
         if (legal == name) return {};
-        const std::string note = fmt::format("it is stored as {}: {}", legal, taken_.contains(name) ? "there is a layer of that name" : "its name is not one for layers of files");
+        const std::string note = fmt::format("it is stored as {}: {}", legal, taken_.contains(name) ? "there is a layer of that name" : "its name is not one for layers of files, or is one for those of another kind");
         name = legal;
         return note;
     }
 
     film::LayerSet set_;
-    std::map<std::string, std::string> taken_;
+    std::map<std::string, std::string> taken_;  ///< names, with the expressions of layers of light
+    UniqueNames names_;
 };
 
 std::pair<std::string, std::string> split_lpe(const std::string& text) {
@@ -144,7 +158,7 @@ void add_vars(const scene::RenderSettings& settings, LayerChoice& choice, const 
 
 LayerChoice without_vars(const RenderJob& job, const scene::Scene& scene) {
     film::LayerSet layers = job.layers;
-    for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+    for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment, g.label});
     if (layers.caster_layers)
         for (const scene::Caster& c : scene.casters.list) layers.casters.push_back({c.name, c.prim});
     layers.normalise_names();

@@ -219,7 +219,7 @@ class Parser {
         const std::string word(text_.substr(at_, end - at_));
         at_ = end + 1;
         SymbolSet all = symbols_.of_label(word);
-        if (std::find(all.begin(), all.end(), true) != all.end()) return all;
+        if (word == "env" || std::find(all.begin(), all.end(), true) != all.end()) return all;
         fail_at(begin, fmt::format("there is no light group and no lobe '{}'{}", word,
                                    did_you_mean(word, symbols_.labels())));
         return symbols_.none();
@@ -233,6 +233,7 @@ class Parser {
 };
 
 bool take_prefix(std::string_view& text, std::string_view prefix) {
+    while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
     if (!text.starts_with(prefix)) return false;
     text.remove_prefix(prefix.size());
     return true;
@@ -242,7 +243,6 @@ bool take_prefix(std::string_view& text, std::string_view prefix) {
 
 image::PathLayer make_path_layer(std::string name, std::string_view text, std::string family) {
     using Light = image::PathLayer::Light;
-    while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
     take_prefix(text, "lpe:");
     Light light = Light::Arriving;
     if (take_prefix(text, "unoccluded;")) light = Light::Unoccluded;

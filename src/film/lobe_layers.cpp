@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "film/lobe_layers.h"
 
+#include "base/check.h"
+#include "image/names.h"
+
 #include <fmt/format.h>
 
 #include <array>
@@ -13,10 +16,12 @@ std::vector<image::PathLayer> lobe_layers() {
         {"diffuse", "<RD'diffuse'>"},
         {"specular", "<R.'specular'>"},
         {"coat", "<R.'coat'>"},
-        {"transmission", "T"},
+        {"transmit", "T"},
         {"subsurface", "<RD'subsurface'>"},
         {"volume", "V"},
     }};
+    // Half images of what clamps took have names, too
+    for (const auto& [name, event] : lobes) VELATURA_CHECK(fmt::format("clamp_{}_indirect_hA.R", name).size() <= image::max_channel_name_bytes, "lobes have short names");
     using Light = image::PathLayer::Light;
     std::vector<image::PathLayer> layers = {{"emission", "C[LOB]", Light::Arriving, "lobes"}};
     for (const auto& [name, event] : lobes) {

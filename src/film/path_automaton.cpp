@@ -2,6 +2,7 @@
 #include "film/path_automaton.h"
 
 #include "film/light_path_expression.h"
+#include "image/names.h"
 
 #include <fmt/format.h>
 
@@ -16,7 +17,7 @@ namespace {
 /// Nodes with edges that wait for a symbol or for nothing (Thompson 1968).
 class Nodes {
   public:
-    static constexpr size_t most = 1 << 16;
+    static constexpr size_t most = 1 << 13;
     static constexpr int none = -1;
 
     int add() {
@@ -109,9 +110,12 @@ class AutomatonBuilder {
         Subset first = closure(begins_);
         first = step(first, PathSymbols::camera);
         const size_t start = number_of(first);
+        size_t work = 0;
         for (size_t at = 0; at < subsets_.size(); ++at) {
             if (subsets_.size() > PathAutomaton::most_states)
                 return Error{"lpe", fmt::format("light path expressions: together they tell more than {} kinds of paths apart", PathAutomaton::most_states)};
+            work += subsets_[at].size();
+            if (work > most_work) return Error{"lpe", "light path expressions: too long"};
             expand(at);
         }
         drop_dead();
@@ -121,6 +125,7 @@ class AutomatonBuilder {
 
   private:
     using Subset = std::vector<int>;
+    static constexpr size_t most_work = 1 << 17;  ///< nodes of all subsets together
 
     using Memberships = std::vector<bool>;
 
@@ -239,9 +244,16 @@ bool is_of_first_scattering(const PathAutomaton& automaton, size_t groups) {
     return true;
 }
 
-/// What is wrong with it that its grammar allows.
-std::optional<Error> fault_of(const image::PathLayer& layer, const PathPattern& pattern, size_t groups) {
-    const Result<PathAutomaton> alone = AutomatonBuilder(groups).build({pattern});
+/// What is wrong with it that its grammar allows, in a scene with lights of all kinds.
+std::optional<Error> fault_of(const image::PathLayer& layer, bool is_strict, std::vector<image::LightGroup> with_all) {
+    with_all.push_back({"", {}, false});
+    with_all.push_back({"", {}, true});
+    with_all.push_back({image::emissive_group, {}, false});
+    const PathSymbols symbols(with_all);
+    const size_t groups = with_all.size();
+    const Result<PathPattern> pattern = parse_path_expression(layer.expression, symbols, is_strict);
+    if (!pattern) return pattern.error();
+    const Result<PathAutomaton> alone = AutomatonBuilder(groups).build({*pattern});
     if (!alone) return about(layer, alone.error().message);
     if (alone->start() == PathAutomaton::dead)
         return about(layer, "no path can match it: it begins with C, and ends with L, O, B or a light group");
@@ -253,12 +265,13 @@ std::optional<Error> fault_of(const image::PathLayer& layer, const PathPattern& 
 }  // namespace
 
 Result<PathAutomaton> PathAutomaton::make(const std::vector<image::PathLayer>& layers, bool is_strict, const std::vector<image::LightGroup>& groups) {
+    if (layers.size() > most_layers) return Error{"lpe", fmt::format("{} layers by light path expressions: at most {} are made", layers.size(), most_layers)};
     const PathSymbols symbols(groups);
     std::vector<PathPattern> patterns;
     for (const image::PathLayer& layer : layers) {
         Result<PathPattern> pattern = parse_path_expression(layer.expression, symbols, is_strict);
         if (!pattern) return pattern.error();
-        if (std::optional<Error> fault = fault_of(layer, *pattern, groups.size())) return *std::move(fault);
+        if (std::optional<Error> fault = fault_of(layer, is_strict, groups)) return *std::move(fault);
         patterns.push_back(std::move(*pattern));
     }
     return AutomatonBuilder(groups.size()).build(patterns);

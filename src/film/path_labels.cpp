@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "film/path_labels.h"
 
-#include <algorithm>
-
 namespace velatura::film {
 
 namespace {
@@ -40,21 +38,23 @@ void PathLabels::begin() {
     last_ = looked_ = {};
 }
 
-void PathLabels::step(const Parts& from, const EventShares& scattering, Parts& to) const {
+void PathLabels::step(const Parts& from, const EventShares& scattering, Parts& to) {
     to.clear();
     for (const auto& [state, part] : from) {
         for (const auto& [event, share] : scattering) {
             const PathAutomaton::State next = automaton_.next(state, event);
             const image::Triple value = product(part, share);
             if (next == PathAutomaton::dead || value.is_zero()) continue;
-            const auto same = std::find_if(to.begin(), to.end(),
-                                           [next](const Part& p) { return p.first == next; });
-            if (same == to.end())
+            uint16_t& place = place_of_[next];
+            if (place == 0) {
                 to.push_back({next, value});
-            else
-                same->second += value;
+                place = uint16_t(to.size());
+            } else {
+                to[place - 1].second += value;
+            }
         }
     }
+    for (const Part& part : to) place_of_[part.first] = 0;
 }
 
 void PathLabels::look(const EventShares& scattering) {
@@ -81,8 +81,10 @@ void PathLabels::weigh(float diffuse, float specular) {
     step(before_, weighed(last_, diffuse, specular), given_);
 }
 
-void PathLabels::go_back_to(const Parts& path) {
-    path_ = given_ = path;
+void PathLabels::go_back_to(const Trunk& trunk) {
+    path_ = given_ = trunk.path;
+    before_ = trunk.before;
+    last_ = trunk.last;
 }
 
 }  // namespace velatura::film

@@ -12,7 +12,7 @@ namespace velatura::film {
 /// by which lobe the sampler drew. Cleared and used again.
 class PathLabels {
   public:
-    explicit PathLabels(PathAutomaton automaton) : automaton_(std::move(automaton)) { begin(); }
+    explicit PathLabels(PathAutomaton automaton) : automaton_(std::move(automaton)), place_of_(automaton_.state_count()) { begin(); }
 
     /// A path leaves the camera.
     void begin();
@@ -38,12 +38,17 @@ class PathLabels {
     const PathAutomaton& automaton() const { return automaton_; }
 
     /// The path as it went, for what divides.
-    const Parts& path() const { return path_; }
+    struct Trunk {
+        Parts path, before;
+        EventShares last;
+    };
 
-    void go_back_to(const Parts& path);
+    Trunk trunk() const { return {path_, before_, last_}; }
+
+    void go_back_to(const Trunk& trunk);
 
   private:
-    void step(const Parts& from, const EventShares& scattering, Parts& to) const;
+    void step(const Parts& from, const EventShares& scattering, Parts& to);
 
     PathAutomaton automaton_;
     Parts path_;    ///< after the last scattering
@@ -51,6 +56,7 @@ class PathLabels {
     Parts given_;   ///< path_, or a scattering further
     Parts room_;
     EventShares last_, looked_;
+    std::vector<uint16_t> place_of_;  ///< per state: where it stands in what step() makes, + 1; 0 between calls
 };
 
 }  // namespace velatura::film

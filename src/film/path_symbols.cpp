@@ -63,17 +63,21 @@ SymbolSet PathSymbols::of_label(std::string_view label) const {
         return set;
     };
     SymbolSet set = called(label);
-    for (size_t g = 0; g < groups_.size() && label == domes; ++g)
-        set[of_group(g)] = groups_[g].is_dome;
-    const bool is_known = std::find(set.begin(), set.end(), true) != set.end();
-    // Groups have legal names, whatever the lights called them
-    return is_known ? set : called(image::legal_group_name(label));
+    // What the scene calls a group comes before what layers call another
+    const bool is_of_scene = std::any_of(groups_.begin(), groups_.end(), [label](const image::LightGroup& g) { return g.label == label; });
+    for (size_t g = 0; g < groups_.size(); ++g) {
+        if (label == domes) set[of_group(g)] = groups_[g].is_dome;
+        else if (is_of_scene) set[of_group(g)] = groups_[g].label == label;
+    }
+    return set;
 }
 
 std::vector<std::string> PathSymbols::labels() const {
     std::vector<std::string> words;
     for (const PathSymbol& s : symbols_)
         if (!s.label.empty()) words.emplace_back(s.label);
+    for (const image::LightGroup& g : groups_)
+        if (!g.label.empty()) words.push_back(g.label);
     words.emplace_back(domes);
     return words;
 }

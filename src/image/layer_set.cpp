@@ -72,6 +72,7 @@ std::string LayerSet::to_json() const {
         g["name"] = group.name;
         g["prims"] = group.prims;
         g["dome"] = group.is_dome;
+        if (!group.label.empty()) g["label"] = group.label;
         j["lights"].push_back(std::move(g));
     }
     return j.dump();
@@ -120,7 +121,7 @@ Result<LayerSet> LayerSet::from_json(const std::string& text) {
         for (const auto& g : j.at("lights")) {
             set.groups.push_back({g.at("name").get<std::string>(),
                                   g.at("prims").get<std::vector<std::string>>(),
-                                  g.at("dome").get<bool>()});
+                                  g.at("dome").get<bool>(), g.value("label", "")});
         }
         if (set.last_bounce < 0 || set.last_bounce > 999 || set.groups.empty()) return error;
         if (set.matte_levels < 1 || set.matte_levels > 64) return error;

@@ -17,6 +17,7 @@ struct LightGroup {
     std::string name;  ///< as artists see it; `LayerSet::normalise_names` makes it legal and unique
     std::vector<std::string> prims;  ///< USD paths of the lights in it
     bool is_dome = false;            ///< part of the alias `env`
+    std::string label = {};          ///< what the scene calls it; empty: `name`
 
     bool operator==(const LightGroup&) const = default;
 };

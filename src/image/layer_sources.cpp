@@ -122,6 +122,14 @@ std::vector<LayerSource> shadow_sources(const LayerSet& set,
     return list;
 }
 
+std::string lpe_of(const PathLayer& layer) {
+    using Light = PathLayer::Light;
+    const char* const prefix = layer.light == Light::Shadow       ? "shadow;"
+                               : layer.light == Light::Unoccluded ? "unoccluded;"
+                                                                  : "";
+    return prefix + layer.expression;
+}
+
 std::vector<LayerSource> path_sources(const LayerSet& set,
                                       const AccumulatorTable& table,
                                       const std::string& family) {
@@ -132,10 +140,7 @@ std::vector<LayerSource> path_sources(const LayerSet& set,
         if (layer.family != family) continue;
         LayerSource s;
         s.entry.name = layer.name;
-        s.entry.lpe = std::string(layer.light == Light::Shadow       ? "shadow;"
-                                  : layer.light == Light::Unoccluded ? "unoccluded;"
-                                                                     : "") +
-                      layer.expression;
+        s.entry.lpe = lpe_of(layer);
         s.plus = {layer.light == Light::Arriving ? table.path(i) : table.unoccluded_path(i)};
         if (layer.light == Light::Shadow) s.minus = {table.path(i)};
         s.is_clamped = layer.light == Light::Arriving && set.has_clamp();

@@ -28,6 +28,9 @@ std::vector<LayerSource> bounce_sources(const LayerSet& set, const AccumulatorTa
 /// C_<group>; from the matrix where there is one.
 std::vector<LayerSource> group_sources(const LayerSet& set, const AccumulatorTable& table);
 
+/// The expression with the prefix that says which light is meant.
+std::string lpe_of(const PathLayer& layer);
+
 /// Those of one family by expression: "lobes" or "paths".
 std::vector<LayerSource> path_sources(const LayerSet& set, const AccumulatorTable& table, const std::string& family);
 

@@ -162,7 +162,7 @@ void PathTracer::branch_out(const Path& trunk, const Vertex& vertex, film::Sampl
     out.begin_branches();
     const uint64_t rays_before = trunk.counts->total();
     film::PathLabels* const labels = labels_of(out);
-    const film::PathLabels::Parts trunk_labels = labels ? labels->path() : film::PathLabels::Parts();
+    const film::PathLabels::Trunk trunk_labels = labels ? labels->trunk() : film::PathLabels::Trunk();
     for (uint32_t i = 0; i < trunk.branches; ++i) {
         Path branch = trunk;
         branch.branches = 1;

@@ -81,6 +81,7 @@ struct LightGroup {
     std::string name;                ///< [A-Za-z0-9]+, unique
     std::vector<std::string> prims;  ///< prim paths of its lights
     bool is_environment = false;     ///< every light of it is a dome: part of the alias `env`
+    std::string label = {};          ///< what the scene calls it, where that is no such name; else empty
 };
 
 }  // namespace velatura::scene

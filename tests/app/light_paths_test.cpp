@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "base/atomic_file.h"
 #include "command.h"
 #include "film/cryptomatte_decoder.h"
 #include "image/exr.h"
@@ -182,7 +183,7 @@ TEST_F(LightPathLayers, LobesOfDirectLightAreWhatTheLightsMultipliersKeep) {
         const image::Image all = with(1, 1), diffuse = with(1, 0), specular = with(0, 1), other = with(0.5, 2);
         // Subsurface counts as diffuse; what mirrors and glass show of the light is specular
         expect_same(layer(diffuse, "b1"), sum(all, {"diffuse_direct", "subsurface_direct"}), 1, integrator + ": diffuse");
-        expect_same(layer(specular, "b1"), sum(all, {"specular_direct", "coat_direct", "transmission_direct"}), 1, integrator + ": specular");
+        expect_same(layer(specular, "b1"), sum(all, {"specular_direct", "coat_direct", "transmit_direct"}), 1, integrator + ": specular");
         expect_same(layer(other, "diffuse_direct"), layer(all, "diffuse_direct"), 0.5f, integrator + ": half diffuse");
         expect_same(layer(other, "specular_direct"), layer(all, "specular_direct"), 2, integrator + ": twice specular");
         expect_same(layer(other, "coat_direct"), layer(all, "coat_direct"), 2, integrator + ": twice coat");
@@ -191,7 +192,7 @@ TEST_F(LightPathLayers, LobesOfDirectLightAreWhatTheLightsMultipliersKeep) {
 
 TEST_F(LightPathLayers, LobesAddUpToBouncesAndBelongToTheirMaterials) {
     const image::Image image = render(room(1, 1), "--spp 16 --bounces 8 --cryptomatte material --layers bounce,lobe --float-layers");
-    const std::vector<std::string> lobes = {"diffuse", "specular", "coat", "transmission", "subsurface", "volume"};
+    const std::vector<std::string> lobes = {"diffuse", "specular", "coat", "transmit", "subsurface", "volume"};
     std::vector<std::string> direct, indirect;
     for (const std::string& lobe : lobes) {
         direct.push_back(lobe + "_direct");
@@ -223,9 +224,115 @@ TEST_F(LightPathLayers, LobesAddUpToBouncesAndBelongToTheirMaterials) {
     };
     expect_lobes("/W/Coated", {"diffuse", "specular", "coat"});
     expect_lobes("/W/Metal", {"specular"});
-    expect_lobes("/W/Glass", {"specular", "transmission"});
+    expect_lobes("/W/Glass", {"specular", "transmit"});
     expect_lobes("/W/Wax", {"specular", "subsurface"});
     expect_lobes("default", {"diffuse"});
+}
+
+/// All families, halves and clamps together: every name is one that files take.
+TEST_F(LightPathLayers, LobesHaveShortNames) {
+    const image::Image image = render(room(1, 1), "--spp 4 --layers lobe,bounce --halves --clamp-direct 0.01 --clamp-indirect 0.001");
+    EXPECT_NE(image.find("clamp_transmit_indirect_hA.R"), nullptr);
+}
+
+/// A mirror shows a veil, at which paths divide, before a light whose lobes count differently.
+TEST_F(LightPathLayers, BranchesKeepTheirLabels) {
+    const std::string scene = R"usda(#usda 1.0
+def Xform "World"
+{
+    def Camera "cam"
+    {
+        float focalLength = 35
+        float horizontalAperture = 36
+        float verticalAperture = 24
+        double3 xformOp:translate = (0, 1, 4)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+    def Plane "mirror" (
+        prepend apiSchemas = ["MaterialBindingAPI"]
+    )
+    {
+        uniform token axis = "Z"
+        double width = 20
+        double length = 20
+        double3 xformOp:translate = (0, 0, -2)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+        rel material:binding = </World/chrome>
+    }
+    def Plane "veil" (
+        prepend apiSchemas = ["MaterialBindingAPI"]
+    )
+    {
+        uniform token axis = "Z"
+        double width = 40
+        double length = 40
+        double3 xformOp:translate = (0, 0, 6)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+        rel material:binding = </World/veil_m>
+    }
+    def Cube "stuff" (
+        prepend apiSchemas = ["MaterialBindingAPI"]
+    )
+    {
+        double size = 1
+        double3 xformOp:translate = (-2, 0, 1)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+    def RectLight "key"
+    {
+        float inputs:width = 6
+        float inputs:height = 6
+        float inputs:intensity = 3
+        float inputs:diffuse = 3
+        float inputs:specular = 0.5
+        double3 xformOp:translate = (0, 1, 9)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+    def SphereLight "fill"
+    {
+        float inputs:radius = 0.2
+        float inputs:intensity = 20
+        double3 xformOp:translate = (3, 4, 2)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+    def Material "chrome"
+    {
+        token outputs:surface.connect = </World/chrome/s.outputs:surface>
+        def Shader "s"
+        {
+            uniform token info:id = "UsdPreviewSurface"
+            color3f inputs:diffuseColor = (0.9, 0.9, 0.9)
+            float inputs:metallic = 1
+            float inputs:roughness = 0
+            token outputs:surface
+        }
+    }
+    def Material "veil_m"
+    {
+        token outputs:surface.connect = </World/veil_m/s.outputs:surface>
+        def Shader "s"
+        {
+            uniform token info:id = "UsdPreviewSurface"
+            color3f inputs:diffuseColor = (0.7, 0.7, 0.7)
+            float inputs:opacity = 0.4
+            float inputs:ior = 1
+            float inputs:roughness = 0.5
+            token outputs:surface
+        }
+    }
+}
+)usda";
+    const std::string how = "--spp 64 --adaptive off --guiding off --float-layers --layers bounce,lobe --lpe \"mirror=C<RS>L\" --lpe \"mirrordiff=C<RS>DL\" --stats s.json --splitting ";
+    const image::Image whole = render(scene, how + "off"), divided = render(scene, how + "auto");
+    const auto stats = nlohmann::json::parse(*read_file(w.path("s.json")));
+    EXPECT_GT(stats["splitting"]["mean_branches"].get<double>(), 1.0) << stats["splitting"];
+    for (const char* name : {"mirror", "mirrordiff", "specular_indirect", "diffuse_direct"}) {
+        double a = 0, b = 0;
+        for (const float v : layer(whole, name)) a += double(v);
+        for (const float v : layer(divided, name)) b += double(v);
+        fmt::print("{}: {:.2f} whole, {:.2f} divided\n", name, a, b);
+        EXPECT_NEAR(a, b, 0.05 * a) << name;
+    }
 }
 
 /// What is solved for is labelled like what paths find: a floor under a glass ball, lit through it.
@@ -327,6 +434,26 @@ def Scope "Render"
     EXPECT_NE(r.output.find("column 8: expected > to close the event"), std::string::npos) << r.output;
     EXPECT_NE(r.output.find("render var Odd: sourceType primvar is not supported"), std::string::npos) << r.output;
     EXPECT_EQ(w.velatura("render s.usda --strict --res 8 4 --spp 1 --progress none -o b.exr").exit_code, 1);
+}
+
+/// Names that files have for other things, that are too long or no names; the light is the same under all of them.
+TEST_F(LightPathLayers, NamesNeverClash) {
+    const std::vector<std::string> names = {"b1", "b1_hA", "clamp_b1", "S_key", "S_key_rest", "U_key", "C_key", "sums3", "CryptoObject00", "7", "N", "variance", "R", "a_name_that_no_reader_takes_all_of_hA", "b1_halfA", "beauty", "deep", "beauty_hA", "dürer \\w"};
+    std::string options;
+    for (const std::string& name : names) options += fmt::format("--lpe \"{}=C.L\" ", name);
+    for (const char* how : {"--halves --layers bounce,shadow,caster,data --exr-layout multipart", "--clamp-direct 0.1 --halves --layers light,lobe", "--keep-sums --cryptomatte object --layers none"}) {
+        const image::Image image = render(small_scene(), fmt::format("--spp 4 {} {}", how, options));
+        const Result<image::LayerHeader> header = image::read_layer_header(image);
+        ASSERT_TRUE(header.has_value());
+        size_t found = 0;
+        for (const image::LayerEntry& e : header->layers) {
+            if (e.family != "paths") continue;
+            ++found;
+            EXPECT_EQ(layer(image, e.name), layer(image, "layer_U_key")) << e.name;
+        }
+        // b1_halfA is what b1_hA becomes: one layer of one expression
+        EXPECT_EQ(found, names.size() - 1) << how;
+    }
 }
 
 TEST_F(LightPathLayers, WrongOptionsAreUsageErrors) {
