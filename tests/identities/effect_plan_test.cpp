@@ -149,7 +149,7 @@ TEST(EffectPlan, HasANameForEveryEffect) {
         const std::string_view name = scene::info(Effect(i)).name;
         EXPECT_EQ(scene::find_effect(name), Effect(i));
         // What files hold is decided before the first sample; only some of it costs paths something
-        const bool costs_paths = Effect(i) == Effect::ShadowLayers || Effect(i) == Effect::CasterLayers || Effect(i) == Effect::ClampLayers ||
+        const bool costs_paths = Effect(i) == Effect::ShadowLayers || Effect(i) == Effect::CasterLayers || Effect(i) == Effect::ClampLayers || Effect(i) == Effect::PathLayers ||
                                  Effect(i) == Effect::IdMattes || Effect(i) == Effect::DeepSamples;
         const bool is_counted = scene::info(Effect(i)).kind != scene::EffectKind::Output || costs_paths;
         EXPECT_EQ(!scene::info(Effect(i)).calls.empty(), is_counted);
