@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
     app.footer("Exit codes: 0 done, 1 scene, file or render error, 2 usage, 3 stopped before its target, 4 check failed, 5 resume refused, 128+n signal n");
     std::function<int()> run;
     add_render_command(app, run);
+    add_study_command(app, run);
     add_plan_command(app, run);
     add_info_command(app, run);
     add_flatten_command(app, run);

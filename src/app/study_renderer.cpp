@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/study_renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "app/light_images.h"
+#include "app/render_layers.h"
+#include "app/stop_signals.h"
+#include "app/subdivider_choice.h"
+#include "base/hash.h"
+#include "image/pixel_means.h"
+#include "integrator/schedule.h"
+
+namespace velatura::app {
+
+namespace {
+
+/// Of all threads of the process.
+double cpu_seconds() {
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+double expected_rays(const RenderJob& job, const image::Window& window) {
+    constexpr int usual_depth = 4;
+    const int depth = job.schedule.max_depth > 0 ? std::min(job.schedule.max_depth, usual_depth) : usual_depth;
+    return double(window.pixel_count()) * double(job.schedule.end_sample) * double(1 + 2 * depth);
+}
+
+/// Where in the picture the pixels of a grid lie: anywhere in their cells, the same for all renders of the grid.
+class GridPixels {
+  public:
+    GridPixels(const study::Grid& grid, const image::Window& window) {
+        for (int j = 0; j < grid.height; ++j) {
+            for (int i = 0; i < grid.width; ++i) {
+                const uint64_t h = hash_combine(uint64_t(uint32_t(i)), uint64_t(uint32_t(j)));
+                x_.push_back(place(window.x0, window.width(), grid.width, i, uint32_t(h)));
+                y_.push_back(place(window.y0, window.height(), grid.height, j, uint32_t(h >> 32)));
+            }
+        }
+    }
+
+    int x(size_t i) const { return x_[i]; }
+    int y(size_t i) const { return y_[i]; }
+
+  private:
+    static int place(int first, int size, int cells, int cell, uint32_t u) {
+        const double at = (double(cell) + double(u) * 0x1p-32) * double(size) / double(cells);
+        return first + std::min(int(at), size - 1);
+    }
+
+    std::vector<int> x_, y_;
+};
+
+std::vector<float> means_of(const image::SampleSums& sums, uint32_t accumulator) {
+    const image::Window& w = sums.window();
+    std::vector<float> means;
+    means.reserve(3 * w.pixel_count());
+    for (int y = w.y0; y < w.y1; ++y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+            const double weight = image::weight_of(sums.total(x, y, image::AccumulatorTable::coverage));
+            const image::Triple sum = sums.total(x, y, accumulator);
+            for (const double v : {sum.x, sum.y, sum.z}) means.push_back(weight == 0.0 ? 0.0f : float(v / weight));
+        }
+    }
+    return means;
+}
+
+std::vector<study::LayerReading> layers_of_film(const film::Film& film) {
+    const image::SampleSums& sums = film.sums();
+    const film::LayerSet& set = film.layer_set();
+    std::vector<study::LayerReading> layers;
+    const auto add = [&](bool is_bounce, const std::string& name, uint32_t accumulator) {
+        if (accumulator != image::AccumulatorTable::absent && sums.is_used(accumulator)) layers.push_back({is_bounce, name, means_of(sums, accumulator)});
+    };
+    for (int c = 0; c < set.bounce_count(); ++c) add(true, set.column_name(c), sums.table().bounce(c));
+    for (int g = 0; g < set.group_count(); ++g) add(false, set.groups[size_t(g)].name, sums.table().group(g));
+    return layers;
+}
+
+}  // namespace
+
+StudyRenderer::StudyRenderer(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics)
+    : job_(job), input_(input), diagnostics_(diagnostics), window_(data_window(input.scene.settings, job.arguments.crop)) {}
+
+Result<RenderJob> StudyRenderer::job_with(const std::string& options) const {
+    RenderArguments arguments = job_.arguments;
+    if (!options.empty()) {
+        // The options of the study's render stay where these do not say otherwise
+        CLI::App parser;
+        declare_render_options(parser, arguments);
+        const size_t gap = options.find(' ');
+        std::vector<std::string> words = {options.substr(0, gap) + "=" + options.substr(gap + 1), arguments.scene};
+        try {
+            parser.parse(words);
+        } catch (const CLI::ParseError& e) {
+            return Error{"usage", e.what()};
+        }
+    }
+    Result<RenderJob> job = make_render_job(arguments);
+    if (job) job->accelerator = job_.accelerator;
+    return job;
+}
+
+std::string StudyRenderer::place_key(const RenderJob& job) const {
+    std::string left_out;
+    for (size_t e = 0; e < scene::effect_count; ++e)
+        if (job.effects.left_out.has(scene::Effect(e)) && !job_.effects.left_out.has(scene::Effect(e))) left_out += fmt::format("-{}", scene::info(scene::Effect(e)).name);
+    const bool is_compensated = job.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
+    return fmt::format("{} {} {} {} {} {}", left_out, int(job.light_selection), job.arguments.bvh_quality, job.dicing.rate, job.dicing.level.value_or(-1), is_compensated);
+}
+
+std::shared_ptr<const StudyRenderer::Place> StudyRenderer::find_place(const RenderJob& job) {
+    const std::string key = place_key(job);
+    if (const auto found = places_.find(key); found != places_.end()) return found->second;
+    make_room();
+    auto place = std::make_shared<Place>();
+    const double start = cpu_seconds();
+    const bool is_first = places_.empty();
+    // What the scene has to say was said with the first world
+    Diagnostics told_before;
+    Diagnostics& diagnostics = is_first ? diagnostics_ : told_before;
+
+    const scene::Scene* scene = &input_.scene;
+    for (size_t e = 0; e < scene::effect_count; ++e) {
+        if (!job.effects.left_out.has(scene::Effect(e)) || job_.effects.left_out.has(scene::Effect(e))) continue;
+        if (!place->scene) place->scene = std::make_unique<scene::Scene>(input_.scene);
+        integrator::leave_out(*place->scene, scene::Effect(e));
+        scene = place->scene.get();
+    }
+    integrator::WorldOptions options;
+    options.forced = input_.plan.forced();
+    options.width = scene->settings.width;
+    options.height = scene->settings.height;
+    options.light_selection = job.light_selection;
+    options.accelerator = job.accelerator;
+    options.bvh_quality = job.bvh_quality;
+    options.expected_rays = expected_rays(job, window_);
+    options.subdivider = find_subdivider(*scene, diagnostics);
+    options.dicing = job.dicing;
+    options.compensate_mis = job.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
+    place->world = std::make_unique<integrator::World>(*scene, options, make_light_image_loader(), diagnostics);
+    place->setup_s = cpu_seconds() - start;
+    place->bytes = place->world->geometry.bytes() + place->world->accelerator->stats().bytes;
+    places_[key] = place;
+    return place;
+}
+
+void StudyRenderer::make_room() {
+    // Worlds are made again when there are too many for the memory; that of the render as it is stays
+    constexpr size_t most_bytes = size_t(2) << 30;
+    size_t bytes = 0;
+    for (const auto& [key, place] : places_) bytes += place->bytes;
+    if (bytes < most_bytes) return;
+    const std::string base = place_key(job_);
+    std::erase_if(prepared_, [&](const auto& p) { return p.second->place_key != base; });
+    std::erase_if(places_, [&](const auto& p) { return p.first != base; });
+}
+
+integrator::PathTracerOptions StudyRenderer::tracer_options(const Prepared& p) const {
+    integrator::PathTracerOptions options = p.job.tracer;
+    options.guide = p.training.is_used ? &p.training.field : nullptr;
+    options.caustics = p.caustics.get();
+    options.disable_lens = input_.scene.settings.disable_depth_of_field;
+    return options;
+}
+
+Result<std::shared_ptr<const StudyRenderer::Prepared>> StudyRenderer::prepare(const std::string& options) {
+    if (const auto found = prepared_.find(options); found != prepared_.end()) return found->second;
+    Result<RenderJob> job = job_with(options);
+    if (!job) return job.error();
+    auto p = std::make_shared<Prepared>();
+    p->job = std::move(*job);
+    p->place = find_place(p->job);
+    p->place_key = place_key(p->job);
+    const integrator::World& world = *p->place->world;
+    const std::atomic<bool>* stop = &StopSignals::stop_flag();
+
+    const double start = cpu_seconds();
+    p->layers = layers_of(p->job, world.scene);
+    p->caustics = integrator::make_caustic_sampler(p->job.caustics, world);
+    p->training = integrator::train_guide(world, tracer_options(*p), p->job.guiding, stop);
+    if (p->job.splits) p->branches = integrator::try_branches(world, tracer_options(*p), window_, stop);
+    if (*stop) return Error{"stopped", "stopped"};
+    p->setup_s = p->place->setup_s + cpu_seconds() - start;
+    prepared_[options] = p;
+    return std::shared_ptr<const Prepared>(p);
+}
+
+Result<study::RenderRun> StudyRenderer::render(const study::RenderRequest& request) {
+    const Result<std::shared_ptr<const Prepared>> prepared = prepare(request.options);
+    if (!prepared) return prepared.error();
+    const Prepared& p = **prepared;
+    integrator::RenderOptions schedule = p.job.schedule;
+    schedule.seed = request.seed;
+    schedule.tile_size = film::Film::tile_size;
+    schedule.end_sample = request.spp.back();
+    integrator::PathTracerOptions options = tracer_options(p);
+    options.branches = &p.branches.map;
+    options.seed = request.seed;
+    const integrator::PathTracer tracer(*p.place->world, p.layers, options);
+    const GridPixels pixels(request.grid, window_);
+    film::Film film({0, 0, request.grid.width, request.grid.height}, p.layers, {.final_sample_end = integrator::most_samples(schedule)});
+
+    study::RenderRun run;
+    run.setup_s = p.setup_s;
+    run.pixel_s.assign(request.grid.pixels(), 0.0f);
+    // A pixel belongs to one task at a time
+    const auto sample = [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) {
+        const size_t i = size_t(y) * size_t(request.grid.width) + size_t(x);
+        const auto begin = std::chrono::steady_clock::now();
+        tracer.trace(pixels.x(i), pixels.y(i), s, out, counts);
+        run.pixel_s[i] += std::chrono::duration<float>(std::chrono::steady_clock::now() - begin).count();
+    };
+    std::atomic<bool> stop = false;
+    integrator::RenderCallbacks callbacks;
+    callbacks.stop = &stop;
+    callbacks.progress = [&](const integrator::RenderState&) {
+        if (StopSignals::stop_flag() || std::chrono::steady_clock::now() > request.deadline) stop = true;
+    };
+
+    double cpu_s = 0;
+    uint64_t rays = 0;
+    for (const uint64_t spp : request.spp) {
+        // Where samples go is decided by pilot samples: a render that begins without them would take them twice
+        if (schedule.adaptive && spp <= integrator::pilot_samples && spp != p.job.schedule.end_sample && spp != request.spp.back()) continue;
+        schedule.end_sample = spp;
+        const double start = cpu_seconds();
+        const integrator::RenderResult result = integrator::run_schedule(film, schedule, sample, callbacks);
+        cpu_s += cpu_seconds() - start;
+        rays += result.rays.total();
+        if (result.reason == integrator::StopReason::Interrupted) return Error{"stopped", "stopped"};
+        run.readings.push_back({spp, means_of(film.sums(), image::AccumulatorTable::beauty), cpu_s, rays});
+    }
+    if (request.options.empty()) run.layers = layers_of_film(film);
+    return run;
+}
+
+}  // namespace velatura::app

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "app/render_frame.h"
+#include "integrator/branch_trial.h"
+#include "integrator/caustics.h"
+#include "integrator/guide_training.h"
+#include "integrator/world.h"
+#include "study/knobs.h"
+#include "study/render.h"
+
+namespace velatura::app {
+
+/// Renders one frame in the settings of a study. What is prepared for a setting is kept for its other rounds, while there
+/// is room.
+class StudyRenderer {
+  public:
+    /// All must outlive it. The job's scene, as the plan left it.
+    StudyRenderer(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics);
+
+    Result<study::RenderRun> render(const study::RenderRequest& request);
+
+    /// What of the job and the scene a study has to know.
+    Result<study::Facts> facts();
+
+    const image::Window& window() const { return window_; }
+
+  private:
+    /// A world and the scene that it was made from, if that is another one than the frame's.
+    struct Place {
+        std::unique_ptr<scene::Scene> scene;
+        std::unique_ptr<integrator::World> world;
+        double setup_s = 0;
+        size_t bytes = 0;
+    };
+
+    /// All that a setting needs to trace samples.
+    struct Prepared {
+        RenderJob job;
+        std::string place_key;
+        std::shared_ptr<const Place> place;
+        film::LayerSet layers;
+        std::unique_ptr<const integrator::CausticSampler> caustics;
+        integrator::GuideTraining training;
+        integrator::BranchTrial branches;
+        double setup_s = 0;
+    };
+
+    Result<RenderJob> job_with(const std::string& options) const;
+    std::string place_key(const RenderJob& job) const;
+    std::shared_ptr<const Place> find_place(const RenderJob& job);
+    Result<std::shared_ptr<const Prepared>> prepare(const std::string& options);
+    integrator::PathTracerOptions tracer_options(const Prepared& p) const;
+    void make_room();
+
+    const RenderJob& job_;
+    const FrameInput& input_;
+    Diagnostics& diagnostics_;
+    image::Window window_;
+    std::map<std::string, std::shared_ptr<const Place>> places_;       ///< by what worlds depend on
+    std::map<std::string, std::shared_ptr<const Prepared>> prepared_;  ///< by options
+};
+
+}  // namespace velatura::app

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/knobs.h"
+
+#include <algorithm>
+
+namespace velatura::study {
+
+namespace {
+
+/// One line for each knob, one entry for each value.
+const std::vector<Knob>& all_knobs() {
+    constexpr Promise off = Promise::Approximates, other = Promise::Changes;
+    static const std::vector<Knob> knobs = {
+        {"max bounces", "--max-depth", {{"0"}, {"1", off}, {"2", off}, {"4", off}, {"8", off}, {"16", off}}, "0"},
+        {"path ending", "--roulette", {{"throughput"}, {"constant"}}},
+        {"light sampling", "--light-sampling", {{"mis"}, {"light"}, {"bsdf"}}},
+        {"integrator", "--integrator", {{"path"}, {"whitted", off}}, "path"},
+        {"light selection", "--light-selection", {{"tree"}, {"power"}, {"uniform"}}, "", "several lights"},
+        {"sampler", "--sampler", {{"sobol"}, {"blue-noise"}, {"independent"}}},
+        {"adaptive", "--adaptive", {{"on"}, {"off"}}},
+        {"splitting", "--splitting", {{"auto"}, {"off"}}},
+        {"guiding", "--guiding", {{"auto"}, {"on"}, {"off"}}},
+        {"caustics", "--caustics", {{"path"}, {"auto"}, {"manifold"}}, "", "casters of caustics"},
+        {"pixel filter", "--filter", {{"blackman-harris", other}, {"box", other}, {"triangle", other}, {"gaussian", other}, {"mitchell", other}}},
+        {"BVH quality", "--bvh-quality", {{"auto"}, {"fast"}, {"balanced"}, {"high"}}},
+        {"dicing rate", "--dicing-rate", {{"0.5"}, {"1", off}, {"2", off}, {"4", off}}, "0.5", "subdivision by rate"},
+        {"subdivision level", "--subdivision-level", {{"6"}, {"5", off}, {"4", off}, {"3", off}, {"2", off}, {"1", off}}, "6", "subdivision by level"},
+        {"light layers", "--layers", {{"bounce,light,matrix,shadow,data"}, {"bounce,light"}, {"none"}}},
+    };
+    return knobs;
+}
+
+bool is_chosen(const Knob& knob, const std::set<std::string>& only) {
+    return only.empty() || only.contains(knob.name) || only.contains(knob.option) || only.contains(knob.option.substr(2));
+}
+
+std::string value_now(const Knob& knob, const Facts& facts) {
+    const auto found = facts.now.find(knob.option);
+    return found == facts.now.end() ? std::string() : found->second;
+}
+
+/// Effects are knobs with two values. What already is left out comes along.
+Knob effect_knob(const std::string& effect, const std::string& left_out) {
+    return {"effect " + effect, "--effects", {{left_out, Promise::Changes}, {(left_out.empty() ? "-" : left_out + ",-") + effect, Promise::Changes}}};
+}
+
+}  // namespace
+
+std::vector<Knob> knobs_for(const Facts& facts, const std::set<std::string>& only) {
+    std::vector<Knob> chosen;
+    for (const Knob& knob : all_knobs()) {
+        if (!knob.needs.empty() && !facts.holds.contains(knob.needs)) continue;
+        if (!facts.now.contains(knob.option) || !is_chosen(knob, only)) continue;
+        Knob k = knob;
+        // A value that nobody thought of is as good as the least of those listed
+        const std::string now = value_now(knob, facts);
+        if (std::none_of(k.values.begin(), k.values.end(), [&](const KnobValue& v) { return v.text == now; })) k.values.push_back({now, k.values.back().promise});
+        chosen.push_back(std::move(k));
+    }
+    const auto left_out = facts.now.find("--effects");
+    for (const std::string& effect : facts.effects) {
+        Knob k = effect_knob(effect, left_out == facts.now.end() ? "" : left_out->second);
+        if (is_chosen(k, only)) chosen.push_back(std::move(k));
+    }
+    return chosen;
+}
+
+std::vector<Setting> settings_for(const std::vector<Knob>& knobs, const Facts& facts) {
+    std::vector<Setting> settings = {{.knob = {}, .value = {}, .options = {}, .is_now = true}};
+    std::map<std::string, size_t> exact_of;
+    const auto add = [&](const Knob& k, const KnobValue& v, size_t anchor) { settings.push_back({k.name, v.text, k.option + " " + v.text, v.promise, false, anchor}); };
+
+    // What others are held against comes first in every round
+    for (const Knob& k : knobs) {
+        const std::string now = value_now(k, facts);
+        if (k.exact.empty() || k.exact == now) continue;
+        for (const KnobValue& v : k.values) {
+            if (v.text != k.exact) continue;
+            exact_of[k.name] = settings.size();
+            add(k, v, settings.size());
+        }
+    }
+    for (const Knob& k : knobs) {
+        const std::string now = value_now(k, facts);
+        const auto exact = exact_of.find(k.name);
+        const size_t anchor = exact == exact_of.end() ? 0 : exact->second;
+        for (const KnobValue& v : k.values)
+            if (v.text != now && !(anchor != 0 && v.text == k.exact)) add(k, v, anchor);
+    }
+    return settings;
+}
+
+}  // namespace velatura::study

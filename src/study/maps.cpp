@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/maps.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "image/relative_error.h"
+
+namespace velatura::study {
+
+namespace {
+
+float encoded(double linear) {
+    const double v = std::clamp(linear, 0.0, 1.0);
+    return float(v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055);
+}
+
+/// From black over violet and orange to white; brighter is more, also in print. t in [0, 1].
+std::array<float, 3> heat(double t) {
+    static constexpr std::array<std::array<double, 3>, 5> stops = {{{0, 0, 0.02}, {0.34, 0.07, 0.43}, {0.74, 0.22, 0.33}, {0.98, 0.55, 0.04}, {0.99, 1.0, 0.85}}};
+    const double x = std::clamp(t, 0.0, 1.0) * 4;
+    const size_t i = std::min(size_t(x), size_t(3));
+    std::array<float, 3> color{};
+    for (size_t c = 0; c < 3; ++c) color[c] = float(stops[i][c] + (stops[i + 1][c] - stops[i][c]) * (x - double(i)));
+    return color;
+}
+
+/// From a 16th of the mean to 16 times it, on a scale of logarithms.
+StudyMap heat_map(std::string name, std::string caption, const std::vector<double>& values) {
+    StudyMap map{std::move(name), std::move(caption), {}};
+    double mean = 0;
+    for (const double v : values) mean += v / double(values.size());
+    for (const double v : values) {
+        const auto color = heat(v > 0 && mean > 0 ? (std::log2(v / mean) + 4) / 8 : 0.0);
+        map.rgb.insert(map.rgb.end(), color.begin(), color.end());
+    }
+    return map;
+}
+
+/// Share of the values that hold half of their sum.
+double half_in(std::vector<double> values) {
+    std::sort(values.begin(), values.end(), std::greater<>());
+    double sum = 0, part = 0;
+    for (const double v : values) sum += v;
+    for (size_t i = 0; i < values.size() && sum > 0; ++i) {
+        part += values[i];
+        if (part >= 0.5 * sum) return double(i + 1) / double(values.size());
+    }
+    return 0;
+}
+
+std::vector<double> per_pixel(const std::vector<double>& values) {
+    std::vector<double> sums(values.size() / 3, 0.0);
+    for (size_t i = 0; i < values.size(); ++i) sums[i / 3] += values[i] / 3;
+    return sums;
+}
+
+std::vector<double> roots(std::vector<double> squares) {
+    for (double& v : squares) v = std::sqrt(std::max(v, 0.0));
+    return squares;
+}
+
+}  // namespace
+
+void add_maps(Report& report, const Reference& reference, const std::vector<Setting>& settings, const Tallies& tallies) {
+    if (reference.means.size() != 3 * tallies.grid.pixels()) return;
+    StudyMap picture{"picture", "What the renders come to together, one pixel of each cell of the picture", {}};
+    for (const double m : reference.means) picture.rgb.push_back(encoded(m));
+    report.maps.push_back(std::move(picture));
+
+    const PointTally* base = tallies.settings[0].at(report.subject.spp);
+    if (base && base->picture.count >= 2) {
+        std::vector<double> squares;
+        for (size_t i = 0; i < reference.means.size(); ++i) squares.push_back(image::relative_square(base->picture.variance(i), reference.means[i]));
+        squares = per_pixel(squares);
+        report.concentration = half_in(squares);
+        report.maps.push_back(heat_map("noise", "Relative noise, from a 16th of its mean (black) to 16 times (white)", roots(squares)));
+    }
+    if (tallies.pixel_s.count > 0) {
+        std::vector<double> seconds;
+        for (size_t i = 0; i < tallies.pixel_s.sum.size(); ++i) seconds.push_back(tallies.pixel_s.mean(i));
+        report.time_concentration = half_in(seconds);
+        report.maps.push_back(heat_map("time", "Time, from a 16th of its mean (black) to 16 times (white)", seconds));
+    }
+    // What the render as it is leaves out, where something is seen of it
+    for (size_t s = 1; s < settings.size(); ++s) {
+        if (settings[s].anchor != s || !report.settings[s].difference.is_seen) continue;
+        const Moments& d = tallies.settings[s].difference;
+        std::vector<double> squares;
+        for (size_t i = 0; i < reference.means.size(); ++i) squares.push_back(image::relative_square(d.mean(i) * d.mean(i), reference.means[i]));
+        report.maps.push_back(heat_map("bias", "Bias by " + settings[s].knob + ", from a 16th of its mean (black) to 16 times (white)", roots(per_pixel(squares))));
+    }
+}
+
+}  // namespace velatura::study

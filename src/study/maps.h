@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "study/report.h"
+
+namespace velatura::study {
+
+/// Adds the mean picture, where its noise is and where its time goes, and how much of either is in few pixels.
+void add_maps(Report& report, const Reference& reference, const std::vector<Setting>& settings, const Tallies& tallies);
+
+}  // namespace velatura::study

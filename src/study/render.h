@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+
+namespace velatura::study {
+
+/// Pixels that stand for the whole picture: one from each cell of a grid laid over it.
+struct Grid {
+    int width = 0, height = 0;
+
+    size_t pixels() const { return size_t(width) * size_t(height); }
+    bool operator==(const Grid&) const = default;
+};
+
+/// One render to be made.
+struct RenderRequest {
+    std::string options;  ///< beside those of the render that is studied, as typed
+    uint64_t seed = 0;
+    Grid grid;
+    std::vector<uint64_t> spp;  ///< ascending; where to take readings. The last one is taken, others where it costs nothing.
+    std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
+};
+
+/// What the picture was after some samples.
+struct Reading {
+    uint64_t spp = 0;
+    std::vector<float> means;  ///< scene-linear, [height][width][3]
+    double cpu_s = 0;          ///< of all threads, from the first sample on
+    uint64_t rays = 0;
+};
+
+/// A part of the light of the last reading.
+struct LayerReading {
+    bool is_bounce = false;  ///< else a light
+    std::string name;
+    std::vector<float> means;  ///< [height][width][3]
+};
+
+struct RenderRun {
+    std::vector<Reading> readings;  ///< ascending, at least one
+    double setup_s = 0;             ///< CPU seconds before the first sample, whenever they were spent
+    std::vector<float> pixel_s;     ///< seconds per pixel, [height][width]
+    std::vector<LayerReading> layers;
+};
+
+/// Makes a render. Errors: "stopped" when the deadline or a signal came first; any other: these options cannot be had.
+using RenderFunction = std::function<Result<RenderRun>(const RenderRequest&)>;
+
+}  // namespace velatura::study

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study/report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <Imath/half.h>
+
+#include "image/relative_error.h"
+#include "study/maps.h"
+#include "study/rows.h"
+
+namespace velatura::study {
+
+namespace {
+
+Estimate root_of(const GroupMeans& squares) {
+    const double mean = std::max(squares.mean(), 0.0), se = squares.standard_error();
+    return {std::sqrt(mean), std::sqrt(std::max(mean - 1.96 * se, 0.0)), std::sqrt(mean + 1.96 * se)};
+}
+
+double average(const std::vector<double>& values) {
+    double sum = 0;
+    for (const double v : values) sum += v;
+    return values.empty() ? 0.0 : sum / double(values.size());
+}
+
+/// What the error of a setting is made of.
+struct ErrorParts {
+    GroupMeans noise, bias;
+};
+
+double square_without(const ErrorParts& p, size_t group, double noise_factor) {
+    return std::max(p.noise.mean_without(group), 0.0) * noise_factor + std::max(p.bias.mean_without(group), 0.0);
+}
+
+class Maker {
+  public:
+    Maker(const Subject& subject, const std::vector<Setting>& settings, const Tallies& tallies)
+        : settings_(settings), tallies_(tallies), spp_(subject.spp), reference_(make_reference(settings, tallies, subject.spp)) {
+        report_.subject = subject;
+        report_.grid = tallies.grid;
+        report_.rounds = tallies.rounds;
+        report_.elapsed_s = tallies.elapsed_s;
+        picture_factor_ = double(subject.width) * double(subject.height) / double(std::max<size_t>(tallies.grid.pixels(), 1));
+    }
+
+    Report make(const std::vector<Knob>& knobs, const Facts& facts) {
+        for (size_t s = 0; s < settings_.size(); ++s) add_setting(s);
+        find_base_bias();
+        for (size_t s = 0; s < settings_.size(); ++s) weigh(s);
+        choose_best();
+        report_.noise = report_.settings[0].noise;
+        report_.bias = report_.settings[0].bias;
+        report_.error = report_.settings[0].error;
+        report_.half_error = half_error();
+        report_.layers = layer_rows();
+        report_.rows = make_rows(report_, knobs, facts);
+        add_maps(report_, reference_, settings_, tallies_);
+        return std::move(report_);
+    }
+
+  private:
+    void add_setting(size_t s) {
+        const SettingTally& tally = tallies_.settings[s];
+        SettingResult r;
+        r.setting = settings_[s];
+        r.rounds = int(tally.rounds.size());
+        r.refusal = tally.refusal;
+        r.setup_s = tally.setup_s;
+        for (const PointTally& p : tally.points) {
+            r.curve.push_back({p.spp, average(p.cpu_s) * picture_factor_, root_of(noise_squares(p.picture, reference_))});
+            if (p.spp != spp_) continue;
+            r.noise = r.curve.back().noise;
+            r.cpu_s = r.curve.back().cpu_s;
+            r.rays_per_sample = p.rays / (double(p.picture.count) * double(tallies_.grid.pixels()) * double(p.spp));
+        }
+        r.slope = fit_slope(tally, reference_);
+        r.difference = test_difference(tally.difference, reference_);
+        report_.settings.push_back(std::move(r));
+    }
+
+    /// What the render as it is leaves out, knob by knob: how far it is off the exact values.
+    void find_base_bias() {
+        for (size_t s = 1; s < settings_.size(); ++s) {
+            if (settings_[s].anchor != s || !report_.settings[s].difference.is_seen) continue;
+            bias_of_knob_[settings_[s].knob] = bias_squares(tallies_.settings[s].difference, reference_);
+        }
+    }
+
+    ErrorParts parts_of(size_t s) const {
+        ErrorParts parts;
+        if (const PointTally* p = tallies_.settings[s].at(spp_)) parts.noise = noise_squares(p->picture, reference_);
+        // Other knobs leave what they leave in the render as it is
+        const auto join = [&parts](const GroupMeans& more) {
+            for (size_t g = 0; g < GroupMeans::groups; ++g) {
+                parts.bias.sum[g] += more.sum[g];
+                parts.bias.count[g] = more.count[g];
+            }
+        };
+        for (const auto& [knob, squares] : bias_of_knob_)
+            if (knob != settings_[s].knob) join(squares);
+        const bool is_exact = settings_[s].anchor == s;
+        if (s != 0 && !is_exact && report_.settings[s].difference.is_seen) join(bias_squares(tallies_.settings[s].difference, reference_));
+        return parts;
+    }
+
+    void weigh(size_t s) {
+        SettingResult& r = report_.settings[s];
+        const ErrorParts own = parts_of(s), base = parts_of(0);
+        r.bias = std::sqrt(std::max(own.bias.mean(), 0.0));
+        r.error = std::sqrt(square_without(own, GroupMeans::groups, 1.0));
+        const std::optional<TimeRatio> ratio = time_ratio(tallies_.settings[s], tallies_.settings[0], spp_);
+        if (s == 0) {
+            r.time = r.equal_time = {1, 1, 1};
+            r.verdict = Verdict::Now;
+            return;
+        }
+        if (!ratio || r.rounds < 2) return;
+
+        // Preparation is paid for once and counts in full
+        const double base_s = report_.settings[0].cpu_s, base_setup_s = report_.settings[0].setup_s;
+        const double total = (ratio->value * base_s + r.setup_s) / std::max(base_s + base_setup_s, 1e-12);
+        r.time = {ratio->value, ratio->value * std::exp(-1.96 * ratio->log_se), ratio->value * std::exp(1.96 * ratio->log_se)};
+
+        // Noise after as long as the render takes as it is, by the setting's own slope where it is known well
+        const bool is_steep = r.slope.is_known && r.slope.standard_error < 0.05;
+        const Slope& slope = is_steep ? r.slope : report_.settings[0].slope;
+        const double a = std::clamp(-slope.value, 0.35, 1.0);
+        const double factor = std::pow(total, 2 * a);
+        const auto log_gain = [&](size_t group) { return 0.5 * std::log(std::max(square_without(own, group, factor), 1e-300) / std::max(square_without(base, group, 1.0), 1e-300)); };
+        const double gain = log_gain(GroupMeans::groups);
+        double square = 0;
+        for (size_t g = 0; g < GroupMeans::groups; ++g) square += (log_gain(g) - gain) * (log_gain(g) - gain);
+        const double noise_share = own.noise.mean() * factor / std::max(square_without(own, GroupMeans::groups, factor), 1e-300);
+        const double time_part = a * noise_share * ratio->log_se;
+        const double se = std::sqrt(square * double(GroupMeans::groups - 1) / double(GroupMeans::groups) + time_part * time_part);
+        r.equal_time = {std::exp(gain), std::exp(gain - 1.96 * se), std::exp(gain + 1.96 * se)};
+        r.verdict = judge(r, gain, se);
+    }
+
+    static Verdict judge(const SettingResult& r, double gain, double se) {
+        if (r.setting.promise == Promise::SameMean && r.setting.knob.size() > 0 && r.setting.anchor == 0 && r.difference.is_seen) return Verdict::Suspect;
+        if (r.setting.promise == Promise::Changes) return Verdict::Changes;
+        // As many settings are judged, what passes for a difference must be surer than 95 %, and worth the change
+        constexpr double sure = 3.5, worth = 0.015;
+        if (gain < -sure * se && gain < -worth) return r.difference.is_same_picture ? Verdict::Cheaper : Verdict::Better;
+        if (gain > sure * se && gain > worth) return Verdict::Worse;
+        return Verdict::NoDifference;
+    }
+
+    void choose_best() {
+        SettingResult* best = nullptr;
+        for (SettingResult& r : report_.settings) {
+            if (r.verdict != Verdict::Better && r.verdict != Verdict::Cheaper) continue;
+            if (!best || r.equal_time.value < best->equal_time.value) best = &r;
+        }
+        if (best) best->verdict = Verdict::BestBuy;
+    }
+
+    /// Exact: what rounding does to the mean picture.
+    double half_error() const {
+        double sum = 0;
+        for (const double m : reference_.means) {
+            const double d = double(float(Imath::half(float(m)))) - m;
+            sum += image::relative_square(d * d, m);
+        }
+        return reference_.means.empty() ? 0.0 : std::sqrt(sum / double(reference_.means.size()));
+    }
+
+    std::vector<LayerRow> layer_rows() const {
+        std::vector<LayerRow> rows;
+        const PointTally* base = tallies_.settings[0].at(2 * spp_);
+        if (!base) return rows;
+        double energy = 0;
+        for (size_t i = 0; i < base->picture.sum.size(); ++i) energy += base->picture.mean(i);
+        const double noise = noise_squares(base->picture, reference_).mean();
+        for (const LayerTally& l : tallies_.layers) {
+            LayerRow row{l.is_bounce, l.name};
+            for (size_t i = 0; i < l.picture.sum.size(); ++i) row.energy += l.picture.mean(i) / std::max(energy, 1e-30);
+            if (noise > 0) row.noise = noise_squares(l.picture, reference_).mean() / noise;
+            rows.push_back(std::move(row));
+        }
+        return rows;
+    }
+
+    const std::vector<Setting>& settings_;
+    const Tallies& tallies_;
+    uint64_t spp_;
+    Reference reference_;
+    double picture_factor_ = 1;
+    std::map<std::string, GroupMeans> bias_of_knob_;
+    Report report_;
+};
+
+}  // namespace
+
+const char* text_of(Verdict verdict) {
+    switch (verdict) {
+        case Verdict::Unknown: return "not known yet";
+        case Verdict::Now: return "as it is";
+        case Verdict::BestBuy: return "BEST BUY";
+        case Verdict::Better: return "better at equal time";
+        case Verdict::Cheaper: return "same picture, sooner";
+        case Verdict::NoDifference: return "no difference seen";
+        case Verdict::Worse: return "worse at equal time";
+        case Verdict::Suspect: return "SUSPECT: another mean";
+        case Verdict::Changes: return "another picture";
+    }
+    return "";
+}
+
+Report make_report(const Subject& subject, const std::vector<Knob>& knobs, const Facts& facts, const std::vector<Setting>& settings, const Tallies& tallies) {
+    return Maker(subject, settings, tallies).make(knobs, facts);
+}
+
+}  // namespace velatura::study

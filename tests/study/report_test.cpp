@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tests of the test: what is planted in renders of known mean, noise and time is found, and nothing else.
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "study/fake_render.h"
+
+namespace velatura::test {
+
+namespace {
+
+using study::Knob;
+using study::Promise;
+using study::Verdict;
+
+const std::vector<Knob> two_choices = {{"way", "--way", {{"a"}, {"b"}, {"c"}}}, {"tree", "--tree", {{"good"}, {"other"}}}};
+
+}  // namespace
+
+TEST(Report, NoiseBiasAndTimeAreThoseOfTheRenders) {
+    FakeStudy s({{"depth", "--depth", {{"4", Promise::Approximates}, {"2", Promise::Approximates}, {"0"}}, "0"}});
+    FakeRenderer r;
+    r.settings["--depth 0"] = {.noise = 1.2, .time = 1.5, .scale = 1.02};
+    r.settings["--depth 2"] = {.noise = 0.8, .time = 0.5, .scale = 0.9};
+    const study::Report report = s.run(r);
+    // The noise is 0.05 (0.5 + at) over at in [0, 1]: its square has the mean 0.0025 · 13/12
+    const double truth = 0.05 * std::sqrt(13.0 / 12.0);
+    EXPECT_LT(report.noise.low, truth);
+    EXPECT_GT(report.noise.high, truth);
+    EXPECT_NEAR(report.noise.value, truth, 0.02 * truth);
+    EXPECT_LT(report.noise.high - report.noise.low, 0.15 * truth);
+    // Relative to √(m² + 0.01), averaged over the pixels
+    double ratio = 0;
+    for (int i = 0; i < 1000; ++i)
+        for (int c = 0; c < 3; ++c) {
+            const double m = 0.2 + i / 1000.0 + 0.1 * c;
+            ratio += m * m / (m * m + 0.01) / 3000;
+        }
+    EXPECT_NEAR(report.bias, 0.02 * std::sqrt(ratio), 0.15 * 0.02);
+    EXPECT_NEAR(report.error, std::hypot(report.noise.value, report.bias), 1e-9);
+    EXPECT_NEAR(result_of(report, "depth", "2").bias, 0.12 * std::sqrt(ratio), 0.02 * 0.12);
+    EXPECT_EQ(result_of(report, "depth", "0").bias, 0.0);
+    EXPECT_NEAR(result_of(report, "depth", "2").time.value, 0.5, 0.05);
+    EXPECT_LT(result_of(report, "depth", "2").time.low, 0.5);
+    EXPECT_GT(result_of(report, "depth", "2").time.high, 0.5);
+    // 100 pixels of the picture for each of the grid
+    EXPECT_NEAR(report.settings[0].cpu_s, 1.0, 0.1);
+}
+
+TEST(Report, SlopesAreThoseOfTheRenders) {
+    FakeStudy s(two_choices);
+    FakeRenderer r;
+    r.settings["--way b"] = {.slope = -0.75};
+    const study::Report report = s.run(r);
+    EXPECT_NEAR(report.settings[0].slope.value, -0.5, 0.01);
+    EXPECT_NEAR(result_of(report, "way", "b").slope.value, -0.75, 0.02);
+}
+
+TEST(Report, NothingIsFoundWhereNothingIs) {
+    for (const uint64_t seed : {0, 100, 200, 300}) {
+        FakeStudy s(two_choices);
+        s.options.seed = seed;
+        FakeRenderer r;
+        r.machine_drift = 0.5;
+        const study::Report report = s.run(r);
+        for (size_t i = 1; i < report.settings.size(); ++i) EXPECT_EQ(report.settings[i].verdict, Verdict::NoDifference) << report.settings[i].setting.options;
+        EXPECT_EQ(report.bias, 0.0);
+    }
+}
+
+TEST(Report, APlantedSlowDownIsFound) {
+    // The render as it is takes a third longer than it could
+    FakeStudy s(two_choices);
+    FakeRenderer r;
+    r.machine_drift = 0.5;
+    r.settings["--tree other"] = {.time = 0.75, .is_same = true};
+    r.settings["--way b"] = {.time = 1.5};
+    const study::Report report = s.run(r);
+    const study::SettingResult& tree = result_of(report, "tree", "other");
+    EXPECT_EQ(tree.verdict, Verdict::BestBuy);
+    EXPECT_TRUE(tree.difference.is_same_picture);
+    EXPECT_NEAR(tree.time.value, 0.75, 0.09);
+    EXPECT_EQ(report.rows.front().knob, "tree");
+    const study::SettingResult& way = result_of(report, "way", "b");
+    EXPECT_EQ(way.verdict, Verdict::Worse);
+    EXPECT_NEAR(way.equal_time.value, std::sqrt(1.5), 0.1);
+    EXPECT_EQ(result_of(report, "way", "c").verdict, Verdict::NoDifference);
+}
+
+TEST(Report, APlantedBiasIsFound) {
+    FakeStudy s(two_choices);
+    FakeRenderer r;
+    r.settings["--way b"] = {.scale = 1.01};
+    r.settings["--tree other"] = {.tilt = 0.02};
+    const study::Report report = s.run(r);
+    EXPECT_EQ(result_of(report, "way", "b").verdict, Verdict::Suspect);
+    EXPECT_NEAR(result_of(report, "way", "b").difference.shift, 0.01, 0.002);
+    // One that leaves the energy of the picture as it is
+    EXPECT_EQ(result_of(report, "tree", "other").verdict, Verdict::Suspect);
+    EXPECT_EQ(result_of(report, "way", "c").verdict, Verdict::NoDifference);
+    EXPECT_EQ(report.rows.front().verdict, Verdict::Suspect);
+}
+
+TEST(Report, LessNoiseInTheSameTimeIsTheBestBuy) {
+    FakeStudy s(two_choices);
+    FakeRenderer r;
+    r.settings["--way b"] = {.noise = 0.7, .time = 1.5};
+    r.settings["--way c"] = {.noise = 0.7, .time = 1.2};
+    const study::Report report = s.run(r);
+    EXPECT_EQ(result_of(report, "way", "c").verdict, Verdict::BestBuy);
+    EXPECT_NEAR(result_of(report, "way", "c").equal_time.value, 0.7 * std::sqrt(1.2), 0.03);
+    EXPECT_EQ(result_of(report, "way", "b").verdict, Verdict::Better);
+    EXPECT_EQ(report.rows.front().knob, "way");
+    EXPECT_EQ(report.settings[report.rows.front().next].setting.value, "c");
+}
+
+TEST(Report, PreparationCountsAsTime) {
+    FakeStudy s(two_choices);
+    FakeRenderer r;
+    // The picture takes 1 s: half of it is won, and two are spent before
+    r.settings["--tree other"] = {.time = 0.5, .is_same = true, .setup_s = 2.0};
+    const study::Report report = s.run(r);
+    EXPECT_EQ(result_of(report, "tree", "other").verdict, Verdict::Worse);
+}
+
+TEST(Report, OneRoundJudgesNothing) {
+    FakeStudy s(two_choices);
+    s.options.rounds = 1;
+    FakeRenderer r;
+    r.settings["--way b"] = {.noise = 3, .time = 4};
+    const study::Report report = s.run(r);
+    EXPECT_EQ(result_of(report, "way", "b").verdict, Verdict::Unknown);
+    EXPECT_FALSE(study::to_json(report).empty());
+    EXPECT_FALSE(study::to_csv(report).empty());
+}
+
+}  // namespace velatura::test

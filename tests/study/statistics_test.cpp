@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "study/statistics.h"
+
+namespace velatura::test {
+
+using namespace velatura::study;
+
+TEST(Statistics, IntervalsOfNoiseHoldTheTruthAsOftenAsTheySay) {
+    // Pixels of one mean and one variance: the relative square is variance / (mean² + 0.01)
+    constexpr int trials = 400, pixels = 400, rounds = 6;
+    std::mt19937_64 numbers(7);
+    std::normal_distribution<float> normal(1.0f, 0.1f);
+    int inside = 0;
+    for (int t = 0; t < trials; ++t) {
+        Moments m;
+        for (int r = 0; r < rounds; ++r) {
+            std::vector<float> picture(3 * pixels);
+            for (float& v : picture) v = normal(numbers);
+            m.add(picture);
+        }
+        const GroupMeans squares = noise_squares(m, {std::vector<double>(3 * pixels, 1.0)});
+        const double truth = 0.01 / 1.01;
+        if (std::abs(squares.mean() - truth) < 1.96 * squares.standard_error()) ++inside;
+    }
+    // 95 % less what 31 degrees of freedom cost, within three standard errors of the count
+    EXPECT_GE(inside, 0.91 * trials);
+    EXPECT_LE(inside, 0.985 * trials);
+}
+
+TEST(Statistics, EqualPicturesAreTheSamePicture) {
+    Moments d;
+    for (int r = 0; r < 4; ++r) d.add_difference({1.0f + float(r), 2.0f, 3.0f}, {1.0f + float(r), 2.0f, 3.0f});
+    const DifferenceTest t = test_difference(d, {{1, 2, 3}});
+    EXPECT_TRUE(t.is_same_picture);
+    EXPECT_FALSE(t.is_seen);
+}
+
+TEST(Statistics, OneBrightSampleIsNoBias) {
+    Moments d;
+    for (int r = 0; r < 8; ++r) {
+        std::vector<float> a(300, 1.0f);
+        const std::vector<float> b(300, 1.0f);
+        if (r == 3) a[30] = a[31] = a[32] = 500.0f;
+        d.add_difference(a, b);
+    }
+    EXPECT_FALSE(test_difference(d, {std::vector<double>(300, 1.0)}).is_seen);
+}
+
+TEST(Statistics, StudentsPointsAreThoseOfTables) {
+    EXPECT_NEAR(student_975(1), 12.706, 1e-3);
+    EXPECT_NEAR(student_975(20), 2.086, 2e-3);
+    EXPECT_NEAR(student_975(60), 2.000, 1e-3);
+}
+
+TEST(Statistics, TimesAreComparedRoundByRound) {
+    SettingTally a, b;
+    a.points.push_back({.spp = 4, .picture = {}, .cpu_s = {2, 20, 200}});
+    b.points.push_back({.spp = 4, .picture = {}, .cpu_s = {1, 100, 10}});
+    a.rounds = {0, 1, 2};
+    b.rounds = {0, 2, 3};
+    b.points[0].cpu_s = {1, 100, 10};
+    const auto ratio = time_ratio(a, b, 4);
+    ASSERT_TRUE(ratio.has_value());
+    EXPECT_NEAR(ratio->value, 2.0, 1e-12);
+    EXPECT_NEAR(ratio->log_se, 0.0, 1e-12);
+}
+
+}  // namespace velatura::test
