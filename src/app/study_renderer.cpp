@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <optional>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -72,15 +73,32 @@ std::vector<float> means_of(const image::SampleSums& sums, uint32_t accumulator)
     return means;
 }
 
+/// A layer that the film keeps, or keeps as the sum of others.
+std::optional<study::LayerReading> layer_of(const film::Film& film, bool is_bounce, const std::string& name, uint32_t own, const std::vector<uint32_t>& parts) {
+    study::LayerReading layer{is_bounce, name, {}};
+    for (const uint32_t a : own != image::AccumulatorTable::absent ? std::vector<uint32_t>{own} : parts) {
+        if (a == image::AccumulatorTable::absent || !film.sums().is_used(a)) continue;
+        const std::vector<float> means = means_of(film.sums(), a);
+        layer.means.resize(means.size(), 0.0f);
+        for (size_t i = 0; i < means.size(); ++i) layer.means[i] += means[i];
+    }
+    return layer.means.empty() ? std::nullopt : std::optional(std::move(layer));
+}
+
 std::vector<study::LayerReading> layers_of_film(const film::Film& film) {
-    const image::SampleSums& sums = film.sums();
     const film::LayerSet& set = film.layer_set();
+    const image::AccumulatorTable& table = film.sums().table();
     std::vector<study::LayerReading> layers;
-    const auto add = [&](bool is_bounce, const std::string& name, uint32_t accumulator) {
-        if (accumulator != image::AccumulatorTable::absent && sums.is_used(accumulator)) layers.push_back({is_bounce, name, means_of(sums, accumulator)});
-    };
-    for (int c = 0; c < set.bounce_count(); ++c) add(true, set.column_name(c), sums.table().bounce(c));
-    for (int g = 0; g < set.group_count(); ++g) add(false, set.groups[size_t(g)].name, sums.table().group(g));
+    for (int c = 0; c < set.bounce_count(); ++c) {
+        std::vector<uint32_t> row;
+        for (int g = 0; g < set.group_count(); ++g) row.push_back(table.matrix(c, g));
+        if (auto layer = layer_of(film, true, set.column_name(c), table.bounce(c), row)) layers.push_back(std::move(*layer));
+    }
+    for (int g = 0; g < set.group_count(); ++g) {
+        std::vector<uint32_t> column;
+        for (int c = 0; c < set.bounce_count(); ++c) column.push_back(table.matrix(c, g));
+        if (auto layer = layer_of(film, false, set.groups[size_t(g)].name, table.group(g), column)) layers.push_back(std::move(*layer));
+    }
     return layers;
 }
 

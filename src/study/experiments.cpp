@@ -32,11 +32,64 @@ std::vector<size_t> order_of_round(const std::vector<Setting>& settings, int rou
 
 std::string name_of(const Setting& s) { return s.knob.empty() ? "as it is" : s.options; }
 
-const std::vector<float>* picture_at(const RenderRun& run, uint64_t spp) {
-    for (const Reading& r : run.readings)
-        if (r.spp == spp) return &r.means;
-    return nullptr;
-}
+/// Renders the settings of one round after the other.
+class RoundRunner {
+  public:
+    RoundRunner(const std::vector<Setting>& settings, const ExperimentOptions& options, const RenderFunction& render, const ExperimentCallbacks& callbacks, double earlier_s)
+        : settings_(settings), options_(options), render_(render), callbacks_(callbacks), earlier_s_(earlier_s), took_s_(settings.size(), 0.0) {}
+
+    /// False: there was no time for all of them, or a stop. Errors: those of the render as it is, if there is none of it yet.
+    Result<bool> run(int round, Tallies& tallies) {
+        const std::vector<size_t> order = order_of_round(settings_, round);
+        std::vector<std::vector<float>> pictures(settings_.size());
+        for (size_t i = 0; i < order.size(); ++i) {
+            const size_t s = order[i];
+            SettingTally& tally = tallies.settings[s];
+            if (!tally.refusal.empty()) continue;
+            if (callbacks_.progress) callbacks_.progress({round, options_.rounds, i, order.size(), name_of(settings_[s]), seconds_since(start_), options_.time_s});
+            const bool is_late = seconds_since(start_) + took_s_[s] > options_.time_s;
+            if (is_late || (callbacks_.is_stopped && callbacks_.is_stopped())) return false;
+
+            const auto begin = Clock::now();
+            const Result<RenderRun> run = render_({settings_[s].options, options_.seed + uint64_t(round), tallies.grid, ladder(options_.spp, s == 0), deadline()});
+            took_s_[s] = seconds_since(begin);
+            tallies.elapsed_s = earlier_s_ + seconds_since(start_);
+            if (!run) {
+                if (s == 0 && tally.rounds.empty()) return run.error();
+                if (run.error().code == "stopped") return false;
+                tally.refusal = run.error().message;
+                continue;
+            }
+            tallies.add(s, round, *run);
+            tallies.rounds = round + 1;
+            pictures[s] = picture_at(*run, options_.spp);
+            // How far the render as it is lies from an anchor is found at the anchor
+            const size_t anchor = settings_[s].anchor == s ? 0 : settings_[s].anchor;
+            if (anchor != s && !pictures[anchor].empty()) tally.difference.add_difference(pictures[s], pictures[anchor]);
+            if (!is_anchor(s)) pictures[s].clear();
+        }
+        return true;
+    }
+
+  private:
+    Clock::time_point deadline() const { return start_ + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options_.time_s)); }
+
+    bool is_anchor(size_t s) const { return s == 0 || settings_[s].anchor == s; }
+
+    static const std::vector<float>& picture_at(const RenderRun& run, uint64_t spp) {
+        const auto found = std::find_if(run.readings.begin(), run.readings.end(), [spp](const Reading& r) { return r.spp == spp; });
+        VELATURA_CHECK(found != run.readings.end(), "a render of a study has a reading at the render's samples");
+        return found->means;
+    }
+
+    const std::vector<Setting>& settings_;
+    const ExperimentOptions& options_;
+    const RenderFunction& render_;
+    const ExperimentCallbacks& callbacks_;
+    double earlier_s_;
+    std::vector<double> took_s_;  ///< by the last render of each
+    Clock::time_point start_ = Clock::now();
+};
 
 }  // namespace
 
@@ -48,7 +101,7 @@ Result<Grid> choose_grid(const std::vector<Setting>& settings, const ExperimentO
         g.height = std::clamp(int(std::lround(pixels / g.width)), 1, options.height);
         return g;
     };
-    constexpr double fewest = 256, most = 8192, wanted_rounds = 10, reserve = 0.7;
+    constexpr double fewest = 256, most = 8192, wanted_rounds = 8, reserve = 0.75;
     const RenderRequest request{.options = {}, .seed = options.seed, .grid = shaped(fewest), .spp = {options.spp}};
     const auto start = Clock::now();
     const Result<RenderRun> first = render(request);
@@ -65,41 +118,17 @@ Result<Grid> choose_grid(const std::vector<Setting>& settings, const ExperimentO
 }
 
 Result<void> run_experiments(const std::vector<Setting>& settings, const ExperimentOptions& options, const RenderFunction& render, const ExperimentCallbacks& callbacks, Tallies& tallies) {
-    const auto start = Clock::now();
-    const double before_s = tallies.elapsed_s;
-    const auto deadline = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.time_s));
     tallies.settings.resize(settings.size());
-    std::vector<double> took_s(settings.size(), 0.0);
-
+    RoundRunner runner(settings, options, render, callbacks, tallies.elapsed_s);
     for (int round = tallies.rounds; round < options.rounds; ++round) {
-        const std::vector<size_t> order = order_of_round(settings, round);
-        std::vector<std::vector<float>> anchors(settings.size());
-        for (size_t i = 0; i < order.size(); ++i) {
-            const size_t s = order[i];
-            if (!tallies.settings[s].refusal.empty()) continue;
-            if (callbacks.progress) callbacks.progress({round, options.rounds, i, order.size(), name_of(settings[s]), seconds_since(start), options.time_s});
-            const bool is_late = seconds_since(start) + took_s[s] > options.time_s;
-            if (is_late || (callbacks.is_stopped && callbacks.is_stopped())) return {};
-
-            const auto begin = Clock::now();
-            Result<RenderRun> run = render({settings[s].options, options.seed + uint64_t(round), tallies.grid, ladder(options.spp, s == 0), deadline});
-            took_s[s] = seconds_since(begin);
-            tallies.elapsed_s = before_s + seconds_since(start);
-            if (!run) {
-                if (s == 0 && tallies.settings[0].rounds.empty()) return run.error();
-                if (run.error().code == "stopped") return {};
-                tallies.settings[s].refusal = run.error().message;
-                continue;
-            }
-            tallies.add(s, round, *run);
-            const std::vector<float>* picture = picture_at(*run, options.spp);
-            VELATURA_CHECK(picture != nullptr, "a render of a study has a reading at the render's samples");
-            anchors[s] = *picture;
-            // How far the render as it is lies from an anchor is found at the anchor
-            const size_t anchor = settings[s].anchor == s ? 0 : settings[s].anchor;
-            if (anchor != s && !anchors[anchor].empty()) tallies.settings[s].difference.add_difference(*picture, anchors[anchor]);
-            // Seeds of a round that is left in the middle are not used again
-            tallies.rounds = round + 1;
+        // Settings are compared by the same seeds: what is left in the middle does not count, but where there is nothing else
+        Tallies before;
+        if (round >= 2) before = tallies;
+        const Result<bool> is_whole = runner.run(round, tallies);
+        if (!is_whole) return is_whole.error();
+        if (!*is_whole) {
+            if (round >= 2) tallies = std::move(before);
+            return {};
         }
         if (callbacks.round_done) callbacks.round_done(tallies);
     }

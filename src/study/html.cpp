@@ -28,7 +28,7 @@ p { margin: .3rem 0; max-width: 62rem; } .soft { color: var(--soft); } .small { 
 .total { display: flex; flex-wrap: wrap; gap: .6rem; margin: 1rem 0; padding: 0; }
 .total div { background: var(--panel); border-radius: .4rem; padding: .5rem .8rem; } .total b { display: block; font-size: 1.25rem; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
-th, td { text-align: left; padding: .32rem .55rem; border-bottom: 1px solid var(--grid); vertical-align: top; } th { color: var(--soft); font-size: .78rem; letter-spacing: .03em; }
+th, td { text-align: left; padding: .32rem .55rem; border-bottom: 1px solid var(--grid); vertical-align: top; overflow-wrap: anywhere; } th { color: var(--soft); font-size: .78rem; letter-spacing: .03em; }
 td.n { white-space: nowrap; } .good { color: var(--good); font-weight: 600; } .bad { color: var(--bad); font-weight: 600; }
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 24rem), 1fr)); gap: 1rem; }
 figure { margin: 0; background: var(--panel); border-radius: .4rem; padding: .7rem; min-width: 0; }
@@ -38,7 +38,7 @@ ul.key { list-style: none; margin: .3rem 0 0; padding: 0; display: flex; flex-wr
 .bar { background: var(--grid); border-radius: .2rem; height: .65rem; min-width: 4rem; display: inline-block; width: calc(100% - 4.5rem); margin-right: .5rem; } .bar i { display: block; height: 100%; border-radius: .2rem; }
 img { width: 100%; image-rendering: pixelated; border-radius: .2rem; display: block; } figcaption { font-size: .82rem; color: var(--soft); margin-top: .3rem; }
 @media (max-width: 46rem) { body { padding: .8rem; } table.cards thead { display: none; } table.cards tr { display: block; border-bottom: 2px solid var(--grid); padding: .5rem 0; }
-  table.cards td { display: flex; gap: .8rem; border: 0; padding: .1rem 0; white-space: normal; } table.cards td::before { content: attr(data-name); color: var(--soft); font-size: .78rem; flex: 0 0 8.5rem; }
+  table.cards td { display: flex; gap: .8rem; border: 0; padding: .1rem 0; white-space: normal; } table.cards td.n { white-space: normal; } table.cards td::before { content: attr(data-name); color: var(--soft); font-size: .78rem; flex: 0 0 8.5rem; }
   table.cards td:empty { display: none; } }
 )css";
 

@@ -26,13 +26,13 @@ class Axis {
 
     double at(double v) const { return from_ + (std::log10(v) - low_) / (high_ - low_) * (to_ - from_); }
 
-    /// 1, 2 and 5 times powers of ten, as many of them as can be read.
+    /// Round numbers, as many of them as can be read.
     std::vector<double> ticks() const {
+        static const std::vector<double> tens = {1}, few = {1, 2, 5}, more = {1, 1.5, 2, 3, 4, 5, 7}, many = {1, 1.2, 1.4, 1.6, 1.8, 2, 2.5, 3, 3.5, 4, 4.5, 5, 6, 7, 8, 9};
         std::vector<double> all;
         const double decades = high_ - low_;
         for (int e = int(std::floor(low_)) - 1; e <= int(std::ceil(high_)); ++e) {
-            for (const double m : {1.0, 2.0, 5.0}) {
-                if (decades > 2.5 && m != 1.0) continue;
+            for (const double m : decades > 2.5 ? tens : decades > 1.2 ? few : decades > 0.5 ? more : many) {
                 const double v = m * std::pow(10.0, e);
                 if (std::log10(v) >= low_ && std::log10(v) <= high_) all.push_back(v);
             }

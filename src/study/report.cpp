@@ -178,8 +178,11 @@ class Maker {
         const double noise = noise_squares(base->picture, reference_).mean();
         for (const LayerTally& l : tallies_.layers) {
             LayerRow row{l.is_bounce, l.name};
-            for (size_t i = 0; i < l.picture.sum.size(); ++i) row.energy += l.picture.mean(i) / std::max(energy, 1e-30);
-            if (noise > 0) row.noise = noise_squares(l.picture, reference_).mean() / noise;
+            // In rounds that did not see it, it was black
+            Moments picture = l.picture;
+            picture.count = base->picture.count;
+            for (size_t i = 0; i < picture.sum.size(); ++i) row.energy += picture.mean(i) / std::max(energy, 1e-30);
+            if (noise > 0) row.noise = noise_squares(picture, reference_).mean() / noise;
             rows.push_back(std::move(row));
         }
         return rows;

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "study/compare.h"
+#include "study/fake_render.h"
+#include "study/png.h"
+
+namespace velatura::test {
+
+using namespace velatura::study;
+
+namespace {
+
+Report some_report(double way_b_time) {
+    FakeStudy s({{"way", "--way", {{"a"}, {"b"}}}, {"depth", "--depth", {{"4", Promise::Approximates}, {"0"}}, "0"}});
+    FakeRenderer r;
+    r.settings["--way b"] = {.time = way_b_time};
+    r.settings["--depth 0"] = {.scale = 1.02};
+    s.subject.scene = "<b>&\"scene\".usda";
+    return s.run(r);
+}
+
+size_t count(const std::string& text, const std::string& what) {
+    size_t n = 0;
+    for (size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++n;
+    return n;
+}
+
+}  // namespace
+
+TEST(Html, IsOneFileThatAsksForNoOther) {
+    const std::string html = to_html(some_report(2));
+    EXPECT_LT(html.size(), 5u << 20);
+    EXPECT_EQ(count(html, "http"), 0u);
+    EXPECT_EQ(count(html, "<script"), 0u);
+    EXPECT_EQ(count(html, "url("), 0u);
+    EXPECT_EQ(count(html, " src="), count(html, " src=\"data:image/png;base64,"));
+    EXPECT_EQ(count(html, " href="), count(html, " href=\"data:,\""));
+    for (const char* tag : {"table", "figure", "svg", "tr", "td", "div", "ul", "li", "p", "h2", "span"}) {
+        const std::string name = tag;
+        EXPECT_EQ(count(html, "<" + name + ">") + count(html, "<" + name + " "), count(html, "</" + name + ">")) << tag;
+    }
+    EXPECT_EQ(count(html, "nan"), 0u);
+    EXPECT_EQ(count(html, "<b>&"), 0u) << "names are not markup";
+    // One plot of all settings and one for each knob; the picture, its noise, its time and its bias
+    EXPECT_EQ(count(html, "<svg"), 3u);
+    EXPECT_EQ(count(html, "<img"), 4u);
+}
+
+TEST(Json, HoldsTheNumbersOfTheReport) {
+    const Report report = some_report(2);
+    const auto j = nlohmann::json::parse(to_json(report));
+    EXPECT_EQ(j["schema"], "velatura.study/1");
+    EXPECT_EQ(j["settings"].size(), report.settings.size());
+    EXPECT_EQ(j["rows"].size(), 3u);
+    EXPECT_DOUBLE_EQ(j["noise"]["value"], report.noise.value);
+    EXPECT_DOUBLE_EQ(j["bias"], report.bias);
+    EXPECT_EQ(j["rows"][0]["knob"], "depth");
+}
+
+TEST(Csv, HasALineForEachPointOfACurve) {
+    const Report report = some_report(2);
+    const std::string csv = to_csv(report);
+    size_t points = 0;
+    for (const SettingResult& s : report.settings) points += s.curve.size();
+    EXPECT_EQ(count(csv, "\n"), points + 1);
+    EXPECT_EQ(size_t(std::count(csv.begin(), csv.end(), ',')), 11 * (points + 1));
+}
+
+TEST(Compare, SaysWhatDiffers) {
+    const std::string a = to_json(some_report(2)), b = to_json(some_report(1));
+    const Result<std::string> same = compare_reports(a, a), other = compare_reports(a, b);
+    ASSERT_TRUE(same.has_value() && other.has_value());
+    EXPECT_EQ(count(*same, "differs"), 0u);
+    const size_t line = other->find("--way b");
+    ASSERT_NE(line, std::string::npos);
+    EXPECT_NE(other->substr(line, other->find('\n', line) - line).find("differs"), std::string::npos) << *other;
+    EXPECT_FALSE(compare_reports(a, "{}").has_value());
+    EXPECT_FALSE(compare_reports("no json", b).has_value());
+    EXPECT_FALSE(compare_reports(a, R"({"schema":"velatura.study/1"})").has_value());
+}
+
+TEST(Png, IsThePixelsBetweenTheirHashes) {
+    // One red pixel: hashes and stream as zlib and crc32 of Python make them
+    const std::string png = to_png(1, 1, {1, 0, 0});
+    EXPECT_EQ(to_base64(png), "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAAD0lEQVR4AQEEAPv/AP8AAAMBAQCNHeWCAAAAAElFTkSuQmCC");
+    EXPECT_EQ(to_base64("M"), "TQ==");
+    EXPECT_EQ(to_base64("Ma"), "TWE=");
+    EXPECT_EQ(to_base64("Man"), "TWFu");
+}
+
+}  // namespace velatura::test

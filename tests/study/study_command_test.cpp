@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// velatura study from the outside, on a scene of a few pixels.
+#include <cstdlib>
+
+#include <sys/wait.h>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "app/command.h"
+#include "base/atomic_file.h"
+
+namespace velatura::test {
+
+namespace {
+
+class StudyCommand : public testing::Test {
+  protected:
+    void SetUp() override { w.write("s.usda", small_scene()); }
+
+    CommandResult study(const std::string& arguments) const { return w.velatura("study s.usda -q --res 20 16 --spp 8 --rounds 3 --time 60s " + arguments); }
+
+    nlohmann::json report(const std::string& folder) const {
+        const Result<std::string> text = read_file(w.path(folder + "/report.json"));
+        EXPECT_TRUE(text.has_value());
+        return text ? nlohmann::json::parse(*text) : nlohmann::json();
+    }
+
+    static nlohmann::json setting(const nlohmann::json& report, const std::string& options) {
+        for (const auto& s : report["settings"])
+            if (s["options"] == options) return s;
+        ADD_FAILURE() << "no setting " << options;
+        return {};
+    }
+
+    Workplace w;
+};
+
+}  // namespace
+
+TEST_F(StudyCommand, WritesAReportOfWhatTheSceneCallsFor) {
+    const CommandResult r = study("-o out --knobs sampler,max-depth,light-sampling,bvh-quality,light-selection --max-depth 2 --splitting off");
+    ASSERT_EQ(r.exit_code, 0) << r.output;
+    EXPECT_TRUE(w.exists("out/report.html"));
+    EXPECT_TRUE(w.exists("out/report.csv"));
+    const nlohmann::json j = report("out");
+    EXPECT_EQ(j["rounds"], 3);
+    EXPECT_EQ(j["rows"].size(), 6u);
+    EXPECT_GT(j["noise"]["value"], 0.0);
+    // Cutting paths after two scatterings leaves light out, cutting after one leaves out more
+    EXPECT_GT(j["bias"], 0.0);
+    EXPECT_GT(setting(j, "--max-depth 1")["bias"], j["bias"]);
+    EXPECT_EQ(setting(j, "--max-depth 0")["bias"], 0.0);
+    EXPECT_LT(setting(j, "--max-depth 1")["rays_per_sample"], setting(j, "--max-depth 0")["rays_per_sample"]);
+    EXPECT_EQ(setting(j, "--bvh-quality fast")["difference"]["same_picture"], true);
+    for (const char* unbiased : {"--sampler independent", "--light-sampling light", "--light-sampling bsdf"}) EXPECT_EQ(setting(j, unbiased)["difference"]["seen"], false) << unbiased;
+    double energy = 0;
+    for (const auto& l : j["layers"])
+        if (l["by"] == "bounce") energy += l["energy"].get<double>();
+    EXPECT_NEAR(energy, 1.0, 1e-6);
+}
+
+TEST_F(StudyCommand, GoesOnFromItsFolder) {
+    const std::string knob = "--knobs sampler ";
+    ASSERT_EQ(study("-o parts " + knob + "--rounds 2").exit_code, 2) << "an option given twice";
+    const std::string usual = "study s.usda -q --res 20 16 --spp 8 --time 60s " + knob;
+    ASSERT_EQ(w.velatura(usual + "-o parts --rounds 2").exit_code, 0);
+    ASSERT_EQ(w.velatura(usual + "-o parts --rounds 4 --resume").exit_code, 0);
+    ASSERT_EQ(w.velatura(usual + "-o whole --rounds 4").exit_code, 0);
+    const nlohmann::json parts = report("parts"), whole = report("whole");
+    EXPECT_EQ(parts["rounds"], 4);
+    EXPECT_EQ(parts["noise"], whole["noise"]);
+    EXPECT_EQ(w.velatura(usual + "-o parts --rounds 4 --resume --max-depth 3").exit_code, 5);
+    EXPECT_EQ(w.velatura(usual + "-o parts --rounds 4 --resume --seed 9").exit_code, 5);
+    const CommandResult compared = w.velatura("study --compare parts/report.json whole/report.json");
+    EXPECT_EQ(compared.exit_code, 0) << compared.output;
+    EXPECT_NE(compared.output.find("--sampler independent"), std::string::npos);
+}
+
+TEST_F(StudyCommand, SaysWhatItCannotDo) {
+    EXPECT_EQ(w.velatura("study s.usda").exit_code, 2);
+    EXPECT_EQ(w.velatura("study -o out").exit_code, 2);
+    EXPECT_EQ(w.velatura("study s.usda --compare a.json b.json").exit_code, 2);
+    EXPECT_EQ(w.velatura("study --compare a.json b.json").exit_code, 1);
+    EXPECT_EQ(study("-o out --target-error 1%").exit_code, 2);
+    EXPECT_EQ(study("-o out --deep").exit_code, 2);
+    EXPECT_EQ(study("-o out --knobs nonsense").exit_code, 2);
+    EXPECT_EQ(w.velatura("study missing.usda -o out").exit_code, 1);
+}
+
+TEST_F(StudyCommand, AnInterruptLeavesTheReport) {
+    // It would go on for an hour; the shell's signal comes after some rounds
+    const std::string line = "cd '" + w.path("") + "' && timeout --preserve-status -s INT 6 '" VELATURA_BIN_DIR "/velatura' study s.usda -q --res 20 16 --spp 8 --rounds 100000 --time 1h --knobs sampler -o out";
+    const int status = std::system(line.c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 130);
+    EXPECT_GT(report("out")["rounds"], 1);
+}
+
+}  // namespace velatura::test
