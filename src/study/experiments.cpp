@@ -101,8 +101,8 @@ Result<Grid> choose_grid(const std::vector<Setting>& settings, const ExperimentO
         g.height = std::clamp(int(std::lround(pixels / g.width)), 1, options.height);
         return g;
     };
-    constexpr double fewest = 256, most = 8192, wanted_rounds = 8, reserve = 0.75;
-    const RenderRequest request{.options = {}, .seed = options.seed, .grid = shaped(fewest), .spp = {options.spp}};
+    constexpr double fewest = 512, trial = 1024, most = 8192, wanted_rounds = 8, reserve = 0.75;
+    const RenderRequest request{.options = {}, .seed = options.seed, .grid = shaped(trial), .spp = {options.spp}};
     const auto start = Clock::now();
     const Result<RenderRun> first = render(request);
     if (!first) return first.error();

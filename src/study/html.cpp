@@ -36,7 +36,7 @@ svg { width: 100%; height: auto; display: block; } svg text { fill: var(--soft);
 .curve { fill: none; stroke-width: 2; stroke-linejoin: round; } .dashed { stroke-dasharray: 5 4; stroke-width: 1.5; }
 ul.key { list-style: none; margin: .3rem 0 0; padding: 0; display: flex; flex-wrap: wrap; gap: .1rem .9rem; font-size: .82rem; } .key i { display: inline-block; width: .75rem; height: .75rem; border-radius: .2rem; margin-right: .35rem; vertical-align: -.05rem; }
 .bar { background: var(--grid); border-radius: .2rem; height: .65rem; min-width: 4rem; display: inline-block; width: calc(100% - 4.5rem); margin-right: .5rem; } .bar i { display: block; height: 100%; border-radius: .2rem; }
-img { width: 100%; image-rendering: pixelated; border-radius: .2rem; display: block; } figcaption { font-size: .82rem; color: var(--soft); margin-top: .3rem; }
+img { width: 100%; height: auto; image-rendering: pixelated; border-radius: .2rem; display: block; } figcaption { font-size: .82rem; color: var(--soft); margin-top: .3rem; }
 @media (max-width: 46rem) { body { padding: .8rem; } table.cards thead { display: none; } table.cards tr { display: block; border-bottom: 2px solid var(--grid); padding: .5rem 0; }
   table.cards td { display: flex; gap: .8rem; border: 0; padding: .1rem 0; white-space: normal; } table.cards td.n { white-space: normal; } table.cards td::before { content: attr(data-name); color: var(--soft); font-size: .78rem; flex: 0 0 8.5rem; }
   table.cards td:empty { display: none; } }
@@ -183,6 +183,15 @@ std::string maps(const Report& r) {
     return fmt::format("<h2>Where the error is, and where the time goes</h2><p>{} of the pixels carry half of the squared noise, {} half of the time.</p><div class=\"plots\">{}</div>", percent(r.concentration), percent(r.time_concentration), html);
 }
 
+/// How far the mean of a setting is off that of its anchor.
+std::string bias_text(const Report& r, const SettingResult& s) {
+    const bool is_anchor = &s == &r.settings[s.setting.anchor];
+    if (s.setting.knob.empty()) return percent(s.bias);
+    if (is_anchor) return "exact";
+    if (s.difference.is_same_picture) return "same picture";
+    return s.difference.is_seen ? percent(s.difference.bias) : "none seen, < " + percent(s.difference.bias_limit);
+}
+
 std::string all_settings(const Report& r) {
     const std::vector<const char*> names = {"OPTIONS", "NOISE", "BIAS", "TIME", "ERROR AT EQUAL TIME", "SLOPE", "VERDICT"};
     std::string html = "<h2>Every setting</h2><table class=\"cards\">" + header(names) + "<tbody>";
@@ -192,8 +201,7 @@ std::string all_settings(const Report& r) {
             html += fmt::format("<td colspan=\"6\" class=\"soft\">{}</td></tr>", escaped(s.refusal.empty() ? "not enough rounds" : s.refusal));
             continue;
         }
-        const bool is_free = s.difference.is_same_picture && s.rounds > 1;
-        const std::string bias = s.setting.knob.empty() ? percent(s.bias) : is_free ? "same picture" : s.difference.is_seen && s.setting.anchor != size_t(&s - r.settings.data()) ? percent(s.difference.bias) : s.bias > 0 ? percent(s.bias) : "none seen, < " + percent(s.difference.bias_limit);
+        const std::string bias = bias_text(r, s);
         const auto factor = [](const Estimate& e) { return fmt::format("× {:.3g} [{:.3g}, {:.3g}]", e.value, e.low, e.high); };
         html += cell(names[1], between(s.noise)) + cell(names[2], bias) + cell(names[3], factor(s.time));
         html += cell(names[4], s.setting.promise == Promise::Changes ? std::string("-") : factor(s.equal_time)) + cell(names[5], s.slope.is_known ? fmt::format("{:.2f} ± {:.2f}", s.slope.value, 1.96 * s.slope.standard_error) : "-");

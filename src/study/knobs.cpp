@@ -25,7 +25,7 @@ const std::vector<Knob>& all_knobs() {
         {"BVH quality", "--bvh-quality", {{"auto"}, {"fast"}, {"balanced"}, {"high"}}},
         {"dicing rate", "--dicing-rate", {{"0.5"}, {"1", off}, {"2", off}, {"4", off}}, "0.5", "subdivision by rate"},
         {"subdivision level", "--subdivision-level", {{"6"}, {"5", off}, {"4", off}, {"3", off}, {"2", off}, {"1", off}}, "6", "subdivision by level"},
-        {"light layers", "--layers", {{"bounce,light,matrix,shadow,data"}, {"bounce,light"}, {"none"}}},
+        {"light layers", "--layers", {{"bounce,light,matrix,shadow,data", other}, {"bounce,light", other}, {"none", other}}},
     };
     return knobs;
 }

@@ -14,7 +14,7 @@ namespace velatura::study {
 enum class Promise : uint8_t {
     SameMean,      ///< unbiased, or the same picture sooner: all its error is noise
     Approximates,  ///< leaves something out of the picture that the knob's exact value has
-    Changes,       ///< another picture, by intent
+    Changes,       ///< another picture, or another file of it, by intent
 };
 
 struct KnobValue {

@@ -206,10 +206,10 @@ const char* text_of(Verdict verdict) {
         case Verdict::BestBuy: return "BEST BUY";
         case Verdict::Better: return "better at equal time";
         case Verdict::Cheaper: return "same picture, sooner";
-        case Verdict::NoDifference: return "no difference seen";
-        case Verdict::Worse: return "worse at equal time";
+        case Verdict::NoDifference: return "keep";
+        case Verdict::Worse: return "keep";
         case Verdict::Suspect: return "SUSPECT: another mean";
-        case Verdict::Changes: return "another picture";
+        case Verdict::Changes: return "your choice";
     }
     return "";
 }

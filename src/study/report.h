@@ -33,7 +33,7 @@ enum class Verdict : uint8_t {
     NoDifference, ///< none is seen
     Worse,        ///< a larger error at equal time
     Suspect,      ///< promises the mean of the render as it is and has another
-    Changes,      ///< another picture, see its bias
+    Changes,      ///< another picture or file, by intent; see its bias
 };
 
 const char* text_of(Verdict verdict);

@@ -73,9 +73,11 @@ std::string advice_of(const Report& report, const SettingResult& r) {
         case Verdict::BestBuy:
         case Verdict::Better: return r.bias > report.settings[0].bias * 1.001 ? at_equal + ", with a bias of " + percent(r.bias) : at_equal;
         case Verdict::Cheaper: return fmt::format("time {:+.0f} %, the same picture", (r.time.value - 1) * 100);
-        case Verdict::Worse: return "keep: " + at_equal;
-        case Verdict::NoDifference: return "keep: no difference seen";
-        case Verdict::Changes: return fmt::format("changes the picture by {}, time {:+.0f} %", r.difference.is_seen ? percent(r.difference.bias) : "less than " + percent(r.difference.bias_limit), (r.time.value - 1) * 100);
+        case Verdict::Worse: return at_equal;
+        case Verdict::NoDifference: return "no difference seen at equal time";
+        case Verdict::Changes:
+            if (r.difference.is_same_picture) return fmt::format("the beauty stays as it is, time {:+.0f} %", (r.time.value - 1) * 100);
+            return fmt::format("changes the picture by {}, time {:+.0f} %", r.difference.is_seen ? percent(r.difference.bias) : "less than " + percent(r.difference.bias_limit), (r.time.value - 1) * 100);
         default: return {};
     }
 }

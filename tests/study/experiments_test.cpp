@@ -122,7 +122,7 @@ TEST(Experiments, TheGridFitsIntoTheTimeAndThePicture) {
     s.options.time_s = 0;
     const Result<Grid> least = choose_grid(s.settings, s.options, std::ref(fake));
     ASSERT_TRUE(least.has_value());
-    EXPECT_NEAR(double(least->pixels()), 256, 30);
+    EXPECT_NEAR(double(least->pixels()), 512, 40);
     EXPECT_NEAR(double(least->width) / least->height, 1.5, 0.1);
     s.options.time_s = 1e6;
     s.options.width = 20;
