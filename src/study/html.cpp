@@ -156,7 +156,7 @@ std::string front_plot(const Report& r) {
 }
 
 std::string bar(double share, int color) {
-    return fmt::format("<span class=\"bar\"><i style=\"width:{:.1f}%;background:var(--c{})\"></i></span>{}", 100 * std::clamp(share, 0.0, 1.0), color, percent(share));
+    return fmt::format("<span class=\"bar\"><i style=\"width:{:.1f}%;background:var(--c{})\"></i></span>{:.1f} %", 100 * std::clamp(share, 0.0, 1.0), color, 100 * share);
 }
 
 std::string layer_tables(const Report& r) {

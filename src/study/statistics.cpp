@@ -71,12 +71,15 @@ DifferenceTest test_difference(const Moments& difference, const Reference& refer
     t.is_same_picture = std::all_of(difference.square.begin(), difference.square.end(), [](double v) { return v == 0.0; });
     if (t.is_same_picture) return t;
 
-    // Energy: pixels are independent, so that their variances add up
-    double shift = 0, variance = 0, energy = 0;
+    // Energy: pixels are independent, so that their variances add up; the channels of one are not, and their deviations do
+    double shift = 0, variance = 0, energy = 0, deviation = 0;
     for (size_t i = 0; i < difference.sum.size(); ++i) {
         shift += difference.mean(i);
-        variance += difference.variance(i) / difference.count;
         energy += reference.means[i];
+        deviation += std::sqrt(difference.variance(i) / difference.count);
+        if (i % 3 != 2) continue;
+        variance += deviation * deviation;
+        deviation = 0;
     }
     energy = std::max(energy, 1e-30);
     t.shift = shift / energy;

@@ -50,6 +50,27 @@ TEST(Statistics, OneBrightSampleIsNoBias) {
     EXPECT_FALSE(test_difference(d, {std::vector<double>(300, 1.0)}).is_seen);
 }
 
+TEST(Statistics, ChannelsThatDeviateTogetherAreNoBias) {
+    // The z of the energy's shift must spread like one, or a little less
+    std::mt19937_64 numbers(11);
+    std::normal_distribution<float> normal(0.0f, 1.0f);
+    constexpr int trials = 500, pixels = 100;
+    double square = 0;
+    for (int t = 0; t < trials; ++t) {
+        Moments d;
+        for (int r = 0; r < 8; ++r) {
+            std::vector<float> a(3 * pixels);
+            for (size_t i = 0; i < a.size(); i += 3) a[i] = a[i + 1] = a[i + 2] = normal(numbers);
+            d.add_difference(a, std::vector<float>(3 * pixels, 0.0f));
+        }
+        const DifferenceTest test = test_difference(d, {std::vector<double>(3 * pixels, 1.0)});
+        EXPECT_FALSE(test.is_seen);
+        square += test.shift * test.shift / (test.shift_se * test.shift_se) / trials;
+    }
+    EXPECT_GT(square, 0.8);
+    EXPECT_LT(square, 1.25);
+}
+
 TEST(Statistics, StudentsPointsAreThoseOfTables) {
     EXPECT_NEAR(student_975(1), 12.706, 1e-3);
     EXPECT_NEAR(student_975(20), 2.086, 2e-3);
