@@ -66,6 +66,7 @@ void add_settings(const nlohmann::json& settings, std::vector<RenderOption>& opt
                              "--splitting", "--caustics", "--accel", "--guiding"}) {
         const auto words = words_of(text_of(settings, name));
         if (!words.empty()) set_option(options, {name, {words[0]}});
+        if (words.size() > 1 && words[0] == "cutoff") set_option(options, {"--cutoff", {words[1]}});
     }
     const std::string effects = text_of(settings, "--effects");
     if (!effects.empty() && effects != "none") set_option(options, {"--effects", {effects}});

@@ -77,13 +77,16 @@ std::string_view name_of(sampling::SamplerKind kind) {
         case sampling::SamplerKind::BlueNoise: return "blue-noise";
         case sampling::SamplerKind::BlueNoiseHalves: return "blue-noise in halves";
         case sampling::SamplerKind::Independent: return "independent";
+        case sampling::SamplerKind::Stratified: return "stratified";
+        case sampling::SamplerKind::StratifiedHalves: return "stratified in halves";
     }
     return "";
 }
 
-std::string_view name_of(integrator::LightSampling sampling) {
-    using integrator::LightSampling;
-    return sampling == LightSampling::Mis ? "mis" : sampling == LightSampling::Light ? "light" : "bsdf";
+std::string roulette_state(const RenderJob& job) {
+    const integrator::EstimatorOptions& e = job.tracer.estimator;
+    if (e.roulette == integrator::Roulette::Cutoff) return fmt::format("cutoff {}", e.cutoff);
+    return fmt::format("{} from {}", job.arguments.roulette, e.roulette_start);
 }
 
 std::string camera_state(const scene::Camera& c) {
@@ -113,9 +116,9 @@ FrameSettings frame_settings(const RenderJob& job, const FrameInput& input) {
     add("--max-depth", job.tracer.max_depth);
     add("--filter", a.filter);
     add("--integrator", e.specular_chains_only ? "whitted" : "path");
-    add("--light-sampling", name_of(e.light_sampling));
-    add("--light-selection", a.light_selection);
-    add("--roulette", fmt::format("{} from {}", a.roulette, e.roulette_start));
+    add("--light-sampling", job.light_sampling);
+    add("--light-selection", job.light_selection_name);
+    add("--roulette", roulette_state(job));
     add("--sampler", name_of(job.tracer.sampler));
     add("--adaptive", job.schedule.adaptive ? "on" : "off");
     add("--splitting", job.splits ? "auto" : "off");

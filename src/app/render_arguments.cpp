@@ -46,13 +46,16 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     auto* estimator = command.add_option_group("Estimator, to compare with the classic ones");
     estimator->add_option("--integrator", a.integrator, "path: light and BSDF sampling by MIS; nee: light sampling alone; naive: BSDF sampling alone; whitted: direct light and mirror chains only, another picture")
         ->check(CLI::IsMember({"path", "nee", "naive", "whitted"}));
-    estimator->add_option("--light-sampling", a.light_sampling, "who looks for lights: mis, light or bsdf (default: as the integrator says)")->check(CLI::IsMember({"mis", "light", "bsdf"}));
-    estimator->add_option("--light-selection", a.light_selection, "how a light is picked for direct light")->check(CLI::IsMember({"uniform", "power", "tree"}));
-    estimator->add_option("--roulette", a.roulette, "how paths end: by their throughput, with a constant chance, or not (needs --max-depth)")->check(CLI::IsMember({"throughput", "constant", "none"}));
+    estimator->add_option("--light-sampling", a.light_sampling, "who looks for lights: mis; light: by solid angle; area: by area of one light; global-area: by area of all lights; hemisphere or cosine: by a direction of the vertex's own, uniform or by the cosine; bsdf: where paths go on (default: as the integrator says)")
+        ->check(CLI::IsMember({"mis", "light", "area", "global-area", "hemisphere", "cosine", "bsdf"}));
+    estimator->add_option("--light-selection", a.light_selection, "how a light is picked for direct light (default: tree; of global-area: area)")->check(CLI::IsMember({"uniform", "power", "area", "tree"}));
+    estimator->add_option("--roulette", a.roulette, "how paths end: by their throughput, by what each surface reflects, by what trial paths say that ending them saves, with a constant chance, below --cutoff (a bias), or not (needs --max-depth)")
+        ->check(CLI::IsMember({"throughput", "albedo", "efficiency", "constant", "cutoff", "none"}));
+    estimator->add_option("--cutoff", a.cutoff, "of --roulette cutoff: paths end that carry less than this part of what they began with (default 0.01)")->check(CLI::Range(1e-9, 1.0));
     estimator->add_option("--guiding", a.guiding, "learn from trial paths where light comes from: off, on, or auto: where the trial says that it pays")->check(CLI::IsMember({"off", "auto", "on"}));
     estimator->add_option("--splitting", a.splitting, "auto: paths divide into up to 4 branches at the first surface that spreads light, as many as trial paths say that pay there; off: they go on by one")->check(CLI::IsMember({"auto", "off"}));
     estimator->add_option("--caustics", a.caustics, "light through smooth glass and off mirrors: path = met by chance, manifold = solved for, auto = solved for where lights are small")->check(CLI::IsMember({"path", "manifold", "auto"}));
-    estimator->add_option("--sampler", a.sampler, "points of a pixel: Owen-scrambled Sobol', the same with errors that cancel among neighbours, or independent random ones")->check(CLI::IsMember({"sobol", "blue-noise", "independent"}));
+    estimator->add_option("--sampler", a.sampler, "points of a pixel: Owen-scrambled Sobol', the same with errors that cancel among neighbours, jittered strata, or independent random ones")->check(CLI::IsMember({"sobol", "blue-noise", "stratified", "independent"}));
 
     estimator->add_option("--effects", a.effects, "-NAME leaves an effect out (velatura plan lists them), all lets those run too that nothing calls for: the same picture, later")->type_name("[all][,-NAME]");
 

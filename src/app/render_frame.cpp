@@ -35,7 +35,7 @@ image::Matrix44 to_floats(const Matrix& m) {
 }
 
 image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, const integrator::World& world, const integrator::GuideTraining& training,
-                               const integrator::BranchTrial& branches, const FrameSettings& settings, const film::LayerSet& layers,
+                               const integrator::RouletteTrial* roulette, const integrator::BranchTrial& branches, const FrameSettings& settings, const film::LayerSet& layers,
                                const image::Window& window, const film::Film& film) {
     const scene::Scene& scene = input.scene;
     image::FileInfo info;
@@ -57,6 +57,7 @@ image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, co
     stats["estimator"] = make_estimator_stats(job);
     stats["guiding"] = make_guiding_stats(training);
     stats["splitting"] = make_splitting_stats(branches);
+    if (roulette) stats["roulette"] = make_roulette_stats(*roulette);
     stats["ledger"] = make_ledger(job, input, world, film);
     info.stats_json = stats.dump();
     info.light_values = input.light_values;
@@ -92,8 +93,9 @@ class FrameRenderer {
           world_(input.scene, world_options(job, input, diagnostics), make_light_image_loader(), diagnostics),
           caustics_(integrator::make_caustic_sampler(job.caustics, world_)),
           mattes_(layers_.has_mattes() ? std::make_unique<const integrator::MatteIds>(input.scene) : nullptr),
-          training_(integrator::train_guide(world_, tracer_options(nullptr, nullptr), is_refused() ? integrator::Guiding::Off : job.guiding, &StopSignals::stop_flag())),
-          branches_(job.splits && !is_refused() ? integrator::try_branches(world_, tracer_options(guide(), nullptr), traced_window(), &StopSignals::stop_flag()) : integrator::BranchTrial()),
+          training_(integrator::train_guide(world_, tracer_options({}), is_refused() ? integrator::Guiding::Off : job.guiding, &StopSignals::stop_flag())),
+          roulette_(try_roulette()),
+          branches_(job.splits && !is_refused() ? integrator::try_branches(world_, tracer_options({.guide = guide(), .roulette = gains()}), traced_window(), &StopSignals::stop_flag()) : integrator::BranchTrial()),
           settings_(std::move(settings)),
           tracer_(world_, layers_, picture_options()),
           printer_(job.progress) {
@@ -177,14 +179,23 @@ class FrameRenderer {
         options.expected_rays = expected_rays(job, settings);
         options.subdivider = find_subdivider(input.scene, diagnostics);
         options.dicing = job.dicing;
+        options.samples_light_area = job.samples_light_area;
         options.compensate_mis = job.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
         return options;
     }
 
-    integrator::PathTracerOptions tracer_options(const guiding::GuidingField* guide, const integrator::BranchMap* branches) const {
+    /// What was found out before the first sample, as far as it was by now.
+    struct Learned {
+        const guiding::GuidingField* guide = nullptr;
+        const integrator::RouletteGains* roulette = nullptr;
+        const integrator::BranchMap* branches = nullptr;
+    };
+
+    integrator::PathTracerOptions tracer_options(const Learned& learned) const {
         integrator::PathTracerOptions options = job_.tracer;
-        options.guide = guide;
-        options.branches = branches;
+        options.guide = learned.guide;
+        options.roulette = learned.roulette;
+        options.branches = learned.branches;
         options.caustics = caustics_.get();
         options.disable_lens = input_.scene.settings.disable_depth_of_field;
         return options;
@@ -192,13 +203,22 @@ class FrameRenderer {
 
     /// Those of the picture, for which trial paths did without what is only written.
     integrator::PathTracerOptions picture_options() const {
-        integrator::PathTracerOptions options = tracer_options(guide(), &branches_.map);
+        integrator::PathTracerOptions options = tracer_options({guide(), gains(), &branches_.map});
         options.mattes = mattes_.get();
         options.deep = job_.deep.has_value();
         return options;
     }
 
     const guiding::GuidingField* guide() const { return training_.is_used ? &training_.field : nullptr; }
+
+    std::optional<integrator::RouletteTrial> try_roulette() const {
+        if (job_.tracer.estimator.roulette != integrator::Roulette::Efficiency || is_refused()) return std::nullopt;
+        return integrator::try_roulette(world_, tracer_options({.guide = guide()}), &StopSignals::stop_flag());
+    }
+
+    const integrator::RouletteGains* gains() const { return roulette_ ? &roulette_->gains : nullptr; }
+
+    const integrator::RouletteTrial* roulette() const { return roulette_ ? &*roulette_ : nullptr; }
 
     /// The pixels that paths start from.
     image::Window traced_window() const {
@@ -209,10 +229,12 @@ class FrameRenderer {
         return {x, y, x + 1, y + 1};
     }
 
+    double seconds_before() const { return training_.seconds + branches_.seconds + (roulette_ ? roulette_->seconds : 0.0); }
+
     /// What is left of the time after training and trial.
     integrator::RenderOptions schedule() const {
         integrator::RenderOptions options = job_.schedule;
-        if (options.time_budget_s > 0) options.time_budget_s = std::max(options.time_budget_s - training_.seconds - branches_.seconds, 1e-6);
+        if (options.time_budget_s > 0) options.time_budget_s = std::max(options.time_budget_s - seconds_before(), 1e-6);
         return options;
     }
 
@@ -273,7 +295,7 @@ class FrameRenderer {
     }
 
     Result<image::WriteReport> write(const film::Film& film, const std::vector<scene::Effect>& broken = {}) {
-        image::FileInfo info = make_file_info(job_, input_, world_, training_, branches_, settings_, layers_, window_, film);
+        image::FileInfo info = make_file_info(job_, input_, world_, training_, roulette(), branches_, settings_, layers_, window_, film);
         info.plan_json = plan_json(input_.plan, broken).dump();
         info.bad_samples = film.bad_samples();
         if (mattes_) info.matte_names = mattes_->names();
@@ -326,6 +348,10 @@ class FrameRenderer {
     bool write_stats(const film::Film& film, const integrator::RenderResult& result, const image::WriteReport& written) {
         if (job_.arguments.stats.empty()) return true;
         nlohmann::ordered_json stats = make_stats(job_, input_, world_, training_, branches_, film, result);
+        if (roulette_) {
+            stats["roulette"] = make_roulette_stats(*roulette_);
+            stats["phases_s"]["roulette"] = roulette_->seconds;
+        }
         stats["closure"] = {{"family", written.closure_family}, {"layers", written.layers}, {"bound", 1.0}, {"measured", written.closure_measured}};
         stats["files"] = nlohmann::ordered_json::array();
         for (const std::string& file : written.files) stats["files"].push_back({{"path", std::filesystem::path(file).filename().string()}, {"sha256", written.sha256}});
@@ -347,6 +373,7 @@ class FrameRenderer {
     std::unique_ptr<const integrator::CausticSampler> caustics_;  ///< null = by paths
     std::unique_ptr<const integrator::MatteIds> mattes_;          ///< null = no Cryptomattes
     integrator::GuideTraining training_;
+    std::optional<integrator::RouletteTrial> roulette_;
     integrator::BranchTrial branches_;
     FrameSettings settings_;
     integrator::PathTracer tracer_;

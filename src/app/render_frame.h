@@ -14,6 +14,7 @@
 #include "geometry/dicing.h"
 #include "integrator/caustics.h"
 #include "integrator/branch_trial.h"
+#include "integrator/roulette_trial.h"
 #include "integrator/effect_plan.h"
 #include "integrator/guide_training.h"
 #include "integrator/path_tracer.h"
@@ -28,7 +29,10 @@ struct RenderJob {
     integrator::RenderOptions schedule;
     integrator::PathTracerOptions tracer;
     film::LayerSet layers;  ///< without groups
+    std::string light_sampling = "mis";  ///< as the option names it
+    std::string light_selection_name = "tree";
     lights::SelectionKind light_selection = lights::SelectionKind::Tree;
+    bool samples_light_area = false;     ///< see integrator::WorldOptions
     const accel::AcceleratorFactory* accelerator = nullptr;  ///< nullptr = the own BVH
     geometry::DicingOptions dicing;
     std::optional<accel::BvhQuality> bvh_quality = {};  ///< by default chosen by the expected number of rays

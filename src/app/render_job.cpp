@@ -20,6 +20,7 @@ Error usage(std::string message) { return {"usage", std::move(message)}; }
 
 lights::SelectionKind selection_kind(std::string_view name) {
     if (name == "uniform") return lights::SelectionKind::Uniform;
+    if (name == "area") return lights::SelectionKind::Area;
     return name == "power" ? lights::SelectionKind::Power : lights::SelectionKind::Tree;
 }
 
@@ -27,26 +28,68 @@ lights::SelectionKind selection_kind(std::string_view name) {
 sampling::SamplerKind sampler_kind(const RenderArguments& a) {
     if (a.sampler == "independent") return sampling::SamplerKind::Independent;
     const bool halves = a.halves || !a.target_error.empty();
+    if (a.sampler == "stratified") return halves ? sampling::SamplerKind::StratifiedHalves : sampling::SamplerKind::Stratified;
     if (a.sampler == "blue-noise") return halves ? sampling::SamplerKind::BlueNoiseHalves : sampling::SamplerKind::BlueNoise;
     return halves ? sampling::SamplerKind::SobolHalves : sampling::SamplerKind::Sobol;
 }
 
-/// The estimator that the command line names.
-Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
+/// Who looks for lights, and how.
+Result<void> choose_light_sampling(const RenderArguments& a, RenderJob& job) {
     using integrator::LightSampling;
-    integrator::EstimatorOptions& estimator = job.tracer.estimator;
-
+    struct Way {
+        std::string_view name;
+        LightSampling sampling;
+        bool by_area = false;
+    };
+    constexpr Way ways[] = {{"mis", LightSampling::Mis},
+                            {"light", LightSampling::Light},
+                            {"area", LightSampling::Light, true},
+                            {"global-area", LightSampling::Light, true},
+                            {"hemisphere", LightSampling::Hemisphere},
+                            {"cosine", LightSampling::Cosine},
+                            {"bsdf", LightSampling::Bsdf}};
     // The integrator's name stands for a way of light sampling; naming another one is a contradiction but for `path`
     const std::string_view usual = a.integrator == "path" ? "mis" : a.integrator == "naive" ? "bsdf" : "light";
     const std::string_view wanted = a.light_sampling.empty() ? usual : std::string_view(a.light_sampling);
     if (wanted != usual && a.integrator != "path") return usage(fmt::format("--integrator {} means --light-sampling {}, not {}", a.integrator, usual, wanted));
-    estimator.light_sampling = wanted == "mis" ? LightSampling::Mis : wanted == "light" ? LightSampling::Light : LightSampling::Bsdf;
-    estimator.specular_chains_only = a.integrator == "whitted";
+    const Way* const way = std::find_if(std::begin(ways), std::end(ways), [&](const Way& w) { return w.name == wanted; });
+    if (way == std::end(ways)) return usage(fmt::format("--light-sampling: unknown way \"{}\"", wanted));
+    job.light_sampling = wanted;
+    job.tracer.estimator.light_sampling = way->sampling;
+    job.samples_light_area = way->by_area;
 
-    estimator.roulette = a.roulette == "throughput" ? integrator::Roulette::Throughput : a.roulette == "constant" ? integrator::Roulette::Constant : integrator::Roulette::None;
-    if (estimator.roulette == integrator::Roulette::None && a.max_depth == 0) return usage("--roulette none needs --max-depth: without either, paths in closed rooms do not end");
+    const bool is_global = wanted == "global-area";
+    if (is_global && !a.light_selection.empty() && a.light_selection != "area") return usage(fmt::format("--light-sampling global-area means --light-selection area, not {}", a.light_selection));
+    job.light_selection_name = !a.light_selection.empty() ? a.light_selection : is_global ? "area" : "tree";
+    job.light_selection = selection_kind(job.light_selection_name);
+    return {};
+}
+
+/// How paths end.
+Result<void> choose_roulette(const RenderArguments& a, integrator::EstimatorOptions& estimator) {
+    using integrator::Roulette;
+    struct Way {
+        std::string_view name;
+        Roulette roulette;
+    };
+    constexpr Way ways[] = {{"throughput", Roulette::Throughput}, {"albedo", Roulette::Albedo}, {"efficiency", Roulette::Efficiency},
+                            {"constant", Roulette::Constant},     {"cutoff", Roulette::Cutoff}, {"none", Roulette::None}};
+    const Way* const way = std::find_if(std::begin(ways), std::end(ways), [&](const Way& w) { return w.name == a.roulette; });
+    if (way == std::end(ways)) return usage(fmt::format("--roulette: unknown way \"{}\"", a.roulette));
+    estimator.roulette = way->roulette;
+    if (estimator.roulette == Roulette::None && a.max_depth == 0) return usage("--roulette none needs --max-depth: without either, paths in closed rooms do not end");
+    if (a.cutoff && estimator.roulette != Roulette::Cutoff) return usage(fmt::format("--cutoff belongs to --roulette cutoff, not to {}", a.roulette));
+    if (a.cutoff) estimator.cutoff = float(*a.cutoff);
+    return {};
+}
+
+/// The estimator that the command line names.
+Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
+    integrator::EstimatorOptions& estimator = job.tracer.estimator;
+    if (const auto ok = choose_light_sampling(a, job); !ok) return ok.error();
+    estimator.specular_chains_only = a.integrator == "whitted";
+    if (const auto ok = choose_roulette(a, estimator); !ok) return ok.error();
     job.tracer.sampler = sampler_kind(a);
-    job.light_selection = selection_kind(a.light_selection);
     const std::optional<integrator::Guiding> guiding = integrator::guiding_mode(a.guiding);
     if (!guiding) return usage(fmt::format("--guiding: expected off, auto or on, found \"{}\"", a.guiding));
     // Chains of mirrors leave no direction to learn

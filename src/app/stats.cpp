@@ -41,13 +41,12 @@ json make_scene_stats(const FrameInput& input, const integrator::World& world) {
 
 json make_estimator_stats(const RenderJob& job) {
     const RenderArguments& a = job.arguments;
-    using integrator::LightSampling;
-    const LightSampling sampling = job.tracer.estimator.light_sampling;
     json j;
     j["integrator"] = a.integrator;
-    j["light_sampling"] = sampling == LightSampling::Mis ? "mis" : sampling == LightSampling::Light ? "light" : "bsdf";
-    j["light_selection"] = a.light_selection;
+    j["light_sampling"] = job.light_sampling;
+    j["light_selection"] = job.light_selection_name;
     j["roulette"] = a.roulette;
+    if (job.tracer.estimator.roulette == integrator::Roulette::Cutoff) j["cutoff"] = job.tracer.estimator.cutoff;
     j["sampler"] = a.sampler;
     j["adaptive"] = job.schedule.adaptive;
     j["accelerator"] = a.accel;
@@ -71,6 +70,10 @@ json make_splitting_stats(const integrator::BranchTrial& trial) {
     return {{"mean_branches", trial.map.mean()}, {"trial_paths", trial.rays.paths}};
 }
 
+json make_roulette_stats(const integrator::RouletteTrial& trial) {
+    return {{"gains", trial.gains.gains}, {"trial_paths", trial.rays.paths}};
+}
+
 json make_ledger(const RenderJob& job, const FrameInput& input, const integrator::World& world, const film::Film& film) {
     json ledger = json::array();
     for (size_t i = 0; i < scene::effect_count; ++i) {
@@ -79,6 +82,9 @@ json make_ledger(const RenderJob& job, const FrameInput& input, const integrator
     }
     if (job.tracer.max_depth > 0) {
         ledger.push_back({{"approximation", "max-depth"}, {"value", job.tracer.max_depth}, {"kind", "bias"}, {"effect", "light of longer paths is missing; not measured"}});
+    }
+    if (job.tracer.estimator.roulette == integrator::Roulette::Cutoff) {
+        ledger.push_back({{"approximation", "throughput-cutoff"}, {"value", job.tracer.estimator.cutoff}, {"kind", "bias"}, {"effect", "light of paths is missing once they carry less than this part of what they began with; not measured"}});
     }
     if (job.tracer.estimator.specular_chains_only) {
         ledger.push_back({{"approximation", "whitted"}, {"value", "paths end at the first surface that is no perfect mirror or glass"}, {"kind", "bias"}, {"effect", "indirect light is missing; not measured"}});

@@ -7,6 +7,7 @@
 
 #include "app/render_frame.h"
 #include "integrator/branch_trial.h"
+#include "integrator/roulette_trial.h"
 #include "integrator/schedule.h"
 #include "integrator/world.h"
 
@@ -30,6 +31,9 @@ nlohmann::ordered_json make_guiding_stats(const integrator::GuideTraining& train
 
 /// What trial paths said of dividing paths; same everywhere for the same picture.
 nlohmann::ordered_json make_splitting_stats(const integrator::BranchTrial& trial);
+
+/// By how much chances to end paths pay, as trial paths said; the same in every run.
+nlohmann::ordered_json make_roulette_stats(const integrator::RouletteTrial& trial);
 
 /// Approximations in force, with what is known of their effect. Empty = unbiased.
 nlohmann::ordered_json make_ledger(const RenderJob& job, const FrameInput& input, const integrator::World& world, const film::Film& film);

@@ -44,7 +44,7 @@ void add_options(const PlanOptions& o, EffectPlan& plan) {
     const auto set = [&](Effect e, bool is_on, std::string why) {
         plan.entries[size_t(e)] = {is_on ? EffectState::On : EffectState::Absent, {}, std::move(why), is_on ? 1u : 0u};
     };
-    set(Effect::Roulette, o.estimator.roulette != Roulette::None, fmt::format("from {} scatterings on", o.estimator.roulette_start));
+    set(Effect::Roulette, has_chances_to_end(o.estimator.roulette), fmt::format("from {} scatterings on", o.estimator.roulette_start));
     const bool is_tried = o.guiding == Guiding::Auto;
     set(Effect::Guiding, o.guiding != Guiding::Off, is_tried ? "where trial paths say that it pays" : "--guiding on");
     set(Effect::Splitting, o.splits, "where trial paths say that it pays");

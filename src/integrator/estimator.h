@@ -5,22 +5,44 @@
 
 namespace velatura::integrator {
 
-/// Who looks for the lights that a vertex sees. All three have the same mean (Veach 1997, chapter
-/// 9).
+/// Who looks for the lights that a vertex sees. All have the same mean (Veach 1997, chapter 9).
 enum class LightSampling : uint8_t {
-    Mis,    ///< light and BSDF sampling, weighed by the balance heuristic
-    Light,  ///< light sampling alone; lights met by BSDF sampling do not count, but behind delta
-            ///< lobes
-    Bsdf,   ///< BSDF sampling alone; lights without extent, which it cannot meet, are still sampled
+    Mis,         ///< light and BSDF sampling, weighed by the balance heuristic
+    Light,       ///< light sampling alone; lights met by BSDF sampling do not count, but behind delta
+                 ///< lobes
+    Bsdf,        ///< BSDF sampling alone; lights without extent, which it cannot meet, are still sampled
+    Hemisphere,  ///< a direction of its own, uniform over the hemisphere that the vertex sees (the
+                 ///< sphere where light may come from everywhere), finds what lies along it; met
+                 ///< lights count as for Light, lights without extent as for Bsdf
+    Cosine,      ///< the same by the cosine
 };
 
-/// How paths end. All are unbiased but for `None` together with a depth limit.
+/// Lights are looked for by a direction of the vertex's own.
+constexpr bool looks_around(LightSampling sampling) {
+    return sampling == LightSampling::Hemisphere || sampling == LightSampling::Cosine;
+}
+
+/// Sampled lights that a direction can meet do not count.
+constexpr bool is_left_to_directions(LightSampling sampling) {
+    return sampling == LightSampling::Bsdf || looks_around(sampling);
+}
+
+/// How paths end. All are unbiased but for `None` together with a depth limit, and `Cutoff`.
 enum class Roulette : uint8_t {
     Throughput,  ///< survival = twice what the path still carries, largest channel; where paths are
                  ///< guided, twice what it may still bring when that is more
+    Albedo,      ///< survival = what the last scattering and the way there left of it
+    Efficiency,  ///< survival by what paths of so many scatterings still bring and cost, as trial
+                 ///< paths told; see RouletteTrial
     Constant,    ///< survival = constant_survival, whatever it carries
+    Cutoff,      ///< none below EstimatorOptions::cutoff of what the path began with: a bias
     None,        ///< paths end by absorption and by the depth limit alone
 };
+
+/// Whether it is a roulette at all.
+constexpr bool has_chances_to_end(Roulette roulette) {
+    return roulette != Roulette::None && roulette != Roulette::Cutoff;
+}
 
 inline constexpr float constant_survival = 0.75f;
 
@@ -31,6 +53,7 @@ struct EstimatorOptions {
     Roulette roulette = Roulette::Throughput;
     int roulette_start =
         3;  ///< scatterings before roulette begins: short paths carry most of the light
+    float cutoff = 0.01f;  ///< of Roulette::Cutoff, which has no such start
     /// Whitted 1980: only chains of perfect mirrors and refractions are followed; all else ends
     /// with its direct light. A picture of its own: indirect light by diffuse and rough surfaces is
     /// missing.

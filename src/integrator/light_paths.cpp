@@ -20,7 +20,7 @@ using scene::is_built;
 
 float PathTracer::light_hit_weight(const Path& path, const lights::LightHit& hit) const {
     if (path.is_certain || options_.estimator.light_sampling == LightSampling::Bsdf) return 1.0f;
-    if (options_.estimator.light_sampling == LightSampling::Light) return 0.0f;
+    if (options_.estimator.light_sampling != LightSampling::Mis) return 0.0f;
     // The density is that of the point that sampled, not of the ray's origin beside it: portals make a difference there
     const float pdf = is_built(Effect::Portals) && world_.lights.has_portals(hit.light) ? world_.lights.pdf(hit.light, path.receiver.p, path.ray.d) : hit.pdf;
     const float light_pdf = world_.selector->pmf(path.receiver, hit.light) * pdf;
@@ -31,7 +31,7 @@ float PathTracer::surface_hit_weight(const Path& path, const geometry::SurfacePo
     if (path.is_certain || options_.estimator.light_sampling == LightSampling::Bsdf) return 1.0f;
     const std::optional<lights::LightId> light = world_.lights.find_surface(point);
     if (!light) return 1.0f;
-    if (options_.estimator.light_sampling == LightSampling::Light) return 0.0f;
+    if (options_.estimator.light_sampling != LightSampling::Mis) return 0.0f;
     const float light_pdf = world_.selector->pmf(path.receiver, *light) * world_.lights.surface_pdf(*light, path.receiver.p, point.p);
     return sampling::balance_heuristic(path.scatter_pdf, light_pdf);
 }

@@ -79,6 +79,7 @@ struct PathTracer::Path {
     Interior interior;        ///< of the present segment; only kept where something absorbs
     uint32_t branches = 1;    ///< that it is yet to divide into
     float share = 1;          ///< of the sample, for a branch
+    float carried = 1;        ///< of what it began with, at its last chance to end; not kept by the default roulette
     const media::Flight* flight = nullptr;  ///< through volumes on the present segment, while its lights are met
     RayCounts* counts;
     PathObserver* observer;

@@ -21,15 +21,6 @@ using scene::is_built;
 
 namespace {
 
-/// From this many scatterings on, roulette ends one path in `trapped_path_share` at each, whatever its throughput: light
-/// that total reflection traps in lossless glass would never end by itself. Rare enough to add no noise that matters.
-constexpr int trapped_path_start = 1024;
-constexpr float trapped_path_share = 1024.0f;
-
-/// Roulette spares paths that still carry this part of what they began with: ending them sooner costs more noise than it
-/// saves time (`./dev bench transport`: 1.1 to 1.5 times the efficiency of survival = throughput).
-constexpr float survival_per_throughput = 2.0f;
-
 /// A path that may bring half of what it set out with, or more, does not end by roulette.
 constexpr float importance_scale = 2.0f;
 
@@ -193,32 +184,12 @@ void PathTracer::add_direct_light(Path& path, const Vertex& vertex, film::Sample
     if (world_.selector->is_empty() || !bsdf.has_non_delta()) return;
 
     const lights::Receiver receiver = receiver_at(world_, point, bsdf);
+    const LightSampling strategy = options_.estimator.light_sampling;
+    if (looks_around(strategy)) add_light_around(path, vertex, receiver, out);
     ChosenLight chosen;
     if (!choose_light(path, receiver, chosen)) return;
-    const auto& [choice, light, links] = chosen;
-    const LightSampling strategy = options_.estimator.light_sampling;
-    if (strategy == LightSampling::Bsdf && !light.is_delta) return;
-
-    // Weigh it against finding the same light by going on
-    const shading::BsdfValue value = bsdf.evaluate(wo, light.wi);
-    Rgb f = value.f();
-    lights::LobeMultipliers multipliers;
-    if (is_built(Effect::LobeMultipliers) && world_.has_lobe_multipliers) {
-        count_call(Effect::LobeMultipliers);
-        multipliers = world_.lights.lobe_multipliers(choice.light);
-        f = value.diffuse * multipliers.diffuse + value.specular * multipliers.specular;
-    }
-    if (is_black(f)) return;
-    const float light_pdf = choice.pmf * light.pdf;
-    const bool has_rival = strategy == LightSampling::Mis && !light.is_delta;
-    const float weight = has_rival ? sampling::balance_heuristic(light_pdf, directions.pdf(light.wi, value.pdf)) : 1.0f;
-    const Rgb Ld = path.beta * f * light.Le * (bsdf.cosine(light.wi) * weight / light_pdf);
-    if (is_black(Ld)) return;
-
-    film::PathLabels* const labels = labels_of(out);
-    if (labels) labels->look(vertex.events(value, multipliers));
-    deposit_direct(path, point, wo, chosen, Ld, out, crossing);
-    if (labels) labels->stay();
+    if (is_left_to_directions(strategy) && !chosen.light.is_delta) return;
+    deposit_sampled(path, vertex, chosen, out);
 }
 
 void PathTracer::add_caustics(Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
@@ -359,13 +330,13 @@ bool PathTracer::scatter(Path& path, const Vertex& vertex, film::SampleRadiance&
 
 bool PathTracer::survives_roulette(Path& path) const {
     const EstimatorOptions& estimator = options_.estimator;
-    if (!is_built(Effect::Roulette) || estimator.roulette == Roulette::None || path.bounce < estimator.roulette_start) return true;
+    if (estimator.roulette != Roulette::Throughput) return survives_otherwise(path);
+    if (!is_built(Effect::Roulette) || path.bounce < estimator.roulette_start) return true;
     const float whole = world_.camera.exposure_scale() * path.share;
-    const bool is_constant = estimator.roulette == Roulette::Constant;
-    float survival = is_constant ? constant_survival : survival_per_throughput * max_component(path.beta) * path.eta_scale / whole;
+    float survival = usual_gain * max_component(path.beta) * path.eta_scale / whole;
     // A dim path on its way to where much light is must not end: keep it by what it may bring (Vorba & Křivánek 2016,
     // without splitting). What was learned never makes a path end earlier.
-    if (!is_constant && std::isfinite(path.importance)) survival = std::max(survival, importance_scale * path.importance);
+    if (std::isfinite(path.importance)) survival = std::max(survival, importance_scale * path.importance);
     if (path.bounce >= trapped_path_start) survival = std::min(survival, 1.0f - 1.0f / trapped_path_share);
     if (survival >= 1.0f) return true;
     count_call(Effect::Roulette);

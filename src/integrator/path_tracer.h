@@ -11,6 +11,7 @@
 #include "integrator/estimator.h"
 #include "integrator/matte_ids.h"
 #include "integrator/ray_counts.h"
+#include "integrator/roulette_gains.h"
 #include "integrator/shadow_shares.h"
 #include "integrator/world.h"
 #include "sampling/filter.h"
@@ -18,6 +19,8 @@
 #include "scene/effect_build.h"
 
 namespace velatura::integrator {
+
+struct Look;
 
 /// Looks at one path while it is traced, for `--replay`. Called in the order of events.
 class PathObserver {
@@ -31,6 +34,8 @@ class PathObserver {
     virtual void on_vertex(const guiding::Place& at, const Rgb& beta) { (void)at, (void)beta; }
     /// It did, and goes on along wi. Not called for delta lobes.
     virtual void on_scatter(const Vec3& wi) { (void)wi; }
+    /// The path outlived a chance to end, of a roulette that is not the default; carried: of what it began with, largest channel.
+    virtual void on_survival(int bounce, float carried) { (void)bounce, (void)carried; }
     virtual void on_end(int bounce, const char* why) = 0;
 };
 
@@ -45,6 +50,7 @@ struct PathTracerOptions {
     /// How many ways a path goes on from its first vertex with lobes that are no delta, at an equal share each; must outlive
     /// the tracer; null = one.
     const BranchMap* branches = nullptr;
+    const RouletteGains* roulette = nullptr;  ///< of Roulette::Efficiency, must outlive the tracer; null = no trial told yet
     const MatteIds* mattes = nullptr;  ///< says whose each sample is, must outlive the tracer; null = nobody asks
     bool deep = false;  ///< says how far away each sample is, see SampleRadiance::cover
     const CausticSampler* caustics = nullptr;  ///< solves for caustics, must outlive the tracer; null = paths find all light
@@ -87,6 +93,7 @@ class PathTracer {
     /// body: what scatters in the body that the path is in, or null. end: why it ended, if it did.
     Crossing cross_matter(Path& path, const BodyMedia::Medium* body, float t_max, const char*& end, film::SampleRadiance& out) const;
     const char* scatter_in_matter(Path& path, const Scatterer& matter, const Vec3& p, film::SampleRadiance& out) const;
+    void deposit_sampled_in_matter(Path& path, const Scatterer& matter, const geometry::SurfacePoint& point, const ChosenLight& chosen, film::SampleRadiance& out) const;
     void add_direct_light_in_matter(Path& path, const Scatterer& matter, const geometry::SurfacePoint& point, film::SampleRadiance& out) const;
     Rgb volume_transmittance(const Path& path, const Vec3& p, const lights::LightSample& light) const;
     void add_light_hits(const Path& path, float t_max, film::SampleRadiance& out) const;
@@ -109,6 +116,12 @@ class PathTracer {
     void add_lights_beyond(const Path& path, const geometry::SurfacePoint& from, film::SampleRadiance& out) const;
     void add_surfaces_beyond(const Path& path, const OwnShadowSurfaces& surfaces, film::SampleRadiance& out) const;
     void add_direct_light(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
+    /// Deposits the direct light of one that was sampled for the vertex.
+    void deposit_sampled(Path& path, const Vertex& vertex, const ChosenLight& chosen, film::SampleRadiance& out) const;
+    /// Direct light by a direction of the vertex's own, see LightSampling::Hemisphere.
+    void add_light_around(Path& path, const Vertex& vertex, const lights::Receiver& receiver, film::SampleRadiance& out) const;
+    template <class Give>
+    void for_each_light_along(const Path& path, const geometry::SurfacePoint& from, const lights::Receiver& receiver, const Look& look, const Give& give) const;
     void add_caustics(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool pass_through(Path& path, const geometry::SurfacePoint& point) const;
     bool pass_straight(Path& path, const Vertex& vertex) const;
@@ -127,6 +140,8 @@ class PathTracer {
     const char* go_on(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool scatter(Path& path, const Vertex& vertex, film::SampleRadiance& out) const;
     bool survives_roulette(Path& path) const;
+    /// By a roulette that is not the default.
+    bool survives_otherwise(Path& path) const;
     Rgb visibility(const Path& path, const geometry::SurfacePoint& from, const Interior& inside, const lights::LightSample& light, ShadowShares* shares) const;
     Rgb own_visibility(const Path& path, const geometry::SurfacePoint& from, const Interior& inside, const lights::LightSample& light, const scene::LightLinks& links, ShadowShares* shares) const;
     void record_first_collision(const Scatterer& matter, const Vec3& p, film::SampleRadiance& out) const;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What paths do in volumes and in what fills bodies (docs/volumes.md).
 #include "integrator/direct_light.h"
+#include "integrator/light_walk.h"
 #include "integrator/path.h"
 #include "integrator/path_tracer.h"
 #include "integrator/render_options.h"
@@ -169,12 +170,27 @@ void PathTracer::add_direct_light_in_matter(Path& path,
                                             const geometry::SurfacePoint& point,
                                             film::SampleRadiance& out) const {
     if (world_.selector->is_empty()) return;
-    ChosenLight chosen;
-    if (!choose_light(path, matter.receiver_at(point.p), chosen)) return;
-    const lights::LightSample& light = chosen.light;
+    const lights::Receiver receiver = matter.receiver_at(point.p);
     const LightSampling strategy = options_.estimator.light_sampling;
-    if (strategy == LightSampling::Bsdf && !light.is_delta) return;
+    if (looks_around(strategy)) {
+        const Vec2 u = path.sampler.get_2d(path.bounce, Purpose::LightDirection, path.pass_count);
+        for_each_light_along(path, point, receiver, look_around(receiver, strategy, u),
+                             [&](const ChosenLight& chosen) {
+                                 deposit_sampled_in_matter(path, matter, point, chosen, out);
+                             });
+    }
+    ChosenLight chosen;
+    if (!choose_light(path, receiver, chosen)) return;
+    if (is_left_to_directions(strategy) && !chosen.light.is_delta) return;
+    deposit_sampled_in_matter(path, matter, point, chosen, out);
+}
 
+void PathTracer::deposit_sampled_in_matter(Path& path,
+                                           const Scatterer& matter,
+                                           const geometry::SurfacePoint& point,
+                                           const ChosenLight& chosen,
+                                           film::SampleRadiance& out) const {
+    const lights::LightSample& light = chosen.light;
     // Weigh it against finding the same light by going on
     const float phase_pdf = matter.phase.pdf(path.ray.d, light.wi);
     float f = phase_pdf;
@@ -183,7 +199,8 @@ void PathTracer::add_direct_light_in_matter(Path& path,
         f *= world_.lights.lobe_multipliers(chosen.choice.light).diffuse;
     }
     const float light_pdf = chosen.choice.pmf * light.pdf;
-    const bool has_rival = strategy == LightSampling::Mis && !light.is_delta;
+    const bool has_rival =
+        options_.estimator.light_sampling == LightSampling::Mis && !light.is_delta;
     const float weight = has_rival ? sampling::balance_heuristic(light_pdf, phase_pdf) : 1.0f;
     const Rgb Ld = path.beta * light.Le * (f * weight / light_pdf);
     if (!is_black(Ld)) deposit_direct(path, point, -path.ray.d, chosen, Ld, out);

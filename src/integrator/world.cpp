@@ -171,7 +171,7 @@ World::World(const scene::Scene& s, const WorldOptions& options, const lights::I
       volumes(make_volumes(s, options)),
       lights(timed(times.lights_s, [&] {
           return lights::LightSet(s, load_image, diagnostics,
-                                  {.compensate_mis = options.compensate_mis, .geometry = &geometry, .materials = &materials});
+                                  {.compensate_mis = options.compensate_mis, .by_area = options.samples_light_area, .geometry = &geometry, .materials = &materials});
       })),
       selector(timed(times.lights_s, [&] {
           return lights::make_light_selector(lights, content_bounds(*accelerator, volumes.get()), {.kind = options.light_selection});

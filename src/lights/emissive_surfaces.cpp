@@ -11,6 +11,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <map>
 
 namespace velatura::lights {
@@ -66,8 +67,13 @@ void list_triangles(TriangleList& list,
 EmissiveSurfaces::EmissiveSurfaces(const scene::Scene& scene,
                                    const geometry::GeometrySet& geometry,
                                    const shading::MaterialEvaluator& materials,
-                                   const SurfaceEmission& emission)
-    : scene_(scene), geometry_(geometry), materials_(materials), emission_(emission) {
+                                   const SurfaceEmission& emission,
+                                   bool by_area)
+    : scene_(scene),
+      geometry_(geometry),
+      materials_(materials),
+      emission_(emission),
+      smallest_(by_area ? std::numeric_limits<double>::infinity() : smallest_solid_angle) {
     if (!emission.has_any()) return;
     list_direct();
     list_instances();
@@ -138,9 +144,11 @@ uint32_t EmissiveSurfaces::add_group(uint32_t instance) {
     measure(group, instance);
     groups_.push_back(std::move(group));
     const uint32_t index = uint32_t(groups_.size() - 1);
-    double power = 0.0;
-    for (uint32_t part = 0; part < group_size(index); ++part) power += part_power(index, part);
-    groups_[index].power = power;
+    Group& added = groups_[index];
+    for (uint32_t part = 0; part < group_size(index); ++part) {
+        added.power += part_power(index, part);
+        if (added.luminance[part] > 0.0f) added.area += part_area(index, part);
+    }
     return index;
 }
 
@@ -332,9 +340,19 @@ const scene::MeshLight* EmissiveSurfaces::mesh_light(LightId id) const {
     return emission_.light(place.instance, place.shape);
 }
 
+double EmissiveSurfaces::area(uint32_t item) const {
+    if (!is_instance(item)) return 0.5 * length_of(triangle(place_of(LightId(item))).scaled_normal());
+    const InstanceItem& placed = instances_[item - direct_count()];
+    const Mat4d m(geometry_.instances()[placed.instance].render_from_prototype);
+    return groups_[placed.group].area * std::cbrt(sqr(determinant3(m)));
+}
+
+double EmissiveSurfaces::part_area(uint32_t group, uint32_t part) const {
+    return 0.5 * length_of(triangle(group, part).scaled_normal());
+}
+
 double EmissiveSurfaces::part_power(uint32_t group, uint32_t part) const {
-    const double area = 0.5 * length_of(triangle(group, part).scaled_normal());
-    return 2.0 * pi_d * area * double(groups_[group].luminance[part]);
+    return 2.0 * pi_d * part_area(group, part) * double(groups_[group].luminance[part]);
 }
 
 std::optional<LightId> EmissiveSurfaces::find(const geometry::SurfacePoint& point) const {
@@ -365,9 +383,10 @@ double visible_solid_angle(const TriangleView& view, const Vec3& p) {
     return view.triple() > rounding ? solid_angle(view) : 0.0;
 }
 
-/// Density of a point at distance d on the triangle, given the solid angle that it fills.
-double density(const TriangleView& view, double omega, double d) {
-    if (omega >= EmissiveSurfaces::smallest_solid_angle) return 1.0 / omega;
+/// Density of a point at distance d on the triangle, given the solid angle that it fills and the
+/// smallest one that is sampled as such.
+double density(const TriangleView& view, double omega, double d, double smallest) {
+    if (omega >= smallest) return 1.0 / omega;
     // d² / (cosine · area); height over the plane and area are parts of the triple product
     return 2.0 * d * (d * d) / view.triple();
 }
@@ -383,7 +402,7 @@ std::optional<LightSample> EmissiveSurfaces::sample(LightId id,
     const TriangleView view{t.v0 - Vec3d(p), t.e1, t.e2};
     const double omega = visible_solid_angle(view, p);
     if (!(omega > 0.0)) return std::nullopt;
-    const Vec2d b = omega >= smallest_solid_angle ? sample_solid_angle(view, omega, u)
+    const Vec2d b = omega >= smallest_ ? sample_solid_angle(view, omega, u)
                                                   : sample_triangle_area(u);
     const Vec3d to_light = view.a + t.e1 * b.x + t.e2 * b.y;
     const double d = length_of(to_light);
@@ -392,7 +411,7 @@ std::optional<LightSample> EmissiveSurfaces::sample(LightId id,
     LightSample s;
     s.wi = to_float(to_light / d);
     s.distance = float(d);
-    s.pdf = float(density(view, omega, d));
+    s.pdf = float(density(view, omega, d, smallest_));
     if (!std::isfinite(s.pdf) || !(s.pdf > 0.0f)) return std::nullopt;
     place.t = s.distance;
     place.b1 = float(b.x);
@@ -413,7 +432,7 @@ double EmissiveSurfaces::pdf(LightId id, const Vec3& p, const Vec3& q) const {
     const Triangle t = triangle(place_of(id));
     const TriangleView view{t.v0 - Vec3d(p), t.e1, t.e2};
     const double omega = visible_solid_angle(view, p);
-    return omega > 0.0 ? density(view, omega, length_of(Vec3d(q) - Vec3d(p))) : 0.0;
+    return omega > 0.0 ? density(view, omega, length_of(Vec3d(q) - Vec3d(p)), smallest_) : 0.0;
 }
 
 std::optional<LightHit> EmissiveSurfaces::intersect(LightId id,
@@ -435,7 +454,7 @@ std::optional<LightHit> EmissiveSurfaces::intersect(LightId id,
         geometry::make_surface_point(scene_, geometry_, {o, d}, place);
     const Rgb Le = emission_.radiance(point, -d, 0.0f, Onlooker::Scattering) *
                    materials_.presence(point, 0.0f);
-    return LightHit{id.index, float(distance), Le, float(density(view, omega, distance))};
+    return LightHit{id.index, float(distance), Le, float(density(view, omega, distance, smallest_))};
 }
 
 }  // namespace velatura::lights

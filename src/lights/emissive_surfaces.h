@@ -37,10 +37,12 @@ class EmissiveSurfaces {
     /// free of cancellation.
     static constexpr double smallest_solid_angle = 1e-6;
 
+    /// by_area: points of triangles are chosen by area, from wherever.
     EmissiveSurfaces(const scene::Scene& scene,
                      const geometry::GeometrySet& geometry,
                      const shading::MaterialEvaluator& materials,
-                     const SurfaceEmission& emission);
+                     const SurfaceEmission& emission,
+                     bool by_area = false);
 
     /// Items: first the triangles placed directly, then the instances.
     uint32_t item_count() const { return direct_count() + uint32_t(instances_.size()); }
@@ -79,7 +81,11 @@ class EmissiveSurfaces {
 
     /// Emitted flux (luminance), about: both sides of every part. In render space.
     double power(uint32_t item) const;
-    /// The same of one part of a group, up to a factor common to the group.
+    /// Of one side; of an instance as if its map kept proportions.
+    double area(uint32_t item) const;
+    /// Of one part of a group, in the space of the prototype.
+    double part_area(uint32_t group, uint32_t part) const;
+    /// As power(), of one part of a group, up to a factor common to the group.
     double part_power(uint32_t group, uint32_t part) const;
 
     /// Item and part of a triangle that was hit; nothing when its material does not emit.
@@ -109,6 +115,7 @@ class EmissiveSurfaces {
     struct Group : Listed {
         uint32_t prototype = 0;
         double power = 0;       ///< sum of part_power
+        double area = 0;        ///< of the parts that are on
         uint32_t measured = 0;  ///< the instance by which the luminances are
     };
 
@@ -141,6 +148,7 @@ class EmissiveSurfaces {
     const geometry::GeometrySet& geometry_;
     const shading::MaterialEvaluator& materials_;
     const SurfaceEmission& emission_;
+    double smallest_;  ///< solid angle that is sampled as such
     Listed direct_;
     std::vector<Group> groups_;
     std::vector<InstanceItem> instances_;

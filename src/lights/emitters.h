@@ -34,6 +34,13 @@ EmitterResult make_dome(const EmitterInput& input);     ///< pole +Y, latlong
 std::unique_ptr<Emitter> with_portals(std::unique_ptr<Emitter> dome,
                                       std::vector<std::unique_ptr<Emitter>> portals);
 
+/// The light with its points chosen by area, EmitterSample::pdf accordingly and no EmitterHit::pdf;
+/// lights at infinity as they were.
+std::unique_ptr<Emitter> sampled_by_area(std::unique_ptr<Emitter> emitter);
+
+/// 0 at infinity.
+double area_of(const Emitter& emitter);
+
 /// Rows of the matrix: images of the axes and of the origin.
 inline Vec3d axis_of(const Mat4d& m, int row) {
     return {m[row][0], m[row][1], m[row][2]};

@@ -74,18 +74,24 @@ class TableSelector final : public LightSelector {
                   const std::vector<bool>* among)
         : lights_(lights) {
         const bool by_power = options.kind == SelectionKind::Power;
+        const bool by_area = options.kind == SelectionKind::Area;
         const double uniform = std::clamp(options.uniform_part, 1e-3, 1.0);
         const std::vector<double> ones = only(among, counts());
-        lights_table_ = Table(by_power ? blend(ones, only(among, powers(bounds)), uniform) : ones);
+        lights_table_ = Table(by_power  ? blend(ones, only(among, powers(bounds)), uniform)
+                              : by_area ? areas(ones)
+                                        : ones);
         const EmissiveSurfaces* surfaces = lights.surfaces();
         if (surfaces == nullptr) return;
         for (uint32_t group = 0; group < surfaces->group_count(); ++group) {
-            std::vector<double> on, power;
+            std::vector<double> on, power, area;
             for (uint32_t part = 0; part < surfaces->group_size(group); ++part) {
                 power.push_back(surfaces->part_power(group, part));
                 on.push_back(power.back() > 0.0 ? 1.0 : 0.0);
+                area.push_back(on.back() * surfaces->part_area(group, part));
             }
-            group_tables_.emplace_back(by_power ? blend(on, power, uniform) : on);
+            group_tables_.emplace_back(by_power  ? blend(on, power, uniform)
+                                       : by_area ? area
+                                                 : on);
         }
     }
 
@@ -146,6 +152,22 @@ class TableSelector final : public LightSelector {
         const double radius = 0.5 * std::sqrt(size.dot(size));
         std::vector<double> result(lights_.item_count(), 0.0);
         for (uint32_t i = 0; i < result.size(); ++i) result[i] = lights_.power(i, radius);
+        return result;
+    }
+
+    /// Of every item. counts: those of which there are any.
+    std::vector<double> areas(const std::vector<double>& counts) const {
+        std::vector<double> result(counts.size(), 0.0);
+        double area = 0.0, finite = 0.0;
+        for (uint32_t i = 0; i < result.size(); ++i) {
+            if (!(counts[i] > 0.0)) continue;
+            result[i] = lights_.area(i);
+            area += result[i];
+            if (result[i] > 0.0) finite += counts[i];
+        }
+        const double mean = area > 0.0 ? area / finite : 1.0;
+        for (uint32_t i = 0; i < result.size(); ++i)
+            if (!(result[i] > 0.0)) result[i] = counts[i] * mean;
         return result;
     }
 

@@ -11,7 +11,14 @@
 
 namespace velatura::lights {
 
-enum class SelectionKind : uint8_t { Uniform, Power, Tree };
+enum class SelectionKind : uint8_t {
+    Uniform,
+    Power,
+    Tree,
+    /// By area: with points by area, uniform over the surface of all lights. Lights at infinity,
+    /// which have none, share what uniform selection would give them.
+    Area,
+};
 
 struct SelectorOptions {
     SelectionKind kind = SelectionKind::Tree;

@@ -57,7 +57,8 @@ class Preparation {
             warn(light, result.error().code, result.error().message);
             return nullptr;
         }
-        return add_portals(light, std::move(result).value());
+        std::unique_ptr<Emitter> emitter = add_portals(light, std::move(result).value());
+        return options_.by_area ? sampled_by_area(std::move(emitter)) : std::move(emitter);
     }
 
   private:
@@ -205,7 +206,7 @@ LightSet::LightSet(const scene::Scene& scene,
     emission_ = std::make_unique<SurfaceEmission>(scene, *options.geometry, *options.materials,
                                                   diagnostics);
     surfaces_ = std::make_unique<EmissiveSurfaces>(scene, *options.geometry, *options.materials,
-                                                   *emission_);
+                                                   *emission_, options.by_area);
     if (surfaces_->item_count() == 0) surfaces_.reset();
 }
 
@@ -354,6 +355,11 @@ float LightSet::surface_pdf(LightId id, const Vec3& p, const Vec3& q) const {
 double LightSet::power(uint32_t item, double scene_radius) const {
     if (is_surface(item)) return surfaces_->power(item - size());
     return is_on(item) ? emitters_[item]->power(scene_radius) : 0.0;
+}
+
+double LightSet::area(uint32_t item) const {
+    if (is_surface(item)) return surfaces_->area(item - size());
+    return is_on(item) ? area_of(*emitters_[item]) : 0.0;
 }
 
 LightBounds LightSet::bounds(uint32_t item) const {

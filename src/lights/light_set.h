@@ -38,6 +38,10 @@ struct LightSetOptions {
     /// vertex: sample() alone is then biased.
     bool compensate_mis = false;
 
+    /// Choose points of lights by area instead of by solid angle, whoever looks. Only for integrators
+    /// that do not combine light and BSDF sampling: hits then have no density.
+    bool by_area = false;
+
     /// Surfaces to look for emissive triangles on, both or none: without them such triangles are
     /// only found by chance. Both must outlive the set.
     const geometry::GeometrySet* geometry = nullptr;
@@ -63,7 +67,7 @@ struct SurfaceRadiance {
 /// Immutable after construction and safe to share among threads. The scene must outlive it. All
 /// geometry inside is in double; results scale exactly with scenes scaled by a power of two.
 /// sample() and for_each_hit() or surface_pdf() describe the same density: for every direction,
-/// the pdf of both agrees.
+/// the pdf of both agrees (LightSetOptions::by_area has one of them).
 class LightSet {
   public:
     /// Prepares all lights. Textures come from `load`, which may be empty when no light has one.
@@ -209,6 +213,10 @@ class LightSet {
     /// Estimate of the emitted flux (luminance) that enters a ball of radius `scene_radius`: for
     /// light selection, > 0 exactly when the light is on; of an instance that of all its parts.
     double power(uint32_t item, double scene_radius) const;
+
+    /// Area of a finite light that is on, of an instance of its emissive triangles that of its
+    /// prototype's, scaled: about, where the scale is uneven. 0 for lights at infinity.
+    double area(uint32_t item) const;
 
     /// Box, directions and strength of a finite light that is on and no instance.
     LightBounds bounds(uint32_t item) const;

@@ -29,6 +29,15 @@ bool is_blue(SamplerKind kind) {
     return kind == SamplerKind::BlueNoise || kind == SamplerKind::BlueNoiseHalves;
 }
 
+/// Bits 0, 2, 4 … of v side by side.
+uint32_t even_bits(uint32_t v) {
+    v &= 0x55555555u;
+    v = (v | v >> 1) & 0x33333333u;
+    v = (v | v >> 2) & 0x0f0f0f0fu;
+    v = (v | v >> 4) & 0x00ff00ffu;
+    return (v | v >> 8) & 0x0000ffffu;
+}
+
 uint64_t place_key(uint64_t seed, int x, int y) {
     return hash_combine(seed, (uint64_t(uint32_t(x)) << 32) | uint32_t(y));
 }
@@ -42,7 +51,7 @@ uint64_t place_key(uint64_t seed, int x, int y) {
 // pixels, and what tells its pixels apart are the order of their samples and the shifts.
 PixelSampler::PixelSampler(
     uint64_t seed, int pixel_x, int pixel_y, uint64_t sample_index, SamplerKind kind)
-    : key_(place_key(seed, pixel_x, pixel_y)), is_independent_(kind == SamplerKind::Independent) {
+    : key_(place_key(seed, pixel_x, pixel_y)), kind_(kind) {
     const uint64_t halves = has_halves(kind) ? 1 : 0;
     const uint64_t index = sample_index >> halves;
     reversed_index_ = reverse_bits(uint32_t(index));
@@ -55,7 +64,7 @@ PixelSampler::PixelSampler(
         key_ = place_key(~seed, block(pixel_x), block(pixel_y));
     }
     key_ = hash_combine(key_, sequence);
-    if (is_independent_) key_ = hash_combine(key_, sample_index);
+    if (is_independent()) key_ = hash_combine(key_, sample_index);
 }
 
 PixelSampler PixelSampler::branch(uint32_t index, uint32_t count) const {
@@ -63,7 +72,7 @@ PixelSampler PixelSampler::branch(uint32_t index, uint32_t count) const {
     const uint64_t point = uint64_t(reverse_bits(reversed_index_)) * count + index;
     sampler.reversed_index_ = reverse_bits(uint32_t(point));
     if (point >> 32) sampler.key_ = hash_combine(key_, point >> 32);
-    if (is_independent_) sampler.key_ = hash_combine(key_, index);
+    if (is_independent()) sampler.key_ = hash_combine(key_, index);
     return sampler;
 }
 
@@ -77,7 +86,7 @@ uint32_t PixelSampler::shuffled_index(uint64_t key) const {
 
 uint32_t PixelSampler::bits_1d(int bounce, Purpose purpose, uint32_t repeat) const {
     const uint64_t key = stream_hash(key_, bounce, purpose, repeat);
-    if (is_independent_) return uint32_t(key >> 32);
+    if (is_independent()) return uint32_t(key >> 32);
     // Dimension 0 of Sobol' is the reversed index, so its reversed form is the index itself
     uint32_t index = shuffled_index(key);
     if (shifts_) index ^= shifts_[arrangement(key)].x;
@@ -105,7 +114,7 @@ RandomStream PixelSampler::stream(int bounce, Purpose purpose, uint32_t repeat) 
 // JCGT 9(4).
 Vec2 PixelSampler::get_2d(int bounce, Purpose purpose, uint32_t repeat) const {
     const uint64_t key = stream_hash(key_, bounce, purpose, repeat);
-    if (is_independent_) return {unit_float(uint32_t(key)), unit_float(uint32_t(key >> 32))};
+    if (!is_net()) return classic_2d(key);
     const uint32_t index = shuffled_index(key);
     uint32_t x = index, y = sobol_1_reversed(index);
     if (shifts_) {
@@ -118,6 +127,18 @@ Vec2 PixelSampler::get_2d(int bounce, Purpose purpose, uint32_t repeat) const {
                               uint64_t(owen_hash_reversed(y, uint32_t(remixed(key) >> 32))) << 32;
     const uint64_t bits = reverse_bits(reversed);
     return {unit_float(uint32_t(bits >> 32)), unit_float(uint32_t(bits))};
+}
+
+// Strata of 1/4^k of a stratified number in one dimension become the squares of a Morton curve.
+Vec2 PixelSampler::classic_2d(uint64_t key) const {
+    if (is_independent())
+        return {unit_float(uint32_t(key)), unit_float(uint32_t(key >> 32))};
+    const uint32_t along =
+        reverse_bits(owen_hash_reversed(shuffled_index(key), uint32_t(key >> 32)));
+    // The curve has 16 bits to a side; those below are anything
+    const uint32_t rest = uint32_t(hash_combine(key, reversed_index_) >> 32);
+    return {unit_float(even_bits(along >> 1) << 16 | rest >> 16),
+            unit_float(even_bits(along) << 16 | (rest & 0xffffu))};
 }
 
 }  // namespace velatura::sampling

@@ -34,6 +34,7 @@ enum class Purpose : uint32_t {
     ManifoldSeed = 17,
     ManifoldLobe = 18,
     ManifoldTriangle = 19,
+    LightDirection = 20,
     VolumeDistance = 32,
     VolumeDirection = 33,
     VolumeShadow = 34,
@@ -51,7 +52,6 @@ enum class Purpose : uint32_t {
 /// Which points the samples of a pixel are.
 enum class SamplerKind : uint8_t {
     Sobol,        ///< Owen-scrambled Sobol' points, padded in pairs of dimensions
-    Independent,  ///< hashes: plain Monte Carlo, to compare with
     /// Sobol' points of their own for the even and the odd sample indices: two independent
     /// estimates of everything, whose difference tells the error. Costs up to 1.5 times the
     /// variance.
@@ -60,11 +60,17 @@ enum class SamplerKind : uint8_t {
     /// every pixel, better wherever a picture is filtered, scaled down or looked at from afar.
     BlueNoise,
     BlueNoiseHalves,  ///< as SobolHalves
+    Independent,      ///< hashes: plain Monte Carlo, to compare with
+    /// Jittered squares: of any 4^k consecutive samples, starting at a multiple of 4^k, one lies in
+    /// each of 2^k by 2^k squares, anywhere in it. What strata were before nets, to compare with.
+    Stratified,
+    StratifiedHalves,  ///< as SobolHalves
 };
 
 /// Whether even and odd samples are independent estimates.
 constexpr bool has_halves(SamplerKind kind) {
-    return kind == SamplerKind::SobolHalves || kind == SamplerKind::BlueNoiseHalves;
+    return kind == SamplerKind::SobolHalves || kind == SamplerKind::BlueNoiseHalves ||
+           kind == SamplerKind::StratifiedHalves;
 }
 
 /// The numbers of one camera sample. A value; copies are equal.
@@ -95,13 +101,21 @@ class PixelSampler {
     RandomStream stream(int bounce, Purpose purpose, uint32_t repeat = 0) const;
 
   private:
+    /// Sobol' points of whatever arrangement.
+    bool is_net() const { return kind_ < SamplerKind::Independent; }
+
+    bool is_independent() const { return kind_ == SamplerKind::Independent; }
+
+    /// get_2d() of what is no net.
+    Vec2 classic_2d(uint64_t key) const;
+
     uint32_t bits_1d(int bounce, Purpose purpose, uint32_t repeat) const;
 
     uint32_t shuffled_index(uint64_t key) const;
 
     uint64_t key_;             ///< of the pixel, of its block of pixels for blue noise
     uint32_t reversed_index_;  ///< of the point in its sequence
-    bool is_independent_;
+    SamplerKind kind_;
     uint32_t pixel_salt_ = 0;             ///< blue noise: what tells the pixel from its block
     const PixelShift* shifts_ = nullptr;  ///< blue noise: of the pixel
 };

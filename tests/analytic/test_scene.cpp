@@ -139,9 +139,9 @@ RenderedLayers render(const TestScene& test, const TestRenderOptions& options) {
     layers.matrix_layers = layers.shadow_layers = true;
     for (const scene::LightGroup& g : test.scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
 
-    const integrator::World world(test.scene, {.width = options.size, .height = options.size, .light_selection = options.light_selection, .media = options.media}, {}, diagnostics);
+    const integrator::World world(test.scene, {.width = options.size, .height = options.size, .light_selection = options.light_selection, .media = options.media, .samples_light_area = options.samples_light_area}, {}, diagnostics);
     const std::unique_ptr<const integrator::CausticSampler> caustics = integrator::make_caustic_sampler(options.caustics, world);
-    const integrator::PathTracer tracer(world, layers, {.seed = options.seed, .max_depth = options.max_depth, .filter = sampling::FilterKind::Box, .estimator = options.estimator,
+    const integrator::PathTracer tracer(world, layers, {.seed = options.seed, .max_depth = options.max_depth, .filter = sampling::FilterKind::Box, .estimator = options.estimator, .sampler = options.sampler, .roulette = options.roulette,
                                                         .caustics = caustics.get()});
     RenderedLayers out{film::Film({0, 0, options.size, options.size}, layers), int(layers.groups.size())};
     integrator::RenderOptions schedule;

@@ -74,6 +74,9 @@ struct TestRenderOptions {
     lights::SelectionKind light_selection = lights::SelectionKind::Tree;
     integrator::Caustics caustics = integrator::Caustics::Path;
     media::MediumOptions media = {};
+    sampling::SamplerKind sampler = sampling::SamplerKind::Sobol;
+    bool samples_light_area = false;
+    const integrator::RouletteGains* roulette = nullptr;  ///< of Roulette::Efficiency
 };
 
 RenderedLayers render(const TestScene& test, const TestRenderOptions& options = {});

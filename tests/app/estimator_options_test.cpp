@@ -4,9 +4,11 @@
 #include <cmath>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "command.h"
 #include "image/exr.h"
+#include "image/layer_header.h"
 
 namespace velatura::test {
 
@@ -61,6 +63,12 @@ class EstimatorOptions : public testing::Test {
         return sum;
     }
 
+    /// Of the file's header.
+    nlohmann::json stats(const std::string& file) const {
+        const Result<image::Image> image = image::read_exr(w.path(file));
+        return image ? nlohmann::json::parse(image->text(image::stats_attribute)) : nlohmann::json();
+    }
+
     Workplace w;
 };
 
@@ -68,7 +76,7 @@ class EstimatorOptions : public testing::Test {
 
 TEST_F(EstimatorOptions, ContradictionsAreUsageErrors) {
     for (const char* arguments : {"--roulette none", "--integrator naive --light-sampling light", "--integrator nee --light-sampling mis",
-                                  "--integrator whitted --light-sampling bsdf", "--integrator bdpt", "--light-sampling both", "--sampler halton", "--caustics photons", "--integrator whitted --caustics manifold"}) {
+                                  "--integrator whitted --light-sampling bsdf", "--integrator bdpt", "--light-sampling both", "--light-sampling global-area --light-selection power", "--cutoff 0.1", "--roulette none --max-depth 4 --cutoff 0.1", "--sampler halton", "--caustics photons", "--integrator whitted --caustics manifold"}) {
         EXPECT_EQ(w.velatura(std::string("render s.usda -o x.exr --res 8 8 --spp 1 ") + arguments).exit_code, 2) << arguments;
     }
     EXPECT_FALSE(w.exists("x.exr"));
@@ -86,12 +94,40 @@ TEST_F(EstimatorOptions, NamesForOneEstimatorGiveOnePicture) {
 TEST_F(EstimatorOptions, EachChangesThePictureAndCannotBeMergedWithAnother) {
     render("--samples 0:4 -o usual.exr");
     const std::string usual = w.hash("usual.exr");
-    for (const char* other : {"--integrator nee", "--integrator whitted", "--light-selection uniform", "--roulette constant", "--sampler independent", "--caustics manifold"}) {
+    for (const char* other : {"--integrator nee", "--integrator whitted", "--light-selection uniform", "--light-sampling light", "--light-sampling area", "--light-sampling hemisphere", "--light-sampling cosine", "--light-selection area", "--roulette constant", "--roulette albedo", "--roulette efficiency", "--roulette cutoff", "--sampler independent", "--sampler stratified", "--caustics manifold"}) {
         render(std::string("--samples 0:4 -o same_range.exr ") + other);
         EXPECT_NE(w.hash("same_range.exr"), usual) << other;
         render(std::string("--samples 4:8 -o rest.exr ") + other);
         EXPECT_EQ(w.comp("merge usual.exr rest.exr -o both.exr").exit_code, 5) << other;
     }
+}
+
+TEST_F(EstimatorOptions, GlobalAreaIsAreaOfLightsChosenByArea) {
+    render("--spp 4 -o a.exr --light-sampling global-area");
+    render("--spp 4 -o b.exr --light-sampling area --light-selection area");
+    const auto beauty = [this](const char* file) { return mean(file, "R"); };
+    EXPECT_EQ(beauty("a.exr"), beauty("b.exr"));
+}
+
+TEST_F(EstimatorOptions, CutoffIsABiasThatTheLedgerNames) {
+    render("--spp 16 -o cut.exr --roulette cutoff --cutoff 0.3");
+    const nlohmann::json ledger = stats("cut.exr")["ledger"];
+    const auto named = [](const nlohmann::json& line) { return line["approximation"] == "throughput-cutoff" && line["kind"] == "bias" && line["value"].get<float>() == 0.3f; };
+    EXPECT_EQ(std::count_if(ledger.begin(), ledger.end(), named), 1);
+    render("--spp 16 -o whole.exr");
+    const nlohmann::json none = stats("whole.exr")["ledger"];
+    EXPECT_EQ(std::count_if(none.begin(), none.end(), named), 0);
+    EXPECT_LT(mean("cut.exr", "tail.G"), 0.5 * mean("whole.exr", "tail.G"));
+}
+
+TEST_F(EstimatorOptions, GainsOfRouletteAreTheSameInEveryCrop) {
+    const auto gains = [this](const std::string& arguments) {
+        render("--spp 1 -o x.exr --roulette efficiency " + arguments);
+        return stats("x.exr")["roulette"]["gains"];
+    };
+    const nlohmann::json whole = gains("");
+    EXPECT_EQ(whole.size(), 4u);
+    EXPECT_EQ(gains("--crop 0 0.5 0 0.5 --threads 2"), whole);
 }
 
 TEST_F(EstimatorOptions, WhittedFollowsMirrorsAlone) {

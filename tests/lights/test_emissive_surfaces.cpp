@@ -259,7 +259,7 @@ TEST(EmissiveSurfaces, SelectionsOfEveryKindSumToOneAndMatchTheirChoices) {
     const std::vector<LightId> all = stage.all();
     ASSERT_EQ(all.size(), 2u + 2u + 32u * 2u);
     for (const SelectionKind kind :
-         {SelectionKind::Uniform, SelectionKind::Power, SelectionKind::Tree}) {
+         {SelectionKind::Uniform, SelectionKind::Power, SelectionKind::Area, SelectionKind::Tree}) {
         const auto selector = make_light_selector(lights, Box3(Vec3(-20.0f), Vec3(20.0f)), {kind});
         std::mt19937 random(3);
         for (int round = 0; round < 30; ++round) {

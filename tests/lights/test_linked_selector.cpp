@@ -13,7 +13,7 @@ namespace {
 using scene::LinkClass;
 
 constexpr SelectionKind kinds[] = {SelectionKind::Uniform, SelectionKind::Power,
-                                   SelectionKind::Tree};
+                                   SelectionKind::Area, SelectionKind::Tree};
 constexpr LinkClass class_count = 4;
 
 /// Lamps in a row and a dome; lamp i shines on class c where bit i mod 8 of `pattern[c]` is set.

@@ -125,7 +125,8 @@ TEST(PixelSampler, BranchesOfAnAlignedBlockOfSamplesAreANet) {
 // Of any sampler, and where their points lie beyond the sequence's 2^32
 TEST(PixelSampler, BranchesAreDistinct) {
     for (const SamplerKind kind : {SamplerKind::Sobol, SamplerKind::Independent,
-                                   SamplerKind::BlueNoise, SamplerKind::SobolHalves}) {
+                                   SamplerKind::BlueNoise, SamplerKind::SobolHalves,
+                                   SamplerKind::Stratified}) {
         std::set<std::pair<float, float>> seen;
         for (const uint64_t first : {uint64_t(0), (uint64_t(1) << 30) - 50}) {
             for (uint64_t s = first; s < first + 100; ++s) {
@@ -137,6 +138,36 @@ TEST(PixelSampler, BranchesAreDistinct) {
             }
         }
         EXPECT_EQ(seen.size(), 800u);
+    }
+}
+
+// One of 4^k samples in each square, anywhere in it and in no order that a net would have
+TEST(PixelSampler, StratifiedSamplesAreJitteredSquares) {
+    for (const SamplerKind kind : {SamplerKind::Stratified, SamplerKind::StratifiedHalves}) {
+        const uint64_t stride = has_halves(kind) ? 2 : 1;
+        size_t empty_columns = 0;
+        double sum = 0, squares = 0;
+        constexpr uint64_t blocks = 64, side = 8;
+        for (uint64_t block = 0; block < blocks; ++block) {
+            std::vector<int> squares_hit(side * side), columns_hit(side * side);
+            for (uint64_t i = 0; i < side * side; ++i) {
+                const Vec2 u = PixelSampler(7, 3, 4, stride * (side * side * block + i), kind)
+                                   .get_2d(2, Purpose::LightSurface);
+                ++squares_hit[size_t(u.y * float(side)) * side + size_t(u.x * float(side))];
+                ++columns_hit[size_t(u.x * float(side * side))];
+                const double within = std::fmod(double(u.x) * side, 1.0);
+                sum += within;
+                squares += within * within;
+            }
+            for (const int n : squares_hit) ASSERT_EQ(n, 1) << "block " << block;
+            for (const int n : columns_hit) empty_columns += n == 0;
+        }
+        // Uniform within the square: mean 1/2, mean square 1/3, within 4 standard errors
+        constexpr double n = double(blocks * side * side);
+        EXPECT_NEAR(sum / n, 0.5, 4 * std::sqrt(1.0 / 12 / n));
+        EXPECT_NEAR(squares / n, 1.0 / 3, 4 * std::sqrt(4.0 / 45 / n));
+        // A column of 1/64 is missed by its 8 squares with probability (1 − 1/8)^8; a net misses none
+        EXPECT_NEAR(double(empty_columns) / n, std::pow(7.0 / 8, 8), 0.05);
     }
 }
 

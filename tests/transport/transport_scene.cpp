@@ -9,6 +9,7 @@
 #include "base/check.h"
 #include "base/tasks.h"
 #include "integrator/branch_trial.h"
+#include "integrator/roulette_trial.h"
 #include "integrator/schedule.h"
 #include "translate/translate.h"
 #include "usd/stage/stage.h"
@@ -32,10 +33,36 @@ const std::vector<Technique>& techniques() {
              p.estimator.light_sampling = LightSampling::Bsdf;
              w.compensate_mis = false;
          }},
+        {"lights by area", "solid angles of lights",
+         [](WorldOptions& w, PathTracerOptions& p) {
+             p.estimator.light_sampling = LightSampling::Light;
+             w.samples_light_area = true;
+             w.compensate_mis = false;
+         }},
+        {"area of all lights", "solid angles of lights",
+         [](WorldOptions& w, PathTracerOptions& p) {
+             p.estimator.light_sampling = LightSampling::Light;
+             w.samples_light_area = true;
+             w.light_selection = lights::SelectionKind::Area;
+             w.compensate_mis = false;
+         }},
+        {"hemisphere sampling", "light sampling",
+         [](WorldOptions& w, PathTracerOptions& p) {
+             p.estimator.light_sampling = LightSampling::Hemisphere;
+             w.compensate_mis = false;
+         }},
+        {"hemisphere by cosine", "light sampling",
+         [](WorldOptions& w, PathTracerOptions& p) {
+             p.estimator.light_sampling = LightSampling::Cosine;
+             w.compensate_mis = false;
+         }},
         {"no MIS compensation", "MIS compensation", [](WorldOptions& w, PathTracerOptions&) { w.compensate_mis = false; }},
         {"lights by power", "light tree", [](WorldOptions& w, PathTracerOptions&) { w.light_selection = lights::SelectionKind::Power; }},
         {"lights uniformly", "light tree", [](WorldOptions& w, PathTracerOptions&) { w.light_selection = lights::SelectionKind::Uniform; }},
         {"constant roulette", "roulette by throughput", [](WorldOptions&, PathTracerOptions& p) { p.estimator.roulette = Roulette::Constant; }},
+        {"roulette by albedo", "roulette by throughput", [](WorldOptions&, PathTracerOptions& p) { p.estimator.roulette = Roulette::Albedo; }},
+        {"roulette by efficiency", "roulette by throughput", [](WorldOptions&, PathTracerOptions& p) { p.estimator.roulette = Roulette::Efficiency; }},
+        {"stratified samples", "Owen-Sobol' points", [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::Stratified; }},
         {"independent samples", "Owen-Sobol' points", [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::Independent; }},
         {"blue noise", "white noise", [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::BlueNoise; }},
         {"two halves", "one sequence per pixel", [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::SobolHalves; }},
@@ -84,6 +111,10 @@ TransportRenderer::TransportRenderer(const scene::Scene& scene, const Technique&
     for (const Diagnostic& d : diagnostics.all()) fmt::print(stderr, "{}\n", diagnostics.format(d));
     caustics_ = integrator::make_caustic_sampler(technique.caustics, *world_);
     options_.caustics = caustics_.get();
+    if (options_.estimator.roulette == integrator::Roulette::Efficiency) {
+        gains_ = integrator::try_roulette(*world_, options_).gains;
+        options_.roulette = &gains_;
+    }
 }
 
 film::LayerSet TransportRenderer::beauty_layers() const {

@@ -77,6 +77,7 @@ class TransportRenderer {
     integrator::PathTracerOptions options_;
     std::unique_ptr<integrator::World> world_;
     std::unique_ptr<const integrator::CausticSampler> caustics_;
+    integrator::RouletteGains gains_;  ///< by a trial, for Roulette::Efficiency
     integrator::RayCounts rays_;
     uint64_t bad_ = 0;
     bool was_guided_ = false;
