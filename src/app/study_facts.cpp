@@ -9,12 +9,12 @@ namespace velatura::app {
 namespace {
 
 /// Values of the options that knobs turn.
-std::map<std::string, std::string> values_now(const RenderArguments& a) {
+std::map<std::string, std::string> values_now(const RenderArguments& a, const std::string& light_selection) {
     std::map<std::string, std::string> now = {
         {"--max-depth", fmt::format("{}", a.max_depth)},
         {"--roulette", a.roulette},
         {"--integrator", a.integrator},
-        {"--light-selection", a.light_selection},
+        {"--light-selection", light_selection},
         {"--sampler", a.sampler},
         {"--adaptive", a.adaptive},
         {"--splitting", a.splitting},
@@ -39,7 +39,7 @@ Result<study::Facts> StudyRenderer::facts() {
     if (!base) return base.error();
     const integrator::World& world = *(*base)->place->world;
     study::Facts facts;
-    facts.now = values_now(job_.arguments);
+    facts.now = values_now(job_.arguments, job_.light_selection_name);
     facts.spp = job_.schedule.end_sample;
     if (world.chooses_lights) facts.holds.insert("several lights");
     if (!integrator::CausticSampler(world).is_empty()) facts.holds.insert("casters of caustics");

@@ -131,7 +131,7 @@ std::string StudyRenderer::place_key(const RenderJob& job) const {
     for (size_t e = 0; e < scene::effect_count; ++e)
         if (job.effects.left_out.has(scene::Effect(e)) && !job_.effects.left_out.has(scene::Effect(e))) left_out += fmt::format("-{}", scene::info(scene::Effect(e)).name);
     const bool is_compensated = job.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
-    return fmt::format("{} {} {} {} {} {}", left_out, int(job.light_selection), job.arguments.bvh_quality, job.dicing.rate, job.dicing.level.value_or(-1), is_compensated);
+    return fmt::format("{} {} {} {} {} {} {}", left_out, int(job.light_selection), job.arguments.bvh_quality, job.dicing.rate, job.dicing.level.value_or(-1), is_compensated, job.samples_light_area);
 }
 
 std::shared_ptr<const StudyRenderer::Place> StudyRenderer::find_place(const RenderJob& job) {
@@ -162,6 +162,7 @@ std::shared_ptr<const StudyRenderer::Place> StudyRenderer::find_place(const Rend
     options.expected_rays = expected_rays(job, window_);
     options.subdivider = find_subdivider(*scene, diagnostics);
     options.dicing = job.dicing;
+    options.samples_light_area = job.samples_light_area;
     options.compensate_mis = job.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
     place->world = std::make_unique<integrator::World>(*scene, options, make_light_image_loader(), diagnostics);
     place->setup_s = cpu_seconds() - start;
