@@ -16,7 +16,7 @@
 #include "app/resume.h"
 #include "app/stats.h"
 #include "app/stop_signals.h"
-#include "app/subdivider_choice.h"
+#include "app/world_options.h"
 #include "base/atomic_file.h"
 #include "integrator/schedule.h"
 #include "integrator/world.h"
@@ -90,7 +90,7 @@ class FrameRenderer {
           request_(std::move(request)),
           window_(data_window(input.scene.settings, job.arguments.crop)),
           layers_(layers_of(job, input.scene)),
-          world_(input.scene, world_options(job, input, diagnostics), make_light_image_loader(), diagnostics),
+          world_(input.scene, world_options(job, input, input.scene, diagnostics), make_light_image_loader(), diagnostics),
           caustics_(integrator::make_caustic_sampler(job.caustics, world_)),
           mattes_(layers_.has_mattes() ? std::make_unique<const integrator::MatteIds>(input.scene) : nullptr),
           training_(integrator::train_guide(world_, tracer_options({}), is_refused() ? integrator::Guiding::Off : job.guiding, &StopSignals::stop_flag())),
@@ -157,31 +157,6 @@ class FrameRenderer {
         top_ups_ = with_request(top_ups_, *request_, job_.schedule.end_sample);
         const double mean = double(job_.schedule.end_sample);
         return integrator::TopUpCounts(film, image::place_samples(window_, request_->priority, request_->present, mean), job_.schedule.end_sample);
-    }
-
-    /// Pixels times samples times a ray to the next surface and one to a light at each of a few scatterings.
-    static double expected_rays(const RenderJob& job, const scene::RenderSettings& settings) {
-        constexpr int usual_depth = 4;
-        const int depth = job.schedule.max_depth > 0 ? std::min(job.schedule.max_depth, usual_depth) : usual_depth;
-        const double samples = double(job.schedule.end_sample - job.schedule.first_sample);
-        return double(settings.width) * double(settings.height) * samples * double(1 + 2 * depth);
-    }
-
-    static integrator::WorldOptions world_options(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics) {
-        const scene::RenderSettings& settings = input.scene.settings;
-        integrator::WorldOptions options;
-        options.forced = input.plan.forced();
-        options.width = settings.width;
-        options.height = settings.height;
-        options.light_selection = job.light_selection;
-        options.accelerator = job.accelerator;
-        options.bvh_quality = job.bvh_quality;
-        options.expected_rays = expected_rays(job, settings);
-        options.subdivider = find_subdivider(input.scene, diagnostics);
-        options.dicing = job.dicing;
-        options.samples_light_area = job.samples_light_area;
-        options.compensate_mis = job.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
-        return options;
     }
 
     /// What was found out before the first sample, as far as it was by now.

@@ -12,7 +12,7 @@
 #include "app/light_images.h"
 #include "app/render_layers.h"
 #include "app/stop_signals.h"
-#include "app/subdivider_choice.h"
+#include "app/world_options.h"
 #include "base/hash.h"
 #include "image/pixel_means.h"
 #include "integrator/schedule.h"
@@ -26,12 +26,6 @@ double cpu_seconds() {
     timespec t{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
-}
-
-double expected_rays(const RenderJob& job, const image::Window& window) {
-    constexpr int usual_depth = 4;
-    const int depth = job.schedule.max_depth > 0 ? std::min(job.schedule.max_depth, usual_depth) : usual_depth;
-    return double(window.pixel_count()) * double(job.schedule.end_sample) * double(1 + 2 * depth);
 }
 
 /// Where in the picture the pixels of a grid lie: anywhere in their cells, the same for all renders of the grid.
@@ -152,19 +146,7 @@ std::shared_ptr<const StudyRenderer::Place> StudyRenderer::find_place(const Rend
         integrator::leave_out(*place->scene, scene::Effect(e));
         scene = place->scene.get();
     }
-    integrator::WorldOptions options;
-    options.forced = input_.plan.forced();
-    options.width = scene->settings.width;
-    options.height = scene->settings.height;
-    options.light_selection = job.light_selection;
-    options.accelerator = job.accelerator;
-    options.bvh_quality = job.bvh_quality;
-    options.expected_rays = expected_rays(job, window_);
-    options.subdivider = find_subdivider(*scene, diagnostics);
-    options.dicing = job.dicing;
-    options.samples_light_area = job.samples_light_area;
-    options.compensate_mis = job.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
-    place->world = std::make_unique<integrator::World>(*scene, options, make_light_image_loader(), diagnostics);
+    place->world = std::make_unique<integrator::World>(*scene, world_options(job, input_, *scene, diagnostics), make_light_image_loader(), diagnostics);
     place->setup_s = cpu_seconds() - start;
     place->bytes = place->world->geometry.bytes() + place->world->accelerator->stats().bytes;
     places_[key] = place;
