@@ -48,7 +48,7 @@ int fail(const Error& error, int code) {
 /// Options of a render that a study has no use for. Returns: the first that was given; empty: none.
 std::string useless_option(const CLI::App& command) {
     for (const char* name : {"--frames", "--samples", "--keep-sums", "--for-mix", "--target-error", "--halves", "--deep", "--deep-samples", "--checkpoint", "--snapshot", "--stats", "--strict", "--replay",
-                             "--cryptomatte", "--cryptomatte-levels", "--exr-layout", "--mode", "--tile"})
+                             "--cryptomatte", "--cryptomatte-levels", "--clamp-direct", "--clamp-indirect", "--exr-layout", "--mode", "--tile"})
         if (command.get_option(name)->count() > 0) return name;
     return {};
 }

@@ -167,6 +167,7 @@ void StudyRenderer::make_room() {
 integrator::PathTracerOptions StudyRenderer::tracer_options(const Prepared& p) const {
     integrator::PathTracerOptions options = p.job.tracer;
     options.guide = p.training.is_used ? &p.training.field : nullptr;
+    options.roulette = p.roulette ? &p.roulette->gains : nullptr;
     options.caustics = p.caustics.get();
     options.disable_lens = input_.scene.settings.disable_depth_of_field;
     return options;
@@ -187,6 +188,7 @@ Result<std::shared_ptr<const StudyRenderer::Prepared>> StudyRenderer::prepare(co
     p->layers = layers_of(p->job, world.scene);
     p->caustics = integrator::make_caustic_sampler(p->job.caustics, world);
     p->training = integrator::train_guide(world, tracer_options(*p), p->job.guiding, stop);
+    if (p->job.tracer.estimator.roulette == integrator::Roulette::Efficiency) p->roulette = integrator::try_roulette(world, tracer_options(*p), stop);
     if (p->job.splits) p->branches = integrator::try_branches(world, tracer_options(*p), window_, stop);
     if (*stop) return Error{"stopped", "stopped"};
     p->setup_s = p->place->setup_s + cpu_seconds() - start;

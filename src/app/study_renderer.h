@@ -4,12 +4,14 @@
 #include <atomic>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "app/render_frame.h"
 #include "integrator/branch_trial.h"
 #include "integrator/caustics.h"
 #include "integrator/guide_training.h"
+#include "integrator/roulette_trial.h"
 #include "integrator/world.h"
 #include "study/knobs.h"
 #include "study/render.h"
@@ -47,6 +49,7 @@ class StudyRenderer {
         film::LayerSet layers;
         std::unique_ptr<const integrator::CausticSampler> caustics;
         integrator::GuideTraining training;
+        std::optional<integrator::RouletteTrial> roulette;
         integrator::BranchTrial branches;
         double setup_s = 0;
     };

@@ -12,11 +12,11 @@ const std::vector<Knob>& all_knobs() {
     constexpr Promise off = Promise::Approximates, other = Promise::Changes;
     static const std::vector<Knob> knobs = {
         {"max bounces", "--max-depth", {{"0"}, {"1", off}, {"2", off}, {"4", off}, {"8", off}, {"16", off}}, "0"},
-        {"path ending", "--roulette", {{"throughput"}, {"constant"}}},
-        {"light sampling", "--light-sampling", {{"mis"}, {"light"}, {"bsdf"}}},
+        {"path ending", "--roulette", {{"throughput"}, {"albedo"}, {"efficiency"}, {"constant"}, {"cutoff", off}}, "throughput"},
+        {"light sampling", "--light-sampling", {{"mis"}, {"light"}, {"area"}, {"global-area"}, {"hemisphere"}, {"cosine"}, {"bsdf"}}},
         {"integrator", "--integrator", {{"path"}, {"whitted", off}}, "path"},
-        {"light selection", "--light-selection", {{"tree"}, {"power"}, {"uniform"}}, "", "several lights"},
-        {"sampler", "--sampler", {{"sobol"}, {"blue-noise"}, {"independent"}}},
+        {"light selection", "--light-selection", {{"tree"}, {"power"}, {"area"}, {"uniform"}}, "", "several lights"},
+        {"sampler", "--sampler", {{"sobol"}, {"blue-noise"}, {"stratified"}, {"independent"}}},
         {"adaptive", "--adaptive", {{"on"}, {"off"}}},
         {"splitting", "--splitting", {{"auto"}, {"off"}}},
         {"guiding", "--guiding", {{"auto"}, {"on"}, {"off"}}},

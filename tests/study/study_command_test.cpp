@@ -77,6 +77,22 @@ TEST_F(StudyCommand, GoesOnFromItsFolder) {
     EXPECT_NE(compared.output.find("--sampler independent"), std::string::npos);
 }
 
+/// Roulette by efficiency has a trial of its own: without it, it is that of the defaults.
+TEST_F(StudyCommand, LearnsWhatRendersLearn) {
+    ASSERT_EQ(study("-o out --knobs roulette").exit_code, 0);
+    const nlohmann::json j = report("out");
+    EXPECT_NE(setting(j, "--roulette efficiency")["rays_per_sample"], setting(j, "")["rays_per_sample"]);
+}
+
+/// Values that contradict other options are named with the reason; the study goes on.
+TEST_F(StudyCommand, SaysWhatContradicts) {
+    ASSERT_EQ(study("-o out --light-sampling bsdf --light-selection power --knobs integrator,light-sampling,sampler").exit_code, 0);
+    const nlohmann::json j = report("out");
+    EXPECT_EQ(setting(j, "--integrator whitted")["refused"], "--integrator whitted means --light-sampling light, not bsdf");
+    EXPECT_EQ(setting(j, "--light-sampling global-area")["refused"], "--light-sampling global-area means --light-selection area, not power");
+    EXPECT_EQ(setting(j, "--light-sampling area")["difference"]["seen"], false);
+}
+
 TEST_F(StudyCommand, SaysWhatItCannotDo) {
     EXPECT_EQ(w.velatura("study s.usda").exit_code, 2);
     EXPECT_EQ(w.velatura("study -o out").exit_code, 2);
@@ -84,6 +100,7 @@ TEST_F(StudyCommand, SaysWhatItCannotDo) {
     EXPECT_EQ(w.velatura("study --compare a.json b.json").exit_code, 1);
     EXPECT_EQ(study("-o out --target-error 1%").exit_code, 2);
     EXPECT_EQ(study("-o out --deep").exit_code, 2);
+    EXPECT_EQ(study("-o out --clamp-indirect 1").exit_code, 2);
     EXPECT_EQ(study("-o out --knobs nonsense").exit_code, 2);
     EXPECT_EQ(w.velatura("study missing.usda -o out").exit_code, 1);
 }
