@@ -6,8 +6,7 @@
 
 namespace velatura::study {
 
-/// A PNG file of display-referred RGB, [height][width][3]. Small pictures only: nothing is compressed.
-/// Ref: W3C, Portable Network Graphics, third edition; RFC 1950 and 1951 for stored blocks.
+/// A PNG file of display-referred RGB (image::display_byte), [height][width][3], row 0 = top.
 std::string to_png(int width, int height, const std::vector<float>& rgb);
 
 /// RFC 4648.

@@ -56,7 +56,7 @@ const std::vector<Library>& library_table() {
         {"Imf", {"src/image/"}},
         {"OpenColorIO/", {"src/image/"}},
         {"OpenImageIO/", {"plugins/openimageio/"}},
-        {"openssl/", {"src/image/"}},
+        {"openssl/", {"src/image/", "src/study/"}},
         {"oneapi/tbb", {"src/base/"}},
         {"tbb/", {"src/base/"}},
         {"hwy/", {"src/accel/", "src/lights/"}},
@@ -71,7 +71,7 @@ const std::vector<Library>& library_table() {
         {"openvdb/", {"plugins/volume/"}},
         {"nanovdb/", {"plugins/volume/"}},
         {"embree3/", {"plugins/embree/"}},
-        {"stb/", {"compositor/"}},
+        {"stb/", {"compositor/", "src/study/", "tests/study/"}},
     };
     return table;
 }

@@ -1,12 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <memory>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "image/formats.h"
 #include "study/compare.h"
 #include "study/fake_render.h"
 #include "study/png.h"
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wall"
+#pragma GCC diagnostic ignored "-Wextra"
+#pragma GCC diagnostic ignored "-Wold-style-cast"
+#pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wdouble-promotion"
+#pragma GCC diagnostic ignored "-Wfloat-conversion"
+#pragma GCC diagnostic ignored "-Wshadow"
+#define STB_IMAGE_STATIC
+#define STB_IMAGE_IMPLEMENTATION
+#define STBI_ONLY_PNG
+#define STBI_NO_STDIO
+#include <stb/stb_image.h>
+#pragma GCC diagnostic pop
 
 namespace velatura::test {
 
@@ -83,10 +102,19 @@ TEST(Compare, SaysWhatDiffers) {
     EXPECT_FALSE(compare_reports(a, R"({"schema":"velatura.study/1"})").has_value());
 }
 
-TEST(Png, IsThePixelsBetweenTheirHashes) {
-    // One red pixel: hashes and stream as zlib and crc32 of Python make them
-    const std::string png = to_png(1, 1, {1, 0, 0});
-    EXPECT_EQ(to_base64(png), "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAAD0lEQVR4AQEEAPv/AP8AAAMBAQCNHeWCAAAAAElFTkSuQmCC");
+TEST(Png, HoldsThePixels) {
+    std::vector<float> rgb;
+    for (int i = 0; i < 3 * 7 * 5; ++i) rgb.push_back(float((i * 37) % 101) / 90.0f - 0.05f);
+    const std::string png = to_png(7, 5, rgb);
+    int width = 0, height = 0, channels = 0;
+    const std::unique_ptr<uint8_t, decltype(&std::free)> bytes(stbi_load_from_memory(reinterpret_cast<const uint8_t*>(png.data()), int(png.size()), &width, &height, &channels, 0), &std::free);
+    ASSERT_TRUE(bytes);
+    ASSERT_EQ((std::array<int, 3>{width, height, channels}), (std::array<int, 3>{7, 5, 3}));
+    for (size_t i = 0; i < rgb.size(); ++i) EXPECT_EQ(bytes.get()[i], image::display_byte(rgb[i])) << i;
+}
+
+TEST(Base64, IsThatOfRfc4648) {
+    EXPECT_EQ(to_base64(""), "");
     EXPECT_EQ(to_base64("M"), "TQ==");
     EXPECT_EQ(to_base64("Ma"), "TWE=");
     EXPECT_EQ(to_base64("Man"), "TWFu");
