@@ -11,6 +11,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/accuracy.h"
+
 namespace velatura::app {
 
 Result<ProgressStyle> parse_progress_style(std::string_view text, bool is_terminal) {
@@ -55,6 +57,7 @@ std::string summary(const ProgressState& s) {
                                    s.samples_target, format_duration(s.elapsed_s));
     if (s.left_s) line += fmt::format(" | {} left", format_duration(*s.left_s));
     if (s.error) line += fmt::format("  error {}{:.2f} %", s.is_upper_error ? "< " : "", *s.error * 100.0);
+    if (s.forecast) line += fmt::format(" ({})", short_forecast(*s.forecast));
     line += fmt::format("  {:.2f} Mray/s  {}", s.rays_per_s / 1e6, format_bytes(s.memory_bytes));
     return line;
 }
@@ -67,6 +70,7 @@ std::string json_line(const ProgressState& s) {
     j["elapsed_s"] = s.elapsed_s;
     j["left_s"] = s.left_s ? nlohmann::ordered_json(*s.left_s) : nlohmann::ordered_json(nullptr);
     j["error"] = s.error ? nlohmann::ordered_json(*s.error) : nlohmann::ordered_json(nullptr);
+    if (s.forecast) j["forecast"] = forecast_json(*s.forecast);
     j["rays_per_s"] = s.rays_per_s;
     j["memory_bytes"] = s.memory_bytes;
     return j.dump();

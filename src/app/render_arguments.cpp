@@ -32,6 +32,7 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     how->add_option("--for-mix", a.for_mix, "with --resume: place the further samples where a mix is noisy, as the request says that `velatura-comp plan` wrote; --spp, in the mean, beats the request's")->type_name("FILE.json");
     how->add_option("--time", a.time, "progressive: stop after this time, e.g. 90s, 10m (exit 3 if --spp was not reached)");
     how->add_option("--target-error", a.target_error, "progressive: stop at this relative standard error, e.g. 1%");
+    how->add_option("--forecast", a.forecast, "progressive: say how many samples and how much time would bring this relative standard error, without stopping at it; up to 8 times the samples (docs/accuracy.md)");
     how->add_option("--max-depth", a.max_depth, "cut paths after this many scatterings, a bias; 0 = only Russian roulette ends paths")->check(CLI::Range(0, 65536));
     how->add_option("--dicing-rate", a.dicing_rate, "subdivision surfaces are cut into triangles with edges of about this many pixels, 8 times that out of the picture")->check(CLI::Range(0.05, 1e4));
     how->add_option("--subdivision-level", a.subdivision_level, "instead: every edge of a subdivided mesh is cut into 2^N pieces")->check(CLI::Range(0, 12));

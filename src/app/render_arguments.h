@@ -30,6 +30,7 @@ struct RenderArguments {
     std::optional<uint64_t> spp;
     std::string time;
     std::string target_error;
+    std::string forecast;          ///< an error
     int bounces = 6;
     int max_depth = 0;
     uint64_t seed = 0;

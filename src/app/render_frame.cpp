@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "app/accuracy.h"
 #include "app/exit_codes.h"
 #include "app/frame_settings.h"
 #include "app/light_images.h"
@@ -58,6 +59,7 @@ image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, co
     stats["guiding"] = make_guiding_stats(training);
     stats["splitting"] = make_splitting_stats(branches);
     if (roulette) stats["roulette"] = make_roulette_stats(*roulette);
+    stats["error"] = error_json(picture_error(job, film.noise()));
     stats["ledger"] = make_ledger(job, input, world, film);
     info.stats_json = stats.dump();
     info.light_values = input.light_values;
@@ -232,7 +234,8 @@ class FrameRenderer {
         p.elapsed_s = state.elapsed_s;
         p.left_s = is_last ? std::optional<double>(0.0) : state.left_s;
         p.error = state.error;
-        p.is_upper_error = job_.tracer.sampler == sampling::SamplerKind::Sobol || job_.tracer.sampler == sampling::SamplerKind::BlueNoise;
+        p.is_upper_error = state.is_upper_error;
+        p.forecast = state.forecast;
         p.rays_per_s = state.elapsed_s > 0 ? double(state.rays.total()) / state.elapsed_s : 0.0;
         p.memory_bytes = resident_bytes();
         p.is_last = is_last;
@@ -245,7 +248,11 @@ class FrameRenderer {
         state.samples_per_pixel = noise.samples_mean;
         state.elapsed_s = result.seconds;
         state.rays = result.rays;
-        if (noise.is_known) state.error = noise.relative_error;
+        if (const std::optional<PictureError> error = picture_error(job_, noise, result.curve)) {
+            state.error = error->error.value;
+            state.is_upper_error = error->is_upper;
+        }
+        if (wanted_error(job_) > 0 && !result.curve.is_empty()) state.forecast = result.curve.forecast(wanted_error(job_));
         show(state, true);
     }
 
@@ -298,6 +305,7 @@ class FrameRenderer {
         if (!job_.arguments.quiet) {
             fmt::print("{}: {} layers, {} channels, closure {:.3g} of its bound, {}\n", input_.output, written->layers, written->channels, written->closure_measured, format_duration(result.seconds));
         }
+        if (!job_.arguments.quiet && wanted_error(job_) > 0 && !result.curve.is_empty()) fmt::print("{}\n", forecast_text(result.curve, wanted_error(job_)));
         if (result.reason == integrator::StopReason::Interrupted) return SignalBase + StopSignals::signal_number();
         for (const scene::Effect e : broken)
             diagnostics_.error("effect-plan", {}, {}, fmt::format("the plan has {} off, and its code ran {} times: the plan is wrong, which the file says in velatura/plan", scene::info(e).name, result.rays.effects.of(e)));
@@ -327,6 +335,7 @@ class FrameRenderer {
             stats["roulette"] = make_roulette_stats(*roulette_);
             stats["phases_s"]["roulette"] = roulette_->seconds;
         }
+        stats["error"]["storage"] = written.storage_error;
         stats["closure"] = {{"family", written.closure_family}, {"layers", written.layers}, {"bound", 1.0}, {"measured", written.closure_measured}};
         stats["files"] = nlohmann::ordered_json::array();
         for (const std::string& file : written.files) stats["files"].push_back({{"path", std::filesystem::path(file).filename().string()}, {"sha256", written.sha256}});

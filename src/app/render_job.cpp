@@ -231,6 +231,7 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     if (const auto ok = choose_samples(a, job.schedule); !ok) return ok.error();
     if (const auto ok = parse_into(job.schedule.time_budget_s, a.time, "--time", parse_duration); !ok) return ok.error();
     if (const auto ok = parse_into(job.schedule.target_error, a.target_error, "--target-error", parse_fraction); !ok) return ok.error();
+    if (const auto ok = parse_into(job.schedule.forecast_error, a.forecast, "--forecast", parse_fraction); !ok) return ok.error();
     if (const auto ok = parse_into(job.schedule.snapshot_interval_s, a.snapshot, "--snapshot", parse_duration); !ok) return ok.error();
     if (a.deep) job.deep = film::DeepOptions{.most_samples = a.deep_samples.value_or(film::DeepOptions{}.most_samples)};
     double checkpoint_s = 0;
@@ -239,8 +240,8 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     // An interim picture with sums is a checkpoint
     if (checkpoint_s > 0) job.schedule.snapshot_interval_s = checkpoint_s;
     job.schedule.mode = a.mode == "tile" ? integrator::RenderMode::Tile : integrator::RenderMode::Progressive;
-    if (job.schedule.mode == integrator::RenderMode::Tile && (job.schedule.time_budget_s > 0 || job.schedule.target_error > 0 || job.schedule.snapshot_interval_s > 0)) {
-        return usage("--time, --target-error, --snapshot and --checkpoint need --mode progressive");
+    if (job.schedule.mode == integrator::RenderMode::Tile && (job.schedule.time_budget_s > 0 || job.schedule.target_error > 0 || job.schedule.forecast_error > 0 || job.schedule.snapshot_interval_s > 0)) {
+        return usage("--time, --target-error, --forecast, --snapshot and --checkpoint need --mode progressive");
     }
     job.schedule.seed = job.tracer.seed = a.seed;
     job.schedule.tile_size = a.tile;
@@ -253,6 +254,7 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     if (!filter) return usage(fmt::format("--filter: unknown filter \"{}\"", a.filter));
     job.tracer.filter = *filter;
     if (const auto ok = choose_estimator(a, job); !ok) return ok.error();
+    job.schedule.has_independent_halves = sampling::has_halves(job.tracer.sampler) || job.tracer.sampler == sampling::SamplerKind::Independent;
     job.layout = a.exr_layout == "single" ? image::Layout::SinglePart : a.exr_layout == "split" ? image::Layout::Split : image::Layout::MultiPart;
     const auto progress = parse_progress_style(a.quiet ? "none" : a.progress, ::isatty(STDOUT_FILENO) == 1);
     if (!progress) return usage(progress.error().message);

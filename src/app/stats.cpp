@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/stats.h"
 
+#include "app/accuracy.h"
 #include "app/plan_report.h"
 #include "app/progress.h"
 #include "base/tasks.h"
+#include "film/truncation.h"
 #include "image/pixel_means.h"
 
 #include <fmt/format.h>
@@ -74,6 +76,25 @@ json make_roulette_stats(const integrator::RouletteTrial& trial) {
     return {{"gains", trial.gains.gains}, {"trial_paths", trial.rays.paths}};
 }
 
+namespace {
+
+/// What --max-depth cuts off, by the fall of the bounces.
+json depth_entry(int max_depth, const film::Film& film) {
+    json entry = {{"approximation", "max-depth"}, {"value", max_depth}, {"kind", "bias"}};
+    const std::optional<film::TruncatedLight> cut = film::truncated_light(film.sums(), max_depth);
+    if (!cut) {
+        entry["effect"] = "light of longer paths is missing; not measured: that takes layers of bounces, 3 at least, that fall";
+        return entry;
+    }
+    entry["missing_share"] = cut->share;
+    entry["low"] = cut->low;
+    entry["high"] = cut->high;
+    entry["effect"] = fmt::format("light of longer paths is missing: about {:.2g} % of all ({:.2g} to {:.2g}), if bounces go on to fall as the last ones did", 100 * cut->share, 100 * cut->low, 100 * cut->high);
+    return entry;
+}
+
+}  // namespace
+
 json make_ledger(const RenderJob& job, const FrameInput& input, const integrator::World& world, const film::Film& film) {
     json ledger = json::array();
     for (size_t i = 0; i < scene::effect_count; ++i) {
@@ -81,7 +102,7 @@ json make_ledger(const RenderJob& job, const FrameInput& input, const integrator
         ledger.push_back({{"approximation", "effect-left-out"}, {"value", scene::info(scene::Effect(i)).name}, {"kind", "bias"}, {"effect", "the scene calls for it; not measured"}});
     }
     if (job.tracer.max_depth > 0) {
-        ledger.push_back({{"approximation", "max-depth"}, {"value", job.tracer.max_depth}, {"kind", "bias"}, {"effect", "light of longer paths is missing; not measured"}});
+        ledger.push_back(depth_entry(job.tracer.max_depth, film));
     }
     if (job.tracer.estimator.roulette == integrator::Roulette::Cutoff) {
         ledger.push_back({{"approximation", "throughput-cutoff"}, {"value", job.tracer.estimator.cutoff}, {"kind", "bias"}, {"effect", "light of paths is missing once they carry less than this part of what they began with; not measured"}});
@@ -158,19 +179,15 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
     j["rays"] = {{"camera", result.rays.camera}, {"shadow", result.rays.shadow}, {"indirect", result.rays.indirect}, {"caustic", result.rays.caustic}};
     j["rays_per_s"] = result.seconds > 0 ? double(result.rays.total()) / result.seconds : 0.0;
     j["paths_per_s"] = result.seconds > 0 ? double(result.rays.paths) / result.seconds : 0.0;
-    json error;
-    error["metric"] = "sqrt(relMSE)";
-    if (noise.is_known) {
-        error["mean"] = noise.relative_error;
-        error["low"] = noise.low;
-        error["high"] = noise.high;
-        error["confidence"] = 0.95;
-        // In one sequence the halves make up for each other's errors: their difference is an upper estimate
-        error["is_upper"] = job.tracer.sampler == sampling::SamplerKind::Sobol || job.tracer.sampler == sampling::SamplerKind::BlueNoise;
-    }
+    json error = error_json(picture_error(job, noise, result.curve));
     error["target"] = job.schedule.target_error;
     error["reached"] = job.schedule.target_error <= 0 || (noise.is_known && noise.high <= job.schedule.target_error);
     j["error"] = error;
+    if (!result.curve.is_empty()) {
+        j["error_curve"] = error_curve_json(result.curve);
+        j["error_slope"] = slope_json(result.curve);
+        if (wanted_error(job) > 0) j["forecast"] = forecast_json(result.curve.forecast(wanted_error(job)));
+    }
     j["effects"] = effect_calls_json(input.plan, result.rays.effects);
     j["ledger"] = make_ledger(job, input, world, film);
     j["numerics"] = numerics_json(film);

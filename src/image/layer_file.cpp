@@ -215,6 +215,7 @@ Result<WriteReport> write_layer_file(const std::string& path,
     report.channels = check.channels;
     report.float_layers = resolved.overflowed;
     report.closure_family = resolved.closure.empty() ? "none" : resolved.closure[0].family;
+    report.storage_error = resolved.storage_error;
     for (const FamilyClosure& c : resolved.closure) {
         report.closure_measured = std::max(report.closure_measured, c.measured);
         report.closure_absolute = std::max(report.closure_absolute, c.measured_absolute);

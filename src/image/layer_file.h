@@ -62,6 +62,7 @@ struct WriteReport {
     double closure_measured =
         0;  ///< largest |fold − independent beauty| in units of its bound, at most 1
     double closure_absolute = 0;  ///< largest |fold − independent beauty|
+    double storage_error = 0;     ///< √relMSE of the stored beauty against what was summed, by rounding to half or float
     int layers = 0, channels = 0;
     std::vector<std::string> float_layers;  ///< stored float because half would overflow
 };

@@ -5,6 +5,7 @@
 #include "image/layer_planes.h"
 #include "image/layer_sources.h"
 #include "image/pixel_means.h"
+#include "image/relative_error.h"
 
 #include <fmt/format.h>
 
@@ -136,6 +137,7 @@ void Resolver::fold_family(const Part& part, FamilyClosure& closure) {
                     [](const Channel& c) { return c.type() == ChannelType::Half; });
     set_bound(closure, closure.order.size(), has_half);
     Part& rgba = out_.image.parts[0];
+    double rounding = 0;
     for (size_t c = 0; c < 3; ++c) {
         auto& beauty = std::get<std::vector<float>>(rgba.channels[c].data);
         std::vector<float> fold(window_.pixel_count(), 0.0f);
@@ -165,6 +167,7 @@ void Resolver::fold_family(const Part& part, FamilyClosure& closure) {
                                                               : b.z) /
                                                         weight;
                 const double difference = std::abs(double(fold[i]) - mean);
+                rounding += relative_square(difference * difference, mean);
                 const double bound = closure.relative * size[i] + closure.absolute;
                 closure.measured = std::max(closure.measured, difference / bound);
                 closure.measured_absolute = std::max(closure.measured_absolute, difference);
@@ -177,6 +180,7 @@ void Resolver::fold_family(const Part& part, FamilyClosure& closure) {
         // The finest family defines the beauty
         if (closure.is_exact) beauty = std::move(fold);
     }
+    if (closure.is_exact) out_.storage_error = std::sqrt(rounding / (3.0 * double(window_.pixel_count())));
 }
 
 void Resolver::store_family(const std::string& family,

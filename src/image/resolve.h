@@ -28,6 +28,7 @@ struct ResolvedLayers {
     std::vector<LayerEntry> layers;
     std::vector<FamilyClosure> closure;   ///< finest first; empty when no family is stored
     std::vector<std::string> overflowed;  ///< layers stored float because half would overflow
+    double storage_error = 0;             ///< √relMSE that rounding to the stored precision left in the beauty
     std::string first_failure;            ///< where closure or finiteness broke; empty = nowhere
 };
 

@@ -22,6 +22,8 @@ struct RenderOptions {
     double snapshot_interval_s = 0; ///< 0 = no interim pictures
     double time_budget_s = 0;       ///< progressive: stop at the pass that ends after it; 0 = none
     double target_error = 0;        ///< progressive: stop when the relative standard error is at most this; 0 = none
+    double forecast_error = 0;      ///< progressive: forecast when the error will be this; 0 = that of target_error, if any
+    bool has_independent_halves = false;  ///< even and odd samples know nothing of each other, see sampling::has_halves
 };
 
 /// Even without a bias by depth, a path must end on machines with finite time; reaching this is counted and reported.

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "base/tasks.h"
+#include "film/doubling_error.h"
 #include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 
@@ -57,9 +58,11 @@ class Progress {
         report();
     }
 
-    void set_error(std::optional<double> error) {
+    void set_error(double error, bool is_upper, std::optional<ErrorForecast> forecast) {
         std::lock_guard lock(mutex_);
         error_ = error;
+        is_upper_error_ = is_upper;
+        forecast_ = forecast;
         report();
     }
 
@@ -85,6 +88,8 @@ class Progress {
             state.left_s = std::min(state.left_s.value_or(left_s), left_s);
         }
         state.error = error_;
+        state.is_upper_error = is_upper_error_;
+        state.forecast = forecast_;
         state.rays = rays_;
         callbacks_.progress(state);
     }
@@ -95,6 +100,8 @@ class Progress {
     double done_before_ = 0;  ///< pixel samples that the film came with
     Clock::time_point start_;
     std::optional<double> error_;
+    bool is_upper_error_ = false;
+    std::optional<ErrorForecast> forecast_;
     RayCounts rays_;
 };
 
@@ -102,6 +109,7 @@ class Runner {
   public:
     Runner(film::Film& film, const RenderOptions& options, const SampleFunction& sample, const RenderCallbacks& callbacks, const TopUpCounts* top_up)
         : film_(film), sample_(sample), callbacks_(callbacks), tiles_(make_tiles(film.window(), options.tile_size)), progress_(film, options, callbacks), top_up_(top_up) {
+        if (options.mode == RenderMode::Progressive && !top_up) doubling_.emplace(film.window());
         if (top_up || !options.adaptive || options.end_sample <= pilot_samples) return;
         if (const std::optional<SampleRates> kept = SampleRates::kept_in(film)) rates_ = *kept;
         else pilot_.emplace(film.window());
@@ -109,6 +117,14 @@ class Runner {
 
     bool is_stopped() const { return callbacks_.stop && callbacks_.stop->load(std::memory_order_relaxed); }
     Progress& progress() { return progress_; }
+
+    /// What the last pass says of the error; nothing if it did not end where every pixel has a power of two of samples.
+    std::optional<ErrorObservation> observe(const film::NoiseEstimate& noise, uint64_t end) const {
+        if (!doubling_ || !noise.is_known || !std::has_single_bit(end)) return std::nullopt;
+        const std::optional<image::RelativeError> change = doubling_->observe(film_);
+        if (!change) return std::nullopt;
+        return ErrorObservation{noise.samples_min, noise.samples_max, noise.samples_mean, progress_.elapsed_s(), *change};
+    }
 
     /// True if the film came with all samples at the indices below `end`.
     bool has_all(uint64_t end) const {
@@ -203,6 +219,7 @@ class Runner {
                 if (is_stopped()) return false;
                 const uint64_t pixel_first = next_sample(x, y, first), pixel_end = count(x, y, end);
                 if (pilot_) watch_pixel(x, y, std::min(pixel_first, pilot_samples), radiance, counts);
+                if (doubling_ && pixel_end > pixel_first) doubling_->keep(film_, x, y);
                 film_.begin_pixel(accumulator, x, y, pixel_first);
                 for (uint64_t s = pixel_first; s < pixel_end; ++s) {
                     trace(x, y, s, radiance, counts);
@@ -262,6 +279,7 @@ class Runner {
     const RenderCallbacks& callbacks_;
     std::vector<film::Window> tiles_;
     Progress progress_;
+    std::optional<film::DoublingError> doubling_;  ///< whole frames that grow pass by pass; none for a top-up
     std::optional<PilotNoise> pilot_;  ///< until the rates are known; none when sampling is not adaptive
     SampleRates rates_;
     const TopUpCounts* top_up_;  ///< in place of the rates
@@ -279,6 +297,20 @@ RenderResult run_tile_mode(Runner& runner, const RenderOptions& options) {
         result.is_uniform = false;
     }
     return result;
+}
+
+/// Adds what a pass showed to the curve, and shows what the curve says.
+void follow_error(Runner& runner, const RenderOptions& options, const film::NoiseEstimate& noise, uint64_t end, ErrorCurve& curve) {
+    if (const std::optional<ErrorObservation> seen = runner.observe(noise, end)) curve.add(*seen);
+    if (!noise.is_known) return;
+    if (curve.is_empty()) {
+        runner.progress().set_error(noise.relative_error, !options.has_independent_halves, std::nullopt);
+        return;
+    }
+    const double wanted = options.forecast_error > 0 ? options.forecast_error : options.target_error;
+    std::optional<ErrorForecast> forecast;
+    if (wanted > 0) forecast = curve.forecast(wanted);
+    runner.progress().set_error(curve.error_at(noise.samples_mean).value, false, forecast);
 }
 
 RenderResult run_progressive_mode(film::Film& film, Runner& runner, const RenderOptions& options, const RenderCallbacks& callbacks) {
@@ -309,7 +341,7 @@ RenderResult run_progressive_mode(film::Film& film, Runner& runner, const Render
         result.end_sample = end;
 
         const film::NoiseEstimate noise = film.noise();
-        if (noise.is_known) runner.progress().set_error(noise.relative_error);
+        follow_error(runner, options, noise, end, result.curve);
         const double now_s = runner.progress().elapsed_s();
         const bool is_done = end == options.end_sample;
         if (is_precise(noise) && !is_done) {

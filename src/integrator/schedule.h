@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "film/film.h"
+#include "integrator/error_curve.h"
 #include "integrator/ray_counts.h"
 #include "integrator/render_options.h"
 #include "integrator/sample_placement.h"
@@ -17,13 +18,15 @@ namespace velatura::integrator {
 /// Traces sample `sample` of pixel (x, y) into `out`, which is cleared.
 using SampleFunction = std::function<void(int x, int y, uint64_t sample, film::SampleRadiance& out, RayCounts& counts)>;
 
-/// How far a render is. `error` is the relative standard error of the picture so far, where it is known.
+/// How far a render is. `error` is the relative standard error of the picture so far, where it is known, or more than that.
 struct RenderState {
     double fraction = 0;
     double samples_per_pixel = 0;
     double elapsed_s = 0;
     std::optional<double> left_s;
     std::optional<double> error;
+    bool is_upper_error = false;
+    std::optional<ErrorForecast> forecast;  ///< of RenderOptions::forecast_error or target_error
     RayCounts rays;
 };
 
@@ -46,6 +49,7 @@ struct RenderResult {
     bool is_uniform = true;   ///< false: interrupted inside a pass; pixels differ in how far they are
     double seconds = 0;
     RayCounts rays;
+    ErrorCurve curve;  ///< progressive, at powers of two
 };
 
 /// Sample ranges of the passes of a progressive render that starts at `first`: [0,1) [1,2) [2,4) [4,8) …, each aligned

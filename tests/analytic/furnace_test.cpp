@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "film/truncation.h"
 #include "test_scene.h"
 
 namespace velatura::test {
@@ -48,6 +49,32 @@ TEST(Furnace, RouletteIsUnbiasedPerBounce) {
 TEST(Furnace, ClosedBallStoppedAtADepth) {
     const RenderedLayers layers = render(closed_ball(0.5f, 0.5f), {.size = 16, .samples = 64, .last_bounce = 1, .max_depth = 8, .estimator = {.light_sampling = integrator::LightSampling::Bsdf, .roulette_start = 100}});
     expect_close(layers.beauty(), 1.0 - std::pow(0.5, 9), 1e-6, "closed ball, cut after 8 scatterings");
+}
+
+TEST(Furnace, WhatADepthCutsOffIsForetold) {
+    // Bounces past n bring ρ^(n+1) of all light. The layers end before the limit, at it, or are as many as need be for it
+    for (const float albedo : {0.2f, 0.5f, 0.8f, 0.95f}) {
+        for (const int max_depth : {3, 4, 8}) {
+            const double exact = std::pow(double(albedo), max_depth + 1);
+            for (const bool looks_for_lights : {false, true}) {
+                TestRenderOptions options{.size = 16, .samples = 64, .last_bounce = 4, .max_depth = max_depth};
+                options.estimator.roulette_start = 100;
+                if (!looks_for_lights) options.estimator.light_sampling = integrator::LightSampling::Bsdf;
+                const RenderedLayers layers = render(closed_ball(albedo, 1.0f - albedo), options);
+                const std::optional<film::TruncatedLight> cut = film::truncated_light(layers.film.sums(), max_depth);
+                ASSERT_TRUE(cut.has_value());
+                fmt::print("albedo {}, depth {}{}: {:.5f} (to {:.5f}) of {:.5f} is cut off\n", albedo, max_depth, looks_for_lights ? ", lights sampled" : "", cut->share, cut->high, exact);
+                EXPECT_NEAR(cut->share, exact, 0.02 * exact);
+                EXPECT_LE(cut->low, exact * 1.0001);
+                EXPECT_GE(cut->high, exact * 0.9999);
+            }
+        }
+    }
+}
+
+TEST(Furnace, WhatADepthCutsOffNeedsBounces) {
+    const RenderedLayers layers = render(closed_ball(0.5f, 0.5f), {.size = 16, .samples = 4, .last_bounce = 0, .max_depth = 5});
+    EXPECT_FALSE(film::truncated_light(layers.film.sums(), 5).has_value());
 }
 
 TEST(Furnace, ClosedBallOfHighAlbedo) {

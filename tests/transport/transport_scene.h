@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "integrator/error_curve.h"
 #include "integrator/guide_training.h"
 #include "integrator/path_tracer.h"
 #include "integrator/world.h"
@@ -68,6 +69,9 @@ class TransportRenderer {
 
     double mean_branches() const { return mean_branches_; }
 
+    /// What it said of its error on the way.
+    const integrator::ErrorCurve& curve() const { return curve_; }
+
     uint64_t bad_samples() const { return bad_; }
 
     const integrator::RayCounts& rays() const { return rays_; }
@@ -82,6 +86,7 @@ class TransportRenderer {
     uint64_t bad_ = 0;
     bool was_guided_ = false;
     double mean_branches_ = 1;
+    integrator::ErrorCurve curve_;
 };
 
 /// Element-wise mean of estimates of one picture.

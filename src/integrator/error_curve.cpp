@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "integrator/error_curve.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace velatura::integrator {
+
+namespace {
+
+constexpr double quantile = 1.96;
+
+// Slopes of pictures, before one of them is looked at
+constexpr ErrorSlope usual = {0.53, 0.05};
+
+// No observation is better than this; one from k doublings ago is k² times as far off its line
+constexpr double least_deviation = 0.005, bend = 0.005;
+
+// Relative squares divide by the noisy picture itself: an error of e is not known better than to this times e
+constexpr double unsettled = 1.0;
+
+image::RelativeError with_interval(double value, double deviation) {
+    return {value, value * std::exp(-quantile * deviation), value * std::exp(quantile * deviation)};
+}
+
+}  // namespace
+
+void ErrorCurve::add(const ErrorObservation& seen) {
+    if (!(seen.change.value > 0)) return;
+    int run = 0;
+    if (!observations_.empty()) {
+        const Observation& last = observations_.back();
+        const bool is_doubled = seen.samples_min == 2 * last.seen.samples_min &&
+                                seen.samples_max == 2 * last.seen.samples_max &&
+                                seen.samples_mean == 2 * last.seen.samples_mean;
+        run = is_doubled ? last.run : last.run + 1;
+    }
+    observations_.push_back({seen, run});
+}
+
+double ErrorCurve::deviation_of(const Observation& o) {
+    // Of the logarithm; where the interval reaches down to nothing, its upper side tells
+    const double spread = std::log(o.seen.change.high / o.seen.change.value) / quantile;
+    const double doubt = unsettled * o.seen.change.value;
+    return std::sqrt(least_deviation * least_deviation + spread * spread + doubt * doubt);
+}
+
+double ErrorCurve::weight_of(const Observation& o) const {
+    const double age = std::log2(observations_.back().seen.samples_mean / o.seen.samples_mean);
+    const double deviation = deviation_of(o), bent = bend * age * age;
+    return 1 / (deviation * deviation + bent * bent);
+}
+
+ErrorCurve::Moments ErrorCurve::moments_of(int run) const {
+    Moments m;
+    for (const Observation& o : observations_) {
+        if (o.run != run) continue;
+        const double w = weight_of(o);
+        m.weight += w;
+        m.x += w * std::log(o.seen.samples_mean);
+        m.y += w * std::log(o.seen.change.value);
+    }
+    m.x /= m.weight;
+    m.y /= m.weight;
+    return m;
+}
+
+ErrorSlope ErrorCurve::slope() const {
+    // Each run has a line of its own; the lines are parallel
+    double xx = 0, xy = 0, yy = 0, freedom = -1;
+    const int runs = observations_.empty() ? 0 : observations_.back().run + 1;
+    for (int run = 0; run < runs; ++run) {
+        const Moments m = moments_of(run);
+        freedom -= 1;
+        for (const Observation& o : observations_) {
+            if (o.run != run) continue;
+            const double dx = std::log(o.seen.samples_mean) - m.x;
+            const double dy = std::log(o.seen.change.value) - m.y, w = weight_of(o);
+            xx += w * dx * dx;
+            xy += w * dx * dy;
+            yy += w * dy * dy;
+            freedom += 1;
+        }
+    }
+    if (!(xx > 0)) return usual;
+    const double fitted = -xy / xx;
+    // Observations that lie further off than their intervals say make it less certain
+    const double excess = freedom > 0 ? std::max(1.0, (yy - xy * xy / xx) / freedom) : 1.0;
+    const double precision = xx / excess, known = 1 / (usual.deviation * usual.deviation);
+    const double value = (precision * fitted + known * usual.value) / (precision + known);
+    return {std::clamp(value, 0.3, 1.5), 1 / std::sqrt(precision + known)};
+}
+
+double ErrorCurve::offset(double slope) {
+    // The squared change is the squared error before less that after (film/doubling_error.h)
+    return -0.5 * std::log(std::exp2(2 * slope) - 1);
+}
+
+std::vector<ErrorPoint> ErrorCurve::points() const {
+    const ErrorSlope s = slope();
+    const double open = 0.5 * (offset(s.value + s.deviation) - offset(s.value - s.deviation));
+    std::vector<ErrorPoint> points;
+    for (const Observation& o : observations_) {
+        const double value = o.seen.change.value * std::exp(offset(s.value));
+        points.push_back({o.seen.samples_mean, o.seen.time_s,
+                          with_interval(value, std::hypot(deviation_of(o), open))});
+    }
+    return points;
+}
+
+image::RelativeError ErrorCurve::error_at(double samples_mean) const {
+    const ErrorPoint last = points().back();
+    // Sobol' points gain by more than independent ones at powers of two only
+    const double fall = std::min(slope().value, 0.5);
+    const double factor = std::pow(std::min(1.0, last.samples_mean / samples_mean), fall);
+    return {factor * last.error.value, factor * last.error.low, factor * last.error.high};
+}
+
+ErrorForecast ErrorCurve::forecast(double target) const {
+    const ErrorObservation& last = observations_.back().seen;
+    const ErrorSlope s = slope();
+    const Moments m = moments_of(observations_.back().run);
+
+    // Logarithm of the samples at which the line of the last run meets the target
+    const auto meets = [&](double slope) {
+        return m.x + (m.y + offset(slope) - std::log(target)) / slope;
+    };
+    ErrorForecast f;
+    f.target = target;
+    const double x = meets(s.value), x_last = std::log(last.samples_mean);
+    if (points().back().error.value <= target) {
+        f.kind = ErrorForecast::Kind::Reached;
+        return f;
+    }
+    if (x > x_last + std::log(farthest)) {
+        f.kind = ErrorForecast::Kind::TooFar;
+        return f;
+    }
+    const double by_slope = 0.5 * (meets(s.value + s.deviation) - meets(s.value - s.deviation));
+    const double deviation = std::hypot(by_slope, 1 / (s.value * std::sqrt(m.weight)));
+    const auto samples = [&](double deviations) {
+        return std::exp(std::max(x_last, x + deviations * deviation));
+    };
+    f.samples = samples(0);
+    f.samples_low = samples(-quantile);
+    f.samples_high = samples(quantile);
+
+    // Time goes on as in the last pass
+    double before = 0, time_before_s = 0;
+    if (observations_.size() > 1) {
+        const ErrorObservation& o = observations_[observations_.size() - 2].seen;
+        before = o.samples_mean;
+        time_before_s = o.time_s;
+    }
+    const double sample_s = (last.time_s - time_before_s) / (last.samples_mean - before);
+    const auto time_s = [&](double n) { return last.time_s + sample_s * (n - last.samples_mean); };
+    f.time_s = time_s(f.samples);
+    f.time_low_s = time_s(f.samples_low);
+    f.time_high_s = time_s(f.samples_high);
+    return f;
+}
+
+}  // namespace velatura::integrator

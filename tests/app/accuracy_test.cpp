@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a render says of its own error: in its output, its statistics and the header of its file.
+#include <cmath>
+#include <fstream>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "command.h"
+#include "image/exr.h"
+#include "image/layer_header.h"
+
+namespace velatura::test {
+
+namespace {
+
+using Json = nlohmann::json;
+
+const std::string small = "--res 40 34 --bounces 4 -o s.exr ";
+
+Json stats_of(const Workplace& w, const std::string& options, int exit_code = 0) {
+    const CommandResult r = w.velatura("render s.usda -q --progress none --stats s.json " + small + options);
+    EXPECT_EQ(r.exit_code, exit_code) << r.output;
+    std::ifstream file(w.path("s.json"));
+    return Json::parse(file);
+}
+
+Json header_stats(const Workplace& w) {
+    const auto image = image::read_exr(w.path("s.exr"));
+    if (!image) throw std::runtime_error(image.error().message);
+    return Json::parse(image->text(image::stats_attribute));
+}
+
+}  // namespace
+
+TEST(Accuracy, StatisticsHaveTheCurveAndTheForecast) {
+    const Workplace w;
+    w.write("s.usda", small_scene());
+    const Json stats = stats_of(w, "--adaptive off --forecast 4%");
+    const Json& curve = stats.at("error_curve");
+    ASSERT_EQ(curve.size(), 6u);
+    for (size_t i = 0; i < curve.size(); ++i) {
+        EXPECT_EQ(curve[i].at("spp"), double(2 << i));
+        EXPECT_LT(curve[i].at("low"), curve[i].at("error"));
+        EXPECT_GT(curve[i].at("high"), curve[i].at("error"));
+        if (i > 0) {
+            EXPECT_GT(curve[i].at("time_s"), curve[i - 1].at("time_s"));
+            EXPECT_LT(curve[i].at("error"), curve[i - 1].at("error"));
+        }
+    }
+    EXPECT_EQ(stats.at("error").at("mean"), curve.back().at("error"));
+    EXPECT_EQ(stats.at("error").at("is_upper"), false);
+    EXPECT_NEAR(stats.at("error_slope").at("value"), -0.55, 0.15);
+    EXPECT_EQ(stats.at("forecast").at("target"), 0.04);
+    // Half the error of the last point and a little less is four times the samples or so
+    const double half = 0.5 * double(curve.back().at("error"));
+    const Json again = stats_of(w, "--adaptive off --forecast " + std::to_string(half));
+    ASSERT_EQ(again.at("forecast").at("state"), "forecast");
+    EXPECT_NEAR(again.at("forecast").at("spp"), 230, 60);
+    EXPECT_LT(again.at("forecast").at("time_low_s"), again.at("forecast").at("time_high_s"));
+}
+
+TEST(Accuracy, ARenderSaysWhatItsTargetNeeds) {
+    const Workplace w;
+    w.write("s.usda", small_scene());
+    const CommandResult near = w.velatura("render s.usda --progress json --spp 16 --res 40 34 -o s.exr --forecast 10%");
+    EXPECT_EQ(near.exit_code, 0) << near.output;
+    EXPECT_NE(near.output.find("16 spp reached "), std::string::npos) << near.output;
+    EXPECT_NE(near.output.find("\"forecast\""), std::string::npos) << near.output;
+    const CommandResult far = w.velatura("render s.usda --spp 16 --res 40 34 -o s.exr --target-error 0.01%");
+    EXPECT_EQ(far.exit_code, 3) << far.output;
+    EXPECT_NE(far.output.find("0.01 % needs more than 8 times that, further than can be forecast"), std::string::npos) << far.output;
+    EXPECT_EQ(w.velatura("render s.usda --mode tile --forecast 1% -o s.exr").exit_code, 2);
+}
+
+TEST(Accuracy, TheHeaderHasOnlyWhatEveryRunSays) {
+    const Workplace w;
+    w.write("s.usda", small_scene());
+    const Json stats = stats_of(w, "--forecast 4%");
+    const Json header = header_stats(w);
+    EXPECT_EQ(header.at("error").at("is_upper"), true);
+    EXPECT_GT(header.at("error").at("mean"), 0.0);
+    EXPECT_EQ(header.dump().find("time"), std::string::npos);
+    // The same bytes from tiles, of which no curve is known
+    const Json tiles = stats_of(w, "--mode tile");
+    EXPECT_EQ(header_stats(w), header);
+    EXPECT_EQ(tiles.at("error").at("mean"), header.at("error").at("mean"));
+    EXPECT_EQ(tiles.at("error").at("is_upper"), true);
+    EXPECT_FALSE(tiles.contains("error_curve"));
+}
+
+TEST(Accuracy, TheLedgerMeasuresWhatADepthCutsOff) {
+    const Workplace w;
+    w.write("s.usda", small_scene());
+    const auto light = [&](const std::string& options) {
+        stats_of(w, options);
+        const auto image = image::read_exr(w.path("s.exr"));
+        double sum = 0;
+        for (const char* c : {"R", "G", "B"}) {
+            const image::Channel* channel = image->find(c);
+            for (size_t i = 0; i < image->data.pixel_count(); ++i) sum += double(channel->value(i));
+        }
+        return sum;
+    };
+    const double whole = light("--adaptive off --spp 512"), cut = light("--adaptive off --spp 512 --max-depth 4");
+    const Json entry = header_stats(w).at("ledger").at(0);
+    ASSERT_EQ(entry.at("approximation"), "max-depth");
+    const double missing = 1 - cut / whole;
+    EXPECT_GT(missing, 0.0);
+    // No geometric series, but near one
+    EXPECT_NEAR(entry.at("missing_share"), missing, 0.35 * missing);
+    EXPECT_LT(entry.at("low"), entry.at("missing_share"));
+    EXPECT_GT(entry.at("high"), entry.at("missing_share"));
+    stats_of(w, "--max-depth 4 --layers none");
+    EXPECT_FALSE(header_stats(w).at("ledger").at(0).contains("missing_share"));
+}
+
+TEST(Accuracy, StorageHasAnError) {
+    const Workplace w;
+    w.write("s.usda", small_scene());
+    const double half = stats_of(w, "").at("error").at("storage"), whole = stats_of(w, "--float-layers").at("error").at("storage");
+    // Roundings of 11 bits, of 24
+    EXPECT_GT(half, 1e-5);
+    EXPECT_LT(half, 0x1p-11);
+    EXPECT_LT(whole, 0x1p-22);
+}
+
+}  // namespace velatura::test
