@@ -2,9 +2,12 @@
 #include "app/accuracy.h"
 
 #include "app/progress.h"
+#include "image/block_errors.h"
+#include "image/picture_change.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace velatura::app {
@@ -26,15 +29,29 @@ std::string percent(double fraction) {
 
 }  // namespace
 
-std::optional<PictureError> picture_error(const RenderJob& job, const film::NoiseEstimate& noise) {
+std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film) {
+    const film::NoiseEstimate noise = film.noise();
     if (!noise.is_known) return std::nullopt;
+    const bool is_stratified = job.tracer.sampler == sampling::SamplerKind::Stratified;
+    if (const std::optional<image::RelativeError> change = image::picture_change(film.sums())) {
+        integrator::ErrorCurve curve;
+        curve.add({noise.samples_min, noise.samples_max, noise.samples_mean, 0, *change});
+        // The first strata of a pixel are no picture of their own
+        if (!curve.is_empty()) return PictureError{curve.error_at(noise.samples_mean), is_stratified};
+    }
     return PictureError{{noise.relative_error, noise.low, noise.high}, !job.schedule.has_independent_halves};
 }
 
-std::optional<PictureError> picture_error(const RenderJob& job, const film::NoiseEstimate& noise, const integrator::ErrorCurve& curve) {
-    const std::optional<PictureError> halves = picture_error(job, noise);
-    if (!halves || curve.is_empty()) return halves;
-    return PictureError{curve.error_at(noise.samples_mean), false};
+std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film, const integrator::ErrorCurve& curve) {
+    if (curve.is_empty()) return picture_error(job, film);
+    return PictureError{curve.error_at(film.noise().samples_mean), job.tracer.sampler == sampling::SamplerKind::Stratified};
+}
+
+bool reached_target(const RenderJob& job, const film::Film& film, const integrator::RenderResult& result) {
+    const double target = job.schedule.target_error;
+    if (target <= 0 || result.reason == integrator::StopReason::TargetError) return true;
+    const std::optional<PictureError> error = picture_error(job, film, result.curve);
+    return error && error->error.value <= target;
 }
 
 json error_json(const std::optional<PictureError>& error) {
@@ -49,11 +66,61 @@ json error_json(const std::optional<PictureError>& error) {
     return j;
 }
 
+json blocks_json(const film::Film& film, const integrator::ErrorCurve& curve) {
+    auto blocks = image::block_errors(film.sums(), curve.slope().value);
+    if (!blocks) return nullptr;
+    std::sort(blocks->begin(), blocks->end(), [](const image::BlockError& a, const image::BlockError& b) { return a.relative() > b.relative(); });
+    double all = 0, so_far = 0, uncertain = 0;
+    for (const image::BlockError& b : *blocks) {
+        all += b.relative() * b.relative();
+        uncertain += b.is_uncertain();
+    }
+    size_t half = 0;
+    while (half < blocks->size() && so_far < 0.5 * all) {
+        so_far += (*blocks)[half].relative() * (*blocks)[half].relative();
+        ++half;
+    }
+    const auto count = double(blocks->size());
+    json j = {{"size", image::BlockError::size}, {"half_of_error_in", double(half) / count}, {"uncertain", uncertain / count}, {"worst", json::array()}};
+    for (size_t i = 0; i < std::min<size_t>(5, blocks->size()); ++i) {
+        const image::BlockError& b = (*blocks)[i];
+        json low = json::array(), high = json::array();
+        for (size_t c = 0; c < 3; ++c) {
+            low.push_back(b.mean[c] - b.quantile(c) * b.error[c]);
+            high.push_back(b.mean[c] + b.quantile(c) * b.error[c]);
+        }
+        j["worst"].push_back({{"x", b.window.x0}, {"y", b.window.y0}, {"error", b.relative()}, {"mean", b.mean}, {"low", low}, {"high", high}, {"uncertain", b.is_uncertain()}});
+    }
+    return j;
+}
+
 json error_curve_json(const integrator::ErrorCurve& curve) {
     json j = json::array();
     for (const integrator::ErrorPoint& p : curve.points())
         j.push_back({{"spp", p.samples_mean}, {"time_s", p.time_s}, {"error", p.error.value}, {"low", p.error.low}, {"high", p.error.high}});
     return j;
+}
+
+json observations_json(const integrator::ErrorCurve& curve) {
+    json j = json::array();
+    for (const integrator::ErrorObservation& o : curve.observations())
+        j.push_back({{"min", o.samples_min}, {"max", o.samples_max}, {"mean", o.samples_mean}, {"change", o.change.value}, {"low", o.change.low}, {"high", o.change.high}});
+    return j;
+}
+
+std::optional<integrator::ErrorCurve> curve_of(const json& observations) {
+    integrator::ErrorCurve curve;
+    if (!observations.is_array()) return std::nullopt;
+    for (const json& j : observations) {
+        if (!j.is_object()) return std::nullopt;
+        for (const char* name : {"min", "max", "mean", "change", "low", "high"})
+            if (!j.contains(name) || !j[name].is_number()) return std::nullopt;
+        const auto number = [&j](const char* name) { return j[name].get<double>(); };
+        const bool grows = curve.is_empty() || number("mean") > curve.observations().back().samples_mean;
+        if (!(number("change") > 0) || !(number("high") >= number("change")) || !(number("mean") > 0) || !grows) return std::nullopt;
+        curve.add({j["min"].get<uint64_t>(), j["max"].get<uint64_t>(), number("mean"), 0, {number("change"), number("low"), number("high")}});
+    }
+    return curve;
 }
 
 json slope_json(const integrator::ErrorCurve& curve) {
@@ -79,15 +146,11 @@ double wanted_error(const RenderJob& job) {
     return job.schedule.forecast_error > 0 ? job.schedule.forecast_error : job.schedule.target_error;
 }
 
-std::string forecast_text(const integrator::ErrorCurve& curve, double target) {
-    const integrator::ErrorPoint last = curve.points().back();
+std::string forecast_text(const integrator::ErrorCurve& curve, double samples_mean, double target) {
     const ErrorForecast f = curve.forecast(target);
-    const std::string reached = fmt::format("{} spp reached {}", rounded(last.samples_mean), percent(last.error.value));
-    switch (f.kind) {
-        case ErrorForecast::Kind::Reached: return fmt::format("{}: no more than {}", reached, percent(target));
-        case ErrorForecast::Kind::TooFar: return fmt::format("{}; {} needs more than {:g} times that, further than can be forecast", reached, percent(target), integrator::ErrorCurve::farthest);
-        case ErrorForecast::Kind::Known: break;
-    }
+    const std::string reached = fmt::format("{} spp reached {}", rounded(samples_mean), percent(curve.error_at(samples_mean).value));
+    if (f.kind == ErrorForecast::Kind::Reached || (f.kind == ErrorForecast::Kind::Known && f.samples <= 1.01 * samples_mean)) return fmt::format("{}, {} was asked for", reached, percent(target));
+    if (f.kind == ErrorForecast::Kind::TooFar) return fmt::format("{}; {} needs more than {:g} times that, further than can be forecast", reached, percent(target), integrator::ErrorCurve::farthest);
     return fmt::format("{}; {} needs about {} spp ({} to {}), {} ({} to {})", reached, percent(target), rounded(f.samples), rounded(f.samples_low), rounded(f.samples_high),
                        format_duration(f.time_s), format_duration(f.time_low_s), format_duration(f.time_high_s));
 }

@@ -4,6 +4,7 @@
 #include "app/render_frame.h"
 #include "film/film.h"
 #include "integrator/error_curve.h"
+#include "integrator/schedule.h"
 
 #include <nlohmann/json.hpp>
 
@@ -18,18 +19,32 @@ struct PictureError {
     bool is_upper = false;  ///< it is no more than that: the halves make up for each other's errors
 };
 
-/// From the curve or, where there is none, from the halves; none before every pixel has two samples.
-std::optional<PictureError> picture_error(const RenderJob& job, const film::NoiseEstimate& noise, const integrator::ErrorCurve& curve);
+/// From the curve or, where there is none, from the film; none before every pixel has two samples.
+std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film, const integrator::ErrorCurve& curve);
 
-/// The same from the film alone: what any run of the render says.
-std::optional<PictureError> picture_error(const RenderJob& job, const film::NoiseEstimate& noise);
+/// From the film alone, which is what any run of the render says: from how its pixels changed at last or, of parts that do
+/// not begin with the first sample, from its halves.
+std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film);
+
+/// Whether the picture is as exact as wanted.
+bool reached_target(const RenderJob& job, const film::Film& film, const integrator::RenderResult& result);
 
 /// metric, mean, low, high, confidence, is_upper.
 nlohmann::ordered_json error_json(const std::optional<PictureError>& error);
 
+/// Where the error is: of blocks of 8×8 pixels, the share of those that hold half of it, the share of those whose error hangs
+/// on a pixel or two, and the five worst with their intervals. Null where it is not known.
+nlohmann::ordered_json blocks_json(const film::Film& film, const integrator::ErrorCurve& curve);
+
 /// [{spp, time_s, error, low, high}] and the slope of the errors.
 nlohmann::ordered_json error_curve_json(const integrator::ErrorCurve& curve);
 nlohmann::ordered_json slope_json(const integrator::ErrorCurve& curve);
+
+/// What the curve was made from but for the times, for another run that goes on: [{min, max, mean, change, low, high}].
+nlohmann::ordered_json observations_json(const integrator::ErrorCurve& curve);
+
+/// Nothing where that is no such list.
+std::optional<integrator::ErrorCurve> curve_of(const nlohmann::ordered_json& observations);
 
 /// target, state: reached, forecast or too-far; a forecast's spp and time_s with their 95 % intervals.
 nlohmann::ordered_json forecast_json(const integrator::ErrorForecast& forecast);
@@ -37,8 +52,8 @@ nlohmann::ordered_json forecast_json(const integrator::ErrorForecast& forecast);
 /// The error that a render aims at or is asked about; 0 = none.
 double wanted_error(const RenderJob& job);
 
-/// "512 spp reached 1.42 %; 1 % needs about 1050 spp (980 to 1130), 83 min 00 s (77 to 89 min)".
-std::string forecast_text(const integrator::ErrorCurve& curve, double target);
+/// "512 spp reached 1.42 %; 1 % needs about 1050 spp (980 to 1130), 83 min 00 s (77 to 89 min)"; of a picture of so many samples.
+std::string forecast_text(const integrator::ErrorCurve& curve, double samples_mean, double target);
 
 /// "1 % at 1050 spp, 83 min 00 s"; what the progress line has room for.
 std::string short_forecast(const integrator::ErrorForecast& forecast);

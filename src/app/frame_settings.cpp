@@ -137,12 +137,13 @@ std::string settings_hash(const FrameSettings& settings, const film::LayerSet& l
     return fmt::format("{:016x}", hash_string(text));
 }
 
-std::string settings_json(const FrameSettings& settings, uint64_t first_sample, const std::string& top_ups) {
+std::string settings_json(const FrameSettings& settings, uint64_t first_sample, const std::string& top_ups, const nlohmann::ordered_json& error_curve) {
     nlohmann::ordered_json j;
     j["schema"] = "velatura.settings/1";
     j["build"] = build_id();
     j["firstSample"] = first_sample;
     if (const auto list = nlohmann::ordered_json::parse(top_ups, nullptr, false); list.is_array() && !list.empty()) j["topUps"] = list;
+    if (!error_curve.empty()) j["errorCurve"] = error_curve;
     j["settings"] = nlohmann::ordered_json::object();
     for (const auto& [name, value] : settings) j["settings"][name] = value;
     return j.dump();

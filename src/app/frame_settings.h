@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "app/render_frame.h"
 
 namespace velatura::app {
@@ -19,8 +21,8 @@ FrameSettings frame_settings(const RenderJob& job, const FrameInput& input);
 /// Of the settings with layer set and window: files with another hash do not merge.
 std::string settings_hash(const FrameSettings& settings, const film::LayerSet& layers, const image::Window& window);
 
-/// The header string `velatura/settings`: the settings, from which sample on, which build rendered, and by which looks
-/// samples were placed (a JSON list).
-std::string settings_json(const FrameSettings& settings, uint64_t first_sample, const std::string& top_ups);
+/// The header string `velatura/settings`: the settings, from which sample on, which build rendered, by which looks samples
+/// were placed (a JSON list), and how the error fell on the way to a target (observations_json; empty: not kept).
+std::string settings_json(const FrameSettings& settings, uint64_t first_sample, const std::string& top_ups, const nlohmann::ordered_json& error_curve);
 
 }  // namespace velatura::app

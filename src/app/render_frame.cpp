@@ -59,7 +59,7 @@ image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, co
     stats["guiding"] = make_guiding_stats(training);
     stats["splitting"] = make_splitting_stats(branches);
     if (roulette) stats["roulette"] = make_roulette_stats(*roulette);
-    stats["error"] = error_json(picture_error(job, film.noise()));
+    stats["error"] = error_json(picture_error(job, film));
     stats["ledger"] = make_ledger(job, input, world, film);
     info.stats_json = stats.dump();
     info.light_values = input.light_values;
@@ -129,8 +129,8 @@ class FrameRenderer {
         const std::optional<integrator::TopUpCounts> top_up = make_top_up(film);
         integrator::RenderCallbacks callbacks;
         callbacks.progress = [&](const integrator::RenderState& state) { show(state, false); };
-        callbacks.snapshot = [&](const film::Film& f) {
-            const Result<image::WriteReport> written = write(f);
+        callbacks.snapshot = [&](const film::Film& f, const integrator::ErrorCurve& curve) {
+            const Result<image::WriteReport> written = write(f, curve);
             if (!written) diagnostics_.warn("snapshot", {}, {}, fmt::format("no {}: {}", keeps_sums(job_) ? "checkpoint" : "interim picture", written.error().message));
         };
         callbacks.snapshot_requested = [] { return StopSignals::take_snapshot_request(); };
@@ -212,6 +212,7 @@ class FrameRenderer {
     integrator::RenderOptions schedule() const {
         integrator::RenderOptions options = job_.schedule;
         if (options.time_budget_s > 0) options.time_budget_s = std::max(options.time_budget_s - seconds_before(), 1e-6);
+        if (earlier_) options.curve = earlier_->curve;
         return options;
     }
 
@@ -248,7 +249,7 @@ class FrameRenderer {
         state.samples_per_pixel = noise.samples_mean;
         state.elapsed_s = result.seconds;
         state.rays = result.rays;
-        if (const std::optional<PictureError> error = picture_error(job_, noise, result.curve)) {
+        if (const std::optional<PictureError> error = picture_error(job_, film, result.curve)) {
             state.error = error->error.value;
             state.is_upper_error = error->is_upper;
         }
@@ -276,12 +277,16 @@ class FrameRenderer {
         if (result.rays.depth_limited > 0) diagnostics_.warn("depth-limit", {}, {}, fmt::format("{} paths were cut after {} scatterings", result.rays.depth_limited, integrator::hard_depth_limit));
     }
 
-    Result<image::WriteReport> write(const film::Film& film, const std::vector<scene::Effect>& broken = {}) {
+    /// Where a render is to stop follows from the curve: one that goes on must not have to find it again. Without a target no
+    /// file is to depend on how samples came.
+    nlohmann::ordered_json kept_curve(const integrator::ErrorCurve& curve) const { return job_.schedule.target_error > 0 ? observations_json(curve) : nlohmann::ordered_json::array(); }
+
+    Result<image::WriteReport> write(const film::Film& film, const integrator::ErrorCurve& curve, const std::vector<scene::Effect>& broken = {}) {
         image::FileInfo info = make_file_info(job_, input_, world_, training_, roulette(), branches_, settings_, layers_, window_, film);
         info.plan_json = plan_json(input_.plan, broken).dump();
         info.bad_samples = film.bad_samples();
         if (mattes_) info.matte_names = mattes_->names();
-        info.settings_json = settings_json(settings_, job_.schedule.first_sample, top_ups_);
+        info.settings_json = settings_json(settings_, job_.schedule.first_sample, top_ups_, kept_curve(curve));
         return film.write(input_.output, info);
     }
 
@@ -294,7 +299,7 @@ class FrameRenderer {
             return SignalBase + StopSignals::signal_number();
         }
         const std::vector<scene::Effect> broken = integrator::broken_promises(input_.plan, result.rays.effects);
-        const Result<image::WriteReport> written = write(film, broken);
+        const Result<image::WriteReport> written = write(film, result.curve, broken);
         if (!written) {
             diagnostics_.error(written.error().code, {}, {}, written.error().message);
             const bool is_check = written.error().code == "closure-failed" || written.error().code == "verify-failed";
@@ -305,19 +310,20 @@ class FrameRenderer {
         if (!job_.arguments.quiet) {
             fmt::print("{}: {} layers, {} channels, closure {:.3g} of its bound, {}\n", input_.output, written->layers, written->channels, written->closure_measured, format_duration(result.seconds));
         }
-        if (!job_.arguments.quiet && wanted_error(job_) > 0 && !result.curve.is_empty()) fmt::print("{}\n", forecast_text(result.curve, wanted_error(job_)));
+        if (!job_.arguments.quiet && wanted_error(job_) > 0 && !result.curve.is_empty()) fmt::print("{}\n", forecast_text(result.curve, film.noise().samples_mean, wanted_error(job_)));
         if (result.reason == integrator::StopReason::Interrupted) return SignalBase + StopSignals::signal_number();
         for (const scene::Effect e : broken)
             diagnostics_.error("effect-plan", {}, {}, fmt::format("the plan has {} off, and its code ran {} times: the plan is wrong, which the file says in velatura/plan", scene::info(e).name, result.rays.effects.of(e)));
         if (!broken.empty() || result.rays.tracking.violations > 0 || (job_.arguments.strict && film.invalid_count() > 0)) return CheckFailed;
         const film::NoiseEstimate noise = film.noise();
-        const bool is_precise = job_.schedule.target_error <= 0 || (noise.is_known && noise.high <= job_.schedule.target_error);
+        const std::optional<PictureError> error = picture_error(job_, film, result.curve);
+        const bool is_precise = reached_target(job_, film, result);
         const bool is_out_of_time = result.reason == integrator::StopReason::TimeBudget;
         if (is_precise && !is_out_of_time) return Done;
         diagnostics_.warn("budget", {}, {},
                           is_precise ? fmt::format("the time budget of {} ended the render after {:g} of {} samples per pixel", format_duration(job_.schedule.time_budget_s), noise.samples_mean, job_.schedule.end_sample)
                                      : fmt::format("{} before the target of {:g} %: the error is {}", is_out_of_time ? "the time budget ended the render" : "the samples ran out",
-                                                   job_.schedule.target_error * 100.0, noise.is_known ? fmt::format("up to {:.3g} %", noise.high * 100.0) : std::string("not known yet")));
+                                                   job_.schedule.target_error * 100.0, error ? fmt::format("{:.3g} %, up to {:.3g} %", error->error.value * 100.0, error->error.high * 100.0) : std::string("not known yet")));
         return BudgetReached;
     }
 

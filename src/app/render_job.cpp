@@ -27,10 +27,9 @@ lights::SelectionKind selection_kind(std::string_view name) {
 /// The points of a pixel. Two halves that know nothing of each other cost efficiency: only where their difference counts.
 sampling::SamplerKind sampler_kind(const RenderArguments& a) {
     if (a.sampler == "independent") return sampling::SamplerKind::Independent;
-    const bool halves = a.halves || !a.target_error.empty();
-    if (a.sampler == "stratified") return halves ? sampling::SamplerKind::StratifiedHalves : sampling::SamplerKind::Stratified;
-    if (a.sampler == "blue-noise") return halves ? sampling::SamplerKind::BlueNoiseHalves : sampling::SamplerKind::BlueNoise;
-    return halves ? sampling::SamplerKind::SobolHalves : sampling::SamplerKind::Sobol;
+    if (a.sampler == "stratified") return a.halves ? sampling::SamplerKind::StratifiedHalves : sampling::SamplerKind::Stratified;
+    if (a.sampler == "blue-noise") return a.halves ? sampling::SamplerKind::BlueNoiseHalves : sampling::SamplerKind::BlueNoise;
+    return a.halves ? sampling::SamplerKind::SobolHalves : sampling::SamplerKind::Sobol;
 }
 
 /// Who looks for lights, and how.

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/accuracy.h"
 #include "app/build_id.h"
 #include "app/exit_codes.h"
 #include "app/render_layers.h"
@@ -30,6 +31,11 @@ bool parse_settings(const std::string& text, EarlierPart& part) {
         if (!value.is_string()) return false;
         part.settings.emplace_back(name, value.get<std::string>());
     }
+    if (j.contains("errorCurve")) {
+        const std::optional<integrator::ErrorCurve> curve = curve_of(j["errorCurve"]);
+        if (!curve) return false;
+        part.curve = *curve;
+    }
     part.top_ups = j.value("topUps", nlohmann::ordered_json::array()).dump();
     return true;
 }
@@ -48,7 +54,7 @@ Result<std::optional<EarlierPart>> read_earlier_part(const std::string& path) {
     Result<image::SampleSums> sums = image::read_sums(*file);
     if (!sums && sums.error().code == "no-sums") return refused("it holds no sums to go on from: render with --keep-sums, --checkpoint or --resume from the start");
     if (!sums) return refused(sums.error().message);
-    EarlierPart part{std::move(*sums), header->samples.bad, {}, header->samples.scene_hash, 0, {}, "[]"};
+    EarlierPart part{std::move(*sums), header->samples.bad, {}, header->samples.scene_hash, 0, {}, "[]", {}};
     if (!parse_settings(file->text(image::settings_attribute), part)) return refused("it does not say by which build and settings it was rendered");
     return std::optional<EarlierPart>(std::move(part));
 }

@@ -21,6 +21,7 @@ struct EarlierPart {
     uint64_t first_sample = 0;
     FrameSettings settings;
     std::string top_ups = "[]";  ///< JSON: by which looks samples were placed
+    integrator::ErrorCurve curve;  ///< empty unless it was made for a target
 };
 
 /// Reads the file that a render is to go on from. Nothing: there is no such file yet. Errors: "resume-refused", with the

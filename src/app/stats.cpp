@@ -158,7 +158,6 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
                 const integrator::BranchTrial& branches, const film::Film& film,
                 const integrator::RenderResult& result) {
     const accel::AcceleratorStats accelerator = world.accelerator->stats();
-    const film::NoiseEstimate noise = film.noise();
     json j;
     j["header"] = {{"schema", "velatura.stats/1"}, {"app", "velatura"}, {"version", VELATURA_VERSION}, {"threads", thread_count()}};
     j["scene"] = make_scene_stats(input, world);
@@ -179,9 +178,10 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
     j["rays"] = {{"camera", result.rays.camera}, {"shadow", result.rays.shadow}, {"indirect", result.rays.indirect}, {"caustic", result.rays.caustic}};
     j["rays_per_s"] = result.seconds > 0 ? double(result.rays.total()) / result.seconds : 0.0;
     j["paths_per_s"] = result.seconds > 0 ? double(result.rays.paths) / result.seconds : 0.0;
-    json error = error_json(picture_error(job, noise, result.curve));
+    json error = error_json(picture_error(job, film, result.curve));
     error["target"] = job.schedule.target_error;
-    error["reached"] = job.schedule.target_error <= 0 || (noise.is_known && noise.high <= job.schedule.target_error);
+    error["blocks"] = blocks_json(film, result.curve);
+    error["reached"] = reached_target(job, film, result);
     j["error"] = error;
     if (!result.curve.is_empty()) {
         j["error_curve"] = error_curve_json(result.curve);

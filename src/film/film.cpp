@@ -7,6 +7,7 @@
 #include "scene/effect_build.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <tuple>
 
@@ -130,7 +131,16 @@ void PixelAccumulator::add_mattes(const SampleRadiance& s) {
 void PixelAccumulator::end_sample() {
     dense_.next_sample();
     ++record_.end;
+    if (record_.first == 0 && std::has_single_bit(record_.end)) keep_mean();
 }
+
+void PixelAccumulator::keep_mean() {
+    mean_before_ = last_mean_;
+    last_mean_ = image::mean_of(sum_so_far(AccumulatorTable::beauty), sum_so_far(AccumulatorTable::coverage));
+}
+
+/// Of the beauty or the coverage, at a power of two, where there is one node.
+Triple PixelAccumulator::sum_so_far(uint32_t accumulator) const { return dense_.first(cell_of_[accumulator] - 1); }
 
 void PixelAccumulator::finish_sparse() {
     const auto nodes = image::DyadicRule(record_.first).nodes(record_.first, record_.end);
@@ -162,6 +172,9 @@ void Film::begin_pixel(PixelAccumulator& accumulator, int x, int y, uint64_t fir
     accumulator.record_ = {};
     accumulator.record_.first = accumulator.record_.end = first_sample;
     accumulator.dense_.begin(first_sample);
+    // Among the first cells whatever else the samples bring: keep_mean() asks for them
+    accumulator.open_cell(AccumulatorTable::beauty);
+    accumulator.open_cell(AccumulatorTable::coverage);
 }
 
 void Film::end_pixel(PixelAccumulator& a) {
@@ -171,6 +184,7 @@ void Film::end_pixel(PixelAccumulator& a) {
     for (size_t i = 0; i < a.used_; ++i) a.cell_of_[a.sums_[i].accumulator] = 0;
     sums_.append(a.x_, a.y_, a.record_, std::span<const image::NodeSums>(a.sums_.data(), a.used_));
     a.used_ = 0;
+    if (a.record_.first == 0 && a.record_.end > 1) sums_.set_earlier_mean(a.x_, a.y_, std::has_single_bit(a.record_.end) ? a.mean_before_ : a.last_mean_);
     if (!a.mattes_.empty()) {
         image::join_matte_weights(a.mattes_);
         sums_.mattes()->add(a.x_, a.y_, a.mattes_);

@@ -39,11 +39,14 @@ class PixelAccumulator {
     uint32_t open_cell(uint32_t accumulator);
     void add_mattes(const SampleRadiance& sample);
     void end_sample();
+    void keep_mean();
+    image::Triple sum_so_far(uint32_t accumulator) const;
     void finish_sparse();
 
     image::AccumulatorTable table_;
     int x_ = 0, y_ = 0;
     image::PixelRecord record_;
+    image::EarlierMean last_mean_{}, mean_before_{};  ///< at the last power of two of samples, at the one before
     std::vector<uint32_t> cell_of_;      ///< accumulator → sums_ index + 1; 0 = none
     std::vector<image::NodeSums> sums_;  ///< accumulator per cell; nodes filled by end_pixel
     size_t used_ = 0;

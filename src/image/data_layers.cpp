@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/data_layers.h"
 
+#include "image/picture_change.h"
 #include "image/pixel_means.h"
 
 #include <algorithm>
@@ -26,6 +27,15 @@ void add_alias(const DataAlias& alias, Part& part, std::vector<LayerEntry>& laye
         copy.name = alias.name + name.substr(dot);
         part.channels.push_back(std::move(copy));
     }
+}
+
+/// Of the beauty's mean, per channel: from its halves where they were asked for, else from how it changed at last.
+std::array<double, 3> variance_of(const SampleSums& sums, int x, int y) {
+    const std::optional<PixelChange> change = sums.layer_set().halves ? std::nullopt : pixel_change(sums, x, y);
+    if (!change) return resolve_halves(sums, x, y, AccumulatorTable::beauty).variance;
+    std::array<double, 3> variance = change->square;
+    for (double& v : variance) v *= net_factor(usual_slope) * net_factor(usual_slope);
+    return variance;
 }
 
 }  // namespace
@@ -94,8 +104,8 @@ Part data_part(const SampleSums& sums, std::vector<LayerEntry>& layers) {
             set_uint(instance, i, record.instance_id);
             set_uint(count, i, uint32_t(coverage.z));
             set_uint(invalid, i, record.invalid);
-            const PixelHalves h = resolve_halves(sums, x, y, AccumulatorTable::beauty);
-            set_float(variance, i, h.variance[0] + h.variance[1] + h.variance[2], 3.0);
+            const std::array<double, 3> v = variance_of(sums, x, y);
+            set_float(variance, i, v[0] + v[1] + v[2], 3.0);
         }
     });
     for (const DataAlias& alias : sums.layer_set().data_aliases) add_alias(alias, part, layers);

@@ -125,6 +125,9 @@ class DenseDyadicSums {
 
     void next_sample();
 
+    /// The sum of the first of these nodes; there must be a sample.
+    const Triple& first(size_t column) const { return rows_[column]; }
+
     /// Sums per canonical node of the samples so far, ascending.
     void finish(size_t column, std::vector<Triple>& sums) const;
 

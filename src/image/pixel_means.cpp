@@ -37,6 +37,12 @@ double weight_of(const Triple& coverage) {
     return std::abs(weight) < 0.1 * count ? count : weight;
 }
 
+EarlierMean mean_of(const Triple& sum, const Triple& coverage) {
+    const double weight = weight_of(coverage);
+    if (weight == 0.0) return {};
+    return {float(sum.x / weight), float(sum.y / weight), float(sum.z / weight)};
+}
+
 PixelHalves resolve_halves(const SampleSums& sums, int x, int y, uint32_t accumulator) {
     PixelHalves result;
     const Triple coverage = sums.total(x, y, AccumulatorTable::coverage);

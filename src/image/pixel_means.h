@@ -21,6 +21,9 @@ struct PixelHalves {
 /// (mean weight 1) where weights of both signs cancel to less than a tenth of it.
 double weight_of(const Triple& coverage);
 
+/// The mean of samples with these sums; black without a valid sample.
+EarlierMean mean_of(const Triple& sum, const Triple& coverage);
+
 /// What the even ones leave; exact zero stays exact zero.
 Triple odd_samples(const Triple& all, const Triple& even);
 

@@ -17,13 +17,6 @@ inline double relative_square(double variance, double mean) {
     return variance / (mean * mean + 0.01);
 }
 
-/// The same where two parts of the samples have the means a and b: their product stands for the square of the mean,
-/// so that a bright dot in one of them does not hide behind itself.
-inline double relative_square_of_two(double variance, double a, double b) {
-    const double product = a * b;
-    return variance / ((product > 0 ? product : 0) + 0.01);
-}
-
 /// Collects relative squares tile by tile: the tiles are the batches of a ratio estimator, whose
 /// spread gives the interval (Cochran 1977, Sampling Techniques, 6.3).
 class RelativeErrorSum {

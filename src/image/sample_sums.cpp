@@ -3,9 +3,13 @@
 
 #include "base/check.h"
 #include "image/matte_sums.h"
+#include "image/pixel_means.h"
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
 
 namespace velatura::image {
 
@@ -13,6 +17,7 @@ namespace {
 
 constexpr size_t tile_pixels = std::tuple_size_v<TileTotals>;
 constexpr size_t max_nodes = 130;
+constexpr EarlierMean unknown_mean = {std::numeric_limits<float>::quiet_NaN(), 0, 0};
 
 /// One node of every pixel of a tile. Of many lights a tile sees most in few of its pixels.
 class Slot {
@@ -104,7 +109,10 @@ struct SampleSums::Plane {
 struct SampleSums::Tile {
     std::vector<Plane> planes;  ///< in the order of their first values
     std::array<PixelRecord, tile_pixels> records;
+    std::array<EarlierMean, tile_pixels> earlier;  ///< NaN where not known
     std::array<uint16_t, max_nodes> pixels_with_nodes{};  ///< how many pixels have n nodes
+
+    Tile() { earlier.fill(unknown_mean); }
 
     const Plane* find(uint32_t accumulator) const {
         const uint32_t plane = buckets_.empty() ? 0 : buckets_[bucket_of(accumulator)];
@@ -243,6 +251,48 @@ std::vector<DyadicNode> SampleSums::nodes_of(int x, int y) const {
     return DyadicRule(r.first, final_end_).nodes(r.first, r.end);
 }
 
+Triple SampleSums::sum_at(int x, int y, uint32_t accumulator, const PixelRecord& added, std::span<const NodeSums> sums, uint64_t end) const {
+    const auto incoming = std::find_if(sums.begin(), sums.end(), [&](const NodeSums& s) { return s.accumulator == accumulator; });
+    std::vector<DyadicNode> nodes = nodes_of(x, y);
+    std::vector<Triple> values;
+    for (size_t i = 0; i < nodes.size(); ++i) values.push_back(node_sum(x, y, accumulator, i));
+    const DyadicRule rule(record(x, y).first, final_end_);
+    const std::vector<DyadicNode> more = DyadicRule(added.first).nodes(added.first, added.end);
+    for (size_t i = 0; i < more.size() && more[i].end <= end; ++i) {
+        values.push_back(incoming == sums.end() ? Triple{} : incoming->nodes[i]);
+        rule.push(nodes, more[i], [&](size_t at) {
+            values[at] += values[at + 1];
+            values.pop_back();
+        });
+    }
+    Triple sum;
+    for (const Triple& value : values) sum += value;
+    return sum;
+}
+
+void SampleSums::keep_mean(int x, int y, const PixelRecord& added, std::span<const NodeSums> sums) {
+    const PixelRecord& record = this->record(x, y);
+    // What a pixel's first samples bring tells their giver: film::PixelAccumulator
+    if (record.first != 0 || record.end == 0) return;
+    const uint64_t power = std::bit_floor(added.end - 1);
+    if (power < record.end) return;
+    const auto sum = [&](uint32_t accumulator) { return sum_at(x, y, accumulator, added, sums, power); };
+    set_earlier_mean(x, y, mean_of(sum(AccumulatorTable::beauty), sum(AccumulatorTable::coverage)));
+}
+
+const EarlierMean* SampleSums::earlier_mean(int x, int y) const {
+    size_t pixel = 0;
+    const Tile* tile = tile_at(x, y, pixel);
+    return tile && !std::isnan(tile->earlier[pixel][0]) ? &tile->earlier[pixel] : nullptr;
+}
+
+void SampleSums::set_earlier_mean(int x, int y, const EarlierMean& mean) {
+    Tile& tile = make_tile_at(x, y);
+    size_t pixel = 0;
+    tile_at(x, y, pixel);
+    tile.earlier[pixel] = mean;
+}
+
 void SampleSums::append(int x, int y, const PixelRecord& added, std::span<const NodeSums> sums) {
     Tile& tile = make_tile_at(x, y);
     size_t pixel = 0;
@@ -257,6 +307,7 @@ void SampleSums::append(int x, int y, const PixelRecord& added, std::span<const 
     }
     VELATURA_CHECK(is_first || added.first == record.end, "samples must follow what the pixel has");
     if (is_first) record.first = record.end = added.first;
+    keep_mean(x, y, added, sums);
 
     const DyadicRule rule(record.first, final_end_);
     thread_local Joining joining;
@@ -321,7 +372,9 @@ void SampleSums::append(const SampleSums& later) {
                 }
                 if (!is_zero) sums.push_back(std::move(s));
             }
+            const bool had_none = record(x, y).end == record(x, y).first;
             append(x, y, later.record(x, y), sums);
+            if (const EarlierMean* mean = later.earlier_mean(x, y); mean && had_none) set_earlier_mean(x, y, *mean);
         }
     }
     if (mattes_ && later.mattes_) mattes_->add(*later.mattes_);

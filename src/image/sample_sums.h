@@ -26,6 +26,9 @@ struct PixelRecord {
     uint8_t rate = 0;      ///< how the schedule places further samples, in its own code; 0: not decided
 };
 
+/// A pixel's mean before its last samples, RGB.
+using EarlierMean = std::array<float, 3>;
+
 /// Values of the pixels of a tile, [16][16], row 0 = top, whatever of it lies in the window.
 using TileTotals = std::array<Triple, 256>;
 
@@ -74,6 +77,13 @@ class SampleSums {
     /// Sets the pixel's rate, which is kept beside its samples. Not while others use its tile.
     void set_rate(int x, int y, uint8_t rate);
 
+    /// The beauty of the pixel when it had the largest power of two of samples that is less than what it has now. Null
+    /// where that is not known: its samples do not begin with the first, or nobody said so.
+    const EarlierMean* earlier_mean(int x, int y) const;
+
+    /// For who adds its first samples, and what was stored. Not while others use its tile.
+    void set_earlier_mean(int x, int y, const EarlierMean& mean);
+
     /// Adds all samples of `later`, which must follow pixel by pixel, have the same window and
     /// layer set, and no `final_end`.
     void append(const SampleSums& later);
@@ -103,6 +113,11 @@ class SampleSums {
     struct Plane;
     struct Tile;
     struct Joining;
+
+    /// The sum over the samples below `end`, which lies among those to be added.
+    Triple sum_at(int x, int y, uint32_t accumulator, const PixelRecord& added, std::span<const NodeSums> sums, uint64_t end) const;
+    /// Before they are added: what the mean will have been.
+    void keep_mean(int x, int y, const PixelRecord& added, std::span<const NodeSums> sums);
 
     const Tile* tile_at(int x, int y, size_t& pixel) const;
     Tile& make_tile_at(int x, int y);

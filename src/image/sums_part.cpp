@@ -12,6 +12,8 @@
 #include <array>
 #include <bit>
 #include <charconv>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string_view>
@@ -24,6 +26,7 @@ constexpr std::array<const char*, 6> word_names = {"x0", "x1", "y0", "y1", "z0",
 constexpr std::array<const char*, 6> record_names = {
     "sums_first", "sums_end", "sums_invalid", "sums_primId", "sums_instanceId", "sums_hasIds"};
 constexpr const char* rate_name = "sums_rate";
+constexpr std::array<const char*, 3> earlier_names = {"sums_earlierR", "sums_earlierG", "sums_earlierB"};
 constexpr size_t most_nodes = 64;  // of a range of 32-bit numbers
 
 std::string channel_name(size_t node, uint32_t accumulator, size_t word) {
@@ -60,17 +63,35 @@ const Words* words_of(const Image& image, const Channel& channel) {
     return words && words->size() == image.data.pixel_count() ? words : nullptr;
 }
 
-/// The records of the pixels, in the order of `record_names`, and the rates if there are any.
+/// The records of the pixels, in the order of `record_names`, and the rates and earlier means if there are any.
 struct StoredRecords {
     std::array<const Words*, record_names.size()> columns{};
     const Words* rates = nullptr;
+    std::array<const Words*, earlier_names.size()> earlier{};
 
     /// Enters a channel; false if it is none of these.
     bool take(const std::string& name, const Words* words) {
-        const auto at = std::find(record_names.begin(), record_names.end(), name);
-        if (at != record_names.end()) columns[size_t(at - record_names.begin())] = words;
-        if (name == rate_name) rates = words;
-        return at != record_names.end() || name == rate_name;
+        if (name == rate_name) {
+            rates = words;
+            return true;
+        }
+        return enter(record_names, name, words, columns) || enter(earlier_names, name, words, earlier);
+    }
+
+    template <size_t Count>
+    static bool enter(const std::array<const char*, Count>& names, const std::string& name, const Words* words, std::array<const Words*, Count>& to) {
+        const auto at = std::find(names.begin(), names.end(), name);
+        if (at == names.end()) return false;
+        to[size_t(at - names.begin())] = words;
+        return true;
+    }
+
+    std::optional<EarlierMean> earlier_at(size_t pixel) const {
+        if (std::find(earlier.begin(), earlier.end(), nullptr) != earlier.end()) return std::nullopt;
+        EarlierMean mean;
+        for (size_t c = 0; c < mean.size(); ++c) mean[c] = std::bit_cast<float>((*earlier[c])[pixel]);
+        if (!std::all_of(mean.begin(), mean.end(), [](float v) { return std::isfinite(v); })) return std::nullopt;
+        return mean;
     }
 
     bool is_whole() const {
@@ -161,7 +182,9 @@ Result<Part> sums_part(const SampleSums& sums) {
     std::array<std::vector<uint32_t>, 6> records;
     for (auto& r : records) r.resize(pixels);
     std::vector<uint32_t> rates(pixels);
-    bool has_rates = false;
+    std::array<std::vector<uint32_t>, 3> earlier;
+    for (auto& e : earlier) e.assign(pixels, std::bit_cast<uint32_t>(std::numeric_limits<float>::quiet_NaN()));
+    bool has_rates = false, has_earlier = false;
     size_t max_nodes = 0;
     for (int y = w.y0; y < w.y1; ++y) {
         for (int x = w.x0; x < w.x1; ++x) {
@@ -177,21 +200,22 @@ Result<Part> sums_part(const SampleSums& sums) {
             records[5][i] = r.has_ids ? 1 : 0;
             rates[i] = r.rate;
             has_rates = has_rates || r.rate != 0;
+            if (const EarlierMean* mean = sums.earlier_mean(x, y)) {
+                for (size_t c = 0; c < mean->size(); ++c) earlier[c][i] = std::bit_cast<uint32_t>((*mean)[c]);
+                has_earlier = true;
+            }
             max_nodes = std::max(max_nodes, sums.nodes_of(x, y).size());
         }
     }
-    for (size_t i = 0; i < records.size(); ++i) {
+    const auto add_channel = [&part](const char* name, std::vector<uint32_t>& values) {
         Channel channel;
-        channel.name = record_names[i];
-        channel.data = std::move(records[i]);
+        channel.name = name;
+        channel.data = std::move(values);
         part.channels.push_back(std::move(channel));
-    }
-    if (has_rates) {
-        Channel channel;
-        channel.name = rate_name;
-        channel.data = std::move(rates);
-        part.channels.push_back(std::move(channel));
-    }
+    };
+    for (size_t i = 0; i < records.size(); ++i) add_channel(record_names[i], records[i]);
+    if (has_rates) add_channel(rate_name, rates);
+    for (size_t c = 0; has_earlier && c < earlier.size(); ++c) add_channel(earlier_names[c], earlier[c]);
     for (const uint32_t accumulator : sums.used_accumulators()) {
         for (size_t node = 0; node < max_nodes; ++node) {
             std::array<std::vector<uint32_t>, 6> words;
@@ -284,6 +308,7 @@ Result<SampleSums> read_sums(const Image& image) {
                 pixel_sums.push_back(std::move(s));
             }
             sums.append(x, y, *record, pixel_sums);
+            if (const auto mean = stored->records.earlier_at(i)) sums.set_earlier_mean(x, y, *mean);
         }
     }
     if (sums.mattes()) {

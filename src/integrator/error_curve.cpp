@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/error_curve.h"
 
+#include "image/picture_change.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -10,14 +12,14 @@ namespace {
 
 constexpr double quantile = 1.96;
 
-// Slopes of pictures, before one of them is looked at
-constexpr ErrorSlope usual = {0.53, 0.05};
+constexpr ErrorSlope usual = {image::usual_slope, image::usual_slope_deviation};
 
-// No observation is better than this; one from k doublings ago is k² times as far off its line
-constexpr double least_deviation = 0.005, bend = 0.005;
+// No observation is better than the first of these; one from k doublings ago is k² times the second off its line, and one of n
+// samples per pixel the third over n: the first samples of a pixel do not behave as many do
+constexpr double least_deviation = 0.005, bend = 0.005, young = 0.25;
 
 // Relative squares divide by the noisy picture itself: an error of e is not known better than to this times e
-constexpr double unsettled = 1.0;
+constexpr double unsettled = 0.25;
 
 image::RelativeError with_interval(double value, double deviation) {
     return {value, value * std::exp(-quantile * deviation), value * std::exp(quantile * deviation)};
@@ -30,12 +32,16 @@ void ErrorCurve::add(const ErrorObservation& seen) {
     int run = 0;
     if (!observations_.empty()) {
         const Observation& last = observations_.back();
-        const bool is_doubled = seen.samples_min == 2 * last.seen.samples_min &&
-                                seen.samples_max == 2 * last.seen.samples_max &&
-                                seen.samples_mean == 2 * last.seen.samples_mean;
-        run = is_doubled ? last.run : last.run + 1;
+        // Pixels that wait for others to catch up do not make another run
+        run = seen.samples_max == 2 * last.seen.samples_max ? last.run : last.run + 1;
     }
     observations_.push_back({seen, run});
+}
+
+std::vector<ErrorObservation> ErrorCurve::observations() const {
+    std::vector<ErrorObservation> all;
+    for (const Observation& o : observations_) all.push_back(o.seen);
+    return all;
 }
 
 double ErrorCurve::deviation_of(const Observation& o) {
@@ -46,9 +52,16 @@ double ErrorCurve::deviation_of(const Observation& o) {
 }
 
 double ErrorCurve::weight_of(const Observation& o) const {
+    // All of a run are about as precise; what each says of its own precision is part of the same noise
+    double square = 0, count = 0;
+    for (const Observation& other : observations_) {
+        if (other.run != o.run) continue;
+        square += deviation_of(other) * deviation_of(other);
+        count += 1;
+    }
     const double age = std::log2(observations_.back().seen.samples_mean / o.seen.samples_mean);
-    const double deviation = deviation_of(o), bent = bend * age * age;
-    return 1 / (deviation * deviation + bent * bent);
+    const double bent = std::hypot(bend * age * age, young / o.seen.samples_mean);
+    return 1 / (square / count + bent * bent);
 }
 
 ErrorCurve::Moments ErrorCurve::moments_of(int run) const {
@@ -86,14 +99,15 @@ ErrorSlope ErrorCurve::slope() const {
     const double fitted = -xy / xx;
     // Observations that lie further off than their intervals say make it less certain
     const double excess = freedom > 0 ? std::max(1.0, (yy - xy * xy / xx) / freedom) : 1.0;
-    const double precision = xx / excess, known = 1 / (usual.deviation * usual.deviation);
+    // A picture that is not like the others is less bound to them
+    const double doubt = std::max(usual.deviation, 0.35 * std::abs(fitted - usual.value));
+    const double precision = xx / excess, known = 1 / (doubt * doubt);
     const double value = (precision * fitted + known * usual.value) / (precision + known);
     return {std::clamp(value, 0.3, 1.5), 1 / std::sqrt(precision + known)};
 }
 
 double ErrorCurve::offset(double slope) {
-    // The squared change is the squared error before less that after (film/doubling_error.h)
-    return -0.5 * std::log(std::exp2(2 * slope) - 1);
+    return std::log(image::net_factor(slope));
 }
 
 std::vector<ErrorPoint> ErrorCurve::points() const {
@@ -105,6 +119,14 @@ std::vector<ErrorPoint> ErrorCurve::points() const {
         points.push_back({o.seen.samples_mean, o.seen.time_s,
                           with_interval(value, std::hypot(deviation_of(o), open))});
     }
+    if (points.empty()) return points;
+
+    // Of the last one the others of its run know something too
+    const Moments m = moments_of(observations_.back().run);
+    const double ahead = std::log(points.back().samples_mean) - m.x;
+    const double value = std::exp(m.y + offset(s.value) - s.value * ahead);
+    const double deviation = std::hypot(1 / std::sqrt(m.weight), open, ahead * s.deviation);
+    points.back().error = with_interval(value, deviation);
     return points;
 }
 

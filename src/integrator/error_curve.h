@@ -14,7 +14,7 @@ struct ErrorObservation {
     uint64_t samples_min = 0, samples_max = 0;  ///< of any pixel
     double samples_mean = 0;
     double time_s = 0;           ///< since the first sample
-    image::RelativeError change;  ///< since every pixel had half its samples: film::DoublingError
+    image::RelativeError change;  ///< since every pixel had half its samples: image::picture_change
 };
 
 /// The error at a number of samples. ErrorCurve::points.
@@ -53,12 +53,15 @@ struct ErrorForecast {
 /// from that experience.
 class ErrorCurve {
   public:
-    static constexpr double farthest = 8;  ///< times the samples that a forecast goes beyond
+    static constexpr double farthest = 10;  ///< times the samples that it has: no forecast goes beyond
 
     /// Adds an observation with more samples than those before. Those without change are left out.
     void add(const ErrorObservation& observation);
 
     bool is_empty() const { return observations_.empty(); }
+
+    /// What was added, in that order.
+    std::vector<ErrorObservation> observations() const;
 
     ErrorSlope slope() const;
 

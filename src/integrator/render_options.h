@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "integrator/error_curve.h"
+
 #include <array>
 #include <cstdint>
 
@@ -21,8 +23,9 @@ struct RenderOptions {
     int max_depth = 0;              ///< scatterings after which paths are cut (a bias); 0 = only roulette ends them
     double snapshot_interval_s = 0; ///< 0 = no interim pictures
     double time_budget_s = 0;       ///< progressive: stop at the pass that ends after it; 0 = none
-    double target_error = 0;        ///< progressive: stop when the relative standard error is at most this; 0 = none
+    double target_error = 0;        ///< progressive: stop when the relative standard error is this; 0 = none
     double forecast_error = 0;      ///< progressive: forecast when the error will be this; 0 = that of target_error, if any
+    ErrorCurve curve;               ///< progressive: what the part of the render that the film came with said of its error
     bool has_independent_halves = false;  ///< even and odd samples know nothing of each other, see sampling::has_halves
 };
 

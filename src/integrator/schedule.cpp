@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "base/tasks.h"
-#include "film/doubling_error.h"
+#include "image/picture_change.h"
 #include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 
@@ -109,7 +109,6 @@ class Runner {
   public:
     Runner(film::Film& film, const RenderOptions& options, const SampleFunction& sample, const RenderCallbacks& callbacks, const TopUpCounts* top_up)
         : film_(film), sample_(sample), callbacks_(callbacks), tiles_(make_tiles(film.window(), options.tile_size)), progress_(film, options, callbacks), top_up_(top_up) {
-        if (options.mode == RenderMode::Progressive && !top_up) doubling_.emplace(film.window());
         if (top_up || !options.adaptive || options.end_sample <= pilot_samples) return;
         if (const std::optional<SampleRates> kept = SampleRates::kept_in(film)) rates_ = *kept;
         else pilot_.emplace(film.window());
@@ -118,10 +117,10 @@ class Runner {
     bool is_stopped() const { return callbacks_.stop && callbacks_.stop->load(std::memory_order_relaxed); }
     Progress& progress() { return progress_; }
 
-    /// What the last pass says of the error; nothing if it did not end where every pixel has a power of two of samples.
+    /// What the picture says of its error when it has the samples at the indices below `end`; nothing unless that is a power of two.
     std::optional<ErrorObservation> observe(const film::NoiseEstimate& noise, uint64_t end) const {
-        if (!doubling_ || !noise.is_known || !std::has_single_bit(end)) return std::nullopt;
-        const std::optional<image::RelativeError> change = doubling_->observe(film_);
+        if (top_up_ || !noise.is_known || !std::has_single_bit(end)) return std::nullopt;
+        const std::optional<image::RelativeError> change = image::picture_change(film_.sums());
         if (!change) return std::nullopt;
         return ErrorObservation{noise.samples_min, noise.samples_max, noise.samples_mean, progress_.elapsed_s(), *change};
     }
@@ -219,7 +218,6 @@ class Runner {
                 if (is_stopped()) return false;
                 const uint64_t pixel_first = next_sample(x, y, first), pixel_end = count(x, y, end);
                 if (pilot_) watch_pixel(x, y, std::min(pixel_first, pilot_samples), radiance, counts);
-                if (doubling_ && pixel_end > pixel_first) doubling_->keep(film_, x, y);
                 film_.begin_pixel(accumulator, x, y, pixel_first);
                 for (uint64_t s = pixel_first; s < pixel_end; ++s) {
                     trace(x, y, s, radiance, counts);
@@ -279,7 +277,6 @@ class Runner {
     const RenderCallbacks& callbacks_;
     std::vector<film::Window> tiles_;
     Progress progress_;
-    std::optional<film::DoublingError> doubling_;  ///< whole frames that grow pass by pass; none for a top-up
     std::optional<PilotNoise> pilot_;  ///< until the rates are known; none when sampling is not adaptive
     SampleRates rates_;
     const TopUpCounts* top_up_;  ///< in place of the rates
@@ -313,24 +310,44 @@ void follow_error(Runner& runner, const RenderOptions& options, const film::Nois
     runner.progress().set_error(curve.error_at(noise.samples_mean).value, false, forecast);
 }
 
+constexpr uint64_t never = std::numeric_limits<uint64_t>::max();
+
+/// Where a render that has the samples below `end`, the last ones that its curve knows of, is to stop for its target:
+/// there, at some index before the next power of two, or not yet.
+uint64_t target_end(const ErrorCurve& curve, const RenderOptions& options, uint64_t end) {
+    // A picture of few samples has not met what is rare
+    if (options.target_error <= 0 || curve.is_empty() || end < pilot_samples) return never;
+    const ErrorForecast f = curve.forecast(options.target_error);
+    if (f.kind == ErrorForecast::Kind::Reached) return end;
+    // How samples are placed is not known before the pilot's end
+    const bool is_placing = options.adaptive && end <= pilot_samples;
+    if (f.kind != ErrorForecast::Kind::Known || is_placing) return never;
+    const double unit = double(end) / double(pilot_samples), more = f.samples / curve.points().back().samples_mean - 1;
+    const uint64_t stop = end + uint64_t(std::ceil(more * double(end) / unit) * unit);
+    return stop < 2 * end ? stop : never;
+}
+
 RenderResult run_progressive_mode(film::Film& film, Runner& runner, const RenderOptions& options, const RenderCallbacks& callbacks) {
     RenderResult result;
     result.end_sample = options.first_sample;
-    uint64_t longest = std::numeric_limits<uint64_t>::max();
+    result.curve = options.curve;
+    uint64_t longest = never;
     for (uint64_t end = 0; result.end_sample < options.end_sample; result.end_sample = end) {
         end = pass_end(result.end_sample, options.end_sample, longest);
         if (!runner.has_all(end)) break;
     }
-    const auto is_precise = [&](const film::NoiseEstimate& noise) { return options.target_error > 0 && noise.is_known && noise.high <= options.target_error; };
-    // A file that had reached its target goes on only where a pass is begun
-    const bool has_passes = result.end_sample > options.first_sample && result.end_sample < options.end_sample;
-    if (has_passes && options.target_error > 0 && !runner.has_more(result.end_sample) && is_precise(film.noise())) {
+    if (result.end_sample == options.end_sample) return result;
+    if (result.curve.is_empty() && result.end_sample > 0 && !runner.has_more(result.end_sample))
+        follow_error(runner, options, film.noise(), result.end_sample, result.curve);
+    uint64_t stop_sample = target_end(result.curve, options, result.end_sample);
+    if (stop_sample != never && runner.has_all(stop_sample) && !runner.has_more(stop_sample)) {
+        result.end_sample = stop_sample;
         result.reason = StopReason::TargetError;
         return result;
     }
     double last_snapshot_s = 0;
     while (result.end_sample < options.end_sample) {
-        const uint64_t end = pass_end(result.end_sample, options.end_sample, longest);
+        const uint64_t end = std::min(stop_sample, pass_end(result.end_sample, options.end_sample, longest));
         const double pass_start_s = runner.progress().elapsed_s();
         if (!runner.run(result.end_sample, end)) {
             result.reason = StopReason::Interrupted;
@@ -344,7 +361,8 @@ RenderResult run_progressive_mode(film::Film& film, Runner& runner, const Render
         follow_error(runner, options, noise, end, result.curve);
         const double now_s = runner.progress().elapsed_s();
         const bool is_done = end == options.end_sample;
-        if (is_precise(noise) && !is_done) {
+        if (std::has_single_bit(end)) stop_sample = target_end(result.curve, options, end);
+        if (end == stop_sample && !is_done) {
             result.reason = StopReason::TargetError;
             return result;
         }
@@ -355,7 +373,7 @@ RenderResult run_progressive_mode(film::Film& film, Runner& runner, const Render
         const bool is_due = options.snapshot_interval_s > 0 && now_s - last_snapshot_s >= options.snapshot_interval_s;
         const bool is_wanted = callbacks.snapshot_requested && callbacks.snapshot_requested();
         if (callbacks.snapshot && !is_done && (is_due || is_wanted)) {
-            callbacks.snapshot(film);
+            callbacks.snapshot(film, result.curve);
             last_snapshot_s = runner.progress().elapsed_s();
         }
 

@@ -33,8 +33,9 @@ struct RenderState {
 struct RenderCallbacks {
     /// Called often, from any rendering thread but one at a time.
     std::function<void(const RenderState&)> progress;
-    /// Called between passes with every pixel at the same sample index, when an interim picture is due.
-    std::function<void(const film::Film&)> snapshot;
+    /// Called between passes with every pixel at the same sample index, when an interim picture is due; with what is known of
+    /// its error.
+    std::function<void(const film::Film&, const ErrorCurve&)> snapshot;
     /// Asked between passes: true = an interim picture is wanted now, whatever the interval.
     std::function<bool()> snapshot_requested;
     /// Set to stop: no further sample is started.

@@ -159,6 +159,11 @@ TEST_F(Resume, ATargetThatWasReachedStays) {
         const std::string before = bytes("part.exr");
         render(whole);
         EXPECT_TRUE(bytes("part.exr") == before) << adaptive << ", after " << end << " samples";
+        // Nor does it matter how often it was stopped on the way
+        std::filesystem::remove(w.path("part.exr"));
+        for (int i = 0; i < 4; ++i) try_render(fmt::format("{} --time 0.02s", whole));
+        render(whole);
+        EXPECT_TRUE(bytes("part.exr") == before) << adaptive << ", stopped on the way";
     }
 }
 
@@ -178,7 +183,7 @@ TEST_F(Resume, RefusesWhatIsNotTheSameRender) {
     } cases[] = {
         {"--seed 9", "seed was 0 and is 9"},
         {"--sampler independent", "--sampler was sobol and is independent"},
-        {"--target-error 1%", "--sampler was sobol and is sobol in halves"},
+        {"--halves", "--sampler was sobol and is sobol in halves"},
         {"--filter box", "--filter was blackman-harris and is box"},
         {"--max-depth 3", "--max-depth was 0 and is 3"},
         {"--adaptive off", "--adaptive was on and is off"},

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "image/pixel_means.h"
+#include "image/block_errors.h"
 #include "image/relative_error.h"
 #include "transport/transport_scene.h"
 
@@ -67,77 +67,74 @@ TEST_P(ErrorOfScenes, IsAsForetold) {
     EXPECT_GE(inside, 3);
 }
 
-/// What the halves of a render say of 8×8 pixels.
-struct Block {
-    double mean = 0, square = 0;  ///< of the mean: the squared standard error
-    double fourth = 0;            ///< sum of the squares of what its pixels add to that
-
-    /// 95 % of Student's distribution. A pixel of two halves has one degree of freedom; Satterthwaite 1946 joins unequal ones, with
-    /// E (σ² χ²)² = 3 σ⁴. Quantile: Abramowitz & Stegun 26.7.5, two terms.
-    double quantile() const {
-        if (fourth == 0) return 12.71;
-        const double freedom = square * square / (fourth / 3);
-        return 1.96 + 2.37 / freedom + 2.82 / (freedom * freedom);
-    }
-};
-
-std::vector<Block> blocks_of(const film::Film& film) {
-    constexpr int size = 8;
-    std::vector<Block> blocks;
-    for (int y0 = 0; y0 < height; y0 += size) {
-        for (int x0 = 0; x0 < width; x0 += size) {
-            Block rgb[3];
-            for (int i = 0; i < size * size; ++i) {
-                const image::PixelHalves h = image::resolve_halves(film.sums(), x0 + i % size, y0 + i / size, image::AccumulatorTable::beauty);
-                for (size_t c = 0; c < 3; ++c) {
-                    rgb[c].mean += h.mean[c] / (size * size);
-                    const double square = h.variance[c] / (size * size * size * size);
-                    rgb[c].square += square;
-                    rgb[c].fourth += square * square;
-                }
-            }
-            blocks.insert(blocks.end(), std::begin(rgb), std::end(rgb));
-        }
-    }
-    return blocks;
-}
-
 class CoverageOfScenes : public testing::TestWithParam<const char*> {};
 
-/// Samples placed by noise, two independent Sobol' sequences: 95 % intervals against the mean of all other renders.
+/// Samples placed by noise, one Sobol' sequence for each pixel: 95 % intervals against the mean of all other renders.
 TEST_P(CoverageOfScenes, IntervalsOfBlocksHoldTheTruth) {
-    constexpr uint64_t runs = 24;
+    constexpr uint64_t runs = 16, samples = 128;
     const scene::Scene scene = load_scene(GetParam(), width, height);
     TransportRenderer renderer(scene, default_technique());
-    film::LayerSet layers = renderer.beauty_layers();
-    layers.halves = true;
-    std::vector<std::vector<Block>> renders;
-    for (uint64_t seed = 0; seed < runs; ++seed) renders.push_back(blocks_of(renderer.render_film(seed, few, {true, integrator::Guiding::Off, false}, layers)));
+    std::vector<std::vector<image::BlockError>> renders;
+    for (uint64_t seed = 0; seed < runs; ++seed) {
+        const film::Film film = renderer.render_film(seed, samples, {true, integrator::Guiding::Off, false}, renderer.beauty_layers());
+        renders.push_back(image::block_errors(film.sums(), renderer.curve().slope().value).value());
+    }
     int inside = 0, count = 0;
     for (size_t b = 0; b < renders[0].size(); ++b) {
-        Block all;
-        for (const auto& r : renders) {
-            all.mean += r[b].mean / double(runs);
-            all.square += r[b].square / double(runs);
-        }
-        if (all.square == 0) continue;
-        for (const auto& r : renders) {
-            const double others = (all.mean * double(runs) - r[b].mean) / double(runs - 1);
-            const double square = r[b].square + (all.square * double(runs) - r[b].square) / double((runs - 1) * (runs - 1));
-            inside += std::abs(r[b].mean - others) <= r[b].quantile() * std::sqrt(square);
-            ++count;
+        for (size_t c = 0; c < 3; ++c) {
+            double mean = 0, square = 0;
+            for (const auto& r : renders) {
+                mean += r[b].mean[c] / double(runs);
+                square += r[b].error[c] * r[b].error[c];
+            }
+            for (const auto& r : renders) {
+                if (r[b].error[c] == 0) continue;
+                const double own = r[b].error[c] * r[b].error[c], others = (mean * double(runs) - r[b].mean[c]) / double(runs - 1);
+                const double error = std::sqrt(own + (square - own) / double((runs - 1) * (runs - 1)));
+                inside += std::abs(r[b].mean[c] - others) <= r[b].quantile(c) * error;
+                ++count;
+            }
         }
     }
     const double share = double(inside) / double(count);
     std::printf("%s: %.1f %% of %d intervals hold the truth\n", GetParam(), 100 * share, count);
-    EXPECT_GT(share, 0.89);
-    EXPECT_LT(share, 0.985);
+    EXPECT_GT(share, 0.92);
+    EXPECT_LT(share, 0.98);
+}
+
+class TargetsOfScenes : public testing::TestWithParam<const char*> {};
+
+/// Where a render stops by itself, its error is what was asked for, against the mean of other renders.
+TEST_P(TargetsOfScenes, AreReached) {
+    const scene::Scene scene = load_scene(GetParam(), width, height);
+    TransportRenderer renderer(scene, default_technique());
+    TransportRenderer::Placement placement = {true, integrator::Guiding::Off, false};
+    std::vector<Pixels> others;
+    for (uint64_t seed = 100; seed < 100 + seeds; ++seed) others.push_back(renderer.render_scheduled(seed, 2 * many, placement));
+    const Pixels truth = mean_of(others);
+    const double own_error = error_of(others);
+    constexpr double target = 0.06;
+    placement.target_error = target;
+    double square = 0, samples = 0;
+    for (uint64_t seed = 0; seed < seeds; ++seed) {
+        const film::Film film = renderer.render_film(seed, 4096, placement, renderer.beauty_layers());
+        samples += film.noise().samples_mean / double(seeds);
+        const std::vector<float> rgba = film.snapshot().rgba;
+        for (size_t i = 0; i < truth.size(); ++i) {
+            const double difference = double(rgba[i / 3 * 4 + i % 3]) - truth[i];
+            square += difference * difference / (truth[i] * truth[i] + 0.01) / double(truth.size() * seeds);
+        }
+    }
+    const double reached = std::sqrt(square - own_error * own_error / double(seeds));
+    std::printf("%s: target %.3f, reached %.4f at %.0f spp in the mean\n", GetParam(), target, reached, samples);
+    EXPECT_NEAR(reached, target, 0.12 * target);
 }
 
 const auto scenes = testing::Values("cornell/cornell", "transport/window", "transport/sheets", "transport/gloss");
 
 INSTANTIATE_TEST_SUITE_P(Scenes, ErrorOfScenes, testing::Combine(scenes, testing::Bool()));
 INSTANTIATE_TEST_SUITE_P(Scenes, CoverageOfScenes, scenes);
+INSTANTIATE_TEST_SUITE_P(Scenes, TargetsOfScenes, scenes);
 
 }  // namespace
 

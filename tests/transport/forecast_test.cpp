@@ -20,7 +20,7 @@ using compositor::MixError;
 
 constexpr int size_px = 24;  ///< pictures are size_px × size_px
 constexpr size_t mix_count = 20;
-constexpr TransportRenderer::Placement even = {false, integrator::Guiding::Off, false};
+const TransportRenderer::Placement even = {false, integrator::Guiding::Off, false};
 
 /// Up to two stops up or down on every group and every bounce.
 Look random_look(uint64_t number, const LayerStack& stack) {

@@ -141,10 +141,14 @@ film::Film TransportRenderer::render_film(uint64_t seed, uint64_t samples, const
     options.end_sample = samples;
     options.has_independent_halves = layers.halves;
     options.adaptive = placement.is_adaptive;
+    options.target_error = placement.target_error;
+    integrator::RenderCallbacks callbacks;
+    callbacks.snapshot = placement.after_pass;
+    callbacks.snapshot_requested = [] { return true; };
     const int width = scene_.settings.width, height = scene_.settings.height;
     film::Film film({0, 0, width, height}, layers, {.final_sample_end = integrator::most_samples(options)});
     const integrator::RenderResult result = integrator::run_schedule(
-        film, options, [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); }, {});
+        film, options, [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); }, callbacks);
     curve_ = result.curve;
     rays_ += result.rays;
     rays_ += training.rays;

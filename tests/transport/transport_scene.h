@@ -53,6 +53,9 @@ class TransportRenderer {
         bool is_adaptive = true;
         integrator::Guiding guiding = integrator::Guiding::Auto;
         bool splits = true;
+        double target_error = 0;  ///< it stops there; 0: at its samples
+        /// Sees the film after every pass but the last, with what is known of its error.
+        std::function<void(const film::Film&, const integrator::ErrorCurve&)> after_pass = {};
     };
 
     /// The same by the render schedule, `samples` in the mean where it is adaptive, after training and trials.

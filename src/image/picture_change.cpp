@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/picture_change.h"
+
+#include "image/pixel_means.h"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <vector>
+
+namespace velatura::image {
+
+namespace {
+
+constexpr size_t set_count = 16;
+
+/// What the changes of some pixels sum to, by the set that they are dealt to.
+struct Sums {
+    std::array<double, set_count> squares{}, counts{};
+};
+
+using Changes = std::vector<PixelChange>;
+
+/// Nothing unless all are known.
+std::optional<Changes> changes_of(const SampleSums& sums) {
+    const Window& w = sums.window();
+    Changes changes(w.pixel_count());
+    std::atomic<bool> is_known = true;
+    for_each_row(w, [&](int y) {
+        for (int x = w.x0; x < w.x1 && is_known.load(std::memory_order_relaxed); ++x) {
+            const std::optional<PixelChange> change = pixel_change(sums, x, y);
+            if (change) changes[w.index(x, y)] = *change;
+            else is_known = false;
+        }
+    });
+    if (!is_known) return std::nullopt;
+    return changes;
+}
+
+/// The mean that errors of the pixel are relative to.
+double base_of(const Changes& changes, const Window& w, int x, int y, size_t channel) {
+    const double own = changes[w.index(x, y)].now[channel];
+    double sum = 0, first = 0, second = 0;
+    int count = 0;
+    for (int ny = std::max(w.y0, y - 1); ny <= std::min(w.y1 - 1, y + 1); ++ny) {
+        for (int nx = std::max(w.x0, x - 1); nx <= std::min(w.x1 - 1, x + 1); ++nx) {
+            const double mean = changes[w.index(nx, ny)].now[channel];
+            sum += mean;
+            ++count;
+            if (nx == x && ny == y) continue;
+            second = std::max(second, std::min(first, mean));
+            first = std::max(first, mean);
+        }
+    }
+    return std::min(own, std::max(second, sum / count));
+}
+
+}  // namespace
+
+std::optional<PixelChange> pixel_change(const SampleSums& sums, int x, int y) {
+    const EarlierMean* earlier = sums.earlier_mean(x, y);
+    if (!earlier) return std::nullopt;
+    const uint64_t all = sums.record(x, y).end, first = std::bit_floor(all - 1);
+    const double times = double(all - first) / double(first);
+    PixelChange change;
+    const double weight = weight_of(sums.total(x, y, AccumulatorTable::coverage));
+    const Triple sum = weight == 0.0 ? Triple{} : sums.total(x, y, AccumulatorTable::beauty);
+    const std::array<double, 3> values = {sum.x, sum.y, sum.z};
+    for (size_t c = 0; c < 3; ++c) {
+        change.now[c] = weight == 0.0 ? 0.0 : values[c] / weight;
+        const double step = change.now[c] - double((*earlier)[c]);
+        change.square[c] = step * step / times;
+    }
+    return change;
+}
+
+std::optional<RelativeError> picture_change(const SampleSums& sums) {
+    const std::optional<Changes> changes = changes_of(sums);
+    if (!changes) return std::nullopt;
+    const Window& w = sums.window();
+    std::vector<Sums> rows(size_t(w.height()));
+    for_each_row(w, [&](int y) {
+        Sums& row = rows[size_t(y - w.y0)];
+        for (int x = w.x0; x < w.x1; ++x) {
+            const size_t set = size_t((x - w.x0) + 5 * (y - w.y0)) % set_count;
+            for (size_t c = 0; c < 3; ++c) row.squares[set] += relative_square((*changes)[w.index(x, y)].square[c], base_of(*changes, w, x, y, c));
+            row.counts[set] += 3;
+        }
+    });
+    Sums all;
+    for (const Sums& row : rows) {
+        for (size_t set = 0; set < set_count; ++set) {
+            all.squares[set] += row.squares[set];
+            all.counts[set] += row.counts[set];
+        }
+    }
+    RelativeErrorSum error;
+    for (size_t set = 0; set < set_count; ++set) error.add_tile(all.squares[set], all.counts[set]);
+    return error.result();
+}
+
+double net_factor(double slope) {
+    // The squared change is the squared error before less that after
+    return 1 / std::sqrt(std::exp2(2 * slope) - 1);
+}
+
+}  // namespace velatura::image

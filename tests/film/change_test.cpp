@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+// How pixels changed when their samples doubled, and what that says of their error.
+#include "base/hash.h"
+#include "film/film.h"
+#include "film/film_scene.h"
+#include "image/block_errors.h"
+#include "image/layer_header.h"
+#include "image/picture_change.h"
+#include "image/pixel_means.h"
+#include "image/sums_part.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+namespace velatura::film {
+namespace {
+
+const Window window{2, 1, 9, 6};
+
+/// The mean of the first samples of a pixel as a film of these alone has it.
+image::EarlierMean mean_of_first(int x, int y, uint64_t samples) {
+    Film film(window, test_layer_set());
+    render(film, 0, samples);
+    const auto total = [&](uint32_t accumulator) { return film.sums().total(x, y, accumulator); };
+    return image::mean_of(total(image::AccumulatorTable::beauty), total(image::AccumulatorTable::coverage));
+}
+
+void expect_earlier_means(const Film& film, uint64_t samples, const char* how) {
+    for (const auto& [x, y] : {std::pair(2, 1), std::pair(5, 3), std::pair(8, 5)}) {
+        const image::EarlierMean* mean = film.sums().earlier_mean(x, y);
+        ASSERT_NE(mean, nullptr) << how << ", " << samples;
+        EXPECT_EQ(*mean, mean_of_first(x, y, std::bit_floor(samples - 1))) << how << ", " << samples << " samples of (" << x << ", " << y << ")";
+    }
+}
+
+/// A pixel's value with mean 1 and variance 1, of another stream for every trial.
+Rgb coin(uint64_t trial, int x, int y, uint64_t sample) {
+    const uint64_t key = hash_combine(hash_combine(trial, uint64_t(y * 64 + x)), sample);
+    return Rgb(key & 1 ? 2.0f : 0.0f, key & 2 ? 2.0f : 0.0f, key & 4 ? 2.0f : 0.0f);
+}
+
+Film film_of_coins(uint64_t trial, uint64_t samples) {
+    const LayerSet set = test_layer_set();
+    Film film({0, 0, 64, 64}, set);
+    SampleRadiance s(set);
+    PixelAccumulator accumulator(set);
+    for (int y = 0; y < 64; ++y) {
+        for (int x = 0; x < 64; ++x) {
+            film.begin_pixel(accumulator, x, y, 0);
+            for (uint64_t i = 0; i < samples; ++i) {
+                s.clear();
+                s.add(1, 0, coin(trial, x, y, i));
+                accumulator.add(s);
+            }
+            film.end_pixel(accumulator);
+        }
+    }
+    return film;
+}
+
+TEST(PictureChange, EarlierMeansDoNotDependOnHowSamplesCame) {
+    for (const uint64_t samples : {2u, 3u, 7u, 8u, 9u, 24u, 31u, 32u, 33u}) {
+        Film once(window, test_layer_set());
+        render(once, 0, samples);
+        expect_earlier_means(once, samples, "at once");
+        for (uint64_t cut = 1; cut < samples; ++cut) {
+            Film parts(window, test_layer_set());
+            render(parts, 0, cut);
+            render(parts, cut, samples);
+            expect_earlier_means(parts, samples, "in two");
+        }
+        Film folded(window, test_layer_set(), {.final_sample_end = samples});
+        for (uint64_t i = 0; i < samples; ++i) render(folded, i, i + 1);
+        expect_earlier_means(folded, samples, "one by one");
+    }
+}
+
+TEST(PictureChange, PartsThatAreJoinedKnowIt) {
+    for (const uint64_t cut : {1u, 5u, 8u, 16u, 20u}) {
+        Film first(window, test_layer_set()), second(window, test_layer_set());
+        render(first, 0, cut);
+        render(second, cut, 24);
+        EXPECT_EQ(second.sums().earlier_mean(2, 1), nullptr);
+        EXPECT_FALSE(image::picture_change(second.sums()).has_value());
+        image::SampleSums joined(window, test_layer_set());
+        joined.append(first.sums());
+        joined.append(second.sums());
+        expect_earlier_means(Film(std::move(joined), {}), 24, "joined");
+    }
+}
+
+TEST(PictureChange, StoredSumsKnowIt) {
+    for (const uint64_t samples : {16u, 24u}) {
+        Film film(window, test_layer_set());
+        render(film, 0, samples);
+        image::Image image;
+        image.data = image.display = window;
+        image.parts.push_back(*image::sums_part(film.sums()));
+        image.attributes[image::sums_attribute] = image::sums_json(film.layer_set(), image);
+        auto sums = image::read_sums(image);
+        ASSERT_TRUE(sums.has_value()) << sums.error().message;
+        Film back(std::move(*sums), {});
+        expect_earlier_means(back, samples, "read back");
+        render(back, samples, 40);
+        expect_earlier_means(back, 40, "gone on with");
+    }
+}
+
+TEST(PictureChange, StatesTheErrorOfIndependentSamples) {
+    for (const uint64_t samples : {256u, 384u}) {
+        const std::optional<image::RelativeError> change = image::picture_change(film_of_coins(3, samples).sums());
+        ASSERT_TRUE(change.has_value());
+        const double expected = std::sqrt(1.0 / double(samples) / 1.01);
+        std::printf("%u samples: %.5f [%.5f, %.5f] of %.5f\n", unsigned(samples), change->value, change->low, change->high, expected);
+        // 12288 squares of one degree of freedom: 0.64 % of standard error. Means that errors are relative to scatter by 1/16
+        // around 1 and are cut at the second brightest neighbour: 2 % at most
+        EXPECT_NEAR(change->value, 1.01 * expected, 0.03 * expected);
+        EXPECT_LE(change->low, expected * 1.03);
+        EXPECT_GE(change->high, expected * 0.995);
+    }
+}
+
+TEST(PictureChange, NetFactorsAreThoseOfPowers) {
+    for (const double slope : {0.45, 0.5, 0.6, 0.75}) {
+        const double before = std::pow(32.0, -slope), after = std::pow(64.0, -slope);
+        EXPECT_NEAR(std::sqrt(before * before - after * after) * image::net_factor(slope), after, 1e-12);
+    }
+    EXPECT_EQ(image::net_factor(0.5), 1.0);
+}
+
+TEST(BlockErrors, IntervalsHoldTheTruth) {
+    constexpr int trials = 20;
+    int inside = 0, count = 0;
+    for (uint64_t trial = 0; trial < trials; ++trial) {
+        const auto blocks = image::block_errors(film_of_coins(trial, 64).sums(), 0.5);
+        ASSERT_TRUE(blocks.has_value());
+        ASSERT_EQ(blocks->size(), 64u);
+        for (const image::BlockError& b : *blocks) {
+            EXPECT_FALSE(b.is_uncertain());
+            for (size_t c = 0; c < 3; ++c) {
+                inside += std::abs(b.mean[c] - 1) <= b.quantile(c) * b.error[c];
+                ++count;
+            }
+        }
+    }
+    const double share = double(inside) / count, error = std::sqrt(0.05 * 0.95 / count);
+    std::printf("%.2f %% of %d intervals hold the truth (+- %.2f)\n", 100 * share, count, 100 * error);
+    EXPECT_NEAR(share, 0.95, 4 * error);
+}
+
+TEST(BlockErrors, SayWhereTheyHangOnOnePixel) {
+    const LayerSet set = test_layer_set();
+    Film film({0, 0, 16, 8}, set);
+    SampleRadiance s(set);
+    PixelAccumulator accumulator(set);
+    for (int y = 0; y < 8; ++y) {
+        for (int x = 0; x < 16; ++x) {
+            film.begin_pixel(accumulator, x, y, 0);
+            for (uint64_t i = 0; i < 4; ++i) {
+                s.clear();
+                s.add(1, 0, x == 3 && y == 3 && i == 3 ? Rgb(900.0f) : coin(1, x, y, i));
+                accumulator.add(s);
+            }
+            film.end_pixel(accumulator);
+        }
+    }
+    const auto blocks = image::block_errors(film.sums(), 0.5);
+    ASSERT_EQ(blocks->size(), 2u);
+    EXPECT_TRUE((*blocks)[0].is_uncertain());
+    EXPECT_FALSE((*blocks)[1].is_uncertain());
+    EXPECT_GT((*blocks)[0].quantile(0), 3);
+}
+
+}  // namespace
+}  // namespace velatura::film
