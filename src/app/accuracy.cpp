@@ -94,6 +94,16 @@ json blocks_json(const film::Film& film, const integrator::ErrorCurve& curve) {
     return j;
 }
 
+json layer_noise_json(const std::vector<image::LayerNoise>& layers, double picture_error) {
+    json j = json::array();
+    for (const image::LayerNoise& layer : layers) {
+        json one = {{"name", layer.layer}, {"error", layer.error}};
+        if (picture_error > 0) one["share"] = layer.error * layer.error / (picture_error * picture_error);
+        j.push_back(std::move(one));
+    }
+    return j;
+}
+
 json error_curve_json(const integrator::ErrorCurve& curve) {
     json j = json::array();
     for (const integrator::ErrorPoint& p : curve.points())

@@ -36,6 +36,9 @@ nlohmann::ordered_json error_json(const std::optional<PictureError>& error);
 /// on a pixel or two, and the five worst with their intervals. Null where it is not known.
 nlohmann::ordered_json blocks_json(const film::Film& film, const integrator::ErrorCurve& curve);
 
+/// [{name, error, share}]: of each light layer, in units of the picture's error, and its square over that of the picture.
+nlohmann::ordered_json layer_noise_json(const std::vector<image::LayerNoise>& layers, double picture_error);
+
 /// [{spp, time_s, error, low, high}] and the slope of the errors.
 nlohmann::ordered_json error_curve_json(const integrator::ErrorCurve& curve);
 nlohmann::ordered_json slope_json(const integrator::ErrorCurve& curve);

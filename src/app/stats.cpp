@@ -178,7 +178,9 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
     j["rays"] = {{"camera", result.rays.camera}, {"shadow", result.rays.shadow}, {"indirect", result.rays.indirect}, {"caustic", result.rays.caustic}};
     j["rays_per_s"] = result.seconds > 0 ? double(result.rays.total()) / result.seconds : 0.0;
     j["paths_per_s"] = result.seconds > 0 ? double(result.rays.paths) / result.seconds : 0.0;
-    json error = error_json(picture_error(job, film, result.curve));
+    const std::optional<PictureError> stated = picture_error(job, film, result.curve);
+    json error = error_json(stated);
+    if (!result.layer_noise.empty()) error["layers"] = layer_noise_json(result.layer_noise, stated ? stated->error.value : 0.0);
     error["target"] = job.schedule.target_error;
     error["blocks"] = blocks_json(film, result.curve);
     error["reached"] = reached_target(job, film, result);

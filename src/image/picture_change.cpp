@@ -38,14 +38,15 @@ std::optional<Changes> changes_of(const SampleSums& sums) {
     return changes;
 }
 
-/// The mean that errors of the pixel are relative to.
-double base_of(const Changes& changes, const Window& w, int x, int y, size_t channel) {
-    const double own = changes[w.index(x, y)].now[channel];
+/// What errors of the pixel are relative to; mean_at(x, y) is that of a channel.
+template <class MeanAt>
+double base_of(const Window& w, int x, int y, const MeanAt& mean_at) {
+    const double own = mean_at(x, y);
     double sum = 0, first = 0, second = 0;
     int count = 0;
     for (int ny = std::max(w.y0, y - 1); ny <= std::min(w.y1 - 1, y + 1); ++ny) {
         for (int nx = std::max(w.x0, x - 1); nx <= std::min(w.x1 - 1, x + 1); ++nx) {
-            const double mean = changes[w.index(nx, ny)].now[channel];
+            const double mean = mean_at(nx, ny);
             sum += mean;
             ++count;
             if (nx == x && ny == y) continue;
@@ -84,7 +85,10 @@ std::optional<RelativeError> picture_change(const SampleSums& sums) {
         Sums& row = rows[size_t(y - w.y0)];
         for (int x = w.x0; x < w.x1; ++x) {
             const size_t set = size_t((x - w.x0) + 5 * (y - w.y0)) % set_count;
-            for (size_t c = 0; c < 3; ++c) row.squares[set] += relative_square((*changes)[w.index(x, y)].square[c], base_of(*changes, w, x, y, c));
+            for (size_t c = 0; c < 3; ++c) {
+                const double base = base_of(w, x, y, [&](int nx, int ny) { return (*changes)[w.index(nx, ny)].now[c]; });
+                row.squares[set] += relative_square((*changes)[w.index(x, y)].square[c], base);
+            }
             row.counts[set] += 3;
         }
     });
@@ -98,6 +102,16 @@ std::optional<RelativeError> picture_change(const SampleSums& sums) {
     RelativeErrorSum error;
     for (size_t set = 0; set < set_count; ++set) error.add_tile(all.squares[set], all.counts[set]);
     return error.result();
+}
+
+std::array<double, 3> error_base(const SampleSums& sums, int x, int y) {
+    std::array<double, 3> base{};
+    for (size_t c = 0; c < 3; ++c) {
+        base[c] = base_of(sums.window(), x, y, [&](int nx, int ny) {
+            return double(mean_of(sums.total(nx, ny, AccumulatorTable::beauty), sums.total(nx, ny, AccumulatorTable::coverage))[c]);
+        });
+    }
+    return base;
 }
 
 double net_factor(double slope) {

@@ -310,6 +310,9 @@ void follow_error(Runner& runner, const RenderOptions& options, const film::Nois
     runner.progress().set_error(curve.error_at(noise.samples_mean).value, false, forecast);
 }
 
+/// The noise of layers is looked at from so many samples on: what the first ones say of it is soon forgotten.
+constexpr uint64_t first_of_layers = 8;
+
 constexpr uint64_t never = std::numeric_limits<uint64_t>::max();
 
 /// Where a render that has the samples below `end`, the last ones that its curve knows of, is to stop for its target:
@@ -345,10 +348,12 @@ RenderResult run_progressive_mode(film::Film& film, Runner& runner, const Render
         result.reason = StopReason::TargetError;
         return result;
     }
+    image::LayerChanges layers(film.sums());
     double last_snapshot_s = 0;
     while (result.end_sample < options.end_sample) {
         const uint64_t end = std::min(stop_sample, pass_end(result.end_sample, options.end_sample, longest));
         const double pass_start_s = runner.progress().elapsed_s();
+        if (result.end_sample >= first_of_layers) layers.keep(film.sums());
         if (!runner.run(result.end_sample, end)) {
             result.reason = StopReason::Interrupted;
             result.is_uniform = false;
@@ -359,6 +364,10 @@ RenderResult run_progressive_mode(film::Film& film, Runner& runner, const Render
 
         const film::NoiseEstimate noise = film.noise();
         follow_error(runner, options, noise, end, result.curve);
+        if (std::has_single_bit(end)) {
+            layers.observe(film.sums());
+            result.layer_noise = layers.noise(result.curve.slope().value);
+        }
         const double now_s = runner.progress().elapsed_s();
         const bool is_done = end == options.end_sample;
         if (std::has_single_bit(end)) stop_sample = target_end(result.curve, options, end);

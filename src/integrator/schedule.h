@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "film/film.h"
+#include "image/layer_changes.h"
 #include "integrator/error_curve.h"
 #include "integrator/ray_counts.h"
 #include "integrator/render_options.h"
@@ -51,6 +52,7 @@ struct RenderResult {
     double seconds = 0;
     RayCounts rays;
     ErrorCurve curve;  ///< progressive, at powers of two
+    std::vector<image::LayerNoise> layer_noise;  ///< progressive, once all pixels looked at have doubled
 };
 
 /// Sample ranges of the passes of a progressive render that starts at `first`: [0,1) [1,2) [2,4) [4,8) …, each aligned

@@ -53,6 +53,15 @@ TEST(Accuracy, StatisticsHaveTheCurveAndTheForecast) {
     EXPECT_EQ(stats.at("error").at("is_upper"), false);
     EXPECT_NEAR(stats.at("error_slope").at("value"), -0.55, 0.15);
     EXPECT_EQ(stats.at("forecast").at("target"), 0.04);
+    const Json& layers = stats.at("error").at("layers");
+    ASSERT_GT(layers.size(), 5u);
+    for (const Json& layer : layers) EXPECT_GE(layer.at("error"), 0.0);
+    EXPECT_EQ(layers[0].at("name"), "b0");
+    const Json& blocks = stats.at("error").at("blocks");
+    EXPECT_GT(blocks.at("half_of_error_in"), 0.0);
+    EXPECT_LE(blocks.at("half_of_error_in"), 0.5);
+    ASSERT_EQ(blocks.at("worst").size(), 5u);
+    EXPECT_GE(blocks.at("worst")[0].at("error"), blocks.at("worst")[1].at("error"));
     // Half the error of the last point and a little less is four times the samples or so
     const double half = 0.5 * double(curve.back().at("error"));
     const Json again = stats_of(w, "--adaptive off --forecast " + std::to_string(half));

@@ -4,6 +4,7 @@
 #include "film/film.h"
 #include "film/film_scene.h"
 #include "image/block_errors.h"
+#include "image/layer_changes.h"
 #include "image/layer_header.h"
 #include "image/picture_change.h"
 #include "image/pixel_means.h"
@@ -14,7 +15,8 @@
 #include <bit>
 #include <cmath>
 #include <cstdio>
-#include <random>
+#include <map>
+#include <string>
 
 namespace velatura::film {
 namespace {
@@ -130,6 +132,51 @@ TEST(PictureChange, NetFactorsAreThoseOfPowers) {
         EXPECT_NEAR(std::sqrt(before * before - after * after) * image::net_factor(slope), after, 1e-12);
     }
     EXPECT_EQ(image::net_factor(0.5), 1.0);
+}
+
+TEST(LayerChanges, StateTheNoiseOfEachLayer) {
+    const LayerSet set = test_layer_set();
+    Film film({0, 0, 256, 192}, set);
+    image::LayerChanges layers(film.sums());
+    SampleRadiance s(set);
+    PixelAccumulator accumulator(set);
+    const auto render_coins = [&](uint64_t first, uint64_t end) {
+        for (int y = 0; y < 192; ++y) {
+            for (int x = 0; x < 256; ++x) {
+                film.begin_pixel(accumulator, x, y, first);
+                for (uint64_t i = first; i < end; ++i) {
+                    s.clear();
+                    // Standard deviations 1 of one light at the first bounce, 0.25 of another at the second, none at bounce 0
+                    s.add(0, 1, Rgb(2.0f));
+                    s.add(1, 0, coin(7, x, y, i));
+                    s.add(2, 1, coin(8, x, y, i) * 0.25f);
+                    accumulator.add(s);
+                }
+                film.end_pixel(accumulator);
+            }
+        }
+    };
+    render_coins(0, 32);
+    layers.keep(film.sums());
+    layers.observe(film.sums());
+    EXPECT_TRUE(layers.noise(0.5).empty()) << "nothing has doubled yet";
+    render_coins(32, 64);
+    layers.observe(film.sums());
+    const double mean = 3.25, unit = 1 / std::sqrt(64 * (mean * mean + 0.01));
+    const std::map<std::string, double> expected = {{"b0", 0.0}, {"b1", unit}, {"b2", 0.25 * unit}, {"C_key", unit}, {"C_fill", 0.25 * unit}};
+    size_t found = 0;
+    for (const image::LayerNoise& layer : layers.noise(0.5)) {
+        const auto at = expected.find(layer.layer);
+        if (at == expected.end()) {
+            EXPECT_EQ(layer.error, 0.0) << layer.layer;
+            continue;
+        }
+        ++found;
+        std::printf("%s: %.5f of %.5f\n", layer.layer.c_str(), layer.error, at->second);
+        // 9216 squares: 0.74 % of standard error; what they are relative to is cut by noise of 0.13 / 3.25: 1 % at most
+        EXPECT_NEAR(layer.error, at->second, 0.035 * at->second) << layer.layer;
+    }
+    EXPECT_EQ(found, expected.size());
 }
 
 TEST(BlockErrors, IntervalsHoldTheTruth) {
