@@ -38,23 +38,29 @@ std::optional<Changes> changes_of(const SampleSums& sums) {
     return changes;
 }
 
-/// What errors of the pixel are relative to; mean_at(x, y) is that of a channel.
+using Rgb3 = std::array<double, 3>;
+
+/// What errors of the pixel are relative to; mean_at(x, y) gives RGB.
 template <class MeanAt>
-double base_of(const Window& w, int x, int y, const MeanAt& mean_at) {
-    const double own = mean_at(x, y);
-    double sum = 0, first = 0, second = 0;
-    int count = 0;
+Rgb3 base_of(const Window& w, int x, int y, const MeanAt& mean_at) {
+    Rgb3 sum{}, first{}, second{};
+    double count = 0;
     for (int ny = std::max(w.y0, y - 1); ny <= std::min(w.y1 - 1, y + 1); ++ny) {
         for (int nx = std::max(w.x0, x - 1); nx <= std::min(w.x1 - 1, x + 1); ++nx) {
-            const double mean = mean_at(nx, ny);
-            sum += mean;
-            ++count;
-            if (nx == x && ny == y) continue;
-            second = std::max(second, std::min(first, mean));
-            first = std::max(first, mean);
+            const Rgb3& mean = mean_at(nx, ny);
+            const bool is_own = nx == x && ny == y;
+            count += 1;
+            for (size_t c = 0; c < 3; ++c) {
+                sum[c] += mean[c];
+                const double other = is_own ? 0.0 : mean[c];
+                second[c] = std::max(second[c], std::min(first[c], other));
+                first[c] = std::max(first[c], other);
+            }
         }
     }
-    return std::min(own, std::max(second, sum / count));
+    Rgb3 base = mean_at(x, y);
+    for (size_t c = 0; c < 3; ++c) base[c] = std::min(base[c], std::max(second[c], sum[c] / count));
+    return base;
 }
 
 }  // namespace
@@ -85,10 +91,8 @@ std::optional<RelativeError> picture_change(const SampleSums& sums) {
         Sums& row = rows[size_t(y - w.y0)];
         for (int x = w.x0; x < w.x1; ++x) {
             const size_t set = size_t((x - w.x0) + 5 * (y - w.y0)) % set_count;
-            for (size_t c = 0; c < 3; ++c) {
-                const double base = base_of(w, x, y, [&](int nx, int ny) { return (*changes)[w.index(nx, ny)].now[c]; });
-                row.squares[set] += relative_square((*changes)[w.index(x, y)].square[c], base);
-            }
+            const Rgb3 base = base_of(w, x, y, [&](int nx, int ny) -> const Rgb3& { return (*changes)[w.index(nx, ny)].now; });
+            for (size_t c = 0; c < 3; ++c) row.squares[set] += relative_square((*changes)[w.index(x, y)].square[c], base[c]);
             row.counts[set] += 3;
         }
     });
@@ -105,13 +109,10 @@ std::optional<RelativeError> picture_change(const SampleSums& sums) {
 }
 
 std::array<double, 3> error_base(const SampleSums& sums, int x, int y) {
-    std::array<double, 3> base{};
-    for (size_t c = 0; c < 3; ++c) {
-        base[c] = base_of(sums.window(), x, y, [&](int nx, int ny) {
-            return double(mean_of(sums.total(nx, ny, AccumulatorTable::beauty), sums.total(nx, ny, AccumulatorTable::coverage))[c]);
-        });
-    }
-    return base;
+    return base_of(sums.window(), x, y, [&](int nx, int ny) -> Rgb3 {
+        const EarlierMean mean = mean_of(sums.total(nx, ny, AccumulatorTable::beauty), sums.total(nx, ny, AccumulatorTable::coverage));
+        return {double(mean[0]), double(mean[1]), double(mean[2])};
+    });
 }
 
 double net_factor(double slope) {

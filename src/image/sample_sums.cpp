@@ -276,7 +276,7 @@ void SampleSums::keep_mean(int x, int y, const PixelRecord& added, std::span<con
     if (record.first != 0 || record.end == 0) return;
     const uint64_t power = std::bit_floor(added.end - 1);
     if (power < record.end) return;
-    const auto sum = [&](uint32_t accumulator) { return sum_at(x, y, accumulator, added, sums, power); };
+    const auto sum = [&](uint32_t accumulator) { return power == record.end ? total(x, y, accumulator) : sum_at(x, y, accumulator, added, sums, power); };
     set_earlier_mean(x, y, mean_of(sum(AccumulatorTable::beauty), sum(AccumulatorTable::coverage)));
 }
 

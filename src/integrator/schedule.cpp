@@ -119,7 +119,8 @@ class Runner {
 
     /// What the picture says of its error when it has the samples at the indices below `end`; nothing unless that is a power of two.
     std::optional<ErrorObservation> observe(const film::NoiseEstimate& noise, uint64_t end) const {
-        if (top_up_ || !noise.is_known || !std::has_single_bit(end)) return std::nullopt;
+        // Of two samples the change says little, and costs as much as that of many
+        if (top_up_ || !noise.is_known || !std::has_single_bit(end) || end < 4) return std::nullopt;
         const std::optional<image::RelativeError> change = image::picture_change(film_.sums());
         if (!change) return std::nullopt;
         return ErrorObservation{noise.samples_min, noise.samples_max, noise.samples_mean, progress_.elapsed_s(), *change};
