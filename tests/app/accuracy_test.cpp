@@ -38,9 +38,9 @@ TEST(Accuracy, StatisticsHaveTheCurveAndTheForecast) {
     w.write("s.usda", small_scene());
     const Json stats = stats_of(w, "--adaptive off --forecast 4%");
     const Json& curve = stats.at("error_curve");
-    ASSERT_EQ(curve.size(), 6u);
+    ASSERT_EQ(curve.size(), 5u);
     for (size_t i = 0; i < curve.size(); ++i) {
-        EXPECT_EQ(curve[i].at("spp"), double(2 << i));
+        EXPECT_EQ(curve[i].at("spp"), double(4 << i));
         EXPECT_LT(curve[i].at("low"), curve[i].at("error"));
         EXPECT_GT(curve[i].at("high"), curve[i].at("error"));
         if (i > 0) {
