@@ -99,9 +99,11 @@ ErrorSlope ErrorCurve::slope() const {
     const double fitted = -xy / xx;
     // Observations that lie further off than their intervals say make it less certain
     const double excess = freedom > 0 ? std::max(1.0, (yy - xy * xy / xx) / freedom) : 1.0;
-    // A picture that is not like the others is less bound to them
-    const double doubt = std::max(usual.deviation, 0.35 * std::abs(fitted - usual.value));
-    const double precision = xx / excess, known = 1 / (doubt * doubt);
+    const double precision = xx / excess;
+    // A picture that is plainly not like the others is less bound to them
+    const double beyond_chance = std::max(0.0, std::abs(fitted - usual.value) - quantile / std::sqrt(precision));
+    const double doubt = std::max(usual.deviation, 0.5 * beyond_chance);
+    const double known = 1 / (doubt * doubt);
     const double value = (precision * fitted + known * usual.value) / (precision + known);
     return {std::clamp(value, 0.3, 1.5), 1 / std::sqrt(precision + known)};
 }
