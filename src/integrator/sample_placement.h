@@ -32,6 +32,9 @@ class PilotNoise {
     /// that what a low-discrepancy sequence integrates well counts little.
     double merit(int x, int y) const;
 
+    /// Of all pixels, [height][width].
+    std::vector<float> merits() const;
+
   private:
     static constexpr size_t runs = 4;
 
@@ -47,13 +50,17 @@ class PilotNoise {
     std::vector<Pixel> pixels_;
 };
 
+/// Mean of the values around each pixel, [height][width], by a Gaussian of 1.7 pixels up to 4 pixels away. The pixel's own
+/// does not enter, not even by rounding.
+std::vector<float> mean_around(const std::vector<float>& values, int width, int height);
+
 /// How many samples each pixel has when a pixel of rate 1 has `index`: the rate, a power of two from 1/4 to 8, times as
 /// many, and never fewer than the pilot's. So whatever range of sample indices is rendered, in whatever passes or parts,
 /// each pixel's samples are a run that the next range continues.
 ///
-/// A pixel's rate comes from the pilot samples of its neighbours, not from its own: its samples are independent of how
-/// many there are, and their mean is unbiased (RIGOR H46: a pixel that has not met the rare bright path yet must not be
-/// left alone for it).
+/// A pixel's rate comes from the pilot samples of its neighbours, and their unit from pixels further away, tile by tile; its
+/// own do not enter. So its samples are independent of how many there are, and their mean is unbiased (RIGOR H46: a pixel
+/// that has not met the rare bright path yet must not be left alone for it).
 class SampleRates {
   public:
     /// Every pixel the same.
@@ -61,6 +68,9 @@ class SampleRates {
 
     /// Rates in proportion to the merit around each pixel, with mean 1.
     explicit SampleRates(const PilotNoise& noise);
+
+    /// Rates in proportion to what mean_around made of merits, none of which is negative.
+    SampleRates(const film::Window& window, const std::vector<float>& merits);
 
     /// The rates that a film keeps of an earlier part of the render; none unless every pixel has one.
     static std::optional<SampleRates> kept_in(const film::Film& film);

@@ -164,6 +164,39 @@ TEST(HardCasesH46, RareBrightSamplesLeaveNoBias) {
     EXPECT_NEAR(mean, 2, std::max(2.58 * error, 1e-12));
 }
 
+// One sample of the pilot that is far too bright: how bright does not matter, and few samples follow it
+TEST(Adaptive, OneFireflyDrawsFewSamples) {
+    const film::Window window{0, 0, 64, 64};
+    const auto counts = [&](double firefly) {
+        integrator::PilotNoise noise(window);
+        for (int y = 0; y < 64; ++y) {
+            for (int x = 0; x < 64; ++x) {
+                for (uint64_t s = 0; s < pilot_samples; ++s) {
+                    const bool is_it = x == 30 && y == 30 && s == 5;
+                    noise.add(x, y, Rgb(float(is_it ? 1 + firefly : 1 + (2 * number(9, x, y, s) - 1) * (x < 48 ? 0.1 : 0.5))), 3);
+                }
+            }
+        }
+        const SampleRates rates(noise);
+        std::vector<uint64_t> out;
+        for (int y = 0; y < 64; ++y) {
+            for (int x = 0; x < 64; ++x) out.push_back(rates.count(x, y, 256));
+        }
+        return out;
+    };
+    const std::vector<uint64_t> without = counts(0), with = counts(1e3);
+    EXPECT_EQ(counts(1e7), with);
+    uint64_t most = 0, drawn = 0, total = 0;
+    for (size_t i = 0; i < with.size(); ++i) {
+        most = std::max(most, with[i] / without[i]);
+        drawn += with[i] - std::min(with[i], without[i]);
+        total += with[i];
+    }
+    fmt::print("up to {} times the samples nearby, {:.2f} % of all\n", most, 100 * double(drawn) / double(total));
+    EXPECT_LE(most, 4u);
+    EXPECT_LT(double(drawn), 0.015 * double(total));
+}
+
 TEST(Adaptive, TheCountsOfEveryPixelGrowWithTheIndex) {
     const film::Window window{0, 0, 48, 48};
     integrator::PilotNoise noise(window);
