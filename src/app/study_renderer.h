@@ -65,6 +65,7 @@ class StudyRenderer {
     const FrameInput& input_;
     Diagnostics& diagnostics_;
     image::Window window_;
+    double once_s_ = 0;  ///< of preparing, what only the first world took
     std::map<std::string, std::shared_ptr<const Place>> places_;       ///< by what worlds depend on
     std::map<std::string, std::shared_ptr<const Prepared>> prepared_;  ///< by options
 };

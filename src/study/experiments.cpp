@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "study/report.h"
+
 namespace velatura::study {
 
 namespace {
@@ -32,6 +34,15 @@ std::vector<size_t> order_of_round(const std::vector<Setting>& settings, int rou
 
 std::string name_of(const Setting& s) { return s.knob.empty() ? "as it is" : s.options; }
 
+/// What results depend on.
+Subject subject_of(const ExperimentOptions& options) {
+    Subject subject;
+    subject.width = options.width;
+    subject.height = options.height;
+    subject.spp = options.spp;
+    return subject;
+}
+
 /// Renders the settings of one round after the other.
 class RoundRunner {
   public:
@@ -41,11 +52,12 @@ class RoundRunner {
     /// False: there was no time for all of them, or a stop. Errors: those of the render as it is, if there is none of it yet.
     Result<bool> run(int round, Tallies& tallies) {
         const std::vector<size_t> order = order_of_round(settings_, round);
+        const std::vector<bool> is_settled = settled_settings(subject_of(options_), settings_, tallies);
         std::vector<std::vector<float>> pictures(settings_.size());
         for (size_t i = 0; i < order.size(); ++i) {
             const size_t s = order[i];
             SettingTally& tally = tallies.settings[s];
-            if (!tally.refusal.empty()) continue;
+            if (!tally.refusal.empty() || is_settled[s]) continue;
             if (callbacks_.progress) callbacks_.progress({round, options_.rounds, i, order.size(), name_of(settings_[s]), seconds_since(start_), options_.time_s});
             const bool is_late = seconds_since(start_) + took_s_[s] > options_.time_s;
             if (is_late || (callbacks_.is_stopped && callbacks_.is_stopped())) return false;
@@ -101,7 +113,7 @@ Result<Grid> choose_grid(const std::vector<Setting>& settings, const ExperimentO
         g.height = std::clamp(int(std::lround(pixels / g.width)), 1, options.height);
         return g;
     };
-    constexpr double fewest = 512, trial = 1024, most = 8192, wanted_rounds = 8, reserve = 0.75;
+    constexpr double least = 96, fewest = 512, trial = 1024, most = 8192, wanted_rounds = 8, reserve = 0.75;
     const RenderRequest request{.options = {}, .seed = options.seed, .grid = shaped(trial), .spp = {options.spp}};
     const auto start = Clock::now();
     const Result<RenderRun> first = render(request);
@@ -113,8 +125,11 @@ Result<Grid> choose_grid(const std::vector<Setting>& settings, const ExperimentO
     const double per_pixel_s = std::max(seconds_since(begin), 1e-6) / double(request.grid.pixels());
     // Preparing takes each setting its time once, whatever the pixels
     const double left_s = reserve * std::max(0.0, options.time_s - seconds_since(start) - first->setup_s * double(settings.size()));
-    const double runs = double(settings.size() + 1) * std::min(wanted_rounds, double(options.rounds));
-    return shaped(std::clamp(left_s / (runs * per_pixel_s), fewest, most));
+    const double round_s = double(settings.size() + 1) * per_pixel_s;
+    const double pixels = left_s / (round_s * std::min(wanted_rounds, double(options.rounds)));
+    // Without two rounds nothing is known: where there is no time for more, of few pixels
+    const double in_two_rounds = left_s / (2 * round_s);
+    return shaped(std::clamp(pixels, std::clamp(in_two_rounds, least, fewest), most));
 }
 
 Result<void> run_experiments(const std::vector<Setting>& settings, const ExperimentOptions& options, const RenderFunction& render, const ExperimentCallbacks& callbacks, Tallies& tallies) {

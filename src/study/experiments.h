@@ -37,7 +37,8 @@ struct ExperimentCallbacks {
 Result<Grid> choose_grid(const std::vector<Setting>& settings, const ExperimentOptions& options, const RenderFunction& render);
 
 /// Renders all settings round by round, one seed for all settings of a round, in an order that turns from round to round:
-/// what slows the machine down for a while slows all of them. Goes on from the rounds that the tallies have. Ends after the
+/// what slows the machine down for a while slows all of them. Settings of which enough is known leave more time to the
+/// others (settled_settings). Goes on from the rounds that the tallies have. Ends after the
 /// rounds, when time is up, or when stopped; a round that is left in the middle counts only where it is one of the first two.
 /// Errors: those of the render as it is, if there is not one of it.
 Result<void> run_experiments(const std::vector<Setting>& settings, const ExperimentOptions& options, const RenderFunction& render, const ExperimentCallbacks& callbacks, Tallies& tallies);

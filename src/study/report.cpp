@@ -61,6 +61,22 @@ class Maker {
         return std::move(report_);
     }
 
+    std::vector<bool> settled() {
+        constexpr int enough_rounds = 4;
+        constexpr double clearly = 1.05;
+        std::vector<bool> is_settled(settings_.size(), false);
+        if (tallies_.rounds < enough_rounds) return is_settled;
+        for (size_t s = 0; s < settings_.size(); ++s) add_setting(s);
+        find_base_bias();
+        for (size_t s = 0; s < settings_.size(); ++s) {
+            weigh(s);
+            const SettingResult& r = report_.settings[s];
+            if (r.rounds < enough_rounds || settings_[s].anchor == s) continue;
+            is_settled[s] = r.verdict == Verdict::Changes || (r.verdict == Verdict::Worse && r.equal_time.low > clearly);
+        }
+        return is_settled;
+    }
+
   private:
     void add_setting(size_t s) {
         const SettingTally& tally = tallies_.settings[s];
@@ -134,18 +150,27 @@ class Maker {
         double square = 0;
         for (size_t g = 0; g < GroupMeans::groups; ++g) square += (log_gain(g) - gain) * (log_gain(g) - gain);
         const double noise_share = own.noise.mean() * factor / std::max(square_without(own, GroupMeans::groups, factor), 1e-300);
-        const double time_part = a * noise_share * ratio->log_se;
+        // Preparing is timed once, to within a tenth
+        const double setup_log_se = 0.1 * std::hypot(r.setup_s, base_setup_s) / std::max(base_s + base_setup_s, 1e-12);
+        const double time_part = a * noise_share * std::hypot(ratio->log_se, r.setup_s == base_setup_s ? 0.0 : setup_log_se);
         const double se = std::sqrt(square * double(GroupMeans::groups - 1) / double(GroupMeans::groups) + time_part * time_part);
-        r.equal_time = {std::exp(gain), std::exp(gain - 1.96 * se), std::exp(gain + 1.96 * se)};
-        r.verdict = judge(r, gain, se);
+        const double worst_gain = gain + hidden_bias(r, square_without(own, GroupMeans::groups, factor));
+        r.equal_time = {std::exp(gain), std::exp(gain - 1.96 * se), std::exp(worst_gain + 1.96 * se)};
+        r.verdict = judge(r, gain, worst_gain, se);
     }
 
-    static Verdict judge(const SettingResult& r, double gain, double se) {
+    /// By how much the logarithm of the error is more if an approximation has all the bias that would not have been seen.
+    static double hidden_bias(const SettingResult& r, double square) {
+        const bool may_hide = r.setting.promise == Promise::Approximates && !r.difference.is_seen && !r.difference.is_same_picture;
+        return may_hide ? 0.5 * std::log1p(r.difference.bias_limit * r.difference.bias_limit / std::max(square, 1e-300)) : 0.0;
+    }
+
+    static Verdict judge(const SettingResult& r, double gain, double worst_gain, double se) {
         if (r.setting.promise == Promise::SameMean && r.setting.knob.size() > 0 && r.setting.anchor == 0 && r.difference.is_seen) return Verdict::Suspect;
         if (r.setting.promise == Promise::Changes) return Verdict::Changes;
         // As many settings are judged, what passes for a difference must be surer than 95 %, and worth the change
         constexpr double sure = 3.5, worth = 0.015;
-        if (gain < -sure * se && gain < -worth) return r.difference.is_same_picture ? Verdict::Cheaper : Verdict::Better;
+        if (worst_gain < -sure * se && worst_gain < -worth) return r.difference.is_same_picture ? Verdict::Cheaper : Verdict::Better;
         if (gain > sure * se && gain > worth) return Verdict::Worse;
         return Verdict::NoDifference;
     }
@@ -198,6 +223,10 @@ class Maker {
 };
 
 }  // namespace
+
+std::vector<bool> settled_settings(const Subject& subject, const std::vector<Setting>& settings, const Tallies& tallies) {
+    return Maker(subject, settings, tallies).settled();
+}
 
 const char* text_of(Verdict verdict) {
     switch (verdict) {

@@ -50,7 +50,7 @@ struct SettingResult {
     DifferenceTest difference;  ///< from its anchor; of an anchor from the render as it is
     double cpu_s = 0, setup_s = 0, rays_per_sample = 0;
     Estimate time;              ///< over that of the render as it is
-    Estimate equal_time;        ///< error after the time that the render as it is takes, over its error
+    Estimate equal_time;        ///< error after the time that the render as it is takes, over its error; high with the bias that may hide
     Slope slope;
     Verdict verdict = Verdict::Unknown;
 };
@@ -98,6 +98,9 @@ struct Report {
 
 /// Estimates everything from what there is.
 Report make_report(const Subject& subject, const std::vector<Knob>& knobs, const Facts& facts, const std::vector<Setting>& settings, const Tallies& tallies);
+
+/// Settings that need no further rounds: worse beyond doubt, or of another picture by intent, which nobody weighs.
+std::vector<bool> settled_settings(const Subject& subject, const std::vector<Setting>& settings, const Tallies& tallies);
 
 std::string to_json(const Report& report);
 std::string to_csv(const Report& report);

@@ -69,7 +69,7 @@ std::string to_json(const Report& r) {
     for (const KnobRow& row : r.rows) {
         const RowText t = text_of(r, row);
         j["rows"].push_back({{"knob", row.knob}, {"now", t.now}, {"error_left", t.leaves}, {"bias", row.bias}, {"bias_seen", row.is_biased}, {"cost_share", row.cost_share}, {"next", t.next},
-                             {"buys", row.buys}, {"costs_cpu_s", row.costs_s}, {"verdict", t.verdict}, {"advice", row.advice}});
+                             {"buys", row.buys}, {"costs_cpu_s", row.costs_s}, {"verdict", t.verdict}, {"advice", row.advice}, {"options", advised_options(r, row)}});
     }
     j["settings"] = json::array();
     for (const SettingResult& s : r.settings) j["settings"].push_back(setting_json(s));

@@ -66,6 +66,14 @@ double cost_share(const Report& report, const Knob& knob) {
     return 1 - least;
 }
 
+/// That no difference was seen says something only where a large one would have been.
+std::string told_apart(const Estimate& ratio) {
+    constexpr double close = 0.05;
+    const double off = std::max(ratio.high - 1, 1 - ratio.low);
+    if (off < close) return fmt::format("no difference at equal time, to {:.0f} %", std::ceil(off * 100));
+    return fmt::format("not told apart at equal time: {:+.0f} % to {:+.0f} %", (ratio.low - 1) * 100, (ratio.high - 1) * 100);
+}
+
 std::string advice_of(const Report& report, const SettingResult& r) {
     const std::string at_equal = fmt::format("error {:+.0f} % at equal time", (r.equal_time.value - 1) * 100);
     switch (r.verdict) {
@@ -74,7 +82,7 @@ std::string advice_of(const Report& report, const SettingResult& r) {
         case Verdict::Better: return r.bias > report.settings[0].bias * 1.001 ? at_equal + ", with a bias of " + percent(r.bias) : at_equal;
         case Verdict::Cheaper: return fmt::format("time {:+.0f} %, the same picture", (r.time.value - 1) * 100);
         case Verdict::Worse: return at_equal;
-        case Verdict::NoDifference: return "no difference seen at equal time";
+        case Verdict::NoDifference: return told_apart(r.equal_time);
         case Verdict::Changes:
             if (r.difference.is_same_picture) return fmt::format("the beauty stays as it is, time {:+.0f} %", (r.time.value - 1) * 100);
             return fmt::format("changes the picture by {}, time {:+.0f} %", r.difference.is_seen ? percent(r.difference.bias) : "less than " + percent(r.difference.bias_limit), (r.time.value - 1) * 100);
@@ -124,6 +132,11 @@ std::vector<KnobRow> make_rows(const Report& report, const std::vector<Knob>& kn
         return rank(a) < rank(b);
     });
     return rows;
+}
+
+std::string advised_options(const Report& report, const KnobRow& row) {
+    const bool is_advised = row.verdict == Verdict::BestBuy || row.verdict == Verdict::Better || row.verdict == Verdict::Cheaper;
+    return is_advised ? report.settings[row.next].setting.options : std::string();
 }
 
 std::string percent(double value) {

@@ -116,13 +116,25 @@ TEST(Experiments, WhatCannotBeRenderedIsLeftOutWithAReason) {
     EXPECT_EQ(s.tallies.settings[0].rounds.size(), 12u);
 }
 
+TEST(Experiments, WhatIsSettledLeavesTheTimeToTheRest) {
+    FakeStudy s({{"way", "--way", {{"a"}, {"b"}, {"c"}}}, {"kind", "--kind", {{"a", Promise::Changes}, {"b", Promise::Changes}}}});
+    FakeRenderer fake;
+    fake.settings["--way b"] = {.noise = 2};
+    const Report report = s.run(fake);
+    EXPECT_EQ(result_of(report, "way", "b").rounds, 4);
+    EXPECT_EQ(result_of(report, "way", "b").verdict, Verdict::Worse);
+    EXPECT_EQ(result_of(report, "kind", "b").rounds, 4);
+    EXPECT_EQ(result_of(report, "way", "c").rounds, 12);
+    EXPECT_EQ(report.settings[0].rounds, 12);
+}
+
 TEST(Experiments, TheGridFitsIntoTheTimeAndThePicture) {
     FakeStudy s(one_choice);
     FakeRenderer fake;
     s.options.time_s = 0;
     const Result<Grid> least = choose_grid(s.settings, s.options, std::ref(fake));
     ASSERT_TRUE(least.has_value());
-    EXPECT_NEAR(double(least->pixels()), 512, 40);
+    EXPECT_NEAR(double(least->pixels()), 96, 12);
     EXPECT_NEAR(double(least->width) / least->height, 1.5, 0.1);
     s.options.time_s = 1e6;
     s.options.width = 20;

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests of the test: what is planted in renders of known mean, noise and time is found, and nothing else.
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
 
 #include "study/fake_render.h"
+#include "study/rows.h"
 
 namespace velatura::test {
 
@@ -112,7 +114,7 @@ TEST(Report, LessNoiseInTheSameTimeIsTheBestBuy) {
     EXPECT_NEAR(result_of(report, "way", "c").equal_time.value, 0.7 * std::sqrt(1.2), 0.03);
     EXPECT_EQ(result_of(report, "way", "b").verdict, Verdict::Better);
     EXPECT_EQ(report.rows.front().knob, "way");
-    EXPECT_EQ(report.settings[report.rows.front().next].setting.value, "c");
+    EXPECT_EQ(study::advised_options(report, report.rows.front()), "--way c");
 }
 
 TEST(Report, PreparationCountsAsTime) {
@@ -122,6 +124,33 @@ TEST(Report, PreparationCountsAsTime) {
     r.settings["--tree other"] = {.time = 0.5, .is_same = true, .setup_s = 2.0};
     const study::Report report = s.run(r);
     EXPECT_EQ(result_of(report, "tree", "other").verdict, Verdict::Worse);
+}
+
+TEST(Report, ABiasThatWouldNotBeSeenIsReckonedWith) {
+    FakeStudy s({{"depth", "--depth", {{"0"}, {"8", Promise::Approximates}}, "0"}, {"way", "--way", {{"a"}, {"b"}}}});
+    s.options.rounds = 3;
+    FakeRenderer r;
+    const study::Report report = s.run(r);
+    const auto skew = [](const study::Estimate& e) { return e.high * e.low / (e.value * e.value); };
+    EXPECT_NEAR(skew(result_of(report, "way", "b").equal_time), 1.0, 1e-9);
+    const study::SettingResult& cut = result_of(report, "depth", "8");
+    ASSERT_FALSE(cut.difference.is_seen);
+    EXPECT_NEAR(skew(cut.equal_time), std::hypot(1.0, cut.difference.bias_limit / report.noise.value), 0.02);
+}
+
+TEST(Report, WideIntervalsAreToldAndNotTakenForEquality) {
+    for (const int rounds : {2, 100}) {
+        FakeStudy s({{"way", "--way", {{"a"}, {"b"}}}});
+        s.options.rounds = rounds;
+        FakeRenderer r;
+        const study::Report report = s.run(r);
+        const auto row = std::find_if(report.rows.begin(), report.rows.end(), [](const study::KnobRow& k) { return k.knob == "way"; });
+        ASSERT_NE(row, report.rows.end());
+        ASSERT_EQ(row->verdict, Verdict::NoDifference);
+        EXPECT_EQ(row->advice.starts_with("not told apart at equal time: -"), rounds == 2) << row->advice;
+        EXPECT_EQ(row->advice.starts_with("no difference at equal time, to "), rounds == 100) << row->advice;
+        EXPECT_EQ(study::advised_options(report, *row), "");
+    }
 }
 
 TEST(Report, OneRoundJudgesNothing) {
