@@ -126,7 +126,9 @@ Result<Grid> choose_grid(const std::vector<Setting>& settings, const ExperimentO
     // Preparing takes each setting its time once, whatever the pixels
     const double left_s = reserve * std::max(0.0, options.time_s - seconds_since(start) - first->setup_s * double(settings.size()));
     const double round_s = double(settings.size() + 1) * per_pixel_s;
-    const double pixels = left_s / (round_s * std::min(wanted_rounds, double(options.rounds)));
+    // After two rounds about half of the settings are settled
+    const double rounds = std::min(wanted_rounds, double(options.rounds));
+    const double pixels = left_s / (round_s * (std::min(rounds, 2.0) + 0.5 * std::max(rounds - 2.0, 0.0)));
     // Without two rounds nothing is known: where there is no time for more, of few pixels
     const double in_two_rounds = left_s / (2 * round_s);
     return shaped(std::clamp(pixels, std::clamp(in_two_rounds, least, fewest), most));

@@ -9,11 +9,11 @@ namespace {
 
 /// One line for each knob, one entry for each value.
 const std::vector<Knob>& all_knobs() {
-    constexpr Promise off = Promise::Approximates, other = Promise::Changes;
+    constexpr Promise same = Promise::SameMean, off = Promise::Approximates, other = Promise::Changes;
     static const std::vector<Knob> knobs = {
         {"max bounces", "--max-depth", {{"0"}, {"1", off}, {"2", off}, {"4", off}, {"8", off}, {"16", off}}, "0"},
         {"path ending", "--roulette", {{"throughput"}, {"albedo"}, {"efficiency"}, {"constant"}, {"cutoff", off}}, "throughput"},
-        {"light sampling", "--light-sampling", {{"mis"}, {"light"}, {"area"}, {"global-area"}, {"hemisphere"}, {"cosine"}, {"bsdf"}}},
+        {"light sampling", "--light-sampling", {{"mis"}, {"light", same, true}, {"area", same, true}, {"global-area", same, true}, {"hemisphere", same, true}, {"cosine", same, true}, {"bsdf", same, true}}},
         {"integrator", "--integrator", {{"path"}, {"whitted", off}}, "path"},
         {"light selection", "--light-selection", {{"tree"}, {"power"}, {"area"}, {"uniform"}}, "", "several lights"},
         {"sampler", "--sampler", {{"sobol"}, {"blue-noise"}, {"stratified"}, {"independent"}}},
@@ -68,7 +68,11 @@ std::vector<Knob> knobs_for(const Facts& facts, const std::set<std::string>& onl
 std::vector<Setting> settings_for(const std::vector<Knob>& knobs, const Facts& facts) {
     std::vector<Setting> settings = {{.knob = {}, .value = {}, .options = {}, .is_now = true}};
     std::map<std::string, size_t> exact_of;
-    const auto add = [&](const Knob& k, const KnobValue& v, size_t anchor) { settings.push_back({k.name, v.text, k.option + " " + v.text, v.promise, false, anchor}); };
+    const auto add = [&](const Knob& k, const KnobValue& v, size_t anchor) {
+        const std::string now = value_now(k, facts);
+        const bool is_now_chancy = std::any_of(k.values.begin(), k.values.end(), [&](const KnobValue& w) { return w.text == now && w.is_chancy; });
+        settings.push_back({k.name, v.text, k.option + " " + v.text, v.promise, false, v.is_chancy, is_now_chancy, anchor});
+    };
 
     // What others are held against comes first in every round
     for (const Knob& k : knobs) {

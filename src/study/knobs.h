@@ -20,6 +20,7 @@ enum class Promise : uint8_t {
 struct KnobValue {
     std::string text;  ///< as typed behind the knob's option
     Promise promise = Promise::SameMean;
+    bool is_chancy = false;  ///< meets some light so rarely that a study may see none of it
 };
 
 /// An option of a render that costs time or leaves error.
@@ -52,6 +53,7 @@ struct Setting {
     std::string options;  ///< to add to those of the render
     Promise promise = Promise::SameMean;
     bool is_now = false;  ///< what the render has already
+    bool is_chancy = false, is_now_chancy = false;  ///< this value; that of the knob in the render as it is
     size_t anchor = 0;    ///< the setting of which it must have the mean, or is told how far it is off
 };
 

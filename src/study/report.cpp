@@ -62,7 +62,7 @@ class Maker {
     }
 
     std::vector<bool> settled() {
-        constexpr int enough_rounds = 4;
+        constexpr int enough_rounds = 2, same_picture_rounds = 6;
         constexpr double clearly = 1.05;
         std::vector<bool> is_settled(settings_.size(), false);
         if (tallies_.rounds < enough_rounds) return is_settled;
@@ -72,7 +72,9 @@ class Maker {
             weigh(s);
             const SettingResult& r = report_.settings[s];
             if (r.rounds < enough_rounds || settings_[s].anchor == s) continue;
-            is_settled[s] = r.verdict == Verdict::Changes || (r.verdict == Verdict::Worse && r.equal_time.low > clearly);
+            const bool is_worse = r.verdict == Verdict::Worse && r.equal_time.low > clearly;
+            const bool is_same = r.difference.is_same_picture && r.verdict == Verdict::NoDifference && r.rounds >= same_picture_rounds;
+            is_settled[s] = r.verdict == Verdict::Changes || is_worse || is_same;
         }
         return is_settled;
     }
@@ -165,8 +167,15 @@ class Maker {
         return may_hide ? 0.5 * std::log1p(r.difference.bias_limit * r.difference.bias_limit / std::max(square, 1e-300)) : 0.0;
     }
 
+    /// Light that a way of sampling meets too rarely to have been seen is missing in its pictures, as by a bug.
+    static bool breaks_promise(const SettingResult& r) {
+        if (r.setting.promise != Promise::SameMean || r.setting.knob.empty() || r.setting.anchor != 0 || !r.difference.is_seen) return false;
+        const bool may_be_chance = r.difference.shift < 0 ? r.setting.is_chancy : r.setting.is_now_chancy;
+        return !may_be_chance;
+    }
+
     static Verdict judge(const SettingResult& r, double gain, double worst_gain, double se) {
-        if (r.setting.promise == Promise::SameMean && r.setting.knob.size() > 0 && r.setting.anchor == 0 && r.difference.is_seen) return Verdict::Suspect;
+        if (breaks_promise(r)) return Verdict::Suspect;
         if (r.setting.promise == Promise::Changes) return Verdict::Changes;
         // As many settings are judged, what passes for a difference must be surer than 95 %, and worth the change
         constexpr double sure = 3.5, worth = 0.015;

@@ -99,7 +99,8 @@ struct Report {
 /// Estimates everything from what there is.
 Report make_report(const Subject& subject, const std::vector<Knob>& knobs, const Facts& facts, const std::vector<Setting>& settings, const Tallies& tallies);
 
-/// Settings that need no further rounds: worse beyond doubt, or of another picture by intent, which nobody weighs.
+/// Settings that need no further rounds: worse beyond doubt, of the same picture in about the same time, or of another
+/// picture by intent, which nobody weighs.
 std::vector<bool> settled_settings(const Subject& subject, const std::vector<Setting>& settings, const Tallies& tallies);
 
 std::string to_json(const Report& report);

@@ -121,9 +121,9 @@ TEST(Experiments, WhatIsSettledLeavesTheTimeToTheRest) {
     FakeRenderer fake;
     fake.settings["--way b"] = {.noise = 2};
     const Report report = s.run(fake);
-    EXPECT_EQ(result_of(report, "way", "b").rounds, 4);
+    EXPECT_LE(result_of(report, "way", "b").rounds, 4);
     EXPECT_EQ(result_of(report, "way", "b").verdict, Verdict::Worse);
-    EXPECT_EQ(result_of(report, "kind", "b").rounds, 4);
+    EXPECT_EQ(result_of(report, "kind", "b").rounds, 2);
     EXPECT_EQ(result_of(report, "way", "c").rounds, 12);
     EXPECT_EQ(report.settings[0].rounds, 12);
 }

@@ -104,6 +104,16 @@ TEST(Report, APlantedBiasIsFound) {
     EXPECT_EQ(report.rows.front().verdict, Verdict::Suspect);
 }
 
+TEST(Report, LightThatIsMetTooRarelyIsNoBrokenPromise) {
+    FakeStudy s({{"way", "--way", {{"a"}, {"b", Promise::SameMean, true}, {"c", Promise::SameMean, true}}}});
+    FakeRenderer r;
+    r.settings["--way b"] = {.scale = 0.8};
+    r.settings["--way c"] = {.scale = 1.2};
+    const study::Report report = s.run(r);
+    EXPECT_EQ(result_of(report, "way", "b").verdict, Verdict::Worse) << "what it misses is its error";
+    EXPECT_EQ(result_of(report, "way", "c").verdict, Verdict::Suspect) << "nobody finds more light than there is";
+}
+
 TEST(Report, LessNoiseInTheSameTimeIsTheBestBuy) {
     FakeStudy s(two_choices);
     FakeRenderer r;
