@@ -115,6 +115,8 @@ FrameSettings frame_settings(const RenderJob& job, const FrameInput& input) {
     add("files", files_state(input.scene));
     add("--max-depth", job.tracer.max_depth);
     add("--filter", a.filter);
+    add("--texture-bias", a.texture_bias);
+    add("--volume-bounds", a.volume_bounds);
     add("--integrator", e.specular_chains_only ? "whitted" : "path");
     add("--light-sampling", job.light_sampling);
     add("--light-selection", job.light_selection_name);

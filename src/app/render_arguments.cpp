@@ -37,6 +37,8 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     how->add_option("--dicing-rate", a.dicing_rate, "subdivision surfaces are cut into triangles with edges of about this many pixels, 8 times that out of the picture")->check(CLI::Range(0.05, 1e4));
     how->add_option("--subdivision-level", a.subdivision_level, "instead: every edge of a subdivided mesh is cut into 2^N pieces")->check(CLI::Range(0, 12));
     how->add_option("--dicing-limit", a.dicing_limit, "million triangles that subdivision surfaces may become; above that all are cut more coarsely, with a warning")->check(CLI::Range(0.001, 2000.0));
+    how->add_option("--texture-bias", a.texture_bias, "textures are filtered over 2^N times the footprint of a ray: above 0 blurs, below 0 sharpens and leaves more to the samples")->check(CLI::Range(-16.0, 16.0));
+    how->add_option("--volume-bounds", a.volume_bounds, "how the densest place ahead is known in volumes: bricks: brick by brick of the grid; one: by one number for the whole volume; the same mean")->check(CLI::IsMember({"bricks", "one"}));
     how->add_option("--volume-memory", a.volume_memory_gb, "GB that grids of volumes may take (default: half of the machine's memory); a volume that needs more is left out with an error")->check(CLI::Range(0.001, 1e6));
     how->add_option("--filter", a.filter, "pixel filter")->check(CLI::IsMember({"box", "triangle", "gaussian", "blackman-harris", "mitchell"}));
     how->add_option("--seed", a.seed, "another seed gives other noise")->check(CLI::NonNegativeNumber);
@@ -76,6 +78,8 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     layers->add_flag("--deep", a.deep, "write FILE.deep.exr beside the picture: what each pixel shows by depth");
     layers->add_option("--deep-samples", a.deep_samples, "depths that a pixel of it has room for; beyond that the nearest to each other become one")->check(CLI::Range(1, 1024));
     layers->add_option("--exr-layout", a.exr_layout, "multipart (one part per family), single part, or split files")->check(CLI::IsMember({"multipart", "single", "split"}));
+
+    layers->add_option("--exr-compression", a.exr_compression, "how files are packed, without loss: none, rle, zips, zip (16 rows at a time) or piz (wavelets)")->check(CLI::IsMember({"none", "rle", "zips", "zip", "piz"}));
 
     auto* report = command.add_option_group("Reports");
     report->add_option("--checkpoint", a.checkpoint, "progressive: keep the sums and write the file this often, e.g. 5m, for --resume after whatever may happen");

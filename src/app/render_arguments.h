@@ -51,6 +51,7 @@ struct RenderArguments {
     std::optional<int> deep_samples;
     std::optional<double> clamp_direct, clamp_indirect;  ///< radiance
     std::string exr_layout = "multipart";
+    std::string exr_compression = "zip";
     std::string filter = "blackman-harris";
     std::string integrator = "path";
     std::string light_sampling;    ///< empty = what the integrator stands for
@@ -66,6 +67,8 @@ struct RenderArguments {
     double dicing_rate = 1.0;                ///< pixels
     std::optional<int> subdivision_level;
     double dicing_limit = 50;                ///< million triangles
+    double texture_bias = 0;                 ///< mip levels
+    std::string volume_bounds = "bricks";
     std::optional<double> volume_memory_gb;  ///< nothing: half of the machine's
     std::string accel = "bvh";
     std::string bvh_quality = "auto";

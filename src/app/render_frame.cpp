@@ -42,6 +42,7 @@ image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, co
     image::FileInfo info;
     info.display = {0, 0, scene.settings.width, scene.settings.height};
     info.layout = job.layout;
+    info.compression = job.compression;
     info.store_sums = keeps_sums(job);
     info.seed = job.tracer.seed;
     info.scene_hash = fmt::format("{:016x}", input.content_hash);

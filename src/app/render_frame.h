@@ -41,6 +41,7 @@ struct RenderJob {
     integrator::Caustics caustics = integrator::Caustics::Path;
     EffectChoice effects;
     image::Layout layout = image::Layout::MultiPart;
+    image::Compression compression = image::Compression::Zip;
     std::optional<film::DeepOptions> deep = {};  ///< a deep picture as well
     ProgressStyle progress = ProgressStyle::Bar;
     std::optional<std::array<uint64_t, 3>> replay;  ///< x, y, sample

@@ -207,6 +207,13 @@ Result<void> check_combinations(const RenderArguments& a) {
     return {};
 }
 
+image::Compression compression_of(const std::string& name) {
+    using image::Compression;
+    for (const auto& [known, compression] : {std::pair("none", Compression::None), std::pair("rle", Compression::Rle), std::pair("zips", Compression::Zips), std::pair("piz", Compression::Piz)})
+        if (name == known) return compression;
+    return Compression::Zip;
+}
+
 }  // namespace
 
 bool has_exr_extension(const std::string& path) {
@@ -255,6 +262,7 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     if (const auto ok = choose_estimator(a, job); !ok) return ok.error();
     job.schedule.has_independent_halves = sampling::has_halves(job.tracer.sampler) || job.tracer.sampler == sampling::SamplerKind::Independent;
     job.layout = a.exr_layout == "single" ? image::Layout::SinglePart : a.exr_layout == "split" ? image::Layout::Split : image::Layout::MultiPart;
+    job.compression = compression_of(a.exr_compression);
     const auto progress = parse_progress_style(a.quiet ? "none" : a.progress, ::isatty(STDOUT_FILENO) == 1);
     if (!progress) return usage(progress.error().message);
     job.progress = *progress;

@@ -55,6 +55,8 @@ json make_estimator_stats(const RenderJob& job) {
     j["guiding"] = a.guiding;
     j["splitting"] = a.splitting;
     j["caustics"] = a.caustics;
+    j["texture_bias"] = a.texture_bias;
+    j["volume_bounds"] = a.volume_bounds;
     return j;
 }
 

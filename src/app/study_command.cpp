@@ -23,7 +23,9 @@
 #include "base/tasks.h"
 #include "study/compare.h"
 #include "study/experiments.h"
+#include "study/images.h"
 #include "study/report.h"
+#include "study/report_plots.h"
 
 namespace velatura::app {
 
@@ -135,15 +137,23 @@ class FrameStudy {
             if (!grid) return fail(grid.error(), stop_code(RenderError));
             tallies_.grid = *grid;
         }
-        options_.time_s = arguments_.time_s - seconds_since(start);
+        options_.time_s = (1 - time_for_images) * arguments_.time_s - seconds_since(start);
         const Result<void> done = study::run_experiments(settings_, options_, render, callbacks(), tallies_);
         progress_.finish();
         if (!done) return fail(done.error(), done.error().code == "stopped" ? stop_code(BudgetReached) : RenderError);
         if (const Result<void> kept = keep(); !kept) return fail(kept.error(), RenderError);
-        return write();
+        study::Report report = study::make_report(subject_, knobs_, facts_, settings_, tallies_);
+        if (!StopSignals::stop_flag()) {
+            study::add_images(report, tallies_, render, 0.75 * (arguments_.time_s - seconds_since(start)));
+            add_files(report, arguments_.time_s - seconds_since(start));
+        }
+        return write(report);
     }
 
   private:
+    /// Part of the study's time that is kept for images in equal time and for files of their size.
+    static constexpr double time_for_images = 0.12;
+
     static double seconds_since(std::chrono::steady_clock::time_point start) { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); }
 
     static int stop_code(int otherwise) { return StopSignals::stop_flag() ? SignalBase + StopSignals::signal_number() : otherwise; }
@@ -196,11 +206,20 @@ class FrameStudy {
         return c;
     }
 
-    int write() {
-        const study::Report report = study::make_report(subject_, knobs_, facts_, settings_, tallies_);
-        const std::pair<const char*, std::string> files[] = {{"report.html", study::to_html(report)}, {"report.json", study::to_json(report)}, {"report.csv", study::to_csv(report)}};
+    void add_files(study::Report& report, double time_s) {
+        if (report.images.empty()) return;
+        const int width = report.images[0].width, height = report.images[0].height;
+        const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(time_s));
+        // A few samples have the noise that packs badly
+        const study::RenderRequest part{.options = {}, .seed = subject_.seed, .grid = {width, height}, .region = study::noisiest_region(report, tallies_, width, height), .spp = {std::min<uint64_t>(subject_.spp, 8)}, .deadline = deadline};
+        report.files = renderer_.measure_files(part, arguments_.folder);
+    }
+
+    int write(const study::Report& report) {
+        std::vector<std::pair<std::string, std::string>> files = {{"report.html", study::to_html(report)}, {"report.json", study::to_json(report)}, {"report.csv", study::to_csv(report)}};
+        for (const study::ReportPlot& plot : study::report_plots(report)) files.emplace_back(fmt::format("plot-{}.png", plot.name), study::to_png(plot));
         for (const auto& [name, content] : files) {
-            if (const Result<void> ok = write_file_atomically(path(name), content); !ok) return fail(ok.error(), RenderError);
+            if (const Result<void> ok = write_file_atomically(path(name.c_str()), content); !ok) return fail(ok.error(), RenderError);
         }
         if (!job_.arguments.quiet) {
             fmt::print("{}", study::to_text(report));
@@ -260,7 +279,7 @@ void add_study_command(CLI::App& app, std::function<int()>& run) {
     auto arguments = std::make_shared<StudyArguments>();
     declare_render_options(*command, arguments->render);
     command->get_option("scene")->required(false);
-    command->get_option("--output")->description("folder for report.html, report.json and report.csv, and for what --resume goes on from");
+    command->get_option("--output")->description("folder for report.html, report.json, report.csv and plot-*.png, and for what --resume goes on from");
     command->get_option("--time")->description("the study takes no longer, e.g. 90s, 10m (default 3m)");
     command->get_option("--resume")->description("add rounds to the study in the folder, if one is there");
     auto* what = command->add_option_group("Study");

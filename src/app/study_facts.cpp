@@ -21,6 +21,8 @@ std::map<std::string, std::string> values_now(const RenderArguments& a, const st
         {"--guiding", a.guiding},
         {"--caustics", a.caustics},
         {"--filter", a.filter},
+        {"--texture-bias", fmt::format("{:g}", a.texture_bias)},
+        {"--volume-bounds", a.volume_bounds},
         {"--dicing-rate", fmt::format("{:g}", a.dicing_rate)},
         {"--effects", a.effects},
         {"--layers", a.layers},
@@ -43,6 +45,8 @@ Result<study::Facts> StudyRenderer::facts() {
     facts.spp = job_.schedule.end_sample;
     if (world.chooses_lights) facts.holds.insert("several lights");
     if (!integrator::CausticSampler(world).is_empty()) facts.holds.insert("casters of caustics");
+    if (!world.scene.textures.empty()) facts.holds.insert("textures");
+    if (world.volumes) facts.holds.insert("volumes");
     if (geometry::first_subdivided(input_.scene)) facts.holds.insert(job_.dicing.level ? "subdivision by level" : "subdivision by rate");
     for (size_t e = 0; e < scene::effect_count; ++e) {
         const scene::EffectInfo& info = scene::info(scene::Effect(e));

@@ -12,6 +12,7 @@
 #include "app/light_images.h"
 #include "app/render_layers.h"
 #include "app/stop_signals.h"
+#include "app/study_outlines.h"
 #include "app/world_options.h"
 #include "base/hash.h"
 #include "image/pixel_means.h"
@@ -28,9 +29,19 @@ double cpu_seconds() {
     return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
 }
 
-/// Where in the picture the pixels of a grid lie: anywhere in their cells, the same for all renders of the grid.
+/// Where in the picture the pixels of a grid lie: anywhere in their cells, the same for all renders of the grid. Those of a
+/// region lie side by side.
 class GridPixels {
   public:
+    explicit GridPixels(const study::Region& region, const image::Window& window) {
+        for (int j = 0; j < region.height; ++j) {
+            for (int i = 0; i < region.width; ++i) {
+                x_.push_back(window.x0 + region.x + i);
+                y_.push_back(window.y0 + region.y + j);
+            }
+        }
+    }
+
     GridPixels(const study::Grid& grid, const image::Window& window) {
         for (int j = 0; j < grid.height; ++j) {
             for (int i = 0; i < grid.width; ++i) {
@@ -125,7 +136,7 @@ std::string StudyRenderer::place_key(const RenderJob& job) const {
     for (size_t e = 0; e < scene::effect_count; ++e)
         if (job.effects.left_out.has(scene::Effect(e)) && !job_.effects.left_out.has(scene::Effect(e))) left_out += fmt::format("-{}", scene::info(scene::Effect(e)).name);
     const bool is_compensated = job.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
-    return fmt::format("{} {} {} {} {} {} {}", left_out, int(job.light_selection), job.arguments.bvh_quality, job.dicing.rate, job.dicing.level.value_or(-1), is_compensated, job.samples_light_area);
+    return fmt::format("{} {} {} {} {} {} {} {} {}", job.arguments.texture_bias, job.arguments.volume_bounds, left_out, int(job.light_selection), job.arguments.bvh_quality, job.dicing.rate, job.dicing.level.value_or(-1), is_compensated, job.samples_light_area);
 }
 
 std::shared_ptr<const StudyRenderer::Place> StudyRenderer::find_place(const RenderJob& job) {
@@ -157,6 +168,7 @@ std::shared_ptr<const StudyRenderer::Place> StudyRenderer::find_place(const Rend
         place->setup_s -= once_s_;
     }
     place->setup_s += once_s_;
+    place->outline_px = outline_error_px(*place->world);
     place->bytes = place->world->geometry.bytes() + place->world->accelerator->stats().bytes;
     places_[key] = place;
     return place;
@@ -209,19 +221,28 @@ Result<study::RenderRun> StudyRenderer::render(const study::RenderRequest& reque
     const Result<std::shared_ptr<const Prepared>> prepared = prepare(request.options);
     if (!prepared) return prepared.error();
     const Prepared& p = **prepared;
+    film::Film film({0, 0, request.grid.width, request.grid.height}, p.layers, {.final_sample_end = integrator::most_samples(schedule_of(p, request))});
+    return render_into(film, p, request);
+}
+
+integrator::RenderOptions StudyRenderer::schedule_of(const Prepared& p, const study::RenderRequest& request) {
     integrator::RenderOptions schedule = p.job.schedule;
     schedule.seed = request.seed;
     schedule.tile_size = film::Film::tile_size;
     schedule.end_sample = request.spp.back();
+    return schedule;
+}
+
+Result<study::RenderRun> StudyRenderer::render_into(film::Film& film, const Prepared& p, const study::RenderRequest& request) {
+    integrator::RenderOptions schedule = schedule_of(p, request);
     integrator::PathTracerOptions options = tracer_options(p);
     options.branches = &p.branches.map;
     options.seed = request.seed;
     const integrator::PathTracer tracer(*p.place->world, p.layers, options);
-    const GridPixels pixels(request.grid, window_);
-    film::Film film({0, 0, request.grid.width, request.grid.height}, p.layers, {.final_sample_end = integrator::most_samples(schedule)});
-
+    const GridPixels pixels = request.region ? GridPixels(*request.region, window_) : GridPixels(request.grid, window_);
     study::RenderRun run;
     run.setup_s = p.setup_s;
+    run.outline_px = p.place->outline_px;
     run.pixel_s.assign(request.grid.pixels(), 0.0f);
     // A pixel belongs to one task at a time
     const auto sample = [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) {

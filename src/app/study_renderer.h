@@ -15,6 +15,7 @@
 #include "integrator/world.h"
 #include "study/knobs.h"
 #include "study/render.h"
+#include "study/report.h"
 
 namespace velatura::app {
 
@@ -27,6 +28,10 @@ class StudyRenderer {
 
     Result<study::RenderRun> render(const study::RenderRequest& request);
 
+    /// What files of the layers take in other formats than the render's: a part of the picture of the render as it is,
+    /// rendered again and written into the folder. Only those that there is time for before the deadline.
+    std::vector<study::FileFormat> measure_files(const study::RenderRequest& part, const std::string& folder);
+
     /// What of the job and the scene a study has to know.
     Result<study::Facts> facts();
 
@@ -38,6 +43,7 @@ class StudyRenderer {
         std::unique_ptr<scene::Scene> scene;
         std::unique_ptr<integrator::World> world;
         double setup_s = 0;
+        double outline_px = 0;
         size_t bytes = 0;
     };
 
@@ -54,6 +60,8 @@ class StudyRenderer {
         double setup_s = 0;
     };
 
+    static integrator::RenderOptions schedule_of(const Prepared& p, const study::RenderRequest& request);
+    Result<study::RenderRun> render_into(film::Film& film, const Prepared& p, const study::RenderRequest& request);
     Result<RenderJob> job_with(const std::string& options) const;
     std::string place_key(const RenderJob& job) const;
     std::shared_ptr<const Place> find_place(const RenderJob& job);

@@ -30,6 +30,8 @@ integrator::WorldOptions world_options(const RenderJob& job, const FrameInput& i
     options.expected_rays = expected_rays(job, scene.settings);
     options.subdivider = find_subdivider(scene, diagnostics);
     options.dicing = job.dicing;
+    options.texture_bias = float(job.arguments.texture_bias);
+    options.media.majorants = job.arguments.volume_bounds == "one" ? media::Majorants::One : media::Majorants::Bricks;
     options.samples_light_area = job.samples_light_area;
     options.compensate_mis = job.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
     return options;

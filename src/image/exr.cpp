@@ -64,11 +64,27 @@ Imf::FrameBuffer frame_buffer(Part& part, const Window& w) {
     return buffer;
 }
 
-std::vector<Imf::Header> headers_of(const Image& image) {
+Imf::Compression exr_compression(Compression compression) {
+    switch (compression) {
+        case Compression::None:
+            return Imf::NO_COMPRESSION;
+        case Compression::Rle:
+            return Imf::RLE_COMPRESSION;
+        case Compression::Zips:
+            return Imf::ZIPS_COMPRESSION;
+        case Compression::Zip:
+            return Imf::ZIP_COMPRESSION;
+        case Compression::Piz:
+            return Imf::PIZ_COMPRESSION;
+    }
+    return Imf::ZIP_COMPRESSION;
+}
+
+std::vector<Imf::Header> headers_of(const Image& image, Compression compression) {
     std::vector<Imf::Header> headers;
     for (const Part& part : image.parts) {
         Imf::Header header(exr_box(image.display), exr_box(image.data), image.pixel_aspect_ratio);
-        header.compression() = Imf::ZIP_COMPRESSION;
+        header.compression() = exr_compression(compression);
         for (const auto& [name, attribute] : image.attributes) {
             if (headers.empty() || is_on_every_part(attribute))
                 insert_attribute(header, name, attribute);
@@ -88,10 +104,10 @@ std::vector<Imf::Header> headers_of(const Image& image) {
 
 }  // namespace
 
-Result<void> write_exr(const std::string& path, const Image& image) {
+Result<void> write_exr(const std::string& path, const Image& image, Compression compression) {
     start_exr_threads();
     try {
-        const std::vector<Imf::Header> headers = headers_of(image);
+        const std::vector<Imf::Header> headers = headers_of(image, compression);
         // OpenEXR takes writable slices for reading and writing alike; it does not change them here
         std::vector<Part>& parts = const_cast<Image&>(image).parts;
         if (parts.size() == 1) {

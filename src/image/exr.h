@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/result.h"
+#include "image/compression.h"
 #include "image/image.h"
 
 #include <memory>
@@ -11,9 +12,10 @@
 namespace velatura::image {
 
 /// Writes an image to a path as it is (no temporary name: call it inside write_atomically):
-/// scanlines, ZIP, one part per Part, a plain single-part file when there is one. Errors:
-/// "io-write".
-Result<void> write_exr(const std::string& path, const Image& image);
+/// scanlines, one part per Part, a plain single-part file when there is one. Errors: "io-write".
+Result<void> write_exr(const std::string& path,
+                       const Image& image,
+                       Compression compression = Compression::Zip);
 
 /// Where rows of a channel go: [rows][width] of the data window, in the type that the file has.
 struct RowTarget {

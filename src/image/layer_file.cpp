@@ -99,7 +99,7 @@ Result<void> verify_written(const std::string& temporary,
 }
 
 /// One file per light layer beside the one with the beauty, which lists them.
-Result<std::vector<std::string>> write_split(const std::string& path, Image image) {
+Result<std::vector<std::string>> write_split(const std::string& path, Image image, Compression compression) {
     const fs::path target(path);
     const auto file_of = [&target](const std::string& layer) {
         return target.stem().string() + "." + layer + target.extension().string();
@@ -140,7 +140,7 @@ Result<std::vector<std::string>> write_split(const std::string& path, Image imag
             });
         }
         one.parts.push_back(std::move(part));
-        auto written = write_image_file(file, one);
+        auto written = write_image_file(file, one, compression);
         if (written) files.push_back(file);
         return written;
     };
@@ -162,9 +162,9 @@ Result<std::vector<std::string>> write_split(const std::string& path, Image imag
 
 }  // namespace
 
-Result<void> write_image_file(const std::string& path, const Image& image) {
+Result<void> write_image_file(const std::string& path, const Image& image, Compression compression) {
     return write_atomically(path, [&](const std::string& temporary) -> Result<void> {
-        if (auto written = write_exr(temporary, image); !written) {
+        if (auto written = write_exr(temporary, image, compression); !written) {
             // Name the file that was asked for, not the temporary
             std::string why = written.error().message;
             if (const size_t at = why.find(temporary); at != std::string::npos)
@@ -221,11 +221,11 @@ Result<WriteReport> write_layer_file(const std::string& path,
         report.closure_absolute = std::max(report.closure_absolute, c.measured_absolute);
     }
     if (info.layout == Layout::Split) {
-        auto files = write_split(path, std::move(image));
+        auto files = write_split(path, std::move(image), info.compression);
         if (!files) return files.error();
         report.files = std::move(*files);
     } else {
-        if (auto written = write_image_file(path, image); !written) return written.error();
+        if (auto written = write_image_file(path, image, info.compression); !written) return written.error();
         report.files.push_back(path);
     }
     return report;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/result.h"
+#include "image/compression.h"
 #include "image/image.h"
 #include "image/light_values.h"
 #include "image/sample_sums.h"
@@ -31,6 +32,7 @@ using MatteNames = std::array<std::vector<std::string>, matte_kinds.size()>;
 struct FileInfo {
     Window display;  ///< the whole picture; empty = the data window
     Layout layout = Layout::MultiPart;
+    Compression compression = Compression::Zip;
     bool store_sums =
         false;  ///< keep the exact sums, so that `velatura-comp merge` can go on from this file
     uint64_t seed = 0;
@@ -76,7 +78,9 @@ Result<WriteReport> write_layer_file(const std::string& path,
 
 /// Writes an image as EXR under a temporary name, reads it back, compares, and renames.
 /// Errors: "io-write", "verify-failed".
-Result<void> write_image_file(const std::string& path, const Image& image);
+Result<void> write_image_file(const std::string& path,
+                              const Image& image,
+                              Compression compression = Compression::Zip);
 
 /// The files beside that of a split layout.
 struct SplitLayer {

@@ -35,6 +35,7 @@ struct WorldOptions {
     const geometry::Subdivider* subdivider = nullptr;  ///< nullptr = meshes with a subdivision scheme are their polygons
     geometry::DicingOptions dicing = {};
     media::MediumOptions media = {};
+    float texture_bias = 0;  ///< mip levels, see MaterialEvaluator
     bool samples_light_area = false;  ///< points of lights by area, whoever looks; only where light sampling is alone
     bool compensate_mis = true;  ///< only where light sampling is always combined with BSDF sampling; see LightSetOptions
 };

@@ -124,8 +124,10 @@ double texture_density(const scene::Scene& scene, const SurfacePoint& point, sce
 
 MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene,
                                      Diagnostics& diagnostics,
-                                     scene::EffectSet forced)
+                                     scene::EffectSet forced,
+                                     float texture_bias)
     : scene_(scene),
+      texture_width_(std::exp2(texture_bias)),
       display_color_(scene::find_primvar(scene, scene::display_color_primvar)),
       display_opacity_(scene::find_primvar(scene, scene::display_opacity_primvar)) {
     texture_handles_.reserve(scene.textures.size());
@@ -298,7 +300,7 @@ TexelRgba MaterialEvaluator::texture(scene::TextureId id,
         // Without the coordinates that it asks for the texture reads its constant ones
         geometry::primvar(scene_, point, t.st, st);
         if (footprint > 0.0f && point.mesh != nullptr) {
-            const double w = double(footprint) * texture_density(scene_, point, t.st);
+            const double w = double(footprint) * double(texture_width_) * texture_density(scene_, point, t.st);
             width = Vec2(float(w * std::hypot(double(t.st_matrix[0]), double(t.st_matrix[2]))),
                          float(w * std::hypot(double(t.st_matrix[1]), double(t.st_matrix[3]))));
         }

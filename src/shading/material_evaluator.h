@@ -38,10 +38,11 @@ class MaterialEvaluator final : public geometry::Displacer {
   public:
     /// Opens the textures: a missing or broken file costs one error naming file and prim, and gives
     /// the fallback value. The scene must outlive this. Of `forced` effects the tests and lookups
-    /// are made though they find nothing.
+    /// are made though they find nothing. Textures are filtered over 2^texture_bias times the footprint.
     MaterialEvaluator(const scene::Scene& scene,
                       Diagnostics& diagnostics,
-                      scene::EffectSet forced = {});
+                      scene::EffectSet forced = {},
+                      float texture_bias = 0.0f);
     ~MaterialEvaluator() override;
     MaterialEvaluator(const MaterialEvaluator&) = delete;
     MaterialEvaluator& operator=(const MaterialEvaluator&) = delete;
@@ -230,6 +231,7 @@ class MaterialEvaluator final : public geometry::Displacer {
                        SurfaceParameters& parameters) const;
 
     const scene::Scene& scene_;
+    float texture_width_;  // over that of footprints
     TextureCache textures_;
     std::vector<TextureCache::Handle> texture_handles_;  // [texture]
     std::vector<Flags> flags_;  // [material], then the displayColor material

@@ -63,7 +63,7 @@ class RoundRunner {
             if (is_late || (callbacks_.is_stopped && callbacks_.is_stopped())) return false;
 
             const auto begin = Clock::now();
-            const Result<RenderRun> run = render_({settings_[s].options, options_.seed + uint64_t(round), tallies.grid, ladder(options_.spp, s == 0), deadline()});
+            const Result<RenderRun> run = render_({.options = settings_[s].options, .seed = options_.seed + uint64_t(round), .grid = tallies.grid, .spp = ladder(options_.spp, s == 0), .deadline = deadline()});
             took_s_[s] = seconds_since(begin);
             tallies.elapsed_s = earlier_s_ + seconds_since(start_);
             if (!run) {

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include <fmt/format.h>
 
-#include "study/plots.h"
-#include "study/png.h"
-#include "study/report.h"
+#include "study/html_parts.h"
+#include "study/report_plots.h"
 #include "study/rows.h"
 
 namespace velatura::study {
@@ -52,16 +50,6 @@ const char* class_of(Verdict v) {
     }
 }
 
-std::string cell(const char* name, const std::string& content, const char* kind = "n") { return fmt::format("<td class=\"{}\" data-name=\"{}\">{}</td>", kind, name, escaped(content)); }
-
-std::string header(const std::vector<const char*>& names) {
-    std::string html = "<thead><tr>";
-    for (const char* n : names) html += fmt::format("<th>{}</th>", n);
-    return html + "</tr></thead>";
-}
-
-std::string between(const Estimate& e) { return fmt::format("{} [{}, {}]", percent(e.value), percent(e.low), percent(e.high)); }
-
 std::string total(const Report& r) {
     const auto box = [](const std::string& name, const std::string& value, const std::string& note) { return fmt::format("<div><span class=\"soft small\">{}</span><b>{}</b><span class=\"soft small\">{}</span></div>", name, escaped(value), escaped(note)); };
     const SettingResult& base = r.settings[0];
@@ -85,102 +73,15 @@ std::string knob_table(const Report& r) {
     return html + "</tbody></table>";
 }
 
-PlotCurve curve_of(const SettingResult& r, const std::string& label, int color) {
-    PlotCurve c{label, color, {}};
-    for (const CurvePoint& p : r.curve) {
-        const double error = std::hypot(p.noise.value, r.bias);
-        if (p.cpu_s <= 0 || error <= 0) continue;
-        c.points.emplace_back(p.cpu_s, error);
-        c.hints.push_back(fmt::format("{}: {} spp, {}, error {}", label, p.spp, duration(p.cpu_s), percent(error)));
-    }
-    return c;
-}
-
-std::string key_of(const std::vector<std::pair<PlotCurve, std::string>>& entries) {
-    std::string html = "<ul class=\"key\">";
-    for (const auto& [c, note] : entries) html += fmt::format("<li><i style=\"background:var(--c{})\"></i>{} <span class=\"soft\">{}</span></li>", c.color, escaped(c.label), escaped(note));
-    return html + "</ul>";
-}
-
-std::string slope_text(const SettingResult& r) { return r.slope.is_known ? fmt::format("slope {:.2f}", r.slope.value) : std::string(); }
-
-/// A plot for each knob whose values leave different error or take different time.
-std::string knob_plots(const Report& r) {
-    std::map<std::string, std::vector<const SettingResult*>> by_knob;
-    std::vector<std::string> order;
-    for (const KnobRow& row : r.rows) order.push_back(row.knob);
-    for (const SettingResult& s : r.settings)
-        if (s.setting.promise != Promise::Changes && s.rounds >= 2 && !s.setting.knob.empty()) by_knob[s.setting.knob].push_back(&s);
+std::string plots(const Report& r) {
     std::string html;
-    for (const std::string& knob : order) {
-        const auto found = by_knob.find(knob);
-        if (found == by_knob.end()) continue;
-        std::string now;
-        for (const KnobRow& row : r.rows)
-            if (row.knob == knob) now = row.now;
-        std::vector<PlotCurve> curves = {curve_of(r.settings[0], now + " (now)", 0)};
-        std::vector<std::pair<PlotCurve, std::string>> key = {{curves[0], slope_text(r.settings[0])}};
-        int color = 1;
-        for (const SettingResult* s : found->second) {
-            curves.push_back(curve_of(*s, s->setting.value, color));
-            key.emplace_back(curves.back(), slope_text(*s));
-            color = color % 6 + 1;
-        }
-        const std::string plot = log_plot(curves, "error against time by " + knob);
-        if (!plot.empty()) html += fmt::format("<figure><h3>{}</h3>{}{}</figure>", escaped(knob), plot, key_of(key));
+    for (const ReportPlot& plot : report_plots(r)) {
+        std::string key = "<ul class=\"key\">";
+        for (size_t i = 0; i < plot.curves.size(); ++i)
+            key += fmt::format("<li><i style=\"background:var(--c{})\"></i>{} <span class=\"soft\">{}</span></li>", plot.curves[i].color, escaped(plot.curves[i].label), escaped(plot.notes[i]));
+        html += fmt::format("<figure><h3>{}</h3>{}{}</ul></figure>", escaped(plot.title), to_svg(plot.drawing(), "error against time, " + plot.title), key);
     }
-    return html;
-}
-
-/// Every setting at the render's samples, and those that no other beats in both time and error.
-std::string front_plot(const Report& r) {
-    std::vector<PlotCurve> curves = {{"as it is", 0, {}, {}, true}, {"other settings", 1, {}, {}, true}, {"Pareto front", 2, {}, {}, false, true}};
-    std::vector<std::pair<double, double>> all;
-    for (const SettingResult& s : r.settings) {
-        if (s.rounds < 2 || s.setting.promise == Promise::Changes || s.verdict == Verdict::Suspect || s.error <= 0 || s.cpu_s <= 0) continue;
-        PlotCurve& c = curves[s.setting.knob.empty() ? 0 : 1];
-        c.points.emplace_back(s.cpu_s, s.error);
-        c.hints.push_back(fmt::format("{}: {}, error {}", s.setting.knob.empty() ? "as it is" : s.setting.options, duration(s.cpu_s), percent(s.error)));
-        all.push_back(c.points.back());
-    }
-    std::sort(all.begin(), all.end());
-    double least = 1e300;
-    for (const auto& p : all) {
-        if (p.second >= least) continue;
-        least = p.second;
-        curves[2].points.push_back(p);
-    }
-    const std::string plot = log_plot(curves, "all settings, error against time");
-    if (plot.empty()) return {};
-    return fmt::format("<figure><h3>All settings at {} samples, and the Pareto front</h3>{}{}</figure>", r.subject.spp, plot, key_of({{curves[0], ""}, {curves[1], "a mouse over a point says which"}, {curves[2], "nothing is both faster and better"}}));
-}
-
-std::string bar(double share, int color) {
-    return fmt::format("<span class=\"bar\"><i style=\"width:{:.1f}%;background:var(--c{})\"></i></span>{:.1f} %", 100 * std::clamp(share, 0.0, 1.0), color, 100 * share);
-}
-
-std::string layer_tables(const Report& r) {
-    std::string html;
-    for (const bool is_bounce : {true, false}) {
-        std::string rows;
-        for (const LayerRow& l : r.layers) {
-            if (l.is_bounce != is_bounce) continue;
-            rows += fmt::format("<tr>{}<td data-name=\"energy\">{}</td><td data-name=\"noise\">{}</td></tr>", cell(is_bounce ? "bounce" : "light", l.name, ""), bar(l.energy, 1), bar(l.noise, 2));
-        }
-        if (rows.empty()) continue;
-        html += fmt::format("<figure><h3>By {}</h3><table>{}<tbody>{}</tbody></table></figure>", is_bounce ? "bounce" : "light", header({is_bounce ? "BOUNCE" : "LIGHT", "SHARE OF THE LIGHT", "SHARE OF THE SQUARED NOISE"}), rows);
-    }
-    return html.empty() ? html : "<h2>Where the light comes from, and where the noise</h2><div class=\"plots\">" + html + "</div><p class=\"soft small\">Noises of parts make up for one another or add up: the shares need not come to 100 %. b0 is light seen directly, b1 light after one scattering.</p>";
-}
-
-std::string maps(const Report& r) {
-    std::string html;
-    for (const StudyMap& m : r.maps) {
-        const std::string png = to_base64(to_png(r.grid.width, r.grid.height, m.rgb));
-        html += fmt::format("<figure><h3>{}</h3><img alt=\"{}\" width=\"{}\" height=\"{}\" src=\"data:image/png;base64,{}\"><figcaption>{}</figcaption></figure>", escaped(m.name), escaped(m.name), r.grid.width, r.grid.height, png, escaped(m.caption));
-    }
-    if (html.empty()) return html;
-    return fmt::format("<h2>Where the error is, and where the time goes</h2><p>{} of the pixels carry half of the squared noise, {} half of the time.</p><div class=\"plots\">{}</div>", percent(r.concentration), percent(r.time_concentration), html);
+    return html.empty() ? html : "<h2>Error against time</h2><div class=\"plots\">" + html + "</div><p class=\"soft small\">A mouse over a point says which setting it is.</p>";
 }
 
 /// How far the mean of a setting is off that of its anchor.
@@ -227,9 +128,7 @@ std::string to_html(const Report& r) {
     html += fmt::format("<title>What accuracy costs: {}</title><style>{}</style></head><body>", escaped(s.scene), style);
     html += fmt::format("<h1>What accuracy costs: {}</h1><p class=\"soft\">{} × {} pixels, {} samples per pixel, {} threads, {}, build {}, seed {}, {}</p>", escaped(s.scene), s.width, s.height, s.spp, s.threads, escaped(s.machine), escaped(s.build), s.seed, escaped(s.date));
     html += total(r) + knob_table(r);
-    const std::string front = front_plot(r), plots = knob_plots(r);
-    if (!(front + plots).empty()) html += "<h2>Error against time</h2><div class=\"plots\">" + front + plots + "</div>";
-    html += layer_tables(r) + maps(r) + all_settings(r) + notes(r);
+    html += plots(r) + images_section(r) + layers_section(r) + time_section(r) + maps_section(r) + files_section(r) + all_settings(r) + notes(r);
     return html + "</body></html>\n";
 }
 

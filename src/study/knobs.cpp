@@ -23,6 +23,8 @@ const std::vector<Knob>& all_knobs() {
         {"caustics", "--caustics", {{"path"}, {"auto"}, {"manifold"}}, "", "casters of caustics"},
         {"pixel filter", "--filter", {{"blackman-harris", other}, {"box", other}, {"triangle", other}, {"gaussian", other}, {"mitchell", other}}},
         {"BVH quality", "--bvh-quality", {{"auto"}, {"fast"}, {"balanced"}, {"high"}}},
+        {"texture bias", "--texture-bias", {{"-8"}, {"-2", off}, {"-1", off}, {"0", off}, {"1", off}, {"2", off}}, "-8", "textures"},
+        {"volume bounds", "--volume-bounds", {{"bricks"}, {"one"}}, "", "volumes"},
         {"dicing rate", "--dicing-rate", {{"0.5"}, {"1", off}, {"2", off}, {"4", off}}, "0.5", "subdivision by rate"},
         {"subdivision level", "--subdivision-level", {{"6"}, {"5", off}, {"4", off}, {"3", off}, {"2", off}, {"1", off}}, "6", "subdivision by level"},
         {"light layers", "--layers", {{"bounce,light,matrix,shadow,data", other}, {"bounce,light", other}, {"none", other}}},

@@ -11,11 +11,6 @@ namespace velatura::study {
 
 namespace {
 
-float encoded(double linear) {
-    const double v = std::clamp(linear, 0.0, 1.0);
-    return float(v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055);
-}
-
 /// From black over violet and orange to white; brighter is more, also in print. t in [0, 1].
 std::array<float, 3> heat(double t) {
     static constexpr std::array<std::array<double, 3>, 5> stops = {{{0, 0, 0.02}, {0.34, 0.07, 0.43}, {0.74, 0.22, 0.33}, {0.98, 0.55, 0.04}, {0.99, 1.0, 0.85}}};
@@ -62,6 +57,11 @@ std::vector<double> roots(std::vector<double> squares) {
 }
 
 }  // namespace
+
+float encoded(double linear) {
+    const double v = std::clamp(linear, 0.0, 1.0);
+    return float(v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055);
+}
 
 void add_maps(Report& report, const Reference& reference, const std::vector<Setting>& settings, const Tallies& tallies) {
     if (reference.means.size() != 3 * tallies.grid.pixels()) return;

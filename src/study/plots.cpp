@@ -44,39 +44,34 @@ class Axis {
     double low_, high_, from_, to_;
 };
 
-std::string text(double x, double y, const char* anchor, const std::string& content) {
-    return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>", x, y, anchor, escaped(content));
-}
+using Anchor = PlotDrawing::Anchor;
 
-std::string axes(const Axis& x, const Axis& y) {
-    std::string svg;
+void draw_axes(PlotDrawing& drawing, const Axis& x, const Axis& y) {
     for (const double v : x.ticks()) {
-        svg += fmt::format("<line class=\"grid\" x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\"/>", x.at(v), top, height - bottom);
-        svg += text(x.at(v), height - bottom + 16, "middle", duration(v));
+        drawing.lines.push_back({{{x.at(v), top}, {x.at(v), height - bottom}}});
+        drawing.texts.push_back({x.at(v), height - bottom + 16, duration(v), Anchor::Middle});
     }
     for (const double v : y.ticks()) {
-        svg += fmt::format("<line class=\"grid\" y1=\"{0:.1f}\" y2=\"{0:.1f}\" x1=\"{1}\" x2=\"{2}\"/>", y.at(v), left, width - right);
-        svg += text(left - 6, y.at(v) + 4, "end", percent(v));
+        drawing.lines.push_back({{{left, y.at(v)}, {width - right, y.at(v)}}});
+        drawing.texts.push_back({left - 6, y.at(v) + 4, percent(v), Anchor::End});
     }
-    svg += text(0.5 * (left + width - right), height - 8, "middle", "CPU time of the picture");
-    svg += fmt::format("<text transform=\"translate(13 {:.0f}) rotate(-90)\" text-anchor=\"middle\">relative error</text>", 0.5 * (top + height - bottom));
-    return svg;
+    drawing.texts.push_back({0.5 * (left + width - right), height - 8, "CPU time of the picture", Anchor::Middle});
+    drawing.texts.push_back({13, 0.5 * (top + height - bottom), "relative error", Anchor::Middle, true});
 }
 
-std::string curve(const PlotCurve& c, const Axis& x, const Axis& y) {
-    std::string svg, path;
-    for (const auto& [px, py] : c.points) path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : " L", x.at(px), y.at(py));
-    if (!c.is_dots) svg += fmt::format("<path class=\"curve{}\" style=\"stroke:var(--c{})\" d=\"{}\"/>", c.is_dashed ? " dashed" : "", c.color, path);
-    for (size_t i = 0; i < c.points.size() && !c.is_dashed; ++i) {
-        const std::string hint = i < c.hints.size() ? c.hints[i] : c.label;
-        svg += fmt::format("<circle style=\"fill:var(--c{})\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\"><title>{}</title></circle>", c.color, x.at(c.points[i].first), y.at(c.points[i].second), c.color == 0 ? 4.5 : 3.5, escaped(hint));
-    }
-    return svg;
+void draw_curve(PlotDrawing& drawing, const PlotCurve& c, const Axis& x, const Axis& y) {
+    PlotDrawing::Line line{{}, c.color, c.is_dashed ? 1.5 : 2.0, c.is_dashed};
+    for (const auto& [px, py] : c.points) line.points.emplace_back(x.at(px), y.at(py));
+    for (size_t i = 0; i < c.points.size() && !c.is_dashed; ++i)
+        drawing.dots.push_back({line.points[i].first, line.points[i].second, c.color == 0 ? 4.5 : 3.5, c.color, i < c.hints.size() ? c.hints[i] : c.label});
+    if (!c.is_dots) drawing.lines.push_back(std::move(line));
 }
+
+std::string color_of(int color) { return color == PlotDrawing::grid_color ? "var(--grid)" : color == PlotDrawing::text_color ? "var(--soft)" : fmt::format("var(--c{})", color); }
 
 }  // namespace
 
-std::string log_plot(const std::vector<PlotCurve>& curves, const std::string& title) {
+PlotDrawing log_plot(const std::vector<PlotCurve>& curves) {
     double x0 = 1e300, x1 = 0, y0 = 1e300, y1 = 0;
     for (const PlotCurve& c : curves) {
         for (const auto& [x, y] : c.points) {
@@ -86,12 +81,29 @@ std::string log_plot(const std::vector<PlotCurve>& curves, const std::string& ti
             y1 = std::max(y1, y);
         }
     }
-    if (!(x0 > 0 && y0 > 0 && x1 >= x0 && y1 >= y0)) return {};
+    PlotDrawing drawing{.width = width, .height = height, .lines = {}, .dots = {}, .texts = {}};
+    if (!(x0 > 0 && y0 > 0 && x1 >= x0 && y1 >= y0)) return drawing;
     const Axis x(x0, x1, left, width - right), y(y0, y1, height - bottom, top);
-    std::string svg = fmt::format("<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">", width, height, escaped(title));
-    svg += axes(x, y);
+    draw_axes(drawing, x, y);
     // The render as it is lies on top
-    for (size_t i = curves.size(); i-- > 0;) svg += curve(curves[i], x, y);
+    for (size_t i = curves.size(); i-- > 0;) draw_curve(drawing, curves[i], x, y);
+    return drawing;
+}
+
+std::string to_svg(const PlotDrawing& drawing, const std::string& title) {
+    static constexpr const char* anchors[] = {"start", "middle", "end"};
+    std::string svg = fmt::format("<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">", drawing.width, drawing.height, escaped(title));
+    for (const PlotDrawing::Line& l : drawing.lines) {
+        std::string path;
+        for (const auto& [x, y] : l.points) path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : " L", x, y);
+        svg += fmt::format("<path class=\"curve{}\" style=\"stroke:{};stroke-width:{}\" d=\"{}\"/>", l.is_dashed ? " dashed" : "", color_of(l.color), l.width, path);
+    }
+    for (const PlotDrawing::Dot& d : drawing.dots)
+        svg += fmt::format("<circle style=\"fill:{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\"><title>{}</title></circle>", color_of(d.color), d.x, d.y, d.radius, escaped(d.hint));
+    for (const PlotDrawing::Text& t : drawing.texts) {
+        const std::string place = t.is_upright ? fmt::format("transform=\"translate({:.1f} {:.1f}) rotate(-90)\"", t.x, t.y) : fmt::format("x=\"{:.1f}\" y=\"{:.1f}\"", t.x, t.y);
+        svg += fmt::format("<text {} text-anchor=\"{}\">{}</text>", place, anchors[int(t.anchor)], escaped(t.content));
+    }
     return svg + "</svg>";
 }
 

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,11 +20,17 @@ struct Grid {
     bool operator==(const Grid&) const = default;
 };
 
+/// A part of the picture, pixels from its upper left corner.
+struct Region {
+    int x = 0, y = 0, width = 0, height = 0;
+};
+
 /// One render to be made.
 struct RenderRequest {
     std::string options;  ///< beside those of the render that is studied, as typed
     uint64_t seed = 0;
     Grid grid;
+    std::optional<Region> region = {};  ///< instead of the grid: all pixels of it, of the same size
     std::vector<uint64_t> spp;  ///< ascending; where to take readings. The last one is taken, others where it costs nothing.
     std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
 };
@@ -46,6 +53,7 @@ struct LayerReading {
 struct RenderRun {
     std::vector<Reading> readings;  ///< ascending, at least one
     double setup_s = 0;             ///< CPU seconds before the first sample, whenever they were spent
+    double outline_px = 0;          ///< how far triangles are off the limits of subdivision surfaces; 0: there are none
     std::vector<float> pixel_s;     ///< seconds per pixel, [height][width]
     std::vector<LayerReading> layers;
 };

@@ -87,6 +87,7 @@ class Maker {
         r.rounds = int(tally.rounds.size());
         r.refusal = tally.refusal;
         r.setup_s = tally.setup_s;
+        r.outline_px = tally.outline_px;
         for (const PointTally& p : tally.points) {
             r.curve.push_back({p.spp, average(p.cpu_s) * picture_factor_, root_of(noise_squares(p.picture, reference_))});
             if (p.spp != spp_) continue;

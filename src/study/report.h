@@ -49,6 +49,7 @@ struct SettingResult {
     double error = 0;           ///< noise and bias together
     DifferenceTest difference;  ///< from its anchor; of an anchor from the render as it is
     double cpu_s = 0, setup_s = 0, rays_per_sample = 0;
+    double outline_px = 0;      ///< how far outlines of subdivision surfaces are off, in pixels; 0: there are none
     Estimate time;              ///< over that of the render as it is
     Estimate equal_time;        ///< error after the time that the render as it is takes, over its error; high with the bias that may hide
     Slope slope;
@@ -81,6 +82,21 @@ struct StudyMap {
     std::vector<float> rgb;  ///< display-referred, [height][width][3]
 };
 
+/// A part of the picture by one setting, rendered for the same time as by the others.
+struct ShownImage {
+    std::string name, caption;
+    int width = 0, height = 0;
+    std::vector<float> rgb;  ///< display-referred, [height][width][3]
+};
+
+/// A way of storing the picture with its layers.
+struct FileFormat {
+    std::string options;
+    double bytes = 0, write_s = 0;  ///< of the whole picture; CPU seconds
+    double error = 0;               ///< relative, that rounding adds to the beauty
+    bool is_now = false;
+};
+
 struct Report {
     Subject subject;
     Grid grid;
@@ -94,6 +110,8 @@ struct Report {
     std::vector<KnobRow> rows;  ///< by what they are worth
     std::vector<LayerRow> layers;
     std::vector<StudyMap> maps;
+    std::vector<ShownImage> images;
+    std::vector<FileFormat> files;
 };
 
 /// Estimates everything from what there is.

@@ -26,6 +26,7 @@ json setting_json(const SettingResult& r) {
     j["cpu_s"] = r.cpu_s;
     j["setup_s"] = r.setup_s;
     j["rays_per_sample"] = r.rays_per_sample;
+    if (r.outline_px > 0) j["outline_px"] = r.outline_px;
     j["time_ratio"] = estimate(r.time);
     j["error_ratio_at_equal_time"] = estimate(r.equal_time);
     if (r.slope.is_known) j["slope"] = {{"value", r.slope.value}, {"standard_error", r.slope.standard_error}};
@@ -75,6 +76,8 @@ std::string to_json(const Report& r) {
     for (const SettingResult& s : r.settings) j["settings"].push_back(setting_json(s));
     j["layers"] = json::array();
     for (const LayerRow& l : r.layers) j["layers"].push_back({{"by", l.is_bounce ? "bounce" : "light"}, {"name", l.name}, {"energy", l.energy}, {"noise", l.noise}});
+    j["files"] = json::array();
+    for (const FileFormat& f : r.files) j["files"].push_back({{"options", f.options}, {"now", f.is_now}, {"bytes", f.bytes}, {"write_s", f.write_s}, {"rounding", f.error}});
     return j.dump(2) + "\n";
 }
 

@@ -71,7 +71,7 @@ std::string told_apart(const Estimate& ratio) {
     constexpr double close = 0.05;
     const double off = std::max(ratio.high - 1, 1 - ratio.low);
     if (off < close) return fmt::format("no difference at equal time, to {:.0f} %", std::ceil(off * 100));
-    return fmt::format("not told apart at equal time: {:+.0f} % to {:+.0f} %", (ratio.low - 1) * 100, (ratio.high - 1) * 100);
+    return fmt::format("not told apart at equal time: {:+.1f} % to {:+.1f} %", (ratio.low - 1) * 100, (ratio.high - 1) * 100);
 }
 
 std::string advice_of(const Report& report, const SettingResult& r) {
@@ -162,6 +162,8 @@ RowText text_of(const Report& report, const KnobRow& row) {
     const bool is_samples = row.knob == samples_knob;
     const bool has_exact = row.bias > 0 || row.is_biased;
     t.leaves = is_samples ? percent(report.noise.value) + " noise" : !has_exact ? "none" : row.is_biased ? percent(row.bias) + " bias" : "none seen, < " + percent(row.bias);
+    const bool is_cut = row.knob == "dicing rate" || row.knob == "subdivision level";
+    if (is_cut) t.leaves += fmt::format(", outlines {:.2g} px", report.settings[0].outline_px);
     t.cost = percent(std::round(row.cost_share * 1000) / 1000);
     t.verdict = text_of(row.verdict);
     t.advice = row.advice;

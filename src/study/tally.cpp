@@ -43,6 +43,7 @@ void Tallies::add(size_t setting, int round, const RenderRun& run) {
     SettingTally& tally = settings[setting];
     tally.rounds.push_back(round);
     tally.setup_s = run.setup_s;
+    tally.outline_px = run.outline_px;
     for (const Reading& r : run.readings) {
         auto place = std::lower_bound(tally.points.begin(), tally.points.end(), r.spp, [](const PointTally& p, uint64_t spp) { return p.spp < spp; });
         if (place == tally.points.end() || place->spp != r.spp) place = tally.points.insert(place, PointTally{.spp = r.spp, .picture = {}, .cpu_s = {}});

@@ -39,6 +39,7 @@ struct SettingTally {
     Moments difference;              ///< from the anchor's picture of the same seed, at the render's samples
     std::vector<int> rounds;         ///< that it took part in, ascending
     double setup_s = 0;
+    double outline_px = 0;
     std::string refusal;  ///< why it cannot be rendered; empty: it can
 
     /// At the render's samples; null before its first round.

@@ -100,6 +100,7 @@ void all(File& file, Tallies& t) {
         moments(file, s.difference);
         list(file, s.rounds);
         file.value(s.setup_s);
+        file.value(s.outline_px);
         list(file, s.refusal);
     }
     file.size_of(t.layers);

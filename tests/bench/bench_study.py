@@ -33,7 +33,7 @@ STARTS = {"plain": "--sampler independent --adaptive off --splitting off --max-d
 MOST = 1.02
 SPP = 16
 SEEDS = range(101, 109)
-REFERENCE_SEED, REFERENCE_TIMES = 900, 128
+REFERENCE_SEED, REFERENCE_TIMES = 900, 64
 # Nothing left out, and no samples placed by what the pixels show
 # Exit code of a study that had no time for two rounds, and advises nothing
 TOO_SHORT = 3

@@ -8,6 +8,7 @@
 
 #include <cstring>
 #include <filesystem>
+#include <set>
 
 #include "temporary.h"
 
@@ -71,6 +72,20 @@ TEST(Exr, KeepsEveryBitAndAttribute) {
         }
         EXPECT_EQ(digest_of(*back), digest_of(image));
     }
+}
+
+TEST(Exr, NoCompressionLosesABit) {
+    const Image image = sample_image(2);
+    const std::string path = temporary("packed.exr");
+    std::set<size_t> sizes;
+    for (const Compression c : {Compression::None, Compression::Rle, Compression::Zips, Compression::Zip, Compression::Piz}) {
+        ASSERT_TRUE(write_exr(path, image, c).has_value());
+        const auto back = read_exr(path);
+        ASSERT_TRUE(back.has_value()) << back.error().message;
+        EXPECT_EQ(digest_of(*back), digest_of(image)) << int(c);
+        sizes.insert(size_t(std::filesystem::file_size(path)));
+    }
+    EXPECT_GE(sizes.size(), 3u) << "other ways of packing have other sizes";
 }
 
 TEST(Exr, SaysWhatIsWrongWithBadFiles) {

@@ -261,8 +261,13 @@ TEST(MaterialEvaluator, TexturesFollowStAndItsTransform) {
             const MaterialEvaluator turned(stage.scene, stage.diagnostics);
             EXPECT_NEAR(double(turned.emission(p, up, 0).x) + double(c.x), 1.0, 1e-5);
             stage.scene.textures[0].st_matrix = {1, 0, 0, 1};
-            // A footprint as large as the square sees the mean
+            // A footprint as large as the square sees the mean; one of a 256th sees what no footprint sees
             EXPECT_NEAR(double(e.emission(p, up, 1.0f).x), 0.5, 0.01);
+            const MaterialEvaluator sharp(stage.scene, stage.diagnostics, {}, -8.0f);
+            const MaterialEvaluator blurred(stage.scene, stage.diagnostics, {}, 8.0f);
+            EXPECT_EQ(sharp.emission(p, up, 1.0f), e.emission(p, up, 0x1p-8f));
+            EXPECT_EQ(blurred.emission(p, up, 0x1p-8f), e.emission(p, up, 1.0f));
+            EXPECT_EQ(blurred.emission(p, up, 0), c) << "no footprint is none, whatever the bias";
         }
     }
     const MaterialEvaluator e(stage.scene, stage.diagnostics);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <memory>
 
@@ -10,7 +11,10 @@
 #include "image/formats.h"
 #include "study/compare.h"
 #include "study/fake_render.h"
+#include "study/images.h"
 #include "study/png.h"
+#include "study/raster.h"
+#include "study/report_plots.h"
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wall"
@@ -111,6 +115,93 @@ TEST(Png, HoldsThePixels) {
     ASSERT_TRUE(bytes);
     ASSERT_EQ((std::array<int, 3>{width, height, channels}), (std::array<int, 3>{7, 5, 3}));
     for (size_t i = 0; i < rgb.size(); ++i) EXPECT_EQ(bytes.get()[i], image::display_byte(rgb[i])) << i;
+}
+
+TEST(Plots, ArePicturesOfTheirOwn) {
+    const std::vector<ReportPlot> plots = report_plots(some_report(2));
+    ASSERT_EQ(plots.size(), 3u);
+    EXPECT_EQ(plots[0].name, "all");
+    for (const ReportPlot& plot : plots) {
+        const std::string png = to_png(plot);
+        int width = 0, height = 0, channels = 0;
+        const std::unique_ptr<uint8_t, decltype(&std::free)> bytes(stbi_load_from_memory(reinterpret_cast<const uint8_t*>(png.data()), int(png.size()), &width, &height, &channels, 3), &std::free);
+        ASSERT_TRUE(bytes);
+        EXPECT_EQ(width, 1200);
+        // Where the page has a dot, the picture has its color
+        const PlotDrawing drawing = plot.drawing();
+        for (const PlotDrawing::Dot& d : drawing.dots) {
+            if (d.color != 0) continue;
+            const double scale = 1200.0 / drawing.width;
+            const uint8_t* const pixel = bytes.get() + 3 * (size_t(scale * (d.y + 24)) * 1200 + size_t(scale * d.x));
+            EXPECT_EQ((std::array<int, 3>{pixel[0], pixel[1], pixel[2]}), (std::array<int, 3>{0x1b, 0x1b, 0x1a})) << plot.name;
+        }
+    }
+}
+
+TEST(Raster, LinesCoverWhatTheyAreLongAndWide) {
+    Raster raster(100, 60);
+    PlotDrawing drawing{.width = 50, .height = 30, .lines = {{{{5, 5}, {45, 25}}, 1, 2.0, false}}, .dots = {}, .texts = {}};
+    const std::vector<float> before = raster.rgb();
+    raster.draw(drawing, 2, 0, 0);
+    double covered = 0;
+    for (size_t i = 0; i < before.size(); i += 3) covered += double((before[i] - raster.rgb()[i]) / (before[i] - 42 / 255.0f));
+    // As wide as two thirds of the plot's units, with a round end of half a circle each
+    const double width = 2 * 2.0 * 0.7, length = 2 * std::hypot(40, 20);
+    EXPECT_NEAR(covered, width * length + 3.14159 / 4 * width * width, 0.03 * width * length);
+}
+
+TEST(Raster, LettersStandWhereTheyAreAnchored) {
+    for (const auto anchor : {PlotDrawing::Anchor::Start, PlotDrawing::Anchor::Middle, PlotDrawing::Anchor::End}) {
+        Raster raster(400, 60);
+        const PlotDrawing drawing{.width = 400, .height = 60, .lines = {}, .dots = {}, .texts = {{200, 40, "HHHHHHHH", anchor}}};
+        const std::vector<float> before = raster.rgb();
+        raster.draw(drawing, 1, 0, 0);
+        int left = 400, right = 0, top = 60, bottom = 0;
+        for (int y = 0; y < 60; ++y) {
+            for (int x = 0; x < 400; ++x) {
+                if (raster.rgb()[3 * (size_t(y) * 400 + size_t(x))] == before[0]) continue;
+                left = std::min(left, x);
+                right = std::max(right, x);
+                top = std::min(top, y);
+                bottom = std::max(bottom, y);
+            }
+        }
+        ASSERT_LT(left, right);
+        EXPECT_EQ(bottom, 39) << "on the base line";
+        EXPECT_NEAR(bottom - top, 14, 4);
+        const int at = anchor == PlotDrawing::Anchor::Start ? left : anchor == PlotDrawing::Anchor::End ? right : (left + right) / 2;
+        EXPECT_NEAR(at, 200, 6) << "but for the space behind a letter";
+    }
+}
+
+TEST(Images, ShowTheNoisiestPartInEqualTime) {
+    FakeStudy s({{"way", "--way", {{"a"}, {"b"}, {"c"}}}});
+    FakeRenderer fake;
+    fake.settings["--way b"] = {.noise = 0.5, .time = 0.5};
+    Report report = s.run(fake);
+    // The noise of the fake grows from the first pixel to the last
+    const Region region = noisiest_region(report, s.tallies, 120, 80);
+    EXPECT_EQ(region.width, 120);
+    EXPECT_EQ(region.height, 80);
+    EXPECT_GT(region.y, 200);
+    EXPECT_LE(region.y + region.height, 320);
+    std::vector<RenderRequest> requests;
+    const auto render = [&](const RenderRequest& r) {
+        requests.push_back(r);
+        return fake(r);
+    };
+    add_images(report, s.tallies, render, 1e6);
+    ASSERT_EQ(report.images.size(), 2u);
+    EXPECT_EQ(report.images[1].name, "--way b");
+    EXPECT_EQ(report.images[1].width, 128);
+    EXPECT_EQ(report.images[1].rgb.size(), 3u * 128 * 96);
+    EXPECT_EQ(requests[0].spp, std::vector<uint64_t>{64});
+    EXPECT_NEAR(double(requests[1].spp[0]), 128, 16);
+    EXPECT_EQ(count(to_html(report), "<img"), 5u) << "and the picture, its noise and its time";
+    // None where there is no time
+    Report hurried = s.run(fake);
+    add_images(hurried, s.tallies, std::ref(fake), 1e-6);
+    EXPECT_TRUE(hurried.images.empty());
 }
 
 TEST(Base64, IsThatOfRfc4648) {

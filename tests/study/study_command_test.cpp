@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // velatura study from the outside, on a scene of a few pixels.
 #include <cstdlib>
+#include <filesystem>
+#include <map>
 
 #include <sys/wait.h>
 
@@ -43,6 +45,8 @@ TEST_F(StudyCommand, WritesAReportOfWhatTheSceneCallsFor) {
     ASSERT_EQ(r.exit_code, 0) << r.output;
     EXPECT_TRUE(w.exists("out/report.html"));
     EXPECT_TRUE(w.exists("out/report.csv"));
+    EXPECT_TRUE(w.exists("out/plot-all.png"));
+    EXPECT_TRUE(w.exists("out/plot-max-bounces.png"));
     const nlohmann::json j = report("out");
     EXPECT_EQ(j["rounds"], 3);
     EXPECT_EQ(j["rows"].size(), 6u);
@@ -58,6 +62,45 @@ TEST_F(StudyCommand, WritesAReportOfWhatTheSceneCallsFor) {
     for (const auto& l : j["layers"])
         if (l["by"] == "bounce") energy += l["energy"].get<double>();
     EXPECT_NEAR(energy, 1.0, 1e-6);
+}
+
+/// Beside the table: images in equal time, and what files take.
+TEST_F(StudyCommand, ShowsImagesAndFiles) {
+    const CommandResult r = study("-o out --knobs sampler,light-sampling");
+    ASSERT_EQ(r.exit_code, 0) << r.output;
+    EXPECT_FALSE(w.exists("out/.file.exr"));
+    const std::string html = read_file(w.path("out/report.html")).value();
+    EXPECT_NE(html.find("<h2>In equal time</h2>"), std::string::npos);
+    const nlohmann::json files = report("out")["files"];
+    ASSERT_EQ(files.size(), 10u);
+    std::map<std::string, nlohmann::json> by_name;
+    for (const auto& f : files) by_name[f["options"]] = f;
+    EXPECT_EQ(by_name["half, zip"]["now"], true);
+    EXPECT_LT(by_name["half, zip"]["bytes"], by_name["half, none"]["bytes"]);
+    EXPECT_LT(by_name["half, none"]["bytes"], by_name["float, none"]["bytes"]);
+    EXPECT_GT(by_name["half, zip"]["rounding"], 0.0);
+    EXPECT_LT(by_name["half, zip"]["rounding"], 1e-3) << "a half rounds by 2^-11 at most";
+    EXPECT_EQ(by_name["float, zip"]["rounding"], 0.0);
+}
+
+/// The height of arcs over chords falls with the square of the chord: by four a level.
+TEST_F(StudyCommand, OutlinesOfSubdivisionSurfacesComeCloserByTheSquare) {
+    if (!std::filesystem::exists(VELATURA_BIN_DIR "/../plugins/subdivision/velatura_subdivision.so")) GTEST_SKIP() << "built without the plugin subdivision";
+    w.write("s.usda", small_scene() + R"usda(
+def Mesh "Round"
+{
+    point3f[] points = [(-1, -1, -1), (1, -1, -1), (-1, 1, -1), (1, 1, -1), (-1, -1, 1), (1, -1, 1), (-1, 1, 1), (1, 1, 1)]
+    int[] faceVertexCounts = [4, 4, 4, 4, 4, 4]
+    int[] faceVertexIndices = [0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5]
+    uniform token subdivisionScheme = "catmullClark"
+}
+)usda");
+    ASSERT_EQ(study("-o out --knobs subdivision-level --subdivision-level 3").exit_code, 0);
+    const nlohmann::json j = report("out");
+    const double at_3 = setting(j, "")["outline_px"];
+    EXPECT_GT(at_3, 0.0);
+    EXPECT_NEAR(at_3 / setting(j, "--subdivision-level 5")["outline_px"].get<double>(), 16.0, 1.6);
+    EXPECT_NEAR(at_3 / setting(j, "--subdivision-level 4")["outline_px"].get<double>(), 4.0, 0.6);
 }
 
 TEST_F(StudyCommand, GoesOnFromItsFolder) {

@@ -2,12 +2,15 @@
 // Volumes from the outside: who opens OpenVDB, what is drawn, and what files that are wrong cost.
 #include "../app/command.h"
 #include "../plugin/opened_files.h"
+#include "image/exr.h"
 #include "vdb_files.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <openvdb/tools/LevelSetSphere.h>
 
+#include <array>
+#include <cmath>
 #include <filesystem>
 #include <string>
 
@@ -99,6 +102,27 @@ TEST_F(VolumeRender, DrawsThemWhateverTheThreads) {
     EXPECT_EQ(smoke, hash_of("smoke.usda", "--mode tile --threads 3"));
     EXPECT_EQ(smoke, hash_of("smoke.usda", "--effects all"));
     EXPECT_EQ(hash_of("none.usda"), hash_of("smoke.usda", "--effects -volumes"));
+}
+
+TEST_F(VolumeRender, HasOneMeanWhateverTheBounds) {
+    const std::string many = " --spp 256 --layers none --lights off ";
+    EXPECT_NE(hash_of("smoke.usda", many), hash_of("smoke.usda", many + "--volume-bounds one"));
+    ASSERT_EQ(w.velatura(std::string("render smoke.usda -o bricks.exr") + quick + many).exit_code, 0);
+    ASSERT_EQ(w.velatura(std::string("render smoke.usda -o one.exr --volume-bounds one") + quick + many).exit_code, 0);
+    // Two renders by other seeds differ by as much
+    ASSERT_EQ(w.velatura(std::string("render smoke.usda -o seed.exr --seed 5") + quick + many).exit_code, 0);
+    const auto mean_and_error = [&](const char* name) {
+        const auto picture = image::read_exr(w.path(name)), reference = image::read_exr(w.path("bricks.exr"));
+        std::array<double, 3> sums{};
+        for (size_t i = 0; i < picture->data.pixel_count(); ++i) {
+            const double a = double(picture->find("G")->value(i)), b = double(reference->find("G")->value(i));
+            sums = {sums[0] + a, sums[1] + b, sums[2] + (a - b) * (a - b)};
+        }
+        return sums;
+    };
+    const auto one = mean_and_error("one.exr"), seed = mean_and_error("seed.exr");
+    EXPECT_LT(one[2], 4 * seed[2]);
+    EXPECT_NEAR(one[0] / one[1], 1.0, 4 * std::sqrt(seed[2]) / one[1]);
 }
 
 TEST_F(VolumeRender, OfZerosIsThePictureWithout) {
