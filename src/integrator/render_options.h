@@ -25,7 +25,7 @@ struct RenderOptions {
     double time_budget_s = 0;       ///< progressive: stop at the pass that ends after it; 0 = none
     double target_error = 0;        ///< progressive: stop when the relative standard error is this; 0 = none
     double forecast_error = 0;      ///< progressive: forecast when the error will be this; 0 = that of target_error, if any
-    ErrorCurve curve;               ///< progressive: what the part of the render that the film came with said of its error
+    ErrorCurve curve = {};          ///< progressive: what the part of the render that the film came with said of its error
     bool has_independent_halves = false;  ///< even and odd samples know nothing of each other, see sampling::has_halves
 };
 

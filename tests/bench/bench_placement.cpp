@@ -139,7 +139,7 @@ int measure(const std::string& name, const Setup& setup, const app::RenderJob& j
     app::StudyRenderer renderer(job, input, diagnostics);
     const study::Grid whole{renderer.window().width(), renderer.window().height()};
     const auto render = [&](const char* options, uint64_t seed, Runs& runs) {
-        Result<study::RenderRun> run = renderer.render({options, seed, whole, {setup.spp, 4 * setup.spp}});
+        Result<study::RenderRun> run = renderer.render({.options = options, .seed = seed, .grid = whole, .spp = {setup.spp, 4 * setup.spp}});
         if (!run) fmt::print(stderr, "error: {} [{}]\n", run.error().message, run.error().code);
         else runs.runs.push_back(std::move(*run));
         return run.has_value();
