@@ -110,7 +110,9 @@ class Maker {
 
     ErrorParts parts_of(size_t s) const {
         ErrorParts parts;
-        if (const PointTally* p = tallies_.settings[s].at(spp_)) parts.noise = noise_squares(p->picture, reference_);
+        // Of the same picture the noise is the same, whatever rounds it took part in
+        const size_t of = report_.settings[s].difference.is_same_picture ? 0 : s;
+        if (const PointTally* p = tallies_.settings[of].at(spp_)) parts.noise = noise_squares(p->picture, reference_);
         // Other knobs leave what they leave in the render as it is
         const auto join = [&parts](const GroupMeans& more) {
             for (size_t g = 0; g < GroupMeans::groups; ++g) {
@@ -130,6 +132,7 @@ class Maker {
         const ErrorParts own = parts_of(s), base = parts_of(0);
         r.bias = std::sqrt(std::max(own.bias.mean(), 0.0));
         r.error = std::sqrt(square_without(own, GroupMeans::groups, 1.0));
+        if (r.difference.is_same_picture) r.noise = report_.settings[0].noise;
         const std::optional<TimeRatio> ratio = time_ratio(tallies_.settings[s], tallies_.settings[0], spp_);
         if (s == 0) {
             r.time = r.equal_time = {1, 1, 1};
@@ -168,11 +171,13 @@ class Maker {
         return may_hide ? 0.5 * std::log1p(r.difference.bias_limit * r.difference.bias_limit / std::max(square, 1e-300)) : 0.0;
     }
 
-    /// Light that a way of sampling meets too rarely to have been seen is missing in its pictures, as by a bug.
+    /// Light that a way of sampling meets too rarely to have been seen is missing in its pictures, as by a bug; too much of it
+    /// where it was met is none either.
     static bool breaks_promise(const SettingResult& r) {
         if (r.setting.promise != Promise::SameMean || r.setting.knob.empty() || r.setting.anchor != 0 || !r.difference.is_seen) return false;
-        const bool may_be_chance = r.difference.shift < 0 ? r.setting.is_chancy : r.setting.is_now_chancy;
-        return !may_be_chance;
+        constexpr double sure = 4.5;
+        const double shift = r.difference.shift, limit = sure * r.difference.shift_se;
+        return !(r.setting.is_chancy && shift < limit) && !(r.setting.is_now_chancy && shift > -limit);
     }
 
     static Verdict judge(const SettingResult& r, double gain, double worst_gain, double se) {

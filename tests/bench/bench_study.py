@@ -102,9 +102,9 @@ class Subject:
             options = merged(EXACT, f"--seed {REFERENCE_SEED} --spp {SPP * REFERENCE_TIMES} --layers none --lights off")
             subprocess.run([*self.command("render", self.reference(), options), "--float-layers"], check=True)
 
-    def study(self, seconds):
+    def study(self, seconds, knobs):
         """Options that the first row of the report advises; empty: it advises none."""
-        options = merged(STARTS[self.start], f"--spp {SPP} --time {seconds}s --rounds 32")
+        options = merged(STARTS[self.start], f"--spp {SPP} --time {seconds}s --rounds 32" + (f" --knobs {knobs}" if knobs else ""))
         command = self.command("study", self.folder, options)
         done = subprocess.run(command)
         if done.returncode not in (0, TOO_SHORT):
@@ -135,10 +135,10 @@ class Subject:
         return math.sqrt(squares[advice] / squares[""]), spread, spp
 
 
-def follow(scene, start, seconds):
+def follow(scene, start, seconds, knobs):
     """Studies one scene and measures what the advice does to the error: that, the start, and a line of the table."""
     subject = Subject(scene, start)
-    advice, report = subject.study(seconds)
+    advice, report = subject.study(seconds, knobs)
     if not advice:
         return 1.0, start, f"{scene:<26} {start:<8} none: {report['rows'][0]['verdict']}"
     subject.make_reference()
@@ -153,6 +153,7 @@ def main():
     parser.add_argument("scenes", nargs="*", default=SCENES)
     parser.add_argument("--starts", default=",".join(STARTS), help="of " + ", ".join(STARTS))
     parser.add_argument("--time", type=int, default=90, help="seconds of each study")
+    parser.add_argument("--knobs", default="", help="of velatura study: only these")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="scenes at a time, a thread for each")
     arguments = parser.parse_args()
     starts = arguments.starts.split(",")
@@ -160,7 +161,7 @@ def main():
     print(f"{'scene':<26} {'start':<8} {'advice':<28} {'promised':>22} {'error':>8} {'±':>6} {'spp':>5}", flush=True)
     tally = {start: [0, 0, 0] for start in starts}
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
-        for ratio, start, text in pool.map(lambda choice: follow(*choice, arguments.time), [(scene, start) for start in starts for scene in arguments.scenes]):
+        for ratio, start, text in pool.map(lambda choice: follow(*choice, arguments.time, arguments.knobs), [(scene, start) for start in starts for scene in arguments.scenes]):
             tally[start][0 if ratio < 1 else 1 if ratio <= MOST else 2] += 1
             print(text, flush=True)
     for start, (lower, same, higher) in tally.items():

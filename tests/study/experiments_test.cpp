@@ -128,6 +128,24 @@ TEST(Experiments, WhatIsSettledLeavesTheTimeToTheRest) {
     EXPECT_EQ(report.settings[0].rounds, 12);
 }
 
+/// Rounds differ in how noisy they are: what took part in few of them must not look noisier for it.
+TEST(Experiments, ASettledSettingOfTheSamePictureHasItsNoise) {
+    FakeStudy s({{"tree", "--tree", {{"good"}, {"other"}}}});
+    FakeRenderer fake;
+    fake.settings["--tree other"] = {.is_same = true};
+    const auto wild_later = [&](const RenderRequest& request) {
+        FakeRenderer f = fake;
+        if (request.seed >= 6) f.noise *= 3;
+        return f(request);
+    };
+    ASSERT_TRUE(run_experiments(s.settings, s.options, wild_later, {}, s.tallies));
+    const Report report = make_report(s.subject, s.knobs, s.facts, s.settings, s.tallies);
+    const SettingResult& other = result_of(report, "tree", "other");
+    EXPECT_EQ(other.rounds, 6);
+    EXPECT_EQ(other.noise.value, report.noise.value);
+    EXPECT_EQ(other.verdict, Verdict::NoDifference);
+}
+
 TEST(Experiments, TheGridFitsIntoTheTimeAndThePicture) {
     FakeStudy s(one_choice);
     FakeRenderer fake;

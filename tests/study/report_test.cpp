@@ -105,12 +105,14 @@ TEST(Report, APlantedBiasIsFound) {
 }
 
 TEST(Report, LightThatIsMetTooRarelyIsNoBrokenPromise) {
-    FakeStudy s({{"way", "--way", {{"a"}, {"b", Promise::SameMean, true}, {"c", Promise::SameMean, true}}}});
+    FakeStudy s({{"way", "--way", {{"a"}, {"b", Promise::SameMean, true}, {"c", Promise::SameMean, true}, {"d", Promise::SameMean, true}}}});
     FakeRenderer r;
+    r.settings["--way d"] = {.tilt = 0.2};
     r.settings["--way b"] = {.scale = 0.8};
     r.settings["--way c"] = {.scale = 1.2};
     const study::Report report = s.run(r);
     EXPECT_EQ(result_of(report, "way", "b").verdict, Verdict::Worse) << "what it misses is its error";
+    EXPECT_EQ(result_of(report, "way", "d").verdict, Verdict::Worse) << "as much too dark here as too bright there";
     EXPECT_EQ(result_of(report, "way", "c").verdict, Verdict::Suspect) << "nobody finds more light than there is";
 }
 
