@@ -30,9 +30,11 @@ std::string depth_table(const Report& r) {
     std::string rows;
     double before = 0;
     int depth_before = 0;
-    for (const auto& [depth, share] : shares) {
+    for (const auto& [depth, measured] : shares) {
+        // Times are known to some percent, and longer paths take no less
+        const double share = std::clamp(measured, before, 1.0);
         const std::string name = depth == 0 ? fmt::format("b{} and on", depth_before + 1) : depth == depth_before + 1 ? fmt::format("b{}", depth) : fmt::format("b{} to b{}", depth_before + 1, depth);
-        rows += fmt::format("<tr>{}<td data-name=\"time\">{}</td></tr>", cell("bounce", depth_before == 0 ? "b0, " + name : name, ""), bar(std::max(share - before, 0.0), 3));
+        rows += fmt::format("<tr>{}<td data-name=\"time\">{}</td></tr>", cell("bounce", depth_before == 0 ? "b0, " + name : name, ""), bar(share - before, 3));
         before = share;
         depth_before = depth;
     }
