@@ -3,6 +3,7 @@
 #include "accel/traverse.h"
 #include "brute_force.h"
 #include "compare.h"
+#include "hard_case.h"
 #include "soups.h"
 
 #include <gtest/gtest.h>
@@ -124,7 +125,7 @@ TEST(Instances, OfAnIdentityWinTiesAgainstTheSameTrianglesPlacedDirectly) {
     EXPECT_GT(hits, 200u);
 }
 
-TEST(Instances, WithMatricesThatCannotBeUsedAreNotHitAndHarmOthersNot) {
+TEST(H09SingularMatrices, OfInstancesAreNotHitAndHarmOthersNot) {
     InstancedScene s = make_scene();
     const auto expected = build_bvh(s.scene);
     const size_t good = s.scene.instances.size();
@@ -138,7 +139,9 @@ TEST(Instances, WithMatricesThatCannotBeUsedAreNotHitAndHarmOthersNot) {
     }
     const auto bvh = build_bvh(s.scene);
     EXPECT_EQ(bvh->stats().instances, good);
-    EXPECT_EQ(compare(*bvh, *expected, mixed_rays(2000, 10)).different, 0u);
+    hardcase::expect_within({"hits of 2000 rays that unusable matrices change",
+                             double(compare(*bvh, *expected, mixed_rays(2000, 10)).different), 0, 0,
+                             "the scene without them"});
 }
 
 TEST(Instances, KeepBitsUnderScalingByPowersOfTwo) {

@@ -180,8 +180,8 @@ TEST(Absorption, LayersCloseAndWhiteAbsorbsNothing) {
     }
 }
 
-// RIGOR H41: bodies within bodies, enters without leaves and leaves without enters
-TEST(Interior, IsAsDeepAsNeeded) {
+// Bodies within bodies, enters without leaves and leaves without enters
+TEST(H41NestedBodies, EntersAndLeavesNeedNotMatch) {
     scene::Scene scene;
     for (int i = 0; i < 4; ++i) {
         scene::Material m = coloured_glass(1.5f);

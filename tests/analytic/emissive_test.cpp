@@ -71,7 +71,7 @@ void expect_irradiance(const TestScene& test,
 
 }  // namespace
 
-TEST(EmissiveSurface, SquareByEveryStrategy) {
+TEST(H33Strategies, SquareByEachIsTheClosedForm) {
     for (const LightSampling strategy : strategies) {
         TestScene test = patch_scene();
         test.add_square(lamp_z, 1.0f, test.add_matte(Rgb(0.0f), Rgb(1.0f)));

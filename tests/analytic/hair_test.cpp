@@ -63,7 +63,7 @@ integrator::World world_of(const TestScene& test) {
 
 }  // namespace
 
-TEST(HairFurnace, WhiteStrandsAreOne) {
+TEST(H14Curves, WhiteHairIsOne) {
     // By BSDF sampling alone every path brings 1, whatever it meets on its way
     using Basis = scene::Curves::Basis;
     for (int kind = 0; kind < 6; ++kind) {

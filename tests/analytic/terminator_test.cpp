@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shadow terminator: facets with interpolated normals against the sphere that they stand for (RIGOR
-// H15).
+// Shadow terminator: facets with interpolated normals against the sphere that they stand for (H15).
 #include "geometry/surface_point.h"
+#include "hard_case.h"
 #include "integrator/world.h"
 #include "test_scene.h"
 
@@ -102,7 +102,7 @@ Errors compare(const integrator::World& world, const Vec3& l, bool is_lifted) {
 
 }  // namespace
 
-TEST(ShadowTerminator, LiftedPointsSeeTheSphereThatFacetsStandFor) {
+TEST(H15Terminator, LiftedPointsSeeTheSphereThatFacetsStandFor) {
     TestScene test;
     add_smooth_ball(test, 8, 16, test.add_matte(Rgb(1.0f)));
     Diagnostics diagnostics;
@@ -118,13 +118,16 @@ TEST(ShadowTerminator, LiftedPointsSeeTheSphereThatFacetsStandFor) {
         EXPECT_EQ(plain.lifted, 0u);
         EXPECT_EQ(lifted.lifted, lifted.points);
         EXPECT_GT(plain.worst, 0.1);
-        EXPECT_LE(lifted.worst, plain.worst / 4);
-        EXPECT_NEAR(lifted.mean / plain.mean, 1.0, 0.02);
+        const std::string from = fmt::format("light from ({:.1f} {:.1f} {:.1f})", l.x, l.y, l.z);
+        hardcase::expect_within({from + ": worst error over that of plain facets",
+                                 lifted.worst / plain.worst, 0.25, 0, "the sphere"});
+        hardcase::expect_within({from + ": mean irradiance over that of plain facets, less 1",
+                                 std::abs(lifted.mean / plain.mean - 1), 0.02, 0, "plain facets"});
         EXPECT_NEAR(lifted.mean / lifted.true_mean, 1.0, 0.02);
     }
 }
 
-TEST(ShadowTerminator, FineBallsAreLeftAlone) {
+TEST(H15Terminator, FineBallsAreLeftAlone) {
     TestScene test;
     add_smooth_ball(test, 181, 362, test.add_matte(Rgb(1.0f)));
     const geometry::GeometrySet geometry(test.scene);
@@ -161,14 +164,19 @@ scene::Material plastic(float roughness) {
 }  // namespace
 
 // White in a white dome: lifting may only bring back what facets took, never more
-TEST(ShadowTerminator, FurnaceGainsNothing) {
+TEST(H15Terminator, FurnaceGainsNothing) {
     for (const float roughness : {0.0f, 0.4f, 1.0f}) {
         const Estimate e = render(ball_under(scene::LightKind::Dome, plastic(roughness)),
                                   {.size = 32, .samples = 256})
                                .beauty();
         fmt::print("coarse ball, roughness {}: {:.5f} +- {:.5f}\n", roughness, e.mean,
                    e.standard_error);
-        EXPECT_LE(e.mean, 1.0 + 1e-3 + 4 * e.standard_error);
+        hardcase::expect_within(
+            {fmt::format(
+                 "coarse ball, roughness {}: what a furnace exceeds 1 by, less 4 standard errors",
+                 roughness),
+             hardcase::larger(0.0, e.mean - 1.0 - 4 * e.standard_error), 1e-3, 0, "closed form",
+             fmt::format("{:.1e}", e.detectable())});
         EXPECT_GE(e.mean, 0.97);
         EXPECT_LE(e.detectable(), 1e-2);
     }

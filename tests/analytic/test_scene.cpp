@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "integrator/schedule.h"
+#include "hard_case.h"
 
 namespace velatura::test {
 
@@ -206,6 +207,7 @@ void expect_close(const Estimate& e, double expected, double relative, const std
     EXPECT_LE(std::abs(e.mean - expected), std::max(4.0 * e.standard_error, 1e-6 * scale)) << what;
     EXPECT_LE(std::abs(e.mean - expected), relative * scale) << what;
     EXPECT_LE(e.detectable(), relative * scale) << what << ": the test could not see its bound; more samples are needed";
+    hardcase::expect_in_hard_case({what + ", relative", std::abs(e.mean - expected) / scale, relative, e.detectable() / scale, "closed form"});
 }
 
 scene::Material smooth_glass(float ior) {
@@ -252,6 +254,7 @@ void expect_agreement(const RenderedLayers& a,
                5.2816 * error / level);
     EXPECT_LE(std::abs(sum), 4.0 * error) << what;
     EXPECT_LE(5.2816 * error, relative * level) << what << ": the test could not see its bound";
+    hardcase::expect_in_hard_case({what + ", relative", std::abs(sum) / level, relative, 5.2816 * error / level, "second method, other noise"});
 }
 
 }  // namespace velatura::test

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/math.h"
 
+#include "hard_case.h"
+
 #include <gtest/gtest.h>
 
 #include <random>
@@ -40,23 +42,41 @@ TEST(Math, RenormalizeLeavesTheSquareOfTheError) {
     }
 }
 
-TEST(Math, FrameIsOrthonormalAndRightHandedEverywhere) {
+TEST(H17Frames, AreOrthonormalAndRightHandedEverywhere) {
     std::mt19937 random(3);
-    const auto check = [](const Vec3& n) {
+    double worst = 0;
+    const auto check = [&](const Vec3& n) {
         const Frame f = Frame::from_z(n);
-        EXPECT_NEAR(f.x.dot(f.x), 1.0f, 1e-6f);
-        EXPECT_NEAR(f.y.dot(f.y), 1.0f, 1e-6f);
-        EXPECT_NEAR(f.x.dot(f.y), 0.0f, 1e-6f);
-        EXPECT_NEAR(f.x.dot(f.z), 0.0f, 1e-6f);
-        EXPECT_NEAR(f.x.cross(f.y).dot(f.z), 1.0f, 1e-6f);
-        const Vec3 v(0.2f, -0.5f, 0.8f);
-        EXPECT_LT((f.from_local(f.to_local(v)) - v).length(), 1e-6f);
+        const Vec3d x(f.x), y(f.y), z(f.z), v(0.2, -0.5, 0.8);
+        EXPECT_EQ(f.z, n);
+        const double errors[] = {x.dot(x) - 1,
+                                 y.dot(y) - 1,
+                                 x.dot(y),
+                                 x.dot(z),
+                                 y.dot(z),
+                                 x.cross(y).dot(z) - 1,
+                                 (Vec3d(f.from_local(f.to_local(Vec3(v)))) - v).length()};
+        for (const double error : errors) {
+            EXPECT_FALSE(std::isnan(error)) << n;
+            worst = hardcase::larger(worst, std::abs(error));
+        }
     };
     // South pole and its neighbours are where a careless formula divides by zero
+    const float denormal = std::numeric_limits<float>::denorm_min();
     for (const Vec3& n :
-         {Vec3(0, 0, 1), Vec3(0, 0, -1), Vec3(-0.0f, 0.0f, -1.0f), Vec3(1e-20f, 1e-30f, -1.0f)})
+         {Vec3(0, 0, 1), Vec3(0, 0, -1), Vec3(-0.0f, 0.0f, -1.0f), Vec3(1e-20f, 1e-30f, -1.0f),
+          Vec3(denormal, -denormal, -1.0f), Vec3(1, denormal, -denormal), Vec3(1, 0, -0.0f)})
         check(n);
-    for (int i = 0; i < 5000; ++i) check(random_direction(random));
+    const uint64_t count = hardcase::sized(200000, 100000000, 1000000000);
+    for (uint64_t i = 0; i < count; ++i) check(random_direction(random));
+    // Down to 2^-149 off the south pole
+    for (int k = 1; k < 149; ++k) {
+        const float s = std::ldexp(1.0f, -k);
+        for (const Vec3& aside : {Vec3(s, 0, -1), Vec3(0, s, -1), Vec3(s, -s, -1)})
+            check(normalize(aside));
+    }
+    hardcase::expect_within(
+        {"products of the axes of a frame, and there and back", worst, 1e-6, 0, "double"});
 }
 
 TEST(Math, TransformsAreThoseOfRowVectors) {

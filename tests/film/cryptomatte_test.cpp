@@ -105,7 +105,7 @@ TEST(Cryptomatte, FewLevelsKeepTheLargest) {
     }
 }
 
-TEST(Cryptomatte, DoesNotDependOnTilesOrPasses) {
+TEST(H53StableIds, DoNotDependOnTilesOrPasses) {
     Film whole(window, matte_set(6)), parts(window, matte_set(6), {.final_sample_end = samples});
     render(whole, 0, samples);
     for (const auto& [first, end] : {std::pair<uint64_t, uint64_t>{0, 1}, {1, 7}, {7, samples}}) render(parts, first, end, int(first % 2));

@@ -6,6 +6,7 @@
 #include "film/film_scene.h"
 #include "image/digest.h"
 #include "image/resolve.h"
+#include "hard_case.h"
 
 #include <gtest/gtest.h>
 
@@ -111,7 +112,7 @@ TEST(Film, AveragesByTheFilterWeightsInClosedForm) {
     EXPECT_EQ(rgba[3], 0.75f);
 }
 
-TEST(Film, FallsBackToTheCountWhereWeightsCancel) {
+TEST(H49NegativeLobes, FallBackToTheCountWhereWeightsCancel) {
     LayerSet set = test_layer_set();
     Film film({0, 0, 1, 1}, set);
     SampleRadiance s(set);
@@ -125,10 +126,11 @@ TEST(Film, FallsBackToTheCountWhereWeightsCancel) {
     }
     film.end_pixel(acc);
     // Σw = 0.125 < 0.1·4: divide by 4
-    EXPECT_EQ(film.snapshot().rgba[0], 2.125f / 4.0f);
+    hardcase::expect_within({"mean where the weights cancel", std::abs(double(film.snapshot().rgba[0]) - 2.125 / 4), 0, 0,
+                             "closed form"});
 }
 
-TEST(Film, LeavesBadSamplesOutAndSaysWhere) {
+TEST(H39BadSamples, AreLeftOutAndNamed) {
     const auto mean_without_bad = [](bool with_bad, BadSampleReason& reason) {
         LayerSet set = test_layer_set();
         Film film({0, 0, 1, 1}, set);
@@ -158,7 +160,7 @@ TEST(Film, LeavesBadSamplesOutAndSaysWhere) {
     EXPECT_EQ(reason, BadSampleReason::Negative);
 }
 
-TEST(Film, LogsTheSameFirstBadSamplesForEverySchedule) {
+TEST(H39BadSamples, AreLoggedTheSameForEverySchedule) {
     const auto log_of = [](int order) {
         LayerSet set = test_layer_set();
         Film film(window, set);

@@ -4,6 +4,7 @@
 #include "integrator/sample_placement.h"
 #include "integrator/schedule.h"
 #include "usd_render.h"
+#include "hard_case.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -136,14 +137,15 @@ TEST(Adaptive, WhatAPixelHasSeenDoesNotDecideHowOftenItLooks) {
     EXPECT_GT(samples_of(noisy, 17, 16), samples_of(plain, 17, 16));
 }
 
-// RIGOR H46: a lamp that one sample in a hundred meets. 16 pilot samples miss it with probability 0.85; a pixel that
+// A lamp that one sample in a hundred meets. 16 pilot samples miss it with probability 0.85; a pixel that
 // stopped for it would be too dark, one that went on for it as well.
-TEST(HardCasesH46, RareBrightSamplesLeaveNoBias) {
+TEST(H46RareEvents, LeaveNoBias) {
     constexpr double p = 0.01;
     const film::Window window{0, 0, 64, 64};
     double sum = 0, square = 0;
     int count = 0;
-    for (uint64_t seed = 0; seed < 40; ++seed) {
+    const uint64_t seeds = hardcase::sized(40, 4000, 40000);
+    for (uint64_t seed = 0; seed < seeds; ++seed) {
         // On the left other noise hides it, on the right there is none
         const auto value = [seed](int x, int y, uint64_t s) {
             const double lamp = number(2 * seed, x, y, s) < p ? 1 / p : 0.0;
@@ -159,9 +161,8 @@ TEST(HardCasesH46, RareBrightSamplesLeaveNoBias) {
         ++count;
     }
     const double mean = sum / count, error = std::sqrt((square / count - mean * mean) / (count - 1));
-    fmt::print("mean {:.5f} of 2, detectable {:.2g}\n", mean, (2.58 + 1.28) * error);
-    ASSERT_LT((2.58 + 1.28) * error, 0.01 * 2);
     EXPECT_NEAR(mean, 2, std::max(2.58 * error, 1e-12));
+    hardcase::expect_within({"mean of adaptive renders of a lamp of probability 0.01, relative", std::abs(mean / 2 - 1), 0.01, (2.58 + 1.28) * error / 2, "closed form"});
 }
 
 // One sample of the pilot that is far too bright: how bright does not matter, and few samples follow it
@@ -197,7 +198,7 @@ TEST(Adaptive, OneFireflyDrawsFewSamples) {
     EXPECT_LT(double(drawn), 0.015 * double(total));
 }
 
-TEST(Adaptive, TheCountsOfEveryPixelGrowWithTheIndex) {
+TEST(H45PowersOfTwo, SampleCountsGrowWithTheIndexAndStopAtThem) {
     const film::Window window{0, 0, 48, 48};
     integrator::PilotNoise noise(window);
     for (int y = 0; y < 48; ++y) {
@@ -207,6 +208,7 @@ TEST(Adaptive, TheCountsOfEveryPixelGrowWithTheIndex) {
     }
     const SampleRates rates(noise);
     ASSERT_FALSE(rates.is_uniform());
+    int others = 0;
     for (int x = 0; x < 48; x += 5) {
         uint64_t last = 0;
         for (uint64_t index = 0; index <= 256; ++index) {
@@ -214,13 +216,12 @@ TEST(Adaptive, TheCountsOfEveryPixelGrowWithTheIndex) {
             EXPECT_GE(count, last);
             EXPECT_GE(count, std::min(index, pilot_samples));
             EXPECT_LE(count, SampleRates::most(index));
-            // Low-discrepancy sequences are best used up to powers of two (RIGOR H45)
-            if (index >= 64 && std::has_single_bit(index)) {
-                EXPECT_TRUE(std::has_single_bit(count)) << index << " " << count;
-            }
+            // Low-discrepancy sequences are best used up to powers of two
+            if (index >= 64 && std::has_single_bit(index)) others += !std::has_single_bit(count);
             last = count;
         }
     }
+    hardcase::expect_within({"counts of adaptive stops that are no power of two", double(others), 0, 0, "every stop"});
 }
 
 }  // namespace velatura::test

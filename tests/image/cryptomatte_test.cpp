@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/cryptomatte.h"
+#include "hard_case.h"
 
 #include <gtest/gtest.h>
 
@@ -61,10 +62,11 @@ TEST(Cryptomatte, HashesAsMurmurHash3) {
               0x2fa826cdu);
 }
 
-TEST(Cryptomatte, IdsOfTheSpecificationsExample) {
-    EXPECT_EQ(matte_id("bunny"), 0x13851a76u);
-    EXPECT_EQ(matte_id("default"), 0x42c9679fu);
-    EXPECT_EQ(matte_id("bunny_porcelain_mat"), 0xb24b26d4u);
+TEST(H53StableIds, AreThoseOfTheSpecificationsExample) {
+    const int wrong = (matte_id("bunny") != 0x13851a76u) + (matte_id("default") != 0x42c9679fu) +
+                      (matte_id("bunny_porcelain_mat") != 0xb24b26d4u);
+    hardcase::expect_within({"ids of the specification's example that differ", double(wrong), 0, 0,
+                             "Cryptomatte specification 1.2"});
     // Every id is a normal number
     for (int i = 0; i < 20000; ++i) {
         const uint32_t id = matte_id("/World/thing_" + std::to_string(i));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Environment maps of the size and range of real ones (RIGOR H27), every texel checked.
 #include "base/tasks.h"
+#include "hard_case.h"
 #include "light_fixtures.h"
 #include "lights/environment_map.h"
 
@@ -90,14 +91,14 @@ Deviations deviations(const EnvironmentImage& image,
     return result;
 }
 
-TEST(EnvironmentCells, FlatMapIsSampledInEveryTexel) {
+TEST(H27EnvironmentMap, FlatMapIsSampledInEveryTexel) {
     const EnvironmentImage image = flat_map();
     const EnvironmentMap map(image, false);
     const Deviations worst = deviations(image, map, 16);
-    std::printf("flat: cell probabilities within %.2g, density times area within %.2g\n",
-                worst.mass, worst.density);
-    EXPECT_LE(worst.mass, 1e-6);
-    EXPECT_LE(worst.density, 1e-6);
+    hardcase::expect_within({"flat 8192 x 4096: probability of a texel, relative", worst.mass, 1e-6,
+                             0, "weights in long double, all texels"});
+    hardcase::expect_within(
+        {"flat: density times area, relative", worst.density, 1e-6, 0, "probability of the texel"});
 
     // Evenly spaced numbers reach every column, and every row in which they are dense enough
     std::vector<int> columns(width, 0), rows(height, 0);
@@ -124,19 +125,20 @@ TEST(EnvironmentCells, FlatMapIsSampledInEveryTexel) {
         const auto s = map.sample(u);
         return s ? std::max(0.0, s->direction.z) * double(s->radiance.x) / s->pdf : 0.0;
     });
-    EXPECT_NEAR(e.mean, pi_d, 1e-4 * pi_d) << "detectable " << e.detectable();
+    hardcase::expect_within({"flat: irradiance, relative", std::abs(e.mean / pi_d - 1), 1e-4,
+                             e.detectable() / pi_d, "closed form"});
 }
 
-TEST(EnvironmentCells, SunTakesNoMassFromTheSky) {
+TEST(H27EnvironmentMap, SunTakesNoMassFromTheSky) {
     const EnvironmentImage image = sky_with_sun(6e10f);
     const EnvironmentMap map(image, false);
     const Deviations worst = deviations(image, map, 1);
-    std::printf("sun of 6e10: cell probabilities within %.2g, density times area within %.2g\n",
-                worst.mass, worst.density);
     // What is drawn is what the density says; only beside the sun, where a texel has 1e-13 of the
     // probability, do sums in double let both differ a little from the picture
-    EXPECT_LE(worst.density, 1e-6);
-    EXPECT_LE(worst.mass, 1e-3);
+    hardcase::expect_within({"sun of 6e10: density times area, relative", worst.density, 1e-6, 0,
+                             "probability of the texel, all texels"});
+    hardcase::expect_within({"sun: probability of a texel beside it, relative", worst.mass, 1e-3, 0,
+                             "weights in long double"});
 
     // Irradiance of a surface that faces the sun: the sun's part and the sky's
     const double theta = pi_d * 1008.0 / height, longitude = 2.0 * pi_d * (0.5 - 3008.0 / width);
@@ -158,7 +160,9 @@ TEST(EnvironmentCells, SunTakesNoMassFromTheSky) {
         const auto s = map.sample(u);
         return s ? std::max(0.0, n.dot(s->direction)) * double(s->radiance.x) / s->pdf : 0.0;
     });
-    EXPECT_NEAR(e.mean, sun + pi_d, 1e-4 * sun) << "detectable " << e.detectable() / sun;
+    hardcase::expect_within({"sun and sky: irradiance, relative",
+                             std::abs(e.mean - sun - pi_d) / sun, 1e-4, e.detectable() / sun,
+                             "quadrature of both"});
 }
 
 }  // namespace

@@ -3,7 +3,9 @@
 #include "media/henyey_greenstein.h"
 
 #include "../sampling/chi_square.h"
+#include "hard_case.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -38,7 +40,7 @@ double quantile(double g, double p) {
     return double(1 - (1 + a * a - s * s) / (2 * a));
 }
 
-TEST(HenyeyGreenstein, SamplesFollowTheDensity) {
+TEST(H23HenyeyGreenstein, SamplesFollowTheDensity) {
     constexpr int rings = 32, sectors = 8, count = 400000;
     // Šidák: 27 tests at a joint level of 1 %
     const double limit = 3.37;
@@ -64,12 +66,12 @@ TEST(HenyeyGreenstein, SamplesFollowTheDensity) {
             EXPECT_LT(chi_square(counts, expected).z, limit) << "g = " << g;
         }
     }
-    std::printf("worst z %.2f of %d cases, limit %.1f; detectable: a cell wrong by %.1f %%\n", worst, int(std::size(gs) * std::size(directions)), limit,
-                100 * smallest_detectable(count, rings * sectors));
+    hardcase::expect_within({"worst chi-square deviate of 27 settings, |g| to 0.9999", hardcase::larger(0.0, worst), limit, 0, "inverse of the paper's distribution in long double",
+                             fmt::format("a cell wrong by {:.0f} %", 100 * smallest_detectable(count, rings * sectors))});
 }
 
-TEST(HenyeyGreenstein, MeanCosineIsG) {
-    constexpr int count = 1000000;
+TEST(H23HenyeyGreenstein, MeanCosineIsG) {
+    const int count = int(hardcase::sized(400000, 20000000, 1000000000));
     for (const double g : gs) {
         const HenyeyGreenstein phase{float(g)};
         TestRandom random(7);
@@ -80,12 +82,12 @@ TEST(HenyeyGreenstein, MeanCosineIsG) {
             squares += x * x;
         }
         const double mean = sum / count, deviation = std::sqrt((squares / count - mean * mean) / count);
-        EXPECT_NEAR(mean, 1 - std::abs(double(phase.g())), 5 * deviation) << "g = " << g;
-        std::printf("g %7.4f: 1 - mean cosine %.7f, expected %.7f, detectable %.7f\n", g, mean, 1 - std::abs(double(phase.g())), 5 * deviation);
+        hardcase::expect_within({fmt::format("mean cosine for g = {}, in standard errors", g), std::abs(mean - 1 + std::abs(double(phase.g()))) / deviation, 5, 0, "closed form",
+                                 fmt::format("{:.1e} of the cosine", 6.28 * deviation)});
     }
 }
 
-TEST(HenyeyGreenstein, DensityIsThePapersAndIntegratesToOne) {
+TEST(H23HenyeyGreenstein, DensityIsThePapersAndIntegratesToOne) {
     constexpr int steps = 20000;
     for (const double g : gs) {
         const HenyeyGreenstein phase{float(g)};
@@ -105,7 +107,7 @@ TEST(HenyeyGreenstein, DensityIsThePapersAndIntegratesToOne) {
             ASSERT_NEAR(found, exact, 2e-6 * exact) << "g = " << g << ", 1 - cos = " << x;
             integral += found * 2 * pi_d * (high - low);
         }
-        EXPECT_NEAR(integral, 1.0, 1e-4) << "g = " << g;
+        hardcase::expect_within({fmt::format("integral of the density for g = {}, less 1", g), std::abs(integral - 1), 1e-4, 0, "closed form"});
     }
 }
 
@@ -119,7 +121,7 @@ TEST(HenyeyGreenstein, IsReciprocal) {
     }
 }
 
-TEST(HenyeyGreenstein, StaysFiniteAtTheEnds) {
+TEST(H23HenyeyGreenstein, StaysFiniteAtTheEnds) {
     for (const float g : {-2.0f, -1.0f, 1.0f, 2.0f}) {
         const HenyeyGreenstein phase(g);
         EXPECT_LT(std::abs(phase.g()), 1.0f);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "chi_square.h"
+#include "hard_case.h"
 #include "sampling/distribution.h"
 
 #include <gtest/gtest.h>
@@ -35,24 +36,33 @@ TEST(Distribution1D, MatchesItsWeights) {
     EXPECT_DOUBLE_EQ(s.pdf, d.pdf(s.x));
 }
 
-// RIGOR H28
-TEST(Distribution1D, WildWeightsZerosAreNeverDrawn) {
+TEST(H28WildWeights, ZerosAreNeverDrawn) {
     TestRandom random(3);
-    std::vector<double> weights(1 << 16);
-    double sum = 0;
+    std::vector<double> weights(hardcase::sized(1 << 16, 1 << 22, 100000000));
+    long double sum = 0, total = 0;
     for (double& w : weights) {
         w = random.bits() % 3 == 0 ? 0.0 : std::pow(10.0, -30 + 60 * double(random.uniform()));
     }
     weights.front() = weights.back() = 0;
     const Distribution1D d = make(weights);
     for (size_t i = 0; i < weights.size(); ++i) {
-        sum += d.pmf(i);
+        sum += static_cast<long double>(d.pmf(i));
+        total += static_cast<long double>(weights[i]);
         if (weights[i] == 0) {
             ASSERT_EQ(d.pmf(i), 0.0);
         }
     }
-    EXPECT_NEAR(sum, 1.0, 1e-12);
-    for (int i = 0; i < 200000; ++i) {
+    hardcase::expect_within(
+        {"sum of the probabilities, less 1", double(std::abs(sum - 1)), 1e-12, 0, "long double"});
+    // A probability is a difference of doubles below 1: relative to itself where it is no smaller
+    double worst = 0;
+    for (size_t i = 0; i < weights.size(); ++i) {
+        const auto expected = double(static_cast<long double>(weights[i]) / total);
+        if (expected > 0x1p-32) worst = hardcase::larger(worst, std::abs(d.pmf(i) / expected - 1));
+    }
+    hardcase::expect_within({"a probability above 2^-32, relative", worst, 1e-6, 0, "long double"});
+    const uint64_t draws = hardcase::sized(200000, 100000000, 1000000000);
+    for (uint64_t i = 0; i < draws; ++i) {
         const Distribution1D::Sample s = d.sample(random.uniform());
         ASSERT_GT(weights[s.index], 0.0);
         ASSERT_GT(s.pdf, 0.0);
@@ -111,15 +121,18 @@ double worst_mass_error(const std::vector<float>& weights, size_t width, size_t 
     return worst;
 }
 
-// RIGOR H27, scaled down
-TEST(Distribution2D, FlatMapAndSunKeepTheirMass) {
+TEST(H27EnvironmentMass, FlatMapAndSunKeepTheirMass) {
     constexpr size_t width = 1024, height = 512;
     std::vector<float> flat(width * height, 1.0f);
-    EXPECT_LT(worst_mass_error(flat, width, height), 1e-9);
+    const auto expect_mass = [&](const char* what, double bound) {
+        hardcase::expect_within({what, worst_mass_error(flat, width, height), bound, 0,
+                                 "weight over the sum of weights, all texels"});
+    };
+    expect_mass("mass of a texel of a flat map, relative", 1e-9);
     flat[200 * width + 300] = 6.4e10f;
-    EXPECT_LT(worst_mass_error(flat, width, height), 1e-6);
+    expect_mass("the same below a sun of 6.4e10", 1e-6);
     for (size_t i = 0; i < flat.size(); i += 3) flat[i] = 0;
-    EXPECT_LT(worst_mass_error(flat, width, height), 1e-6);
+    expect_mass("the same with every third texel black", 1e-6);
 }
 
 TEST(Distribution2D, SamplesItsDensity) {

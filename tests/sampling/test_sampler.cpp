@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sampling/owen.h"
 #include "sampling/sampler.h"
+#include "hard_case.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -53,14 +55,16 @@ TEST(Owen, ScrambleKeepsNestedStrata) {
     }
 }
 
-// RIGOR H43
-TEST(Owen, UnitFloatStaysBelowOne) {
-    EXPECT_EQ(unit_float(0xffffffffu), 0x1.fffffep-1f);
+TEST(H43UnitFloat, StaysBelowOneForEveryBitPattern) {
     EXPECT_EQ(unit_float(0u), 0.0f);
-    float largest = 0;
-    for (uint64_t v = 0; v <= 0xffffffffull; v += 251)
+    const uint64_t step = hardcase::sized(251, 1, 1);
+    float largest = unit_float(0xffffffffu);
+    for (uint64_t v = 0; v <= 0xffffffffull; v += step)
         largest = std::max(largest, unit_float(uint32_t(v)));
-    EXPECT_LT(largest, 1.0f);
+    // Half a step below it would be 1 - 2^-23
+    hardcase::expect_within({fmt::format("largest of 2^32 / {} patterns from 1 - 2^-24", step),
+                             std::abs(double(largest) - 0x1.fffffep-1), 0, 0,
+                             "every bit pattern"});
 }
 
 /// Every elementary interval of area 1/n holds one of the n = 2^k points.
@@ -180,9 +184,8 @@ TEST(PixelSampler, OneDimensionIsStratified) {
     for (const int c : count) ASSERT_EQ(c, 1);
 }
 
-// RIGOR H42: the last of 2^20 samples of the last pixel of an 8k picture, and beyond 32 bits of
-// index
-TEST(PixelSampler, LargeIndicesAreDistinctAndInRange) {
+// The last of 2^20 samples of the last pixel of an 8k picture, and beyond 32 bits of index
+TEST(H42LargeIndices, AreDistinctAndInRange) {
     std::set<std::pair<float, float>> seen;
     std::vector<Vec2> points;
     for (uint64_t i = 0; i < 256; ++i) {
@@ -191,7 +194,9 @@ TEST(PixelSampler, LargeIndicesAreDistinctAndInRange) {
         seen.insert({u.x, u.y});
         points.push_back(u);
     }
-    EXPECT_EQ(seen.size(), 256u);
+    hardcase::expect_within({"points drawn twice, of the last 256 of 2^20 of pixel 8191, 8191",
+                             256.0 - double(seen.size()), 0, 0,
+                             "every elementary interval of a net holds one point"});
     expect_net(points);
     EXPECT_NE(PixelSampler(0, 0, 0, 0).get_1d(0, Purpose::Lens),
               PixelSampler(0, 0, 0, uint64_t(1) << 33).get_1d(0, Purpose::Lens));
@@ -233,22 +238,28 @@ double worst_correlation(size_t n, MakeSampler sampler) {
 /// Bound that the largest of 2016 independent normal deviates keeps with probability 0.99 (Šidák).
 constexpr double largest_of_all_pairs = 4.56;
 
-// RIGOR H44: one number per pixel, so that every number is an independent draw of the hash
-TEST(PixelSampler, StreamsAreUncorrelatedOverPixels) {
-    constexpr size_t n = 4096;
+// One number per pixel, so that every number is an independent draw of the hash
+TEST(H44Streams, AreUncorrelatedOverPixels) {
+    const size_t n = hardcase::sized(4096, 1 << 16, 1 << 18);
     const double worst = worst_correlation(
         n, [](size_t i) { return PixelSampler(11, int(i % 64), int(i / 64), 0); });
-    std::printf("smallest detectable |corr|: %.3f\n",
-                (largest_of_all_pairs + 1.28) / std::sqrt(double(n)));
-    EXPECT_LT(worst, largest_of_all_pairs / std::sqrt(double(n)));
+    hardcase::expect_within({fmt::format("|correlation| of 2016 pairs of streams, {} pixels", n),
+                             worst, largest_of_all_pairs / std::sqrt(double(n)), 0,
+                             "independent draws",
+                             fmt::format("|correlation| {:.2g}",
+                                         (largest_of_all_pairs + 1.28) / std::sqrt(double(n)))});
 }
 
 // Over the samples of one pixel neighbours in a net are antithetic in every stream, so that n
 // numbers hold n / 2 independent pairs: the bound is that of n / 2 draws
-TEST(PixelSampler, StreamsAreUncorrelatedOverSamples) {
-    constexpr size_t n = 4096;
+TEST(H44Streams, AreUncorrelatedOverSamples) {
+    const size_t n = hardcase::sized(4096, 1 << 16, 1 << 18);
     const double worst = worst_correlation(n, [](size_t i) { return PixelSampler(11, 5, 6, i); });
-    EXPECT_LT(worst, largest_of_all_pairs / std::sqrt(double(n) / 2));
+    hardcase::expect_within({fmt::format("|correlation| of 2016 pairs of streams, {} samples", n),
+                             worst, largest_of_all_pairs / std::sqrt(double(n) / 2), 0,
+                             "independent draws of antithetic pairs",
+                             fmt::format("|correlation| {:.2g}", (largest_of_all_pairs + 1.28) /
+                                                                     std::sqrt(double(n) / 2))});
 }
 
 // The same number across neighbouring pixels, seeds, repeats and the two halves: sample by sample
@@ -334,8 +345,8 @@ TEST(PixelSampler, HalvesOfOneSequenceOverstateTheError) {
     EXPECT_GT(predicted_one, one);
 }
 
-// RIGOR H44: the spread of the means of 64 seeds, for one independent draw per seed and pixel
-TEST(PixelSampler, MeansOverSeedsSpreadAsPredicted) {
+// The spread of the means of 64 seeds, for one independent draw per seed and pixel
+TEST(H44Streams, MeansOverSeedsSpreadAsPredicted) {
     constexpr int seeds = 64, pixels = 1024;
     double sum2 = 0;
     for (int s = 0; s < seeds; ++s) {
@@ -347,10 +358,12 @@ TEST(PixelSampler, MeansOverSeedsSpreadAsPredicted) {
         sum2 += (mean - 0.5) * (mean - 0.5);
     }
     const double ratio = sum2 / seeds * 12 * pixels;  // expectation 1, variance 2 / seeds
-    EXPECT_NEAR(ratio, 1.0, 4 * std::sqrt(2.0 / seeds));
+    hardcase::expect_within({"variance of the means of 64 seeds over its prediction, less 1",
+                             std::abs(ratio - 1), 4 * std::sqrt(2.0 / seeds), 0, "closed form",
+                             fmt::format("{:.2g}", 5.28 * std::sqrt(2.0 / seeds))});
 }
 
-TEST(PixelSampler, OneChangedKeyBitChangesHalfTheBits) {
+TEST(H44Streams, OneChangedKeyBitChangesHalfTheBits) {
     const auto draw = [](uint64_t seed, int x, int y, int bounce, uint32_t repeat) {
         const Vec2 u = PixelSampler(seed, x, y, 0).get_2d(bounce, Purpose::Lens, repeat);
         return (uint64_t(double(u.x) * 0x1p24) << 24) | uint64_t(double(u.y) * 0x1p24);
@@ -366,7 +379,11 @@ TEST(PixelSampler, OneChangedKeyBitChangesHalfTheBits) {
         flipped += std::popcount(base ^ draw(seed, i, 2 * i, i % 9, 1u << (i % 16)));
         trials += 4;
     }
-    EXPECT_NEAR(flipped / trials / 48, 0.5, 0.01);
+    // Of independent bits
+    const double error = 0.5 / std::sqrt(48.0 * trials);
+    hardcase::expect_within({"share of bits that one changed bit of the key changes, less 1/2",
+                             std::abs(flipped / trials / 48 - 0.5), 0.01, 5.28 * error,
+                             "independent bits"});
 }
 
 }  // namespace

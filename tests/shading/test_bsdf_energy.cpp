@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// White furnaces by quadrature in double, and reciprocity (RIGOR H20, H21).
+// White furnaces by quadrature in double, and reciprocity (H20, H21).
 #include "../sampling/chi_square.h"
 #include "bsdf_quadrature.h"
+#include "hard_case.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -34,17 +36,17 @@ SurfaceParameters dielectric(double alpha, float albedo) {
     return p;
 }
 
-TEST(BsdfEnergy, WhiteMetalReflectsOne) {
+TEST(H20Energy, WhiteMetalReflectsOne) {
     double worst = 0;
     for (const double alpha : alphas) {
         for (const double mu : cosines) {
             const Vec3 wo = direction(mu);
             const double e = energy(Bsdf(metal(alpha), up, up, wo), wo, alpha).total();
             worst = std::max(worst, std::abs(e - 1));
-            EXPECT_NEAR(e, 1.0, 1e-3) << "alpha " << alpha << " mu " << mu;
         }
     }
-    std::printf("worst |R - 1|: %.1e\n", worst);
+    hardcase::expect_within(
+        {"white metal: R - 1, alpha 0 to 1", worst, 1e-3, 0, "quadrature in double"});
 }
 
 TEST(BsdfEnergy, WhiteDielectricReflectsOne) {
@@ -80,7 +82,7 @@ TEST(BsdfEnergy, SmoothMirrorIsSchlick) {
     }
 }
 
-TEST(BsdfEnergy, GlassReflectsAndTransmitsOneFromBothSides) {
+TEST(H20Energy, GlassReflectsAndTransmitsOneFromBothSides) {
     double worst = 0;
     for (const double alpha : {0.0, 0.01, 0.25, 1.0}) {  // roughness 0, 0.1, 0.5, 1
         for (const double mu : cosines) {
@@ -90,8 +92,6 @@ TEST(BsdfEnergy, GlassReflectsAndTransmitsOneFromBothSides) {
                 const Vec3 wo = direction(mu) * side;
                 const auto e = energy(Bsdf(p, up, up, wo), wo, alpha);
                 worst = std::max(worst, std::abs(e.total() - 1));
-                EXPECT_NEAR(e.total(), 1.0, 2e-3)
-                    << "alpha " << alpha << " mu " << mu << " side " << side;
                 if (side < 0 && mu < std::sqrt(1 - 1 / 2.25)) {
                     EXPECT_EQ(e.transmitted, 0.0);
                 } else {
@@ -100,7 +100,8 @@ TEST(BsdfEnergy, GlassReflectsAndTransmitsOneFromBothSides) {
             }
         }
     }
-    std::printf("worst |R + T - 1|: %.1e\n", worst);
+    hardcase::expect_within(
+        {"glass with sharp transmission: R + T - 1", worst, 2e-3, 0, "quadrature in double"});
 }
 
 TEST(BsdfEnergy, HalfOpaqueWhiteKeepsOneFromBothSides) {
@@ -118,7 +119,8 @@ TEST(BsdfEnergy, HalfOpaqueWhiteKeepsOneFromBothSides) {
     }
 }
 
-TEST(BsdfEnergy, NothingReflectsMoreThanOne) {
+TEST(H20Energy, NothingReflectsMoreThanOne) {
+    double most = 0;
     TestRandom random(31);
     for (int i = 0; i < 60; ++i) {
         SurfaceParameters p;
@@ -134,9 +136,11 @@ TEST(BsdfEnergy, NothingReflectsMoreThanOne) {
             direction(0.02 + 0.98 * double(random.uniform())) * (i % 2 == 0 ? 1.0f : -1.0f);
         const Bsdf bsdf(p, up, up, wo);
         const auto e = energy(bsdf, wo, double(std::min(p.alpha, p.clearcoat_alpha)), 96);
-        EXPECT_LE(e.total(), 1 + 2e-3) << i;
+        most = hardcase::larger(most, e.total());
         EXPECT_LE(e.total(), double(bsdf.albedo().y) + 5e-3) << i;
     }
+    hardcase::expect_within({"60 random surfaces: what R + T exceeds 1 by",
+                             hardcase::larger(0.0, most - 1), 2e-3, 0, "quadrature in double"});
 }
 
 // A clear coat over white loses what a specular base reflects between the two, and nothing else
@@ -187,10 +191,11 @@ TEST(BsdfEnergy, CoatFollowsTheIndex) {
     }
 }
 
-TEST(BsdfEnergy, Reciprocity) {
+TEST(H21Reciprocity, OfReflection) {
     TestRandom random(7);
     double worst = 0;
-    for (int i = 0; i < 20000; ++i) {
+    const uint64_t pairs = hardcase::sized(100000, 10000000, 100000000);
+    for (uint64_t i = 0; i < pairs; ++i) {
         SurfaceParameters p;
         const float roughness = random.uniform();
         p.diffuse = Rgb(random.uniform(), random.uniform(), random.uniform());
@@ -210,11 +215,13 @@ TEST(BsdfEnergy, Reciprocity) {
             ASSERT_EQ(same[c], ba[c]);
         }
     }
-    EXPECT_LT(worst, 1e-4);
+    hardcase::expect_within({fmt::format("f there and back of {} pairs, relative", pairs), worst,
+                             1e-4, 0, "the other way"});
 }
 
 // 1 − R of a refracted pair is the same from both sides, and f carries 1/η² each way
-TEST(BsdfEnergy, TransmissionIsReciprocalWithEtaSquared) {
+TEST(H21Reciprocity, OfTransmissionWithEtaSquared) {
+    double worst = 0;
     for (const double alpha : {0.0, 0.25}) {
         for (const double mu : {0.2, 0.5, 0.9}) {
             SurfaceParameters p = dielectric(alpha, 0);
@@ -232,12 +239,15 @@ TEST(BsdfEnergy, TransmissionIsReciprocalWithEtaSquared) {
             EXPECT_NEAR(double((out->wi - wo).length()), 0.0, 1e-5);
             const double t_in = double(in->f.x) * double(outside.cosine(in->wi)) * 2.25;
             const double t_out = double(out->f.x) * double(inside.cosine(out->wi)) / 2.25;
-            EXPECT_NEAR(t_in, t_out, 1e-5);
+            worst = hardcase::larger(worst, std::abs(t_in - t_out));
         }
     }
+    hardcase::expect_within(
+        {"smooth glass: what passes into it and out of it", worst, 1e-5, 0, "the other way"});
 }
 
-TEST(BsdfEnergy, IndexOnePassesStraightThrough) {
+TEST(H22Fresnel, IndexOnePassesStraightThrough) {
+    double turn = 0;
     SurfaceParameters p;
     p.f0 = p.f90 = Rgb(0.0f);
     p.ior = 1;
@@ -249,9 +259,10 @@ TEST(BsdfEnergy, IndexOnePassesStraightThrough) {
         const auto s = bsdf.sample_f(wo, 0.3f, Vec2(0.1f, 0.2f));
         ASSERT_TRUE(s.has_value());
         EXPECT_EQ(s->eta, 1.0f);
-        EXPECT_NEAR(double((s->wi + wo).length()), 0.0, 1e-6);
+        turn = hardcase::larger(turn, double((s->wi + wo).length()));
         EXPECT_NEAR(double(s->f.x * bsdf.cosine(s->wi) / s->pdf), 1.0, 1e-5);
     }
+    hardcase::expect_within({"index 1: turn of a ray that passes", turn, 1e-6, 0, "closed form"});
 }
 
 }  // namespace

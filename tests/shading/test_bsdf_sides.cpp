@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shading normals that disagree with the surface (RIGOR H16).
+// Shading normals that disagree with the surface (H16).
 #include "../sampling/chi_square.h"
 #include "bsdf_quadrature.h"
+#include "hard_case.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,18 +22,20 @@ Vec3 tilted(double degrees) {
     return Vec3(float(std::sin(a)), 0, float(std::cos(a)));
 }
 
-TEST(BsdfSides, OpaqueWallsLeakNothing) {
+TEST(H16ShadingNormals, OpaqueWallsLeakNothing) {
     TestRandom random(4);
     SurfaceParameters p;
     p.diffuse = Rgb(1.0f);
     p.clearcoat = 0.5f;
     p.clearcoat_alpha = 0.1f;
-    for (int i = 0; i < 20000; ++i) {
+    const uint64_t count = hardcase::sized(50000, 10000000, 100000000);
+    double leaked = 0;
+    for (uint64_t i = 0; i < count; ++i) {
         const float side = i % 2 == 0 ? 1.0f : -1.0f;
         const Vec3 wo = direction(double(random.uniform()), 6 * double(random.uniform())) * side;
         const Vec3 wi = direction(double(random.uniform()), 6 * double(random.uniform())) * -side;
         const Bsdf bsdf(p, up, tilted(89.9 * double(random.uniform())), wo);
-        ASSERT_TRUE(is_black(bsdf.f(wo, wi)));
+        leaked += double(bsdf.f(wo, wi).x);
         ASSERT_EQ(bsdf.pdf(wo, wi), 0.0f);
         const auto s =
             bsdf.sample_f(wo, random.uniform(), Vec2(random.uniform(), random.uniform()));
@@ -39,9 +43,13 @@ TEST(BsdfSides, OpaqueWallsLeakNothing) {
         ASSERT_EQ(s->kind, ScatterKind::Reflect);
         ASSERT_GT(s->wi.z * side, 0.0f);
     }
+    hardcase::expect_within(
+        {fmt::format("light through an opaque wall, {} pairs, normals tilted to 89.9 degrees",
+                     count),
+         leaked, 0, 0, "none", fmt::format("a share of {:.1g}", 3.0 / double(count))});
 }
 
-TEST(BsdfSides, TransmissionAlwaysCrosses) {
+TEST(H16ShadingNormals, TransmissionAlwaysCrosses) {
     TestRandom random(8);
     SurfaceParameters p;
     p.opacity = 0;
@@ -59,7 +67,8 @@ TEST(BsdfSides, TransmissionAlwaysCrosses) {
     EXPECT_GT(crossed, 5000);
 }
 
-TEST(BsdfSides, TiltedNormalsGainNoEnergy) {
+TEST(H16ShadingNormals, GainNoEnergy) {
+    double most = 0;
     for (const double alpha : {0.0, 0.1, 0.5}) {
         for (const double tilt : {0.0, 10.0, 45.0, 80.0, 89.9}) {
             for (const double mu : {0.05, 0.4, 1.0}) {
@@ -69,16 +78,19 @@ TEST(BsdfSides, TiltedNormalsGainNoEnergy) {
                     p.alpha = float(alpha);
                     const Vec3 wo = direction(mu, phi);
                     const Bsdf bsdf(p, up, tilted(tilt), wo);
-                    EXPECT_LE(testing::energy(bsdf, wo, std::max(alpha, 0.1)).total(), 1 + 1e-3)
-                        << alpha << " " << tilt << " " << mu << " " << phi;
+                    most = hardcase::larger(
+                        most, testing::energy(bsdf, wo, std::max(alpha, 0.1)).total());
                 }
             }
         }
     }
+    hardcase::expect_within({"what a furnace exceeds 1 by, normals tilted to 89.9 degrees",
+                             hardcase::larger(0.0, most - 1), 1e-3, 0, "quadrature in double"});
 }
 
 // No mirror image of the viewer is swallowed by a normal map, and none is gained
-TEST(BsdfSides, TiltedMirrorsReflectEveryRay) {
+TEST(H16ShadingNormals, TiltedMirrorsReflectEveryRay) {
+    double worst = 0;
     for (const double tilt : {0.0, 10.0, 30.0, 45.0, 60.0, 80.0, 89.9}) {
         for (const double mu : {1e-3, 0.05, 0.4, 1.0}) {
             for (const double phi : {0.0, 0.7, 2.0, pi_d, 5.0}) {
@@ -92,7 +104,8 @@ TEST(BsdfSides, TiltedMirrorsReflectEveryRay) {
                     const auto s = bsdf.sample_f(wo, 0.5f, Vec2(0.5f, 0.5f));
                     ASSERT_TRUE(s) << tilt << " " << mu << " " << phi << " " << side;
                     EXPECT_GT(s->wi.z * side, 0.0f);
-                    EXPECT_NEAR(double(s->f.x * bsdf.cosine(s->wi) / s->pdf), 1.0, 1e-4);
+                    worst = hardcase::larger(
+                        worst, std::abs(double(s->f.x * bsdf.cosine(s->wi) / s->pdf) - 1));
                     // Rough ones gain nothing
                     p.alpha = 0.1f;
                     EXPECT_LE(testing::energy(Bsdf(p, up, tilted(tilt), wo), wo, 0.1).total(),
@@ -102,6 +115,8 @@ TEST(BsdfSides, TiltedMirrorsReflectEveryRay) {
             }
         }
     }
+    hardcase::expect_within(
+        {"what a tilted mirror reflects, less 1", worst, 1e-4, 0, "closed form"});
 }
 
 // A normal that need not be turned is not, to the bit

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "hard_case.h"
 #include "shading/texture_cache.h"
 #include "stored_zip.h"
 #include "texture_files.h"
@@ -202,15 +203,20 @@ TEST_F(Textures, ScaleAndBias) {
     EXPECT_EQ(c[3], 1.0f);
 }
 
-TEST_F(Textures, NanTexelsReadAsZero) {
+using H52Textures = Textures;
+
+TEST_F(H52Textures, NanTexelsReadAsZero) {
+    int bad = 0;
     const float nan = std::numeric_limits<float>::quiet_NaN(),
                 inf = std::numeric_limits<float>::infinity();
     const auto handle =
         open(texture(folder.write("nan.exr", 2, 1, 3, OIIO::TypeFloat, {nan, inf, 1, 1, 1, 1})));
     for (double s = 0; s <= 1; s += 0.125) {
         const TexelRgba c = at(handle, s, 0.5);
-        for (const float v : c) ASSERT_TRUE(std::isfinite(v));
+        for (const float v : c) bad += !std::isfinite(v);
     }
+    hardcase::expect_within(
+        {"lookups beside NaN and infinite texels that are not finite", double(bad), 0, 0, "none"});
     const TexelRgba c = at(handle, 0.25, 0.5);
     EXPECT_EQ(c[0], 0.0f);
     EXPECT_EQ(c[1], 0.0f);
@@ -251,14 +257,16 @@ TEST_F(Textures, TruncatedFileCostsOneErrorWhenItIsRead) {
     EXPECT_EQ(diagnostics.error_count(), 1u);
 }
 
-TEST_F(Textures, UdimTilesAndGaps) {
+TEST_F(H52Textures, UdimTilesAndGaps) {
     folder.write("skin.1001.png", 2, 2, 3, OIIO::TypeUInt8, std::vector<float>(12, 0.2f));
     folder.write("skin.1012.png", 2, 2, 3, OIIO::TypeUInt8, std::vector<float>(12, 0.8f));
     const auto handle = open(texture(folder.file("skin.<UDIM>.png")));
     EXPECT_EQ(diagnostics.error_count(), 0u);
     EXPECT_NEAR(double(at(handle, 0.4, 0.9)[0]), 0.2, 1e-6);
     EXPECT_NEAR(double(at(handle, 1.5, 1.01)[0]), 0.8, 1e-6);  // column 1, row 1: 1001 + 1 + 10
-    EXPECT_EQ(at(handle, 2.5, 0.5)[1], 0.5f);
+    hardcase::expect_within({"a tile that is not there, less its fallback",
+                             std::abs(double(at(handle, 2.5, 0.5)[1]) - 0.5), 0, 0,
+                             "the fallback that the material names"});
     EXPECT_EQ(at(handle, -0.5, 0.5)[1], 0.5f);
     EXPECT_EQ(at(handle, 3e9, 0.5)[1], 0.5f);
     open(texture(folder.file("none.<UDIM>.png")));

@@ -8,7 +8,9 @@
 #include "cages.h"
 #include "geometry/refinement.h"
 #include "leaks.h"
+#include "hard_case.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -122,10 +124,11 @@ TEST_F(Displacement, SaysWhereItAsks) {
     EXPECT_EQ(wrong_normals, 0u);
 }
 
-TEST_F(Displacement, LeavesNoCrackAtSeamsCreasesAndUnevenRates) {
-    const char* wanted = std::getenv("VELATURA_LEAK_RAYS");
+using H13Displacement = Displacement;
+
+TEST_F(H13Displacement, LeavesNoCrackAtSeamsCreasesAndUnevenRates) {
     const std::vector<Cage> cages = closed_cages();
-    const size_t rays = (wanted ? std::stoull(wanted) : 100'000) / cages.size();
+    const size_t rays = hardcase::sized(200'000, 100'000'000, 1'000'000'000) / cages.size();
     const TestDisplacer displacer(bumps);
     accel::test::LeakCount all;
     for (const Cage& cage : cages) {
@@ -147,8 +150,9 @@ TEST_F(Displacement, LeavesNoCrackAtSeamsCreasesAndUnevenRates) {
         for (const auto& count : counts) all += count;
     }
     EXPECT_GT(all.rays, 0u);
-    EXPECT_EQ(all.misses, 0u);
-    EXPECT_EQ(all.unseen, 0u);
+    hardcase::expect_within({fmt::format("leaks of {} rays at displaced seams and creases", all.rays),
+                             double(all.misses + all.unseen), 0, 0, "a closed surface has no gaps",
+                             fmt::format("a share of {:.1g}", 3.0 / double(all.rays))});
 }
 
 TEST_F(Displacement, MakesNormalsOfWhatComesOut) {

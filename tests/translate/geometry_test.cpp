@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support.h"
+#include "hard_case.h"
 
 #include <gtest/gtest.h>
 
@@ -91,7 +92,7 @@ TEST(FarOrigin, ScaledWorldGivesTheSameBitsUpToTheScale) {
     }
 }
 
-TEST(Mesh, LeftHandedAndMirrorsFlipTogether) {
+TEST(H08Mirrored, LeftHandedAndMirrorsFlipTogether) {
     Translated t;
     translate_text(
         camera() + quad("A") + quad("B", "uniform token orientation = \"leftHanded\"") +
@@ -112,7 +113,7 @@ TEST(Mesh, LeftHandedAndMirrorsFlipTogether) {
     EXPECT_FALSE(t.scene.shapes[0].double_sided);
 }
 
-TEST(Mesh, NormalsOfASquashedMirrorStayOutside) {
+TEST(H08Mirrored, NormalsOfASquashedMirrorStayOutside) {
     Translated t;
     translate_text(
         camera() +
@@ -138,7 +139,7 @@ TEST(Mesh, PrimvarNormalsWinOverNormals) {
     EXPECT_EQ(t.mesh(0).normal_interpolation, scene::Interpolation::Uniform);
 }
 
-TEST(Mesh, BrokenFacesAreDroppedWithTheirPrimvars) {
+TEST(H10Garbage, BrokenFacesAreDroppedWithTheirPrimvars) {
     Translated t;
     translate_text(camera() + R"(
 def Mesh "M" {
@@ -158,6 +159,8 @@ def Mesh "M" {
     const scene::Mesh& mesh = t.mesh(0);
     EXPECT_EQ(mesh.face_vertex_counts, (std::vector<uint32_t>{3, 3}));
     EXPECT_EQ(mesh.face_vertex_indices, (std::vector<uint32_t>{0, 1, 2, 0, 2, 3}));
+    hardcase::expect_within({"broken faces of four that stay or whose numbers stay",
+                             std::abs(2.0 - double(mesh.face_vertex_counts.size())), 0, 0, "the mesh without them"});
     EXPECT_EQ(t.count("bad-topology"), 3u);
     ASSERT_EQ(mesh.primvars.size(), 2u);
     EXPECT_EQ(mesh.primvars[0].values, (std::vector<float>{1, 0, 0, 5, 0, 0}));
@@ -282,7 +285,7 @@ TEST(Mesh, HolesGoByTheFacesThatAreLeft) {
     EXPECT_EQ(t.mesh(0).rules.holes, std::vector<uint32_t>{1});
 }
 
-TEST(Transforms, FlatSheetsLiveAndLinesDie) {
+TEST(H09SingularMatrices, FlatSheetsLiveAndLinesDie) {
     const auto scaled = [](const std::string& name, const std::string& scale) {
         return quad(name, "double3 xformOp:scale = " + scale +
                               "\nuniform token[] xformOpOrder = [\"xformOp:scale\"]");
@@ -292,7 +295,8 @@ TEST(Transforms, FlatSheetsLiveAndLinesDie) {
                        scaled("Point", "(0, 0, 0)") + scaled("Nan", "(nan, 1, 1)"),
                    t);
     ASSERT_EQ(t.scene.shapes.size(), 1u);
-    EXPECT_EQ(t.count("bad-transform"), 3u);
+    hardcase::expect_within({"prims with a line, a point or NaN for a matrix that are not named",
+                             std::abs(3.0 - double(t.count("bad-transform"))), 0, 0, "one message each"});
 }
 
 TEST(Gprims, AxesTurnTheSpine) {
