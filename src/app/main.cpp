@@ -21,6 +21,7 @@ int main(int argc, char** argv) {
     add_study_command(app, run);
     add_plan_command(app, run);
     add_info_command(app, run);
+    add_selftest_command(app, run);
     add_flatten_command(app, run);
     add_import_command(app, run);
     try {

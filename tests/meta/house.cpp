@@ -37,9 +37,10 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
         {"lights", {"scene", "geometry", "sampling", "shading"}},
         {"film", {"scene", "sampling", "image"}},
         {"integrator", core},
+        {"selftest", with({"integrator"})},
         {"study", {"image"}},
         {"app", with({"plugin", "import", "usd/layer", "usd/text", "usd/crate", "usd/package", "usd/materialx", "usd/compose",
-                      "usd/stage", "translate", "integrator", "study"})},
+                      "usd/stage", "translate", "integrator", "selftest", "study"})},
         {"compositor", {"image"}},
         {"compositor/window", {"compositor", "image"}},
     };

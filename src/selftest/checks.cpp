@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "selftest/checks.h"
+
+#include "selftest/number_checks.h"
+#include "selftest/picture_checks.h"
+#include "selftest/ray_checks.h"
+
+namespace velatura::selftest {
+
+std::span<const Check> checks() {
+    static constexpr Check all[] = {
+        {"H01", "Do rays slip through between neighbouring triangles?", "none, as the mesh is closed", leaks},
+        {"H02", "Do rays find what testing every triangle finds?", "a loop over all triangles", tree_against_loop},
+        {"H03", "Do rays meet the surface that they leave?", "none, as a flat triangle is met once", self_hits},
+        {"H06", "Does the scale of a scene change its picture?", "the unscaled picture, bit for bit", scaled_picture},
+        {"H17", "Are directions turned into the frame of a surface without loss?", "products in double", frames},
+        {"H18", "Is the gloss of nearly perfect mirrors right?", "the formula in long double", ggx_distribution},
+        {"H20", "Do rough white metals return all light?", "the light that arrives", metal_energy},
+        {"H22", "Do glass and water reflect what they should?", "Fresnel's formulas in long double", fresnel},
+        {"H23", "Does smoke scatter light where it should?", "the mean cosine that was asked for", scattering},
+        {"H26", "Do lamps of any size and distance give the light they should?", "the closed form of their irradiance", sphere_lamps},
+        {"H30", "Are two ways to find light weighed to one?", "a sum of 1", mis_weights},
+        {"H31", "Is the light of every bounce there?", "the closed form of a closed room", furnace},
+        {"H38", "Is the mean of many samples their mean?", "their sum in long double", sums},
+        {"H43", "Are random numbers evenly spread and below 1?", "one point in each cell of a net", random_numbers},
+        {"H51", "Do the light layers add up to the picture?", "their sum in the order of the file, bit for bit", layers},
+        {"H53", "Is the picture the same with any number of threads?", "the picture of one thread, bit for bit", threads},
+    };
+    return all;
+}
+
+}  // namespace velatura::selftest

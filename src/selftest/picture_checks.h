@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "selftest/checks.h"
+
+namespace velatura::selftest {
+
+Finding scaled_picture(uint64_t amount);
+Finding sphere_lamps(uint64_t amount);
+Finding furnace(uint64_t amount);
+Finding layers(uint64_t amount);
+Finding threads(uint64_t amount);
+
+}  // namespace velatura::selftest
