@@ -13,6 +13,7 @@ import datetime
 import json
 import os
 import pathlib
+import resource
 import subprocess
 import sys
 import tempfile
@@ -122,9 +123,10 @@ number of the case; `./dev hardcases --size {size} --write` runs them and writes
 bit, or a count of failures. *Seen* is the smallest error that a test finds with a probability of 90 %; a test whose noise
 hides its bound fails. Of the measurements of a test the one nearest to its bound is shown.
 
-Size `{size}`, {datetime.date.today().isoformat()}: {total} measurements in {seconds:.0f} s. {count['passed']} cases passed,
-{count['fails']} fail in a known way, {count['not applicable']} do not apply. What is planned beside: [numerics.md](numerics.md)
-says how numbers are treated.
+Size `{size}`, {datetime.date.today().isoformat()}: {total} measurements in {seconds:.0f} s of CPU time. {count['passed']} cases
+passed, {count['fails']} fails in a known way, {count['not applicable']} do not apply. What is said of other renderers was read in their sources
+(pbrt-v4 5f7a606, Mitsuba 3 b45b0a9, Cycles 97dbe6f, MoonRay 7330447, Embree 93040c7) or in the issues named; nothing was run there.
+How numbers are treated here: [numerics.md](numerics.md).
 """]
     for case in CASES:
         text, (verdict, reason) = texts[case], verdicts[case]
@@ -171,6 +173,8 @@ def main():
             lines += wrote
             failures += [output] if output else []
     seconds = time.monotonic() - begin
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    cpu_seconds = usage.ru_utime + usage.ru_stime
 
     for output in failures:
         print(output)
@@ -186,10 +190,10 @@ def main():
     print("slowest: " + ", ".join(f"{test} {time_s:.1f} s" for test, (_, time_s) in slow))
     bad = [case for case in shown if verdicts[case][0] == "FAILED"]
     bad += [test for test, (state, _) in outcomes.items() if state == "failed" and case_of(test) not in CASES]
-    print(f"{len(outcomes)} tests, {len(lines)} measurements, {seconds:.1f} s; " +
+    print(f"{len(outcomes)} tests, {len(lines)} measurements, {seconds:.1f} s, {cpu_seconds:.1f} s of CPU time; " +
           (f"not as they should be: {', '.join(bad)}" if bad else "all as they should be"))
     if arguments.write:
-        PAGE.write_text(page(texts, verdicts, measured, arguments.size, seconds))
+        PAGE.write_text(page(texts, verdicts, measured, arguments.size, cpu_seconds))
         print(f"wrote {PAGE.relative_to(ROOT)}")
     sys.exit(1 if bad else 0)
 
