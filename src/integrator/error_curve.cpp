@@ -32,8 +32,9 @@ void ErrorCurve::add(const ErrorObservation& seen) {
     int run = 0;
     if (!observations_.empty()) {
         const Observation& last = observations_.back();
-        // Pixels that wait for others to catch up do not make another run
-        run = seen.samples_max == 2 * last.seen.samples_max ? last.run : last.run + 1;
+        // Where samples begin to go by noise, pixels that get few wait: the first doubling after that is not like the next
+        const bool is_doubled = seen.samples_max == 2 * last.seen.samples_max && std::abs(seen.samples_mean / last.seen.samples_mean - 2) < 0.02;
+        run = is_doubled ? last.run : last.run + 1;
     }
     observations_.push_back({seen, run});
 }

@@ -41,6 +41,7 @@ struct Way {
     std::map<uint64_t, Pixels> pictures;
     std::map<uint64_t, std::vector<image::BlockError>> blocks;
     integrator::ErrorCurve curve;
+    std::map<uint64_t, double> error;  ///< √relMSE of this very picture, against all other renders
 
     void see(const film::Film& film, const integrator::ErrorCurve& known, uint64_t samples) {
         pictures[samples] = pixels_of(film);
@@ -67,34 +68,23 @@ Way render(TransportRenderer& renderer, uint64_t seed) {
 struct Truth {
     Pixels mean;      ///< of the last pictures
     Pixels variance;  ///< of one of these
-    std::map<uint64_t, double> error;  ///< √relMSE by samples per pixel
+    double renders;
 
-    explicit Truth(const std::vector<Way>& ways) {
-        const Pixels first = variances(ways, last, mean);
-        variance = first;
-        for (const uint64_t n : counts) {
-            Pixels ignored;
-            const Pixels v = variances(ways, n, ignored);
-            error[n] = std::sqrt(relative(v, double(ways.size())));
-        }
+    explicit Truth(const std::vector<Way>& ways) : mean(ways[0].pictures.at(last).size()), variance(mean.size()), renders(double(ways.size())) {
+        for (const Way& w : ways)
+            for (size_t i = 0; i < mean.size(); ++i) mean[i] += w.pictures.at(last)[i] / renders;
+        for (const Way& w : ways)
+            for (size_t i = 0; i < mean.size(); ++i) variance[i] += (w.pictures.at(last)[i] - mean[i]) * (w.pictures.at(last)[i] - mean[i]) / (renders - 1);
     }
 
-    /// Mean of squares relative to the picture, whose own noise of so many renders is taken off.
-    double relative(const Pixels& squares, double renders) const {
+    /// √relMSE of a picture by the seed of one of the renders, against the mean of the others, whose noise is taken off.
+    double error(const Pixels& picture, const Way& own) const {
         double sum = 0;
-        for (size_t i = 0; i < squares.size(); ++i) sum += squares[i] / (std::max(0.0, mean[i] * mean[i] - variance[i] / renders) + 0.01);
-        return sum / double(squares.size());
-    }
-
-    static Pixels variances(const std::vector<Way>& ways, uint64_t samples, Pixels& mean) {
-        const auto n = double(ways.size());
-        mean.assign(ways[0].pictures.at(samples).size(), 0.0);
-        Pixels variance(mean.size());
-        for (const Way& w : ways)
-            for (size_t i = 0; i < mean.size(); ++i) mean[i] += w.pictures.at(samples)[i] / n;
-        for (const Way& w : ways)
-            for (size_t i = 0; i < mean.size(); ++i) variance[i] += (w.pictures.at(samples)[i] - mean[i]) * (w.pictures.at(samples)[i] - mean[i]) / (n - 1);
-        return variance;
+        for (size_t i = 0; i < mean.size(); ++i) {
+            const double others = (mean[i] * renders - own.pictures.at(last)[i]) / (renders - 1), noise = variance[i] / (renders - 1);
+            sum += ((picture[i] - others) * (picture[i] - others) - noise) / (std::max(0.0, others * others - noise) + 0.01);
+        }
+        return std::sqrt(std::max(0.0, sum) / double(mean.size()));
     }
 };
 
@@ -109,39 +99,41 @@ struct Spread {
     }
 };
 
-void print_stated(const std::vector<Way>& ways, const Truth& truth) {
-    std::vector<double> ratios, slopes;
+double mean_error(const std::vector<Way>& ways, uint64_t samples) {
+    double sum = 0;
+    for (const Way& w : ways) sum += w.error.at(samples) / double(ways.size());
+    return sum;
+}
+
+void print_stated(const std::vector<Way>& ways) {
+    std::vector<double> ratios, slopes, found;
     int inside = 0;
     for (const Way& w : ways) {
         const image::RelativeError e = w.curve.error_at(double(early));
-        ratios.push_back(e.value / truth.error.at(early));
+        const double own = w.error.at(early);
+        ratios.push_back(e.value / own);
         slopes.push_back(w.curve.slope().value);
-        inside += e.low <= truth.error.at(early) && truth.error.at(early) <= e.high;
+        found.push_back(std::log2(own / w.error.at(last)) / 3);
+        inside += e.low <= own && own <= e.high;
     }
     const Spread ratio(ratios), slope(slopes);
-    const double found = std::log2(truth.error.at(early) / truth.error.at(last)) / 3;
-    fmt::print("  error at {} spp {:.2f} %; stated {:.3f} of it (+- {:.3f} from render to render), interval holds it {} of {}; slope {:.3f}, stated {:.3f}\n", early, 100 * truth.error.at(early), ratio.mean, ratio.deviation, inside, ways.size(), found, slope.mean);
+    fmt::print("  error at {} spp {:.2f} %; stated {:.3f} of it (+- {:.3f} from render to render), interval holds it {} of {}; slope {:.3f}, stated {:.3f}\n", early, 100 * mean_error(ways, early), ratio.mean, ratio.deviation, inside, ways.size(), Spread(found).mean, slope.mean);
 }
 
-void print_forecasts(const std::vector<Way>& ways, const Truth& truth) {
+void print_forecasts(const std::vector<Way>& ways) {
     for (const uint64_t n : {uint64_t(128), uint64_t(256), uint64_t(512)}) {
         std::vector<double> logarithms;
-        int near = 0, inside = 0, known = 0;
+        int near = 0, inside = 0;
         for (const Way& w : ways) {
-            const integrator::ErrorForecast f = w.curve.forecast(truth.error.at(n));
-            if (f.kind == integrator::ErrorForecast::Kind::TooFar) continue;
-            const double samples = f.kind == integrator::ErrorForecast::Kind::Reached ? double(early) : f.samples;
-            ++known;
+            const integrator::ErrorForecast f = w.curve.forecast(w.error.at(n));
+            using Kind = integrator::ErrorForecast::Kind;
+            const double samples = f.kind == Kind::Reached ? double(early) : f.kind == Kind::TooFar ? integrator::ErrorCurve::farthest * double(early) : f.samples;
             logarithms.push_back(std::log(samples / double(n)));
             near += std::abs(samples / double(n) - 1) <= 0.1;
-            inside += f.kind == integrator::ErrorForecast::Kind::Known && f.samples_low <= double(n) && double(n) <= f.samples_high;
-        }
-        if (logarithms.empty()) {
-            fmt::print("  forecast of {:.2f} %: beyond 8 times\n", 100 * truth.error.at(n));
-            continue;
+            inside += f.kind == Kind::Known && f.samples_low <= double(n) && double(n) <= f.samples_high;
         }
         const Spread s(logarithms);
-        fmt::print("  forecast of {:.2f} %: {:.3f} times the {} spp it took (+- {:.3f}), {} of {} within 10 %, interval holds it {} of {}\n", 100 * truth.error.at(n), std::exp(s.mean), n, s.deviation, near, known, inside, known);
+        fmt::print("  forecast of {:.2f} %: {:.3f} times the {} spp it took (+- {:.3f}), {} of {} within 10 %, interval holds it {} of {}\n", 100 * mean_error(ways, n), std::exp(s.mean), n, s.deviation, near, ways.size(), inside, ways.size());
     }
 }
 
@@ -176,21 +168,14 @@ void print_coverage(const std::vector<Way>& ways, const Truth& truth, uint64_t s
 
 /// Renders that stop by themselves, between two powers of two.
 void print_targets(TransportRenderer& renderer, const std::vector<Way>& ways, const Truth& truth, uint64_t seeds) {
-    const auto n = double(ways.size());
     for (const double part : {0.85, 0.6}) {
-        const double target = part * truth.error.at(early);
+        const double target = part * mean_error(ways, early);
         std::vector<double> ratios, samples;
         for (uint64_t seed = 0; seed < std::min<uint64_t>(seeds, ways.size()); ++seed) {
             TransportRenderer::Placement placement;
             placement.target_error = target;
             const film::Film film = renderer.render_film(seed, 4096, placement, renderer.beauty_layers());
-            const Pixels picture = pixels_of(film), &own = ways[seed].pictures.at(last);
-            Pixels squares(picture.size());
-            for (size_t i = 0; i < squares.size(); ++i) {
-                const double others = (truth.mean[i] * n - own[i]) / (n - 1);
-                squares[i] = (picture[i] - others) * (picture[i] - others) - truth.variance[i] / (n - 1);
-            }
-            ratios.push_back(std::sqrt(std::max(0.0, truth.relative(squares, n))) / target);
+            ratios.push_back(truth.error(pixels_of(film), ways[seed]) / target);
             samples.push_back(film.noise().samples_mean);
         }
         const Spread ratio(ratios), spp(samples);
@@ -204,9 +189,11 @@ void measure(const std::string& name, const Options& options) {
     std::vector<Way> ways;
     for (uint64_t seed = 0; seed < options.seeds; ++seed) ways.push_back(render(renderer, seed));
     const Truth truth(ways);
+    for (Way& w : ways)
+        for (const uint64_t n : counts) w.error[n] = truth.error(w.pictures.at(n), w);
     fmt::print("{}, {} x {} pixels, {} renders\n", name, options.size[0], options.size[1], options.seeds);
-    print_stated(ways, truth);
-    print_forecasts(ways, truth);
+    print_stated(ways);
+    print_forecasts(ways);
     print_coverage(ways, truth, early, options.size[0]);
     print_coverage(ways, truth, late, options.size[0]);
     print_targets(renderer, ways, truth, options.target_seeds);
