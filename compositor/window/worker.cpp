@@ -79,7 +79,11 @@ void Worker::run(const std::stop_token& stop) {
             if (newest_) continue;
             is_working_ = false;
         }
-        wake_();
+        const auto woken = guarded<bool>([this]() -> Result<bool> {
+            wake_();
+            return true;
+        });
+        if (!woken) give_up(woken.error().message);
         std::unique_lock lock(mutex_);
         changed_.wait(lock, stop, [this] { return newest_.has_value(); });
     }

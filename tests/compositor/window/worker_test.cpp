@@ -101,12 +101,13 @@ TEST_F(WorkerTest, ALookThatIsUpToDateIsNotMixedAgain) {
 }
 
 TEST_F(WorkerTest, WhatIsThrownIsToldAndTheNextRequestBeginsAnew) {
-    std::atomic<bool> has_thrown = false;
+    std::atomic<int> calls = 0;
     Worker worker([&] {
-        if (!has_thrown.exchange(true)) throw std::runtime_error("a hole in the memory");
+        if (++calls == 2) throw std::runtime_error("a hole in the memory");
     });
+    // The first call says that there is nothing to do yet
+    while (calls == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     std::string error;
-    Gathered all;
     worker.request(session_.work_request());
     for (bool is_idle = false; !is_idle;) {
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
@@ -120,6 +121,16 @@ TEST_F(WorkerTest, WhatIsThrownIsToldAndTheNextRequestBeginsAnew) {
     for (const FinishedTile& tile : gather(worker).tiles)
         pixels += tile.level == 0 ? tile.window.pixel_count() : 0;
     EXPECT_EQ(pixels, 300u * 130u);
+}
+
+TEST_F(WorkerTest, WhatIsThrownWithNothingToDoIsToldAsWell) {
+    Worker worker([] { throw std::runtime_error("nobody to wake"); });
+    std::string error;
+    for (int i = 0; i < 2000 && error.empty(); ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        error = worker.take().error;
+    }
+    EXPECT_EQ(error, "nobody to wake");
 }
 
 TEST_F(WorkerTest, EndsInTheMiddleOfItsWork) {
