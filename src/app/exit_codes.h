@@ -10,7 +10,7 @@ enum ExitCode : int {
     UsageError = 2,
     BudgetReached = 3,   ///< stopped before the target was reached; the file is valid
     CheckFailed = 4,     ///< numeric or closure check failed
-    Refused = 5,         ///< the file is no part of this render
+    Refused = 5,         ///< the file is no part of this render, or another process renders to it
     SignalBase = 128,    ///< 128 + n after signal n
 };
 

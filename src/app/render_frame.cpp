@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -19,6 +20,7 @@
 #include "app/stop_signals.h"
 #include "app/world_options.h"
 #include "base/atomic_file.h"
+#include "base/output_lock.h"
 #include "integrator/schedule.h"
 #include "integrator/world.h"
 
@@ -72,15 +74,18 @@ image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, co
     return info;
 }
 
-/// Checks before the render that the picture will find its place: hours later is too late.
-bool can_write(const std::string& path, Diagnostics& diagnostics) {
-    namespace fs = std::filesystem;
-    const fs::path folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : fs::path(".");
-    const Result<void> probe = write_atomically((folder / fmt::format(".{}.probe", fs::path(path).filename().string())).string(),
-                                                [](const std::string&) -> Result<void> { return Error{"probe", "only a probe"}; });
-    if (!probe && probe.error().code == "probe") return true;
-    diagnostics.error("io-write", {}, {}, fmt::format("cannot write {}: the folder does not exist or is not writable", path));
-    return false;
+/// Takes the output for this process, before the render: hours later is too late to find that there is no place for it.
+/// Returns: an exit code, Done when it has it.
+int take_output(const std::string& path, std::optional<OutputLock>& lock, Diagnostics& diagnostics) {
+    Result<OutputLock> taken = OutputLock::take(path);
+    if (!taken) {
+        diagnostics.error(taken.error().code, {}, {}, taken.error().message);
+        return taken.error().code == "output-locked" ? Refused : RenderError;
+    }
+    if (!taken->is_held()) diagnostics.warn("output-lock", {}, {}, fmt::format("the folder of {} knows no locks: that no other process renders to it is not checked", path));
+    lock.emplace(std::move(*taken));
+    sweep_temporaries(path);
+    return Done;
 }
 
 class FrameRenderer {
@@ -398,7 +403,10 @@ int render_frame(const RenderJob& job, const FrameInput& input, Diagnostics& dia
         diagnostics.error("empty-window", {}, {}, "the crop or data window holds no pixel centre");
         return UsageError;
     }
-    if (!job.replay && !can_write(input.output, diagnostics)) return RenderError;
+    std::optional<OutputLock> lock;
+    if (!job.replay) {
+        if (const int code = take_output(input.output, lock, diagnostics); code != Done) return code;
+    }
     FrameSettings settings;
     if (!job.replay) settings = frame_settings(job, input);
     if (!job.arguments.resume) return FrameRenderer(job, input, std::move(settings), std::nullopt, std::nullopt, diagnostics).run();

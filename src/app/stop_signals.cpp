@@ -37,12 +37,15 @@ StopSignals::StopSignals() {
     handle(SIGINT, on_stop);
     handle(SIGTERM, on_stop);
     handle(SIGUSR1, on_snapshot);
+    // A limit on file sizes then fails the write, like a full disk, and the message says which file
+    handle(SIGXFSZ, SIG_IGN);
 }
 
 StopSignals::~StopSignals() {
     handle(SIGINT, SIG_DFL);
     handle(SIGTERM, SIG_DFL);
     handle(SIGUSR1, SIG_DFL);
+    handle(SIGXFSZ, SIG_DFL);
 }
 
 const std::atomic<bool>& StopSignals::stop_flag() { return stop_requested; }

@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -22,16 +23,74 @@ Error write_error(const std::string& path, const std::string& why) {
     return {"io-write", fmt::format("cannot write {}: {}", path, why)};
 }
 
+/// Calls again what a signal interrupted.
+template <class Call>
+auto uninterrupted(const Call& call) {
+    auto result = call();
+    while (result < 0 && errno == EINTR) result = call();
+    return result;
+}
+
+/// An interrupted close has closed nevertheless (Linux), and what was written is flushed by then.
+bool close_file(int fd) { return ::close(fd) == 0 || errno == EINTR; }
+
 Result<void> flush_to_disk(const std::string& path, int open_flags) {
-    const int fd = ::open(path.c_str(), open_flags);
+    const int fd = uninterrupted([&] { return ::open(path.c_str(), open_flags | O_CLOEXEC); });
     if (fd < 0) return write_error(path, reason());
-    const bool ok = ::fsync(fd) == 0;
+    const bool ok = uninterrupted([&] { return ::fsync(fd); }) == 0;
     const std::string why = ok ? std::string() : reason();
-    if (::close(fd) != 0 || !ok) return write_error(path, ok ? reason() : why);
+    if (!close_file(fd) || !ok) return write_error(path, ok ? reason() : why);
     return {};
 }
 
+constexpr std::string_view temporary_mark = ".tmp.";
+constexpr size_t random_letters = 6;
+
+/// Whether a name is that of a temporary file of write_atomically for some file with this stem, of whatever extension.
+bool is_temporary_name(std::string_view name, const std::string& stem) {
+    const std::string begin = "." + stem + std::string(temporary_mark);
+    if (!name.starts_with(begin) || name.size() < begin.size() + random_letters) return false;
+    const std::string_view end = name.substr(begin.size() + random_letters);
+    return end.empty() || end[0] == '.';
+}
+
+/// Users know the file they asked for and not its temporary.
+Error with_path(Error error, const std::string& temporary, const std::string& path) {
+    for (size_t at = error.message.find(temporary); at != std::string::npos; at = error.message.find(temporary, at + path.size()))
+        error.message.replace(at, temporary.size(), path);
+    return error;
+}
+
+/// A temporary file that is locked as long as the descriptor is open: one without a lock belongs to nobody any more.
+int make_temporary(const std::string& pattern, int extension_size, std::string& temporary) {
+    for (;;) {
+        temporary = pattern;
+        const int fd = uninterrupted([&] { return ::mkostemps(temporary.data(), extension_size, O_CLOEXEC); });
+        if (fd < 0) return fd;
+        struct ::stat info {};
+        // Somebody who sweeps may have been faster. Where there are no locks, nobody sweeps
+        const bool is_taken = ::flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+        if (!is_taken && (::fstat(fd, &info) != 0 || info.st_nlink > 0)) return fd;
+        ::close(fd);
+    }
+}
+
 }  // namespace
+
+void sweep_temporaries(const std::string& path) {
+    namespace fs = std::filesystem;
+    const fs::path target(path);
+    std::error_code ignored;
+    for (fs::directory_iterator at(target.has_parent_path() ? target.parent_path() : fs::path("."), ignored), end; !ignored && at != end; at.increment(ignored)) {
+        if (!is_temporary_name(at->path().filename().string(), target.stem().string())) continue;
+        // Not waiting for a FIFO, nor following a link, of that name
+        const int fd = ::open(at->path().c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+        if (fd < 0) continue;
+        struct ::stat info {};
+        if (::fstat(fd, &info) == 0 && S_ISREG(info.st_mode) && ::flock(fd, LOCK_EX | LOCK_NB) == 0) ::unlink(at->path().c_str());
+        ::close(fd);
+    }
+}
 
 Result<void> write_atomically(const std::string& path,
                               const std::function<Result<void>(const std::string&)>& write) {
@@ -40,28 +99,30 @@ Result<void> write_atomically(const std::string& path,
     const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
 
     // Create the temporary exclusively, keeping the extension: image libraries choose the format by it
-    std::string temporary = (folder / fmt::format(".{}.tmp.XXXXXX{}", target.stem().string(), target.extension().string())).string();
-    const int fd = ::mkstemps(temporary.data(), int(target.extension().string().size()));
+    const std::string pattern = (folder / fmt::format(".{}{}XXXXXX{}", target.stem().string(), temporary_mark, target.extension().string())).string();
+    std::string temporary;
+    const int fd = make_temporary(pattern, int(target.extension().string().size()), temporary);
     if (fd < 0) return write_error(path, reason());
-    // mkstemps makes the file private; give it the mode any new file would have
+    // mkostemps makes the file private; give it the mode any new file would have
     const mode_t mask = ::umask(0);
     ::umask(mask);
     ::fchmod(fd, 0666 & ~mask);
-    ::close(fd);
 
     Result<void> done = write(temporary);
     if (done) done = flush_to_disk(temporary, O_RDONLY);
-    if (done && ::rename(temporary.c_str(), path.c_str()) != 0) done = write_error(path, reason());
-    if (!done) {
-        ::unlink(temporary.c_str());
-        return done;
-    }
-    return flush_to_disk(folder.string(), O_RDONLY | O_DIRECTORY);
+    if (done && uninterrupted([&] { return ::rename(temporary.c_str(), path.c_str()); }) != 0) done = write_error(path, reason());
+    if (!done) ::unlink(temporary.c_str());
+    // Nothing is written through this descriptor, which only holds the lock
+    ::close(fd);
+    if (!done) return with_path(done.error(), temporary, path);
+    if (const Result<void> flushed = flush_to_disk(folder.string(), O_RDONLY | O_DIRECTORY); !flushed)
+        return Error{"io-write", fmt::format("{} is written, but may be lost when the system stops: {}", path, flushed.error().message)};
+    return {};
 }
 
 Result<void> write_file_atomically(const std::string& path, std::string_view content) {
     return write_atomically(path, [&](const std::string& temporary) -> Result<void> {
-        const int fd = ::open(temporary.c_str(), O_WRONLY | O_TRUNC);
+        const int fd = uninterrupted([&] { return ::open(temporary.c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC); });
         if (fd < 0) return write_error(path, reason());
         size_t written = 0;
         while (written < content.size()) {
@@ -74,14 +135,14 @@ Result<void> write_file_atomically(const std::string& path, std::string_view con
             }
             written += size_t(n);
         }
-        if (::close(fd) != 0) return write_error(path, reason());
+        if (!close_file(fd)) return write_error(path, reason());
         return {};
     });
 }
 
 Result<std::string> read_file(const std::string& path, size_t size_limit_bytes) {
     // O_NONBLOCK: a FIFO in place of a file must not make the program wait
-    const int fd = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    const int fd = uninterrupted([&] { return ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC); });
     if (fd < 0) return Error{"io-open", fmt::format("cannot open {}: {}", path, reason())};
     struct ::stat info {};
     if (::fstat(fd, &info) != 0 || !S_ISREG(info.st_mode)) {
