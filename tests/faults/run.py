@@ -1,0 +1,343 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Breaks renders on purpose and tells what is left of them. Usage: ./dev faults [--trials N] [--only PART…]
+
+  kill      kill -9 at random instants, then --resume with other threads until done: the picture of an undisturbed render
+  signals   SIGINT, SIGTERM, SIGUSR1 at random instants; a second signal ends the program within a second
+  calls     the n-th call of open, write, fsync, close, rename … fails, for n = 1 to the last call of the render
+  places    a full disk, a read-only folder, a limit on the size of files
+  damage    files cut short and with flipped bits: refused with exit code 5, or the picture is right nevertheless
+  lock      a second render to the same file is refused; temporary files of killed ones are swept
+
+N is that of kill (200); the others have N/2 of each signal and N damaged files. Instants follow a fixed seed. Small
+renders in a folder in memory, since what counts is the order of calls and not the speed of a disk.
+"""
+import argparse
+import os
+import pathlib
+import random
+import re
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SCENES = ["cornell/cornell", "transport/glass", "transport/lens"]
+PARTS = ["kill", "signals", "calls", "places", "damage", "lock"]
+ERRORS = ["ENOSPC", "EIO", "EROFS", "EACCES", "EINTR", "short"]
+DOCUMENTED = {0, 1, 3, 4, 5}
+
+
+class Workshop:
+    """One scene, one folder: the command of a render, what an undisturbed one gives, and checks of what a disturbed one left."""
+
+    def __init__(self, arguments, folder, scene):
+        self.bin, self.preload, self.folder, self.scene = arguments.bin, arguments.preload, folder, scene
+        self.output = folder / "out.exr"
+        self.size = ["--res", "32", "24", "--spp", str(arguments.spp)]
+        began = time.monotonic()
+        self.finish()
+        self.seconds = time.monotonic() - began
+        self.expected = self.hash()
+        self.output.unlink()
+
+    def command(self, threads, more=()):
+        scene = ROOT / "scenes" / f"{self.scene}.usda"
+        return [str(self.bin / "velatura"), "render", str(scene), "-o", str(self.output), *self.size, "--resume", "--progress", "none", "-q",
+                "--threads", str(threads), *more]
+
+    def start(self, threads, more=(), environment=None):
+        return subprocess.Popen(self.command(threads, more), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+                                errors="replace", env=dict(os.environ, **(environment or {})))
+
+    def run(self, threads=2, more=(), environment=None, setup=None):
+        done = subprocess.run(self.command(threads, more), stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace",
+                              env=dict(os.environ, **(environment or {})), preexec_fn=setup)
+        return done.returncode, done.stderr
+
+    def finish(self, threads=2):
+        code, text = self.run(threads)
+        expect(code == 0, f"{self.scene}: a render that nothing disturbs ends with {code}: {text}")
+
+    def hash(self):
+        done = subprocess.run([self.bin / "velatura-comp", "info", "--hash", self.output], capture_output=True, text=True)
+        found = re.search("[0-9a-f]{64}", done.stdout)
+        return found.group() if done.returncode == 0 and found else f"unreadable: {done.stderr}"
+
+    def expect_right_end(self, what):
+        """Goes on from what is there, whatever it is, to the undisturbed picture."""
+        self.finish(3)
+        expect(self.hash() == self.expected, f"{what}: another picture")
+        expect_no_parts(self.folder, what)
+
+    def clear(self):
+        for path in self.folder.iterdir():
+            path.unlink()
+
+
+class Broken(Exception):
+    pass
+
+
+def expect(condition, text):
+    if not condition:
+        raise Broken(text)
+
+
+def expect_no_parts(folder, what):
+    left = sorted(p.name for p in folder.iterdir() if p.name.startswith("."))
+    expect(not left, f"{what}: left behind {left}")
+
+
+def exit_code(status):
+    return 128 - status if status < 0 else status
+
+
+def try_kill(shop, rng, trial):
+    """Up to three kills, in the middle of checkpoints for the most part."""
+    what = f"kill {trial} of {shop.scene}"
+    kills = 0
+    for threads in rng.sample([1, 2, 3, 4], rng.randint(1, 3)):
+        process = shop.start(threads, ["--checkpoint", "0.001s"])
+        try:
+            process.wait(rng.uniform(0.0, 1.2) * shop.seconds)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            kills += 1
+        _, text = process.communicate()
+        expect(process.returncode in (0, -9), f"{what}: ended with {process.returncode}: {text}")
+    shop.expect_right_end(what)
+    return kills
+
+
+def handles(process, number):
+    """Whether the program has come to handle the signal: before, the system ends it."""
+    try:
+        status = pathlib.Path(f"/proc/{process.pid}/status").read_text()
+    except OSError:
+        return False
+    caught = re.search(r"SigCgt:\s*([0-9a-f]+)", status)
+    return caught is not None and bool(int(caught.group(1), 16) >> (number - 1) & 1)
+
+
+def try_signal(shop, rng, trial, number):
+    what = f"{number.name} {trial} of {shop.scene}"
+    process = shop.start(rng.randint(1, 3))
+    while process.poll() is None and not handles(process, number):
+        time.sleep(0.001)
+    time.sleep(rng.uniform(0.0, 1.0) * shop.seconds)
+    process.send_signal(number)
+    seconds = 0.0
+    if number != signal.SIGUSR1 and trial % 2:
+        began = time.monotonic()
+        process.send_signal(number)
+        process.wait(20)
+        seconds = time.monotonic() - began
+    _, text = process.communicate()
+    code = exit_code(process.returncode)
+    allowed = {0} if number == signal.SIGUSR1 else {0, 128 + number}
+    expect(code in allowed, f"{what}: exit code {code}: {text}")
+    if shop.output.exists():
+        expect(not shop.hash().startswith("unreadable"), f"{what}: the file cannot be read")
+    expect(code != 0 or shop.output.exists(), f"{what}: exit code 0 and no file")
+    shop.expect_right_end(what)
+    return seconds
+
+
+def try_call(shop, old, n, how, always):
+    """Returns: whether the render has an n-th call."""
+    what = f"{how} at call {n}{' and later' if always else ''}"
+    shop.clear()
+    shop.output.write_bytes(old)
+    with tempfile.NamedTemporaryFile() as log:
+        environment = {"LD_PRELOAD": str(shop.preload), "VELATURA_FAULT_FOLDER": str(shop.folder), "VELATURA_FAULT_AT": str(n), "VELATURA_FAULT_HOW": how,
+                       "VELATURA_FAULT_LOG": log.name}
+        code, text = shop.run(1, environment=environment | ({"VELATURA_FAULT_ALWAYS": "1"} if always else {}))
+        failed = pathlib.Path(log.name).read_text().split("\n")[0]
+    if not failed:
+        expect(code == 0, f"{what}: nothing failed, and exit code {code}: {text}")
+        return False
+    what += f" ({failed})"
+    expect(code in DOCUMENTED, f"{what}: exit code {code}: {text}")
+    # Libraries open files once; nothing interrupts that but a network's file system
+    if how in ("EINTR", "short") and not (how == "EINTR" and failed.startswith("open")):
+        expect(code == 0, f"{what}: not tried again, exit code {code}: {text}")
+    if code == 0:
+        expect(shop.hash() == shop.expected, f"{what}: exit code 0 and another picture")
+    else:
+        expect(str(shop.output) in text, f"{what}: the message does not name the file: {text}")
+        # Behind the rename nothing can bring the old file back: then the new one is there, whole
+        is_old = shop.output.exists() and shop.output.read_bytes() == old
+        expect(is_old or shop.hash() == shop.expected, f"{what}: the old file is gone: {shop.hash()}")
+    shop.expect_right_end(what)
+    return True
+
+
+def try_limit(shop, old):
+    shop.clear()
+    shop.output.write_bytes(old)
+    code, text = shop.run(setup=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)))
+    expect(code == 1 and str(shop.output) in text, f"limit on file sizes: exit code {code}: {text}")
+    expect(shop.output.read_bytes() == old, "limit on file sizes: the old file is gone")
+    shop.expect_right_end("limit on file sizes")
+
+
+def try_mounted(shop, old, options, name):
+    """A file system of its own. Returns: why it cannot be had, or nothing."""
+    shop.clear()
+    made = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", shop.folder], capture_output=True, text=True)
+    if made.returncode:
+        return made.stderr.strip()
+    try:
+        shop.output.write_bytes(old)
+        if options:
+            subprocess.run(["mount", "-o", options, shop.folder], check=True)
+        else:
+            free = os.statvfs(shop.folder)
+            (shop.folder / "full").write_bytes(bytes(free.f_bavail * free.f_frsize - 8192))
+        code, text = shop.run()
+        expect(code == 1 and str(shop.output) in text, f"{name}: exit code {code}: {text}")
+        expect(shop.output.read_bytes() == old, f"{name}: the old file is gone")
+        expect_no_parts(shop.folder, name)
+    finally:
+        subprocess.run(["umount", shop.folder], check=True)
+    return None
+
+
+def try_damage(shop, rng, old, cut):
+    what, bad = "cut", bytearray(old)
+    shop.clear()
+    if cut:
+        what = f"cut after {cut} of {len(old)} bytes"
+        bad = bad[:cut]
+    else:
+        at, bit = rng.randrange(len(old)), rng.randrange(8)
+        what = f"bit {bit} of byte {at} flipped"
+        bad[at] ^= 1 << bit
+    shop.output.write_bytes(bad)
+    code, text = shop.run()
+    if code == 0 and not cut:
+        # It hit what a render that goes on does not read
+        expect(shop.hash() == shop.expected, f"{what}: another picture")
+        return False
+    expect(code == 5 and str(shop.output) in text, f"{what}: exit code {code}: {text}")
+    expect(shop.output.read_bytes() == bytes(bad), f"{what}: the file was changed")
+    return True
+
+
+def try_lock(shop, rng, trial):
+    what = f"lock {trial}"
+    shop.clear()
+    size, shop.size = shop.size, [*shop.size[:-1], "1000000"]
+    first = shop.start(1)
+    shop.size = size
+    try:
+        while first.poll() is None and not (shop.folder / ".out.exr.lock").exists():
+            time.sleep(0.001)
+        time.sleep(rng.uniform(0.0, 0.5) * shop.seconds)
+        code, text = shop.run()
+        expect(code == 5 and f"process {first.pid} on" in text and str(shop.output) in text, f"{what}: exit code {code}: {text}")
+    finally:
+        first.kill()
+        first.communicate()
+    # What killed processes leave is no lock
+    (shop.folder / ".out.tmp.Ab0xYz.exr").write_bytes(b"half a picture")
+    shop.expect_right_end(what)
+
+
+class Tally:
+    def __init__(self):
+        self.broken = []
+
+    def trial(self, function, *arguments):
+        try:
+            return function(*arguments)
+        except Broken as broken:
+            self.broken.append(str(broken))
+            print(f"NOT AS IT SHOULD BE: {broken}", flush=True)
+            return None
+
+
+def run_parts(arguments, shops, tally):
+    rng = random.Random(9)
+    n = arguments.trials
+
+    def part(name, result):
+        print(f"{name:8} {result}", flush=True)
+
+    if "kill" in arguments.only:
+        kills = 0
+        for trial in range(n):
+            shop = shops[trial % len(shops)]
+            shop.clear()
+            kills += tally.trial(try_kill, shop, rng, trial) or 0
+        part("kill", f"{n} renders, {kills} kills")
+    if "signals" in arguments.only:
+        slowest = 0.0
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1):
+            for trial in range(max(2, n // 2)):
+                shop = shops[trial % len(shops)]
+                shop.clear()
+                slowest = max(slowest, tally.trial(try_signal, shop, rng, trial, number) or 0.0)
+        part("signals", f"{max(2, n // 2)} each of SIGINT, SIGTERM, SIGUSR1; the slowest end by a second signal took {slowest:.3f} s")
+    shop = shops[0]
+    shop.clear()
+    whole_size = list(shop.size)
+    shop.size[-1] = "2"
+    shop.finish()
+    shop.size = whole_size
+    old = shop.output.read_bytes()
+    if "calls" in arguments.only:
+        count = 0
+        for how in arguments.errors:
+            for always in (False, True):
+                call = 1
+                while not (always and how in ("EINTR", "short")) and tally.trial(try_call, shop, old, call, how, always) is not False:
+                    call += arguments.step
+                    count += 1
+        part("calls", f"{count} renders with failed calls")
+    if "places" in arguments.only:
+        tally.trial(try_limit, shop, old)
+        full = tally.trial(try_mounted, shop, old, "", "a full disk")
+        read_only = tally.trial(try_mounted, shop, old, "remount,ro", "a read-only folder")
+        part("places", f"limit on file sizes, full disk{f' SKIPPED ({full})' if full else ''}, read-only folder{f' SKIPPED ({read_only})' if read_only else ''}")
+    if "lock" in arguments.only:
+        for trial in range(max(1, n // 10)):
+            tally.trial(try_lock, shop, rng, trial)
+        part("lock", f"{max(1, n // 10)} second renders")
+    if "damage" in arguments.only:
+        refused = 0
+        for trial in range(n):
+            cut = rng.randrange(1, len(old)) if trial % 4 == 0 else 0
+            refused += bool(tally.trial(try_damage, shop, rng, old, cut))
+        part("damage", f"{n} files, {refused} refused")
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="./dev faults", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release/bin", help=argparse.SUPPRESS)
+    parser.add_argument("--preload", type=pathlib.Path, default=ROOT / "build/release/tests/libvelatura_failing_calls.so", help=argparse.SUPPRESS)
+    parser.add_argument("--trials", type=int, default=200)
+    parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS, metavar="PART")
+    parser.add_argument("--errors", nargs="+", choices=ERRORS, default=ERRORS, metavar="ERROR", help="how calls fail")
+    parser.add_argument("--step", type=int, default=1, help="every n-th of the calls alone")
+    parser.add_argument("--spp", type=int, default=64)
+    arguments = parser.parse_args()
+    began, tally = time.monotonic(), Tally()
+    memory = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+    with tempfile.TemporaryDirectory(dir=memory) as folder:
+        shops = []
+        for i, scene in enumerate(SCENES):
+            own = pathlib.Path(folder).resolve() / str(i)
+            own.mkdir()
+            shops.append(Workshop(arguments, own, scene))
+        run_parts(arguments, shops, tally)
+    print(f"{time.monotonic() - began:.0f} s; " + (f"{len(tally.broken)} not as they should be" if tally.broken else "all as they should be"))
+    sys.exit(1 if tally.broken else 0)
+
+
+if __name__ == "__main__":
+    main()
