@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "base/json_depth.h"
 #include "study/rows.h"
 #include "study/statistics.h"
 
@@ -14,8 +15,8 @@ namespace {
 using json = nlohmann::json;
 
 Result<json> parse(const std::string& text, const char* which) {
-    json j = json::parse(text, nullptr, false);
-    if (j.is_discarded() || !j.is_object() || j.value("schema", "") != "velatura.study/1") return Error{"study-json", fmt::format("the {} file is no report.json of velatura study", which)};
+    json j = is_json_too_deep(text) ? json() : json::parse(text, nullptr, false);
+    if (!j.is_object() || j.value("schema", json()) != "velatura.study/1") return Error{"study-json", fmt::format("the {} file is no report.json of velatura study", which)};
     return j;
 }
 

@@ -60,7 +60,8 @@ class Reader {
         requires std::is_arithmetic_v<T>
     void numbers(T* first, size_t count) {
         is_good = is_good && count <= bytes.size() / sizeof(T);
-        if (!is_good) return;
+        // An empty list has no place to copy to
+        if (!is_good || count == 0) return;
         std::memcpy(first, bytes.data(), count * sizeof(T));
         bytes.remove_prefix(count * sizeof(T));
     }

@@ -104,6 +104,9 @@ TEST(Compare, SaysWhatDiffers) {
     EXPECT_FALSE(compare_reports(a, "{}").has_value());
     EXPECT_FALSE(compare_reports("no json", b).has_value());
     EXPECT_FALSE(compare_reports(a, R"({"schema":"velatura.study/1"})").has_value());
+    EXPECT_FALSE(compare_reports(a, R"({"schema":1})").has_value());
+    const std::string deep = R"({"schema":"velatura.study/1","noise":{"value":0,"low":0,"high":0},"bias":0,"settings":[{"cpu_s":1,"knob":)" + std::string(1000000, '[') + std::string(1000000, ']') + "}]}";
+    EXPECT_FALSE(compare_reports(deep, deep).has_value());
 }
 
 TEST(Png, HoldsThePixels) {
