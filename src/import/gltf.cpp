@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "import/gltf.h"
 
+#include "base/json_depth.h"
 #include "import/context.h"
 #include "import/gltf_accessors.h"
 
@@ -184,6 +185,7 @@ std::optional<std::string> prepare_gltf(const std::string& bytes,
     std::string_view text = std::string_view(bytes).substr(part->begin, part->size);
     // Chunks are padded with spaces; some exporters take zeros
     while (!text.empty() && text.back() == '\0') text.remove_suffix(1);
+    if (is_json_too_deep(text)) return unchecked("its JSON is nested too deeply");
     json file = json::parse(text, nullptr, false);
     if (!file.is_object()) return unchecked("its JSON cannot be read");
     report_extensions(file, diagnostics, loc);
@@ -201,7 +203,8 @@ std::optional<std::string> prepare_gltf(const std::string& bytes,
         is_changed = true;
     if (decode_buffer_names(file, folder)) is_changed = true;
     if (!is_changed) return std::nullopt;
-    return with_json(bytes, *part, file.dump());
+    // Names of files may be no UTF-8, which JSON cannot say
+    return with_json(bytes, *part, file.dump(-1, ' ', false, json::error_handler_t::replace));
 }
 
 }  // namespace velatura::import
