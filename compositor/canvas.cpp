@@ -1,44 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/canvas.h"
 
-#include <algorithm>
-#include <cstring>
+#include "image/pixel_font.h"
 
-// A header that defines functions nobody here calls
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wall"
-#pragma GCC diagnostic ignored "-Wextra"
-#pragma GCC diagnostic ignored "-Wpedantic"
-#pragma GCC diagnostic ignored "-Wconversion"
-#pragma GCC diagnostic ignored "-Wsign-conversion"
-#pragma GCC diagnostic ignored "-Wold-style-cast"
-#pragma GCC diagnostic ignored "-Wunused-function"
-#pragma GCC diagnostic ignored "-Wdouble-promotion"
-#pragma GCC diagnostic ignored "-Wuseless-cast"
-#pragma GCC diagnostic ignored "-Wcast-align"
-#pragma GCC diagnostic ignored "-Wcast-qual"
-#include <stb/stb_easy_font.h>
-#pragma GCC diagnostic pop
+#include <algorithm>
 
 namespace velatura::compositor {
 
 namespace {
 
 constexpr int scale = 2;  // of a font of 7 pixels, its lines 12 apart
-
-/// What stb_easy_font_print writes, four to a rectangle.
-struct Corner {
-    float x, y, z;
-    uint32_t colour;
-};
-
-std::string printable(std::string_view text) {
-    std::string ascii(text);
-    for (char& c : ascii) {
-        if (c < 32 || c > 126) c = '?';
-    }
-    return ascii;
-}
 
 }  // namespace
 
@@ -67,23 +38,11 @@ void Canvas::paste(int x, int y, int width, int height, const std::vector<float>
 }
 
 void Canvas::write(int x, int y, int width, std::string_view text, const Colour& colour) {
-    std::string ascii = printable(text);
-    while (!ascii.empty() && text_width(ascii) > width) ascii.pop_back();
-    std::vector<Corner> corners(80 * (ascii.size() + 1));
-    const int boxes = stb_easy_font_print(0, 0, ascii.data(), nullptr, corners.data(),
-                                          int(corners.size() * sizeof(Corner)));
-    for (int i = 0; i < boxes; ++i) {
-        const Corner& upper_left = corners[4 * size_t(i)];
-        const Corner& lower_right = corners[4 * size_t(i) + 2];
-        fill(x + scale * int(upper_left.x), y + scale * int(upper_left.y),
-             scale * int(lower_right.x - upper_left.x), scale * int(lower_right.y - upper_left.y),
-             colour);
-    }
+    while (!text.empty() && text_width(text) > width) text.remove_suffix(1);
+    for (const image::LetterBox& box : image::letter_boxes(text))
+        fill(x + scale * box.x, y + scale * box.y, scale * box.width, scale * box.height, colour);
 }
 
-int Canvas::text_width(std::string_view text) {
-    std::string ascii = printable(text);
-    return scale * stb_easy_font_width(ascii.data());
-}
+int Canvas::text_width(std::string_view text) { return scale * image::text_width(text); }
 
 }  // namespace velatura::compositor

@@ -4,19 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-// One header with its code in it
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wall"
-#pragma GCC diagnostic ignored "-Wextra"
-#pragma GCC diagnostic ignored "-Wpedantic"
-#pragma GCC diagnostic ignored "-Wold-style-cast"
-#pragma GCC diagnostic ignored "-Wunused-function"
-#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
-#pragma GCC diagnostic ignored "-Wfloat-conversion"
-#pragma GCC diagnostic ignored "-Wdouble-promotion"
-#pragma GCC diagnostic ignored "-Wshadow"
-#include <stb/stb_easy_font.h>
-#pragma GCC diagnostic pop
+#include "image/pixel_font.h"
 
 namespace velatura::study {
 
@@ -35,7 +23,7 @@ Color color_of(int color) {
 
 constexpr Color paper = rgb(0xfcfcfb);
 
-/// Pixels for one of the font, whose capitals are 7 high.
+/// Pixels for one of the font.
 constexpr int letter_scale = 2;
 
 }  // namespace
@@ -80,21 +68,13 @@ void Raster::draw_line(const std::vector<Point>& points, double width, bool is_d
 }
 
 void Raster::draw_text(const Point& at, const PlotDrawing::Text& text, const Color& color) {
-    struct Corner {
-        float x, y, z;
-        unsigned char rgba[4];
-    };
-    std::string content = text.content;
-    std::vector<Corner> corners(4 * (80 * content.size() + 4));
-    const int quads = stb_easy_font_print(0, 0, content.data(), nullptr, corners.data(), int(corners.size() * sizeof(Corner)));
-    const int length = letter_scale * stb_easy_font_width(content.data());
+    const int length = letter_scale * image::text_width(text.content);
     const int start = text.anchor == PlotDrawing::Anchor::Start ? 0 : text.anchor == PlotDrawing::Anchor::Middle ? length / 2 : length;
     const int x0 = int(std::lround(at.first)), y0 = int(std::lround(at.second));
-    constexpr int base = 7 * letter_scale;
-    for (int q = 0; q < quads; ++q) {
-        const Corner &from = corners[4 * size_t(q)], &to = corners[4 * size_t(q) + 2];
-        for (int v = letter_scale * int(from.y); v < letter_scale * int(to.y); ++v) {
-            for (int u = letter_scale * int(from.x); u < letter_scale * int(to.x); ++u) {
+    constexpr int base = image::capital_height * letter_scale;
+    for (const image::LetterBox& box : image::letter_boxes(text.content)) {
+        for (int v = letter_scale * box.y; v < letter_scale * (box.y + box.height); ++v) {
+            for (int u = letter_scale * box.x; u < letter_scale * (box.x + box.width); ++u) {
                 if (text.is_upright) blend(x0 + v - base, y0 - u + start, color, 1);
                 else blend(x0 + u - start, y0 + v - base, color, 1);
             }

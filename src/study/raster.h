@@ -10,7 +10,7 @@
 namespace velatura::study {
 
 /// Draws plots as pixels, in the colors of the page by day: lines and dots by the coverage that their distance gives, letters
-/// by rectangles (stb_easy_font: ASCII; docs/adr/0034-stb-easy-font.md).
+/// by image/pixel_font.h.
 class Raster {
   public:
     Raster(int width, int height);

@@ -72,7 +72,7 @@ const std::vector<Library>& library_table() {
         {"openvdb/", {"plugins/volume/"}},
         {"nanovdb/", {"plugins/volume/"}},
         {"embree3/", {"plugins/embree/"}},
-        {"stb/", {"compositor/", "src/study/", "tests/study/"}},
+        {"stb/", {"src/image/", "src/study/", "tests/study/"}},
     };
     return table;
 }
