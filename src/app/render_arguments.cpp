@@ -1,11 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/render_arguments.h"
 
+#include <string>
+#include <vector>
+
 #include <CLI/CLI.hpp>
 
 #include "app/scene_loader.h"
+#include "image/compression.h"
 
 namespace velatura::app {
+
+namespace {
+
+std::vector<std::string> compression_names() {
+    std::vector<std::string> names;
+    for (const auto& [name, compression] : image::compression_table) names.emplace_back(name);
+    return names;
+}
+
+}  // namespace
 
 void declare_render_options(CLI::App& command, RenderArguments& a) {
     command.add_option("scene", a.scene, "USD scene (.usda, .usdc, .usd, .usdz)")->required();
@@ -79,7 +93,7 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     layers->add_option("--deep-samples", a.deep_samples, "depths that a pixel of it has room for; beyond that the nearest to each other become one")->check(CLI::Range(1, 1024));
     layers->add_option("--exr-layout", a.exr_layout, "multipart (one part per family), single part, or split files")->check(CLI::IsMember({"multipart", "single", "split"}));
 
-    layers->add_option("--exr-compression", a.exr_compression, "how files are packed, without loss: none, rle, zips, zip (16 rows at a time) or piz (wavelets)")->check(CLI::IsMember({"none", "rle", "zips", "zip", "piz"}));
+    layers->add_option("--exr-compression", a.exr_compression, "how files are packed, without loss: none, rle, zips, zip (16 rows at a time) or piz (wavelets)")->check(CLI::IsMember(compression_names()));
 
     auto* report = command.add_option_group("Reports");
     report->add_option("--checkpoint", a.checkpoint, "progressive: keep the sums and write the file this often, e.g. 5m, for --resume after whatever may happen");

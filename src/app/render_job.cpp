@@ -208,10 +208,9 @@ Result<void> check_combinations(const RenderArguments& a) {
 }
 
 image::Compression compression_of(const std::string& name) {
-    using image::Compression;
-    for (const auto& [known, compression] : {std::pair("none", Compression::None), std::pair("rle", Compression::Rle), std::pair("zips", Compression::Zips), std::pair("piz", Compression::Piz)})
+    for (const auto& [known, compression] : image::compression_table)
         if (name == known) return compression;
-    return Compression::Zip;
+    return image::Compression::Zip;
 }
 
 }  // namespace

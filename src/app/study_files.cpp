@@ -15,13 +15,6 @@ namespace velatura::app {
 
 namespace {
 
-struct Packing {
-    const char* name;
-    image::Compression compression;
-};
-
-constexpr Packing packings[] = {{"none", image::Compression::None}, {"rle", image::Compression::Rle}, {"zips", image::Compression::Zips}, {"zip", image::Compression::Zip}, {"piz", image::Compression::Piz}};
-
 /// [pixel][3] of the beauty as a reader finds it: what the stored layers add up to.
 std::vector<float> stored_beauty(const std::string& path) {
     std::vector<float> values;
@@ -59,24 +52,24 @@ std::vector<study::FileFormat> StudyRenderer::measure_files(const study::RenderR
         layers.float_layers = is_float;
         film::Film film({0, 0, part.grid.width, part.grid.height}, layers, {.final_sample_end = integrator::most_samples(schedule_of(p, part))});
         if (!render_into(film, p, part)) break;
-        for (const Packing& packing : packings) {
+        for (const auto& [name, compression] : image::compression_table) {
             image::FileInfo info;
             info.display = {0, 0, part.grid.width, part.grid.height};
-            info.compression = packing.compression;
+            info.compression = compression;
             const bool is_late = std::chrono::steady_clock::now() > part.deadline;
             const std::clock_t start = std::clock();
             if (is_late || !film.write(path, info)) break;
             const double seconds = double(std::clock() - start) / CLOCKS_PER_SEC;
             std::error_code error;
             const double bytes = double(std::filesystem::file_size(path, error));
-            const bool is_now = is_float == p.job.layers.float_layers && packing.compression == p.job.compression;
-            files.push_back({fmt::format("{}, {}", is_float ? "float" : "half", packing.name), bytes * scale, seconds * scale, 0.0, is_now});
+            const bool is_now = is_float == p.job.layers.float_layers && compression == p.job.compression;
+            files.push_back({fmt::format("{}, {}", is_float ? "float" : "half", name), bytes * scale, seconds * scale, 0.0, is_now});
             if (beauties[is_float].empty()) beauties[is_float] = stored_beauty(path);
         }
     }
     // What is packed without loss differs by nothing but the rounding of halves
     const double rounding = relative_difference(beauties[0], beauties[1]);
-    for (size_t i = 0; i < std::min(files.size(), std::size(packings)); ++i) files[i].error = rounding;
+    for (size_t i = 0; i < std::min(files.size(), image::compression_table.size()); ++i) files[i].error = rounding;
     std::error_code error;
     std::filesystem::remove(path, error);
     return files;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <utility>
 
 namespace velatura::image {
 
@@ -13,5 +15,9 @@ enum class Compression : uint8_t {
     Zip,   ///< deflate, 16 rows at a time
     Piz,   ///< wavelets and Huffman codes, 32 rows at a time
 };
+
+/// What --exr-compression calls them.
+inline constexpr std::array<std::pair<const char*, Compression>, 5> compression_table = {{
+    {"none", Compression::None}, {"rle", Compression::Rle}, {"zips", Compression::Zips}, {"zip", Compression::Zip}, {"piz", Compression::Piz}}};
 
 }  // namespace velatura::image
