@@ -31,27 +31,22 @@ std::string percent(double fraction) {
 
 std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film) {
     const film::NoiseEstimate noise = film.noise();
-    if (!noise.is_known) return std::nullopt;
-    const bool is_stratified = job.tracer.sampler == sampling::SamplerKind::Stratified;
-    if (const std::optional<image::RelativeError> change = image::picture_change(film.sums())) {
-        integrator::ErrorCurve curve;
-        curve.add({noise.samples_min, noise.samples_max, noise.samples_mean, 0, *change});
-        // The first strata of a pixel are no picture of their own
-        if (!curve.is_empty()) return PictureError{curve.error_at(noise.samples_mean), is_stratified};
+    integrator::ErrorCurve curve;
+    if (noise.is_known) {
+        if (const std::optional<image::RelativeError> change = image::picture_change(film.sums())) curve.add({noise.samples_min, noise.samples_max, noise.samples_mean, 0, *change});
     }
+    return picture_error(job, noise, curve);
+}
+
+std::optional<PictureError> picture_error(const RenderJob& job, const film::NoiseEstimate& noise, const integrator::ErrorCurve& curve) {
+    if (!curve.is_empty()) return PictureError{curve.error_at(noise.samples_mean), job.schedule.has_dependent_changes};
+    if (!noise.is_known) return std::nullopt;
     return PictureError{{noise.relative_error, noise.low, noise.high}, !job.schedule.has_independent_halves};
 }
 
-std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film, const integrator::ErrorCurve& curve) {
-    if (curve.is_empty()) return picture_error(job, film);
-    return PictureError{curve.error_at(film.noise().samples_mean), job.tracer.sampler == sampling::SamplerKind::Stratified};
-}
-
-bool reached_target(const RenderJob& job, const film::Film& film, const integrator::RenderResult& result) {
+bool reached_target(const RenderJob& job, const std::optional<PictureError>& error, const integrator::RenderResult& result) {
     const double target = job.schedule.target_error;
-    if (target <= 0 || result.reason == integrator::StopReason::TargetError) return true;
-    const std::optional<PictureError> error = picture_error(job, film, result.curve);
-    return error && error->error.value <= target;
+    return target <= 0 || result.reason == integrator::StopReason::TargetError || (error && error->error.value <= target);
 }
 
 json error_json(const std::optional<PictureError>& error) {
@@ -121,13 +116,14 @@ json observations_json(const integrator::ErrorCurve& curve) {
 std::optional<integrator::ErrorCurve> curve_of(const json& observations) {
     integrator::ErrorCurve curve;
     if (!observations.is_array()) return std::nullopt;
+    double last_mean = 0;
     for (const json& j : observations) {
         if (!j.is_object()) return std::nullopt;
         for (const char* name : {"min", "max", "mean", "change", "low", "high"})
             if (!j.contains(name) || !j[name].is_number()) return std::nullopt;
         const auto number = [&j](const char* name) { return j[name].get<double>(); };
-        const bool grows = curve.is_empty() || number("mean") > curve.observations().back().samples_mean;
-        if (!(number("change") > 0) || !(number("high") >= number("change")) || !(number("mean") > 0) || !grows) return std::nullopt;
+        if (!(number("change") > 0) || !(number("high") >= number("change")) || !(number("mean") > last_mean)) return std::nullopt;
+        last_mean = number("mean");
         curve.add({j["min"].get<uint64_t>(), j["max"].get<uint64_t>(), number("mean"), 0, {number("change"), number("low"), number("high")}});
     }
     return curve;

@@ -19,15 +19,15 @@ struct PictureError {
     bool is_upper = false;  ///< it is no more than that: the halves make up for each other's errors
 };
 
-/// From the curve or, where there is none, from the film; none before every pixel has two samples.
-std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film, const integrator::ErrorCurve& curve);
+/// From the curve or, where there is none, from the noise between its halves; none before every pixel has two samples.
+std::optional<PictureError> picture_error(const RenderJob& job, const film::NoiseEstimate& noise, const integrator::ErrorCurve& curve);
 
 /// From the film alone, which is what any run of the render says: from how its pixels changed at last or, of parts that do
 /// not begin with the first sample, from its halves.
 std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film);
 
 /// Whether the picture is as exact as wanted.
-bool reached_target(const RenderJob& job, const film::Film& film, const integrator::RenderResult& result);
+bool reached_target(const RenderJob& job, const std::optional<PictureError>& error, const integrator::RenderResult& result);
 
 /// metric, mean, low, high, confidence, is_upper.
 nlohmann::ordered_json error_json(const std::optional<PictureError>& error);

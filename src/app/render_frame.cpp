@@ -255,7 +255,7 @@ class FrameRenderer {
         state.samples_per_pixel = noise.samples_mean;
         state.elapsed_s = result.seconds;
         state.rays = result.rays;
-        if (const std::optional<PictureError> error = picture_error(job_, film, result.curve)) {
+        if (const std::optional<PictureError> error = picture_error(job_, noise, result.curve)) {
             state.error = error->error.value;
             state.is_upper_error = error->is_upper;
         }
@@ -297,9 +297,9 @@ class FrameRenderer {
     }
 
     int finish(const film::Film& film, const integrator::RenderResult& result) {
-        const film::NoiseEstimate so_far = film.noise();
+        const film::NoiseEstimate noise = film.noise();
         // A file to go on from may have holes
-        const uint64_t fewest = keeps_sums(job_) ? so_far.samples_max : so_far.samples_min;
+        const uint64_t fewest = keeps_sums(job_) ? noise.samples_max : noise.samples_min;
         if (result.reason == integrator::StopReason::Interrupted && fewest == 0) {
             diagnostics_.error("interrupted", {}, {}, fmt::format("stopped before {} pixel had a sample; nothing was written", keeps_sums(job_) ? "any" : "every"));
             return SignalBase + StopSignals::signal_number();
@@ -316,14 +316,13 @@ class FrameRenderer {
         if (!job_.arguments.quiet) {
             fmt::print("{}: {} layers, {} channels, closure {:.3g} of its bound, {}\n", input_.output, written->layers, written->channels, written->closure_measured, format_duration(result.seconds));
         }
-        if (!job_.arguments.quiet && wanted_error(job_) > 0 && !result.curve.is_empty()) fmt::print("{}\n", forecast_text(result.curve, film.noise().samples_mean, wanted_error(job_)));
+        if (!job_.arguments.quiet && wanted_error(job_) > 0 && !result.curve.is_empty()) fmt::print("{}\n", forecast_text(result.curve, noise.samples_mean, wanted_error(job_)));
         if (result.reason == integrator::StopReason::Interrupted) return SignalBase + StopSignals::signal_number();
         for (const scene::Effect e : broken)
             diagnostics_.error("effect-plan", {}, {}, fmt::format("the plan has {} off, and its code ran {} times: the plan is wrong, which the file says in velatura/plan", scene::info(e).name, result.rays.effects.of(e)));
         if (!broken.empty() || result.rays.tracking.violations > 0 || (job_.arguments.strict && film.invalid_count() > 0)) return CheckFailed;
-        const film::NoiseEstimate noise = film.noise();
-        const std::optional<PictureError> error = picture_error(job_, film, result.curve);
-        const bool is_precise = reached_target(job_, film, result);
+        const std::optional<PictureError> error = picture_error(job_, noise, result.curve);
+        const bool is_precise = reached_target(job_, error, result);
         const bool is_out_of_time = result.reason == integrator::StopReason::TimeBudget;
         if (is_precise && !is_out_of_time) return Done;
         diagnostics_.warn("budget", {}, {},

@@ -259,6 +259,7 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     if (!filter) return usage(fmt::format("--filter: unknown filter \"{}\"", a.filter));
     job.tracer.filter = *filter;
     if (const auto ok = choose_estimator(a, job); !ok) return ok.error();
+    job.schedule.has_dependent_changes = job.tracer.sampler == sampling::SamplerKind::Stratified;
     job.schedule.has_independent_halves = sampling::has_halves(job.tracer.sampler) || job.tracer.sampler == sampling::SamplerKind::Independent;
     job.layout = a.exr_layout == "single" ? image::Layout::SinglePart : a.exr_layout == "split" ? image::Layout::Split : image::Layout::MultiPart;
     job.compression = compression_of(a.exr_compression);

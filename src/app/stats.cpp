@@ -133,8 +133,7 @@ json make_ledger(const RenderJob& job, const FrameInput& input, const integrator
 
 namespace {
 
-json samples_json(const film::Film& film, const integrator::RenderResult& result, const RenderJob& job) {
-    const film::NoiseEstimate noise = film.noise();
+json samples_json(const film::NoiseEstimate& noise, const integrator::RenderResult& result, const RenderJob& job) {
     json j;
     j["spp_min"] = noise.samples_min;
     j["spp_mean"] = noise.samples_mean;
@@ -160,6 +159,7 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
                 const integrator::BranchTrial& branches, const film::Film& film,
                 const integrator::RenderResult& result) {
     const accel::AcceleratorStats accelerator = world.accelerator->stats();
+    const film::NoiseEstimate noise = film.noise();
     json j;
     j["header"] = {{"schema", "velatura.stats/1"}, {"app", "velatura"}, {"version", VELATURA_VERSION}, {"threads", thread_count()}};
     j["scene"] = make_scene_stats(input, world);
@@ -176,16 +176,16 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
     j["estimator"] = make_estimator_stats(job);
     j["guiding"] = make_guiding_stats(training);
     j["splitting"] = make_splitting_stats(branches);
-    j["samples"] = samples_json(film, result, job);
+    j["samples"] = samples_json(noise, result, job);
     j["rays"] = {{"camera", result.rays.camera}, {"shadow", result.rays.shadow}, {"indirect", result.rays.indirect}, {"caustic", result.rays.caustic}};
     j["rays_per_s"] = result.seconds > 0 ? double(result.rays.total()) / result.seconds : 0.0;
     j["paths_per_s"] = result.seconds > 0 ? double(result.rays.paths) / result.seconds : 0.0;
-    const std::optional<PictureError> stated = picture_error(job, film, result.curve);
+    const std::optional<PictureError> stated = picture_error(job, noise, result.curve);
     json error = error_json(stated);
     if (!result.layer_noise.empty()) error["layers"] = layer_noise_json(result.layer_noise, stated ? stated->error.value : 0.0);
     error["target"] = job.schedule.target_error;
     error["blocks"] = blocks_json(film, result.curve);
-    error["reached"] = reached_target(job, film, result);
+    error["reached"] = reached_target(job, stated, result);
     j["error"] = error;
     if (!result.curve.is_empty()) {
         j["error_curve"] = error_curve_json(result.curve);

@@ -2,6 +2,7 @@
 #include "film/film.h"
 
 #include "base/check.h"
+#include "base/tasks.h"
 #include "image/pixel_means.h"
 #include "image/relative_error.h"
 #include "scene/effect_build.h"
@@ -207,35 +208,45 @@ Snapshot Film::snapshot() const {
     return result;
 }
 
-NoiseEstimate Film::noise() const {
-    const Window& w = window();
-    NoiseEstimate result;
-    image::RelativeErrorSum error;
-    result.samples_min = ~uint64_t(0);
-    for (int ty = w.y0; ty < w.y1; ty += tile_size) {
-        for (int tx = w.x0; tx < w.x1; tx += tile_size) {
-            double batch = 0, count = 0;
-            for (int y = ty; y < std::min(ty + tile_size, w.y1); ++y) {
-                for (int x = tx; x < std::min(tx + tile_size, w.x1); ++x) {
-                    const image::PixelRecord& record = sums_.record(x, y);
-                    const uint64_t samples = record.end - record.first;
-                    result.samples_min = std::min(result.samples_min, samples);
-                    result.samples_max = std::max(result.samples_max, samples);
-                    result.samples_mean += double(samples);
-                    result.invalid += record.invalid;
-                    const image::PixelHalves h =
-                        image::resolve_halves(sums_, x, y, AccumulatorTable::beauty);
-                    if (!h.is_known) continue;
-                    for (int c = 0; c < 3; ++c) {
-                        batch += image::relative_square(h.variance[size_t(c)], h.mean[size_t(c)]);
-                        count += 1;
-                    }
-                }
-            }
-            error.add_tile(batch, count);
+Film::TileNoise Film::tile_noise(const Window& tile) const {
+    TileNoise noise;
+    for (int y = tile.y0; y < tile.y1; ++y) {
+        for (int x = tile.x0; x < tile.x1; ++x) {
+            const image::PixelRecord& record = sums_.record(x, y);
+            const uint64_t samples = record.end - record.first;
+            noise.samples_min = std::min(noise.samples_min, samples);
+            noise.samples_max = std::max(noise.samples_max, samples);
+            noise.samples += samples;
+            noise.invalid += record.invalid;
+            const image::PixelHalves h = image::resolve_halves(sums_, x, y, AccumulatorTable::beauty);
+            if (!h.is_known) continue;
+            for (size_t c = 0; c < 3; ++c) noise.squares += image::relative_square(h.variance[c], h.mean[c]);
+            noise.count += 3;
         }
     }
-    result.samples_mean /= double(w.pixel_count());
+    return noise;
+}
+
+NoiseEstimate Film::noise() const {
+    const Window& w = window();
+    const int columns = (w.width() + tile_size - 1) / tile_size, rows = (w.height() + tile_size - 1) / tile_size;
+    std::vector<TileNoise> tiles(size_t(columns) * size_t(rows));
+    parallel_for(tiles.size(), [&](size_t i) {
+        const int x = w.x0 + int(i % size_t(columns)) * tile_size, y = w.y0 + int(i / size_t(columns)) * tile_size;
+        tiles[i] = tile_noise({x, y, std::min(x + tile_size, w.x1), std::min(y + tile_size, w.y1)});
+    });
+    NoiseEstimate result;
+    image::RelativeErrorSum error;
+    uint64_t samples = 0;
+    result.samples_min = ~uint64_t(0);
+    for (const TileNoise& tile : tiles) {
+        result.samples_min = std::min(result.samples_min, tile.samples_min);
+        result.samples_max = std::max(result.samples_max, tile.samples_max);
+        samples += tile.samples;
+        result.invalid += tile.invalid;
+        error.add_tile(tile.squares, tile.count);
+    }
+    result.samples_mean = double(samples) / double(w.pixel_count());
     result.is_known = error.count() == 3.0 * double(w.pixel_count());
     const image::RelativeError estimate = error.result();
     result.relative_error = estimate.value;

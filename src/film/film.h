@@ -130,6 +130,14 @@ class Film {
     Result<WriteReport> write(const std::string& path, FileInfo info) const;
 
   private:
+    /// What a tile adds to the noise.
+    struct TileNoise {
+        double squares = 0, count = 0;  ///< relative squares of the channels that are known, and their number
+        uint64_t samples = 0, samples_min = ~uint64_t(0), samples_max = 0, invalid = 0;
+    };
+
+    TileNoise tile_noise(const Window& tile) const;
+
     image::SampleSums sums_;
     std::unique_ptr<DeepFilm> deep_;
     mutable std::unique_ptr<std::mutex> bad_mutex_;

@@ -97,6 +97,4 @@ std::vector<LayerNoise> LayerChanges::noise(double slope) const {
     return layers;
 }
 
-size_t LayerChanges::memory_bytes() const { return (means_.capacity() + squares_.capacity()) * sizeof(float) + pixels_.capacity() * sizeof(Pixel); }
-
 }  // namespace velatura::image

@@ -4,7 +4,6 @@
 #include "image/layer_sources.h"
 #include "image/sample_sums.h"
 
-#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -32,8 +31,6 @@ class LayerChanges {
 
     /// If errors fall as samples^−slope. Empty before every pixel looked at has doubled once.
     std::vector<LayerNoise> noise(double slope) const;
-
-    size_t memory_bytes() const;
 
   private:
     struct Pixel {

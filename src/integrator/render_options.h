@@ -26,6 +26,7 @@ struct RenderOptions {
     double target_error = 0;        ///< progressive: stop when the relative standard error is this; 0 = none
     double forecast_error = 0;      ///< progressive: forecast when the error will be this; 0 = that of target_error, if any
     ErrorCurve curve = {};          ///< progressive: what the part of the render that the film came with said of its error
+    bool has_dependent_changes = false;   ///< what later samples of a pixel change says no more than an upper bound of its error: strata
     bool has_independent_halves = false;  ///< even and odd samples know nothing of each other, see sampling::has_halves
 };
 

@@ -308,7 +308,7 @@ void follow_error(Runner& runner, const RenderOptions& options, const film::Nois
     const double wanted = options.forecast_error > 0 ? options.forecast_error : options.target_error;
     std::optional<ErrorForecast> forecast;
     if (wanted > 0) forecast = curve.forecast(wanted);
-    runner.progress().set_error(curve.error_at(noise.samples_mean).value, false, forecast);
+    runner.progress().set_error(curve.error_at(noise.samples_mean).value, options.has_dependent_changes, forecast);
 }
 
 /// The noise of layers is looked at from so many samples on: what the first ones say of it is soon forgotten.

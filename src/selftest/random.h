@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 
 #include "base/hash.h"
 #include "base/math.h"
+#include "sampling/warp.h"
 
 namespace velatura::selftest {
 
@@ -28,8 +27,8 @@ class Random {
     }
 
     Vec3 direction() {
-        const float z = between(-1.0f, 1.0f), phi = between(0.0f, 2.0f * pi), r = std::sqrt(std::max(0.0f, 1.0f - z * z));
-        return {r * std::cos(phi), r * std::sin(phi), z};
+        const float u = unit();
+        return sampling::uniform_sphere({u, unit()});
     }
 
   private:
