@@ -18,10 +18,8 @@ using image::Triple;
 /// Light by bounce: b0 … bK, then the tail.
 using Light = std::vector<Triple>;
 
-/// Pixels are dealt to so many parts, whose differences tell the noise.
-constexpr size_t part_count = 16;
-
-using Parts = std::array<Light, part_count>;
+/// The light of each set of pixels; their differences tell the noise.
+using Parts = std::array<Light, image::interleaved_sets>;
 
 Parts light_by_bounce(const image::SampleSums& sums) {
     const std::vector<image::LayerSource> sources = image::bounce_sources(sums.layer_set(), sums.table());
@@ -32,8 +30,7 @@ Parts light_by_bounce(const image::SampleSums& sums) {
         for (int x = w.x0; x < w.x1; ++x) {
             const double weight = image::weight_of(sums.total(x, y, image::AccumulatorTable::coverage));
             if (weight == 0.0) continue;
-            // Neighbours belong to different parts
-            Light& part = parts[size_t((x - w.x0) + 5 * (y - w.y0)) % part_count];
+            Light& part = parts[image::interleaved_set(w, x, y)];
             for (size_t column = 0; column < sources.size(); ++column) {
                 for (const uint32_t a : sources[column].plus) {
                     const Triple t = sums.total(x, y, a);
@@ -114,7 +111,7 @@ std::optional<TruncatedLight> truncated_light(const image::SampleSums& sums, int
         sum += s;
         square += s * s;
     }
-    constexpr double n = part_count, quantile = 1.96;
+    constexpr double n = image::interleaved_sets, quantile = 1.96;
     const double deviation = std::sqrt(std::max(0.0, (square - sum * sum / n) * (n - 1) / n));
     TruncatedLight result;
     result.share = share;

@@ -13,11 +13,9 @@ namespace velatura::image {
 
 namespace {
 
-constexpr size_t set_count = 16;
-
 /// What the changes of some pixels sum to, by the set that they are dealt to.
 struct Sums {
-    std::array<double, set_count> squares{}, counts{};
+    std::array<double, interleaved_sets> squares{}, counts{};
 };
 
 using Changes = std::vector<PixelChange>;
@@ -43,23 +41,27 @@ using Rgb3 = std::array<double, 3>;
 /// What errors of the pixel are relative to; mean_at(x, y) gives RGB.
 template <class MeanAt>
 Rgb3 base_of(const Window& w, int x, int y, const MeanAt& mean_at) {
-    Rgb3 sum{}, first{}, second{};
+    Rgb3 sum{};
+    std::array<std::array<double, 4>, 3> brightest{};  // [channel], of the neighbours, falling
     double count = 0;
     for (int ny = std::max(w.y0, y - 1); ny <= std::min(w.y1 - 1, y + 1); ++ny) {
         for (int nx = std::max(w.x0, x - 1); nx <= std::min(w.x1 - 1, x + 1); ++nx) {
             const Rgb3& mean = mean_at(nx, ny);
-            const bool is_own = nx == x && ny == y;
             count += 1;
+            for (size_t c = 0; c < 3; ++c) sum[c] += mean[c];
+            if (nx == x && ny == y) continue;
             for (size_t c = 0; c < 3; ++c) {
-                sum[c] += mean[c];
-                const double other = is_own ? 0.0 : mean[c];
-                second[c] = std::max(second[c], std::min(first[c], other));
-                first[c] = std::max(first[c], other);
+                double rest = mean[c];
+                for (double& kept : brightest[c]) {
+                    const double larger = std::max(kept, rest);
+                    rest = std::min(kept, rest);
+                    kept = larger;
+                }
             }
         }
     }
     Rgb3 base = mean_at(x, y);
-    for (size_t c = 0; c < 3; ++c) base[c] = std::min(base[c], std::max(second[c], sum[c] / count));
+    for (size_t c = 0; c < 3; ++c) base[c] = std::min(base[c], std::max(brightest[c].back(), sum[c] / count));
     return base;
 }
 
@@ -90,7 +92,7 @@ std::optional<RelativeError> picture_change(const SampleSums& sums) {
     for_each_row(w, [&](int y) {
         Sums& row = rows[size_t(y - w.y0)];
         for (int x = w.x0; x < w.x1; ++x) {
-            const size_t set = size_t((x - w.x0) + 5 * (y - w.y0)) % set_count;
+            const size_t set = interleaved_set(w, x, y);
             const Rgb3 base = base_of(w, x, y, [&](int nx, int ny) -> const Rgb3& { return (*changes)[w.index(nx, ny)].now; });
             for (size_t c = 0; c < 3; ++c) row.squares[set] += relative_square((*changes)[w.index(x, y)].square[c], base[c]);
             row.counts[set] += 3;
@@ -98,13 +100,13 @@ std::optional<RelativeError> picture_change(const SampleSums& sums) {
     });
     Sums all;
     for (const Sums& row : rows) {
-        for (size_t set = 0; set < set_count; ++set) {
+        for (size_t set = 0; set < interleaved_sets; ++set) {
             all.squares[set] += row.squares[set];
             all.counts[set] += row.counts[set];
         }
     }
     RelativeErrorSum error;
-    for (size_t set = 0; set < set_count; ++set) error.add_tile(all.squares[set], all.counts[set]);
+    for (size_t set = 0; set < interleaved_sets; ++set) error.add_tile(all.squares[set], all.counts[set]);
     return error.result();
 }
 

@@ -23,8 +23,9 @@ struct PixelChange {
 
 std::optional<PixelChange> pixel_change(const SampleSums& sums, int x, int y);
 
-/// What errors of a pixel are relative to, RGB: its own mean, but no more than the larger of its second brightest neighbour
-/// and the mean of the nine. Where noise is bright it must not hide behind itself.
+/// What errors of a pixel are relative to, RGB: its own mean, but no more than the larger of its fourth brightest neighbour
+/// and the mean of the nine. Where noise is bright it must not hide behind itself; on the bright side of an edge, where five
+/// neighbours lie, a pixel keeps its own.
 std::array<double, 3> error_base(const SampleSums& sums, int x, int y);
 
 /// √relMSE of the picture if errors fall as samples^−1/2, each pixel by its last change, relative to its error_base; the
