@@ -27,26 +27,33 @@ std::string percent(double fraction) {
     return fmt::format("{:.3g} %", 100 * fraction);
 }
 
-}  // namespace
-
-std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film) {
-    const film::NoiseEstimate noise = film.noise();
-    integrator::ErrorCurve curve;
-    if (noise.is_known) {
-        if (const std::optional<image::RelativeError> change = image::picture_change(film.sums())) curve.add({noise.samples_min, noise.samples_max, noise.samples_mean, 0, *change});
+const char* state_name(ErrorForecast::Kind kind) {
+    switch (kind) {
+        case ErrorForecast::Kind::Reached: return "reached";
+        case ErrorForecast::Kind::Known: return "forecast";
+        case ErrorForecast::Kind::Rare: return "rare-light";
+        case ErrorForecast::Kind::TooFar: break;
     }
-    return picture_error(job, noise, curve);
+    return "too-far";
 }
 
-std::optional<PictureError> picture_error(const RenderJob& job, const film::NoiseEstimate& noise, const integrator::ErrorCurve& curve) {
-    if (!curve.is_empty()) return PictureError{curve.error_at(noise.samples_mean), job.schedule.has_dependent_changes};
+}  // namespace
+
+std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film) { return picture_error(job, film, film.noise(), {}); }
+
+std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film, const film::NoiseEstimate& noise, const integrator::ErrorCurve& curve) {
+    if (!curve.is_empty()) return PictureError{curve.error_at(noise.samples_mean), job.schedule.has_dependent_changes, curve.is_rare()};
     if (!noise.is_known) return std::nullopt;
-    return PictureError{{noise.relative_error, noise.low, noise.high}, !job.schedule.has_independent_halves};
+    integrator::ErrorCurve last;
+    if (const std::optional<image::RelativeError> change = image::picture_change(film.sums())) last.add({noise.samples_min, noise.samples_max, noise.samples_mean, 0, *change});
+    // The first strata of a pixel are no picture of their own
+    if (!last.is_empty()) return picture_error(job, film, noise, last);
+    return PictureError{.error = {noise.relative_error, noise.low, noise.high}, .is_upper = !job.schedule.has_independent_halves};
 }
 
 bool reached_target(const RenderJob& job, const std::optional<PictureError>& error, const integrator::RenderResult& result) {
     const double target = job.schedule.target_error;
-    return target <= 0 || result.reason == integrator::StopReason::TargetError || (error && error->error.value <= target);
+    return target <= 0 || result.reason == integrator::StopReason::TargetError || (error && !error->is_lower && error->error.value <= target);
 }
 
 json error_json(const std::optional<PictureError>& error) {
@@ -58,6 +65,7 @@ json error_json(const std::optional<PictureError>& error) {
     j["high"] = error->error.high;
     j["confidence"] = 0.95;
     j["is_upper"] = error->is_upper;
+    j["is_lower"] = error->is_lower;
     return j;
 }
 
@@ -137,7 +145,7 @@ json slope_json(const integrator::ErrorCurve& curve) {
 json forecast_json(const ErrorForecast& f) {
     json j;
     j["target"] = f.target;
-    j["state"] = f.kind == ErrorForecast::Kind::Reached ? "reached" : f.kind == ErrorForecast::Kind::Known ? "forecast" : "too-far";
+    j["state"] = state_name(f.kind);
     if (f.kind != ErrorForecast::Kind::Known) return j;
     j["spp"] = f.samples;
     j["spp_low"] = f.samples_low;
@@ -156,6 +164,7 @@ std::string forecast_text(const integrator::ErrorCurve& curve, double samples_me
     const ErrorForecast f = curve.forecast(target);
     const std::string reached = fmt::format("{} spp reached {}", rounded(samples_mean), percent(curve.error_at(samples_mean).value));
     if (f.kind == ErrorForecast::Kind::Reached || (f.kind == ErrorForecast::Kind::Known && f.samples <= 1.01 * samples_mean)) return fmt::format("{}, {} was asked for", reached, percent(target));
+    if (f.kind == ErrorForecast::Kind::Rare) return fmt::format("{} or more: the error does not fall as samples grow, some light is met too rarely; no forecast", reached);
     if (f.kind == ErrorForecast::Kind::TooFar) return fmt::format("{}; {} needs more than {:g} times that, further than can be forecast", reached, percent(target), integrator::ErrorCurve::farthest);
     return fmt::format("{}; {} needs about {} spp ({} to {}), {} ({} to {})", reached, percent(target), rounded(f.samples), rounded(f.samples_low), rounded(f.samples_high),
                        format_duration(f.time_s), format_duration(f.time_low_s), format_duration(f.time_high_s));
@@ -165,6 +174,7 @@ std::string short_forecast(const ErrorForecast& f) {
     switch (f.kind) {
         case ErrorForecast::Kind::Reached: return fmt::format("{} reached", percent(f.target));
         case ErrorForecast::Kind::TooFar: return fmt::format("{} is far", percent(f.target));
+        case ErrorForecast::Kind::Rare: return "rare light";
         case ErrorForecast::Kind::Known: break;
     }
     return fmt::format("{} at {} spp, {}", percent(f.target), rounded(f.samples), format_duration(f.time_s));

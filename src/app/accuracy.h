@@ -17,10 +17,11 @@ namespace velatura::app {
 struct PictureError {
     image::RelativeError error;
     bool is_upper = false;  ///< it is no more than that: the halves make up for each other's errors
+    bool is_lower = false;  ///< it is no less than that: integrator::ErrorCurve::is_rare
 };
 
-/// From the curve or, where there is none, from the noise between its halves; none before every pixel has two samples.
-std::optional<PictureError> picture_error(const RenderJob& job, const film::NoiseEstimate& noise, const integrator::ErrorCurve& curve);
+/// From the curve or, where there is none, from the film, whose noise() is given; none before every pixel has two samples.
+std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film, const film::NoiseEstimate& noise, const integrator::ErrorCurve& curve);
 
 /// From the film alone, which is what any run of the render says: from how its pixels changed at last or, of parts that do
 /// not begin with the first sample, from its halves.
@@ -29,7 +30,7 @@ std::optional<PictureError> picture_error(const RenderJob& job, const film::Film
 /// Whether the picture is as exact as wanted.
 bool reached_target(const RenderJob& job, const std::optional<PictureError>& error, const integrator::RenderResult& result);
 
-/// metric, mean, low, high, confidence, is_upper.
+/// metric, mean, low, high, confidence, is_upper, is_lower.
 nlohmann::ordered_json error_json(const std::optional<PictureError>& error);
 
 /// Where the error is: of blocks of 8×8 pixels, the share of those that hold half of it, the share of those whose error hangs
@@ -49,7 +50,7 @@ nlohmann::ordered_json observations_json(const integrator::ErrorCurve& curve);
 /// Nothing where that is no such list.
 std::optional<integrator::ErrorCurve> curve_of(const nlohmann::ordered_json& observations);
 
-/// target, state: reached, forecast or too-far; a forecast's spp and time_s with their 95 % intervals.
+/// target, state: reached, forecast, too-far or rare-light; a forecast's spp and time_s with their 95 % intervals.
 nlohmann::ordered_json forecast_json(const integrator::ErrorForecast& forecast);
 
 /// The error that a render aims at or is asked about; 0 = none.

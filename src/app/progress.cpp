@@ -56,7 +56,7 @@ std::string summary(const ProgressState& s) {
     std::string line = fmt::format("{:5.1f} %  {}/{:.0f} spp  {}", s.fraction * 100.0, samples,
                                    s.samples_target, format_duration(s.elapsed_s));
     if (s.left_s) line += fmt::format(" | {} left", format_duration(*s.left_s));
-    if (s.error) line += fmt::format("  error {}{:.2f} %", s.is_upper_error ? "< " : "", *s.error * 100.0);
+    if (s.error) line += fmt::format("  error {}{:.2f} %", s.is_lower_error ? "> " : s.is_upper_error ? "< " : "", *s.error * 100.0);
     if (s.forecast) line += fmt::format(" ({})", short_forecast(*s.forecast));
     line += fmt::format("  {:.2f} Mray/s  {}", s.rays_per_s / 1e6, format_bytes(s.memory_bytes));
     return line;

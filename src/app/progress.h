@@ -26,6 +26,7 @@ struct ProgressState {
     std::optional<double> left_s;    ///< unknown at the very start
     std::optional<double> error;     ///< relative standard error of the picture so far
     bool is_upper_error = false;     ///< it is no more than that
+    bool is_lower_error = false;     ///< it is no less than that
     std::optional<integrator::ErrorForecast> forecast;
     double rays_per_s = 0;
     size_t memory_bytes = 0;

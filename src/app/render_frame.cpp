@@ -242,6 +242,7 @@ class FrameRenderer {
         p.left_s = is_last ? std::optional<double>(0.0) : state.left_s;
         p.error = state.error;
         p.is_upper_error = state.is_upper_error;
+        p.is_lower_error = state.is_lower_error;
         p.forecast = state.forecast;
         p.rays_per_s = state.elapsed_s > 0 ? double(state.rays.total()) / state.elapsed_s : 0.0;
         p.memory_bytes = resident_bytes();
@@ -255,9 +256,10 @@ class FrameRenderer {
         state.samples_per_pixel = noise.samples_mean;
         state.elapsed_s = result.seconds;
         state.rays = result.rays;
-        if (const std::optional<PictureError> error = picture_error(job_, noise, result.curve)) {
+        if (const std::optional<PictureError> error = picture_error(job_, film, noise, result.curve)) {
             state.error = error->error.value;
             state.is_upper_error = error->is_upper;
+            state.is_lower_error = error->is_lower;
         }
         if (wanted_error(job_) > 0 && !result.curve.is_empty()) state.forecast = result.curve.forecast(wanted_error(job_));
         show(state, true);
@@ -317,11 +319,13 @@ class FrameRenderer {
             fmt::print("{}: {} layers, {} channels, closure {:.3g} of its bound, {}\n", input_.output, written->layers, written->channels, written->closure_measured, format_duration(result.seconds));
         }
         if (!job_.arguments.quiet && wanted_error(job_) > 0 && !result.curve.is_empty()) fmt::print("{}\n", forecast_text(result.curve, noise.samples_mean, wanted_error(job_)));
+        if (wanted_error(job_) > 0 && result.curve.is_rare())
+            diagnostics_.warn("rare-light", {}, {}, "the error does not fall as samples grow: some light is met so rarely that its noise is not known; the picture is less exact than it says");
         if (result.reason == integrator::StopReason::Interrupted) return SignalBase + StopSignals::signal_number();
         for (const scene::Effect e : broken)
             diagnostics_.error("effect-plan", {}, {}, fmt::format("the plan has {} off, and its code ran {} times: the plan is wrong, which the file says in velatura/plan", scene::info(e).name, result.rays.effects.of(e)));
         if (!broken.empty() || result.rays.tracking.violations > 0 || (job_.arguments.strict && film.invalid_count() > 0)) return CheckFailed;
-        const std::optional<PictureError> error = picture_error(job_, noise, result.curve);
+        const std::optional<PictureError> error = picture_error(job_, film, noise, result.curve);
         const bool is_precise = reached_target(job_, error, result);
         const bool is_out_of_time = result.reason == integrator::StopReason::TimeBudget;
         if (is_precise && !is_out_of_time) return Done;

@@ -180,7 +180,7 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
     j["rays"] = {{"camera", result.rays.camera}, {"shadow", result.rays.shadow}, {"indirect", result.rays.indirect}, {"caustic", result.rays.caustic}};
     j["rays_per_s"] = result.seconds > 0 ? double(result.rays.total()) / result.seconds : 0.0;
     j["paths_per_s"] = result.seconds > 0 ? double(result.rays.paths) / result.seconds : 0.0;
-    const std::optional<PictureError> stated = picture_error(job, noise, result.curve);
+    const std::optional<PictureError> stated = picture_error(job, film, noise, result.curve);
     json error = error_json(stated);
     if (!result.layer_noise.empty()) error["layers"] = layer_noise_json(result.layer_noise, stated ? stated->error.value : 0.0);
     error["target"] = job.schedule.target_error;

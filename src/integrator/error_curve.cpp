@@ -16,7 +16,10 @@ constexpr ErrorSlope usual = {image::usual_slope, image::usual_slope_deviation};
 
 // No observation is better than the first of these; one from k doublings ago is k² times the second off its line, and one of n
 // samples per pixel the third over n: the first samples of a pixel do not behave as many do
-constexpr double least_deviation = 0.005, bend = 0.005, young = 0.25;
+constexpr double least_deviation = 0.005, bend = 0.01, young = 0.25;
+
+// Pictures that meet all their light fall by 0.48 at least, among scenes/
+constexpr double rare_slope = 0.45;
 
 // Relative squares divide by the noisy picture itself: an error of e is not known better than to this times e
 constexpr double unsettled = 0.25;
@@ -109,6 +112,11 @@ ErrorSlope ErrorCurve::slope() const {
     return {std::clamp(value, 0.3, 1.5), 1 / std::sqrt(precision + known)};
 }
 
+bool ErrorCurve::is_rare() const {
+    const ErrorSlope s = slope();
+    return s.value + s.deviation < rare_slope;
+}
+
 double ErrorCurve::offset(double slope) {
     return std::log(image::net_factor(slope));
 }
@@ -152,6 +160,10 @@ ErrorForecast ErrorCurve::forecast(double target) const {
     };
     ErrorForecast f;
     f.target = target;
+    if (is_rare()) {
+        f.kind = ErrorForecast::Kind::Rare;
+        return f;
+    }
     const double x = meets(s.value), x_last = std::log(last.samples_mean);
     if (points().back().error.value <= target) {
         f.kind = ErrorForecast::Kind::Reached;

@@ -36,6 +36,7 @@ struct ErrorForecast {
         Reached,  ///< the last point is no worse: nothing else is set
         Known,
         TooFar,  ///< more than ErrorCurve::farthest times the samples: nothing else is set
+        Rare,    ///< ErrorCurve::is_rare: nothing else is set
     };
 
     Kind kind = Kind::Known;
@@ -64,6 +65,10 @@ class ErrorCurve {
     std::vector<ErrorObservation> observations() const;
 
     ErrorSlope slope() const;
+
+    /// Errors fall far more slowly than those of independent samples, or grow: some light is met so rarely that the picture does
+    /// not know its noise yet, and the error is more than it says.
+    bool is_rare() const;
 
     /// The error itself at each observation, with what the slope leaves open in the interval.
     std::vector<ErrorPoint> points() const;

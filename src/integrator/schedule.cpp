@@ -58,10 +58,11 @@ class Progress {
         report();
     }
 
-    void set_error(double error, bool is_upper, std::optional<ErrorForecast> forecast) {
+    void set_error(double error, bool is_upper, bool is_lower, std::optional<ErrorForecast> forecast) {
         std::lock_guard lock(mutex_);
         error_ = error;
         is_upper_error_ = is_upper;
+        is_lower_error_ = is_lower;
         forecast_ = forecast;
         report();
     }
@@ -89,6 +90,7 @@ class Progress {
         }
         state.error = error_;
         state.is_upper_error = is_upper_error_;
+        state.is_lower_error = is_lower_error_;
         state.forecast = forecast_;
         state.rays = rays_;
         callbacks_.progress(state);
@@ -100,7 +102,7 @@ class Progress {
     double done_before_ = 0;  ///< pixel samples that the film came with
     Clock::time_point start_;
     std::optional<double> error_;
-    bool is_upper_error_ = false;
+    bool is_upper_error_ = false, is_lower_error_ = false;
     std::optional<ErrorForecast> forecast_;
     RayCounts rays_;
 };
@@ -302,13 +304,13 @@ void follow_error(Runner& runner, const RenderOptions& options, const film::Nois
     if (const std::optional<ErrorObservation> seen = runner.observe(noise, end)) curve.add(*seen);
     if (!noise.is_known) return;
     if (curve.is_empty()) {
-        runner.progress().set_error(noise.relative_error, !options.has_independent_halves, std::nullopt);
+        runner.progress().set_error(noise.relative_error, !options.has_independent_halves, false, std::nullopt);
         return;
     }
     const double wanted = options.forecast_error > 0 ? options.forecast_error : options.target_error;
     std::optional<ErrorForecast> forecast;
     if (wanted > 0) forecast = curve.forecast(wanted);
-    runner.progress().set_error(curve.error_at(noise.samples_mean).value, options.has_dependent_changes, forecast);
+    runner.progress().set_error(curve.error_at(noise.samples_mean).value, options.has_dependent_changes, curve.is_rare(), forecast);
 }
 
 /// The noise of layers is looked at from so many samples on: what the first ones say of it is soon forgotten.

@@ -26,7 +26,7 @@ struct RenderState {
     double elapsed_s = 0;
     std::optional<double> left_s;
     std::optional<double> error;
-    bool is_upper_error = false;
+    bool is_upper_error = false, is_lower_error = false;
     std::optional<ErrorForecast> forecast;  ///< of RenderOptions::forecast_error or target_error
     RayCounts rays;
 };

@@ -127,13 +127,18 @@ void print_forecasts(const std::vector<Way>& ways) {
         for (const Way& w : ways) {
             const integrator::ErrorForecast f = w.curve.forecast(w.error.at(n));
             using Kind = integrator::ErrorForecast::Kind;
+            if (f.kind == Kind::Rare) continue;
             const double samples = f.kind == Kind::Reached ? double(early) : f.kind == Kind::TooFar ? integrator::ErrorCurve::farthest * double(early) : f.samples;
             logarithms.push_back(std::log(samples / double(n)));
             near += std::abs(samples / double(n) - 1) <= 0.1;
             inside += f.kind == Kind::Known && f.samples_low <= double(n) && double(n) <= f.samples_high;
         }
+        if (logarithms.empty()) {
+            fmt::print("  no forecast of {:.2f} %: the error does not fall\n", 100 * mean_error(ways, n));
+            continue;
+        }
         const Spread s(logarithms);
-        fmt::print("  forecast of {:.2f} %: {:.3f} times the {} spp it took (+- {:.3f}), {} of {} within 10 %, interval holds it {} of {}\n", 100 * mean_error(ways, n), std::exp(s.mean), n, s.deviation, near, ways.size(), inside, ways.size());
+        fmt::print("  forecast of {:.2f} %: {:.3f} times the {} spp it took (+- {:.3f}), {} of {} within 10 %, interval holds it {} of {}\n", 100 * mean_error(ways, n), std::exp(s.mean), n, s.deviation, near, logarithms.size(), inside, logarithms.size());
     }
 }
 

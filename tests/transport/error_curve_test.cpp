@@ -50,7 +50,7 @@ TEST(ErrorCurve, ReadsSlopesAndErrorsOffChanges) {
         ASSERT_EQ(points.size(), 6u);
         for (const integrator::ErrorPoint& p : points) {
             const double error = level * std::pow(p.samples_mean, -slope);
-            EXPECT_NEAR(p.error.value, error, 0.025 * error) << slope;
+            EXPECT_NEAR(p.error.value, error, 0.035 * error) << slope;
             EXPECT_LE(p.error.low, error);
             EXPECT_GE(p.error.high, error);
         }
@@ -58,7 +58,7 @@ TEST(ErrorCurve, ReadsSlopesAndErrorsOffChanges) {
             const ErrorForecast f = curve.forecast(level * std::pow(64 * factor, -slope));
             ASSERT_EQ(f.kind, ErrorForecast::Kind::Known);
             // The slopes of other pictures have a say
-            EXPECT_NEAR(f.samples, 64 * factor, 0.09 * 64 * factor) << slope;
+            EXPECT_NEAR(f.samples, 64 * factor, 0.14 * 64 * factor) << slope;
             EXPECT_LE(f.samples_low, 64 * factor);
             EXPECT_GE(f.samples_high, 64 * factor);
             EXPECT_NEAR(f.time_s, 3 + 0.5 * f.samples, 1e-9 * f.time_s);
@@ -79,6 +79,16 @@ TEST(ErrorCurve, SaysWhereItsKnowledgeEnds) {
     EXPECT_NEAR(f.samples, 4, 0.6);
     EXPECT_LT(f.samples_low, 4);
     EXPECT_GT(f.samples_high, 4);
+}
+
+/// Light that a pixel meets once in thousands of samples: each doubling finds as much new noise as it averages away.
+TEST(ErrorCurve, ErrorsThatDoNotFallAreNotForecast) {
+    ErrorCurve curve;
+    for (uint64_t n = 2; n <= 64; n *= 2) curve.add(seen(n, 0.2, 0.05));
+    EXPECT_TRUE(curve.is_rare());
+    for (const double target : {0.5, 0.1, 0.01}) EXPECT_EQ(curve.forecast(target).kind, ErrorForecast::Kind::Rare);
+    EXPECT_FALSE(curve_of(0.08, 0.45, 64).is_rare());
+    EXPECT_FALSE(ErrorCurve().is_rare());
 }
 
 TEST(ErrorCurve, PicturesWithoutNoiseHaveNoCurve) {
