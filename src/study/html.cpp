@@ -26,7 +26,7 @@ p { margin: .3rem 0; max-width: 62rem; } .soft { color: var(--soft); } .small { 
 .total { display: flex; flex-wrap: wrap; gap: .6rem; margin: 1rem 0; padding: 0; }
 .total div { background: var(--panel); border-radius: .4rem; padding: .5rem .8rem; } .total b { display: block; font-size: 1.25rem; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
-th, td { text-align: left; padding: .32rem .55rem; border-bottom: 1px solid var(--grid); vertical-align: top; overflow-wrap: anywhere; } figure td, figure th { overflow-wrap: normal; padding: .32rem .3rem; } th { color: var(--soft); font-size: .78rem; letter-spacing: .03em; }
+th, td { text-align: left; padding: .32rem .55rem; border-bottom: 1px solid var(--grid); vertical-align: top; overflow-wrap: break-word; } figure td, figure th { overflow-wrap: normal; padding: .32rem .3rem; } th { color: var(--soft); font-size: .78rem; letter-spacing: .03em; }
 td.n { white-space: nowrap; } .good { color: var(--good); font-weight: 600; } .bad { color: var(--bad); font-weight: 600; }
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 24rem), 1fr)); gap: 1rem; }
 figure { margin: 0; background: var(--panel); border-radius: .4rem; padding: .7rem; min-width: 0; }

@@ -54,7 +54,15 @@ std::string effect_table(const Report& r) {
 
 }  // namespace
 
-std::string cell(const char* name, const std::string& content, const char* kind) { return fmt::format("<td class=\"{}\" data-name=\"{}\">{}</td>", kind, name, escaped(content)); }
+std::string cell(const char* name, const std::string& content, const char* kind) {
+    // Lists are broken between their members, not within
+    std::string html;
+    for (const char c : escaped(content)) {
+        html += c;
+        if (c == ',') html += "<wbr>";
+    }
+    return fmt::format("<td class=\"{}\" data-name=\"{}\">{}</td>", kind, name, html);
+}
 
 std::string header(const std::vector<const char*>& names) {
     std::string html = "<thead><tr>";
