@@ -149,11 +149,17 @@ TEST_F(StudyCommand, SaysWhatItCannotDo) {
 }
 
 TEST_F(StudyCommand, AnInterruptLeavesTheReport) {
-    // It would go on for an hour; the shell's signal comes after some rounds
-    const std::string line = "cd '" + w.path("") + "' && timeout --preserve-status -s INT 6 '" VELATURA_BIN_DIR "/velatura' study s.usda -q --res 20 16 --spp 8 --rounds 100000 --time 1h --knobs sampler -o out";
-    const int status = std::system(line.c_str());
+    // It would go on for an hour; the shell's signal comes after some rounds, on a busy machine later
+    int status = 0, rounds = 0;
+    for (const char* seconds : {"6", "20", "60"}) {
+        const std::string line = "cd '" + w.path("") + "' && timeout --preserve-status -s INT " + seconds + " '" VELATURA_BIN_DIR "/velatura' study s.usda -q --res 20 16 --spp 8 --rounds 100000 --time 1h --knobs sampler -o out";
+        status = std::system(line.c_str());
+        const Result<std::string> text = read_file(w.path("out/report.json"));
+        rounds = text ? nlohmann::json::parse(*text)["rounds"].get<int>() : 0;
+        if (rounds > 1) break;
+    }
     EXPECT_EQ(WEXITSTATUS(status), 130);
-    EXPECT_GT(report("out")["rounds"], 1);
+    EXPECT_GT(rounds, 1);
 }
 
 }  // namespace velatura::test
