@@ -18,8 +18,8 @@ constexpr ErrorSlope usual = {image::usual_slope, image::usual_slope_deviation};
 // samples per pixel the third over n: the first samples of a pixel do not behave as many do
 constexpr double least_deviation = 0.005, bend = 0.01, young = 0.25;
 
-// Pictures that meet all their light fall by 0.48 at least, among scenes/
-constexpr double rare_slope = 0.45;
+// Slopes of pictures that meet all their light are 0.48 at least, among scenes/; and what is not sure is taken to be usual
+constexpr double rare_slope = 0.44;
 
 // Relative squares divide by the noisy picture itself: an error of e is not known better than to this times e
 constexpr double unsettled = 0.25;
@@ -112,10 +112,7 @@ ErrorSlope ErrorCurve::slope() const {
     return {std::clamp(value, 0.3, 1.5), 1 / std::sqrt(precision + known)};
 }
 
-bool ErrorCurve::is_rare() const {
-    const ErrorSlope s = slope();
-    return s.value + s.deviation < rare_slope;
-}
+bool ErrorCurve::is_rare() const { return slope().value < rare_slope; }
 
 double ErrorCurve::offset(double slope) {
     return std::log(image::net_factor(slope));
