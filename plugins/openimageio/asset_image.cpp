@@ -42,7 +42,13 @@ std::string extension_of(const std::string& name) {
 Result<AssetImage> open_asset_image(const std::string& name, const OIIO::ImageSpec* configuration) {
     AssetImage image;
     const std::vector<std::string> parts = split_package_path(name);
-    if (parts.size() == 1 || OIIO::Filesystem::is_regular(name)) {
+    const bool is_regular = OIIO::Filesystem::is_regular(name);
+    // A pipe would wait for its other end, a device may never end, and names of no file are a picture to some formats
+    if (parts.size() == 1 && !is_regular)
+        return not_opened(fmt::format(
+            "\"{}\" {}", name,
+            OIIO::Filesystem::exists(name) ? "is not a regular file" : "does not exist"));
+    if (is_regular) {
         image.input_ = OIIO::ImageInput::open(name, configuration);
         if (!image.input_) return not_opened(OIIO::geterror());
         return image;

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <filesystem>
 #include <latch>
+#include <sys/stat.h>
 #include <thread>
 
 namespace velatura::image {
@@ -99,6 +100,17 @@ TEST_F(ReadRgbImage, RefusesWhatIsMissingTooLargeOrNoImage) {
     limits.max_side = 63;
     EXPECT_EQ(read_rgb_image(temporary("wide.png"), SourceColorSpace::Auto, limits).error().code,
               "image-too-large");
+}
+
+/// A pipe without a writer would be waited for, a device may never end, and some formats are made from their name alone.
+TEST_F(ReadRgbImage, RefusesWhatIsNoRegularFile) {
+    const std::string pipe = temporary("pipe.png");
+    ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+    for (const std::string& name : {pipe, std::string("/dev/zero"), std::string("/dev"), temporary("made.null?RES=16x16")}) {
+        const auto read = read_rgb_image(name);
+        ASSERT_FALSE(read.has_value()) << name;
+        EXPECT_EQ(read.error().code, "image-open") << name;
+    }
 }
 
 TEST_F(WriteDisplayImage, LeavesNothingWhereItCannotWrite) {
