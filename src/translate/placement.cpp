@@ -7,6 +7,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <map>
+#include <unordered_map>
+#include <unordered_set>
 
 namespace velatura::translate {
 
@@ -107,10 +111,9 @@ void place_volume(Context& ctx, scene::Volume volume, const Mat4d& matrix, uint3
 }
 
 /// Nothing more is placed.
-void stop_placing(Context& ctx, scene::ProvenanceId provenance, const std::string& what) {
+void stop_placing(Context& ctx, scene::ProvenanceId provenance, std::string why) {
     const scene::Provenance& p = ctx.scene.provenance[provenance];
-    ctx.diagnostics.error("too-many-instances", p.loc, p.prim_path,
-                          fmt::format("more than {}, the rest is left out", what));
+    ctx.diagnostics.error("too-many-instances", p.loc, p.prim_path, std::move(why));
     ctx.instance_cap_hit = true;
 }
 
@@ -119,14 +122,70 @@ bool count_copies(Context& ctx, scene::ProvenanceId provenance, size_t count) {
     ctx.copies += count;
     if (ctx.copies <= ctx.options.max_copies) return true;
     stop_placing(ctx, provenance,
-                 fmt::format("{} lights, volumes and flat shapes come by instances",
+                 fmt::format("more than {} lights, volumes and flat shapes come by instances, the "
+                             "rest is left out",
                              ctx.options.max_copies));
     return false;
+}
+
+/// How many instances come of placing something once. A few lines of nested instances may ask for
+/// more than any machine holds: what they come to is multiplied out before anything is placed.
+class InstanceCounter {
+  public:
+    /// Itself and all that is nested in it; 0 where nothing is to be seen in the end.
+    uint64_t of(const Placeable& what) {
+        const auto known = counts_.find(&what);
+        if (known != counts_.end()) return known->second;
+        const bool has_own = !what.shapes.empty() || what.prototype != scene::none ||
+                             !what.lights.empty() || !what.volumes.empty();
+        uint64_t count = 0;
+        for (const Placement& nested : what.placements) count = sum(count, of(*nested.what));
+        if (has_own || count > 0) count = sum(count, 1);
+        counts_.emplace(&what, count);
+        return count;
+    }
+
+    static uint64_t sum(uint64_t a, uint64_t b) { return a + std::min(b, UINT64_MAX - a); }
+
+  private:
+    std::unordered_map<const Placeable*, uint64_t> counts_;
+};
+
+/// The prims that ask for most, and are left out so that the others come to no more than the limit;
+/// of those that ask for the same all or none.
+std::unordered_set<scene::ProvenanceId> refused_prims(Context& ctx,
+                                                      const std::vector<Placement>& placements,
+                                                      InstanceCounter& counter) {
+    std::map<scene::ProvenanceId, uint64_t> asked;
+    for (const Placement& placement : placements) {
+        uint64_t& count = asked[placement.provenance];
+        count = InstanceCounter::sum(count, counter.of(*placement.what));
+    }
+    std::map<uint64_t, uint64_t> sums;  // by what a prim asks for, that of all such prims
+    for (const auto& [prim, count] : asked) sums[count] = InstanceCounter::sum(sums[count], count);
+    uint64_t total = 0, most = 0;
+    for (const auto& [count, sum] : sums) {
+        total = InstanceCounter::sum(total, sum);
+        if (total <= ctx.options.max_instances) most = count;
+    }
+    std::unordered_set<scene::ProvenanceId> refused;
+    for (const auto& [prim, count] : asked) {
+        if (count <= most) continue;
+        refused.insert(prim);
+        const scene::Provenance& p = ctx.scene.provenance[prim];
+        ctx.diagnostics.error(
+            "too-many-instances", p.loc, p.prim_path,
+            fmt::format("it comes to {} instances, nested ones counted, and the scene to {}, where "
+                        "{} may be placed (--instance-limit): it is left out",
+                        count, total, ctx.options.max_instances));
+    }
+    return refused;
 }
 
 /// `matrix` and the `later` keys: of the placement, into render space. outer: what it stands in,
 /// index into ctx.link_places.
 void place(Context& ctx,
+           InstanceCounter& counter,
            const Placement& placement,
            const Mat4d& matrix,
            const std::vector<Mat4d>& later,
@@ -144,10 +203,6 @@ void place(Context& ctx,
     if (!count_copies(ctx, provenance, what.lights.size() + what.volumes.size())) return;
     const uint32_t link_place = place_inside(ctx, outer, placement);
     if (!what.shapes.empty() || what.prototype != scene::none) {
-        if (ctx.scene.instances.size() >= ctx.options.max_instances) {
-            return stop_placing(ctx, provenance,
-                                fmt::format("{} instances", ctx.options.max_instances));
-        }
         const uint32_t prototype = prototype_index(ctx, what);
         if (determinant3(Mat4d(cast_matrix)) == 0.0) {
             const size_t shapes = ctx.scene.prototypes[prototype].shapes.size();
@@ -180,9 +235,10 @@ void place(Context& ctx,
         read_light(ctx, site, site.matrix * matrix, link_place);
     for (const scene::Volume& volume : what.volumes) place_volume(ctx, volume, matrix, link_place);
     for (const Placement& nested : what.placements) {
+        if (counter.of(*nested.what) == 0) continue;
         Placement inner = nested;
         if (!inner.display_color) inner.display_color = placement.display_color;
-        place(ctx, inner, nested.matrix * matrix, composed_motion(nested, matrix, later),
+        place(ctx, counter, inner, nested.matrix * matrix, composed_motion(nested, matrix, later),
               link_place);
     }
 }
@@ -195,8 +251,12 @@ void place_all(Context& ctx, Placeable& stage_content) {
     join_mesh_light_groups(ctx, ctx.scene.shapes);
     for (const LightSite& site : stage_content.lights) read_light(ctx, site, site.matrix, 0);
     for (const scene::Volume& volume : stage_content.volumes) place_volume(ctx, volume, Mat4d(), 0);
-    for (const Placement& placement : stage_content.placements)
-        place(ctx, placement, placement.matrix, placement.later, 0);
+    InstanceCounter counter;
+    const auto refused = refused_prims(ctx, stage_content.placements, counter);
+    for (const Placement& placement : stage_content.placements) {
+        if (counter.of(*placement.what) == 0 || refused.contains(placement.provenance)) continue;
+        place(ctx, counter, placement, placement.matrix, placement.later, 0);
+    }
 }
 
 }  // namespace velatura::translate

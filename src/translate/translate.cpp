@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <unordered_map>
 #include <unordered_set>
 #include <utility>
 
@@ -130,13 +131,16 @@ Box3d world_bounds(const usd::stage::Stage& stage, const TranslateOptions& optio
     Context ctx = make_context(stage, options, ignored);
     if (!read_render_settings(ctx)) return {};
     bool is_found = false;
+    std::unordered_set<std::string> prototypes;
     usd::stage::traverse(stage.pseudo_root(), [&](Prim prim) {
         if (!is_found && (prim.is_a("Gprim") || prim.is_a("PointInstancer"))) {
             const Mat4d world = usd::stage::world_transform(prim, ctx.time);
             if (is_finite(world)) ctx.origin = {world[3][0], world[3][1], world[3][2]};
             is_found = true;
         }
-        return !is_found;
+        if (is_found) return false;
+        // Where one instance of a prototype has none, no other has
+        return !prim.is_instance() || prototypes.insert(prim.prototype().path_string()).second;
     });
     translate_content(ctx);
     const Box3d box = bounds_of(ctx.scene);
@@ -160,6 +164,26 @@ bool holds_light(const Context& ctx) {
 bool is_camera(Prim prim) {
     return prim && prim.is_a("Camera");
 }
+
+/// Looks for cameras, into prototypes without one only once: nested instances may be many.
+struct CameraSearch {
+    std::vector<std::string> found;
+    std::unordered_map<std::string, bool> has_camera;  ///< prototypes
+
+    void visit(Prim prim) {
+        if (is_camera(prim)) found.push_back(prim.path_string());
+        if (!prim.is_instance()) {
+            for (const Prim child : prim.children()) visit(child);
+            return;
+        }
+        const std::string prototype = prim.prototype().path_string();
+        const auto known = has_camera.find(prototype);
+        if (known != has_camera.end() && !known->second) return;
+        const size_t before = found.size();
+        for (const Prim child : prim.children()) visit(child);
+        has_camera[prototype] = found.size() > before;
+    }
+};
 
 Error unknown_camera(const usd::stage::Stage& stage, const std::string& wanted, Prim found) {
     std::string message =
@@ -207,12 +231,9 @@ Result<scene::Camera> make_camera(Context& ctx) {
 }  // namespace
 
 std::vector<std::string> camera_paths(const usd::stage::Stage& stage) {
-    std::vector<std::string> out;
-    usd::stage::traverse(stage.pseudo_root(), [&](Prim prim) {
-        if (is_camera(prim)) out.push_back(prim.path_string());
-        return true;
-    });
-    return out;
+    CameraSearch search;
+    search.visit(stage.pseudo_root());
+    return std::move(search.found);
 }
 
 Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,

@@ -30,7 +30,9 @@ struct TranslateOptions {
     std::vector<std::string> purposes;             ///< instead of the settings' includedPurposes
     LightGrouping light_grouping = LightGrouping::PerLight;
     bool finds_casters = false;  ///< fills Scene::casters
-    size_t max_instances = 50'000'000;  ///< leaves of nested instancing; more is an error
+    /// Instances, those nested in others counted as often as they are placed; what would be more is
+    /// left out with an error, before it is made.
+    size_t max_instances = 50'000'000;
     /// Lights, volumes and flat shapes that instances bring, each with its own; more is an error.
     size_t max_copies = 4'000'000;
 };

@@ -165,8 +165,20 @@ def Xform "T2" (instanceable = true
     options.max_instances = 3;
     Translated capped;
     translate_text(text, capped, options);
-    EXPECT_EQ(capped.scene.instances.size(), 3u);
-    EXPECT_EQ(capped.count("too-many-instances"), 1u);
+    // Each of the two comes to three, itself counted
+    EXPECT_EQ(capped.scene.instances.size(), 0u);
+    EXPECT_EQ(capped.count("too-many-instances"), 2u);
+    // What asks for most is left out, and the rest lives
+    Translated rest;
+    translate_text(text + "def Xform \"T3\" (instanceable = true\n inherits = </Leaf>) {\n}\n", rest,
+                   options);
+    EXPECT_EQ(rest.scene.instances.size(), 1u);
+    EXPECT_EQ(rest.count("too-many-instances"), 2u);
+    options.max_instances = 6;
+    Translated whole;
+    translate_text(text, whole, options);
+    EXPECT_EQ(whole.scene.instances.size(), 4u);
+    EXPECT_EQ(whole.count("too-many-instances"), 0u);
 }
 
 // Few lines that stand for a thousand million volumes and lights
@@ -184,6 +196,7 @@ TEST(Instancing, WhatInstancesBringHasALimitOfItsOwn) {
     Translated t;
     TranslateOptions options;
     options.max_copies = 2500;
+    options.max_instances = SIZE_MAX;
     translate_text(camera() + thousand("A", "/A/B") + thousand("B", "/A/B/C") + thousand("C", "/A/B/C/Leaf") +
                        "def Xform \"Leaf\" {\n def SphereLight \"L\" {\n }\n def Volume \"V\" {\n rel "
                        "field:density = </D>\n }\n }\n }\n }\n }\n def OpenVDBAsset \"D\" {\n asset "
