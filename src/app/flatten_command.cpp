@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 struct FlattenArguments {
     std::string scene;
-    std::vector<std::string> search_paths;
+    AssetOptions assets;
     bool reads_materialx = false;
     std::string output;
     bool layer_only = false;
@@ -45,9 +45,10 @@ std::string absolute(const std::string& path) {
 Result<std::shared_ptr<usd::layer::Layer>> make_layer(const FlattenArguments& arguments, Diagnostics& diagnostics) {
     if (arguments.layer_only) {
         usd::compose::LayerRegistry registry({}, 1, diagnostics);
+        apply_asset_roots(arguments.scene, arguments.assets);
         return registry.open(absolute(arguments.scene));
     }
-    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.search_paths, arguments.reads_materialx);
+    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.assets, arguments.reads_materialx);
     if (!loaded) return loaded.error();
     usd::stage::FlattenOptions options;
     if (!arguments.output.empty()) options.asset_folder = fs::path(absolute(arguments.output)).parent_path().string();
@@ -95,7 +96,8 @@ void add_flatten_command(CLI::App& app, std::function<int()>& run) {
     CLI::App* command = app.add_subcommand("flatten", "The composed stage as one USD layer");
     auto arguments = std::make_shared<FlattenArguments>();
     command->add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")->required();
-    add_search_path_option(*command, arguments->search_paths);
+    add_search_path_option(*command, arguments->assets.search_paths);
+    add_root_options(*command, arguments->assets);
     add_materialx_option(*command, arguments->reads_materialx);
     command->add_option("-o,--output", arguments->output, "file to write; text on the terminal when left out")->type_name("FILE");
     command->add_flag("--layer", arguments->layer_only, "that one layer as it stands, not composed");

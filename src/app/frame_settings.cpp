@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/frame_settings.h"
 
+#include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <map>
 
 #include <fmt/format.h>
@@ -10,6 +10,7 @@
 
 #include "app/build_id.h"
 #include "app/plan_report.h"
+#include "base/asset_bytes.h"
 #include "base/hash.h"
 #include "geometry/refinement.h"
 
@@ -22,10 +23,9 @@ namespace {
 std::string file_state(const std::string& path) {
     if (path.empty()) return {};
     constexpr size_t piece = size_t(1) << 20;
-    std::string bytes(piece, '\0');
     uint64_t hash = 0;
-    std::ifstream file(path, std::ios::binary);
-    while (file.read(bytes.data(), piece), file.gcount() > 0) hash = hash_combine(hash, hash_string({bytes.data(), size_t(file.gcount())}));
+    const Result<AssetBytesPtr> file = open_asset_bytes(path);
+    for (std::string_view rest = file ? (*file)->bytes() : std::string_view(); !rest.empty(); rest.remove_prefix(std::min(piece, rest.size()))) hash = hash_combine(hash, hash_string(rest.substr(0, piece)));
     return fmt::format("|{} {:016x}", std::filesystem::path(path).filename().string(), hash);
 }
 

@@ -17,6 +17,7 @@ namespace {
 
 struct ImportArguments {
     std::string file, output;
+    AssetOptions assets;
     bool quiet = false, verbose = false;
 };
 
@@ -27,6 +28,7 @@ int run_import(const ImportArguments& arguments) {
                    arguments.output);
         return UsageError;
     }
+    apply_asset_roots(arguments.file, arguments.assets);
     Diagnostics diagnostics;
     print_diagnostics(diagnostics, arguments.quiet, arguments.verbose);
     const Result<velatura::import::ImportSummary> summary =
@@ -53,6 +55,7 @@ void add_import_command(CLI::App& app, std::function<int()>& run) {
     command->add_option("-o,--output", arguments->output, "layer to write")
         ->required()
         ->type_name("OUT.usda");
+    add_root_options(*command, arguments->assets);
     command->add_flag("-q,--quiet", arguments->quiet, "only errors");
     command->add_flag("-v,--verbose", arguments->verbose, "notes too");
     command->callback([arguments, &run] { run = [arguments] { return run_import(*arguments); }; });

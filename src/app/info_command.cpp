@@ -20,7 +20,7 @@ namespace {
 
 struct InfoArguments {
     std::string scene;
-    std::vector<std::string> search_paths;
+    AssetOptions assets;
     bool reads_materialx = false;
     bool dump = false;
     bool tree = false;
@@ -80,7 +80,7 @@ int run_info(const InfoArguments& arguments) {
     if (std::isnan(arguments.time)) return usage("--time is not a number");
     Diagnostics diagnostics;
     print_diagnostics(diagnostics, false, false);
-    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.search_paths, arguments.reads_materialx);
+    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.assets, arguments.reads_materialx);
     if (!loaded) {
         fmt::print(stderr, "error: {} [{}]\n", loaded.error().message, loaded.error().code);
         return RenderError;
@@ -103,7 +103,8 @@ void add_info_command(CLI::App& app, std::function<int()>& run) {
     CLI::App* command = app.add_subcommand("info", "What a USD scene holds");
     auto arguments = std::make_shared<InfoArguments>();
     command->add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")->required();
-    add_search_path_option(*command, arguments->search_paths);
+    add_search_path_option(*command, arguments->assets.search_paths);
+    add_root_options(*command, arguments->assets);
     add_materialx_option(*command, arguments->reads_materialx);
     command->add_flag("--dump", arguments->dump, "every fact of the composed stage, one per line");
     command->add_flag("--tree", arguments->tree, "the prims a renderer sees");

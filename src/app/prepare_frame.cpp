@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/prepare_frame.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -17,7 +18,9 @@
 #include "app/scene_loader.h"
 #include "app/stop_signals.h"
 #include "app/volume_loading.h"
+#include "base/asset_roots.h"
 #include "base/tasks.h"
+#include "media/load_volumes.h"
 #include "scene/effect_build.h"
 #include "translate/light_values.h"
 #include "translate/translate.h"
@@ -46,15 +49,30 @@ std::string frame_path(const std::string& pattern, double frame, bool has_many) 
     return (path.parent_path() / (path.stem().string() + "." + number(4) + path.extension().string())).string();
 }
 
+/// The file that the scene's product asks for. A confined scene does not choose the folder.
+std::string product_name(const scene::Scene& scene, Diagnostics& diagnostics) {
+    const std::filesystem::path name = scene.settings.products.front().name;
+    if (!asset_roots().is_confined() || !name.has_parent_path()) return name.string();
+    diagnostics.warn("render-products", {}, scene.settings.name, fmt::format("product \"{}\" names a folder, which a confined scene does not choose: {} is written; -o says where else", name.string(), name.filename().string()));
+    return name.filename().string();
+}
+
 std::string output_pattern(const RenderArguments& arguments, const scene::Scene& scene, Diagnostics& diagnostics) {
     if (!arguments.output.empty()) return arguments.output;
     if (!scene.settings.products.empty() && !scene.settings.products.front().name.empty()) {
-        const std::string& name = scene.settings.products.front().name;
+        const std::string name = product_name(scene, diagnostics);
         if (has_exr_extension(name)) return name;
         diagnostics.warn("render-products", {}, scene.settings.name, fmt::format("product \"{}\" is not an OpenEXR name; {}.exr is written", name, name));
         return name + ".exr";
     }
     return std::filesystem::path(arguments.scene).stem().string() + ".exr";
+}
+
+/// Millions as asked for, else what half of the machine's memory holds, and not more than the usual.
+size_t instance_limit(std::optional<double> millions) {
+    if (millions) return size_t(std::llround(*millions * 1e6));
+    constexpr size_t bytes_of_one = 1000;  // with its part of the tree, and while that is built
+    return std::min(translate::TranslateOptions().max_instances, media::usual_volume_bytes() / bytes_of_one);
 }
 
 translate::TranslateOptions translate_options(const RenderJob& job, double frame) {
@@ -68,6 +86,7 @@ translate::TranslateOptions translate_options(const RenderJob& job, double frame
         options.purposes = a.purposes;
         options.purposes.emplace_back("default");
     }
+    options.max_instances = instance_limit(a.instance_limit);
     options.finds_casters = job.layers.caster_layers;
     options.light_grouping = a.lights == "off" ? translate::LightGrouping::Off : a.lights == "groups" ? translate::LightGrouping::Groups : translate::LightGrouping::PerLight;
     return options;
@@ -176,7 +195,7 @@ int for_each_frame(const RenderArguments& arguments, const FrameFunction& use) {
     const auto accelerator = find_accelerator(arguments.accel, diagnostics);
     if (!accelerator) return RenderError;
     job->accelerator = *accelerator;
-    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.search_paths);
+    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.assets);
     if (!loaded) return fail(loaded.error(), RenderError);
     // Without frames: the start of an animated stage, else the default time, which is no number
     const bool is_animated = loaded->stage.has_time_code_range();

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/asset_options.h"
 #include "base/result.h"
 #include "film/deep_film.h"
 
@@ -18,7 +19,7 @@ namespace velatura::app {
 /// The command line of `velatura render`, as typed.
 struct RenderArguments {
     std::string scene;
-    std::vector<std::string> search_paths;
+    AssetOptions assets;
     std::string output;
     std::string camera;
     std::string settings;
@@ -70,6 +71,7 @@ struct RenderArguments {
     double texture_bias = 0;                 ///< mip levels
     std::string volume_bounds = "bricks";
     std::optional<double> volume_memory_gb;  ///< nothing: half of the machine's
+    std::optional<double> instance_limit;    ///< millions; nothing: by the machine's memory
     std::string accel = "bvh";
     std::string bvh_quality = "auto";
     int threads = 0;

@@ -53,22 +53,15 @@ void print_diagnostics(Diagnostics& diagnostics, bool quiet, bool verbose) {
     });
 }
 
-void add_search_path_option(CLI::App& command, std::vector<std::string>& folders) {
-    command.add_option("--search-path", folders, "folder for assets without ./ or ../, before $PXR_AR_DEFAULT_SEARCH_PATH; may be repeated")
-        ->type_name("DIR")
-        ->check(CLI::ExistingDirectory)
-        ->take_all()
-        ->allow_extra_args(false);
-}
-
 void add_materialx_option(CLI::App& command, bool& reads_materialx) {
     command.add_flag("--materialx", reads_materialx, "compose .mtlx files too, as render does; without it they are errors, as for OpenUSD without its MaterialX plugin");
 }
 
-Result<LoadedStage> load_stage(const std::string& path, Diagnostics& diagnostics, const std::vector<std::string>& search_paths, bool reads_materialx) {
+Result<LoadedStage> load_stage(const std::string& path, Diagnostics& diagnostics, const AssetOptions& assets, bool reads_materialx) {
     const auto start = std::chrono::steady_clock::now();
     usd::stage::StageOptions options;
-    options.compose.search_paths = search_paths;
+    options.compose.search_paths = assets.search_paths;
+    apply_asset_roots(path, assets);
     options.compose.reads_materialx = reads_materialx;
     const char* const environment = std::getenv("PXR_AR_DEFAULT_SEARCH_PATH");
     for (std::string& folder : usd::compose::split_search_path(environment ? environment : "")) options.compose.search_paths.push_back(std::move(folder));

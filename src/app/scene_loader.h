@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/asset_options.h"
 #include "base/diagnostics.h"
 #include "base/result.h"
 #include "usd/stage/stage.h"
@@ -27,14 +28,11 @@ struct LoadedStage {
     double seconds = 0;
 };
 
-/// Adds --search-path, which may come several times.
-void add_search_path_option(CLI::App& command, std::vector<std::string>& folders);
-
 /// Adds --materialx to a command that shows what OpenUSD without its MaterialX plugin composes.
 void add_materialx_option(CLI::App& command, bool& reads_materialx);
 
-/// Opens and composes. Assets are looked for in `search_paths`, then in $PXR_AR_DEFAULT_SEARCH_PATH. Errors: those
-/// of Stage::open.
-Result<LoadedStage> load_stage(const std::string& path, Diagnostics& diagnostics, const std::vector<std::string>& search_paths = {}, bool reads_materialx = true);
+/// Opens and composes. Assets are looked for in the search paths, then in $PXR_AR_DEFAULT_SEARCH_PATH, and read
+/// where apply_asset_roots says. Errors: those of Stage::open.
+Result<LoadedStage> load_stage(const std::string& path, Diagnostics& diagnostics, const AssetOptions& assets = {}, bool reads_materialx = true);
 
 }  // namespace velatura::app

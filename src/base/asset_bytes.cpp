@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/asset_bytes.h"
 
+#include "base/asset_roots.h"
 #include "base/package_path.h"
 #include "base/zip_archive.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstddef>
+#include <filesystem>
 #include <list>
 #include <mutex>
 #include <span>
@@ -21,6 +21,8 @@
 namespace velatura {
 
 namespace {
+
+namespace fs = std::filesystem;
 
 class OwnedBytes final : public AssetBytes {
   public:
@@ -60,48 +62,22 @@ class PartOfBytes final : public AssetBytes {
     std::string_view part_;
 };
 
-class FileDescriptor {
-  public:
-    explicit FileDescriptor(int fd) : fd_(fd) {}
-
-    FileDescriptor(const FileDescriptor&) = delete;
-    FileDescriptor& operator=(const FileDescriptor&) = delete;
-
-    ~FileDescriptor() {
-        if (fd_ >= 0) ::close(fd_);
-    }
-
-    int get() const { return fd_; }
-
-  private:
-    int fd_;
-};
-
 Error unreadable(const std::string& file, int error) {
     return {"file-unreadable",
             fmt::format("cannot read \"{}\": {}", file, std::generic_category().message(error))};
 }
 
 Result<AssetBytesPtr> map_file(const std::string& file) {
-    // Opening a pipe must not wait for its other end
-    const FileDescriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-    if (fd.get() < 0) {
-        if (errno == ENOENT || errno == ENOTDIR) {
-            return Error{"file-not-found", fmt::format("file \"{}\" does not exist", file)};
-        }
-        return unreadable(file, errno);
-    }
+    const Result<FileDescriptor> fd = asset_roots().open(file);
+    if (!fd) return fd.error();
 
     struct stat status {};
 
-    if (::fstat(fd.get(), &status) != 0) return unreadable(file, errno);
-    if (!S_ISREG(status.st_mode)) {
-        return Error{"file-unreadable", fmt::format("\"{}\" is not a regular file", file)};
-    }
+    if (::fstat(fd->get(), &status) != 0) return unreadable(file, errno);
     if (status.st_size == 0) return make_asset_bytes({});
 
     const auto size = static_cast<size_t>(status.st_size);
-    void* start = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, fd.get(), 0);
+    void* start = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, fd->get(), 0);
     if (start == MAP_FAILED) return unreadable(file, errno);
     return AssetBytesPtr(std::make_shared<MappedBytes>(start, size));
 }
@@ -177,10 +153,24 @@ Error no_such_file(const std::string& name) {
     return {"file-not-found", fmt::format("file \"{}\" does not exist", name)};
 }
 
-Result<AssetBytesPtr> read_member(const ZipArchive& archive, std::span<const std::string> parts) {
+/// The member that the last of the parts names.
+Result<const ZipMember*> find_member(const ZipArchive& archive,
+                                     std::span<const std::string> parts) {
+    const fs::path path = fs::path(parts.back()).lexically_normal();
+    if (path.is_absolute() || (!path.empty() && *path.begin() == "..")) {
+        return Error{"asset-leaves-package",
+                     fmt::format("\"{}\" leaves the package \"{}\", expected one of its files",
+                                 parts.back(), join_package_path(parts.first(parts.size() - 1)))};
+    }
     const ZipMember* member = archive.find(parts.back());
     if (!member) return no_such_file(join_package_path(parts));
-    return archive.read(*member);
+    return member;
+}
+
+Result<AssetBytesPtr> read_member(const ZipArchive& archive, std::span<const std::string> parts) {
+    const Result<const ZipMember*> member = find_member(archive, parts);
+    if (!member) return member.error();
+    return archive.read(**member);
 }
 
 /// The package whose name has these parts, opened from the outermost inwards.
@@ -191,6 +181,8 @@ Result<ArchivePtr> open_archive(std::span<const std::string> parts) {
                                  "\"{1}\", expected at most {0}",
                                  max_package_depth, parts.front())};
     }
+    if (const Result<std::string> admitted = asset_roots().admit(parts.front()); !admitted)
+        return admitted.error();
     const FileIdentity identity = FileIdentity::of(parts.front());
     ArchivePtr archive;
     for (size_t depth = 1; depth <= parts.size(); ++depth) {
@@ -210,6 +202,14 @@ Result<ArchivePtr> open_archive(std::span<const std::string> parts) {
     return archive;
 }
 
+/// The parts of a name of a package's member, and no parts of any other name.
+std::vector<std::string> parts_in_package(const std::string& name) {
+    std::vector<std::string> parts = split_package_path(name);
+    // A file may have brackets in its own name
+    if (parts.size() == 1 || is_file(name)) return {};
+    return parts;
+}
+
 }  // namespace
 
 AssetBytesPtr make_asset_view(AssetBytesPtr owner, std::string_view part) {
@@ -221,17 +221,29 @@ AssetBytesPtr make_asset_bytes(std::string bytes) {
 }
 
 Result<AssetBytesPtr> open_asset_bytes(const std::string& name) {
-    const std::vector<std::string> parts = split_package_path(name);
-    // A file may have brackets in its own name
-    if (parts.size() == 1 || is_file(name)) return map_file(name);
+    const std::vector<std::string> parts = parts_in_package(name);
+    if (parts.empty()) return map_file(name);
     const Result<ArchivePtr> archive = open_archive(std::span(parts).first(parts.size() - 1));
     if (!archive) return archive.error();
     return read_member(**archive, parts);
 }
 
+Result<std::string> admit_asset(const std::string& name) {
+    std::vector<std::string> parts = parts_in_package(name);
+    if (parts.empty()) return asset_roots().admit(name);
+    const Result<ArchivePtr> archive = open_archive(std::span(parts).first(parts.size() - 1));
+    if (!archive) return archive.error();
+    const Result<const ZipMember*> member = find_member(**archive, parts);
+    if (!member) return member.error();
+    Result<std::string> package = asset_roots().admit(parts.front());
+    if (!package) return package.error();
+    parts.front() = *std::move(package);
+    return join_package_path(parts);
+}
+
 bool asset_exists(const std::string& name) {
-    const std::vector<std::string> parts = split_package_path(name);
-    if (parts.size() == 1 || is_file(name)) return is_file(name);
+    const std::vector<std::string> parts = parts_in_package(name);
+    if (parts.empty()) return is_file(name);
     const Result<ArchivePtr> archive = open_archive(std::span(parts).first(parts.size() - 1));
     return archive && (*archive)->find(parts.back()) != nullptr;
 }

@@ -18,6 +18,21 @@ const char* severity_word(Severity s) {
     return "error";
 }
 
+/// Names come from scenes: bytes that would move a terminal's cursor, or begin a line of their own,
+/// become "\\x1b".
+std::string printable(std::string_view text) {
+    std::string out;
+    for (const char c : text) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (byte < 0x20 || byte == 0x7f) {
+            out += fmt::format("\\x{:02x}", byte);
+        } else {
+            out += c;
+        }
+    }
+    return out;
+}
+
 uint64_t identity(const Diagnostic& d) {
     uint64_t h = hash_string(d.code);
     h = hash_combine(h, hash_string(d.prim_path));
@@ -139,15 +154,15 @@ void Diagnostics::set_listener(std::function<void(const Diagnostic&)> listener) 
 
 std::string Diagnostics::format(const Diagnostic& d) const {
     std::string out;
-    const std::string file = file_name(d.loc.file_id);
+    const std::string file = printable(file_name(d.loc.file_id));
     if (!file.empty()) {
         out += file;
         if (d.loc.line > 0) out += fmt::format(":{}:{}", d.loc.line, d.loc.column);
         out += ": ";
     }
-    out += fmt::format("{}: {} [{}]", severity_word(d.severity), d.message, d.code);
-    if (!d.prim_path.empty()) out += fmt::format("\n  note: while working on <{}>", d.prim_path);
-    for (const std::string& n : d.notes) out += "\n  note: " + n;
+    out += fmt::format("{}: {} [{}]", severity_word(d.severity), printable(d.message), d.code);
+    if (!d.prim_path.empty()) out += fmt::format("\n  note: while working on <{}>", printable(d.prim_path));
+    for (const std::string& n : d.notes) out += "\n  note: " + printable(n);
     return out;
 }
 

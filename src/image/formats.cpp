@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/formats.h"
 
-#include "base/asset_bytes.h"
+#include "base/asset_roots.h"
 #include "base/atomic_file.h"
 #include "image/picture_library.h"
 
@@ -26,12 +26,13 @@ bool is_srgb(const PictureFacts& facts, SourceColorSpace space) {
     return stated.empty() || stated == "sRGB" || stated == "Rec709";
 }
 
-/// A missing file needs no library to say so.
+/// A file that is missing or may not be read needs no library to say so.
 Result<std::unique_ptr<Picture>> open_picture(const std::string& path) {
-    if (!asset_exists(path)) return Error{"file-not-found", "no such file"};
+    const Result<std::string> admitted = admit_asset(path);
+    if (!admitted) return admitted.error();
     const Result<const PictureLibrary*> library = picture_library();
     if (!library) return library.error();
-    return (*library)->open(path);
+    return (*library)->open(*admitted);
 }
 
 }  // namespace

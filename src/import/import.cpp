@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "import/import.h"
 
+#include "base/asset_bytes.h"
 #include "base/atomic_file.h"
 #include "base/isolated.h"
 #include "import/context.h"
@@ -23,6 +24,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <sstream>
@@ -90,20 +92,44 @@ class LogToDiagnostics final : public Assimp::LogStream {
     SourceLoc loc_;
 };
 
-/// Files as they are on disk, but for one with other bytes.
-class FilesWithOneReplaced final : public Assimp::DefaultIOSystem {
+/// The bytes of an asset, for Assimp.
+class AssetStream final : public Assimp::MemoryIOStream {
   public:
-    FilesWithOneReplaced(std::string file, std::string bytes)
-        : file_(std::move(file)), bytes_(std::move(bytes)) {}
+    explicit AssetStream(const AssetBytesPtr& asset)
+        : MemoryIOStream(reinterpret_cast<const uint8_t*>(asset->bytes().data()),
+                         asset->bytes().size()),
+          asset_(asset) {}
 
-    Assimp::IOStream* Open(const char* name, const char* mode) override {
-        if (name != file_) return DefaultIOSystem::Open(name, mode);
-        return new Assimp::MemoryIOStream(reinterpret_cast<const uint8_t*>(bytes_.data()),
-                                          bytes_.size());
+  private:
+    AssetBytesPtr asset_;
+};
+
+/// Files as they are on disk, where they may be read, but for the model itself, whose bytes may be
+/// others.
+class ModelFiles final : public Assimp::DefaultIOSystem {
+  public:
+    ModelFiles(std::string model, Diagnostics& diagnostics, SourceLoc loc)
+        : model_(std::move(model)), diagnostics_(diagnostics), loc_(loc) {}
+
+    void replace_model(std::string bytes) { replaced_ = make_asset_bytes(std::move(bytes)); }
+
+    bool Exists(const char* name) const override { return asset_exists(name); }
+
+    Assimp::IOStream* Open(const char* name, const char*) override {
+        if (replaced_ && name == model_) return new AssetStream(replaced_);
+        const Result<AssetBytesPtr> asset = open_asset_bytes(name);
+        if (asset) return new AssetStream(*asset);
+        // What is not there the importer says itself
+        if (asset.error().code != "file-not-found")
+            diagnostics_.error(asset.error().code, loc_, "", asset.error().message);
+        return nullptr;
     }
 
   private:
-    std::string file_, bytes_;
+    std::string model_;
+    AssetBytesPtr replaced_;
+    Diagnostics& diagnostics_;
+    SourceLoc loc_;
 };
 
 /// What Assimp reads, made ready for it.
@@ -112,12 +138,15 @@ void prepare(Assimp::Importer& importer,
              Format format,
              Diagnostics& diagnostics,
              SourceLoc loc) {
-    if (format != Format::Gltf) return;
-    const Result<std::string> bytes = read_file(file.string());
-    if (!bytes) return;
-    std::optional<std::string> better = prepare_gltf(*bytes, file.parent_path(), diagnostics, loc);
+    auto files = std::make_unique<ModelFiles>(file.string(), diagnostics, loc);
+    if (format == Format::Gltf) {
+        const Result<std::string> bytes = read_file(file.string());
+        std::optional<std::string> better;
+        if (bytes) better = prepare_gltf(*bytes, file.parent_path(), diagnostics, loc);
+        if (better) files->replace_model(*std::move(better));
+    }
     // The importer owns it
-    if (better) importer.SetIOHandler(new FilesWithOneReplaced(file.string(), *std::move(better)));
+    importer.SetIOHandler(files.release());
 }
 
 /// Reads the file; Assimp's logger is one per process.

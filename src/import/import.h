@@ -26,6 +26,7 @@ struct ImportSummary {
 /// (the file is not there or broken), "import-empty" (nothing to show), "import-timeout",
 /// "import-crashed" (the reader works in a child process with limits on CPU time and memory),
 /// "io-write".
+/// A file that it names and that may not be read (asset_roots) costs an error.
 Result<ImportSummary> import_file(const std::string& file,
                                   const std::string& output,
                                   Diagnostics& diagnostics);

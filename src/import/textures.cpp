@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "base/asset_roots.h"
 #include "import/context.h"
 
 #include <fmt/format.h>
@@ -79,11 +80,19 @@ std::string texture_asset(Context& ctx, const std::string& name, const std::stri
         if (name == ctx.scene.mTextures[i]->mFilename.C_Str()) return write_embedded(ctx, i);
     const fs::path wanted = fs::path(file_of_uri(name));
     const fs::path beside = ctx.file.parent_path() / wanted;
-    std::error_code error;
-    if (fs::exists(beside, error)) return anchored(beside.lexically_normal(), ctx.output);
     // Exporters leave paths of the machine they ran on
     const fs::path by_name = ctx.file.parent_path() / wanted.filename();
-    if (fs::exists(by_name, error)) return anchored(by_name, ctx.output);
+    for (const fs::path& file : {beside, by_name}) {
+        std::error_code error;
+        if (!fs::exists(file, error)) continue;
+        if (const auto opened = asset_roots().open(file.string()); !opened) {
+            ctx.diagnostics.error(opened.error().code, ctx.loc, "",
+                                  fmt::format("texture \"{}\" of material \"{}\" is left out: {}",
+                                              name, material, opened.error().message));
+            return {};
+        }
+        return anchored(file.lexically_normal(), ctx.output);
+    }
     ctx.warn("import-texture",
              fmt::format("texture \"{}\" of material \"{}\" is not there", name, material));
     return anchored((wanted.is_absolute() ? by_name : beside).lexically_normal(), ctx.output);

@@ -97,11 +97,14 @@ class Preparation {
         return Error{"light-unknown-kind", "light of an unknown kind emits nothing"};
     }
 
+    SourceLoc loc_of(const scene::Light& light) const {
+        return light.provenance < scene_.provenance.size()
+                   ? scene_.provenance[light.provenance].loc
+                   : SourceLoc();
+    }
+
     void warn(const scene::Light& light, const std::string& code, const std::string& message) {
-        SourceLoc loc;
-        if (light.provenance < scene_.provenance.size())
-            loc = scene_.provenance[light.provenance].loc;
-        diagnostics_.warn(code, loc, light.name, message);
+        diagnostics_.warn(code, loc_of(light), light.name, message);
     }
 
     /// False when nothing shines. A black light is the user's wish, no warning.
@@ -149,8 +152,8 @@ class Preparation {
             load_ ? load_(light)
                   : Result<EnvironmentImage>(Error{"light-texture", "no image reader is at hand"});
         if (!loaded) {
-            warn(light, "light-texture",
-                 "light emits without its texture: " + loaded.error().message);
+            diagnostics_.error("light-texture", loc_of(light), light.name,
+                               "light emits without its texture: " + loaded.error().message);
             return false;
         }
         image = std::move(loaded).value();

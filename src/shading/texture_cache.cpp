@@ -2,6 +2,7 @@
 #include "shading/texture_cache.h"
 
 #include "base/asset_bytes.h"
+#include "base/asset_roots.h"
 
 #include <algorithm>
 #include <atomic>
@@ -53,7 +54,8 @@ struct TextureCache::State {
                     const scene::Texture& texture,
                     scene::Wrap wrap_s,
                     scene::Wrap wrap_t) {
-        if (!asset_exists(path)) return Error{"file-not-found", "no such file"};
+        const Result<std::string> admitted = admit_asset(path);
+        if (!admitted) return admitted.error();
         if (!source) {
             const Result<const TextureSourceFactory*> factory = texture_source_factory();
             if (!factory) return factory.error();
@@ -61,7 +63,7 @@ struct TextureCache::State {
             if (!made) return made.error();
             source = std::move(*made);
         }
-        return source->open(path, texture.source_color_space, wrap_s, wrap_t, max_side);
+        return source->open(*admitted, texture.source_color_space, wrap_s, wrap_t, max_side);
     }
 
     void open_file(Entry& entry, const scene::Texture& texture);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usd/compose/layer_registry.h"
 
+#include "base/asset_roots.h"
 #include "base/package_path.h"
 #include "base/tasks.h"
 #include "usd/crate/reader.h"
@@ -111,8 +112,8 @@ std::string LayerRegistry::resolve_file(std::string_view asset,
     return beside;
 }
 
-std::string LayerRegistry::resolve_unchecked(std::string_view asset,
-                                             const std::string& anchor_file) const {
+std::string LayerRegistry::resolve_from(std::string_view asset,
+                                        const std::string& anchor_file) const {
     std::string anchor = anchor_file;
     if (is_package_path(anchor)) {
         if (auto inside = package::anchor_in_package(asset, anchor, &LayerRegistry::exists)) {
@@ -138,13 +139,8 @@ std::string LayerRegistry::resolve(std::string_view asset, const std::string& an
         const std::lock_guard lock(mutex_);
         if (layers_.count(std::string(asset)) != 0) return std::string(asset);
     }
-    std::string resolved = resolve_unchecked(asset, anchor_file);
-    if (!policy_) return resolved;
-    const Result<void> allowed = policy_(resolved);
-    if (allowed) return resolved;
-    diagnostics_.error(allowed.error().code, {diagnostics_.file_id(anchor_file), 0, 0}, "",
-                       fmt::format("asset @{}@ is refused: {}", asset, allowed.error().message));
-    return {};
+    if (!check_asset_name(asset)) return std::string(asset);
+    return resolve_from(asset, anchor_file);
 }
 
 void LayerRegistry::add(LayerPtr layer) {

@@ -7,7 +7,6 @@
 #include "usd/layer/layer.h"
 
 #include <cstddef>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -34,10 +33,6 @@ struct LayerFormat {
 /// opened before a format is looked for.
 std::span<const LayerFormat> layer_formats();
 
-/// Asked for the file name of every asset that a layer names, before it is used: an Error refuses
-/// it. Called from several threads.
-using AssetPolicy = std::function<Result<void>(const std::string& resolved)>;
-
 /// Folders of a search path as $PXR_AR_DEFAULT_SEARCH_PATH has it: apart by ':'; empty ones are
 /// left out.
 std::vector<std::string> split_search_path(std::string_view text);
@@ -53,8 +48,8 @@ class LayerRegistry {
     /// absolute paths stay; "./" and "../" are relative to that layer; others are tried next to it,
     /// then in the search paths. The path next to the layer comes back when no such file exists.
     /// A layer in a package finds what the package holds first, then what is next to the package.
-    /// "<UDIM>" stands for any tile that exists. Empty in, empty out; empty too, with an error,
-    /// when the policy refuses it.
+    /// "<UDIM>" stands for any tile that exists. Empty in, empty out. What can be the name of no
+    /// file (check_asset_name) stays as it is. Whether a file may be opened is said when it is.
     std::string resolve(std::string_view asset, const std::string& anchor_file) const;
 
     /// Whether a resolved name is that of a file: on disk, in a package, or any tile of "<UDIM>".
@@ -72,9 +67,6 @@ class LayerRegistry {
     /// Adds a layer that no file holds ("anonymous:…"), so that open() finds it by its identifier.
     void add(LayerPtr layer);
 
-    /// Replaces the policy, which at first allows everything. Not while other threads use it.
-    void set_policy(AssetPolicy policy) { policy_ = std::move(policy); }
-
     /// Before any layer is opened; see ComposeOptions.
     void set_reads_materialx(bool reads) { reads_materialx_ = reads; }
 
@@ -89,7 +81,7 @@ class LayerRegistry {
         std::unique_ptr<Diagnostics> messages;
     };
 
-    std::string resolve_unchecked(std::string_view asset, const std::string& anchor_file) const;
+    std::string resolve_from(std::string_view asset, const std::string& anchor_file) const;
     std::string resolve_file(std::string_view asset, const std::string& anchor_file) const;
     Loaded load(const std::string& file) const;
     const Result<LayerPtr>* find(const std::string& file) const;
@@ -98,7 +90,6 @@ class LayerRegistry {
     std::vector<std::string> search_paths_;
     size_t max_layers_;
     Diagnostics& diagnostics_;
-    AssetPolicy policy_;
     bool reads_materialx_ = true;
 
     mutable std::mutex mutex_;  ///< of all below

@@ -2,6 +2,7 @@
 #include "usd/materialx/document.h"
 
 #include "base/asset_bytes.h"
+#include "base/asset_roots.h"
 #include "base/package_path.h"
 
 #include <fmt/format.h>
@@ -21,8 +22,8 @@ constexpr size_t most_includes = 256;
 
 /// The file that `href` means in the file `from`, which may lie in a package.
 std::string beside(const std::string& from, std::string_view href) {
+    if (!check_asset_name(href)) return std::string(href);
     const fs::path path(href);
-    if (path.is_absolute()) return path.lexically_normal().string();
     std::vector<std::string> parts = split_package_path(from);
     parts.back() = (fs::path(parts.back()).parent_path() / path).lexically_normal().string();
     return join_package_path(parts);

@@ -99,13 +99,15 @@ std::optional<std::string> anchor_in_package(std::string_view asset,
                                              Exists exists) {
     Parts package = split_package_path(anchor);
     const Parts wanted = split_package_path(asset);
-    if (package.size() < 2 || wanted.front().empty() || wanted.front().starts_with('/')) {
-        return std::nullopt;
-    }
+    if (package.size() < 2 || wanted.front().empty()) return std::nullopt;
     const std::string layer = package.back();
     package.pop_back();
     const std::string here = within(package, layer, wanted);
-    if (asset.starts_with("./") || asset.starts_with("../") || exists(here)) return here;
+    const bool is_anchored =
+        asset.starts_with("./") || asset.starts_with("../") || asset.starts_with("/");
+    // "a/../../b" leaves the package as "../b" does, and is refused like it
+    const bool leaves = beside(layer, wanted.front()).starts_with("../");
+    if (is_anchored || leaves || exists(here)) return here;
     if (const auto root = root_layer_of(package)) {
         const std::string top = within({root->begin(), root->end() - 1}, root->back(), wanted);
         if (exists(top)) return top;

@@ -31,11 +31,11 @@ Result<RootLayer> open_root_layer(const AssetBytesPtr& package,
 /// Tells whether an asset path, or for a pattern any of its files, exists.
 using Exists = bool (*)(const std::string& name);
 
-/// What a relative asset path means that the layer `anchor` ("pkg.usdz[sub/root.usda]") holds, as
-/// a name in the same package: "./a" and "../a" always; others where such a file is beside the
-/// layer or else beside the root layer of the package. nullopt when it is to be looked for outside:
-/// the file that holds the package then stands for the layer. `asset` may name a package itself
-/// ("b.usdz[c.usda]").
+/// What an asset path means that the layer `anchor` ("pkg.usdz[sub/root.usda]") holds, as a name in
+/// the same package: "./a", "../a" and "/a" always, which no one can open where they leave the
+/// package; others where such a file is beside the layer or else beside the root layer of the
+/// package. nullopt when it is to be looked for outside: the file that holds the package then
+/// stands for the layer. `asset` may name a package itself ("b.usdz[c.usda]").
 std::optional<std::string> anchor_in_package(std::string_view asset,
                                              const std::string& anchor,
                                              Exists exists = &asset_exists);

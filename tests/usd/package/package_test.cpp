@@ -56,7 +56,8 @@ TEST_F(PackageTest, AnchoredPathsStayInThePackage) {
     EXPECT_EQ(anchored("./b.usdz[c.usda]", "p.usdz[sub/root.usda]"), "p.usdz[sub/b.usdz[c.usda]]");
     EXPECT_EQ(anchored("./c.usda", "p.usdz[b.usdz[x/d.usda]]"), "p.usdz[b.usdz[x/c.usda]]");
     EXPECT_EQ(anchored("./a[1].png", "p.usdz[root.usda]"), "p.usdz[a\\[1\\].png]");
-    EXPECT_EQ(anchored("/tex.png", "p.usdz[sub/root.usda]"), "outside");
+    EXPECT_EQ(anchored("/tex.png", "p.usdz[sub/root.usda]"), "p.usdz[/tex.png]");
+    EXPECT_EQ(anchored("a/../../tex.png", "p.usdz[root.usda]"), "p.usdz[../tex.png]");
     EXPECT_EQ(anchored("./tex.png", "sub/root.usda"), "outside");
 }
 

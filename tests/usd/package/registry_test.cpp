@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Layers in packages, search paths and parallel reading, as composition sees them.
+#include "base/asset_roots.h"
 #include "base/tasks.h"
 #include "package_files.h"
 #include "usd/compose/layer_registry.h"
 
 #include <fmt/format.h>
-
-#include <set>
 
 namespace velatura::usd::compose {
 namespace {
@@ -50,7 +49,7 @@ TEST_F(RegistryTest, PathsAreLookedForBesideThePackageWhenItHasNoSuchFile) {
     EXPECT_EQ(registry.resolve("tex/a.png", layer), path("d/tex/a.png"));
     EXPECT_EQ(registry.resolve("tex/b.png", layer), path("lib/tex/b.png"));
     EXPECT_EQ(registry.resolve("./tex/a.png", layer), file + "[sub/tex/a.png]");
-    EXPECT_EQ(registry.resolve("/abs/../a.png", layer), "/a.png");
+    EXPECT_EQ(registry.resolve("/abs/../a.png", layer), file + "[/a.png]");
 }
 
 TEST_F(RegistryTest, PathsIntoPackagesAreAnchoredByThePackage) {
@@ -72,21 +71,21 @@ TEST_F(RegistryTest, UdimPatternsExistWhereATileDoes) {
     EXPECT_FALSE(LayerRegistry::exists(file + "[t/v.<UDIM>.png]"));
 }
 
-TEST_F(RegistryTest, APolicyIsAskedForEveryResolvedName) {
+TEST_F(RegistryTest, WhatIsNoFileStaysAsItIsAndDoesNotOpen) {
     write("in/a.usda", "#usda 1.0");
+    write("out.usda", "#usda 1.0");
     LayerRegistry registry({}, 100, diagnostics_);
-    std::set<std::string> asked;
-    registry.set_policy([&](const std::string& name) -> Result<void> {
-        asked.insert(name);
-        if (name.starts_with(path("in"))) return {};
-        return Error{"usd-outside", "outside of the project"};
-    });
-    EXPECT_EQ(registry.resolve("a.usda", path("in/root.usda")), path("in/a.usda"));
-    EXPECT_EQ(registry.resolve("../out.usda", path("in/root.usda")), "");
-    EXPECT_EQ(asked, (std::set<std::string>{path("in/a.usda"), path("out.usda")}));
-    ASSERT_EQ(diagnostics_.all().size(), 1u);
-    EXPECT_EQ(diagnostics_.all()[0].code, "usd-outside");
-    EXPECT_FALSE(registry.open("").has_value());
+    for (const char* name : {"http://host/a.usda", "//host/a.usda", "\\\\host\\a.usda"}) {
+        EXPECT_EQ(registry.resolve(name, path("in/root.usda")), name);
+        EXPECT_EQ(registry.open(name).error().code, "asset-name");
+    }
+    EXPECT_EQ(registry.open("").error().code, "file-not-found");
+    set_asset_roots(AssetRoots::beneath({path("in")}));
+    EXPECT_TRUE(registry.open(registry.resolve("a.usda", path("in/root.usda"))).has_value());
+    const std::string outside = registry.resolve("../out.usda", path("in/root.usda"));
+    EXPECT_EQ(outside, path("out.usda"));
+    EXPECT_EQ(registry.open(outside).error().code, "asset-outside-roots");
+    set_asset_roots({});
 }
 
 TEST_F(RegistryTest, SearchPathsAreApartByColons) {

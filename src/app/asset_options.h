@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace velatura::app {
+
+/// Where the files of a scene are looked for, and where they may lie, as typed.
+struct AssetOptions {
+    std::vector<std::string> search_paths;
+    std::vector<std::string> roots;
+    bool is_confined = false;  ///< to the scene's own folder, whatever the roots
+};
+
+/// Adds --search-path, which may come several times.
+void add_search_path_option(CLI::App& command, std::vector<std::string>& folders);
+
+/// Adds --asset-root, which may come several times, and --confine.
+void add_root_options(CLI::App& command, AssetOptions& options);
+
+/// Says where the files of `scene` may lie, from here on: anywhere, unless --confine, --asset-root or $VELATURA_ASSET_ROOTS asks
+/// otherwise: then beneath the folder of the scene, which may be a link, and beneath those.
+void apply_asset_roots(const std::string& scene, const AssetOptions& options);
+
+}  // namespace velatura::app
