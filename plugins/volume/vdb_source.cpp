@@ -94,12 +94,17 @@ size_t address_bytes() {
 
 /// For reading, above what the grid may take: the library's own tree, and the way back.
 constexpr size_t spare_bytes = size_t(256) << 20;
-constexpr size_t most_seconds = 600;
 
 IsolationLimits limits_for(const media::GridRequest& request) {
     constexpr size_t most = size_t(1) << 46;
     const size_t grid = std::min(request.most_bytes, most);
-    return {.cpu_seconds = most_seconds, .address_bytes = address_bytes() + 3 * grid + spare_bytes};
+    // Ten megabytes of a file take less than a second, and so do a hundred that its tiles fill
+    std::error_code error;
+    const uintmax_t size = std::filesystem::file_size(request.file, error);
+    const size_t seconds = 120 + (error ? 0 : size_t(size >> 20));
+    return {.cpu_seconds = seconds,
+            .wall_seconds = 10 * seconds,
+            .address_bytes = address_bytes() + 3 * grid + spare_bytes};
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 #include "base/isolated.h"
 
 #include <fmt/format.h>
+#include <poll.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -9,7 +11,9 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
+#include <utility>
 
 namespace velatura {
 
@@ -40,6 +44,8 @@ void set_limit(__rlimit_resource resource, size_t value) {
 [[noreturn]] void work_and_exit(int pipe_end,
                                 const IsolationLimits& limits,
                                 const std::function<std::string()>& work) {
+    // Nobody waits for what a reader that is lost in a file may find
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
     set_limit(RLIMIT_CORE, 0);
     set_limit(RLIMIT_CPU, limits.cpu_seconds);
     if (limits_addresses) set_limit(RLIMIT_AS, limits.address_bytes);
@@ -60,16 +66,68 @@ void set_limit(__rlimit_resource resource, size_t value) {
     _exit(code);
 }
 
-std::string read_all(int pipe_end) {
-    std::string bytes;
-    std::array<char, 65536> buffer;
-    for (;;) {
-        const ssize_t n = read(pipe_end, buffer.data(), buffer.size());
-        if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) return bytes;
-        bytes.append(buffer.data(), size_t(n));
+/// A child, from its start to its end, and what it has written so far.
+class Child {
+  public:
+    Child(pid_t process, int pipe_end) : process_(process), pipe_end_(pipe_end) {}
+
+    Child(const Child&) = delete;
+    Child& operator=(const Child&) = delete;
+
+    ~Child() { close(pipe_end_); }
+
+    /// Reads until it ends. False, and the child is no more, when that takes longer than until the
+    /// deadline.
+    bool wait(std::chrono::steady_clock::time_point deadline) {
+        bool is_written = false;
+        while (!has_ended_) {
+            // A negative descriptor is nothing to wait for but the time, short as its end is near
+            pollfd end = {.fd = is_written ? -1 : pipe_end_, .events = POLLIN, .revents = 0};
+            if (poll(&end, 1, is_written ? 1 : 100) > 0) {
+                is_written = !read_some();
+                continue;
+            }
+            // The pipe may stay open for longer than its child: others that were started meanwhile
+            // have it, too
+            join(WNOHANG);
+            if (!has_ended_ && std::chrono::steady_clock::now() > deadline) {
+                kill(process_, SIGKILL);
+                join(0);
+                return false;
+            }
+        }
+        pollfd end = {.fd = pipe_end_, .events = POLLIN, .revents = 0};
+        while (poll(&end, 1, 0) > 0 && read_some()) {
+        }
+        return true;
     }
-}
+
+    int status() const { return status_; }
+
+    std::string take_bytes() { return std::move(bytes_); }
+
+  private:
+    /// False at the end of what is written.
+    bool read_some() {
+        std::array<char, 65536> buffer;
+        const ssize_t n = read(pipe_end_, buffer.data(), buffer.size());
+        if (n > 0) bytes_.append(buffer.data(), size_t(n));
+        return n > 0 || (n < 0 && errno == EINTR);
+    }
+
+    void join(int options) {
+        pid_t ended = -1;
+        while ((ended = waitpid(process_, &status_, options)) < 0 && errno == EINTR) {
+        }
+        has_ended_ = ended != 0;
+    }
+
+    pid_t process_;
+    int pipe_end_;
+    int status_ = 0;
+    bool has_ended_ = false;
+    std::string bytes_;
+};
 
 }  // namespace
 
@@ -77,23 +135,24 @@ Result<std::string> run_isolated(const IsolationLimits& limits,
                                  const std::function<std::string()>& work) {
     std::array<int, 2> ends = {};
     if (pipe(ends.data()) != 0) return Error{"isolated-crashed", "cannot make a pipe"};
-    const pid_t child = fork();
-    if (child < 0) {
+    const pid_t process = fork();
+    if (process < 0) {
         close(ends[0]);
         close(ends[1]);
         return Error{"isolated-crashed", "cannot start a process"};
     }
-    if (child == 0) {
+    if (process == 0) {
         close(ends[0]);
         work_and_exit(ends[1], limits, work);
     }
     close(ends[1]);
-    std::string bytes = read_all(ends[0]);
-    close(ends[0]);
-    int status = 0;
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-    }
-    if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return bytes;
+    Child child(process, ends[0]);
+    const auto now = std::chrono::steady_clock::now();
+    if (!child.wait(now + std::chrono::seconds(limits.wall_seconds)))
+        return Error{"isolated-timeout",
+                     fmt::format("reading did not end within {} s", limits.wall_seconds)};
+    const int status = child.status();
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return child.take_bytes();
     if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)
         return Error{"isolated-timeout",
                      fmt::format("reading took more than {} s", limits.cpu_seconds)};

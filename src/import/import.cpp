@@ -338,7 +338,9 @@ IsolationLimits limits_for(const fs::path& file) {
     std::error_code error;
     const uintmax_t size = fs::file_size(file, error);
     const size_t megabytes = error ? 0 : size_t(size >> 20);
-    return {.cpu_seconds = 20 + megabytes, .address_bytes = (8192 + 100 * megabytes) << 20};
+    return {.cpu_seconds = 20 + megabytes,
+            .wall_seconds = 10 * (20 + megabytes),
+            .address_bytes = (8192 + 100 * megabytes) << 20};
 }
 
 using nlohmann::json;

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
+#include <array>
 #include <atomic>
 #include <csignal>
 #include <new>
@@ -26,6 +29,37 @@ TEST(RunIsolated, WhatRunsForeverIsStopped) {
     });
     ASSERT_FALSE(bytes);
     EXPECT_EQ(bytes.error().code, "isolated-timeout");
+}
+
+/// Of a library that waits for a thread which the child does not have, or for a lock that one of them held.
+TEST(RunIsolated, WhatWaitsForeverIsStopped) {
+    const auto bytes = run_isolated({.wall_seconds = 1}, [] {
+        for (;;) pause();
+        return std::string();
+    });
+    ASSERT_FALSE(bytes);
+    EXPECT_EQ(bytes.error().code, "isolated-timeout");
+}
+
+/// A child that is started meanwhile holds the other's end of the pipe.
+TEST(RunIsolated, OthersThatTakeLongerAreNotWaitedFor) {
+    std::array<int, 2> ends = {};
+    ASSERT_EQ(pipe(ends.data()), 0);
+    const auto bytes = run_isolated({}, [&] {
+        // The first child holds its own end in a process of its own, as another child would
+        if (fork() == 0) {
+            char byte = 0;
+            close(ends[1]);
+            while (read(ends[0], &byte, 1) < 0) {
+            }
+            _exit(0);
+        }
+        return std::string("done");
+    });
+    close(ends[1]);
+    close(ends[0]);
+    ASSERT_TRUE(bytes);
+    EXPECT_EQ(*bytes, "done");
 }
 
 TEST(RunIsolated, CrashesAndExceptionsAreErrors) {
