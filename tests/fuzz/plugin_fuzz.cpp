@@ -1,20 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "fuzz_targets.h"
+
 #include "plugin/manifest.h"
 
-#include <cstddef>
-#include <cstdint>
 #include <cstdlib>
 #include <string_view>
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
+namespace velatura::fuzz {
 
 /// Any bytes are read, or refused with an error; no library name leads out of the folder.
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-    using namespace velatura;
+void plugin(std::string_view bytes) {
     Diagnostics diagnostics;
-    const std::string_view text(reinterpret_cast<const char*>(data), size);
-    const auto manifest = plugin::parse_manifest(text, "fuzz/plugin.txt", diagnostics);
+    const auto manifest = plugin::parse_manifest(bytes, "fuzz/plugin.txt", diagnostics);
     if (manifest.has_value() != (diagnostics.error_count() == 0)) std::abort();
     if (manifest && manifest->library.find('/') != std::string::npos) std::abort();
-    return 0;
 }
+
+}  // namespace velatura::fuzz

@@ -1,24 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "fuzz_targets.h"
+
 #include "usd/crate/reader.h"
 #include "usd/crate/writer.h"
 #include "usd/text/writer.h"
 
-#include <cstddef>
-#include <cstdint>
 #include <cstdlib>
 #include <string>
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
+namespace velatura::fuzz {
 
 /// Any bytes are read or refused; what is read is written, and what is written is read again and
 /// prints the same.
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-    using namespace velatura;
-    std::string bytes(reinterpret_cast<const char*>(data), size);
+void usdc(std::string_view bytes) {
     Diagnostics diagnostics;
     const auto first =
-        usd::crate::read_crate_layer(make_asset_bytes(std::move(bytes)), "fuzz.usdc", diagnostics);
-    if (!first) return 0;
+        usd::crate::read_crate_layer(make_asset_bytes(std::string(bytes)), "fuzz.usdc", diagnostics);
+    if (!first) return;
     const auto written = usd::crate::write_crate_layer(**first, diagnostics);
     if (!written) std::abort();
     const auto second =
@@ -26,5 +24,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     if (!second || usd::text::write_text_layer(**first) != usd::text::write_text_layer(**second)) {
         std::abort();
     }
-    return 0;
 }
+
+}  // namespace velatura::fuzz

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stages that nobody thought of: whatever is in them, what the plan has off does not run, what runs without being called
-// for changes no bit of any layer, and neither do threads. VELATURA_RANDOM_SCENES=10000 tries more of them,
+// for changes no bit of any layer, neither do threads, and every pixel is a number. VELATURA_RANDOM_SCENES=10000 tries more of them,
 // VELATURA_RANDOM_SEED=N others; the seed in a message is the stage.
 #include <gtest/gtest.h>
 
@@ -62,6 +62,16 @@ TEST(RandomScenes, HoldWhatThePlanPromises) {
     for (uint64_t seed = first; seed < first + count; ++seed) {
         SCOPED_TRACE(fmt::format("VELATURA_RANDOM_SEED={} VELATURA_RANDOM_SCENES=1", seed));
         check(seed);
+    }
+}
+
+/// What `./dev fuzz scenes` runs by the thousand: more pixels and samples than above, once.
+TEST(RandomScenes, GiveNumbersInEveryPixel) {
+    const uint64_t first = from_environment("VELATURA_RANDOM_SEED", 1), count = from_environment("VELATURA_RANDOM_SCENES", 24);
+    for (uint64_t seed = first; seed < first + count; ++seed) {
+        SCOPED_TRACE(fmt::format("VELATURA_RANDOM_SEED={} VELATURA_RANDOM_SCENES=1", seed));
+        const scene::Scene scene = scene_from_usda(random_scene_usda(seed), 16, 16);
+        EXPECT_TRUE(is_finite(render_scene(scene, {.seed = seed, .end_sample = 4}, RenderSetup{.threads = 1})));
     }
 }
 
