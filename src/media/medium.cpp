@@ -19,9 +19,9 @@ constexpr double meetings_per_brick = 2.0;
 Box3 placed_bounds(const VoxelGrid& grid, const Mat4d& render_from_lattice) {
     Box3 bounds;
     for (int i = 0; i < 8; ++i) {
-        const Vec3d corner(i & 1 ? grid.box_max.x : grid.box_min.x,
-                           i & 2 ? grid.box_max.y : grid.box_min.y,
-                           i & 4 ? grid.box_max.z : grid.box_min.z);
+        const Vec3d corner(i & 1 ? double(grid.box_max.x) : double(grid.box_min.x),
+                           i & 2 ? double(grid.box_max.y) : double(grid.box_min.y),
+                           i & 4 ? double(grid.box_max.z) : double(grid.box_min.z));
         bounds.extendBy(to_float(transform_point(corner, render_from_lattice)));
     }
     return bounds;

@@ -145,7 +145,7 @@ Rgb VolumeSet::transmittance(const Vec3& o,
             const float least = medium.minorant(*span.brick);
             const float rate = medium.majorant(*span.brick) - least;
             certain += double(least) * (double(span.end) - double(span.begin));
-            double t = span.begin;
+            auto t = double(span.begin);
             while (rate > 0.0f) {
                 const double rest = double(rate) * (double(span.end) - t);
                 if (!(way < rest)) {
