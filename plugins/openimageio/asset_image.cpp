@@ -6,6 +6,14 @@
 #include <OpenImageIO/strutil.h>
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+#include <utility>
+#include <vector>
+
 namespace velatura::plugins::openimageio {
 
 std::string one_line(std::string text) {
@@ -27,9 +35,62 @@ std::string_view format_of(std::string_view bytes) {
     if (bytes.starts_with("\x89PNG")) return "png";
     if (bytes.starts_with("\xff\xd8\xff")) return "jpeg";
     if (bytes.starts_with("\x76\x2f\x31\x01")) return "openexr";
-    if (bytes.starts_with("II*") || bytes.starts_with("MM")) return "tiff";
+    if (bytes.starts_with("II*") || bytes.starts_with(std::string_view("MM\0*", 4))) return "tiff";
     if (bytes.starts_with("#?RADIANCE") || bytes.starts_with("#?RGBE")) return "hdr";
     return {};
+}
+
+/// Whether the attributes of an OpenEXR file lie within it, which takes memory for as much as they
+/// say before it reads them. Ref: OpenEXR, "File Layout": magic number, version, headers of a part
+/// each; attributes are name, type, size, value, and an empty name ends them.
+bool has_whole_attributes(std::string_view bytes) {
+    constexpr char multipart = 0x10;
+    size_t at = 8;
+    if (bytes.size() <= at) return false;
+    const bool has_parts = (bytes[5] & multipart) != 0;
+    do {
+        while (at < bytes.size() && bytes[at] != '\0') {
+            for (int text = 0; text < 2; ++text)
+                at = std::min(bytes.find('\0', at), bytes.size() - 1) + 1;
+            uint32_t size = 0;
+            if (bytes.size() - at < sizeof size) return false;
+            std::memcpy(&size, bytes.data() + at, sizeof size);
+            at += sizeof size;
+            if (size > bytes.size() - at) return false;
+            at += size;
+        }
+        if (at >= bytes.size()) return false;
+        ++at;
+    } while (has_parts && at < bytes.size() && bytes[at] != '\0');
+    return true;
+}
+
+const char* const cut_attributes = "an attribute is longer than the file";
+
+/// By the end of the file's name, or else by what it begins with. No further format is tried: each
+/// is a decoder more that may be led astray.
+Result<std::unique_ptr<OIIO::ImageInput>> open_file(const std::string& file,
+                                                    const OIIO::ImageSpec* configuration) {
+    [[maybe_unused]] static const bool is_set = OIIO::attribute("try_all_readers", 0);
+    std::array<char, 16> head = {};
+    const size_t count = OIIO::Filesystem::read_bytes(file, head.data(), head.size());
+    const std::string_view format = format_of({head.data(), std::min(count, head.size())});
+    if (format == "openexr") {
+        const Result<AssetBytesPtr> bytes = open_asset_bytes(file);
+        if (!bytes) return bytes.error();
+        if (!has_whole_attributes((*bytes)->bytes())) return not_opened(cut_attributes);
+    }
+    std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(file, configuration);
+    if (input) return input;
+    const std::string why = OIIO::geterror();
+    if (!format.empty()) input = OIIO::ImageInput::create(std::string(format));
+    OIIO::ImageSpec spec;
+    if (input && input->open(file, spec, configuration ? *configuration : OIIO::ImageSpec()))
+        return input;
+    // Errors that nobody asks for are kept until the thread ends
+    if (input) input->geterror();
+    OIIO::geterror();
+    return not_opened(why);
 }
 
 /// Lower case and without the dot.
@@ -43,20 +104,24 @@ Result<AssetImage> open_asset_image(const std::string& name, const OIIO::ImageSp
     AssetImage image;
     const std::vector<std::string> parts = split_package_path(name);
     const bool is_regular = OIIO::Filesystem::is_regular(name);
-    // A pipe would wait for its other end, a device may never end, and names of no file are a picture to some formats
+    // A pipe would wait for its other end, a device may never end, and names of no file are a
+    // picture to some formats
     if (parts.size() == 1 && !is_regular)
         return not_opened(fmt::format(
             "\"{}\" {}", name,
             OIIO::Filesystem::exists(name) ? "is not a regular file" : "does not exist"));
     if (is_regular) {
-        image.input_ = OIIO::ImageInput::open(name, configuration);
-        if (!image.input_) return not_opened(OIIO::geterror());
+        Result<std::unique_ptr<OIIO::ImageInput>> input = open_file(name, configuration);
+        if (!input) return input.error();
+        image.input_ = std::move(*input);
         return image;
     }
     const Result<AssetBytesPtr> bytes = open_asset_bytes(name);
     if (!bytes) return bytes.error();
     image.bytes_ = *bytes;
     const std::string_view data = image.bytes_->bytes();
+    if (format_of(data) == "openexr" && !has_whole_attributes(data))
+        return not_opened(cut_attributes);
     image.proxy_ = std::make_unique<OIIO::Filesystem::IOMemReader>(data.data(), data.size());
     // The name within the package tells the format by its extension, else the content does
     const std::string& member = parts.back();

@@ -34,6 +34,24 @@ bool is_srgb(const OIIO::ImageSpec& spec, scene::SourceColorSpace space) {
     return spec.format == OIIO::TypeUInt8 && (spec.nchannels == 3 || spec.nchannels == 4);
 }
 
+/// Whether all levels of all pictures of the file, and what they are windows of, have sizes with
+/// which OpenImageIO's cache can count tiles: it ends the process where it cannot.
+bool has_sane_levels(OIIO::ImageInput& input, int max_side) {
+    const auto is_side = [max_side](int side) { return side >= 1 && side <= max_side; };
+    bool is_sane = true;
+    for (int picture = 0; is_sane && input.seek_subimage(picture, 0); ++picture) {
+        for (int level = 0; is_sane && input.seek_subimage(picture, level); ++level) {
+            const OIIO::ImageSpec& spec = input.spec();
+            is_sane = is_side(spec.width) && is_side(spec.height) && is_side(spec.full_width) &&
+                      is_side(spec.full_height) && spec.tile_width <= 2 * max_side &&
+                      spec.tile_height <= 2 * max_side;
+        }
+    }
+    // Of the one that is not there
+    input.geterror();
+    return is_sane;
+}
+
 Result<FileFacts> examine(const std::string& path, scene::SourceColorSpace space, int max_side) {
     const auto refuse = [](const std::string& why) { return Error{"image-open", one_line(why)}; };
     const OIIO::ImageSpec config = TextureInput::file_configuration();
@@ -51,6 +69,9 @@ Result<FileFacts> examine(const std::string& path, scene::SourceColorSpace space
     facts.wrap_modes = spec.get_string_attribute("wrapmodes");
     facts.wrap_s = spec.get_string_attribute("wrapS");
     facts.wrap_t = spec.get_string_attribute("wrapT");
+    if (!has_sane_levels(**input, max_side))
+        return refuse("a window of one of its levels has no pixels or more than " +
+                      std::to_string(max_side) + " along a side");
     return facts;
 }
 

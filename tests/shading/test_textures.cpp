@@ -242,6 +242,47 @@ TEST_F(Textures, BrokenFilesCostOneErrorAndGiveTheFallback) {
     EXPECT_NE(d.message.find("nowhere.png"), std::string::npos);
 }
 
+/// Of a known kind under the name of another; nothing else is tried on what is neither.
+TEST_F(Textures, PicturesUnderAWrongNameAreReadByWhatTheyBeginWith) {
+    const std::string path = folder.write("real.png", 1, 1, 3, OIIO::TypeUInt8, {1, 0, 1});
+    const std::string misnamed = folder.file("misnamed.jpg");
+    std::filesystem::rename(path, misnamed);
+    EXPECT_EQ(at(open(texture(misnamed)), 0.5, 0.5), (TexelRgba{1, 0, 1, 1}));
+    EXPECT_EQ(diagnostics.error_count(), 0u);
+    const std::string bitmap = folder.write("real.bmp", 1, 1, 3, OIIO::TypeUInt8, {1, 0, 1});
+    std::filesystem::rename(bitmap, folder.file("misnamed.png"));
+    open(texture(folder.file("misnamed.png")));
+    EXPECT_EQ(diagnostics.error_count(), 1u);
+}
+
+/// OpenEXR would take the memory before it finds that the file ends.
+TEST_F(Textures, AttributesLongerThanTheirFileAreRefused) {
+    const std::string path = folder.write("long.exr", 2, 1, 3, OIIO::TypeFloat, {0, 0, 0, 8, 4, 2}, {{"note", "text"}});
+    std::ifstream in(path, std::ios::binary);
+    std::string bytes{std::istreambuf_iterator<char>(in), {}};
+    const size_t at = bytes.find(std::string("note\0string", 11));
+    ASSERT_NE(at, std::string::npos);
+    bytes[at + 15] = '\x6f';
+    std::ofstream(path, std::ios::binary) << bytes;
+    open(texture(path));
+    ASSERT_EQ(diagnostics.error_count(), 1u);
+    EXPECT_NE(diagnostics.all()[0].message.find("an attribute is longer than the file"), std::string::npos);
+}
+
+/// Tiles that fill such a window are more than OpenImageIO counts: it ended the process.
+TEST_F(Textures, WindowsOfTooManyPixelsAreRefused) {
+    const std::string path = folder.file("window.exr");
+    const auto out = OIIO::ImageOutput::create(path);
+    OIIO::ImageSpec spec(2, 1, 3, OIIO::TypeFloat);
+    spec.full_width = 83886081;
+    spec.full_height = 167247873;
+    ASSERT_TRUE(out->open(path, spec));
+    ASSERT_TRUE(out->write_image(OIIO::TypeFloat, std::vector<float>(6, 0.5f).data()));
+    ASSERT_TRUE(out->close());
+    EXPECT_EQ(at(open(texture(path)), 0.5, 0.5), (TexelRgba{0.25f, 0.5f, 0.75f, 1.0f}));
+    EXPECT_EQ(diagnostics.error_count(), 1u);
+}
+
 TEST_F(Textures, TruncatedFileCostsOneErrorWhenItIsRead) {
     // Noise does not compress: a quarter of the file is a quarter of the rows
     std::vector<float> noise(256 * 256 * 3);
