@@ -2,6 +2,8 @@
 // What goes wrong on the user's side: a clear message, the documented exit code, no partial file.
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+
 #include "command.h"
 
 namespace velatura::test {
@@ -13,6 +15,32 @@ constexpr const char* quick = " --res 16 16 --spp 1 --progress none";
 void expect_failure(const CommandResult& r, int exit_code, const std::string& text) {
     EXPECT_EQ(r.exit_code, exit_code) << r.output;
     EXPECT_NE(r.output.find(text), std::string::npos) << "expected \"" << text << "\" in: " << r.output;
+}
+
+/// A ball whose colour is that of a file.
+std::string textured_ball(const std::string& file) {
+    return R"usda(#usda 1.0
+def Sphere "S" (prepend apiSchemas = ["MaterialBindingAPI"])
+{
+    rel material:binding = </M>
+}
+def Material "M"
+{
+    token outputs:surface.connect = </M/P.outputs:surface>
+    def Shader "P"
+    {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>
+        token outputs:surface
+    }
+    def Shader "T"
+    {
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @)usda" + file + R"usda(@
+        float3 outputs:rgb
+    }
+}
+)usda";
 }
 
 }  // namespace
@@ -44,34 +72,23 @@ TEST(BadInput, ReferenceCycleCostsOnlyThatArc) {
 TEST(BadInput, TextureThatIsNoImage) {
     const Workplace w;
     w.write("bad.png", "not an image");
-    w.write("t.usda", R"usda(#usda 1.0
-def Sphere "S" (prepend apiSchemas = ["MaterialBindingAPI"])
-{
-    rel material:binding = </M>
-}
-def Material "M"
-{
-    token outputs:surface.connect = </M/P.outputs:surface>
-    def Shader "P"
-    {
-        uniform token info:id = "UsdPreviewSurface"
-        color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>
-        token outputs:surface
-    }
-    def Shader "T"
-    {
-        uniform token info:id = "UsdUVTexture"
-        asset inputs:file = @bad.png@
-        float3 outputs:rgb
-    }
-}
-)usda");
+    w.write("t.usda", textured_ball("bad.png"));
     const CommandResult r = w.velatura(std::string("render t.usda -o x.exr") + quick);
     expect_failure(r, 0, "bad.png");
     EXPECT_NE(r.output.find("t.usda:15:"), std::string::npos) << "the message names the prim's place: " << r.output;
     EXPECT_TRUE(w.exists("x.exr"));
     expect_failure(w.velatura(std::string("render t.usda -o y.exr --strict") + quick), 1, "--strict");
     EXPECT_FALSE(w.exists("y.exr"));
+}
+
+/// A pipe without a writer would be waited for for ever, and a device read on.
+TEST(BadInput, TextureThatIsNoRegularFile) {
+    const Workplace w;
+    ASSERT_EQ(::mkfifo(w.path("pipe.png").c_str(), 0600), 0);
+    for (const char* name : {"pipe.png", "/dev/zero", "."}) {
+        w.write("t.usda", textured_ball(name));
+        expect_failure(w.velatura(std::string("render t.usda -o x.exr") + quick), 0, std::string("cannot read texture '") + name);
+    }
 }
 
 TEST(BadInput, TrianglesOnOneAnotherAreWarnedOfOnce) {

@@ -18,12 +18,13 @@
 #include "command.h"
 #include "image/exr.h"
 #include "image/layer_header.h"
+#include "stored_zip.h"
 
 namespace velatura::test {
 
 namespace {
 
-class Resume : public testing::Test {
+class Resume : public ::testing::Test {
   protected:
     void SetUp() override { w.write("s.usda", small_scene()); }
 
@@ -215,6 +216,37 @@ TEST_F(Resume, RefusesWhatIsNotTheSameRender) {
         EXPECT_NE(r.output.find(c.why), std::string::npos) << c.arguments << ": " << r.output;
         EXPECT_TRUE(bytes("part.exr") == before) << c.arguments;
     }
+}
+
+TEST_F(Resume, RefusesAnotherTextureInAPackage) {
+    const auto pack = [&](const std::string& texture) { w.write("t.usdz", testing::stored_zip({{"t.usda", "#usda 1.0\n"}, {"t.png", texture}})); };
+    w.write("s.usda", small_scene() + R"usda(
+def Material "Packed"
+{
+    token outputs:surface.connect = </Packed/P.outputs:surface>
+    def Shader "P"
+    {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor.connect = </Packed/T.outputs:rgb>
+        token outputs:surface
+    }
+    def Shader "T"
+    {
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @t.usdz[t.png]@
+        float3 outputs:rgb
+    }
+}
+def Sphere "Ball" (prepend apiSchemas = ["MaterialBindingAPI"])
+{
+    rel material:binding = </Packed>
+}
+)usda");
+    pack("what is no picture gives its fallback");
+    render("--spp 2 --keep-sums -o whole.exr");
+    pack("what is no picture gives the same one");
+    const CommandResult r = try_render("--spp 4 --resume -o whole.exr");
+    EXPECT_EQ(r.exit_code, 5) << r.output;
 }
 
 TEST_F(Resume, RefusesFilesThatItCannotGoOnFrom) {
