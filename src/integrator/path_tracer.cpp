@@ -41,7 +41,8 @@ void PathTracer::trace(int x, int y, uint64_t sample, film::SampleRadiance& out,
     if (is_built(Effect::Splitting) && options_.branches) path.branches = options_.branches->at(x, y);
 
     // Start at the camera, inside the pixel's filter
-    const sampling::FilterSample filtered = filter_.sample(path.sampler.get_2d(0, Purpose::PixelFilter));
+    const float u_part = filter_.has_negative_lobes() ? path.sampler.get_1d(0, Purpose::FilterSign) : 0.0f;
+    const sampling::FilterSample filtered = filter_.sample(path.sampler.get_2d(0, Purpose::PixelFilter), u_part);
     out.weight = filtered.weight;
     const Vec2 film_point(float(x) + 0.5f + filtered.offset.x, float(y) + 0.5f + filtered.offset.y);
     const bool uses_lens = is_built(Effect::DepthOfField) && world_.uses_lens && !options_.disable_lens;

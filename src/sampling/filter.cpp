@@ -131,10 +131,10 @@ double PixelFilter::profile(double x) const {
     return raw_profile(x) * inverse_integral_;
 }
 
-float PixelFilter::sample_axis(float u, float& sign) const {
+float PixelFilter::sample_axis(float u, float begin, float end) const {
     if (kind_ == FilterKind::Box) return (2.0f * u - 1.0f) * radius_;
     // Fold the unit interval onto the right half, and back, without a branch that nobody predicts
-    const float side = 2.0f * u - 1.0f, v = std::abs(side);
+    const float side = 2.0f * u - 1.0f, v = begin + (end - begin) * std::abs(side);
     float x = 0;
     if (kind_ == FilterKind::Triangle) {
         x = radius_ * (1.0f - std::sqrt(1.0f - v));
@@ -142,17 +142,37 @@ float PixelFilter::sample_axis(float u, float& sign) const {
         const float scaled = (1.0f - std::sqrt(std::sqrt(1.0f - v))) * float(table_steps);
         const size_t i = std::min(size_t(scaled), table_steps - 1);
         x = inverse_cdf_[i] + (scaled - float(i)) * (inverse_cdf_[i + 1] - inverse_cdf_[i]);
-        if (kind_ == FilterKind::Mitchell && raw_profile(double(x)) < 0.0) sign = -sign;
     }
     return std::copysign(x, side);
 }
 
-FilterSample PixelFilter::sample(const Vec2& u) const {
-    float sign = 1.0f;
+/// Along each axis the profile is positive up to a point and negative from there on. Where both
+/// factors have one sign the filter adds, elsewhere it subtracts.
+FilterSample PixelFilter::sample_part(const Vec2& u, float u_part) const {
+    constexpr float negative_share = 0.25f;  // of the samples
+    const float positive = 0.5f * float(absolute_integral_ + 1.0);
+    const float negative = 0.5f * float(absolute_integral_ - 1.0);
+    const float inner = positive / float(absolute_integral_);
+    bool x_is_inner = true, y_is_inner = true;
     FilterSample s;
-    s.offset.x = sample_axis(u.x, sign);
-    s.offset.y = sample_axis(u.y, sign);
-    s.weight = absolute_integral_ == 1.0 ? 1.0f : sign * float(absolute_integral());
+    if (u_part < 1.0f - negative_share) {
+        const float adding = positive * positive + negative * negative;
+        x_is_inner = y_is_inner = u_part * adding < (1.0f - negative_share) * positive * positive;
+        s.weight = adding / (1.0f - negative_share);
+    } else {
+        x_is_inner = u_part < 1.0f - 0.5f * negative_share;
+        y_is_inner = !x_is_inner;
+        s.weight = -2.0f * positive * negative / negative_share;
+    }
+    s.offset.x = x_is_inner ? sample_axis(u.x, 0.0f, inner) : sample_axis(u.x, inner, 1.0f);
+    s.offset.y = y_is_inner ? sample_axis(u.y, 0.0f, inner) : sample_axis(u.y, inner, 1.0f);
+    return s;
+}
+
+FilterSample PixelFilter::sample(const Vec2& u, float u_part) const {
+    if (has_negative_lobes()) return sample_part(u, u_part);
+    FilterSample s;
+    s.offset = {sample_axis(u.x, 0.0f, 1.0f), sample_axis(u.y, 0.0f, 1.0f)};
     return s;
 }
 

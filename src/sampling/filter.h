@@ -20,12 +20,13 @@ std::string_view filter_name(FilterKind kind);
 /// averaged with weight; the expectation of weight is 1.
 struct FilterSample {
     Vec2 offset;       ///< pixels from the pixel's centre, within the radius
-    float weight = 1;  ///< 1 for filters without negative lobes, else ±∫|w| (see PixelFilter)
+    float weight = 1;  ///< 1 for filters without negative lobes, else one of two (see PixelFilter)
 };
 
 /// A separable pixel filter, sampled by importance so that each sample belongs to one pixel.
-/// Ref: Ernst et al. 2006, "Filter Importance Sampling". Filters with negative lobes are sampled by
-/// |w| and weighted by the sign times ∫|w|.
+/// Ref: Ernst et al. 2006, "Filter Importance Sampling". Of filters with negative lobes a quarter
+/// of the samples goes where they subtract, whatever these lobes hold, and weighs accordingly: of
+/// four stratified numbers one is there, the weights sum to 4, and no fewer samples cancel.
 class PixelFilter {
   public:
     /// radius in pixels; 0 = the filter's own: box 0.5, triangle 1, gaussian 1.5 (σ = 0.5),
@@ -36,8 +37,11 @@ class PixelFilter {
 
     float radius() const { return radius_; }
 
-    /// u in [0,1)².
-    FilterSample sample(const Vec2& u) const;
+    /// Whether it subtracts somewhere.
+    bool has_negative_lobes() const { return kind_ == FilterKind::Mitchell; }
+
+    /// u in [0,1)², u_part in [0,1): which part, where there are negative lobes.
+    FilterSample sample(const Vec2& u, float u_part) const;
 
     /// The normalised filter at an offset: integrates to 1 over the plane.
     double evaluate(double x, double y) const { return profile(x) * profile(y); }
@@ -48,8 +52,9 @@ class PixelFilter {
   private:
     double profile(double x) const;
     double raw_profile(double x) const;
-    /// Offset and sign by inversion of the tabulated |profile|.
-    float sample_axis(float u, float& sign) const;
+    FilterSample sample_part(const Vec2& u, float u_part) const;
+    /// Offset by inversion of the tabulated |profile|, between two shares of it from the middle on.
+    float sample_axis(float u, float begin, float end) const;
 
     FilterKind kind_;
     float radius_;

@@ -7,6 +7,7 @@
 #include "image/layer_file.h"
 #include "image/layer_header.h"
 #include "sampling/filter.h"
+#include "sampling/sampler.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -130,7 +131,7 @@ TEST(H39BadSamples, AreCountedNamedAndHarmNoOther) {
 }
 
 /// How far the farthest pixel of a picture of 1 everywhere is from that, by n samples of a filter.
-double farthest_from_one(sampling::FilterKind kind, int n) {
+double farthest_from_one(sampling::FilterKind kind, sampling::SamplerKind numbers, int n) {
     const LayerSet set = beauty_only();
     const sampling::PixelFilter filter(kind);
     const Window window{0, 0, 32, 32};
@@ -140,9 +141,10 @@ double farthest_from_one(sampling::FilterKind kind, int n) {
     for (int i = 0; i < int(window.pixel_count()); ++i) {
         film.begin_pixel(acc, i % 32, i / 32, 0);
         for (int k = 0; k < n; ++k) {
-            const uint64_t key = mix64(uint64_t(i * n + k));
+            const sampling::PixelSampler sampler(3, i % 32, i / 32, uint64_t(k), numbers);
+            const Vec2 u = sampler.get_2d(0, sampling::Purpose::PixelFilter);
             s.clear();
-            s.weight = filter.sample(Vec2(float(key >> 40) * 0x1p-24f, float(key << 24 >> 40) * 0x1p-24f)).weight;
+            s.weight = filter.sample(u, sampler.get_1d(0, sampling::Purpose::FilterSign)).weight;
             s.alpha = 1.0f;
             s.add(1, 0, Rgb(1.0f));
             acc.add(s);
@@ -154,18 +156,18 @@ double farthest_from_one(sampling::FilterKind kind, int n) {
     return worst;
 }
 
-hardcase::Measurement even_picture(sampling::FilterKind kind, int n) {
-    return {fmt::format("{}, {} samples: farthest pixel of a picture of 1", sampling::filter_name(kind), n),
-            farthest_from_one(kind, n), 1e-6, 0, "closed form"};
+hardcase::Measurement even_picture(sampling::FilterKind kind, int n, sampling::SamplerKind numbers = sampling::SamplerKind::BlueNoise) {
+    return {fmt::format("{}, {} samples of sampler {}: farthest pixel of a picture of 1", sampling::filter_name(kind), n, int(numbers)),
+            farthest_from_one(kind, numbers, n), 1e-6, 0, "closed form"};
 }
 
 TEST(H49NegativeLobes, EvenPicturesStayEven) {
     using enum sampling::FilterKind;
     for (const auto kind : {Box, Triangle, Gaussian, BlackmanHarris})
         for (const int n : {1, 2, 5, 64}) hardcase::expect_within(even_picture(kind, n));
-    for (const int n : {1, 64, 256}) hardcase::expect_within(even_picture(Mitchell, n));
-    // One sample of each sign: the weights cancel, and what is divided by the count instead is 0
-    hardcase::expect_known_failure(even_picture(Mitchell, 2));
+    using enum sampling::SamplerKind;
+    for (const auto numbers : {Sobol, SobolHalves, BlueNoise, BlueNoiseHalves, Stratified, StratifiedHalves})
+        for (const int n : {1, 2, 3, 4, 5, 7, 8, 64, 256}) hardcase::expect_within(even_picture(Mitchell, n, numbers));
 }
 
 }  // namespace
