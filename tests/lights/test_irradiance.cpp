@@ -220,6 +220,20 @@ TEST(DistantLight, SunOfTheHandbook) {
     expect_irradiance(sun, Vec3(0.0f), {0, 0, 1}, pi_d, 1e-4);
 }
 
+TEST(DistantLight, TooSmallForFloatsIsADeltaOfTheSameIrradiance) {
+    scene::Light sun = light_of(LightKind::Distant);
+    for (const float angle : {1e-12f, 1e-9f, 1e-7f, 1.1e-7f, 1.2e-7f, 1e-6f, 1e-4f}) {
+        sun.angle_deg = angle;
+        const scene::Scene scene = scene_of({sun});
+        Diagnostics diagnostics;
+        const LightSet lights(scene, {}, diagnostics);
+        const auto s = lights.sample(0, Vec3(0.0f), {0.1f, 0.9f});
+        ASSERT_TRUE(s);
+        const double half = double(angle) / 2 * pi_d / 180, expected = pi_d * half * half;
+        EXPECT_NEAR(double(s->Le.x) / double(s->pdf), expected, 1e-6 * expected) << angle;
+    }
+}
+
 TEST(DistantLight, AngleZeroIsADeltaOfTheSameIrradiance) {
     scene::Light sun = light_of(LightKind::Distant);
     sun.angle_deg = 0.0f;

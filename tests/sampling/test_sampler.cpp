@@ -262,6 +262,20 @@ TEST(H44Streams, AreUncorrelatedOverSamples) {
                                                                      std::sqrt(double(n) / 2))});
 }
 
+// Two of 2^16 random points of 48 bits are alike with a probability of 1e-5
+TEST(H44Streams, PixelsShareNoPoint) {
+    for (const SamplerKind kind : {SamplerKind::Sobol, SamplerKind::SobolHalves, SamplerKind::BlueNoise,
+                                   SamplerKind::BlueNoiseHalves, SamplerKind::Independent, SamplerKind::Stratified}) {
+        std::set<std::pair<float, float>> seen;
+        for (int i = 0; i < 1 << 16; ++i) {
+            const Vec2 u = PixelSampler(11, i % 128, i / 128 % 128, uint64_t(i >> 14), kind).get_2d(1, Purpose::LightSurface);
+            seen.insert({u.x, u.y});
+        }
+        hardcase::expect_within({fmt::format("points that two of 128 by 128 pixels share, 4 samples, sampler {}", int(kind)),
+                                 65536.0 - double(seen.size()), 0, 0, "points of independent draws are distinct"});
+    }
+}
+
 // The same number across neighbouring pixels, seeds, repeats and the two halves: sample by sample
 // independent
 TEST(PixelSampler, PixelsSeedsRepeatsAndHalvesAreIndependent) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "base/math.h"
 #include "stage_fixture.h"
 #include "usd/layer/type_name.h"
 #include "usd/stage/schema_tables.h"
@@ -46,6 +47,24 @@ def "P" {
     EXPECT_FLOAT_EQ(*prim.attribute("only_default").get<float>(3.0), 7.0f);
 }
 
+TEST_F(ValueTest, SamplesOffTheMiddleCountByTheirDistance) {
+    // The second quaternion stands for a turn by 120 degrees about z, and has the other sign
+    open(R"(
+def "P" {
+    double f.timeSamples = { 0: 1, 10: 5 }
+    double[] list.timeSamples = { 0: [0, 8], 10: [4, 4] }
+    quatd q.timeSamples = { 0: (1, 0, 0, 0), 10: (-0.5, 0, 0, -0.8660254037844386) }
+}
+)");
+    const Prim prim = stage().prim_at("/P");
+    EXPECT_DOUBLE_EQ(*prim.attribute("f").get<double>(2.5), 2.0);
+    EXPECT_EQ(*prim.attribute("list").get<std::vector<double>>(2.5), (std::vector<double>{1, 7}));
+    // A quarter of the short way: by 30 degrees
+    const auto q = *prim.attribute("q").get<layer::QuatDouble>(2.5);
+    EXPECT_NEAR(q.r, std::cos(pi_d / 12), 1e-12);
+    EXPECT_NEAR(q.v.z, std::sin(pi_d / 12), 1e-12);
+}
+
 TEST_F(ValueTest, StrongerDefaultBeatsWeakerSamples) {
     write("weak.usda", "def \"P\" { float a.timeSamples = { 0: 1, 10: 2 } float b = 1 }\n");
     open(
@@ -78,6 +97,16 @@ TEST_F(ValueTest, OffsetsAndRatesRetimeSamples) {
     EXPECT_EQ(a.time_samples(), (std::vector<double>{34.0, 58.0}));
     EXPECT_FLOAT_EQ(*a.get<float>(46.0), 1.5f);
     EXPECT_DOUBLE_EQ(*stage().prim_at("/P").attribute("t").get<double>(), 34.0);
+}
+
+TEST_F(ValueTest, OffsetsOfLayersInLayersCompose) {
+    write("leaf.usda", "over \"P\" { float a.timeSamples = { 0: 0, 10: 10 } }\n");
+    write("middle.usda", "( subLayers = [@leaf.usda@ (offset = 1; scale = 3)] )\n");
+    open("( subLayers = [@middle.usda@ (offset = 10; scale = 2)] )\ndef \"P\" {}\n");
+    // 10 + 2 (1 + 3t)
+    const Attribute a = stage().prim_at("/P").attribute("a");
+    EXPECT_EQ(a.time_samples(), (std::vector<double>{12.0, 72.0}));
+    EXPECT_FLOAT_EQ(*a.get<float>(18.0), 1.0f);
 }
 
 TEST_F(ValueTest, ReferenceOffsetsCompose) {

@@ -176,6 +176,8 @@ def Scope "C" {
     rel collection:a:excludes = </W/Skip>
     uniform token collection:e:expansionRule = "explicitOnly"
     rel collection:e:includes = </W>
+    rel collection:both:includes = [</W>, </W/Skip>]
+    rel collection:both:excludes = </W/Skip>
 }
 )");
     const CollectionQuery a(stage().prim_at("/C"), "a");
@@ -187,6 +189,11 @@ def Scope "C" {
     const CollectionQuery e(stage().prim_at("/C"), "e");
     EXPECT_TRUE(e.includes(path("/W")));
     EXPECT_FALSE(e.includes(path("/W/x")));
+    // Who is named by both is excluded
+    const CollectionQuery both(stage().prim_at("/C"), "both");
+    EXPECT_TRUE(both.includes(path("/W/x")));
+    EXPECT_FALSE(both.includes(path("/W/Skip")));
+    EXPECT_FALSE(both.includes(path("/W/Skip/z")));
 }
 
 }  // namespace
