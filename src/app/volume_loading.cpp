@@ -22,7 +22,7 @@ class AdmittedGrids final : public media::VolumeSource {
     Result<scene::VoxelGrid> read(const media::GridRequest& request) const override {
         if (request.file.empty()) return source_.read(request);
         Result<std::string> file = admit_asset(request.file);
-        if (!file) return file.error();
+        if (!file) return Error{"volume-file", file.error().message};
         media::GridRequest admitted = request;
         admitted.file = *std::move(file);
         return source_.read(admitted);
