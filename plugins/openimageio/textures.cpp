@@ -35,16 +35,17 @@ bool is_srgb(const OIIO::ImageSpec& spec, scene::SourceColorSpace space) {
 }
 
 /// Whether all levels of all pictures of the file, and what they are windows of, have sizes with
-/// which OpenImageIO's cache can count tiles: it ends the process where it cannot.
+/// which OpenImageIO can count, in tiles or all of them without: it ends the process where it cannot.
 bool has_sane_levels(OIIO::ImageInput& input, int max_side) {
     const auto is_side = [max_side](int side) { return side >= 1 && side <= max_side; };
     bool is_sane = true;
     for (int picture = 0; is_sane && input.seek_subimage(picture, 0); ++picture) {
+        const bool is_tiled = input.spec().tile_width > 0;
         for (int level = 0; is_sane && input.seek_subimage(picture, level); ++level) {
             const OIIO::ImageSpec& spec = input.spec();
             is_sane = is_side(spec.width) && is_side(spec.height) && is_side(spec.full_width) &&
                       is_side(spec.full_height) && spec.tile_width <= 2 * max_side &&
-                      spec.tile_height <= 2 * max_side;
+                      spec.tile_height <= 2 * max_side && (spec.tile_width > 0) == is_tiled;
         }
     }
     // Of the one that is not there
@@ -70,8 +71,8 @@ Result<FileFacts> examine(const std::string& path, scene::SourceColorSpace space
     facts.wrap_s = spec.get_string_attribute("wrapS");
     facts.wrap_t = spec.get_string_attribute("wrapT");
     if (!has_sane_levels(**input, max_side))
-        return refuse("a window of one of its levels has no pixels or more than " +
-                      std::to_string(max_side) + " along a side");
+        return refuse("one of its levels has no pixels, a window of more than " +
+                      std::to_string(max_side) + " along a side, or other tiles than the first");
     return facts;
 }
 
