@@ -103,6 +103,30 @@ TEST(RoughDiffuse, UnderADielectricItGainsNothing) {
     EXPECT_LT(most, 1.001);
 }
 
+// Estevez & Kulla 2017, "Production Friendly Microfacet Sheen BRDF"; Neubelt & Pettineo 2013
+TEST(Sheen, IsTheFormulaOfThePapers) {
+    double projected_worst = 0;
+    for (const double roughness : {0.1, 0.3, 0.7, 1.0}) {
+        // The distribution of normals: ∫ D cosθ dω = 1
+        double projected = 0;
+        const testing::GaussLegendre rule(256);
+        for (size_t i = 0; i < rule.x.size(); ++i) {
+            const double mu = rule.x[i], sine = std::sqrt(1 - mu * mu);
+            const double d = (2 + 1 / roughness) * std::pow(sine, 1 / roughness) / (2 * pi_d);
+            projected += d * mu * rule.w[i] * 2 * pi_d;
+            for (const double mu_o : cosines) {
+                for (const double mu_i : cosines) {
+                    const double expected = d / (4 * (mu_o + mu_i - mu_o * mu_i));
+                    EXPECT_NEAR(double(sheen_f(float(mu_o), float(mu_i), float(mu), float(roughness))), expected, 1e-3 * expected + 1e-5) << roughness << " " << mu << " " << mu_o << " " << mu_i;
+                }
+            }
+        }
+        projected_worst = std::max(projected_worst, std::abs(projected - 1));
+    }
+    std::printf("area of the facets seen from above: off by %.1e\n", projected_worst);
+    EXPECT_LT(projected_worst, 1e-4);
+}
+
 TEST(Sheen, AlbedoIsItsIntegral) {
     double worst = 0;
     for (const float roughness : {0.1f, 0.23f, 0.5f, 0.81f, 1.0f}) {
