@@ -103,6 +103,31 @@ TEST(H41NestedBodies, GlassOnWaterPassesAsMuchAsItShould) {
     }
 }
 
+// Where two bodies touch it is the face of the first one that is seen, as where it lies in the other: here a frosted one
+TEST(H41NestedBodies, TheFaceOfTheFirstIsSeenWhereTwoTouch) {
+    const auto seen_through = [](float overlap, bool is_frosted) {
+        TestScene test;
+        scene::Material frosted = body(glass_index, 2);
+        if (is_frosted) {
+            frosted.roughness = scene::Input(0.4f);
+            frosted.rough_transmission = true;
+        }
+        add_slab(test, -1.0f, -1.5f, test.add_material(frosted));
+        add_slab(test, 1.0f, -1.0f - overlap, test.add_material(body(water_index, 1)));
+        // Much smaller than what frost makes of it, beyond the pane
+        test.add_square(-2.5f, 0.25f, test.add_matte(Rgb(0.0f), Rgb(1.0f)));
+        const RenderedLayers layers = render(test, {.size = 32, .samples = 256});
+        expect_sound(layers.rays);
+        return layers.beauty();
+    };
+    const Estimate overlapping = seen_through(1e-3f, true), touching = seen_through(0.0f, true), clear = seen_through(0.0f, false);
+    const double error = std::hypot(overlapping.standard_error, touching.standard_error);
+    hardcase::expect_within({"frosted pane that touches water, less one that reaches into it, in standard errors", std::abs(touching.mean - overlapping.mean) / error, 4, 0, "a second way",
+                             fmt::format("{:.1g} of the light", 5.2816 * error / overlapping.mean)});
+    // Frost is seen at all
+    EXPECT_GT(std::abs(clear.mean - touching.mean), 20 * error);
+}
+
 TEST(H41NestedBodies, AreAsDeepAsSixteen) {
     TestScene test;
     std::vector<double> indices = {1.0};

@@ -194,6 +194,28 @@ TEST(MovingMesh, HasTheBoundsOfAllItsKeys) {
     EXPECT_EQ(box.max.z, 50);
 }
 
+TEST(MovingInstance, MatrixGoesLinearlyFromKeyToKey) {
+    for (const size_t segments : {1, 2, 3}) {
+        std::vector<Mat4> keys(segments + 1);
+        for (size_t k = 0; k < keys.size(); ++k)
+            for (int i = 0; i < 4; ++i)
+                for (int j = 0; j < 3; ++j) keys[k][i][j] = float((i == j) + int((7 * k + size_t(4 * i + j)) % 5)) / 4.0f;
+        scene::Instance instance;
+        instance.render_from_prototype = keys[0];
+        instance.later_render_from_prototype.assign(keys.begin() + 1, keys.end());
+        for (const float time : {0.0f, 0.1f, 0.3f, 0.5f, 0.75f, 0.9f}) {
+            const double at = double(time) * double(segments);
+            const auto k = size_t(at);
+            const Mat4 found = render_from_prototype(instance, time);
+            for (int i = 0; i < 4; ++i)
+                for (int j = 0; j < 3; ++j) {
+                    const double a = double(keys[k][i][j]), b = double(keys[k + 1][i][j]);
+                    EXPECT_NEAR(double(found[i][j]), a + (b - a) * (at - double(k)), 1e-6) << segments << " segments, time " << time;
+                }
+        }
+    }
+}
+
 // Shading sees an instance that moves as the one that stays where it is at the time of the ray.
 TEST(MovingInstance, IsTheOneThatStaysThereAtTheTimeOfTheRay) {
     std::mt19937 random(21);
