@@ -17,32 +17,6 @@ void expect_failure(const CommandResult& r, int exit_code, const std::string& te
     EXPECT_NE(r.output.find(text), std::string::npos) << "expected \"" << text << "\" in: " << r.output;
 }
 
-/// A ball whose colour is that of a file.
-std::string textured_ball(const std::string& file) {
-    return R"usda(#usda 1.0
-def Sphere "S" (prepend apiSchemas = ["MaterialBindingAPI"])
-{
-    rel material:binding = </M>
-}
-def Material "M"
-{
-    token outputs:surface.connect = </M/P.outputs:surface>
-    def Shader "P"
-    {
-        uniform token info:id = "UsdPreviewSurface"
-        color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>
-        token outputs:surface
-    }
-    def Shader "T"
-    {
-        uniform token info:id = "UsdUVTexture"
-        asset inputs:file = @)usda" + file + R"usda(@
-        float3 outputs:rgb
-    }
-}
-)usda";
-}
-
 }  // namespace
 
 TEST(BadInput, MissingFile) {
@@ -72,7 +46,7 @@ TEST(BadInput, ReferenceCycleCostsOnlyThatArc) {
 TEST(BadInput, TextureThatIsNoImage) {
     const Workplace w;
     w.write("bad.png", "not an image");
-    w.write("t.usda", textured_ball("bad.png"));
+    w.write("t.usda", "#usda 1.0\n" + textured_ball("bad.png"));
     const CommandResult r = w.velatura(std::string("render t.usda -o x.exr") + quick);
     expect_failure(r, 0, "bad.png");
     EXPECT_NE(r.output.find("t.usda:15:"), std::string::npos) << "the message names the prim's place: " << r.output;
@@ -86,7 +60,7 @@ TEST(BadInput, TextureThatIsNoRegularFile) {
     const Workplace w;
     ASSERT_EQ(::mkfifo(w.path("pipe.png").c_str(), 0600), 0);
     for (const char* name : {"pipe.png", "/dev/zero", "."}) {
-        w.write("t.usda", textured_ball(name));
+        w.write("t.usda", "#usda 1.0\n" + textured_ball(name));
         expect_failure(w.velatura(std::string("render t.usda -o x.exr") + quick), 0, std::string("cannot read texture '") + name);
     }
 }

@@ -62,6 +62,30 @@ std::string Workplace::hash(const std::string& exr) const {
     return begin == std::string::npos ? "" : r.output.substr(begin, 64);
 }
 
+std::string textured_ball(const std::string& file) {
+    return R"usda(def Sphere "S" (prepend apiSchemas = ["MaterialBindingAPI"])
+{
+    rel material:binding = </M>
+}
+def Material "M"
+{
+    token outputs:surface.connect = </M/P.outputs:surface>
+    def Shader "P"
+    {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>
+        token outputs:surface
+    }
+    def Shader "T"
+    {
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @)usda" + file + R"usda(@
+        float3 outputs:rgb
+    }
+}
+)usda";
+}
+
 std::string small_scene() {
     return R"usda(#usda 1.0
 (

@@ -220,28 +220,7 @@ TEST_F(Resume, RefusesWhatIsNotTheSameRender) {
 
 TEST_F(Resume, RefusesAnotherTextureInAPackage) {
     const auto pack = [&](const std::string& texture) { w.write("t.usdz", testing::stored_zip({{"t.usda", "#usda 1.0\n"}, {"t.png", texture}})); };
-    w.write("s.usda", small_scene() + R"usda(
-def Material "Packed"
-{
-    token outputs:surface.connect = </Packed/P.outputs:surface>
-    def Shader "P"
-    {
-        uniform token info:id = "UsdPreviewSurface"
-        color3f inputs:diffuseColor.connect = </Packed/T.outputs:rgb>
-        token outputs:surface
-    }
-    def Shader "T"
-    {
-        uniform token info:id = "UsdUVTexture"
-        asset inputs:file = @t.usdz[t.png]@
-        float3 outputs:rgb
-    }
-}
-def Sphere "Ball" (prepend apiSchemas = ["MaterialBindingAPI"])
-{
-    rel material:binding = </Packed>
-}
-)usda");
+    w.write("s.usda", small_scene() + textured_ball("t.usdz[t.png]"));
     pack("what is no picture gives its fallback");
     render("--spp 2 --keep-sums -o whole.exr");
     pack("what is no picture gives the same one");
