@@ -80,6 +80,8 @@ def Material "M"
     {
         uniform token info:id = "UsdUVTexture"
         asset inputs:file = @)usda" + file + R"usda(@
+        token inputs:wrapS = "repeat"
+        token inputs:wrapT = "repeat"
         float3 outputs:rgb
     }
 }

@@ -22,7 +22,7 @@ constexpr const char* quick = " --res 12 9 --spp 1 --guiding off --progress none
 constexpr const char* missing = "the plugin openimageio is missing: nothing brings ";
 
 /// A ball with a texture.
-constexpr const char* textured = R"usda(#usda 1.0
+const std::string textured = R"usda(#usda 1.0
 def Camera "Cam"
 {
     double3 xformOp:translate = (0, 0, 6)
@@ -31,29 +31,7 @@ def Camera "Cam"
 def DomeLight "sky"
 {
 }
-def Sphere "S" (prepend apiSchemas = ["MaterialBindingAPI"])
-{
-    rel material:binding = </M>
-}
-def Material "M"
-{
-    token outputs:surface.connect = </M/P.outputs:surface>
-    def Shader "P"
-    {
-        uniform token info:id = "UsdPreviewSurface"
-        color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>
-        token outputs:surface
-    }
-    def Shader "T"
-    {
-        uniform token info:id = "UsdUVTexture"
-        asset inputs:file = @picture.exr@
-        token inputs:wrapS = "repeat"
-        token inputs:wrapT = "repeat"
-        float3 outputs:rgb
-    }
-}
-)usda";
+)usda" + textured_ball("picture.exr");
 
 constexpr const char* mapped = R"usda(#usda 1.0
 def Camera "Cam"
