@@ -146,9 +146,10 @@ class FrameRenderer {
             [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer_.trace(x, y, s, out, counts); }, callbacks, top_up ? &*top_up : nullptr);
         result.rays.effects.count[size_t(scene::Effect::Subdivision)] += world_.refinement.meshes;
         result.rays.effects.count[size_t(scene::Effect::Displacement)] += world_.refinement.displaced;
-        finish_progress(film, result);
+        const film::NoiseEstimate noise = film.noise();
+        finish_progress(film, noise, result);
         report_bad_samples(film, result);
-        return finish(film, result);
+        return finish(film, noise, result);
     }
 
   private:
@@ -250,8 +251,7 @@ class FrameRenderer {
         printer_.show(p);
     }
 
-    void finish_progress(const film::Film& film, const integrator::RenderResult& result) {
-        const film::NoiseEstimate noise = film.noise();
+    void finish_progress(const film::Film& film, const film::NoiseEstimate& noise, const integrator::RenderResult& result) {
         integrator::RenderState state;
         state.samples_per_pixel = noise.samples_mean;
         state.elapsed_s = result.seconds;
@@ -298,8 +298,7 @@ class FrameRenderer {
         return film.write(input_.output, info);
     }
 
-    int finish(const film::Film& film, const integrator::RenderResult& result) {
-        const film::NoiseEstimate noise = film.noise();
+    int finish(const film::Film& film, const film::NoiseEstimate& noise, const integrator::RenderResult& result) {
         // A file to go on from may have holes
         const uint64_t fewest = keeps_sums(job_) ? noise.samples_max : noise.samples_min;
         if (result.reason == integrator::StopReason::Interrupted && fewest == 0) {
@@ -314,7 +313,7 @@ class FrameRenderer {
             return is_check ? CheckFailed : RenderError;
         }
         if (film.deep() && !write_deep(*film.deep())) return RenderError;
-        if (!write_stats(film, result, *written)) return RenderError;
+        if (!write_stats(film, noise, result, *written)) return RenderError;
         if (!job_.arguments.quiet) {
             fmt::print("{}: {} layers, {} channels, closure {:.3g} of its bound, {}\n", input_.output, written->layers, written->channels, written->closure_measured, format_duration(result.seconds));
         }
@@ -343,9 +342,9 @@ class FrameRenderer {
         return written.has_value();
     }
 
-    bool write_stats(const film::Film& film, const integrator::RenderResult& result, const image::WriteReport& written) {
+    bool write_stats(const film::Film& film, const film::NoiseEstimate& noise, const integrator::RenderResult& result, const image::WriteReport& written) {
         if (job_.arguments.stats.empty()) return true;
-        nlohmann::ordered_json stats = make_stats(job_, input_, world_, training_, branches_, film, result);
+        nlohmann::ordered_json stats = make_stats(job_, input_, world_, training_, branches_, film, noise, result);
         if (roulette_) {
             stats["roulette"] = make_roulette_stats(*roulette_);
             stats["phases_s"]["roulette"] = roulette_->seconds;

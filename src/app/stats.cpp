@@ -156,10 +156,9 @@ json numerics_json(const film::Film& film) {
 }  // namespace
 
 json make_stats(const RenderJob& job, const FrameInput& input, const integrator::World& world, const integrator::GuideTraining& training,
-                const integrator::BranchTrial& branches, const film::Film& film,
+                const integrator::BranchTrial& branches, const film::Film& film, const film::NoiseEstimate& noise,
                 const integrator::RenderResult& result) {
     const accel::AcceleratorStats accelerator = world.accelerator->stats();
-    const film::NoiseEstimate noise = film.noise();
     json j;
     j["header"] = {{"schema", "velatura.stats/1"}, {"app", "velatura"}, {"version", VELATURA_VERSION}, {"threads", thread_count()}};
     j["scene"] = make_scene_stats(input, world);

@@ -14,10 +14,10 @@
 namespace velatura::app {
 
 /// Statistics of a frame by the schema velatura.stats/1 (docs/statistics.md): units in names, stable key order.
-/// Keys of what was not measured are left out.
+/// Keys of what was not measured are left out. noise: that of the film.
 nlohmann::ordered_json make_stats(const RenderJob& job, const FrameInput& input, const integrator::World& world, const integrator::GuideTraining& training,
                                  const integrator::BranchTrial& branches,
-                                  const film::Film& film, const integrator::RenderResult& result);
+                                  const film::Film& film, const film::NoiseEstimate& noise, const integrator::RenderResult& result);
 
 /// The part of the statistics that depends on the scene and the settings only: what goes into the file's header, so
 /// that two runs of one render give the same header.
