@@ -88,6 +88,12 @@ int take_output(const std::string& path, std::optional<OutputLock>& lock, Diagno
     return Done;
 }
 
+std::string reached_text(const std::optional<PictureError>& error) {
+    if (!error) return "not known yet";
+    if (error->is_lower) return fmt::format("{:.3g} % or more", error->error.value * 100.0);
+    return fmt::format("{:.3g} %, up to {:.3g} %", error->error.value * 100.0, error->error.high * 100.0);
+}
+
 class FrameRenderer {
   public:
     FrameRenderer(const RenderJob& job, const FrameInput& input, FrameSettings settings, std::optional<EarlierPart> earlier, std::optional<image::TopUpRequest> request, Diagnostics& diagnostics)
@@ -331,7 +337,7 @@ class FrameRenderer {
         diagnostics_.warn("budget", {}, {},
                           is_precise ? fmt::format("the time budget of {} ended the render after {:g} of {} samples per pixel", format_duration(job_.schedule.time_budget_s), noise.samples_mean, job_.schedule.end_sample)
                                      : fmt::format("{} before the target of {:g} %: the error is {}", is_out_of_time ? "the time budget ended the render" : "the samples ran out",
-                                                   job_.schedule.target_error * 100.0, error ? fmt::format("{:.3g} %, up to {:.3g} %", error->error.value * 100.0, error->error.high * 100.0) : std::string("not known yet")));
+                                                   job_.schedule.target_error * 100.0, reached_text(error)));
         return BudgetReached;
     }
 

@@ -33,6 +33,20 @@ Json header_stats(const Workplace& w) {
 
 }  // namespace
 
+/// Light through glass that hits a small lamp by chance: the picture of this seed does not get better.
+TEST(Accuracy, ErrorsThatDoNotFallAreLowerBoundsInAllThatIsSaid) {
+    const Workplace w;
+    const CommandResult r = w.velatura("render '" VELATURA_SOURCE_DIR "/scenes/transport/caustic.usda' --res 64 48 --spp 128 --seed 3 --target-error 1% --progress none --stats x.json -o x.exr");
+    EXPECT_EQ(r.exit_code, 3) << r.output;
+    EXPECT_NE(r.output.find("[rare-light]"), std::string::npos) << r.output;
+    EXPECT_NE(r.output.find("% or more [budget]"), std::string::npos) << r.output;
+    std::ifstream file(w.path("x.json"));
+    const Json stats = Json::parse(file);
+    EXPECT_EQ(stats.at("error").at("is_lower"), true);
+    EXPECT_EQ(stats.at("error").at("reached"), false);
+    EXPECT_EQ(stats.at("forecast").at("state"), "rare-light");
+}
+
 TEST(Accuracy, StatisticsHaveTheCurveAndTheForecast) {
     const Workplace w;
     w.write("s.usda", small_scene());
