@@ -59,14 +59,48 @@ void make_single_part(Image& image) {
     image.parts.push_back(std::move(all));
 }
 
-bool is_same(const Part& a, const Part& b) {
+/// Bytes of a value.
+size_t value_size(ChannelType type) {
+    return type == ChannelType::Half ? 2 : 4;
+}
+
+bool has_same_channels(const Part& a, const Part& b) {
     if (a.channels.size() != b.channels.size()) return false;
     const ChannelIndex named(b);
-    for (const Channel& c : a.channels) {
+    return std::all_of(a.channels.begin(), a.channels.end(), [&](const Channel& c) {
         const Channel* other = named.find(c.name);
-        if (!other || other->type() != c.type() || other->byte_count() != c.byte_count())
-            return false;
-        if (std::memcmp(other->bytes(), c.bytes(), c.byte_count()) != 0) return false;
+        return other && other->type() == c.type();
+    });
+}
+
+/// Rows of a part that are read back at once: whole chunks that take a few megabytes, as a part may be as large as the film.
+int rows_at_once(const Part& part, const Window& window, int chunk_rows) {
+    constexpr size_t bytes_at_once = size_t(32) << 20;
+    size_t row_bytes = 1;
+    for (const Channel& c : part.channels) row_bytes += value_size(c.type()) * size_t(window.width());
+    const size_t chunks = std::max<size_t>(bytes_at_once / row_bytes / size_t(chunk_rows), 1);
+    return int(std::min(chunks * size_t(chunk_rows), size_t(window.height())));
+}
+
+/// Whether the file has the values of a part, whose channels it has. Errors: "io-read".
+Result<bool> holds_values(const ExrReader& reader, int index, const Part& part) {
+    const Window& window = reader.data_window(index);
+    const int step = rows_at_once(part, window, reader.rows_per_chunk(index));
+    std::vector<std::vector<char>> values;
+    std::vector<RowTarget> targets;
+    for (const Channel& c : part.channels) {
+        values.emplace_back(value_size(c.type()) * size_t(window.width()) * size_t(step));
+        targets.push_back({c.name, c.type(), values.back().data()});
+    }
+    for (int y0 = window.y0; y0 < window.y1; y0 += step) {
+        const int y1 = std::min(y0 + step, window.y1);
+        if (const auto read = reader.read_rows(index, y0, y1, targets); !read) return read.error();
+        for (size_t i = 0; i < values.size(); ++i) {
+            const Channel& c = part.channels[i];
+            const size_t row = value_size(c.type()) * size_t(window.width());
+            const char* meant = static_cast<const char*>(c.bytes()) + row * size_t(y0 - window.y0);
+            if (std::memcmp(values[i].data(), meant, row * size_t(y1 - y0)) != 0) return false;
+        }
     }
     return true;
 }
@@ -90,10 +124,13 @@ Result<void> verify_written(const std::string& temporary,
             return failed("header attribute " + name);
     }
     for (int i = 0; i < reader->part_count(); ++i) {
-        auto part = reader->read_part(i);
-        if (!part) return failed(part.error().message);
-        if (!is_same(*part, image.parts[size_t(i)]))
-            return failed("pixels of part " + image.parts[size_t(i)].name);
+        const Part& part = image.parts[size_t(i)];
+        if (reader->data_window(i) != image.data) return failed("data window of part " + part.name);
+        if (!has_same_channels(part, reader->header().parts[size_t(i)]))
+            return failed("channels of part " + part.name);
+        const Result<bool> is_there = holds_values(*reader, i, part);
+        if (!is_there) return failed(is_there.error().message);
+        if (!*is_there) return failed("pixels of part " + part.name);
     }
     return {};
 }
@@ -144,18 +181,25 @@ Result<std::vector<std::string>> write_split(const std::string& path, Image imag
         if (written) files.push_back(file);
         return written;
     };
-    for (const std::string& layer : order) {
-        const bool is_main = layer == "rgba";
-        if (is_main) continue;
-        const std::string file = (target.parent_path() / file_of(layer)).string();
-        if (auto written = write_one(file, std::move(layers[layer]), false); !written) {
-            for (const std::string& f : files) fs::remove(f);
+    const auto write_all = [&]() -> Result<void> {
+        for (const std::string& layer : order) {
+            if (layer == "rgba") continue;
+            const std::string file = (target.parent_path() / file_of(layer)).string();
+            if (auto written = write_one(file, std::move(layers[layer]), false); !written) return written;
+        }
+        return write_one(path, std::move(layers["rgba"]), true);
+    };
+    const auto remove_all = [&] {
+        for (const std::string& f : files) fs::remove(f);
+    };
+    try {
+        if (const Result<void> written = write_all(); !written) {
+            remove_all();
             return written.error();
         }
-    }
-    if (auto written = write_one(path, std::move(layers["rgba"]), true); !written) {
-        for (const std::string& f : files) fs::remove(f);
-        return written.error();
+    } catch (...) {
+        remove_all();
+        throw;
     }
     return files;
 }
