@@ -75,6 +75,23 @@ int make_temporary(const std::string& pattern, int extension_size, std::string& 
     }
 }
 
+/// A temporary file until it is renamed, however its writing ends; nothing is written through its descriptor, which only
+/// holds the lock.
+class Temporary {
+  public:
+    Temporary(const std::string& path, int fd) : path_(path), fd_(fd) {}
+    ~Temporary() {
+        ::unlink(path_.c_str());
+        ::close(fd_);
+    }
+    Temporary(const Temporary&) = delete;
+    Temporary& operator=(const Temporary&) = delete;
+
+  private:
+    const std::string& path_;
+    int fd_;
+};
+
 }  // namespace
 
 void sweep_temporaries(const std::string& path) {
@@ -108,12 +125,10 @@ Result<void> write_atomically(const std::string& path,
     ::umask(mask);
     ::fchmod(fd, 0666 & ~mask);
 
+    const Temporary file(temporary, fd);
     Result<void> done = write(temporary);
     if (done) done = flush_to_disk(temporary, O_RDONLY);
     if (done && uninterrupted([&] { return ::rename(temporary.c_str(), path.c_str()); }) != 0) done = write_error(path, reason());
-    if (!done) ::unlink(temporary.c_str());
-    // Nothing is written through this descriptor, which only holds the lock
-    ::close(fd);
     if (!done) return with_path(done.error(), temporary, path);
     if (const Result<void> flushed = flush_to_disk(folder.string(), O_RDONLY | O_DIRECTORY); !flushed)
         return Error{"io-write", fmt::format("{} is written, but may be lost when the system stops: {}", path, flushed.error().message)};
