@@ -6,6 +6,7 @@
 #include <OpenImageIO/imageio.h>
 
 #include <exception>
+#include <new>
 #include <utility>
 
 namespace velatura::plugins::openimageio {
@@ -30,6 +31,8 @@ class OpenPicture final : public image::Picture {
             if (input_->read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, values.data()))
                 return {};
             return Error{"image-read", one_line(input_->geterror())};
+        } catch (const std::bad_alloc&) {
+            throw;
         } catch (const std::exception& e) {
             return Error{"image-read", e.what()};
         }
@@ -47,6 +50,8 @@ Result<std::unique_ptr<image::Picture>> Pictures::open(const std::string& asset)
         Result<AssetImage> input = open_asset_image(asset);
         if (!input) return input.error();
         return std::unique_ptr<image::Picture>(new OpenPicture(std::move(*input)));
+    } catch (const std::bad_alloc&) {
+        throw;
     } catch (const std::exception& e) {
         return Error{"image-open", e.what()};
     }

@@ -17,20 +17,6 @@ const std::array<float, 256>& srgb_table() {
     return table;
 }
 
-OIIO::TypeDesc stored_format(OIIO::TypeDesc file_format, bool is_srgb) {
-    switch (file_format.basetype) {
-        // 11 bits of mantissa hold a decoded 8-bit code to 2.5e-4 of its value
-        case OIIO::TypeDesc::UINT8:
-            return is_srgb ? OIIO::TypeHalf : OIIO::TypeUInt8;
-        case OIIO::TypeDesc::UINT16:
-            return is_srgb ? OIIO::TypeFloat : OIIO::TypeUInt16;
-        case OIIO::TypeDesc::HALF:
-            return is_srgb ? OIIO::TypeFloat : OIIO::TypeHalf;
-        default:
-            return OIIO::TypeFloat;
-    }
-}
-
 }  // namespace
 
 float srgb_to_linear(float encoded) {
@@ -50,6 +36,20 @@ OIIO::ImageSpec TextureInput::file_configuration() {
     OIIO::ImageSpec config;
     config.attribute("oiio:UnassociatedAlpha", 1);
     return config;
+}
+
+OIIO::TypeDesc TextureInput::stored_format(OIIO::TypeDesc file_format, bool is_srgb) {
+    switch (file_format.basetype) {
+        // 11 bits of mantissa hold a decoded 8-bit code to 2.5e-4 of its value
+        case OIIO::TypeDesc::UINT8:
+            return is_srgb ? OIIO::TypeHalf : OIIO::TypeUInt8;
+        case OIIO::TypeDesc::UINT16:
+            return is_srgb ? OIIO::TypeFloat : OIIO::TypeUInt16;
+        case OIIO::TypeDesc::HALF:
+            return is_srgb ? OIIO::TypeFloat : OIIO::TypeHalf;
+        default:
+            return OIIO::TypeFloat;
+    }
 }
 
 bool TextureInput::open(const std::string& name, OIIO::ImageSpec&) {

@@ -24,6 +24,8 @@ class TextureInput final : public OIIO::ImageInput {
     static OIIO::ImageSpec configuration(const std::string& file, bool is_srgb);
     /// How to open the file itself: alpha left unassociated, as UsdUVTexture reads it.
     static OIIO::ImageSpec file_configuration();
+    /// What texels of a file are kept as.
+    static OIIO::TypeDesc stored_format(OIIO::TypeDesc file_format, bool is_srgb);
 
     const char* format_name() const override { return "velatura-texture"; }
 

@@ -8,6 +8,7 @@
 #include <OpenImageIO/texture.h>
 
 #include <exception>
+#include <new>
 #include <unordered_map>
 
 namespace velatura::plugins::openimageio {
@@ -21,6 +22,7 @@ using Handle = OIIO::TextureSystem::TextureHandle*;
 struct FileFacts {
     bool is_srgb = false;
     std::string wrap_modes;      // OpenImageIO's "wrapmodes", e.g. "periodic,clamp"
+    size_t bytes = 0;            // as the cache would hold all of it
     std::string wrap_s, wrap_t;  // the specification's own metadata: black, clamp, repeat, mirror
 };
 
@@ -53,6 +55,12 @@ bool has_sane_levels(OIIO::ImageInput& input, int max_side) {
     return is_sane;
 }
 
+/// The finest level, and a third of it for those that are made of it.
+size_t cached_bytes(const OIIO::ImageSpec& spec, bool is_srgb) {
+    const size_t texel = 4 * TextureInput::stored_format(spec.format, is_srgb).size();
+    return size_t(spec.width) * size_t(spec.height) * texel / 3 * 4;
+}
+
 Result<FileFacts> examine(const std::string& path, scene::SourceColorSpace space, int max_side) {
     const auto refuse = [](const std::string& why) { return Error{"image-open", one_line(why)}; };
     const OIIO::ImageSpec config = TextureInput::file_configuration();
@@ -67,6 +75,7 @@ Result<FileFacts> examine(const std::string& path, scene::SourceColorSpace space
     }
     FileFacts facts;
     facts.is_srgb = is_srgb(spec, space);
+    facts.bytes = cached_bytes(spec, facts.is_srgb);
     facts.wrap_modes = spec.get_string_attribute("wrapmodes");
     facts.wrap_s = spec.get_string_attribute("wrapS");
     facts.wrap_t = spec.get_string_attribute("wrapT");
@@ -148,7 +157,7 @@ class SystemSource final : public shading::TextureSource {
     explicit SystemSource(size_t memory_bytes)
         : images_(OIIO::ImageCache::create(false)),
           system_(OIIO::TextureSystem::create(false, images_)) {
-        images_->attribute("max_memory_MB", float(memory_bytes >> 20));
+        set_memory(memory_bytes);
         images_->attribute("autotile", 64);
         images_->attribute("automip", 1);
         images_->attribute("deduplicate", 0);
@@ -171,8 +180,10 @@ class SystemSource final : public shading::TextureSource {
             const Result<FileFacts> facts = examine(file, space, max_side);
             if (!facts) return facts.error();
             return std::unique_ptr<shading::TextureFile>(
-                new SystemFile(*system_, handle(file, facts->is_srgb),
+                new SystemFile(*system_, handle(file, *facts),
                                wrap_mode(wrap_s, *facts, false), wrap_mode(wrap_t, *facts, true)));
+        } catch (const std::bad_alloc&) {
+            throw;
         } catch (const std::exception& e) {
             return Error{"image-open", one_line(e.what())};
         }
@@ -184,12 +195,22 @@ class SystemSource final : public shading::TextureSource {
         return one_line(why);
     }
 
+    size_t whole_bytes() const override { return whole_bytes_; }
+
+    void set_memory(size_t bytes) override {
+        images_->attribute("max_memory_MB", float(double(bytes) / (1 << 20)));
+    }
+
+    void drop_tiles() override { images_->invalidate_all(true); }
+
   private:
     /// Handle of one file in one decoding; the same file is cached once per decoding.
-    Handle handle(const std::string& path, bool decode) {
+    Handle handle(const std::string& path, const FileFacts& facts) {
+        const bool decode = facts.is_srgb;
         const std::string name = (decode ? "velatura-srgb:" : "velatura-raw:") + path;
         const auto [it, is_new] = handles_.try_emplace(name, nullptr);
         if (is_new) {
+            whole_bytes_ += facts.bytes;
             const OIIO::ImageSpec config = TextureInput::configuration(path, decode);
             images_->add_file(OIIO::ustring(name), TextureInput::create, &config);
             it->second = system_->get_texture_handle(OIIO::ustring(name));
@@ -199,6 +220,7 @@ class SystemSource final : public shading::TextureSource {
 
     OIIO::ImageCache* images_;
     OIIO::TextureSystem* system_;
+    size_t whole_bytes_ = 0;
     std::unordered_map<std::string, Handle> handles_;
 };
 

@@ -9,6 +9,7 @@
 
 #include "app/commands.h"
 #include "app/exit_codes.h"
+#include "app/memory_options.h"
 #include "app/scene_loader.h"
 #include "base/atomic_file.h"
 #include "usd/compose/layer_registry.h"
@@ -25,6 +26,7 @@ namespace fs = std::filesystem;
 struct FlattenArguments {
     std::string scene;
     AssetOptions assets;
+    std::string memory_limit;
     bool reads_materialx = false;
     std::string output;
     bool layer_only = false;
@@ -98,11 +100,12 @@ void add_flatten_command(CLI::App& app, std::function<int()>& run) {
     command->add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")->required();
     add_search_path_option(*command, arguments->assets.search_paths);
     add_root_options(*command, arguments->assets);
+    add_memory_option(*command, arguments->memory_limit);
     add_materialx_option(*command, arguments->reads_materialx);
     command->add_option("-o,--output", arguments->output, "file to write; text on the terminal when left out")->type_name("FILE");
     command->add_flag("--layer", arguments->layer_only, "that one layer as it stands, not composed");
     command->add_flag("--usdc", arguments->crate, "binary (crate), as for a FILE.usdc");
-    command->callback([arguments, &run] { run = [arguments] { return run_flatten(*arguments); }; });
+    command->callback([arguments, &run] { run = [arguments] { return run_in_memory(arguments->memory_limit, [&] { return run_flatten(*arguments); }); }; });
 }
 
 }  // namespace velatura::app

@@ -25,7 +25,10 @@ std::string file_state(const std::string& path) {
     constexpr size_t piece = size_t(1) << 20;
     uint64_t hash = 0;
     const Result<AssetBytesPtr> file = open_asset_bytes(path);
-    for (std::string_view rest = file ? (*file)->bytes() : std::string_view(); !rest.empty(); rest.remove_prefix(std::min(piece, rest.size()))) hash = hash_combine(hash, hash_string(rest.substr(0, piece)));
+    for (std::string_view rest = file ? (*file)->bytes() : std::string_view(); !rest.empty(); rest.remove_prefix(std::min(piece, rest.size()))) {
+        hash = hash_combine(hash, hash_string(rest.substr(0, piece)));
+        (*file)->forget();
+    }
     return fmt::format("|{} {:016x}", std::filesystem::path(path).filename().string(), hash);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/commands.h"
 #include "app/exit_codes.h"
+#include "app/memory_options.h"
 #include "app/scene_loader.h"
 #include "import/import.h"
 
@@ -18,6 +19,7 @@ namespace {
 struct ImportArguments {
     std::string file, output;
     AssetOptions assets;
+    std::string memory_limit;
     bool quiet = false, verbose = false;
 };
 
@@ -56,9 +58,10 @@ void add_import_command(CLI::App& app, std::function<int()>& run) {
         ->required()
         ->type_name("OUT.usda");
     add_root_options(*command, arguments->assets);
+    add_memory_option(*command, arguments->memory_limit);
     command->add_flag("-q,--quiet", arguments->quiet, "only errors");
     command->add_flag("-v,--verbose", arguments->verbose, "notes too");
-    command->callback([arguments, &run] { run = [arguments] { return run_import(*arguments); }; });
+    command->callback([arguments, &run] { run = [arguments] { return run_in_memory(arguments->memory_limit, [&] { return run_import(*arguments); }); }; });
 }
 
 }  // namespace velatura::app

@@ -10,6 +10,7 @@
 
 #include "app/commands.h"
 #include "app/exit_codes.h"
+#include "app/memory_options.h"
 #include "app/scene_loader.h"
 #include "usd/stage/dump.h"
 #include "usd/stage/explain.h"
@@ -21,6 +22,7 @@ namespace {
 struct InfoArguments {
     std::string scene;
     AssetOptions assets;
+    std::string memory_limit;
     bool reads_materialx = false;
     bool dump = false;
     bool tree = false;
@@ -105,12 +107,13 @@ void add_info_command(CLI::App& app, std::function<int()>& run) {
     command->add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")->required();
     add_search_path_option(*command, arguments->assets.search_paths);
     add_root_options(*command, arguments->assets);
+    add_memory_option(*command, arguments->memory_limit);
     add_materialx_option(*command, arguments->reads_materialx);
     command->add_flag("--dump", arguments->dump, "every fact of the composed stage, one per line");
     command->add_flag("--tree", arguments->tree, "the prims a renderer sees");
     command->add_option("--explain", arguments->explain, "every opinion about /Prim, /Prim.property or a metadatum (/Prim#kind), strongest first")->type_name("PATH")->each([arguments](const std::string&) { arguments->has_explain = true; });
     command->add_option("--time", arguments->time, "time code of --explain; the default time when left out")->each([arguments](const std::string&) { arguments->has_time = true; });
-    command->callback([arguments, &run] { run = [arguments] { return run_info(*arguments); }; });
+    command->callback([arguments, &run] { run = [arguments] { return run_in_memory(arguments->memory_limit, [&] { return run_info(*arguments); }); }; });
 }
 
 }  // namespace velatura::app

@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
     CLI::App app("Velatura: a path tracer for USD scenes that keeps light in layers");
     app.set_version_flag("--version", std::string("velatura ") + VELATURA_VERSION);
     app.require_subcommand(1);
-    app.footer("Exit codes: 0 done, 1 scene, file or render error, 2 usage, 3 stopped before its target, 4 check failed, 5 resume refused or output taken by another render, 128+n signal n");
+    app.footer("Exit codes: 0 done, 1 scene, file or render error, 2 usage, 3 stopped before its target, 4 check failed, 5 resume refused or output taken by another render, 6 memory limit too low, 128+n signal n");
     std::function<int()> run;
     add_render_command(app, run);
     add_study_command(app, run);

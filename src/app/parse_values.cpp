@@ -101,6 +101,27 @@ Result<double> parse_fraction(std::string_view text) {
     return fraction;
 }
 
+Result<size_t> parse_size(std::string_view text, size_t whole) {
+    const Error bad{"bad-size", fmt::format("cannot read size \"{}\": expected a number with K, M, G, T, KiB, MiB, GiB, TiB or %, above 0", text)};
+    const size_t begin = std::min(text.find_first_not_of("0123456789.+-eE"), text.size());
+    const auto value = number<double>(text.substr(0, begin));
+    std::string_view unit = text.substr(begin);
+    if (!value || !(*value > 0.0) || unit.empty()) return bad;
+    double bytes = *value;
+    if (unit == "%") {
+        bytes *= double(whole) / 100.0;
+    } else {
+        const size_t power = std::string_view("KMGT").find(unit.front());
+        unit.remove_prefix(1);
+        const bool is_binary = unit == "iB";
+        if (power == std::string_view::npos || !(is_binary || unit.empty() || unit == "B")) return bad;
+        bytes *= std::pow(is_binary ? 1024.0 : 1000.0, double(power + 1));
+    }
+    constexpr double most = 0x1p60;
+    if (!(bytes >= 1.0 && bytes < most)) return bad;
+    return size_t(bytes);
+}
+
 std::vector<std::string> split(std::string_view text, char separator) {
     std::vector<std::string> parts;
     size_t begin = 0;

@@ -23,6 +23,10 @@ Result<std::pair<uint64_t, uint64_t>> parse_sample_range(std::string_view text);
 /// 0.01 of "1%" or "0.01". Errors: "bad-fraction".
 Result<double> parse_fraction(std::string_view text);
 
+/// Bytes of "800M", "8G", "1.5GiB" or "50%" of `whole`, above 0: K, M, G and T are powers of 1000, with iB of 1024.
+/// Errors: "bad-size".
+Result<size_t> parse_size(std::string_view text, size_t whole);
+
 /// The parts of a text between separators; one empty part for an empty text.
 std::vector<std::string> split(std::string_view text, char separator);
 

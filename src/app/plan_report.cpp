@@ -67,59 +67,6 @@ json entry_json(const EffectPlan& plan, size_t i) {
     return j;
 }
 
-/// Light layers that the families of the set make, all of them lit.
-struct LayerCounts {
-    int as_chosen = 0;  ///< half, or float with --float-layers
-    int as_float = 0;   ///< must give back every bit
-};
-
-LayerCounts layer_counts(const film::LayerSet& l) {
-    const int groups = l.group_count(), columns = l.bounce_count();
-    LayerCounts n;
-    if (l.matrix_layers) n.as_chosen += groups * columns;
-    if (l.bounce_layers) n.as_chosen += columns;
-    if (l.group_layers) n.as_chosen += groups;
-    n.as_chosen += int(l.path_layers.size());
-    // Of each of these there may be one that a clamp touched
-    if (l.has_clamp()) n.as_float += n.as_chosen;
-    if (l.shadow_layers) n.as_chosen += groups;
-    // Shadows are folds of what their casters take
-    if (l.shadow_layers) (l.caster_layers ? n.as_float : n.as_chosen) += groups;
-    if (l.caster_layers) n.as_chosen += groups * (int(l.casters.size()) + 1);
-    constexpr int of_beauty = 2;
-    if (l.halves) n.as_chosen += 2 * (n.as_chosen + n.as_float) + of_beauty;
-    return n;
-}
-
-/// Pixels of the data window, of all channels as they are stored before compression.
-PlanNeeds::File expected_file(const RenderJob& job, const FrameInput& input) {
-    const film::LayerSet layers = layers_of(job, input.scene);
-    const uint64_t pixels = uint64_t(data_window(input.scene.settings, job.arguments.crop).pixel_count());
-    constexpr int data_channels = 19, rgba_channels = 4;
-    PlanNeeds::File file;
-    file.name = input.output;
-    const LayerCounts counts = layer_counts(layers);
-    file.layers = counts.as_chosen + counts.as_float;
-    const int float_channels = rgba_channels + 3 * (counts.as_float + int(layers.data_aliases.size())) + (layers.data_layers ? data_channels : 0);
-    // Of a Cryptomatte: a preview, and ids and coverages by pairs
-    const int mattes = int(std::count(layers.mattes.begin(), layers.mattes.end(), true));
-    const int preview_channels = 3 * mattes, pair_channels = 4 * ((layers.matte_levels + 1) / 2) * mattes;
-    file.channels = 3 * counts.as_chosen + float_channels + preview_channels + pair_channels;
-    file.most_bytes = pixels * (uint64_t(3 * counts.as_chosen) * (layers.float_layers ? 4 : 2) + uint64_t(preview_channels) * 2 + uint64_t(float_channels + pair_channels) * 4);
-    file.sums_bytes = keeps_sums(job) ? image::SampleSums::expected_bytes(data_window(input.scene.settings, job.arguments.crop), layers) : 0;
-    return file;
-}
-
-PlanNeeds::File expected_deep_file(const RenderJob& job, const FrameInput& input) {
-    PlanNeeds::File file;
-    file.name = film::deep_path(input.output);
-    file.channels = 6;
-    // And the background
-    const uint64_t most = uint64_t(job.deep->most_samples) + 1;
-    file.most_bytes = uint64_t(data_window(input.scene.settings, job.arguments.crop).pixel_count()) * (sizeof(uint32_t) + most * sizeof(image::DeepSample));
-    return file;
-}
-
 std::string join_names(const EffectPlan& plan, EffectState state) {
     std::string names;
     for (size_t i = 0; i < scene::effect_count; ++i) {
@@ -185,9 +132,9 @@ json needs_json(const PlanNeeds& needs) {
     j["triangles"] = needs.triangles;
     j["instances"] = needs.instances;
     j["before_refinement"] = needs.is_before_refinement;
-    j["memory_bytes"] = {{"geometry", needs.geometry_bytes}, {"accelerator_expected", needs.accelerator_bytes}, {"film_expected", needs.film_bytes}, {"volumes", needs.volume_bytes}};
+    j["memory_bytes"] = {{"geometry", needs.geometry_bytes}, {"accelerator_expected", needs.accelerator_bytes}, {"film_expected", needs.film_bytes}, {"writing_expected", needs.writing_bytes}, {"volumes", needs.volume_bytes}};
     j["files"] = json::array();
-    for (const PlanNeeds::File& f : needs.files) j["files"].push_back({{"name", f.name}, {"layers", f.layers}, {"channels", f.channels}, {"most_bytes", f.most_bytes}, {"sums_bytes_expected", f.sums_bytes}});
+    for (const PictureNeeds::File& f : needs.files) j["files"].push_back({{"name", f.name}, {"layers", f.layers}, {"channels", f.channels}, {"most_bytes", f.most_bytes}, {"sums_bytes_expected", f.sums_bytes}});
     return j;
 }
 
@@ -216,11 +163,11 @@ std::string needs_text(const PlanNeeds& needs) {
     std::string text = "plugins\n";
     for (const PlanNeeds::Plugin& p : needs.plugins) text += fmt::format(" {} {:21}{}\n", p.is_opened ? "open" : "shut", p.name, p.why);
     if (needs.plugins.empty()) text += " none is known\n";
-    text += fmt::format("memory: {} geometry ({} triangles, {} instances), about {} for the tree over it, about {} for the picture; textures as they are read\n",
-                        bytes_text(needs.geometry_bytes), needs.triangles, needs.instances, bytes_text(needs.accelerator_bytes), bytes_text(needs.film_bytes));
+    text += fmt::format("memory: {} geometry ({} triangles, {} instances), about {} for the tree over it, about {} for the picture at most and {} more while it is written; textures as they are read\n",
+                        bytes_text(needs.geometry_bytes), needs.triangles, needs.instances, bytes_text(needs.accelerator_bytes), bytes_text(needs.film_bytes), bytes_text(needs.writing_bytes));
     if (needs.volume_bytes > 0) text += fmt::format("        {} grids of volumes\n", bytes_text(needs.volume_bytes));
     if (needs.is_before_refinement) text += "        more where meshes are refined: this is their cages (--dicing-rate, --subdivision-level)\n";
-    for (const PlanNeeds::File& f : needs.files) {
+    for (const PictureNeeds::File& f : needs.files) {
         const std::string sums = f.sums_bytes > 0 ? fmt::format(", and sums to go on from of about {}", bytes_text(f.sums_bytes)) : "";
         text += fmt::format("file: {}: {} light layers, {} channels, at most {} before compression{}\n", f.name, f.layers, f.channels, bytes_text(f.most_bytes), sums);
     }
@@ -238,11 +185,10 @@ PlanNeeds plan_needs(const RenderJob& job, const FrameInput& input, Diagnostics&
     needs.triangles = accel::triangle_count(accel::make_soup(input.scene, geometry));
     needs.instances = input.scene.instances.size();
     needs.accelerator_bytes = needs.triangles * tree_bytes_per_triangle + needs.instances * tree_bytes_per_instance;
-    needs.files = {expected_file(job, input)};
-    const image::Window window = data_window(input.scene.settings, job.arguments.crop);
-    if (job.deep) needs.files.push_back(expected_deep_file(job, input));
-    const film::LayerSet layers = layers_of(job, input.scene);
-    needs.film_bytes = image::SampleSums::expected_bytes(window, layers) + (job.deep ? film::DeepFilm::expected_bytes(window) : 0);
+    const PictureNeeds picture = picture_needs(job, input);
+    needs.files = picture.files;
+    needs.film_bytes = picture.film_bytes;
+    needs.writing_bytes = picture.writing_bytes;
     return needs;
 }
 

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/picture_needs.h"
 #include "app/render_frame.h"
 #include "integrator/effect_plan.h"
 
@@ -18,20 +19,15 @@ struct PlanNeeds {
         bool is_opened = false;
         std::string why;
     };
-    struct File {
-        std::string name;
-        int layers = 0, channels = 0;
-        uint64_t most_bytes = 0;  ///< before compression, without sums
-        uint64_t sums_bytes = 0;  ///< expected, of the sums that a render goes on from
-    };
     std::vector<Plugin> plugins;
     bool is_before_refinement = false;  ///< geometry and tree are those of the cages, which will be cut finer
     uint64_t geometry_bytes = 0;        ///< as it will be
     uint64_t accelerator_bytes = 0;     ///< expected
     uint64_t film_bytes = 0;            ///< expected
+    uint64_t writing_bytes = 0;         ///< expected, while the picture is written
     uint64_t volume_bytes = 0;          ///< grids, which are read before the plan
     uint64_t triangles = 0, instances = 0;
-    std::vector<File> files;
+    std::vector<PictureNeeds::File> files;
 };
 
 /// Effects with state, prim and reason, for the header string velatura/plan. The same for every number of threads.

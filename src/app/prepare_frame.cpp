@@ -13,14 +13,15 @@
 
 #include "app/accelerator_choice.h"
 #include "app/exit_codes.h"
+#include "app/memory_options.h"
 #include "app/parse_values.h"
 #include "app/render_layers.h"
 #include "app/scene_loader.h"
 #include "app/stop_signals.h"
 #include "app/volume_loading.h"
 #include "base/asset_roots.h"
+#include "base/memory_limit.h"
 #include "base/tasks.h"
-#include "media/load_volumes.h"
 #include "scene/effect_build.h"
 #include "translate/light_values.h"
 #include "translate/translate.h"
@@ -72,7 +73,7 @@ std::string output_pattern(const RenderArguments& arguments, const scene::Scene&
 size_t instance_limit(std::optional<double> millions) {
     if (millions) return size_t(std::llround(*millions * 1e6));
     constexpr size_t bytes_of_one = 1000;  // with its part of the tree, and while that is built
-    return std::min(translate::TranslateOptions().max_instances, media::usual_volume_bytes() / bytes_of_one);
+    return std::min(translate::TranslateOptions().max_instances, MemoryLimit::allowed() / 2 / bytes_of_one);
 }
 
 translate::TranslateOptions translate_options(const RenderJob& job, double frame) {
@@ -151,6 +152,7 @@ std::vector<image::LightValues> light_values(const LoadedStage& loaded, const sc
 }
 
 int prepare_one(const RenderJob& job, const LoadedStage& loaded, double frame, bool has_many, const FrameFunction& use, Diagnostics& diagnostics) {
+    MemoryLimit::enforce("while the scene was translated");
     const auto start = std::chrono::steady_clock::now();
     Result<scene::Scene> scene = translate::translate_stage(loaded.stage, translate_options(job, frame), diagnostics);
     if (!scene) return fail(scene.error(), RenderError);
@@ -159,6 +161,7 @@ int prepare_one(const RenderJob& job, const LoadedStage& loaded, double frame, b
     if (job.arguments.strict && diagnostics.error_count() > 0) {
         return fail({"strict", fmt::format("{} errors in the scene and --strict", diagnostics.error_count())}, RenderError);
     }
+    MemoryLimit::enforce("while grids of volumes were read");
     read_volumes(job, *scene, diagnostics);
     integrator::EffectPlan plan = integrator::make_plan(*scene, plan_options(job, *scene));
     if (const std::string names = missing_effects(plan); !names.empty()) return fail({"effect-not-built", "this build lacks what the render calls for: " + names}, RenderError);
@@ -173,12 +176,11 @@ int prepare_one(const RenderJob& job, const LoadedStage& loaded, double frame, b
     if (!std::isnan(frame)) input.frame = frame;
     input.open_s = loaded.seconds;
     input.translate_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    MemoryLimit::enforce("while the scene was made ready to be traced");
     return use(job, input, diagnostics);
 }
 
-}  // namespace
-
-int for_each_frame(const RenderArguments& arguments, const FrameFunction& use) {
+int prepare_all(const RenderArguments& arguments, const FrameFunction& use) {
     Result<RenderJob> job = make_render_job(arguments);
     if (!job) return fail(job.error(), UsageError);
     std::vector<double> frames;
@@ -189,12 +191,17 @@ int for_each_frame(const RenderArguments& arguments, const FrameFunction& use) {
     }
 
     const ThreadLimit threads(arguments.threads);
+    if (MemoryLimit::is_set()) {
+        const MemoryLimit::Lifted for_their_stacks;
+        start_threads();
+    }
     const StopSignals signals;
     Diagnostics diagnostics;
     print_diagnostics(diagnostics, arguments.quiet, arguments.verbosity > 0);
     const auto accelerator = find_accelerator(arguments.accel, diagnostics);
     if (!accelerator) return RenderError;
     job->accelerator = *accelerator;
+    MemoryLimit::enforce("while the scene was read");
     const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.assets);
     if (!loaded) return fail(loaded.error(), RenderError);
     // Without frames: the start of an animated stage, else the default time, which is no number
@@ -208,6 +215,12 @@ int for_each_frame(const RenderArguments& arguments, const FrameFunction& use) {
         if (worst == Done || (code != Done && code != BudgetReached)) worst = code == Done ? worst : code;
     }
     return worst;
+}
+
+}  // namespace
+
+int for_each_frame(const RenderArguments& arguments, const FrameFunction& use) {
+    return run_in_memory(arguments.memory_limit, [&] { return prepare_all(arguments, use); });
 }
 
 }  // namespace velatura::app

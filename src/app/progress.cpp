@@ -35,19 +35,6 @@ std::string format_bytes(size_t bytes) {
     return megabytes < 1000.0 ? fmt::format("{:.0f} MB", megabytes) : fmt::format("{:.1f} GB", megabytes / 1000.0);
 }
 
-size_t resident_bytes() {
-    std::ifstream statm("/proc/self/statm");
-    size_t total = 0, resident = 0;
-    if (!(statm >> total >> resident)) return 0;
-    return resident * size_t(::sysconf(_SC_PAGESIZE));
-}
-
-size_t peak_resident_bytes() {
-    struct rusage usage {};
-    ::getrusage(RUSAGE_SELF, &usage);
-    return size_t(usage.ru_maxrss) * 1024;
-}
-
 namespace {
 
 std::string summary(const ProgressState& s) {

@@ -55,8 +55,4 @@ std::string format_duration(double seconds);
 /// "512 MB", "1.4 GB".
 std::string format_bytes(size_t bytes);
 
-/// Memory this process has resident now / had resident at most, in bytes.
-size_t resident_bytes();
-size_t peak_resident_bytes();
-
 }  // namespace velatura::app

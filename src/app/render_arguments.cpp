@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "app/memory_options.h"
 #include "app/scene_loader.h"
 #include "image/compression.h"
 
@@ -25,6 +26,7 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     command.add_option("scene", a.scene, "USD scene (.usda, .usdc, .usd, .usdz)")->required();
     add_search_path_option(command, a.assets.search_paths);
     add_root_options(command, a.assets);
+    add_memory_option(command, a.memory_limit);
     command.add_option("-o,--output", a.output, "file, .exr; #### stands for the frame (default: the scene's productName, else SCENE.exr)");
 
     auto* what = command.add_option_group("What to render");

@@ -20,6 +20,7 @@ namespace velatura::app {
 struct RenderArguments {
     std::string scene;
     AssetOptions assets;
+    std::string memory_limit;
     std::string output;
     std::string camera;
     std::string settings;

@@ -2,8 +2,10 @@
 #include "app/render_frame.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <filesystem>
+#include <new>
 #include <optional>
 
 #include <fmt/format.h>
@@ -12,6 +14,7 @@
 #include "app/exit_codes.h"
 #include "app/frame_settings.h"
 #include "app/light_images.h"
+#include "app/memory_needs.h"
 #include "app/plan_report.h"
 #include "app/render_layers.h"
 #include "app/replay.h"
@@ -20,6 +23,7 @@
 #include "app/stop_signals.h"
 #include "app/world_options.h"
 #include "base/atomic_file.h"
+#include "base/memory_limit.h"
 #include "base/output_lock.h"
 #include "integrator/schedule.h"
 #include "integrator/world.h"
@@ -94,6 +98,8 @@ std::string reached_text(const std::optional<PictureError>& error) {
     return fmt::format("{:.3g} %, up to {:.3g} %", error->error.value * 100.0, error->error.high * 100.0);
 }
 
+constexpr const char* writing = "while the picture was written";
+
 class FrameRenderer {
   public:
     FrameRenderer(const RenderJob& job, const FrameInput& input, FrameSettings settings, std::optional<EarlierPart> earlier, std::optional<image::TopUpRequest> request, Diagnostics& diagnostics)
@@ -105,6 +111,7 @@ class FrameRenderer {
           window_(data_window(input.scene.settings, job.arguments.crop)),
           layers_(layers_of(job, input.scene)),
           world_(input.scene, world_options(job, input, input.scene, diagnostics), make_light_image_loader(), diagnostics),
+          needs_(allot_memory()),
           caustics_(integrator::make_caustic_sampler(job.caustics, world_)),
           mattes_(layers_.has_mattes() ? std::make_unique<const integrator::MatteIds>(input.scene) : nullptr),
           training_(integrator::train_guide(world_, tracer_options({}), is_refused() ? integrator::Guiding::Off : job.guiding, &StopSignals::stop_flag())),
@@ -112,11 +119,13 @@ class FrameRenderer {
           branches_(job.splits && !is_refused() ? integrator::try_branches(world_, tracer_options({.guide = guide(), .roulette = gains()}), traced_window(), &StopSignals::stop_flag()) : integrator::BranchTrial()),
           settings_(std::move(settings)),
           tracer_(world_, layers_, picture_options()),
-          printer_(job.progress) {
+          printer_(job.progress),
+          memory_(world_.materials.textures(), needs_.writing) {
         settings_.emplace_back("--guiding", training_.is_used ? "on" : "off");
     }
 
     int run() {
+        if (is_too_large()) return refuse_size();
         if (job_.replay) return replay_sample(tracer_, layers_, input_.scene, *job_.replay);
         if (is_refused()) {
             diagnostics_.error("strict", {}, {}, fmt::format("{} errors and --strict: nothing is rendered", diagnostics_.error_count()));
@@ -142,11 +151,14 @@ class FrameRenderer {
         integrator::RenderCallbacks callbacks;
         callbacks.progress = [&](const integrator::RenderState& state) { show(state, false); };
         callbacks.snapshot = [&](const film::Film& f, const integrator::ErrorCurve& curve) {
-            const Result<image::WriteReport> written = write(f, curve);
+            const Result<image::WriteReport> written = write_interim(f, curve);
             if (!written) diagnostics_.warn("snapshot", {}, {}, fmt::format("no {}: {}", keeps_sums(job_) ? "checkpoint" : "interim picture", written.error().message));
         };
         callbacks.snapshot_requested = [] { return StopSignals::take_snapshot_request(); };
         callbacks.stop = &StopSignals::stop_flag();
+        callbacks.give_up = &is_short_of_memory_;
+        // Tile by tile
+        MemoryLimit::watch();
         integrator::RenderResult result = integrator::run_schedule(
             film, schedule(),
             [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer_.trace(x, y, s, out, counts); }, callbacks, top_up ? &*top_up : nullptr);
@@ -163,6 +175,22 @@ class FrameRenderer {
         if (earlier_) return film::Film(std::move(earlier_->sums), std::move(earlier_->bad));
         // A file that can be merged or gone on from needs every node of the sums, also those that the picture alone would fold early
         return film::Film(window_, layers_, {.final_sample_end = keeps_sums(job_) ? 0 : integrator::most_samples(job_.schedule)});
+    }
+
+    /// Of a world that is ready.
+    MemoryNeeds allot_memory() const {
+        MemoryLimit::enforce("while trial paths were traced, which --guiding off and --splitting off do without");
+        const size_t film_bytes = earlier_ ? earlier_->sums.memory_bytes() : 0;
+        MemoryNeeds needs = expected_memory(job_, input_, world_.materials.textures(), film_bytes);
+        allot_textures(world_.materials.textures(), needs);
+        if (MemoryLimit::is_set() && needs.total() > MemoryLimit::allowed() && needs.least() <= MemoryLimit::allowed())
+            diagnostics_.warn("memory-limit", {}, {}, fmt::format("the render may take {}, and --memory-limit is {}: it stops with what it has where it comes near", needs.text(), format_bytes(MemoryLimit::allowed())));
+        return needs;
+    }
+
+    int refuse_size() const {
+        diagnostics_.error("memory-limit", {}, {}, fmt::format("the render would take {}, and --memory-limit is {}: nothing is rendered", needs_.text(), format_bytes(MemoryLimit::allowed())));
+        return MemoryReached;
     }
 
     /// The counts that a request asks for, from what the film has.
@@ -229,8 +257,11 @@ class FrameRenderer {
         return options;
     }
 
-    /// A strict render of a scene with errors, which makes no picture and no training either; a replay goes on.
-    bool is_refused() const { return job_.arguments.strict && diagnostics_.error_count() > 0 && !job_.replay; }
+    /// One that memory does not suffice for, or a strict render of a scene with errors, makes no picture and no training either; a
+    /// replay goes on.
+    bool is_refused() const { return is_too_large() || (job_.arguments.strict && diagnostics_.error_count() > 0 && !job_.replay); }
+
+    bool is_too_large() const { return MemoryLimit::is_set() && needs_.least() > MemoryLimit::allowed(); }
 
     /// What auto decided: -v prints it.
     void note_guiding() {
@@ -253,6 +284,7 @@ class FrameRenderer {
         p.forecast = state.forecast;
         p.rays_per_s = state.elapsed_s > 0 ? double(state.rays.total()) / state.elapsed_s : 0.0;
         p.memory_bytes = resident_bytes();
+        if (!memory_.keeps_limit()) is_short_of_memory_ = true;
         p.is_last = is_last;
         printer_.show(p);
     }
@@ -304,15 +336,41 @@ class FrameRenderer {
         return film.write(input_.output, info);
     }
 
+    /// What was rendered for hours is not lost for some megabytes: the second try takes less, and longer.
+    Result<image::WriteReport> write_in_memory(const film::Film& film, const integrator::ErrorCurve& curve, const std::vector<scene::Effect>& broken = {}) {
+        MemoryLimit::enforce(writing);
+        try {
+            return write(film, curve, broken);
+        } catch (const std::bad_alloc&) {
+            if (!MemoryLimit::is_set()) throw;
+        }
+        memory_.make_room();
+        MemoryLimit::enforce(writing);
+        return write(film, curve, broken);
+    }
+
+    /// One that there is no memory for is left out, and the render goes on.
+    Result<image::WriteReport> write_interim(const film::Film& film, const integrator::ErrorCurve& curve) {
+        const auto written = [&]() -> Result<image::WriteReport> {
+            try {
+                return write_in_memory(film, curve);
+            } catch (const std::bad_alloc&) {
+                return Error{"memory-limit", "there is not enough memory"};
+            }
+        }();
+        MemoryLimit::watch();
+        return written;
+    }
+
     int finish(const film::Film& film, const film::NoiseEstimate& noise, const integrator::RenderResult& result) {
         // A file to go on from may have holes
         const uint64_t fewest = keeps_sums(job_) ? noise.samples_max : noise.samples_min;
         if (result.reason == integrator::StopReason::Interrupted && fewest == 0) {
-            diagnostics_.error("interrupted", {}, {}, fmt::format("stopped before {} pixel had a sample; nothing was written", keeps_sums(job_) ? "any" : "every"));
-            return SignalBase + StopSignals::signal_number();
+            diagnostics_.error(is_short_of_memory_ ? "memory-limit" : "interrupted", {}, {}, fmt::format("{} before {} pixel had a sample; nothing was written", is_short_of_memory_ ? "the memory limit was reached" : "stopped", keeps_sums(job_) ? "any" : "every"));
+            return is_short_of_memory_ ? int(MemoryReached) : SignalBase + StopSignals::signal_number();
         }
         const std::vector<scene::Effect> broken = integrator::broken_promises(input_.plan, result.rays.effects);
-        const Result<image::WriteReport> written = write(film, result.curve, broken);
+        const Result<image::WriteReport> written = write_in_memory(film, result.curve, broken);
         if (!written) {
             diagnostics_.error(written.error().code, {}, {}, written.error().message);
             const bool is_check = written.error().code == "closure-failed" || written.error().code == "verify-failed";
@@ -326,6 +384,10 @@ class FrameRenderer {
         if (!job_.arguments.quiet && wanted_error(job_) > 0 && !result.curve.is_empty()) fmt::print("{}\n", forecast_text(result.curve, noise.samples_mean, wanted_error(job_)));
         if (wanted_error(job_) > 0 && result.curve.is_rare())
             diagnostics_.warn("rare-light", {}, {}, "the error does not fall as samples grow: some light is met so rarely that its noise is not known; the picture is less exact than it says");
+        if (result.reason == integrator::StopReason::Interrupted && is_short_of_memory_) {
+            diagnostics_.warn("memory-limit", {}, {}, fmt::format("the memory limit of {} ended the render after {:g} of {} samples per pixel", format_bytes(MemoryLimit::allowed()), noise.samples_mean, job_.schedule.end_sample));
+            return BudgetReached;
+        }
         if (result.reason == integrator::StopReason::Interrupted) return SignalBase + StopSignals::signal_number();
         for (const scene::Effect e : broken)
             diagnostics_.error("effect-plan", {}, {}, fmt::format("the plan has {} off, and its code ran {} times: the plan is wrong, which the file says in velatura/plan", scene::info(e).name, result.rays.effects.of(e)));
@@ -348,6 +410,14 @@ class FrameRenderer {
         return written.has_value();
     }
 
+    void add_memory_stats(nlohmann::ordered_json& memory) const {
+        if (MemoryLimit::is_set()) memory["limit"] = MemoryLimit::allowed();
+        memory["before_first_sample"] = needs_.now;
+        memory["textures_expected"] = needs_.textures;
+        memory["writing_expected"] = needs_.writing;
+        memory["peak_expected"] = needs_.total();
+    }
+
     bool write_stats(const film::Film& film, const film::NoiseEstimate& noise, const integrator::RenderResult& result, const image::WriteReport& written) {
         if (job_.arguments.stats.empty()) return true;
         nlohmann::ordered_json stats = make_stats(job_, input_, world_, training_, branches_, film, noise, result);
@@ -355,6 +425,7 @@ class FrameRenderer {
             stats["roulette"] = make_roulette_stats(*roulette_);
             stats["phases_s"]["roulette"] = roulette_->seconds;
         }
+        add_memory_stats(stats["memory_bytes"]);
         stats["error"]["storage"] = written.storage_error;
         stats["closure"] = {{"family", written.closure_family}, {"layers", written.layers}, {"bound", 1.0}, {"measured", written.closure_measured}};
         stats["files"] = nlohmann::ordered_json::array();
@@ -374,6 +445,7 @@ class FrameRenderer {
     image::Window window_;
     film::LayerSet layers_;
     integrator::World world_;
+    MemoryNeeds needs_;
     std::unique_ptr<const integrator::CausticSampler> caustics_;  ///< null = by paths
     std::unique_ptr<const integrator::MatteIds> mattes_;          ///< null = no Cryptomattes
     integrator::GuideTraining training_;
@@ -382,6 +454,8 @@ class FrameRenderer {
     FrameSettings settings_;
     integrator::PathTracer tracer_;
     ProgressPrinter printer_;
+    MemoryWatch memory_;
+    std::atomic<bool> is_short_of_memory_ = false;
 };
 
 }  // namespace

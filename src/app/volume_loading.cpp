@@ -2,8 +2,11 @@
 #include "app/volume_loading.h"
 
 #include "base/asset_roots.h"
+#include "base/memory_limit.h"
 #include "media/load_volumes.h"
 #include "plugin/registry.h"
+
+#include <new>
 
 namespace velatura::app {
 
@@ -17,7 +20,8 @@ const plugin::Need need = {media::volume_source_interface,
 /// The grids of files that the scene may name.
 class AdmittedGrids final : public media::VolumeSource {
   public:
-    explicit AdmittedGrids(const media::VolumeSource& source) : source_(source) {}
+    /// `may_be_left_out`: grids that memory does not suffice for; else std::bad_alloc is thrown.
+    AdmittedGrids(const media::VolumeSource& source, bool may_be_left_out) : source_(source), may_be_left_out_(may_be_left_out) {}
 
     Result<scene::VoxelGrid> read(const media::GridRequest& request) const override {
         if (request.file.empty()) return source_.read(request);
@@ -25,11 +29,14 @@ class AdmittedGrids final : public media::VolumeSource {
         if (!file) return Error{"volume-file", file.error().message};
         media::GridRequest admitted = request;
         admitted.file = *std::move(file);
-        return source_.read(admitted);
+        Result<scene::VoxelGrid> grid = source_.read(admitted);
+        if (!grid && grid.error().code == "volume-memory" && !may_be_left_out_) throw std::bad_alloc();
+        return grid;
     }
 
   private:
     const media::VolumeSource& source_;
+    bool may_be_left_out_;
 };
 
 }  // namespace
@@ -41,8 +48,9 @@ void load_volumes(scene::Scene& scene, std::optional<double> most_gb, Diagnostic
         media::drop_volumes(scene, object.error(), diagnostics);
         return;
     }
-    const size_t most = most_gb ? size_t(*most_gb * 1e9) : media::usual_volume_bytes();
-    const AdmittedGrids source(*static_cast<const media::VolumeSource*>(*object));
+    const size_t most = most_gb ? size_t(*most_gb * 1e9) : MemoryLimit::allowed() / 2;
+    // Without a volume it would be another picture: only who says what volumes may take wants that
+    const AdmittedGrids source(*static_cast<const media::VolumeSource*>(*object), most_gb.has_value() || !MemoryLimit::is_set());
     media::load_volumes(scene, source, most, diagnostics);
 }
 

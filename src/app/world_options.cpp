@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "app/subdivider_choice.h"
+#include "base/memory_limit.h"
 
 namespace velatura::app {
 
@@ -31,6 +32,8 @@ integrator::WorldOptions world_options(const RenderJob& job, const FrameInput& i
     options.subdivider = find_subdivider(scene, diagnostics);
     options.dicing = job.dicing;
     options.texture_bias = float(job.arguments.texture_bias);
+    // Until it is known what the others need
+    if (MemoryLimit::is_set()) options.texture_bytes = std::min(options.texture_bytes, MemoryLimit::left() / 4);
     options.media.majorants = job.arguments.volume_bounds == "one" ? media::Majorants::One : media::Majorants::Bricks;
     options.samples_light_area = job.samples_light_area;
     options.compensate_mis = job.tracer.estimator.light_sampling == integrator::LightSampling::Mis;

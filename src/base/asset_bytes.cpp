@@ -45,6 +45,8 @@ class MappedBytes final : public AssetBytes {
 
     std::string_view bytes() const override { return {static_cast<const char*>(start_), size_}; }
 
+    void forget() const override { ::madvise(start_, size_, MADV_DONTNEED); }
+
   private:
     void* start_;
     size_t size_;
@@ -56,6 +58,8 @@ class PartOfBytes final : public AssetBytes {
         : owner_(std::move(owner)), part_(part) {}
 
     std::string_view bytes() const override { return part_; }
+
+    void forget() const override { owner_->forget(); }
 
   private:
     AssetBytesPtr owner_;

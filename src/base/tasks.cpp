@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/tasks.h"
 
+#include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <thread>
 
 #include <oneapi/tbb/global_control.h>
@@ -45,6 +48,17 @@ ThreadLimit::~ThreadLimit() {
 
 int thread_count() {
     return current_arena() ? current_arena()->max_concurrency() : tbb::this_task_arena::max_concurrency();
+}
+
+void start_threads() {
+    // Each body waits for the others, and so takes a thread of its own; not for long where threads are busy elsewhere
+    const auto count = size_t(thread_count());
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
+    std::atomic<size_t> started = 0;
+    parallel_for(count, [&](size_t) {
+        ++started;
+        while (started < count && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+    });
 }
 
 void parallel_for(size_t count, const std::function<void(size_t)>& body, size_t grain) {

@@ -21,6 +21,9 @@ class ThreadLimit {
 /// Threads that parallel_for may use now.
 int thread_count();
 
+/// Starts those threads, which would start one by one when they are first of use.
+void start_threads();
+
 /// Calls body(i) once for every i in [0, count), in any order, on the threads allowed; returns when all are done.
 /// A std:: exception thrown by body is rethrown here. `grain` indices at least go to one thread at a time.
 void parallel_for(size_t count, const std::function<void(size_t)>& body, size_t grain = 1);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/exr.h"
 
+#include "base/memory_limit.h"
 #include "base/tasks.h"
 #include "image/exr_header.h"
 #include "image/exr_size.h"
@@ -20,6 +21,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <mutex>
+#include <new>
+#include <string_view>
 
 namespace velatura::image {
 
@@ -27,9 +30,18 @@ namespace {
 
 constexpr size_t max_pixels = size_t(1) << 30;
 
+std::once_flag threads_started;
+
 void start_exr_threads() {
-    static std::once_flag once;
-    std::call_once(once, [] { Imf::setGlobalThreadCount(std::max(1, thread_count())); });
+    std::call_once(threads_started, [] {
+        const MemoryLimit::Lifted for_their_stacks;
+        Imf::setGlobalThreadCount(std::max(1, thread_count()));
+    });
+}
+
+/// Of some allocations that fail OpenEXR tells in words.
+void throw_if_memory(const std::exception& e) {
+    if (std::string_view(e.what()).find("Failed to allocate") != std::string_view::npos) throw std::bad_alloc();
 }
 
 Imf::PixelType pixel_type(ChannelType type) {
@@ -123,9 +135,17 @@ Result<void> write_exr(const std::string& path, const Image& image, Compression 
             part.writePixels(image.data.height());
         }
         return {};
+    } catch (const std::bad_alloc&) {
+        throw;
     } catch (const std::exception& e) {
+        throw_if_memory(e);
         return Error{"io-write", fmt::format("cannot write {}: {}", path, e.what())};
     }
+}
+
+void use_one_exr_thread() {
+    start_exr_threads();
+    Imf::setGlobalThreadCount(0);
 }
 
 struct ExrReader::Impl {
@@ -183,7 +203,10 @@ Result<ExrReader> ExrReader::open(const std::string& path, Chunks chunks) {
             }
             impl->header.parts.push_back(std::move(part));
         }
+    } catch (const std::bad_alloc&) {
+        throw;
     } catch (const std::exception& e) {
+        throw_if_memory(e);
         return error(e.what());
     }
     return ExrReader(std::move(impl));
@@ -223,7 +246,10 @@ Result<void> ExrReader::read_rows(int index,
         input.setFrameBuffer(buffer);
         input.readPixels(y0, y1 - 1);
         return {};
+    } catch (const std::bad_alloc&) {
+        throw;
     } catch (const std::exception& e) {
+        throw_if_memory(e);
         return Error{"io-read", fmt::format("cannot read {}: {}", impl_->path, e.what())};
     }
 }
@@ -237,7 +263,10 @@ Result<Part> ExrReader::read_part(int index) const {
         input.setFrameBuffer(frame_buffer(part, w));
         input.readPixels(w.y0, w.y1 - 1);
         return part;
+    } catch (const std::bad_alloc&) {
+        throw;
     } catch (const std::exception& e) {
+        throw_if_memory(e);
         return Error{"io-read", fmt::format("cannot read {}: {}", impl_->path, e.what())};
     }
 }

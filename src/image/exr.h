@@ -17,6 +17,10 @@ Result<void> write_exr(const std::string& path,
                        const Image& image,
                        Compression compression = Compression::Zip);
 
+/// From here on files are written and read chunk by chunk by the calling thread, which takes less memory: each of OpenEXR's own
+/// threads has chunks of its own.
+void use_one_exr_thread();
+
 /// Where rows of a channel go: [rows][width] of the data window, in the type that the file has.
 struct RowTarget {
     std::string channel;  ///< full name, of the part

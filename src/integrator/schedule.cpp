@@ -116,7 +116,11 @@ class Runner {
         else pilot_.emplace(film.window());
     }
 
-    bool is_stopped() const { return callbacks_.stop && callbacks_.stop->load(std::memory_order_relaxed); }
+    bool is_stopped() const {
+        const auto is_set = [](const std::atomic<bool>* flag) { return flag && flag->load(std::memory_order_relaxed); };
+        return is_set(callbacks_.stop) || is_set(callbacks_.give_up);
+    }
+
     Progress& progress() { return progress_; }
 
     /// What the picture says of its error when it has the samples at the indices below `end`; nothing unless that is a power of two.

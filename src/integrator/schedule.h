@@ -39,8 +39,9 @@ struct RenderCallbacks {
     std::function<void(const film::Film&, const ErrorCurve&)> snapshot;
     /// Asked between passes: true = an interim picture is wanted now, whatever the interval.
     std::function<bool()> snapshot_requested;
-    /// Set to stop: no further sample is started.
+    /// Set to stop, each: no further sample is started.
     const std::atomic<bool>* stop = nullptr;
+    const std::atomic<bool>* give_up = nullptr;
 };
 
 enum class StopReason : uint8_t { Complete, TimeBudget, TargetError, Interrupted };

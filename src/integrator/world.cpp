@@ -165,7 +165,7 @@ bool has_multiplier(const Light& l) {
 
 World::World(const scene::Scene& s, const WorldOptions& options, const lights::ImageLoader& load_image, Diagnostics& diagnostics)
     : scene(s),
-      materials(s, diagnostics, options.forced, options.texture_bias),
+      materials(s, diagnostics, options.forced, options.texture_bias, options.texture_bytes),
       geometry(timed(times.tessellate_s, [&] { return make_geometry(s, materials, options, refinement, diagnostics); })),
       accelerator(timed(times.accelerator_s, [&] { return make_accelerator(s, geometry, options, diagnostics); })),
       volumes(make_volumes(s, options)),

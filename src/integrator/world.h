@@ -36,6 +36,7 @@ struct WorldOptions {
     geometry::DicingOptions dicing = {};
     media::MediumOptions media = {};
     float texture_bias = 0;  ///< mip levels, see MaterialEvaluator
+    size_t texture_bytes = shading::TextureCache::usual_bytes;  ///< of their cache
     bool samples_light_area = false;  ///< points of lights by area, whoever looks; only where light sampling is alone
     bool compensate_mis = true;  ///< only where light sampling is always combined with BSDF sampling; see LightSetOptions
 };

@@ -2,7 +2,6 @@
 #include "media/load_volumes.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -109,12 +108,6 @@ void add_surface(Scene& scene, const Volume& volume, Diagnostics& diagnostics) {
 }
 
 }  // namespace
-
-size_t usual_volume_bytes() {
-    const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
-    constexpr size_t unknown = size_t(4) << 30;
-    return pages > 0 && page > 0 ? size_t(pages) / 2 * size_t(page) : unknown;
-}
 
 bool needs_grids(const Scene& scene) {
     return std::any_of(scene.volumes.begin(), scene.volumes.end(), [&](const Volume& v) {

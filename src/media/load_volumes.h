@@ -9,9 +9,6 @@
 
 namespace velatura::media {
 
-/// Memory that grids may take if nobody says: half of what the machine has.
-size_t usual_volume_bytes();
-
 /// Whether some grid has to be read: of a volume that its optics do not prove to be nothing.
 bool needs_grids(const scene::Scene& scene);
 

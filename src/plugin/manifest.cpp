@@ -123,11 +123,12 @@ class ManifestParser {
         if (key.text == "summary")
             return set_once(manifest_.summary, key, value, is_printable, "one line of text");
         if (key.text == "abi") return set_abi(key, value);
+        if (key.text == "memory") return set_memory(key, value);
         if (key.text == "provides") return add_interface(value);
         if (key.text == "trigger") return add_trigger(value);
         fail(key.column,
              fmt::format(
-                 "expected one of name, abi, library, provides, trigger, summary, found \"{}\"",
+                 "expected one of name, abi, library, provides, trigger, memory, summary, found \"{}\"",
                  key.text));
     }
 
@@ -155,6 +156,18 @@ class ManifestParser {
         manifest_.abi = 0;
         fail(value.column,
              fmt::format("expected a number from 1 to {}, found \"{}\"", UINT32_MAX, value.text));
+    }
+
+    void set_memory(const Piece& key, const Piece& value) {
+        if (manifest_.memory_bytes != 0) return fail(key.column, "expected one memory, found another");
+        constexpr size_t megabyte = 1000000, most = 100000;
+        size_t megabytes = 0;
+        const char* end = value.text.data() + value.text.size();
+        const auto parsed = std::from_chars(value.text.data(), end, megabytes);
+        if (parsed.ec != std::errc() || parsed.ptr != end || megabytes == 0 || megabytes > most)
+            return fail(value.column, fmt::format("expected megabytes from 1 to {}, found \"{}\"",
+                                                  most, value.text));
+        manifest_.memory_bytes = megabytes * megabyte;
     }
 
     void add_interface(const Piece& value) {

@@ -2,6 +2,7 @@
 #include "plugin/registry.h"
 
 #include "base/atomic_file.h"
+#include "base/memory_limit.h"
 #include "plugin/plugin_api.h"
 
 #include <dlfcn.h>
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <new>
 #include <system_error>
 
 namespace velatura::plugin {
@@ -35,6 +37,14 @@ std::vector<fs::path> manifests_below(const fs::path& folder) {
     return files;
 }
 
+// Its pages come from files, which no limit on memory refuses, and its own threads must have theirs.
+void* open_library(const std::string& path, size_t bytes) {
+    if (void* const opened = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NOLOAD)) return opened;
+    if (MemoryLimit::is_set() && bytes > MemoryLimit::left()) throw std::bad_alloc();
+    const MemoryLimit::Lifted lifted;
+    return ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+}
+
 // Loads the shared object and returns what its entry point says; nullptr once reported.
 const PluginInfo* load(const Manifest& manifest, Diagnostics& diagnostics) {
     const std::string file = (fs::path(manifest.folder) / manifest.library).string();
@@ -47,7 +57,7 @@ const PluginInfo* load(const Manifest& manifest, Diagnostics& diagnostics) {
         return fail(fmt::format("plugin {}: there is no shared object {}", manifest.name, file));
     // A name with a folder, so that the linker's own search path has no say
     const std::string path = fs::absolute(file).string();
-    void* handle = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+    void* const handle = open_library(path, manifest.memory_bytes);
     if (!handle) {
         const char* why = ::dlerror();
         return fail(fmt::format("plugin {}: cannot be loaded: {}", manifest.name, why ? why : "?"));

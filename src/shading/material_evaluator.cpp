@@ -125,9 +125,11 @@ double texture_density(const scene::Scene& scene, const SurfacePoint& point, sce
 MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene,
                                      Diagnostics& diagnostics,
                                      scene::EffectSet forced,
-                                     float texture_bias)
+                                     float texture_bias,
+                                     size_t texture_bytes)
     : scene_(scene),
       texture_width_(std::exp2(texture_bias)),
+      textures_(texture_bytes),
       display_color_(scene::find_primvar(scene, scene::display_color_primvar)),
       display_opacity_(scene::find_primvar(scene, scene::display_opacity_primvar)) {
     texture_handles_.reserve(scene.textures.size());

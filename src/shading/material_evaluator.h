@@ -39,10 +39,12 @@ class MaterialEvaluator final : public geometry::Displacer {
     /// Opens the textures: a missing or broken file costs one error naming file and prim, and gives
     /// the fallback value. The scene must outlive this. Of `forced` effects the tests and lookups
     /// are made though they find nothing. Textures are filtered over 2^texture_bias times the footprint.
+    /// texture_bytes: of their cache.
     MaterialEvaluator(const scene::Scene& scene,
                       Diagnostics& diagnostics,
                       scene::EffectSet forced = {},
-                      float texture_bias = 0.0f);
+                      float texture_bias = 0.0f,
+                      size_t texture_bytes = TextureCache::usual_bytes);
     ~MaterialEvaluator() override;
     MaterialEvaluator(const MaterialEvaluator&) = delete;
     MaterialEvaluator& operator=(const MaterialEvaluator&) = delete;

@@ -3,6 +3,7 @@
 
 #include "base/asset_bytes.h"
 #include "base/asset_roots.h"
+#include "base/memory_limit.h"
 
 #include <algorithm>
 #include <atomic>
@@ -44,7 +45,7 @@ struct TextureCache::State {
 
     explicit State(size_t memory) : memory_bytes(memory) {}
 
-    size_t memory_bytes;
+    std::atomic<size_t> memory_bytes;
     // Outlives the files of the entries
     std::unique_ptr<TextureSource> source;
     std::deque<Entry> entries;
@@ -112,6 +113,7 @@ TextureCache::Handle TextureCache::open(const scene::Texture& texture,
                                         SourceLoc loc,
                                         const std::string& prim_path,
                                         Diagnostics& diagnostics) {
+    const MemoryLimit::Granted granted;
     State::Entry& entry = state_->entries.emplace_back();
     entry.scale = texture.scale;
     entry.bias = texture.bias;
@@ -136,6 +138,23 @@ bool TextureCache::is_valid(Handle handle) const {
     return !state_->entries[handle].tiles.empty();
 }
 
+size_t TextureCache::whole_bytes() const {
+    return state_->source ? state_->source->whole_bytes() : 0;
+}
+
+size_t TextureCache::memory_bytes() const {
+    return state_->memory_bytes;
+}
+
+void TextureCache::set_memory(size_t bytes) const {
+    state_->memory_bytes = bytes;
+    if (state_->source) state_->source->set_memory(bytes);
+}
+
+void TextureCache::drop_tiles() const {
+    if (state_->source) state_->source->drop_tiles();
+}
+
 TexelRgba TextureCache::lookup(Handle handle, const Vec2& st, const Vec2& width) const {
     State::Entry& entry = state_->entries[handle];
     if (entry.tiles.empty() || !std::isfinite(st.x) || !std::isfinite(st.y)) return entry.fallback;
@@ -154,6 +173,7 @@ TexelRgba TextureCache::lookup(Handle handle, const Vec2& st, const Vec2& width)
     const float width_s = width.x > 0.0f ? std::min(width.x, 1.0f) : 0.0f;
     const float width_t = width.y > 0.0f ? std::min(width.y, 1.0f) : 0.0f;
     TexelRgba texel;
+    const MemoryLimit::Granted granted;
     if (!tile->lookup(Vec2(s, t), Vec2(width_s, width_t), texel)) {
         entry.fail(state_->source->lookup_error());
         return entry.fallback;

@@ -20,8 +20,9 @@ class TextureCache {
     using Handle = uint32_t;
     /// Files larger than this many pixels along a side are refused.
     static constexpr int max_side = 1 << 20;
+    static constexpr size_t usual_bytes = size_t(1) << 30;
 
-    explicit TextureCache(size_t memory_bytes = size_t(1) << 30);
+    explicit TextureCache(size_t memory_bytes = usual_bytes);
     ~TextureCache();
     TextureCache(const TextureCache&) = delete;
     TextureCache& operator=(const TextureCache&) = delete;
@@ -39,6 +40,15 @@ class TextureCache {
     TexelRgba lookup(Handle handle, const Vec2& st, const Vec2& width) const;
 
     bool is_valid(Handle handle) const;
+
+    /// What all of the textures would come to, bytes; see TextureSource::whole_bytes.
+    size_t whole_bytes() const;
+    /// What the cache may come to, bytes.
+    size_t memory_bytes() const;
+    /// Another size for the cache, also while textures are looked up.
+    void set_memory(size_t bytes) const;
+    /// Gives up what it holds. Needs all lookups at rest.
+    void drop_tiles() const;
 
   private:
     struct State;

@@ -16,7 +16,7 @@ namespace velatura::shading {
 /// Under this name and version a plugin hands out a `const TextureSourceFactory*`. The version
 /// changes whenever this header or a type that it mentions does.
 inline constexpr const char* texture_interface = "textures";
-inline constexpr uint32_t texture_interface_version = 1;
+inline constexpr uint32_t texture_interface_version = 2;
 
 /// RGBA of a texture lookup, scene-linear.
 using TexelRgba = std::array<float, 4>;
@@ -50,6 +50,16 @@ class TextureSource {
 
     /// Why the last lookup of this thread failed, on one line.
     virtual std::string lookup_error() const = 0;
+
+    /// What the files opened so far come to when they are read whole, smaller levels included, each once per decoding;
+    /// bytes. The cache holds less where its memory is less.
+    virtual size_t whole_bytes() const = 0;
+
+    /// Another size for the cache, at any time; what it has too much is given up by and by. Thread-safe.
+    virtual void set_memory(size_t bytes) = 0;
+
+    /// Gives up all tiles, which are read again when they are looked up. Needs all lookups at rest.
+    virtual void drop_tiles() = 0;
 };
 
 class TextureSourceFactory {

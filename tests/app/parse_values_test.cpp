@@ -33,6 +33,16 @@ TEST(ParseFraction, PercentOrNumber) {
     for (const char* text : {"x%", "20", "1", "0", "-1%", "100%"}) EXPECT_FALSE(parse_fraction(text)) << text;
 }
 
+TEST(ParseSize, PowersOfTenAndTwoAndParts) {
+    EXPECT_EQ(*parse_size("800M", 0), 800'000'000u);
+    EXPECT_EQ(*parse_size("1.5GB", 0), 1'500'000'000u);
+    EXPECT_EQ(*parse_size("2GiB", 0), size_t(2) << 30);
+    EXPECT_EQ(*parse_size("3e2KiB", 0), 300u << 10);
+    EXPECT_EQ(*parse_size("1T", 0), 1'000'000'000'000u);
+    EXPECT_EQ(*parse_size("50%", 3000), 1500u);
+    for (const char* text : {"", "8", "G", "-1G", "0M", "1 G", "1Q", "1Gi", "1GBB", "nanG", "1e30T", "0%", "1%", "%"}) EXPECT_FALSE(parse_size(text, 1)) << text;
+}
+
 TEST(ParseSampleRange, HalfOpen) {
     EXPECT_EQ(*parse_sample_range("0:32"), (std::pair<uint64_t, uint64_t>(0, 32)));
     for (const char* text : {"5:5", "6:5", "5", ":5", "5:", "-1:5", "0:99999999999"}) EXPECT_FALSE(parse_sample_range(text)) << text;

@@ -8,6 +8,7 @@
   places    a full disk, a read-only folder, a limit on the size of files
   damage    files cut short and with flipped bits: refused with exit code 5, or the picture is right nevertheless
   lock      a second render to the same file is refused; temporary files of killed ones are swept
+  memory    --memory-limit below and about what 20 renders take: none has 2 % more resident, and each ends as documented
 
 N is that of kill (200); the others have N/2 of each signal and N damaged files. Instants follow a fixed seed. Small
 renders in a folder in memory, since what counts is the order of calls and not the speed of a disk.
@@ -26,7 +27,11 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENES = ["cornell/cornell", "transport/glass", "transport/lens"]
-PARTS = ["kill", "signals", "calls", "places", "damage", "lock"]
+MEMORY_SCENES = ["cornell/cornell", "atelier/atelier", "bonfire/bonfire", "sky/sky", "tuft/tuft",
+                 *(f"transport/{name}" for name in ("baffle", "caustic", "glass", "gloss", "glowing_mesh", "lamp_sizes", "lens", "linked", "many_lights",
+                                                    "sheets", "sun", "wide_sun", "window"))]
+MEMORY_LIMITS = [0.35, 0.6, 0.8, 0.9, 1.0, 1.1, 1.3]  # of what a render without a limit takes
+PARTS = ["kill", "signals", "calls", "places", "damage", "lock", "memory"]
 ERRORS = ["ENOSPC", "EIO", "EROFS", "EACCES", "EINTR", "short"]
 DOCUMENTED = {0, 1, 3, 4, 5}
 
@@ -248,6 +253,41 @@ def try_lock(shop, rng, trial):
     shop.expect_right_end(what)
 
 
+def peak_of(command):
+    """Exit code, messages, and what the process had resident at most, in bytes."""
+    with tempfile.TemporaryFile("w+") as output:
+        process = subprocess.Popen([str(c) for c in command], stdin=subprocess.DEVNULL, stdout=output, stderr=output)
+        _, status, usage = os.wait4(process.pid, 0)
+        output.seek(0)
+        return os.waitstatus_to_exitcode(status), output.read(), usage.ru_maxrss * 1024
+
+
+def try_memory(arguments, folder, scene, more):
+    """Returns the largest part of its limit that a render took, and how many were rendered, stopped early and refused."""
+    output = folder / "out.exr"
+    command = [arguments.bin / "velatura", "render", ROOT / "scenes" / f"{scene}.usda", "-o", output, "--res", *arguments.memory_size, "--spp", "2",
+               "--progress", "none", "-q", *more]
+    what = " ".join([scene, *more])
+    code, text, free = peak_of(command)
+    expect(code == 0, f"{what}: a render without a limit ends with {code}: {text}")
+    ends, worst = {0: 0, 3: 0, 6: 0}, 0.0
+    for fraction in MEMORY_LIMITS:
+        for path in folder.iterdir():
+            path.unlink()
+        limit = fraction * free
+        code, text, peak = peak_of([*command, "--memory-limit", f"{limit / 1e6:.3f}M"])
+        case = f"{what} with {fraction} of {free / 1e6:.0f} MB"
+        expect(code in ends, f"{case}: exit code {code}: {text}")
+        expect(peak <= 1.02 * limit, f"{case}: {peak / 1e6:.1f} MB resident: {text}")
+        expect(code == 0 or "memory-limit" in text, f"{case}: says nothing: {text}")
+        expect(output.exists() == (code != 6), f"{case}: exit code {code}, file {output.exists()}: {text}")
+        expect("texture-unreadable" not in text and "light-texture" not in text, f"{case}: another picture: {text}")
+        expect(not [p for p in folder.iterdir() if ".tmp." in p.name], f"{case}: left behind {sorted(folder.iterdir())}")
+        ends[code] += 1
+        worst = max(worst, peak / limit)
+    return worst, ends
+
+
 class Tally:
     def __init__(self):
         self.broken = []
@@ -316,6 +356,23 @@ def run_parts(arguments, shops, tally):
         part("damage", f"{n} files, {refused} refused")
 
 
+def run_memory(arguments, folder, tally):
+    cases = [(scene, []) for scene in MEMORY_SCENES] + [("cornell/cornell", ["--keep-sums"]), ("transport/lens", ["--float-layers", "--mode", "tile"])]
+    worst, ends, left_out = 0.0, {0: 0, 3: 0, 6: 0}, []
+    for scene, more in cases:
+        script = (ROOT / "scenes" / scene).parent / "generate.py"
+        if script.exists() and not (script.parent / "generated" / "complete").exists():
+            left_out.append(scene)
+            continue
+        found = tally.trial(try_memory, arguments, folder, scene, more)
+        if found is None:
+            continue
+        worst = max(worst, found[0])
+        ends = {code: count + found[1][code] for code, count in ends.items()}
+    print(f"memory   {len(cases) - len(left_out)} renders with {len(MEMORY_LIMITS)} limits each: {ends[0]} whole, {ends[3]} stopped with what they had, {ends[6]} refused; "
+          f"at most {100 * worst:.1f} % of the limit resident" + (f"; SKIPPED (scenes/make.py was not run): {', '.join(left_out)}" if left_out else ""), flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser(prog="./dev faults", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release/bin", help=argparse.SUPPRESS)
@@ -325,6 +382,7 @@ def main():
     parser.add_argument("--errors", nargs="+", choices=ERRORS, default=ERRORS, metavar="ERROR", help="how calls fail")
     parser.add_argument("--step", type=int, default=1, help="every n-th of the calls alone")
     parser.add_argument("--spp", type=int, default=64)
+    parser.add_argument("--memory-size", nargs=2, default=["320", "240"], metavar=("W", "H"), help="pixels of the renders of memory")
     arguments = parser.parse_args()
     began, tally = time.monotonic(), Tally()
     memory = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
@@ -335,6 +393,10 @@ def main():
             own.mkdir()
             shops.append(Workshop(arguments, own, scene))
         run_parts(arguments, shops, tally)
+        if "memory" in arguments.only:
+            own = pathlib.Path(folder).resolve() / "memory"
+            own.mkdir()
+            run_memory(arguments, own, tally)
     print(f"{time.monotonic() - began:.0f} s; " + (f"{len(tally.broken)} not as they should be" if tally.broken else "all as they should be"))
     sys.exit(1 if tally.broken else 0)
 

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+
+namespace velatura {
+
+/// Memory that this process has resident, in bytes: what counts against it, files that are mapped included.
+size_t resident_bytes();
+
+/// The most that it ever had resident since its program was started.
+size_t peak_resident_bytes();
+
+/// Physical memory of the machine, bytes.
+size_t machine_bytes();
+
+/// Keeps the resident memory of this process below a limit while the object lives; one at a time. In two ways by turns:
+/// enforced, the kernel refuses what would go beyond it, so that allocations throw std::bad_alloc before the memory is
+/// there (setrlimit(2), RLIMIT_DATA); watched, somebody asks for left() while memory is taken so little by little that what
+/// is there can be put away in time. Starts enforced. enforce() and watch() belong to one thread, the others to all.
+class MemoryLimit {
+  public:
+    /// Throws std::bad_alloc when the process is above the limit already.
+    explicit MemoryLimit(size_t bytes);
+    ~MemoryLimit();
+    MemoryLimit(const MemoryLimit&) = delete;
+    MemoryLimit& operator=(const MemoryLimit&) = delete;
+
+    /// Gives what was freed back to the kernel, which grants no more than what is left from here on. To be called again
+    /// after files were mapped or libraries opened, whose pages the kernel does not count. Without a limit nothing happens.
+    /// `doing`: for messages, "while …"; a literal.
+    static void enforce(const char* doing);
+    static void watch();
+
+    /// Gives memory that was freed back to the kernel.
+    static void give_back();
+
+    /// While one lives the kernel grants what is asked for, also where it is enforced before and after: for what would not
+    /// survive a refusal, such as the threads that libraries start as they are opened.
+    class Lifted {
+      public:
+        Lifted();
+        /// Enforced again, as far as it was: allocations fail at once where too much was taken.
+        ~Lifted();
+        Lifted(const Lifted&) = delete;
+        Lifted& operator=(const Lifted&) = delete;
+
+      private:
+        bool was_enforced_;
+    };
+
+    /// While one lives, this thread is granted what it asks for with operator new, a little above the limit if need be: for
+    /// libraries that others would wait for in vain when they failed. Costs next to nothing.
+    class Granted {
+      public:
+        Granted() { ++depth; }
+        ~Granted() { --depth; }
+        Granted(const Granted&) = delete;
+        Granted& operator=(const Granted&) = delete;
+
+      private:
+        friend class MemoryLimit;
+        inline static thread_local int depth = 0;
+    };
+
+    static bool is_set();
+    /// What enforce() was told last.
+    static const char* doing();
+
+    /// What the process may have resident: the limit, else the machine's memory, in bytes.
+    static size_t allowed();
+    /// allowed() less what is resident, 0 at least.
+    static size_t left();
+
+  private:
+    static void grant_or_throw();
+};
+
+}  // namespace velatura

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/memory_limit.h"
+
+#include "base/isolated.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <memory>
+#include <new>
+#include <string>
+#include <vector>
+
+namespace velatura {
+
+namespace {
+
+constexpr size_t megabyte = size_t(1) << 20;
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool has_own_allocator = true;
+#else
+constexpr bool has_own_allocator = false;
+#endif
+
+/// Memory that is there, not only promised; for the compiler, too.
+[[gnu::noinline]] std::unique_ptr<char[]> take(size_t bytes) {
+    std::unique_ptr<char[]> memory(new char[bytes]);
+    std::memset(memory.get(), 1, bytes);
+    return memory;
+}
+
+/// What `work` says in a process of its own, whose memory nobody else takes.
+std::string alone(const std::function<std::string()>& work) {
+    const Result<std::string> said = run_isolated({.address_bytes = size_t(64) << 30}, work);
+    return said ? *said : said.error().message;
+}
+
+class MemoryLimitTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        if (has_own_allocator) GTEST_SKIP() << "sanitizers take memory by ways of their own";
+    }
+};
+
+}  // namespace
+
+TEST_F(MemoryLimitTest, RefusesWhatWouldGoBeyondIt) {
+    EXPECT_EQ(alone([] {
+                  const size_t bytes = resident_bytes() + 100 * megabyte;
+                  const MemoryLimit limit(bytes);
+                  std::vector<std::unique_ptr<char[]>> taken;
+                  try {
+                      for (;;) taken.push_back(take(megabyte));
+                  } catch (const std::bad_alloc&) {
+                  }
+                  // What is given back can be had again
+                  const size_t count = taken.size();
+                  taken.clear();
+                  MemoryLimit::enforce("again");
+                  for (size_t i = 0; i + 10 < count; ++i) taken.push_back(take(megabyte));
+                  const bool is_kept = peak_resident_bytes() <= bytes;
+                  return fmt::format("{} {} {}", is_kept, count > 85 && count <= 100, MemoryLimit::doing());
+              }),
+              "true true again");
+}
+
+TEST_F(MemoryLimitTest, NoneIsSetWithoutOne) {
+    EXPECT_FALSE(MemoryLimit::is_set());
+    EXPECT_EQ(MemoryLimit::allowed(), machine_bytes());
+    MemoryLimit::enforce("nothing");
+    EXPECT_TRUE(take(8 * megabyte));
+}
+
+TEST_F(MemoryLimitTest, EndsWithTheObject) {
+    EXPECT_EQ(alone([] {
+                  { const MemoryLimit limit(resident_bytes() + 20 * megabyte); }
+                  return fmt::format("{} {}", take(100 * megabyte) != nullptr, MemoryLimit::is_set());
+              }),
+              "true false");
+}
+
+TEST_F(MemoryLimitTest, WatchedItGrantsAndCounts) {
+    EXPECT_EQ(alone([] {
+                  const MemoryLimit limit(resident_bytes() + 50 * megabyte);
+                  MemoryLimit::watch();
+                  const bool has_left = MemoryLimit::left() > 40 * megabyte;
+                  const auto much = take(60 * megabyte);
+                  return fmt::format("{} {}", has_left, MemoryLimit::left());
+              }),
+              "true 0");
+}
+
+TEST_F(MemoryLimitTest, GrantsWhereALibraryWouldFail) {
+    EXPECT_EQ(alone([] {
+                  const MemoryLimit limit(resident_bytes() + 20 * megabyte);
+                  const MemoryLimit::Granted granted;
+                  return fmt::format("{}", take(30 * megabyte) != nullptr);
+              }),
+              "true");
+}
+
+TEST_F(MemoryLimitTest, LiftedForAWhile) {
+    EXPECT_EQ(alone([] {
+                  const MemoryLimit limit(resident_bytes() + 20 * megabyte);
+                  {
+                      const MemoryLimit::Lifted lifted;
+                      take(40 * megabyte);
+                  }
+                  try {
+                      take(40 * megabyte);
+                  } catch (const std::bad_alloc&) {
+                      return std::string("refused");
+                  }
+                  return std::string("granted");
+              }),
+              "refused");
+}
+
+TEST_F(MemoryLimitTest, OneBelowWhatIsThereIsRefused) {
+    EXPECT_EQ(alone([] {
+                  try {
+                      const MemoryLimit limit(megabyte);
+                  } catch (const std::bad_alloc&) {
+                      return fmt::format("refused {}", take(30 * megabyte) != nullptr);
+                  }
+                  return std::string("granted");
+              }),
+              "refused true");
+}
+
+TEST_F(MemoryLimitTest, ThePeakIsThatOfThisProgram) {
+    const size_t before = peak_resident_bytes();
+    {
+        const auto much = take(64 * megabyte);
+        EXPECT_GE(resident_bytes(), 64 * megabyte);
+    }
+    EXPECT_GE(peak_resident_bytes(), std::max(before, 64 * megabyte));
+}
+
+}  // namespace velatura
