@@ -32,10 +32,12 @@ struct TextureCache::State {
         std::string file, prim_path;
         SourceLoc loc;
         Diagnostics* diagnostics = nullptr;
+        std::atomic<size_t>* failures = nullptr;
         std::atomic<bool> has_failed{false};
 
         void fail(const std::string& why) {
             if (has_failed.exchange(true)) return;
+            ++*failures;
             diagnostics->error(
                 "texture-unreadable", loc, prim_path,
                 "cannot read texture '" + file + "': " + why + "; its fallback value is used");
@@ -48,6 +50,7 @@ struct TextureCache::State {
     // Outlives the files of the entries
     std::unique_ptr<TextureSource> source;
     std::deque<Entry> entries;
+    std::atomic<size_t> failures{0};
 
     /// The source is made for the first file: whoever has none opens no plugin.
     OpenedFile open(const std::string& path,
@@ -120,6 +123,7 @@ TextureCache::Handle TextureCache::open(const scene::Texture& texture,
     entry.prim_path = prim_path;
     entry.loc = loc;
     entry.diagnostics = &diagnostics;
+    entry.failures = &state_->failures;
     const size_t token = texture.file.find(udim_token);
     if (texture.file.empty()) {
         // Without a name the fallback is what the scene asks for, and `translate` has said so
@@ -134,6 +138,10 @@ TextureCache::Handle TextureCache::open(const scene::Texture& texture,
 
 bool TextureCache::is_valid(Handle handle) const {
     return !state_->entries[handle].tiles.empty();
+}
+
+size_t TextureCache::failed_count() const {
+    return state_->failures;
 }
 
 TexelRgba TextureCache::lookup(Handle handle, const Vec2& st, const Vec2& width) const {

@@ -40,6 +40,9 @@ class TextureCache {
 
     bool is_valid(Handle handle) const;
 
+    /// Textures of which a file could not be opened or read so far: their fallback was used.
+    size_t failed_count() const;
+
   private:
     struct State;
     std::unique_ptr<State> state_;
