@@ -150,6 +150,24 @@ TEST_F(PicturePlugin, IsNamedWhereItIsMissing) {
     EXPECT_FALSE(w.exists("plain.png"));
 }
 
+/// Decoders never run in the renderer itself.
+TEST_F(PicturePlugin, SaysThatItsProgramIsMissing) {
+    fs::create_directories(w.path("cut"));
+    fs::copy(fs::path(VELATURA_BUILT_PLUGINS) / "openimageio", w.path("cut/openimageio"));
+    fs::remove(w.path("cut/openimageio/velatura-pictures"));
+    ::setenv("VELATURA_PLUGIN_PATH", w.path("cut").c_str(), 1);
+    const CommandResult texture = w.velatura(std::string("render textured.usda -o x.exr") + quick);
+    const CommandResult map = w.velatura(std::string("render mapped.usda -o y.exr") + quick);
+    ::unsetenv("VELATURA_PLUGIN_PATH");
+    const std::string why = fmt::format(
+        "the program {}, which reads pictures, is missing: No such file or directory",
+        w.path("cut/openimageio/velatura-pictures"));
+    EXPECT_NE(texture.output.find("cannot read texture 'picture.exr': " + why), std::string::npos)
+        << texture.output;
+    EXPECT_NE(map.output.find("light emits without its texture"), std::string::npos) << map.output;
+    EXPECT_NE(map.output.find(why), std::string::npos) << map.output;
+}
+
 TEST_F(PicturePlugin, IsNamedWhereItCannotBeLoaded) {
     fs::create_directories(w.path("broken/openimageio"));
     fs::copy_file(fs::path(VELATURA_BUILT_PLUGINS) / "openimageio/plugin.txt",
