@@ -122,28 +122,17 @@ class Filter {
 
     /// Refuses the call where none of these bits is set in an argument.
     void require_bits(int call, int argument, uint32_t bits) {
-        add(BPF_JMP | BPF_JEQ | BPF_K, uint32_t(call), 0, 4);
-        load_low(argument);
-        add(BPF_JMP | BPF_JSET | BPF_K, bits, 1, 0);
-        decide(refuse);
-        load(offsetof(seccomp_data, nr));
+        judge(call, argument, BPF_JSET, bits, true);
     }
 
     /// Refuses the call where one of these bits is set.
     void forbid_bits(int call, int argument, uint32_t bits) {
-        add(BPF_JMP | BPF_JEQ | BPF_K, uint32_t(call), 0, 4);
-        load_low(argument);
-        add(BPF_JMP | BPF_JSET | BPF_K, bits, 0, 1);
-        decide(refuse);
-        load(offsetof(seccomp_data, nr));
+        judge(call, argument, BPF_JSET, bits, false);
     }
 
     /// Refuses the call where an argument, of 32 bits, is another.
     void require_value(int call, int argument, uint32_t value) {
-        add(BPF_JMP | BPF_JEQ | BPF_K, uint32_t(call), 0, 4);
-        load_low(argument);
-        decide_unless_equal(value, refuse);
-        load(offsetof(seccomp_data, nr));
+        judge(call, argument, BPF_JEQ, value, true);
     }
 
     void use() {
@@ -163,9 +152,14 @@ class Filter {
         add(BPF_LD | BPF_W | BPF_ABS, uint32_t(offset));
     }
 
-    /// Both machines have the low half first.
-    void load_low(int argument) {
+    /// Refuses the call unless a test of an argument comes out as it is to.
+    void judge(int call, int argument, int test, uint32_t value, bool is_to_hold) {
+        add(BPF_JMP | BPF_JEQ | BPF_K, uint32_t(call), 0, 4);
+        // Both machines have the low half first
         load(offsetof(seccomp_data, args) + sizeof(uint64_t) * size_t(argument));
+        add(BPF_JMP | test | BPF_K, value, is_to_hold ? 1 : 0, is_to_hold ? 0 : 1);
+        decide(refuse);
+        load(offsetof(seccomp_data, nr));
     }
 
     void decide(uint32_t result) {

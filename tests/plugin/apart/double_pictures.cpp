@@ -75,7 +75,10 @@ void do_to_oneself(std::string_view what) {
 class DoublePicture final : public SourcePicture {
   public:
     explicit DoublePicture(std::string asset) : asset_(std::move(asset)) {
-        const std::string_view name = std::string_view(asset_).substr(0, asset_.find('/'));
+        const bool is_of_scene = asset_.ends_with(".png");
+        const size_t folder = is_of_scene ? asset_.rfind('/') + 1 : 0;
+        const size_t end = asset_.find(is_of_scene ? '.' : '/', folder);
+        const std::string_view name = std::string_view(asset_).substr(folder, end - folder);
         what_ = name.substr(0, name.find(':'));
         if (name.ends_with(":open")) do_to_oneself(what_);
         else at_reading_ = what_;
@@ -86,6 +89,8 @@ class DoublePicture final : public SourcePicture {
         level.channels = DoublePictures::channels;
         level.is_flat = 1;
         spec_.levels.push_back(level);
+        // Textures are tiled at all levels or at none
+        if (is_of_scene) return;
         level.tile_width = level.tile_height = DoublePictures::tile;
         spec_.levels.push_back(level);
     }

@@ -10,7 +10,8 @@
 namespace velatura::plugins::openimageio::testing {
 
 /// Pictures whose values are known without a file, for a program that does to itself what broken
-/// decoders do. The asset's name is `what[:when][/anything]`; `when` is "open" or "read" (else).
+/// decoders do. The asset's name is `what[:when][/anything]`, or `[folder/]what.png` as scenes have it; `when` is "open" or
+/// "read" (else).
 /// - plain: is what it says.
 /// - segv, kill, abort, exit: the process ends so.
 /// - stop, spin, memory: it is stopped, computes for ever, takes all memory.
