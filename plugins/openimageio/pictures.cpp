@@ -31,6 +31,15 @@ class OpenPicture final : public image::Picture {
     const image::PictureFacts& facts() const override { return facts_; }
 
     Result<void> read(int channels, std::span<float> values) override {
+        try {
+            return read_in_pieces(channels, values);
+        } catch (const std::exception& e) {
+            return Error{"image-read", e.what()};
+        }
+    }
+
+  private:
+    Result<void> read_in_pieces(int channels, std::span<float> values) {
         const LevelSpec& level = picture_->spec().levels[0];
         const size_t line = size_t(level.width) * size_t(channels);
         const int step = lines_at_once(level, line);
@@ -44,10 +53,10 @@ class OpenPicture final : public image::Picture {
         return {};
     }
 
-  private:
-    /// Whole rows of tiles.
+    /// Whole rows of tiles; enough lines for all threads of a reader, where a format has blocks.
     static int lines_at_once(const LevelSpec& level, size_t values_of_line) {
-        const size_t lines = std::max<size_t>(1, piece_bytes / (values_of_line * sizeof(float)));
+        constexpr size_t most_bytes = 8 * piece_bytes;
+        const size_t lines = std::max<size_t>(1, most_bytes / (values_of_line * sizeof(float)));
         const int most = int(std::min(lines, size_t(level.height)));
         if (level.tile_width <= 0) return most;
         return std::max(1, most / level.tile_height) * level.tile_height;
@@ -59,7 +68,7 @@ class OpenPicture final : public image::Picture {
 
 /// Whether its lines can be counted and asked for; how large it may be, the caller decides.
 bool has_lines(const LevelSpec& level) {
-    constexpr int most_side = 1 << 30;
+    constexpr int most_side = 1 << 29;
     const auto is_side = [](int side) { return side >= 1 && side <= most_side; };
     const bool is_tiled = level.tile_width > 0;
     return level.is_flat == 1 && is_side(level.width) && is_side(level.height) &&
@@ -70,12 +79,16 @@ bool has_lines(const LevelSpec& level) {
 }  // namespace
 
 Result<std::unique_ptr<image::Picture>> Pictures::open(const std::string& asset) const {
-    Result<std::unique_ptr<SourcePicture>> opened =
-        pictures_of_process().open(asset, PictureUse::Picture);
-    if (!opened) return opened.error();
-    if (!has_lines((*opened)->spec().levels.at(0)))
-        return Error{"image-open", "not a flat picture with at least one pixel"};
-    return std::unique_ptr<image::Picture>(new OpenPicture(std::move(*opened)));
+    try {
+        Result<std::unique_ptr<SourcePicture>> opened =
+            pictures_of_process().open(asset, PictureUse::Picture);
+        if (!opened) return opened.error();
+        if (!has_lines((*opened)->spec().levels.at(0)))
+            return Error{"image-open", "not a flat picture with at least one pixel"};
+        return std::unique_ptr<image::Picture>(new OpenPicture(std::move(*opened)));
+    } catch (const std::exception& e) {
+        return Error{"image-open", e.what()};
+    }
 }
 
 Result<void> Pictures::write(const std::string& file,

@@ -63,7 +63,8 @@ class SourcePicture {
         int level, int x, int y, int channels, std::span<float> values) = 0;
 };
 
-/// Opens pictures by the names of their assets. Thread-safe; nothing throws.
+/// Opens pictures by the names of their assets. Thread-safe. Of exceptions only those for want of
+/// memory come out.
 class PictureSource {
   public:
     virtual ~PictureSource() = default;
