@@ -15,6 +15,7 @@ namespace velatura::plugins::openimageio::testing {
 /// - plain: is what it says.
 /// - segv, kill, abort, exit: the process ends so.
 /// - stop, spin, memory: it is stopped, computes for ever, takes all memory.
+/// - busy: computes for 0.2 s.
 /// - throw: an exception.
 /// - poison: the next request for another picture ends in a crash.
 /// - liar: answers of another length are sent.

@@ -200,6 +200,15 @@ TEST(PicturePool, AReaderThatComputesForEverIsEnded) {
     expect_right(*other, "plain");
 }
 
+/// Not for all that it reads in hours.
+TEST(PicturePool, TimeIsCountedForEachRequest) {
+    PicturePool pool(options(1, {.cpu_seconds = 0.6}));
+    const Picture busy = open(pool, "busy");
+    const std::vector<pid_t> before = pool.processes();
+    for (int i = 0; i < 5; ++i) expect_right(*busy, "busy", i, i + 2);
+    EXPECT_EQ(pool.processes(), before);
+}
+
 TEST(PicturePool, AReaderThatTakesAllMemoryIsEnded) {
     if (!limits_addresses) GTEST_SKIP() << "sanitizers need all addresses";
     PicturePool pool(options(1, {.address_bytes = size_t(512) << 20}));
