@@ -2,6 +2,7 @@
 #include "plugins/openimageio/asset_image.h"
 
 #include "base/package_path.h"
+#include "plugins/openimageio/one_line.h"
 
 #include <OpenImageIO/strutil.h>
 #include <fmt/format.h>
@@ -15,14 +16,6 @@
 #include <vector>
 
 namespace velatura::plugins::openimageio {
-
-std::string one_line(std::string text) {
-    while (!text.empty() && (text.back() == '\n' || text.back() == '.')) text.pop_back();
-    for (char& c : text) {
-        if (c == '\n') c = ' ';
-    }
-    return text;
-}
 
 namespace {
 

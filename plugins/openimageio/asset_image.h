@@ -34,11 +34,9 @@ class AssetImage {
     std::unique_ptr<OIIO::ImageInput> input_;
 };
 
-/// A message of OpenImageIO without the line breaks that it ends and divides some with.
-std::string one_line(std::string text);
-
 /// Opens a picture by the name of its asset. Errors: those of open_asset_bytes, "image-open" (not a
-/// regular file or no picture, or in a package and of a format that OpenImageIO cannot read from memory).
+/// regular file or no picture, or in a package and of a format that OpenImageIO cannot read from
+/// memory).
 Result<AssetImage> open_asset_image(const std::string& name,
                                     const OIIO::ImageSpec* configuration = nullptr);
 

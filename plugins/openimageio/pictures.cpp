@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plugins/openimageio/pictures.h"
 
-#include "plugins/openimageio/asset_image.h"
+#include "plugins/openimageio/apart/messages.h"
+#include "plugins/openimageio/one_line.h"
+#include "plugins/openimageio/pictures_of_process.h"
 
 #include <OpenImageIO/imageio.h>
 
+#include <algorithm>
 #include <exception>
 #include <new>
 #include <utility>
@@ -15,22 +18,22 @@ namespace {
 
 class OpenPicture final : public image::Picture {
   public:
-    explicit OpenPicture(AssetImage input) : input_(std::move(input)) {
-        const OIIO::ImageSpec& spec = input_->spec();
-        facts_.width = spec.width;
-        facts_.height = spec.height;
-        facts_.channels = spec.nchannels;
-        facts_.is_floating_point = spec.format.is_floating_point();
-        facts_.color_space = spec.get_string_attribute("oiio:ColorSpace");
+    explicit OpenPicture(std::unique_ptr<SourcePicture> picture) : picture_(std::move(picture)) {
+        const PictureSpec& spec = picture_->spec();
+        const LevelSpec& level = spec.levels.at(0);
+        facts_.width = level.width;
+        facts_.height = level.height;
+        facts_.channels = level.channels;
+        facts_.is_floating_point =
+            level.stored == StoredAs::Half || level.stored == StoredAs::OtherFloat;
+        facts_.color_space = spec.color_space;
     }
 
     const image::PictureFacts& facts() const override { return facts_; }
 
     Result<void> read(int channels, std::span<float> values) override {
         try {
-            if (input_->read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, values.data()))
-                return {};
-            return Error{"image-read", one_line(input_->geterror())};
+            return read_in_pieces(channels, values);
         } catch (const std::bad_alloc&) {
             throw;
         } catch (const std::exception& e) {
@@ -39,17 +42,53 @@ class OpenPicture final : public image::Picture {
     }
 
   private:
-    AssetImage input_;
+    Result<void> read_in_pieces(int channels, std::span<float> values) {
+        const LevelSpec& level = picture_->spec().levels[0];
+        const size_t line = size_t(level.width) * size_t(channels);
+        const int step = lines_at_once(level, line);
+        for (int y = 0; y < level.height; y += step) {
+            const int end = std::min(level.height, y + step);
+            const Result<void> done =
+                picture_->read_lines(0, level.y + y, level.y + end, channels,
+                                     values.subspan(size_t(y) * line, size_t(end - y) * line));
+            if (!done) return done;
+        }
+        return {};
+    }
+
+    /// Whole rows of tiles; enough lines for all threads of a reader, where a format has blocks.
+    static int lines_at_once(const LevelSpec& level, size_t values_of_line) {
+        constexpr size_t most_bytes = 8 * piece_bytes;
+        const size_t lines = std::max<size_t>(1, most_bytes / (values_of_line * sizeof(float)));
+        const int most = int(std::min(lines, size_t(level.height)));
+        if (level.tile_width <= 0) return most;
+        return std::max(1, most / level.tile_height) * level.tile_height;
+    }
+
+    std::unique_ptr<SourcePicture> picture_;
     image::PictureFacts facts_;
 };
+
+/// Whether its lines can be counted and asked for; how large it may be, the caller decides.
+bool has_lines(const LevelSpec& level) {
+    constexpr int most_side = 1 << 29;
+    const auto is_side = [](int side) { return side >= 1 && side <= most_side; };
+    const bool is_tiled = level.tile_width > 0;
+    return level.is_flat == 1 && is_side(level.width) && is_side(level.height) &&
+           level.channels >= 1 && level.y >= -most_side && level.y <= most_side &&
+           (!is_tiled || is_side(level.tile_height));
+}
 
 }  // namespace
 
 Result<std::unique_ptr<image::Picture>> Pictures::open(const std::string& asset) const {
     try {
-        Result<AssetImage> input = open_asset_image(asset);
-        if (!input) return input.error();
-        return std::unique_ptr<image::Picture>(new OpenPicture(std::move(*input)));
+        Result<std::unique_ptr<SourcePicture>> opened =
+            pictures_of_process().open(asset, PictureUse::Picture);
+        if (!opened) return opened.error();
+        if (!has_lines((*opened)->spec().levels.at(0)))
+            return Error{"image-open", "not a flat picture with at least one pixel"};
+        return std::unique_ptr<image::Picture>(new OpenPicture(std::move(*opened)));
     } catch (const std::bad_alloc&) {
         throw;
     } catch (const std::exception& e) {

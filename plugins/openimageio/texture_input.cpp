@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plugins/openimageio/texture_input.h"
 
+#include "plugins/openimageio/apart/messages.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace velatura::plugins::openimageio {
 
@@ -17,6 +23,21 @@ const std::array<float, 256>& srgb_table() {
     return table;
 }
 
+bool has_sane_measures(const LevelSpec& level, bool is_tiled, int max_side) {
+    constexpr int most_offset = 1 << 30;
+    const auto is_side = [max_side](int side) { return side >= 1 && side <= max_side; };
+    const auto is_offset = [](int offset) {
+        return offset >= -most_offset && offset <= most_offset;
+    };
+    const auto is_tile_side = [&](int side) {
+        return is_tiled ? side >= 1 && side <= 2 * max_side : side == 0;
+    };
+    return is_side(level.width) && is_side(level.height) && is_side(level.full_width) &&
+           is_side(level.full_height) && is_offset(level.x) && is_offset(level.y) &&
+           is_offset(level.full_x) && is_offset(level.full_y) && is_tile_side(level.tile_width) &&
+           is_tile_side(level.tile_height) && level.channels >= 1 && level.is_flat == 1;
+}
+
 }  // namespace
 
 float srgb_to_linear(float encoded) {
@@ -25,27 +46,46 @@ float srgb_to_linear(float encoded) {
     return float(std::copysign(linear, double(encoded)));
 }
 
-OIIO::ImageSpec TextureInput::configuration(const std::string& file, bool is_srgb) {
+Result<void> check_texture(const PictureSpec& spec, int max_side) {
+    const LevelSpec& finest = spec.levels.at(0);
+    const auto refuse = [](const std::string& why) { return Error{"image-open", why}; };
+    if (finest.width < 1 || finest.height < 1 || finest.channels < 1 || finest.is_flat != 1)
+        return refuse("not a flat picture with at least one pixel");
+    if (finest.width > max_side || finest.height > max_side)
+        return refuse(fmt::format("found {} x {} pixels, expected at most {} along a side",
+                                  finest.width, finest.height, max_side));
+    const bool is_tiled = finest.tile_width > 0;
+    for (const LevelSpec& level : spec.levels) {
+        if (!has_sane_measures(level, is_tiled, max_side))
+            return refuse(
+                fmt::format("one of its levels has no pixels, a window of more than {} along a "
+                            "side, or other tiles than the first",
+                            max_side));
+    }
+    return {};
+}
+
+OIIO::ImageSpec TextureInput::configuration(PictureSource& source,
+                                            const std::string& file,
+                                            bool is_srgb,
+                                            int max_side) {
+    PictureSource* const pointer = &source;
     OIIO::ImageSpec config;
+    config.attribute("velatura:source", OIIO::TypeDesc::PTR, &pointer);
     config.attribute("velatura:file", file);
     config.attribute("velatura:srgb", is_srgb ? 1 : 0);
+    config.attribute("velatura:max_side", max_side);
     return config;
 }
 
-OIIO::ImageSpec TextureInput::file_configuration() {
-    OIIO::ImageSpec config;
-    config.attribute("oiio:UnassociatedAlpha", 1);
-    return config;
-}
-
-OIIO::TypeDesc TextureInput::stored_format(OIIO::TypeDesc file_format, bool is_srgb) {
-    switch (file_format.basetype) {
+OIIO::TypeDesc TextureInput::cached_format(StoredAs stored, bool is_srgb) {
+    switch (stored) {
         // 11 bits of mantissa hold a decoded 8-bit code to 2.5e-4 of its value
-        case OIIO::TypeDesc::UINT8:
+        case StoredAs::UInt8:
             return is_srgb ? OIIO::TypeHalf : OIIO::TypeUInt8;
-        case OIIO::TypeDesc::UINT16:
+        case StoredAs::UInt16:
             return is_srgb ? OIIO::TypeFloat : OIIO::TypeUInt16;
-        case OIIO::TypeDesc::HALF:
+        case StoredAs::Half:
             return is_srgb ? OIIO::TypeFloat : OIIO::TypeHalf;
         default:
             return OIIO::TypeFloat;
@@ -58,104 +98,104 @@ bool TextureInput::open(const std::string& name, OIIO::ImageSpec&) {
 }
 
 bool TextureInput::open(const std::string&, OIIO::ImageSpec& spec, const OIIO::ImageSpec& config) {
-    path_ = std::string(config.get_string_attribute("velatura:file"));
+    const OIIO::ParamValue* const source =
+        config.find_attribute("velatura:source", OIIO::TypeDesc::PTR);
+    if (source == nullptr) return false;
     is_srgb_ = config.get_int_attribute("velatura:srgb") != 0;
-    if (!open_file()) return false;
-    adopt_spec();
+    Result<std::unique_ptr<SourcePicture>> opened =
+        (*static_cast<PictureSource* const*>(source->data()))
+            ->open(std::string(config.get_string_attribute("velatura:file")), PictureUse::Texture);
+    if (!opened) return refuse(opened.error());
+    // What a file says now may not be what it said when it was examined
+    const Result<void> checked =
+        check_texture((*opened)->spec(), config.get_int_attribute("velatura:max_side"));
+    if (!checked) return refuse(checked.error());
+    picture_ = std::move(*opened);
+    adopt_level(0);
     spec = m_spec;
     return true;
 }
 
-bool TextureInput::open_file() {
-    const OIIO::ImageSpec file_config = file_configuration();
-    Result<AssetImage> opened = open_asset_image(path_, &file_config);
-    if (!opened) {
-        errorfmt("{}", opened.error().message);
-        return false;
-    }
-    file_.reset();
-    file_ = std::move(*opened);
-    next_line_ = 0;
-    return true;
-}
-
-bool TextureInput::reach_line(int subimage, int miplevel, int y) {
-    const bool is_forward = seek_subimage(subimage, miplevel) && y >= next_line_;
-    if (!is_forward && file_ && file_->is_packaged()) {
-        if (!open_file()) return false;
-    }
-    if (!seek_subimage(subimage, miplevel)) return false;
-    next_line_ = y + 1;
-    return true;
+bool TextureInput::refuse(const Error& error) {
+    errorfmt("{}", error.message);
+    return false;
 }
 
 bool TextureInput::close() {
-    if (!file_) return true;
-    const bool ok = (*file_)->close();
-    file_.reset();
-    return ok;
+    lock_guard lock(*this);
+    picture_.reset();
+    return true;
 }
 
 int TextureInput::current_subimage() const {
-    return file_ ? (*file_)->current_subimage() : -1;
+    return picture_ ? 0 : -1;
 }
 
 int TextureInput::current_miplevel() const {
-    return file_ ? (*file_)->current_miplevel() : -1;
+    return picture_ ? level_ : -1;
 }
 
 bool TextureInput::seek_subimage(int subimage, int miplevel) {
     lock_guard lock(*this);
-    if (!file_) return false;
-    if (!(*file_)->seek_subimage(subimage, miplevel)) return false;
-    adopt_spec();
+    if (!picture_ || subimage != 0 || miplevel < 0 ||
+        size_t(miplevel) >= picture_->spec().levels.size())
+        return false;
+    if (miplevel != level_) adopt_level(miplevel);
     return true;
 }
 
-void TextureInput::adopt_spec() {
-    m_spec = (*file_)->spec();
-    channels_ = m_spec.nchannels;
-    is_8_bit_ = m_spec.format == OIIO::TypeUInt8;
-    m_spec.nchannels = 4;
-    m_spec.channelformats.clear();
-    m_spec.channelnames = {"R", "G", "B", "A"};
-    m_spec.alpha_channel = 3;
-    m_spec.z_channel = -1;
-    m_spec.set_format(stored_format(m_spec.format, is_srgb_));
-    // Two decodings of one file share its fingerprint; it must not make the cache take them for
-    // duplicates
-    m_spec.erase_attribute("oiio:SHA-1");
+void TextureInput::adopt_level(int index) {
+    const PictureSpec& file = picture_->spec();
+    const LevelSpec& level = file.levels[size_t(index)];
+    level_ = index;
+    // More than those of RGBA are not looked at
+    channels_ = std::min(level.channels, 4);
+    is_8_bit_ = level.stored == StoredAs::UInt8;
+    m_spec = OIIO::ImageSpec(level.width, level.height, 4, cached_format(level.stored, is_srgb_));
+    m_spec.x = level.x;
+    m_spec.y = level.y;
+    m_spec.full_x = level.full_x;
+    m_spec.full_y = level.full_y;
+    m_spec.full_width = level.full_width;
+    m_spec.full_height = level.full_height;
+    m_spec.tile_width = level.tile_width;
+    m_spec.tile_height = level.tile_height;
+    // What the cache goes by, of all that the file says of itself
+    if (!file.texture_format.empty()) m_spec.attribute("textureformat", file.texture_format);
+    const int rows = std::min(file.rows_per_strip, level.height);
+    if (rows > 0) m_spec.attribute("tiff:RowsPerStrip", rows);
 }
 
 bool TextureInput::read_native_scanline(int subimage, int miplevel, int y, int z, void* data) {
+    return read_native_scanlines(subimage, miplevel, y, y + 1, z, data);
+}
+
+bool TextureInput::read_native_scanlines(
+    int subimage, int miplevel, int ybegin, int yend, int, void* data) {
     lock_guard lock(*this);
-    if (!reach_line(subimage, miplevel, y)) return false;
-    const size_t count = size_t(m_spec.width);
-    std::vector<float> texels(count * size_t(channels_));
-    if (!(*file_)->read_scanlines(subimage, miplevel, y, y + 1, z, 0, channels_, OIIO::TypeFloat,
-                                  texels.data())) {
-        errorfmt("{}", (*file_)->geterror());
-        return false;
+    if (!seek_subimage(subimage, miplevel)) return false;
+    const size_t width = size_t(m_spec.width), line = width * size_t(channels_);
+    const int most = int(std::max<size_t>(1, piece_bytes / (line * sizeof(float))));
+    std::vector<float> texels;
+    char* to = static_cast<char*>(data);
+    for (int y = ybegin; y < yend; y += most) {
+        const int end = std::min(yend, y + most);
+        texels.resize(size_t(end - y) * line);
+        const Result<void> done = picture_->read_lines(miplevel, y, end, channels_, texels);
+        if (!done) return refuse(done.error());
+        convert(texels, size_t(end - y) * width, to);
+        to += size_t(end - y) * m_spec.scanline_bytes(true);
     }
-    convert(texels, count, data);
     return true;
 }
 
-bool TextureInput::read_native_tile(int subimage, int miplevel, int x, int y, int z, void* data) {
+bool TextureInput::read_native_tile(int subimage, int miplevel, int x, int y, int, void* data) {
     lock_guard lock(*this);
     if (!seek_subimage(subimage, miplevel)) return false;
-    const size_t count = size_t(m_spec.tile_pixels());
+    const size_t count = size_t(m_spec.tile_width) * size_t(m_spec.tile_height);
     std::vector<float> texels(count * size_t(channels_));
-    // read_tiles clips at the border of the image; the rows it leaves out keep the stride of a
-    // whole tile
-    const int x_end = std::min(x + m_spec.tile_width, m_spec.x + m_spec.width);
-    const int y_end = std::min(y + m_spec.tile_height, m_spec.y + m_spec.height);
-    const OIIO::stride_t pixel = OIIO::stride_t(sizeof(float)) * channels_;
-    if (!(*file_)->read_tiles(subimage, miplevel, x, x_end, y, y_end, z, z + 1, 0, channels_,
-                              OIIO::TypeFloat, texels.data(), pixel, pixel * m_spec.tile_width)) {
-        errorfmt("{}", (*file_)->geterror());
-        return false;
-    }
+    const Result<void> done = picture_->read_tile(miplevel, x, y, channels_, texels);
+    if (!done) return refuse(done.error());
     convert(texels, count, data);
     return true;
 }
@@ -167,7 +207,7 @@ float TextureInput::decoded(float value) const {
     return srgb_to_linear(value);
 }
 
-void TextureInput::convert(const std::vector<float>& texels, size_t count, void* data) const {
+void TextureInput::convert(std::span<const float> texels, size_t count, void* data) const {
     std::vector<float> rgba(count * 4);
     const size_t n = size_t(channels_);
     for (size_t i = 0; i < count; ++i) {

@@ -1,31 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "plugins/openimageio/asset_image.h"
+#include "base/result.h"
+#include "plugins/openimageio/apart/picture_source.h"
 
 #include <OpenImageIO/imageio.h>
 
-#include <optional>
+#include <memory>
+#include <span>
 #include <string>
-#include <vector>
 
 namespace velatura::plugins::openimageio {
 
+/// Refuses what OpenImageIO's cache cannot count with, in tiles or all levels without: it ends the
+/// process then. No picture is more than `max_side` pixels wide or high. Errors: "image-open".
+Result<void> check_texture(const PictureSpec& spec, int max_side);
+
 /// An image file as the texture cache wants it: RGBA whatever the file has, sRGB decoded texel by
-/// texel before any filtering, NaN and infinity replaced by 0. Tiles and mip levels of the file are
-/// kept. Configuration for open(): "velatura:file" (string, the file), "velatura:srgb" (int, decode
-/// colours).
+/// texel before any filtering, NaN and infinity replaced by 0. Tiles and mip levels of the file's
+/// first picture are kept. It decodes nothing itself: values come from a PictureSource.
 class TextureInput final : public OIIO::ImageInput {
   public:
     /// For OIIO::ImageCache::add_file.
     static OIIO::ImageInput* create() { return new TextureInput; }
 
-    /// What open() is to be given.
-    static OIIO::ImageSpec configuration(const std::string& file, bool is_srgb);
-    /// How to open the file itself: alpha left unassociated, as UsdUVTexture reads it.
-    static OIIO::ImageSpec file_configuration();
+    /// What open() is to be given; the source must outlive the input.
+    static OIIO::ImageSpec configuration(PictureSource& source,
+                                         const std::string& file,
+                                         bool is_srgb,
+                                         int max_side);
     /// What texels of a file are kept as.
-    static OIIO::TypeDesc stored_format(OIIO::TypeDesc file_format, bool is_srgb);
+    static OIIO::TypeDesc cached_format(StoredAs stored, bool is_srgb);
 
     const char* format_name() const override { return "velatura-texture"; }
 
@@ -38,23 +43,24 @@ class TextureInput final : public OIIO::ImageInput {
     int current_miplevel() const override;
     bool seek_subimage(int subimage, int miplevel) override;
     bool read_native_scanline(int subimage, int miplevel, int y, int z, void* data) override;
+    using OIIO::ImageInput::read_native_scanlines;
+    bool read_native_scanlines(
+        int subimage, int miplevel, int ybegin, int yend, int z, void* data) override;
     bool read_native_tile(int subimage, int miplevel, int x, int y, int z, void* data) override;
 
   private:
-    bool open_file();
-    /// Makes line y the next that can be read.
-    bool reach_line(int subimage, int miplevel, int y);
-    void adopt_spec();
+    /// Says why; returns false.
+    bool refuse(const Error& error);
+    void adopt_level(int index);
     /// Widens `count` texels of `channels_` floats and stores them in the format of m_spec.
-    void convert(const std::vector<float>& texels, size_t count, void* data) const;
+    void convert(std::span<const float> texels, size_t count, void* data) const;
     float decoded(float value) const;
 
-    std::string path_;
-    std::optional<AssetImage> file_;
-    int next_line_ = 0;  ///< first one that no line before was read after, in a packaged file
+    std::unique_ptr<SourcePicture> picture_;
+    int level_ = 0;
     bool is_srgb_ = false;
     bool is_8_bit_ = false;
-    int channels_ = 0;
+    int channels_ = 0;  ///< that are read
 };
 
 /// The sRGB transfer curve of IEC 61966-2-1, encoded → linear; odd symmetric below 0, extended

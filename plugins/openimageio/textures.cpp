@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plugins/openimageio/textures.h"
 
-#include "plugins/openimageio/asset_image.h"
+#include "plugins/openimageio/one_line.h"
+#include "plugins/openimageio/pictures_of_process.h"
 #include "plugins/openimageio/texture_input.h"
 
 #include <OpenImageIO/imagecache.h>
@@ -21,68 +22,39 @@ using Handle = OIIO::TextureSystem::TextureHandle*;
 /// What a file says of itself.
 struct FileFacts {
     bool is_srgb = false;
-    std::string wrap_modes;      // OpenImageIO's "wrapmodes", e.g. "periodic,clamp"
     size_t bytes = 0;            // as the cache would hold all of it
+    std::string wrap_modes;      // OpenImageIO's "wrapmodes", e.g. "periodic,clamp"
     std::string wrap_s, wrap_t;  // the specification's own metadata: black, clamp, repeat, mirror
 };
 
-bool is_srgb(const OIIO::ImageSpec& spec, scene::SourceColorSpace space) {
+bool is_srgb(const PictureSpec& spec, scene::SourceColorSpace space) {
     if (space != scene::SourceColorSpace::Auto) return space == scene::SourceColorSpace::Srgb;
     // Readers report "sRGB" for every file that says nothing: only the opposite is information
-    const OIIO::string_view said = spec.get_string_attribute("oiio:ColorSpace");
+    const std::string& said = spec.color_space;
     if (OIIO::Strutil::iequals(said, "linear") || OIIO::Strutil::iequals(said, "scene_linear")) {
         return false;
     }
-    return spec.format == OIIO::TypeUInt8 && (spec.nchannels == 3 || spec.nchannels == 4);
-}
-
-/// Whether all levels of all pictures of the file, and what they are windows of, have sizes with
-/// which OpenImageIO can count, in tiles or all of them without: it ends the process where it cannot.
-bool has_sane_levels(OIIO::ImageInput& input, int max_side) {
-    const auto is_side = [max_side](int side) { return side >= 1 && side <= max_side; };
-    bool is_sane = true;
-    for (int picture = 0; is_sane && input.seek_subimage(picture, 0); ++picture) {
-        const bool is_tiled = input.spec().tile_width > 0;
-        for (int level = 0; is_sane && input.seek_subimage(picture, level); ++level) {
-            const OIIO::ImageSpec& spec = input.spec();
-            is_sane = is_side(spec.width) && is_side(spec.height) && is_side(spec.full_width) &&
-                      is_side(spec.full_height) && spec.tile_width <= 2 * max_side &&
-                      spec.tile_height <= 2 * max_side && (spec.tile_width > 0) == is_tiled;
-        }
-    }
-    // Of the one that is not there
-    input.geterror();
-    return is_sane;
+    const LevelSpec& level = spec.levels.at(0);
+    return level.stored == StoredAs::UInt8 && (level.channels == 3 || level.channels == 4);
 }
 
 /// The finest level, and a third of it for those that are made of it.
-size_t cached_bytes(const OIIO::ImageSpec& spec, bool is_srgb) {
-    const size_t texel = 4 * TextureInput::stored_format(spec.format, is_srgb).size();
-    return size_t(spec.width) * size_t(spec.height) * texel / 3 * 4;
+size_t cached_bytes(const LevelSpec& level, bool is_srgb) {
+    const size_t texel = 4 * TextureInput::cached_format(level.stored, is_srgb).size();
+    return size_t(level.width) * size_t(level.height) * texel / 3 * 4;
 }
 
-Result<FileFacts> examine(const std::string& path, scene::SourceColorSpace space, int max_side) {
-    const auto refuse = [](const std::string& why) { return Error{"image-open", one_line(why)}; };
-    const OIIO::ImageSpec config = TextureInput::file_configuration();
-    const Result<AssetImage> input = open_asset_image(path, &config);
-    if (!input) return refuse(input.error().message);
-    const OIIO::ImageSpec& spec = (*input)->spec();
-    if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1 || spec.deep)
-        return refuse("not a flat picture with at least one pixel");
-    if (spec.width > max_side || spec.height > max_side) {
-        return refuse("found " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
-                      " pixels, expected at most " + std::to_string(max_side) + " along a side");
-    }
-    FileFacts facts;
-    facts.is_srgb = is_srgb(spec, space);
-    facts.bytes = cached_bytes(spec, facts.is_srgb);
-    facts.wrap_modes = spec.get_string_attribute("wrapmodes");
-    facts.wrap_s = spec.get_string_attribute("wrapS");
-    facts.wrap_t = spec.get_string_attribute("wrapT");
-    if (!has_sane_levels(**input, max_side))
-        return refuse("one of its levels has no pixels, a window of more than " +
-                      std::to_string(max_side) + " along a side, or other tiles than the first");
-    return facts;
+Result<FileFacts> examine(PictureSource& pictures,
+                          const std::string& path,
+                          scene::SourceColorSpace space,
+                          int max_side) {
+    const Result<std::unique_ptr<SourcePicture>> opened = pictures.open(path, PictureUse::Texture);
+    if (!opened) return Error{"image-open", one_line(opened.error().message)};
+    const PictureSpec& spec = (*opened)->spec();
+    if (const Result<void> checked = check_texture(spec, max_side); !checked)
+        return checked.error();
+    const bool decodes = is_srgb(spec, space);
+    return FileFacts{decodes, cached_bytes(spec.levels.at(0), decodes), spec.wrap_modes, spec.wrap_s, spec.wrap_t};
 }
 
 /// OpenImageIO calls repeating "periodic"; WrapDefault for what is no wrap mode.
@@ -154,10 +126,14 @@ class SystemFile final : public shading::TextureFile {
 
 class SystemSource final : public shading::TextureSource {
   public:
-    explicit SystemSource(size_t memory_bytes)
-        : images_(OIIO::ImageCache::create(false)),
+    SystemSource(PictureSource& pictures, size_t memory_bytes)
+        : pictures_(pictures),
+          images_(OIIO::ImageCache::create(false)),
           system_(OIIO::TextureSystem::create(false, images_)) {
         set_memory(memory_bytes);
+        // Threads of its own would run out of memory on their own, and the others wait for their tiles; they
+        // have little to do where pictures are decoded elsewhere
+        OIIO::attribute("threads", 1);
         images_->attribute("autotile", 64);
         images_->attribute("automip", 1);
         images_->attribute("deduplicate", 0);
@@ -177,10 +153,10 @@ class SystemSource final : public shading::TextureSource {
                                                        scene::Wrap wrap_t,
                                                        int max_side) override {
         try {
-            const Result<FileFacts> facts = examine(file, space, max_side);
+            const Result<FileFacts> facts = examine(pictures_, file, space, max_side);
             if (!facts) return facts.error();
             return std::unique_ptr<shading::TextureFile>(
-                new SystemFile(*system_, handle(file, *facts),
+                new SystemFile(*system_, handle(file, *facts, max_side),
                                wrap_mode(wrap_s, *facts, false), wrap_mode(wrap_t, *facts, true)));
         } catch (const std::bad_alloc&) {
             throw;
@@ -205,19 +181,21 @@ class SystemSource final : public shading::TextureSource {
 
   private:
     /// Handle of one file in one decoding; the same file is cached once per decoding.
-    Handle handle(const std::string& path, const FileFacts& facts) {
+    Handle handle(const std::string& path, const FileFacts& facts, int max_side) {
         const bool decode = facts.is_srgb;
         const std::string name = (decode ? "velatura-srgb:" : "velatura-raw:") + path;
         const auto [it, is_new] = handles_.try_emplace(name, nullptr);
         if (is_new) {
             whole_bytes_ += facts.bytes;
-            const OIIO::ImageSpec config = TextureInput::configuration(path, decode);
+            const OIIO::ImageSpec config =
+                TextureInput::configuration(pictures_, path, decode, max_side);
             images_->add_file(OIIO::ustring(name), TextureInput::create, &config);
             it->second = system_->get_texture_handle(OIIO::ustring(name));
         }
         return it->second;
     }
 
+    PictureSource& pictures_;
     OIIO::ImageCache* images_;
     OIIO::TextureSystem* system_;
     size_t whole_bytes_ = 0;
@@ -229,7 +207,8 @@ class SystemSource final : public shading::TextureSource {
 Result<std::unique_ptr<shading::TextureSource>> TextureSystemFactory::make(
     size_t memory_bytes) const {
     try {
-        return std::unique_ptr<shading::TextureSource>(new SystemSource(memory_bytes));
+        return std::unique_ptr<shading::TextureSource>(
+            new SystemSource(pictures_of_process(), memory_bytes));
     } catch (const std::exception& e) {
         return Error{"textures", e.what()};
     }

@@ -2,6 +2,7 @@
 #include "plugins/volume/vdb_source.h"
 
 #include "base/isolated.h"
+#include "base/process_limits.h"
 #include "plugins/volume/grid_bytes.h"
 #include "plugins/volume/grid_conversion.h"
 
@@ -14,7 +15,6 @@
 #include <algorithm>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <new>
 #include <string>
 #include <vector>
@@ -83,13 +83,6 @@ Result<scene::VoxelGrid> read_or_say(const media::GridRequest& request) {
     } catch (...) {
         return Error{"volume-file", "not a .vdb file that can be read"};
     }
-}
-
-/// Address space of this process.
-size_t address_bytes() {
-    size_t pages = 0;
-    std::ifstream("/proc/self/statm") >> pages;
-    return pages * size_t(sysconf(_SC_PAGESIZE));
 }
 
 /// For reading, above what the grid may take: the library's own tree, and the way back.

@@ -105,6 +105,7 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     report->add_option("--progress", a.progress, "bar (lines when not on a terminal), json, openjd or none")->check(CLI::IsMember({"bar", "json", "openjd", "none"}));
     report->add_option("--stats", a.stats, "write statistics as JSON");
     report->add_flag("--strict", a.strict, "an error in the scene or a bad sample stops the render with an exit code");
+    report->add_option("--texture-failure", a.texture_failure, "a picture that cannot be read: colour (its fallback is used, and counted) or error (no render, or exit code 1 where it is found later)")->check(CLI::IsMember({"colour", "error"}));
     report->add_option("--replay", a.replay, "trace one sample of one pixel and print its path")->type_name("x,y,s");
     report->add_flag("-q,--quiet", a.quiet, "print errors only");
     report->add_flag("-v,--verbose", a.verbosity, "print more");

@@ -80,6 +80,7 @@ struct RenderArguments {
     std::string progress = "bar";
     std::string stats;
     bool strict = false;
+    std::string texture_failure = "colour";
     std::string replay;            ///< x,y,s
     std::vector<std::string> purposes;
     bool quiet = false;

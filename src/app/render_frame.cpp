@@ -127,10 +127,7 @@ class FrameRenderer {
     int run() {
         if (is_too_large()) return refuse_size();
         if (job_.replay) return replay_sample(tracer_, layers_, input_.scene, *job_.replay);
-        if (is_refused()) {
-            diagnostics_.error("strict", {}, {}, fmt::format("{} errors and --strict: nothing is rendered", diagnostics_.error_count()));
-            return RenderError;
-        }
+        if (is_refused()) return refuse();
         if (StopSignals::stop_flag()) {
             // What was learned before the first sample is not whole: neither pixels nor a header may come from it
             diagnostics_.error("interrupted", {}, {}, "stopped before the first sample; nothing was written");
@@ -257,11 +254,21 @@ class FrameRenderer {
         return options;
     }
 
-    /// One that memory does not suffice for, or a strict render of a scene with errors, makes no picture and no training either; a
-    /// replay goes on.
-    bool is_refused() const { return is_too_large() || (job_.arguments.strict && diagnostics_.error_count() > 0 && !job_.replay); }
+    /// Of a scene that memory does not suffice for, of one with errors, strict, or with pictures that cannot be read where that is
+    /// not to be: no picture is made, and no training either; a replay goes on where memory suffices.
+    bool is_refused() const { return is_too_large() || (!job_.replay && (is_strict_and_wrong() || misses_textures())); }
 
     bool is_too_large() const { return MemoryLimit::is_set() && needs_.least() > MemoryLimit::allowed(); }
+
+    bool is_strict_and_wrong() const { return job_.arguments.strict && diagnostics_.error_count() > 0; }
+
+    bool misses_textures() const { return job_.arguments.texture_failure == "error" && unread_textures(world_) > 0; }
+
+    int refuse() {
+        if (is_strict_and_wrong()) diagnostics_.error("strict", {}, {}, fmt::format("{} errors and --strict: nothing is rendered", diagnostics_.error_count()));
+        else diagnostics_.error("texture-failure", {}, {}, fmt::format("pictures of {} textures cannot be read and --texture-failure error: nothing is rendered", unread_textures(world_)));
+        return RenderError;
+    }
 
     /// What auto decided: -v prints it.
     void note_guiding() {
@@ -381,6 +388,7 @@ class FrameRenderer {
         if (!job_.arguments.quiet) {
             fmt::print("{}: {} layers, {} channels, closure {:.3g} of its bound, {}\n", input_.output, written->layers, written->channels, written->closure_measured, format_duration(result.seconds));
         }
+        if (const size_t unread = unread_textures(world_); !job_.arguments.quiet && unread > 0) fmt::print("pictures of {} textures could not be read: their fallbacks are in the picture\n", unread);
         if (!job_.arguments.quiet && wanted_error(job_) > 0 && !result.curve.is_empty()) fmt::print("{}\n", forecast_text(result.curve, noise.samples_mean, wanted_error(job_)));
         if (wanted_error(job_) > 0 && result.curve.is_rare())
             diagnostics_.warn("rare-light", {}, {}, "the error does not fall as samples grow: some light is met so rarely that its noise is not known; the picture is less exact than it says");
@@ -389,6 +397,10 @@ class FrameRenderer {
             return BudgetReached;
         }
         if (result.reason == integrator::StopReason::Interrupted) return SignalBase + StopSignals::signal_number();
+        if (misses_textures()) {
+            diagnostics_.error("texture-failure", {}, {}, fmt::format("pictures of {} textures could not be read and --texture-failure error: {} has their fallbacks", unread_textures(world_), input_.output));
+            return RenderError;
+        }
         for (const scene::Effect e : broken)
             diagnostics_.error("effect-plan", {}, {}, fmt::format("the plan has {} off, and its code ran {} times: the plan is wrong, which the file says in velatura/plan", scene::info(e).name, result.rays.effects.of(e)));
         if (!broken.empty() || result.rays.tracking.violations > 0 || (job_.arguments.strict && film.invalid_count() > 0)) return CheckFailed;

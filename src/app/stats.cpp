@@ -15,6 +15,10 @@ namespace velatura::app {
 
 using json = nlohmann::ordered_json;
 
+size_t unread_textures(const integrator::World& world) {
+    return world.materials.textures().failed_count() + world.lights.unread_textures();
+}
+
 json make_scene_stats(const FrameInput& input, const integrator::World& world) {
     const accel::AcceleratorStats stats = world.accelerator->stats();
     json j;
@@ -27,6 +31,7 @@ json make_scene_stats(const FrameInput& input, const integrator::World& world) {
     j["instances"] = input.scene.instances.size();
     j["materials"] = input.scene.materials.size();
     j["textures"] = input.scene.textures.size();
+    j["unread_textures"] = unread_textures(world);
     j["triangles"] = stats.triangles;
     if (*stats.quality) j["bvh_quality"] = stats.quality;
     const geometry::RefinementStats& r = world.refinement;
@@ -103,6 +108,9 @@ json make_ledger(const RenderJob& job, const FrameInput& input, const integrator
     for (size_t i = 0; i < scene::effect_count; ++i) {
         if (input.plan.entries[i].state != integrator::EffectState::LeftOut) continue;
         ledger.push_back({{"approximation", "effect-left-out"}, {"value", scene::info(scene::Effect(i)).name}, {"kind", "bias"}, {"effect", "the scene calls for it; not measured"}});
+    }
+    if (const size_t unread = unread_textures(world); unread > 0) {
+        ledger.push_back({{"approximation", "texture-fallback"}, {"value", unread}, {"kind", "bias"}, {"effect", "pictures that could not be read are their fallback values; not measured"}});
     }
     if (job.tracer.max_depth > 0) {
         ledger.push_back(depth_entry(job.tracer.max_depth, film));

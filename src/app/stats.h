@@ -36,6 +36,9 @@ nlohmann::ordered_json make_splitting_stats(const integrator::BranchTrial& trial
 nlohmann::ordered_json make_roulette_stats(const integrator::RouletteTrial& trial);
 
 /// Approximations in force, with what is known of their effect. Empty = unbiased.
+/// Textures of materials and lights that could not be opened or read so far.
+size_t unread_textures(const integrator::World& world);
+
 nlohmann::ordered_json make_ledger(const RenderJob& job, const FrameInput& input, const integrator::World& world, const film::Film& film);
 
 }  // namespace velatura::app

@@ -11,6 +11,7 @@
 
 #include "app/light_images.h"
 #include "app/render_layers.h"
+#include "app/stats.h"
 #include "app/stop_signals.h"
 #include "app/study_outlines.h"
 #include "app/world_options.h"
@@ -203,6 +204,8 @@ Result<std::shared_ptr<const StudyRenderer::Prepared>> StudyRenderer::prepare(co
     p->place = find_place(p->job);
     p->place_key = place_key(p->job);
     const integrator::World& world = *p->place->world;
+    if (const size_t unread = unread_textures(world); unread > 0 && job_.arguments.texture_failure == "error")
+        return Error{"texture-failure", fmt::format("pictures of {} textures cannot be read and --texture-failure error: nothing is studied", unread)};
     const std::atomic<bool>* stop = &StopSignals::stop_flag();
 
     const double start = cpu_seconds();

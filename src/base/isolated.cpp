@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/isolated.h"
 
+#include "base/process_limits.h"
+
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/prctl.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -18,27 +18,6 @@
 namespace velatura {
 
 namespace {
-
-// Sanitizers reserve more addresses than any limit
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool limits_addresses = false;
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-constexpr bool limits_addresses = false;
-#else
-constexpr bool limits_addresses = true;
-#endif
-#else
-constexpr bool limits_addresses = true;
-#endif
-
-void set_limit(__rlimit_resource resource, size_t value) {
-    rlimit limit = {};
-    if (getrlimit(resource, &limit) != 0) return;
-    limit.rlim_cur =
-        limit.rlim_max == RLIM_INFINITY ? rlim_t(value) : std::min(rlim_t(value), limit.rlim_max);
-    setrlimit(resource, &limit);
-}
 
 /// The child's part; does not return.
 [[noreturn]] void work_and_exit(int pipe_end,

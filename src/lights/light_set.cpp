@@ -61,6 +61,8 @@ class Preparation {
         return options_.by_area ? sampled_by_area(std::move(emitter)) : std::move(emitter);
     }
 
+    uint32_t unread_textures() const { return unread_textures_; }
+
   private:
     std::unique_ptr<Emitter> add_portals(const scene::Light& light, std::unique_ptr<Emitter> dome) {
         if (light.kind != scene::LightKind::Dome) return dome;
@@ -154,6 +156,7 @@ class Preparation {
         if (!loaded) {
             diagnostics_.error("light-texture", loc_of(light), light.name,
                                "light emits without its texture: " + loaded.error().message);
+            ++unread_textures_;
             return false;
         }
         image = std::move(loaded).value();
@@ -171,6 +174,7 @@ class Preparation {
         return true;
     }
 
+    uint32_t unread_textures_ = 0;
     const scene::Scene& scene_;
     const ImageLoader& load_;
     Diagnostics& diagnostics_;
@@ -203,6 +207,7 @@ LightSet::LightSet(const scene::Scene& scene,
             finite.push_back({index, emitters_[index]->bounds()});
         }
     }
+    unread_textures_ = preparation.unread_textures();
     finite_ = std::make_unique<EmitterTree>(std::move(finite));
     for (const scene::MeshLight& light : scene.mesh_lights) note_links(light.links);
     if (options.geometry == nullptr || options.materials == nullptr) return;

@@ -81,6 +81,9 @@ class LightSet {
     LightSet(LightSet&&) noexcept;
     LightSet& operator=(LightSet&&) noexcept;
 
+    /// Lights of the scene whose texture cannot be read: they emit without it.
+    uint32_t unread_textures() const { return unread_textures_; }
+
     /// Lights of the scene.
     uint32_t size() const { return uint32_t(emitters_.size()); }
 
@@ -256,6 +259,7 @@ class LightSet {
     const scene::Scene* scene_;
     std::vector<std::unique_ptr<Emitter>> emitters_;  // null = off
     std::vector<Facts> facts_;                        // of lights of the scene
+    uint32_t unread_textures_ = 0;
     std::vector<uint32_t> infinite_;
     std::unique_ptr<EmitterTree> finite_;
     std::unique_ptr<SurfaceEmission> emission_;

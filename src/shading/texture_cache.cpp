@@ -33,10 +33,12 @@ struct TextureCache::State {
         std::string file, prim_path;
         SourceLoc loc;
         Diagnostics* diagnostics = nullptr;
+        std::atomic<size_t>* failures = nullptr;
         std::atomic<bool> has_failed{false};
 
         void fail(const std::string& why) {
             if (has_failed.exchange(true)) return;
+            ++*failures;
             diagnostics->error(
                 "texture-unreadable", loc, prim_path,
                 "cannot read texture '" + file + "': " + why + "; its fallback value is used");
@@ -49,6 +51,7 @@ struct TextureCache::State {
     // Outlives the files of the entries
     std::unique_ptr<TextureSource> source;
     std::deque<Entry> entries;
+    std::atomic<size_t> failures{0};
 
     /// The source is made for the first file: whoever has none opens no plugin.
     OpenedFile open(const std::string& path,
@@ -122,6 +125,7 @@ TextureCache::Handle TextureCache::open(const scene::Texture& texture,
     entry.prim_path = prim_path;
     entry.loc = loc;
     entry.diagnostics = &diagnostics;
+    entry.failures = &state_->failures;
     const size_t token = texture.file.find(udim_token);
     if (texture.file.empty()) {
         // Without a name the fallback is what the scene asks for, and `translate` has said so
@@ -153,6 +157,10 @@ void TextureCache::set_memory(size_t bytes) const {
 
 void TextureCache::drop_tiles() const {
     if (state_->source) state_->source->drop_tiles();
+}
+
+size_t TextureCache::failed_count() const {
+    return state_->failures;
 }
 
 TexelRgba TextureCache::lookup(Handle handle, const Vec2& st, const Vec2& width) const {

@@ -49,6 +49,8 @@ class TextureCache {
     void set_memory(size_t bytes) const;
     /// Gives up what it holds. Needs all lookups at rest.
     void drop_tiles() const;
+    /// Textures of which a file could not be opened or read so far: their fallback was used.
+    size_t failed_count() const;
 
   private:
     struct State;

@@ -55,6 +55,35 @@ TEST(BadInput, TextureThatIsNoImage) {
     EXPECT_FALSE(w.exists("y.exr"));
 }
 
+TEST(BadInput, TexturesThatCannotBeReadAreCountedOrTheEnd) {
+    const Workplace w;
+    w.write("bad.png", "not an image");
+    // What it begins with can be read
+    w.write("cut.ppm", "P6\n64 64\n255\n" + std::string(300, 'x'));
+    w.write("never.usda", "#usda 1.0\n" + textured_ball("bad.png"));
+    w.write("late.usda", "#usda 1.0\ndef DomeLight \"sky\"\n{\n}\n" + textured_ball("cut.ppm"));
+    w.write("dome.usda", "#usda 1.0\ndef DomeLight \"sky\"\n{\n asset inputs:texture:file = @bad.png@\n}\ndef Sphere \"S\"\n{\n}\n");
+    w.write("fine.usda", "#usda 1.0\ndef Sphere \"S\"\n{\n}\n");
+    for (const std::string scene : {"never", "late", "dome", "fine"}) {
+        const bool is_fine = scene == "fine";
+        // Trial paths would find out before the render. With a colour, the default: in the statistics, and at the end
+        const std::string render = "render " + scene + ".usda --res 16 12 --spp 1 --progress none --guiding off --splitting off --roulette throughput";
+        const CommandResult counted = w.velatura(render + " --stats s.json -o x.exr");
+        EXPECT_EQ(counted.exit_code, 0) << counted.output;
+        EXPECT_EQ(counted.output.find("pictures of 1 textures could not be read") == std::string::npos, is_fine) << counted.output;
+        const std::string statistics = w.velatura("--version > /dev/null; cat s.json").output;
+        EXPECT_NE(statistics.find(is_fine ? "\"unread_textures\": 0" : "\"unread_textures\": 1"), std::string::npos) << scene;
+        EXPECT_EQ(statistics.find("texture-fallback") == std::string::npos, is_fine) << scene;
+        // As an error: before the render, or after it where that is when it is found
+        const CommandResult ended = w.velatura(render + " --texture-failure error -o y.exr");
+        EXPECT_EQ(ended.exit_code, is_fine ? 0 : 1) << ended.output;
+        EXPECT_EQ(ended.output.find("[texture-failure]") == std::string::npos, is_fine) << ended.output;
+        EXPECT_EQ(w.exists("y.exr"), is_fine || scene == "late") << scene;
+        w.velatura("--version > /dev/null; rm -f x.exr y.exr s.json");
+    }
+    expect_failure(w.velatura("study never.usda --texture-failure error --time 5s -o study"), 1, "texture-failure");
+}
+
 /// A pipe without a writer would be waited for for ever, and a device read on.
 TEST(BadInput, TextureThatIsNoRegularFile) {
     const Workplace w;

@@ -24,6 +24,7 @@ void ies(std::string_view bytes);
 void gltf(std::string_view bytes);
 void obj(std::string_view bytes);
 void texture(std::string_view bytes);
+void answer(std::string_view bytes);
 void volume(std::string_view bytes);
 void subdivision(std::string_view bytes);
 

@@ -98,6 +98,15 @@ def textures():
         pathlib.Path(file).unlink()
 
 
+def answers():
+    """Of a process that reads pictures (plugins/openimageio/apart/messages.h): two levels and five texts, and a refusal."""
+    text = lambda t: struct.pack("<I", len(t)) + t
+    level = lambda side: struct.pack("<13i", -1, 2, side, side, 0, 0, side, side, 16, 16, 4, 2, 1)
+    spec = struct.pack("<I", 2) + level(64) + level(32) + b"".join(map(text, (b"sRGB", b"periodic,clamp", b"", b"mirror", b"Plain Texture"))) + struct.pack("<i", 8)
+    for name, status, said in (("spec", 1, spec), ("refusal", 2, b"no \x1b[0m picture \xc3\xa4 \xff")):
+        write("answer", name, struct.pack("<IIQQ", 1, status, 1, len(said)) + said)
+
+
 def volumes():
     """A grid of numbers, a level set, one of colours."""
     import pyopenvdb
@@ -136,6 +145,7 @@ def main(program):
     write("report", "two", report() + b"\0" + report())
     write("tally", "one", tally())
     textures()
+    answers()
     volumes()
     cages()
     for file in (scratch, binary, picture):

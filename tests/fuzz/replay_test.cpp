@@ -29,7 +29,7 @@ struct Target {
 
 constexpr Target targets[] = {{"usda", usda}, {"usdc", usdc}, {"usdz", usdz}, {"mtlx", mtlx}, {"plugin", plugin}, {"preset", preset}, {"topup", topup},
                               {"layers", layers}, {"exr", exr}, {"lpe", lpe}, {"report", report}, {"tally", tally}, {"ies", ies}, {"gltf", gltf},
-                              {"obj", obj}, {"texture", texture}, {"volume", volume}, {"subdivision", subdivision}};
+                              {"obj", obj}, {"texture", texture}, {"answer", answer}, {"volume", volume}, {"subdivision", subdivision}};
 
 const std::filesystem::path here = std::filesystem::path(VELATURA_SOURCE_DIR) / "tests/fuzz";
 

@@ -78,10 +78,10 @@ const std::vector<Library>& library_table() {
 }
 
 bool is_system_header(std::string_view header) {
-    static constexpr std::array<std::string_view, 17> posix = {
+    static constexpr std::array<std::string_view, 18> posix = {
         "cxxabi.h",  "dirent.h", "dlfcn.h",    "fcntl.h",  "fnmatch.h", "immintrin.h", "poll.h",
         "pthread.h", "pwd.h",    "sched.h",    "signal.h", "spawn.h",     "termios.h",
-        "unistd.h",  "limits.h", "execinfo.h", "fenv.h"};
+        "unistd.h",  "limits.h", "execinfo.h", "fenv.h", "malloc.h"};
     if (header.starts_with("sys/") || header.starts_with("linux/")) return true;
     if (std::find(posix.begin(), posix.end(), header) != posix.end()) return true;
     return header.find('.') == std::string_view::npos && header.find('/') == std::string_view::npos;

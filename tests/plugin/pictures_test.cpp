@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
@@ -148,6 +149,56 @@ TEST_F(PicturePlugin, IsNamedWhereItIsMissing) {
     EXPECT_EQ(png.exit_code, 1) << png.output;
     EXPECT_NE(png.output.find(missing), std::string::npos) << png.output;
     EXPECT_FALSE(w.exists("plain.png"));
+}
+
+/// Decoders never run in the renderer itself.
+TEST_F(PicturePlugin, SaysThatItsProgramIsMissing) {
+    fs::create_directories(w.path("cut"));
+    fs::copy(fs::path(VELATURA_BUILT_PLUGINS) / "openimageio", w.path("cut/openimageio"));
+    fs::remove(w.path("cut/openimageio/velatura-pictures"));
+    ::setenv("VELATURA_PLUGIN_PATH", w.path("cut").c_str(), 1);
+    const CommandResult texture = w.velatura(std::string("render textured.usda -o x.exr") + quick);
+    const CommandResult map = w.velatura(std::string("render mapped.usda -o y.exr") + quick);
+    ::unsetenv("VELATURA_PLUGIN_PATH");
+    const std::string why = fmt::format(
+        "the program {}, which reads pictures, is missing: No such file or directory",
+        w.path("cut/openimageio/velatura-pictures"));
+    EXPECT_NE(texture.output.find("cannot read texture 'picture.exr': " + why), std::string::npos)
+        << texture.output;
+    EXPECT_NE(map.output.find("light emits without its texture"), std::string::npos) << map.output;
+    EXPECT_NE(map.output.find(why), std::string::npos) << map.output;
+}
+
+/// With a program that does to itself what broken decoders do (apart/double_pictures.h).
+TEST_F(PicturePlugin, ACrashOfADecoderCostsItsTextureOnly) {
+    fs::create_directories(w.path("double"));
+    fs::copy(fs::path(VELATURA_BUILT_PLUGINS) / "openimageio", w.path("double/openimageio"));
+    fs::copy_file(VELATURA_DOUBLE_PROGRAM, w.path("double/openimageio/velatura-pictures"),
+                  fs::copy_options::overwrite_existing);
+    std::string scene = "#usda 1.0\ndef DomeLight \"sky\"\n{\n}\n";
+    int place = 0;
+    for (const std::string what : {"plain", "segv", "abort"}) {
+        w.write(what + ".png", "anything");
+        std::string ball = textured_ball(what + ".png");
+        for (size_t at = 0; (at = ball.find("</M", at)) != std::string::npos; at += what.size() + 2)
+            ball.insert(at + 2, what + "/");
+        scene += fmt::format("def Xform \"{}\"\n{{\n double3 xformOp:translate = ({}, 0, 0)\n", what, 3 * place++);
+        scene += " uniform token[] xformOpOrder = [\"xformOp:translate\"]\n" + ball + "}\n";
+    }
+    w.write("balls.usda", scene);
+    ::setenv("VELATURA_PLUGIN_PATH", w.path("double").c_str(), 1);
+    const CommandResult r = w.velatura(std::string("render balls.usda --stats s.json -o x.exr") + quick);
+    const CommandResult strict = w.velatura(std::string("render balls.usda --texture-failure error -o y.exr") + quick);
+    ::unsetenv("VELATURA_PLUGIN_PATH");
+    EXPECT_EQ(r.exit_code, 0) << r.output;
+    for (const auto& [what, signal] : {std::pair("segv", SIGSEGV), std::pair("abort", SIGABRT)}) {
+        const std::string said = fmt::format("cannot read texture '{}.png': reading ended with signal {}", what, signal);
+        EXPECT_NE(r.output.find(said), std::string::npos) << r.output;
+        EXPECT_NE(r.output.find(std::string("/") + what), std::string::npos) << r.output;
+    }
+    EXPECT_EQ(r.output.find("plain.png"), std::string::npos) << r.output;
+    EXPECT_NE(w.velatura("--version >/dev/null; cat s.json").output.find("\"unread_textures\": 2"), std::string::npos);
+    EXPECT_EQ(strict.exit_code, 1) << strict.output;
 }
 
 TEST_F(PicturePlugin, IsNamedWhereItCannotBeLoaded) {

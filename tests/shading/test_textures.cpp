@@ -231,6 +231,7 @@ TEST_F(Textures, BrokenFilesCostOneErrorAndGiveTheFallback) {
     // Without a name there is nothing to report here
     const auto empty = open(texture(""));
     EXPECT_EQ(diagnostics.error_count(), 2u);
+    EXPECT_EQ(cache.failed_count(), 2u);
     for (const auto handle : {missing, text, empty}) {
         EXPECT_FALSE(cache.is_valid(handle));
         for (int i = 0; i < 3; ++i)

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/result.h"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace velatura::plugins::openimageio {
+
+/// How a file keeps its values.
+enum class StoredAs : int32_t { UInt8, UInt16, Half, OtherFloat, OtherInteger };
+
+/// Measures of one level of detail, in OpenImageIO's words; untiled where tile_width is 0.
+struct LevelSpec {
+    int32_t x = 0, y = 0, width = 0, height = 0;
+    int32_t full_x = 0, full_y = 0, full_width = 0, full_height = 0;
+    int32_t tile_width = 0, tile_height = 0;
+    int32_t channels = 0;
+    StoredAs stored = StoredAs::OtherFloat;
+    int32_t is_flat = 0;  ///< 1: neither deep nor of several slices
+
+    bool operator==(const LevelSpec&) const = default;
+};
+
+/// What a file says of its first picture.
+struct PictureSpec {
+    static constexpr size_t most_levels = 64;
+
+    std::vector<LevelSpec> levels;           ///< the finest first; at least one
+    std::string color_space;                 ///< as stated, e.g. "sRGB", "linear"; may be empty
+    std::string wrap_modes, wrap_s, wrap_t;  ///< "wrapmodes", "wrapS", "wrapT" of the file
+    std::string texture_format;              ///< "textureformat" of the file
+    int32_t rows_per_strip = 0;  ///< lines that are compressed together, of TIFF; 0: not said
+
+    bool operator==(const PictureSpec&) const = default;
+};
+
+/// What a file is opened for.
+enum class PictureUse : int32_t {
+    Picture,  ///< the finest level, alpha associated as OpenImageIO does
+    Texture,  ///< all levels, alpha left as it is
+};
+
+/// An open picture. Not thread-safe.
+class SourcePicture {
+  public:
+    virtual ~SourcePicture() = default;
+
+    virtual const PictureSpec& spec() const = 0;
+
+    /// Lines y … y_end-1 of a level, as stored, integers as 0 … 1: [y_end - y][width][channels],
+    /// the first `channels` of the file. Of tiled levels whole rows of tiles. Errors: "image-read".
+    virtual Result<void> read_lines(
+        int level, int y, int y_end, int channels, std::span<float> values) = 0;
+
+    /// The tile that begins at (x, y): [tile_height][tile_width][channels]; 0 outside of the
+    /// picture. Errors: "image-read".
+    virtual Result<void> read_tile(
+        int level, int x, int y, int channels, std::span<float> values) = 0;
+};
+
+/// Opens pictures by the names of their assets. Thread-safe. Of exceptions only those for want of
+/// memory come out.
+class PictureSource {
+  public:
+    virtual ~PictureSource() = default;
+
+    /// Errors: "image-open", and those of open_asset_bytes.
+    virtual Result<std::unique_ptr<SourcePicture>> open(const std::string& asset,
+                                                        PictureUse use) = 0;
+};
+
+}  // namespace velatura::plugins::openimageio

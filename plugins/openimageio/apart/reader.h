@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/file_descriptor.h"
+#include "plugins/openimageio/apart/picture_source.h"
+
+namespace velatura::plugins::openimageio {
+
+/// What a reader ends with when it cannot have the memory that it asks for.
+inline constexpr int out_of_memory_exit_code = 3;
+
+/// The other process: answers the requests (messages.h) that come by `socket`, with pictures of
+/// `source`, through the area that `area` is the file of, until the socket's other end is closed.
+void answer_requests(PictureSource& source, const FileDescriptor& socket, FileDescriptor area);
+
+}  // namespace velatura::plugins::openimageio

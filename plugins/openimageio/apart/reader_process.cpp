@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "plugins/openimageio/apart/reader_process.h"
+
+#include "plugins/openimageio/apart/patience.h"
+#include "plugins/openimageio/apart/reader.h"
+
+#include <fmt/format.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <cstring>
+#include <ctime>
+#include <utility>
+
+namespace velatura::plugins::openimageio {
+
+namespace {
+
+/// What stays for the next answer; larger ones give it back.
+constexpr size_t kept_area_bytes = piece_bytes;
+/// One answer; values are asked for in pieces.
+constexpr size_t most_area_bytes = size_t(1) << 30;
+
+}  // namespace
+
+ReaderProcess::ReaderProcess(std::shared_ptr<StarterProcess> starter,
+                             const ReaderLimits& limits,
+                             FileDescriptor socket,
+                             SharedArea area,
+                             pid_t process)
+    : starter_(std::move(starter)),
+      limits_(limits),
+      socket_(std::move(socket)),
+      area_(std::move(area)),
+      process_(process) {}
+
+Result<std::unique_ptr<ReaderProcess>> ReaderProcess::start(std::shared_ptr<StarterProcess> starter,
+                                                            const ReaderLimits& limits) {
+    Result<SharedArea> area = SharedArea::create();
+    if (!area) return area.error();
+    if (const Result<void> room = area->reserve(most_spec_bytes); !room) return room.error();
+    std::array<int, 2> ends = {};
+    if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0)
+        return Error{"reader-start", fmt::format("no socket: {}", std::strerror(errno))};
+    FileDescriptor socket(ends[0]);
+    const FileDescriptor its_end(ends[1]);
+    const Result<pid_t> process =
+        starter->start_reader(its_end.get(), area->descriptor(), limits.address_bytes);
+    if (!process) return process.error();
+    return std::unique_ptr<ReaderProcess>(new ReaderProcess(
+        std::move(starter), limits, std::move(socket), std::move(*area), *process));
+}
+
+ReaderProcess::~ReaderProcess() {
+    if (!has_ended_) (void)starter_->end_reader(process_);
+}
+
+Result<size_t> ReaderProcess::ask(Request request, const PayloadSize& size, std::string_view name) {
+    // Whatever ended it, it was not this request
+    if (has_hung_up()) return Error{"reader-lost", how_it_ended().message};
+    if (size.most > most_area_bytes)
+        return Error{"image-read", fmt::format("its lines or tiles are of more than {} MB",
+                                               most_area_bytes >> 20)};
+    const size_t room = std::max({size.most, name.size(), most_reason_bytes});
+    if (room <= kept_area_bytes) area_.forget_beyond(kept_area_bytes);
+    if (const Result<void> made = area_.reserve(room); !made) return made.error();
+    std::copy(name.begin(), name.end(), area_.bytes().begin());
+    request.serial = ++serial_;
+    request.area_bytes = area_.bytes().size();
+    request.name_bytes = uint32_t(name.size());
+    // To one that ends at this moment nothing can be sent; why, is asked below
+    (void)::send(socket_.get(), &request, sizeof request, MSG_NOSIGNAL);
+    return take_answer(request, size);
+}
+
+bool ReaderProcess::has_hung_up() const {
+    pollfd end = {.fd = socket_.get(), .events = POLLIN, .revents = 0};
+    return ::poll(&end, 1, 0) > 0 && (end.revents & (POLLHUP | POLLERR)) != 0;
+}
+
+Result<size_t> ReaderProcess::take_answer(const Request& request, const PayloadSize& size) {
+    const double begin_s = cpu_seconds();
+    Patience patience(limits_.wall_seconds);
+    bool is_lost_in_thought = false;
+    const auto goes_on = [&] {
+        is_lost_in_thought = cpu_seconds() - begin_s > limits_.cpu_seconds;
+        return !is_lost_in_thought;
+    };
+    if (!wait_to_read(socket_, patience, goes_on)) {
+        const double limit_s = is_lost_in_thought ? limits_.cpu_seconds : limits_.wall_seconds;
+        (void)how_it_ended();
+        return Error{"reader-slow", fmt::format("reading took more than {} s", limit_s)};
+    }
+    std::array<char, sizeof(Reply) + 1> reply = {};
+    const ssize_t length = ::recv(socket_.get(), reply.data(), reply.size(), 0);
+    if (length <= 0) return how_it_ended();
+    Result<size_t> payload =
+        payload_length(request, size, {reply.data(), size_t(length)}, area_.text());
+    if (!payload && payload.error().code == "reader-answer") {
+        (void)how_it_ended();
+        return Error{"reader-answer",
+                     fmt::format("what the process that read it answers makes no sense: {}",
+                                 payload.error().message)};
+    }
+    return payload;
+}
+
+Error ReaderProcess::how_it_ended() {
+    has_ended_ = true;
+    const std::optional<int> status = starter_->end_reader(process_);
+    if (starter_->is_lost()) return {"reader-lost", "the program that reads pictures is gone"};
+    if (!status) return {"reader-ended", "the process that read it does not end"};
+    if (WIFSIGNALED(*status))
+        return {"reader-ended", fmt::format("reading ended with signal {}", WTERMSIG(*status))};
+    if (WEXITSTATUS(*status) == out_of_memory_exit_code)
+        return {"reader-ended", "reading ran out of memory"};
+    return {"reader-ended", fmt::format("reading ended with code {}", WEXITSTATUS(*status))};
+}
+
+double ReaderProcess::cpu_seconds() const {
+    clockid_t clock = {};
+    timespec time = {};
+    if (::clock_getcpuclockid(process_, &clock) != 0 || ::clock_gettime(clock, &time) != 0)
+        return 0;
+    return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
+}
+
+}  // namespace velatura::plugins::openimageio

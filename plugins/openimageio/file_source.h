@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "plugins/openimageio/apart/picture_source.h"
+
+namespace velatura::plugins::openimageio {
+
+/// Decodes in this process, by OpenImageIO: what a decoder does to memory, and how long it takes,
+/// it does to this process.
+class FileSource final : public PictureSource {
+  public:
+    Result<std::unique_ptr<SourcePicture>> open(const std::string& asset, PictureUse use) override;
+};
+
+}  // namespace velatura::plugins::openimageio

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "plugins/openimageio/apart/picture_pool.h"
+#include "plugins/openimageio/pictures_of_process.h"
+
+#include <dlfcn.h>
+
+#include <filesystem>
+
+namespace velatura::plugins::openimageio {
+
+namespace {
+
+/// Beside the shared object that holds this function.
+std::string program_of_plugin() {
+    Dl_info object = {};
+    if (::dladdr(reinterpret_cast<const void*>(&program_of_plugin), &object) == 0 ||
+        object.dli_fname == nullptr)
+        return VELATURA_PICTURES_PROGRAM;
+    return (std::filesystem::path(object.dli_fname).parent_path() / VELATURA_PICTURES_PROGRAM)
+        .string();
+}
+
+}  // namespace
+
+PictureSource& pictures_of_process() {
+    // Never destroyed: threads may read until the process ends, and the other processes see that
+    static PicturePool& pool = *new PicturePool({.program = program_of_plugin()});
+    return pool;
+}
+
+}  // namespace velatura::plugins::openimageio

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fuzz_targets.h"
+
+#include "plugins/openimageio/apart/messages.h"
+
+#include <cstdlib>
+
+namespace velatura::fuzz {
+
+namespace pictures = plugins::openimageio;
+
+/// Any bytes are what a process that reads pictures answers: a reply, and what lies in the area that it shares. Its length lies within
+/// the area and what was asked for, and a spec that is read is its own bytes again.
+void answer(std::string_view bytes) {
+    constexpr pictures::PayloadSize whole = {0, pictures::most_spec_bytes};
+    const std::string_view reply = bytes.substr(0, sizeof(pictures::Reply));
+    const std::string_view area = bytes.substr(reply.size());
+    const pictures::Request request = {.serial = 1};
+    const auto length = pictures::payload_length(request, whole, reply, area);
+    if (!length) {
+        if (length.error().message.size() > pictures::most_reason_bytes) std::abort();
+        return;
+    }
+    if (*length > area.size() || *length > whole.most) std::abort();
+    const std::string_view said = area.substr(0, *length);
+    const auto spec = pictures::spec_of(said);
+    if (spec && pictures::spec_bytes(*spec) != said) std::abort();
+}
+
+}  // namespace velatura::fuzz
