@@ -347,7 +347,9 @@ class FrameRenderer {
     Result<image::WriteReport> write_in_memory(const film::Film& film, const integrator::ErrorCurve& curve, const std::vector<scene::Effect>& broken = {}) {
         MemoryLimit::enforce(writing);
         try {
-            return write(film, curve, broken);
+            Result<image::WriteReport> written = write(film, curve, broken);
+            // OpenEXR's threads leave rows out that they have no memory for
+            if (written || !MemoryLimit::is_set() || written.error().code != "verify-failed") return written;
         } catch (const std::bad_alloc&) {
             if (!MemoryLimit::is_set()) throw;
         }

@@ -61,7 +61,7 @@ TEST_F(MemoryLimitTest, RefusesWhatWouldGoBeyondIt) {
                   MemoryLimit::enforce("again");
                   for (size_t i = 0; i + 10 < count; ++i) taken.push_back(take(megabyte));
                   const bool is_kept = peak_resident_bytes() <= bytes;
-                  return fmt::format("{} {} {}", is_kept, count > 85 && count <= 100, MemoryLimit::doing());
+                  return fmt::format("{} {} {}", is_kept, count > 80 && count <= 100, MemoryLimit::doing());
               }),
               "true true again");
 }
