@@ -144,6 +144,7 @@ ExrReader& ExrReader::operator=(ExrReader&&) noexcept = default;
 
 Result<ExrReader> ExrReader::open(const std::string& path, Chunks chunks) {
     start_exr_threads();
+    if (auto whole = check_attributes(path); !whole) return whole.error();
     const auto error = [&path](const std::string& why) {
         return Error{"io-open", fmt::format("cannot open {}: {}", path, why)};
     };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files that no program of ours writes: an error that says why, never a crash or memory without bounds.
 #include "base/atomic_file.h"
+#include "image/deep_file.h"
 #include "image/exr.h"
 #include "image/layer_file.h"
 #include "made_exr.h"
@@ -91,6 +92,35 @@ TEST(BadExr, PartsShareTheBytesOfTheirFile) {
     const auto reader = ExrReader::open(path);
     ASSERT_FALSE(reader.has_value());
     EXPECT_NE(reader.error().message.find("of part 3"), std::string::npos) << reader.error().message;
+}
+
+TEST(BadExr, AttributesEndWithTheFile) {
+    const std::string path = temporary("attribute.exr");
+    Image image;
+    image.data = image.display = {0, 0, 2, 1};
+    image.parts.push_back({"rgba", {Channel::make("R", ChannelType::Float, 2)}, {}});
+    image.attributes = {{"comment", "long"}};
+    for (const bool has_second_part : {false, true}) {
+        if (has_second_part) image.parts.push_back({"more", {Channel::make("Z", ChannelType::Float, 2)}, {}});
+        ASSERT_TRUE(write_exr(path, image).has_value());
+        const std::string bytes = *read_file(path);
+        const std::string name("comment\0string\0", 15);
+        const size_t at = bytes.find(name) + name.size();
+        const auto said = [&](uint32_t size) {
+            std::string wrong = bytes;
+            std::memcpy(wrong.data() + at, &size, sizeof size);
+            EXPECT_TRUE(write_file_atomically(path, wrong).has_value());
+        };
+        said(4);
+        EXPECT_TRUE(read_exr(path).has_value());
+        for (const uint32_t size : {uint32_t(bytes.size() - at - 3), 0x34000000u, 0xffffffffu}) {
+            said(size);
+            for (const Error& error : {read_exr(path).error(), read_deep_file(path).error()}) {
+                EXPECT_EQ(error.code, "io-open") << size;
+                EXPECT_NE(error.message.find("its headers are longer than the file"), std::string::npos) << error.message;
+            }
+        }
+    }
 }
 
 TEST(BadExr, HeaderStringsOfDeepJsonAreRefused) {
