@@ -7,15 +7,8 @@
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfTileDescription.h>
-#include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <optional>
-#include <string_view>
 
 namespace velatura::image {
 
@@ -53,58 +46,6 @@ uint64_t pixel_bytes_of(const Imf::Header& header) {
 uint64_t rounded_up_quotient(uint64_t a, uint64_t b) {
     return (a + b - 1) / b;
 }
-
-/// As far as its headers.
-class HeaderWalk {
-  public:
-    explicit HeaderWalk(const std::string& path) : file_(path, std::ios::binary) {
-        std::error_code none;
-        size_ = std::filesystem::file_size(path, none);
-    }
-
-    /// Whether it begins as OpenEXR files do. Ref: OpenEXR, "File Layout": magic number, version, headers of a part each.
-    bool start() {
-        constexpr char multipart = 0x10;
-        std::array<char, 8> head = {};
-        if (!file_.read(head.data(), head.size())) return false;
-        has_parts_ = (head[5] & multipart) != 0;
-        return std::string_view(head.data(), 4) == "\x76\x2f\x31\x01";
-    }
-
-    /// Passes over the headers of all parts, where an empty one ends those of several. False where something ends behind the file.
-    bool pass_headers() {
-        for (;;) {
-            const auto count = pass_header();
-            if (!count || *count == 0 || !has_parts_) return count.has_value();
-        }
-    }
-
-  private:
-    /// The number of its attributes: name, type, size and value, ended by an empty name.
-    std::optional<int> pass_header() {
-        for (int count = 0;; ++count) {
-            if (!pass_name()) return std::nullopt;
-            if (name_[0] == '\0') return count;
-            if (!pass_name() || !pass_value()) return std::nullopt;
-        }
-    }
-
-    bool pass_name() { return bool(file_.getline(name_.data(), std::streamsize(name_.size()), '\0')); }
-
-    bool pass_value() {
-        std::array<char, 4> bytes = {};
-        if (!file_.read(bytes.data(), bytes.size())) return false;
-        uint32_t value_bytes = 0;
-        std::memcpy(&value_bytes, bytes.data(), sizeof value_bytes);
-        if (value_bytes > size_ - uint64_t(file_.tellg())) return false;
-        return bool(file_.seekg(value_bytes, std::ios::cur));
-    }
-
-    std::ifstream file_;
-    uint64_t size_ = 0;
-    bool has_parts_ = false;
-    std::array<char, 257> name_ = {};  ///< OpenEXR reads no longer ones than of 255 letters
-};
 
 }  // namespace
 
@@ -146,12 +87,6 @@ uint64_t least_bytes_of(const Imf::Header& header) {
     if (Imf::isTiled(header.type())) chunks *= rounded_up_quotient(uint64_t(w.width()), header.tileDescription().xSize);
     // Eight bytes for a chunk's place, eight before its data
     return 16 * chunks + uint64_t(w.pixel_count()) * pixel_bytes_of(header) / most_expansion(header);
-}
-
-Result<void> check_attributes(const std::string& path) {
-    HeaderWalk walk(path);
-    if (walk.start() && !walk.pass_headers()) return Error{"io-open", fmt::format("cannot open {}: its headers are longer than the file", path)};
-    return {};
 }
 
 }  // namespace velatura::image

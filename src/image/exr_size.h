@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "base/result.h"
-
 #include <OpenEXR/ImfForward.h>
 
 #include <cstdint>
-#include <string>
 
 namespace velatura::image {
 
@@ -19,9 +16,5 @@ uint64_t most_expansion(const Imf::Header& header);
 /// A part takes at least so many bytes of its file: the table of its chunks, their headers, and its pixels as small as its
 /// compression ever makes them. Of deep parts the counts of samples only.
 uint64_t least_bytes_of(const Imf::Header& header);
-
-/// Whether the attributes of a file lie within it: OpenEXR takes memory for as much as they say before it reads them. What is
-/// no OpenEXR file is left to OpenEXR to refuse. Errors: "io-open", with the file.
-Result<void> check_attributes(const std::string& path);
 
 }  // namespace velatura::image
