@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 #include <opensubdiv/bfr/limits.h>
 #include <opensubdiv/far/error.h>
+#include <opensubdiv/far/topologyLevel.h>
 #include <opensubdiv/far/topologyDescriptor.h>
 #include <opensubdiv/far/topologyRefinerFactory.h>
+#include <opensubdiv/version.h>
 
 #include <algorithm>
 #include <limits>
@@ -193,6 +195,33 @@ std::string fault_of(const scene::Mesh& mesh) {
     return {};
 }
 
+/// Whether some other face has both edges of the face at one of its corners.
+bool shares_two_edges(const Far::TopologyLevel& level, int face) {
+    const auto edges = level.GetFaceEdges(face);
+    for (int c = 0; c < edges.size(); ++c) {
+        const auto before = level.GetEdgeFaces(edges[c]), after = level.GetEdgeFaces(edges[(c + 1) % edges.size()]);
+        for (const int other : before)
+            if (other != face && std::find(after.begin(), after.end(), other) != after.end()) return true;
+    }
+    return false;
+}
+
+bool has_crease_at_corners(const Far::TopologyLevel& level, int face) {
+    for (const int vertex : level.GetFaceVertices(face))
+        for (const int edge : level.GetVertexEdges(vertex))
+            if (level.GetEdgeSharpness(edge) > 0.0f && (!level.IsEdgeBoundary(edge) || level.IsEdgeNonManifold(edge))) return true;
+    return false;
+}
+
+/// Whether OpenSubdiv up to 3.5.0 would take indices of creases from memory that it never wrote, which may end the process.
+/// Ref: OpenSubdiv 3.5.1, release notes, "Bfr::Surface construction bug for rare topological case".
+bool is_misread(const Far::TopologyLevel& level) {
+    if (OPENSUBDIV_VERSION_NUMBER >= 30501) return false;
+    for (int face = 0; face < level.GetNumFaces(); ++face)
+        if (shares_two_edges(level, face) && has_crease_at_corners(level, face)) return true;
+    return false;
+}
+
 }  // namespace
 
 Result<Cage> make_cage(const scene::Mesh& mesh) {
@@ -206,6 +235,8 @@ Result<Cage> make_cage(const scene::Mesh& mesh) {
     complaint.clear();
     cage.refiner = make_refiner(mesh, cage.face_varying);
     if (!cage.refiner) return Error{"subdivision", "no limit surface: " + tidy(complaint)};
+    if (is_misread(cage.refiner->GetLevel(0)))
+        return Error{"subdivision", "no limit surface: a crease at a face that meets another along two edges in a row, which needs OpenSubdiv 3.5.1"};
     cage.factory = std::make_unique<const SurfaceFactory>(*cage.refiner, surface_options());
     return cage;
 }

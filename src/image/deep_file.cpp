@@ -4,6 +4,7 @@
 #include "base/atomic_file.h"
 #include "image/exr_header.h"
 #include "image/exr_size.h"
+#include "image/exr_walk.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDeepFrameBuffer.h>
@@ -107,6 +108,7 @@ Result<DeepImage> read_rows(const std::string& path) {
     const auto error = [&path](const std::string& why) {
         return Error{"io-open", fmt::format("cannot open {}: {}", path, why)};
     };
+    if (auto checked = check_headers(path); !checked) return checked.error();
     Imf::MultiPartInputFile whole(path.c_str());
     const Imf::Header& header = whole.header(0);
     if (header.type() != Imf::DEEPSCANLINE) return error("it has no deep scanlines");

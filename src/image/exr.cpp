@@ -5,6 +5,7 @@
 #include "base/tasks.h"
 #include "image/exr_header.h"
 #include "image/exr_size.h"
+#include "image/exr_walk.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -164,6 +165,7 @@ ExrReader& ExrReader::operator=(ExrReader&&) noexcept = default;
 
 Result<ExrReader> ExrReader::open(const std::string& path, Chunks chunks) {
     start_exr_threads();
+    if (auto whole = check_headers(path); !whole) return whole.error();
     const auto error = [&path](const std::string& why) {
         return Error{"io-open", fmt::format("cannot open {}: {}", path, why)};
     };

@@ -12,8 +12,6 @@ namespace {
 
 class Writer {
   public:
-    static constexpr bool reads = false;
-
     template <class T>
         requires std::is_arithmetic_v<T>
     void value(T& v) {
@@ -37,8 +35,6 @@ class Writer {
 
 class Reader {
   public:
-    static constexpr bool reads = true;
-
     explicit Reader(std::string_view b) : bytes(b) {}
 
     template <class T>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files that no program of ours writes: an error that says why, never a crash or memory without bounds.
 #include "base/atomic_file.h"
+#include "image/deep_file.h"
 #include "image/exr.h"
 #include "image/layer_file.h"
 #include "made_exr.h"
@@ -26,6 +27,17 @@ void set_windows(const std::string& path, const Window& window) {
     for (size_t at = bytes.find(name); at != std::string::npos; at = bytes.find(name, at + 1))
         std::memcpy(bytes.data() + at + name.size(), numbers.data(), sizeof(numbers));
     ASSERT_TRUE(write_file_atomically(path, bytes).has_value());
+}
+
+/// Lets the first attribute of this name and type say that it has so many bytes more.
+void lengthen(const std::string& path, std::string bytes, const std::string& name, const std::string& type, uint32_t more) {
+    const std::string start = name + '\0' + type + '\0';
+    const size_t at = bytes.find(start) + start.size();
+    uint32_t size = 0;
+    std::memcpy(&size, bytes.data() + at, sizeof size);
+    size += more;
+    std::memcpy(bytes.data() + at, &size, sizeof size);
+    EXPECT_TRUE(write_file_atomically(path, bytes).has_value());
 }
 
 }  // namespace
@@ -91,6 +103,34 @@ TEST(BadExr, PartsShareTheBytesOfTheirFile) {
     const auto reader = ExrReader::open(path);
     ASSERT_FALSE(reader.has_value());
     EXPECT_NE(reader.error().message.find("of part 3"), std::string::npos) << reader.error().message;
+}
+
+TEST(BadExr, AttributesEndWithTheFileAndWithTheirType) {
+    const std::string path = temporary("attribute.exr");
+    Image image;
+    image.data = image.display = {0, 0, 2, 1};
+    image.parts.push_back({"rgba", {Channel::make("R", ChannelType::Float, 2)}, {}});
+    image.attributes = {{"comment", "long"}};
+    for (const bool has_second_part : {false, true}) {
+        if (has_second_part) image.parts.push_back({"more", {Channel::make("Z", ChannelType::Float, 2)}, {}});
+        ASSERT_TRUE(write_exr(path, image).has_value());
+        const std::string bytes = *read_file(path);
+        const auto expect_refusal = [&](const std::string& name, const std::string& type, uint32_t more) {
+            lengthen(path, bytes, name, type, more);
+            for (const Error& error : {read_exr(path).error(), read_deep_file(path).error()}) {
+                EXPECT_EQ(error.code, "io-open") << name;
+                EXPECT_NE(error.message.find("its headers are damaged"), std::string::npos) << error.message;
+            }
+        };
+        lengthen(path, bytes, "comment", "string", 0);
+        EXPECT_TRUE(read_exr(path).has_value());
+        for (const uint32_t more : {uint32_t(bytes.size()), 0x34000000u, 0xfffffff0u}) expect_refusal("comment", "string", more);
+        // OpenEXR reads on where a number or a list of channels ends, whatever size it is said to have
+        for (const uint32_t more : {1u, 4u, 0xffffffffu}) {
+            expect_refusal("pixelAspectRatio", "float", more);
+            expect_refusal("channels", "chlist", more);
+        }
+    }
 }
 
 TEST(BadExr, HeaderStringsOfDeepJsonAreRefused) {

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <opensubdiv/version.h>
 
 #include <algorithm>
 #include <array>
@@ -222,6 +223,25 @@ TEST_F(Sharing, WhatIsNoSurfaceIsRefused) {
     loose.points.emplace_back(std::nanf(""));
     EXPECT_EQ(complaint_about(loose), "");
     for (const Vec3& p : dice(loose, 3).data.positions) EXPECT_TRUE(is_finite(p));
+}
+
+TEST_F(Sharing, CreasesWhereFacesMeetAlongTwoEdgesAreLeftToALaterOpenSubdiv) {
+    // Vertex 3 is inside and has two faces only
+    scene::Mesh pocket = make_cage(scene::SubdivisionScheme::CatmullClark, {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0.5f, 0.5f, 1}, {0, 1, 0}},
+                                   {{0, 1, 2, 3}, {4, 0, 3, 2}});
+    EXPECT_EQ(complaint_about(pocket), "");
+    // At the boundary a crease changes nothing, and a weight of 0 makes none
+    pocket.rules.creases = {{0, 1}, {3, 0}};
+    pocket.rules.crease_sharpnesses = {2.0f, 0.0f};
+    EXPECT_EQ(complaint_about(pocket), "");
+    pocket.rules.crease_sharpnesses = {2.0f, 2.0f};
+    if (OPENSUBDIV_VERSION_NUMBER >= 30501) EXPECT_EQ(complaint_about(pocket), "");
+    else EXPECT_NE(complaint_about(pocket).find("needs OpenSubdiv 3.5.1"), std::string::npos);
+    // Elsewhere it does no harm
+    scene::Mesh beside = cube();
+    beside.rules.creases = {{0, 1}};
+    beside.rules.crease_sharpnesses = {2.0f};
+    EXPECT_EQ(complaint_about(beside), "");
 }
 
 }  // namespace

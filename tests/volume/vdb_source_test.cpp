@@ -14,7 +14,10 @@
 #include <openvdb/tools/Interpolation.h>
 #include <openvdb/tools/LevelSetSphere.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <cstring>
 
 namespace velatura::test {
 namespace {
@@ -237,6 +240,27 @@ TEST(VdbSource, SurvivesFilesWithWrongBytes) {
     }
     std::printf("%d of %d refused\n", refused, count);
     EXPECT_GT(refused, 20);
+}
+
+TEST(VdbSource, DoesNotReadForMinutesBehindTheEndOfAFile) {
+    // The tiles of the root, of which there are none, become as many as can be told
+    const float background = 12345.5f;
+    const auto grid = openvdb::FloatGrid::create(background);
+    grid->setName("density");
+    grid->getAccessor().setValue(openvdb::Coord(0), 1.0f);
+    const VdbFolder folder;
+    std::string bytes = VdbFolder::bytes_of(folder.write("few.vdb", {grid}));
+    std::string root(12, '\0');
+    std::memcpy(root.data(), &background, sizeof background);
+    root[8] = 1;
+    const size_t at = bytes.find(root);
+    ASSERT_NE(at, std::string::npos);
+    std::fill_n(bytes.begin() + std::ptrdiff_t(at) + 4, 4, '\xff');
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_EQ(error_of({.file = folder.write_bytes("many.vdb", bytes), .grid = "density"}),
+              "volume-file: not a .vdb file that can be read: reading took more than 3 s");
+    // Of wall time, of which a machine with others on it gives less
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(30));
 }
 
 TEST(VdbSource, ReadsTheSmokeOfOpenUsd) {

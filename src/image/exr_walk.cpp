@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/exr_walk.h"
+
+#include <OpenEXR/OpenEXRConfig.h>
+#include <fmt/format.h>
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+namespace velatura::image {
+
+namespace {
+
+/// Bytes of the types that have as many always. Ref: OpenEXR, "File Layout", "Predefined Attribute Types".
+constexpr std::pair<std::string_view, uint32_t> sizes[] = {
+    {"box2f", 16}, {"box2i", 16},   {"chromaticities", 32}, {"compression", 1}, {"deepImageState", 1}, {"double", 8},
+    {"envmap", 1}, {"float", 4},    {"int", 4},             {"keycode", 28},    {"lineOrder", 1},      {"m33d", 72},
+    {"m33f", 36},  {"m44d", 128},   {"m44f", 64},           {"rational", 8},    {"tiledesc", 9},       {"timecode", 8},
+    {"v2d", 16},   {"v2f", 8},      {"v2i", 8},             {"v3d", 24},        {"v3f", 12},           {"v3i", 12}};
+
+/// Whether OpenEXR reads as many bytes of a value of this type, or refuses others.
+bool is_size_of(std::string_view type, uint32_t bytes) {
+    for (const auto& [name, size] : sizes)
+        if (type == name) return bytes == size;
+    return type != "floatvector" || bytes % 4 == 0;
+}
+
+/// Bytes of a list of names for ids that OpenEXR reads beyond its size.
+constexpr uint32_t excess_of_ids = OPENEXR_VERSION_MAJOR == 3 && OPENEXR_VERSION_MINOR < 2 ? 4 : 0;
+
+class HeaderWalk {
+  public:
+    explicit HeaderWalk(const std::string& path) : file_(path, std::ios::binary) {
+        std::error_code none;
+        size_ = std::filesystem::file_size(path, none);
+    }
+
+    /// Whether it begins as OpenEXR files do: magic number, version, then headers of a part each.
+    bool start() {
+        constexpr char multipart = 0x10;
+        std::array<char, 8> head = {};
+        if (!file_.read(head.data(), head.size())) return false;
+        has_parts_ = (head[5] & multipart) != 0;
+        return std::string_view(head.data(), 4) == "\x76\x2f\x31\x01";
+    }
+
+    /// Passes over the headers of all parts, where an empty one ends those of several. False where that leads astray.
+    bool pass_headers() {
+        for (;;) {
+            const std::optional<int> attributes = pass_header();
+            if (!attributes || *attributes == 0 || !has_parts_) return attributes.has_value();
+        }
+    }
+
+  private:
+    /// The number of its attributes: name, type, size and value, ended by an empty name.
+    std::optional<int> pass_header() {
+        for (int count = 0;; ++count) {
+            if (!pass_name()) return std::nullopt;
+            if (name().empty()) return count;
+            if (!pass_name() || !pass_value(name())) return std::nullopt;
+        }
+    }
+
+    bool pass_name() { return bool(file_.getline(name_.data(), std::streamsize(name_.size()), '\0')); }
+
+    std::string_view name() const { return name_.data(); }
+
+    bool pass_value(std::string_view type) {
+        std::array<char, 4> bytes = {};
+        if (!file_.read(bytes.data(), bytes.size())) return false;
+        uint32_t size = 0;
+        std::memcpy(&size, bytes.data(), sizeof size);
+        if (size > most_bytes || size > size_ - uint64_t(file_.tellg())) return false;
+        if (type == "chlist") return pass_channels(size);
+        return is_size_of(type, size) && pass(type == "idmanifest" ? size + excess_of_ids : size);
+    }
+
+    /// Names, each with 16 bytes, ended by an empty one, where the value has to end, too.
+    bool pass_channels(uint32_t size) {
+        const auto end = file_.tellg() + std::streamoff(size);
+        while (pass_name()) {
+            if (name().empty()) return file_.tellg() == end;
+            if (!pass(16)) return false;
+        }
+        return false;
+    }
+
+    bool pass(uint32_t bytes) { return bool(file_.seekg(std::streamoff(bytes), std::ios::cur)); }
+
+    /// OpenEXR counts by int.
+    static constexpr uint32_t most_bytes = 0x7fffffff;
+
+    std::ifstream file_;
+    uint64_t size_ = 0;
+    bool has_parts_ = false;
+    std::array<char, 255> name_ = {};  ///< OpenEXR is at odds with itself about longer ones
+};
+
+}  // namespace
+
+Result<void> check_headers(const std::string& path) {
+    HeaderWalk walk(path);
+    if (walk.start() && !walk.pass_headers())
+        return Error{"io-open", fmt::format("cannot open {}: its headers are damaged: an attribute is longer than the file, or than its type", path)};
+    return {};
+}
+
+}  // namespace velatura::image
