@@ -28,7 +28,7 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENES = ["cornell/cornell", "transport/glass", "transport/lens"]
 MEMORY_SCENES = ["cornell/cornell", "atelier/atelier", "bonfire/bonfire", "sky/sky", "tuft/tuft",
-                 *(f"transport/{name}" for name in ("baffle", "caustic", "glass", "gloss", "glowing_mesh", "lamp_sizes", "lens", "linked", "many_lights",
+                 *(f"transport/{name}" for name in ("baffle", "caustic", "doorway", "glass", "gloss", "glowing_mesh", "lamp_sizes", "lens", "linked", "many_lights",
                                                     "sheets", "sun", "wide_sun", "window"))]
 MEMORY_LIMITS = [0.35, 0.6, 0.8, 0.9, 1.0, 1.1, 1.3]  # of what a render without a limit takes
 PARTS = ["kill", "signals", "calls", "places", "damage", "lock", "memory"]
@@ -266,7 +266,7 @@ def try_memory(arguments, folder, scene, more):
     """Returns the largest part of its limit that a render took, and how many were rendered, stopped early and refused."""
     output = folder / "out.exr"
     command = [arguments.bin / "velatura", "render", ROOT / "scenes" / f"{scene}.usda", "-o", output, "--res", *arguments.memory_size, "--spp", "2",
-               "--progress", "none", "-q", *more]
+               "--progress", "none", *more]
     what = " ".join([scene, *more])
     code, text, free = peak_of(command)
     expect(code == 0, f"{what}: a render without a limit ends with {code}: {text}")

@@ -65,6 +65,8 @@ class Starter {
         : source_(source), control_(std::move(control)), self_(::getpid()) {}
 
     void run() {
+        // That of the renderer may be a limit on its own memory; readers have theirs
+        set_limit(RLIMIT_DATA, RLIM_INFINITY);
         reply({});
         while (std::optional<ReceivedCommand> received = receive_command(control_)) {
             note_ended();
