@@ -33,6 +33,7 @@ struct Hopeless {
 
 constexpr Hopeless hopeless[] = {
     {"transport/sun", "BSDF sampling alone", "a sun of 0.53 degrees; wide_sun has the same code on a target that is met"},
+    {"transport/doorway", "BSDF sampling alone", "the same sun"},
     {"transport/many_lights", "BSDF sampling alone", "lamps of 10 mm; cornell judges it"},
     {"transport/wide_sun", "hemisphere sampling", "few directions meet so small a target; by the cosine it is judged"},
     {"transport/many_lights", "area of all lights", "few points fall on the small lamps; analytic/classic_estimators_test judges them"},

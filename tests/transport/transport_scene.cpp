@@ -82,7 +82,7 @@ const std::vector<std::string>& transport_scenes() {
     static const std::vector<std::string> table = {
         "cornell/cornell",  "transport/sun",   "transport/wide_sun", "transport/many_lights", "transport/lamp_sizes", "transport/lens",
         "transport/glass",  "transport/caustic", "transport/baffle",   "transport/glowing_mesh", "transport/gloss",
-        "transport/window", "transport/sheets", "transport/linked",
+        "transport/window", "transport/sheets", "transport/linked", "transport/doorway",
     };
     return table;
 }
