@@ -53,8 +53,9 @@ void MemoryWatch::make_room() {
 }
 
 bool MemoryWatch::keeps_limit() {
+    if (!MemoryLimit::is_set()) return true;
     const size_t left = MemoryLimit::left();
-    if (!MemoryLimit::is_set() || left > reserve_) return true;
+    if (left > reserve_) return true;
     const auto now = Clock::now();
     if (!given_up_) {
         given_up_ = now;
