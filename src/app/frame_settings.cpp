@@ -12,6 +12,7 @@
 #include "app/plan_report.h"
 #include "base/asset_bytes.h"
 #include "base/hash.h"
+#include "base/udim.h"
 #include "geometry/refinement.h"
 
 namespace velatura::app {
@@ -50,7 +51,8 @@ std::string files_state(const scene::Scene& scene) {
         return known->second;
     };
     std::string text;
-    for (const scene::Texture& t : scene.textures) text += state_of(t.file);
+    for (const scene::Texture& t : scene.textures)
+        for (const std::string& file : udim_files(t.file)) text += state_of(file);
     for (const scene::Light& l : scene.lights) text += state_of(l.texture_file) + profile_state(l.shaping);
     for (const scene::MeshLight& l : scene.mesh_lights) text += profile_state(l.shaping);
     for (const scene::VolumeField& f : scene.volume_fields) text += fmt::format("{} {} {}", state_of(f.file), f.grid, f.index);

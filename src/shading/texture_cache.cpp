@@ -4,6 +4,7 @@
 #include "base/asset_bytes.h"
 #include "base/asset_roots.h"
 #include "base/memory_limit.h"
+#include "base/udim.h"
 
 #include <algorithm>
 #include <atomic>
@@ -15,11 +16,6 @@
 namespace velatura::shading {
 
 namespace {
-
-constexpr std::string_view udim_token = "<UDIM>";
-constexpr int udim_first = 1001;
-constexpr int udim_count = 100;  // 1001 … 1100: ten tiles per row
-constexpr int udim_row = 10;
 
 using OpenedFile = Result<std::unique_ptr<TextureFile>>;
 
@@ -71,7 +67,7 @@ struct TextureCache::State {
     }
 
     void open_file(Entry& entry, const scene::Texture& texture);
-    void open_tiles(Entry& entry, const scene::Texture& texture, size_t token);
+    void open_tiles(Entry& entry, const scene::Texture& texture);
 };
 
 TextureCache::TextureCache(size_t memory_bytes) : state_(std::make_unique<State>(memory_bytes)) {}
@@ -87,14 +83,13 @@ void TextureCache::State::open_file(Entry& entry, const scene::Texture& texture)
     }
 }
 
-void TextureCache::State::open_tiles(Entry& entry, const scene::Texture& texture, size_t token) {
+void TextureCache::State::open_tiles(Entry& entry, const scene::Texture& texture) {
     entry.is_udim = true;
     entry.tiles.resize(udim_count);
     bool is_any = false;
     std::string problem = "none of the tiles 1001 to 1100 exists";
     for (int i = 0; i < udim_count; ++i) {
-        std::string path = texture.file;
-        path.replace(token, udim_token.size(), std::to_string(udim_first + i));
+        const std::string path = udim_tile_name(texture.file, i);
         if (!asset_exists(path)) continue;
         // A tile does not run into its neighbour: the filter stops at the edge of its own file
         OpenedFile opened = open(path, texture, scene::Wrap::Clamp, scene::Wrap::Clamp);
@@ -126,12 +121,11 @@ TextureCache::Handle TextureCache::open(const scene::Texture& texture,
     entry.loc = loc;
     entry.diagnostics = &diagnostics;
     entry.failures = &state_->failures;
-    const size_t token = texture.file.find(udim_token);
     if (texture.file.empty()) {
         // Without a name the fallback is what the scene asks for, and `translate` has said so
         if (!texture.authored.empty()) entry.fail("the name leads to no file");
-    } else if (token != std::string::npos) {
-        state_->open_tiles(entry, texture, token);
+    } else if (is_udim_name(texture.file)) {
+        state_->open_tiles(entry, texture);
     } else {
         state_->open_file(entry, texture);
     }

@@ -228,6 +228,23 @@ TEST_F(Resume, RefusesAnotherTextureInAPackage) {
     EXPECT_EQ(r.exit_code, 5) << r.output;
 }
 
+TEST_F(Resume, RefusesOtherTilesOfATexture) {
+    w.write("s.usda", small_scene() + textured_ball("t.<UDIM>.png"));
+    w.write("t.1001.png", "what is no picture gives its fallback");
+    render("--spp 2 --keep-sums -o whole.exr");
+    const auto expect_code = [&](int code) {
+        const CommandResult r = try_render("--spp 4 --resume -o whole.exr");
+        EXPECT_EQ(r.exit_code, code) << r.output;
+    };
+    w.write("t.1001.png", "what is no picture gives the same one");
+    expect_code(5);
+    w.write("t.1001.png", "what is no picture gives its fallback");
+    w.write("t.1012.png", "another tile");
+    expect_code(5);
+    std::filesystem::remove(w.path("t.1012.png"));
+    expect_code(0);
+}
+
 TEST_F(Resume, RefusesFilesThatItCannotGoOnFrom) {
     const auto expect_refusal = [&](const std::string& name, const std::string& why) {
         const std::string before = bytes(name);

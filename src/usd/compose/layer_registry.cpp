@@ -4,6 +4,7 @@
 #include "base/asset_roots.h"
 #include "base/package_path.h"
 #include "base/tasks.h"
+#include "base/udim.h"
 #include "usd/crate/reader.h"
 #include "usd/materialx/reader.h"
 #include "usd/package/package.h"
@@ -37,9 +38,6 @@ constexpr std::array<LayerFormat, 5> formats = {{
 }};
 
 constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
-constexpr std::string_view udim = "<UDIM>";
-constexpr int udim_first = 1001;
-constexpr int udim_last = 1100;
 
 std::string normal(const fs::path& path) {
     return path.lexically_normal().string();
@@ -89,12 +87,9 @@ LayerRegistry::LayerRegistry(std::vector<std::string> search_paths,
     : search_paths_(std::move(search_paths)), max_layers_(max_layers), diagnostics_(diagnostics) {}
 
 bool LayerRegistry::exists(const std::string& resolved) {
-    const size_t token = resolved.find(udim);
-    if (token == std::string::npos) return asset_exists(resolved);
-    for (int tile = udim_first; tile <= udim_last; ++tile) {
-        std::string name = resolved;
-        if (asset_exists(name.replace(token, udim.size(), std::to_string(tile)))) return true;
-    }
+    if (!is_udim_name(resolved)) return asset_exists(resolved);
+    for (int i = 0; i < udim_count; ++i)
+        if (asset_exists(udim_tile_name(resolved, i))) return true;
     return false;
 }
 
