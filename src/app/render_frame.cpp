@@ -125,7 +125,6 @@ class FrameRenderer {
     }
 
     int run() {
-        if (is_too_large()) return refuse_size();
         if (job_.replay) return replay_sample(tracer_, layers_, input_.scene, *job_.replay);
         if (is_refused()) return refuse();
         if (StopSignals::stop_flag()) {
@@ -183,11 +182,6 @@ class FrameRenderer {
         if (MemoryLimit::is_set() && needs.total() > MemoryLimit::allowed() && needs.least() <= MemoryLimit::allowed())
             diagnostics_.warn("memory-limit", {}, {}, fmt::format("the render may take {}, and --memory-limit is {}: it stops with what it has where it comes near", needs.text(), format_bytes(MemoryLimit::allowed())));
         return needs;
-    }
-
-    int refuse_size() const {
-        diagnostics_.error("memory-limit", {}, {}, fmt::format("the render would take {}, and --memory-limit is {}: nothing is rendered", needs_.text(), format_bytes(MemoryLimit::allowed())));
-        return MemoryReached;
     }
 
     /// The counts that a request asks for, from what the film has.
@@ -255,8 +249,8 @@ class FrameRenderer {
     }
 
     /// Of a scene that memory does not suffice for, of one with errors, strict, or with pictures that cannot be read where that is
-    /// not to be: no picture is made, and no training either; a replay goes on where memory suffices.
-    bool is_refused() const { return is_too_large() || (!job_.replay && (is_strict_and_wrong() || misses_textures())); }
+    /// not to be: no picture is made, and no training either; a replay goes on.
+    bool is_refused() const { return !job_.replay && (is_too_large() || is_strict_and_wrong() || misses_textures()); }
 
     bool is_too_large() const { return MemoryLimit::is_set() && needs_.least() > MemoryLimit::allowed(); }
 
@@ -265,6 +259,10 @@ class FrameRenderer {
     bool misses_textures() const { return job_.arguments.texture_failure == "error" && unread_textures(world_) > 0; }
 
     int refuse() {
+        if (is_too_large()) {
+            diagnostics_.error("memory-limit", {}, {}, fmt::format("the render would take {}, and --memory-limit is {}: nothing is rendered", needs_.text(), format_bytes(MemoryLimit::allowed())));
+            return MemoryReached;
+        }
         if (is_strict_and_wrong()) diagnostics_.error("strict", {}, {}, fmt::format("{} errors and --strict: nothing is rendered", diagnostics_.error_count()));
         else diagnostics_.error("texture-failure", {}, {}, fmt::format("pictures of {} textures cannot be read and --texture-failure error: nothing is rendered", unread_textures(world_)));
         return RenderError;
