@@ -248,7 +248,7 @@ TEST(PicturePool, ReadersHaveNoRightsTheyDoNotNeed) {
 
 /// Also those that a library has opened without a thought of programs that are started.
 TEST(PicturePool, ReadersHaveNoFilesOfTheRenderer) {
-    const FileDescriptor file(::open("/proc/self/status", O_RDONLY));
+    const FileDescriptor low(::open("/proc/self/status", O_RDONLY)), file(::fcntl(low.get(), F_DUPFD, 20));
     PicturePool pool(options());
     const Picture picture = open(pool, "plain");
     std::vector<std::string> found;
