@@ -95,21 +95,17 @@ class FilePicture final : public SourcePicture {
             next_line_ = y_end;
             OIIO::ImageInput& input = **image_;
             const LevelSpec& in = spec_.levels.at(size_t(level));
-            const size_t line = size_t(in.width) * size_t(channels);
             // OpenImageIO says nothing of damage in a TIFF file that it decodes several lines of at
             // once
             const bool is_tiff = std::string_view(input.format_name()) == "tiff";
-            const int step = is_tiff && in.tile_width == 0 ? 1 : y_end - y;
-            for (int from = y; from < y_end; from += step) {
-                float* const to = values.data() + size_t(from - y) * line;
-                const bool is_read =
-                    in.tile_width > 0
-                        ? input.read_tiles(0, level, in.x, in.x + in.width, from, from + step, 0, 1,
-                                           0, channels, OIIO::TypeFloat, to)
-                        : input.read_scanlines(0, level, from, from + step, 0, 0, channels,
-                                               OIIO::TypeFloat, to);
-                if (!is_read) return unread(input.geterror());
-            }
+            if (is_tiff && in.tile_width == 0)
+                return read_one_by_one(level, y, y_end, channels, values);
+            const bool is_read =
+                in.tile_width > 0 ? input.read_tiles(0, level, in.x, in.x + in.width, y, y_end, 0,
+                                                     1, 0, channels, OIIO::TypeFloat, values.data())
+                                  : input.read_scanlines(0, level, y, y_end, 0, 0, channels,
+                                                         OIIO::TypeFloat, values.data());
+            if (!is_read) return unread(input.geterror());
             return {};
         } catch (const std::exception& e) {
             return unread(e.what());
@@ -145,6 +141,24 @@ class FilePicture final : public SourcePicture {
         // Of the one that is not there
         input.geterror();
         input.seek_subimage(0, 0);
+    }
+
+    Result<void> read_one_by_one(
+        int level, int y, int y_end, int channels, std::span<float> values) {
+        OIIO::ImageInput& input = **image_;
+        const LevelSpec& in = spec_.levels.at(size_t(level));
+        if (!input.seek_subimage(0, level)) return unread(input.geterror());
+        // The other call, for some of the channels, takes 64 MB for each line
+        const bool has_all = channels == in.channels;
+        const size_t line = size_t(in.width) * size_t(channels);
+        for (int at = y; at < y_end; ++at) {
+            float* const to = values.data() + size_t(at - y) * line;
+            const bool is_read = has_all ? input.read_scanline(at, 0, OIIO::TypeFloat, to)
+                                         : input.read_scanlines(0, level, at, at + 1, 0, 0,
+                                                                channels, OIIO::TypeFloat, to);
+            if (!is_read) return unread(input.geterror());
+        }
+        return {};
     }
 
     /// Makes line y one that can be read. Formats that go back to an earlier line by opening their

@@ -85,7 +85,7 @@ std::string values(const Plugin& plugin, const std::string& file) {
 }
 
 /// Returns: whether the file can be read at all.
-bool expect_same(const std::string& file) {
+bool expect_same(const std::string& file, size_t most_ways = 4) {
     const std::string here = values(within(), file), there = values(apart(), file);
     EXPECT_TRUE(here == there) << file << ": " << there.substr(0, 200) << " instead of " << here.substr(0, 200);
     bool is_read = false;
@@ -93,7 +93,8 @@ bool expect_same(const std::string& file) {
                                                      {SourceColorSpace::Srgb, Wrap::Clamp},
                                                      {SourceColorSpace::Auto, Wrap::Repeat},
                                                      {SourceColorSpace::Raw, Wrap::UseMetadata}};
-    for (const auto& [space, wrap] : ways) {
+    for (size_t i = 0; i < most_ways; ++i) {
+        const auto [space, wrap] = ways[i];
         const std::string a = texels(within(), file, space, wrap), b = texels(apart(), file, space, wrap);
         EXPECT_TRUE(a == b) << file << ": " << b.substr(0, 200) << " instead of " << a.substr(0, 200);
         is_read = a.size() > 10000;
@@ -185,14 +186,14 @@ TEST_F(PictureValues, AreTheSameInTilesWindowsAndLevels) {
 
 /// More than is asked for at once.
 TEST_F(PictureValues, AreTheSameInLargePictures) {
-    EXPECT_TRUE(expect_same(write("large.png", 3, OIIO::TypeUInt8, 2300, 1100)));
-    EXPECT_TRUE(expect_same(write("large.exr", 4, OIIO::TypeHalf, 2300, 1100)));
-    OIIO::ImageSpec one_strip(2300, 1100, 3, OIIO::TypeUInt8);
-    one_strip.attribute("tiff:RowsPerStrip", 1100);
-    EXPECT_TRUE(expect_same(write_spec("large.tif", one_strip)));
-    OIIO::ImageSpec tiled(2300, 1100, 3, OIIO::TypeHalf);
+    EXPECT_TRUE(expect_same(write("large.png", 3, OIIO::TypeUInt8, 3000, 1000), 1));
+    EXPECT_TRUE(expect_same(write("large.exr", 4, OIIO::TypeHalf, 3000, 1000), 1));
+    OIIO::ImageSpec one_strip(3000, 1000, 3, OIIO::TypeUInt8);
+    one_strip.attribute("tiff:RowsPerStrip", 1000);
+    EXPECT_TRUE(expect_same(write_spec("large.tif", one_strip), 1));
+    OIIO::ImageSpec tiled(3000, 1000, 3, OIIO::TypeHalf);
     tiled.tile_width = tiled.tile_height = 512;
-    EXPECT_TRUE(expect_same(write_spec("tiles.exr", tiled)));
+    EXPECT_TRUE(expect_same(write_spec("tiles.exr", tiled), 1));
 }
 
 TEST_F(PictureValues, AreTheSameInPackages) {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a reader may answer: anything.
 #include "plugins/openimageio/apart/messages.h"
+#include "plugins/openimageio/apart/shared_area.h"
 
 #include "base/hash.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstring>
 
@@ -87,6 +89,23 @@ TEST(Spec, MutantsAreSpecsOrRefused) {
     }
     EXPECT_GT(read, 1000u);
     EXPECT_LT(read, 19000u);
+}
+
+/// A page that is gone would end the process that looks at it.
+TEST(SharedArea, IsNeverShortened) {
+    Result<SharedArea> mine = SharedArea::create();
+    ASSERT_TRUE(mine);
+    ASSERT_TRUE(mine->reserve(10000));
+    EXPECT_LT(::ftruncate(mine->descriptor(), 0), 0);
+    SharedArea other{FileDescriptor(::dup(mine->descriptor()))};
+    EXPECT_FALSE(other.map(20000));
+    ASSERT_TRUE(other.map(10000));
+    other.bytes()[9999] = 'x';
+    EXPECT_EQ(mine->text()[9999], 'x');
+    mine->forget_beyond(4096);
+    EXPECT_EQ(mine->text()[9999], '\0');
+    ASSERT_TRUE(mine->reserve(30000));
+    EXPECT_EQ(mine->bytes().size(), 30000u);
 }
 
 TEST(PlainReason, HasNoControlCharactersAndIsUtf8) {

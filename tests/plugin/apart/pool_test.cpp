@@ -5,6 +5,7 @@
 
 #include "base/process_limits.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -16,6 +17,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <regex>
 #include <set>
 #include <thread>
 
@@ -242,6 +244,20 @@ TEST(PicturePool, ReadersHaveNoRightsTheyDoNotNeed) {
     EXPECT_TRUE(rights_of(std::to_string(processes[1])).starts_with("NoNewPrivs:\t1"));
     EXPECT_EQ(text_of(folder + "oom_score_adj"), "1000\n");
     EXPECT_EQ(rights_of("self"), own_rights);
+}
+
+/// Also those that a library has opened without a thought of programs that are started.
+TEST(PicturePool, ReadersHaveNoFilesOfTheRenderer) {
+    const FileDescriptor low(::open("/proc/self/status", O_RDONLY)), file(::fcntl(low.get(), F_DUPFD, 20));
+    PicturePool pool(options());
+    const Picture picture = open(pool, "plain");
+    std::vector<std::string> found;
+    const std::string folder = fmt::format("/proc/{}/fd", pool.processes().at(0));
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        found.push_back(std::regex_replace(std::filesystem::read_symlink(entry.path()).string(), std::regex("\\[.*"), ""));
+    std::sort(found.begin(), found.end());
+    const std::vector<std::string> expected = {"/dev/null", "/dev/null", "/dev/null", "socket:"};
+    EXPECT_EQ(found, expected);
 }
 
 /// Nor do they start processes, speak to others, or take limits back.
