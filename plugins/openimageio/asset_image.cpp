@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plugins/openimageio/asset_image.h"
 
+#include "base/exr_headers.h"
 #include "base/package_path.h"
 #include "plugins/openimageio/one_line.h"
 
@@ -9,8 +10,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
-#include <cstring>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -33,32 +32,7 @@ std::string_view format_of(std::string_view bytes) {
     return {};
 }
 
-/// Whether the attributes of an OpenEXR file lie within it, which takes memory for as much as they
-/// say before it reads them. Ref: OpenEXR, "File Layout": magic number, version, headers of a part
-/// each; attributes are name, type, size, value, and an empty name ends them.
-bool has_whole_attributes(std::string_view bytes) {
-    constexpr char multipart = 0x10;
-    size_t at = 8;
-    if (bytes.size() <= at) return false;
-    const bool has_parts = (bytes[5] & multipart) != 0;
-    do {
-        while (at < bytes.size() && bytes[at] != '\0') {
-            for (int text = 0; text < 2; ++text)
-                at = std::min(bytes.find('\0', at), bytes.size() - 1) + 1;
-            uint32_t size = 0;
-            if (bytes.size() - at < sizeof size) return false;
-            std::memcpy(&size, bytes.data() + at, sizeof size);
-            at += sizeof size;
-            if (size > bytes.size() - at) return false;
-            at += size;
-        }
-        if (at >= bytes.size()) return false;
-        ++at;
-    } while (has_parts && at < bytes.size() && bytes[at] != '\0');
-    return true;
-}
-
-const char* const cut_attributes = "an attribute is longer than the file";
+const char* const damaged_headers = "its headers are damaged: an attribute is longer than the file, or than its type";
 
 /// By the end of the file's name, or else by what it begins with. No further format is tried: each
 /// is a decoder more that may be led astray.
@@ -71,7 +45,7 @@ Result<std::unique_ptr<OIIO::ImageInput>> open_file(const std::string& file,
     if (format == "openexr") {
         const Result<AssetBytesPtr> bytes = open_asset_bytes(file);
         if (!bytes) return bytes.error();
-        if (!has_whole_attributes((*bytes)->bytes())) return not_opened(cut_attributes);
+        if (!has_sane_exr_headers((*bytes)->bytes(), VELATURA_OPENEXR_VERSION)) return not_opened(damaged_headers);
     }
     std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(file, configuration);
     if (input) return input;
@@ -113,8 +87,8 @@ Result<AssetImage> open_asset_image(const std::string& name, const OIIO::ImageSp
     if (!bytes) return bytes.error();
     image.bytes_ = *bytes;
     const std::string_view data = image.bytes_->bytes();
-    if (format_of(data) == "openexr" && !has_whole_attributes(data))
-        return not_opened(cut_attributes);
+    if (format_of(data) == "openexr" && !has_sane_exr_headers(data, VELATURA_OPENEXR_VERSION))
+        return not_opened(damaged_headers);
     image.proxy_ = std::make_unique<OIIO::Filesystem::IOMemReader>(data.data(), data.size());
     // The name within the package tells the format by its extension, else the content does
     const std::string& member = parts.back();

@@ -4,7 +4,6 @@
 #include "base/atomic_file.h"
 #include "image/exr_header.h"
 #include "image/exr_size.h"
-#include "image/exr_walk.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDeepFrameBuffer.h>

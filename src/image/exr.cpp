@@ -5,7 +5,6 @@
 #include "base/tasks.h"
 #include "image/exr_header.h"
 #include "image/exr_size.h"
-#include "image/exr_walk.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>

@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/exr_size.h"
 
+#include "base/exr_headers.h"
 #include "image/exr_header.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfTileDescription.h>
+#include <OpenEXR/OpenEXRConfig.h>
+#include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 
 namespace velatura::image {
 
@@ -87,6 +92,14 @@ uint64_t least_bytes_of(const Imf::Header& header) {
     if (Imf::isTiled(header.type())) chunks *= rounded_up_quotient(uint64_t(w.width()), header.tileDescription().xSize);
     // Eight bytes for a chunk's place, eight before its data
     return 16 * chunks + uint64_t(w.pixel_count()) * pixel_bytes_of(header) / most_expansion(header);
+}
+
+Result<void> check_headers(const std::string& path) {
+    constexpr int version = 100 * OPENEXR_VERSION_MAJOR + OPENEXR_VERSION_MINOR;
+    std::ifstream file(path, std::ios::binary);
+    std::error_code none;
+    if (has_sane_exr_headers(file, std::filesystem::file_size(path, none), version)) return {};
+    return Error{"io-open", fmt::format("cannot open {}: its headers are damaged: an attribute is longer than the file, or than its type", path)};
 }
 
 }  // namespace velatura::image

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/result.h"
+
 #include <OpenEXR/ImfForward.h>
 
 #include <cstdint>
+#include <string>
 
 namespace velatura::image {
 
@@ -16,5 +19,8 @@ uint64_t most_expansion(const Imf::Header& header);
 /// A part takes at least so many bytes of its file: the table of its chunks, their headers, and its pixels as small as its
 /// compression ever makes them. Of deep parts the counts of samples only.
 uint64_t least_bytes_of(const Imf::Header& header);
+
+/// Before OpenEXR opens a file. Errors: "io-open", with the file, where has_sane_exr_headers is false.
+Result<void> check_headers(const std::string& path);
 
 }  // namespace velatura::image

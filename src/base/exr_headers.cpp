@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "image/exr_walk.h"
-
-#include <OpenEXR/OpenEXRConfig.h>
-#include <fmt/format.h>
+#include "base/exr_headers.h"
 
 #include <array>
-#include <cstdint>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <optional>
-#include <string_view>
+#include <streambuf>
 #include <utility>
 
-namespace velatura::image {
+namespace velatura {
 
 namespace {
 
@@ -31,15 +25,10 @@ bool is_size_of(std::string_view type, uint32_t bytes) {
     return type != "floatvector" || bytes % 4 == 0;
 }
 
-/// Bytes of a list of names for ids that OpenEXR reads beyond its size.
-constexpr uint32_t excess_of_ids = OPENEXR_VERSION_MAJOR == 3 && OPENEXR_VERSION_MINOR < 2 ? 4 : 0;
-
 class HeaderWalk {
   public:
-    explicit HeaderWalk(const std::string& path) : file_(path, std::ios::binary) {
-        std::error_code none;
-        size_ = std::filesystem::file_size(path, none);
-    }
+    HeaderWalk(std::istream& file, uint64_t file_bytes, int version)
+        : file_(file), size_(file_bytes), excess_of_ids_(version < 302 ? 4 : 0) {}
 
     /// Whether it begins as OpenEXR files do: magic number, version, then headers of a part each.
     bool start() {
@@ -79,7 +68,7 @@ class HeaderWalk {
         std::memcpy(&size, bytes.data(), sizeof size);
         if (size > most_bytes || size > size_ - uint64_t(file_.tellg())) return false;
         if (type == "chlist") return pass_channels(size);
-        return is_size_of(type, size) && pass(type == "idmanifest" ? size + excess_of_ids : size);
+        return is_size_of(type, size) && pass(type == "idmanifest" ? size + excess_of_ids_ : size);
     }
 
     /// Names, each with 16 bytes, ended by an empty one, where the value has to end, too.
@@ -97,19 +86,47 @@ class HeaderWalk {
     /// OpenEXR counts by int.
     static constexpr uint32_t most_bytes = 0x7fffffff;
 
-    std::ifstream file_;
-    uint64_t size_ = 0;
+    std::istream& file_;
+    uint64_t size_;
+    uint32_t excess_of_ids_;  ///< bytes of a list of names for ids that OpenEXR reads beyond its size
     bool has_parts_ = false;
     std::array<char, 255> name_ = {};  ///< OpenEXR is at odds with itself about longer ones
 };
 
+/// Bytes of others as a stream.
+class ViewBuffer final : public std::streambuf {
+  public:
+    explicit ViewBuffer(std::string_view bytes) {
+        // Nothing is ever written: there is no put area
+        char* const begin = const_cast<char*>(bytes.data());
+        setg(begin, begin, begin + bytes.size());
+    }
+
+  protected:
+    pos_type seekoff(off_type offset, std::ios_base::seekdir from, std::ios_base::openmode) override {
+        const off_type base = from == std::ios_base::cur ? gptr() - eback() : from == std::ios_base::end ? egptr() - eback() : 0;
+        return seekpos(base + offset, std::ios_base::in);
+    }
+
+    pos_type seekpos(pos_type position, std::ios_base::openmode) override {
+        const off_type at = position;
+        if (at < 0 || at > egptr() - eback()) return pos_type(off_type(-1));
+        setg(eback(), eback() + at, egptr());
+        return position;
+    }
+};
+
 }  // namespace
 
-Result<void> check_headers(const std::string& path) {
-    HeaderWalk walk(path);
-    if (walk.start() && !walk.pass_headers())
-        return Error{"io-open", fmt::format("cannot open {}: its headers are damaged: an attribute is longer than the file, or than its type", path)};
-    return {};
+bool has_sane_exr_headers(std::istream& file, uint64_t file_bytes, int version) {
+    HeaderWalk walk(file, file_bytes, version);
+    return !walk.start() || walk.pass_headers();
 }
 
-}  // namespace velatura::image
+bool has_sane_exr_headers(std::string_view file, int version) {
+    ViewBuffer buffer(file);
+    std::istream stream(&buffer);
+    return has_sane_exr_headers(stream, file.size(), version);
+}
+
+}  // namespace velatura
