@@ -3,10 +3,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <fstream>
-
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -39,9 +39,10 @@ void start_exr_threads() {
     });
 }
 
-/// Of some allocations that fail OpenEXR tells in words.
+/// Want of memory is no error of a file. Of some allocations that fail OpenEXR tells in words.
 void throw_if_memory(const std::exception& e) {
-    if (std::string_view(e.what()).find("Failed to allocate") != std::string_view::npos) throw std::bad_alloc();
+    const bool is_told = std::string_view(e.what()).find("Failed to allocate") != std::string_view::npos;
+    if (is_told || dynamic_cast<const std::bad_alloc*>(&e)) throw std::bad_alloc();
 }
 
 Imf::PixelType pixel_type(ChannelType type) {
@@ -135,8 +136,6 @@ Result<void> write_exr(const std::string& path, const Image& image, Compression 
             part.writePixels(image.data.height());
         }
         return {};
-    } catch (const std::bad_alloc&) {
-        throw;
     } catch (const std::exception& e) {
         throw_if_memory(e);
         return Error{"io-write", fmt::format("cannot write {}: {}", path, e.what())};
@@ -204,8 +203,6 @@ Result<ExrReader> ExrReader::open(const std::string& path, Chunks chunks) {
             }
             impl->header.parts.push_back(std::move(part));
         }
-    } catch (const std::bad_alloc&) {
-        throw;
     } catch (const std::exception& e) {
         throw_if_memory(e);
         return error(e.what());
@@ -247,8 +244,6 @@ Result<void> ExrReader::read_rows(int index,
         input.setFrameBuffer(buffer);
         input.readPixels(y0, y1 - 1);
         return {};
-    } catch (const std::bad_alloc&) {
-        throw;
     } catch (const std::exception& e) {
         throw_if_memory(e);
         return Error{"io-read", fmt::format("cannot read {}: {}", impl_->path, e.what())};
@@ -264,8 +259,6 @@ Result<Part> ExrReader::read_part(int index) const {
         input.setFrameBuffer(frame_buffer(part, w));
         input.readPixels(w.y0, w.y1 - 1);
         return part;
-    } catch (const std::bad_alloc&) {
-        throw;
     } catch (const std::exception& e) {
         throw_if_memory(e);
         return Error{"io-read", fmt::format("cannot read {}: {}", impl_->path, e.what())};

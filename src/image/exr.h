@@ -28,7 +28,7 @@ struct RowTarget {
     void* values = nullptr;
 };
 
-/// Reads an EXR file part by part, or rows of some channels. One thread at a time may use a reader.
+/// Reads an EXR file part by part, or rows of some channels. One thread at a time may use a reader. Throws std::bad_alloc alone.
 class ExrReader {
   public:
     /// Several: OpenEXR's threads decompress chunks side by side. One: a chunk at a time is in memory.
