@@ -47,6 +47,8 @@ void allot_textures(const shading::TextureCache& textures, MemoryNeeds& needs) {
 }
 
 void MemoryWatch::make_room() {
+    // Closing files takes a little memory, too
+    MemoryLimit::watch();
     textures_.drop_tiles();
     image::use_one_exr_thread();
     MemoryLimit::give_back();

@@ -88,6 +88,9 @@ MemoryLimit::MemoryLimit(size_t bytes) {
         limit_bytes = unlimited;
         throw std::bad_alloc();
     }
+    // Large blocks that are freed are unmapped then, where the kernel sees it
+    constexpr int large_block = 64 << 10;
+    mallopt(M_MMAP_THRESHOLD, large_block);
     std::set_new_handler(grant_or_throw);
     enforce("at the start");
 }

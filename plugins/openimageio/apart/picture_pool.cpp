@@ -10,6 +10,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <exception>
 #include <thread>
 #include <utility>
 
@@ -85,7 +86,11 @@ class PicturePool::OpenPicture final : public SourcePicture {
     OpenPicture& operator=(const OpenPicture&) = delete;
 
     ~OpenPicture() override {
-        pool_.close(visit_);
+        try {
+            pool_.close(visit_);
+        } catch (const std::exception&) {
+            // For want of memory: it stays open in its reader, whose end closes it
+        }
         pool_.leave(visit_.seat);
     }
 
