@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <initializer_list>
+#include <limits>
 
 namespace velatura::image {
 
@@ -72,9 +73,11 @@ Part data_part(const SampleSums& sums, std::vector<LayerEntry>& layers) {
     const size_t variance = add("variance", {""}, ChannelType::Float);
     const size_t invalid = add("invalid", {""}, ChannelType::Uint);
 
+    // Squares of floats, and differences of two of opposite signs, may be more than a float holds
+    static constexpr double largest = std::numeric_limits<float>::max();
     const auto set_float = [&part](size_t channel, size_t i, double sum, double weight) {
         std::get<std::vector<float>>(part.channels[channel].data)[i] =
-            weight == 0.0 ? 0.0f : float(sum / weight);
+            weight == 0.0 ? 0.0f : float(std::clamp(sum / weight, -largest, largest));
     };
     const auto set_triple = [&set_float](size_t first, size_t i, const Triple& sum, double weight) {
         set_float(first, i, sum.x, weight);

@@ -130,6 +130,29 @@ TEST(H39BadSamples, AreCountedNamedAndHarmNoOther) {
     }
 }
 
+/// Squares of such light are beyond floats: the layer of the variance must not cost the picture.
+TEST(H50BrightestLight, IsWritten) {
+    const LayerSet set = test_layer_set();
+    Film film({0, 0, 1, 1}, set);
+    SampleRadiance s(set);
+    PixelAccumulator acc(set);
+    film.begin_pixel(acc, 0, 0, 0);
+    constexpr float brightest = std::numeric_limits<float>::max();
+    for (uint64_t i = 0; i < 8; ++i) {
+        s.clear();
+        s.add(1, 0, Rgb(i % 2 == 0 ? brightest : 0.0f));
+        acc.add(s);
+    }
+    film.end_pixel(acc);
+    EXPECT_EQ(film.invalid_count(), 0u);
+    const std::string path = temporary_file("brightest.exr");
+    const auto written = film.write(path, {});
+    ASSERT_TRUE(written.has_value()) << written.error().message;
+    const auto read = image::read_layer_file(path);
+    ASSERT_TRUE(read.has_value());
+    hardcase::expect_within({"light of half the largest float, as read from the file, relative", std::abs(double(read->find("R")->value(0)) / (0.5 * double(brightest)) - 1), 0x1p-23, 0, "closed form"});
+}
+
 /// How far the farthest pixel of a picture of 1 everywhere is from that, by n samples of a filter.
 double farthest_from_one(sampling::FilterKind kind, sampling::SamplerKind numbers, int n) {
     const LayerSet set = beauty_only();
