@@ -148,7 +148,7 @@ Placeable* native_prototype(Context& ctx, Prim instance) {
         placeable->name = prototype.path_string();
         placeable->frame = instance;
         placeable->is_being_built = true;
-        for (const Prim child : instance.children()) walk(ctx, child, Mat4d(), *placeable);
+        walk_children(ctx, instance, Mat4d(), *placeable);
         placeable->is_being_built = false;
     }
     return placeable;

@@ -88,6 +88,8 @@ void place_all(Context& ctx, Placeable& stage_content);
 /// Walks the subtree of `prim` whose parent has the given matrix (absolute, before the origin is
 /// subtracted).
 void walk(Context& ctx, Prim prim, const Mat4d& parent_matrix, Placeable& out);
+/// Walks what stands below `prim`, which has the given matrix, by names.
+void walk_children(Context& ctx, Prim prim, const Mat4d& matrix, Placeable& out);
 
 /// Matrix with the holder's origin taken off its translation.
 Mat4d relative_to(const Mat4d& matrix, const Vec3d& origin);

@@ -58,7 +58,7 @@ void translate_content(Context& ctx) {
     Placeable content;
     content.is_stage = true;
     content.origin = ctx.origin;
-    for (const Prim child : ctx.stage.pseudo_root().children()) walk(ctx, child, Mat4d(), content);
+    walk_children(ctx, ctx.stage.pseudo_root(), Mat4d(), content);
     place_all(ctx, content);
 }
 

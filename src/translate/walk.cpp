@@ -11,23 +11,33 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace velatura::translate {
 
 namespace {
 
+/// The order of siblings in a file says nothing of the picture: sampling and ties go by names, so that it stays the same
+/// to the bit when another exporter, or another run of it, writes them in another order.
+std::vector<Prim> sorted_by_name(std::vector<Prim> siblings) {
+    std::ranges::sort(siblings, {}, [](const Prim& prim) { return prim.name().view(); });
+    return siblings;
+}
+
 /// Children that a picture shows. Below an `over` or a class (where prototypes of point instancers
 /// live) the stage counts nothing as defined: there, what says `def` is shown.
 std::vector<Prim> shown_children(Prim prim) {
-    if (prim.is_pseudo_root() || (prim.is_defined() && !prim.is_abstract())) return prim.children();
+    if (prim.is_pseudo_root() || (prim.is_defined() && !prim.is_abstract()))
+        return sorted_by_name(prim.children());
     std::vector<Prim> out;
     for (const Prim child : prim.all_children()) {
         if (child.is_active() && child.is_loaded() &&
             child.specifier() == usd::layer::Specifier::Def)
             out.push_back(child);
     }
-    return out;
+    return sorted_by_name(std::move(out));
 }
 
 bool has_no_picture_below(std::string_view type) {
@@ -206,6 +216,10 @@ void walk(Context& ctx, Prim prim, const Mat4d& parent_matrix, Placeable& out) {
         return;
     }
     draw(ctx, prim, matrix, pose ? &*pose : nullptr, out);
+    walk_children(ctx, prim, matrix, out);
+}
+
+void walk_children(Context& ctx, Prim prim, const Mat4d& matrix, Placeable& out) {
     for (const Prim child : shown_children(prim)) walk(ctx, child, matrix, out);
 }
 

@@ -29,7 +29,7 @@ def Cube "Box" {
 )usda" + prim;
 }
 
-std::string mesh(const std::string& what) { return "def Mesh \"Bad\" {\n" + what + "\n}\n"; }
+std::string mesh(const std::string& what) { return "def Mesh \"Wrong\" {\n" + what + "\n}\n"; }
 
 const std::string quad_faces = "int[] faceVertexCounts = [4]\nint[] faceVertexIndices = [0, 1, 2, 3]\n";
 const std::string quad_points = "point3f[] points = [(2, 0, 0), (3, 0, 0), (3, 1, 0), (2, 1, 0)]\n";
@@ -57,7 +57,7 @@ class BadPrims : public testing::Test {
         const CommandResult r = w.velatura(program + "render bad.usda -o x.exr" + quick);
         EXPECT_EQ(r.exit_code, 0) << r.output;
         EXPECT_NE(r.output.find(c.message), std::string::npos) << r.output;
-        EXPECT_NE(r.output.find("</Bad"), std::string::npos) << r.output;
+        EXPECT_NE(r.output.find("</Wrong"), std::string::npos) << r.output;
         EXPECT_EQ(w.hash("x.exr"), hash_of(c.left));
     }
 
@@ -82,9 +82,9 @@ TEST_F(BadPrims, CostThemselvesAndNotTheFrame) {
          "bad.usda:14:1: warning: the number of its points changes while the shutter is open: the mesh is rendered as it is at the frame's instant [unsupported-motion-blur]", good_quad},
         {"a transform without room", mesh(polygons + quad_faces + quad_points + "float3 xformOp:scale = (0, 0, 1)\nuniform token[] xformOpOrder = [\"xformOp:scale\"]"),
          "bad.usda:14:1: warning: transform is infinite or flattens everything", ""},
-        {"curves of too few points", "def BasisCurves \"Bad\" {\nint[] curveVertexCounts = [4]\npoint3f[] points = [(2, 0, 0), (3, 0, 0)]\nfloat[] widths = [0.1]\n}\n",
+        {"curves of too few points", "def BasisCurves \"Wrong\" {\nint[] curveVertexCounts = [4]\npoint3f[] points = [(2, 0, 0), (3, 0, 0)]\nfloat[] widths = [0.1]\n}\n",
          "bad.usda:15:27: warning: 1 of 1 curves left out: curveVertexCounts add up to more than there are points [bad-curves]", ""},
-        {"a sphere of no size", "def Sphere \"Bad\" {\ndouble radius = -1\n}\n", "bad.usda:14:1: warning: sizes are not positive numbers, the prim is left out [bad-gprim-size]", ""},
+        {"a sphere of no size", "def Sphere \"Wrong\" {\ndouble radius = -1\n}\n", "bad.usda:14:1: warning: sizes are not positive numbers, the prim is left out [bad-gprim-size]", ""},
     };
     for (const Case& c : cases) expect_loss(c);
 }
@@ -107,7 +107,7 @@ TEST_F(BadPrims, OfPluginsThatCannotBeUsedAreNamedWithThem) {
     w.write("lone/plugins/subdivision/plugin.txt", "name: subdivision\nabi: 99\nprovides: subdivider\ntrigger: effect subdivision\n");
     w.write("lone/plugins/volume/plugin.txt", "name: volume\nabi: 99\nprovides: volume_source\ntrigger: effect volumes\n");
     const std::string alone = "--version >/dev/null && '" + copy + "/velatura' ";
-    const std::string volume = "def Volume \"Bad\" {\nrel field:density = </Bad/D>\ndef OpenVDBAsset \"D\" {\nasset filePath = @x.vdb@\ntoken fieldName = \"density\"\n}\n}\n";
+    const std::string volume = "def Volume \"Wrong\" {\nrel field:density = </Wrong/D>\ndef OpenVDBAsset \"D\" {\nasset filePath = @x.vdb@\ntoken fieldName = \"density\"\n}\n}\n";
     expect_loss({"no subdivider", mesh(quad_faces + quad_points), "plugin subdivision: expected ABI 1, found 99: meshes with a subdivision scheme are rendered as their polygons", mesh(polygons + quad_faces + quad_points)}, alone);
     expect_loss({"nobody to read grids", volume, "plugin volume: expected ABI 1, found 99", ""}, alone);
 }

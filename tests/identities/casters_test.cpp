@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstdio>
 
@@ -227,7 +228,9 @@ TEST(Casters, TellInstancesApart) {
                             "def Xform \"Left\" (instanceable = true\n inherits = </_Thing>\n kind = \"component\") {\n double3 xformOp:translate = (-1, 0, 0)\n uniform token[] xformOpOrder = [\"xformOp:translate\"]\n}\n"
                             "def Xform \"Right\" (instanceable = true\n inherits = </_Thing>\n kind = \"component\") {\n double3 xformOp:translate = (1, 0, 0)\n uniform token[] xformOpOrder = [\"xformOp:translate\"]\n}\n";
     const film::Film film = render(scene_from_usda(stage(two), width, height, true), 64);
-    const double left = whole(taken_by(film, 3, "Left")).value, right = whole(taken_by(film, 3, "Right")).value;
+    const auto& groups = film.layer_set().groups;
+    const auto sky = int(std::ranges::find(groups, "Sky", &image::LightGroup::name) - groups.begin());
+    const double left = whole(taken_by(film, sky, "Left")).value, right = whole(taken_by(film, sky, "Right")).value;
     EXPECT_GT(left, 0.0);
     EXPECT_NEAR(left / right, 1.0, 0.15);
 }

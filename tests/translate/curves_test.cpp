@@ -206,7 +206,7 @@ def Points "P" {
     float[] widths = [1, -1, nan, 2]
     color3f[] primvars:displayColor = [(1,0,0),(0,1,0),(0,0,1),(1,1,1)] (interpolation = "vertex")
 }
-def Points "Default" {
+def Points "Plain" {
     point3f[] points = [(0,0,0),(1,0,0)]
 }
 def Points "None" {

@@ -302,13 +302,13 @@ TEST(H09SingularMatrices, FlatSheetsLiveAndLinesDie) {
 TEST(Gprims, AxesTurnTheSpine) {
     Translated t;
     translate_text(camera() +
-                       "def Cylinder \"X\" { uniform token axis = \"X\"; double height = 6; }\n"
-                       "def Cone \"Y\" { uniform token axis = \"Y\"; }\n"
+                       "def Cylinder \"A\" { uniform token axis = \"X\"; double height = 6; }\n"
+                       "def Cone \"B\" { uniform token axis = \"Y\"; }\n"
                        "def Plane \"PX\" { uniform token axis = \"X\"; double width = 4; double "
                        "length = 2; }\n"
                        "def Plane \"PY\" { uniform token axis = \"Y\"; double width = 4; double "
                        "length = 2; }\n"
-                       "def Capsule \"C\" {}\n",
+                       "def Capsule \"Q\" {}\n",
                    t);
     ASSERT_EQ(t.scene.shapes.size(), 5u);
     const auto turn = [&](size_t i, const Vec3d& v) {

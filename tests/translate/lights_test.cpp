@@ -194,7 +194,7 @@ TEST(Lights, PositionIsRelativeToTheCamera) {
     EXPECT_EQ(t.scene.camera.world_position, Vec3d(1, 2, 3));
 }
 
-TEST(Lights, GroupsFollowTheOrderOfNamesAndAreUnique) {
+TEST(Lights, GroupsFollowTheOrderOfPathsAndAreUnique) {
     Translated t;
     translate_text(camera() + R"(
 def SphereLight "Key" { string velatura:light:group = "hero"
@@ -220,11 +220,11 @@ def Xform "D" {
                    t);
     std::vector<std::string> names;
     for (const auto& group : t.scene.groups) names.push_back(group.name);
-    EXPECT_EQ(names, (std::vector<std::string>{"hero", "oldtag", "aov1", "Lamp1", "Lamp12", "envL",
-                                               "b2L", "b", "bL", "emissive"}));
+    EXPECT_EQ(names, (std::vector<std::string>{"Lamp1", "Lamp12", "b", "bL", "hero", "aov1", "oldtag",
+                                               "b2L", "envL", "emissive"}));
     ASSERT_EQ(t.scene.groups.size(), 10u);
-    EXPECT_EQ(t.scene.groups[0].prims, (std::vector<std::string>{"/Key", "/Fill"}));
-    EXPECT_TRUE(t.scene.groups[5].is_environment);
+    EXPECT_EQ(t.scene.groups[4].prims, (std::vector<std::string>{"/Fill", "/Key"}));
+    EXPECT_TRUE(t.scene.groups[8].is_environment);
     EXPECT_FALSE(t.scene.groups[0].is_environment);
     EXPECT_EQ(t.scene.emissive_group(), 9u);
     TranslateOptions options;

@@ -87,15 +87,15 @@ TEST(Linking, IsToEverythingWhereNobodySaysOtherwise) {
 
 TEST(Linking, GoesByTheDeepestRuleAndDownToDescendants) {
     EXPECT_EQ(lit("rel collection:lightLink:excludes = </Shelf>"), "Floor ");
-    EXPECT_EQ(lit("rel collection:lightLink:excludes = </Shelf/A>"), "B C D Floor ");
+    EXPECT_EQ(lit("rel collection:lightLink:excludes = </Shelf/A>"), "Floor B C D ");
     EXPECT_EQ(lit("rel collection:lightLink:excludes = </Shelf>\n"
                   "rel collection:lightLink:includes = </Shelf/Box>"),
-              "C D Floor ");
+              "Floor C D ");
     EXPECT_EQ(lit(std::string(no_root) + "rel collection:lightLink:includes = </Shelf>\n"
                                          "rel collection:lightLink:excludes = </Shelf/Box/C>"),
               "A B D ");
     // The root counts although others are included
-    EXPECT_EQ(lit("rel collection:lightLink:includes = </Shelf/A>"), "A B C D Floor ");
+    EXPECT_EQ(lit("rel collection:lightLink:includes = </Shelf/A>"), "Floor A B C D ");
     EXPECT_EQ(lit(no_root), "");
 }
 
@@ -150,8 +150,8 @@ TEST(Linking, OfShadowsIsApartFromThatOfLight) {
                        light("N", ""),
                    t);
     const auto& lights = t.scene.lights;
-    EXPECT_EQ(direct_members(t.scene, lights[0].links.lit), "B C D Floor ");
-    EXPECT_EQ(direct_members(t.scene, lights[0].links.casters), "A B Floor ");
+    EXPECT_EQ(direct_members(t.scene, lights[0].links.lit), "Floor B C D ");
+    EXPECT_EQ(direct_members(t.scene, lights[0].links.casters), "Floor A B ");
     EXPECT_EQ(lights[1].links.lit, scene::none);
     EXPECT_EQ(lights[1].links.casters, lights[0].links.casters) << "the same set";
     EXPECT_EQ(lights[2].links, scene::LightLinks());

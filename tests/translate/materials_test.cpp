@@ -253,10 +253,10 @@ TEST(Materials, BindingsByNearestStrengthPurposeAndSubset) {
     Translated t;
     translate_text(
         camera() + scope + "def Xform \"W\" (prepend apiSchemas = [\"MaterialBindingAPI\"]) {\n" +
-            binding("/M/A") + quad("Inherits") + quad("Own", binding("/M/B")) +
-            quad("Full", binding("/M/B") + binding("/M/C", ":full")) + "}\n" +
+            binding("/M/A") + quad("A_Inherits") + quad("B_Own", binding("/M/B")) +
+            quad("C_Full", binding("/M/B") + binding("/M/C", ":full")) + "}\n" +
             "def Xform \"X\" {\n" + binding("/M/A", "", strong) + quad("Weak", binding("/M/B")) +
-            "}\n" + quad("Unbound") + quad("Broken", binding("/M/Nope")),
+            "}\n" + quad("Y_Unbound") + quad("Z_Broken", binding("/M/Nope")),
         t);
     ASSERT_EQ(t.scene.shapes.size(), 6u);
     EXPECT_EQ(material_of(t, 0).name, "/M/A");

@@ -146,7 +146,7 @@ TEST(Velocities, AreScaledByWhatIsAbove) {
 
 TEST(Velocities, CarryStrandsAndBallsToTheFrame) {
     Translated t;
-    translate_at(1.5, stage_text(0, R"(def Points "P" {
+    translate_at(1.5, stage_text(0, R"(def Points "B" {
     point3f[] points.timeSamples = { 1: [(0, 0, -9)], 2: [(0, 0, -9)] }
     vector3f[] velocities.timeSamples = { 1: [(32, 0, 0)], 2: [(0, 0, 0)] }
     float[] widths = [1]
