@@ -64,6 +64,14 @@ TEST(ExrHeaders, AttributesLieWithinTheFile) {
     for (size_t size = 8; size < whole.size(); ++size) EXPECT_FALSE(is_sane(whole.substr(0, size))) << size;
 }
 
+TEST(ExrHeaders, PartsAreWalkedOneByOne) {
+    const std::string good = attribute("gain", "float", 4, "1234"), bad = attribute("who", "string", 100, "you");
+    EXPECT_TRUE(is_sane(file(good + '\0' + good + '\0' + good + '\0', true)));
+    EXPECT_FALSE(is_sane(file(good + '\0' + good + '\0' + bad + '\0', true)));
+    EXPECT_FALSE(is_sane(file(good + '\0' + good, true))) << "no empty header ends them";
+    EXPECT_TRUE(is_sane(file(good + '\0' + bad))) << "pixels follow the header of the only one";
+}
+
 /// OpenEXR would go on at another place than where the next attribute begins.
 TEST(ExrHeaders, ValuesHaveTheSizeOfTheirType) {
     EXPECT_FALSE(is_sane(file(attribute("gain", "float", 8, "12345678"))));

@@ -66,6 +66,30 @@ TEST_F(MemoryLimitTest, RefusesWhatWouldGoBeyondIt) {
               "true true again");
 }
 
+/// What the allocator keeps of freed blocks is resident again when it is used again, and the kernel is not asked.
+TEST_F(MemoryLimitTest, CountsWhatWasFreedAndIsTakenAgain) {
+    EXPECT_EQ(alone([] {
+                  // A large block that is freed lets the allocator keep such blocks, unless it is told not to
+                  take(30 * megabyte);
+                  const size_t bytes = resident_bytes() + 100 * megabyte;
+                  const MemoryLimit limit(bytes);
+                  MemoryLimit::watch();
+                  std::vector<std::unique_ptr<char[]>> taken(90);
+                  for (auto& block : taken) block = take(megabyte);
+                  const auto last = take(1);
+                  taken.clear();
+                  const auto other = take(60 * megabyte);
+                  MemoryLimit::enforce("again");
+                  try {
+                      for (int i = 0; i < 90; ++i) taken.push_back(take(megabyte));
+                  } catch (const std::bad_alloc&) {
+                  }
+                  const bool is_kept = peak_resident_bytes() <= bytes, is_used = taken.size() > 20;
+                  return fmt::format("{} {}", is_kept, is_used);
+              }),
+              "true true");
+}
+
 TEST_F(MemoryLimitTest, NoneIsSetWithoutOne) {
     EXPECT_FALSE(MemoryLimit::is_set());
     EXPECT_EQ(MemoryLimit::allowed(), machine_bytes());

@@ -75,6 +75,26 @@ TEST(ZipArchive, BrokenArchivesAreRefused) {
     EXPECT_EQ(fault(renamed), "zip-malformed");
 }
 
+/// Of the kinds of zip bombs, packages have no compression to begin with (see above).
+TEST(ZipArchive, BombsAreRefused) {
+    const std::string good = stored_zip({{"a", "data"}, {"b", "more"}});
+    const size_t directory = good.find("PK\x01\x02"), second = good.rfind("PK\x01\x02");
+    ASSERT_NE(directory, second);
+    // Sizes beyond the file, in the directory and where the file begins
+    std::string huge = good;
+    for (const size_t at : {directory + 20, directory + 24, size_t(18), size_t(22)})
+        huge.replace(at, 4, "\xf0\xff\xff\xff", 4);
+    EXPECT_EQ(fault(huge), "zip-malformed");
+    // Two names for the same bytes, as in D. Fifield, A Better Zip Bomb (2019)
+    std::string twice = good;
+    twice.replace(second + 42, 4, good.substr(directory + 42, 4));
+    EXPECT_EQ(fault(twice), "zip-malformed");
+    // More files than there are bytes for
+    std::string many = good;
+    many.replace(many.size() - 14, 4, "\xfe\xff\xfe\xff", 4);
+    EXPECT_EQ(fault(many), "zip-malformed");
+}
+
 TEST(PackagePath, PartsAndNamesAreInverse) {
     using Parts = std::vector<std::string>;
     EXPECT_EQ(split_package_path("dir[1]/a.usdz"), Parts{"dir[1]/a.usdz"});

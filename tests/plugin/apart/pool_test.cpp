@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -17,6 +18,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <memory>
+#include <new>
 #include <regex>
 #include <set>
 #include <thread>
@@ -134,6 +137,37 @@ TEST(PicturePool, BringsWhatItsSourceHas) {
         for (int c = 0; c < 2; ++c)
             ASSERT_EQ(values[size_t(i * 2 + c)],
                       DoublePictures::value("plain", 32 + i % tile, 48 + i / tile, c));
+}
+
+/// Until nothing is left, the smallest of blocks neither.
+void take_all_memory(std::vector<std::unique_ptr<char[]>>& taken) {
+    taken.reserve(1'000'000);
+    // Of 0 the kernel takes the other limit
+    const rlimit none{.rlim_cur = 1, .rlim_max = RLIM_INFINITY};
+    ASSERT_EQ(setrlimit(RLIMIT_DATA, &none), 0);
+    for (size_t bytes = size_t(1) << 20; bytes > 0; bytes /= 2) {
+        while (char* const block = new (std::nothrow) char[bytes]) taken.emplace_back(block);
+    }
+}
+
+TEST(PicturePool, ClosesWithoutMemory) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    GTEST_SKIP() << "sanitizers take memory by ways of their own";
+#endif
+    EXPECT_EXIT(
+        {
+            PicturePool pool(options());
+            Picture picture = open(pool, "plain");
+            std::vector<std::unique_ptr<char[]>> taken;
+            const pid_t reader = pool.processes().back();
+            take_all_memory(taken);
+            // As the kernel would: then there is something to say, and no memory for it
+            kill(reader, SIGKILL);
+            picture.reset();
+            taken.clear();
+            _exit(picture ? 1 : 0);
+        },
+        ::testing::ExitedWithCode(0), "");
 }
 
 TEST(PicturePool, SaysWhatItsSourceSays) {

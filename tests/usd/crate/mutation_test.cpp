@@ -5,6 +5,7 @@
 #include "test_assets.h"
 #include "usd/crate/coding.h"
 #include "usd/crate/crate_format.h"
+#include "value_table.h"
 
 #include <cstdio>
 #include <cstdlib>
@@ -46,21 +47,6 @@ uint64_t interesting(Random& random, uint64_t size) {
         default:
             return random();
     }
-}
-
-/// What an earlier mutation left may point anywhere.
-bool is_inside(const std::string& bytes, uint64_t at, uint64_t size) {
-    return at <= bytes.size() && size <= bytes.size() - at;
-}
-
-void put(std::string& bytes, size_t at, const void* data, size_t size) {
-    if (is_inside(bytes, at, size)) std::memcpy(bytes.data() + at, data, size);
-}
-
-uint64_t get(const std::string& bytes, size_t at) {
-    uint64_t value = 0;
-    if (is_inside(bytes, at, sizeof value)) std::memcpy(&value, bytes.data() + at, sizeof value);
-    return value;
 }
 
 /// Places where integers of the structure lie: contents, sections, the beginnings of sections.
@@ -122,24 +108,15 @@ void change_integers(std::string& bytes, Random& random) {
     put(bytes, entry + 24, &size, 8);
 }
 
-/// Decodes the values of all fields, changes some and puts the section at the end.
+/// Changes some values of fields.
 void change_values(std::string& bytes, Random& random) {
-    const size_t entry = get(bytes, 16) + 8 + 2 * 32;
-    const uint64_t start = get(bytes, entry + 16);
-    const uint64_t count = get(bytes, start);
-    if (!is_inside(bytes, start, 16) || count == 0 || count > 100000) return;
-    const uint64_t names = get(bytes, start + 8);
-    if (!is_inside(bytes, start + 16, names)) return;
-    const uint64_t at = start + 16 + names;
-    const uint64_t size = get(bytes, at);
-    if (!is_inside(bytes, at, 8) || !is_inside(bytes, at + 8, size)) return;
-    std::string values(count * 8, '\0');
-    size_t written = 0;
-    if (!decompress(std::string_view(bytes).substr(at + 8, size), values, written)) return;
+    std::optional<ValueTable> values = ValueTable::of(bytes);
+    if (!values) return;
+    const size_t count = values->size();
     for (size_t k = 1 + below(random, 3); k > 0; --k) {
-        const size_t chosen = below(random, count) * 8;
-        const uint64_t other = get(values, below(random, count) * 8);
-        uint64_t value = get(values, chosen);
+        const size_t chosen = below(random, count);
+        const uint64_t other = (*values)[below(random, count)];
+        uint64_t value = (*values)[chosen];
         switch (below(random, 4)) {
             case 0:  // another place
                 value = (value & ~ValueRep::payload_mask) |
@@ -155,18 +132,9 @@ void change_values(std::string& bytes, Random& random) {
                 value = (value & ~ValueRep::payload_mask) | (other & ValueRep::payload_mask);
                 break;
         }
-        put(values, chosen, &value, 8);
+        values->set(chosen, value);
     }
-    std::string section = bytes.substr(start, at - start);
-    std::string compressed;
-    compress(values, compressed);
-    const uint64_t compressed_size = compressed.size();
-    section.append(reinterpret_cast<const char*>(&compressed_size), 8).append(compressed);
-    const uint64_t place = bytes.size();
-    const uint64_t section_size = section.size();
-    bytes += section;
-    put(bytes, entry + 16, &place, 8);
-    put(bytes, entry + 24, &section_size, 8);
+    values->append_to(bytes);
 }
 
 void mutate(std::string& bytes, Random& random) {
