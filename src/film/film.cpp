@@ -30,8 +30,10 @@ bool comes_before(const BadSample& a, const BadSample& b) {
     return std::tie(a.sample, a.y, a.x) < std::tie(b.sample, b.y, b.x);
 }
 
-/// Data that is not finite would spoil the data layers like radiance spoils the picture.
-BadSampleReason fault_of_data(const SampleRadiance& s) {
+/// Why the sample would spoil the picture or, by data that is not finite, the data layers.
+BadSampleReason fault_of(const SampleRadiance& s) {
+    if (s.is_bad()) return s.bad_reason();
+    if (!s.fits_floats()) return BadSampleReason::Infinite;
     if (!std::isfinite(s.weight) || !std::isfinite(s.alpha)) return BadSampleReason::Other;
     if (!s.has_hit) return BadSampleReason::None;
     const bool is_fine = is_finite(s.albedo) && is_finite(s.N) && is_finite(s.P) &&
@@ -77,13 +79,10 @@ uint32_t PixelAccumulator::open_cell(uint32_t accumulator) {
 }
 
 void PixelAccumulator::add(const SampleRadiance& s) {
-    const BadSampleReason data_fault = fault_of_data(s);
-    if (s.is_bad() || data_fault != BadSampleReason::None) {
+    if (const BadSampleReason fault = fault_of(s); fault != BadSampleReason::None) {
         ++record_.invalid;
-        if (bad_.size() < logged_bad_samples) {
-            bad_.push_back(
-                {x_, y_, record_.end, to_string(s.is_bad() ? s.bad_reason() : data_fault)});
-        }
+        if (bad_.size() < logged_bad_samples)
+            bad_.push_back({x_, y_, record_.end, to_string(fault)});
         end_sample();
         return;
     }

@@ -6,6 +6,7 @@
 #include "scene/effect_calls.h"
 #include "scene/ids.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -73,6 +74,17 @@ SampleRadiance::SampleRadiance(const LayerSet& set)
       clamp_direct_(set.clamp_direct),
       clamp_indirect_(set.clamp_indirect),
       values_(table_.count()) {}
+
+bool SampleRadiance::fits_floats() const {
+    // Weights of few samples may add up to a tenth of their number: image::weight_of()
+    constexpr double largest = double(std::numeric_limits<float>::max()) / 16.0;
+    const double limit = largest / std::max(1.0, std::abs(double(weight)));
+    const auto fits = [&](double v) { return std::abs(v) <= limit; };
+    return std::ranges::all_of(touched_, [&](uint32_t accumulator) {
+        const image::Triple& sum = values_[accumulator].sum;
+        return fits(sum.x) && fits(sum.y) && fits(sum.z);
+    });
+}
 
 inline void SampleRadiance::deposit(uint32_t accumulator, const image::Triple& radiance) {
     Value& value = values_[accumulator];

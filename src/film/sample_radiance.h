@@ -51,6 +51,9 @@ class SampleRadiance {
 
     BadSampleReason bad_reason() const { return bad_; }
 
+    /// Whether each of its sums is so far below the largest float that means of such samples are floats, by whatever weights.
+    bool fits_floats() const;
+
     /// The sum of all that was added since clear().
     Rgb radiance() const;
 

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // What goes wrong on the user's side: a clear message, the documented exit code, no partial file.
-#include <gtest/gtest.h>
-
 #include <sys/stat.h>
 
+#include <cmath>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
 #include "command.h"
+#include "hard_case.h"
 
 namespace velatura::test {
 
@@ -155,6 +159,27 @@ TEST(BadInput, CompositorOnFilesThatAreNone) {
     }
     EXPECT_EQ(w.comp("info nothere.exr").exit_code, 1);
     EXPECT_EQ(w.files_beside("text.exr"), "");
+}
+
+/// Sixty lamps as bright as floats go: the one that is chosen counts for all.
+TEST(H39BadSamples, AreLeftOutAndStrictSaysSo) {
+    std::string scene = "#usda 1.0\ndef Mesh \"Floor\" {\nint[] faceVertexCounts = [4]\nint[] faceVertexIndices = [0, 1, 2, 3]\n"
+                        "point3f[] points = [(-3, 0, 3), (3, 0, 3), (3, 0, -3), (-3, 0, -3)]\nuniform token subdivisionScheme = \"none\"\n}\n";
+    for (int i = 0; i < 60; ++i)
+        scene += fmt::format("def RectLight \"A{}\" {{\nfloat inputs:intensity = 3e38\nfloat inputs:width = 6\nfloat inputs:height = 6\n"
+                             "double3 xformOp:translate = (0, {}, 0)\nfloat xformOp:rotateX = -90\n"
+                             "uniform token[] xformOpOrder = [\"xformOp:translate\", \"xformOp:rotateX\"]\n}}\n",
+                             i, 1 + 0.01 * i);
+    const Workplace w;
+    w.write("a.usda", scene);
+    const std::string render = "render a.usda -o x.exr --res 32 24 --spp 4 --progress none";
+    expect_failure(w.velatura(render), 0, "[bad-sample]");
+    EXPECT_EQ(w.comp("verify x.exr").exit_code, 0);
+    const std::string hash = w.hash("x.exr");
+    // The same picture; the exit code alone tells that it is not all of it
+    const CommandResult strict = w.velatura(render + " --strict");
+    hardcase::expect_within({"exit code of --strict with bad samples, less 4", std::abs(strict.exit_code - 4.0), 0, 0, "CLI conventions"});
+    EXPECT_EQ(w.hash("x.exr"), hash);
 }
 
 }  // namespace velatura::test

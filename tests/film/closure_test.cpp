@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/hash.h"
 #include "film/film_scene.h"
+#include "image/layer_file.h"
 #include "image/pixel_means.h"
 #include "image/resolve.h"
 #include "hard_case.h"
@@ -11,6 +12,7 @@
 #include <bit>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 namespace velatura::film {
 namespace {
@@ -200,19 +202,16 @@ TEST(H50HalfOverflow, LayersThatOverflowHalfAreStoredFloat) {
     }
 }
 
+/// No film lets such sums in; a damaged checkpoint might have them.
 TEST(Closure, ValuesThatAreNotFiniteFail) {
-    LayerSet set = test_layer_set();
-    Film film({0, 0, 1, 1}, set);
-    SampleRadiance s(set);
-    PixelAccumulator acc(set);
-    film.begin_pixel(acc, 0, 0, 0);
-    // Two finite deposits whose sum is beyond float
-    s.add(1, 0, Rgb(3e38f));
-    s.add(1, 0, Rgb(3e38f));
-    acc.add(s);
-    film.end_pixel(acc);
-    EXPECT_NE(image::resolve_layers(film.sums()).first_failure, "");
-    const auto written = film.write(temporary_file("infinite.exr"), {});
+    image::SampleSums sums({0, 0, 1, 1}, test_layer_set());
+    const auto sum_of = [](uint32_t accumulator, const image::Triple& value) { return image::NodeSums{accumulator, {value}}; };
+    const image::Triple beyond{6e38, 6e38, 6e38};
+    const std::vector<image::NodeSums> added = {sum_of(image::AccumulatorTable::beauty, beyond), sum_of(sums.table().bounce(1), beyond), sum_of(sums.table().group(0), beyond),
+                                                sum_of(image::AccumulatorTable::coverage, image::Triple{1, 1, 1})};
+    sums.append(0, 0, {.first = 0, .end = 1}, added);
+    EXPECT_NE(image::resolve_layers(sums).first_failure, "");
+    const auto written = image::write_layer_file(temporary_file("infinite.exr"), sums, {});
     ASSERT_FALSE(written.has_value());
     EXPECT_EQ(written.error().code, "closure-failed");
 }
