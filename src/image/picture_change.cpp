@@ -38,30 +38,45 @@ std::optional<Changes> changes_of(const SampleSums& sums) {
 
 using Rgb3 = std::array<double, 3>;
 
+/// Calls visit(x, y) for the pixel and its neighbours that there are.
+template <class Visit>
+void for_neighbourhood(const Window& w, int x, int y, const Visit& visit) {
+    for (int ny = std::max(w.y0, y - 1); ny <= std::min(w.y1 - 1, y + 1); ++ny)
+        for (int nx = std::max(w.x0, x - 1); nx <= std::min(w.x1 - 1, x + 1); ++nx) visit(nx, ny);
+}
+
+/// The fourth brightest neighbour in a channel; 0 where there are fewer.
+template <class MeanAt>
+double fourth_brightest(const Window& w, int x, int y, size_t channel, const MeanAt& mean_at) {
+    std::array<double, 4> brightest{};  // falling
+    for_neighbourhood(w, x, y, [&](int nx, int ny) {
+        if (nx == x && ny == y) return;
+        double rest = mean_at(nx, ny)[channel];
+        for (double& kept : brightest) {
+            const double larger = std::max(kept, rest);
+            rest = std::min(kept, rest);
+            kept = larger;
+        }
+    });
+    return brightest.back();
+}
+
 /// What errors of the pixel are relative to; mean_at(x, y) gives RGB.
 template <class MeanAt>
 Rgb3 base_of(const Window& w, int x, int y, const MeanAt& mean_at) {
     Rgb3 sum{};
-    std::array<std::array<double, 4>, 3> brightest{};  // [channel], of the neighbours, falling
     double count = 0;
-    for (int ny = std::max(w.y0, y - 1); ny <= std::min(w.y1 - 1, y + 1); ++ny) {
-        for (int nx = std::max(w.x0, x - 1); nx <= std::min(w.x1 - 1, x + 1); ++nx) {
-            const Rgb3& mean = mean_at(nx, ny);
-            count += 1;
-            for (size_t c = 0; c < 3; ++c) sum[c] += mean[c];
-            if (nx == x && ny == y) continue;
-            for (size_t c = 0; c < 3; ++c) {
-                double rest = mean[c];
-                for (double& kept : brightest[c]) {
-                    const double larger = std::max(kept, rest);
-                    rest = std::min(kept, rest);
-                    kept = larger;
-                }
-            }
-        }
-    }
+    for_neighbourhood(w, x, y, [&](int nx, int ny) {
+        const Rgb3& mean = mean_at(nx, ny);
+        count += 1;
+        for (size_t c = 0; c < 3; ++c) sum[c] += mean[c];
+    });
     Rgb3 base = mean_at(x, y);
-    for (size_t c = 0; c < 3; ++c) base[c] = std::min(base[c], std::max(brightest[c].back(), sum[c] / count));
+    for (size_t c = 0; c < 3; ++c) {
+        const double around = sum[c] / count;
+        // Below the mean of all it is its own base, whatever the brightest are
+        if (base[c] > around) base[c] = std::min(base[c], std::max(fourth_brightest(w, x, y, c, mean_at), around));
+    }
     return base;
 }
 
