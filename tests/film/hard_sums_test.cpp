@@ -130,22 +130,32 @@ TEST(H39BadSamples, AreCountedNamedAndHarmNoOther) {
     }
 }
 
-/// Each part is a number, and their sum is none that a file holds.
-TEST(H39BadSamples, SumsBeyondFloatsAreCounted) {
+/// The brightest light that a sample may bring: weights may still add to its mean.
+constexpr float brightest = std::numeric_limits<float>::max() / 16;
+
+/// A pixel of eight samples, of which `fill` says what they bring.
+Film film_of(const std::function<void(uint64_t, SampleRadiance&)>& fill) {
     const LayerSet set = test_layer_set();
     Film film({0, 0, 1, 1}, set);
     SampleRadiance s(set);
     PixelAccumulator acc(set);
     film.begin_pixel(acc, 0, 0, 0);
-    constexpr float brightest = std::numeric_limits<float>::max() / 16;
     for (uint64_t i = 0; i < 8; ++i) {
         s.clear();
-        s.add(1, 0, Rgb(i == 3 || i == 5 ? brightest : 1.0f));
-        if (i == 3) s.add(2, 0, Rgb(brightest, 0, 0));
-        if (i == 5) s.weight = -1.5f;
+        fill(i, s);
         acc.add(s);
     }
     film.end_pixel(acc);
+    return film;
+}
+
+/// Each part is a number, and their sum is none that a file holds.
+TEST(H39BadSamples, SumsBeyondFloatsAreCounted) {
+    const Film film = film_of([](uint64_t i, SampleRadiance& s) {
+        s.add(1, 0, Rgb(i == 3 || i == 5 ? brightest : 1.0f));
+        if (i == 3) s.add(2, 0, Rgb(brightest, 0, 0));
+        if (i == 5) s.weight = -1.5f;
+    });
     hardcase::expect_within({"samples beyond floats, by their parts and by the filter, counted, less 2", std::abs(double(film.invalid_count()) - 2), 0, 0, "count"});
     const std::string path = temporary_file("beyond_floats.exr");
     EXPECT_TRUE(film.write(path, {}).has_value());
@@ -154,18 +164,7 @@ TEST(H39BadSamples, SumsBeyondFloatsAreCounted) {
 
 /// Squares of such light are beyond floats: the layer of the variance must not cost the picture.
 TEST(H50BrightestLight, IsWritten) {
-    const LayerSet set = test_layer_set();
-    Film film({0, 0, 1, 1}, set);
-    SampleRadiance s(set);
-    PixelAccumulator acc(set);
-    film.begin_pixel(acc, 0, 0, 0);
-    constexpr float brightest = std::numeric_limits<float>::max() / 16;
-    for (uint64_t i = 0; i < 8; ++i) {
-        s.clear();
-        s.add(1, 0, Rgb(i % 2 == 0 ? brightest : 0.0f));
-        acc.add(s);
-    }
-    film.end_pixel(acc);
+    const Film film = film_of([](uint64_t i, SampleRadiance& s) { s.add(1, 0, Rgb(i % 2 == 0 ? brightest : 0.0f)); });
     EXPECT_EQ(film.invalid_count(), 0u);
     const std::string path = temporary_file("brightest.exr");
     const auto written = film.write(path, {});
