@@ -197,11 +197,16 @@ void measure(const std::string& name, const Options& options) {
     for (Way& w : ways)
         for (const uint64_t n : counts) w.error[n] = truth.error(w.pictures.at(n), w);
     fmt::print("{}, {} x {} pixels, {} renders\n", name, options.size[0], options.size[1], options.seeds);
-    print_stated(ways);
-    print_forecasts(ways);
+    const bool is_told = std::ranges::all_of(ways, [](const Way& w) { return std::ranges::all_of(w.error, [](const auto& known) { return known.second > 0; }); });
+    if (is_told) {
+        print_stated(ways);
+        print_forecasts(ways);
+        print_targets(renderer, ways, truth, options.target_seeds);
+    } else {
+        fmt::print("  a sample that only one of the renders met outweighs their error: more --seeds\n");
+    }
     print_coverage(ways, truth, early, options.size[0]);
     print_coverage(ways, truth, late, options.size[0]);
-    print_targets(renderer, ways, truth, options.target_seeds);
     std::fflush(stdout);
 }
 
