@@ -71,17 +71,18 @@ TEST_F(MemoryLimitTest, CountsWhatWasFreedAndIsTakenAgain) {
     EXPECT_EQ(alone([] {
                   // A large block that is freed lets the allocator keep such blocks, unless it is told not to
                   take(30 * megabyte);
-                  const size_t bytes = resident_bytes() + 100 * megabyte;
+                  const size_t bytes = resident_bytes() + 110 * megabyte;
                   const MemoryLimit limit(bytes);
                   MemoryLimit::watch();
-                  std::vector<std::unique_ptr<char[]>> taken(90);
-                  for (auto& block : taken) block = take(megabyte);
-                  const auto last = take(1);
-                  taken.clear();
-                  const auto other = take(60 * megabyte);
+                  std::vector<std::unique_ptr<char[]>> blocks(180);
+                  for (auto& block : blocks) block = take(megabyte / 2);
+                  // Holes between those that stay, too small for what comes next
+                  for (size_t i = 0; i < blocks.size(); i += 2) blocks[i].reset();
+                  const auto other = take(45 * megabyte);
                   MemoryLimit::enforce("again");
+                  std::vector<std::unique_ptr<char[]>> taken;
                   try {
-                      for (int i = 0; i < 90; ++i) taken.push_back(take(megabyte));
+                      for (int i = 0; i < 90; ++i) taken.push_back(take(megabyte / 2));
                   } catch (const std::bad_alloc&) {
                   }
                   const bool is_kept = peak_resident_bytes() <= bytes, is_used = taken.size() > 20;
