@@ -73,7 +73,7 @@ Part data_part(const SampleSums& sums, std::vector<LayerEntry>& layers) {
     const size_t variance = add("variance", {""}, ChannelType::Float);
     const size_t invalid = add("invalid", {""}, ChannelType::Uint);
 
-    // Squares of floats, and differences of two of opposite signs, may be more than a float holds
+    // Radiance may be so large that its variance is more than a float holds
     static constexpr double largest = std::numeric_limits<float>::max();
     const auto set_float = [&part](size_t channel, size_t i, double sum, double weight) {
         std::get<std::vector<float>>(part.channels[channel].data)[i] =
