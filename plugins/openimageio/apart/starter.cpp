@@ -85,9 +85,15 @@ class Starter {
         (void)::send(control_.get(), &said, sizeof said, MSG_NOSIGNAL);
     }
 
-    void start(ReceivedCommand received) {
+    /// What it received is the reader's alone when this returns.
+    pid_t fork_reader(ReceivedCommand received) {
         const pid_t process = ::fork();
         if (process == 0) become_reader(source_, self_, std::move(received), std::move(control_));
+        return process;
+    }
+
+    void start(ReceivedCommand received) {
+        const pid_t process = fork_reader(std::move(received));
         if (process > 0) readers_.emplace(process, std::nullopt);
         reply({.process = process});
     }
