@@ -32,8 +32,7 @@ bool comes_before(const BadSample& a, const BadSample& b) {
 
 /// Why the sample would spoil the picture or, by data that is not finite, the data layers.
 BadSampleReason fault_of(const SampleRadiance& s) {
-    if (s.is_bad()) return s.bad_reason();
-    if (!s.fits_floats()) return BadSampleReason::Infinite;
+    if (const BadSampleReason bad = s.bad_reason(); bad != BadSampleReason::None) return bad;
     if (!std::isfinite(s.weight) || !std::isfinite(s.alpha)) return BadSampleReason::Other;
     if (!s.has_hit) return BadSampleReason::None;
     const bool is_fine = is_finite(s.albedo) && is_finite(s.N) && is_finite(s.P) &&

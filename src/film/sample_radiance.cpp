@@ -14,19 +14,15 @@ namespace velatura::film {
 
 namespace {
 
-/// Of radiance that is not finite and positive or zero.
+/// Of radiance that is not positive or zero.
 BadSampleReason fault_of(const Rgb& c) {
     if (std::isnan(c.x) || std::isnan(c.y) || std::isnan(c.z)) return BadSampleReason::NotANumber;
-    if (!is_finite(c)) return BadSampleReason::Infinite;
     return BadSampleReason::Negative;
 }
 
-bool is_sound(float v) {
-    return v >= 0.0f && v <= std::numeric_limits<float>::max();
-}
-
+/// What is too large is found by its sum.
 bool is_sound(const Rgb& c) {
-    return is_sound(c.x) && is_sound(c.y) && is_sound(c.z);
+    return c.x >= 0.0f && c.y >= 0.0f && c.z >= 0.0f;
 }
 
 image::Triple triple(const Rgb& c) {

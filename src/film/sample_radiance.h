@@ -27,7 +27,7 @@ class SampleRadiance {
 
     /// Deposits light that arrived after `bounce` scatterings from light group `group`. Radiance in
     /// the working space, without the pixel filter's weight. Values that are not finite or negative
-    /// make the sample bad.
+    /// make the sample bad, and so do sums beyond 2^124.
     /// share: of the sample, for a branch of the path; clamps cut what comes by a branch at that
     /// share of their limit.
     void add(int bounce, int group, const Rgb& radiance, float share = 1.0f);
@@ -47,12 +47,11 @@ class SampleRadiance {
         if (bad_ == BadSampleReason::None) bad_ = reason;
     }
 
-    bool is_bad() const { return bad_ != BadSampleReason::None; }
+    bool is_bad() const { return bad_reason() != BadSampleReason::None; }
 
-    BadSampleReason bad_reason() const { return bad_; }
-
-    /// Whether each of its sums is so far below the largest float that means of such samples are floats, by whatever weights.
-    bool fits_floats() const;
+    BadSampleReason bad_reason() const {
+        return bad_ == BadSampleReason::None && !fits_floats() ? BadSampleReason::Infinite : bad_;
+    }
 
     /// The sum of all that was added since clear().
     Rgb radiance() const;
@@ -104,6 +103,9 @@ class SampleRadiance {
         image::Triple sum;
         bool is_touched = false;  ///< in touched_; else the sum is zero
     };
+
+    /// Whether each of its sums is so far below the largest float that means of such samples are floats, by whatever weights.
+    bool fits_floats() const;
 
     void deposit(uint32_t accumulator, const image::Triple& radiance);
     void deposit_light(uint32_t accumulator, const image::Triple& radiance, double clamped_share);

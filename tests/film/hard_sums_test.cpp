@@ -155,6 +155,7 @@ TEST(H39BadSamples, SumsBeyondFloatsAreCounted) {
         s.add(1, 0, Rgb(i == 3 || i == 5 ? brightest : 1.0f));
         if (i == 3) s.add(2, 0, Rgb(brightest, 0, 0));
         if (i == 5) s.weight = -1.5f;
+        EXPECT_EQ(s.is_bad(), i == 3 || i == 5) << i;
     });
     hardcase::expect_within({"samples beyond floats, by their parts and by the filter, counted, less 2", std::abs(double(film.invalid_count()) - 2), 0, 0, "count"});
     const std::string path = temporary_file("beyond_floats.exr");
