@@ -59,8 +59,9 @@ LeakCount count_leaks(const Accelerator& accelerator,
     LeakCount count;
     for (size_t i = 0; i < rays; ++i) {
         const auto& v = mesh.soup.triangles[random.below(uint32_t(mesh.soup.triangles.size()))];
-        const Vec3& a = mesh.soup.positions[v[0]];
-        const Vec3& b = mesh.soup.positions[v[1]];
+        const uint32_t corner = random.below(3);
+        const Vec3& a = mesh.soup.positions[v[corner]];
+        const Vec3& b = mesh.soup.positions[v[(corner + 1) % 3]];
         const Vec3 target = (i & 1) ? a : a + (b - a) * random.unit();
         const geometry::Ray ray{mesh.eye,
                                 transform_point(target, mesh.render_from_mesh) - mesh.eye};
