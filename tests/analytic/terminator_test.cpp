@@ -88,7 +88,7 @@ Errors compare(const integrator::World& world, const Vec3& l, bool is_lifted) {
                 double E = double(bsdf.f(wo, l).x) * pi_d * double(bsdf.cosine(l));
                 if (world.accelerator->is_occluded(spawn_ray(point, l))) E = 0;
                 const double exact = std::max(0.0, double(truth.dot(l)));
-                e.worst = std::max(e.worst, std::abs(E - exact));
+                e.worst = hardcase::larger(e.worst, std::abs(E - exact));
                 e.mean += E * area;
                 e.true_mean += exact * area;
                 area_sum += area;

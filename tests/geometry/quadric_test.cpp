@@ -159,7 +159,7 @@ TEST(Quadrics, SpheresAreMetWhereLongDoubleSays) {
             ++hits;
             const Real cosine = std::sqrt(1 - f2);
             const Real unit = Real(u) * Real(distance + radius) / (cosine * std::sqrt(a));
-            worst = std::max(worst, double(std::abs(Real(hit->t) - t) / unit));
+            worst = hardcase::larger(worst, double(std::abs(Real(hit->t) - t) / unit));
         }
     }
     RecordProperty("worst_in_roundings_of_the_distance", std::to_string(worst));

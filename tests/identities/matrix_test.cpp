@@ -124,12 +124,12 @@ void expect_cells_by_brute_force(const scene::Scene& scene, const char* what, ui
         EXPECT_LT(square, largest_mean_square) << matrix.names[i];
         beyond += z > 3.0;
         worst = hardcase::larger(worst, z);
-        worst_square = std::max(worst_square, square);
+        worst_square = hardcase::larger(worst_square, square);
         if (cell.value == 0) continue;
         ++lit;
         const double detectable = (3.0 + 1.2816) * std::sqrt(sum.variance) / cell.value;
         least = std::min(least, detectable);
-        most = std::max(most, detectable);
+        most = hardcase::larger(most, detectable);
         // In a neighbour's place it would be noticed
         const size_t right = i % matrix.groups + 1 < matrix.groups ? i + 1 : i - 1;
         for (const size_t wrong : {right, i + matrix.groups}) {
@@ -225,7 +225,7 @@ TEST(Gains, CommuteWithRendering) {
                 if (g != group || gain != 1.7f) {
                     ASSERT_EQ(std::bit_cast<uint64_t>(q), std::bit_cast<uint64_t>(expected)) << scene.lights[row].name << " times " << gain;
                 } else if (p != 0) {
-                    worst = std::max(worst, std::abs(q / expected - 1));
+                    worst = hardcase::larger(worst, std::abs(q / expected - 1));
                 }
             });
             // A few roundings to float per deposit, all of one sign
@@ -248,7 +248,7 @@ TEST(Gains, CommuteInTheMeanWhereLightsAreChosenByPower) {
         if (i % one.groups == scene.lights[0].group) {
             expected = expected.plus(expected, 3.0);
         }
-        worst = std::max(worst, distance(other.light[i] - expected));
+        worst = hardcase::larger(worst, distance(other.light[i] - expected));
     }
     std::printf("worst |z| of %zu cells %.2f\n", one.light.size(), worst);
     EXPECT_LT(worst, 4.0);

@@ -78,15 +78,15 @@ Deviations deviations(const EnvironmentImage& image,
             const double longitude = 2.0 * pi_d * (0.5 - (double(column) + 1.0) / width);
             const Vec3d d(sine * std::sin(longitude), std::cos(theta), sine * std::cos(longitude));
             Deviations& w = worst[row];
-            w.mass = std::max(w.mass, std::abs(probability / ideal - 1.0));
+            w.mass = hardcase::larger(w.mass, std::abs(probability / ideal - 1.0));
             if (row % density_stride != 0) continue;
-            w.density = std::max(w.density, std::abs(map.pdf(d) * area / probability - 1.0));
+            w.density = hardcase::larger(w.density, std::abs(map.pdf(d) * area / probability - 1.0));
         }
     });
     Deviations result;
     for (const Deviations& w : worst) {
-        result.mass = std::max(result.mass, w.mass);
-        result.density = std::max(result.density, w.density);
+        result.mass = hardcase::larger(result.mass, w.mass);
+        result.density = hardcase::larger(result.density, w.density);
     }
     return result;
 }

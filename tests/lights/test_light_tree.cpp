@@ -256,7 +256,7 @@ TEST(ClusterWeights, FollowTheTreesOwnImportances) {
             lost += found[i] == 0.0 && exact > 0.0 ? 1 : 0;
             // Near the edge of a cone a weight is all slack
             if (trial % 50 > 2 && exact > 1e-2 * tree.importance(tree.node(0), at))
-                worst = std::max(worst, std::abs(found[i] / exact - 1.0));
+                worst = hardcase::larger(worst, std::abs(found[i] / exact - 1.0));
         }
     }
     std::printf("%zu weights of nothing, worst relative difference of the others %.2g\n", dark,

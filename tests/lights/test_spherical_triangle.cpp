@@ -225,7 +225,7 @@ TEST(H25SphericalTriangle, AreaAndAngleSamplingHaveTheSameMeans) {
         // Slivers seen from close by: too noisy by area to tell anything
         if (error > 0.02 * mean[0]) continue;
         ++count;
-        worst_detectable = std::max(worst_detectable, 5.28 * error / mean[0]);
+        worst_detectable = hardcase::larger(worst_detectable, 5.28 * error / mean[0]);
         worst = hardcase::larger(worst, std::abs(mean[0] - mean[1]) / error);
     }
     hardcase::expect_within(

@@ -318,6 +318,13 @@ std::vector<std::string> check_test_assets(const SourceFile& file) {
     return lines_matching(file, pattern, "ask test_assets.h for the folder");
 }
 
+std::vector<std::string> check_worst_of_numbers(const SourceFile& file) {
+    const auto includes_hard_case = [](const std::string& line) { return line.starts_with("#include") && line.find("hard_case.h\"") != std::string::npos; };
+    if (!file.is_below("tests/") || std::none_of(file.lines.begin(), file.lines.end(), includes_hard_case)) return {};
+    static const std::regex pattern(R"(\bworst\w*(\[\w+\])? = std::max\(worst)");
+    return lines_matching(file, pattern, "std::max forgets NaN: hardcase::larger");
+}
+
 std::vector<std::string> check_tier_readmes(const std::vector<SourceFile>& tree) {
     std::vector<std::string> out;
     for (const auto& [tier, right] : tier_table()) {

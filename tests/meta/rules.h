@@ -41,6 +41,8 @@ std::vector<std::string> check_silence(const SourceFile&);
 std::vector<std::string> check_test_is_real(const SourceFile&);
 /// One header finds the folder of the test files.
 std::vector<std::string> check_test_assets(const SourceFile&);
+/// What is no number is not forgotten where tests of hard cases look for the worst.
+std::vector<std::string> check_worst_of_numbers(const SourceFile&);
 /// Rules on folders.
 std::vector<std::string> check_tier_readmes(const std::vector<SourceFile>& tree);
 std::vector<std::string> check_listed_in_cmake(const std::vector<SourceFile>& tree);

@@ -207,6 +207,13 @@ TEST(Rules, TestAssets) {
         check_test_assets(make_file("tests/film/a.cpp", "test_assets() / \"hdri\"\n")).empty());
 }
 
+TEST(Rules, WorstOfNumbers) {
+    const std::string line = "worst_loss = std::max(worst_loss, error);\n", header = "#include \"hard_case.h\"\n";
+    EXPECT_EQ(check_worst_of_numbers(make_file("tests/film/a.cpp", header + line)).size(), 1u);
+    EXPECT_TRUE(check_worst_of_numbers(make_file("tests/film/a.cpp", line)).empty());
+    EXPECT_TRUE(check_worst_of_numbers(make_file("tests/film/a.cpp", header + "worst = hardcase::larger(worst, error);\n")).empty());
+}
+
 TEST(Rules, TierReadmes) {
     const SourceFile cmake = make_file("src/film/CMakeLists.txt", "");
     EXPECT_EQ(check_tier_readmes({cmake}).size(), 1u);

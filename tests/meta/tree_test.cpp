@@ -97,6 +97,10 @@ TEST(Tree, TestsCanFail) {
     expect_none(report_all(check_test_is_real));
 }
 
+TEST(Tree, HardCasesDoNotForgetWhatIsNoNumber) {
+    expect_none(report_all(check_worst_of_numbers));
+}
+
 TEST(Tree, OneHeaderFindsTheTestAssets) {
     expect_none(report_all(check_test_assets));
 }

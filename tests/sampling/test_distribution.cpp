@@ -114,7 +114,7 @@ double worst_mass_error(const std::vector<float>& weights, size_t width, size_t 
                 if (mass != 0) return 1;
             } else {
                 const double expected = w / total;
-                worst = std::max(worst, (std::abs(mass - expected) - 0x1p-51) / expected);
+                worst = hardcase::larger(worst, (std::abs(mass - expected) - 0x1p-51) / expected);
             }
         }
     }

@@ -185,8 +185,8 @@ TEST(AnisotropicAlbedo, AgreesWithQuadratureBetweenItsNodes) {
             const double phi = 2 * pi_d * double(random.uniform());
             const ExactGgxAlbedo e = albedo_by_normals(direction_d(mu, phi), Vec2d(alpha));
             const GgxAlbedo a = curve.at(direction(mu, phi));
-            worst_loss = std::max(worst_loss, std::abs(e.loss - double(a.loss)));
-            worst_schlick = std::max(worst_schlick, std::abs(e.schlick - double(a.schlick)));
+            worst_loss = hardcase::larger(worst_loss, std::abs(e.loss - double(a.loss)));
+            worst_schlick = hardcase::larger(worst_schlick, std::abs(e.schlick - double(a.schlick)));
         }
     }
     std::printf("one pair: worst error of loss %.1e, schlick %.1e\n", worst_loss, worst_schlick);
@@ -222,11 +222,11 @@ TEST(AnisotropicAlbedo, RangesAgreeWithQuadratureToo) {
             const double phi = 2 * pi_d * double(random.uniform());
             const ExactGgxAlbedo e = albedo_by_normals(direction_d(mu, phi), Vec2d(alpha));
             const GgxAlbedo a = curve.at(direction(mu, phi));
-            worst_loss = std::max(worst_loss, std::abs(e.loss - double(a.loss)));
-            worst_schlick = std::max(worst_schlick, std::abs(e.schlick - double(a.schlick)));
+            worst_loss = hardcase::larger(worst_loss, std::abs(e.loss - double(a.loss)));
+            worst_schlick = hardcase::larger(worst_schlick, std::abs(e.schlick - double(a.schlick)));
             if (i % 30 != 0) continue;
             const float mean = albedo_of(alpha).curve(alpha).average().loss;
-            worst_mean = std::max(worst_mean, double(std::abs(mean - curve.average().loss)));
+            worst_mean = hardcase::larger(worst_mean, double(std::abs(mean - curve.average().loss)));
         }
         std::printf("%s: worst error of loss %.1e, schlick %.1e, mean loss %.1e\n", k.name,
                     worst_loss, worst_schlick, worst_mean);
@@ -289,8 +289,8 @@ TEST(AnisotropicEnergy, WhiteMetalReflectsOne) {
             for (const double phi : {0.0, 0.5, 1.2, 1.5}) {
                 const Vec3 wo = direction(mu, phi);
                 const double e = quadrature_energy(Bsdf(p, up, up, wo), p, wo).reflected;
-                worst = std::max(worst, std::abs(e - 1));
-                worst_without = std::max(worst_without, double(curve.at(wo).loss));
+                worst = hardcase::larger(worst, std::abs(e - 1));
+                worst_without = hardcase::larger(worst_without, double(curve.at(wo).loss));
                 EXPECT_NEAR(e, 1.0, 1e-3) << alpha.x << " " << alpha.y << " " << mu << " " << phi;
             }
         }
@@ -309,7 +309,7 @@ TEST(AnisotropicEnergy, WhitePlasticReflectsOne) {
             for (const double phi : {0.0, 0.8, 1.5}) {
                 const Vec3 wo = direction(mu, phi);
                 const double e = quadrature_energy(Bsdf(p, up, up, wo), p, wo).reflected;
-                worst = std::max(worst, std::abs(e - 1));
+                worst = hardcase::larger(worst, std::abs(e - 1));
             }
         }
     }
@@ -366,7 +366,7 @@ TEST(AnisotropicEnergy, Reciprocity) {
         const double ab = double(Bsdf(p, up, up, a).f(a, b).y) * scale;
         const double ba = double(Bsdf(p, up, up, b).f(b, a).y);
         if (ab < 1e-9 && ba < 1e-9) continue;
-        worst = std::max(worst, std::abs(ab / ba - 1));
+        worst = hardcase::larger(worst, std::abs(ab / ba - 1));
     }
     std::printf("worst relative difference %.1e\n", worst);
     EXPECT_LT(worst, 5e-4);
@@ -388,7 +388,7 @@ TEST(AnisotropicEnergy, RoughGlassReflectsAndTransmitsOne) {
                     const Vec3 wo = direction(mu, phi) * side;
                     const Bsdf bsdf(p, up, up, wo);
                     const Shares s = quadrature_energy(bsdf, p, wo);
-                    worst = std::max(worst, std::abs(s.reflected + s.passed - 1));
+                    worst = hardcase::larger(worst, std::abs(s.reflected + s.passed - 1));
                 }
             }
         }

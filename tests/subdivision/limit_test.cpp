@@ -100,7 +100,7 @@ double farthest(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
     for (const Vec3d& p : a) {
         double nearest = std::numeric_limits<double>::infinity();
         for (const Vec3d& q : b) nearest = std::min(nearest, (p - q).length2());
-        worst = std::max(worst, nearest);
+        worst = hardcase::larger(worst, nearest);
     }
     return std::sqrt(worst);
 }
@@ -185,7 +185,7 @@ double chordal_error(const geometry::DicedMesh& coarse, const geometry::DicedMes
                 std::min(nearest, distance_to_triangle(Vec3d(p), Vec3d(coarse.data.positions[a]),
                                                        Vec3d(coarse.data.positions[b]),
                                                        Vec3d(coarse.data.positions[c])));
-        worst = std::max(worst, nearest);
+        worst = hardcase::larger(worst, nearest);
     }
     return worst;
 }

@@ -112,12 +112,11 @@ scene::Primvar points_as(const scene::Mesh& mesh, Interpolation interpolation) {
     return primvar;
 }
 
-float largest_difference(const DicedMesh& diced, const scene::Primvar& primvar) {
-    float worst = 0;
+double largest_difference(const DicedMesh& diced, const scene::Primvar& primvar) {
+    double worst = 0;
     for (size_t v = 0; v < diced.data.positions.size(); ++v)
         for (size_t k = 0; k < 3; ++k)
-            worst = std::max(worst,
-                             std::abs(primvar.values[3 * v + k] - diced.data.positions[v][int(k)]));
+            worst = hardcase::larger(worst, std::abs(double(primvar.values[3 * v + k] - diced.data.positions[v][int(k)])));
     return worst;
 }
 

@@ -386,7 +386,7 @@ TEST(Motion, OfACameraFollowsItsCurve) {
             const double angle = pi_d * (double(k) + f) / double(segments);
             // Row vectors: the axes are rows
             const Vec3d right = Vec3d(m[0][0], m[0][1], m[0][2]).normalized();
-            worst = std::max(worst, right.cross(Vec3d(std::cos(angle), 0, -std::sin(angle))).length());
+            worst = hardcase::larger(worst, right.cross(Vec3d(std::cos(angle), 0, -std::sin(angle))).length());
             const Vec3d place(3 * std::sin(angle), 0, 3 * std::cos(angle) - 3);
             EXPECT_NEAR((Vec3d(m[3][0], m[3][1], m[3][2]) - place).length(), 0, 2e-3);
         }
