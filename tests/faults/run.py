@@ -3,7 +3,7 @@
 """Breaks renders on purpose and tells what is left of them. Usage: ./dev faults [--trials N] [--only PART…]
 
   kill      kill -9 at random instants, then --resume with other threads until done: the picture of an undisturbed render
-  signals   SIGINT, SIGTERM, SIGUSR1 at random instants; a second signal ends the program within a second
+  signals   SIGINT, SIGTERM, SIGUSR1 at random instants, and to a render that has no end by itself; how soon a second one ends it
   calls     the n-th call of open, write, fsync, close, rename … fails, for n = 1 to the last call of the render
   places    a full disk, a read-only folder, a limit on the size of files
   damage    files cut short and with flipped bits: refused with exit code 5, or the picture is right nevertheless
@@ -57,6 +57,12 @@ class Workshop:
     def start(self, threads, more=(), environment=None):
         return subprocess.Popen(self.command(threads, more), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
                                 errors="replace", env=dict(os.environ, **(environment or {})))
+
+    def start_endless(self, threads):
+        size, self.size = self.size, [*self.size[:-1], "1000000000"]
+        process = self.start(threads)
+        self.size = size
+        return process
 
     def run(self, threads=2, more=(), environment=None, setup=None):
         done = subprocess.run(self.command(threads, more), stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace",
@@ -152,6 +158,36 @@ def try_signal(shop, rng, trial, number):
     return seconds
 
 
+def try_endless(shop, number):
+    """A render that ends by being asked to only: with the code and the picture of the signal."""
+    what = f"{number.name} to an endless render of {shop.scene}"
+    shop.clear()
+    process = shop.start_endless(2)
+    try:
+        while process.poll() is None and not handles(process, number):
+            time.sleep(0.001)
+        time.sleep(shop.seconds)
+        process.send_signal(number)
+        if number == signal.SIGUSR1:
+            wait_until(shop.output.exists, f"{what}: no interim picture")
+            expect(process.poll() is None, f"{what}: ended with {process.returncode}")
+        else:
+            process.wait(60)
+            expect(exit_code(process.returncode) == 128 + number, f"{what}: exit code {exit_code(process.returncode)}")
+        expect(shop.output.exists(), f"{what}: no picture")
+        expect(not shop.hash().startswith("unreadable"), f"{what}: the file cannot be read")
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def wait_until(condition, text):
+    end = time.monotonic() + 60
+    while not condition():
+        expect(time.monotonic() < end, text)
+        time.sleep(0.01)
+
+
 def try_call(shop, old, n, how, always):
     """Returns: whether the render has an n-th call."""
     what = f"{how} at call {n}{' and later' if always else ''}"
@@ -236,9 +272,7 @@ def try_damage(shop, rng, old, cut):
 def try_lock(shop, rng, trial):
     what = f"lock {trial}"
     shop.clear()
-    size, shop.size = shop.size, [*shop.size[:-1], "1000000"]
-    first = shop.start(1)
-    shop.size = size
+    first = shop.start_endless(1)
     try:
         while first.poll() is None and not (shop.folder / ".out.exr.lock").exists():
             time.sleep(0.001)
@@ -318,6 +352,8 @@ def run_parts(arguments, shops, tally):
     if "signals" in arguments.only:
         slowest = 0.0
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1):
+            for shop in shops:
+                tally.trial(try_endless, shop, number)
             for trial in range(max(2, n // 2)):
                 shop = shops[trial % len(shops)]
                 shop.clear()
