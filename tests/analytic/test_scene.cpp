@@ -185,6 +185,18 @@ Estimate over_pixels(const film::Film& film, const std::vector<uint32_t>& accumu
 
 }  // namespace
 
+Estimate over_seeds(const TestScene& test, TestRenderOptions options, int seeds, const std::function<double(const RenderedLayers&)>& number) {
+    double sum = 0, squares = 0;
+    for (int i = 0; i < seeds; ++i) {
+        options.seed = uint64_t(i) + 1;
+        const double v = number(render(test, options));
+        sum += v;
+        squares += v * v;
+    }
+    const double mean = sum / seeds;
+    return {mean, std::sqrt(std::max(0.0, squares / seeds - mean * mean) / (seeds - 1))};
+}
+
 Estimate RenderedLayers::bounce(int column, int group, int channel) const {
     std::vector<uint32_t> cells;
     for (int g = 0; g < groups; ++g) {

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "film/film.h"
+#include "hard_case.h"
 #include "integrator/path_tracer.h"
 #include "scene/scene.h"
 
@@ -80,6 +82,14 @@ struct TestRenderOptions {
 };
 
 RenderedLayers render(const TestScene& test, const TestRenderOptions& options = {});
+
+/// Of light that matter of depth 1e-3 scatters once, relative: few samples of every commit see as much.
+inline double thin_media_bound() {
+    return hardcase::size() == hardcase::Size::Commit ? 2e-2 : 1e-3;
+}
+
+/// A number of renders with `seeds` seeds, where even pixels tell nothing of the error: the numbers of Sobol' points are spread too well.
+Estimate over_seeds(const TestScene& test, TestRenderOptions options, int seeds, const std::function<double(const RenderedLayers&)>& number);
 
 /// Expects |mean − expected| within 4 standard errors and within `relative` of it, and that the test could see a
 /// deviation of `relative`; prints the smallest detectable error.

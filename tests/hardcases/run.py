@@ -120,8 +120,8 @@ def page(texts, verdicts, measured, size, seconds):
 
 What breaks renderers, and what Velatura does there. Every number below was measured by a test whose suite begins with the
 number of the case; `./dev hardcases --size {size} --write` runs them and writes this page. A bound of 0 is equality to the
-bit, or a count of failures. *Seen* is the smallest error that a test finds with a probability of 90 %; a test whose noise
-hides its bound fails. Of the measurements of a test the one nearest to its bound is shown.
+bit, or a count of failures. *Seen* is the smallest error that a test finds with a probability of 90 %, *exact* where nothing
+is drawn; a test whose noise hides its bound fails, unless the bound is a few standard errors itself (H44). Of the measurements of a test the one nearest to its bound is shown.
 
 Size `{size}`, {datetime.date.today().isoformat()}: {total} measurements in {seconds:.0f} s of CPU time. {count['passed']} cases
 passed, {count['fails']} fails in a known way, {count['not applicable']} do not apply. What is said of other renderers was read in their sources

@@ -70,7 +70,7 @@ integrator::RenderOptions options_of(int order) {
 
 RenderSetup setup_of(int order) {
     constexpr accel::BvhQuality qualities[] = {accel::BvhQuality::Balanced, accel::BvhQuality::Fast, accel::BvhQuality::High};
-    return {.threads = 1 + order % 3, .bvh_quality = qualities[order % 3]};
+    return {.threads = 1 + order % 3, .bvh_quality = qualities[order / 3 % 3]};
 }
 
 /// Of the picture and of what its layers say is seen where.

@@ -48,18 +48,21 @@ TEST(H05FarFromTheOrigin, ShiftOnAGridIsBitIdentical) {
 }
 
 TEST(H05FarFromTheOrigin, AnyShiftLeavesThePictureAlone) {
-    const std::vector<double> at_origin = beauty(render_room(""));
-    const std::string shift = R"(
-    double3 xformOp:translate = (123456789.123, -98765432.1, 1e8)
-    uniform token[] xformOpOrder = ["xformOp:translate"]
-)";
-    // Positions move by at most 2^-27 of a unit, which turns few paths at edges
-    const double error = relative_mse(beauty(render_room(shift)), at_origin);
-    hardcase::expect_within({"relMSE after a shift of 1e8", error, 1e-6, 0, "the picture at the origin"});
+    // Turned, so that no coordinate lies on a grid: positions move by about 2^-26 of a unit, which turns few paths at edges
+    const auto turned = [](const std::string& shift) {
+        return beauty(render_room(fmt::format(R"(
+    double3 xformOp:translate = {}
+    double3 xformOp:rotateXYZ = (17.3, 31.7, -9.1)
+    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateXYZ"]
+)", shift)));
+    };
+    const std::vector<double> at_origin = turned("(0, 0, 0)"), far = turned("(123456789.123, -98765432.1, 1e8)");
+    hardcase::expect_within({"relMSE after a shift of 1e8", relative_mse(far, at_origin), 1e-6, 0, "the picture at the origin"});
+    EXPECT_NE(far, at_origin) << "the shift rounds nothing: the bound says nothing";
 }
 
 TEST(H05FarFromTheOrigin, InstancesFarInsideTheirPrototypeStayWhole) {
-    // An instanceable prim at −1e8 whose ball stands at +1e8: the offsets must meet in double
+    // An instanceable prim at −1e8 whose ball stands at +1e8, on no grid: the offsets must meet in double
     const auto scene = [](const std::string& instanceable) {
         return scene_from_usda(R"usda(#usda 1.0
 def Camera "Cam"
@@ -73,7 +76,7 @@ class Xform "Proto"
 {
     def Sphere "Ball"
     {
-        double3 xformOp:translate = (100000000, 0, 0)
+        double3 xformOp:translate = (100000000.3, 0, 0)
         uniform token[] xformOpOrder = ["xformOp:translate"]
     }
 }
@@ -82,7 +85,7 @@ def Xform "Far" (
     instanceable = )usda" + instanceable + R"usda(
 )
 {
-    double3 xformOp:translate = (-100000000, 0, 0)
+    double3 xformOp:translate = (-100000000.1, 0, 0)
     uniform token[] xformOpOrder = ["xformOp:translate"]
 }
 def DomeLight "Env"
@@ -238,6 +241,67 @@ TEST(H08Mirrored, RoomIsTheFlippedPicture) {
     hardcase::expect_within({"Welch's t of the worst of 12 blocks of a mirrored room", t, 3.7, 0, "the flipped picture", fmt::format("{:.1f} % of a block", 100 * detectable)});
     EXPECT_LT(detectable, 0.05);
     EXPECT_GT(worst(a, c, unused), 20.0) << "the room is not symmetric";
+}
+
+namespace {
+
+/// A sheet whose normals lean by a map: three of its corners have coordinates that tell left from right.
+scene::Scene leaning_sheet(const std::string& prims) {
+    return scene_from_usda(R"usda(#usda 1.0
+def Camera "Cam"
+{
+    float focalLength = 24
+    float2 clippingRange = (0, 0)
+    double3 xformOp:translate = (0.2, 0.1, 5)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def SphereLight "Lamp"
+{
+    float inputs:intensity = 30
+    float inputs:radius = 0.5
+    double3 xformOp:translate = (2, 1.5, 3)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def Material "Leaning"
+{
+    token outputs:surface.connect = </Leaning/S.outputs:surface>
+    def Shader "S"
+    {
+        uniform token info:id = "UsdPreviewSurface"
+        float inputs:roughness = 0.3
+        normal3f inputs:normal = (0.5, 0.2, 0.84)
+        token outputs:surface
+    }
+}
+)usda" + prims, 32, 24);
+}
+
+/// Points, and what is said of the mesh beside.
+std::string sheet(const std::string& points, const std::string& more) {
+    return R"usda(
+    def Mesh "Sheet" (prepend apiSchemas = ["MaterialBindingAPI"])
+    {
+        int[] faceVertexCounts = [4]
+        int[] faceVertexIndices = [0, 1, 2, 3]
+        point3f[] points = )usda" + points + R"usda(
+        texCoord2f[] primvars:st = [(0, 0), (1, 0.1), (1.2, 1), (0, 0.9)] (interpolation = "vertex")
+        uniform token subdivisionScheme = "none"
+        rel material:binding = </Leaning>
+        )usda" + more + "\n    }\n";
+}
+
+}  // namespace
+
+TEST(H08Mirrored, NormalMapsOfMirroredPrimsLeanAsThoseOfMirroredPoints) {
+    const std::string points = "[(-1.5, -1, 0), (1, -1, 0.3), (1, 1, 0), (-1.5, 1.2, -0.2)]";
+    const std::string flipped = "[(1.5, -1, 0), (-1, -1, 0.3), (-1, 1, 0), (1.5, 1.2, -0.2)]";
+    const std::string mirror = "double3 xformOp:scale = (-1, 1, 1)\nuniform token[] xformOpOrder = [\"xformOp:scale\"]";
+    const auto picture = [](const std::string& prims) { return beauty(render_scene(leaning_sheet(prims), few_samples())); };
+    const std::vector<double> expected = picture(sheet(flipped, "uniform token orientation = \"leftHanded\""));
+    const std::string instance = "class Xform \"Proto\"\n{" + sheet(points, "") + "}\ndef Xform \"I\" (inherits = </Proto>\ninstanceable = true)\n{\n" + mirror + "\n}\n";
+    const double off[] = {relative_mse(picture(sheet(points, mirror)), expected), relative_mse(picture(instance), expected)};
+    hardcase::expect_within({"relMSE of a normal map on a mirrored prim and on a mirrored instance", hardcase::larger(off[0], off[1]), 1e-9, 0, "mirrored points"});
+    EXPECT_GT(relative_mse(picture(sheet(points, "")), expected), 1e-2) << "left and right look the same";
 }
 
 namespace {

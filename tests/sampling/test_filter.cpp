@@ -116,6 +116,38 @@ TEST(H49NegativeLobes, WeightsOfFourStratifiedSamplesSumToFour) {
     EXPECT_GT(filter.absolute_integral(), 1.05);
 }
 
+/// ∫ of Mitchell's filter (B = C = 1/3) from -2 to x, by its polynomials. Ref: Mitchell & Netravali 1988, section 4.
+double mitchell_integral(double x) {
+    // Of the halves [0, 1] and [1, 2], from 0 on
+    const auto inner = [](double y) { return (7.0 / 4 * std::pow(y, 4) - 4 * std::pow(y, 3) + 16.0 / 3 * y) / 6; };
+    const auto outer = [](double y) { return (-7.0 / 12 * std::pow(y, 4) + 4 * std::pow(y, 3) - 10 * y * y + 32.0 / 3 * y) / 6; };
+    const double y = std::min(std::abs(x), 2.0);
+    const double half = y < 1 ? inner(y) : inner(1) + outer(y) - outer(1);
+    return 0.5 + std::copysign(half, x);
+}
+
+TEST(H49NegativeLobes, OvershootOfAStepIsThatOfTheFilter) {
+    // A pixel x away from the step sees ∫ of the filter up to there: less than 0 and more than 1 beside it
+    const PixelFilter filter(FilterKind::Mitchell);
+    constexpr int n = 1 << 9;
+    double worst = 0, most = 0;
+    for (int step = -20; step <= 20; ++step) {
+        const double x = step / 8.0;
+        double seen = 0, weights = 0;
+        for (int i = 0; i < n * n; ++i) {
+            const float u = (float(i % n) + 0.5f) / n, part = (float(i / n) + 0.5f) / n;
+            const auto across = float(std::fmod(0.6180339887498949 * i, 1.0));
+            const FilterSample s = filter.sample(Vec2(u, across), part);
+            weights += double(s.weight);
+            if (double(s.offset.x) < x) seen += double(s.weight);
+        }
+        worst = hardcase::larger(worst, std::abs(seen / weights - mitchell_integral(x)));
+        most = hardcase::larger(most, seen / weights);
+    }
+    hardcase::expect_within({"a step by Mitchell's filter, at 41 places, from its integral", worst, 2e-3, 0, "closed form"});
+    hardcase::expect_within({"overshoot of a step by Mitchell's filter, from 0.0174", std::abs(most - mitchell_integral(9.0 / 8)), 2e-3, 0, "closed form"});
+}
+
 TEST(PixelFilter, NamesRoundTrip) {
     for (const FilterKind kind : kinds) EXPECT_EQ(filter_kind(filter_name(kind)), kind);
     EXPECT_FALSE(filter_kind("sinc").has_value());

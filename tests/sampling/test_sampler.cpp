@@ -64,7 +64,7 @@ TEST(H43UnitFloat, StaysBelowOneForEveryBitPattern) {
     // Half a step below it would be 1 - 2^-23
     hardcase::expect_within({fmt::format("largest of 2^32 / {} patterns from 1 - 2^-24", step),
                              std::abs(double(largest) - 0x1.fffffep-1), 0, 0,
-                             "every bit pattern"});
+                             "bit patterns"});
 }
 
 /// Every elementary interval of area 1/n holds one of the n = 2^k points.
@@ -229,7 +229,7 @@ double worst_correlation(size_t n, MakeSampler sampler) {
     double worst = 0;
     for (size_t a = 0; a < streams.size(); ++a) {
         for (size_t b = a + 1; b < streams.size(); ++b) {
-            worst = std::max(worst, std::abs(correlation(streams[a], streams[b])));
+            worst = hardcase::larger(worst, std::abs(correlation(streams[a], streams[b])));
         }
     }
     return worst;
@@ -372,7 +372,7 @@ TEST(H44Streams, MeansOverSeedsSpreadAsPredicted) {
         sum2 += (mean - 0.5) * (mean - 0.5);
     }
     const double ratio = sum2 / seeds * 12 * pixels;  // expectation 1, variance 2 / seeds
-    hardcase::expect_within({"variance of the means of 64 seeds over its prediction, less 1",
+    hardcase::expect_within({"variance of the means of 64 seeds over its prediction, less 1, within 4 standard errors",
                              std::abs(ratio - 1), 4 * std::sqrt(2.0 / seeds), 0, "closed form",
                              fmt::format("{:.2g}", 5.28 * std::sqrt(2.0 / seeds))});
 }

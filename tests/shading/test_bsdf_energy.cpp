@@ -42,7 +42,7 @@ TEST(H20Energy, WhiteMetalReflectsOne) {
         for (const double mu : cosines) {
             const Vec3 wo = direction(mu);
             const double e = energy(Bsdf(metal(alpha), up, up, wo), wo, alpha).total();
-            worst = std::max(worst, std::abs(e - 1));
+            worst = hardcase::larger(worst, std::abs(e - 1));
         }
     }
     hardcase::expect_within(
@@ -91,7 +91,7 @@ TEST(H20Energy, GlassReflectsAndTransmitsOneFromBothSides) {
                 p.opacity = 0;
                 const Vec3 wo = direction(mu) * side;
                 const auto e = energy(Bsdf(p, up, up, wo), wo, alpha);
-                worst = std::max(worst, std::abs(e.total() - 1));
+                worst = hardcase::larger(worst, std::abs(e.total() - 1));
                 if (side < 0 && mu < std::sqrt(1 - 1 / 2.25)) {
                     EXPECT_EQ(e.transmitted, 0.0);
                 } else {
@@ -140,7 +140,7 @@ TEST(H20Energy, NothingReflectsMoreThanOne) {
         EXPECT_LE(e.total(), double(bsdf.albedo().y) + 5e-3) << i;
     }
     hardcase::expect_within({"60 random surfaces: what R + T exceeds 1 by",
-                             hardcase::larger(0.0, most - 1), 2e-3, 0, "quadrature in double"});
+                             hardcase::larger(0.0, most - 1), 1e-3, 0, "quadrature in double"});
 }
 
 // A clear coat over white loses what a specular base reflects between the two, and nothing else
@@ -211,7 +211,7 @@ TEST(H21Reciprocity, OfReflection) {
         const Bsdf from_a(p, up, up, a), from_b(p, up, up, b);
         const Rgb ab = from_a.f(a, b), ba = from_b.f(b, a), same = from_a.f(b, a);
         for (int c = 0; c < 3; ++c) {
-            worst = std::max(worst, std::abs(double(ab[c]) / double(ba[c]) - 1));
+            worst = hardcase::larger(worst, std::abs(double(ab[c]) / double(ba[c]) - 1));
             ASSERT_EQ(same[c], ba[c]);
         }
     }

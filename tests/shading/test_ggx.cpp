@@ -39,7 +39,7 @@ TEST(H18GgxDistribution, AgreesWithLongDouble) {
             const long double a = alpha, x = m.x / a, y = m.y / a, w = m.z;
             const long double s = x * x + y * y + w * w;
             const long double exact = 1 / (3.14159265358979323846L * a * a * s * s);
-            worst = std::max(worst, double(std::abs(ggx_d(m, alpha) / exact - 1)));
+            worst = hardcase::larger(worst, double(std::abs(ggx_d(m, alpha) / exact - 1)));
         }
     }
     hardcase::expect_within({"D, relative, alpha 1 to 1e-4", worst, 1e-5, 0, "long double"});
@@ -99,8 +99,8 @@ TEST(AlbedoTables, AgreeWithQuadratureBetweenTheirNodes) {
         const double mu = std::pow(double(random.uniform()), 2) * 0.99 + 0.01;
         const auto e = albedo_by_quadrature(mu, alpha, rule, 96);
         const GgxAlbedo table = ggx_albedo(float(mu), float(alpha));
-        worst_loss = std::max(worst_loss, std::abs(1 - e.one - double(table.loss)));
-        worst_schlick = std::max(worst_schlick, std::abs(e.schlick - double(table.schlick)));
+        worst_loss = hardcase::larger(worst_loss, std::abs(1 - e.one - double(table.loss)));
+        worst_schlick = hardcase::larger(worst_schlick, std::abs(e.schlick - double(table.schlick)));
     }
     std::printf("worst table error: loss %.1e, schlick %.1e\n", worst_loss, worst_schlick);
     EXPECT_LT(worst_loss, 6e-4);
@@ -147,7 +147,8 @@ struct ChiSquareRun {
     double lost = 0;    // share of the samples below it
 };
 
-/// χ² of ggx_sample in double. Cells: slope × azimuth of the half vector.
+/// χ² of ggx_sample, drawn in T. Cells: slope × azimuth of the half vector.
+template <class T>
 ChiSquareRun run_chi_square(double mu, double alpha) {
     constexpr int rows = 10, columns = 12, count = 60000;
     // Where reflections leave the hemisphere the density breaks off: fine steps across it
@@ -157,8 +158,7 @@ ChiSquareRun run_chi_square(double mu, double alpha) {
                       static_cast<unsigned long long>(alpha * 1e4));
     std::vector<double> counts(rows * columns + 1, 0.0), expected(rows * columns + 1, 0.0);
     for (int i = 0; i < count; ++i) {
-        const Vec3d wi =
-            ggx_sample(wo, alpha, Vec2d(double(random.uniform()), double(random.uniform())));
+        const Vec3d wi(ggx_sample(Imath::Vec3<T>(wo), T(alpha), Imath::Vec2<T>(T(random.uniform()), T(random.uniform()))));
         if (wi.z <= 0) {
             counts.back() += 1;
             continue;
@@ -201,17 +201,21 @@ TEST(H19VisibleNormals, BoundedSamplingFollowsItsDensity) {
     double worst = -10;
     for (const double mu : {1.0, 0.5, 0.1, 1e-2, 1e-3, 1e-4}) {
         for (const double alpha : {1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 0.5, 0.75, 1.0}) {
-            const ChiSquareRun run = run_chi_square(mu, alpha);
-            // 3.56: family-wise 1 % over 54 tests (Šidák), one-sided, 1 − 0.99^(1/54) = 1.86e-4
-            worst = hardcase::larger(worst, run.z);
-            // The density integrates to 1 less what falls below the surface; lost is a count of
-            // 60000
-            const double sigma = std::sqrt(run.lost * (1 - run.lost) / 60000);
-            EXPECT_NEAR(run.inside, 1 - run.lost, 1e-3 + 4 * sigma) << mu << " " << alpha;
+            std::vector<ChiSquareRun> runs = {run_chi_square<double>(mu, alpha)};
+            // Rounding a direction moves the half vector that it is told by, by so much of a width
+            if (0x1p-24 / (mu * alpha) < 0.1) runs.push_back(run_chi_square<float>(mu, alpha));
+            for (const ChiSquareRun& run : runs) {
+                // 3.74: family-wise 1 % over 106 tests (Šidák), one-sided, 1 − 0.99^(1/106) = 9.5e-5
+                worst = hardcase::larger(worst, run.z);
+                // The density integrates to 1 less what falls below the surface; lost is a count of
+                // 60000
+                const double sigma = std::sqrt(run.lost * (1 - run.lost) / 60000);
+                EXPECT_NEAR(run.inside, 1 - run.lost, 1e-3 + 4 * sigma) << mu << " " << alpha;
+            }
         }
     }
     hardcase::expect_within(
-        {"worst chi-square deviate of 54 settings", hardcase::larger(0.0, worst), 3.56, 0,
+        {"worst chi-square deviate of 54 settings in double and 52 in float", hardcase::larger(0.0, worst), 3.74, 0,
          "the density, integrated over cells",
          fmt::format("a cell wrong by {:.0f} %",
                      100 * sampling::testing::smallest_detectable(60000, 120))});
