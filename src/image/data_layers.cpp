@@ -74,7 +74,7 @@ Part data_part(const SampleSums& sums, std::vector<LayerEntry>& layers) {
     const size_t invalid = add("invalid", {""}, ChannelType::Uint);
 
     // Radiance may be so large that its variance is more than a float holds
-    static constexpr double largest = std::numeric_limits<float>::max();
+    static constexpr double largest = double(std::numeric_limits<float>::max());
     const auto set_float = [&part](size_t channel, size_t i, double sum, double weight) {
         std::get<std::vector<float>>(part.channels[channel].data)[i] =
             weight == 0.0 ? 0.0f : float(std::clamp(sum / weight, -largest, largest));
