@@ -5,9 +5,11 @@
 #include <vector>
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 #include "app/memory_options.h"
 #include "app/scene_loader.h"
+#include "film/film.h"
 #include "image/compression.h"
 
 namespace velatura::app {
@@ -40,7 +42,7 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     auto* how = command.add_option_group("How long and how well");
     how->add_option("--mode", a.mode, "progressive: whole-frame passes that double; tile: each tile at once; same picture")
         ->check(CLI::IsMember({"progressive", "tile"}));
-    how->add_option("--tile", a.tile, "tile size in pixels")->check(CLI::Range(1, 4096));
+    how->add_option("--tile", a.tile, fmt::format("pixels along the side of a tile, rounded up to a multiple of {}", film::Film::tile_size))->check(CLI::Range(1, 4096));
     how->add_option("--spp", a.spp, "samples per pixel (default 64)")->check(CLI::Range(uint64_t(1), uint64_t(1) << 32));
     how->add_option("--adaptive", a.adaptive, "on: noisy parts of the picture get more samples and clean ones fewer, --spp in the mean; off: every pixel gets --spp")->check(CLI::IsMember({"on", "off"}));
     how->add_option("--samples", a.samples, "only samples A:B of each pixel; the file can be merged with `velatura-comp merge`")->type_name("A:B");

@@ -184,7 +184,6 @@ Result<void> check_sizes(const RenderArguments& a) {
         return usage(fmt::format("--res: {} x {} is not a picture: expected 1 to {} pixels on each side", a.resolution[0], a.resolution[1], largest));
     }
     if (!a.crop.empty() && !(a.crop[0] < a.crop[1] && a.crop[2] < a.crop[3])) return usage("--crop: expected X0 < X1 and Y0 < Y1");
-    if (a.tile % film::Film::tile_size != 0) return usage(fmt::format("--tile: expected a multiple of {}, found {}", film::Film::tile_size, a.tile));
     return {};
 }
 

@@ -19,7 +19,7 @@ struct RenderOptions {
                                     ///< adaptive: of a pixel of rate 1
     uint64_t end_sample = 64;
     bool adaptive = false;          ///< more samples where there is more noise, see SampleRates; else the same everywhere
-    int tile_size = 32;             ///< pixels
+    int tile_size = 32;             ///< pixels; rounded up to whole tiles of the film
     int max_depth = 0;              ///< scatterings after which paths are cut (a bias); 0 = only roulette ends them
     double snapshot_interval_s = 0; ///< 0 = no interim pictures
     double time_budget_s = 0;       ///< progressive: stop at the pass that ends after it; 0 = none

@@ -24,8 +24,8 @@ TEST(Schedule, ModesThreadsAndTilesGiveTheSameBits) {
     const scene::Scene scene = scene_from_usda(room_usda(), 40, 34);
     const uint64_t expected = fingerprint(render_scene(scene, options_of(integrator::RenderMode::Tile, 16), 1));
     for (const integrator::RenderMode mode : {integrator::RenderMode::Tile, integrator::RenderMode::Progressive}) {
-        for (const int threads : {1, 2, 3}) {
-            for (const int tile : {16, 64}) {
+        for (const int threads : {1, 2, 3, 7}) {
+            for (const int tile : {8, 16, 33, 64}) {
                 EXPECT_EQ(fingerprint(render_scene(scene, options_of(mode, tile), threads)), expected)
                     << "mode " << int(mode) << ", threads " << threads << ", tile " << tile;
             }
