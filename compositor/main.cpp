@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "base/memory_limit.h"
 #include "compositor/command_outcome.h"
 #include "compositor/commands.h"
 
 #include <CLI/CLI.hpp>
-#include <fmt/format.h>
 
 #include <cstdio>
 #include <exception>
 #include <functional>
 
-int main(int argc, char** argv) {
-    using namespace velatura::compositor;
+namespace velatura::compositor {
+
+namespace {
+
+int run_command(int argc, char** argv) {
     CLI::App app("Recombines the light layers of a Velatura render.", "velatura-comp");
     app.require_subcommand(1);
     app.footer(
@@ -35,10 +38,21 @@ int main(int argc, char** argv) {
     } catch (const CLI::ParseError& e) {
         return app.exit(e) == 0 ? int(done) : int(usage);
     }
+    return run ? run() : int(usage);
+}
+
+}  // namespace
+
+}  // namespace velatura::compositor
+
+int main(int argc, char** argv) {
+    using namespace velatura::compositor;
     try {
-        return run ? run() : int(usage);
+        velatura::put_memory_aside();
+        return run_command(argc, argv);
     } catch (const std::exception& e) {
-        fmt::print(stderr, "velatura-comp: error: {}\n", e.what());
+        // Printing takes no memory, of which there may be none
+        std::fprintf(stderr, "velatura-comp: error: %s\n", e.what());
         return failed;
     }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // velatura-comp-ui: the window that `velatura-comp ui` opens.
 #include "base/atomic_file.h"
+#include "base/memory_limit.h"
 #include "compositor/window/desktop.h"
 #include "compositor/window/glfw_window.h"
 #include "compositor/window/script_player.h"
@@ -143,12 +144,7 @@ int run(const Options& o) {
     return done;
 }
 
-}  // namespace
-
-}  // namespace velatura::compositor::window
-
-int main(int argc, char** argv) {
-    using namespace velatura::compositor::window;
+int run_command(int argc, char** argv) {
     CLI::App app("The light mixer of Velatura: docs/window.md.", "velatura-comp-ui");
     Options o;
     app.add_option("input", o.input, "File of light layers, or a look (.json)");
@@ -165,10 +161,20 @@ int main(int argc, char** argv) {
     }
     o.width = std::clamp(size[0], 320, 16384);
     o.height = std::clamp(size[1], 240, 16384);
+    return run(o);
+}
+
+}  // namespace
+
+}  // namespace velatura::compositor::window
+
+int main(int argc, char** argv) {
+    using namespace velatura::compositor::window;
     try {
-        return run(o);
+        velatura::put_memory_aside();
+        return run_command(argc, argv);
     } catch (const std::exception& e) {
-        fmt::print(stderr, "velatura-comp-ui: error: {}\n", e.what());
+        std::fprintf(stderr, "velatura-comp-ui: error: %s\n", e.what());
         return failed;
     }
 }

@@ -3,15 +3,29 @@
 #include <exception>
 #include <functional>
 #include <new>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include "app/commands.h"
 #include "app/exit_codes.h"
+#include "base/lost_pages.h"
+#include "base/memory_limit.h"
 
-int main(int argc, char** argv) {
-    using namespace velatura::app;
+namespace velatura::app {
+
+namespace {
+
+/// Says which files were cut short, or could not be read, behind the back of those who used them; whether there are any.
+bool report_lost_pages() {
+    const std::vector<std::string> files = files_with_lost_pages();
+    for (const std::string& file : files) fmt::print(stderr, "error: {} was cut short or could not be read while it was in use: zeros stand for what is missing [file-lost]\n", file);
+    return !files.empty();
+}
+
+int run_command(int argc, char** argv) {
     CLI::App app("Velatura: a path tracer for USD scenes that keeps light in layers");
     app.set_version_flag("--version", std::string("velatura ") + VELATURA_VERSION);
     app.require_subcommand(1);
@@ -30,13 +44,25 @@ int main(int argc, char** argv) {
         const int code = app.exit(e);
         return code == 0 ? Done : UsageError;
     }
+    read_lost_pages_as_zeros();
+    const int code = run ? run() : UsageError;
+    return report_lost_pages() && (code == Done || code == BudgetReached) ? RenderError : code;
+}
+
+}  // namespace
+
+}  // namespace velatura::app
+
+int main(int argc, char** argv) {
+    using namespace velatura::app;
     try {
-        return run ? run() : UsageError;
+        velatura::put_memory_aside();
+        return run_command(argc, argv);
     } catch (const std::bad_alloc&) {
-        fmt::print(stderr, "error: out of memory [out-of-memory]\n");
-        return RenderError;
+        // Printing takes no memory
+        std::fputs("error: out of memory [out-of-memory]\n", stderr);
     } catch (const std::exception& e) {
-        fmt::print(stderr, "error: {} [internal]\n", e.what());
-        return RenderError;
+        std::fprintf(stderr, "error: %s [internal]\n", e.what());
     }
+    return RenderError;
 }

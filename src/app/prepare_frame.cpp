@@ -20,6 +20,7 @@
 #include "app/stop_signals.h"
 #include "app/volume_loading.h"
 #include "base/asset_roots.h"
+#include "base/lost_pages.h"
 #include "base/memory_limit.h"
 #include "base/tasks.h"
 #include "scene/effect_build.h"
@@ -156,6 +157,8 @@ int prepare_one(const RenderJob& job, const LoadedStage& loaded, double frame, b
     const auto start = std::chrono::steady_clock::now();
     Result<scene::Scene> scene = translate::translate_stage(loaded.stage, translate_options(job, frame), diagnostics);
     if (!scene) return fail(scene.error(), RenderError);
+    // main() says which
+    if (!files_with_lost_pages().empty()) return fail({"file-lost", "files of the scene changed while they were read: nothing is rendered"}, RenderError);
     check_products(scene->settings, diagnostics);
     if (const Result<void> ok = check_render_vars(job, *scene, diagnostics); !ok) return fail(ok.error(), UsageError);
     if (job.arguments.strict && diagnostics.error_count() > 0) {

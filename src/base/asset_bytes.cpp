@@ -2,6 +2,7 @@
 #include "base/asset_bytes.h"
 
 #include "base/asset_roots.h"
+#include "base/lost_pages.h"
 #include "base/package_path.h"
 #include "base/zip_archive.h"
 
@@ -14,6 +15,7 @@
 #include <filesystem>
 #include <list>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <system_error>
 #include <vector>
@@ -36,12 +38,16 @@ class OwnedBytes final : public AssetBytes {
 
 class MappedBytes final : public AssetBytes {
   public:
-    MappedBytes(void* start, size_t size) : start_(start), size_(size) {}
+    MappedBytes(void* start, size_t size, const std::string& file)
+        : start_(start), size_(size), watched_(std::in_place, start, size, file) {}
 
     MappedBytes(const MappedBytes&) = delete;
     MappedBytes& operator=(const MappedBytes&) = delete;
 
-    ~MappedBytes() override { ::munmap(start_, size_); }
+    ~MappedBytes() override {
+        watched_.reset();
+        ::munmap(start_, size_);
+    }
 
     std::string_view bytes() const override { return {static_cast<const char*>(start_), size_}; }
 
@@ -50,6 +56,7 @@ class MappedBytes final : public AssetBytes {
   private:
     void* start_;
     size_t size_;
+    std::optional<WatchedMapping> watched_;
 };
 
 class PartOfBytes final : public AssetBytes {
@@ -83,7 +90,7 @@ Result<AssetBytesPtr> map_file(const std::string& file) {
     const auto size = static_cast<size_t>(status.st_size);
     void* start = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, fd->get(), 0);
     if (start == MAP_FAILED) return unreadable(file, errno);
-    return AssetBytesPtr(std::make_shared<MappedBytes>(start, size));
+    return AssetBytesPtr(std::make_shared<MappedBytes>(start, size, file));
 }
 
 bool is_file(const std::string& file) {

@@ -73,7 +73,8 @@ Result<FileDescriptor> open_entry(int folder,
     if (::fstatat(folder, entry.c_str(), &status, stat_flags) != 0)
         return failed_to_open(file, errno);
     if (const Result<void> regular = check_regular(file, status); !regular) return regular.error();
-    FileDescriptor fd(::openat(folder, entry.c_str(), reading | (follows_links ? 0 : O_NOFOLLOW)));
+    const int flags = reading | (follows_links ? 0 : O_NOFOLLOW);
+    FileDescriptor fd(uninterrupted([&] { return ::openat(folder, entry.c_str(), flags); }));
     if (!fd.is_open()) return failed_to_open(file, errno);
     // And again: it may be another by now
     if (::fstat(fd.get(), &status) != 0) return unreadable(file, errno);
@@ -87,7 +88,8 @@ Result<FileDescriptor> open_beneath(int folder, std::string_view way, const std:
     for (size_t slash = way.find('/'); slash != std::string_view::npos; slash = way.find('/')) {
         const std::string step(way.substr(0, slash));
         constexpr int passing = O_PATH | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC;
-        FileDescriptor next(::openat(at.is_open() ? at.get() : folder, step.c_str(), passing));
+        const int from = at.is_open() ? at.get() : folder;
+        FileDescriptor next(uninterrupted([&] { return ::openat(from, step.c_str(), passing); }));
         if (!next.is_open()) return failed_to_open(file, errno);
         at = std::move(next);
         way.remove_prefix(slash + 1);

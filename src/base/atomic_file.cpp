@@ -4,14 +4,18 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 #include <system_error>
 
+#include <dirent.h>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
+
+#include "base/file_descriptor.h"
 
 namespace velatura {
 
@@ -21,14 +25,6 @@ std::string reason() { return std::error_code(errno, std::generic_category()).me
 
 Error write_error(const std::string& path, const std::string& why) {
     return {"io-write", fmt::format("cannot write {}: {}", path, why)};
-}
-
-/// Calls again what a signal interrupted.
-template <class Call>
-auto uninterrupted(const Call& call) {
-    auto result = call();
-    while (result < 0 && errno == EINTR) result = call();
-    return result;
 }
 
 /// An interrupted close has closed nevertheless (Linux), and what was written is flushed by then.
@@ -95,16 +91,18 @@ class Temporary {
 }  // namespace
 
 void sweep_temporaries(const std::string& path) {
-    namespace fs = std::filesystem;
-    const fs::path target(path);
-    std::error_code ignored;
-    for (fs::directory_iterator at(target.has_parent_path() ? target.parent_path() : fs::path("."), ignored), end; !ignored && at != end; at.increment(ignored)) {
-        if (!is_temporary_name(at->path().filename().string(), target.stem().string())) continue;
+    const std::filesystem::path target(path);
+    const std::string stem = target.stem().string();
+    // Not std::filesystem::directory_iterator, which ends the process where memory is short
+    const std::unique_ptr<DIR, int (*)(DIR*)> folder(::opendir(target.has_parent_path() ? target.parent_path().c_str() : "."), ::closedir);
+    if (!folder) return;
+    while (const dirent* entry = ::readdir(folder.get())) {
+        if (!is_temporary_name(entry->d_name, stem)) continue;
         // Not waiting for a FIFO, nor following a link, of that name
-        const int fd = ::open(at->path().c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+        const int fd = ::openat(::dirfd(folder.get()), entry->d_name, O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
         if (fd < 0) continue;
         struct ::stat info {};
-        if (::fstat(fd, &info) == 0 && S_ISREG(info.st_mode) && ::flock(fd, LOCK_EX | LOCK_NB) == 0) ::unlink(at->path().c_str());
+        if (::fstat(fd, &info) == 0 && S_ISREG(info.st_mode) && ::flock(fd, LOCK_EX | LOCK_NB) == 0) ::unlinkat(::dirfd(folder.get()), entry->d_name, 0);
         ::close(fd);
     }
 }
@@ -131,7 +129,7 @@ Result<void> write_atomically(const std::string& path,
     if (done && uninterrupted([&] { return ::rename(temporary.c_str(), path.c_str()); }) != 0) done = write_error(path, reason());
     if (!done) return with_path(done.error(), temporary, path);
     if (const Result<void> flushed = flush_to_disk(folder.string(), O_RDONLY | O_DIRECTORY); !flushed)
-        return Error{"io-write", fmt::format("{} is written, but may be lost when the system stops: {}", path, flushed.error().message)};
+        return Error{"io-flush", fmt::format("{} is written, but may be lost when the system stops: {}", path, flushed.error().message)};
     return {};
 }
 

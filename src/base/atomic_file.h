@@ -12,7 +12,8 @@ namespace velatura {
 /// Writes a file so that a reader sees the old content or the new one, never a part: `write` fills a temporary file
 /// in the same folder (its path is the argument), which is then flushed to disk and renamed over `path`.
 /// On any failure the temporary is removed and the old file stays; after the rename only the folder can fail to be flushed,
-/// and then the new file stands there whole. Messages name `path`, not the temporary. Errors: "io-write".
+/// and then the new file stands there whole. Messages name `path`, not the temporary. Errors: "io-write",
+/// "io-flush" (that).
 Result<void> write_atomically(const std::string& path,
                               const std::function<Result<void>(const std::string& temporary)>& write);
 

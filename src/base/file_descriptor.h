@@ -3,9 +3,18 @@
 
 #include <unistd.h>
 
+#include <cerrno>
 #include <utility>
 
 namespace velatura {
+
+/// Calls again what a signal interrupted: a call of the system that gives a number below 0 where it fails.
+template <class Call>
+auto uninterrupted(const Call& call) {
+    auto result = call();
+    while (result < 0 && errno == EINTR) result = call();
+    return result;
+}
 
 /// Owns an open file; -1 is none.
 class FileDescriptor {

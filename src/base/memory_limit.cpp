@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdint>
+#include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <new>
@@ -50,6 +51,16 @@ void limit_writable(rlim_t bytes) {
     setrlimit(RLIMIT_DATA, &limit);
 }
 
+/// What was put aside, if it is still there. Not from operator new, and never touched: it is not resident.
+std::atomic<void*> aside = nullptr;
+constexpr size_t aside_bytes = size_t(4) << 20;
+
+bool take_what_was_put_aside() {
+    void* const memory = aside.exchange(nullptr);
+    std::free(memory);
+    return memory != nullptr;
+}
+
 /// What Granted lifts the limit by, each time.
 constexpr size_t granted_bytes = size_t(4) << 20;
 
@@ -60,7 +71,7 @@ constexpr size_t spare_bytes = size_t(6) << 20;
 /// Of what is mapped and not resident, stacks and data of libraries stay so for the most part. What the allocator has mapped
 /// and given back will be resident again without that the kernel is asked.
 void limit_to_what_is_left() {
-    const size_t left = MemoryLimit::left(), kept = mallinfo2().fordblks + spare_bytes;
+    const size_t left = MemoryLimit::left(), kept = mallinfo2().fordblks + spare_bytes + (aside ? aside_bytes : 0);
     limit_writable(process_memory().writable + (left > kept ? left - kept : 0));
 }
 
@@ -91,30 +102,34 @@ MemoryLimit::MemoryLimit(size_t bytes) {
     // Large blocks that are freed are unmapped then, where the kernel sees it
     constexpr int large_block = 64 << 10;
     mallopt(M_MMAP_THRESHOLD, large_block);
-    std::set_new_handler(grant_or_throw);
+    std::set_new_handler(find_memory_or_throw);
     enforce("at the start");
 }
 
 MemoryLimit::~MemoryLimit() {
     watch();
-    std::set_new_handler(nullptr);
     limit_bytes = unlimited;
 }
 
-/// For operator new that found nothing.
-void MemoryLimit::grant_or_throw() {
-    if (Granted::depth == 0) throw std::bad_alloc();
+/// For operator new that found nothing, and tries again.
+void MemoryLimit::find_memory_or_throw() {
     rlimit limit = {};
     getrlimit(RLIMIT_DATA, &limit);
-    // Refused within the hard limit, which is the machine's own
-    if (limit.rlim_cur >= limit.rlim_max) throw std::bad_alloc();
-    limit_writable(limit.rlim_cur + granted_bytes);
+    // Refused within the hard limit, which is the machine's own, a thread is granted nothing
+    if (is_set() && Granted::depth > 0 && limit.rlim_cur < limit.rlim_max) return limit_writable(limit.rlim_cur + granted_bytes);
+    if (!take_what_was_put_aside()) throw std::bad_alloc();
+}
+
+void put_memory_aside() {
+    std::set_new_handler(MemoryLimit::find_memory_or_throw);
+    if (!aside) aside = std::malloc(aside_bytes);
 }
 
 void MemoryLimit::enforce(const char* doing) {
     if (!is_set()) return;
     now_doing = doing;
     give_back();
+    put_memory_aside();
     limit_to_what_is_left();
     is_enforced = true;
 }

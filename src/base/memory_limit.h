@@ -14,6 +14,10 @@ size_t peak_resident_bytes();
 /// Physical memory of the machine, bytes.
 size_t machine_bytes();
 
+/// Puts memory aside, which operator new gets when it finds no other: what must not throw, destructors of libraries among it, and
+/// whoever says what happened still have some then. For programs to call once, at the begin of main().
+void put_memory_aside();
+
 /// Keeps the resident memory of this process below a limit while the object lives; one at a time. In two ways by turns:
 /// enforced, the kernel refuses what would go beyond it, so that allocations throw std::bad_alloc before the memory is
 /// there (setrlimit(2), RLIMIT_DATA); watched, somebody asks for left() while memory is taken so little by little that what
@@ -73,7 +77,8 @@ class MemoryLimit {
     static size_t left();
 
   private:
-    static void grant_or_throw();
+    friend void put_memory_aside();
+    static void find_memory_or_throw();
 };
 
 }  // namespace velatura

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <exception>
 #include <thread>
 
 #include <oneapi/tbb/global_control.h>
@@ -43,7 +44,9 @@ ThreadLimit::ThreadLimit(int threads) {
 ThreadLimit::~ThreadLimit() {
     auto* control = static_cast<Control*>(control_);
     current_arena() = control->outer;
-    delete control;
+    // oneTBB may take memory to give up an arena, and its destructors must not throw: where an exception is on its way, there may
+    // be no memory, and the process is about to end
+    if (std::uncaught_exceptions() == 0) delete control;
 }
 
 int thread_count() {

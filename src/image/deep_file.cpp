@@ -154,6 +154,8 @@ Result<void> write_deep_file(const std::string& path, const DeepImage& image) {
     return write_atomically(path, [&](const std::string& temporary) -> Result<void> {
         try {
             write_rows(temporary, image);
+        } catch (const std::bad_alloc&) {
+            throw;
         } catch (const std::exception& e) {
             return Error{"io-write", fmt::format("cannot write {}: {}", path, e.what())};
         }
@@ -167,6 +169,8 @@ Result<void> write_deep_file(const std::string& path, const DeepImage& image) {
 Result<DeepImage> read_deep_file(const std::string& path) {
     try {
         return read_rows(path);
+    } catch (const std::bad_alloc&) {
+        throw;
     } catch (const std::exception& e) {
         return Error{"io-read", fmt::format("cannot read {}: {}", path, e.what())};
     }

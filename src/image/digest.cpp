@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <new>
 
 namespace velatura::image {
 
@@ -16,9 +17,10 @@ struct Sha256::Impl {
     ~Impl() { EVP_MD_CTX_free(context); }
 };
 
+// OpenSSL always has this one: it fails for want of memory alone
 Sha256::Sha256() : impl_(std::make_unique<Impl>()) {
-    VELATURA_CHECK(EVP_DigestInit_ex(impl_->context, EVP_sha256(), nullptr) == 1,
-                   "SHA-256 is not available");
+    if (!impl_->context || EVP_DigestInit_ex(impl_->context, EVP_sha256(), nullptr) != 1)
+        throw std::bad_alloc();
 }
 
 Sha256::~Sha256() = default;

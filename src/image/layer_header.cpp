@@ -266,6 +266,8 @@ Result<LayerHeader> read_layer_header(const Image& image) {
             for (const auto& [path, values] : light["values"].items())
                 parse_values(values, path, header.light_values);
         }
+    } catch (const std::bad_alloc&) {
+        throw;
     } catch (const std::exception& e) {
         return Error{"layers-damaged",
                      fmt::format("the header string {} is damaged: {}", at, e.what())};

@@ -182,6 +182,9 @@ class Runner {
       public:
         explicit Lease(Runner& runner) : runner_(runner) {
             const std::lock_guard lock(runner.rooms_mutex_);
+            // Room for all of them to come back: a destructor must not look for memory
+            runner.rooms_.reserve(runner.rooms_.size() + runner.leases_ + 1);
+            ++runner.leases_;
             if (!runner.rooms_.empty()) {
                 room_ = std::move(runner.rooms_.back());
                 runner.rooms_.pop_back();
@@ -189,9 +192,9 @@ class Runner {
         }
 
         ~Lease() {
-            if (!room_ || runner_.is_stopped()) return;
             const std::lock_guard lock(runner_.rooms_mutex_);
-            runner_.rooms_.push_back(std::move(room_));
+            --runner_.leases_;
+            if (room_ && !runner_.is_stopped()) runner_.rooms_.push_back(std::move(room_));
         }
 
         Lease(const Lease&) = delete;
@@ -289,6 +292,7 @@ class Runner {
     const TopUpCounts* top_up_;  ///< in place of the rates
     std::mutex rooms_mutex_;
     std::vector<std::unique_ptr<Room>> rooms_;
+    size_t leases_ = 0;
 };
 
 RenderResult run_tile_mode(Runner& runner, const RenderOptions& options) {

@@ -5,8 +5,11 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <cstring>
+#include <fstream>
 #include <memory>
 #include <new>
 #include <string>
@@ -31,6 +34,14 @@ constexpr bool has_own_allocator = false;
     return memory;
 }
 
+/// That are mapped, with the stack: what RLIMIT_DATA counts, and a little more.
+size_t writable_bytes() {
+    std::ifstream statm("/proc/self/statm");
+    size_t pages = 0;
+    for (int column = 0; column < 6; ++column) statm >> pages;
+    return pages * size_t(sysconf(_SC_PAGESIZE));
+}
+
 /// What `work` says in a process of its own, whose memory nobody else takes.
 std::string alone(const std::function<std::string()>& work) {
     const Result<std::string> said = run_isolated({.address_bytes = size_t(64) << 30}, work);
@@ -45,6 +56,27 @@ class MemoryLimitTest : public testing::Test {
 };
 
 }  // namespace
+
+/// Without a limit of ours: the kernel's own.
+TEST_F(MemoryLimitTest, WhatWasPutAsideIsThereWhenNothingElseIs) {
+    EXPECT_EQ(alone([]() -> std::string {
+                  put_memory_aside();
+                  rlimit limit = {};
+                  getrlimit(RLIMIT_DATA, &limit);
+                  limit.rlim_cur = writable_bytes();
+                  setrlimit(RLIMIT_DATA, &limit);
+                  // More than the allocator has left over, less than was put aside
+                  std::vector<std::unique_ptr<char[]>> taken;
+                  taken.reserve(64);
+                  size_t megabytes = 0;
+                  try {
+                      for (; megabytes < 64; ++megabytes) taken.push_back(take(megabyte));
+                  } catch (const std::bad_alloc&) {
+                  }
+                  return megabytes >= 2 && megabytes <= 5 ? "some megabytes" : fmt::format("{} MB", megabytes);
+              }),
+              "some megabytes");
+}
 
 TEST_F(MemoryLimitTest, RefusesWhatWouldGoBeyondIt) {
     EXPECT_EQ(alone([] {
