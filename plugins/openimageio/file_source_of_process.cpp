@@ -9,4 +9,6 @@ PictureSource& pictures_of_process() {
     return source;
 }
 
+void limit_pictures_of_process(const DecodeLimits&) {}
+
 }  // namespace velatura::plugins::openimageio

@@ -20,12 +20,21 @@ std::string program_of_plugin() {
         .string();
 }
 
-}  // namespace
-
-PictureSource& pictures_of_process() {
+PicturePool& pool_of_process() {
     // Never destroyed: threads may read until the process ends, and the other processes see that
     static PicturePool& pool = *new PicturePool({.program = program_of_plugin()});
     return pool;
+}
+
+}  // namespace
+
+PictureSource& pictures_of_process() { return pool_of_process(); }
+
+void limit_pictures_of_process(const DecodeLimits& limits) {
+    constexpr double clock_per_cpu = 10;  // for disks that are slow, and machines that are busy
+    pool_of_process().limit({.cpu_seconds = limits.seconds,
+                             .wall_seconds = clock_per_cpu * limits.seconds,
+                             .address_bytes = limits.bytes});
 }
 
 }  // namespace velatura::plugins::openimageio

@@ -96,6 +96,8 @@ Result<std::unique_ptr<image::Picture>> Pictures::open(const std::string& asset)
     }
 }
 
+void Pictures::limit(const DecodeLimits& limits) const { limit_pictures_of_process(limits); }
+
 Result<void> Pictures::write(const std::string& file,
                              int width,
                              int height,

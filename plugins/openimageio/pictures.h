@@ -13,6 +13,7 @@ class Pictures final : public image::PictureLibrary {
                        int width,
                        int height,
                        std::span<const uint8_t> rgb) const override;
+    void limit(const DecodeLimits& limits) const override;
 };
 
 }  // namespace velatura::plugins::openimageio

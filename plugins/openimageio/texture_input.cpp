@@ -52,7 +52,7 @@ Result<void> check_texture(const PictureSpec& spec, int max_side) {
     if (finest.width < 1 || finest.height < 1 || finest.channels < 1 || finest.is_flat != 1)
         return refuse("not a flat picture with at least one pixel");
     if (finest.width > max_side || finest.height > max_side)
-        return refuse(fmt::format("found {} x {} pixels, expected at most {} along a side",
+        return refuse(fmt::format("found {} x {} pixels, expected at most {} along a side (--limit picture-side)",
                                   finest.width, finest.height, max_side));
     const bool is_tiled = finest.tile_width > 0;
     for (const LevelSpec& level : spec.levels) {

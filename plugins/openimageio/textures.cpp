@@ -205,8 +205,9 @@ class SystemSource final : public shading::TextureSource {
 }  // namespace
 
 Result<std::unique_ptr<shading::TextureSource>> TextureSystemFactory::make(
-    size_t memory_bytes) const {
+    size_t memory_bytes, const DecodeLimits& decoding) const {
     try {
+        limit_pictures_of_process(decoding);
         return std::unique_ptr<shading::TextureSource>(
             new SystemSource(pictures_of_process(), memory_bytes));
     } catch (const std::exception& e) {

@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "app/limit_options.h"
 #include "base/asset_roots.h"
 #include "base/package_path.h"
 #include "usd/compose/layer_registry.h"
@@ -30,9 +31,11 @@ void add_root_options(CLI::App& command, AssetOptions& options) {
         ->take_all()
         ->allow_extra_args(false);
     command.add_flag("--confine", options.is_confined, "read files only beneath the scene's own folder, and each --asset-root: for scenes from people you do not trust");
+    add_limit_option(command, options.limits);
 }
 
 void apply_asset_roots(const std::string& scene, const AssetOptions& options) {
+    set_limits(options.limits);
     std::vector<std::string> folders = options.roots;
     const char* const environment = std::getenv("VELATURA_ASSET_ROOTS");
     for (std::string& folder : usd::compose::split_search_path(environment ? environment : "")) folders.push_back(std::move(folder));

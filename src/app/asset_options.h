@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "base/limits.h"
+
 namespace CLI {
 class App;
 }
@@ -15,15 +17,16 @@ struct AssetOptions {
     std::vector<std::string> search_paths;
     std::vector<std::string> roots;
     bool is_confined = false;  ///< to the scene's own folder, whatever the roots
+    Limits limits;
 };
 
 /// Adds --search-path, which may come several times.
 void add_search_path_option(CLI::App& command, std::vector<std::string>& folders);
 
-/// Adds --asset-root, which may come several times, and --confine.
+/// Adds what a scene is allowed: --asset-root, which may come several times, --confine and --limit.
 void add_root_options(CLI::App& command, AssetOptions& options);
 
-/// Says where the files of `scene` may lie, from here on: anywhere, unless --confine, --asset-root or $VELATURA_ASSET_ROOTS asks
+/// Sets the limits, and says where the files of `scene` may lie, from here on: anywhere, unless --confine, --asset-root or $VELATURA_ASSET_ROOTS asks
 /// otherwise: then beneath the folder of the scene, which may be a link, and beneath those.
 void apply_asset_roots(const std::string& scene, const AssetOptions& options);
 

@@ -13,6 +13,7 @@
 
 #include "base/asset_bytes.h"
 #include "base/hash.h"
+#include "base/limits.h"
 #include "usd/compose/layer_registry.h"
 
 namespace velatura::app {
@@ -62,6 +63,9 @@ Result<LoadedStage> load_stage(const std::string& path, Diagnostics& diagnostics
     usd::stage::StageOptions options;
     options.compose.search_paths = assets.search_paths;
     apply_asset_roots(path, assets);
+    options.compose.max_prims = limits().prims;
+    options.compose.max_nodes_per_spec = limits().prims_per_spec;
+    options.compose.max_layers = limits().layers;
     options.compose.reads_materialx = reads_materialx;
     const char* const environment = std::getenv("PXR_AR_DEFAULT_SEARCH_PATH");
     for (std::string& folder : usd::compose::split_search_path(environment ? environment : "")) options.compose.search_paths.push_back(std::move(folder));

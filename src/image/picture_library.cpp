@@ -6,10 +6,15 @@
 namespace velatura::image {
 
 Result<const PictureLibrary*> picture_library() {
-    static const Result<const void*> opened = plugin::open_needed(
-        {picture_interface, picture_interface_version, {"asset", "picture"}, "openimageio"});
-    if (!opened) return opened.error();
-    return static_cast<const PictureLibrary*>(*opened);
+    static const Result<const PictureLibrary*> opened = []() -> Result<const PictureLibrary*> {
+        const Result<const void*> found = plugin::open_needed(
+            {picture_interface, picture_interface_version, {"asset", "picture"}, "openimageio"});
+        if (!found) return found.error();
+        const auto* library = static_cast<const PictureLibrary*>(*found);
+        library->limit(limits().decoding);
+        return library;
+    }();
+    return opened;
 }
 
 }  // namespace velatura::image

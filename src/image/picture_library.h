@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/limits.h"
 #include "base/result.h"
 
 #include <cstdint>
@@ -13,7 +14,7 @@ namespace velatura::image {
 /// Under this name and version a plugin hands out a `const PictureLibrary*`. The version changes
 /// whenever this header or a type that it mentions does.
 inline constexpr const char* picture_interface = "pictures";
-inline constexpr uint32_t picture_interface_version = 1;
+inline constexpr uint32_t picture_interface_version = 2;
 
 /// What a picture says of itself before its pixels are read.
 struct PictureFacts {
@@ -50,9 +51,12 @@ class PictureLibrary {
                                int width,
                                int height,
                                std::span<const uint8_t> rgb) const = 0;
+
+    /// For pictures that are opened from here on.
+    virtual void limit(const DecodeLimits& limits) const = 0;
 };
 
-/// The plugin's; opens it when first called. Thread-safe. Errors: those of plugin::open_needed, the
+/// The plugin's; opens it when first called, under the limits of then. Thread-safe. Errors: those of plugin::open_needed, the
 /// same at every call.
 Result<const PictureLibrary*> picture_library();
 

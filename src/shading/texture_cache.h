@@ -19,7 +19,6 @@ class TextureCache {
   public:
     using Handle = uint32_t;
     /// Files larger than this many pixels along a side are refused.
-    static constexpr int max_side = 1 << 20;
     static constexpr size_t usual_bytes = size_t(1) << 30;
 
     explicit TextureCache(size_t memory_bytes = usual_bytes);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/limits.h"
 #include "base/math.h"
 #include "base/result.h"
 #include "scene/texture.h"
@@ -16,7 +17,7 @@ namespace velatura::shading {
 /// Under this name and version a plugin hands out a `const TextureSourceFactory*`. The version
 /// changes whenever this header or a type that it mentions does.
 inline constexpr const char* texture_interface = "textures";
-inline constexpr uint32_t texture_interface_version = 2;
+inline constexpr uint32_t texture_interface_version = 3;
 
 /// RGBA of a texture lookup, scene-linear.
 using TexelRgba = std::array<float, 4>;
@@ -66,8 +67,9 @@ class TextureSourceFactory {
   public:
     virtual ~TextureSourceFactory() = default;
 
-    /// Does not throw. Errors: "textures".
-    virtual Result<std::unique_ptr<TextureSource>> make(size_t memory_bytes) const = 0;
+    /// Does not throw. `decoding`: of every picture that the plugin opens from here on. Errors: "textures".
+    virtual Result<std::unique_ptr<TextureSource>> make(size_t memory_bytes,
+                                                        const DecodeLimits& decoding) const = 0;
 };
 
 /// The plugin's; opens it when first called. Thread-safe. Errors: those of plugin::open_needed, the

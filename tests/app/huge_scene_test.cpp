@@ -91,4 +91,33 @@ TEST(HugeScene, TheLimitIsTheUsersToSet) {
     EXPECT_FALSE(is_refused(" --instance-limit 0.00111"));
 }
 
+/// Each limit of --limit: refused below what the scene takes, and read at it.
+TEST(HugeScene, EveryLimitIsTheUsersToSet) {
+    const Workplace w;
+    w.write("prims.usda", nested(3, 3, "", "def Sphere \"s\" {}"));
+    w.write("sites.usda", nested(6, 7, "", ""));
+    w.write("layers.usda", "#usda 1.0\n(\n    subLayers = [@prims.usda@]\n)\n");
+    w.write("textured.usda", "#usda 1.0\ndef DomeLight \"sky\"\n{\n}\n" + textured_ball("p.ppm"));
+    w.write("p.ppm", "P6 8 4 255\n" + std::string(8 * 4 * 3, 'x'));
+    const std::string render = std::string("render textured.usda -o x.exr") + quick;
+    struct Case {
+        std::string command, limit, too_little, enough, said;
+    };
+    // 3 + 9 + 27 prims and their spheres; 6^7 sites
+    const Case cases[] = {
+        {"info prims.usda", "prims", "40", "400", "limit of 40 prims reached (--limit prims)"},
+        {"info sites.usda", "prims-per-spec", "2000", "1e6", "(--limit prims-per-spec)"},
+        {"info layers.usda", "layers", "1", "2", "limit reached (--limit layers)"},
+        {render, "picture-side", "7", "8", "expected at most 7 along a side (--limit picture-side)"},
+        {render, "decode-memory", "1K", "1G", "texture-unreadable"},
+    };
+    for (const Case& c : cases) {
+        const auto say = [&](const std::string& value) { return w.velatura(fmt::format("{} --limit {}={}", c.command, c.limit, value)).output; };
+        EXPECT_NE(say(c.too_little).find(c.said), std::string::npos) << c.limit << ": " << say(c.too_little);
+        EXPECT_EQ(say(c.enough).find("error"), std::string::npos) << c.limit << ": " << say(c.enough);
+    }
+    for (const std::string bad : {"nonsense=1", "prims", "prims=", "prims=-1", "prims=1.5", "prims=nan", "decode-time=x", "picture-side=1e9"})
+        EXPECT_EQ(w.velatura("info prims.usda --limit " + bad).exit_code, 2) << bad;
+}
+
 }  // namespace velatura::test

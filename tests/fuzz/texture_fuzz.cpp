@@ -41,7 +41,7 @@ void texture(std::string_view bytes) {
     if (factory == nullptr || pictures == nullptr || bytes.empty()) return;
     const size_t kind = size_t(static_cast<unsigned char>(bytes[0])) % kinds.size();
     const std::string file = memory_file(std::string("fuzz.") + kinds[kind], bytes.substr(1));
-    if (const auto source = factory->make(size_t(16) << 20))
+    if (const auto source = factory->make(size_t(16) << 20, {}))
         if (const auto opened = (*source)->open(file, scene::SourceColorSpace::Auto, scene::Wrap::UseMetadata, scene::Wrap::Mirror, most_side))
             look_up(**opened);
     if (const auto picture = pictures->open(file)) {

@@ -23,7 +23,7 @@ using scene::SourceColorSpace;
 using scene::Wrap;
 using testing::PictureFolder;
 
-constexpr int max_side = TextureCache::max_side;
+const int max_side = limits().picture_side;
 
 /// What the plugin of one folder brings.
 struct Plugin {
@@ -57,7 +57,7 @@ const Plugin& within() {
 
 /// Bits of texels all over a texture, at all widths, and what went wrong.
 std::string texels(const Plugin& plugin, const std::string& file, SourceColorSpace space, Wrap wrap) {
-    const auto source = plugin.textures->make(size_t(64) << 20);
+    const auto source = plugin.textures->make(size_t(64) << 20, {});
     const auto opened = (*source)->open(file, space, wrap, Wrap::Mirror, max_side);
     if (!opened) return opened.error().message;
     std::string bits;

@@ -130,6 +130,16 @@ PicturePool::PicturePool(PoolOptions options) : options_(std::move(options)) {
 
 PicturePool::~PicturePool() = default;
 
+void PicturePool::limit(const ReaderLimits& limits) {
+    const std::lock_guard lock(mutex_);
+    options_.limits = limits;
+}
+
+ReaderLimits PicturePool::reader_limits() const {
+    const std::lock_guard lock(mutex_);
+    return options_.limits;
+}
+
 std::vector<pid_t> PicturePool::processes() const {
     const std::lock_guard lock(starter_mutex_);
     std::vector<pid_t> all;
@@ -189,7 +199,7 @@ Result<void> PicturePool::enter(Visit& visit) {
     if (!seat.reader) {
         const Result<std::shared_ptr<StarterProcess>> from = starter();
         if (!from) return from.error();
-        const Result<void> taken = seat.take(ReaderProcess::start(*from, options_.limits));
+        const Result<void> taken = seat.take(ReaderProcess::start(*from, reader_limits()));
         if (!taken) return taken;
     }
     if (visit.generation == seat.generation) return {};

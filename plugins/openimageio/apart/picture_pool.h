@@ -35,6 +35,9 @@ class PicturePool final : public PictureSource {
     /// ended; "reader-start" (no program, or the system starts no process).
     Result<std::unique_ptr<SourcePicture>> open(const std::string& asset, PictureUse use) override;
 
+    /// For readers that are started from here on.
+    void limit(const ReaderLimits& limits);
+
     /// That run at the moment, for those who look from outside; the starter first.
     std::vector<pid_t> processes() const;
 
@@ -45,6 +48,7 @@ class PicturePool final : public PictureSource {
 
     Visit new_visit(const std::string& asset, PictureUse use);
     void leave(Seat& seat);
+    ReaderLimits reader_limits() const;
     std::optional<Error> failure_of(const std::string& asset) const;
     Error remember(const std::string& asset, const Error& why);
     Result<std::shared_ptr<StarterProcess>> starter();
@@ -55,7 +59,7 @@ class PicturePool final : public PictureSource {
     void close(const Visit& visit);
 
     PoolOptions options_;
-    mutable std::mutex mutex_;  // of the next three
+    mutable std::mutex mutex_;  // of the limits and the next three
     std::vector<std::unique_ptr<Seat>> seats_;
     std::map<std::string, Error> failures_;
     uint64_t next_picture_ = 1;

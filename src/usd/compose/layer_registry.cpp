@@ -202,7 +202,7 @@ Result<LayerPtr> LayerRegistry::open(const std::string& file) {
         if (const auto* known = find(file)) return *known;
         if (order_.size() >= max_layers_) {
             return Error{"usd-too-many-layers",
-                         fmt::format("more than {} layers, limit reached", max_layers_)};
+                         fmt::format("more than {} layers, limit reached (--limit layers)", max_layers_)};
         }
         if (auto ready = ready_.extract(file)) loaded = std::move(ready.mapped());
     }

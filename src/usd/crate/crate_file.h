@@ -3,6 +3,7 @@
 
 #include "base/asset_bytes.h"
 #include "base/diagnostics.h"
+#include "base/limits.h"
 #include "base/result.h"
 #include "usd/crate/crate_format.h"
 #include "usd/crate/cursor.h"
@@ -43,7 +44,7 @@ class CrateFile {
     uint64_t max_items() const { return 2'000'000 + bytes().size(); }
 
     /// Bytes that copies out of the file may take together.
-    uint64_t max_copied_bytes() const { return (uint64_t(1) << 30) + 1024 * bytes().size(); }
+    uint64_t max_copied_bytes() const { return limits().array_bytes + 1024 * bytes().size(); }
 
     /// Reserves memory for an array that will be decoded; false beyond max_copied_bytes().
     bool reserve_memory(uint64_t size) const;

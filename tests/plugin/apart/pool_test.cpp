@@ -224,7 +224,7 @@ TEST(PicturePool, AStoppedReaderIsNotWaitedForForEver) {
     PicturePool pool(options(1, {.wall_seconds = 1}));
     const Picture other = open(pool, "plain"), stopped = open(pool, "stop");
     const Clock::time_point begin = Clock::now();
-    EXPECT_EQ(failure(*stopped), "reading took more than 1 s");
+    EXPECT_EQ(failure(*stopped), "reading took more than 1 s (--limit decode-time)");
     EXPECT_LT(Clock::now() - begin, std::chrono::seconds(5));
     expect_right(*other, "plain");
 }
@@ -232,7 +232,7 @@ TEST(PicturePool, AStoppedReaderIsNotWaitedForForEver) {
 TEST(PicturePool, AReaderThatComputesForEverIsEnded) {
     PicturePool pool(options(1, {.cpu_seconds = 0.5}));
     const Picture other = open(pool, "plain"), spinning = open(pool, "spin");
-    EXPECT_EQ(failure(*spinning), "reading took more than 0.5 s");
+    EXPECT_EQ(failure(*spinning), "reading took more than 0.5 s (--limit decode-time)");
     expect_right(*other, "plain");
 }
 
