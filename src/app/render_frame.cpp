@@ -7,6 +7,10 @@
 #include <filesystem>
 #include <new>
 #include <optional>
+#include <string>
+#include <system_error>
+
+#include <unistd.h>
 
 #include <fmt/format.h>
 
@@ -332,13 +336,29 @@ class FrameRenderer {
     /// file is to depend on how samples came.
     nlohmann::ordered_json kept_curve(const integrator::ErrorCurve& curve) const { return job_.schedule.target_error > 0 ? observations_json(curve) : nlohmann::ordered_json::array(); }
 
-    Result<image::WriteReport> write(const film::Film& film, const integrator::ErrorCurve& curve, const std::vector<scene::Effect>& broken = {}) {
+    image::FileInfo file_info(const film::Film& film, const integrator::ErrorCurve& curve, const std::vector<scene::Effect>& broken) {
         image::FileInfo info = make_file_info(job_, input_, world_, training_, roulette(), branches_, settings_, layers_, window_, film);
         info.plan_json = plan_json(input_.plan, broken).dump();
         info.bad_samples = film.bad_samples();
         if (mattes_) info.matte_names = mattes_->names();
         info.settings_json = settings_json(settings_, job_.schedule.first_sample, top_ups_, kept_curve(curve));
-        return film.write(input_.output, info);
+        return info;
+    }
+
+    Result<image::WriteReport> write(const film::Film& film, const integrator::ErrorCurve& curve, const std::vector<scene::Effect>& broken = {}) {
+        return film.write(input_.output, file_info(film, curve, broken));
+    }
+
+    /// Where the picture cannot be had in its folder after hours it is put into that for temporary files, as one file. Says where.
+    std::string rescue(const film::Film& film, const integrator::ErrorCurve& curve, const std::vector<scene::Effect>& broken) {
+        std::error_code failed;
+        const std::filesystem::path folder = std::filesystem::temp_directory_path(failed);
+        const std::string path = (folder / fmt::format("velatura-{}-{}", ::getpid(), std::filesystem::path(input_.output).filename().string())).string();
+        image::FileInfo info = file_info(film, curve, broken);
+        info.layout = image::Layout::MultiPart;
+        const Result<image::WriteReport> written = failed ? Error{"io-write", failed.message()} : film.write(path, info);
+        if (!written) return fmt::format("nor can it be put elsewhere: {}", written.error().message);
+        return fmt::format("it is in {} instead{}", path, info.store_sums ? ", which --resume goes on from once it is in its place" : "");
     }
 
     /// What was rendered for hours is not lost for some megabytes: the second try takes less, and longer.
@@ -379,7 +399,8 @@ class FrameRenderer {
         const std::vector<scene::Effect> broken = integrator::broken_promises(input_.plan, result.rays.effects);
         const Result<image::WriteReport> written = write_in_memory(film, result.curve, broken);
         if (!written) {
-            diagnostics_.error(written.error().code, {}, {}, written.error().message);
+            const std::string where = written.error().code == "io-write" ? "; " + rescue(film, result.curve, broken) : std::string();
+            diagnostics_.error(written.error().code, {}, {}, written.error().message + where);
             const bool is_check = written.error().code == "closure-failed" || written.error().code == "verify-failed";
             return is_check ? CheckFailed : RenderError;
         }
