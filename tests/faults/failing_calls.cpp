@@ -2,11 +2,13 @@
 // Preloaded into a program (LD_PRELOAD), makes its n-th call on files of one folder fail. What fails is set by the environment:
 // VELATURA_FAULT_FOLDER   only files below it count; an absolute path without links
 // VELATURA_FAULT_AT       1 = the first call
+// VELATURA_FAULT_READS    set: calls that only read count, too
 // VELATURA_FAULT_ALWAYS   set: later calls fail, too, as on a full disk
-// VELATURA_FAULT_HOW      ENOSPC, EIO, EROFS, EACCES, EINTR, or short: half of the bytes are written
+// VELATURA_FAULT_HOW      ENOSPC, EIO, EROFS, EACCES, EINTR, or short: half of the bytes are written or read
 // VELATURA_FAULT_LOG      a line per failed call is added here: its name and number
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/uio.h>
@@ -93,6 +95,11 @@ bool fails(const char* name, File file) {
     return true;
 }
 
+template <class File>
+bool fails_to_read(const char* name, File file) {
+    return std::getenv("VELATURA_FAULT_READS") && fails(name, file);
+}
+
 }  // namespace
 
 extern "C" {
@@ -108,6 +115,16 @@ extern "C" {
     }
 VELATURA_FAULT_OPEN(open)
 VELATURA_FAULT_OPEN(open64)
+
+int openat(int folder, const char* path, int flags, ...) {
+    va_list rest;
+    va_start(rest, flags);
+    const mode_t mode = flags & (O_CREAT | O_TMPFILE) ? va_arg(rest, mode_t) : 0;
+    va_end(rest);
+    // Names from a folder are those of confined scenes, which nothing here breaks
+    if (folder == AT_FDCWD && fails_to_read("open", path) && !is_short()) return -1;
+    return real<int(int, const char*, int, ...)>("openat")(folder, path, flags, mode);
+}
 
 FILE* fopen(const char* path, const char* mode) {
     if (fails("open", path) && !is_short()) return nullptr;
@@ -147,6 +164,40 @@ ssize_t writev(int fd, const iovec* parts, int count) {
     }
     return real<ssize_t(int, const iovec*, int)>("writev")(fd, parts, count);
 }
+
+ssize_t read(int fd, void* bytes, size_t size) {
+    if (fails_to_read("read", fd)) {
+        if (!is_short() || size < 2) return -1;
+        size /= 2;
+    }
+    return real<ssize_t(int, void*, size_t)>("read")(fd, bytes, size);
+}
+
+ssize_t pread(int fd, void* bytes, size_t size, off_t at) {
+    if (fails_to_read("pread", fd)) {
+        if (!is_short() || size < 2) return -1;
+        size /= 2;
+    }
+    return real<ssize_t(int, void*, size_t, off_t)>("pread")(fd, bytes, size, at);
+}
+
+int fstat(int fd, struct stat* info) noexcept {
+    if (fails_to_read("fstat", fd) && !is_short()) return -1;
+    return real<int(int, struct stat*)>("fstat")(fd, info);
+}
+
+int stat(const char* path, struct stat* info) noexcept {
+    if (fails_to_read("stat", path) && !is_short()) return -1;
+    return real<int(const char*, struct stat*)>("stat")(path, info);
+}
+
+#define VELATURA_FAULT_MMAP(NAME)                                                                     \
+    void* NAME(void* place, size_t size, int protection, int flags, int fd, off_t at) noexcept {     \
+        if (fd >= 0 && fails_to_read("mmap", fd) && !is_short()) return MAP_FAILED;                   \
+        return real<void*(void*, size_t, int, int, int, off_t)>(#NAME)(place, size, protection, flags, fd, at); \
+    }
+VELATURA_FAULT_MMAP(mmap)
+VELATURA_FAULT_MMAP(mmap64)
 
 int fsync(int fd) {
     if (fails("fsync", fd) && !is_short()) return -1;

@@ -5,12 +5,16 @@
   kill      kill -9 at random instants, then --resume with other threads until done: the picture of an undisturbed render
   signals   SIGINT, SIGTERM, SIGUSR1 at random instants, and to a render that has no end by itself; how soon a second one ends it
   calls     the n-th call of open, write, fsync, close, rename … fails, for n = 1 to the last call of the render
+  reads     the same of calls that open, look at, map and read the files of the scene
+  cut       a file of the scene is cut short while the render reads it
+  allocations  the n-th allocation fails alone, or there is no more memory from it on
+  readers   the output is read in a loop while checkpoints replace it: always a whole picture
   places    a full disk, a read-only folder, a limit on the size of files
   damage    files cut short and with flipped bits: refused with exit code 5, or the picture is right nevertheless
   lock      a second render to the same file is refused; temporary files of killed ones are swept
   memory    --memory-limit below and about what 20 renders take: none has 2 % more resident, and each ends as documented
 
-N is that of kill (200); the others have N/2 of each signal and N damaged files. Instants follow a fixed seed. Small
+N is that of kill (200); the others have N/2 of each signal, N damaged files, N cut ones, and N allocations of each of two scenes. Instants follow a fixed seed. Small
 renders in a folder in memory, since what counts is the order of calls and not the speed of a disk.
 """
 import argparse
@@ -25,86 +29,17 @@ import sys
 import tempfile
 import time
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+from allocations import HOW_MEMORY_FAILS, count_allocations, spread, try_allocation
+from inputs import Reading, try_cut, try_read, try_readers
+from workshop import DOCUMENTED, ROOT, Broken, Workshop, exit_code, expect, expect_no_parts
+
 SCENES = ["cornell/cornell", "transport/glass", "transport/lens"]
 MEMORY_SCENES = ["cornell/cornell", "atelier/atelier", "bonfire/bonfire", "sky/sky", "tuft/tuft",
                  *(f"transport/{name}" for name in ("baffle", "caustic", "doorway", "glass", "gloss", "glowing_mesh", "lamp_sizes", "lens", "linked", "many_lights",
                                                     "sheets", "sun", "wide_sun", "window"))]
 MEMORY_LIMITS = [0.35, 0.6, 0.8, 0.9, 1.0, 1.1, 1.3]  # of what a render without a limit takes
-PARTS = ["kill", "signals", "calls", "places", "damage", "lock", "memory"]
+PARTS = ["kill", "signals", "calls", "reads", "cut", "allocations", "readers", "places", "damage", "lock", "memory"]
 ERRORS = ["ENOSPC", "EIO", "EROFS", "EACCES", "EINTR", "short"]
-DOCUMENTED = {0, 1, 3, 4, 5}
-
-
-class Workshop:
-    """One scene, one folder: the command of a render, what an undisturbed one gives, and checks of what a disturbed one left."""
-
-    def __init__(self, arguments, folder, scene):
-        self.bin, self.preload, self.folder, self.scene = arguments.bin, arguments.preload, folder, scene
-        self.output = folder / "out.exr"
-        self.size = ["--res", "32", "24", "--spp", str(arguments.spp)]
-        began = time.monotonic()
-        self.finish()
-        self.seconds = time.monotonic() - began
-        self.expected = self.hash()
-        self.output.unlink()
-
-    def command(self, threads, more=()):
-        scene = ROOT / "scenes" / f"{self.scene}.usda"
-        return [str(self.bin / "velatura"), "render", str(scene), "-o", str(self.output), *self.size, "--resume", "--progress", "none", "-q",
-                "--threads", str(threads), *more]
-
-    def start(self, threads, more=(), environment=None):
-        return subprocess.Popen(self.command(threads, more), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-                                errors="replace", env=dict(os.environ, **(environment or {})))
-
-    def start_endless(self, threads):
-        size, self.size = self.size, [*self.size[:-1], "1000000000"]
-        process = self.start(threads)
-        self.size = size
-        return process
-
-    def run(self, threads=2, more=(), environment=None, setup=None):
-        done = subprocess.run(self.command(threads, more), stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace",
-                              env=dict(os.environ, **(environment or {})), preexec_fn=setup)
-        return done.returncode, done.stderr
-
-    def finish(self, threads=2):
-        code, text = self.run(threads)
-        expect(code == 0, f"{self.scene}: a render that nothing disturbs ends with {code}: {text}")
-
-    def hash(self):
-        done = subprocess.run([self.bin / "velatura-comp", "info", "--hash", self.output], capture_output=True, text=True)
-        found = re.search("[0-9a-f]{64}", done.stdout)
-        return found.group() if done.returncode == 0 and found else f"unreadable: {done.stderr}"
-
-    def expect_right_end(self, what):
-        """Goes on from what is there, whatever it is, to the undisturbed picture."""
-        self.finish(3)
-        expect(self.hash() == self.expected, f"{what}: another picture")
-        expect_no_parts(self.folder, what)
-
-    def clear(self):
-        for path in self.folder.iterdir():
-            path.unlink()
-
-
-class Broken(Exception):
-    pass
-
-
-def expect(condition, text):
-    if not condition:
-        raise Broken(text)
-
-
-def expect_no_parts(folder, what):
-    left = sorted(p.name for p in folder.iterdir() if p.name.startswith("."))
-    expect(not left, f"{what}: left behind {left}")
-
-
-def exit_code(status):
-    return 128 - status if status < 0 else status
 
 
 def try_kill(shop, rng, trial):
@@ -194,7 +129,7 @@ def try_call(shop, old, n, how, always):
     shop.clear()
     shop.output.write_bytes(old)
     with tempfile.NamedTemporaryFile() as log:
-        environment = {"LD_PRELOAD": str(shop.preload), "VELATURA_FAULT_FOLDER": str(shop.folder), "VELATURA_FAULT_AT": str(n), "VELATURA_FAULT_HOW": how,
+        environment = {"LD_PRELOAD": str(shop.failing_calls), "VELATURA_FAULT_FOLDER": str(shop.folder), "VELATURA_FAULT_AT": str(n), "VELATURA_FAULT_HOW": how,
                        "VELATURA_FAULT_LOG": log.name}
         code, text = shop.run(1, environment=environment | ({"VELATURA_FAULT_ALWAYS": "1"} if always else {}))
         failed = pathlib.Path(log.name).read_text().split("\n")[0]
@@ -213,6 +148,9 @@ def try_call(shop, old, n, how, always):
         # Behind the rename nothing can bring the old file back: then the new one is there, whole
         is_old = shop.output.exists() and shop.output.read_bytes() == old
         expect(is_old or shop.hash() == shop.expected, f"{what}: the old file is gone: {shop.hash()}")
+        is_early = failed.startswith("open") or "checkpoint" in text
+        is_rescued = shop.expect_rescued(text, what)
+        expect(is_rescued or not is_old or is_early or code != 1, f"{what}: the picture is lost: {text}")
     shop.expect_right_end(what)
     return True
 
@@ -375,6 +313,11 @@ def run_parts(arguments, shops, tally):
                     call += arguments.step
                     count += 1
         part("calls", f"{count} renders with failed calls")
+    if "readers" in arguments.only:
+        reads, seen = tally.trial(try_readers, shops[-1]) or (0, 0)
+        part("readers", f"{reads} times read, {seen} different files")
+    if "allocations" in arguments.only:
+        run_allocations(arguments, shops[:2], rng, tally, part)
     if "places" in arguments.only:
         tally.trial(try_limit, shop, old)
         full = tally.trial(try_mounted, shop, old, "", "a full disk")
@@ -390,6 +333,46 @@ def run_parts(arguments, shops, tally):
             cut = rng.randrange(1, len(old)) if trial % 4 == 0 else 0
             refused += bool(tally.trial(try_damage, shop, rng, old, cut))
         part("damage", f"{n} files, {refused} refused")
+
+
+def run_allocations(arguments, shops, rng, tally, part):
+    for shop in shops:
+        size, shop.size = shop.size, ["--res", "160", "120", "--spp", "2"]
+        shop.clear()
+        shop.finish()
+        expected, shop.expected = shop.expected, shop.hash()
+        # What is there must be a file to go on from, and not the one that is to be
+        shop.size[-1] = "1"
+        shop.clear()
+        shop.finish()
+        old = shop.output.read_bytes()
+        shop.size[-1] = "2"
+        total = tally.trial(count_allocations, shop, old)
+        ends = {}
+        for how in HOW_MEMORY_FAILS:
+            for at in spread(rng, total or 1, arguments.trials // 2):
+                code = tally.trial(try_allocation, shop, old, at, how)
+                ends[code] = ends.get(code, 0) + 1
+        shop.size, shop.expected = size, expected
+        part("allocations", f"{shop.scene}: of {total} allocations {sum(ends.values())} failed, exit codes {', '.join(f'{code} x {n}' for code, n in sorted(ends.items(), key=str))}")
+
+
+def run_inputs(arguments, folder, tally):
+    reading, rng = Reading(arguments, folder), random.Random(9)
+    if "reads" in arguments.only:
+        count = 0
+        for how in arguments.errors:
+            call = 1
+            while tally.trial(try_read, reading, call, how) is not False:
+                call += arguments.step
+                count += 1
+        print(f"reads    {count} renders with calls that could not read", flush=True)
+    if "cut" in arguments.only:
+        ends = {}
+        for trial in range(arguments.trials):
+            code = tally.trial(try_cut, reading, rng, trial)
+            ends[code] = ends.get(code, 0) + 1
+        print(f"cut      {arguments.trials} files, exit codes {', '.join(f'{code} x {n}' for code, n in sorted(ends.items(), key=str))}", flush=True)
 
 
 def run_memory(arguments, folder, tally):
@@ -411,8 +394,7 @@ def run_memory(arguments, folder, tally):
 
 def main():
     parser = argparse.ArgumentParser(prog="./dev faults", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release/bin", help=argparse.SUPPRESS)
-    parser.add_argument("--preload", type=pathlib.Path, default=ROOT / "build/release/tests/libvelatura_failing_calls.so", help=argparse.SUPPRESS)
+    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build/release", help=argparse.SUPPRESS)
     parser.add_argument("--trials", type=int, default=200)
     parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS, metavar="PART")
     parser.add_argument("--errors", nargs="+", choices=ERRORS, default=ERRORS, metavar="ERROR", help="how calls fail")
@@ -420,6 +402,7 @@ def main():
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--memory-size", nargs=2, default=["320", "240"], metavar=("W", "H"), help="pixels of the renders of memory")
     arguments = parser.parse_args()
+    arguments.bin, arguments.scenes = arguments.build / "bin", ROOT / "scenes"
     began, tally = time.monotonic(), Tally()
     memory = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
     with tempfile.TemporaryDirectory(dir=memory) as folder:
@@ -429,6 +412,10 @@ def main():
             own.mkdir()
             shops.append(Workshop(arguments, own, scene))
         run_parts(arguments, shops, tally)
+        if {"reads", "cut"} & set(arguments.only):
+            own = pathlib.Path(folder).resolve() / "reading"
+            own.mkdir()
+            run_inputs(arguments, own, tally)
         if "memory" in arguments.only:
             own = pathlib.Path(folder).resolve() / "memory"
             own.mkdir()
