@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What fuzzers begin with (seeds/) and what they found (regressions/), format by format, in every build, and mutants of these:
+// What fuzzers begin with (seeds/), what they found (regressions/) and what led them to new code (corpus/), format by format, in
+// every build, and mutants of the first two: VELATURA_FUZZ_CORPUS=FOLDER replays the files of FOLDER/FORMAT as well,
 // VELATURA_FUZZ_MUTANTS=100000 tries more of them, VELATURA_FUZZ_FIRST=N others. What a program that died was at stays in
 // /dev/shm/velatura_fuzz_*/mutant.
 #include "fuzz_targets.h"
 
+#include "base/asset_bytes.h"
 #include "base/atomic_file.h"
+#include "base/zip_archive.h"
 #include "mutant.h"
 #include "temporary_file.h"
 
@@ -41,7 +44,36 @@ std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder)
     return files;
 }
 
+/// What was kept of the runs of a format (run.py keep).
+std::vector<std::string> kept_files(const char* format) {
+    const std::filesystem::path file = here / "corpus" / (std::string(format) + ".zip");
+    if (!std::filesystem::exists(file)) return {};
+    const Result<std::string> bytes = read_file(file.string());
+    const auto archive = ZipArchive::open(make_asset_bytes(bytes ? *bytes : std::string()), file.string());
+    EXPECT_TRUE(archive.has_value()) << file;
+    std::vector<std::string> files;
+    if (!archive) return files;
+    for (const ZipMember& member : (*archive)->members()) {
+        const Result<AssetBytesPtr> content = (*archive)->read(member);
+        EXPECT_TRUE(content.has_value()) << file;
+        if (content) files.emplace_back((*content)->bytes());
+    }
+    EXPECT_FALSE(files.empty()) << file;
+    return files;
+}
+
 class Replay : public testing::TestWithParam<Target> {};
+
+TEST_P(Replay, KeepsItWithWhatRunsOfFuzzersReached) {
+    const Target& target = GetParam();
+    for (const std::string& bytes : kept_files(target.name)) {
+        memory_file("mutant", bytes);
+        target.run(bytes);
+    }
+    const char* more = std::getenv("VELATURA_FUZZ_CORPUS");
+    if (!more) return;
+    for (const std::filesystem::path& file : files_in(std::filesystem::path(more) / target.name)) target.run(*read_file(file.string()));
+}
 
 TEST_P(Replay, KeepsWhatReadersPromise) {
     const Target& target = GetParam();
@@ -109,6 +141,7 @@ TEST(Replay, KnowsEveryFolder) {
     for (const Target& target : targets) known.insert(target.name);
     for (const char* kind : {"seeds", "regressions"})
         for (const std::filesystem::path& folder : files_in(here / kind)) EXPECT_TRUE(known.contains(folder.filename().string())) << folder;
+    for (const std::filesystem::path& archive : files_in(here / "corpus")) EXPECT_TRUE(archive.extension() == ".zip" && known.contains(archive.stem().string())) << archive;
 }
 
 }  // namespace
