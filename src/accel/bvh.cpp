@@ -37,7 +37,7 @@ class Triangles final : public TriangleSource {
     Corners of(size_t shape, size_t triangle) const {
         const TriangleSoupView& s = shapes_[shape];
         const auto& v = s.triangles[triangle];
-        return {{s.positions[v[0]], s.positions[v[1]], s.positions[v[2]]}};
+        return {{s.positions[v[0]], s.positions[v[s.second()]], s.positions[v[s.third()]]}};
     }
 
     Corners operator[](uint32_t id) const {
@@ -366,6 +366,7 @@ class Bvh final : public Accelerator {
         hit.instance = best.instance;
         const TriangleNumbers& numbers = numbers_of(best.instance);
         hit.shape = numbers.shape(best.id);
+        if (numbers.is_flipped(hit.shape)) std::swap(hit.b1, hit.b2);
         hit.triangle = best.id - numbers.first(hit.shape);
         return hit;
     }
@@ -506,7 +507,7 @@ std::vector<TriangleSoupView> views(const std::vector<geometry::TriangleMesh>& m
     std::vector<TriangleSoupView> result;
     for (const geometry::TriangleMesh& mesh : meshes) {
         result.push_back(
-            {mesh.positions(), mesh.triangles(), mesh.shared_primitives(), mesh.later_positions()});
+            {mesh.positions(), mesh.triangles(), mesh.shared_primitives(), mesh.later_positions(), mesh.flip_normals()});
     }
     return result;
 }

@@ -61,8 +61,13 @@ struct TriangleSoupView {
     std::span<const std::array<uint32_t, 3>> triangles;  ///< [triangle] vertex indices
     std::shared_ptr<const geometry::PrimitiveSet> primitives = nullptr;
     std::span<const std::vector<Vec3>> later_positions = {};  ///< see geometry::TriangleMeshData
+    bool is_flipped = false;  ///< the outside is where the corners run clockwise
 
     uint32_t segments() const { return uint32_t(later_positions.size()); }  ///< 0: does not move
+
+    /// Which of its corners a tree has second and third: in trees they run counter-clockwise as seen from outside.
+    size_t second() const { return is_flipped ? 2 : 1; }
+    size_t third() const { return is_flipped ? 1 : 2; }
 
     /// What Hit::triangle counts.
     size_t count() const { return primitives ? primitives->size() : triangles.size(); }

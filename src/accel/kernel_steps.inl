@@ -183,6 +183,7 @@ filter_triangles(const LeafBlock& leaf, const QueryRay& q, float t_bound, float 
 struct LeafHits {
     alignas(32) float t[wide];
     alignas(32) float b1[wide], b2[wide];
+    uint32_t leaving = 0;  // lanes, as bits
 };
 
 // hit_triangle for lanes of a block, operation by operation, so with the same bits.
@@ -267,6 +268,7 @@ HWY_INLINE uint32_t hit_block(
         hn::Store(hit_t, f, hits.t + i);
         hn::Store(hn::DemoteTo(f, hn::Mul(v, inverse_det)), f, hits.b1 + i);
         hn::Store(hn::DemoteTo(f, hn::Mul(w, inverse_det)), f, hits.b2 + i);
+        hits.leaving |= bits_of(d, hn::Lt(hn::Mul(det, hn::Set(d, q.inverse_z)), zero)) << i;
     }
     return found & candidates;
 }
@@ -286,10 +288,12 @@ HWY_INLINE void prefetch(const WideTree& tree, ChildRef ref) {
     __builtin_prefetch(is_leaf ? p + 256 : p);
 }
 
-HWY_INLINE bool is_before(float t, uint32_t instance, uint32_t id, const TreeHit& best) {
+HWY_INLINE bool is_before(
+    float t, bool is_leaving, uint32_t instance, uint32_t id, const TreeHit& best) {
     if (t != best.t) return t < best.t;
-    return best.id != scene::none &&
-           (instance != best.instance ? instance < best.instance : id < best.id);
+    if (best.id == scene::none) return false;
+    if (is_leaving != best.is_leaving) return best.is_leaving;
+    return instance != best.instance ? instance < best.instance : id < best.id;
 }
 
 // For blocks from which the builder has dropped what is degenerate.
@@ -315,9 +319,11 @@ HWY_INLINE bool improve_hit(const LeafBlock& leaf,
     LeafHits hits;
     for (uint32_t bits = hit_block(leaf, q, possible, best.t, hits); bits != 0; bits &= bits - 1) {
         const auto lane = uint32_t(std::countr_zero(bits));
-        if (!is_before(hits.t[lane], instance, leaf.id[lane], best) || !is_there(leaf, lane))
+        const bool is_leaving = (hits.leaving >> lane & 1) != 0;
+        if (!is_before(hits.t[lane], is_leaving, instance, leaf.id[lane], best) ||
+            !is_there(leaf, lane))
             continue;
-        best = {hits.t[lane], hits.b1[lane], hits.b2[lane], instance, leaf.id[lane]};
+        best = {hits.t[lane], hits.b1[lane], hits.b2[lane], instance, leaf.id[lane], is_leaving};
         is_better = true;
     }
     return is_better;

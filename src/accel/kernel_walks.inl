@@ -198,7 +198,7 @@ void closest_primitive(const PrimitiveRecord& record,
         record.set->intersect(record.index, ray.o, ray.d, t_max);
     if (!found) return;
     const auto t = float(found->t);
-    if (!is_before(t, ray.instance, record.id, best)) return;
+    if (!is_before(t, false, ray.instance, record.id, best)) return;
     best = {t, found->u, found->v, ray.instance, record.id};
 }
 

@@ -68,7 +68,7 @@ class MotionBuilder {
         const std::span<const Vec3> positions =
             key == 0 ? shape.positions : std::span<const Vec3>(shape.later_positions[key - 1]);
         const auto& v = shape.triangles[triangle];
-        return {{positions[v[0]], positions[v[1]], positions[v[2]]}};
+        return {{positions[v[0]], positions[v[shape.second()]], positions[v[shape.third()]]}};
     }
 
     Corners corners(uint32_t id, uint32_t key) const {

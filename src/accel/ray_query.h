@@ -60,6 +60,7 @@ struct alignas(32) QueryBounds {
 /// A hit before shape and triangle are told apart. t as the caller of the accelerator counts it.
 struct TriangleHit {
     float t = 0, b1 = 0, b2 = 0;
+    bool is_leaving = false;  ///< the corners run clockwise as seen from the ray's origin
 };
 
 /// Interval of scaled t in which the ray may be inside the box given by lower x, y, z and upper
@@ -134,6 +135,7 @@ inline constexpr float split_margin = 0x1p-12f;
     hit.t = float(t * q.t_from_scaled);
     hit.b1 = float(v * inverse_det);
     hit.b2 = float(w * inverse_det);
+    hit.is_leaving = det * q.inverse_z < 0;
     return hit.t > 0.0f && hit.t < std::numeric_limits<float>::infinity();
 }
 

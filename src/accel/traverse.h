@@ -94,12 +94,14 @@ struct TreeHit {
     float t = 0, b1 = 0, b2 = 0;
     uint32_t instance = scene::none;
     uint32_t id = scene::none;
+    bool is_leaving = false;  ///< see TriangleHit; of primitives never
 };
 
 /// Kernels compiled for one instruction set.
 struct Kernels {
     const char* name;
-    /// Closest hit with 0 < t < ray.t_max; smallest (instance, id) among equal t. False: no hit.
+    /// Closest hit with 0 < t < ray.t_max; among equal t one that enters before one that leaves, as front and back of a body are
+    /// at its outline; among those the smallest (instance, id). False: no hit.
     bool (*intersect)(const SceneTrees&, const geometry::Ray&, TreeHit&);
     bool (*is_occluded)(const SceneTrees&, const geometry::Ray&);
     /// The same for scenes in which something moves; those above know of no motion.

@@ -23,6 +23,7 @@ class TriangleNumbers {
         size_t count = 0;
         for (const TriangleSoupView& shape : shapes) {
             first_.push_back(uint32_t(count));
+            is_flipped_.push_back(shape.is_flipped && !shape.primitives);
             VELATURA_CHECK(!shape.primitives || shape.triangles.empty(),
                            "a shape of triangles and primitives");
             count += shape.count();
@@ -39,10 +40,14 @@ class TriangleNumbers {
         return uint32_t(std::upper_bound(first_.begin(), first_.end(), id) - first_.begin()) - 1;
     }
 
-    size_t bytes() const { return first_.size() * sizeof(uint32_t); }
+    /// Whether a tree has the second and the third corner of its triangles exchanged.
+    bool is_flipped(uint32_t shape) const { return is_flipped_[shape]; }
+
+    size_t bytes() const { return first_.size() * sizeof(uint32_t) + is_flipped_.size() / 8; }
 
   private:
     std::vector<uint32_t> first_;
+    std::vector<bool> is_flipped_;
     size_t count_ = 0;
 };
 

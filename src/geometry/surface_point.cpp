@@ -7,6 +7,7 @@
 #include "scene/effect_calls.h"
 #include "scene/scene.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace velatura::geometry {
@@ -203,6 +204,36 @@ PrimitiveSurface primitive_surface(const GeometrySet& geometry,
 
 namespace {
 
+/// Where a ray meets a triangle, as weights of its second and third corner.
+struct Weights {
+    double b1, b2;
+};
+
+/// Floats place a hit within 2^-24 of the triangle's size, sideways: nothing beside the pixel that sees it, unless the triangle
+/// is far larger than the way to it, as a floor that reaches to the horizon. Then the weights come from the ray, in double.
+/// Ray and triangle in one space. Ref: Möller, Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection", JGT 2(1).
+Weights exact_weights(const Vec3d& o,
+                      const Vec3d& d,
+                      const Vec3d& p0,
+                      const Vec3d& e1,
+                      const Vec3d& e2,
+                      const Weights& found) {
+    const Vec3d across = d.cross(e2), from = o - p0;
+    const double det = e1.dot(across);
+    const double b1 = from.dot(across) / det, b2 = d.dot(from.cross(e1)) / det;
+    // Seen edge-on, the ray tells less than was found; written so that NaN fails
+    constexpr double rounding = 0x1p-20;
+    const bool is_better_placed = std::abs(b1 - found.b1) <= rounding && std::abs(b2 - found.b2) <= rounding;
+    const double inside = std::clamp(b1, 0.0, 1.0);
+    const Weights placed = {inside, std::clamp(b2, 0.0, 1.0 - inside)};
+    return is_better_placed ? placed : found;
+}
+
+/// Whether that is worth it. distance2: square of the way to the hit.
+bool is_large_for_its_distance(const Vec3d& e1, const Vec3d& e2, double distance2) {
+    return e1.length2() + e2.length2() > 16.0 * distance2;
+}
+
 /// is_plain: a triangle that stays, of a shape placed directly.
 template <bool is_plain>
 SurfacePoint make_point(const scene::Scene& scene,
@@ -249,8 +280,13 @@ SurfacePoint make_point(const scene::Scene& scene,
         return Vec3d(mesh.corner(hit.triangle, k, ray.time));
     };
     const Vec3d p0 = corner(0), e1 = corner(1) - p0, e2 = corner(2) - p0;
-    const double b1 = double(hit.b1), b2 = double(hit.b2);
-    const Vec3d p = p0 + e1 * b1 + e2 * b2;
+    Weights weights = {double(hit.b1), double(hit.b2)};
+    const Vec3d d = instance ? transform_direction(Vec3d(ray.d), instance->prototype_from_render) : Vec3d(ray.d);
+    if (is_large_for_its_distance(e1, e2, d.length2() * double(hit.t) * double(hit.t))) {
+        const Vec3d o = instance ? transform_point(Vec3d(ray.o), instance->prototype_from_render) : Vec3d(ray.o);
+        weights = exact_weights(o, d, p0, e1, e2, weights);
+    }
+    const Vec3d p = p0 + e1 * weights.b1 + e2 * weights.b2;
     // Count the double operations here and in traversal, then the cast
     const Vec3d error = (absolute(p0) + absolute(e1) + absolute(e2)) * double_error;
     if (instance) {

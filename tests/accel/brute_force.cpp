@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 namespace velatura::accel::test {
 
@@ -43,8 +44,9 @@ void for_each_moving_triangle(const Shapes& shapes, float time, const Body& body
         for (size_t i = 0; i < shape.triangles.size(); ++i) {
             if (!is_usable(shape, i, at.segment)) continue;
             Vec3 p[3];
+            const size_t corners[3] = {0, shape.second(), shape.third()};
             for (size_t k = 0; k < 3; ++k) {
-                const Way way = way_of(shape, shape.triangles[i][k], at.segment);
+                const Way way = way_of(shape, shape.triangles[i][corners[k]], at.segment);
                 p[k] = geometry::moved(way.from, way.to, at.f);
             }
             if (!is_degenerate(p[0], p[1], p[2])) body(uint32_t(s), uint32_t(i), p[0], p[1], p[2]);
@@ -60,8 +62,9 @@ void for_each_triangle(const Shapes& shapes, const Body& body) {
         for (size_t i = 0; i < shapes[s].triangles.size(); ++i) {
             const auto& v = shapes[s].triangles[i];
             const auto& p = shapes[s].positions;
-            if (!is_degenerate(p[v[0]], p[v[1]], p[v[2]])) {
-                body(uint32_t(s), uint32_t(i), p[v[0]], p[v[1]], p[v[2]]);
+            const size_t second = v[shapes[s].second()], third = v[shapes[s].third()];
+            if (!is_degenerate(p[v[0]], p[second], p[third])) {
+                body(uint32_t(s), uint32_t(i), p[v[0]], p[second], p[third]);
             }
         }
     }
@@ -89,12 +92,19 @@ struct Met {
     }
 };
 
-void keep_better(const Met& met, geometry::Hit& best, const geometry::Hit& hit) {
+// Of equal hits one that enters a body comes before one that leaves it.
+struct RankedHit : geometry::Hit {
+    bool is_leaving = false;
+};
+
+void keep_better(const Met& met, RankedHit& best, const geometry::Hit& hit, bool is_leaving) {
     if (!met.takes(hit)) return;
-    const auto rank = [](const geometry::Hit& h) {
-        return std::make_tuple(h.t, h.instance, h.shape, h.triangle);
+    const auto rank = [](const geometry::Hit& h, bool leaving) {
+        return std::make_tuple(h.t, leaving, h.instance, h.shape, h.triangle);
     };
-    if (best.is_valid() ? rank(hit) < rank(best) : hit.t < best.t) best = hit;
+    const bool is_better = best.is_valid() ? rank(hit, is_leaving) < rank(best, best.is_leaving)
+                                           : hit.t < best.t;
+    if (is_better) best = {hit, is_leaving};
 }
 
 void closest_primitive(const Shapes& shapes,
@@ -102,11 +112,12 @@ void closest_primitive(const Shapes& shapes,
                        const Vec3d& o,
                        const Vec3d& d,
                        uint32_t instance,
-                       geometry::Hit& best) {
+                       RankedHit& best) {
     for_each_primitive(
         shapes, [&](uint32_t s, uint32_t i, const geometry::PrimitiveSet& set, const Box3&) {
             const auto hit = set.intersect(i, o, d, std::numeric_limits<float>::infinity());
-            if (hit) keep_better(met, best, {float(hit->t), hit->u, hit->v, instance, s, i});
+            if (hit)
+                keep_better(met, best, {float(hit->t), hit->u, hit->v, instance, s, i}, false);
         });
 }
 
@@ -155,12 +166,13 @@ void closest(const Shapes& shapes,
              float time,
              uint32_t instance,
              const Make& make,
-             geometry::Hit& best) {
+             RankedHit& best) {
     QueryRay q;
     const auto test = [&](uint32_t s, uint32_t i, const Vec3& a, const Vec3& b, const Vec3& c) {
         TriangleHit hit;
         if (!hit_triangle(q, &a.x, &b.x, &c.x, 1, hit)) return;
-        keep_better(met, best, {hit.t, hit.b1, hit.b2, instance, s, i});
+        if (shapes[s].is_flipped) std::swap(hit.b1, hit.b2);
+        keep_better(met, best, {hit.t, hit.b1, hit.b2, instance, s, i}, hit.is_leaving);
     };
     if (!bounds.still.isEmpty() && make(QueryBounds(bounds.still), q))
         for_each_triangle(shapes, test);
@@ -199,8 +211,8 @@ BruteForce::BruteForce(const SoupScene& scene)
 
 geometry::Hit BruteForce::intersect(const geometry::Ray& ray, const scene::LinkSet* set) const {
     const Met met{scene_, set};
-    geometry::Hit best;
-    if (!velatura::is_finite(ray.o) || !velatura::is_finite(ray.d) || !(ray.t_max > 0)) return best;
+    RankedHit best;
+    if (!velatura::is_finite(ray.o) || !velatura::is_finite(ray.d) || !(ray.t_max > 0)) return {};
     best.t = ray.t_max;
     closest(
         scene_.shapes, met, direct_bounds_, ray.time, scene::none,
@@ -224,7 +236,7 @@ geometry::Hit BruteForce::intersect(const geometry::Ray& ray, const scene::LinkS
         record.instance = moving.instance;
         if (place_at_time(moving.keys, ray.time, record)) in_instance(record);
     }
-    return best.is_valid() ? best : geometry::Hit{};
+    return best.is_valid() ? geometry::Hit(best) : geometry::Hit{};
 }
 
 Box3 BruteForce::bounds() const {
@@ -255,7 +267,8 @@ OracleHit moller_trumbore(const SoupScene& scene, const geometry::Ray& ray) {
                           if (margin < 0 || t <= 0 || t >= Real(best.t)) return;
                           best.t = double(t);
                           best.margin = double(margin);
-                          best.hit = {float(t), float(b1), float(b2), scene::none, s, i};
+                          const bool is_flipped = scene.shapes[s].is_flipped;
+                          best.hit = {float(t), float(is_flipped ? b2 : b1), float(is_flipped ? b1 : b2), scene::none, s, i};
                       });
     return best;
 }

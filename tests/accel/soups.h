@@ -47,8 +47,11 @@ struct Soup {
     std::vector<Vec3> positions;
     std::vector<std::array<uint32_t, 3>> triangles;
     std::vector<std::vector<Vec3>> later_positions = {};  ///< empty: does not move
+    bool is_flipped = false;
 
-    TriangleSoupView view() const { return {positions, triangles, nullptr, later_positions}; }
+    TriangleSoupView view() const {
+        return {positions, triangles, nullptr, later_positions, is_flipped};
+    }
 
     void add(const Vec3& a, const Vec3& b, const Vec3& c);
 };

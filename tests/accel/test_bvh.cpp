@@ -48,6 +48,12 @@ TEST(Bvh, FindsWhatBruteForceFindsInRandomTriangles) {
     expect_exact({random_soup(1, 2.0f, 5)}, rays, 100);
 }
 
+TEST(Bvh, FindsWhatBruteForceFindsInShapesThatAreInsideOut) {
+    std::vector<Soup> soups = {random_soup(700, 0.1f, 2), random_soup(300, 0.5f, 3)};
+    soups[0].is_flipped = true;
+    expect_exact(soups, mixed_rays(20000, 1), 5000);
+}
+
 TEST(Bvh, FindsWhatBruteForceFindsAmongNeedles) {
     const auto rays = mixed_rays(10000, 6);
     expect_exact({needles(300, 1e2f, 7), needles(300, 1e4f, 8), needles(300, 1e6f, 9)}, rays, 100);

@@ -176,6 +176,89 @@ TEST(SurfacePoint, ErrorBoundHoldsAgainstLongDouble) {
     }
 }
 
+namespace {
+
+/// o + t·d on the plane of three points, and the weights of the second and third one, in long double.
+struct ExactHit {
+    long double t, b1, b2;
+};
+
+ExactHit exact_hit(const Vec3 p[3], const Vec3& o, const Vec3& d) {
+    using Real = long double;
+    Real e1[3], e2[3], s[3];
+    for (int i = 0; i < 3; ++i) {
+        e1[i] = Real(p[1][i]) - Real(p[0][i]);
+        e2[i] = Real(p[2][i]) - Real(p[0][i]);
+        s[i] = Real(o[i]) - Real(p[0][i]);
+    }
+    const auto cross = [](const Real a[3], const Real b[3], int i) {
+        return a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+    };
+    const Real direction[3] = {Real(d.x), Real(d.y), Real(d.z)};
+    Real det = 0, b1 = 0, b2 = 0, t = 0;
+    for (int i = 0; i < 3; ++i) {
+        det += e1[i] * cross(direction, e2, i);
+        b1 += s[i] * cross(direction, e2, i);
+        b2 += direction[i] * cross(s, e1, i);
+        t += e2[i] * cross(s, e1, i);
+    }
+    return {t / det, b1 / det, b2 / det};
+}
+
+/// How far from where a ray of a few units meets it the points of huge triangles lie, in parts of its length; in instances of
+/// twice the size, if asked for.
+double farthest_slip(bool is_instanced) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<float> uniform(-1, 1);
+    double worst = 0;
+    for (int trial = 0; trial < 4000; ++trial) {
+        // A triangle about the origin of 2^2 to 2^28 units, tilted a little, a unit below
+        const float size = std::ldexp(1.0f, 2 + trial % 27);
+        Vec3 p[3];
+        for (int k = 0; k < 3; ++k) {
+            const float angle = 2.0943951f * float(k) + uniform(random);
+            p[k] = Vec3(std::cos(angle), 0.25f * uniform(random), std::sin(angle)) * size;
+        }
+        const float height = float(exact_hit(p, Vec3(0.0f), Vec3(0, -1, 0)).t);
+        for (Vec3& corner : p) corner.y += height - 1.0f;
+        scene::Scene scene;
+        Vec3 corners[3] = {p[0], p[1], p[2]};
+        if (is_instanced) {
+            for (Vec3& corner : corners) corner *= 0.5f;
+            scene::Prototype prototype;
+            prototype.shapes.push_back(triangle_shape(corners[0], corners[1], corners[2]));
+            scene.prototypes.push_back(prototype);
+            scene::Instance instance;
+            for (size_t i = 0; i < 3; ++i) instance.render_from_prototype[int(i)][int(i)] = 2.0f;
+            scene.instances.push_back(instance);
+        } else {
+            scene.shapes.push_back(triangle_shape(p[0], p[1], p[2]));
+        }
+        const GeometrySet geometry(scene);
+        Ray ray;
+        ray.o = Vec3(uniform(random), 1.0f, uniform(random)) * 2.0f;
+        ray.d = normalize(Vec3(uniform(random), -1.0f, uniform(random)));
+        const ExactHit exact = exact_hit(p, ray.o, ray.d);
+        if (!(exact.t > 0 && exact.b1 > 0 && exact.b2 > 0 && exact.b1 + exact.b2 < 1)) continue;
+        const Hit hit{float(exact.t), float(exact.b1), float(exact.b2), is_instanced ? 0u : scene::none, 0, 0};
+        const SurfacePoint point = make_surface_point(scene, geometry, ray, hit);
+        for (int i = 0; i < 3; ++i) {
+            const long double there = static_cast<long double>(ray.o[i]) + exact.t * static_cast<long double>(ray.d[i]);
+            worst = hardcase::larger(worst, double(std::abs(there - static_cast<long double>(point.p[i])) / exact.t));
+        }
+    }
+    return worst;
+}
+
+}  // namespace
+
+TEST(H07HugeTriangles, PointsAreWhereTheRayMeetsThem) {
+    for (const bool is_instanced : {false, true}) {
+        hardcase::expect_within({fmt::format("points of triangles of up to 2^28 units{}, off their place, in parts of the way to them", is_instanced ? " in instances" : ""),
+                                 farthest_slip(is_instanced), 0x1p-20, 0, "ray and plane in long double"});
+    }
+}
+
 TEST(SurfacePoint, OrientationFollowsWindingFlagAndMirror) {
     for (const bool flipped : {false, true}) {
         for (const bool mirrored : {false, true}) {

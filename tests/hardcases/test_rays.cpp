@@ -17,6 +17,8 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <utility>
+#include <vector>
 
 namespace velatura::accel::test {
 namespace {
@@ -53,6 +55,58 @@ TEST(H01Watertight, ClosedMeshesLeakNothing) {
                      meshes.size()),
          double(all.misses + all.unseen + all.passed), 0, 0, "a closed mesh has no gaps",
          none_of(all.rays)});
+}
+
+/// Whether the ray leaves a body through the triangle: the sign of a determinant in long double, 0 included.
+bool is_leaving(const Soup& soup, const geometry::Ray& ray, uint32_t triangle) {
+    using Vec = Imath::Vec3<long double>;
+    const auto& v = soup.triangles[triangle];
+    const Vec a(soup.positions[v[0]]), b(soup.positions[v[1]]), c(soup.positions[v[2]]);
+    const long double side = (b - a).cross(c - a).dot(Vec(ray.d));
+    return soup.is_flipped ? side < 0 : side > 0;
+}
+
+/// Rays from outside to edges of a convex body, and beside them by as much as floats can tell.
+std::vector<geometry::Ray> rays_at_outlines(const Soup& soup, float distance, size_t count, Random& random) {
+    std::vector<geometry::Ray> rays;
+    for (size_t i = 0; i < count; ++i) {
+        const auto& v = soup.triangles[random.below(uint32_t(soup.triangles.size()))];
+        const uint32_t k = random.below(3);
+        const Vec3 a = soup.positions[v[k]], b = soup.positions[v[(k + 1) % 3]];
+        const Vec3 o = random.direction() * distance;
+        const Vec3 target = a + (b - a) * random.between(0, 1) + random.in_cube(distance * 0x1p-24f);
+        rays.push_back({o, target - o});
+    }
+    return rays;
+}
+
+// Front and back of a body meet at its outline, where both are equally far away in floats: the inside must not be seen.
+TEST(H01Outline, OfABodyIsNotMetFromWithin) {
+    Random random(23);
+    size_t rays_met = 0, met_from_within = 0;
+    const size_t count = hardcase::sized(100000, 10000000, 100000000);
+    for (const bool is_flipped : {false, true}) {
+        for (const float distance : {4.0f, 1e2f, 1e4f, 1e6f}) {
+            // Eight faces, whose outline is long edges, and a finer one
+            for (const int rings : {2, 12}) {
+                Soup soup = star_mesh(rings, rings == 2 ? 4 : 24, 1, 0, Vec3d(0.01, -0.02, 0.03), 1);
+                if (is_flipped)
+                    for (auto& v : soup.triangles) std::swap(v[1], v[2]);
+                soup.is_flipped = is_flipped;
+                const std::vector<Soup> soups = {soup};
+                const auto bvh = build_bvh(scene_of(soups));
+                for (const geometry::Ray& ray : rays_at_outlines(soup, distance, count / 16, random)) {
+                    const geometry::Hit hit = bvh->intersect(ray);
+                    if (!hit.is_valid()) continue;
+                    ++rays_met;
+                    met_from_within += is_leaving(soup, ray, hit.triangle);
+                }
+            }
+        }
+    }
+    EXPECT_GT(rays_met, count / 4);
+    hardcase::expect_within({fmt::format("of {} rays at the outlines of closed bodies, those that meet them from within first", rays_met),
+                             double(met_from_within), 0, 0, "a convex body is entered before it is left", none_of(rays_met)});
 }
 
 TEST(H02BruteForce, OriginsOnSlabPlanesAndRaysAlongAxesMatchIt) {
@@ -272,7 +326,7 @@ TEST(H11Coincident, DistinctTrianglesWithOneCentroidBuild) {
                              double(compare(*bvh, oracle, rays).different), 0, 0, "brute force"});
 }
 
-TEST(H12Coplanar, OverlapIsWonByTheSmallestIndexInAnyTree) {
+TEST(H12Coplanar, OverlapIsWonByTheSideThenByTheIndexInAnyTree) {
     // One plane, overlapping pieces; every ray meets many of them at one t
     Soup soup;
     Random random(19);
@@ -295,7 +349,7 @@ TEST(H12Coplanar, OverlapIsWonByTheSmallestIndexInAnyTree) {
         EXPECT_EQ(agreement.hits, rays.size());
     }
     hardcase::expect_within({"winners among coplanar triangles that differ, three trees",
-                             double(different), 0, 0, "brute force by index"});
+                             double(different), 0, 0, "brute force by side and index"});
 }
 
 }  // namespace
