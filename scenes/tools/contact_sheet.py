@@ -64,15 +64,15 @@ def caption_rows(text, width):
     return rows
 
 
-def sheet(pictures, path):
+def sheet(pictures, path, columns=COLUMNS):
     """pictures: [(caption, file)], all of one size."""
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         small = list(pool.map(halved, [file for _, file in pictures]))
     cell = small[0][0]
-    total = GAP + COLUMNS * (cell + GAP)
+    total = GAP + columns * (cell + GAP)
     lines = [PAPER * total] * GAP
-    for first in range(0, len(pictures), COLUMNS):
-        group = list(zip(pictures, small))[first:first + COLUMNS]
+    for first in range(0, len(pictures), columns):
+        group = list(zip(pictures, small))[first:first + columns]
         blocks = [rows + [bytes(r) for r in caption_rows(caption, cell)] for (caption, _), (_, rows) in group]
         for line in zip(*blocks):
             text = PAPER * GAP + b"".join(part + PAPER * GAP for part in line)
