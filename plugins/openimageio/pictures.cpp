@@ -76,7 +76,7 @@ bool has_lines(const LevelSpec& level) {
     const bool is_tiled = level.tile_width > 0;
     return level.is_flat == 1 && is_side(level.width) && is_side(level.height) &&
            level.channels >= 1 && level.y >= -most_side && level.y <= most_side &&
-           (!is_tiled || is_side(level.tile_height));
+           (!is_tiled || (is_side(level.tile_height) && has_sane_tiles(level)));
 }
 
 }  // namespace
@@ -87,7 +87,7 @@ Result<std::unique_ptr<image::Picture>> Pictures::open(const std::string& asset)
             pictures_of_process().open(asset, PictureUse::Picture);
         if (!opened) return opened.error();
         if (!has_lines((*opened)->spec().levels.at(0)))
-            return Error{"image-open", "not a flat picture with at least one pixel"};
+            return Error{"image-open", "not a flat picture with at least one pixel and tiles of its size"};
         return std::unique_ptr<image::Picture>(new OpenPicture(std::move(*opened)));
     } catch (const std::bad_alloc&) {
         throw;

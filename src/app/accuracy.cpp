@@ -129,6 +129,7 @@ std::optional<integrator::ErrorCurve> curve_of(const json& observations) {
         if (!j.is_object()) return std::nullopt;
         for (const char* name : {"min", "max", "mean", "change", "low", "high"})
             if (!j.contains(name) || !j[name].is_number()) return std::nullopt;
+        if (!j["min"].is_number_unsigned() || !j["max"].is_number_unsigned()) return std::nullopt;
         const auto number = [&j](const char* name) { return j[name].get<double>(); };
         if (!(number("change") > 0) || !(number("high") >= number("change")) || !(number("mean") > last_mean)) return std::nullopt;
         last_mean = number("mean");

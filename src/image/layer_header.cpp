@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/layer_header.h"
 
+#include "base/json_numbers.h"
 #include "image/cryptomatte.h"
 
 #include <fmt/format.h>
@@ -165,14 +166,14 @@ void parse_closure(const Json& j, LayerHeader& header) {
 
 void parse_samples(const Json& j, SampleInfo& s) {
     s.seed = std::stoull(j.at("seed").get<std::string>());
-    s.first = j.at("ranges").at(0).at(0).get<uint64_t>();
-    s.end = j.at("ranges").at(0).at(1).get<uint64_t>();
+    s.first = whole_number<uint64_t>(j.at("ranges").at(0).at(0));
+    s.end = whole_number<uint64_t>(j.at("ranges").at(0).at(1));
     s.is_uniform = j.at("uniform").get<bool>();
-    s.invalid = j.at("invalid").get<uint64_t>();
+    s.invalid = whole_number<uint64_t>(j.at("invalid"));
     s.scene_hash = j.at("sceneHash").get<std::string>();
     s.settings_hash = j.at("settingsHash").get<std::string>();
     for (const Json& b : j.at("bad")) {
-        s.bad.push_back({b.at("x").get<int>(), b.at("y").get<int>(), b.at("sample").get<uint64_t>(),
+        s.bad.push_back({whole_number<int>(b.at("x")), whole_number<int>(b.at("y")), whole_number<uint64_t>(b.at("sample")),
                          b.at("reason").get<std::string>()});
     }
 }

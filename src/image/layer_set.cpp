@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/layer_set.h"
 
+#include "base/json_numbers.h"
 #include "base/unique_names.h"
 #include "image/names.h"
 
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <stdexcept>
 
 namespace velatura::image {
 
@@ -83,7 +85,7 @@ Result<LayerSet> LayerSet::from_json(const std::string& text) {
     const Error error{"layer-set-json", "the description of the layer set is damaged"};
     try {
         LayerSet set;
-        set.last_bounce = j.at("lastBounce").get<int>();
+        set.last_bounce = whole_number<int>(j.at("lastBounce"));
         set.bounce_layers = j.at("bounces").get<bool>();
         set.group_layers = j.at("groups").get<bool>();
         set.matrix_layers = j.at("matrix").get<bool>();
@@ -96,7 +98,7 @@ Result<LayerSet> LayerSet::from_json(const std::string& text) {
         if (j.contains("paths")) {
             set.has_strict_paths = j.at("strictPaths").get<bool>();
             for (const auto& p : j["paths"]) {
-                const int light = p.at("light").get<int>();
+                const int light = whole_number<int>(p.at("light"));
                 if (light < 0 || light > int(PathLayer::Light::Shadow)) return error;
                 set.path_layers.push_back({p.at("name").get<std::string>(), p.at("lpe").get<std::string>(), PathLayer::Light(light), p.at("family").get<std::string>()});
             }
@@ -117,7 +119,7 @@ Result<LayerSet> LayerSet::from_json(const std::string& text) {
                 if (word == matte_word(kind)) set.mattes[size_t(kind)] = true;
             }
         }
-        set.matte_levels = j.at("matteLevels").get<int>();
+        set.matte_levels = whole_number<int>(j.at("matteLevels"));
         for (const auto& g : j.at("lights")) {
             set.groups.push_back({g.at("name").get<std::string>(),
                                   g.at("prims").get<std::vector<std::string>>(),
@@ -130,6 +132,8 @@ Result<LayerSet> LayerSet::from_json(const std::string& text) {
         if (set.groups.size() * per_group > most_accumulators) return error;
         return set;
     } catch (const nlohmann::json::exception&) {
+        return error;
+    } catch (const std::out_of_range&) {
         return error;
     }
 }
