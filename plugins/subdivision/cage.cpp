@@ -99,8 +99,8 @@ Sdc::Options options_of(const scene::SubdivisionRules& rules) {
 /// Levels down to which patches are those of uniform refinement; within the last one around an
 /// extraordinary vertex they are Gregory patches, off by less than 1/2000 of an edge. Deeper ones
 /// than 5 gain nothing: OpenSubdiv 3.5.0 then goes wrong by more than that between some creases.
-SurfaceFactory::Options surface_options() {
-    return SurfaceFactory::Options().SetApproxLevelSmooth(5).SetApproxLevelSharp(6);
+SurfaceFactory::Options surface_options(bool may_share_patches) {
+    return SurfaceFactory::Options().SetApproxLevelSmooth(5).SetApproxLevelSharp(6).EnableCaching(may_share_patches);
 }
 
 template <class T>
@@ -224,6 +224,14 @@ bool is_misread(const Far::TopologyLevel& level, const scene::SubdivisionRules& 
     return false;
 }
 
+/// Whether faces of the same neighbourhood may share their patches: where a face meets another along two edges in a row, OpenSubdiv gives
+/// such patches to faces that they do not fit, and reads beyond its memory. Ref: its pull request 1353.
+bool may_share_patches(const Far::TopologyLevel& level) {
+    for (int face = 0; face < level.GetNumFaces(); ++face)
+        if (shares_two_edges(level, face)) return false;
+    return true;
+}
+
 }  // namespace
 
 Result<Cage> make_cage(const scene::Mesh& mesh) {
@@ -239,7 +247,7 @@ Result<Cage> make_cage(const scene::Mesh& mesh) {
     if (!cage.refiner) return Error{"subdivision", "no limit surface: " + tidy(complaint)};
     if (is_misread(cage.refiner->GetLevel(0), mesh.rules))
         return Error{"subdivision", "no limit surface: creases or corners, and a face that meets another along two edges in a row, which needs OpenSubdiv 3.5.1"};
-    cage.factory = std::make_unique<const SurfaceFactory>(*cage.refiner, surface_options());
+    cage.factory = std::make_unique<const SurfaceFactory>(*cage.refiner, surface_options(may_share_patches(cage.refiner->GetLevel(0))));
     return cage;
 }
 
