@@ -367,7 +367,7 @@ Rgb CausticSampler::visibility(const Search& search,
     if (is_black(visible)) return visible;
     geometry::Ray ray = geometry::spawn_ray(last, wi);
     if (!search.target.is_infinite)
-        ray.t_max = float(solution.distance / (1.0 + double(flush_light_margin)));
+        ray.t_max = distance - flush_light_margin(last.p, distance);
     ++search.counts.caustic;
     return world_.accelerator->is_occluded(ray) ? Rgb(0.0f) : visible;
 }

@@ -52,7 +52,7 @@ lights::SurfaceRadiance PathTracer::surface_emission(const Path& path, const geo
 void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadiance& out) const {
     // Ask along the whole straight line and keep what this segment adds: a light that a cut-out lies inside of must not
     // count twice, and the density is that of the vertex whose light sampling competed
-    const auto with_margin = [](float t) { return t * (1.0f + flush_light_margin); };
+    const auto with_margin = [&path](float t) { return t + flush_light_margin(path.straight_o, t); };
     const media::Flight* const flight = may_fly() ? path.flight : nullptr;
     const bool ends_in_volume = flight && flight->collides();
     const float begin = with_margin(path.travelled), end = ends_in_volume ? path.travelled + t_max : with_margin(path.travelled + t_max);

@@ -17,10 +17,13 @@ namespace velatura::integrator {
 /// blocked.
 inline constexpr uint32_t pass_through_limit = 1024;
 
-/// A shadow ray ends this part of its length short of the light, and a segment collects lights this
-/// part of its length beyond the surface it meets: a light flush with a surface is neither shadowed
-/// nor missed through rounding, by both samplers alike. Relative, hence independent of scale.
-inline constexpr float flush_light_margin = 0x1p-14f;
+/// How far short of a light at distance t from o a shadow ray ends, and how far beyond a surface there a segment collects lights: one
+/// flush with a surface is neither shadowed nor missed through rounding, by both samplers alike, but for light that leaves it within
+/// half a degree of its plane. Some dozens of what the coordinates there may have been rounded by, hence independent of scale.
+inline float flush_light_margin(const Vec3& o, float t) {
+    const float reach = std::max(std::abs(o.x), std::max(std::abs(o.y), std::abs(o.z))) + t;
+    return 0x1p-18f * reach;
+}
 
 /// The way from a surface to a sampled light, layer by layer of cut-outs. It is aimed anew from
 /// each: a rest carried along would creep beyond the light by the offsets of the rays, and emissive
@@ -33,7 +36,7 @@ struct ShadowSegment {
             target = light.target;
         } else if (!is_infinite) {
             target = from.p + light.wi * light.distance;
-            margin = flush_light_margin * light.distance;
+            margin = flush_light_margin(from.p, light.distance);
         }
         go_on_from(from);
     }

@@ -16,7 +16,7 @@ void PathTracer::credit_caster(const Path& path, float t, scene::CasterId caster
     if (caster == scene::none || is_black(taken)) return;
     constexpr float infinity = std::numeric_limits<float>::infinity();
     // As far as add_light_hits() has met them
-    const float end = (path.travelled + t) * (1.0f + flush_light_margin);
+    const float end = path.travelled + t + flush_light_margin(path.straight_o, path.travelled + t);
     world_.lights.for_each_hit(path.straight_o, path.ray.d, infinity, [&](const lights::LightHit& hit) {
         if (world_.lights.is_within(hit, end)) return;
         if (may_have_links() && world_.has_links()) {

@@ -100,6 +100,74 @@ def DomeLight "Env"
     EXPECT_GT(relative_mse(a, std::vector<double>(a.size(), a[0])), 1e-3) << "the ball is in the picture";
 }
 
+namespace {
+
+/// Prims seen from (0, 0, distance), 2 units across at the origin.
+std::vector<double> seen_from(double distance, const std::string& prims, uint64_t samples) {
+    integrator::RenderOptions options;
+    options.end_sample = samples;
+    options.adaptive = false;
+    return beauty(render_scene(scene_from_usda(fmt::format(R"usda(#usda 1.0
+def Camera "Cam"
+{{
+    float focalLength = {}
+    float horizontalAperture = 20
+    float verticalAperture = 20
+    float2 clippingRange = (0.001, 1e9)
+    double3 xformOp:translate = (0, 0, {})
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}}
+)usda",
+                                                           10 * distance, distance) +
+                                                   prims,
+                                               24, 24),
+                               options));
+}
+
+std::string square(const std::string& name, const std::string& points) {
+    return fmt::format("def Mesh \"{}\"\n{{\n    uniform token subdivisionScheme = \"none\"\n    uniform bool doubleSided = 1\n    int[] faceVertexCounts = [4]\n"
+                       "    int[] faceVertexIndices = [0, 1, 2, 3]\n    point3f[] points = [{}]\n}}\n",
+                       name, points);
+}
+
+double mean_of(const std::vector<double>& values) {
+    double sum = 0;
+    for (const double v : values) sum += v / double(values.size());
+    return sum;
+}
+
+}  // namespace
+
+TEST(H05FarFromTheOrigin, LampsBehindWallsStayThere) {
+    const std::string lamp = "def SphereLight \"Lamp\"\n{\n    float inputs:radius = 0.1\n    float inputs:intensity = 1e5\n    double3 xformOp:translate = (0.2, 0.1, -0.5)\n"
+                             "    uniform token[] xformOpOrder = [\"xformOp:translate\"]\n}\n";
+    const std::string wall = square("Wall", "(-4, -4, 0), (4, -4, 0), (4, 4, 0), (-4, 4, 0)");
+    EXPECT_GT(mean_of(seen_from(1e4, lamp, 4)), 1.0) << "the lamp is in the picture";
+    double light = 0;
+    for (const double distance : {5.0, 1e2, 1e3, 1e4}) light = hardcase::larger(light, mean_of(seen_from(distance, lamp + wall, 4)));
+    hardcase::expect_within({"light of a lamp half a unit behind a wall, seen from up to 1e4 away", light, 0, 0, "none"});
+}
+
+TEST(H05FarFromTheOrigin, LampsFlushWithAWallShineFromAnywhere) {
+    // The wall stands on what is seen, and the lamp lies in it: coordinates of 1e4 move them apart by some 2^-11
+    const std::string lamp = "def RectLight \"Lamp\"\n{\n    float inputs:width = 1\n    float inputs:height = 1\n    double3 xformOp:translate = (-2.1, 0.1, 1.3)\n    float xformOp:rotateY = -90\n"
+                             "    uniform token[] xformOpOrder = [\"xformOp:translate\", \"xformOp:rotateY\"]\n}\n";
+    const std::string room = square("Ground", "(-4, -4, 0), (4, -4, 0), (4, 4, 0), (-4, 4, 0)") + lamp + square("Wall", "(-2.1, -4, 0), (-2.1, 4, 0), (-2.1, 4, 4), (-2.1, -4, 4)");
+    const std::string open = square("Ground", "(-4, -4, 0), (4, -4, 0), (4, 4, 0), (-4, 4, 0)") + lamp;
+    double worst = 0;
+    for (const double distance : {8.0, 1e2, 1e3, 1e4}) {
+        // Bounce 1 alone is compared: the wall is black
+        std::string dark_room = room;
+        dark_room.insert(dark_room.rfind("    point3f[] points"), "    color3f[] primvars:displayColor = [(0, 0, 0)]\n");
+        // Turned, so that lamp and wall are rounded each in its own way
+        const auto turned = [](const std::string& prims) {
+            return "def Xform \"Turned\"\n{\n    float3 xformOp:rotateXYZ = (7.7, -5.1, 17.3)\n    uniform token[] xformOpOrder = [\"xformOp:rotateXYZ\"]\n" + prims + "}\n";
+        };
+        worst = hardcase::larger(worst, std::abs(mean_of(seen_from(distance, turned(dark_room), 64)) / mean_of(seen_from(distance, turned(open), 64)) - 1));
+    }
+    hardcase::expect_within({"light of a lamp flush with a wall over that without the wall, less 1, seen from up to 1e4 away", worst, 0.005, 0, "the same samples without the wall"});
+}
+
 /// A camera that turns among things that stay sees what a still one sees of things that turn about it.
 TEST(MotionOfTheCamera, IsRelative) {
     const auto scene = [](const std::string& camera_turn, const std::string& world_turn) {
