@@ -214,13 +214,11 @@ bool has_crease_at_corners(const Far::TopologyLevel& level, int face) {
 }
 
 /// Whether OpenSubdiv up to 3.5.0 would take indices of creases from memory that it never wrote, which may end the process.
-/// What is authored counts wherever it is: at boundaries, too, where edges are sharp anyway.
 /// Ref: OpenSubdiv 3.5.1, release notes, "Bfr::Surface construction bug for rare topological case".
-bool is_misread(const Far::TopologyLevel& level, const scene::SubdivisionRules& rules) {
+bool is_misread(const Far::TopologyLevel& level) {
     if (OPENSUBDIV_VERSION_NUMBER >= 30501) return false;
-    const bool has_authored = !rules.creases.empty() || !rules.corners.empty();
     for (int face = 0; face < level.GetNumFaces(); ++face)
-        if (shares_two_edges(level, face) && (has_authored || has_crease_at_corners(level, face))) return true;
+        if (shares_two_edges(level, face) && has_crease_at_corners(level, face)) return true;
     return false;
 }
 
@@ -245,8 +243,8 @@ Result<Cage> make_cage(const scene::Mesh& mesh) {
     complaint.clear();
     cage.refiner = make_refiner(mesh, cage.face_varying);
     if (!cage.refiner) return Error{"subdivision", "no limit surface: " + tidy(complaint)};
-    if (is_misread(cage.refiner->GetLevel(0), mesh.rules))
-        return Error{"subdivision", "no limit surface: creases or corners, and a face that meets another along two edges in a row, which needs OpenSubdiv 3.5.1"};
+    if (is_misread(cage.refiner->GetLevel(0)))
+        return Error{"subdivision", "no limit surface: a crease at a face that meets another along two edges in a row, which needs OpenSubdiv 3.5.1"};
     cage.factory = std::make_unique<const SurfaceFactory>(*cage.refiner, surface_options(may_share_patches(cage.refiner->GetLevel(0))));
     return cage;
 }
