@@ -53,6 +53,13 @@ Soup bumpy_ball(const Vec3d& centre) {
     return ball;
 }
 
+/// Whether the ray comes from behind the triangle, whose corners run clockwise as it sees them.
+bool meets_back(const Soup& soup, uint32_t triangle, const geometry::Ray& ray) {
+    const auto& [a, b, c] = soup.triangles[triangle];
+    const Vec3d p(soup.positions[a]), q(soup.positions[b]), r(soup.positions[c]);
+    return (q - p).cross(r - p).dot(Vec3d(ray.d)) > 0.0;
+}
+
 }  // namespace
 
 Finding leaks(uint64_t amount) {
@@ -104,7 +111,9 @@ Finding tree_against_loop(uint64_t amount) {
         geometry::Hit nearest;
         for (uint32_t t = 0; t < single.size(); ++t) {
             const geometry::Hit hit = single[t]->intersect(ray);
-            if (!hit.is_valid() || (nearest.is_valid() && !(hit.t < nearest.t))) continue;
+            if (!hit.is_valid() || (nearest.is_valid() && hit.t > nearest.t)) continue;
+            // Of those equally far away a front comes before a back, and then the first
+            if (nearest.is_valid() && hit.t == nearest.t && meets_back(soup, t, ray) >= meets_back(soup, nearest.triangle, ray)) continue;
             nearest = hit;
             nearest.triangle = t;
         }
