@@ -12,6 +12,7 @@
 #include <optional>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace velatura::plugins::openimageio {
 
@@ -148,15 +149,16 @@ class FilePicture final : public SourcePicture {
         OIIO::ImageInput& input = **image_;
         const LevelSpec& in = spec_.levels.at(size_t(level));
         if (!input.seek_subimage(0, level)) return unread(input.geterror());
-        // The other call, for some of the channels, takes 64 MB for each line
-        const bool has_all = channels == in.channels;
-        const size_t line = size_t(in.width) * size_t(channels);
+        // The call for some of the channels takes memory for as many lines as the file says to
+        // be compressed together, and 64 MB at least
+        const size_t taken = size_t(channels), there = size_t(in.channels), width = size_t(in.width);
+        std::vector<float> line(width * there);
         for (int at = y; at < y_end; ++at) {
-            float* const to = values.data() + size_t(at - y) * line;
-            const bool is_read = has_all ? input.read_scanline(at, 0, OIIO::TypeFloat, to)
-                                         : input.read_scanlines(0, level, at, at + 1, 0, 0,
-                                                                channels, OIIO::TypeFloat, to);
-            if (!is_read) return unread(input.geterror());
+            if (!input.read_scanline(at, 0, OIIO::TypeFloat, line.data()))
+                return unread(input.geterror());
+            float* const to = values.data() + size_t(at - y) * width * taken;
+            for (size_t x = 0; x < width; ++x)
+                std::copy_n(line.data() + x * there, taken, to + x * taken);
         }
         return {};
     }
