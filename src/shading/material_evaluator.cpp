@@ -144,7 +144,7 @@ MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene,
         f.has_presence = may_cut(m) || forced.has(Effect::Cutouts);
         set_transport(m, f, diagnostics);
         f.turns_normals = !is_constant(m.normal) || m.normal.value != Rgb(0.0f, 0.0f, 1.0f);
-        if (scene::may_have_sheen(m) && !sheen_) sheen_ = std::make_unique<SheenAlbedo>();
+        if (scene::may_have_sheen(m)) sheen_ = &SheenAlbedo::of_process();
         f.is_emissive = scene::is_emissive(m);
         f.is_hair = m.hair.has_value();
         f.has_subsurface = scene::may_scatter_below(m);
@@ -439,11 +439,11 @@ void MaterialEvaluator::add_extras(const scene::SurfaceExtras& x,
     if (p.clearcoat > 0.0f) p.coat_ior = valid_ior(scalar(x.coat_ior, point, footprint));
     p.diffuse_roughness = unit_interval(scalar(x.diffuse_roughness, point, footprint));
     if (p.diffuse_roughness > 0.0f) count_call(Effect::RoughDiffuse);
-    if (!sheen_) return;
+    if (sheen_ == nullptr) return;
     const float sheen = unit_interval(scalar(x.sheen, point, footprint));
     if (!(sheen > 0.0f)) return;
     count_call(Effect::Sheen);
-    p.sheen = sheen_.get();
+    p.sheen = sheen_;
     p.sheen_color = unit_interval(color(x.sheen_color, point, footprint)) * sheen;
     p.sheen_roughness = std::max(unit_interval(scalar(x.sheen_roughness, point, footprint)),
                                  SheenAlbedo::least_roughness);

@@ -239,7 +239,7 @@ class MaterialEvaluator final : public geometry::Displacer {
     std::vector<Flags> flags_;  // [material], then the displayColor material
     std::vector<std::unique_ptr<RoughInterface>> interfaces_;  // shared by materials alike
     std::vector<std::unique_ptr<AnisotropicAlbedo>> anisotropies_;
-    std::unique_ptr<SheenAlbedo> sheen_;  // where a material has sheen
+    const SheenAlbedo* sheen_ = nullptr;  // where a material has sheen
     scene::PrimvarId display_color_ = scene::none;
     scene::PrimvarId display_opacity_ = scene::none;
     bool has_presence_ = false;

@@ -49,6 +49,11 @@ float sheen_f(float mu_o, float mu_i, float cos_m, float roughness) {
     return d / (4.0f * (mu_o + mu_i - mu_o * mu_i));
 }
 
+const SheenAlbedo& SheenAlbedo::of_process() {
+    static const SheenAlbedo table;
+    return table;
+}
+
 SheenAlbedo::SheenAlbedo() {
     for (int w = 0; w < widths; ++w) {
         // Smooth fibres differ most: many of them

@@ -24,7 +24,8 @@ class SheenAlbedo {
     /// Below this the peak is narrower than the table.
     static constexpr float least_roughness = 0.07f;
 
-    SheenAlbedo();
+    /// The one table, made when it is first asked for, by whichever thread.
+    static const SheenAlbedo& of_process();
 
     /// Factor of sheen_f that keeps the energy; in (0, 1].
     float scale(float roughness) const;
@@ -32,6 +33,8 @@ class SheenAlbedo {
     float at(float mu, float roughness) const;
 
   private:
+    SheenAlbedo();
+
     static constexpr int cosines = 64, widths = 32;
 
     struct Place {

@@ -22,11 +22,6 @@ using testing::energy;
 const Vec3 up(0, 0, 1);
 constexpr double cosines[] = {0.01, 0.03, 0.1, 0.3, 0.7, 1.0};
 
-const SheenAlbedo& sheen() {
-    static const SheenAlbedo albedo;
-    return albedo;
-}
-
 SurfaceParameters matte(float albedo, float roughness) {
     SurfaceParameters p;
     p.diffuse = Rgb(albedo);
@@ -36,7 +31,7 @@ SurfaceParameters matte(float albedo, float roughness) {
 }
 
 SurfaceParameters with_sheen(SurfaceParameters p, float roughness, float weight = 1) {
-    p.sheen = &sheen();
+    p.sheen = &SheenAlbedo::of_process();
     p.sheen_color = Rgb(weight);
     p.sheen_roughness = roughness;
     return p;
@@ -133,12 +128,12 @@ TEST(Sheen, AlbedoIsItsIntegral) {
         for (const double mu : {0.02, 0.1, 0.33, 0.7, 1.0}) {
             const Vec3 wo = direction(mu);
             const double exact =
-                double(sheen().scale(roughness)) * integral([&](const Vec3& wi) {
+                double(SheenAlbedo::of_process().scale(roughness)) * integral([&](const Vec3& wi) {
                     const Vec3 across = wo + wi;
                     const float cos_m = across.z / std::sqrt(across.dot(across));
                     return double(sheen_f(wo.z, wi.z, std::min(cos_m, 1.0f), roughness));
                 });
-            worst = std::max(worst, std::abs(exact - double(sheen().at(float(mu), roughness))));
+            worst = std::max(worst, std::abs(exact - double(SheenAlbedo::of_process().at(float(mu), roughness))));
             EXPECT_LE(exact, 1.001) << roughness << " " << mu;
         }
     }
