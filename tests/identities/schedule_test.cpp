@@ -21,7 +21,8 @@ integrator::RenderOptions options_of(integrator::RenderMode mode, int tile_size)
 }  // namespace
 
 TEST(Schedule, ModesThreadsAndTilesGiveTheSameBits) {
-    const scene::Scene scene = scene_from_usda(room_usda(), 40, 34);
+    // Wider than any of the tiles
+    const scene::Scene scene = scene_from_usda(room_usda(), 72, 34);
     const uint64_t expected = fingerprint(render_scene(scene, options_of(integrator::RenderMode::Tile, 16), 1));
     for (const integrator::RenderMode mode : {integrator::RenderMode::Tile, integrator::RenderMode::Progressive}) {
         for (const int threads : {1, 2, 3, 7}) {
