@@ -32,7 +32,7 @@ std::string_view format_of(std::string_view bytes) {
     return {};
 }
 
-const char* const damaged_headers = "its headers are damaged: an attribute is longer than the file, or than its type";
+const char* const damaged_headers = "its headers are damaged: an attribute is longer than the file, or than its type, or they promise more than it can hold";
 
 /// By the end of the file's name, or else by what it begins with. No further format is tried: each
 /// is a decoder more that may be led astray.

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/exr_headers.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <optional>
 #include <streambuf>
+#include <string>
 #include <utility>
 
 namespace velatura {
@@ -24,6 +26,22 @@ bool is_size_of(std::string_view type, uint32_t bytes) {
         if (type == name) return bytes == size;
     return type != "floatvector" || bytes % 4 == 0;
 }
+
+/// Lines that are compressed together, by `compression`. Ref: OpenEXR, "File Layout", "Chunk Layout"; 256 for DWAB.
+constexpr std::array<uint64_t, 10> lines_of = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
+
+/// Bytes of the lines, or of the tile, that OpenEXR holds decompressed, as far as the header says.
+struct Block {
+    uint64_t pixel_bytes = 0;
+    int64_t width = 0, lines = 1;  ///< of the data window, and by the compression
+    uint64_t tile_pixels = 0;
+
+    /// At most 2^60, which is too much as well.
+    uint64_t bytes() const {
+        const uint64_t pixels = std::max(uint64_t(width) * uint64_t(lines), tile_pixels);
+        return std::min(pixel_bytes, uint64_t(1) << 20) * std::min(pixels, uint64_t(1) << 40);
+    }
+};
 
 class HeaderWalk {
   public:
@@ -50,25 +68,59 @@ class HeaderWalk {
   private:
     /// The number of its attributes: name, type, size and value, ended by an empty name.
     std::optional<int> pass_header() {
+        block_ = {};
         for (int count = 0;; ++count) {
             if (!pass_name()) return std::nullopt;
-            if (name().empty()) return count;
-            if (!pass_name() || !pass_value(name())) return std::nullopt;
+            if (name().empty()) return is_too_much(block_.bytes()) ? std::nullopt : std::optional<int>(count);
+            const std::string attribute(name());
+            if (!pass_name() || !pass_value(attribute, name())) return std::nullopt;
         }
     }
+
+    bool is_too_much(uint64_t bytes) const { return bytes > uint64_t(64) << 20 && bytes / 16384 > size_; }
 
     bool pass_name() { return bool(file_.getline(name_.data(), std::streamsize(name_.size()), '\0')); }
 
     std::string_view name() const { return name_.data(); }
 
-    bool pass_value(std::string_view type) {
+    bool pass_value(std::string_view attribute, std::string_view type) {
         std::array<char, 4> bytes = {};
         if (!file_.read(bytes.data(), bytes.size())) return false;
         uint32_t size = 0;
         std::memcpy(&size, bytes.data(), sizeof size);
         if (size > most_bytes || size > size_ - uint64_t(file_.tellg())) return false;
         if (type == "chlist") return pass_channels(size);
-        return is_size_of(type, size) && pass(type == "idmanifest" ? size + excess_of_ids_ : size);
+        if (!is_size_of(type, size)) return false;
+        if (type == "box2i" && attribute == "dataWindow") return pass_window();
+        if (type == "compression") return pass_compression();
+        if (type == "tiledesc") return pass_tile();
+        return pass(type == "idmanifest" ? size + excess_of_ids_ : size);
+    }
+
+    bool pass_window() {
+        std::array<int32_t, 4> corners = {};
+        if (!read(corners)) return false;
+        block_.width = std::max<int64_t>(int64_t(corners[2]) - corners[0] + 1, 0);
+        return true;
+    }
+
+    bool pass_compression() {
+        std::array<uint8_t, 1> kind = {};
+        if (!read(kind)) return false;
+        block_.lines = int64_t(lines_of[std::min<size_t>(kind[0], lines_of.size() - 1)]);
+        return true;
+    }
+
+    bool pass_tile() {
+        std::array<uint32_t, 2> sides = {};
+        if (!read(sides)) return false;
+        block_.tile_pixels = uint64_t(std::min(sides[0], most_bytes)) * std::min(sides[1], most_bytes);
+        return pass(1);
+    }
+
+    template <class Values>
+    bool read(Values& values) {
+        return bool(file_.read(reinterpret_cast<char*>(values.data()), std::streamsize(sizeof values)));
     }
 
     /// Names, each with 16 bytes, ended by an empty one, where the value has to end, too.
@@ -76,7 +128,10 @@ class HeaderWalk {
         const auto end = file_.tellg() + std::streamoff(size);
         while (pass_name()) {
             if (name().empty()) return file_.tellg() == end;
-            if (!pass(16)) return false;
+            std::array<uint32_t, 4> channel = {};  // type, pLinear, xSampling, ySampling
+            if (!read(channel)) return false;
+            constexpr uint32_t half = 1;
+            block_.pixel_bytes += channel[0] == half ? 2 : 4;
         }
         return false;
     }
@@ -90,6 +145,7 @@ class HeaderWalk {
     uint64_t size_;
     uint32_t excess_of_ids_;  ///< bytes of a list of names for ids that OpenEXR reads beyond its size
     bool has_parts_ = false;
+    Block block_;
     std::array<char, 255> name_ = {};  ///< OpenEXR is at odds with itself about longer ones
 };
 

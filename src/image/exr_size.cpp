@@ -99,7 +99,7 @@ Result<void> check_headers(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     std::error_code none;
     if (has_sane_exr_headers(file, std::filesystem::file_size(path, none), version)) return {};
-    return Error{"io-open", fmt::format("cannot open {}: its headers are damaged: an attribute is longer than the file, or than its type", path)};
+    return Error{"io-open", fmt::format("cannot open {}: its headers are damaged: an attribute is longer than the file, or than its type, or they promise more than it can hold", path)};
 }
 
 }  // namespace velatura::image

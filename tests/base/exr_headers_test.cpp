@@ -82,6 +82,28 @@ TEST(ExrHeaders, ValuesHaveTheSizeOfTheirType) {
     EXPECT_FALSE(is_sane(file(attribute("channels", "chlist", 18, channels("R")))));
 }
 
+/// OpenEXR takes memory for the lines that are compressed together when it opens a file.
+TEST(ExrHeaders, BlocksAreNotThousandsOfTimesTheFile) {
+    const auto picture = [](uint32_t last_x, char compression, uint32_t tile_side) {
+        std::string attributes = attribute("channels", "chlist", 19, channels("R")) +
+                                 attribute("compression", "compression", 1, std::string(1, compression)) +
+                                 attribute("dataWindow", "box2i", 16, number(0) + number(0) + number(last_x) + number(0));
+        if (tile_side > 0) attributes += attribute("tiles", "tiledesc", 9, number(tile_side) + number(tile_side) + '\0');
+        return file(attributes);
+    };
+    constexpr char none = 0, dwab = 9;
+    constexpr uint32_t sixteen_million = 1u << 24;  // of 4 bytes: 64 MB
+    EXPECT_TRUE(is_sane(picture(sixteen_million - 1, none, 0)));
+    EXPECT_FALSE(is_sane(picture(sixteen_million, none, 0)));
+    EXPECT_TRUE(is_sane(picture(sixteen_million, none, 0) + std::string(8000, 'x'))) << "64 MB of 8 kB";
+    EXPECT_TRUE(is_sane(picture((1u << 16) - 1, dwab, 0)));
+    EXPECT_FALSE(is_sane(picture(1u << 16, dwab, 0)));
+    EXPECT_TRUE(is_sane(picture(15, none, 4096)));
+    EXPECT_FALSE(is_sane(picture(15, none, 4097)));
+    EXPECT_FALSE(is_sane(picture(0x7fffffff, dwab, 0xffffffff)));
+    EXPECT_FALSE(is_sane(picture(15, none, 0x80000000)));
+}
+
 TEST(ExrHeaders, NamesForIdsAreReadByVersion) {
     const std::string ids = attribute("ids", "idmanifest", 4, "1234");
     EXPECT_TRUE(is_sane(file(ids + "more"), old_version));
