@@ -32,8 +32,6 @@ std::string_view format_of(std::string_view bytes) {
     return {};
 }
 
-const char* const damaged_headers = "its headers are damaged: an attribute is longer than the file, or than its type, or they promise more than it can hold";
-
 /// By the end of the file's name, or else by what it begins with. No further format is tried: each
 /// is a decoder more that may be led astray.
 Result<std::unique_ptr<OIIO::ImageInput>> open_file(const std::string& file,
@@ -45,7 +43,8 @@ Result<std::unique_ptr<OIIO::ImageInput>> open_file(const std::string& file,
     if (format == "openexr") {
         const Result<AssetBytesPtr> bytes = open_asset_bytes(file);
         if (!bytes) return bytes.error();
-        if (!has_sane_exr_headers((*bytes)->bytes(), VELATURA_OPENEXR_VERSION)) return not_opened(damaged_headers);
+        if (const std::string_view fault = fault_of_exr_headers((*bytes)->bytes(), VELATURA_OPENEXR_VERSION); !fault.empty())
+            return not_opened(std::string(fault));
     }
     std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(file, configuration);
     if (input) return input;
@@ -87,8 +86,9 @@ Result<AssetImage> open_asset_image(const std::string& name, const OIIO::ImageSp
     if (!bytes) return bytes.error();
     image.bytes_ = *bytes;
     const std::string_view data = image.bytes_->bytes();
-    if (format_of(data) == "openexr" && !has_sane_exr_headers(data, VELATURA_OPENEXR_VERSION))
-        return not_opened(damaged_headers);
+    if (format_of(data) == "openexr")
+        if (const std::string_view fault = fault_of_exr_headers(data, VELATURA_OPENEXR_VERSION); !fault.empty())
+            return not_opened(std::string(fault));
     image.proxy_ = std::make_unique<OIIO::Filesystem::IOMemReader>(data.data(), data.size());
     // The name within the package tells the format by its extension, else the content does
     const std::string& member = parts.back();

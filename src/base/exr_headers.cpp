@@ -35,10 +35,11 @@ struct Block {
     uint64_t pixel_bytes = 0;
     int64_t width = 0, lines = 1;  ///< of the data window, and by the compression
     uint64_t tile_pixels = 0;
+    bool is_tile = false;
 
     /// At most 2^60, which is too much as well.
     uint64_t bytes() const {
-        const uint64_t pixels = std::max(uint64_t(width) * uint64_t(lines), tile_pixels);
+        const uint64_t pixels = is_tile ? tile_pixels : uint64_t(width) * uint64_t(lines);
         return std::min(pixel_bytes, uint64_t(1) << 20) * std::min(pixels, uint64_t(1) << 40);
     }
 };
@@ -50,14 +51,16 @@ class HeaderWalk {
 
     /// Whether it begins as OpenEXR files do: magic number, version, then headers of a part each.
     bool start() {
-        constexpr char multipart = 0x10;
+        constexpr char multipart = 0x10, tiled = 0x02;
         std::array<char, 8> head = {};
         if (!file_.read(head.data(), head.size())) return false;
         has_parts_ = (head[5] & multipart) != 0;
+        has_tiles_ = (head[5] & tiled) != 0;
         return std::string_view(head.data(), 4) == "\x76\x2f\x31\x01";
     }
 
-    /// Passes over the headers of all parts, where an empty one ends those of several. False where that leads astray.
+    /// Passes over the headers of all parts, where an empty one ends those of several. False where that leads astray, or where a
+    /// block is too large.
     bool pass_headers() {
         for (;;) {
             const std::optional<int> attributes = pass_header();
@@ -65,13 +68,19 @@ class HeaderWalk {
         }
     }
 
+    bool has_too_large_blocks() const { return has_too_large_blocks_; }
+
   private:
     /// The number of its attributes: name, type, size and value, ended by an empty name.
     std::optional<int> pass_header() {
         block_ = {};
+        block_.is_tile = has_tiles_;
         for (int count = 0;; ++count) {
             if (!pass_name()) return std::nullopt;
-            if (name().empty()) return is_too_much(block_.bytes()) ? std::nullopt : std::optional<int>(count);
+            if (name().empty()) {
+                has_too_large_blocks_ = is_too_much(block_.bytes());
+                return has_too_large_blocks_ ? std::nullopt : std::optional<int>(count);
+            }
             const std::string attribute(name());
             if (!pass_name() || !pass_value(attribute, name())) return std::nullopt;
         }
@@ -93,7 +102,8 @@ class HeaderWalk {
         if (!is_size_of(type, size)) return false;
         if (type == "box2i" && attribute == "dataWindow") return pass_window();
         if (type == "compression") return pass_compression();
-        if (type == "tiledesc") return pass_tile();
+        if (type == "tiledesc" && attribute == "tiles") return pass_tile();
+        if (type == "string" && attribute == "type") return pass_type(size);
         return pass(type == "idmanifest" ? size + excess_of_ids_ : size);
     }
 
@@ -116,6 +126,16 @@ class HeaderWalk {
         if (!read(sides)) return false;
         block_.tile_pixels = uint64_t(std::min(sides[0], most_bytes)) * std::min(sides[1], most_bytes);
         return pass(1);
+    }
+
+    /// Of a part, beside which the flag of a file with one part counts for nothing.
+    bool pass_type(uint32_t size) {
+        std::array<char, 16> type = {};
+        const auto taken = std::min<uint32_t>(size, type.size());
+        if (!file_.read(type.data(), std::streamsize(taken))) return false;
+        const std::string_view said(type.data(), taken);
+        block_.is_tile = said == "tiledimage" || said == "deeptile";
+        return pass(size - taken);
     }
 
     template <class Values>
@@ -144,7 +164,7 @@ class HeaderWalk {
     std::istream& file_;
     uint64_t size_;
     uint32_t excess_of_ids_;  ///< bytes of a list of names for ids that OpenEXR reads beyond its size
-    bool has_parts_ = false;
+    bool has_parts_ = false, has_tiles_ = false, has_too_large_blocks_ = false;
     Block block_;
     std::array<char, 255> name_ = {};  ///< OpenEXR is at odds with itself about longer ones
 };
@@ -174,15 +194,17 @@ class ViewBuffer final : public std::streambuf {
 
 }  // namespace
 
-bool has_sane_exr_headers(std::istream& file, uint64_t file_bytes, int version) {
+std::string_view fault_of_exr_headers(std::istream& file, uint64_t file_bytes, int version) {
     HeaderWalk walk(file, file_bytes, version);
-    return !walk.start() || walk.pass_headers();
+    if (!walk.start() || walk.pass_headers()) return {};
+    return walk.has_too_large_blocks() ? "the file cannot hold lines or tiles as large as its headers say"
+                                       : "its headers are damaged: an attribute is longer than the file, or than its type";
 }
 
-bool has_sane_exr_headers(std::string_view file, int version) {
+std::string_view fault_of_exr_headers(std::string_view file, int version) {
     ViewBuffer buffer(file);
     std::istream stream(&buffer);
-    return has_sane_exr_headers(stream, file.size(), version);
+    return fault_of_exr_headers(stream, file.size(), version);
 }
 
 }  // namespace velatura

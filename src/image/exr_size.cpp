@@ -98,8 +98,9 @@ Result<void> check_headers(const std::string& path) {
     constexpr int version = 100 * OPENEXR_VERSION_MAJOR + OPENEXR_VERSION_MINOR;
     std::ifstream file(path, std::ios::binary);
     std::error_code none;
-    if (has_sane_exr_headers(file, std::filesystem::file_size(path, none), version)) return {};
-    return Error{"io-open", fmt::format("cannot open {}: its headers are damaged: an attribute is longer than the file, or than its type, or they promise more than it can hold", path)};
+    const std::string_view fault = fault_of_exr_headers(file, std::filesystem::file_size(path, none), version);
+    if (fault.empty()) return {};
+    return Error{"io-open", fmt::format("cannot open {}: {}", path, fault)};
 }
 
 }  // namespace velatura::image

@@ -20,7 +20,7 @@ uint64_t most_expansion(const Imf::Header& header);
 /// compression ever makes them. Of deep parts the counts of samples only.
 uint64_t least_bytes_of(const Imf::Header& header);
 
-/// Before OpenEXR opens a file. Errors: "io-open", with the file, where has_sane_exr_headers is false.
+/// Before OpenEXR opens a file. Errors: "io-open", with the file, where fault_of_exr_headers finds one.
 Result<void> check_headers(const std::string& path);
 
 }  // namespace velatura::image

@@ -35,9 +35,9 @@ std::string channels(const std::string& name) {
 /// In memory and from a stream alike.
 bool is_sane(const std::string& bytes, int version = old_version) {
     std::istringstream stream(bytes);
-    const bool streamed = has_sane_exr_headers(stream, bytes.size(), version);
-    EXPECT_EQ(has_sane_exr_headers(bytes, version), streamed);
-    return streamed;
+    const std::string_view streamed = fault_of_exr_headers(stream, bytes.size(), version);
+    EXPECT_EQ(fault_of_exr_headers(bytes, version), streamed);
+    return streamed.empty();
 }
 
 }  // namespace
@@ -84,11 +84,14 @@ TEST(ExrHeaders, ValuesHaveTheSizeOfTheirType) {
 
 /// OpenEXR takes memory for the lines that are compressed together when it opens a file.
 TEST(ExrHeaders, BlocksAreNotThousandsOfTimesTheFile) {
-    const auto picture = [](uint32_t last_x, char compression, uint32_t tile_side) {
+    const auto picture = [](uint32_t last_x, char compression, uint32_t tile_side, const std::string& type = "tiledimage") {
         std::string attributes = attribute("channels", "chlist", 19, channels("R")) +
                                  attribute("compression", "compression", 1, std::string(1, compression)) +
                                  attribute("dataWindow", "box2i", 16, number(0) + number(0) + number(last_x) + number(0));
-        if (tile_side > 0) attributes += attribute("tiles", "tiledesc", 9, number(tile_side) + number(tile_side) + '\0');
+        if (tile_side > 0) {
+            attributes += attribute("tiles", "tiledesc", 9, number(tile_side) + number(tile_side) + '\0');
+            attributes += attribute("type", "string", uint32_t(type.size()), type);
+        }
         return file(attributes);
     };
     constexpr char none = 0, dwab = 9;
@@ -102,6 +105,8 @@ TEST(ExrHeaders, BlocksAreNotThousandsOfTimesTheFile) {
     EXPECT_FALSE(is_sane(picture(15, none, 4097)));
     EXPECT_FALSE(is_sane(picture(0x7fffffff, dwab, 0xffffffff)));
     EXPECT_FALSE(is_sane(picture(15, none, 0x80000000)));
+    EXPECT_FALSE(is_sane(picture(15, none, 4097, "deeptile")));
+    EXPECT_TRUE(is_sane(picture(15, none, 4097, "scanlineimage"))) << "nobody asks for its tiles";
 }
 
 TEST(ExrHeaders, NamesForIdsAreReadByVersion) {
