@@ -4,7 +4,6 @@
 // thread that meets them; tests of this file are those of tasks.h.
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <exception>
 #include <mutex>
 #include <thread>
