@@ -32,6 +32,13 @@ std::string_view format_of(std::string_view bytes) {
     return {};
 }
 
+/// Before OpenEXR opens a file that is one of its own.
+Result<void> check_exr_headers(std::string_view bytes) {
+    const std::string fault = fault_of_exr_headers(bytes, VELATURA_OPENEXR_VERSION);
+    if (!fault.empty()) return not_opened(fault);
+    return {};
+}
+
 /// By the end of the file's name, or else by what it begins with. No further format is tried: each
 /// is a decoder more that may be led astray.
 Result<std::unique_ptr<OIIO::ImageInput>> open_file(const std::string& file,
@@ -43,8 +50,7 @@ Result<std::unique_ptr<OIIO::ImageInput>> open_file(const std::string& file,
     if (format == "openexr") {
         const Result<AssetBytesPtr> bytes = open_asset_bytes(file);
         if (!bytes) return bytes.error();
-        if (const std::string_view fault = fault_of_exr_headers((*bytes)->bytes(), VELATURA_OPENEXR_VERSION); !fault.empty())
-            return not_opened(std::string(fault));
+        if (const Result<void> checked = check_exr_headers((*bytes)->bytes()); !checked) return checked.error();
     }
     std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(file, configuration);
     if (input) return input;
@@ -87,8 +93,7 @@ Result<AssetImage> open_asset_image(const std::string& name, const OIIO::ImageSp
     image.bytes_ = *bytes;
     const std::string_view data = image.bytes_->bytes();
     if (format_of(data) == "openexr")
-        if (const std::string_view fault = fault_of_exr_headers(data, VELATURA_OPENEXR_VERSION); !fault.empty())
-            return not_opened(std::string(fault));
+        if (const Result<void> checked = check_exr_headers(data); !checked) return checked.error();
     image.proxy_ = std::make_unique<OIIO::Filesystem::IOMemReader>(data.data(), data.size());
     // The name within the package tells the format by its extension, else the content does
     const std::string& member = parts.back();

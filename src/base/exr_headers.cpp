@@ -9,6 +9,8 @@
 #include <string>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace velatura {
 
 namespace {
@@ -27,20 +29,18 @@ bool is_size_of(std::string_view type, uint32_t bytes) {
     return type != "floatvector" || bytes % 4 == 0;
 }
 
-/// Lines that are compressed together, by `compression`. Ref: OpenEXR, "File Layout", "Chunk Layout"; 256 for DWAB.
-constexpr std::array<uint64_t, 10> lines_of = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
+/// What a header says of the pixels of its part.
+struct Pixels {
+    uint64_t bytes_of_one = 0;
+    uint64_t width = 0, height = 0;           ///< of the data window
+    uint64_t tile_width = 0, tile_height = 0;  ///< each below 2^32
+    uint64_t lines = 1;                       ///< compressed together
+    bool has_tiles = false;
 
-/// Bytes of the lines, or of the tile, that OpenEXR holds decompressed, as far as the header says.
-struct Block {
-    uint64_t pixel_bytes = 0;
-    int64_t width = 0, lines = 1;  ///< of the data window, and by the compression
-    uint64_t tile_pixels = 0;
-    bool is_tile = false;
-
-    /// At most 2^60, which is too much as well.
-    uint64_t bytes() const {
-        const uint64_t pixels = is_tile ? tile_pixels : uint64_t(width) * uint64_t(lines);
-        return std::min(pixel_bytes, uint64_t(1) << 20) * std::min(pixels, uint64_t(1) << 40);
+    /// Bytes of the lines, or of the tile, that OpenEXR holds decompressed. At most 2^60, which is too much as well.
+    uint64_t bytes_of_chunk() const {
+        const uint64_t pixels = has_tiles ? tile_width * tile_height : width * lines;
+        return std::min(bytes_of_one, uint64_t(1) << 20) * std::min(pixels, uint64_t(1) << 40);
     }
 };
 
@@ -59,34 +59,36 @@ class HeaderWalk {
         return std::string_view(head.data(), 4) == "\x76\x2f\x31\x01";
     }
 
-    /// Passes over the headers of all parts, where an empty one ends those of several. False where that leads astray, or where a
-    /// block is too large.
-    bool pass_headers() {
-        for (;;) {
+    /// Passes over the headers of all parts, where an empty one ends those of several. What is wrong with them, or nothing.
+    std::string fault() {
+        for (int part = 1;; ++part) {
             const std::optional<int> attributes = pass_header();
-            if (!attributes || *attributes == 0 || !has_parts_) return attributes.has_value();
+            if (!attributes) return "its headers are damaged: an attribute is longer than the file, or than its type";
+            if (is_too_much(pixels_.bytes_of_chunk())) return too_much(part);
+            if (*attributes == 0 || !has_parts_) return {};
         }
     }
 
-    bool has_too_large_blocks() const { return has_too_large_blocks_; }
-
   private:
+    bool is_too_much(uint64_t bytes) const { return bytes > uint64_t(64) << 20 && bytes / 16384 > size_; }
+
+    std::string too_much(int part) const {
+        const bool is_tile = pixels_.has_tiles;
+        return fmt::format("{} bytes cannot hold {}{}×{} pixels of part {}", size_, is_tile ? "a tile of " : "",
+                           is_tile ? pixels_.tile_width : pixels_.width, is_tile ? pixels_.tile_height : pixels_.height, part);
+    }
+
     /// The number of its attributes: name, type, size and value, ended by an empty name.
     std::optional<int> pass_header() {
-        block_ = {};
-        block_.is_tile = has_tiles_;
+        pixels_ = {};
+        pixels_.has_tiles = has_tiles_;
         for (int count = 0;; ++count) {
             if (!pass_name()) return std::nullopt;
-            if (name().empty()) {
-                has_too_large_blocks_ = is_too_much(block_.bytes());
-                return has_too_large_blocks_ ? std::nullopt : std::optional<int>(count);
-            }
+            if (name().empty()) return count;
             const std::string attribute(name());
             if (!pass_name() || !pass_value(attribute, name())) return std::nullopt;
         }
     }
-
-    bool is_too_much(uint64_t bytes) const { return bytes > uint64_t(64) << 20 && bytes / 16384 > size_; }
 
     bool pass_name() { return bool(file_.getline(name_.data(), std::streamsize(name_.size()), '\0')); }
 
@@ -110,21 +112,24 @@ class HeaderWalk {
     bool pass_window() {
         std::array<int32_t, 4> corners = {};
         if (!read(corners)) return false;
-        block_.width = std::max<int64_t>(int64_t(corners[2]) - corners[0] + 1, 0);
+        const auto side = [](int32_t low, int32_t high) { return uint64_t(std::max<int64_t>(int64_t(high) - low + 1, 0)); };
+        pixels_.width = side(corners[0], corners[2]);
+        pixels_.height = side(corners[1], corners[3]);
         return true;
     }
 
     bool pass_compression() {
         std::array<uint8_t, 1> kind = {};
         if (!read(kind)) return false;
-        block_.lines = int64_t(lines_of[std::min<size_t>(kind[0], lines_of.size() - 1)]);
+        pixels_.lines = uint64_t(exr_lines_per_chunk(kind[0]));
         return true;
     }
 
     bool pass_tile() {
         std::array<uint32_t, 2> sides = {};
         if (!read(sides)) return false;
-        block_.tile_pixels = uint64_t(std::min(sides[0], most_bytes)) * std::min(sides[1], most_bytes);
+        pixels_.tile_width = sides[0];
+        pixels_.tile_height = sides[1];
         return pass(1);
     }
 
@@ -134,7 +139,7 @@ class HeaderWalk {
         const auto taken = std::min<uint32_t>(size, type.size());
         if (!file_.read(type.data(), std::streamsize(taken))) return false;
         const std::string_view said(type.data(), taken);
-        block_.is_tile = said == "tiledimage" || said == "deeptile";
+        pixels_.has_tiles = said == "tiledimage" || said == "deeptile";
         return pass(size - taken);
     }
 
@@ -151,7 +156,7 @@ class HeaderWalk {
             std::array<uint32_t, 4> channel = {};  // type, pLinear, xSampling, ySampling
             if (!read(channel)) return false;
             constexpr uint32_t half = 1;
-            block_.pixel_bytes += channel[0] == half ? 2 : 4;
+            pixels_.bytes_of_one += channel[0] == half ? 2 : 4;
         }
         return false;
     }
@@ -164,8 +169,8 @@ class HeaderWalk {
     std::istream& file_;
     uint64_t size_;
     uint32_t excess_of_ids_;  ///< bytes of a list of names for ids that OpenEXR reads beyond its size
-    bool has_parts_ = false, has_tiles_ = false, has_too_large_blocks_ = false;
-    Block block_;
+    bool has_parts_ = false, has_tiles_ = false;
+    Pixels pixels_;
     std::array<char, 255> name_ = {};  ///< OpenEXR is at odds with itself about longer ones
 };
 
@@ -194,14 +199,17 @@ class ViewBuffer final : public std::streambuf {
 
 }  // namespace
 
-std::string_view fault_of_exr_headers(std::istream& file, uint64_t file_bytes, int version) {
-    HeaderWalk walk(file, file_bytes, version);
-    if (!walk.start() || walk.pass_headers()) return {};
-    return walk.has_too_large_blocks() ? "the file cannot hold lines or tiles as large as its headers say"
-                                       : "its headers are damaged: an attribute is longer than the file, or than its type";
+int exr_lines_per_chunk(uint32_t compression) {
+    constexpr std::array<int, 10> lines = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
+    return lines[std::min<size_t>(compression, lines.size() - 1)];
 }
 
-std::string_view fault_of_exr_headers(std::string_view file, int version) {
+std::string fault_of_exr_headers(std::istream& file, uint64_t file_bytes, int version) {
+    HeaderWalk walk(file, file_bytes, version);
+    return walk.start() ? walk.fault() : std::string();
+}
+
+std::string fault_of_exr_headers(std::string_view file, int version) {
     ViewBuffer buffer(file);
     std::istream stream(&buffer);
     return fault_of_exr_headers(stream, file.size(), version);

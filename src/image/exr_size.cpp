@@ -24,22 +24,6 @@ constexpr uint64_t deflate = 1032;
 /// OpenEXR's run lengths take two bytes for up to 128.
 constexpr uint64_t run_lengths = 64;
 
-int scanlines_per_chunk(Imf::Compression compression) {
-    switch (compression) {
-        case Imf::NO_COMPRESSION:
-        case Imf::RLE_COMPRESSION:
-        case Imf::ZIPS_COMPRESSION:
-            return 1;
-        case Imf::ZIP_COMPRESSION:
-        case Imf::PXR24_COMPRESSION:
-            return 16;
-        case Imf::DWAB_COMPRESSION:
-            return 256;
-        default:
-            return 32;
-    }
-}
-
 uint64_t pixel_bytes_of(const Imf::Header& header) {
     if (Imf::isDeepData(header.type())) return sizeof(uint32_t);
     uint64_t bytes = 0;
@@ -58,7 +42,7 @@ int rows_per_chunk_of(const Imf::Header& header) {
     const int height = window_of(header.dataWindow()).height();
     // A part of scanlines may have any attribute `tiles`: nothing checks what it says
     if (Imf::isTiled(header.type())) return int(std::min(header.tileDescription().ySize, uint32_t(height)));
-    return scanlines_per_chunk(header.compression());
+    return exr_lines_per_chunk(uint32_t(header.compression()));
 }
 
 uint64_t most_expansion(const Imf::Header& header) {
@@ -98,7 +82,7 @@ Result<void> check_headers(const std::string& path) {
     constexpr int version = 100 * OPENEXR_VERSION_MAJOR + OPENEXR_VERSION_MINOR;
     std::ifstream file(path, std::ios::binary);
     std::error_code none;
-    const std::string_view fault = fault_of_exr_headers(file, std::filesystem::file_size(path, none), version);
+    const std::string fault = fault_of_exr_headers(file, std::filesystem::file_size(path, none), version);
     if (fault.empty()) return {};
     return Error{"io-open", fmt::format("cannot open {}: {}", path, fault)};
 }

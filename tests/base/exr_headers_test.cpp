@@ -35,7 +35,7 @@ std::string channels(const std::string& name) {
 /// In memory and from a stream alike.
 bool is_sane(const std::string& bytes, int version = old_version) {
     std::istringstream stream(bytes);
-    const std::string_view streamed = fault_of_exr_headers(stream, bytes.size(), version);
+    const std::string streamed = fault_of_exr_headers(stream, bytes.size(), version);
     EXPECT_EQ(fault_of_exr_headers(bytes, version), streamed);
     return streamed.empty();
 }
