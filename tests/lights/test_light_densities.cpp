@@ -210,11 +210,12 @@ std::vector<double> masses(const LightSet& lights, LightId id, const Chart& char
 }
 
 /// Share of the samples of a round body of about one unit whose directions pass it by in floats, at
-/// most: those within that rounding of its outline, which is as wide as the root of it on the body.
+/// most: half of those within that rounding of its outline, which is as wide as the root of it on the
+/// body.
 double passed_by(const Chart& chart, const Vec3& p) {
     if (!chart.has_hard_outline) return 0.0;
     const Vec3d v = chart.point({0.5, 0.5}) - Vec3d(p);
-    return std::sqrt(0x1p-23 * std::sqrt(v.dot(v)));
+    return 0.5 * std::sqrt(0x1p-23 * (std::sqrt(v.dot(v)) + 1.0));
 }
 
 /// Samples a light from p and compares with its density; one more cell holds what found nothing.
