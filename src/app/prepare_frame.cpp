@@ -77,6 +77,12 @@ size_t instance_limit(std::optional<double> millions) {
     return std::min(translate::TranslateOptions().max_instances, MemoryLimit::allowed() / 2 / bytes_of_one);
 }
 
+/// What a quarter of the machine's memory holds, and not more than the usual.
+size_t copy_limit() {
+    constexpr size_t bytes_of_one = 2000;
+    return std::min(translate::TranslateOptions().max_copies, MemoryLimit::allowed() / 4 / bytes_of_one);
+}
+
 translate::TranslateOptions translate_options(const RenderJob& job, double frame) {
     const RenderArguments& a = job.arguments;
     translate::TranslateOptions options;
@@ -89,6 +95,7 @@ translate::TranslateOptions translate_options(const RenderJob& job, double frame
         options.purposes.emplace_back("default");
     }
     options.max_instances = instance_limit(a.instance_limit);
+    options.max_copies = copy_limit();
     options.finds_casters = job.layers.caster_layers;
     options.light_grouping = a.lights == "off" ? translate::LightGrouping::Off : a.lights == "groups" ? translate::LightGrouping::Groups : translate::LightGrouping::PerLight;
     return options;

@@ -59,7 +59,7 @@ void declare_render_options(CLI::App& command, RenderArguments& a) {
     how->add_option("--texture-bias", a.texture_bias, "textures are filtered over 2^N times the footprint of a ray: above 0 blurs, below 0 sharpens and leaves more to the samples")->check(CLI::Range(-16.0, 16.0));
     how->add_option("--volume-bounds", a.volume_bounds, "how the densest place ahead is known in volumes: bricks: brick by brick of the grid; one: by one number for the whole volume; the same mean")->check(CLI::IsMember({"bricks", "one"}));
     how->add_option("--volume-memory", a.volume_memory_gb, "GB that grids of volumes may take (default: half of the machine's memory); a volume that needs more is left out with an error")->check(CLI::Range(0.001, 1e6));
-    how->add_option("--instance-limit", a.instance_limit, "million instances that a scene may come to, nested ones counted; if it comes to more, the prims that ask for most are left out with an error (default: 50, or what half of the machine's memory holds)")->check(CLI::Range(0.000001, 4000.0));
+    how->add_option("--instance-limit", a.instance_limit, "million instances that a scene may come to, nested ones counted; if it comes to more, the prims that ask for most are left out with an error, until at most one million remains (default: 50, or what half of the machine's memory holds)")->check(CLI::Range(0.000001, 4000.0));
     how->add_option("--filter", a.filter, "pixel filter")->check(CLI::IsMember({"box", "triangle", "gaussian", "blackman-harris", "mitchell"}));
     how->add_option("--seed", a.seed, "another seed gives other noise")->check(CLI::NonNegativeNumber);
     how->add_option("--threads", a.threads, "threads; 0 = all cores; the picture does not depend on it")->check(CLI::Range(0, 1024));

@@ -2,6 +2,7 @@
 #include "translate/linking.h"
 #include "translate/motion.h"
 #include "translate/parts.h"
+#include "translate/placement_copies.h"
 #include "translate/values.h"
 
 #include <fmt/format.h>
@@ -44,6 +45,17 @@ void hand_down_color(Context& ctx, const Rgb& color, scene::Shape& shape) {
     primvar.width = 3;
     primvar.values = {color.x, color.y, color.z};
     primvars.push_back(std::move(primvar));
+}
+
+/// What a copy of the shapes comes to beside lights and volumes: one for each, and one for every so
+/// many corners.
+size_t copies_of(const std::vector<scene::Shape>& shapes) {
+    constexpr size_t corners_of_one = 24;
+    size_t count = shapes.size();
+    for (const scene::Shape& shape : shapes)
+        if (const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry))
+            count += mesh->face_vertex_indices.size() / corners_of_one;
+    return count;
 }
 
 /// Puts shapes of a placement whose matrix cannot be inverted straight into the scene.
@@ -122,8 +134,8 @@ bool count_copies(Context& ctx, scene::ProvenanceId provenance, size_t count) {
     ctx.copies += count;
     if (ctx.copies <= ctx.options.max_copies) return true;
     stop_placing(ctx, provenance,
-                 fmt::format("more than {} lights, volumes and flat shapes come by instances, the "
-                             "rest is left out",
+                 fmt::format("more than {} lights, volumes and flat shapes (24 corners of a mesh "
+                             "count as one) come by instances, the rest is left out",
                              ctx.options.max_copies));
     return false;
 }
@@ -151,8 +163,12 @@ class InstanceCounter {
     std::unordered_map<const Placeable*, uint64_t> counts_;
 };
 
-/// The prims that ask for most, and are left out so that the others come to no more than the limit;
-/// of those that ask for the same all or none.
+/// What is shown of a scene that asks for more than it may: enough to see what it is. It is broken or
+/// hostile, or waits for the user to raise the limit, and is not to fill the memory up to there.
+constexpr uint64_t most_of_too_many = 1'000'000;
+
+/// The prims that ask for most, and are left out so that the others come to no more than the limit,
+/// or most_of_too_many; of those that ask for the same all or none.
 std::unordered_set<scene::ProvenanceId> refused_prims(Context& ctx,
                                                       const std::vector<Placement>& placements,
                                                       InstanceCounter& counter) {
@@ -163,12 +179,15 @@ std::unordered_set<scene::ProvenanceId> refused_prims(Context& ctx,
     }
     std::map<uint64_t, uint64_t> sums;  // by what a prim asks for, that of all such prims
     for (const auto& [prim, count] : asked) sums[count] = InstanceCounter::sum(sums[count], count);
-    uint64_t total = 0, most = 0;
-    for (const auto& [count, sum] : sums) {
-        total = InstanceCounter::sum(total, sum);
-        if (total <= ctx.options.max_instances) most = count;
-    }
+    uint64_t total = 0;
+    for (const auto& [count, sum] : sums) total = InstanceCounter::sum(total, sum);
     std::unordered_set<scene::ProvenanceId> refused;
+    if (total <= ctx.options.max_instances) return refused;
+    uint64_t rest = 0, most = 0;
+    for (const auto& [count, sum] : sums) {
+        rest = InstanceCounter::sum(rest, sum);
+        if (rest <= std::min(uint64_t(ctx.options.max_instances), most_of_too_many)) most = count;
+    }
     for (const auto& [prim, count] : asked) {
         if (count <= most) continue;
         refused.insert(prim);
@@ -205,8 +224,8 @@ void place(Context& ctx,
     if (!what.shapes.empty() || what.prototype != scene::none) {
         const uint32_t prototype = prototype_index(ctx, what);
         if (determinant3(Mat4d(cast_matrix)) == 0.0) {
-            const size_t shapes = ctx.scene.prototypes[prototype].shapes.size();
-            if (!count_copies(ctx, provenance, shapes)) return;
+            const size_t copies = copies_of(ctx.scene.prototypes[prototype].shapes);
+            if (!count_copies(ctx, provenance, copies)) return;
             bake(ctx, prototype, matrix, placement.display_color, link_place);
             if (!later.empty())
                 warn_at(ctx, provenance, "unsupported-motion-blur",
@@ -246,6 +265,7 @@ void place(Context& ctx,
 }  // namespace
 
 void place_all(Context& ctx, Placeable& stage_content) {
+    leave_out_copies(ctx, stage_content);
     ctx.scene.shapes = std::move(stage_content.shapes);
     ctx.first_baked_shape = ctx.scene.shapes.size();
     join_mesh_light_groups(ctx, ctx.scene.shapes);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 namespace velatura::translate {
@@ -181,6 +182,90 @@ def Xform "T2" (instanceable = true
     EXPECT_EQ(whole.count("too-many-instances"), 0u);
 }
 
+// Copies within copies would come to a million
+TEST(NativeInstancing, CopiesInOnePlaceAreOne) {
+    std::string text = camera() + "class Xform \"P0\" {\n" + quad("Q") + "}\n";
+    const auto instance = [](const std::string& name, const std::string& of, const std::string& more) {
+        return "def Xform \"" + name + "\" (instanceable = true\ninherits = </" + of + ">) {\n" + more + "}\n";
+    };
+    for (int level = 1; level <= 6; ++level) {
+        text += "class Xform \"P" + std::to_string(level) + "\" {\n";
+        for (char i = 'a'; i < 'k'; ++i) text += instance(std::string(1, i), "P" + std::to_string(level - 1), "");
+        text += "}\n";
+    }
+    text += instance("First", "P6", "") + instance("Second", "P6", "") +
+            instance("Third", "P6", "double3 xformOp:translate = (1, 0, 0)\nuniform token[] xformOpOrder = [\"xformOp:translate\"]\n");
+    TranslateOptions options;
+    options.max_instances = 20;
+    Translated t;
+    translate_text(text, t, options);
+    ASSERT_EQ(t.scene.instances.size(), 2u);
+    EXPECT_EQ(position(t.scene.instances[0]) + Vec3(1, 0, 0), position(t.scene.instances[1]));
+    EXPECT_EQ(t.count("too-many-instances"), 0u);
+    ASSERT_EQ(t.count("duplicate-instances"), 1u);
+}
+
+TEST(PointInstancer, CopiesInOnePlaceAreOneUnlessTheyDiffer) {
+    const auto instances = [](const std::string& prototypes, const std::string& more) {
+        Translated t;
+        translate_text(camera() + "def PointInstancer \"I\" {\n rel prototypes = [</I/A>, </I/B>]\n" + more + prototypes + "}\n", t);
+        return t.scene.instances.size() + 100 * t.count("duplicate-instances");
+    };
+    const std::string plain = "def Sphere \"A\" {}\ndef Cube \"B\" {}\n";
+    const std::string four = "int[] protoIndices = [0, 1, 0, 0]\n";
+    const std::string one_place = "point3f[] positions = [(1, 2, 3), (1, 2, 3), (1, 2, 3), (1, 2, 3)]\n";
+    EXPECT_EQ(instances(plain, four + one_place), 102u);
+    EXPECT_EQ(instances(plain, four + "point3f[] positions = [(0, 2, 3), (0, 2, 3), (-0, 2, 3), (1, 2, 3)]\n"), 103u);
+    EXPECT_EQ(instances(plain, four + one_place + "float3[] scales = [(1, 1, 1), (1, 1, 1), (1, 1, 1), (1, 1, 1.0000001)]\n"), 103u);
+    EXPECT_EQ(instances(plain, four + one_place + "color3f[] primvars:displayColor = [(1, 0, 0), (1, 0, 0), (1, 0, 0), (0, 1, 0)] (interpolation = \"vertex\")\n"), 103u);
+    // What adds up is kept
+    const std::string glowing = "def Xform \"A\" {\ndef Sphere \"S\" {}\ndef SphereLight \"L\" {}\n}\ndef Cube \"B\" {}\n";
+    EXPECT_EQ(instances(glowing, four + one_place), 4u);
+}
+
+// Collections of light linking tell prims apart that stand in one place
+TEST(NativeInstancing, CopiesThatLightsTellApartAreKept) {
+    const auto instances = [](const std::string& light) {
+        Translated t;
+        translate_text(camera() + light + "class Xform \"P\" {\n" + quad("Q") + "}\n" +
+                           "def Xform \"A\" (instanceable = true\ninherits = </P>) {\n}\n" +
+                           "def Xform \"B\" (instanceable = true\ninherits = </P>) {\n}\n",
+                       t);
+        return t.scene.instances.size();
+    };
+    EXPECT_EQ(instances("def DomeLight \"D\" {\n}\n"), 1u);
+    EXPECT_EQ(instances("def DomeLight \"D\" {\nrel collection:shadowLink:excludes = </A>\n}\n"), 2u);
+}
+
+// Little of what asks for too much is shown, so that it does not fill the memory up to the limit
+TEST(PointInstancer, TheRestOfTooManyIsSmall) {
+    std::string indices, points;
+    for (int i = 0; i < 1100; ++i) {
+        indices += i ? ",0" : "0";
+        points += fmt::format("{}({},0,0)", i ? "," : "", i);
+    }
+    const auto nested = [&](const std::string& name, int count) {
+        // 1100 prototypes, each of them `count` instances of one ball
+        std::string few_indices, few_points;
+        for (int i = 0; i < count; ++i) {
+            few_indices += i ? ",0" : "0";
+            few_points += fmt::format("{}(0,{},0)", i ? "," : "", i);
+        }
+        return "def PointInstancer \"" + name + "\" {\n rel prototypes = </" + name + "/In>\n int[] protoIndices = [" + indices +
+               "]\n point3f[] positions = [" + points + "]\n def PointInstancer \"In\" {\n rel prototypes = </" + name +
+               "/In/S>\n int[] protoIndices = [" + few_indices + "]\n point3f[] positions = [" + few_points +
+               "]\n def Sphere \"S\" {}\n }\n}\n";
+    };
+    TranslateOptions options;
+    options.max_instances = 4'000'000;
+    Translated within, beyond;
+    translate_text(camera() + nested("A", 1000) + nested("B", 1200), within, options);
+    EXPECT_EQ(within.scene.instances.size(), 1100u * 2200u);
+    translate_text(camera() + nested("A", 1000) + nested("B", 1200) + nested("C", 1500) + nested("D", 10), beyond, options);
+    EXPECT_EQ(beyond.count("too-many-instances"), 3u);
+    EXPECT_EQ(beyond.scene.instances.size(), 1100u * 10u);
+}
+
 // Few lines that stand for a thousand million volumes and lights
 TEST(Instancing, WhatInstancesBringHasALimitOfItsOwn) {
     const auto thousand = [](const std::string& name, const std::string& inside) {
@@ -205,6 +290,29 @@ TEST(Instancing, WhatInstancesBringHasALimitOfItsOwn) {
     EXPECT_EQ(t.count("too-many-instances"), 1u);
     EXPECT_EQ(t.scene.volumes.size(), 1250u);
     EXPECT_EQ(t.scene.lights.size(), 1250u);
+}
+
+// A flat instance has a mesh of its own
+TEST(Instancing, LargeFlatMeshesAreFewer) {
+    std::string indices, counts, points;
+    for (int i = 0; i < 80; ++i) {
+        counts += i ? ",3" : "3";
+        indices += fmt::format("{}{},{},{}", i ? "," : "", i, i + 1, i + 2);
+    }
+    for (int i = 0; i < 82; ++i) points += fmt::format("{}({},{},0)", i ? "," : "", i, i % 2);
+    const std::string text = camera() +
+        "def PointInstancer \"P\" {\n rel prototypes = </P/M>\n int[] protoIndices = [0, 0, 0]\n"
+        " point3f[] positions = [(1, 0, 0), (2, 0, 0), (3, 0, 0)]\n float3[] scales = [(1, 1, 0), (1, 1, 0), (1, 1, 0)]\n"
+        " def Mesh \"M\" {\n uniform token subdivisionScheme = \"none\"\n int[] faceVertexCounts = [" + counts +
+        "]\n int[] faceVertexIndices = [" + indices + "]\n point3f[] points = [" + points + "]\n }\n}\n";
+    TranslateOptions options;
+    for (const auto& [limit, shapes] : {std::pair<size_t, size_t>{33, 3}, {32, 2}}) {
+        options.max_copies = limit;  // 1 + 240 / 24 each
+        Translated t;
+        translate_text(text, t, options);
+        EXPECT_EQ(t.scene.shapes.size(), shapes) << limit;
+        EXPECT_EQ(t.count("too-many-instances"), 3 - shapes) << limit;
+    }
 }
 
 TEST(PointInstancer, PlacesScalesRotatesHidesAndColours) {

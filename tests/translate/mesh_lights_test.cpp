@@ -157,15 +157,16 @@ TEST(MeshLights, AnyGprimCanBeOne) {
 TEST(MeshLights, InstancesShareTheLightOfTheirPrototype) {
     const std::string prototype =
         "class Xform \"Proto\" {\n" + lamp("\"MeshLightAPI\"", "") + "}\n";
-    const std::string instance = R"( (instanceable = true
+    const auto instance = [](const std::string& name, const std::string& at) {
+        return "def Xform \"" + name + R"(" (instanceable = true
     inherits = </Proto>) {
-    double3 xformOp:translate = (1, 0, 0)
+    double3 xformOp:translate = )" + at + R"(
     uniform token[] xformOpOrder = ["xformOp:translate"]
 }
 )";
+    };
     Translated t;
-    translate_text(
-        camera() + prototype + "def Xform \"A\"" + instance + "def Xform \"B\"" + instance, t);
+    translate_text(camera() + prototype + instance("A", "(1, 0, 0)") + instance("B", "(2, 0, 0)"), t);
     ASSERT_EQ(t.scene.instances.size(), 2u);
     ASSERT_EQ(t.scene.mesh_lights.size(), 1u);
     EXPECT_EQ(t.scene.prototypes[0].shapes[0].light, 0u);

@@ -222,7 +222,10 @@ TEST(Motion, OfSkinnedPointsIsThatOfTheirJoints) {
 TEST(Motion, OfAPrototypeIsInItsOwnSpace) {
     const std::string instances = "class Xform \"Model\" {\n" + moving_quad() + "}\n" +
                                   R"(def "A" (instanceable = true; prepend references = </Model>) {}
-def "B" (instanceable = true; prepend references = </Model>) {}
+def Xform "B" (instanceable = true; prepend references = </Model>) {
+    double3 xformOp:translate = (5, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
 )";
     Translated t;
     translate_at(1, half_a_frame, instances, t);
