@@ -46,6 +46,10 @@ void allot_textures(const shading::TextureCache& textures, MemoryNeeds& needs) {
     textures.set_memory(needs.textures);
 }
 
+bool MemoryWatch::has_plenty_to_write() const {
+    return !MemoryLimit::is_set() || MemoryLimit::left() > 2 * reserve_ + MemoryLimit::kept_bytes;
+}
+
 void MemoryWatch::make_room() {
     // Closing files takes a little memory, too
     MemoryLimit::watch();
@@ -64,9 +68,9 @@ bool MemoryWatch::keeps_limit() {
         textures_.set_memory(least_cache);
         return true;
     }
-    // Tiles go when others come; above the limit there is no time to wait for that
+    // Tiles go when others come; where nothing could be written any more there is no time to wait for that
     constexpr auto patience = std::chrono::seconds(1);
-    if (left > 0 && now - *given_up_ < patience) return true;
+    if (left > MemoryLimit::kept_bytes && now - *given_up_ < patience) return true;
     MemoryLimit::give_back();
     return MemoryLimit::left() > reserve_;
 }

@@ -41,6 +41,10 @@ class MemoryWatch {
     /// time. Returns: false when that did not help, and the render is to end with what it has.
     bool keeps_limit();
 
+    /// Whether all that writing may take is there without doubt. A thread of OpenEXR's that finds no memory may end the
+    /// process (it copies the message of the exception, which takes memory, where nobody catches).
+    bool has_plenty_to_write() const;
+
     /// Makes room by what costs time only: for a second try at what memory did not suffice for.
     void make_room();
 

@@ -29,6 +29,7 @@
 #include "base/atomic_file.h"
 #include "base/memory_limit.h"
 #include "base/output_lock.h"
+#include "image/exr.h"
 #include "integrator/schedule.h"
 #include "integrator/world.h"
 
@@ -363,6 +364,7 @@ class FrameRenderer {
 
     /// What was rendered for hours is not lost for some megabytes: the second try takes less, and longer.
     Result<image::WriteReport> write_in_memory(const film::Film& film, const integrator::ErrorCurve& curve, const std::vector<scene::Effect>& broken = {}) {
+        if (!memory_.has_plenty_to_write()) image::use_one_exr_thread();
         MemoryLimit::enforce(writing);
         try {
             Result<image::WriteReport> written = write(film, curve, broken);

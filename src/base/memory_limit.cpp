@@ -64,9 +64,7 @@ bool take_what_was_put_aside() {
 /// What Granted lifts the limit by, each time.
 constexpr size_t granted_bytes = size_t(4) << 20;
 
-/// Pages of libraries that come in when code runs for the first time, and the kernel's counters, which lag behind by up
-/// to 64 pages a thread.
-constexpr size_t spare_bytes = size_t(6) << 20;
+constexpr size_t spare_bytes = MemoryLimit::kept_bytes - aside_bytes;
 
 /// Of what is mapped and not resident, stacks and data of libraries stay so for the most part. What the allocator has mapped
 /// and given back will be resident again without that the kernel is asked.

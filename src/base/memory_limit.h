@@ -67,6 +67,10 @@ class MemoryLimit {
         inline static thread_local int depth = 0;
     };
 
+    /// What enforce() keeps of what is left: pages of libraries that come in when code runs for the first time, the
+    /// kernel's counters, which lag behind by up to 64 pages a thread, and what is put aside.
+    static constexpr size_t kept_bytes = size_t(10) << 20;
+
     static bool is_set();
     /// What enforce() was told last.
     static const char* doing();
