@@ -57,12 +57,16 @@ class CopyRemover {
         });
     }
 
-    static uint64_t hash(const Placement& placement) {
+    uint64_t hash(const Placement& placement) const {
         uint64_t h = std::bit_cast<uintptr_t>(placement.what);
         // +0 and -0 are the same place
         for (int r = 0; r < 4; ++r)
             for (int c = 0; c < 3; ++c)
                 h = hash_combine(h, std::bit_cast<uint64_t>(placement.matrix[r][c] + 0.0));
+        if (placement.display_color)
+            for (int k = 0; k < 3; ++k)
+                h = hash_combine(h, std::bit_cast<uint32_t>((*placement.display_color)[k] + 0.0f));
+        if (ctx_.has_linking) h = hash_combine(h, placement.provenance);
         return h;
     }
 

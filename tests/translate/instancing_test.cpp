@@ -218,6 +218,7 @@ TEST(PointInstancer, CopiesInOnePlaceAreOneUnlessTheyDiffer) {
     EXPECT_EQ(instances(plain, four + "point3f[] positions = [(0, 2, 3), (0, 2, 3), (-0, 2, 3), (1, 2, 3)]\n"), 103u);
     EXPECT_EQ(instances(plain, four + one_place + "float3[] scales = [(1, 1, 1), (1, 1, 1), (1, 1, 1), (1, 1, 1.0000001)]\n"), 103u);
     EXPECT_EQ(instances(plain, four + one_place + "color3f[] primvars:displayColor = [(1, 0, 0), (1, 0, 0), (1, 0, 0), (0, 1, 0)] (interpolation = \"vertex\")\n"), 103u);
+    EXPECT_EQ(instances(plain, "int[] protoIndices = [0, 0, 0, 0]\n" + one_place + "color3f[] primvars:displayColor = [(1, 0, 0), (0, 1, 0), (1, 0, 0), (0, 1, 0)] (interpolation = \"vertex\")\n"), 102u);
     // What adds up is kept
     const std::string glowing = "def Xform \"A\" {\ndef Sphere \"S\" {}\ndef SphereLight \"L\" {}\n}\ndef Cube \"B\" {}\n";
     EXPECT_EQ(instances(glowing, four + one_place), 4u);
