@@ -92,8 +92,9 @@ size_t machine_bytes() {
 }
 
 MemoryLimit::MemoryLimit(size_t bytes) {
+    now_doing = "at the start";
     limit_bytes = bytes;
-    if (resident_bytes() > bytes) {
+    if (resident_bytes() + kept_bytes > bytes) {
         limit_bytes = unlimited;
         throw std::bad_alloc();
     }
@@ -101,7 +102,7 @@ MemoryLimit::MemoryLimit(size_t bytes) {
     constexpr int large_block = 64 << 10;
     mallopt(M_MMAP_THRESHOLD, large_block);
     std::set_new_handler(find_memory_or_throw);
-    enforce("at the start");
+    enforce(now_doing);
 }
 
 MemoryLimit::~MemoryLimit() {

@@ -24,7 +24,7 @@ void put_memory_aside();
 /// is there can be put away in time. Starts enforced. enforce() and watch() belong to one thread, the others to all.
 class MemoryLimit {
   public:
-    /// Throws std::bad_alloc when the process is above the limit already.
+    /// Throws std::bad_alloc when the process is above the limit already, or nearer than kept_bytes: its own code would pass it.
     explicit MemoryLimit(size_t bytes);
     ~MemoryLimit();
     MemoryLimit(const MemoryLimit&) = delete;

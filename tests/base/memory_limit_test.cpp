@@ -175,16 +175,17 @@ TEST_F(MemoryLimitTest, LiftedForAWhile) {
               "refused");
 }
 
-TEST_F(MemoryLimitTest, OneBelowWhatIsThereIsRefused) {
-    EXPECT_EQ(alone([] {
-                  try {
-                      const MemoryLimit limit(megabyte);
-                  } catch (const std::bad_alloc&) {
-                      return fmt::format("refused {}", take(30 * megabyte) != nullptr);
-                  }
-                  return std::string("granted");
-              }),
-              "refused true");
+TEST_F(MemoryLimitTest, OneBelowOrJustAboveWhatIsThereIsRefused) {
+    for (const size_t above : {size_t(0), 5 * megabyte})
+        EXPECT_EQ(alone([=] {
+                      try {
+                          const MemoryLimit limit(above == 0 ? megabyte : resident_bytes() + above);
+                      } catch (const std::bad_alloc&) {
+                          return fmt::format("refused {}", take(30 * megabyte) != nullptr);
+                      }
+                      return std::string("granted");
+                  }),
+                  "refused true");
 }
 
 TEST_F(MemoryLimitTest, ThePeakIsThatOfThisProgram) {
