@@ -167,17 +167,20 @@ double EnvironmentMap::build(double floor) {
     floor_ = floor;
     const size_t width = size_t(image_.width), height = size_t(image_.height);
     std::vector<float> weights(width * (height + 1));
+    std::vector<double> above(width), below(width);
+    const auto read_row = [&](std::vector<double>& row, size_t y) {
+        for (size_t i = 0; i < width; ++i) row[i] = weight(i, y);
+    };
+    read_row(below, 0);
     double sum = 0.0;
     for (size_t j = 0; j <= height; ++j) {
-        const size_t above = j > 0 ? j - 1 : 0;
-        const size_t below = std::min(j, height - 1);
-        // Cells at the poles are half as high
+        // Cells at the poles are half as high, and have one row of texels alone
         const double cell_height = j == 0 || j == height ? 0.5 : 1.0;
+        above = below;
+        if (j > 0 && j < height) read_row(below, j);
         for (size_t i = 0; i < width; ++i) {
             const size_t right = i + 1 < width ? i + 1 : 0;
-            const double w =
-                0.25 * cell_height *
-                (weight(i, above) + weight(right, above) + weight(i, below) + weight(right, below));
+            const double w = 0.25 * cell_height * (above[i] + above[right] + below[i] + below[right]);
             weights[j * width + i] = float(w);
             sum += double(weights[j * width + i]);
         }

@@ -38,9 +38,12 @@ void Distribution1D::build(std::span<const T> weights) {
     if (largest == 0) return;
     int exponent = 0;
     std::frexp(largest, &exponent);
+    // What a double can hold: sums of weights below 2^24 do not overflow either
+    exponent = std::clamp(exponent, -1000, 1000);
+    const double scale = std::ldexp(1.0, -exponent);
     size_t last = 0;
     for (size_t i = 0; i < n; ++i) {
-        const double w = std::ldexp(usable(weights[i]), -exponent);
+        const double w = usable(weights[i]) * scale;
         cdf_[i + 1] = cdf_[i] + w;
         if (cdf_[i + 1] > cdf_[i]) last = i;
     }

@@ -147,15 +147,25 @@ T ggx_normal_pdf(const Imath::Vec3<T>& wo, const Imath::Vec3<T>& wm, T cos_m, co
 }
 
 /// Draws a normal visible from wo, with density ggx_normal_pdf. Zero vector: none.
+/// turn: cosine and sine of the azimuth.
+template <class T, class Alpha>
+Imath::Vec3<T> ggx_sample_normal(const Imath::Vec3<T>& wo,
+                                 const Alpha& alpha,
+                                 const Imath::Vec2<T>& turn,
+                                 T u_height) {
+    const Imath::Vec3<T> o = ggx_detail::stretched(wo, alpha);
+    const Imath::Vec3<T> m = ggx_detail::cap_normal(o, o.z, alpha, turn, u_height);
+    const T length2 = m.dot(m);
+    if (!(length2 > T(0))) return Imath::Vec3<T>(T(0));
+    return m / std::sqrt(length2);
+}
+
 template <class T, class Alpha>
 Imath::Vec3<T> ggx_sample_normal(const Imath::Vec3<T>& wo,
                                  const Alpha& alpha,
                                  const Imath::Vec2<T>& u) {
-    const Imath::Vec3<T> o = ggx_detail::stretched(wo, alpha);
-    const Imath::Vec3<T> m = ggx_detail::cap_normal(o, o.z, alpha, u);
-    const T length2 = m.dot(m);
-    if (!(length2 > T(0))) return Imath::Vec3<T>(T(0));
-    return m / std::sqrt(length2);
+    const T phi = T(2 * pi_d) * u.x;
+    return ggx_sample_normal(wo, alpha, Imath::Vec2<T>(std::cos(phi), std::sin(phi)), u.y);
 }
 
 /// Factor (2·(k·z + t)) with pdf(wi) = D(wm) / factor; f·cosθ_i / pdf needs no D.

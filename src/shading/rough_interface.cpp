@@ -31,27 +31,34 @@ float refraction_weight(const Vec3& wo, const Vec3& wi, const Vec2& alpha) {
 
 namespace {
 
-/// Share of the azimuths that the lattice has to cover: isotropic facets are mirrored about wo.
-constexpr double azimuths(double) {
-    return 0.5;
-}
-
-constexpr double azimuths(const Vec2d&) {
-    return 1.0;
-}
-
-template <class Alpha>
-SharesOf<double> shares_by_quadrature(
-    const Vec3d& wo, const Alpha& alpha, double index, Side side, int count) {
-    const double mu = wo.z;
-    const double eta = side == Side::Dense ? 1.0 / index : index;
-    const double g1_o = ggx_g1(wo, alpha);
+/// Cosines and sines of the azimuths of a lattice of `count` points, over this part of a turn.
+std::vector<Vec2d> lattice_turns(int count, double part) {
     constexpr double golden = 0.61803398874989484820;
-    SharesOf<double> sum;
+    std::vector<Vec2d> turns;
     for (int i = 0; i < count; ++i) {
         const double turn = double(i) * golden;
-        const Vec2d u(azimuths(alpha) * (turn - std::floor(turn)), (i + 0.5) / count);
-        const Vec3d wm = ggx_sample_normal(wo, alpha, u);
+        const double phi = 2.0 * pi_d * (part * (turn - std::floor(turn)));
+        turns.emplace_back(std::cos(phi), std::sin(phi));
+    }
+    return turns;
+}
+
+/// Isotropic facets are mirrored about wo: half of the azimuths are enough.
+constexpr double isotropic_part = 0.5, anisotropic_part = 1.0;
+
+template <class Alpha>
+SharesOf<double> shares_on(const std::vector<Vec2d>& turns,
+                           const Vec3d& wo,
+                           const Alpha& alpha,
+                           double index,
+                           Side side) {
+    const double count = double(turns.size());
+    const double eta = side == Side::Dense ? 1.0 / index : index;
+    const double g1_o = ggx_g1(wo, alpha);
+    const double reflected_scale = 4.0 * wo.z / g1_o;
+    SharesOf<double> sum;
+    for (size_t i = 0; i < turns.size(); ++i) {
+        const Vec3d wm = ggx_sample_normal(wo, alpha, turns[i], (double(i) + 0.5) / count);
         const double c = wo.dot(wm);
         if (!(c > 0.0)) continue;
         const double cos2_t = 1.0 - (1.0 - c * c) / (eta * eta);
@@ -65,26 +72,22 @@ SharesOf<double> shares_by_quadrature(
         }
         const Vec3d wi = wm * (2.0 * c) - wo;
         double reflected = 0.0;
-        if (wi.z > 0.0) {
-            // G2 / G1(wo) = 4·μo·visibility / G1(wo) · μi, height-correlated
-            reflected = 4.0 * mu * wi.z * ggx_visibility(wo, wi, alpha) / g1_o;
-        }
+        // G2 / G1(wo) = 4·μo·visibility / G1(wo) · μi, height-correlated
+        if (wi.z > 0.0) reflected = reflected_scale * wi.z * ggx_visibility(wo, wi, alpha);
         sum.passed += passed;
         sum.excess += 1.0 - weight * reflected - passed;
     }
     return {sum.passed / count, sum.excess / count};
 }
 
+Vec3d direction_with(double mu) {
+    return {std::sqrt(std::max(0.0, 1.0 - mu * mu)), 0.0, mu};
+}
+
 }  // namespace
 
 SharesOf<double> exact_shares(double mu, double alpha, double index, Side side, int count) {
-    const Vec3d wo(std::sqrt(std::max(0.0, 1.0 - mu * mu)), 0.0, mu);
-    return shares_by_quadrature(wo, alpha, index, side, count);
-}
-
-SharesOf<double> exact_shares(
-    const Vec3d& wo, const Vec2d& alpha, double index, Side side, int count) {
-    return shares_by_quadrature(wo, alpha, index, side, count);
+    return shares_on(lattice_turns(count, isotropic_part), direction_with(mu), alpha, index, side);
 }
 
 CosineAxis::CosineAxis(double alpha_in, double index, Side side) : alpha(alpha_in) {
@@ -151,6 +154,7 @@ RoughInterface::RoughInterface(float ior, float alpha_low, float alpha_high)
       row_count_(alpha_low < alpha_high ? max_rows : 1),
       average_count_(alpha_low < alpha_high ? max_average_rows : 1) {
     const double index = larger_index(ior);
+    const std::vector<Vec2d> turns = lattice_turns(quadrature_points, isotropic_part);
     shares_.resize(size_t(2 * row_count_ * node_count));
     averages_.resize(size_t(2 * average_count_));
     for (const Side side : {Side::Light, Side::Dense}) {
@@ -160,7 +164,7 @@ RoughInterface::RoughInterface(float ior, float alpha_low, float alpha_high)
             Shares* nodes = &shares_[size_t((int(side) * row_count_ + row) * node_count)];
             for (int i = 0; i < node_count; ++i) {
                 const double mu = std::max(axis.cosine(double(i) / (node_count - 1)), 1e-9);
-                const SharesOf<double> s = exact_shares(mu, alpha, index, side, quadrature_points);
+                const SharesOf<double> s = shares_on(turns, direction_with(mu), alpha, index, side);
                 nodes[i] = {float(s.passed), float(s.excess)};
             }
         }
@@ -182,6 +186,7 @@ RoughInterface::RoughInterface(float ior, const Vec2& alpha, const AnisotropicAl
       root_high_(std::sqrt(alpha.x)),
       row_count_(anisotropic_rows),
       average_count_(1) {
+    const std::vector<Vec2d> turns = lattice_turns(anisotropic_points, anisotropic_part);
     shares_.resize(size_t(2 * row_count_ * node_count));
     parallel_for(size_t(2 * row_count_), [&](size_t k) {
         const Side side = k < size_t(row_count_) ? Side::Light : Side::Dense;
@@ -190,8 +195,7 @@ RoughInterface::RoughInterface(float ior, const Vec2& alpha, const AnisotropicAl
         for (int i = 0; i < node_count; ++i) {
             const double mu = std::max(axis.cosine(double(i) / (node_count - 1)), 1e-9);
             const Vec3d wo = anisotropy_detail::direction_with(mu, along, Vec2d(alpha_));
-            const SharesOf<double> s =
-                exact_shares(wo, Vec2d(alpha_), larger_index(ior_), side, anisotropic_points);
+            const SharesOf<double> s = shares_on(turns, wo, Vec2d(alpha_), larger_index(ior_), side);
             shares_[k * node_count + size_t(i)] = {float(s.passed), float(s.excess)};
         }
     });

@@ -44,9 +44,6 @@ using Shares = SharesOf<float>;
 /// In double, by quadrature with `count` points of a lattice over the visible normals. mu in (0,
 /// 1]. index: of the dense side over the light one, > 1.
 SharesOf<double> exact_shares(double mu, double alpha, double index, Side side, int count);
-/// For anisotropic facets; wo in the frame of the widths, unit, z > 0.
-SharesOf<double> exact_shares(
-    const Vec3d& wo, const Vec2d& alpha, double index, Side side, int count);
 
 /// Spreads cosines over the nodes of a table, [0, 1] → [0, 1]: dense where shares change fast,
 /// towards grazing angles and around the critical one.

@@ -175,7 +175,7 @@ TEST(ClassicEstimators, EmissiveSurfacesHaveTheMeanOfTheClosedForm) {
 }
 
 constexpr int slope_size = 48;
-constexpr std::array<uint64_t, 4> slope_counts = {4, 16, 64, 256};
+constexpr std::array<uint64_t, 4> slope_counts = {1, 4, 16, 64};
 
 /// Error of pixels at one number of samples, from two seeds.
 double rms_error(const TestScene& test, SamplerKind sampler, uint64_t samples) {
@@ -265,7 +265,7 @@ TEST(ClassicEstimators, SelectionAmong64UnequalLamps) {
 /// Closed room of radiance Σ ρ^k ε: bounce k brings ε ρ^k, ε = ρ = 0.5.
 TestScene closed_room() {
     TestScene test;
-    test.add_faceted_ball(2.0f, test.add_matte(Rgb(0.5f), Rgb(0.5f)));
+    test.add_box(Vec3(-2.0f, -1.4f, -2.4f), Vec3(1.8f, 1.6f, 2.2f), test.add_matte(Rgb(0.5f), Rgb(0.5f)));
     test.look_with_perspective(0.5);
     return test;
 }
@@ -273,7 +273,7 @@ TestScene closed_room() {
 TEST(H32Roulette, OfEveryKindIsUnbiasedPerBounce) {
     constexpr integrator::RouletteGains few{{0.4f, 0.6f, 0.5f, 0.8f}};
     for (const Roulette roulette : {Roulette::Albedo, Roulette::Efficiency, Roulette::Constant}) {
-        TestRenderOptions options{.size = 32, .samples = 128, .last_bounce = 6, .estimator = {.light_sampling = LightSampling::Bsdf, .roulette = roulette, .roulette_start = 1}};
+        TestRenderOptions options{.size = 32, .samples = 128, .last_bounce = 6, .estimator = {.light_sampling = LightSampling::Bsdf, .roulette = roulette, .roulette_start = 1}, .shadow_layers = false};
         options.roulette = &few;
         const RenderedLayers layers = render(closed_room(), options);
         for (int k = 0; k <= 6; ++k) expect_close(layers.bounce(k), 0.5 * std::pow(0.5, k), 0.15, fmt::format("roulette {}, bounce {}", int(roulette), k));

@@ -97,7 +97,7 @@ TEST(H14Curves, WhiteHairIsOne) {
                                                           .roulette = integrator::Roulette::None}})
                                   .beauty();
         expect_close(bsdf, 1.0, 1e-5, fmt::format("white hair {}, by its own samples", kind));
-        expect_close(render(test, {.size = 32, .samples = 256}).beauty(), 1.0, 5e-3,
+        expect_close(render(test, {.size = 32, .samples = 64}).beauty(), 1.0, 5e-3,
                      fmt::format("white hair {}", kind));
     }
 }

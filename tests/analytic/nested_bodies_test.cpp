@@ -77,10 +77,14 @@ TEST(H41NestedBodies, GlassOnWaterPassesAsMuchAsItShould) {
             else
                 add_slab(test, -1.5f + shift, -4.0f, water);
             test.add_square(-2.0f, 1.0f, test.add_matte(Rgb(0.0f), Rgb(1.0f)));
-            const RenderedLayers layers = render(test, {.size = 32, .samples = 512});
+            // A film of air reflects more than glass and water that touch. Few pixels of many samples:
+            // Sobol' points give each the reflections that it should have
+            const bool has_film = joint == Joint::Gap;
+            const RenderedLayers layers = render(
+                test, {.size = has_film ? 9 : 8, .samples = has_film ? 4096u : 1024u});
             // Radiance is denser in water by the square of its index
             const double squared = double(water_index) * double(water_index);
-            double expected = joint == Joint::Gap ? with_gap : through;
+            double expected = has_film ? with_gap : through;
             // The end of the water behind the camera sends back what the stack reflects
             if (from_water)
                 expected /= 1.0 - (1.0 - expected) * reflectance(1.0, double(water_index));
@@ -92,9 +96,9 @@ TEST(H41NestedBodies, GlassOnWaterPassesAsMuchAsItShould) {
                                      from_water ? "water" : "air"));
             // Two faces where they are one boundary, three with a film of air
             expect_close(
-                layers.bounce(joint == Joint::Gap ? 3 : 2),
+                layers.bounce(has_film ? 3 : 2),
                 (from_water ? squared : 1.0 / squared) *
-                    (joint == Joint::Gap
+                    (has_film
                          ? (1 - 0.04) * (1 - 0.04) * (1 - reflectance(1.0, double(water_index)))
                          : 0.96 * (1 - reflectance(double(glass_index), double(water_index)))),
                 2e-3, "the straight way");
@@ -105,7 +109,7 @@ TEST(H41NestedBodies, GlassOnWaterPassesAsMuchAsItShould) {
 
 // Where two bodies touch it is the face of the first one that is seen, as where it lies in the other: here a frosted one
 TEST(H41NestedBodies, TheFaceOfTheFirstIsSeenWhereTwoTouch) {
-    const auto seen_through = [](float overlap, bool is_frosted) {
+    const auto seen_through = [](float overlap, bool is_frosted, uint64_t samples) {
         TestScene test;
         scene::Material frosted = body(glass_index, 2);
         if (is_frosted) {
@@ -116,11 +120,11 @@ TEST(H41NestedBodies, TheFaceOfTheFirstIsSeenWhereTwoTouch) {
         add_slab(test, 1.0f, -1.0f - overlap, test.add_material(body(water_index, 1)));
         // Much smaller than what frost makes of it, beyond the pane
         test.add_square(-2.5f, 0.25f, test.add_matte(Rgb(0.0f), Rgb(1.0f)));
-        const RenderedLayers layers = render(test, {.size = 32, .samples = 256});
+        const RenderedLayers layers = render(test, {.size = 32, .samples = samples});
         expect_sound(layers.rays);
         return layers.beauty();
     };
-    const Estimate overlapping = seen_through(1e-3f, true), touching = seen_through(0.0f, true), clear = seen_through(0.0f, false);
+    const Estimate overlapping = seen_through(1e-3f, true, 256), touching = seen_through(0.0f, true, 256), clear = seen_through(0.0f, false, 32);
     const double error = std::hypot(overlapping.standard_error, touching.standard_error);
     hardcase::expect_within({"frosted pane that touches water, less one that reaches into it, in standard errors", std::abs(touching.mean - overlapping.mean) / error, 4, 0, "a second way",
                              fmt::format("{:.1g} of the light", 5.2816 * error / overlapping.mean)});
@@ -138,7 +142,7 @@ TEST(H41NestedBodies, AreAsDeepAsSixteen) {
                  test.add_material(body(ior, i + 1)));
     }
     test.add_square(-5.0f, 1.0f, test.add_matte(Rgb(0.0f), Rgb(1.0f)));
-    const RenderedLayers layers = render(test, {.size = 32, .samples = 640, .last_bounce = 2});
+    const RenderedLayers layers = render(test, {.size = 14, .samples = 512, .last_bounce = 2});
     const double squared = indices.back() * indices.back();
     Estimate seen = layers.beauty();
     seen.mean *= squared;
@@ -169,7 +173,7 @@ TEST(H41NestedBodies, RoundOnesLoseNothing) {
             }
             test.add_light(scene::LightKind::Dome, Mat4d()).is_camera_visible = true;
             test.look_with_perspective(0.3);
-            const RenderedLayers layers = render(test, {.size = 32, .samples = 256});
+            const RenderedLayers layers = render(test, {.size = 32, .samples = 64});
             expect_close(layers.beauty(), 1.0, 2e-3,
                          fmt::format("round, joint {}{}", int(joint), is_placed ? ", placed" : ""));
             EXPECT_LE(layers.rays.bodies_unmatched,

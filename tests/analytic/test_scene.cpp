@@ -137,7 +137,8 @@ RenderedLayers render(const TestScene& test, const TestRenderOptions& options) {
     Diagnostics diagnostics;
     film::LayerSet layers;
     layers.last_bounce = options.last_bounce;
-    layers.matrix_layers = layers.shadow_layers = true;
+    layers.matrix_layers = true;
+    layers.shadow_layers = options.shadow_layers;
     for (const scene::LightGroup& g : test.scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
 
     const integrator::World world(test.scene, {.width = options.size, .height = options.size, .light_selection = options.light_selection, .media = options.media, .samples_light_area = options.samples_light_area}, {}, diagnostics);

@@ -78,6 +78,7 @@ struct TestRenderOptions {
     media::MediumOptions media = {};
     sampling::SamplerKind sampler = sampling::SamplerKind::Sobol;
     bool samples_light_area = false;
+    bool shadow_layers = true;  ///< every bounce samples a light for them, whatever the estimator
     const integrator::RouletteGains* roulette = nullptr;  ///< of Roulette::Efficiency
 };
 

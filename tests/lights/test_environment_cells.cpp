@@ -31,20 +31,26 @@ EnvironmentImage sky_with_sun(float radiance) {
     return image;
 }
 
-/// Luminance · sinθ at a texel's centre.
-double weight_of(const EnvironmentImage& image, size_t x, size_t y) {
-    return double(luminance(image.texels[y * size_t(width) + x])) *
-           std::sin(pi_d * (double(y) + 0.5) / height);
+/// Luminance · sinθ at the texels' centres of a row.
+std::vector<double> row_weights(const EnvironmentImage& image, size_t y) {
+    const double sine = std::sin(pi_d * (double(y) + 0.5) / height);
+    std::vector<double> weights(static_cast<size_t>(width));
+    for (size_t x = 0; x < weights.size(); ++x)
+        weights[x] = double(luminance(image.texels[y * size_t(width) + x])) * sine;
+    return weights;
 }
 
-/// Integral of the bilinear weight over a cell, in texels.
-double cell_weight(const EnvironmentImage& image, size_t column, size_t row) {
-    const size_t right = (column + 1) % size_t(width);
-    const size_t above = row > 0 ? row - 1 : 0, below = std::min(row, size_t(height) - 1);
+/// Integrals of the bilinear weight over the cells of a row, in texels.
+std::vector<double> cell_weights(const EnvironmentImage& image, size_t row) {
+    const std::vector<double> above = row_weights(image, row > 0 ? row - 1 : 0);
+    const std::vector<double> below = row_weights(image, std::min(row, size_t(height) - 1));
     const double share = row == 0 || row == size_t(height) ? 0.5 : 1.0;
-    return share * 0.25 *
-           (weight_of(image, column, above) + weight_of(image, right, above) +
-            weight_of(image, column, below) + weight_of(image, right, below));
+    std::vector<double> weights(static_cast<size_t>(width));
+    for (size_t column = 0; column < weights.size(); ++column) {
+        const size_t right = (column + 1) % size_t(width);
+        weights[column] = share * 0.25 * (above[column] + above[right] + below[column] + below[right]);
+    }
+    return weights;
 }
 
 struct Deviations {
@@ -57,29 +63,34 @@ Deviations deviations(const EnvironmentImage& image,
                       const EnvironmentMap& map,
                       size_t density_stride) {
     std::vector<long double> row_sums(size_t(height) + 1);
-    std::vector<Deviations> worst(size_t(height) + 1);
     parallel_for(size_t(height) + 1, [&](size_t row) {
-        for (size_t column = 0; column < size_t(width); ++column)
-            row_sums[row] += static_cast<long double>(cell_weight(image, column, row));
+        for (const double weight : cell_weights(image, row))
+            row_sums[row] += static_cast<long double>(weight);
     });
     long double total = 0;
     for (const long double sum : row_sums) total += sum;
+    // Across the middles of the cells of a row
+    std::vector<Vec2d> across(static_cast<size_t>(width));
+    for (size_t column = 0; column < across.size(); ++column) {
+        const double longitude = 2.0 * pi_d * (0.5 - (double(column) + 1.0) / width);
+        across[column] = Vec2d(std::sin(longitude), std::cos(longitude));
+    }
+    std::vector<Deviations> worst(size_t(height) + 1);
     parallel_for(size_t(height) + 1, [&](size_t row) {
         // The middle of a cell, where the bilinear weight is its mean
         const bool is_cap = row == 0 || row == size_t(height);
         const double share = is_cap ? 0.5 : 1.0;
         const double y = row == 0 ? 0.25 : is_cap ? height - 0.25 : double(row);
-        const double theta = pi_d * y / height, sine = std::sin(theta);
+        const double theta = pi_d * y / height, sine = std::sin(theta), cosine = std::cos(theta);
         const double area = 2.0 * pi_d * pi_d * sine * share / (double(width) * height);
+        const std::vector<double> weights = cell_weights(image, row);
         for (size_t column = 0; column < size_t(width); ++column) {
             const double probability = map.cell_probability(column, row);
-            const double ideal =
-                double(static_cast<long double>(cell_weight(image, column, row)) / total);
-            const double longitude = 2.0 * pi_d * (0.5 - (double(column) + 1.0) / width);
-            const Vec3d d(sine * std::sin(longitude), std::cos(theta), sine * std::cos(longitude));
+            const double ideal = double(static_cast<long double>(weights[column]) / total);
             Deviations& w = worst[row];
             w.mass = hardcase::larger(w.mass, std::abs(probability / ideal - 1.0));
             if (row % density_stride != 0) continue;
+            const Vec3d d(sine * across[column].x, cosine, sine * across[column].y);
             w.density = hardcase::larger(w.density, std::abs(map.pdf(d) * area / probability - 1.0));
         }
     });

@@ -2,6 +2,7 @@
 // GGX with two widths: sampling, albedo, energy, reciprocity, rough transmission (RIGOR H18 … H21).
 #include "../sampling/chi_square.h"
 #include "bsdf_quadrature.h"
+#include "half_vector_cells.h"
 #include "hard_case.h"
 #include "shading/anisotropic_albedo.h"
 
@@ -19,6 +20,7 @@ namespace {
 using sampling::testing::TestRandom;
 using testing::direction;
 using testing::GaussLegendre;
+using testing::HalfVectorCells;
 
 const Vec3 up(0, 0, 1);
 
@@ -97,21 +99,12 @@ TEST(Anisotropy, DistributionAgreesWithLongDouble) {
     EXPECT_LT(worst, 1e-5);
 }
 
-/// χ² of ggx_sample in double. Cells: slope in units of the widths × azimuth of the stretched half
-/// vector.
+/// χ² of ggx_sample in double.
 double chi_square_of(double mu, double phi_o, const Vec2d& alpha, double& inside, double& lost) {
-    constexpr int rows = 10, columns = 12, count = 40000;
-    // Where reflections leave the hemisphere the density breaks off: fine steps across it
-    constexpr int sub_r = 200, sub_c = 24;
+    constexpr int count = 40000;
     const Vec3d wo = direction_d(mu, phi_o);
     TestRandom random(static_cast<unsigned long long>(mu * 1e6 + alpha.x * 1e4 + alpha.y * 1e7));
-    std::vector<double> counts(rows * columns + 1, 0.0), expected(rows * columns + 1, 0.0);
-    const auto cell = [&](double x, double y, double z) {
-        const double s2 = x * x + y * y;
-        const int r = std::min(rows - 1, int(rows / std::sqrt(1 + s2 / (z * z))));
-        const int c = std::min(columns - 1, int((std::atan2(y, x) / (2 * pi_d) + 0.5) * columns));
-        return size_t(r * columns + c);
-    };
+    std::vector<double> counts(HalfVectorCells::count + 1, 0.0), expected;
     double heaviest = 0;
     for (int i = 0; i < count; ++i) {
         const Vec3d wi =
@@ -122,30 +115,18 @@ double chi_square_of(double mu, double phi_o, const Vec2d& alpha, double& inside
         }
         Vec3d m = wo + wi;
         m /= std::sqrt(m.dot(m));
-        counts[cell(m.x / alpha.x, m.y / alpha.y, m.z)] += 1;
+        counts[HalfVectorCells::of(m, alpha)] += 1;
         heaviest =
             std::max(heaviest, ggx_visibility(wo, wi, alpha) * wi.z * ggx_pdf_divisor(wo, alpha));
     }
     EXPECT_LE(heaviest, 1 + 1e-5);
     inside = 0;
-    for (int r = 0; r < rows * sub_r; ++r) {
-        for (int c = 0; c < columns * sub_c; ++c) {
-            const double y = (r + 0.5) / (rows * sub_r);
-            const double phi = ((c + 0.5) / (columns * sub_c) - 0.5) * 2 * pi_d;
-            const double slope = std::sqrt(1 - y * y) / y;
-            Vec3d m(alpha.x * slope * std::cos(phi), alpha.y * slope * std::sin(phi), 1);
-            m /= std::sqrt(m.dot(m));
-            const double cos_m = wo.dot(m);
-            if (cos_m <= 0 || 2 * cos_m * m.z - wo.z <= 0) continue;
-            // D·cosθ_m·dω_m = 2y·dy·dφ/2π, dω_i = 4·cos_m·dω_m
-            const double mass = 2 * y * ggx_pdf(wo, m, alpha) * 4 * cos_m /
-                                (ggx_d(m, alpha) * m.z) / (rows * sub_r * columns * sub_c);
-            expected[size_t(r / sub_r * columns + c / sub_c)] += mass * count;
-            inside += mass;
-        }
+    for (const double p : testing::cell_probabilities(wo, alpha)) {
+        expected.push_back(p * count);
+        inside += p;
     }
     lost = counts.back() / count;
-    expected.back() = std::max(0.0, 1 - inside) * count;
+    expected.push_back(std::max(0.0, 1 - inside) * count);
     return sampling::testing::chi_square(counts, expected).z;
 }
 

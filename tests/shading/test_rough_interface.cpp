@@ -57,6 +57,14 @@ Shares quadrature_energy(const Bsdf& bsdf, const SurfaceParameters& p, const Vec
     const double side = wo.z > 0 ? 1 : -1, alpha = std::max(double(p.alpha), 1e-3);
     const double eta = side > 0 ? double(p.ior) : 1 / double(p.ior);
     const Vec3d o(double(wo.x), double(wo.y), double(wo.z) * side);
+    static const std::vector<Vec2d> turns = [] {
+        std::vector<Vec2d> all;
+        for (int i = 0; i < count; ++i) {
+            const double phi = 2 * pi_d * std::fmod(i * 0.61803398874989485, 1.0);
+            all.emplace_back(std::cos(phi), std::sin(phi));
+        }
+        return all;
+    }();
     Shares s;
     const auto f = [&](const Vec3d& wi) {
         const Vec3 w(float(wi.x), float(wi.y), float(wi.z * side));
@@ -71,10 +79,10 @@ Shares quadrature_energy(const Bsdf& bsdf, const SurfaceParameters& p, const Vec
                                 1 / (4 * pi_d * std::sqrt(wi.z)));
     };
     for (int i = 0; i < count; ++i) {
-        const Vec2d u(std::fmod(i * 0.61803398874989485, 1.0), (i + 0.5) / count);
-        const double z = u.y * u.y, r = std::sqrt(1 - z * z), phi = 2 * pi_d * u.x;
-        add_reflected(Vec3d(r * std::cos(phi), r * std::sin(phi), z));
-        const Vec3d m = ggx_sample_normal(o, alpha, u);
+        const Vec2d& turn = turns[size_t(i)];
+        const double height = (i + 0.5) / count, z = height * height, r = std::sqrt(1 - z * z);
+        add_reflected(Vec3d(r * turn.x, r * turn.y, z));
+        const Vec3d m = ggx_sample_normal(o, alpha, turn, height);
         const double cos_o = o.dot(m);
         if (cos_o <= 0) continue;
         add_reflected(m * (2 * cos_o) - o);
