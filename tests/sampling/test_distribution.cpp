@@ -82,6 +82,18 @@ TEST(Distribution1D, HugeAndTinyWeightsKeepTheirRatio) {
     }
 }
 
+// Smallest and largest that a double can be: the power of two that scales them is itself no double
+TEST(Distribution1D, WeightsAtTheEndsOfDoublesKeepTheirRatio) {
+    for (const double unit : {0x1p-1074, 0x1p1021}) {
+        const Distribution1D d = make({1 * unit, 0.0, 3 * unit, 4 * unit});
+        EXPECT_EQ(d.pmf(0), 1.0 / 8);
+        EXPECT_EQ(d.pmf(1), 0.0);
+        EXPECT_EQ(d.pmf(2), 3.0 / 8);
+        EXPECT_EQ(d.pmf(3), 4.0 / 8);
+        EXPECT_EQ(d.integral(), 2 * unit);
+    }
+}
+
 TEST(Distribution1D, UnusableWeightsCountAsZero) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     const double infinite = std::numeric_limits<double>::infinity();
