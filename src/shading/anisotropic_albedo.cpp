@@ -4,6 +4,7 @@
 #include "base/tasks.h"
 #include "shading/fresnel.h"
 #include "shading/ggx.h"
+#include "shading/lattice.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,8 +12,6 @@
 namespace velatura::shading {
 
 namespace {
-
-constexpr double golden = 0.61803398874989484820;
 
 float root_ratio(const Vec2& alpha) {
     return std::sqrt(alpha.y / alpha.x);
@@ -44,17 +43,6 @@ Vec3d anisotropy_detail::direction_with(double mu, double along, const Vec2d& al
 }
 
 namespace {
-
-/// Azimuths of a lattice, which is the same for all directions.
-std::vector<Vec2d> lattice_turns(int count) {
-    std::vector<Vec2d> turns;
-    turns.reserve(size_t(count));
-    for (int i = 0; i < count; ++i) {
-        const double phi = 2.0 * pi_d * double(i) * golden;
-        turns.emplace_back(std::cos(phi), std::sin(phi));
-    }
-    return turns;
-}
 
 ExactGgxAlbedo albedo_on(const std::vector<Vec2d>& turns, const Vec3d& wo, const Vec2d& alpha) {
     const double count = double(turns.size());

@@ -3,6 +3,7 @@
 
 #include "base/tasks.h"
 #include "shading/ggx.h"
+#include "shading/lattice.h"
 
 #include <algorithm>
 #include <cmath>
@@ -31,20 +32,8 @@ float refraction_weight(const Vec3& wo, const Vec3& wi, const Vec2& alpha) {
 
 namespace {
 
-/// Cosines and sines of the azimuths of a lattice of `count` points, over this part of a turn.
-std::vector<Vec2d> lattice_turns(int count, double part) {
-    constexpr double golden = 0.61803398874989484820;
-    std::vector<Vec2d> turns;
-    for (int i = 0; i < count; ++i) {
-        const double turn = double(i) * golden;
-        const double phi = 2.0 * pi_d * (part * (turn - std::floor(turn)));
-        turns.emplace_back(std::cos(phi), std::sin(phi));
-    }
-    return turns;
-}
-
 /// Isotropic facets are mirrored about wo: half of the azimuths are enough.
-constexpr double isotropic_part = 0.5, anisotropic_part = 1.0;
+constexpr double isotropic_part = 0.5;
 
 template <class Alpha>
 SharesOf<double> shares_on(const std::vector<Vec2d>& turns,
@@ -186,7 +175,7 @@ RoughInterface::RoughInterface(float ior, const Vec2& alpha, const AnisotropicAl
       root_high_(std::sqrt(alpha.x)),
       row_count_(anisotropic_rows),
       average_count_(1) {
-    const std::vector<Vec2d> turns = lattice_turns(anisotropic_points, anisotropic_part);
+    const std::vector<Vec2d> turns = lattice_turns(anisotropic_points);
     shares_.resize(size_t(2 * row_count_ * node_count));
     parallel_for(size_t(2 * row_count_), [&](size_t k) {
         const Side side = k < size_t(row_count_) ? Side::Light : Side::Dense;
