@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "../sampling/chi_square.h"
+#include "hard_case.h"
 #include "shading/ggx.h"
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 #include <vector>
 
 namespace velatura::shading::testing {
@@ -76,6 +79,47 @@ std::vector<double> cell_probabilities(const Vec3d& wo, const Alpha& alpha) {
         probabilities[size_t(cell)] = sum / (Cells::count * steps.rows * steps.columns);
     }
     return probabilities;
+}
+
+struct ChiSquareRun {
+    double z = 0;         ///< normal deviate of the statistic
+    double inside = 0;    ///< ∫ pdf over the upper hemisphere
+    double lost = 0;      ///< share of the samples below it
+    double heaviest = 0;  ///< largest f·cosθ_i / pdf, F = 1
+};
+
+/// χ² of ggx_sample, drawn in T, against the probabilities of the cells.
+template <class T, class Alpha>
+ChiSquareRun run_chi_square(const Vec3d& wo,
+                            const Alpha& alpha,
+                            const std::vector<double>& probabilities,
+                            int count,
+                            unsigned long long seed) {
+    using Drawn = std::conditional_t<std::is_same_v<Alpha, double>, T, Imath::Vec2<T>>;
+    sampling::testing::TestRandom random(seed);
+    std::vector<double> counts(HalfVectorCells::count + 1, 0.0), expected;
+    ChiSquareRun run;
+    for (int i = 0; i < count; ++i) {
+        const Imath::Vec2<T> u(T(random.uniform()), T(random.uniform()));
+        const Vec3d wi(ggx_sample(Imath::Vec3<T>(wo), Drawn(alpha), u));
+        if (wi.z <= 0) {
+            counts.back() += 1;
+            continue;
+        }
+        Vec3d m = wo + wi;
+        m /= std::sqrt(m.dot(m));
+        counts[HalfVectorCells::of(m, alpha)] += 1;
+        run.heaviest = hardcase::larger(
+            run.heaviest, ggx_visibility(wo, wi, alpha) * wi.z * ggx_pdf_divisor(wo, alpha));
+    }
+    for (const double p : probabilities) {
+        expected.push_back(p * count);
+        run.inside += p;
+    }
+    run.lost = counts.back() / count;
+    expected.push_back(std::max(0.0, 1 - run.inside) * count);
+    run.z = sampling::testing::chi_square(counts, expected).z;
+    return run;
 }
 
 }  // namespace velatura::shading::testing

@@ -20,7 +20,6 @@ namespace {
 using sampling::testing::TestRandom;
 using testing::direction;
 using testing::GaussLegendre;
-using testing::HalfVectorCells;
 
 const Vec3 up(0, 0, 1);
 
@@ -99,48 +98,22 @@ TEST(Anisotropy, DistributionAgreesWithLongDouble) {
     EXPECT_LT(worst, 1e-5);
 }
 
-/// χ² of ggx_sample in double.
-double chi_square_of(double mu, double phi_o, const Vec2d& alpha, double& inside, double& lost) {
-    constexpr int count = 40000;
-    const Vec3d wo = direction_d(mu, phi_o);
-    TestRandom random(static_cast<unsigned long long>(mu * 1e6 + alpha.x * 1e4 + alpha.y * 1e7));
-    std::vector<double> counts(HalfVectorCells::count + 1, 0.0), expected;
-    double heaviest = 0;
-    for (int i = 0; i < count; ++i) {
-        const Vec3d wi =
-            ggx_sample(wo, alpha, Vec2d(double(random.uniform()), double(random.uniform())));
-        if (wi.z <= 0) {
-            counts.back() += 1;
-            continue;
-        }
-        Vec3d m = wo + wi;
-        m /= std::sqrt(m.dot(m));
-        counts[HalfVectorCells::of(m, alpha)] += 1;
-        heaviest =
-            std::max(heaviest, ggx_visibility(wo, wi, alpha) * wi.z * ggx_pdf_divisor(wo, alpha));
-    }
-    EXPECT_LE(heaviest, 1 + 1e-5);
-    inside = 0;
-    for (const double p : testing::cell_probabilities(wo, alpha)) {
-        expected.push_back(p * count);
-        inside += p;
-    }
-    lost = counts.back() / count;
-    expected.push_back(std::max(0.0, 1 - inside) * count);
-    return sampling::testing::chi_square(counts, expected).z;
-}
-
 TEST(H19VisibleNormals, OfTwoWidthsFollowTheirDensity) {
     double worst = -10;
     const double widths[] = {1e-3, 1e-2, 0.1, 1.0};
     for (const double mu : {1.0, 0.5, 0.1, 1e-2, 1e-3, 1e-4}) {
         for (const double alpha_x : widths) {
             for (const double alpha_y : widths) {
-                double inside = 0, lost = 0;
-                const double z = chi_square_of(mu, 0.7, {alpha_x, alpha_y}, inside, lost);
-                worst = hardcase::larger(worst, z);
-                const double sigma = std::sqrt(lost * (1 - lost) / 40000);
-                EXPECT_NEAR(inside, 1 - lost, 1e-3 + 4 * sigma)
+                const Vec3d wo = direction_d(mu, 0.7);
+                const Vec2d alpha(alpha_x, alpha_y);
+                constexpr int count = 40000;
+                const testing::ChiSquareRun run = testing::run_chi_square<double>(
+                    wo, alpha, testing::cell_probabilities(wo, alpha), count,
+                    static_cast<unsigned long long>(mu * 1e6 + alpha_x * 1e4 + alpha_y * 1e7));
+                worst = hardcase::larger(worst, run.z);
+                EXPECT_LE(run.heaviest, 1 + 1e-5);
+                const double sigma = std::sqrt(run.lost * (1 - run.lost) / count);
+                EXPECT_NEAR(run.inside, 1 - run.lost, 1e-3 + 4 * sigma)
                     << mu << " " << alpha_x << " " << alpha_y;
             }
         }
