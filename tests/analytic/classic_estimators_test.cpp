@@ -262,27 +262,19 @@ TEST(ClassicEstimators, SelectionAmong64UnequalLamps) {
     EXPECT_GT(power, 2 * tree);
 }
 
-/// Closed room of radiance Σ ρ^k ε: bounce k brings ε ρ^k, ε = ρ = 0.5.
-TestScene closed_room() {
-    TestScene test;
-    test.add_box(Vec3(-2.0f, -1.4f, -2.4f), Vec3(1.8f, 1.6f, 2.2f), test.add_matte(Rgb(0.5f), Rgb(0.5f)));
-    test.look_with_perspective(0.5);
-    return test;
-}
-
 TEST(H32Roulette, OfEveryKindIsUnbiasedPerBounce) {
     constexpr integrator::RouletteGains few{{0.4f, 0.6f, 0.5f, 0.8f}};
     for (const Roulette roulette : {Roulette::Albedo, Roulette::Efficiency, Roulette::Constant}) {
         TestRenderOptions options{.size = 32, .samples = 128, .last_bounce = 6, .estimator = {.light_sampling = LightSampling::Bsdf, .roulette = roulette, .roulette_start = 1}, .shadow_layers = false};
         options.roulette = &few;
-        const RenderedLayers layers = render(closed_room(), options);
+        const RenderedLayers layers = render(closed_room(0.5f, 0.5f), options);
         for (int k = 0; k <= 6; ++k) expect_close(layers.bounce(k), 0.5 * std::pow(0.5, k), 0.15, fmt::format("roulette {}, bounce {}", int(roulette), k));
     }
 }
 
 TEST(ClassicEstimators, CutoffTakesAwayWhatPathsCarryBelowIt) {
     TestRenderOptions options{.size = 16, .samples = 16, .last_bounce = 6, .estimator = {.light_sampling = LightSampling::Bsdf, .roulette = Roulette::Cutoff, .cutoff = 0.1f}};
-    const RenderedLayers layers = render(closed_room(), options);
+    const RenderedLayers layers = render(closed_room(0.5f, 0.5f), options);
     // 0.5³ = 0.125 goes on, 0.5⁴ does not
     EXPECT_NEAR(layers.bounce(3).mean, 0.5 * 0.125, 1e-4);
     EXPECT_EQ(layers.bounce(4).mean, 0.0);

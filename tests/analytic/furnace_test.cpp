@@ -20,14 +20,6 @@ TestScene closed_ball(float albedo, float Le) {
     return test;
 }
 
-/// The same of six walls, where rays are found sooner: for tests that follow many bounces.
-TestScene closed_room(float albedo, float Le) {
-    TestScene test;
-    test.add_box(Vec3(-1.0f, -0.7f, -1.2f), Vec3(0.9f, 0.8f, 1.1f), test.add_matte(Rgb(albedo), Rgb(Le)));
-    test.look_with_perspective(0.5);
-    return test;
-}
-
 }  // namespace
 
 TEST(H31Furnace, ClosedDiffuseBallPerBounce) {

@@ -133,6 +133,13 @@ void TestScene::look_with_perspective(double half_window) {
     scene.camera.projection = scene::Camera::Projection::Perspective;
 }
 
+TestScene closed_room(float albedo, float Le) {
+    TestScene test;
+    test.add_box(Vec3(-1.0f, -0.7f, -1.2f), Vec3(0.9f, 0.8f, 1.1f), test.add_matte(Rgb(albedo), Rgb(Le)));
+    test.look_with_perspective(0.5);
+    return test;
+}
+
 RenderedLayers render(const TestScene& test, const TestRenderOptions& options) {
     Diagnostics diagnostics;
     film::LayerSet layers;

@@ -54,6 +54,10 @@ class TestScene {
     scene::Scene scene;
 };
 
+/// Six matte walls around the camera that emit `Le`: bounce k brings Le · albedo^k, wherever one looks. Rays meet twelve
+/// triangles at most: for tests that follow many bounces.
+TestScene closed_room(float albedo, float Le);
+
 /// What a rendered layer holds.
 struct RenderedLayers {
     film::Film film;

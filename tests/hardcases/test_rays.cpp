@@ -37,6 +37,7 @@ std::string none_of(size_t rays) {
 TEST(H01Watertight, ClosedMeshesLeakNothing) {
     // `./dev bench watertight` shoots as many as it is asked for
     const std::vector<ClosedMesh> meshes = closed_meshes();
+    // Each mesh and chunk rounds down: 10^6 are left
     const uint64_t rays = hardcase::sized(1100000, 1000000000, 1000000000) / meshes.size();
     constexpr size_t chunks = 64;
     LeakCount all;
