@@ -43,6 +43,8 @@ void Canvas::write(int x, int y, int width, std::string_view text, const Colour&
         fill(x + scale * box.x, y + scale * box.y, scale * box.width, scale * box.height, colour);
 }
 
-int Canvas::text_width(std::string_view text) { return scale * image::text_width(text); }
+int Canvas::text_width(std::string_view text) {
+    return scale * image::text_width(text);
+}
 
 }  // namespace velatura::compositor

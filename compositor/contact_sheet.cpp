@@ -162,8 +162,8 @@ Result<Canvas> contact_sheet(const image::Image& image, const SheetOptions& opti
             fmt::format("{} layers do not fit on one sheet; choose some with --layers PATTERN",
                         layers.size())};
     }
-    const auto transform =
-        image::DisplayTransform::make(options.display, options.view, image::working_space_of(image));
+    const auto transform = image::DisplayTransform::make(options.display, options.view,
+                                                         image::working_space_of(image));
     if (!transform) return transform.error();
 
     const auto beauty = layers_of(image);

@@ -43,8 +43,7 @@ image::Image error_image(const LayerStack& stack, const MixError& mix) {
         part.channels.push_back(
             root_of(names[c], box_mean(squares, width, height, pooling_radius)));
     }
-    part.channels.push_back(
-        root_of("relative", box_mean(relative, width, height, pooling_radius)));
+    part.channels.push_back(root_of("relative", box_mean(relative, width, height, pooling_radius)));
     out.parts.push_back(std::move(part));
     return out;
 }

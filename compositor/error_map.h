@@ -18,8 +18,8 @@ inline constexpr int pooling_radius = 3;
 image::Image error_image(const LayerStack& stack, const MixError& mix);
 
 /// The same for the eye, as .png or .jpg over the display window: `relative` by its share of
-/// `middle` (√relMSE of the picture), a 16th and less black, 16 times and more white, in equal steps
-/// of stops. Errors: "io-write".
+/// `middle` (√relMSE of the picture), a 16th and less black, 16 times and more white, in equal
+/// steps of stops. Errors: "io-write".
 Result<void> write_error_picture(const std::string& path,
                                  const image::Image& errors,
                                  double middle);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compositor/controls.h"
-
 #include "base/json_depth.h"
+#include "compositor/controls.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -39,8 +39,8 @@ std::string text_of(const ControlCap& cap) {
     const std::string option = (is_gain ? "--gain " : "--shadow ") + cap.control.target;
     if (!cap.most) return fmt::format("Taking back {} does not reach it.", option);
     return is_gain && *cap.most > 0
-               ? fmt::format("Or {}={:+.2f}st in place of {}.", option, std::round(100 * std::log2(*cap.most)) / 100 + 0.0,
-                             cap.control.value)
+               ? fmt::format("Or {}={:+.2f}st in place of {}.", option,
+                             std::round(100 * std::log2(*cap.most)) / 100 + 0.0, cap.control.value)
                : fmt::format("Or {}={:.2g} in place of {}.", option, *cap.most, cap.control.value);
 }
 
@@ -157,8 +157,9 @@ void add_noise_command(CLI::App& app, std::function<int()>& run) {
                         "Error to reach, e.g. 1%; default: that of the render as it is");
     command->add_option("--stats", o->stats,
                         "Statistics of the render (velatura render --stats), for times");
-    command->add_option("-o,--output", o->output,
-                        "Where it is noisy: .exr (standard error per channel), .png or .jpg (heat)");
+    command->add_option(
+        "-o,--output", o->output,
+        "Where it is noisy: .exr (standard error per channel), .png or .jpg (heat)");
     command->add_flag("--json", o->json, "As JSON");
     command->callback([&run, o] { run = [o] { return run_noise(*o); }; });
 }

@@ -62,7 +62,8 @@ void print_plan(const TopUpPlan& plan) {
     } else {
         fmt::print("topped up    {} with {:.4g}, placed for this mix\n", percent(plan.error_after),
                    plan.request.samples);
-        fmt::print("             the same with {:.4g}, placed as they are now\n", plan.samples_evenly);
+        fmt::print("             the same with {:.4g}, placed as they are now\n",
+                   plan.samples_evenly);
     }
     fmt::print("{}", shares_text(f));
 }
@@ -101,8 +102,9 @@ void add_plan_command(CLI::App& app, std::function<int()>& run) {
     o->look.add_to(*command);
     command->add_option("-o,--output", o->output, "Request, .json; STEM.priority.exr beside it")
         ->required();
-    auto* how = command->add_option_group("How far (default: --target the error of the render "
-                                          "as it is)");
+    auto* how = command->add_option_group(
+        "How far (default: --target the error of the render "
+        "as it is)");
     how->add_option("--target", o->target, "Error to reach, e.g. 1%");
     how->add_option("--samples-factor", o->factor, "Times as many samples as there are")
         ->check(CLI::Range(1.0, 1e6));

@@ -61,9 +61,10 @@ void set_option(std::vector<RenderOption>& options, RenderOption option) {
 
 /// What `velatura/settings` tells by the names of options: the first word of each is its value.
 void add_settings(const nlohmann::json& settings, std::vector<RenderOption>& options) {
-    for (const char* name : {"--max-depth", "--filter", "--integrator", "--light-sampling",
-                             "--light-selection", "--roulette", "--sampler", "--adaptive",
-                             "--splitting", "--caustics", "--accel", "--guiding", "--texture-bias", "--volume-bounds"}) {
+    for (const char* name :
+         {"--max-depth", "--filter", "--integrator", "--light-sampling", "--light-selection",
+          "--roulette", "--sampler", "--adaptive", "--splitting", "--caustics", "--accel",
+          "--guiding", "--texture-bias", "--volume-bounds"}) {
         const auto words = words_of(text_of(settings, name));
         if (!words.empty()) set_option(options, {name, {words[0]}});
         if (words.size() > 1 && words[0] == "cutoff") set_option(options, {"--cutoff", {words[1]}});

@@ -81,14 +81,16 @@ std::vector<float> top_up_priority(const image::Window& window,
         const int y0 = std::max(0, y - reach), y1 = std::min(height, y + reach + 1);
         for (int x = 0; x < width; ++x) {
             const int x0 = std::max(0, x - reach), x1 = std::min(width, x + reach + 1);
-            // Summed without the pixel itself: what is added and taken away again leaves its rounding
+            // Summed without the pixel itself: what is added and taken away again leaves its
+            // rounding
             double sum = 0;
             for (int v = y0; v < y1; ++v) {
                 for (int u = x0; u < x1; ++u)
                     if (u != x || v != y) sum += errors[size_t(v) * size_t(width) + size_t(u)];
             }
             const int others = (x1 - x0) * (y1 - y0) - 1;
-            if (others > 0) priority[row * size_t(width) + size_t(x)] = float(std::sqrt(sum / double(others)));
+            if (others > 0)
+                priority[row * size_t(width) + size_t(x)] = float(std::sqrt(sum / double(others)));
         }
     });
     return priority;

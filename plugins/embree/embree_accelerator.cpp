@@ -298,10 +298,7 @@ class EmbreeAccelerator final : public accel::Accelerator {
         return box;
     }
 
-    void attach_primitives(RTCScene scene,
-                           const TriangleSoupView& shape,
-                           unsigned id,
-                           Box3& box) {
+    void attach_primitives(RTCScene scene, const TriangleSoupView& shape, unsigned id, Box3& box) {
         const geometry::PrimitiveSet& set = *shape.primitives;
         const Geometry geometry(rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER));
         rtcSetGeometryUserPrimitiveCount(geometry, set.size());
@@ -397,9 +394,9 @@ class EmbreeAccelerator final : public accel::Accelerator {
         rtcSetGeometryTimeStepCount(geometry, unsigned(instance.later.size()) + 1);
         // Rows of ours are columns of theirs
         for (size_t key = 0; key <= instance.later.size(); ++key)
-            rtcSetGeometryTransform(geometry, unsigned(key), RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
-                                    key == 0 ? &instance.render_from_prototype[0][0]
-                                             : &instance.later[key - 1][0][0]);
+            rtcSetGeometryTransform(
+                geometry, unsigned(key), RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
+                key == 0 ? &instance.render_from_prototype[0][0] : &instance.later[key - 1][0][0]);
         rtcCommitGeometry(geometry);
         rtcAttachGeometryByID(top_, geometry, shape_count_ + unsigned(index));
         ++stats_.instances;

@@ -50,7 +50,8 @@ Result<std::unique_ptr<OIIO::ImageInput>> open_file(const std::string& file,
     if (format == "openexr") {
         const Result<AssetBytesPtr> bytes = open_asset_bytes(file);
         if (!bytes) return bytes.error();
-        if (const Result<void> checked = check_exr_headers((*bytes)->bytes()); !checked) return checked.error();
+        if (const Result<void> checked = check_exr_headers((*bytes)->bytes()); !checked)
+            return checked.error();
     }
     std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(file, configuration);
     if (input) return input;

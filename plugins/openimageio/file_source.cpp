@@ -151,7 +151,8 @@ class FilePicture final : public SourcePicture {
         if (!input.seek_subimage(0, level)) return unread(input.geterror());
         // The call for some of the channels takes memory for as many lines as the file says to
         // be compressed together, and 64 MB at least
-        const size_t taken = size_t(channels), there = size_t(in.channels), width = size_t(in.width);
+        const size_t taken = size_t(channels), there = size_t(in.channels),
+                     width = size_t(in.width);
         std::vector<float> line(width * there);
         for (int at = y; at < y_end; ++at) {
             if (!input.read_scanline(at, 0, OIIO::TypeFloat, line.data()))

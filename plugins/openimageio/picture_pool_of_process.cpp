@@ -28,7 +28,9 @@ PicturePool& pool_of_process() {
 
 }  // namespace
 
-PictureSource& pictures_of_process() { return pool_of_process(); }
+PictureSource& pictures_of_process() {
+    return pool_of_process();
+}
 
 void limit_pictures_of_process(const DecodeLimits& limits) {
     constexpr double clock_per_cpu = 10;  // for disks that are slow, and machines that are busy

@@ -87,7 +87,8 @@ Result<std::unique_ptr<image::Picture>> Pictures::open(const std::string& asset)
             pictures_of_process().open(asset, PictureUse::Picture);
         if (!opened) return opened.error();
         if (!has_lines((*opened)->spec().levels.at(0)))
-            return Error{"image-open", "not a flat picture with at least one pixel and tiles of its size"};
+            return Error{"image-open",
+                         "not a flat picture with at least one pixel and tiles of its size"};
         return std::unique_ptr<image::Picture>(new OpenPicture(std::move(*opened)));
     } catch (const std::bad_alloc&) {
         throw;
@@ -96,7 +97,9 @@ Result<std::unique_ptr<image::Picture>> Pictures::open(const std::string& asset)
     }
 }
 
-void Pictures::limit(const DecodeLimits& limits) const { limit_pictures_of_process(limits); }
+void Pictures::limit(const DecodeLimits& limits) const {
+    limit_pictures_of_process(limits);
+}
 
 Result<void> Pictures::write(const std::string& file,
                              int width,

@@ -54,7 +54,8 @@ Result<FileFacts> examine(PictureSource& pictures,
     if (const Result<void> checked = check_texture(spec, max_side); !checked)
         return checked.error();
     const bool decodes = is_srgb(spec, space);
-    return FileFacts{decodes, cached_bytes(spec.levels.at(0), decodes), spec.wrap_modes, spec.wrap_s, spec.wrap_t};
+    return FileFacts{decodes, cached_bytes(spec.levels.at(0), decodes), spec.wrap_modes,
+                     spec.wrap_s, spec.wrap_t};
 }
 
 /// OpenImageIO calls repeating "periodic"; WrapDefault for what is no wrap mode.
@@ -131,8 +132,8 @@ class SystemSource final : public shading::TextureSource {
           images_(OIIO::ImageCache::create(false)),
           system_(OIIO::TextureSystem::create(false, images_)) {
         set_memory(memory_bytes);
-        // Threads of its own would run out of memory on their own, and the others wait for their tiles; they
-        // have little to do where pictures are decoded elsewhere
+        // Threads of its own would run out of memory on their own, and the others wait for their
+        // tiles; they have little to do where pictures are decoded elsewhere
         OIIO::attribute("threads", 1);
         images_->attribute("autotile", 64);
         images_->attribute("automip", 1);

@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 #include <opensubdiv/bfr/limits.h>
 #include <opensubdiv/far/error.h>
-#include <opensubdiv/far/topologyLevel.h>
 #include <opensubdiv/far/topologyDescriptor.h>
+#include <opensubdiv/far/topologyLevel.h>
 #include <opensubdiv/far/topologyRefinerFactory.h>
 #include <opensubdiv/version.h>
 
@@ -100,7 +100,8 @@ Sdc::Options options_of(const scene::SubdivisionRules& rules) {
 /// extraordinary vertex they are Gregory patches, off by less than 1/2000 of an edge. Deeper ones
 /// than 5 gain nothing: OpenSubdiv 3.5.0 then goes wrong by more than that between some creases.
 SurfaceFactory::Options surface_options(bool may_share_patches) {
-    return SurfaceFactory::Options().SetApproxLevelSmooth(5).SetApproxLevelSharp(6).EnableCaching(may_share_patches);
+    return SurfaceFactory::Options().SetApproxLevelSmooth(5).SetApproxLevelSharp(6).EnableCaching(
+        may_share_patches);
 }
 
 template <class T>
@@ -199,9 +200,11 @@ std::string fault_of(const scene::Mesh& mesh) {
 bool shares_two_edges(const Far::TopologyLevel& level, int face) {
     const auto edges = level.GetFaceEdges(face);
     for (int c = 0; c < edges.size(); ++c) {
-        const auto before = level.GetEdgeFaces(edges[c]), after = level.GetEdgeFaces(edges[(c + 1) % edges.size()]);
+        const auto before = level.GetEdgeFaces(edges[c]),
+                   after = level.GetEdgeFaces(edges[(c + 1) % edges.size()]);
         for (const int other : before)
-            if (other != face && std::find(after.begin(), after.end(), other) != after.end()) return true;
+            if (other != face && std::find(after.begin(), after.end(), other) != after.end())
+                return true;
     }
     return false;
 }
@@ -209,12 +212,15 @@ bool shares_two_edges(const Far::TopologyLevel& level, int face) {
 bool has_crease_at_corners(const Far::TopologyLevel& level, int face) {
     for (const int vertex : level.GetFaceVertices(face))
         for (const int edge : level.GetVertexEdges(vertex))
-            if (level.GetEdgeSharpness(edge) > 0.0f && (!level.IsEdgeBoundary(edge) || level.IsEdgeNonManifold(edge))) return true;
+            if (level.GetEdgeSharpness(edge) > 0.0f &&
+                (!level.IsEdgeBoundary(edge) || level.IsEdgeNonManifold(edge)))
+                return true;
     return false;
 }
 
-/// Whether OpenSubdiv up to 3.5.0 would take indices of creases from memory that it never wrote, which may end the process.
-/// Ref: OpenSubdiv 3.5.1, release notes, "Bfr::Surface construction bug for rare topological case".
+/// Whether OpenSubdiv up to 3.5.0 would take indices of creases from memory that it never wrote,
+/// which may end the process. Ref: OpenSubdiv 3.5.1, release notes, "Bfr::Surface construction bug
+/// for rare topological case".
 bool is_misread(const Far::TopologyLevel& level) {
     if (OPENSUBDIV_VERSION_NUMBER >= 30501) return false;
     for (int face = 0; face < level.GetNumFaces(); ++face)
@@ -222,8 +228,9 @@ bool is_misread(const Far::TopologyLevel& level) {
     return false;
 }
 
-/// Whether faces of the same neighbourhood may share their patches: where a face meets another along two edges in a row, OpenSubdiv gives
-/// such patches to faces that they do not fit, and reads beyond its memory. Ref: its pull request 1353.
+/// Whether faces of the same neighbourhood may share their patches: where a face meets another
+/// along two edges in a row, OpenSubdiv gives such patches to faces that they do not fit, and reads
+/// beyond its memory. Ref: its pull request 1353.
 bool may_share_patches(const Far::TopologyLevel& level) {
     for (int face = 0; face < level.GetNumFaces(); ++face)
         if (shares_two_edges(level, face)) return false;
@@ -244,8 +251,11 @@ Result<Cage> make_cage(const scene::Mesh& mesh) {
     cage.refiner = make_refiner(mesh, cage.face_varying);
     if (!cage.refiner) return Error{"subdivision", "no limit surface: " + tidy(complaint)};
     if (is_misread(cage.refiner->GetLevel(0)))
-        return Error{"subdivision", "no limit surface: a crease at a face that meets another along two edges in a row, which needs OpenSubdiv 3.5.1"};
-    cage.factory = std::make_unique<const SurfaceFactory>(*cage.refiner, surface_options(may_share_patches(cage.refiner->GetLevel(0))));
+        return Error{"subdivision",
+                     "no limit surface: a crease at a face that meets another along two edges in a "
+                     "row, which needs OpenSubdiv 3.5.1"};
+    cage.factory = std::make_unique<const SurfaceFactory>(
+        *cage.refiner, surface_options(may_share_patches(cage.refiner->GetLevel(0))));
     return cage;
 }
 

@@ -49,15 +49,16 @@ Result<std::string> unique_name(openvdb::io::File& file, const media::GridReques
                              all.empty() ? "none" : fmt::format("{}", fmt::join(all, ", ")))};
 }
 
-/// Seconds of CPU time for a tree: a hundred megabytes of a file take less than ten. Where counts are wrong OpenVDB reads on behind
-/// its end, billions of times.
+/// Seconds of CPU time for a tree: a hundred megabytes of a file take less than ten. Where counts
+/// are wrong OpenVDB reads on behind its end, billions of times.
 size_t tree_seconds(const media::GridRequest& request) {
     std::error_code error;
     const uintmax_t size = std::filesystem::file_size(request.file, error);
     return 3 + (error ? 0 : size_t(size >> 20));
 }
 
-/// For voxels, which are brought in when they are asked for: those of a hundred megabytes of tiles take less than a second.
+/// For voxels, which are brought in when they are asked for: those of a hundred megabytes of tiles
+/// take less than a second.
 constexpr size_t voxel_seconds = 120;
 
 /// What the tree takes too long for is over by now.
@@ -91,8 +92,8 @@ Result<scene::VoxelGrid> read_grid(const media::GridRequest& request) {
     const openvdb::GridBase::ConstPtr grid = file.readGrid(*name);
     allow_voxels(request);
     return convert(*grid, {.is_color = request.is_color,
-                                           .is_level_set = is_level_set,
-                                           .most_bytes = request.most_bytes});
+                           .is_level_set = is_level_set,
+                           .most_bytes = request.most_bytes});
 }
 
 Result<scene::VoxelGrid> read_or_say(const media::GridRequest& request) {

@@ -11,11 +11,12 @@
 
 namespace velatura::accel {
 
-/// Triangles that were left out of a tree because each lies exactly on another, with a smaller number.
+/// Triangles that were left out of a tree because each lies exactly on another, with a smaller
+/// number.
 struct Duplicates {
     size_t count = 0;
     uint32_t prototype = scene::none;  ///< of the first of them; none: placed directly
-    uint32_t shape = 0, triangle = 0;    ///< of the first of them, as those of geometry::Hit
+    uint32_t shape = 0, triangle = 0;  ///< of the first of them, as those of geometry::Hit
 };
 
 /// What was built, for statistics.

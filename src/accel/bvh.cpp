@@ -400,8 +400,8 @@ class Bvh final : public Accelerator {
     }
 
     std::vector<Outline> outlines(size_t instances) const {
-        const size_t most = std::clamp(most_placed_boxes / std::max(instances, size_t(1)), size_t(1),
-                                       most_outline_boxes);
+        const size_t most = std::clamp(most_placed_boxes / std::max(instances, size_t(1)),
+                                       size_t(1), most_outline_boxes);
         std::vector<Outline> all(trees_.prototypes.size());
         for (size_t i = 0; i < all.size(); ++i) {
             all[i].boxes = outline(trees_.prototypes[i], most);
@@ -506,8 +506,8 @@ class Bvh final : public Accelerator {
 std::vector<TriangleSoupView> views(const std::vector<geometry::TriangleMesh>& meshes) {
     std::vector<TriangleSoupView> result;
     for (const geometry::TriangleMesh& mesh : meshes) {
-        result.push_back(
-            {mesh.positions(), mesh.triangles(), mesh.shared_primitives(), mesh.later_positions(), mesh.flip_normals()});
+        result.push_back({mesh.positions(), mesh.triangles(), mesh.shared_primitives(),
+                          mesh.later_positions(), mesh.flip_normals()});
     }
     return result;
 }

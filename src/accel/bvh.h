@@ -65,8 +65,10 @@ struct TriangleSoupView {
 
     uint32_t segments() const { return uint32_t(later_positions.size()); }  ///< 0: does not move
 
-    /// Which of its corners a tree has second and third: in trees they run counter-clockwise as seen from outside.
+    /// Which of its corners a tree has second and third: in trees they run counter-clockwise as
+    /// seen from outside.
     size_t second() const { return is_flipped ? 2 : 1; }
+
     size_t third() const { return is_flipped ? 1 : 2; }
 
     /// What Hit::triangle counts.
@@ -77,8 +79,8 @@ struct TriangleSoupView {
 struct SoupInstance {
     uint32_t prototype = 0;
     Mat4 render_from_prototype;
-    /// [key − 1] the same at the later keys of an instance that moves, see scene::Instance. Not there
-    /// at all when a key is not finite; see place_at_time (placement.h) for singular ones.
+    /// [key − 1] the same at the later keys of an instance that moves, see scene::Instance. Not
+    /// there at all when a key is not finite; see place_at_time (placement.h) for singular ones.
     std::span<const Mat4> later = {};
 };
 

@@ -49,8 +49,8 @@ struct BinaryBuildOptions {
     int bins = 16;
     int max_depth = 48;
     size_t leaf_size = 1;  ///< references at which splitting ends, 1 … 8
-    uint32_t block = 1;     ///< references that a ray tests for the price of one where there are more
-                            ///< than 8
+    uint32_t block = 1;  ///< references that a ray tests for the price of one where there are more
+                         ///< than 8
     /// Called for ranges of more than 8 references with the same centroid, which no plane can
     /// divide; may move duplicates to the end and return how many are left.
     std::function<size_t(std::span<BuildPrim>)> merge_duplicates;

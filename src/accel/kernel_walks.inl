@@ -262,8 +262,8 @@ HWY_INLINE bool enter_instance(const SceneTrees& trees,
     };
     const Double4 d =
         double(ray.d.x) * row(0) + double(ray.d.y) * row(1) + double(ray.d.z) * row(2);
-    const Double4 o = double(ray.o.x) * row(0) + double(ray.o.y) * row(1) +
-                      double(ray.o.z) * row(2) + row(3);
+    const Double4 o =
+        double(ray.o.x) * row(0) + double(ray.o.y) * row(1) + double(ray.o.z) * row(2) + row(3);
     inner = {Vec3d(o[0], o[1], o[2]), Vec3d(d[0], d[1], d[2]), record.instance};
     const WideTree& tree = trees.prototypes[record.tree];
     return !tree.is_empty() && make_query(o, d, tree.query_bounds, {}, q);

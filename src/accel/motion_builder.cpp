@@ -217,7 +217,8 @@ MovingTrees build_moving_trees(std::span<const TriangleSoupView> shapes,
     }
     MovingTrees result;
     for (const uint32_t segments : kinds) {
-        MovingTree tree = MotionBuilder(shapes, numbers, segments).run(options, result.bounds, stored);
+        MovingTree tree =
+            MotionBuilder(shapes, numbers, segments).run(options, result.bounds, stored);
         if (tree.node_count == 0) continue;
         result.trees.push_back(std::move(tree));
     }

@@ -18,8 +18,8 @@ MovingTrees build_moving_trees(std::span<const TriangleSoupView> shapes,
                                const BvhOptions& options,
                                AcceleratorStats& stored);
 
-/// Holds them at all times: corners that geometry::moved rounds may leave the box of their keys by a
-/// little.
+/// Holds them at all times: corners that geometry::moved rounds may leave the box of their keys by
+/// a little.
 Box3 box_of_motion(const MovingTrees& trees);
 
 }  // namespace velatura::accel

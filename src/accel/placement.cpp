@@ -39,11 +39,13 @@ bool invert(const Mat4& m, InstanceRecord& record) {
 
 std::vector<Box3> outline(const WideTree& tree, size_t most) {
     if (tree.is_empty()) return {};
+
     struct Part {
         Box3 box;
         ChildRef ref;
         double area;
     };
+
     const auto is_smaller = [](const Part& a, const Part& b) { return a.area < b.area; };
     std::vector<Part> open = {{tree.bounds, 0, 0}};  // a heap
     std::vector<Box3> boxes;
@@ -91,11 +93,14 @@ double map_boxes(const Mat4& m, std::span<const Box3> boxes, Vec3d& low, Vec3d& 
         const Vec3d size(std::abs(column.x), std::abs(column.y), std::abs(column.z));
         double lower = std::numeric_limits<double>::max(), upper = -lower, magnitude = 0;
         for (const Box3& box : boxes) {
-            const Vec3d min(box.min), max(box.max), centre = (min + max) * 0.5, half = (max - min) * 0.5;
+            const Vec3d min(box.min), max(box.max), centre = (min + max) * 0.5,
+                                                    half = (max - min) * 0.5;
             const double middle = centre.dot(column), reach = half.dot(size);
             lower = std::min(lower, middle - reach);
             upper = std::max(upper, middle + reach);
-            magnitude = std::max(magnitude, std::abs(centre.x * column.x) + std::abs(centre.y * column.y) + std::abs(centre.z * column.z) + reach);
+            magnitude =
+                std::max(magnitude, std::abs(centre.x * column.x) + std::abs(centre.y * column.y) +
+                                        std::abs(centre.z * column.z) + reach);
         }
         low[k] = lower + double(m[3][k]);
         high[k] = upper + double(m[3][k]);

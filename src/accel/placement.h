@@ -36,9 +36,9 @@ bool place_keys(std::span<const Mat4> keys,
                 std::span<const Box3> boxes,
                 std::vector<Box3d>& placed);
 
-/// Fills everything but the indices of `record` for an instance that moves, at a time: its matrix is
-/// that of geometry::moved (geometry/motion.h), and it is met as one that stays there. False when it
-/// is not there at that time.
+/// Fills everything but the indices of `record` for an instance that moves, at a time: its matrix
+/// is that of geometry::moved (geometry/motion.h), and it is met as one that stays there. False
+/// when it is not there at that time.
 bool place_at_time(std::span<const Mat4> keys, float time, InstanceRecord& record);
 
 /// The ray in the space of the instance's prototype; d is not normalised, so t keeps its meaning.

@@ -15,7 +15,7 @@ RayStream::RayStream(const Accelerator& accelerator)
 template <class OneByOne, class SideBySide>
 void RayStream::trace(size_t count, const OneByOne& one_by_one, const SideBySide& side_by_side) {
     if (!has_chosen() && count >= smallest_trial) return try_both(count, one_by_one, side_by_side);
-    is_side_by_side_ && count >= smallest_batch ? side_by_side(0, count) : one_by_one(0, count);
+    is_side_by_side_&& count >= smallest_batch ? side_by_side(0, count) : one_by_one(0, count);
 }
 
 // Rays of one kind take more time in one part of the scene than in another, so both ways get parts

@@ -100,8 +100,9 @@ struct TreeHit {
 /// Kernels compiled for one instruction set.
 struct Kernels {
     const char* name;
-    /// Closest hit with 0 < t < ray.t_max; among equal t one that enters before one that leaves, as front and back of a body are
-    /// at its outline; among those the smallest (instance, id). False: no hit.
+    /// Closest hit with 0 < t < ray.t_max; among equal t one that enters before one that leaves, as
+    /// front and back of a body are at its outline; among those the smallest (instance, id). False:
+    /// no hit.
     bool (*intersect)(const SceneTrees&, const geometry::Ray&, TreeHit&);
     bool (*is_occluded)(const SceneTrees&, const geometry::Ray&);
     /// The same for scenes in which something moves; those above know of no motion.

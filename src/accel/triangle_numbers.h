@@ -75,8 +75,8 @@ size_t merge_equal(std::span<BuildPrim> range, const Order& order) {
     return size_t(end - range.begin());
 }
 
-/// Counts what was collected for a tree and is not in it. seen: [id] whether it is; is_collected(shape,
-/// triangle).
+/// Counts what was collected for a tree and is not in it. seen: [id] whether it is;
+/// is_collected(shape, triangle).
 template <class IsCollected>
 void count_duplicates(const TriangleNumbers& numbers,
                       std::span<const TriangleSoupView> shapes,

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/accelerator_choice.h"
 
-#include <string_view>
+#include "plugin/registry.h"
 
 #include <fmt/format.h>
 
-#include "plugin/registry.h"
+#include <string_view>
 
 namespace velatura::app {
 
@@ -19,7 +19,8 @@ std::string known_names(const plugin::Registry& registry) {
     for (const plugin::Manifest& manifest : registry.manifests()) {
         if (!manifest.has_interface(accel::accelerator_interface)) continue;
         for (const plugin::Trigger& trigger : manifest.triggers) {
-            if (trigger.kind == "option" && trigger.value.starts_with(trigger_prefix)) names += ", " + trigger.value.substr(trigger_prefix.size());
+            if (trigger.kind == "option" && trigger.value.starts_with(trigger_prefix))
+                names += ", " + trigger.value.substr(trigger_prefix.size());
         }
     }
     return names;
@@ -27,15 +28,21 @@ std::string known_names(const plugin::Registry& registry) {
 
 }  // namespace
 
-std::optional<const accel::AcceleratorFactory*> find_accelerator(const std::string& name, Diagnostics& diagnostics) {
+std::optional<const accel::AcceleratorFactory*> find_accelerator(const std::string& name,
+                                                                 Diagnostics& diagnostics) {
     if (name == "bvh") return nullptr;
     const plugin::Registry registry(plugin::plugin_folders(), diagnostics);
-    const plugin::Manifest* manifest = registry.find(accel::accelerator_interface, {"option", std::string(trigger_prefix) + name});
+    const plugin::Manifest* manifest =
+        registry.find(accel::accelerator_interface, {"option", std::string(trigger_prefix) + name});
     if (!manifest) {
-        diagnostics.error("plugin-missing", {}, {}, fmt::format("--accel {}: no plugin brings it: expected one of {}; looked in {}", name, known_names(registry), registry.searched()));
+        diagnostics.error(
+            "plugin-missing", {}, {},
+            fmt::format("--accel {}: no plugin brings it: expected one of {}; looked in {}", name,
+                        known_names(registry), registry.searched()));
         return std::nullopt;
     }
-    const void* object = plugin::open_interface(*manifest, accel::accelerator_interface, accel::accelerator_interface_version, diagnostics);
+    const void* object = plugin::open_interface(*manifest, accel::accelerator_interface,
+                                                accel::accelerator_interface_version, diagnostics);
     if (!object) return std::nullopt;
     return static_cast<const accel::AcceleratorFactory*>(object);
 }

@@ -19,7 +19,8 @@ namespace {
 
 /// Three digits, never more precise than that.
 std::string rounded(double samples) {
-    const double unit = std::pow(10.0, std::max(0.0, std::floor(std::log10(std::max(samples, 1.0))) - 2));
+    const double unit =
+        std::pow(10.0, std::max(0.0, std::floor(std::log10(std::max(samples, 1.0))) - 2));
     return fmt::format("{:.0f}", std::round(samples / unit) * unit);
 }
 
@@ -29,31 +30,47 @@ std::string percent(double fraction) {
 
 const char* state_name(ErrorForecast::Kind kind) {
     switch (kind) {
-        case ErrorForecast::Kind::Reached: return "reached";
-        case ErrorForecast::Kind::Known: return "forecast";
-        case ErrorForecast::Kind::Rare: return "rare-light";
-        case ErrorForecast::Kind::TooFar: break;
+        case ErrorForecast::Kind::Reached:
+            return "reached";
+        case ErrorForecast::Kind::Known:
+            return "forecast";
+        case ErrorForecast::Kind::Rare:
+            return "rare-light";
+        case ErrorForecast::Kind::TooFar:
+            break;
     }
     return "too-far";
 }
 
 }  // namespace
 
-std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film) { return picture_error(job, film, film.noise(), {}); }
-
-std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film, const film::NoiseEstimate& noise, const integrator::ErrorCurve& curve) {
-    if (!curve.is_empty()) return PictureError{curve.error_at(noise.samples_mean), job.schedule.has_dependent_changes, curve.is_rare()};
-    if (!noise.is_known) return std::nullopt;
-    integrator::ErrorCurve last;
-    if (const std::optional<image::RelativeError> change = image::picture_change(film.sums())) last.add({noise.samples_min, noise.samples_max, noise.samples_mean, 0, *change});
-    // The first strata of a pixel are no picture of their own
-    if (!last.is_empty()) return picture_error(job, film, noise, last);
-    return PictureError{.error = {noise.relative_error, noise.low, noise.high}, .is_upper = !job.schedule.has_independent_halves};
+std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film) {
+    return picture_error(job, film, film.noise(), {});
 }
 
-bool reached_target(const RenderJob& job, const std::optional<PictureError>& error, const integrator::RenderResult& result) {
+std::optional<PictureError> picture_error(const RenderJob& job,
+                                          const film::Film& film,
+                                          const film::NoiseEstimate& noise,
+                                          const integrator::ErrorCurve& curve) {
+    if (!curve.is_empty())
+        return PictureError{curve.error_at(noise.samples_mean), job.schedule.has_dependent_changes,
+                            curve.is_rare()};
+    if (!noise.is_known) return std::nullopt;
+    integrator::ErrorCurve last;
+    if (const std::optional<image::RelativeError> change = image::picture_change(film.sums()))
+        last.add({noise.samples_min, noise.samples_max, noise.samples_mean, 0, *change});
+    // The first strata of a pixel are no picture of their own
+    if (!last.is_empty()) return picture_error(job, film, noise, last);
+    return PictureError{.error = {noise.relative_error, noise.low, noise.high},
+                        .is_upper = !job.schedule.has_independent_halves};
+}
+
+bool reached_target(const RenderJob& job,
+                    const std::optional<PictureError>& error,
+                    const integrator::RenderResult& result) {
     const double target = job.schedule.target_error;
-    return target <= 0 || result.reason == integrator::StopReason::TargetError || (error && !error->is_lower && error->error.value <= target);
+    return target <= 0 || result.reason == integrator::StopReason::TargetError ||
+           (error && !error->is_lower && error->error.value <= target);
 }
 
 json error_json(const std::optional<PictureError>& error) {
@@ -72,7 +89,10 @@ json error_json(const std::optional<PictureError>& error) {
 json blocks_json(const film::Film& film, const integrator::ErrorCurve& curve) {
     auto blocks = image::block_errors(film.sums(), curve.slope().value);
     if (!blocks) return nullptr;
-    std::sort(blocks->begin(), blocks->end(), [](const image::BlockError& a, const image::BlockError& b) { return a.relative() > b.relative(); });
+    std::sort(blocks->begin(), blocks->end(),
+              [](const image::BlockError& a, const image::BlockError& b) {
+                  return a.relative() > b.relative();
+              });
     double all = 0, so_far = 0, uncertain = 0;
     for (const image::BlockError& b : *blocks) {
         all += b.relative() * b.relative();
@@ -84,7 +104,10 @@ json blocks_json(const film::Film& film, const integrator::ErrorCurve& curve) {
         ++half;
     }
     const auto count = double(blocks->size());
-    json j = {{"size", image::BlockError::size}, {"half_of_error_in", double(half) / count}, {"uncertain", uncertain / count}, {"worst", json::array()}};
+    json j = {{"size", image::BlockError::size},
+              {"half_of_error_in", double(half) / count},
+              {"uncertain", uncertain / count},
+              {"worst", json::array()}};
     for (size_t i = 0; i < std::min<size_t>(5, blocks->size()); ++i) {
         const image::BlockError& b = (*blocks)[i];
         json low = json::array(), high = json::array();
@@ -92,7 +115,13 @@ json blocks_json(const film::Film& film, const integrator::ErrorCurve& curve) {
             low.push_back(b.mean[c] - b.quantile(c) * b.error[c]);
             high.push_back(b.mean[c] + b.quantile(c) * b.error[c]);
         }
-        j["worst"].push_back({{"x", b.window.x0}, {"y", b.window.y0}, {"error", b.relative()}, {"mean", b.mean}, {"low", low}, {"high", high}, {"uncertain", b.is_uncertain()}});
+        j["worst"].push_back({{"x", b.window.x0},
+                              {"y", b.window.y0},
+                              {"error", b.relative()},
+                              {"mean", b.mean},
+                              {"low", low},
+                              {"high", high},
+                              {"uncertain", b.is_uncertain()}});
     }
     return j;
 }
@@ -101,7 +130,8 @@ json layer_noise_json(const std::vector<image::LayerNoise>& layers, double pictu
     json j = json::array();
     for (const image::LayerNoise& layer : layers) {
         json one = {{"name", layer.layer}, {"error", layer.error}};
-        if (picture_error > 0) one["share"] = layer.error * layer.error / (picture_error * picture_error);
+        if (picture_error > 0)
+            one["share"] = layer.error * layer.error / (picture_error * picture_error);
         j.push_back(std::move(one));
     }
     return j;
@@ -110,14 +140,23 @@ json layer_noise_json(const std::vector<image::LayerNoise>& layers, double pictu
 json error_curve_json(const integrator::ErrorCurve& curve) {
     json j = json::array();
     for (const integrator::ErrorPoint& p : curve.points())
-        j.push_back({{"spp", p.samples_mean}, {"time_s", p.time_s}, {"error", p.error.value}, {"low", p.error.low}, {"high", p.error.high}});
+        j.push_back({{"spp", p.samples_mean},
+                     {"time_s", p.time_s},
+                     {"error", p.error.value},
+                     {"low", p.error.low},
+                     {"high", p.error.high}});
     return j;
 }
 
 json observations_json(const integrator::ErrorCurve& curve) {
     json j = json::array();
     for (const integrator::ErrorObservation& o : curve.observations())
-        j.push_back({{"min", o.samples_min}, {"max", o.samples_max}, {"mean", o.samples_mean}, {"change", o.change.value}, {"low", o.change.low}, {"high", o.change.high}});
+        j.push_back({{"min", o.samples_min},
+                     {"max", o.samples_max},
+                     {"mean", o.samples_mean},
+                     {"change", o.change.value},
+                     {"low", o.change.low},
+                     {"high", o.change.high}});
     return j;
 }
 
@@ -131,9 +170,15 @@ std::optional<integrator::ErrorCurve> curve_of(const json& observations) {
             if (!j.contains(name) || !j[name].is_number()) return std::nullopt;
         if (!j["min"].is_number_unsigned() || !j["max"].is_number_unsigned()) return std::nullopt;
         const auto number = [&j](const char* name) { return j[name].get<double>(); };
-        if (!(number("change") > 0) || !(number("high") >= number("change")) || !(number("mean") > last_mean)) return std::nullopt;
+        if (!(number("change") > 0) || !(number("high") >= number("change")) ||
+            !(number("mean") > last_mean))
+            return std::nullopt;
         last_mean = number("mean");
-        curve.add({j["min"].get<uint64_t>(), j["max"].get<uint64_t>(), number("mean"), 0, {number("change"), number("low"), number("high")}});
+        curve.add({j["min"].get<uint64_t>(),
+                   j["max"].get<uint64_t>(),
+                   number("mean"),
+                   0,
+                   {number("change"), number("low"), number("high")}});
     }
     return curve;
 }
@@ -158,27 +203,44 @@ json forecast_json(const ErrorForecast& f) {
 }
 
 double wanted_error(const RenderJob& job) {
-    return job.schedule.forecast_error > 0 ? job.schedule.forecast_error : job.schedule.target_error;
+    return job.schedule.forecast_error > 0 ? job.schedule.forecast_error
+                                           : job.schedule.target_error;
 }
 
 std::string forecast_text(const integrator::ErrorCurve& curve, double samples_mean, double target) {
     const ErrorForecast f = curve.forecast(target);
-    const std::string reached = fmt::format("{} spp reached {}", rounded(samples_mean), percent(curve.error_at(samples_mean).value));
-    if (f.kind == ErrorForecast::Kind::Reached || (f.kind == ErrorForecast::Kind::Known && f.samples <= 1.01 * samples_mean)) return fmt::format("{}, {} was asked for", reached, percent(target));
-    if (f.kind == ErrorForecast::Kind::Rare) return fmt::format("{} or more: the error does not fall as samples grow, some light is met too rarely; no forecast", reached);
-    if (f.kind == ErrorForecast::Kind::TooFar) return fmt::format("{}; {} needs more than {:g} times that, further than can be forecast", reached, percent(target), integrator::ErrorCurve::farthest);
-    return fmt::format("{}; {} needs about {} spp ({} to {}), {} ({} to {})", reached, percent(target), rounded(f.samples), rounded(f.samples_low), rounded(f.samples_high),
-                       format_duration(f.time_s), format_duration(f.time_low_s), format_duration(f.time_high_s));
+    const std::string reached = fmt::format("{} spp reached {}", rounded(samples_mean),
+                                            percent(curve.error_at(samples_mean).value));
+    if (f.kind == ErrorForecast::Kind::Reached ||
+        (f.kind == ErrorForecast::Kind::Known && f.samples <= 1.01 * samples_mean))
+        return fmt::format("{}, {} was asked for", reached, percent(target));
+    if (f.kind == ErrorForecast::Kind::Rare)
+        return fmt::format(
+            "{} or more: the error does not fall as samples grow, some light is met too rarely; no "
+            "forecast",
+            reached);
+    if (f.kind == ErrorForecast::Kind::TooFar)
+        return fmt::format("{}; {} needs more than {:g} times that, further than can be forecast",
+                           reached, percent(target), integrator::ErrorCurve::farthest);
+    return fmt::format("{}; {} needs about {} spp ({} to {}), {} ({} to {})", reached,
+                       percent(target), rounded(f.samples), rounded(f.samples_low),
+                       rounded(f.samples_high), format_duration(f.time_s),
+                       format_duration(f.time_low_s), format_duration(f.time_high_s));
 }
 
 std::string short_forecast(const ErrorForecast& f) {
     switch (f.kind) {
-        case ErrorForecast::Kind::Reached: return fmt::format("{} reached", percent(f.target));
-        case ErrorForecast::Kind::TooFar: return fmt::format("{} is far", percent(f.target));
-        case ErrorForecast::Kind::Rare: return "rare light";
-        case ErrorForecast::Kind::Known: break;
+        case ErrorForecast::Kind::Reached:
+            return fmt::format("{} reached", percent(f.target));
+        case ErrorForecast::Kind::TooFar:
+            return fmt::format("{} is far", percent(f.target));
+        case ErrorForecast::Kind::Rare:
+            return "rare light";
+        case ErrorForecast::Kind::Known:
+            break;
     }
-    return fmt::format("{} at {} spp, {}", percent(f.target), rounded(f.samples), format_duration(f.time_s));
+    return fmt::format("{} at {} spp, {}", percent(f.target), rounded(f.samples),
+                       format_duration(f.time_s));
 }
 
 }  // namespace velatura::app

@@ -20,43 +20,55 @@ struct PictureError {
     bool is_lower = false;  ///< it is no less than that: integrator::ErrorCurve::is_rare
 };
 
-/// From the curve or, where there is none, from the film, whose noise() is given; none before every pixel has two samples.
-std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film, const film::NoiseEstimate& noise, const integrator::ErrorCurve& curve);
+/// From the curve or, where there is none, from the film, whose noise() is given; none before every
+/// pixel has two samples.
+std::optional<PictureError> picture_error(const RenderJob& job,
+                                          const film::Film& film,
+                                          const film::NoiseEstimate& noise,
+                                          const integrator::ErrorCurve& curve);
 
-/// From the film alone, which is what any run of the render says: from how its pixels changed at last or, of parts that do
-/// not begin with the first sample, from its halves.
+/// From the film alone, which is what any run of the render says: from how its pixels changed at
+/// last or, of parts that do not begin with the first sample, from its halves.
 std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film);
 
 /// Whether the picture is as exact as wanted.
-bool reached_target(const RenderJob& job, const std::optional<PictureError>& error, const integrator::RenderResult& result);
+bool reached_target(const RenderJob& job,
+                    const std::optional<PictureError>& error,
+                    const integrator::RenderResult& result);
 
 /// metric, mean, low, high, confidence, is_upper, is_lower.
 nlohmann::ordered_json error_json(const std::optional<PictureError>& error);
 
-/// Where the error is: of blocks of 8×8 pixels, the share of those that hold half of it, the share of those whose error hangs
-/// on a pixel or two, and the five worst with their intervals. Null where it is not known.
+/// Where the error is: of blocks of 8×8 pixels, the share of those that hold half of it, the share
+/// of those whose error hangs on a pixel or two, and the five worst with their intervals. Null
+/// where it is not known.
 nlohmann::ordered_json blocks_json(const film::Film& film, const integrator::ErrorCurve& curve);
 
-/// [{name, error, share}]: of each light layer, in units of the picture's error, and its square over that of the picture.
-nlohmann::ordered_json layer_noise_json(const std::vector<image::LayerNoise>& layers, double picture_error);
+/// [{name, error, share}]: of each light layer, in units of the picture's error, and its square
+/// over that of the picture.
+nlohmann::ordered_json layer_noise_json(const std::vector<image::LayerNoise>& layers,
+                                        double picture_error);
 
 /// [{spp, time_s, error, low, high}] and the slope of the errors.
 nlohmann::ordered_json error_curve_json(const integrator::ErrorCurve& curve);
 nlohmann::ordered_json slope_json(const integrator::ErrorCurve& curve);
 
-/// What the curve was made from but for the times, for another run that goes on: [{min, max, mean, change, low, high}].
+/// What the curve was made from but for the times, for another run that goes on: [{min, max, mean,
+/// change, low, high}].
 nlohmann::ordered_json observations_json(const integrator::ErrorCurve& curve);
 
 /// Nothing where that is no such list.
 std::optional<integrator::ErrorCurve> curve_of(const nlohmann::ordered_json& observations);
 
-/// target, state: reached, forecast, too-far or rare-light; a forecast's spp and time_s with their 95 % intervals.
+/// target, state: reached, forecast, too-far or rare-light; a forecast's spp and time_s with their
+/// 95 % intervals.
 nlohmann::ordered_json forecast_json(const integrator::ErrorForecast& forecast);
 
 /// The error that a render aims at or is asked about; 0 = none.
 double wanted_error(const RenderJob& job);
 
-/// "512 spp reached 1.42 %; 1 % needs about 1050 spp (980 to 1130), 83 min 00 s (77 to 89 min)"; of a picture of so many samples.
+/// "512 spp reached 1.42 %; 1 % needs about 1050 spp (980 to 1130), 83 min 00 s (77 to 89 min)"; of
+/// a picture of so many samples.
 std::string forecast_text(const integrator::ErrorCurve& curve, double samples_mean, double target);
 
 /// "1 % at 1050 spp, 83 min 00 s"; what the progress line has room for.

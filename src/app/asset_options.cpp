@@ -1,23 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/asset_options.h"
 
-#include <cstdlib>
-#include <filesystem>
-#include <system_error>
-
-#include <CLI/CLI.hpp>
-
 #include "app/limit_options.h"
 #include "base/asset_roots.h"
 #include "base/package_path.h"
 #include "usd/compose/layer_registry.h"
+
+#include <CLI/CLI.hpp>
+
+#include <cstdlib>
+#include <filesystem>
+#include <system_error>
 
 namespace velatura::app {
 
 namespace fs = std::filesystem;
 
 void add_search_path_option(CLI::App& command, std::vector<std::string>& folders) {
-    command.add_option("--search-path", folders, "folder for assets without ./ or ../, before $PXR_AR_DEFAULT_SEARCH_PATH; may be repeated")
+    command
+        .add_option("--search-path", folders,
+                    "folder for assets without ./ or ../, before $PXR_AR_DEFAULT_SEARCH_PATH; may "
+                    "be repeated")
         ->type_name("DIR")
         ->check(CLI::ExistingDirectory)
         ->take_all()
@@ -25,12 +28,18 @@ void add_search_path_option(CLI::App& command, std::vector<std::string>& folders
 }
 
 void add_root_options(CLI::App& command, AssetOptions& options) {
-    command.add_option("--asset-root", options.roots, "read files only beneath this folder and the scene's own, links followed; others are errors and the rest goes on; may be repeated, and $VELATURA_ASSET_ROOTS adds more, apart by ':' (default: anywhere)")
+    command
+        .add_option("--asset-root", options.roots,
+                    "read files only beneath this folder and the scene's own, links followed; "
+                    "others are errors and the rest goes on; may be repeated, and "
+                    "$VELATURA_ASSET_ROOTS adds more, apart by ':' (default: anywhere)")
         ->type_name("DIR")
         ->check(CLI::ExistingDirectory)
         ->take_all()
         ->allow_extra_args(false);
-    command.add_flag("--confine", options.is_confined, "read files only beneath the scene's own folder, and each --asset-root: for scenes from people you do not trust");
+    command.add_flag("--confine", options.is_confined,
+                     "read files only beneath the scene's own folder, and each --asset-root: for "
+                     "scenes from people you do not trust");
     add_limit_option(command, options.limits);
 }
 
@@ -38,10 +47,12 @@ void apply_asset_roots(const std::string& scene, const AssetOptions& options) {
     set_limits(options.limits);
     std::vector<std::string> folders = options.roots;
     const char* const environment = std::getenv("VELATURA_ASSET_ROOTS");
-    for (std::string& folder : usd::compose::split_search_path(environment ? environment : "")) folders.push_back(std::move(folder));
+    for (std::string& folder : usd::compose::split_search_path(environment ? environment : ""))
+        folders.push_back(std::move(folder));
     if (folders.empty() && !options.is_confined) return set_asset_roots({});
 
-    // Of "a.usdz[b.usda]" the folder of a.usdz; a link's own folder, for what stands beside it, and that of what it leads to
+    // Of "a.usdz[b.usda]" the folder of a.usdz; a link's own folder, for what stands beside it, and
+    // that of what it leads to
     std::error_code failed;
     const bool is_file = fs::exists(scene, failed);
     const fs::path file = fs::absolute(is_file ? scene : split_package_path(scene).front(), failed);

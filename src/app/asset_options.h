@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/limits.h"
+
 #include <string>
 #include <vector>
-
-#include "base/limits.h"
 
 namespace CLI {
 class App;
@@ -26,8 +26,9 @@ void add_search_path_option(CLI::App& command, std::vector<std::string>& folders
 /// Adds what a scene is allowed: --asset-root, which may come several times, --confine and --limit.
 void add_root_options(CLI::App& command, AssetOptions& options);
 
-/// Sets the limits, and says where the files of `scene` may lie, from here on: anywhere, unless --confine, --asset-root or $VELATURA_ASSET_ROOTS asks
-/// otherwise: then beneath the folder of the scene, which may be a link, and beneath those.
+/// Sets the limits, and says where the files of `scene` may lie, from here on: anywhere, unless
+/// --confine, --asset-root or $VELATURA_ASSET_ROOTS asks otherwise: then beneath the folder of the
+/// scene, which may be a link, and beneath those.
 void apply_asset_roots(const std::string& scene, const AssetOptions& options);
 
 }  // namespace velatura::app

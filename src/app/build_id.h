@@ -5,8 +5,9 @@
 
 namespace velatura::app {
 
-/// 16 hexadecimal digits of the sources of the renderer and its plugins, the compiler and its options: builds of one id
-/// give the same pixels. The definition is made by the build (src/cmake/build_id.cmake).
+/// 16 hexadecimal digits of the sources of the renderer and its plugins, the compiler and its
+/// options: builds of one id give the same pixels. The definition is made by the build
+/// (src/cmake/build_id.cmake).
 std::string_view build_id();
 
 }  // namespace velatura::app

@@ -9,7 +9,8 @@ class App;
 
 namespace velatura::app {
 
-/// Each adds its subcommand and sets `run` when the command line asks for it. `run` returns an exit code.
+/// Each adds its subcommand and sets `run` when the command line asks for it. `run` returns an exit
+/// code.
 void add_render_command(CLI::App& app, std::function<int()>& run);
 void add_study_command(CLI::App& app, std::function<int()>& run);
 void add_selftest_command(CLI::App& app, std::function<int()>& run);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/effect_choice.h"
 
-#include <fmt/format.h>
-
 #include "app/parse_values.h"
+
+#include <fmt/format.h>
 
 namespace velatura::app {
 
@@ -11,7 +11,9 @@ namespace {
 
 using scene::Effect;
 
-Error usage(std::string message) { return {"usage", std::move(message)}; }
+Error usage(std::string message) {
+    return {"usage", std::move(message)};
+}
 
 std::string names_that_can_be_left_out() {
     std::string names;
@@ -28,13 +30,18 @@ std::string why_it_stays(Effect effect) {
     const scene::EffectInfo& about = scene::info(effect);
     switch (about.kind) {
         case scene::EffectKind::Estimator:
-            return fmt::format("--effects: {} changes no picture but its noise; it has an option of its own (see --help)", about.name);
+            return fmt::format(
+                "--effects: {} changes no picture but its noise; it has an option of its own (see "
+                "--help)",
+                about.name);
         case scene::EffectKind::Output:
             return fmt::format("--effects: {} are chosen by --layers and --halves", about.name);
         case scene::EffectKind::Scene:
             break;
     }
-    return fmt::format("--effects: {} cannot be left out: the scene is built of it; expected one of {}", about.name, names_that_can_be_left_out());
+    return fmt::format(
+        "--effects: {} cannot be left out: the scene is built of it; expected one of {}",
+        about.name, names_that_can_be_left_out());
 }
 
 }  // namespace
@@ -47,9 +54,12 @@ Result<EffectChoice> parse_effects(const std::string& text) {
             choice.force_all = true;
             continue;
         }
-        if (!part.starts_with('-')) return usage(fmt::format("--effects: expected all or -NAME, found \"{}\"", part));
+        if (!part.starts_with('-'))
+            return usage(fmt::format("--effects: expected all or -NAME, found \"{}\"", part));
         const std::optional<Effect> effect = scene::find_effect(std::string_view(part).substr(1));
-        if (!effect) return usage(fmt::format("--effects: there is no effect \"{}\"; expected one of {}", part.substr(1), names_that_can_be_left_out()));
+        if (!effect)
+            return usage(fmt::format("--effects: there is no effect \"{}\"; expected one of {}",
+                                     part.substr(1), names_that_can_be_left_out()));
         if (!integrator::can_leave_out(*effect)) return usage(why_it_stays(*effect));
         choice.left_out.add(*effect);
     }

@@ -1,12 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <filesystem>
-#include <memory>
-#include <string>
-#include <vector>
-
-#include <CLI/CLI.hpp>
-#include <fmt/format.h>
-
 #include "app/commands.h"
 #include "app/exit_codes.h"
 #include "app/memory_options.h"
@@ -16,6 +8,14 @@
 #include "usd/crate/writer.h"
 #include "usd/stage/flatten.h"
 #include "usd/text/writer.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
 
 namespace velatura::app {
 
@@ -44,27 +44,34 @@ std::string absolute(const std::string& path) {
 }
 
 /// The layer to write: the composed stage as one layer, or that one file's layer as it stands.
-Result<std::shared_ptr<usd::layer::Layer>> make_layer(const FlattenArguments& arguments, Diagnostics& diagnostics) {
+Result<std::shared_ptr<usd::layer::Layer>> make_layer(const FlattenArguments& arguments,
+                                                      Diagnostics& diagnostics) {
     if (arguments.layer_only) {
         usd::compose::LayerRegistry registry({}, 1, diagnostics);
         apply_asset_roots(arguments.scene, arguments.assets);
         return registry.open(absolute(arguments.scene));
     }
-    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.assets, arguments.reads_materialx);
+    const Result<LoadedStage> loaded =
+        load_stage(arguments.scene, diagnostics, arguments.assets, arguments.reads_materialx);
     if (!loaded) return loaded.error();
     usd::stage::FlattenOptions options;
-    if (!arguments.output.empty()) options.asset_folder = fs::path(absolute(arguments.output)).parent_path().string();
+    if (!arguments.output.empty())
+        options.asset_folder = fs::path(absolute(arguments.output)).parent_path().string();
     return usd::stage::flatten_stage(loaded->stage, options);
 }
 
 int run_flatten(const FlattenArguments& arguments) {
     const std::string extension = fs::path(arguments.output).extension().string();
-    if (!arguments.output.empty() && extension != ".usda" && extension != ".usdc" && extension != ".usd") {
-        fmt::print(stderr, "error: -o {}: expected a name that ends in .usda, .usdc or .usd [usage]\n", arguments.output);
+    if (!arguments.output.empty() && extension != ".usda" && extension != ".usdc" &&
+        extension != ".usd") {
+        fmt::print(stderr,
+                   "error: -o {}: expected a name that ends in .usda, .usdc or .usd [usage]\n",
+                   arguments.output);
         return UsageError;
     }
     if (arguments.crate && extension == ".usda") {
-        fmt::print(stderr, "error: --usdc writes binary, -o {} asks for text [usage]\n", arguments.output);
+        fmt::print(stderr, "error: --usdc writes binary, -o {} asks for text [usage]\n",
+                   arguments.output);
         return UsageError;
     }
     const bool as_crate = arguments.crate || extension == ".usdc";
@@ -97,15 +104,24 @@ int run_flatten(const FlattenArguments& arguments) {
 void add_flatten_command(CLI::App& app, std::function<int()>& run) {
     CLI::App* command = app.add_subcommand("flatten", "The composed stage as one USD layer");
     auto arguments = std::make_shared<FlattenArguments>();
-    command->add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")->required();
+    command->add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")
+        ->required();
     add_search_path_option(*command, arguments->assets.search_paths);
     add_root_options(*command, arguments->assets);
     add_memory_option(*command, arguments->memory_limit);
     add_materialx_option(*command, arguments->reads_materialx);
-    command->add_option("-o,--output", arguments->output, "file to write; text on the terminal when left out")->type_name("FILE");
-    command->add_flag("--layer", arguments->layer_only, "that one layer as it stands, not composed");
+    command
+        ->add_option("-o,--output", arguments->output,
+                     "file to write; text on the terminal when left out")
+        ->type_name("FILE");
+    command->add_flag("--layer", arguments->layer_only,
+                      "that one layer as it stands, not composed");
     command->add_flag("--usdc", arguments->crate, "binary (crate), as for a FILE.usdc");
-    command->callback([arguments, &run] { run = [arguments] { return run_in_memory(arguments->memory_limit, [&] { return run_flatten(*arguments); }); }; });
+    command->callback([arguments, &run] {
+        run = [arguments] {
+            return run_in_memory(arguments->memory_limit, [&] { return run_flatten(*arguments); });
+        };
+    });
 }
 
 }  // namespace velatura::app

@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/frame_settings.h"
 
-#include <algorithm>
-#include <filesystem>
-#include <map>
-
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
 #include "app/build_id.h"
 #include "app/plan_report.h"
 #include "base/asset_bytes.h"
@@ -15,18 +8,26 @@
 #include "base/udim.h"
 #include "geometry/refinement.h"
 
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
 namespace velatura::app {
 
 namespace {
 
-/// Says whether a file that the scene reads is the same one, on whatever machine it lies. Piece by piece: grids of volumes may
-/// be larger than memory.
+/// Says whether a file that the scene reads is the same one, on whatever machine it lies. Piece by
+/// piece: grids of volumes may be larger than memory.
 std::string file_state(const std::string& path) {
     if (path.empty()) return {};
     constexpr size_t piece = size_t(1) << 20;
     uint64_t hash = 0;
     const Result<AssetBytesPtr> file = open_asset_bytes(path);
-    for (std::string_view rest = file ? (*file)->bytes() : std::string_view(); !rest.empty(); rest.remove_prefix(std::min(piece, rest.size()))) {
+    for (std::string_view rest = file ? (*file)->bytes() : std::string_view(); !rest.empty();
+         rest.remove_prefix(std::min(piece, rest.size()))) {
         hash = hash_combine(hash, hash_string(rest.substr(0, piece)));
         (*file)->forget();
     }
@@ -37,8 +38,10 @@ std::string file_state(const std::string& path) {
 std::string profile_state(const scene::Shaping& shaping) {
     if (!shaping.ies) return {};
     std::string text = "|ies";
-    for (const std::vector<double>* numbers : {&shaping.ies->vertical, &shaping.ies->horizontal, &shaping.ies->intensity})
-        text += fmt::format(" {:016x}", hash_string({reinterpret_cast<const char*>(numbers->data()), numbers->size() * sizeof(double)}));
+    for (const std::vector<double>* numbers :
+         {&shaping.ies->vertical, &shaping.ies->horizontal, &shaping.ies->intensity})
+        text += fmt::format(" {:016x}", hash_string({reinterpret_cast<const char*>(numbers->data()),
+                                                     numbers->size() * sizeof(double)}));
     return text;
 }
 
@@ -53,9 +56,11 @@ std::string files_state(const scene::Scene& scene) {
     std::string text;
     for (const scene::Texture& t : scene.textures)
         for (const std::string& file : udim_files(t.file)) text += state_of(file);
-    for (const scene::Light& l : scene.lights) text += state_of(l.texture_file) + profile_state(l.shaping);
+    for (const scene::Light& l : scene.lights)
+        text += state_of(l.texture_file) + profile_state(l.shaping);
     for (const scene::MeshLight& l : scene.mesh_lights) text += profile_state(l.shaping);
-    for (const scene::VolumeField& f : scene.volume_fields) text += fmt::format("{} {} {}", state_of(f.file), f.grid, f.index);
+    for (const scene::VolumeField& f : scene.volume_fields)
+        text += fmt::format("{} {} {}", state_of(f.file), f.grid, f.index);
     return text.empty() ? "none" : fmt::format("{:016x}", hash_string(text));
 }
 
@@ -71,19 +76,28 @@ std::string opened_plugins(const RenderJob& job, const FrameInput& input) {
 std::string left_out(const integrator::EffectPlan& plan) {
     std::string text;
     for (size_t i = 0; i < scene::effect_count; ++i)
-        if (plan.entries[i].state == integrator::EffectState::LeftOut) text += fmt::format("{}-{}", text.empty() ? "" : ",", scene::info(scene::Effect(i)).name);
+        if (plan.entries[i].state == integrator::EffectState::LeftOut)
+            text +=
+                fmt::format("{}-{}", text.empty() ? "" : ",", scene::info(scene::Effect(i)).name);
     return text.empty() ? "none" : text;
 }
 
 std::string_view name_of(sampling::SamplerKind kind) {
     switch (kind) {
-        case sampling::SamplerKind::Sobol: return "sobol";
-        case sampling::SamplerKind::SobolHalves: return "sobol in halves";
-        case sampling::SamplerKind::BlueNoise: return "blue-noise";
-        case sampling::SamplerKind::BlueNoiseHalves: return "blue-noise in halves";
-        case sampling::SamplerKind::Independent: return "independent";
-        case sampling::SamplerKind::Stratified: return "stratified";
-        case sampling::SamplerKind::StratifiedHalves: return "stratified in halves";
+        case sampling::SamplerKind::Sobol:
+            return "sobol";
+        case sampling::SamplerKind::SobolHalves:
+            return "sobol in halves";
+        case sampling::SamplerKind::BlueNoise:
+            return "blue-noise";
+        case sampling::SamplerKind::BlueNoiseHalves:
+            return "blue-noise in halves";
+        case sampling::SamplerKind::Independent:
+            return "independent";
+        case sampling::SamplerKind::Stratified:
+            return "stratified";
+        case sampling::SamplerKind::StratifiedHalves:
+            return "stratified in halves";
     }
     return "";
 }
@@ -95,8 +109,11 @@ std::string roulette_state(const RenderJob& job) {
 }
 
 std::string camera_state(const scene::Camera& c) {
-    std::string text = fmt::format("{} {} {} {} {} {} {}", c.window_left, c.window_right, c.window_bottom, c.window_top, c.lens_radius, c.focus_distance, c.exposure_scale);
-    return text + fmt::format(" {} {} {} {} {}", c.lens_blades, c.lens_rotation_deg, c.lens_roundness, c.shutter_full, c.shutter_falling);
+    std::string text =
+        fmt::format("{} {} {} {} {} {} {}", c.window_left, c.window_right, c.window_bottom,
+                    c.window_top, c.lens_radius, c.focus_distance, c.exposure_scale);
+    return text + fmt::format(" {} {} {} {} {}", c.lens_blades, c.lens_rotation_deg,
+                              c.lens_roundness, c.shutter_full, c.shutter_falling);
 }
 
 }  // namespace
@@ -106,7 +123,9 @@ FrameSettings frame_settings(const RenderJob& job, const FrameInput& input) {
     const scene::RenderSettings& s = input.scene.settings;
     const integrator::EstimatorOptions& e = job.tracer.estimator;
     FrameSettings settings;
-    const auto add = [&settings](const char* name, auto value) { settings.emplace_back(name, fmt::format("{}", value)); };
+    const auto add = [&settings](const char* name, auto value) {
+        settings.emplace_back(name, fmt::format("{}", value));
+    };
     add("seed", job.tracer.seed);
     add("resolution", fmt::format("{} x {}", s.width, s.height));
     add("pixel aspect ratio", s.pixel_aspect_ratio);
@@ -133,23 +152,33 @@ FrameSettings frame_settings(const RenderJob& job, const FrameInput& input) {
     add("--effects", left_out(input.plan));
     add("--accel", job.accelerator ? a.accel : "bvh");
     const bool is_diced = geometry::first_subdivided(input.scene) != nullptr;
-    add("dicing", is_diced ? fmt::format("{} {} {}", job.dicing.rate, job.dicing.level.value_or(-1), job.dicing.most_triangles) : "none");
+    add("dicing", is_diced ? fmt::format("{} {} {}", job.dicing.rate, job.dicing.level.value_or(-1),
+                                         job.dicing.most_triangles)
+                           : "none");
     add("plugins", opened_plugins(job, input));
     return settings;
 }
 
-std::string settings_hash(const FrameSettings& settings, const film::LayerSet& layers, const image::Window& window) {
-    std::string text = fmt::format("{} {} {} {}|{}", window.x0, window.y0, window.x1, window.y1, layers.to_json());
+std::string settings_hash(const FrameSettings& settings,
+                          const film::LayerSet& layers,
+                          const image::Window& window) {
+    std::string text =
+        fmt::format("{} {} {} {}|{}", window.x0, window.y0, window.x1, window.y1, layers.to_json());
     for (const auto& [name, value] : settings) text += fmt::format("|{}={}", name, value);
     return fmt::format("{:016x}", hash_string(text));
 }
 
-std::string settings_json(const FrameSettings& settings, uint64_t first_sample, const std::string& top_ups, const nlohmann::ordered_json& error_curve) {
+std::string settings_json(const FrameSettings& settings,
+                          uint64_t first_sample,
+                          const std::string& top_ups,
+                          const nlohmann::ordered_json& error_curve) {
     nlohmann::ordered_json j;
     j["schema"] = "velatura.settings/1";
     j["build"] = build_id();
     j["firstSample"] = first_sample;
-    if (const auto list = nlohmann::ordered_json::parse(top_ups, nullptr, false); list.is_array() && !list.empty()) j["topUps"] = list;
+    if (const auto list = nlohmann::ordered_json::parse(top_ups, nullptr, false);
+        list.is_array() && !list.empty())
+        j["topUps"] = list;
     if (!error_curve.empty()) j["errorCurve"] = error_curve;
     j["settings"] = nlohmann::ordered_json::object();
     for (const auto& [name, value] : settings) j["settings"][name] = value;

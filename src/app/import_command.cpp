@@ -40,18 +40,19 @@ int run_import(const ImportArguments& arguments) {
         return RenderError;
     }
     if (!arguments.quiet)
-        fmt::print("{}: {} meshes ({} instances), {} materials, {} lights, {} cameras, {} embedded "
-                   "textures\n",
-                   arguments.output, summary->meshes, summary->instances, summary->materials,
-                   summary->lights, summary->cameras, summary->textures);
+        fmt::print(
+            "{}: {} meshes ({} instances), {} materials, {} lights, {} cameras, {} embedded "
+            "textures\n",
+            arguments.output, summary->meshes, summary->instances, summary->materials,
+            summary->lights, summary->cameras, summary->textures);
     return Done;
 }
 
 }  // namespace
 
 void add_import_command(CLI::App& app, std::function<int()>& run) {
-    CLI::App* command =
-        app.add_subcommand("import", "Turn a .dae, .obj, .gltf, .glb, .ply or .fbx file into .usda");
+    CLI::App* command = app.add_subcommand(
+        "import", "Turn a .dae, .obj, .gltf, .glb, .ply or .fbx file into .usda");
     auto arguments = std::make_shared<ImportArguments>();
     command->add_option("file", arguments->file, "scene or model")->required();
     command->add_option("-o,--output", arguments->output, "layer to write")
@@ -61,7 +62,11 @@ void add_import_command(CLI::App& app, std::function<int()>& run) {
     add_memory_option(*command, arguments->memory_limit);
     command->add_flag("-q,--quiet", arguments->quiet, "only errors");
     command->add_flag("-v,--verbose", arguments->verbose, "notes too");
-    command->callback([arguments, &run] { run = [arguments] { return run_in_memory(arguments->memory_limit, [&] { return run_import(*arguments); }); }; });
+    command->callback([arguments, &run] {
+        run = [arguments] {
+            return run_in_memory(arguments->memory_limit, [&] { return run_import(*arguments); });
+        };
+    });
 }
 
 }  // namespace velatura::app

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cmath>
-#include <map>
-#include <memory>
-#include <string>
-#include <vector>
-
-#include <CLI/CLI.hpp>
-#include <fmt/format.h>
-
 #include "app/commands.h"
 #include "app/exit_codes.h"
 #include "app/memory_options.h"
 #include "app/scene_loader.h"
 #include "usd/stage/dump.h"
 #include "usd/stage/explain.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
 
 namespace velatura::app {
 
@@ -35,7 +35,8 @@ struct InfoArguments {
 void print_tree(const usd::stage::Prim& prim, int depth) {
     if (depth >= 0) {
         const std::string type = prim.type_name().str();
-        fmt::print("{:{}}{}{}{}\n", "", depth * 2, prim.name().str(), type.empty() ? "" : " (" + type + ")", prim.is_instance() ? " [instance]" : "");
+        fmt::print("{:{}}{}{}{}\n", "", depth * 2, prim.name().str(),
+                   type.empty() ? "" : " (" + type + ")", prim.is_instance() ? " [instance]" : "");
     }
     for (const usd::stage::Prim& child : prim.children()) print_tree(child, depth + 1);
 }
@@ -48,9 +49,13 @@ void count_types(const usd::stage::Prim& prim, std::map<std::string, size_t>& co
     }
 }
 
-int explain(const usd::stage::Stage& stage, const InfoArguments& arguments, Diagnostics& diagnostics) {
-    const auto time = arguments.has_time ? usd::stage::TimeCode(arguments.time) : usd::stage::TimeCode();
-    const Result<usd::stage::Explanation> explained = usd::stage::explain(stage, arguments.explain, time);
+int explain(const usd::stage::Stage& stage,
+            const InfoArguments& arguments,
+            Diagnostics& diagnostics) {
+    const auto time =
+        arguments.has_time ? usd::stage::TimeCode(arguments.time) : usd::stage::TimeCode();
+    const Result<usd::stage::Explanation> explained =
+        usd::stage::explain(stage, arguments.explain, time);
     if (!explained) {
         fmt::print(stderr, "error: {} [{}]\n", explained.error().message, explained.error().code);
         return RenderError;
@@ -62,9 +67,12 @@ int explain(const usd::stage::Stage& stage, const InfoArguments& arguments, Diag
 void print_summary(const LoadedStage& loaded) {
     const usd::stage::Stage& stage = loaded.stage;
     fmt::print("{}\n", stage.root_file());
-    fmt::print("  up axis {}, {} m per unit, {} time codes per second", stage.up_axis(), stage.meters_per_unit(), stage.time_codes_per_second());
-    if (stage.has_time_code_range()) fmt::print(", frames {} to {}", stage.start_time_code(), stage.end_time_code());
-    fmt::print("\n  {} layers, opened and composed in {:.3f} s\n", loaded.layer_names.size(), loaded.seconds);
+    fmt::print("  up axis {}, {} m per unit, {} time codes per second", stage.up_axis(),
+               stage.meters_per_unit(), stage.time_codes_per_second());
+    if (stage.has_time_code_range())
+        fmt::print(", frames {} to {}", stage.start_time_code(), stage.end_time_code());
+    fmt::print("\n  {} layers, opened and composed in {:.3f} s\n", loaded.layer_names.size(),
+               loaded.seconds);
     std::map<std::string, size_t> counts;
     count_types(stage.pseudo_root(), counts);
     for (const auto& entry : counts) fmt::print("  {:8} {}\n", entry.second, entry.first);
@@ -76,13 +84,15 @@ int usage(const char* what) {
 }
 
 int run_info(const InfoArguments& arguments) {
-    if (int(arguments.dump) + int(arguments.tree) + int(arguments.has_explain) > 1) return usage("choose one of --dump, --tree and --explain");
+    if (int(arguments.dump) + int(arguments.tree) + int(arguments.has_explain) > 1)
+        return usage("choose one of --dump, --tree and --explain");
     if (arguments.has_explain && arguments.explain.empty()) return usage("--explain needs a path");
     if (arguments.has_time && !arguments.has_explain) return usage("--time belongs to --explain");
     if (std::isnan(arguments.time)) return usage("--time is not a number");
     Diagnostics diagnostics;
     print_diagnostics(diagnostics, false, false);
-    const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.assets, arguments.reads_materialx);
+    const Result<LoadedStage> loaded =
+        load_stage(arguments.scene, diagnostics, arguments.assets, arguments.reads_materialx);
     if (!loaded) {
         fmt::print(stderr, "error: {} [{}]\n", loaded.error().message, loaded.error().code);
         return RenderError;
@@ -104,16 +114,29 @@ int run_info(const InfoArguments& arguments) {
 void add_info_command(CLI::App& app, std::function<int()>& run) {
     CLI::App* command = app.add_subcommand("info", "What a USD scene holds");
     auto arguments = std::make_shared<InfoArguments>();
-    command->add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")->required();
+    command->add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")
+        ->required();
     add_search_path_option(*command, arguments->assets.search_paths);
     add_root_options(*command, arguments->assets);
     add_memory_option(*command, arguments->memory_limit);
     add_materialx_option(*command, arguments->reads_materialx);
     command->add_flag("--dump", arguments->dump, "every fact of the composed stage, one per line");
     command->add_flag("--tree", arguments->tree, "the prims a renderer sees");
-    command->add_option("--explain", arguments->explain, "every opinion about /Prim, /Prim.property or a metadatum (/Prim#kind), strongest first")->type_name("PATH")->each([arguments](const std::string&) { arguments->has_explain = true; });
-    command->add_option("--time", arguments->time, "time code of --explain; the default time when left out")->each([arguments](const std::string&) { arguments->has_time = true; });
-    command->callback([arguments, &run] { run = [arguments] { return run_in_memory(arguments->memory_limit, [&] { return run_info(*arguments); }); }; });
+    command
+        ->add_option("--explain", arguments->explain,
+                     "every opinion about /Prim, /Prim.property or a metadatum (/Prim#kind), "
+                     "strongest first")
+        ->type_name("PATH")
+        ->each([arguments](const std::string&) { arguments->has_explain = true; });
+    command
+        ->add_option("--time", arguments->time,
+                     "time code of --explain; the default time when left out")
+        ->each([arguments](const std::string&) { arguments->has_time = true; });
+    command->callback([arguments, &run] {
+        run = [arguments] {
+            return run_in_memory(arguments->memory_limit, [&] { return run_info(*arguments); });
+        };
+    });
 }
 
 }  // namespace velatura::app

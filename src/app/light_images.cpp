@@ -13,7 +13,9 @@ lights::ImageLoader make_light_image_loader() {
         out.width = read->width;
         out.height = read->height;
         out.texels.resize(size_t(read->width) * size_t(read->height));
-        for (size_t i = 0; i < out.texels.size(); ++i) out.texels[i] = Rgb(read->pixels[3 * i], read->pixels[3 * i + 1], read->pixels[3 * i + 2]);
+        for (size_t i = 0; i < out.texels.size(); ++i)
+            out.texels[i] =
+                Rgb(read->pixels[3 * i], read->pixels[3 * i + 1], read->pixels[3 * i + 2]);
         return out;
     };
 }

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/limit_options.h"
 
+#include "app/parse_values.h"
+#include "base/memory_limit.h"
+#include "base/result.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
 #include <charconv>
 #include <cmath>
 #include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include <CLI/CLI.hpp>
-#include <fmt/format.h>
-
-#include "app/parse_values.h"
-#include "base/memory_limit.h"
-#include "base/result.h"
 
 namespace velatura::app {
 
@@ -26,12 +26,18 @@ Result<size_t> parse_count(const std::string& text) {
     const char* const end = text.data() + text.size();
     const auto parsed = std::from_chars(text.data(), end, count);
     constexpr double most = 1e18;
-    if (parsed.ec != std::errc() || parsed.ptr != end || !(count >= 1 && count <= most) || count != std::floor(count)) return Error{"usage", fmt::format("cannot read \"{}\": expected a whole number, such as 2000 or 1e6", text)};
+    if (parsed.ec != std::errc() || parsed.ptr != end || !(count >= 1 && count <= most) ||
+        count != std::floor(count))
+        return Error{
+            "usage",
+            fmt::format("cannot read \"{}\": expected a whole number, such as 2000 or 1e6", text)};
     return size_t(count);
 }
 
 template <class T>
-Result<void> set_to(T& value, const Result<size_t>& parsed, size_t most = std::numeric_limits<size_t>::max()) {
+Result<void> set_to(T& value,
+                    const Result<size_t>& parsed,
+                    size_t most = std::numeric_limits<size_t>::max()) {
     if (!parsed) return parsed.error();
     if (*parsed > most) return Error{"usage", fmt::format("{} is too large", *parsed)};
     value = T(*parsed);
@@ -45,11 +51,20 @@ struct LimitOption {
 };
 
 constexpr LimitOption limit_options[] = {
-    {"prims", "of the composed stage", [](Limits& l, const std::string& t) { return set_to(l.prims, parse_count(t)); }},
-    {"prims-per-spec", "composed, for each one that the files hold", [](Limits& l, const std::string& t) { return set_to(l.prims_per_spec, parse_count(t)); }},
-    {"layers", "opened", [](Limits& l, const std::string& t) { return set_to(l.layers, parse_count(t)); }},
-    {"array-bytes", "that .usdc files hold compressed, e.g. 16G", [](Limits& l, const std::string& t) { return set_to(l.array_bytes, parse_size(t, machine_bytes())); }},
-    {"picture-side", "pixels along the side of a texture", [](Limits& l, const std::string& t) { return set_to(l.picture_side, parse_count(t), size_t(1) << 28); }},
+    {"prims", "of the composed stage",
+     [](Limits& l, const std::string& t) { return set_to(l.prims, parse_count(t)); }},
+    {"prims-per-spec", "composed, for each one that the files hold",
+     [](Limits& l, const std::string& t) { return set_to(l.prims_per_spec, parse_count(t)); }},
+    {"layers", "opened",
+     [](Limits& l, const std::string& t) { return set_to(l.layers, parse_count(t)); }},
+    {"array-bytes", "that .usdc files hold compressed, e.g. 16G",
+     [](Limits& l, const std::string& t) {
+         return set_to(l.array_bytes, parse_size(t, machine_bytes()));
+     }},
+    {"picture-side", "pixels along the side of a texture",
+     [](Limits& l, const std::string& t) {
+         return set_to(l.picture_side, parse_count(t), size_t(1) << 28);
+     }},
     {"decode-time", "of CPU for one request to the decoder of a picture, e.g. 10m",
      [](Limits& l, const std::string& t) -> Result<void> {
          const Result<double> seconds = parse_duration(t);
@@ -57,30 +72,42 @@ constexpr LimitOption limit_options[] = {
          l.decoding.seconds = *seconds;
          return {};
      }},
-    {"decode-memory", "of the decoder of a picture, e.g. 32G", [](Limits& l, const std::string& t) { return set_to(l.decoding.bytes, parse_size(t, machine_bytes())); }},
+    {"decode-memory", "of the decoder of a picture, e.g. 32G",
+     [](Limits& l, const std::string& t) {
+         return set_to(l.decoding.bytes, parse_size(t, machine_bytes()));
+     }},
 };
 
 Result<void> set_limit(Limits& limits, const std::string& text) {
     const size_t at = text.find('=');
-    if (at == std::string::npos) return Error{"usage", fmt::format("expected NAME=VALUE, found \"{}\"", text)};
+    if (at == std::string::npos)
+        return Error{"usage", fmt::format("expected NAME=VALUE, found \"{}\"", text)};
     for (const LimitOption& option : limit_options)
         if (text.substr(0, at) == option.name) return option.set(limits, text.substr(at + 1));
     std::string names;
-    for (const LimitOption& option : limit_options) names += fmt::format("{}{}", names.empty() ? "" : ", ", option.name);
-    return Error{"usage", fmt::format("there is no limit \"{}\"; there are {}", text.substr(0, at), names)};
+    for (const LimitOption& option : limit_options)
+        names += fmt::format("{}{}", names.empty() ? "" : ", ", option.name);
+    return Error{"usage",
+                 fmt::format("there is no limit \"{}\"; there are {}", text.substr(0, at), names)};
 }
 
 }  // namespace
 
 void add_limit_option(CLI::App& command, Limits& limits) {
     std::string meanings;
-    for (const LimitOption& option : limit_options) meanings += fmt::format("{}{} ({})", meanings.empty() ? "" : ", ", option.name, option.meaning);
+    for (const LimitOption& option : limit_options)
+        meanings +=
+            fmt::format("{}{} ({})", meanings.empty() ? "" : ", ", option.name, option.meaning);
     const auto set = [&limits](const std::vector<std::string>& texts) {
         for (const std::string& text : texts)
-            if (const Result<void> done = set_limit(limits, text); !done) throw CLI::ValidationError("--limit", done.error().message);
+            if (const Result<void> done = set_limit(limits, text); !done)
+                throw CLI::ValidationError("--limit", done.error().message);
         return true;
     };
-    command.add_option("--limit", set, "how much a scene may ask for before it is refused: " + meanings + "; may be repeated")
+    command
+        .add_option(
+            "--limit", set,
+            "how much a scene may ask for before it is refused: " + meanings + "; may be repeated")
         ->type_name("NAME=VALUE")
         ->expected(1)
         ->take_all();

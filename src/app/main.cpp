@@ -1,4 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "app/commands.h"
+#include "app/exit_codes.h"
+#include "base/lost_pages.h"
+#include "base/memory_limit.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
 #include <cstdio>
 #include <exception>
 #include <functional>
@@ -6,22 +14,19 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-#include <fmt/format.h>
-
-#include "app/commands.h"
-#include "app/exit_codes.h"
-#include "base/lost_pages.h"
-#include "base/memory_limit.h"
-
 namespace velatura::app {
 
 namespace {
 
-/// Says which files were cut short, or could not be read, behind the back of those who used them; whether there are any.
+/// Says which files were cut short, or could not be read, behind the back of those who used them;
+/// whether there are any.
 bool report_lost_pages() {
     const std::vector<std::string> files = files_with_lost_pages();
-    for (const std::string& file : files) fmt::print(stderr, "error: {} was cut short or could not be read while it was in use: zeros stand for what is missing [file-lost]\n", file);
+    for (const std::string& file : files)
+        fmt::print(stderr,
+                   "error: {} was cut short or could not be read while it was in use: zeros stand "
+                   "for what is missing [file-lost]\n",
+                   file);
     return !files.empty();
 }
 
@@ -29,7 +34,10 @@ int run_command(int argc, char** argv) {
     CLI::App app("Velatura: a path tracer for USD scenes that keeps light in layers");
     app.set_version_flag("--version", std::string("velatura ") + VELATURA_VERSION);
     app.require_subcommand(1);
-    app.footer("Exit codes: 0 done, 1 scene, file or render error, 2 usage, 3 stopped before its target, 4 check failed, 5 resume refused or output taken by another render, 6 memory limit too low, 128+n signal n");
+    app.footer(
+        "Exit codes: 0 done, 1 scene, file or render error, 2 usage, 3 stopped before its target, "
+        "4 check failed, 5 resume refused or output taken by another render, 6 memory limit too "
+        "low, 128+n signal n");
     std::function<int()> run;
     add_render_command(app, run);
     add_study_command(app, run);

@@ -1,33 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/memory_needs.h"
 
-#include <algorithm>
-
-#include <fmt/format.h>
-
 #include "app/picture_needs.h"
 #include "app/progress.h"
 #include "base/memory_limit.h"
 #include "image/exr.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 namespace velatura::app {
 
 namespace {
 
-/// Of textures that do not fit into it, a cache of this size still holds what a few tiles of the picture show.
+/// Of textures that do not fit into it, a cache of this size still holds what a few tiles of the
+/// picture show.
 constexpr size_t least_cache = size_t(32) << 20;
 
-size_t rest_of(size_t whole, size_t part) { return whole > part ? whole - part : 0; }
+size_t rest_of(size_t whole, size_t part) {
+    return whole > part ? whole - part : 0;
+}
 
 }  // namespace
 
 std::string MemoryNeeds::text() const {
-    std::string text = fmt::format("{}: {} program, scene and tree, {} film, {} writing the picture", format_bytes(total()), format_bytes(now), format_bytes(film), format_bytes(writing));
+    std::string text = fmt::format(
+        "{}: {} program, scene and tree, {} film, {} writing the picture", format_bytes(total()),
+        format_bytes(now), format_bytes(film), format_bytes(writing));
     if (textures > 0) text += fmt::format(", {} textures", format_bytes(textures));
     return text;
 }
 
-MemoryNeeds expected_memory(const RenderJob& job, const FrameInput& input, const shading::TextureCache& textures, size_t film_bytes) {
+MemoryNeeds expected_memory(const RenderJob& job,
+                            const FrameInput& input,
+                            const shading::TextureCache& textures,
+                            size_t film_bytes) {
     const PictureNeeds picture = picture_needs(job, input);
     MemoryNeeds needs;
     needs.now = resident_bytes();
@@ -37,7 +45,9 @@ MemoryNeeds expected_memory(const RenderJob& job, const FrameInput& input, const
     return needs;
 }
 
-size_t MemoryNeeds::least() const { return now + film / 4 + writing / 2 + std::min(textures, least_cache); }
+size_t MemoryNeeds::least() const {
+    return now + film / 4 + writing / 2 + std::min(textures, least_cache);
+}
 
 void allot_textures(const shading::TextureCache& textures, MemoryNeeds& needs) {
     const size_t left = rest_of(MemoryLimit::allowed(), needs.total() - needs.textures);
@@ -68,7 +78,8 @@ bool MemoryWatch::keeps_limit() {
         textures_.set_memory(least_cache);
         return true;
     }
-    // Tiles go when others come; where nothing could be written any more there is no time to wait for that
+    // Tiles go when others come; where nothing could be written any more there is no time to wait
+    // for that
     constexpr auto patience = std::chrono::seconds(1);
     if (left > MemoryLimit::kept_bytes && now - *given_up_ < patience) return true;
     MemoryLimit::give_back();

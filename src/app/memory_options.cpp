@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/memory_options.h"
 
-#include <new>
-
-#include <CLI/CLI.hpp>
-#include <fmt/format.h>
-
 #include "app/exit_codes.h"
 #include "app/parse_values.h"
 #include "app/progress.h"
 #include "base/memory_limit.h"
 
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <new>
+
 namespace velatura::app {
 
 void add_memory_option(CLI::App& command, std::string& limit) {
-    command.add_option("--memory-limit", limit, "memory that the process may have resident, e.g. 8G, 800M or 50% of the machine's; what does not fit is refused before it is taken (exit 6), and a render that comes near stops with what it has (exit 3)")
+    command
+        .add_option("--memory-limit", limit,
+                    "memory that the process may have resident, e.g. 8G, 800M or 50% of the "
+                    "machine's; what does not fit is refused before it is taken (exit 6), and a "
+                    "render that comes near stops with what it has (exit 3)")
         ->type_name("SIZE");
 }
 
@@ -22,14 +26,18 @@ int run_in_memory(const std::string& limit, const std::function<int()>& work) {
     if (limit.empty()) return work();
     const Result<size_t> bytes = parse_size(limit, machine_bytes());
     if (!bytes) {
-        fmt::print(stderr, "error: --memory-limit: {} [{}]\n", bytes.error().message, bytes.error().code);
+        fmt::print(stderr, "error: --memory-limit: {} [{}]\n", bytes.error().message,
+                   bytes.error().code);
         return UsageError;
     }
     try {
         const MemoryLimit limited(*bytes);
         return work();
     } catch (const std::bad_alloc&) {
-        fmt::print(stderr, "error: the memory limit of {} is too low: more was asked for {} [memory-limit]\n", format_bytes(*bytes), MemoryLimit::doing());
+        fmt::print(
+            stderr,
+            "error: the memory limit of {} is too low: more was asked for {} [memory-limit]\n",
+            format_bytes(*bytes), MemoryLimit::doing());
         return MemoryReached;
     }
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/parse_values.h"
 
+#include <fmt/format.h>
+
 #include <charconv>
 #include <cmath>
 #include <optional>
 #include <set>
 #include <string>
-
-#include <fmt/format.h>
 
 namespace velatura::app {
 
@@ -25,11 +25,14 @@ std::optional<T> number(std::string_view text) {
 }
 
 Error frames_error(std::string_view text) {
-    return {"bad-frames", fmt::format("cannot read frames \"{}\": expected a list such as 1-10x2,15", text)};
+    return {"bad-frames",
+            fmt::format("cannot read frames \"{}\": expected a list such as 1-10x2,15", text)};
 }
 
 /// The '-' between first and last frame; not the sign of a negative frame.
-size_t range_dash(std::string_view part) { return part.find('-', 1); }
+size_t range_dash(std::string_view part) {
+    return part.find('-', 1);
+}
 
 }  // namespace
 
@@ -51,7 +54,8 @@ Result<std::vector<double>> parse_frames(std::string_view text) {
         const size_t x = std::min(part.find('x', dash), part.size());
         const auto first = number<double>(part.substr(0, dash));
         const auto last = number<double>(part.substr(dash + 1, x - dash - 1));
-        const auto step = x < part.size() ? number<double>(part.substr(x + 1)) : std::optional<double>(1.0);
+        const auto step =
+            x < part.size() ? number<double>(part.substr(x + 1)) : std::optional<double>(1.0);
         if (!first || !last || !step || *step <= 0.0) return frames_error(text);
         const double direction = *last >= *first ? *step : -*step;
         const double count = std::floor((*last - *first) / direction + 1e-9) + 1.0;
@@ -65,7 +69,11 @@ Result<std::vector<double>> parse_frames(std::string_view text) {
 }
 
 Result<double> parse_duration(std::string_view text) {
-    const Error bad{"bad-duration", fmt::format("cannot read duration \"{}\": expected seconds, or a number with s, m or h, above 0", text)};
+    const Error bad{
+        "bad-duration",
+        fmt::format(
+            "cannot read duration \"{}\": expected seconds, or a number with s, m or h, above 0",
+            text)};
     double unit = 1.0;
     std::string_view digits = text;
     if (!text.empty()) {
@@ -85,9 +93,11 @@ Result<std::pair<uint64_t, uint64_t>> parse_sample_range(std::string_view text) 
     if (colon != std::string_view::npos) {
         const auto first = number<uint64_t>(text.substr(0, colon));
         const auto end = number<uint64_t>(text.substr(colon + 1));
-        if (first && end && *first < *end && *end <= (uint64_t(1) << 32)) return std::pair(*first, *end);
+        if (first && end && *first < *end && *end <= (uint64_t(1) << 32))
+            return std::pair(*first, *end);
     }
-    return Error{"bad-samples", fmt::format("cannot read samples \"{}\": expected A:B with A < B <= 2^32", text)};
+    return Error{"bad-samples",
+                 fmt::format("cannot read samples \"{}\": expected A:B with A < B <= 2^32", text)};
 }
 
 Result<double> parse_fraction(std::string_view text) {
@@ -96,13 +106,17 @@ Result<double> parse_fraction(std::string_view text) {
     const double fraction = value ? (percent ? *value / 100.0 : *value) : 0.0;
     // 20 is 20 % with the sign forgotten, hardly ever 2000 %
     if (!(fraction > 0.0 && fraction < 1.0)) {
-        return Error{"bad-fraction", fmt::format("cannot read \"{}\": expected a fraction such as 1% or 0.01, above 0 and below 100%", text)};
+        return Error{"bad-fraction", fmt::format("cannot read \"{}\": expected a fraction such as "
+                                                 "1% or 0.01, above 0 and below 100%",
+                                                 text)};
     }
     return fraction;
 }
 
 Result<size_t> parse_size(std::string_view text, size_t whole) {
-    const Error bad{"bad-size", fmt::format("cannot read size \"{}\": expected a number with K, M, G, T, KiB, MiB, GiB, TiB or %, above 0", text)};
+    const Error bad{"bad-size", fmt::format("cannot read size \"{}\": expected a number with K, M, "
+                                            "G, T, KiB, MiB, GiB, TiB or %, above 0",
+                                            text)};
     const size_t begin = std::min(text.find_first_not_of("0123456789.+-eE"), text.size());
     const auto value = number<double>(text.substr(0, begin));
     std::string_view unit = text.substr(begin);
@@ -114,7 +128,8 @@ Result<size_t> parse_size(std::string_view text, size_t whole) {
         const size_t power = std::string_view("KMGT").find(unit.front());
         unit.remove_prefix(1);
         const bool is_binary = unit == "iB";
-        if (power == std::string_view::npos || !(is_binary || unit.empty() || unit == "B")) return bad;
+        if (power == std::string_view::npos || !(is_binary || unit.empty() || unit == "B"))
+            return bad;
         bytes *= std::pow(is_binary ? 1024.0 : 1000.0, double(power + 1));
     }
     constexpr double most = 0x1p60;

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/result.h"
+
 #include <cstdint>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-#include "base/result.h"
-
 namespace velatura::app {
 
-/// Frames of "1-10x2,15": 1 3 5 7 9 15, in the order written, each once. Frames may be fractional ("1.5").
-/// Errors: "bad-frames" (syntax, step 0, more than 10^6 frames).
+/// Frames of "1-10x2,15": 1 3 5 7 9 15, in the order written, each once. Frames may be fractional
+/// ("1.5"). Errors: "bad-frames" (syntax, step 0, more than 10^6 frames).
 Result<std::vector<double>> parse_frames(std::string_view text);
 
 /// Seconds of "90", "90s", "10m", "1.5h". Errors: "bad-duration".
@@ -23,8 +23,8 @@ Result<std::pair<uint64_t, uint64_t>> parse_sample_range(std::string_view text);
 /// 0.01 of "1%" or "0.01". Errors: "bad-fraction".
 Result<double> parse_fraction(std::string_view text);
 
-/// Bytes of "800M", "8G", "1.5GiB" or "50%" of `whole`, above 0: K, M, G and T are powers of 1000, with iB of 1024.
-/// Errors: "bad-size".
+/// Bytes of "800M", "8G", "1.5GiB" or "50%" of `whole`, above 0: K, M, G and T are powers of 1000,
+/// with iB of 1024. Errors: "bad-size".
 Result<size_t> parse_size(std::string_view text, size_t whole);
 
 /// The parts of a text between separators; one empty part for an empty text.

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/picture_needs.h"
 
-#include <algorithm>
-#include <bit>
-
 #include "app/render_layers.h"
 #include "base/tasks.h"
+
+#include <algorithm>
+#include <bit>
 
 namespace velatura::app {
 
@@ -38,19 +38,28 @@ LayerCounts layer_counts(const film::LayerSet& l) {
 /// Pixels of the data window, of all channels as they are stored before compression.
 PictureNeeds::File expected_file(const RenderJob& job, const FrameInput& input) {
     const film::LayerSet layers = layers_of(job, input.scene);
-    const uint64_t pixels = uint64_t(data_window(input.scene.settings, job.arguments.crop).pixel_count());
+    const uint64_t pixels =
+        uint64_t(data_window(input.scene.settings, job.arguments.crop).pixel_count());
     constexpr int data_channels = 19, rgba_channels = 4;
     PictureNeeds::File file;
     file.name = input.output;
     const LayerCounts counts = layer_counts(layers);
     file.layers = counts.as_chosen + counts.as_float;
-    const int float_channels = rgba_channels + 3 * (counts.as_float + int(layers.data_aliases.size())) + (layers.data_layers ? data_channels : 0);
+    const int float_channels = rgba_channels +
+                               3 * (counts.as_float + int(layers.data_aliases.size())) +
+                               (layers.data_layers ? data_channels : 0);
     // Of a Cryptomatte: a preview, and ids and coverages by pairs
     const int mattes = int(std::count(layers.mattes.begin(), layers.mattes.end(), true));
-    const int preview_channels = 3 * mattes, pair_channels = 4 * ((layers.matte_levels + 1) / 2) * mattes;
+    const int preview_channels = 3 * mattes,
+              pair_channels = 4 * ((layers.matte_levels + 1) / 2) * mattes;
     file.channels = 3 * counts.as_chosen + float_channels + preview_channels + pair_channels;
-    file.most_bytes = pixels * (uint64_t(3 * counts.as_chosen) * (layers.float_layers ? 4 : 2) + uint64_t(preview_channels) * 2 + uint64_t(float_channels + pair_channels) * 4);
-    file.sums_bytes = keeps_sums(job) ? image::SampleSums::expected_bytes(data_window(input.scene.settings, job.arguments.crop), layers) : 0;
+    file.most_bytes =
+        pixels * (uint64_t(3 * counts.as_chosen) * (layers.float_layers ? 4 : 2) +
+                  uint64_t(preview_channels) * 2 + uint64_t(float_channels + pair_channels) * 4);
+    file.sums_bytes = keeps_sums(job)
+                          ? image::SampleSums::expected_bytes(
+                                data_window(input.scene.settings, job.arguments.crop), layers)
+                          : 0;
     return file;
 }
 
@@ -60,19 +69,26 @@ PictureNeeds::File expected_deep_file(const RenderJob& job, const FrameInput& in
     file.channels = 6;
     // And the background
     const uint64_t most = uint64_t(job.deep->most_samples) + 1;
-    file.most_bytes = uint64_t(data_window(input.scene.settings, job.arguments.crop).pixel_count()) * (sizeof(uint32_t) + most * sizeof(image::DeepSample));
+    file.most_bytes =
+        uint64_t(data_window(input.scene.settings, job.arguments.crop).pixel_count()) *
+        (sizeof(uint32_t) + most * sizeof(image::DeepSample));
     return file;
 }
 
-/// Sums that a pixel keeps of each layer once it has all samples: one for each power of two of their number.
-uint64_t nodes_of(const RenderJob& job) { return uint64_t(std::popcount(job.schedule.end_sample)); }
+/// Sums that a pixel keeps of each layer once it has all samples: one for each power of two of
+/// their number.
+uint64_t nodes_of(const RenderJob& job) {
+    return uint64_t(std::popcount(job.schedule.end_sample));
+}
 
-/// Beside the film, while a file is written: its pixels, and rows of them on the way to the disk and back. OpenEXR keeps two
-/// chunks for each of its threads for writing, and two compressed and uncompressed for reading (Imf::OutputFile, InputFile).
+/// Beside the film, while a file is written: its pixels, and rows of them on the way to the disk
+/// and back. OpenEXR keeps two chunks for each of its threads for writing, and two compressed and
+/// uncompressed for reading (Imf::OutputFile, InputFile).
 uint64_t writing_bytes(uint64_t pixel_bytes, int rows) {
     constexpr uint64_t chunk_rows = 16, chunks_per_thread = 6, of_small_things = uint64_t(20) << 20;
     const uint64_t rows_on_the_way = chunk_rows * chunks_per_thread * uint64_t(thread_count());
-    return pixel_bytes + pixel_bytes / uint64_t(std::max(rows, 1)) * rows_on_the_way + of_small_things;
+    return pixel_bytes + pixel_bytes / uint64_t(std::max(rows, 1)) * rows_on_the_way +
+           of_small_things;
 }
 
 }  // namespace
@@ -82,9 +98,11 @@ PictureNeeds picture_needs(const RenderJob& job, const FrameInput& input) {
     needs.files = {expected_file(job, input)};
     const image::Window window = data_window(input.scene.settings, job.arguments.crop);
     if (job.deep) needs.files.push_back(expected_deep_file(job, input));
-    const uint64_t sums = image::SampleSums::expected_bytes(window, layers_of(job, input.scene)) * nodes_of(job);
+    const uint64_t sums =
+        image::SampleSums::expected_bytes(window, layers_of(job, input.scene)) * nodes_of(job);
     needs.film_bytes = sums + (job.deep ? film::DeepFilm::expected_bytes(window) : 0);
-    needs.writing_bytes = writing_bytes(needs.files.front().most_bytes + (keeps_sums(job) ? sums : 0), window.height());
+    needs.writing_bytes = writing_bytes(
+        needs.files.front().most_bytes + (keeps_sums(job) ? sums : 0), window.height());
     return needs;
 }
 

@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <memory>
-
-#include <CLI/CLI.hpp>
-#include <fmt/format.h>
-
 #include "app/commands.h"
 #include "app/exit_codes.h"
 #include "app/plan_report.h"
 #include "app/prepare_frame.h"
 
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <memory>
+
 namespace velatura::app {
 
 namespace {
 
-int print_plan(const RenderJob& job, const FrameInput& input, bool as_json, Diagnostics& diagnostics) {
+int print_plan(const RenderJob& job,
+               const FrameInput& input,
+               bool as_json,
+               Diagnostics& diagnostics) {
     const PlanNeeds needs = plan_needs(job, input, diagnostics);
     if (as_json) {
         nlohmann::ordered_json j = plan_json(input.plan);
@@ -23,7 +26,8 @@ int print_plan(const RenderJob& job, const FrameInput& input, bool as_json, Diag
         fmt::print("{}\n", j.dump(2));
         return Done;
     }
-    fmt::print("{}, frame {:g}, {} x {} pixels\n{}{}", input.scene_name, input.frame, input.scene.settings.width, input.scene.settings.height,
+    fmt::print("{}, frame {:g}, {} x {} pixels\n{}{}", input.scene_name, input.frame,
+               input.scene.settings.width, input.scene.settings.height,
                plan_text(input.plan, job.arguments.verbosity > 0), needs_text(needs));
     return Done;
 }
@@ -31,14 +35,19 @@ int print_plan(const RenderJob& job, const FrameInput& input, bool as_json, Diag
 }  // namespace
 
 void add_plan_command(CLI::App& app, std::function<int()>& run) {
-    CLI::App* command = app.add_subcommand("plan", "Say what a render with these options would simulate, and why; takes all options of render");
+    CLI::App* command = app.add_subcommand("plan",
+                                           "Say what a render with these options would simulate, "
+                                           "and why; takes all options of render");
     auto arguments = std::make_shared<RenderArguments>();
     auto as_json = std::make_shared<bool>(false);
     declare_render_options(*command, *arguments);
     command->add_flag("--json", *as_json, "print JSON");
     command->callback([arguments, as_json, &run] {
         run = [arguments, as_json] {
-            return for_each_frame(*arguments, [&](const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics) { return print_plan(job, input, *as_json, diagnostics); });
+            return for_each_frame(*arguments, [&](const RenderJob& job, const FrameInput& input,
+                                                  Diagnostics& diagnostics) {
+                return print_plan(job, input, *as_json, diagnostics);
+            });
         };
     });
 }

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/plan_report.h"
 
-#include <algorithm>
-
-#include <fmt/format.h>
-
 #include "accel/accelerator_factory.h"
 #include "app/render_layers.h"
 #include "geometry/geometry_set.h"
 #include "plugin/registry.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
 
 namespace velatura::app {
 
@@ -20,7 +20,8 @@ using scene::Effect;
 
 namespace {
 
-/// Of the own tree per triangle, nodes and leaves with corners: what `./dev bench rays` measures lies between 50 and 78.
+/// Of the own tree per triangle, nodes and leaves with corners: what `./dev bench rays` measures
+/// lies between 50 and 78.
 constexpr uint64_t tree_bytes_per_triangle = 64;
 /// Of the own tree per instance: its node, inverse and box (`./dev bench instances`).
 constexpr uint64_t tree_bytes_per_instance = 150;
@@ -28,7 +29,8 @@ constexpr uint64_t tree_bytes_per_instance = 150;
 std::string bytes_text(uint64_t bytes) {
     if (bytes < 1024) return fmt::format("{} B", bytes);
     if (bytes < 1024 * 1024) return fmt::format("{:.1f} KiB", double(bytes) / 1024);
-    if (bytes < uint64_t(1024) * 1024 * 1024) return fmt::format("{:.1f} MiB", double(bytes) / (1024 * 1024));
+    if (bytes < uint64_t(1024) * 1024 * 1024)
+        return fmt::format("{:.1f} MiB", double(bytes) / (1024 * 1024));
     return fmt::format("{:.2f} GiB", double(bytes) / (1024.0 * 1024 * 1024));
 }
 
@@ -44,21 +46,28 @@ const char* group_name(scene::EffectKind kind) {
     return "";
 }
 
-bool is_on(const EffectEntry& e) { return e.state == EffectState::On; }
+bool is_on(const EffectEntry& e) {
+    return e.state == EffectState::On;
+}
 
 /// "</mtl/glass> and 3 more: opacity 0.1".
 std::string reason(const EffectEntry& e) {
     std::string text;
     if (!e.prim.empty()) text = fmt::format("<{}>", e.prim);
-    if (e.prims > 1) text += fmt::format("{}{} {}", text.empty() ? "" : " and ", text.empty() ? e.prims : e.prims - 1, text.empty() ? "prims" : "more");
+    if (e.prims > 1)
+        text += fmt::format("{}{} {}", text.empty() ? "" : " and ",
+                            text.empty() ? e.prims : e.prims - 1, text.empty() ? "prims" : "more");
     if (!e.why.empty()) text += (text.empty() ? "" : ": ") + e.why;
-    if (e.not_simulated_prims > 0) text += fmt::format("; {} more called for it and are not simulated", e.not_simulated_prims);
+    if (e.not_simulated_prims > 0)
+        text += fmt::format("; {} more called for it and are not simulated", e.not_simulated_prims);
     return text;
 }
 
 json entry_json(const EffectPlan& plan, size_t i) {
     const EffectEntry& e = plan.entries[i];
-    json j = {{"name", scene::info(Effect(i)).name}, {"of", group_name(scene::info(Effect(i)).kind)}, {"state", integrator::name_of(e.state)}};
+    json j = {{"name", scene::info(Effect(i)).name},
+              {"of", group_name(scene::info(Effect(i)).kind)},
+              {"state", integrator::name_of(e.state)}};
     if (e.is_forced) j["forced"] = true;
     if (!e.prim.empty()) j["prim"] = e.prim;
     if (!e.why.empty() && e.state != EffectState::Absent) j["why"] = e.why;
@@ -79,9 +88,14 @@ std::string join_names(const EffectPlan& plan, EffectState state) {
 
 }  // namespace
 
-std::vector<PlanNeeds::Plugin> expected_plugins(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics) {
+std::vector<PlanNeeds::Plugin> expected_plugins(const RenderJob& job,
+                                                const FrameInput& input,
+                                                Diagnostics& diagnostics) {
     const plugin::Registry registry(plugin::plugin_folders(), diagnostics);
-    const auto has_trigger = [](const plugin::Manifest& m, const char* kind, const std::string& value) { return m.has_trigger({kind, value}); };
+    const auto has_trigger = [](const plugin::Manifest& m, const char* kind,
+                                const std::string& value) {
+        return m.has_trigger({kind, value});
+    };
     std::vector<PlanNeeds::Plugin> out;
     for (const plugin::Manifest& m : registry.manifests()) {
         PlanNeeds::Plugin p{m.name, false, m.summary};
@@ -90,13 +104,18 @@ std::vector<PlanNeeds::Plugin> expected_plugins(const RenderJob& job, const Fram
             p.why = std::move(why);
         };
         const auto runs = [&](Effect e) { return is_on(input.plan.of(e)); };
-        if (has_trigger(m, "asset", "texture") && runs(Effect::Textures)) open("textures of " + input.plan.of(Effect::Textures).prim);
-        if (has_trigger(m, "asset", "picture") && runs(Effect::EnvironmentMaps)) open("picture of " + input.plan.of(Effect::EnvironmentMaps).prim);
-        if (has_trigger(m, "asset", "picture") && runs(Effect::LightTextures)) open("picture of " + input.plan.of(Effect::LightTextures).prim);
-        if (has_trigger(m, "option", "accel=" + job.arguments.accel)) open("--accel " + job.arguments.accel);
+        if (has_trigger(m, "asset", "texture") && runs(Effect::Textures))
+            open("textures of " + input.plan.of(Effect::Textures).prim);
+        if (has_trigger(m, "asset", "picture") && runs(Effect::EnvironmentMaps))
+            open("picture of " + input.plan.of(Effect::EnvironmentMaps).prim);
+        if (has_trigger(m, "asset", "picture") && runs(Effect::LightTextures))
+            open("picture of " + input.plan.of(Effect::LightTextures).prim);
+        if (has_trigger(m, "option", "accel=" + job.arguments.accel))
+            open("--accel " + job.arguments.accel);
         for (size_t i = 0; i < scene::effect_count; ++i) {
             const std::string name(scene::info(Effect(i)).name);
-            if (has_trigger(m, "effect", name) && runs(Effect(i))) open(name + " of " + input.plan.entries[i].prim);
+            if (has_trigger(m, "effect", name) && runs(Effect(i)))
+                open(name + " of " + input.plan.entries[i].prim);
         }
         out.push_back(std::move(p));
     }
@@ -128,13 +147,23 @@ json effect_calls_json(const EffectPlan& plan, const scene::EffectCalls& calls) 
 json needs_json(const PlanNeeds& needs) {
     json j;
     j["plugins"] = json::array();
-    for (const PlanNeeds::Plugin& p : needs.plugins) j["plugins"].push_back({{"name", p.name}, {"opened", p.is_opened}, {"why", p.why}});
+    for (const PlanNeeds::Plugin& p : needs.plugins)
+        j["plugins"].push_back({{"name", p.name}, {"opened", p.is_opened}, {"why", p.why}});
     j["triangles"] = needs.triangles;
     j["instances"] = needs.instances;
     j["before_refinement"] = needs.is_before_refinement;
-    j["memory_bytes"] = {{"geometry", needs.geometry_bytes}, {"accelerator_expected", needs.accelerator_bytes}, {"film_expected", needs.film_bytes}, {"writing_expected", needs.writing_bytes}, {"volumes", needs.volume_bytes}};
+    j["memory_bytes"] = {{"geometry", needs.geometry_bytes},
+                         {"accelerator_expected", needs.accelerator_bytes},
+                         {"film_expected", needs.film_bytes},
+                         {"writing_expected", needs.writing_bytes},
+                         {"volumes", needs.volume_bytes}};
     j["files"] = json::array();
-    for (const PictureNeeds::File& f : needs.files) j["files"].push_back({{"name", f.name}, {"layers", f.layers}, {"channels", f.channels}, {"most_bytes", f.most_bytes}, {"sums_bytes_expected", f.sums_bytes}});
+    for (const PictureNeeds::File& f : needs.files)
+        j["files"].push_back({{"name", f.name},
+                              {"layers", f.layers},
+                              {"channels", f.channels},
+                              {"most_bytes", f.most_bytes},
+                              {"sums_bytes_expected", f.sums_bytes}});
     return j;
 }
 
@@ -153,7 +182,9 @@ std::string plan_text(const EffectPlan& plan, bool verbose) {
         const bool is_plain = e.state == EffectState::Absent && !e.is_forced;
         if (is_plain && !verbose) continue;
         const std::string why = e.state == EffectState::Absent ? std::string() : reason(e);
-        text += fmt::format(" off  {:21}{}{}{}{}\n", name, integrator::name_of(e.state), why.empty() ? "" : ": ", why, e.is_forced ? "; runs all the same, by --effects all" : "");
+        text += fmt::format(" off  {:21}{}{}{}{}\n", name, integrator::name_of(e.state),
+                            why.empty() ? "" : ": ", why,
+                            e.is_forced ? "; runs all the same, by --effects all" : "");
     }
     if (!verbose) text += fmt::format(" off  absent: {}\n", join_names(plan, EffectState::Absent));
     return text;
@@ -161,15 +192,29 @@ std::string plan_text(const EffectPlan& plan, bool verbose) {
 
 std::string needs_text(const PlanNeeds& needs) {
     std::string text = "plugins\n";
-    for (const PlanNeeds::Plugin& p : needs.plugins) text += fmt::format(" {} {:21}{}\n", p.is_opened ? "open" : "shut", p.name, p.why);
+    for (const PlanNeeds::Plugin& p : needs.plugins)
+        text += fmt::format(" {} {:21}{}\n", p.is_opened ? "open" : "shut", p.name, p.why);
     if (needs.plugins.empty()) text += " none is known\n";
-    text += fmt::format("memory: {} geometry ({} triangles, {} instances), about {} for the tree over it, about {} for the picture at most and {} more while it is written; textures as they are read\n",
-                        bytes_text(needs.geometry_bytes), needs.triangles, needs.instances, bytes_text(needs.accelerator_bytes), bytes_text(needs.film_bytes), bytes_text(needs.writing_bytes));
-    if (needs.volume_bytes > 0) text += fmt::format("        {} grids of volumes\n", bytes_text(needs.volume_bytes));
-    if (needs.is_before_refinement) text += "        more where meshes are refined: this is their cages (--dicing-rate, --subdivision-level)\n";
+    text += fmt::format(
+        "memory: {} geometry ({} triangles, {} instances), about {} for the tree over it, about {} "
+        "for the picture at most and {} more while it is written; textures as they are read\n",
+        bytes_text(needs.geometry_bytes), needs.triangles, needs.instances,
+        bytes_text(needs.accelerator_bytes), bytes_text(needs.film_bytes),
+        bytes_text(needs.writing_bytes));
+    if (needs.volume_bytes > 0)
+        text += fmt::format("        {} grids of volumes\n", bytes_text(needs.volume_bytes));
+    if (needs.is_before_refinement)
+        text +=
+            "        more where meshes are refined: this is their cages (--dicing-rate, "
+            "--subdivision-level)\n";
     for (const PictureNeeds::File& f : needs.files) {
-        const std::string sums = f.sums_bytes > 0 ? fmt::format(", and sums to go on from of about {}", bytes_text(f.sums_bytes)) : "";
-        text += fmt::format("file: {}: {} light layers, {} channels, at most {} before compression{}\n", f.name, f.layers, f.channels, bytes_text(f.most_bytes), sums);
+        const std::string sums =
+            f.sums_bytes > 0
+                ? fmt::format(", and sums to go on from of about {}", bytes_text(f.sums_bytes))
+                : "";
+        text +=
+            fmt::format("file: {}: {} light layers, {} channels, at most {} before compression{}\n",
+                        f.name, f.layers, f.channels, bytes_text(f.most_bytes), sums);
     }
     return text;
 }
@@ -184,7 +229,8 @@ PlanNeeds plan_needs(const RenderJob& job, const FrameInput& input, Diagnostics&
         if (f.voxels) needs.volume_bytes += f.voxels->bytes();
     needs.triangles = accel::triangle_count(accel::make_soup(input.scene, geometry));
     needs.instances = input.scene.instances.size();
-    needs.accelerator_bytes = needs.triangles * tree_bytes_per_triangle + needs.instances * tree_bytes_per_instance;
+    needs.accelerator_bytes =
+        needs.triangles * tree_bytes_per_triangle + needs.instances * tree_bytes_per_instance;
     const PictureNeeds picture = picture_needs(job, input);
     needs.files = picture.files;
     needs.film_bytes = picture.film_bytes;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-#include <vector>
-
-#include <nlohmann/json.hpp>
-
 #include "app/picture_needs.h"
 #include "app/render_frame.h"
 #include "integrator/effect_plan.h"
+
+#include <nlohmann/json.hpp>
+
+#include <string>
+#include <vector>
 
 namespace velatura::app {
 
@@ -19,22 +19,27 @@ struct PlanNeeds {
         bool is_opened = false;
         std::string why;
     };
+
     std::vector<Plugin> plugins;
-    bool is_before_refinement = false;  ///< geometry and tree are those of the cages, which will be cut finer
-    uint64_t geometry_bytes = 0;        ///< as it will be
-    uint64_t accelerator_bytes = 0;     ///< expected
-    uint64_t film_bytes = 0;            ///< expected
-    uint64_t writing_bytes = 0;         ///< expected, while the picture is written
-    uint64_t volume_bytes = 0;          ///< grids, which are read before the plan
+    bool is_before_refinement =
+        false;  ///< geometry and tree are those of the cages, which will be cut finer
+    uint64_t geometry_bytes = 0;     ///< as it will be
+    uint64_t accelerator_bytes = 0;  ///< expected
+    uint64_t film_bytes = 0;         ///< expected
+    uint64_t writing_bytes = 0;      ///< expected, while the picture is written
+    uint64_t volume_bytes = 0;       ///< grids, which are read before the plan
     uint64_t triangles = 0, instances = 0;
     std::vector<PictureNeeds::File> files;
 };
 
-/// Effects with state, prim and reason, for the header string velatura/plan. The same for every number of threads.
-nlohmann::ordered_json plan_json(const integrator::EffectPlan& plan, const std::vector<scene::Effect>& broken = {});
+/// Effects with state, prim and reason, for the header string velatura/plan. The same for every
+/// number of threads.
+nlohmann::ordered_json plan_json(const integrator::EffectPlan& plan,
+                                 const std::vector<scene::Effect>& broken = {});
 
 /// plan_json() and what one call of an effect is, with how many there were.
-nlohmann::ordered_json effect_calls_json(const integrator::EffectPlan& plan, const scene::EffectCalls& calls);
+nlohmann::ordered_json effect_calls_json(const integrator::EffectPlan& plan,
+                                         const scene::EffectCalls& calls);
 
 nlohmann::ordered_json needs_json(const PlanNeeds& needs);
 
@@ -43,7 +48,9 @@ std::string plan_text(const integrator::EffectPlan& plan, bool verbose);
 std::string needs_text(const PlanNeeds& needs);
 
 /// Those that the render opens if they are there, by the manifests of the plugin folders.
-std::vector<PlanNeeds::Plugin> expected_plugins(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics);
+std::vector<PlanNeeds::Plugin> expected_plugins(const RenderJob& job,
+                                                const FrameInput& input,
+                                                Diagnostics& diagnostics);
 
 /// Looks at the scene's geometry, the layers and the manifests of plugins; opens none of them.
 PlanNeeds plan_needs(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics);

@@ -1,16 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/prepare_frame.h"
 
-#include <algorithm>
-#include <chrono>
-#include <cmath>
-#include <filesystem>
-#include <string>
-#include <utility>
-#include <vector>
-
-#include <fmt/format.h>
-
 #include "app/accelerator_choice.h"
 #include "app/exit_codes.h"
 #include "app/memory_options.h"
@@ -27,6 +17,16 @@
 #include "translate/light_values.h"
 #include "translate/translate.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
 namespace velatura::app {
 
 namespace {
@@ -41,46 +41,61 @@ std::string frame_path(const std::string& pattern, double frame, bool has_many) 
     const size_t begin = pattern.find('#');
     if (std::isnan(frame)) frame = 0.0;  // the default time
     const bool is_whole = frame == std::floor(frame);
-    const auto number = [&](int width) { return is_whole ? fmt::format("{:0{}}", int64_t(frame), width) : fmt::format("{:0{}.3f}", frame, width + 4); };
+    const auto number = [&](int width) {
+        return is_whole ? fmt::format("{:0{}}", int64_t(frame), width)
+                        : fmt::format("{:0{}.3f}", frame, width + 4);
+    };
     if (begin != std::string::npos) {
         const size_t end = std::min(pattern.find_first_not_of('#', begin), pattern.size());
         return pattern.substr(0, begin) + number(int(end - begin)) + pattern.substr(end);
     }
     if (!has_many) return pattern;
     const std::filesystem::path path(pattern);
-    return (path.parent_path() / (path.stem().string() + "." + number(4) + path.extension().string())).string();
+    return (path.parent_path() /
+            (path.stem().string() + "." + number(4) + path.extension().string()))
+        .string();
 }
 
 /// The file that the scene's product asks for. A confined scene does not choose the folder.
 std::string product_name(const scene::Scene& scene, Diagnostics& diagnostics) {
     const std::filesystem::path name = scene.settings.products.front().name;
     if (!asset_roots().is_confined() || !name.has_parent_path()) return name.string();
-    diagnostics.warn("render-products", {}, scene.settings.name, fmt::format("product \"{}\" names a folder, which a confined scene does not choose: {} is written; -o says where else", name.string(), name.filename().string()));
+    diagnostics.warn("render-products", {}, scene.settings.name,
+                     fmt::format("product \"{}\" names a folder, which a confined scene does not "
+                                 "choose: {} is written; -o says where else",
+                                 name.string(), name.filename().string()));
     return name.filename().string();
 }
 
-std::string output_pattern(const RenderArguments& arguments, const scene::Scene& scene, Diagnostics& diagnostics) {
+std::string output_pattern(const RenderArguments& arguments,
+                           const scene::Scene& scene,
+                           Diagnostics& diagnostics) {
     if (!arguments.output.empty()) return arguments.output;
     if (!scene.settings.products.empty() && !scene.settings.products.front().name.empty()) {
         const std::string name = product_name(scene, diagnostics);
         if (has_exr_extension(name)) return name;
-        diagnostics.warn("render-products", {}, scene.settings.name, fmt::format("product \"{}\" is not an OpenEXR name; {}.exr is written", name, name));
+        diagnostics.warn(
+            "render-products", {}, scene.settings.name,
+            fmt::format("product \"{}\" is not an OpenEXR name; {}.exr is written", name, name));
         return name + ".exr";
     }
     return std::filesystem::path(arguments.scene).stem().string() + ".exr";
 }
 
-/// Millions as asked for, else what half of the machine's memory holds, and not more than the usual.
+/// Millions as asked for, else what half of the machine's memory holds, and not more than the
+/// usual.
 size_t instance_limit(std::optional<double> millions) {
     if (millions) return size_t(std::llround(*millions * 1e6));
     constexpr size_t bytes_of_one = 1000;  // with its part of the tree, and while that is built
-    return std::min(translate::TranslateOptions().max_instances, MemoryLimit::allowed() / 2 / bytes_of_one);
+    return std::min(translate::TranslateOptions().max_instances,
+                    MemoryLimit::allowed() / 2 / bytes_of_one);
 }
 
 /// What a quarter of the machine's memory holds, and not more than the usual.
 size_t copy_limit() {
     constexpr size_t bytes_of_one = 2000;
-    return std::min(translate::TranslateOptions().max_copies, MemoryLimit::allowed() / 4 / bytes_of_one);
+    return std::min(translate::TranslateOptions().max_copies,
+                    MemoryLimit::allowed() / 4 / bytes_of_one);
 }
 
 translate::TranslateOptions translate_options(const RenderJob& job, double frame) {
@@ -89,7 +104,8 @@ translate::TranslateOptions translate_options(const RenderJob& job, double frame
     options.camera = a.camera;
     options.settings = a.settings;
     options.time = frame;
-    if (a.resolution.size() == 2) options.resolution = std::array<int, 2>{a.resolution[0], a.resolution[1]};
+    if (a.resolution.size() == 2)
+        options.resolution = std::array<int, 2>{a.resolution[0], a.resolution[1]};
     if (!a.purposes.empty()) {
         options.purposes = a.purposes;
         options.purposes.emplace_back("default");
@@ -97,14 +113,19 @@ translate::TranslateOptions translate_options(const RenderJob& job, double frame
     options.max_instances = instance_limit(a.instance_limit);
     options.max_copies = copy_limit();
     options.finds_casters = job.layers.caster_layers;
-    options.light_grouping = a.lights == "off" ? translate::LightGrouping::Off : a.lights == "groups" ? translate::LightGrouping::Groups : translate::LightGrouping::PerLight;
+    options.light_grouping = a.lights == "off"      ? translate::LightGrouping::Off
+                             : a.lights == "groups" ? translate::LightGrouping::Groups
+                                                    : translate::LightGrouping::PerLight;
     return options;
 }
 
 /// Warns about what the scene's products ask for and a render does not write.
 void check_products(const scene::RenderSettings& settings, Diagnostics& diagnostics) {
     if (settings.products.size() > 1) {
-        diagnostics.warn("render-products", {}, settings.name, fmt::format("{} render products; one file with all light layers is written, under the first product's name", settings.products.size()));
+        diagnostics.warn("render-products", {}, settings.name,
+                         fmt::format("{} render products; one file with all light layers is "
+                                     "written, under the first product's name",
+                                     settings.products.size()));
     }
 }
 
@@ -124,7 +145,8 @@ integrator::PlanOptions plan_options(const RenderJob& job, const scene::Scene& s
 
 void leave_out_effects(const integrator::EffectPlan& plan, scene::Scene& scene) {
     for (size_t i = 0; i < scene::effect_count; ++i)
-        if (plan.entries[i].state == integrator::EffectState::LeftOut) integrator::leave_out(scene, scene::Effect(i));
+        if (plan.entries[i].state == integrator::EffectState::LeftOut)
+            integrator::leave_out(scene, scene::Effect(i));
 }
 
 /// Of what a render would run, the effects that this build lacks; see scene::is_built.
@@ -152,29 +174,47 @@ void read_volumes(const RenderJob& job, scene::Scene& scene, Diagnostics& diagno
     for (scene::Volume& v : unread) scene.volumes.push_back(std::move(v));
 }
 
-std::vector<image::LightValues> light_values(const LoadedStage& loaded, const scene::Scene& scene, double frame) {
+std::vector<image::LightValues> light_values(const LoadedStage& loaded,
+                                             const scene::Scene& scene,
+                                             double frame) {
     std::vector<image::LightValues> out;
-    for (const translate::LightPrimValues& v : translate::light_prim_values(loaded.stage, scene, frame))
-        out.push_back({v.path, v.type, v.intensity, v.exposure, v.color, v.uses_color_temperature, v.color_temperature, v.varying, v.is_in_instance, v.shows_material});
+    for (const translate::LightPrimValues& v :
+         translate::light_prim_values(loaded.stage, scene, frame))
+        out.push_back({v.path, v.type, v.intensity, v.exposure, v.color, v.uses_color_temperature,
+                       v.color_temperature, v.varying, v.is_in_instance, v.shows_material});
     return out;
 }
 
-int prepare_one(const RenderJob& job, const LoadedStage& loaded, double frame, bool has_many, const FrameFunction& use, Diagnostics& diagnostics) {
+int prepare_one(const RenderJob& job,
+                const LoadedStage& loaded,
+                double frame,
+                bool has_many,
+                const FrameFunction& use,
+                Diagnostics& diagnostics) {
     MemoryLimit::enforce("while the scene was translated");
     const auto start = std::chrono::steady_clock::now();
-    Result<scene::Scene> scene = translate::translate_stage(loaded.stage, translate_options(job, frame), diagnostics);
+    Result<scene::Scene> scene =
+        translate::translate_stage(loaded.stage, translate_options(job, frame), diagnostics);
     if (!scene) return fail(scene.error(), RenderError);
     // main() says which
-    if (!files_with_lost_pages().empty()) return fail({"file-lost", "files of the scene changed while they were read: nothing is rendered"}, RenderError);
+    if (!files_with_lost_pages().empty())
+        return fail(
+            {"file-lost", "files of the scene changed while they were read: nothing is rendered"},
+            RenderError);
     check_products(scene->settings, diagnostics);
-    if (const Result<void> ok = check_render_vars(job, *scene, diagnostics); !ok) return fail(ok.error(), UsageError);
+    if (const Result<void> ok = check_render_vars(job, *scene, diagnostics); !ok)
+        return fail(ok.error(), UsageError);
     if (job.arguments.strict && diagnostics.error_count() > 0) {
-        return fail({"strict", fmt::format("{} errors in the scene and --strict", diagnostics.error_count())}, RenderError);
+        return fail({"strict",
+                     fmt::format("{} errors in the scene and --strict", diagnostics.error_count())},
+                    RenderError);
     }
     MemoryLimit::enforce("while grids of volumes were read");
     read_volumes(job, *scene, diagnostics);
     integrator::EffectPlan plan = integrator::make_plan(*scene, plan_options(job, *scene));
-    if (const std::string names = missing_effects(plan); !names.empty()) return fail({"effect-not-built", "this build lacks what the render calls for: " + names}, RenderError);
+    if (const std::string names = missing_effects(plan); !names.empty())
+        return fail({"effect-not-built", "this build lacks what the render calls for: " + names},
+                    RenderError);
     leave_out_effects(plan, *scene);
     FrameInput input(*scene);
     input.plan = std::move(plan);
@@ -185,7 +225,8 @@ int prepare_one(const RenderJob& job, const LoadedStage& loaded, double frame, b
     input.light_values = light_values(loaded, *scene, frame);
     if (!std::isnan(frame)) input.frame = frame;
     input.open_s = loaded.seconds;
-    input.translate_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    input.translate_s =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     MemoryLimit::enforce("while the scene was made ready to be traced");
     return use(job, input, diagnostics);
 }
@@ -216,13 +257,16 @@ int prepare_all(const RenderArguments& arguments, const FrameFunction& use) {
     if (!loaded) return fail(loaded.error(), RenderError);
     // Without frames: the start of an animated stage, else the default time, which is no number
     const bool is_animated = loaded->stage.has_time_code_range();
-    if (frames.empty()) frames = {is_animated ? loaded->stage.start_time_code() : usd::stage::TimeCode::default_time().value()};
+    if (frames.empty())
+        frames = {is_animated ? loaded->stage.start_time_code()
+                              : usd::stage::TimeCode::default_time().value()};
 
     int worst = Done;
     for (const double frame : frames) {
         const int code = prepare_one(*job, *loaded, frame, frames.size() > 1, use, diagnostics);
         if (code == UsageError || code >= SignalBase) return code;
-        if (worst == Done || (code != Done && code != BudgetReached)) worst = code == Done ? worst : code;
+        if (worst == Done || (code != Done && code != BudgetReached))
+            worst = code == Done ? worst : code;
     }
     return worst;
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/progress.h"
 
-#include <cmath>
-#include <cstdio>
+#include "app/accuracy.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "app/accuracy.h"
+#include <cmath>
+#include <cstdio>
 
 namespace velatura::app {
 
@@ -16,7 +16,9 @@ Result<ProgressStyle> parse_progress_style(std::string_view text, bool is_termin
     if (text == "json") return ProgressStyle::Json;
     if (text == "openjd") return ProgressStyle::OpenJobDescription;
     if (text == "none") return ProgressStyle::None;
-    return Error{"bad-progress", fmt::format("unknown progress style \"{}\": expected bar, json, openjd or none", text)};
+    return Error{
+        "bad-progress",
+        fmt::format("unknown progress style \"{}\": expected bar, json, openjd or none", text)};
 }
 
 std::string format_duration(double seconds) {
@@ -28,7 +30,8 @@ std::string format_duration(double seconds) {
 
 std::string format_bytes(size_t bytes) {
     const double megabytes = double(bytes) / 1e6;
-    return megabytes < 1000.0 ? fmt::format("{:.0f} MB", megabytes) : fmt::format("{:.1f} GB", megabytes / 1000.0);
+    return megabytes < 1000.0 ? fmt::format("{:.0f} MB", megabytes)
+                              : fmt::format("{:.1f} GB", megabytes / 1000.0);
 }
 
 namespace {
@@ -39,7 +42,12 @@ std::string summary(const ProgressState& s) {
     std::string line = fmt::format("{:5.1f} %  {}/{:.0f} spp  {}", s.fraction * 100.0, samples,
                                    s.samples_target, format_duration(s.elapsed_s));
     if (s.left_s) line += fmt::format(" | {} left", format_duration(*s.left_s));
-    if (s.error) line += fmt::format("  error {}{:.2f} %", s.is_lower_error ? "> " : s.is_upper_error ? "< " : "", *s.error * 100.0);
+    if (s.error)
+        line += fmt::format("  error {}{:.2f} %",
+                            s.is_lower_error   ? "> "
+                            : s.is_upper_error ? "< "
+                                               : "",
+                            *s.error * 100.0);
     if (s.forecast) line += fmt::format(" ({})", short_forecast(*s.forecast));
     line += fmt::format("  {:.2f} Mray/s  {}", s.rays_per_s / 1e6, format_bytes(s.memory_bytes));
     return line;
@@ -71,7 +79,8 @@ void ProgressPrinter::show(const ProgressState& s) {
     if (style_ == ProgressStyle::None) return;
     const auto now = std::chrono::steady_clock::now();
     const double pause_s = style_ == ProgressStyle::Bar ? 0.1 : 2.0;
-    if (shown_ && !s.is_last && std::chrono::duration<double>(now - last_).count() < pause_s) return;
+    if (shown_ && !s.is_last && std::chrono::duration<double>(now - last_).count() < pause_s)
+        return;
     last_ = now;
     shown_ = true;
     switch (style_) {
@@ -80,12 +89,18 @@ void ProgressPrinter::show(const ProgressState& s) {
             line_open_ = true;
             if (s.is_last) finish_line();
             break;
-        case ProgressStyle::Plain: fmt::print("{}\n", summary(s)); break;
-        case ProgressStyle::Json: fmt::print("{}\n", json_line(s)); break;
-        case ProgressStyle::OpenJobDescription:
-            fmt::print("openjd_progress: {:.1f}\nopenjd_status: {}\n", s.fraction * 100.0, summary(s));
+        case ProgressStyle::Plain:
+            fmt::print("{}\n", summary(s));
             break;
-        case ProgressStyle::None: break;
+        case ProgressStyle::Json:
+            fmt::print("{}\n", json_line(s));
+            break;
+        case ProgressStyle::OpenJobDescription:
+            fmt::print("openjd_progress: {:.1f}\nopenjd_status: {}\n", s.fraction * 100.0,
+                       summary(s));
+            break;
+        case ProgressStyle::None:
+            break;
     }
     std::fflush(stdout);
 }

@@ -1,39 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/result.h"
+#include "integrator/error_curve.h"
+
 #include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "base/result.h"
-#include "integrator/error_curve.h"
-
 namespace velatura::app {
 
 enum class ProgressStyle : uint8_t { Bar, Plain, Json, OpenJobDescription, None };
 
-/// "bar" (plain lines when stdout is not a terminal), "json", "openjd", "none". Errors: "bad-progress".
+/// "bar" (plain lines when stdout is not a terminal), "json", "openjd", "none". Errors:
+/// "bad-progress".
 Result<ProgressStyle> parse_progress_style(std::string_view text, bool is_terminal);
 
 /// What the progress line shows.
 struct ProgressState {
-    double fraction = 0;             ///< of the work of this frame, 0…1
-    double samples = 0;              ///< per pixel, done
+    double fraction = 0;  ///< of the work of this frame, 0…1
+    double samples = 0;   ///< per pixel, done
     double samples_target = 0;
     double elapsed_s = 0;
-    std::optional<double> left_s;    ///< unknown at the very start
-    std::optional<double> error;     ///< relative standard error of the picture so far
-    bool is_upper_error = false;     ///< it is no more than that
-    bool is_lower_error = false;     ///< it is no less than that
+    std::optional<double> left_s;  ///< unknown at the very start
+    std::optional<double> error;   ///< relative standard error of the picture so far
+    bool is_upper_error = false;   ///< it is no more than that
+    bool is_lower_error = false;   ///< it is no less than that
     std::optional<integrator::ErrorForecast> forecast;
     double rays_per_s = 0;
     size_t memory_bytes = 0;
     bool is_last = false;
 };
 
-/// Prints progress to stdout, at most a few times a second on a terminal, every few seconds elsewhere.
+/// Prints progress to stdout, at most a few times a second on a terminal, every few seconds
+/// elsewhere.
 class ProgressPrinter {
   public:
     explicit ProgressPrinter(ProgressStyle style) : style_(style) {}

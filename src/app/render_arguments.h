@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "app/asset_options.h"
+#include "base/result.h"
+#include "film/deep_film.h"
+
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "app/asset_options.h"
-#include "base/result.h"
-#include "film/deep_film.h"
 
 namespace CLI {
 class App;
@@ -25,21 +25,21 @@ struct RenderArguments {
     std::string camera;
     std::string settings;
     std::string frames;
-    std::vector<int> resolution;   ///< W H
-    std::vector<double> crop;      ///< x0 x1 y0 y1, fractions of the picture, origin bottom left
+    std::vector<int> resolution;  ///< W H
+    std::vector<double> crop;     ///< x0 x1 y0 y1, fractions of the picture, origin bottom left
     std::string mode = "progressive";
     int tile = 32;
     std::optional<uint64_t> spp;
     std::string time;
     std::string target_error;
-    std::string forecast;          ///< an error
+    std::string forecast;  ///< an error
     int bounces = 6;
     int max_depth = 0;
     uint64_t seed = 0;
-    std::string samples;           ///< A:B
+    std::string samples;  ///< A:B
     bool keep_sums = false;
     bool resume = false;
-    std::string for_mix;           ///< a request of velatura-comp plan
+    std::string for_mix;  ///< a request of velatura-comp plan
     std::string checkpoint;
     std::string lights = "per-light";
     std::string layers = "bounce,light,matrix,shadow,data";
@@ -47,7 +47,7 @@ struct RenderArguments {
     bool strict_lpe = false;
     bool halves = false;
     bool float_layers = false;
-    std::string cryptomatte;       ///< object, material or both
+    std::string cryptomatte;  ///< object, material or both
     std::optional<int> matte_levels;
     bool deep = false;
     std::optional<int> deep_samples;
@@ -56,8 +56,8 @@ struct RenderArguments {
     std::string exr_compression = "zip";
     std::string filter = "blackman-harris";
     std::string integrator = "path";
-    std::string light_sampling;    ///< empty = what the integrator stands for
-    std::string light_selection;   ///< empty = by the tree, by area where points of all lights are
+    std::string light_sampling;   ///< empty = what the integrator stands for
+    std::string light_selection;  ///< empty = by the tree, by area where points of all lights are
     std::string roulette = "throughput";
     std::optional<double> cutoff;  ///< of --roulette cutoff
     std::string adaptive = "on";
@@ -65,11 +65,11 @@ struct RenderArguments {
     std::string guiding = "auto";
     std::string caustics = "path";
     std::string sampler = "sobol";
-    std::string effects;           ///< all, -name, or several
-    double dicing_rate = 1.0;                ///< pixels
+    std::string effects;       ///< all, -name, or several
+    double dicing_rate = 1.0;  ///< pixels
     std::optional<int> subdivision_level;
-    double dicing_limit = 50;                ///< million triangles
-    double texture_bias = 0;                 ///< mip levels
+    double dicing_limit = 50;  ///< million triangles
+    double texture_bias = 0;   ///< mip levels
     std::string volume_bounds = "bricks";
     std::optional<double> volume_memory_gb;  ///< nothing: half of the machine's
     std::optional<double> instance_limit;    ///< millions; nothing: by the machine's memory
@@ -81,7 +81,7 @@ struct RenderArguments {
     std::string stats;
     bool strict = false;
     std::string texture_failure = "colour";
-    std::string replay;            ///< x,y,s
+    std::string replay;  ///< x,y,s
     std::vector<std::string> purposes;
     bool quiet = false;
     int verbosity = 0;

@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <memory>
+#include "app/commands.h"
+#include "app/prepare_frame.h"
 
 #include <CLI/CLI.hpp>
 
-#include "app/commands.h"
-#include "app/prepare_frame.h"
+#include <memory>
 
 namespace velatura::app {
 
 void add_render_command(CLI::App& app, std::function<int()>& run) {
-    CLI::App* command = app.add_subcommand("render", "Render a USD scene into light layers (OpenEXR)");
+    CLI::App* command =
+        app.add_subcommand("render", "Render a USD scene into light layers (OpenEXR)");
     auto arguments = std::make_shared<RenderArguments>();
     declare_render_options(*command, *arguments);
-    command->callback([arguments, &run] { run = [arguments] { return for_each_frame(*arguments, render_frame); }; });
+    command->callback([arguments, &run] {
+        run = [arguments] { return for_each_frame(*arguments, render_frame); };
+    });
 }
 
 }  // namespace velatura::app

@@ -1,19 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/render_frame.h"
 
-#include <algorithm>
-#include <atomic>
-#include <cmath>
-#include <filesystem>
-#include <new>
-#include <optional>
-#include <string>
-#include <system_error>
-
-#include <unistd.h>
-
-#include <fmt/format.h>
-
 #include "app/accuracy.h"
 #include "app/exit_codes.h"
 #include "app/frame_settings.h"
@@ -33,6 +20,18 @@
 #include "integrator/schedule.h"
 #include "integrator/world.h"
 
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <filesystem>
+#include <new>
+#include <optional>
+#include <string>
+#include <system_error>
+
 namespace velatura::app {
 
 namespace {
@@ -46,9 +45,16 @@ image::Matrix44 to_floats(const Matrix& m) {
     return out;
 }
 
-image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, const integrator::World& world, const integrator::GuideTraining& training,
-                               const integrator::RouletteTrial* roulette, const integrator::BranchTrial& branches, const FrameSettings& settings, const film::LayerSet& layers,
-                               const image::Window& window, const film::Film& film) {
+image::FileInfo make_file_info(const RenderJob& job,
+                               const FrameInput& input,
+                               const integrator::World& world,
+                               const integrator::GuideTraining& training,
+                               const integrator::RouletteTrial* roulette,
+                               const integrator::BranchTrial& branches,
+                               const FrameSettings& settings,
+                               const film::LayerSet& layers,
+                               const image::Window& window,
+                               const film::Film& film) {
     const scene::Scene& scene = input.scene;
     image::FileInfo info;
     info.display = {0, 0, scene.settings.width, scene.settings.height};
@@ -83,15 +89,21 @@ image::FileInfo make_file_info(const RenderJob& job, const FrameInput& input, co
     return info;
 }
 
-/// Takes the output for this process, before the render: hours later is too late to find that there is no place for it.
-/// Returns: an exit code, Done when it has it.
-int take_output(const std::string& path, std::optional<OutputLock>& lock, Diagnostics& diagnostics) {
+/// Takes the output for this process, before the render: hours later is too late to find that there
+/// is no place for it. Returns: an exit code, Done when it has it.
+int take_output(const std::string& path,
+                std::optional<OutputLock>& lock,
+                Diagnostics& diagnostics) {
     Result<OutputLock> taken = OutputLock::take(path);
     if (!taken) {
         diagnostics.error(taken.error().code, {}, {}, taken.error().message);
         return taken.error().code == "output-locked" ? Refused : RenderError;
     }
-    if (!taken->is_held()) diagnostics.warn("output-lock", {}, {}, fmt::format("the folder of {} knows no locks: that no other process renders to it is not checked", path));
+    if (!taken->is_held())
+        diagnostics.warn("output-lock", {}, {},
+                         fmt::format("the folder of {} knows no locks: that no other process "
+                                     "renders to it is not checked",
+                                     path));
     lock.emplace(std::move(*taken));
     sweep_temporaries(path);
     return Done;
@@ -100,14 +112,20 @@ int take_output(const std::string& path, std::optional<OutputLock>& lock, Diagno
 std::string reached_text(const std::optional<PictureError>& error) {
     if (!error) return "not known yet";
     if (error->is_lower) return fmt::format("{:.3g} % or more", error->error.value * 100.0);
-    return fmt::format("{:.3g} %, up to {:.3g} %", error->error.value * 100.0, error->error.high * 100.0);
+    return fmt::format("{:.3g} %, up to {:.3g} %", error->error.value * 100.0,
+                       error->error.high * 100.0);
 }
 
 constexpr const char* writing = "while the picture was written";
 
 class FrameRenderer {
   public:
-    FrameRenderer(const RenderJob& job, const FrameInput& input, FrameSettings settings, std::optional<EarlierPart> earlier, std::optional<image::TopUpRequest> request, Diagnostics& diagnostics)
+    FrameRenderer(const RenderJob& job,
+                  const FrameInput& input,
+                  FrameSettings settings,
+                  std::optional<EarlierPart> earlier,
+                  std::optional<image::TopUpRequest> request,
+                  Diagnostics& diagnostics)
         : job_(job),
           input_(input),
           diagnostics_(diagnostics),
@@ -115,13 +133,26 @@ class FrameRenderer {
           request_(std::move(request)),
           window_(data_window(input.scene.settings, job.arguments.crop)),
           layers_(layers_of(job, input.scene)),
-          world_(input.scene, world_options(job, input, input.scene, diagnostics), make_light_image_loader(), diagnostics),
+          world_(input.scene,
+                 world_options(job, input, input.scene, diagnostics),
+                 make_light_image_loader(),
+                 diagnostics),
           needs_(allot_memory()),
           caustics_(integrator::make_caustic_sampler(job.caustics, world_)),
-          mattes_(layers_.has_mattes() ? std::make_unique<const integrator::MatteIds>(input.scene) : nullptr),
-          training_(integrator::train_guide(world_, tracer_options({}), is_refused() ? integrator::Guiding::Off : job.guiding, &StopSignals::stop_flag())),
+          mattes_(layers_.has_mattes() ? std::make_unique<const integrator::MatteIds>(input.scene)
+                                       : nullptr),
+          training_(integrator::train_guide(world_,
+                                            tracer_options({}),
+                                            is_refused() ? integrator::Guiding::Off : job.guiding,
+                                            &StopSignals::stop_flag())),
           roulette_(try_roulette()),
-          branches_(job.splits && !is_refused() ? integrator::try_branches(world_, tracer_options({.guide = guide(), .roulette = gains()}), traced_window(), &StopSignals::stop_flag()) : integrator::BranchTrial()),
+          branches_(job.splits && !is_refused()
+                        ? integrator::try_branches(
+                              world_,
+                              tracer_options({.guide = guide(), .roulette = gains()}),
+                              traced_window(),
+                              &StopSignals::stop_flag())
+                        : integrator::BranchTrial()),
           settings_(std::move(settings)),
           tracer_(world_, layers_, picture_options()),
           printer_(job.progress),
@@ -133,8 +164,10 @@ class FrameRenderer {
         if (job_.replay) return replay_sample(tracer_, layers_, input_.scene, *job_.replay);
         if (is_refused()) return refuse();
         if (StopSignals::stop_flag()) {
-            // What was learned before the first sample is not whole: neither pixels nor a header may come from it
-            diagnostics_.error("interrupted", {}, {}, "stopped before the first sample; nothing was written");
+            // What was learned before the first sample is not whole: neither pixels nor a header
+            // may come from it
+            diagnostics_.error("interrupted", {}, {},
+                               "stopped before the first sample; nothing was written");
             return SignalBase + StopSignals::signal_number();
         }
         note_guiding();
@@ -143,9 +176,15 @@ class FrameRenderer {
             const std::string why = difference(*earlier_, settings_);
             if (!why.empty()) return refuse_to_resume(input_.output, why, diagnostics_);
         }
-        if (caustics_ && caustics_->is_empty()) diagnostics_.note("caustics", {}, {}, "caustics are left to the paths: there is no smooth mirror or glass, or no light that is wanted to shine through it");
+        if (caustics_ && caustics_->is_empty())
+            diagnostics_.note("caustics", {}, {},
+                              "caustics are left to the paths: there is no smooth mirror or glass, "
+                              "or no light that is wanted to shine through it");
         if (request_ && request_->settings_hash != settings_hash(settings_, layers_, window_))
-            return refuse_to_resume(input_.output, fmt::format("{} was made for a render of other settings", job_.arguments.for_mix), diagnostics_);
+            return refuse_to_resume(
+                input_.output,
+                fmt::format("{} was made for a render of other settings", job_.arguments.for_mix),
+                diagnostics_);
         film::Film film = make_film();
         if (job_.deep) film.make_deep(*job_.deep);
         const std::optional<integrator::TopUpCounts> top_up = make_top_up(film);
@@ -153,7 +192,11 @@ class FrameRenderer {
         callbacks.progress = [&](const integrator::RenderState& state) { show(state, false); };
         callbacks.snapshot = [&](const film::Film& f, const integrator::ErrorCurve& curve) {
             const Result<image::WriteReport> written = write_interim(f, curve);
-            if (!written) diagnostics_.warn("snapshot", {}, {}, fmt::format("no {}: {}", keeps_sums(job_) ? "checkpoint" : "interim picture", written.error().message));
+            if (!written)
+                diagnostics_.warn(
+                    "snapshot", {}, {},
+                    fmt::format("no {}: {}", keeps_sums(job_) ? "checkpoint" : "interim picture",
+                                written.error().message));
         };
         callbacks.snapshot_requested = [] { return StopSignals::take_snapshot_request(); };
         callbacks.stop = &StopSignals::stop_flag();
@@ -162,9 +205,12 @@ class FrameRenderer {
         MemoryLimit::watch();
         integrator::RenderResult result = integrator::run_schedule(
             film, schedule(),
-            [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer_.trace(x, y, s, out, counts); }, callbacks, top_up ? &*top_up : nullptr);
+            [&](int x, int y, uint64_t s, film::SampleRadiance& out,
+                integrator::RayCounts& counts) { tracer_.trace(x, y, s, out, counts); },
+            callbacks, top_up ? &*top_up : nullptr);
         result.rays.effects.count[size_t(scene::Effect::Subdivision)] += world_.refinement.meshes;
-        result.rays.effects.count[size_t(scene::Effect::Displacement)] += world_.refinement.displaced;
+        result.rays.effects.count[size_t(scene::Effect::Displacement)] +=
+            world_.refinement.displaced;
         const film::NoiseEstimate noise = film.noise();
         finish_progress(film, noise, result);
         report_bad_samples(film, result);
@@ -174,18 +220,26 @@ class FrameRenderer {
   private:
     film::Film make_film() {
         if (earlier_) return film::Film(std::move(earlier_->sums), std::move(earlier_->bad));
-        // A file that can be merged or gone on from needs every node of the sums, also those that the picture alone would fold early
-        return film::Film(window_, layers_, {.final_sample_end = keeps_sums(job_) ? 0 : integrator::most_samples(job_.schedule)});
+        // A file that can be merged or gone on from needs every node of the sums, also those that
+        // the picture alone would fold early
+        return film::Film(
+            window_, layers_,
+            {.final_sample_end = keeps_sums(job_) ? 0 : integrator::most_samples(job_.schedule)});
     }
 
     /// Of a world that is ready.
     MemoryNeeds allot_memory() const {
-        MemoryLimit::enforce("while trial paths were traced, which --guiding off and --splitting off do without");
+        MemoryLimit::enforce(
+            "while trial paths were traced, which --guiding off and --splitting off do without");
         const size_t film_bytes = earlier_ ? earlier_->sums.memory_bytes() : 0;
         MemoryNeeds needs = expected_memory(job_, input_, world_.materials.textures(), film_bytes);
         allot_textures(world_.materials.textures(), needs);
-        if (MemoryLimit::is_set() && needs.total() > MemoryLimit::allowed() && needs.least() <= MemoryLimit::allowed())
-            diagnostics_.warn("memory-limit", {}, {}, fmt::format("the render may take {}, and --memory-limit is {}: it stops with what it has where it comes near", needs.text(), format_bytes(MemoryLimit::allowed())));
+        if (MemoryLimit::is_set() && needs.total() > MemoryLimit::allowed() &&
+            needs.least() <= MemoryLimit::allowed())
+            diagnostics_.warn("memory-limit", {}, {},
+                              fmt::format("the render may take {}, and --memory-limit is {}: it "
+                                          "stops with what it has where it comes near",
+                                          needs.text(), format_bytes(MemoryLimit::allowed())));
         return needs;
     }
 
@@ -195,7 +249,9 @@ class FrameRenderer {
         if (!request_) return std::nullopt;
         top_ups_ = with_request(top_ups_, *request_, job_.schedule.end_sample);
         const double mean = double(job_.schedule.end_sample);
-        return integrator::TopUpCounts(film, image::place_samples(window_, request_->priority, request_->present, mean), job_.schedule.end_sample);
+        return integrator::TopUpCounts(
+            film, image::place_samples(window_, request_->priority, request_->present, mean),
+            job_.schedule.end_sample);
     }
 
     /// What was found out before the first sample, as far as it was by now.
@@ -223,14 +279,20 @@ class FrameRenderer {
         return options;
     }
 
-    const guiding::GuidingField* guide() const { return training_.is_used ? &training_.field : nullptr; }
-
-    std::optional<integrator::RouletteTrial> try_roulette() const {
-        if (job_.tracer.estimator.roulette != integrator::Roulette::Efficiency || is_refused()) return std::nullopt;
-        return integrator::try_roulette(world_, tracer_options({.guide = guide()}), &StopSignals::stop_flag());
+    const guiding::GuidingField* guide() const {
+        return training_.is_used ? &training_.field : nullptr;
     }
 
-    const integrator::RouletteGains* gains() const { return roulette_ ? &roulette_->gains : nullptr; }
+    std::optional<integrator::RouletteTrial> try_roulette() const {
+        if (job_.tracer.estimator.roulette != integrator::Roulette::Efficiency || is_refused())
+            return std::nullopt;
+        return integrator::try_roulette(world_, tracer_options({.guide = guide()}),
+                                        &StopSignals::stop_flag());
+    }
+
+    const integrator::RouletteGains* gains() const {
+        return roulette_ ? &roulette_->gains : nullptr;
+    }
 
     const integrator::RouletteTrial* roulette() const { return roulette_ ? &*roulette_ : nullptr; }
 
@@ -239,46 +301,76 @@ class FrameRenderer {
         if (!job_.replay) return window_;
         // A pixel outside of the picture is refused later
         const scene::RenderSettings& s = input_.scene.settings;
-        const int x = int(std::min((*job_.replay)[0], uint64_t(s.width - 1))), y = int(std::min((*job_.replay)[1], uint64_t(s.height - 1)));
+        const int x = int(std::min((*job_.replay)[0], uint64_t(s.width - 1))),
+                  y = int(std::min((*job_.replay)[1], uint64_t(s.height - 1)));
         return {x, y, x + 1, y + 1};
     }
 
-    double seconds_before() const { return training_.seconds + branches_.seconds + (roulette_ ? roulette_->seconds : 0.0); }
+    double seconds_before() const {
+        return training_.seconds + branches_.seconds + (roulette_ ? roulette_->seconds : 0.0);
+    }
 
     /// What is left of the time after training and trial.
     integrator::RenderOptions schedule() const {
         integrator::RenderOptions options = job_.schedule;
-        if (options.time_budget_s > 0) options.time_budget_s = std::max(options.time_budget_s - seconds_before(), 1e-6);
+        if (options.time_budget_s > 0)
+            options.time_budget_s = std::max(options.time_budget_s - seconds_before(), 1e-6);
         if (earlier_) options.curve = earlier_->curve;
         return options;
     }
 
-    /// Of a scene that memory does not suffice for, of one with errors, strict, or with pictures that cannot be read where that is
-    /// not to be: no picture is made, and no training either; a replay goes on.
-    bool is_refused() const { return !job_.replay && (is_too_large() || is_strict_and_wrong() || misses_textures()); }
+    /// Of a scene that memory does not suffice for, of one with errors, strict, or with pictures
+    /// that cannot be read where that is not to be: no picture is made, and no training either; a
+    /// replay goes on.
+    bool is_refused() const {
+        return !job_.replay && (is_too_large() || is_strict_and_wrong() || misses_textures());
+    }
 
-    bool is_too_large() const { return MemoryLimit::is_set() && needs_.least() > MemoryLimit::allowed(); }
+    bool is_too_large() const {
+        return MemoryLimit::is_set() && needs_.least() > MemoryLimit::allowed();
+    }
 
-    bool is_strict_and_wrong() const { return job_.arguments.strict && diagnostics_.error_count() > 0; }
+    bool is_strict_and_wrong() const {
+        return job_.arguments.strict && diagnostics_.error_count() > 0;
+    }
 
-    bool misses_textures() const { return job_.arguments.texture_failure == "error" && unread_textures(world_) > 0; }
+    bool misses_textures() const {
+        return job_.arguments.texture_failure == "error" && unread_textures(world_) > 0;
+    }
 
     int refuse() {
         if (is_too_large()) {
-            diagnostics_.error("memory-limit", {}, {}, fmt::format("the render would take {}, and --memory-limit is {}: nothing is rendered", needs_.text(), format_bytes(MemoryLimit::allowed())));
+            diagnostics_.error(
+                "memory-limit", {}, {},
+                fmt::format(
+                    "the render would take {}, and --memory-limit is {}: nothing is rendered",
+                    needs_.text(), format_bytes(MemoryLimit::allowed())));
             return MemoryReached;
         }
-        if (is_strict_and_wrong()) diagnostics_.error("strict", {}, {}, fmt::format("{} errors and --strict: nothing is rendered", diagnostics_.error_count()));
-        else diagnostics_.error("texture-failure", {}, {}, fmt::format("pictures of {} textures cannot be read and --texture-failure error: nothing is rendered", unread_textures(world_)));
+        if (is_strict_and_wrong())
+            diagnostics_.error("strict", {}, {},
+                               fmt::format("{} errors and --strict: nothing is rendered",
+                                           diagnostics_.error_count()));
+        else
+            diagnostics_.error("texture-failure", {}, {},
+                               fmt::format("pictures of {} textures cannot be read and "
+                                           "--texture-failure error: nothing is rendered",
+                                           unread_textures(world_)));
         return RenderError;
     }
 
     /// What auto decided: -v prints it.
     void note_guiding() {
         if (job_.guiding != integrator::Guiding::Auto) return;
-        const std::string why = training_.field.is_empty() ? std::string("indirect light makes little noise here")
-                                                           : fmt::format("guided trial paths were the better ones in {} of {} groups", training_.wins, integrator::GuideTraining::group_count);
-        diagnostics_.note("guiding", {}, {}, fmt::format("paths are {}guided: {}; --guiding on or off decides otherwise", training_.is_used ? "" : "not ", why));
+        const std::string why =
+            training_.field.is_empty()
+                ? std::string("indirect light makes little noise here")
+                : fmt::format("guided trial paths were the better ones in {} of {} groups",
+                              training_.wins, integrator::GuideTraining::group_count);
+        diagnostics_.note(
+            "guiding", {}, {},
+            fmt::format("paths are {}guided: {}; --guiding on or off decides otherwise",
+                        training_.is_used ? "" : "not ", why));
     }
 
     void show(const integrator::RenderState& state, bool is_last) {
@@ -299,77 +391,137 @@ class FrameRenderer {
         printer_.show(p);
     }
 
-    void finish_progress(const film::Film& film, const film::NoiseEstimate& noise, const integrator::RenderResult& result) {
+    void finish_progress(const film::Film& film,
+                         const film::NoiseEstimate& noise,
+                         const integrator::RenderResult& result) {
         integrator::RenderState state;
         state.samples_per_pixel = noise.samples_mean;
         state.elapsed_s = result.seconds;
         state.rays = result.rays;
-        if (const std::optional<PictureError> error = picture_error(job_, film, noise, result.curve)) {
+        if (const std::optional<PictureError> error =
+                picture_error(job_, film, noise, result.curve)) {
             state.error = error->error.value;
             state.is_upper_error = error->is_upper;
             state.is_lower_error = error->is_lower;
         }
-        if (wanted_error(job_) > 0 && !result.curve.is_empty()) state.forecast = result.curve.forecast(wanted_error(job_));
+        if (wanted_error(job_) > 0 && !result.curve.is_empty())
+            state.forecast = result.curve.forecast(wanted_error(job_));
         show(state, true);
     }
 
     void report_bad_samples(const film::Film& film, const integrator::RenderResult& result) {
         for (const film::BadSample& b : film.bad_samples()) {
-            diagnostics_.warn("bad-sample", {}, {}, fmt::format("pixel ({}, {}) sample {}: radiance is {}; left out; see it with --replay {},{},{}", b.x, b.y, b.sample, b.reason, b.x, b.y, b.sample));
+            diagnostics_.warn("bad-sample", {}, {},
+                              fmt::format("pixel ({}, {}) sample {}: radiance is {}; left out; see "
+                                          "it with --replay {},{},{}",
+                                          b.x, b.y, b.sample, b.reason, b.x, b.y, b.sample));
         }
-        if (film.invalid_count() > 16) diagnostics_.warn("bad-sample", {}, {}, fmt::format("{} bad samples in all were left out; layer `invalid` shows where", film.invalid_count()));
+        if (film.invalid_count() > 16)
+            diagnostics_.warn(
+                "bad-sample", {}, {},
+                fmt::format("{} bad samples in all were left out; layer `invalid` shows where",
+                            film.invalid_count()));
         if (result.rays.caustics_capped > 0) {
-            diagnostics_.warn("caustics", {}, {}, fmt::format("{} of {} caustic chains were so hard to find again that they count too little", result.rays.caustics_capped, result.rays.caustics_found));
+            diagnostics_.warn(
+                "caustics", {}, {},
+                fmt::format(
+                    "{} of {} caustic chains were so hard to find again that they count too little",
+                    result.rays.caustics_capped, result.rays.caustics_found));
         }
         const media::TrackingCounts& tracking = result.rays.tracking;
-        if (tracking.violations > 0) diagnostics_.error("volume-majorant", {}, {}, fmt::format("{} lookups in volumes were above their bound: this is a bug of Velatura", tracking.violations));
-        if (tracking.capped > 0) diagnostics_.warn("volume-cap", {}, {}, fmt::format("{} ways through volumes were cut because light met too much on them", tracking.capped));
+        if (tracking.violations > 0)
+            diagnostics_.error(
+                "volume-majorant", {}, {},
+                fmt::format(
+                    "{} lookups in volumes were above their bound: this is a bug of Velatura",
+                    tracking.violations));
+        if (tracking.capped > 0)
+            diagnostics_.warn(
+                "volume-cap", {}, {},
+                fmt::format("{} ways through volumes were cut because light met too much on them",
+                            tracking.capped));
         if (result.rays.walks_given_up > 0)
-            diagnostics_.warn("subsurface", {}, {}, fmt::format("{} walks below surfaces were given up after {} scatterings: a white body is very large for its subsurfaceRadius, or not closed", result.rays.walks_given_up, integrator::SubsurfaceWalk::most_steps));
+            diagnostics_.warn(
+                "subsurface", {}, {},
+                fmt::format("{} walks below surfaces were given up after {} scatterings: a white "
+                            "body is very large for its subsurfaceRadius, or not closed",
+                            result.rays.walks_given_up, integrator::SubsurfaceWalk::most_steps));
         if (result.rays.bodies_unmatched > 0)
-            diagnostics_.warn("nested-bodies", {}, {}, fmt::format("rays left bodies {} times without having entered them: some body with or beside a priority is not closed", result.rays.bodies_unmatched));
+            diagnostics_.warn("nested-bodies", {}, {},
+                              fmt::format("rays left bodies {} times without having entered them: "
+                                          "some body with or beside a priority is not closed",
+                                          result.rays.bodies_unmatched));
         if (result.rays.bodies_too_deep > 0)
-            diagnostics_.warn("nested-bodies", {}, {}, fmt::format("rays were within more bodies than can be told apart, {} times: the last ones did not count", result.rays.bodies_too_deep));
-        if (result.rays.depth_limited > 0) diagnostics_.warn("depth-limit", {}, {}, fmt::format("{} paths were cut after {} scatterings", result.rays.depth_limited, integrator::hard_depth_limit));
+            diagnostics_.warn("nested-bodies", {}, {},
+                              fmt::format("rays were within more bodies than can be told apart, {} "
+                                          "times: the last ones did not count",
+                                          result.rays.bodies_too_deep));
+        if (result.rays.depth_limited > 0)
+            diagnostics_.warn("depth-limit", {}, {},
+                              fmt::format("{} paths were cut after {} scatterings",
+                                          result.rays.depth_limited, integrator::hard_depth_limit));
     }
 
-    /// Where a render is to stop follows from the curve: one that goes on must not have to find it again. Without a target no
-    /// file is to depend on how samples came.
-    nlohmann::ordered_json kept_curve(const integrator::ErrorCurve& curve) const { return job_.schedule.target_error > 0 ? observations_json(curve) : nlohmann::ordered_json::array(); }
+    /// Where a render is to stop follows from the curve: one that goes on must not have to find it
+    /// again. Without a target no file is to depend on how samples came.
+    nlohmann::ordered_json kept_curve(const integrator::ErrorCurve& curve) const {
+        return job_.schedule.target_error > 0 ? observations_json(curve)
+                                              : nlohmann::ordered_json::array();
+    }
 
-    image::FileInfo file_info(const film::Film& film, const integrator::ErrorCurve& curve, const std::vector<scene::Effect>& broken) {
-        image::FileInfo info = make_file_info(job_, input_, world_, training_, roulette(), branches_, settings_, layers_, window_, film);
+    image::FileInfo file_info(const film::Film& film,
+                              const integrator::ErrorCurve& curve,
+                              const std::vector<scene::Effect>& broken) {
+        image::FileInfo info = make_file_info(job_, input_, world_, training_, roulette(),
+                                              branches_, settings_, layers_, window_, film);
         info.plan_json = plan_json(input_.plan, broken).dump();
         info.bad_samples = film.bad_samples();
         if (mattes_) info.matte_names = mattes_->names();
-        info.settings_json = settings_json(settings_, job_.schedule.first_sample, top_ups_, kept_curve(curve));
+        info.settings_json =
+            settings_json(settings_, job_.schedule.first_sample, top_ups_, kept_curve(curve));
         return info;
     }
 
-    Result<image::WriteReport> write(const film::Film& film, const integrator::ErrorCurve& curve, const std::vector<scene::Effect>& broken = {}) {
+    Result<image::WriteReport> write(const film::Film& film,
+                                     const integrator::ErrorCurve& curve,
+                                     const std::vector<scene::Effect>& broken = {}) {
         return film.write(input_.output, file_info(film, curve, broken));
     }
 
-    /// Where the picture cannot be had in its folder after hours it is put into that for temporary files, as one file. Says where.
-    std::string rescue(const film::Film& film, const integrator::ErrorCurve& curve, const std::vector<scene::Effect>& broken) {
+    /// Where the picture cannot be had in its folder after hours it is put into that for temporary
+    /// files, as one file. Says where.
+    std::string rescue(const film::Film& film,
+                       const integrator::ErrorCurve& curve,
+                       const std::vector<scene::Effect>& broken) {
         std::error_code failed;
         const std::filesystem::path folder = std::filesystem::temp_directory_path(failed);
-        const std::string path = (folder / fmt::format("velatura-{}-{}", ::getpid(), std::filesystem::path(input_.output).filename().string())).string();
+        const std::string path =
+            (folder / fmt::format("velatura-{}-{}", ::getpid(),
+                                  std::filesystem::path(input_.output).filename().string()))
+                .string();
         image::FileInfo info = file_info(film, curve, broken);
         info.layout = image::Layout::MultiPart;
-        const Result<image::WriteReport> written = failed ? Error{"io-write", failed.message()} : film.write(path, info);
-        if (!written) return fmt::format("nor can it be put elsewhere: {}", written.error().message);
-        return fmt::format("it is in {} instead{}", path, info.store_sums ? ", which --resume goes on from once it is in its place" : "");
+        const Result<image::WriteReport> written =
+            failed ? Error{"io-write", failed.message()} : film.write(path, info);
+        if (!written)
+            return fmt::format("nor can it be put elsewhere: {}", written.error().message);
+        return fmt::format(
+            "it is in {} instead{}", path,
+            info.store_sums ? ", which --resume goes on from once it is in its place" : "");
     }
 
-    /// What was rendered for hours is not lost for some megabytes: the second try takes less, and longer.
-    Result<image::WriteReport> write_in_memory(const film::Film& film, const integrator::ErrorCurve& curve, const std::vector<scene::Effect>& broken = {}) {
+    /// What was rendered for hours is not lost for some megabytes: the second try takes less, and
+    /// longer.
+    Result<image::WriteReport> write_in_memory(const film::Film& film,
+                                               const integrator::ErrorCurve& curve,
+                                               const std::vector<scene::Effect>& broken = {}) {
         if (!memory_.has_plenty_to_write()) image::use_one_exr_thread();
         MemoryLimit::enforce(writing);
         try {
             Result<image::WriteReport> written = write(film, curve, broken);
             // OpenEXR's threads leave rows out that they have no memory for
-            if (written || !MemoryLimit::is_set() || written.error().code != "verify-failed") return written;
+            if (written || !MemoryLimit::is_set() || written.error().code != "verify-failed")
+                return written;
         } catch (const std::bad_alloc&) {
             if (!MemoryLimit::is_set()) throw;
         }
@@ -379,7 +531,8 @@ class FrameRenderer {
     }
 
     /// One that there is no memory for is left out, and the render goes on.
-    Result<image::WriteReport> write_interim(const film::Film& film, const integrator::ErrorCurve& curve) {
+    Result<image::WriteReport> write_interim(const film::Film& film,
+                                             const integrator::ErrorCurve& curve) {
         const auto written = [&]() -> Result<image::WriteReport> {
             try {
                 return write_in_memory(film, curve);
@@ -391,57 +544,102 @@ class FrameRenderer {
         return written;
     }
 
-    int finish(const film::Film& film, const film::NoiseEstimate& noise, const integrator::RenderResult& result) {
+    int finish(const film::Film& film,
+               const film::NoiseEstimate& noise,
+               const integrator::RenderResult& result) {
         // A file to go on from may have holes
         const uint64_t fewest = keeps_sums(job_) ? noise.samples_max : noise.samples_min;
         if (result.reason == integrator::StopReason::Interrupted && fewest == 0) {
-            diagnostics_.error(is_short_of_memory_ ? "memory-limit" : "interrupted", {}, {}, fmt::format("{} before {} pixel had a sample; nothing was written", is_short_of_memory_ ? "the memory limit was reached" : "stopped", keeps_sums(job_) ? "any" : "every"));
-            return is_short_of_memory_ ? int(MemoryReached) : SignalBase + StopSignals::signal_number();
+            diagnostics_.error(
+                is_short_of_memory_ ? "memory-limit" : "interrupted", {}, {},
+                fmt::format("{} before {} pixel had a sample; nothing was written",
+                            is_short_of_memory_ ? "the memory limit was reached" : "stopped",
+                            keeps_sums(job_) ? "any" : "every"));
+            return is_short_of_memory_ ? int(MemoryReached)
+                                       : SignalBase + StopSignals::signal_number();
         }
-        const std::vector<scene::Effect> broken = integrator::broken_promises(input_.plan, result.rays.effects);
+        const std::vector<scene::Effect> broken =
+            integrator::broken_promises(input_.plan, result.rays.effects);
         const Result<image::WriteReport> written = write_in_memory(film, result.curve, broken);
         if (!written) {
-            const std::string where = written.error().code == "io-write" ? "; " + rescue(film, result.curve, broken) : std::string();
+            const std::string where = written.error().code == "io-write"
+                                          ? "; " + rescue(film, result.curve, broken)
+                                          : std::string();
             diagnostics_.error(written.error().code, {}, {}, written.error().message + where);
-            const bool is_check = written.error().code == "closure-failed" || written.error().code == "verify-failed";
+            const bool is_check =
+                written.error().code == "closure-failed" || written.error().code == "verify-failed";
             return is_check ? CheckFailed : RenderError;
         }
         if (film.deep() && !write_deep(*film.deep())) return RenderError;
         if (!write_stats(film, noise, result, *written)) return RenderError;
         if (!job_.arguments.quiet) {
-            fmt::print("{}: {} layers, {} channels, closure {:.3g} of its bound, {}\n", input_.output, written->layers, written->channels, written->closure_measured, format_duration(result.seconds));
+            fmt::print("{}: {} layers, {} channels, closure {:.3g} of its bound, {}\n",
+                       input_.output, written->layers, written->channels, written->closure_measured,
+                       format_duration(result.seconds));
         }
-        if (const size_t unread = unread_textures(world_); !job_.arguments.quiet && unread > 0) fmt::print("pictures of {} textures could not be read: their fallbacks are in the picture\n", unread);
-        if (!job_.arguments.quiet && wanted_error(job_) > 0 && !result.curve.is_empty()) fmt::print("{}\n", forecast_text(result.curve, noise.samples_mean, wanted_error(job_)));
+        if (const size_t unread = unread_textures(world_); !job_.arguments.quiet && unread > 0)
+            fmt::print(
+                "pictures of {} textures could not be read: their fallbacks are in the picture\n",
+                unread);
+        if (!job_.arguments.quiet && wanted_error(job_) > 0 && !result.curve.is_empty())
+            fmt::print("{}\n", forecast_text(result.curve, noise.samples_mean, wanted_error(job_)));
         if (wanted_error(job_) > 0 && result.curve.is_rare())
-            diagnostics_.warn("rare-light", {}, {}, "the error does not fall as samples grow: some light is met so rarely that its noise is not known; the picture is less exact than it says");
+            diagnostics_.warn(
+                "rare-light", {}, {},
+                "the error does not fall as samples grow: some light is met so rarely that its "
+                "noise is not known; the picture is less exact than it says");
         if (result.reason == integrator::StopReason::Interrupted && is_short_of_memory_) {
-            diagnostics_.warn("memory-limit", {}, {}, fmt::format("the memory limit of {} ended the render after {:g} of {} samples per pixel", format_bytes(MemoryLimit::allowed()), noise.samples_mean, job_.schedule.end_sample));
+            diagnostics_.warn(
+                "memory-limit", {}, {},
+                fmt::format(
+                    "the memory limit of {} ended the render after {:g} of {} samples per pixel",
+                    format_bytes(MemoryLimit::allowed()), noise.samples_mean,
+                    job_.schedule.end_sample));
             return BudgetReached;
         }
-        if (result.reason == integrator::StopReason::Interrupted) return SignalBase + StopSignals::signal_number();
+        if (result.reason == integrator::StopReason::Interrupted)
+            return SignalBase + StopSignals::signal_number();
         if (misses_textures()) {
-            diagnostics_.error("texture-failure", {}, {}, fmt::format("pictures of {} textures could not be read and --texture-failure error: {} has their fallbacks", unread_textures(world_), input_.output));
+            diagnostics_.error("texture-failure", {}, {},
+                               fmt::format("pictures of {} textures could not be read and "
+                                           "--texture-failure error: {} has their fallbacks",
+                                           unread_textures(world_), input_.output));
             return RenderError;
         }
         for (const scene::Effect e : broken)
-            diagnostics_.error("effect-plan", {}, {}, fmt::format("the plan has {} off, and its code ran {} times: the plan is wrong, which the file says in velatura/plan", scene::info(e).name, result.rays.effects.of(e)));
-        if (!broken.empty() || result.rays.tracking.violations > 0 || (job_.arguments.strict && film.invalid_count() > 0)) return CheckFailed;
+            diagnostics_.error("effect-plan", {}, {},
+                               fmt::format("the plan has {} off, and its code ran {} times: the "
+                                           "plan is wrong, which the file says in velatura/plan",
+                                           scene::info(e).name, result.rays.effects.of(e)));
+        if (!broken.empty() || result.rays.tracking.violations > 0 ||
+            (job_.arguments.strict && film.invalid_count() > 0))
+            return CheckFailed;
         const std::optional<PictureError> error = picture_error(job_, film, noise, result.curve);
         const bool is_precise = reached_target(job_, error, result);
         const bool is_out_of_time = result.reason == integrator::StopReason::TimeBudget;
         if (is_precise && !is_out_of_time) return Done;
-        diagnostics_.warn("budget", {}, {},
-                          is_precise ? fmt::format("the time budget of {} ended the render after {:g} of {} samples per pixel", format_duration(job_.schedule.time_budget_s), noise.samples_mean, job_.schedule.end_sample)
-                                     : fmt::format("{} before the target of {:g} %: the error is {}", is_out_of_time ? "the time budget ended the render" : "the samples ran out",
-                                                   job_.schedule.target_error * 100.0, reached_text(error)));
+        diagnostics_.warn(
+            "budget", {}, {},
+            is_precise
+                ? fmt::format(
+                      "the time budget of {} ended the render after {:g} of {} samples per pixel",
+                      format_duration(job_.schedule.time_budget_s), noise.samples_mean,
+                      job_.schedule.end_sample)
+                : fmt::format(
+                      "{} before the target of {:g} %: the error is {}",
+                      is_out_of_time ? "the time budget ended the render" : "the samples ran out",
+                      job_.schedule.target_error * 100.0, reached_text(error)));
         return BudgetReached;
     }
 
     bool write_deep(const film::DeepFilm& film) {
         const Result<image::DeepImage> written = film::write_deep_picture(film, input_.output);
-        if (!written) diagnostics_.error(written.error().code, {}, {}, written.error().message);
-        else if (!job_.arguments.quiet) fmt::print("{}: {} deep samples, {:.3g} a pixel\n", film::deep_path(input_.output), written->samples.size(), double(written->samples.size()) / double(written->counts.size()));
+        if (!written)
+            diagnostics_.error(written.error().code, {}, {}, written.error().message);
+        else if (!job_.arguments.quiet)
+            fmt::print("{}: {} deep samples, {:.3g} a pixel\n", film::deep_path(input_.output),
+                       written->samples.size(),
+                       double(written->samples.size()) / double(written->counts.size()));
         return written.has_value();
     }
 
@@ -453,19 +651,31 @@ class FrameRenderer {
         memory["peak_expected"] = needs_.total();
     }
 
-    bool write_stats(const film::Film& film, const film::NoiseEstimate& noise, const integrator::RenderResult& result, const image::WriteReport& written) {
+    bool write_stats(const film::Film& film,
+                     const film::NoiseEstimate& noise,
+                     const integrator::RenderResult& result,
+                     const image::WriteReport& written) {
         if (job_.arguments.stats.empty()) return true;
-        nlohmann::ordered_json stats = make_stats(job_, input_, world_, training_, branches_, film, noise, result);
+        nlohmann::ordered_json stats =
+            make_stats(job_, input_, world_, training_, branches_, film, noise, result);
         if (roulette_) {
             stats["roulette"] = make_roulette_stats(*roulette_);
             stats["phases_s"]["roulette"] = roulette_->seconds;
         }
         add_memory_stats(stats["memory_bytes"]);
         stats["error"]["storage"] = written.storage_error;
-        stats["closure"] = {{"family", written.closure_family}, {"layers", written.layers}, {"bound", 1.0}, {"measured", written.closure_measured}};
+        stats["closure"] = {{"family", written.closure_family},
+                            {"layers", written.layers},
+                            {"bound", 1.0},
+                            {"measured", written.closure_measured}};
         stats["files"] = nlohmann::ordered_json::array();
-        for (const std::string& file : written.files) stats["files"].push_back({{"path", std::filesystem::path(file).filename().string()}, {"sha256", written.sha256}});
-        if (film.deep()) stats["files"].push_back({{"path", std::filesystem::path(film::deep_path(input_.output)).filename().string()}});
+        for (const std::string& file : written.files)
+            stats["files"].push_back({{"path", std::filesystem::path(file).filename().string()},
+                                      {"sha256", written.sha256}});
+        if (film.deep())
+            stats["files"].push_back(
+                {{"path",
+                  std::filesystem::path(film::deep_path(input_.output)).filename().string()}});
         const Result<void> ok = write_file_atomically(job_.arguments.stats, stats.dump(2) + "\n");
         if (!ok) diagnostics_.error(ok.error().code, {}, {}, ok.error().message);
         return ok.has_value();
@@ -474,7 +684,8 @@ class FrameRenderer {
     const RenderJob& job_;
     const FrameInput& input_;
     Diagnostics& diagnostics_;
-    std::optional<EarlierPart> earlier_;  ///< what the render goes on from; its sums move into the film
+    std::optional<EarlierPart>
+        earlier_;  ///< what the render goes on from; its sums move into the film
     std::optional<image::TopUpRequest> request_;
     std::string top_ups_ = "[]";
     image::Window window_;
@@ -496,7 +707,8 @@ class FrameRenderer {
 }  // namespace
 
 image::Window data_window(const scene::RenderSettings& s, const std::vector<double>& crop) {
-    double x0 = s.data_window_ndc[0], y0 = s.data_window_ndc[1], x1 = s.data_window_ndc[2], y1 = s.data_window_ndc[3];
+    double x0 = s.data_window_ndc[0], y0 = s.data_window_ndc[1], x1 = s.data_window_ndc[2],
+           y1 = s.data_window_ndc[3];
     if (crop.size() == 4) {
         x0 = std::max(x0, crop[0]);
         x1 = std::min(x1, crop[1]);
@@ -505,7 +717,10 @@ image::Window data_window(const scene::RenderSettings& s, const std::vector<doub
     }
     // Pixel i has its centre at (i + 0.5) / n; rows count from the top, NDC from the bottom
     constexpr double widest = 4.0;  // pictures of overscan on each side
-    const auto first = [](double ndc, int n) { return std::isnan(ndc) ? 0 : int(std::ceil(std::clamp(ndc, -widest, 1.0 + widest) * n - 0.5)); };
+    const auto first = [](double ndc, int n) {
+        return std::isnan(ndc) ? 0
+                               : int(std::ceil(std::clamp(ndc, -widest, 1.0 + widest) * n - 0.5));
+    };
     image::Window w;
     w.x0 = first(x0, s.width);
     w.x1 = first(x1, s.width);
@@ -522,30 +737,46 @@ int render_frame(const RenderJob& job, const FrameInput& input, Diagnostics& dia
     }
     std::optional<OutputLock> lock;
     if (!job.replay) {
-        if (const int code = take_output(input.output, lock, diagnostics); code != Done) return code;
+        if (const int code = take_output(input.output, lock, diagnostics); code != Done)
+            return code;
     }
     FrameSettings settings;
     if (!job.replay) settings = frame_settings(job, input);
-    if (!job.arguments.resume) return FrameRenderer(job, input, std::move(settings), std::nullopt, std::nullopt, diagnostics).run();
+    if (!job.arguments.resume)
+        return FrameRenderer(job, input, std::move(settings), std::nullopt, std::nullopt,
+                             diagnostics)
+            .run();
 
     Result<std::optional<EarlierPart>> earlier = read_earlier_part(input.output);
     if (!earlier) return refuse_to_resume(input.output, earlier.error().message, diagnostics);
     const std::string why = *earlier ? difference(**earlier, job, input, settings) : std::string();
     if (!why.empty()) return refuse_to_resume(input.output, why, diagnostics);
     if (job.arguments.for_mix.empty()) {
-        if (!*earlier) diagnostics.note("resume", {}, {}, fmt::format("there is no {} yet: the render starts from its first sample", input.output));
-        return FrameRenderer(job, input, std::move(settings), std::move(*earlier), std::nullopt, diagnostics).run();
+        if (!*earlier)
+            diagnostics.note(
+                "resume", {}, {},
+                fmt::format("there is no {} yet: the render starts from its first sample",
+                            input.output));
+        return FrameRenderer(job, input, std::move(settings), std::move(*earlier), std::nullopt,
+                             diagnostics)
+            .run();
     }
-    if (!*earlier) return refuse_to_resume(input.output, "there is no such file, and --for-mix adds to one", diagnostics);
+    if (!*earlier)
+        return refuse_to_resume(input.output, "there is no such file, and --for-mix adds to one",
+                                diagnostics);
     Result<image::TopUpRequest> request = read_request(job.arguments.for_mix, input, window);
-    if (!request && request.error().code == "resume-refused") return refuse_to_resume(input.output, request.error().message, diagnostics);
+    if (!request && request.error().code == "resume-refused")
+        return refuse_to_resume(input.output, request.error().message, diagnostics);
     if (!request) {
         diagnostics.error(request.error().code, {}, {}, request.error().message);
         return RenderError;
     }
     RenderJob topped = job;
-    if (!job.arguments.spp && request->samples >= 1.0) topped.schedule.end_sample = uint64_t(std::llround(request->samples));
-    return FrameRenderer(topped, input, std::move(settings), std::move(*earlier), std::move(*request), diagnostics).run();
+    if (!job.arguments.spp && request->samples >= 1.0)
+        topped.schedule.end_sample = uint64_t(std::llround(request->samples));
+    return FrameRenderer(topped, input, std::move(settings), std::move(*earlier),
+                         std::move(*request), diagnostics)
+        .run();
 }
 
 }  // namespace velatura::app

@@ -1,41 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "app/effect_choice.h"
 #include "app/progress.h"
 #include "app/render_arguments.h"
 #include "base/diagnostics.h"
 #include "film/film.h"
 #include "geometry/dicing.h"
-#include "integrator/caustics.h"
 #include "integrator/branch_trial.h"
-#include "integrator/roulette_trial.h"
+#include "integrator/caustics.h"
 #include "integrator/effect_plan.h"
 #include "integrator/guide_training.h"
 #include "integrator/path_tracer.h"
 #include "integrator/render_options.h"
+#include "integrator/roulette_trial.h"
 #include "scene/scene.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace velatura::app {
 
-/// The command line of a render, checked and with the scene's own settings filled in; the same for every frame.
+/// The command line of a render, checked and with the scene's own settings filled in; the same for
+/// every frame.
 struct RenderJob {
     RenderArguments arguments;
     integrator::RenderOptions schedule;
     integrator::PathTracerOptions tracer;
-    film::LayerSet layers;  ///< without groups
+    film::LayerSet layers;               ///< without groups
     std::string light_sampling = "mis";  ///< as the option names it
     std::string light_selection_name = "tree";
     lights::SelectionKind light_selection = lights::SelectionKind::Tree;
-    bool samples_light_area = false;     ///< see integrator::WorldOptions
+    bool samples_light_area = false;                         ///< see integrator::WorldOptions
     const accel::AcceleratorFactory* accelerator = nullptr;  ///< nullptr = the own BVH
     geometry::DicingOptions dicing;
-    std::optional<accel::BvhQuality> bvh_quality = {};  ///< by default chosen by the expected number of rays
+    std::optional<accel::BvhQuality> bvh_quality =
+        {};  ///< by default chosen by the expected number of rays
     integrator::Guiding guiding = integrator::Guiding::Auto;
     bool splits = true;  ///< paths divide where trial paths say that it pays
     integrator::Caustics caustics = integrator::Caustics::Path;
@@ -63,7 +65,7 @@ struct FrameInput {
     const scene::Scene& scene;
     integrator::EffectPlan plan;
     std::string output;
-    std::string scene_name;  ///< file name of the root layer, no folder
+    std::string scene_name;     ///< file name of the root layer, no folder
     uint64_t content_hash = 0;  ///< of every layer that took part
     std::vector<std::string> layer_names;
     std::vector<image::LightValues> light_values;  ///< of the light prims
@@ -71,12 +73,13 @@ struct FrameInput {
     double open_s = 0, translate_s = 0;
 };
 
-/// Renders and writes one frame, with progress and interim pictures; prints what was written unless quiet.
-/// Returns: an exit code of exit_codes.h.
+/// Renders and writes one frame, with progress and interim pictures; prints what was written unless
+/// quiet. Returns: an exit code of exit_codes.h.
 int render_frame(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics);
 
-/// The part of the picture to render: data window of the settings cut by --crop; it may reach beyond the picture
-/// (overscan). Origin top left, in pixels. A pixel is in if its centre is (UsdRenderSettings dataWindowNDC).
+/// The part of the picture to render: data window of the settings cut by --crop; it may reach
+/// beyond the picture (overscan). Origin top left, in pixels. A pixel is in if its centre is
+/// (UsdRenderSettings dataWindowNDC).
 image::Window data_window(const scene::RenderSettings& settings, const std::vector<double>& crop);
 
 }  // namespace velatura::app

@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "app/parse_values.h"
+#include "app/render_frame.h"
+#include "film/lobe_layers.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <charconv>
 
-#include <unistd.h>
-
-#include <fmt/format.h>
-
-#include "app/parse_values.h"
-#include "app/render_frame.h"
-#include "film/lobe_layers.h"
-
 namespace velatura::app {
 
 namespace {
 
-Error usage(std::string message) { return {"usage", std::move(message)}; }
+Error usage(std::string message) {
+    return {"usage", std::move(message)};
+}
 
 lights::SelectionKind selection_kind(std::string_view name) {
     if (name == "uniform") return lights::SelectionKind::Uniform;
@@ -24,22 +25,28 @@ lights::SelectionKind selection_kind(std::string_view name) {
     return name == "power" ? lights::SelectionKind::Power : lights::SelectionKind::Tree;
 }
 
-/// The points of a pixel. Two halves that know nothing of each other cost efficiency: only where their difference counts.
+/// The points of a pixel. Two halves that know nothing of each other cost efficiency: only where
+/// their difference counts.
 sampling::SamplerKind sampler_kind(const RenderArguments& a) {
     if (a.sampler == "independent") return sampling::SamplerKind::Independent;
-    if (a.sampler == "stratified") return a.halves ? sampling::SamplerKind::StratifiedHalves : sampling::SamplerKind::Stratified;
-    if (a.sampler == "blue-noise") return a.halves ? sampling::SamplerKind::BlueNoiseHalves : sampling::SamplerKind::BlueNoise;
+    if (a.sampler == "stratified")
+        return a.halves ? sampling::SamplerKind::StratifiedHalves
+                        : sampling::SamplerKind::Stratified;
+    if (a.sampler == "blue-noise")
+        return a.halves ? sampling::SamplerKind::BlueNoiseHalves : sampling::SamplerKind::BlueNoise;
     return a.halves ? sampling::SamplerKind::SobolHalves : sampling::SamplerKind::Sobol;
 }
 
 /// Who looks for lights, and how.
 Result<void> choose_light_sampling(const RenderArguments& a, RenderJob& job) {
     using integrator::LightSampling;
+
     struct Way {
         std::string_view name;
         LightSampling sampling;
         bool by_area = false;
     };
+
     constexpr Way ways[] = {{"mis", LightSampling::Mis},
                             {"light", LightSampling::Light},
                             {"area", LightSampling::Light, true},
@@ -47,19 +54,32 @@ Result<void> choose_light_sampling(const RenderArguments& a, RenderJob& job) {
                             {"hemisphere", LightSampling::Hemisphere},
                             {"cosine", LightSampling::Cosine},
                             {"bsdf", LightSampling::Bsdf}};
-    // The integrator's name stands for a way of light sampling; naming another one is a contradiction but for `path`
-    const std::string_view usual = a.integrator == "path" ? "mis" : a.integrator == "naive" ? "bsdf" : "light";
-    const std::string_view wanted = a.light_sampling.empty() ? usual : std::string_view(a.light_sampling);
-    if (wanted != usual && a.integrator != "path") return usage(fmt::format("--integrator {} means --light-sampling {}, not {}", a.integrator, usual, wanted));
-    const Way* const way = std::find_if(std::begin(ways), std::end(ways), [&](const Way& w) { return w.name == wanted; });
-    if (way == std::end(ways)) return usage(fmt::format("--light-sampling: unknown way \"{}\"", wanted));
+    // The integrator's name stands for a way of light sampling; naming another one is a
+    // contradiction but for `path`
+    const std::string_view usual = a.integrator == "path"    ? "mis"
+                                   : a.integrator == "naive" ? "bsdf"
+                                                             : "light";
+    const std::string_view wanted =
+        a.light_sampling.empty() ? usual : std::string_view(a.light_sampling);
+    if (wanted != usual && a.integrator != "path")
+        return usage(fmt::format("--integrator {} means --light-sampling {}, not {}", a.integrator,
+                                 usual, wanted));
+    const Way* const way = std::find_if(std::begin(ways), std::end(ways),
+                                        [&](const Way& w) { return w.name == wanted; });
+    if (way == std::end(ways))
+        return usage(fmt::format("--light-sampling: unknown way \"{}\"", wanted));
     job.light_sampling = wanted;
     job.tracer.estimator.light_sampling = way->sampling;
     job.samples_light_area = way->by_area;
 
     const bool is_global = wanted == "global-area";
-    if (is_global && !a.light_selection.empty() && a.light_selection != "area") return usage(fmt::format("--light-sampling global-area means --light-selection area, not {}", a.light_selection));
-    job.light_selection_name = !a.light_selection.empty() ? a.light_selection : is_global ? "area" : "tree";
+    if (is_global && !a.light_selection.empty() && a.light_selection != "area")
+        return usage(
+            fmt::format("--light-sampling global-area means --light-selection area, not {}",
+                        a.light_selection));
+    job.light_selection_name = !a.light_selection.empty() ? a.light_selection
+                               : is_global                ? "area"
+                                                          : "tree";
     job.light_selection = selection_kind(job.light_selection_name);
     return {};
 }
@@ -67,17 +87,25 @@ Result<void> choose_light_sampling(const RenderArguments& a, RenderJob& job) {
 /// How paths end.
 Result<void> choose_roulette(const RenderArguments& a, integrator::EstimatorOptions& estimator) {
     using integrator::Roulette;
+
     struct Way {
         std::string_view name;
         Roulette roulette;
     };
-    constexpr Way ways[] = {{"throughput", Roulette::Throughput}, {"albedo", Roulette::Albedo}, {"efficiency", Roulette::Efficiency},
-                            {"constant", Roulette::Constant},     {"cutoff", Roulette::Cutoff}, {"none", Roulette::None}};
-    const Way* const way = std::find_if(std::begin(ways), std::end(ways), [&](const Way& w) { return w.name == a.roulette; });
-    if (way == std::end(ways)) return usage(fmt::format("--roulette: unknown way \"{}\"", a.roulette));
+
+    constexpr Way ways[] = {{"throughput", Roulette::Throughput}, {"albedo", Roulette::Albedo},
+                            {"efficiency", Roulette::Efficiency}, {"constant", Roulette::Constant},
+                            {"cutoff", Roulette::Cutoff},         {"none", Roulette::None}};
+    const Way* const way = std::find_if(std::begin(ways), std::end(ways),
+                                        [&](const Way& w) { return w.name == a.roulette; });
+    if (way == std::end(ways))
+        return usage(fmt::format("--roulette: unknown way \"{}\"", a.roulette));
     estimator.roulette = way->roulette;
-    if (estimator.roulette == Roulette::None && a.max_depth == 0) return usage("--roulette none needs --max-depth: without either, paths in closed rooms do not end");
-    if (a.cutoff && estimator.roulette != Roulette::Cutoff) return usage(fmt::format("--cutoff belongs to --roulette cutoff, not to {}", a.roulette));
+    if (estimator.roulette == Roulette::None && a.max_depth == 0)
+        return usage(
+            "--roulette none needs --max-depth: without either, paths in closed rooms do not end");
+    if (a.cutoff && estimator.roulette != Roulette::Cutoff)
+        return usage(fmt::format("--cutoff belongs to --roulette cutoff, not to {}", a.roulette));
     if (a.cutoff) estimator.cutoff = float(*a.cutoff);
     return {};
 }
@@ -90,22 +118,33 @@ Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
     if (const auto ok = choose_roulette(a, estimator); !ok) return ok.error();
     job.tracer.sampler = sampler_kind(a);
     const std::optional<integrator::Guiding> guiding = integrator::guiding_mode(a.guiding);
-    if (!guiding) return usage(fmt::format("--guiding: expected off, auto or on, found \"{}\"", a.guiding));
+    if (!guiding)
+        return usage(fmt::format("--guiding: expected off, auto or on, found \"{}\"", a.guiding));
     // Chains of mirrors leave no direction to learn
-    if (*guiding == integrator::Guiding::On && estimator.specular_chains_only) return usage("--integrator whitted follows mirrors only: --guiding on has nothing to guide");
+    if (*guiding == integrator::Guiding::On && estimator.specular_chains_only)
+        return usage(
+            "--integrator whitted follows mirrors only: --guiding on has nothing to guide");
     job.guiding = *guiding;
     job.splits = a.splitting == "auto";
     const Result<EffectChoice> effects = parse_effects(a.effects);
     if (!effects) return effects.error();
     job.effects = *effects;
     const std::optional<integrator::Caustics> caustics = integrator::caustics_mode(a.caustics);
-    if (!caustics) return usage(fmt::format("--caustics: expected path, manifold or auto, found \"{}\"", a.caustics));
-    if (*caustics != integrator::Caustics::Path && estimator.specular_chains_only) return usage(fmt::format("--integrator whitted leaves caustics out: --caustics {} has nothing to find", a.caustics));
+    if (!caustics)
+        return usage(
+            fmt::format("--caustics: expected path, manifold or auto, found \"{}\"", a.caustics));
+    if (*caustics != integrator::Caustics::Path && estimator.specular_chains_only)
+        return usage(fmt::format(
+            "--integrator whitted leaves caustics out: --caustics {} has nothing to find",
+            a.caustics));
     job.caustics = *caustics;
-    for (const accel::BvhQuality quality : {accel::BvhQuality::Fast, accel::BvhQuality::Balanced, accel::BvhQuality::High}) {
+    for (const accel::BvhQuality quality :
+         {accel::BvhQuality::Fast, accel::BvhQuality::Balanced, accel::BvhQuality::High}) {
         if (a.bvh_quality == accel::name_of(quality)) job.bvh_quality = quality;
     }
-    if (!job.bvh_quality && a.bvh_quality != "auto") return usage(fmt::format("--bvh-quality: expected auto, fast, balanced or high, found \"{}\"", a.bvh_quality));
+    if (!job.bvh_quality && a.bvh_quality != "auto")
+        return usage(fmt::format(
+            "--bvh-quality: expected auto, fast, balanced or high, found \"{}\"", a.bvh_quality));
     return {};
 }
 
@@ -113,7 +152,8 @@ Result<void> choose_layers(const RenderArguments& a, film::LayerSet& layers) {
     layers.last_bounce = a.bounces;
     layers.halves = a.halves;
     layers.float_layers = a.float_layers;
-    layers.bounce_layers = layers.group_layers = layers.matrix_layers = layers.shadow_layers = layers.caster_layers = layers.data_layers = false;
+    layers.bounce_layers = layers.group_layers = layers.matrix_layers = layers.shadow_layers =
+        layers.caster_layers = layers.data_layers = false;
     if (a.clamp_direct) layers.clamp_direct = float(*a.clamp_direct);
     if (a.clamp_indirect) layers.clamp_indirect = float(*a.clamp_indirect);
     bool has_lobes = false;
@@ -127,7 +167,11 @@ Result<void> choose_layers(const RenderArguments& a, film::LayerSet& layers) {
                      : family == "lobe"   ? &has_lobes
                      : family == "data"   ? &layers.data_layers
                                           : nullptr;
-        if (!flag) return usage(fmt::format("--layers: unknown family \"{}\": expected bounce, light, matrix, shadow, caster, lobe, data or none", family));
+        if (!flag)
+            return usage(
+                fmt::format("--layers: unknown family \"{}\": expected bounce, light, matrix, "
+                            "shadow, caster, lobe, data or none",
+                            family));
         *flag = true;
     }
     if (has_lobes) layers.path_layers = film::lobe_layers();
@@ -137,8 +181,11 @@ Result<void> choose_layers(const RenderArguments& a, film::LayerSet& layers) {
     layers.matte_levels = a.matte_levels.value_or(layers.matte_levels);
     if (a.cryptomatte.empty()) return {};
     for (const std::string& word : split(a.cryptomatte, ',')) {
-        const auto kind = std::find_if(image::matte_kinds.begin(), image::matte_kinds.end(), [&](image::MatteKind k) { return matte_word(k) == word; });
-        if (kind == image::matte_kinds.end()) return usage(fmt::format("--cryptomatte: expected object, material or both, found \"{}\"", word));
+        const auto kind = std::find_if(image::matte_kinds.begin(), image::matte_kinds.end(),
+                                       [&](image::MatteKind k) { return matte_word(k) == word; });
+        if (kind == image::matte_kinds.end())
+            return usage(fmt::format(
+                "--cryptomatte: expected object, material or both, found \"{}\"", word));
         layers.mattes[size_t(*kind)] = true;
     }
     return {};
@@ -157,7 +204,10 @@ Result<void> choose_samples(const RenderArguments& a, integrator::RenderOptions&
 }
 
 /// Parses an optional text option into a number; empty stays at the default.
-Result<void> parse_into(double& value, const std::string& text, const char* option, Result<double> (*parse)(std::string_view)) {
+Result<void> parse_into(double& value,
+                        const std::string& text,
+                        const char* option,
+                        Result<double> (*parse)(std::string_view)) {
     if (text.empty()) return {};
     const Result<double> parsed = parse(text);
     if (!parsed) return usage(fmt::format("{}: {}", option, parsed.error().message));
@@ -174,35 +224,60 @@ Result<std::array<uint64_t, 3>> parse_replay(const std::string& text) {
         const auto parsed = std::from_chars(parts[i].data(), end, out[i]);
         is_good = parsed.ec == std::errc() && parsed.ptr == end;
     }
-    if (!is_good) return usage(fmt::format("--replay: cannot read \"{}\": expected x,y,sample", text));
+    if (!is_good)
+        return usage(fmt::format("--replay: cannot read \"{}\": expected x,y,sample", text));
     return out;
 }
 
 Result<void> check_sizes(const RenderArguments& a) {
     constexpr int largest = 1 << 16;
-    if (!a.resolution.empty() && (a.resolution[0] < 1 || a.resolution[1] < 1 || a.resolution[0] > largest || a.resolution[1] > largest)) {
-        return usage(fmt::format("--res: {} x {} is not a picture: expected 1 to {} pixels on each side", a.resolution[0], a.resolution[1], largest));
+    if (!a.resolution.empty() && (a.resolution[0] < 1 || a.resolution[1] < 1 ||
+                                  a.resolution[0] > largest || a.resolution[1] > largest)) {
+        return usage(
+            fmt::format("--res: {} x {} is not a picture: expected 1 to {} pixels on each side",
+                        a.resolution[0], a.resolution[1], largest));
     }
-    if (!a.crop.empty() && !(a.crop[0] < a.crop[1] && a.crop[2] < a.crop[3])) return usage("--crop: expected X0 < X1 and Y0 < Y1");
+    if (!a.crop.empty() && !(a.crop[0] < a.crop[1] && a.crop[2] < a.crop[3]))
+        return usage("--crop: expected X0 < X1 and Y0 < Y1");
     return {};
 }
 
 /// Options that would be ignored beside another one.
 Result<void> check_combinations(const RenderArguments& a) {
-    if (!a.output.empty() && !has_exr_extension(a.output)) return usage(fmt::format("--output: light layers are written as OpenEXR: expected a name ending in .exr, found \"{}\"", a.output));
-    if (a.deep && !a.samples.empty()) return usage("--deep and --samples cannot be given together: deep pictures of parts of the samples do not merge");
-    if (a.deep && a.resume) return usage("--deep and --resume cannot be given together: deep pictures do not go on");
-    if (a.deep && a.filter == "mitchell") return usage("--deep cannot be had with --filter mitchell: coverage by weights below zero has no depth");
-    if (!a.replay.empty() && (!a.output.empty() || !a.stats.empty())) return usage("--replay writes no file: leave out --output and --stats");
+    if (!a.output.empty() && !has_exr_extension(a.output))
+        return usage(
+            fmt::format("--output: light layers are written as OpenEXR: expected a name ending in "
+                        ".exr, found \"{}\"",
+                        a.output));
+    if (a.deep && !a.samples.empty())
+        return usage(
+            "--deep and --samples cannot be given together: deep pictures of parts of the samples "
+            "do not merge");
+    if (a.deep && a.resume)
+        return usage("--deep and --resume cannot be given together: deep pictures do not go on");
+    if (a.deep && a.filter == "mitchell")
+        return usage(
+            "--deep cannot be had with --filter mitchell: coverage by weights below zero has no "
+            "depth");
+    if (!a.replay.empty() && (!a.output.empty() || !a.stats.empty()))
+        return usage("--replay writes no file: leave out --output and --stats");
     for (const std::string& lpe : a.lpe)
-        if (lpe.find('=') == 0 || lpe.find('=') == std::string::npos) return usage(fmt::format("--lpe: expected NAME=EXPRESSION, found \"{}\"", lpe));
+        if (lpe.find('=') == 0 || lpe.find('=') == std::string::npos)
+            return usage(fmt::format("--lpe: expected NAME=EXPRESSION, found \"{}\"", lpe));
     if (!a.replay.empty() && a.deep) return usage("--replay writes no file: leave out --deep");
     if (a.deep_samples && !a.deep) return usage("--deep-samples needs --deep");
-    if (a.matte_levels && a.cryptomatte.empty()) return usage("--cryptomatte-levels needs --cryptomatte");
-    if (!a.snapshot.empty() && !a.checkpoint.empty()) return usage("--snapshot and --checkpoint cannot be given together: a checkpoint is an interim picture");
-    if (!a.replay.empty() && a.resume) return usage("--replay traces one sample: leave out --resume");
-    if (!a.for_mix.empty() && !a.resume) return usage("--for-mix adds to a file: give --resume as well");
-    if (!a.for_mix.empty() && !a.samples.empty()) return usage("--for-mix places samples by its own counts: leave out --samples");
+    if (a.matte_levels && a.cryptomatte.empty())
+        return usage("--cryptomatte-levels needs --cryptomatte");
+    if (!a.snapshot.empty() && !a.checkpoint.empty())
+        return usage(
+            "--snapshot and --checkpoint cannot be given together: a checkpoint is an interim "
+            "picture");
+    if (!a.replay.empty() && a.resume)
+        return usage("--replay traces one sample: leave out --resume");
+    if (!a.for_mix.empty() && !a.resume)
+        return usage("--for-mix adds to a file: give --resume as well");
+    if (!a.for_mix.empty() && !a.samples.empty())
+        return usage("--for-mix places samples by its own counts: leave out --samples");
     return {};
 }
 
@@ -217,7 +292,8 @@ image::Compression compression_of(const std::string& name) {
 bool has_exr_extension(const std::string& path) {
     if (path.size() < 4) return false;
     std::string end = path.substr(path.size() - 4);
-    std::transform(end.begin(), end.end(), end.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+    std::transform(end.begin(), end.end(), end.begin(),
+                   [](unsigned char c) { return char(std::tolower(c)); });
     return end == ".exr";
 }
 
@@ -233,19 +309,39 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     if (const auto ok = check_combinations(a); !ok) return ok.error();
     if (const auto ok = choose_layers(a, job.layers); !ok) return ok.error();
     if (const auto ok = choose_samples(a, job.schedule); !ok) return ok.error();
-    if (const auto ok = parse_into(job.schedule.time_budget_s, a.time, "--time", parse_duration); !ok) return ok.error();
-    if (const auto ok = parse_into(job.schedule.target_error, a.target_error, "--target-error", parse_fraction); !ok) return ok.error();
-    if (const auto ok = parse_into(job.schedule.forecast_error, a.forecast, "--forecast", parse_fraction); !ok) return ok.error();
-    if (const auto ok = parse_into(job.schedule.snapshot_interval_s, a.snapshot, "--snapshot", parse_duration); !ok) return ok.error();
-    if (a.deep) job.deep = film::DeepOptions{.most_samples = a.deep_samples.value_or(film::DeepOptions{}.most_samples)};
+    if (const auto ok = parse_into(job.schedule.time_budget_s, a.time, "--time", parse_duration);
+        !ok)
+        return ok.error();
+    if (const auto ok =
+            parse_into(job.schedule.target_error, a.target_error, "--target-error", parse_fraction);
+        !ok)
+        return ok.error();
+    if (const auto ok =
+            parse_into(job.schedule.forecast_error, a.forecast, "--forecast", parse_fraction);
+        !ok)
+        return ok.error();
+    if (const auto ok =
+            parse_into(job.schedule.snapshot_interval_s, a.snapshot, "--snapshot", parse_duration);
+        !ok)
+        return ok.error();
+    if (a.deep)
+        job.deep = film::DeepOptions{.most_samples =
+                                         a.deep_samples.value_or(film::DeepOptions{}.most_samples)};
     double checkpoint_s = 0;
-    if (const auto ok = parse_into(checkpoint_s, a.checkpoint, "--checkpoint", parse_duration); !ok) return ok.error();
-    if (checkpoint_s > 0 && a.exr_layout == "split") return usage("--checkpoint replaces one file in one step: leave out --exr-layout split");
+    if (const auto ok = parse_into(checkpoint_s, a.checkpoint, "--checkpoint", parse_duration); !ok)
+        return ok.error();
+    if (checkpoint_s > 0 && a.exr_layout == "split")
+        return usage("--checkpoint replaces one file in one step: leave out --exr-layout split");
     // An interim picture with sums is a checkpoint
     if (checkpoint_s > 0) job.schedule.snapshot_interval_s = checkpoint_s;
-    job.schedule.mode = a.mode == "tile" ? integrator::RenderMode::Tile : integrator::RenderMode::Progressive;
-    if (job.schedule.mode == integrator::RenderMode::Tile && (job.schedule.time_budget_s > 0 || job.schedule.target_error > 0 || job.schedule.forecast_error > 0 || job.schedule.snapshot_interval_s > 0)) {
-        return usage("--time, --target-error, --forecast, --snapshot and --checkpoint need --mode progressive");
+    job.schedule.mode =
+        a.mode == "tile" ? integrator::RenderMode::Tile : integrator::RenderMode::Progressive;
+    if (job.schedule.mode == integrator::RenderMode::Tile &&
+        (job.schedule.time_budget_s > 0 || job.schedule.target_error > 0 ||
+         job.schedule.forecast_error > 0 || job.schedule.snapshot_interval_s > 0)) {
+        return usage(
+            "--time, --target-error, --forecast, --snapshot and --checkpoint need --mode "
+            "progressive");
     }
     job.schedule.seed = job.tracer.seed = a.seed;
     job.schedule.tile_size = a.tile;
@@ -259,10 +355,14 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     job.tracer.filter = *filter;
     if (const auto ok = choose_estimator(a, job); !ok) return ok.error();
     job.schedule.has_dependent_changes = job.tracer.sampler == sampling::SamplerKind::Stratified;
-    job.schedule.has_independent_halves = sampling::has_halves(job.tracer.sampler) || job.tracer.sampler == sampling::SamplerKind::Independent;
-    job.layout = a.exr_layout == "single" ? image::Layout::SinglePart : a.exr_layout == "split" ? image::Layout::Split : image::Layout::MultiPart;
+    job.schedule.has_independent_halves = sampling::has_halves(job.tracer.sampler) ||
+                                          job.tracer.sampler == sampling::SamplerKind::Independent;
+    job.layout = a.exr_layout == "single"  ? image::Layout::SinglePart
+                 : a.exr_layout == "split" ? image::Layout::Split
+                                           : image::Layout::MultiPart;
     job.compression = compression_of(a.exr_compression);
-    const auto progress = parse_progress_style(a.quiet ? "none" : a.progress, ::isatty(STDOUT_FILENO) == 1);
+    const auto progress =
+        parse_progress_style(a.quiet ? "none" : a.progress, ::isatty(STDOUT_FILENO) == 1);
     if (!progress) return usage(progress.error().message);
     job.progress = *progress;
     if (!a.replay.empty()) {

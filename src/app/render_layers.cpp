@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/render_layers.h"
 
-#include <cctype>
-#include <map>
-#include <optional>
-#include <utility>
-
-#include <fmt/format.h>
-
 #include "base/unique_names.h"
 #include "film/light_path_expression.h"
 #include "film/lobe_layers.h"
@@ -15,16 +8,41 @@
 #include "image/layer_sources.h"
 #include "image/names.h"
 
+#include <fmt/format.h>
+
+#include <cctype>
+#include <map>
+#include <optional>
+#include <utility>
+
 namespace velatura::app {
 
 namespace {
 
-/// Data layers by the names that others have for them (Hydra's tokens, RenderMan, Arnold); empty: what every file holds.
+/// Data layers by the names that others have for them (Hydra's tokens, RenderMan, Arnold); empty:
+/// what every file holds.
 std::optional<std::string> data_layer(const std::string& name) {
     static const std::map<std::string, std::string> names = {
-        {"color", ""},       {"Ci", ""},          {"C", ""},    {"RGBA", ""},       {"rgba", ""}, {"beauty", ""},       {"alpha", ""}, {"a", ""},
-        {"A", ""},           {"depth", "Z"},      {"Z", "Z"},   {"cameraDepth", "Z"}, {"P", "P"},   {"N", "N"},           {"normal", "N"}, {"st", "st"},
-        {"albedo", "albedo"}, {"primId", "primId"}, {"instanceId", "instanceId"}, {"sampleCount", "sampleCount"},
+        {"color", ""},
+        {"Ci", ""},
+        {"C", ""},
+        {"RGBA", ""},
+        {"rgba", ""},
+        {"beauty", ""},
+        {"alpha", ""},
+        {"a", ""},
+        {"A", ""},
+        {"depth", "Z"},
+        {"Z", "Z"},
+        {"cameraDepth", "Z"},
+        {"P", "P"},
+        {"N", "N"},
+        {"normal", "N"},
+        {"st", "st"},
+        {"albedo", "albedo"},
+        {"primId", "primId"},
+        {"instanceId", "instanceId"},
+        {"sampleCount", "sampleCount"},
     };
     const auto at = names.find(name);
     if (at == names.end()) return std::nullopt;
@@ -47,7 +65,10 @@ std::map<std::string, std::string> stored_layers(const film::LayerSet& set) {
     add(true, image::path_sources(set, table, "lobes"));
     add(true, image::path_sources(set, table, "paths"));
     // Also names of files and parts
-    for (const char* data : {"beauty", "deep", "data", "rgba", "albedo", "N", "P", "Z", "st", "primId", "instanceId", "sampleCount", "variance", "invalid", "R", "G", "B", "A"}) names.emplace(data, "");
+    for (const char* data :
+         {"beauty", "deep", "data", "rgba", "albedo", "N", "P", "Z", "st", "primId", "instanceId",
+          "sampleCount", "variance", "invalid", "R", "G", "B", "A"})
+        names.emplace(data, "");
     for (const image::DataAlias& a : set.data_aliases) names.emplace(a.name, "");
     return names;
 }
@@ -60,10 +81,13 @@ bool is_reserved(const std::string& name) {
 }
 
 /// Room for `.R`, and for `_hA` and `clamp_` where these come.
-size_t longest_name(const film::LayerSet& set) { return image::max_channel_name_bytes - 2 - (set.halves ? 3 : 0) - (set.has_clamp() ? 6 : 0); }
+size_t longest_name(const film::LayerSet& set) {
+    return image::max_channel_name_bytes - 2 - (set.halves ? 3 : 0) - (set.has_clamp() ? 6 : 0);
+}
 
 Result<void> check_paths(const std::vector<image::PathLayer>& layers, const film::LayerSet& set) {
-    const Result<film::PathAutomaton> made = film::PathAutomaton::make(layers, set.has_strict_paths, set.groups);
+    const Result<film::PathAutomaton> made =
+        film::PathAutomaton::make(layers, set.has_strict_paths, set.groups);
     if (!made) return made.error();
     return {};
 }
@@ -71,7 +95,8 @@ Result<void> check_paths(const std::vector<image::PathLayer>& layers, const film
 /// Adds what was asked for by name, one after the other.
 class LayerChoice {
   public:
-    explicit LayerChoice(film::LayerSet set) : set_(std::move(set)), taken_(stored_layers(set_)), names_("_", longest_name(set_)) {
+    explicit LayerChoice(film::LayerSet set)
+        : set_(std::move(set)), taken_(stored_layers(set_)), names_("_", longest_name(set_)) {
         for (const auto& [name, lpe] : taken_) names_.take(name);
     }
 
@@ -92,17 +117,21 @@ class LayerChoice {
         return note;
     }
 
-    /// After the last: drops those that were added if all together tell too many paths apart, which is the error "lpe".
+    /// After the last: drops those that were added if all together tell too many paths apart, which
+    /// is the error "lpe".
     Result<void> finish() {
         const Result<void> ok = check_paths(set_.path_layers, set_);
-        if (!ok) std::erase_if(set_.path_layers, [](const image::PathLayer& p) { return p.family == "paths"; });
+        if (!ok)
+            std::erase_if(set_.path_layers,
+                          [](const image::PathLayer& p) { return p.family == "paths"; });
         return ok;
     }
 
     std::string add_data(const std::string& name, const std::string& source) {
         const std::optional<std::string> of = data_layer(source.empty() ? name : source);
         if (!of) return "there is no such layer";
-        if (of->empty() || *of == name) return of->empty() || set_.data_layers ? "" : "--layers leaves data out";
+        if (of->empty() || *of == name)
+            return of->empty() || set_.data_layers ? "" : "--layers leaves data out";
         if (!set_.data_layers) return "--layers leaves data out";
         image::DataAlias alias{name, *of};
         const std::string note = find_name(alias.name);
@@ -115,14 +144,21 @@ class LayerChoice {
     /// Makes the name one that no layer has and files take. Returns: a note if that changed it.
     std::string find_name(std::string& name) {
         std::string legal;
-        for (const char c : name) legal += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
+        for (const char c : name)
+            legal += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
         // As half images are called, also where it is cut short
         for (size_t at = 0; (at = legal.find("_h", at)) != std::string::npos; ++at)
-            if (at + 2 < legal.size() && (legal[at + 2] == 'A' || legal[at + 2] == 'B')) legal.replace(at, 2, "_half");
-        if (!image::is_legal_channel_name(legal.substr(0, 1)) || is_reserved(legal)) legal = "layer_" + legal;
+            if (at + 2 < legal.size() && (legal[at + 2] == 'A' || legal[at + 2] == 'B'))
+                legal.replace(at, 2, "_half");
+        if (!image::is_legal_channel_name(legal.substr(0, 1)) || is_reserved(legal))
+            legal = "layer_" + legal;
         legal = names_.make(legal);
         if (legal == name) return {};
-        const std::string note = fmt::format("it is stored as {}: {}", legal, taken_.contains(name) ? "there is a layer of that name" : "its name is not one for layers of files, or is one for those of another kind");
+        const std::string note = fmt::format(
+            "it is stored as {}: {}", legal,
+            taken_.contains(name)
+                ? "there is a layer of that name"
+                : "its name is not one for layers of files, or is one for those of another kind");
         name = legal;
         return note;
     }
@@ -144,23 +180,29 @@ void add_vars(const scene::RenderSettings& settings, LayerChoice& choice, const 
     for (const scene::RenderVar& var : settings.products.front().vars) {
         if (var.source_type == "lpe") {
             const Result<std::string> note = choice.add_path(var.name, var.source_name);
-            if (!note) tell(var, note.error().message, true);
-            else if (!note->empty()) tell(var, *note, false);
+            if (!note)
+                tell(var, note.error().message, true);
+            else if (!note->empty())
+                tell(var, *note, false);
         } else if (var.source_type == "raw") {
             const std::string note = choice.add_data(var.name, var.source_name);
             if (!note.empty()) tell(var, note, false);
         } else if (var.source_type != "intrinsic") {
             // Intrinsic ones were told of where they were read
-            tell(var, fmt::format("sourceType {} is not supported: it gets no layer", var.source_type), false);
+            tell(var,
+                 fmt::format("sourceType {} is not supported: it gets no layer", var.source_type),
+                 false);
         }
     }
 }
 
 LayerChoice without_vars(const RenderJob& job, const scene::Scene& scene) {
     film::LayerSet layers = job.layers;
-    for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment, g.label});
+    for (const scene::LightGroup& g : scene.groups)
+        layers.groups.push_back({g.name, g.prims, g.is_environment, g.label});
     if (layers.caster_layers)
-        for (const scene::Caster& c : scene.casters.list) layers.casters.push_back({c.name, c.prim});
+        for (const scene::Caster& c : scene.casters.list)
+            layers.casters.push_back({c.name, c.prim});
     layers.normalise_names();
     return LayerChoice(std::move(layers));
 }
@@ -180,25 +222,34 @@ film::LayerSet layers_of(const RenderJob& job, const scene::Scene& scene) {
     return choice.set();
 }
 
-Result<void> check_render_vars(const RenderJob& job, const scene::Scene& scene, Diagnostics& diagnostics) {
+Result<void> check_render_vars(const RenderJob& job,
+                               const scene::Scene& scene,
+                               Diagnostics& diagnostics) {
     LayerChoice choice = without_vars(job, scene);
     for (const std::string& text : job.arguments.lpe) {
         const auto [name, expression] = split_lpe(text);
         const Result<std::string> note = choice.add_path(name, expression);
         if (!note) return Error{"lpe", fmt::format("--lpe {}: {}", name, note.error().message)};
-        if (!note->empty()) diagnostics.warn("lpe", {}, {}, fmt::format("--lpe {}: {}", name, *note));
+        if (!note->empty())
+            diagnostics.warn("lpe", {}, {}, fmt::format("--lpe {}: {}", name, *note));
     }
-    add_vars(scene.settings, choice, [&](const scene::RenderVar& var, const std::string& note, bool is_error) {
-        const bool is_known = var.provenance < scene.provenance.size();
-        const SourceLoc loc = is_known ? scene.provenance[var.provenance].loc : SourceLoc{};
-        const std::string prim = is_known ? scene.provenance[var.provenance].prim_path : scene.settings.name;
-        const std::string message = fmt::format("render var {}: {}", var.name, note);
-        if (is_error) diagnostics.error("render-var", loc, prim, message);
-        else diagnostics.warn("render-var", loc, prim, message);
-    });
+    add_vars(scene.settings, choice,
+             [&](const scene::RenderVar& var, const std::string& note, bool is_error) {
+                 const bool is_known = var.provenance < scene.provenance.size();
+                 const SourceLoc loc =
+                     is_known ? scene.provenance[var.provenance].loc : SourceLoc{};
+                 const std::string prim =
+                     is_known ? scene.provenance[var.provenance].prim_path : scene.settings.name;
+                 const std::string message = fmt::format("render var {}: {}", var.name, note);
+                 if (is_error)
+                     diagnostics.error("render-var", loc, prim, message);
+                 else
+                     diagnostics.warn("render-var", loc, prim, message);
+             });
     if (const Result<void> ok = choice.finish(); !ok) {
         if (!job.arguments.lpe.empty()) return ok;
-        diagnostics.error("render-var", {}, scene.settings.name, ok.error().message + "; render vars get no layers of light paths");
+        diagnostics.error("render-var", {}, scene.settings.name,
+                          ok.error().message + "; render vars get no layers of light paths");
     }
     return {};
 }

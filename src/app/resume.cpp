@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/resume.h"
 
-#include <algorithm>
-#include <filesystem>
-
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
 #include "app/accuracy.h"
 #include "app/build_id.h"
 #include "app/exit_codes.h"
@@ -14,16 +8,26 @@
 #include "image/layer_header.h"
 #include "image/sums_part.h"
 
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <filesystem>
+
 namespace velatura::app {
 
 namespace {
 
-Error refused(std::string why) { return {"resume-refused", std::move(why)}; }
+Error refused(std::string why) {
+    return {"resume-refused", std::move(why)};
+}
 
 /// Build, first sample and settings of the header string; false if there is none that can be read.
 bool parse_settings(const std::string& text, EarlierPart& part) {
     const auto j = nlohmann::ordered_json::parse(text, nullptr, false);
-    if (!j.is_object() || !j.contains("build") || !j["build"].is_string() || !j.contains("settings") || !j["settings"].is_object()) return false;
+    if (!j.is_object() || !j.contains("build") || !j["build"].is_string() ||
+        !j.contains("settings") || !j["settings"].is_object())
+        return false;
     part.build = j["build"].get<std::string>();
     if (!j.contains("firstSample") || !j["firstSample"].is_number_unsigned()) return false;
     part.first_sample = j["firstSample"].get<uint64_t>();
@@ -40,7 +44,9 @@ bool parse_settings(const std::string& text, EarlierPart& part) {
     return true;
 }
 
-std::string text_of(const image::Window& w) { return fmt::format("[{}, {}) x [{}, {})", w.x0, w.x1, w.y0, w.y1); }
+std::string text_of(const image::Window& w) {
+    return fmt::format("[{}, {}) x [{}, {})", w.x0, w.x1, w.y0, w.y1);
+}
 
 }  // namespace
 
@@ -52,25 +58,39 @@ Result<std::optional<EarlierPart>> read_earlier_part(const std::string& path) {
     const Result<image::LayerHeader> header = image::read_layer_header(*file);
     if (!header) return refused(header.error().message);
     Result<image::SampleSums> sums = image::read_sums(*file);
-    if (!sums && sums.error().code == "no-sums") return refused("it holds no sums to go on from: render with --keep-sums, --checkpoint or --resume from the start");
+    if (!sums && sums.error().code == "no-sums")
+        return refused(
+            "it holds no sums to go on from: render with --keep-sums, --checkpoint or --resume "
+            "from the start");
     if (!sums) return refused(sums.error().message);
-    EarlierPart part{std::move(*sums), header->samples.bad, {}, header->samples.scene_hash, 0, {}, "[]", {}};
-    if (!parse_settings(file->text(image::settings_attribute), part)) return refused("it does not say by which build and settings it was rendered");
+    EarlierPart part{
+        std::move(*sums), header->samples.bad, {}, header->samples.scene_hash, 0, {}, "[]", {}};
+    if (!parse_settings(file->text(image::settings_attribute), part))
+        return refused("it does not say by which build and settings it was rendered");
     return std::optional<EarlierPart>(std::move(part));
 }
 
-Result<image::TopUpRequest> read_request(const std::string& path, const FrameInput& input, const image::Window& window) {
+Result<image::TopUpRequest> read_request(const std::string& path,
+                                         const FrameInput& input,
+                                         const image::Window& window) {
     Result<image::TopUpRequest> request = image::read_top_up(path);
     if (!request) return request;
-    if (request->scene_hash != fmt::format("{:016x}", input.content_hash)) return refused(fmt::format("{} was made for another scene", path));
-    if (request->window != window) return refused(fmt::format("{} was made for the pixels {}, and {} are wanted", path, text_of(request->window), text_of(window)));
+    if (request->scene_hash != fmt::format("{:016x}", input.content_hash))
+        return refused(fmt::format("{} was made for another scene", path));
+    if (request->window != window)
+        return refused(fmt::format("{} was made for the pixels {}, and {} are wanted", path,
+                                   text_of(request->window), text_of(window)));
     return request;
 }
 
-std::string with_request(const std::string& top_ups, const image::TopUpRequest& request, uint64_t samples) {
+std::string with_request(const std::string& top_ups,
+                         const image::TopUpRequest& request,
+                         uint64_t samples) {
     auto list = nlohmann::ordered_json::parse(top_ups, nullptr, false);
     if (!list.is_array()) list = nlohmann::ordered_json::array();
-    const nlohmann::ordered_json one = {{"samples", samples}, {"look", nlohmann::ordered_json::parse(request.look_json, nullptr, false)}};
+    const nlohmann::ordered_json one = {
+        {"samples", samples},
+        {"look", nlohmann::ordered_json::parse(request.look_json, nullptr, false)}};
     // A run that was stopped goes on with the same request
     if (list.empty() || list.back() != one) list.push_back(one);
     return list.dump();
@@ -78,21 +98,35 @@ std::string with_request(const std::string& top_ups, const image::TopUpRequest& 
 
 std::string difference(const EarlierPart& earlier, const FrameSettings& settings) {
     for (const auto& setting : settings) {
-        const auto at = std::find_if(earlier.settings.begin(), earlier.settings.end(), [&](const auto& s) { return s.first == setting.first; });
+        const auto at = std::find_if(earlier.settings.begin(), earlier.settings.end(),
+                                     [&](const auto& s) { return s.first == setting.first; });
         const std::string before = at == earlier.settings.end() ? "nothing" : at->second;
-        if (before != setting.second) return fmt::format("other settings: {} was {} and is {}", setting.first, before, setting.second);
+        if (before != setting.second)
+            return fmt::format("other settings: {} was {} and is {}", setting.first, before,
+                               setting.second);
     }
     return {};
 }
 
-std::string difference(const EarlierPart& earlier, const RenderJob& job, const FrameInput& input, const FrameSettings& settings) {
-    if (earlier.build != build_id()) return fmt::format("build {} of velatura rendered it, and this is {}", earlier.build, build_id());
-    if (earlier.scene_hash != fmt::format("{:016x}", input.content_hash)) return "the scene's layers have changed";
+std::string difference(const EarlierPart& earlier,
+                       const RenderJob& job,
+                       const FrameInput& input,
+                       const FrameSettings& settings) {
+    if (earlier.build != build_id())
+        return fmt::format("build {} of velatura rendered it, and this is {}", earlier.build,
+                           build_id());
+    if (earlier.scene_hash != fmt::format("{:016x}", input.content_hash))
+        return "the scene's layers have changed";
     if (const std::string why = difference(earlier, settings); !why.empty()) return why;
     const image::Window window = data_window(input.scene.settings, job.arguments.crop);
-    if (earlier.sums.window() != window) return fmt::format("it shows the pixels {}, and {} are wanted", text_of(earlier.sums.window()), text_of(window));
-    if (earlier.sums.layer_set() != layers_of(job, input.scene)) return "it stores other light layers";
-    if (earlier.first_sample != job.schedule.first_sample) return fmt::format("its samples begin at {}, and {} is wanted", earlier.first_sample, job.schedule.first_sample);
+    if (earlier.sums.window() != window)
+        return fmt::format("it shows the pixels {}, and {} are wanted",
+                           text_of(earlier.sums.window()), text_of(window));
+    if (earlier.sums.layer_set() != layers_of(job, input.scene))
+        return "it stores other light layers";
+    if (earlier.first_sample != job.schedule.first_sample)
+        return fmt::format("its samples begin at {}, and {} is wanted", earlier.first_sample,
+                           job.schedule.first_sample);
     return {};
 }
 

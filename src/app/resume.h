@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "app/frame_settings.h"
 #include "base/diagnostics.h"
 #include "image/layer_file.h"
 #include "image/sample_sums.h"
 #include "image/top_up.h"
+
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace velatura::app {
 
@@ -20,24 +20,33 @@ struct EarlierPart {
     std::string build, scene_hash;
     uint64_t first_sample = 0;
     FrameSettings settings;
-    std::string top_ups = "[]";  ///< JSON: by which looks samples were placed
+    std::string top_ups = "[]";    ///< JSON: by which looks samples were placed
     integrator::ErrorCurve curve;  ///< empty unless it was made for a target
 };
 
-/// Reads the file that a render is to go on from. Nothing: there is no such file yet. Errors: "resume-refused", with the
-/// reason: it is damaged, is no render, holds no sums.
+/// Reads the file that a render is to go on from. Nothing: there is no such file yet. Errors:
+/// "resume-refused", with the reason: it is damaged, is no render, holds no sums.
 Result<std::optional<EarlierPart>> read_earlier_part(const std::string& path);
 
-/// Reads the request of --for-mix. Errors: "resume-refused" (made for another render), those of image::read_top_up.
-Result<image::TopUpRequest> read_request(const std::string& path, const FrameInput& input, const image::Window& window);
+/// Reads the request of --for-mix. Errors: "resume-refused" (made for another render), those of
+/// image::read_top_up.
+Result<image::TopUpRequest> read_request(const std::string& path,
+                                         const FrameInput& input,
+                                         const image::Window& window);
 
 /// The list of looks that samples were placed by, with that of the request behind the others.
-std::string with_request(const std::string& top_ups, const image::TopUpRequest& request, uint64_t samples);
+std::string with_request(const std::string& top_ups,
+                         const image::TopUpRequest& request,
+                         uint64_t samples);
 
 /// Why this is no part of the render of these settings; empty when it is.
-std::string difference(const EarlierPart& earlier, const RenderJob& job, const FrameInput& input, const FrameSettings& settings);
+std::string difference(const EarlierPart& earlier,
+                       const RenderJob& job,
+                       const FrameInput& input,
+                       const FrameSettings& settings);
 
-/// The same of the settings alone. Those that only the earlier render names are not compared: more become known later.
+/// The same of the settings alone. Those that only the earlier render names are not compared: more
+/// become known later.
 std::string difference(const EarlierPart& earlier, const FrameSettings& settings);
 
 /// Says why; the file stays as it is. Returns: the exit code.

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/scene_loader.h"
 
+#include "base/asset_bytes.h"
+#include "base/hash.h"
+#include "base/limits.h"
+#include "usd/compose/layer_registry.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
-
-#include <CLI/CLI.hpp>
-#include <fmt/format.h>
-
-#include "base/asset_bytes.h"
-#include "base/hash.h"
-#include "base/limits.h"
-#include "usd/compose/layer_registry.h"
 
 namespace velatura::app {
 
@@ -34,7 +34,8 @@ class RepeatedCodes {
             if (count <= printed_limit) continue;
             // The collector itself lets no more through
             const bool is_cut = count >= Diagnostics::per_code_limit;
-            fmt::print(stderr, "{}{} more like these, not printed [{}]\n", is_cut ? "at least " : "", count - printed_limit, code);
+            fmt::print(stderr, "{}{} more like these, not printed [{}]\n",
+                       is_cut ? "at least " : "", count - printed_limit, code);
         }
     }
 
@@ -49,16 +50,23 @@ class RepeatedCodes {
 void print_diagnostics(Diagnostics& diagnostics, bool quiet, bool verbose) {
     const auto repeats = std::make_shared<RepeatedCodes>();
     diagnostics.set_listener([&diagnostics, repeats, quiet, verbose](const Diagnostic& d) {
-        const bool is_wanted = d.severity == Severity::Error || (d.severity == Severity::Warning ? !quiet : verbose);
-        if (is_wanted && (verbose || repeats->may_print(d.code))) fmt::print(stderr, "{}\n", diagnostics.format(d));
+        const bool is_wanted =
+            d.severity == Severity::Error || (d.severity == Severity::Warning ? !quiet : verbose);
+        if (is_wanted && (verbose || repeats->may_print(d.code)))
+            fmt::print(stderr, "{}\n", diagnostics.format(d));
     });
 }
 
 void add_materialx_option(CLI::App& command, bool& reads_materialx) {
-    command.add_flag("--materialx", reads_materialx, "compose .mtlx files too, as render does; without it they are errors, as for OpenUSD without its MaterialX plugin");
+    command.add_flag("--materialx", reads_materialx,
+                     "compose .mtlx files too, as render does; without it they are errors, as for "
+                     "OpenUSD without its MaterialX plugin");
 }
 
-Result<LoadedStage> load_stage(const std::string& path, Diagnostics& diagnostics, const AssetOptions& assets, bool reads_materialx) {
+Result<LoadedStage> load_stage(const std::string& path,
+                               Diagnostics& diagnostics,
+                               const AssetOptions& assets,
+                               bool reads_materialx) {
     const auto start = std::chrono::steady_clock::now();
     usd::stage::StageOptions options;
     options.compose.search_paths = assets.search_paths;
@@ -68,16 +76,19 @@ Result<LoadedStage> load_stage(const std::string& path, Diagnostics& diagnostics
     options.compose.max_layers = limits().layers;
     options.compose.reads_materialx = reads_materialx;
     const char* const environment = std::getenv("PXR_AR_DEFAULT_SEARCH_PATH");
-    for (std::string& folder : usd::compose::split_search_path(environment ? environment : "")) options.compose.search_paths.push_back(std::move(folder));
+    for (std::string& folder : usd::compose::split_search_path(environment ? environment : ""))
+        options.compose.search_paths.push_back(std::move(folder));
     Result<usd::stage::Stage> stage = usd::stage::Stage::open(path, options, diagnostics);
     if (!stage) return stage.error();
     LoadedStage loaded{std::move(*stage), 0, {}, 0};
     for (const std::string& file : loaded.stage.layer_files()) {
         loaded.layer_names.push_back(std::filesystem::path(file).filename().string());
         const Result<AssetBytesPtr> asset = open_asset_bytes(file);
-        loaded.content_hash = hash_combine(loaded.content_hash, hash_string(asset ? (*asset)->bytes() : std::string_view(file)));
+        loaded.content_hash = hash_combine(
+            loaded.content_hash, hash_string(asset ? (*asset)->bytes() : std::string_view(file)));
     }
-    loaded.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    loaded.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return loaded;
 }
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
-#include <string>
-#include <vector>
-
 #include "app/asset_options.h"
 #include "base/diagnostics.h"
 #include "base/result.h"
 #include "usd/stage/stage.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
 
 namespace CLI {
 class App;
@@ -16,8 +16,9 @@ class App;
 
 namespace velatura::app {
 
-/// Prints diagnostics to stderr as they come: errors always, warnings unless quiet, notes when verbose. Unless verbose,
-/// only the first 20 of a code; when the Diagnostics ends, the number of the others follows.
+/// Prints diagnostics to stderr as they come: errors always, warnings unless quiet, notes when
+/// verbose. Unless verbose, only the first 20 of a code; when the Diagnostics ends, the number of
+/// the others follows.
 void print_diagnostics(Diagnostics& diagnostics, bool quiet, bool verbose);
 
 /// A composed stage with what identifies its content.
@@ -31,8 +32,12 @@ struct LoadedStage {
 /// Adds --materialx to a command that shows what OpenUSD without its MaterialX plugin composes.
 void add_materialx_option(CLI::App& command, bool& reads_materialx);
 
-/// Opens and composes. Assets are looked for in the search paths, then in $PXR_AR_DEFAULT_SEARCH_PATH, and read
-/// where apply_asset_roots says. Errors: those of Stage::open.
-Result<LoadedStage> load_stage(const std::string& path, Diagnostics& diagnostics, const AssetOptions& assets = {}, bool reads_materialx = true);
+/// Opens and composes. Assets are looked for in the search paths, then in
+/// $PXR_AR_DEFAULT_SEARCH_PATH, and read where apply_asset_roots says. Errors: those of
+/// Stage::open.
+Result<LoadedStage> load_stage(const std::string& path,
+                               Diagnostics& diagnostics,
+                               const AssetOptions& assets = {},
+                               bool reads_materialx = true);
 
 }  // namespace velatura::app

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <chrono>
-#include <memory>
+#include "app/commands.h"
+#include "app/exit_codes.h"
+#include "selftest/checks.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "app/commands.h"
-#include "app/exit_codes.h"
-#include "selftest/checks.h"
+#include <chrono>
+#include <memory>
 
 namespace velatura::app {
 
@@ -28,16 +28,26 @@ int run_checks(uint64_t amount, bool as_json) {
         const selftest::Finding finding = check.run(amount);
         failed += finding.passes() ? 0 : 1;
         if (as_json) {
-            report.push_back({{"case", check.hard_case}, {"question", check.question}, {"oracle", check.oracle}, {"measured_what", finding.what}, {"measured", finding.measured}, {"bound", finding.bound}, {"detectable", finding.detectable}, {"passed", finding.passes()}});
+            report.push_back({{"case", check.hard_case},
+                              {"question", check.question},
+                              {"oracle", check.oracle},
+                              {"measured_what", finding.what},
+                              {"measured", finding.measured},
+                              {"bound", finding.bound},
+                              {"detectable", finding.detectable},
+                              {"passed", finding.passes()}});
             continue;
         }
-        fmt::print("{}  {}\n        {}: {} (oracle: {})\n", finding.passes() ? "passed" : "FAILED", check.question, finding.what, measured_text(finding), check.oracle);
+        fmt::print("{}  {}\n        {}: {} (oracle: {})\n", finding.passes() ? "passed" : "FAILED",
+                   check.question, finding.what, measured_text(finding), check.oracle);
     }
     if (as_json) {
         fmt::print("{}\n", report.dump(2));
     } else {
-        const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-        fmt::print("\n{} of {} checks passed in {:.1f} s.{}\n", selftest::checks().size() - failed, selftest::checks().size(), seconds,
+        const double seconds =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+        fmt::print("\n{} of {} checks passed in {:.1f} s.{}\n", selftest::checks().size() - failed,
+                   selftest::checks().size(), seconds,
                    failed == 0 ? "" : " Do not trust renders of this program on this machine.");
     }
     return failed == 0 ? Done : CheckFailed;
@@ -46,12 +56,18 @@ int run_checks(uint64_t amount, bool as_json) {
 }  // namespace
 
 void add_selftest_command(CLI::App& app, std::function<int()>& run) {
-    CLI::App* command = app.add_subcommand("selftest", "Check on this machine what has a known answer: intersection, energy, sums, bit-identity; exit code 4 if something fails");
+    CLI::App* command =
+        app.add_subcommand("selftest",
+                           "Check on this machine what has a known answer: intersection, energy, "
+                           "sums, bit-identity; exit code 4 if something fails");
     auto amount = std::make_shared<uint64_t>(1);
     auto as_json = std::make_shared<bool>(false);
-    command->add_option("--amount", *amount, "how many times as much is sampled")->check(CLI::Range(1, 1000000));
+    command->add_option("--amount", *amount, "how many times as much is sampled")
+        ->check(CLI::Range(1, 1000000));
     command->add_flag("--json", *as_json, "print JSON");
-    command->callback([amount, as_json, &run] { run = [amount, as_json] { return run_checks(*amount, *as_json); }; });
+    command->callback([amount, as_json, &run] {
+        run = [amount, as_json] { return run_checks(*amount, *as_json); };
+    });
 }
 
 }  // namespace velatura::app

@@ -38,12 +38,19 @@ json make_scene_stats(const FrameInput& input, const integrator::World& world) {
     if (r.displaced > 0) j["displaced_meshes"] = r.displaced;
     if (r.meshes + r.polygon_meshes > 0) {
         json& s = j["subdivision"];
-        s = {{"meshes", r.meshes}, {"polygon_meshes", r.polygon_meshes}, {"faces", r.faces}, {"triangles", r.triangles}, {"bytes", r.bytes}};
-        if (r.level >= 0) s["level"] = r.level;
-        else s["pixels_per_edge"] = r.rate;
+        s = {{"meshes", r.meshes},
+             {"polygon_meshes", r.polygon_meshes},
+             {"faces", r.faces},
+             {"triangles", r.triangles},
+             {"bytes", r.bytes}};
+        if (r.level >= 0)
+            s["level"] = r.level;
+        else
+            s["pixels_per_edge"] = r.rate;
     }
     j["primitives"] = json::object();
-    for (const auto& [kind, count] : world.geometry.primitive_counts()) j["primitives"][kind] = count;
+    for (const auto& [kind, count] : world.geometry.primitive_counts())
+        j["primitives"][kind] = count;
     return j;
 }
 
@@ -54,7 +61,8 @@ json make_estimator_stats(const RenderJob& job) {
     j["light_sampling"] = job.light_sampling;
     j["light_selection"] = job.light_selection_name;
     j["roulette"] = a.roulette;
-    if (job.tracer.estimator.roulette == integrator::Roulette::Cutoff) j["cutoff"] = job.tracer.estimator.cutoff;
+    if (job.tracer.estimator.roulette == integrator::Roulette::Cutoff)
+        j["cutoff"] = job.tracer.estimator.cutoff;
     j["sampler"] = a.sampler;
     j["adaptive"] = job.schedule.adaptive;
     j["accelerator"] = a.accel;
@@ -91,58 +99,106 @@ json depth_entry(int max_depth, const film::Film& film) {
     json entry = {{"approximation", "max-depth"}, {"value", max_depth}, {"kind", "bias"}};
     const std::optional<film::TruncatedLight> cut = film::truncated_light(film.sums(), max_depth);
     if (!cut) {
-        entry["effect"] = "light of longer paths is missing; not measured: that takes layers of bounces, 3 at least, that fall";
+        entry["effect"] =
+            "light of longer paths is missing; not measured: that takes layers of bounces, 3 at "
+            "least, that fall";
         return entry;
     }
     entry["missing_share"] = cut->share;
     entry["low"] = cut->low;
     entry["high"] = cut->high;
-    entry["effect"] = fmt::format("light of longer paths is missing: about {:.2g} % of all ({:.2g} to {:.2g}), if bounces go on to fall as the last ones did", 100 * cut->share, 100 * cut->low, 100 * cut->high);
+    entry["effect"] = fmt::format(
+        "light of longer paths is missing: about {:.2g} % of all ({:.2g} to {:.2g}), if bounces go "
+        "on to fall as the last ones did",
+        100 * cut->share, 100 * cut->low, 100 * cut->high);
     return entry;
 }
 
 }  // namespace
 
-json make_ledger(const RenderJob& job, const FrameInput& input, const integrator::World& world, const film::Film& film) {
+json make_ledger(const RenderJob& job,
+                 const FrameInput& input,
+                 const integrator::World& world,
+                 const film::Film& film) {
     json ledger = json::array();
     for (size_t i = 0; i < scene::effect_count; ++i) {
         if (input.plan.entries[i].state != integrator::EffectState::LeftOut) continue;
-        ledger.push_back({{"approximation", "effect-left-out"}, {"value", scene::info(scene::Effect(i)).name}, {"kind", "bias"}, {"effect", "the scene calls for it; not measured"}});
+        ledger.push_back({{"approximation", "effect-left-out"},
+                          {"value", scene::info(scene::Effect(i)).name},
+                          {"kind", "bias"},
+                          {"effect", "the scene calls for it; not measured"}});
     }
     if (const size_t unread = unread_textures(world); unread > 0) {
-        ledger.push_back({{"approximation", "texture-fallback"}, {"value", unread}, {"kind", "bias"}, {"effect", "pictures that could not be read are their fallback values; not measured"}});
+        ledger.push_back(
+            {{"approximation", "texture-fallback"},
+             {"value", unread},
+             {"kind", "bias"},
+             {"effect",
+              "pictures that could not be read are their fallback values; not measured"}});
     }
     if (job.tracer.max_depth > 0) {
         ledger.push_back(depth_entry(job.tracer.max_depth, film));
     }
     if (job.tracer.estimator.roulette == integrator::Roulette::Cutoff) {
-        ledger.push_back({{"approximation", "throughput-cutoff"}, {"value", job.tracer.estimator.cutoff}, {"kind", "bias"}, {"effect", "light of paths is missing once they carry less than this part of what they began with; not measured"}});
+        ledger.push_back({{"approximation", "throughput-cutoff"},
+                          {"value", job.tracer.estimator.cutoff},
+                          {"kind", "bias"},
+                          {"effect",
+                           "light of paths is missing once they carry less than this part of what "
+                           "they began with; not measured"}});
     }
     if (job.tracer.estimator.specular_chains_only) {
-        ledger.push_back({{"approximation", "whitted"}, {"value", "paths end at the first surface that is no perfect mirror or glass"}, {"kind", "bias"}, {"effect", "indirect light is missing; not measured"}});
+        ledger.push_back(
+            {{"approximation", "whitted"},
+             {"value", "paths end at the first surface that is no perfect mirror or glass"},
+             {"kind", "bias"},
+             {"effect", "indirect light is missing; not measured"}});
     }
     if (job.layers.has_clamp()) {
         const double share = image::clamped_share(film.sums());
         json limits;
-        for (const auto& [name, limit] : {std::pair("direct", job.arguments.clamp_direct), std::pair("indirect", job.arguments.clamp_indirect)})
+        for (const auto& [name, limit] : {std::pair("direct", job.arguments.clamp_direct),
+                                          std::pair("indirect", job.arguments.clamp_indirect)})
             if (limit) limits[name] = *limit;
-        ledger.push_back({{"approximation", "clamp"}, {"value", limits}, {"kind", "bias"}, {"removed_share", share}, {"effect", fmt::format("{:.3g} % of the picture's light is taken away; clamp_ layers hold it", 100 * share)}});
+        ledger.push_back(
+            {{"approximation", "clamp"},
+             {"value", limits},
+             {"kind", "bias"},
+             {"removed_share", share},
+             {"effect",
+              fmt::format("{:.3g} % of the picture's light is taken away; clamp_ layers hold it",
+                          100 * share)}});
     }
     if (job.tracer.filter == sampling::FilterKind::Mitchell) {
-        ledger.push_back({{"approximation", "mitchell-ratio"}, {"value", "weights normalised per pixel"}, {"kind", "consistent"}, {"effect", "vanishes with samples; not measured"}});
+        ledger.push_back({{"approximation", "mitchell-ratio"},
+                          {"value", "weights normalised per pixel"},
+                          {"kind", "consistent"},
+                          {"effect", "vanishes with samples; not measured"}});
     }
     if (job.caustics != integrator::Caustics::Path) {
-        ledger.push_back({{"approximation", "caustic-trial-cap"}, {"value", integrator::CausticSampler::trial_cap}, {"kind", "bias"}, {"effect", "chains not found again after so many trials count too little; numerics.caustics_capped of caustics_found in the statistics"}});
+        ledger.push_back({{"approximation", "caustic-trial-cap"},
+                          {"value", integrator::CausticSampler::trial_cap},
+                          {"kind", "bias"},
+                          {"effect",
+                           "chains not found again after so many trials count too little; "
+                           "numerics.caustics_capped of caustics_found in the statistics"}});
     }
     if (world.geometry.tessellated_quadrics() > 0) {
-        ledger.push_back({{"approximation", "tessellated-gprims"}, {"value", world.geometry.tessellated_quadrics()}, {"kind", "bias"}, {"effect", "spheres, cylinders, cones and capsules that emit light or are very uneven are triangles with smooth normals: silhouettes; not measured"}});
+        ledger.push_back({{"approximation", "tessellated-gprims"},
+                          {"value", world.geometry.tessellated_quadrics()},
+                          {"kind", "bias"},
+                          {"effect",
+                           "spheres, cylinders, cones and capsules that emit light or are very "
+                           "uneven are triangles with smooth normals: silhouettes; not measured"}});
     }
     return ledger;
 }
 
 namespace {
 
-json samples_json(const film::NoiseEstimate& noise, const integrator::RenderResult& result, const RenderJob& job) {
+json samples_json(const film::NoiseEstimate& noise,
+                  const integrator::RenderResult& result,
+                  const RenderJob& job) {
     json j;
     j["spp_min"] = noise.samples_min;
     j["spp_mean"] = noise.samples_mean;
@@ -157,19 +213,32 @@ json numerics_json(const film::Film& film) {
     j["rejected"] = film.invalid_count();
     j["worst"] = json::array();
     for (const film::BadSample& b : film.bad_samples()) {
-        j["worst"].push_back({{"x", b.x}, {"y", b.y}, {"s", b.sample}, {"reason", b.reason}, {"replay", std::to_string(b.x) + "," + std::to_string(b.y) + "," + std::to_string(b.sample)}});
+        j["worst"].push_back({{"x", b.x},
+                              {"y", b.y},
+                              {"s", b.sample},
+                              {"reason", b.reason},
+                              {"replay", std::to_string(b.x) + "," + std::to_string(b.y) + "," +
+                                             std::to_string(b.sample)}});
     }
     return j;
 }
 
 }  // namespace
 
-json make_stats(const RenderJob& job, const FrameInput& input, const integrator::World& world, const integrator::GuideTraining& training,
-                const integrator::BranchTrial& branches, const film::Film& film, const film::NoiseEstimate& noise,
+json make_stats(const RenderJob& job,
+                const FrameInput& input,
+                const integrator::World& world,
+                const integrator::GuideTraining& training,
+                const integrator::BranchTrial& branches,
+                const film::Film& film,
+                const film::NoiseEstimate& noise,
                 const integrator::RenderResult& result) {
     const accel::AcceleratorStats accelerator = world.accelerator->stats();
     json j;
-    j["header"] = {{"schema", "velatura.stats/1"}, {"app", "velatura"}, {"version", VELATURA_VERSION}, {"threads", thread_count()}};
+    j["header"] = {{"schema", "velatura.stats/1"},
+                   {"app", "velatura"},
+                   {"version", VELATURA_VERSION},
+                   {"threads", thread_count()}};
     j["scene"] = make_scene_stats(input, world);
     j["phases_s"] = {{"open", input.open_s},
                      {"sync", input.translate_s},
@@ -180,17 +249,25 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
                      {"guiding", training.seconds},
                      {"splitting", branches.seconds},
                      {"render", result.seconds}};
-    j["memory_bytes"] = {{"peak", peak_resident_bytes()}, {"geometry", world.geometry.bytes()}, {"bvh", accelerator.bytes}, {"guiding", training.field.memory_bytes()}, {"film", film.memory_bytes()}};
+    j["memory_bytes"] = {{"peak", peak_resident_bytes()},
+                         {"geometry", world.geometry.bytes()},
+                         {"bvh", accelerator.bytes},
+                         {"guiding", training.field.memory_bytes()},
+                         {"film", film.memory_bytes()}};
     j["estimator"] = make_estimator_stats(job);
     j["guiding"] = make_guiding_stats(training);
     j["splitting"] = make_splitting_stats(branches);
     j["samples"] = samples_json(noise, result, job);
-    j["rays"] = {{"camera", result.rays.camera}, {"shadow", result.rays.shadow}, {"indirect", result.rays.indirect}, {"caustic", result.rays.caustic}};
+    j["rays"] = {{"camera", result.rays.camera},
+                 {"shadow", result.rays.shadow},
+                 {"indirect", result.rays.indirect},
+                 {"caustic", result.rays.caustic}};
     j["rays_per_s"] = result.seconds > 0 ? double(result.rays.total()) / result.seconds : 0.0;
     j["paths_per_s"] = result.seconds > 0 ? double(result.rays.paths) / result.seconds : 0.0;
     const std::optional<PictureError> stated = picture_error(job, film, noise, result.curve);
     json error = error_json(stated);
-    if (!result.layer_noise.empty()) error["layers"] = layer_noise_json(result.layer_noise, stated ? stated->error.value : 0.0);
+    if (!result.layer_noise.empty())
+        error["layers"] = layer_noise_json(result.layer_noise, stated ? stated->error.value : 0.0);
     error["target"] = job.schedule.target_error;
     error["blocks"] = blocks_json(film, result.curve);
     error["reached"] = reached_target(job, stated, result);
@@ -198,7 +275,8 @@ json make_stats(const RenderJob& job, const FrameInput& input, const integrator:
     if (!result.curve.is_empty()) {
         j["error_curve"] = error_curve_json(result.curve);
         j["error_slope"] = slope_json(result.curve);
-        if (wanted_error(job) > 0) j["forecast"] = forecast_json(result.curve.forecast(wanted_error(job)));
+        if (wanted_error(job) > 0)
+            j["forecast"] = forecast_json(result.curve.forecast(wanted_error(job)));
     }
     j["effects"] = effect_calls_json(input.plan, result.rays.effects);
     j["ledger"] = make_ledger(job, input, world, film);

@@ -1,32 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-
-#include <nlohmann/json.hpp>
-
 #include "app/render_frame.h"
 #include "integrator/branch_trial.h"
 #include "integrator/roulette_trial.h"
 #include "integrator/schedule.h"
 #include "integrator/world.h"
 
+#include <nlohmann/json.hpp>
+
+#include <string>
+
 namespace velatura::app {
 
-/// Statistics of a frame by the schema velatura.stats/1 (docs/statistics.md): units in names, stable key order.
-/// Keys of what was not measured are left out. noise: that of the film.
-nlohmann::ordered_json make_stats(const RenderJob& job, const FrameInput& input, const integrator::World& world, const integrator::GuideTraining& training,
-                                 const integrator::BranchTrial& branches,
-                                  const film::Film& film, const film::NoiseEstimate& noise, const integrator::RenderResult& result);
+/// Statistics of a frame by the schema velatura.stats/1 (docs/statistics.md): units in names,
+/// stable key order. Keys of what was not measured are left out. noise: that of the film.
+nlohmann::ordered_json make_stats(const RenderJob& job,
+                                  const FrameInput& input,
+                                  const integrator::World& world,
+                                  const integrator::GuideTraining& training,
+                                  const integrator::BranchTrial& branches,
+                                  const film::Film& film,
+                                  const film::NoiseEstimate& noise,
+                                  const integrator::RenderResult& result);
 
-/// The part of the statistics that depends on the scene and the settings only: what goes into the file's header, so
-/// that two runs of one render give the same header.
+/// The part of the statistics that depends on the scene and the settings only: what goes into the
+/// file's header, so that two runs of one render give the same header.
 nlohmann::ordered_json make_scene_stats(const FrameInput& input, const integrator::World& world);
 
-/// Names of the options that choose the estimator: integrator, light_sampling, light_selection, roulette, sampler, guiding.
+/// Names of the options that choose the estimator: integrator, light_sampling, light_selection,
+/// roulette, sampler, guiding.
 nlohmann::ordered_json make_estimator_stats(const RenderJob& job);
 
-/// What the training before the render came to: used, trial_variance, wins of groups, paths, cells. The same in every run.
+/// What the training before the render came to: used, trial_variance, wins of groups, paths, cells.
+/// The same in every run.
 nlohmann::ordered_json make_guiding_stats(const integrator::GuideTraining& training);
 
 /// What trial paths said of dividing paths; same everywhere for the same picture.
@@ -39,6 +46,9 @@ nlohmann::ordered_json make_roulette_stats(const integrator::RouletteTrial& tria
 /// Textures of materials and lights that could not be opened or read so far.
 size_t unread_textures(const integrator::World& world);
 
-nlohmann::ordered_json make_ledger(const RenderJob& job, const FrameInput& input, const integrator::World& world, const film::Film& film);
+nlohmann::ordered_json make_ledger(const RenderJob& job,
+                                   const FrameInput& input,
+                                   const integrator::World& world,
+                                   const film::Film& film);
 
 }  // namespace velatura::app

@@ -5,8 +5,8 @@
 
 namespace velatura::app {
 
-/// While it lives, SIGINT and SIGTERM ask for a stop and SIGUSR1 for an interim picture; a second SIGINT or SIGTERM ends
-/// the process at once. One at a time per process.
+/// While it lives, SIGINT and SIGTERM ask for a stop and SIGUSR1 for an interim picture; a second
+/// SIGINT or SIGTERM ends the process at once. One at a time per process.
 class StopSignals {
   public:
     StopSignals();

@@ -1,15 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
-#include <ctime>
-#include <filesystem>
-#include <fstream>
-#include <memory>
-
-#include <unistd.h>
-
-#include <CLI/CLI.hpp>
-#include <fmt/format.h>
-
 #include "app/build_id.h"
 #include "app/commands.h"
 #include "app/exit_codes.h"
@@ -26,6 +15,16 @@
 #include "study/images.h"
 #include "study/report.h"
 #include "study/report_plots.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <memory>
 
 namespace velatura::app {
 
@@ -49,8 +48,26 @@ int fail(const Error& error, int code) {
 
 /// Options of a render that a study has no use for. Returns: the first that was given; empty: none.
 std::string useless_option(const CLI::App& command) {
-    for (const char* name : {"--frames", "--samples", "--keep-sums", "--for-mix", "--target-error", "--halves", "--deep", "--deep-samples", "--checkpoint", "--snapshot", "--stats", "--strict", "--replay",
-                             "--cryptomatte", "--cryptomatte-levels", "--clamp-direct", "--clamp-indirect", "--exr-layout", "--mode", "--tile"})
+    for (const char* name : {"--frames",
+                             "--samples",
+                             "--keep-sums",
+                             "--for-mix",
+                             "--target-error",
+                             "--halves",
+                             "--deep",
+                             "--deep-samples",
+                             "--checkpoint",
+                             "--snapshot",
+                             "--stats",
+                             "--strict",
+                             "--replay",
+                             "--cryptomatte",
+                             "--cryptomatte-levels",
+                             "--clamp-direct",
+                             "--clamp-indirect",
+                             "--exr-layout",
+                             "--mode",
+                             "--tile"})
         if (command.get_option(name)->count() > 0) return name;
     return {};
 }
@@ -58,7 +75,8 @@ std::string useless_option(const CLI::App& command) {
 std::string processor() {
     std::ifstream file("/proc/cpuinfo");
     for (std::string line; std::getline(file, line);)
-        if (line.starts_with("model name")) return line.substr(std::min(line.find(": ") + 2, line.size()));
+        if (line.starts_with("model name"))
+            return line.substr(std::min(line.find(": ") + 2, line.size()));
     return "unknown processor";
 }
 
@@ -71,7 +89,8 @@ std::string today() {
     return text;
 }
 
-/// Shows how far a study is: a line that is written over on a terminal, one every few seconds elsewhere.
+/// Shows how far a study is: a line that is written over on a terminal, one every few seconds
+/// elsewhere.
 class StudyProgress {
   public:
     explicit StudyProgress(ProgressStyle style) : style_(style) {}
@@ -82,15 +101,29 @@ class StudyProgress {
         const double wait_s = style_ == ProgressStyle::Bar ? 0.1 : 5.0;
         if (std::chrono::duration<double>(now - last_).count() < wait_s) return;
         last_ = now;
-        const double by_runs = (double(s.round) + double(s.run) / double(s.runs)) / double(s.rounds);
-        const double fraction = std::min(1.0, std::max(by_runs, s.elapsed_s / std::max(s.time_s, 1e-9)));
+        const double by_runs =
+            (double(s.round) + double(s.run) / double(s.runs)) / double(s.rounds);
+        const double fraction =
+            std::min(1.0, std::max(by_runs, s.elapsed_s / std::max(s.time_s, 1e-9)));
         switch (style_) {
-            case ProgressStyle::Json: fmt::print("{{\"fraction\":{:.4f},\"round\":{},\"elapsed_s\":{:.1f},\"setting\":\"{}\"}}\n", fraction, s.round + 1, s.elapsed_s, s.what); break;
-            case ProgressStyle::OpenJobDescription: fmt::print("openjd_progress: {:.1f}\nopenjd_status: round {}, {}\n", fraction * 100, s.round + 1, s.what); break;
+            case ProgressStyle::Json:
+                fmt::print(
+                    "{{\"fraction\":{:.4f},\"round\":{},\"elapsed_s\":{:.1f},\"setting\":\"{}\"}}"
+                    "\n",
+                    fraction, s.round + 1, s.elapsed_s, s.what);
+                break;
+            case ProgressStyle::OpenJobDescription:
+                fmt::print("openjd_progress: {:.1f}\nopenjd_status: round {}, {}\n", fraction * 100,
+                           s.round + 1, s.what);
+                break;
             default: {
-                const std::string text = fmt::format("study {:3.0f} %  round {} of at most {}  {}/{}  {}", fraction * 100, s.round + 1, s.rounds, s.run + 1, s.runs, s.what);
-                if (style_ == ProgressStyle::Bar) fmt::print("\r{:<100.100}", text);
-                else fmt::print("{}\n", text);
+                const std::string text =
+                    fmt::format("study {:3.0f} %  round {} of at most {}  {}/{}  {}",
+                                fraction * 100, s.round + 1, s.rounds, s.run + 1, s.runs, s.what);
+                if (style_ == ProgressStyle::Bar)
+                    fmt::print("\r{:<100.100}", text);
+                else
+                    fmt::print("{}\n", text);
                 is_open_ = style_ == ProgressStyle::Bar;
             }
         }
@@ -110,27 +143,45 @@ class StudyProgress {
 /// One study of one frame.
 class FrameStudy {
   public:
-    FrameStudy(const StudyArguments& arguments, const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics)
-        : arguments_(arguments), job_(job), input_(input), renderer_(job, input, diagnostics), progress_(job.progress) {}
+    FrameStudy(const StudyArguments& arguments,
+               const RenderJob& job,
+               const FrameInput& input,
+               Diagnostics& diagnostics)
+        : arguments_(arguments),
+          job_(job),
+          input_(input),
+          renderer_(job, input, diagnostics),
+          progress_(job.progress) {}
 
     int run() {
         const auto start = std::chrono::steady_clock::now();
-        if (renderer_.window().is_empty()) return fail({"empty-window", "the crop or data window holds no pixel centre"}, UsageError);
+        if (renderer_.window().is_empty())
+            return fail({"empty-window", "the crop or data window holds no pixel centre"},
+                        UsageError);
         std::error_code error;
         std::filesystem::create_directories(arguments_.folder, error);
-        if (error) return fail({"io-write", fmt::format("cannot make {}: {}", arguments_.folder, error.message())}, RenderError);
+        if (error)
+            return fail(
+                {"io-write", fmt::format("cannot make {}: {}", arguments_.folder, error.message())},
+                RenderError);
         const Result<study::Facts> facts = renderer_.facts();
         if (!facts) return fail(facts.error(), stop_code(RenderError));
         facts_ = *facts;
         knobs_ = study::knobs_for(facts_, {arguments_.knobs.begin(), arguments_.knobs.end()});
-        if (knobs_.empty() && !arguments_.knobs.empty()) return fail({"usage", fmt::format("--knobs: nothing of \"{}\" does anything in this scene", fmt::join(arguments_.knobs, ","))}, UsageError);
+        if (knobs_.empty() && !arguments_.knobs.empty())
+            return fail(
+                {"usage", fmt::format("--knobs: nothing of \"{}\" does anything in this scene",
+                                      fmt::join(arguments_.knobs, ","))},
+                UsageError);
         settings_ = study::settings_for(knobs_, facts_);
         describe();
 
         if (arguments_.resume) {
             if (const Result<void> found = go_on(); !found) return fail(found.error(), Refused);
         }
-        const auto render = [this](const study::RenderRequest& request) { return renderer_.render(request); };
+        const auto render = [this](const study::RenderRequest& request) {
+            return renderer_.render(request);
+        };
         options_.time_s = arguments_.time_s - seconds_since(start);
         if (tallies_.grid.pixels() == 0) {
             const Result<study::Grid> grid = study::choose_grid(settings_, options_, render);
@@ -138,13 +189,17 @@ class FrameStudy {
             tallies_.grid = *grid;
         }
         options_.time_s = (1 - time_for_images) * arguments_.time_s - seconds_since(start);
-        const Result<void> done = study::run_experiments(settings_, options_, render, callbacks(), tallies_);
+        const Result<void> done =
+            study::run_experiments(settings_, options_, render, callbacks(), tallies_);
         progress_.finish();
-        if (!done) return fail(done.error(), done.error().code == "stopped" ? stop_code(BudgetReached) : RenderError);
+        if (!done)
+            return fail(done.error(),
+                        done.error().code == "stopped" ? stop_code(BudgetReached) : RenderError);
         if (const Result<void> kept = keep(); !kept) return fail(kept.error(), RenderError);
         study::Report report = study::make_report(subject_, knobs_, facts_, settings_, tallies_);
         if (!StopSignals::stop_flag()) {
-            study::add_images(report, tallies_, render, 0.75 * (arguments_.time_s - seconds_since(start)));
+            study::add_images(report, tallies_, render,
+                              0.75 * (arguments_.time_s - seconds_since(start)));
             add_files(report, arguments_.time_s - seconds_since(start));
         }
         return write(report);
@@ -154,11 +209,17 @@ class FrameStudy {
     /// Part of the study's time that is kept for images in equal time and for files of their size.
     static constexpr double time_for_images = 0.12;
 
-    static double seconds_since(std::chrono::steady_clock::time_point start) { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); }
+    static double seconds_since(std::chrono::steady_clock::time_point start) {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    }
 
-    static int stop_code(int otherwise) { return StopSignals::stop_flag() ? SignalBase + StopSignals::signal_number() : otherwise; }
+    static int stop_code(int otherwise) {
+        return StopSignals::stop_flag() ? SignalBase + StopSignals::signal_number() : otherwise;
+    }
 
-    std::string path(const char* name) const { return (std::filesystem::path(arguments_.folder) / name).string(); }
+    std::string path(const char* name) const {
+        return (std::filesystem::path(arguments_.folder) / name).string();
+    }
 
     void describe() {
         subject_.scene = input_.scene_name;
@@ -174,7 +235,11 @@ class FrameStudy {
         options_.height = subject_.height;
         options_.rounds = arguments_.rounds;
         // What a stored study must agree with: the picture, the build, and what is tried
-        std::string text = fmt::format("{} {:016x} {} {}", settings_hash(frame_settings(job_, input_), layers_of(job_, input_.scene), renderer_.window()), input_.content_hash, subject_.build, subject_.spp);
+        std::string text =
+            fmt::format("{} {:016x} {} {}",
+                        settings_hash(frame_settings(job_, input_), layers_of(job_, input_.scene),
+                                      renderer_.window()),
+                        input_.content_hash, subject_.build, subject_.spp);
         for (const study::Setting& s : settings_) text += "|" + s.options;
         fingerprint_ = fmt::format("{:016x}", hash_string(text));
     }
@@ -185,12 +250,18 @@ class FrameStudy {
         const Result<std::string> bytes = read_file(path("study.state"));
         if (!bytes) return bytes.error();
         std::optional<study::Tallies> stored = study::from_bytes(*bytes, fingerprint_);
-        if (!stored || stored->settings.size() != settings_.size()) return Error{"resume-refused", fmt::format("{} is of another scene, build, seed or other options, or damaged: leave out --resume to begin anew", path("study.state"))};
+        if (!stored || stored->settings.size() != settings_.size())
+            return Error{"resume-refused",
+                         fmt::format("{} is of another scene, build, seed or other options, or "
+                                     "damaged: leave out --resume to begin anew",
+                                     path("study.state"))};
         tallies_ = std::move(*stored);
         return {};
     }
 
-    Result<void> keep() { return write_file_atomically(path("study.state"), study::to_bytes(tallies_, fingerprint_)); }
+    Result<void> keep() {
+        return write_file_atomically(path("study.state"), study::to_bytes(tallies_, fingerprint_));
+    }
 
     study::ExperimentCallbacks callbacks() {
         study::ExperimentCallbacks c;
@@ -209,21 +280,36 @@ class FrameStudy {
     void add_files(study::Report& report, double time_s) {
         if (report.images.empty()) return;
         const int width = report.images[0].width, height = report.images[0].height;
-        const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(time_s));
+        const auto deadline = std::chrono::steady_clock::now() +
+                              std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                  std::chrono::duration<double>(time_s));
         // A few samples have the noise that packs badly
-        const study::RenderRequest part{.options = {}, .seed = subject_.seed, .grid = {width, height}, .region = study::noisiest_region(report, tallies_, width, height), .spp = {std::min<uint64_t>(subject_.spp, 8)}, .deadline = deadline};
+        const study::RenderRequest part{
+            .options = {},
+            .seed = subject_.seed,
+            .grid = {width, height},
+            .region = study::noisiest_region(report, tallies_, width, height),
+            .spp = {std::min<uint64_t>(subject_.spp, 8)},
+            .deadline = deadline};
         report.files = renderer_.measure_files(part, arguments_.folder);
     }
 
     int write(const study::Report& report) {
-        std::vector<std::pair<std::string, std::string>> files = {{"report.html", study::to_html(report)}, {"report.json", study::to_json(report)}, {"report.csv", study::to_csv(report)}};
-        for (const study::ReportPlot& plot : study::report_plots(report)) files.emplace_back(fmt::format("plot-{}.png", plot.name), study::to_png(plot));
+        std::vector<std::pair<std::string, std::string>> files = {
+            {"report.html", study::to_html(report)},
+            {"report.json", study::to_json(report)},
+            {"report.csv", study::to_csv(report)}};
+        for (const study::ReportPlot& plot : study::report_plots(report))
+            files.emplace_back(fmt::format("plot-{}.png", plot.name), study::to_png(plot));
         for (const auto& [name, content] : files) {
-            if (const Result<void> ok = write_file_atomically(path(name.c_str()), content); !ok) return fail(ok.error(), RenderError);
+            if (const Result<void> ok = write_file_atomically(path(name.c_str()), content); !ok)
+                return fail(ok.error(), RenderError);
         }
         if (!job_.arguments.quiet) {
             fmt::print("{}", study::to_text(report));
-            fmt::print("{}: {} settings, {} rounds of {} x {} pixels\n", path("report.html"), settings_.size(), tallies_.rounds, tallies_.grid.width, tallies_.grid.height);
+            fmt::print("{}: {} settings, {} rounds of {} x {} pixels\n", path("report.html"),
+                       settings_.size(), tallies_.rounds, tallies_.grid.width,
+                       tallies_.grid.height);
         }
         return stop_code(tallies_.rounds >= 2 ? Done : BudgetReached);
     }
@@ -244,7 +330,8 @@ class FrameStudy {
 };
 
 int compare_reports(const StudyArguments& arguments) {
-    const Result<std::string> a = read_file(arguments.compare[0]), b = read_file(arguments.compare[1]);
+    const Result<std::string> a = read_file(arguments.compare[0]),
+                              b = read_file(arguments.compare[1]);
     if (!a) return fail(a.error(), RenderError);
     if (!b) return fail(b.error(), RenderError);
     const Result<std::string> text = study::compare_reports(*a, *b);
@@ -254,10 +341,17 @@ int compare_reports(const StudyArguments& arguments) {
 }
 
 int run_study(StudyArguments arguments, const CLI::App& command) {
-    if (!arguments.compare.empty()) return arguments.render.scene.empty() ? compare_reports(arguments) : fail({"usage", "--compare reads two reports: leave out the scene"}, UsageError);
-    if (arguments.render.scene.empty()) return fail({"usage", "a scene to study, or --compare with two reports"}, UsageError);
-    if (arguments.render.output.empty()) return fail({"usage", "-o says into which folder the report goes"}, UsageError);
-    if (const std::string name = useless_option(command); !name.empty()) return fail({"usage", name + " means nothing to a study"}, UsageError);
+    if (!arguments.compare.empty())
+        return arguments.render.scene.empty()
+                   ? compare_reports(arguments)
+                   : fail({"usage", "--compare reads two reports: leave out the scene"},
+                          UsageError);
+    if (arguments.render.scene.empty())
+        return fail({"usage", "a scene to study, or --compare with two reports"}, UsageError);
+    if (arguments.render.output.empty())
+        return fail({"usage", "-o says into which folder the report goes"}, UsageError);
+    if (const std::string name = useless_option(command); !name.empty())
+        return fail({"usage", name + " means nothing to a study"}, UsageError);
     if (!arguments.render.time.empty()) {
         const Result<double> time = parse_duration(arguments.render.time);
         if (!time) return fail({"usage", "--time: " + time.error().message}, UsageError);
@@ -269,24 +363,44 @@ int run_study(StudyArguments arguments, const CLI::App& command) {
     arguments.render.output.clear();
     arguments.render.time.clear();
     arguments.render.resume = false;
-    return for_each_frame(arguments.render, [&](const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics) { return FrameStudy(arguments, job, input, diagnostics).run(); });
+    return for_each_frame(arguments.render, [&](const RenderJob& job, const FrameInput& input,
+                                                Diagnostics& diagnostics) {
+        return FrameStudy(arguments, job, input, diagnostics).run();
+    });
 }
 
 }  // namespace
 
 void add_study_command(CLI::App& app, std::function<int()>& run) {
-    CLI::App* command = app.add_subcommand("study", "Say what accuracy costs in time: which setting of a render leaves how much error, takes how long, and what another would buy; takes the options of render");
+    CLI::App* command = app.add_subcommand(
+        "study",
+        "Say what accuracy costs in time: which setting of a render leaves how much error, takes "
+        "how long, and what another would buy; takes the options of render");
     auto arguments = std::make_shared<StudyArguments>();
     declare_render_options(*command, arguments->render);
     command->get_option("scene")->required(false);
-    command->get_option("--output")->description("folder for report.html, report.json, report.csv and plot-*.png, and for what --resume goes on from");
-    command->get_option("--time")->description("the study takes no longer, e.g. 90s, 10m (default 3m)");
-    command->get_option("--resume")->description("add rounds to the study in the folder, if one is there");
+    command->get_option("--output")
+        ->description(
+            "folder for report.html, report.json, report.csv and plot-*.png, and for what --resume "
+            "goes on from");
+    command->get_option("--time")->description(
+        "the study takes no longer, e.g. 90s, 10m (default 3m)");
+    command->get_option("--resume")
+        ->description("add rounds to the study in the folder, if one is there");
     auto* what = command->add_option_group("Study");
-    what->add_option("--knobs", arguments->knobs, "only these, by the names in the report or as options: sampler,max-depth")->delimiter(',');
-    what->add_option("--rounds", arguments->rounds, "renders of every setting, each with a seed of its own, at most")->check(CLI::Range(1, 100000));
-    what->add_option("--compare", arguments->compare, "say what differs between two report.json, and render nothing")->expected(2)->type_name("A.json B.json");
-    command->callback([arguments, command, &run] { run = [arguments, command] { return run_study(*arguments, *command); }; });
+    what->add_option("--knobs", arguments->knobs,
+                     "only these, by the names in the report or as options: sampler,max-depth")
+        ->delimiter(',');
+    what->add_option("--rounds", arguments->rounds,
+                     "renders of every setting, each with a seed of its own, at most")
+        ->check(CLI::Range(1, 100000));
+    what->add_option("--compare", arguments->compare,
+                     "say what differs between two report.json, and render nothing")
+        ->expected(2)
+        ->type_name("A.json B.json");
+    command->callback([arguments, command, &run] {
+        run = [arguments, command] { return run_study(*arguments, *command); };
+    });
 }
 
 }  // namespace velatura::app

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
-
 #include "app/study_renderer.h"
 #include "geometry/refinement.h"
+
+#include <fmt/format.h>
 
 namespace velatura::app {
 
 namespace {
 
 /// Values of the options that knobs turn.
-std::map<std::string, std::string> values_now(const RenderArguments& a, const std::string& light_selection) {
+std::map<std::string, std::string> values_now(const RenderArguments& a,
+                                              const std::string& light_selection) {
     std::map<std::string, std::string> now = {
         {"--max-depth", fmt::format("{}", a.max_depth)},
         {"--roulette", a.roulette},
@@ -28,7 +29,8 @@ std::map<std::string, std::string> values_now(const RenderArguments& a, const st
         {"--layers", a.layers},
     };
     // Other integrators stand for one way of light sampling
-    if (a.integrator == "path") now["--light-sampling"] = a.light_sampling.empty() ? "mis" : a.light_sampling;
+    if (a.integrator == "path")
+        now["--light-sampling"] = a.light_sampling.empty() ? "mis" : a.light_sampling;
     if (a.subdivision_level) now["--subdivision-level"] = fmt::format("{}", *a.subdivision_level);
     if (a.accel == "bvh") now["--bvh-quality"] = a.bvh_quality;
     return now;
@@ -47,11 +49,14 @@ Result<study::Facts> StudyRenderer::facts() {
     if (!integrator::CausticSampler(world).is_empty()) facts.holds.insert("casters of caustics");
     if (!world.scene.textures.empty()) facts.holds.insert("textures");
     if (world.volumes) facts.holds.insert("volumes");
-    if (geometry::first_subdivided(input_.scene)) facts.holds.insert(job_.dicing.level ? "subdivision by level" : "subdivision by rate");
+    if (geometry::first_subdivided(input_.scene))
+        facts.holds.insert(job_.dicing.level ? "subdivision by level" : "subdivision by rate");
     for (size_t e = 0; e < scene::effect_count; ++e) {
         const scene::EffectInfo& info = scene::info(scene::Effect(e));
         const bool is_on = input_.plan.entries[e].state == integrator::EffectState::On;
-        if (is_on && info.kind == scene::EffectKind::Scene && integrator::can_leave_out(info.effect)) facts.effects.emplace_back(info.name);
+        if (is_on && info.kind == scene::EffectKind::Scene &&
+            integrator::can_leave_out(info.effect))
+            facts.effects.emplace_back(info.name);
     }
     return facts;
 }

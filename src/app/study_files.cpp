@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
-#include <cmath>
-#include <ctime>
-#include <filesystem>
-
-#include <fmt/format.h>
-
 #include "app/study_renderer.h"
 #include "image/exr.h"
 #include "image/relative_error.h"
 #include "integrator/schedule.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <filesystem>
 
 namespace velatura::app {
 
@@ -21,7 +21,8 @@ std::vector<float> stored_beauty(const std::string& path) {
     const Result<image::Image> file = image::read_exr(path);
     if (!file) return values;
     const image::Channel* channels[] = {file->find("R"), file->find("G"), file->find("B")};
-    if (std::find(std::begin(channels), std::end(channels), nullptr) != std::end(channels)) return values;
+    if (std::find(std::begin(channels), std::end(channels), nullptr) != std::end(channels))
+        return values;
     for (size_t i = 0; i < channels[0]->size(); ++i)
         for (const image::Channel* c : channels) values.push_back(c->value(i));
     return values;
@@ -39,7 +40,8 @@ double relative_difference(const std::vector<float>& values, const std::vector<f
 
 }  // namespace
 
-std::vector<study::FileFormat> StudyRenderer::measure_files(const study::RenderRequest& part, const std::string& folder) {
+std::vector<study::FileFormat> StudyRenderer::measure_files(const study::RenderRequest& part,
+                                                            const std::string& folder) {
     std::vector<study::FileFormat> files;
     const Result<std::shared_ptr<const Prepared>> prepared = prepare(part.options);
     if (!prepared) return files;
@@ -50,7 +52,8 @@ std::vector<study::FileFormat> StudyRenderer::measure_files(const study::RenderR
     for (const bool is_float : {false, true}) {
         film::LayerSet layers = p.layers;
         layers.float_layers = is_float;
-        film::Film film({0, 0, part.grid.width, part.grid.height}, layers, {.final_sample_end = integrator::most_samples(schedule_of(p, part))});
+        film::Film film({0, 0, part.grid.width, part.grid.height}, layers,
+                        {.final_sample_end = integrator::most_samples(schedule_of(p, part))});
         if (!render_into(film, p, part)) break;
         for (const auto& [name, compression] : image::compression_table) {
             image::FileInfo info;
@@ -62,14 +65,17 @@ std::vector<study::FileFormat> StudyRenderer::measure_files(const study::RenderR
             const double seconds = double(std::clock() - start) / CLOCKS_PER_SEC;
             std::error_code error;
             const double bytes = double(std::filesystem::file_size(path, error));
-            const bool is_now = is_float == p.job.layers.float_layers && compression == p.job.compression;
-            files.push_back({fmt::format("{}, {}", is_float ? "float" : "half", name), bytes * scale, seconds * scale, 0.0, is_now});
+            const bool is_now =
+                is_float == p.job.layers.float_layers && compression == p.job.compression;
+            files.push_back({fmt::format("{}, {}", is_float ? "float" : "half", name),
+                             bytes * scale, seconds * scale, 0.0, is_now});
             if (beauties[is_float].empty()) beauties[is_float] = stored_beauty(path);
         }
     }
     // What is packed without loss differs by nothing but the rounding of halves
     const double rounding = relative_difference(beauties[0], beauties[1]);
-    for (size_t i = 0; i < std::min(files.size(), image::compression_table.size()); ++i) files[i].error = rounding;
+    for (size_t i = 0; i < std::min(files.size(), image::compression_table.size()); ++i)
+        files[i].error = rounding;
     std::error_code error;
     std::filesystem::remove(path, error);
     return files;

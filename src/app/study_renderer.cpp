@@ -1,14 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/study_renderer.h"
 
-#include <algorithm>
-#include <cmath>
-#include <ctime>
-#include <optional>
-
-#include <CLI/CLI.hpp>
-#include <fmt/format.h>
-
 #include "app/light_images.h"
 #include "app/render_layers.h"
 #include "app/stats.h"
@@ -18,6 +10,14 @@
 #include "base/hash.h"
 #include "image/pixel_means.h"
 #include "integrator/schedule.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <optional>
 
 namespace velatura::app {
 
@@ -30,8 +30,8 @@ double cpu_seconds() {
     return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
 }
 
-/// Where in the picture the pixels of a grid lie: anywhere in their cells, the same for all renders of the grid. Those of a
-/// region lie side by side.
+/// Where in the picture the pixels of a grid lie: anywhere in their cells, the same for all renders
+/// of the grid. Those of a region lie side by side.
 class GridPixels {
   public:
     explicit GridPixels(const study::Region& region, const image::Window& window) {
@@ -54,6 +54,7 @@ class GridPixels {
     }
 
     int x(size_t i) const { return x_[i]; }
+
     int y(size_t i) const { return y_[i]; }
 
   private:
@@ -71,18 +72,25 @@ std::vector<float> means_of(const image::SampleSums& sums, uint32_t accumulator)
     means.reserve(3 * w.pixel_count());
     for (int y = w.y0; y < w.y1; ++y) {
         for (int x = w.x0; x < w.x1; ++x) {
-            const double weight = image::weight_of(sums.total(x, y, image::AccumulatorTable::coverage));
+            const double weight =
+                image::weight_of(sums.total(x, y, image::AccumulatorTable::coverage));
             const image::Triple sum = sums.total(x, y, accumulator);
-            for (const double v : {sum.x, sum.y, sum.z}) means.push_back(weight == 0.0 ? 0.0f : float(v / weight));
+            for (const double v : {sum.x, sum.y, sum.z})
+                means.push_back(weight == 0.0 ? 0.0f : float(v / weight));
         }
     }
     return means;
 }
 
 /// A layer that the film keeps, or keeps as the sum of others.
-std::optional<study::LayerReading> layer_of(const film::Film& film, bool is_bounce, const std::string& name, uint32_t own, const std::vector<uint32_t>& parts) {
+std::optional<study::LayerReading> layer_of(const film::Film& film,
+                                            bool is_bounce,
+                                            const std::string& name,
+                                            uint32_t own,
+                                            const std::vector<uint32_t>& parts) {
     study::LayerReading layer{is_bounce, name, {}};
-    for (const uint32_t a : own != image::AccumulatorTable::absent ? std::vector<uint32_t>{own} : parts) {
+    for (const uint32_t a :
+         own != image::AccumulatorTable::absent ? std::vector<uint32_t>{own} : parts) {
         if (a == image::AccumulatorTable::absent || !film.sums().is_used(a)) continue;
         const std::vector<float> means = means_of(film.sums(), a);
         layer.means.resize(means.size(), 0.0f);
@@ -98,20 +106,27 @@ std::vector<study::LayerReading> layers_of_film(const film::Film& film) {
     for (int c = 0; c < set.bounce_count(); ++c) {
         std::vector<uint32_t> row;
         for (int g = 0; g < set.group_count(); ++g) row.push_back(table.matrix(c, g));
-        if (auto layer = layer_of(film, true, set.column_name(c), table.bounce(c), row)) layers.push_back(std::move(*layer));
+        if (auto layer = layer_of(film, true, set.column_name(c), table.bounce(c), row))
+            layers.push_back(std::move(*layer));
     }
     for (int g = 0; g < set.group_count(); ++g) {
         std::vector<uint32_t> column;
         for (int c = 0; c < set.bounce_count(); ++c) column.push_back(table.matrix(c, g));
-        if (auto layer = layer_of(film, false, set.groups[size_t(g)].name, table.group(g), column)) layers.push_back(std::move(*layer));
+        if (auto layer = layer_of(film, false, set.groups[size_t(g)].name, table.group(g), column))
+            layers.push_back(std::move(*layer));
     }
     return layers;
 }
 
 }  // namespace
 
-StudyRenderer::StudyRenderer(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics)
-    : job_(job), input_(input), diagnostics_(diagnostics), window_(data_window(input.scene.settings, job.arguments.crop)) {}
+StudyRenderer::StudyRenderer(const RenderJob& job,
+                             const FrameInput& input,
+                             Diagnostics& diagnostics)
+    : job_(job),
+      input_(input),
+      diagnostics_(diagnostics),
+      window_(data_window(input.scene.settings, job.arguments.crop)) {}
 
 Result<RenderJob> StudyRenderer::job_with(const std::string& options) const {
     RenderArguments arguments = job_.arguments;
@@ -120,7 +135,8 @@ Result<RenderJob> StudyRenderer::job_with(const std::string& options) const {
         CLI::App parser;
         declare_render_options(parser, arguments);
         const size_t gap = options.find(' ');
-        std::vector<std::string> words = {options.substr(0, gap) + "=" + options.substr(gap + 1), arguments.scene};
+        std::vector<std::string> words = {options.substr(0, gap) + "=" + options.substr(gap + 1),
+                                          arguments.scene};
         try {
             parser.parse(words);
         } catch (const CLI::ParseError& e) {
@@ -135,9 +151,15 @@ Result<RenderJob> StudyRenderer::job_with(const std::string& options) const {
 std::string StudyRenderer::place_key(const RenderJob& job) const {
     std::string left_out;
     for (size_t e = 0; e < scene::effect_count; ++e)
-        if (job.effects.left_out.has(scene::Effect(e)) && !job_.effects.left_out.has(scene::Effect(e))) left_out += fmt::format("-{}", scene::info(scene::Effect(e)).name);
-    const bool is_compensated = job.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
-    return fmt::format("{} {} {} {} {} {} {} {} {}", job.arguments.texture_bias, job.arguments.volume_bounds, left_out, int(job.light_selection), job.arguments.bvh_quality, job.dicing.rate, job.dicing.level.value_or(-1), is_compensated, job.samples_light_area);
+        if (job.effects.left_out.has(scene::Effect(e)) &&
+            !job_.effects.left_out.has(scene::Effect(e)))
+            left_out += fmt::format("-{}", scene::info(scene::Effect(e)).name);
+    const bool is_compensated =
+        job.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
+    return fmt::format("{} {} {} {} {} {} {} {} {}", job.arguments.texture_bias,
+                       job.arguments.volume_bounds, left_out, int(job.light_selection),
+                       job.arguments.bvh_quality, job.dicing.rate, job.dicing.level.value_or(-1),
+                       is_compensated, job.samples_light_area);
 }
 
 std::shared_ptr<const StudyRenderer::Place> StudyRenderer::find_place(const RenderJob& job) {
@@ -153,16 +175,22 @@ std::shared_ptr<const StudyRenderer::Place> StudyRenderer::find_place(const Rend
 
     const scene::Scene* scene = &input_.scene;
     for (size_t e = 0; e < scene::effect_count; ++e) {
-        if (!job.effects.left_out.has(scene::Effect(e)) || job_.effects.left_out.has(scene::Effect(e))) continue;
+        if (!job.effects.left_out.has(scene::Effect(e)) ||
+            job_.effects.left_out.has(scene::Effect(e)))
+            continue;
         if (!place->scene) place->scene = std::make_unique<scene::Scene>(input_.scene);
         integrator::leave_out(*place->scene, scene::Effect(e));
         scene = place->scene.get();
     }
-    const auto make_world = [&](Diagnostics& d) { return std::make_unique<integrator::World>(*scene, world_options(job, input_, *scene, d), make_light_image_loader(), d); };
+    const auto make_world = [&](Diagnostics& d) {
+        return std::make_unique<integrator::World>(*scene, world_options(job, input_, *scene, d),
+                                                   make_light_image_loader(), d);
+    };
     place->world = make_world(diagnostics);
     place->setup_s = cpu_seconds() - start;
     if (is_first && place->setup_s < 10) {
-        // What a process does only once, as loading libraries, every render pays for and no setting saves
+        // What a process does only once, as loading libraries, every render pays for and no setting
+        // saves
         const double again = cpu_seconds();
         place->world = make_world(told_before);
         once_s_ = std::max(0.0, place->setup_s - (cpu_seconds() - again));
@@ -176,7 +204,8 @@ std::shared_ptr<const StudyRenderer::Place> StudyRenderer::find_place(const Rend
 }
 
 void StudyRenderer::make_room() {
-    // Worlds are made again when there are too many for the memory; that of the render as it is stays
+    // Worlds are made again when there are too many for the memory; that of the render as it is
+    // stays
     constexpr size_t most_bytes = size_t(2) << 30;
     size_t bytes = 0;
     for (const auto& [key, place] : places_) bytes += place->bytes;
@@ -195,7 +224,8 @@ integrator::PathTracerOptions StudyRenderer::tracer_options(const Prepared& p) c
     return options;
 }
 
-Result<std::shared_ptr<const StudyRenderer::Prepared>> StudyRenderer::prepare(const std::string& options) {
+Result<std::shared_ptr<const StudyRenderer::Prepared>> StudyRenderer::prepare(
+    const std::string& options) {
     if (const auto found = prepared_.find(options); found != prepared_.end()) return found->second;
     Result<RenderJob> job = job_with(options);
     if (!job) return job.error();
@@ -204,16 +234,21 @@ Result<std::shared_ptr<const StudyRenderer::Prepared>> StudyRenderer::prepare(co
     p->place = find_place(p->job);
     p->place_key = place_key(p->job);
     const integrator::World& world = *p->place->world;
-    if (const size_t unread = unread_textures(world); unread > 0 && job_.arguments.texture_failure == "error")
-        return Error{"texture-failure", fmt::format("pictures of {} textures cannot be read and --texture-failure error: nothing is studied", unread)};
+    if (const size_t unread = unread_textures(world);
+        unread > 0 && job_.arguments.texture_failure == "error")
+        return Error{"texture-failure", fmt::format("pictures of {} textures cannot be read and "
+                                                    "--texture-failure error: nothing is studied",
+                                                    unread)};
     const std::atomic<bool>* stop = &StopSignals::stop_flag();
 
     const double start = cpu_seconds();
     p->layers = layers_of(p->job, world.scene);
     p->caustics = integrator::make_caustic_sampler(p->job.caustics, world);
     p->training = integrator::train_guide(world, tracer_options(*p), p->job.guiding, stop);
-    if (p->job.tracer.estimator.roulette == integrator::Roulette::Efficiency) p->roulette = integrator::try_roulette(world, tracer_options(*p), stop);
-    if (p->job.splits) p->branches = integrator::try_branches(world, tracer_options(*p), window_, stop);
+    if (p->job.tracer.estimator.roulette == integrator::Roulette::Efficiency)
+        p->roulette = integrator::try_roulette(world, tracer_options(*p), stop);
+    if (p->job.splits)
+        p->branches = integrator::try_branches(world, tracer_options(*p), window_, stop);
     if (*stop) return Error{"stopped", "stopped"};
     p->setup_s = p->place->setup_s + cpu_seconds() - start;
     prepared_[options] = p;
@@ -224,11 +259,13 @@ Result<study::RenderRun> StudyRenderer::render(const study::RenderRequest& reque
     const Result<std::shared_ptr<const Prepared>> prepared = prepare(request.options);
     if (!prepared) return prepared.error();
     const Prepared& p = **prepared;
-    film::Film film({0, 0, request.grid.width, request.grid.height}, p.layers, {.final_sample_end = integrator::most_samples(schedule_of(p, request))});
+    film::Film film({0, 0, request.grid.width, request.grid.height}, p.layers,
+                    {.final_sample_end = integrator::most_samples(schedule_of(p, request))});
     return render_into(film, p, request);
 }
 
-integrator::RenderOptions StudyRenderer::schedule_of(const Prepared& p, const study::RenderRequest& request) {
+integrator::RenderOptions StudyRenderer::schedule_of(const Prepared& p,
+                                                     const study::RenderRequest& request) {
     integrator::RenderOptions schedule = p.job.schedule;
     schedule.seed = request.seed;
     schedule.tile_size = film::Film::tile_size;
@@ -236,43 +273,55 @@ integrator::RenderOptions StudyRenderer::schedule_of(const Prepared& p, const st
     return schedule;
 }
 
-Result<study::RenderRun> StudyRenderer::render_into(film::Film& film, const Prepared& p, const study::RenderRequest& request) {
+Result<study::RenderRun> StudyRenderer::render_into(film::Film& film,
+                                                    const Prepared& p,
+                                                    const study::RenderRequest& request) {
     integrator::RenderOptions schedule = schedule_of(p, request);
     integrator::PathTracerOptions options = tracer_options(p);
     options.branches = &p.branches.map;
     options.seed = request.seed;
     const integrator::PathTracer tracer(*p.place->world, p.layers, options);
-    const GridPixels pixels = request.region ? GridPixels(*request.region, window_) : GridPixels(request.grid, window_);
+    const GridPixels pixels =
+        request.region ? GridPixels(*request.region, window_) : GridPixels(request.grid, window_);
     study::RenderRun run;
     run.setup_s = p.setup_s;
     run.outline_px = p.place->outline_px;
     run.pixel_s.assign(request.grid.pixels(), 0.0f);
     // A pixel belongs to one task at a time
-    const auto sample = [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) {
+    const auto sample = [&](int x, int y, uint64_t s, film::SampleRadiance& out,
+                            integrator::RayCounts& counts) {
         const size_t i = size_t(y) * size_t(request.grid.width) + size_t(x);
         const auto begin = std::chrono::steady_clock::now();
         tracer.trace(pixels.x(i), pixels.y(i), s, out, counts);
-        run.pixel_s[i] += std::chrono::duration<float>(std::chrono::steady_clock::now() - begin).count();
+        run.pixel_s[i] +=
+            std::chrono::duration<float>(std::chrono::steady_clock::now() - begin).count();
     };
     std::atomic<bool> stop = false;
     integrator::RenderCallbacks callbacks;
     callbacks.stop = &stop;
     callbacks.progress = [&](const integrator::RenderState&) {
-        if (StopSignals::stop_flag() || std::chrono::steady_clock::now() > request.deadline) stop = true;
+        if (StopSignals::stop_flag() || std::chrono::steady_clock::now() > request.deadline)
+            stop = true;
     };
 
     double cpu_s = 0;
     uint64_t rays = 0;
     for (const uint64_t spp : request.spp) {
-        // Where samples go is decided by pilot samples: a render that begins without them would take them twice
-        if (schedule.adaptive && spp <= integrator::pilot_samples && spp != p.job.schedule.end_sample && spp != request.spp.back()) continue;
+        // Where samples go is decided by pilot samples: a render that begins without them would
+        // take them twice
+        if (schedule.adaptive && spp <= integrator::pilot_samples &&
+            spp != p.job.schedule.end_sample && spp != request.spp.back())
+            continue;
         schedule.end_sample = spp;
         const double start = cpu_seconds();
-        const integrator::RenderResult result = integrator::run_schedule(film, schedule, sample, callbacks);
+        const integrator::RenderResult result =
+            integrator::run_schedule(film, schedule, sample, callbacks);
         cpu_s += cpu_seconds() - start;
         rays += result.rays.total();
-        if (result.reason == integrator::StopReason::Interrupted) return Error{"stopped", "stopped"};
-        run.readings.push_back({spp, means_of(film.sums(), image::AccumulatorTable::beauty), cpu_s, rays});
+        if (result.reason == integrator::StopReason::Interrupted)
+            return Error{"stopped", "stopped"};
+        run.readings.push_back(
+            {spp, means_of(film.sums(), image::AccumulatorTable::beauty), cpu_s, rays});
     }
     if (request.options.empty()) run.layers = layers_of_film(film);
     return run;

@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <atomic>
-#include <map>
-#include <memory>
-#include <optional>
-#include <string>
-
 #include "app/render_frame.h"
 #include "integrator/branch_trial.h"
 #include "integrator/caustics.h"
@@ -17,10 +11,16 @@
 #include "study/render.h"
 #include "study/report.h"
 
+#include <atomic>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
 namespace velatura::app {
 
-/// Renders one frame in the settings of a study. What is prepared for a setting is kept for its other rounds, while there
-/// is room.
+/// Renders one frame in the settings of a study. What is prepared for a setting is kept for its
+/// other rounds, while there is room.
 class StudyRenderer {
   public:
     /// All must outlive it. The job's scene, as the plan left it.
@@ -28,9 +28,11 @@ class StudyRenderer {
 
     Result<study::RenderRun> render(const study::RenderRequest& request);
 
-    /// What files of the layers take in other formats than the render's: a part of the picture of the render as it is,
-    /// rendered again and written into the folder. Only those that there is time for before the deadline.
-    std::vector<study::FileFormat> measure_files(const study::RenderRequest& part, const std::string& folder);
+    /// What files of the layers take in other formats than the render's: a part of the picture of
+    /// the render as it is, rendered again and written into the folder. Only those that there is
+    /// time for before the deadline.
+    std::vector<study::FileFormat> measure_files(const study::RenderRequest& part,
+                                                 const std::string& folder);
 
     /// What of the job and the scene a study has to know.
     Result<study::Facts> facts();
@@ -60,8 +62,11 @@ class StudyRenderer {
         double setup_s = 0;
     };
 
-    static integrator::RenderOptions schedule_of(const Prepared& p, const study::RenderRequest& request);
-    Result<study::RenderRun> render_into(film::Film& film, const Prepared& p, const study::RenderRequest& request);
+    static integrator::RenderOptions schedule_of(const Prepared& p,
+                                                 const study::RenderRequest& request);
+    Result<study::RenderRun> render_into(film::Film& film,
+                                         const Prepared& p,
+                                         const study::RenderRequest& request);
     Result<RenderJob> job_with(const std::string& options) const;
     std::string place_key(const RenderJob& job) const;
     std::shared_ptr<const Place> find_place(const RenderJob& job);

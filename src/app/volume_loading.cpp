@@ -21,7 +21,8 @@ const plugin::Need need = {media::volume_source_interface,
 class AdmittedGrids final : public media::VolumeSource {
   public:
     /// `may_be_left_out`: grids that memory does not suffice for; else std::bad_alloc is thrown.
-    AdmittedGrids(const media::VolumeSource& source, bool may_be_left_out) : source_(source), may_be_left_out_(may_be_left_out) {}
+    AdmittedGrids(const media::VolumeSource& source, bool may_be_left_out)
+        : source_(source), may_be_left_out_(may_be_left_out) {}
 
     Result<scene::VoxelGrid> read(const media::GridRequest& request) const override {
         if (request.file.empty()) return source_.read(request);
@@ -30,7 +31,8 @@ class AdmittedGrids final : public media::VolumeSource {
         media::GridRequest admitted = request;
         admitted.file = *std::move(file);
         Result<scene::VoxelGrid> grid = source_.read(admitted);
-        if (!grid && grid.error().code == "volume-memory" && !may_be_left_out_) throw std::bad_alloc();
+        if (!grid && grid.error().code == "volume-memory" && !may_be_left_out_)
+            throw std::bad_alloc();
         return grid;
     }
 
@@ -50,7 +52,8 @@ void load_volumes(scene::Scene& scene, std::optional<double> most_gb, Diagnostic
     }
     const size_t most = most_gb ? size_t(*most_gb * 1e9) : MemoryLimit::allowed() / 2;
     // Without a volume it would be another picture: only who says what volumes may take wants that
-    const AdmittedGrids source(*static_cast<const media::VolumeSource*>(*object), most_gb.has_value() || !MemoryLimit::is_set());
+    const AdmittedGrids source(*static_cast<const media::VolumeSource*>(*object),
+                               most_gb.has_value() || !MemoryLimit::is_set());
     media::load_volumes(scene, source, most, diagnostics);
 }
 

@@ -6,7 +6,11 @@
 
 namespace velatura::app {
 
-/// What the world of a render is made by. scene: the frame's, or one that more effects were left out of.
-integrator::WorldOptions world_options(const RenderJob& job, const FrameInput& input, const scene::Scene& scene, Diagnostics& diagnostics);
+/// What the world of a render is made by. scene: the frame's, or one that more effects were left
+/// out of.
+integrator::WorldOptions world_options(const RenderJob& job,
+                                       const FrameInput& input,
+                                       const scene::Scene& scene,
+                                       Diagnostics& diagnostics);
 
 }  // namespace velatura::app

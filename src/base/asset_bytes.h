@@ -16,7 +16,8 @@ class AssetBytes {
     virtual ~AssetBytes() = default;
     virtual std::string_view bytes() const = 0;
 
-    /// Of a file that is mapped, pages that came in go again until they are next used: for those who read all of a large file once.
+    /// Of a file that is mapped, pages that came in go again until they are next used: for those
+    /// who read all of a large file once.
     virtual void forget() const {}
 };
 

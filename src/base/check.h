@@ -4,7 +4,10 @@
 namespace velatura {
 
 /// Prints the broken promise to stderr and aborts: a bug of ours, never the user's data.
-[[noreturn]] void check_failed(const char* condition, const char* message, const char* file, int line);
+[[noreturn]] void check_failed(const char* condition,
+                               const char* message,
+                               const char* file,
+                               int line);
 
 }  // namespace velatura
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/diagnostics.h"
 
-#include <fmt/format.h>
-
 #include "base/hash.h"
+
+#include <fmt/format.h>
 
 namespace velatura {
 
@@ -11,9 +11,12 @@ namespace {
 
 const char* severity_word(Severity s) {
     switch (s) {
-        case Severity::Note: return "note";
-        case Severity::Warning: return "warning";
-        case Severity::Error: return "error";
+        case Severity::Note:
+            return "note";
+        case Severity::Warning:
+            return "warning";
+        case Severity::Error:
+            return "error";
     }
     return "error";
 }
@@ -37,7 +40,8 @@ uint64_t identity(const Diagnostic& d) {
     uint64_t h = hash_string(d.code);
     h = hash_combine(h, hash_string(d.prim_path));
     h = hash_combine(h, hash_string(d.message));
-    h = hash_combine(h, (uint64_t(d.loc.file_id) << 40) ^ (uint64_t(d.loc.line) << 16) ^ d.loc.column);
+    h = hash_combine(h,
+                     (uint64_t(d.loc.file_id) << 40) ^ (uint64_t(d.loc.line) << 16) ^ d.loc.column);
     return h;
 }
 
@@ -115,15 +119,24 @@ void Diagnostics::add(Diagnostic d) {
     if (listener_) listener_(entries_.back());
 }
 
-void Diagnostics::note(std::string code, SourceLoc loc, std::string prim_path, std::string message) {
+void Diagnostics::note(std::string code,
+                       SourceLoc loc,
+                       std::string prim_path,
+                       std::string message) {
     add({Severity::Note, std::move(code), loc, std::move(prim_path), std::move(message), {}});
 }
 
-void Diagnostics::warn(std::string code, SourceLoc loc, std::string prim_path, std::string message) {
+void Diagnostics::warn(std::string code,
+                       SourceLoc loc,
+                       std::string prim_path,
+                       std::string message) {
     add({Severity::Warning, std::move(code), loc, std::move(prim_path), std::move(message), {}});
 }
 
-void Diagnostics::error(std::string code, SourceLoc loc, std::string prim_path, std::string message) {
+void Diagnostics::error(std::string code,
+                        SourceLoc loc,
+                        std::string prim_path,
+                        std::string message) {
     add({Severity::Error, std::move(code), loc, std::move(prim_path), std::move(message), {}});
 }
 
@@ -161,7 +174,8 @@ std::string Diagnostics::format(const Diagnostic& d) const {
         out += ": ";
     }
     out += fmt::format("{}: {} [{}]", severity_word(d.severity), printable(d.message), d.code);
-    if (!d.prim_path.empty()) out += fmt::format("\n  note: while working on <{}>", printable(d.prim_path));
+    if (!d.prim_path.empty())
+        out += fmt::format("\n  note: while working on <{}>", printable(d.prim_path));
     for (const std::string& n : d.notes) out += "\n  note: " + printable(n);
     return out;
 }

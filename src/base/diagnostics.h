@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/source_loc.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -11,13 +13,12 @@
 #include <unordered_map>
 #include <vector>
 
-#include "base/source_loc.h"
-
 namespace velatura {
 
 enum class Severity : uint8_t { Note, Warning, Error };
 
-/// One thing to tell the user about their data. Messages are lower case, without a period, and say found and expected.
+/// One thing to tell the user about their data. Messages are lower case, without a period, and say
+/// found and expected.
 struct Diagnostic {
     Severity severity = Severity::Error;
     std::string code;       ///< stable kebab-case word, e.g. "usd-unresolved-prim-path"
@@ -50,8 +51,8 @@ class LateDiagnostics {
 };
 
 /// Collects what is wrong with the user's data while the work goes on. Thread-safe.
-/// Repeats of the same (code, loc, prim_path, message) are counted, not stored; a code that comes more than
-/// `per_code_limit` times keeps its first entries and a count of the rest.
+/// Repeats of the same (code, loc, prim_path, message) are counted, not stored; a code that comes
+/// more than `per_code_limit` times keeps its first entries and a count of the rest.
 class Diagnostics {
   public:
     Diagnostics() = default;
@@ -88,10 +89,12 @@ class Diagnostics {
     /// How many entries of each code were dropped by per_code_limit.
     std::unordered_map<std::string, size_t> dropped() const;
 
-    /// `lamp.usda:41:9: error: message [code]` followed by `  note: while composing </World/Lamp>` and the notes.
+    /// `lamp.usda:41:9: error: message [code]` followed by `  note: while composing </World/Lamp>`
+    /// and the notes.
     std::string format(const Diagnostic& d) const;
 
-    /// Called under the lock for every stored diagnostic, as it arrives; for live printing by the app.
+    /// Called under the lock for every stored diagnostic, as it arrives; for live printing by the
+    /// app.
     void set_listener(std::function<void(const Diagnostic&)> listener);
 
   private:

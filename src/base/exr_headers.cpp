@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/exr_headers.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -9,18 +11,36 @@
 #include <string>
 #include <utility>
 
-#include <fmt/format.h>
-
 namespace velatura {
 
 namespace {
 
-/// Bytes of the types that have as many always. Ref: OpenEXR, "File Layout", "Predefined Attribute Types".
-constexpr std::pair<std::string_view, uint32_t> sizes[] = {
-    {"box2f", 16}, {"box2i", 16},   {"chromaticities", 32}, {"compression", 1}, {"deepImageState", 1}, {"double", 8},
-    {"envmap", 1}, {"float", 4},    {"int", 4},             {"keycode", 28},    {"lineOrder", 1},      {"m33d", 72},
-    {"m33f", 36},  {"m44d", 128},   {"m44f", 64},           {"rational", 8},    {"tiledesc", 9},       {"timecode", 8},
-    {"v2d", 16},   {"v2f", 8},      {"v2i", 8},             {"v3d", 24},        {"v3f", 12},           {"v3i", 12}};
+/// Bytes of the types that have as many always. Ref: OpenEXR, "File Layout", "Predefined Attribute
+/// Types".
+constexpr std::pair<std::string_view, uint32_t> sizes[] = {{"box2f", 16},
+                                                           {"box2i", 16},
+                                                           {"chromaticities", 32},
+                                                           {"compression", 1},
+                                                           {"deepImageState", 1},
+                                                           {"double", 8},
+                                                           {"envmap", 1},
+                                                           {"float", 4},
+                                                           {"int", 4},
+                                                           {"keycode", 28},
+                                                           {"lineOrder", 1},
+                                                           {"m33d", 72},
+                                                           {"m33f", 36},
+                                                           {"m44d", 128},
+                                                           {"m44f", 64},
+                                                           {"rational", 8},
+                                                           {"tiledesc", 9},
+                                                           {"timecode", 8},
+                                                           {"v2d", 16},
+                                                           {"v2f", 8},
+                                                           {"v2i", 8},
+                                                           {"v3d", 24},
+                                                           {"v3f", 12},
+                                                           {"v3i", 12}};
 
 /// Whether OpenEXR reads as many bytes of a value of this type, or refuses others.
 bool is_size_of(std::string_view type, uint32_t bytes) {
@@ -32,12 +52,13 @@ bool is_size_of(std::string_view type, uint32_t bytes) {
 /// What a header says of the pixels of its part.
 struct Pixels {
     uint64_t bytes_of_one = 0;
-    uint64_t width = 0, height = 0;           ///< of the data window
+    uint64_t width = 0, height = 0;            ///< of the data window
     uint64_t tile_width = 0, tile_height = 0;  ///< each below 2^32
-    uint64_t lines = 1;                       ///< compressed together
+    uint64_t lines = 1;                        ///< compressed together
     bool has_tiles = false;
 
-    /// Bytes of the lines, or of the tile, that OpenEXR holds decompressed. At most 2^60, which is too much as well.
+    /// Bytes of the lines, or of the tile, that OpenEXR holds decompressed. At most 2^60, which is
+    /// too much as well.
     uint64_t bytes_of_chunk() const {
         const uint64_t pixels = has_tiles ? tile_width * tile_height : width * lines;
         return std::min(bytes_of_one, uint64_t(1) << 20) * std::min(pixels, uint64_t(1) << 40);
@@ -59,23 +80,30 @@ class HeaderWalk {
         return std::string_view(head.data(), 4) == "\x76\x2f\x31\x01";
     }
 
-    /// Passes over the headers of all parts, where an empty one ends those of several. What is wrong with them, or nothing.
+    /// Passes over the headers of all parts, where an empty one ends those of several. What is
+    /// wrong with them, or nothing.
     std::string fault() {
         for (int part = 1;; ++part) {
             const std::optional<int> attributes = pass_header();
-            if (!attributes) return "its headers are damaged: an attribute is longer than the file, or than its type";
+            if (!attributes)
+                return "its headers are damaged: an attribute is longer than the file, or than its "
+                       "type";
             if (is_too_much(pixels_.bytes_of_chunk())) return too_much(part);
             if (*attributes == 0 || !has_parts_) return {};
         }
     }
 
   private:
-    bool is_too_much(uint64_t bytes) const { return bytes > uint64_t(64) << 20 && bytes / 16384 > size_; }
+    bool is_too_much(uint64_t bytes) const {
+        return bytes > uint64_t(64) << 20 && bytes / 16384 > size_;
+    }
 
     std::string too_much(int part) const {
         const bool is_tile = pixels_.has_tiles;
-        return fmt::format("{} bytes cannot hold {}{}×{} pixels of part {}", size_, is_tile ? "a tile of " : "",
-                           is_tile ? pixels_.tile_width : pixels_.width, is_tile ? pixels_.tile_height : pixels_.height, part);
+        return fmt::format("{} bytes cannot hold {}{}×{} pixels of part {}", size_,
+                           is_tile ? "a tile of " : "",
+                           is_tile ? pixels_.tile_width : pixels_.width,
+                           is_tile ? pixels_.tile_height : pixels_.height, part);
     }
 
     /// The number of its attributes: name, type, size and value, ended by an empty name.
@@ -90,7 +118,9 @@ class HeaderWalk {
         }
     }
 
-    bool pass_name() { return bool(file_.getline(name_.data(), std::streamsize(name_.size()), '\0')); }
+    bool pass_name() {
+        return bool(file_.getline(name_.data(), std::streamsize(name_.size()), '\0'));
+    }
 
     std::string_view name() const { return name_.data(); }
 
@@ -112,7 +142,9 @@ class HeaderWalk {
     bool pass_window() {
         std::array<int32_t, 4> corners = {};
         if (!read(corners)) return false;
-        const auto side = [](int32_t low, int32_t high) { return uint64_t(std::max<int64_t>(int64_t(high) - low + 1, 0)); };
+        const auto side = [](int32_t low, int32_t high) {
+            return uint64_t(std::max<int64_t>(int64_t(high) - low + 1, 0));
+        };
         pixels_.width = side(corners[0], corners[2]);
         pixels_.height = side(corners[1], corners[3]);
         return true;
@@ -145,7 +177,8 @@ class HeaderWalk {
 
     template <class Values>
     bool read(Values& values) {
-        return bool(file_.read(reinterpret_cast<char*>(values.data()), std::streamsize(sizeof values)));
+        return bool(
+            file_.read(reinterpret_cast<char*>(values.data()), std::streamsize(sizeof values)));
     }
 
     /// Names, each with 16 bytes, ended by an empty one, where the value has to end, too.
@@ -168,7 +201,8 @@ class HeaderWalk {
 
     std::istream& file_;
     uint64_t size_;
-    uint32_t excess_of_ids_;  ///< bytes of a list of names for ids that OpenEXR reads beyond its size
+    uint32_t
+        excess_of_ids_;  ///< bytes of a list of names for ids that OpenEXR reads beyond its size
     bool has_parts_ = false, has_tiles_ = false;
     Pixels pixels_;
     std::array<char, 255> name_ = {};  ///< OpenEXR is at odds with itself about longer ones
@@ -184,8 +218,12 @@ class ViewBuffer final : public std::streambuf {
     }
 
   protected:
-    pos_type seekoff(off_type offset, std::ios_base::seekdir from, std::ios_base::openmode) override {
-        const off_type base = from == std::ios_base::cur ? gptr() - eback() : from == std::ios_base::end ? egptr() - eback() : 0;
+    pos_type seekoff(off_type offset,
+                     std::ios_base::seekdir from,
+                     std::ios_base::openmode) override {
+        const off_type base = from == std::ios_base::cur   ? gptr() - eback()
+                              : from == std::ios_base::end ? egptr() - eback()
+                                                           : 0;
         return seekpos(base + offset, std::ios_base::in);
     }
 

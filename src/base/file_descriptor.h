@@ -8,7 +8,8 @@
 
 namespace velatura {
 
-/// Calls again what a signal interrupted: a call of the system that gives a number below 0 where it fails.
+/// Calls again what a signal interrupted: a call of the system that gives a number below 0 where it
+/// fails.
 template <class Call>
 auto uninterrupted(const Call& call) {
     auto result = call();

@@ -27,7 +27,9 @@ inline float next_float_up(float v) {
 }
 
 /// The next float towards −infinity.
-inline float next_float_down(float v) { return -next_float_up(-v); }
+inline float next_float_down(float v) {
+    return -next_float_up(-v);
+}
 
 template <class T>
 constexpr T sqr(T x) {
@@ -35,20 +37,30 @@ constexpr T sqr(T x) {
 }
 
 /// Square root of max(x, 0).
-inline float safe_sqrt(float x) { return std::sqrt(std::max(x, 0.0f)); }
-inline double safe_sqrt(double x) { return std::sqrt(std::max(x, 0.0)); }
+inline float safe_sqrt(float x) {
+    return std::sqrt(std::max(x, 0.0f));
+}
+
+inline double safe_sqrt(double x) {
+    return std::sqrt(std::max(x, 0.0));
+}
 
 /// Arc cosine of x clamped to [−1, 1].
-inline float safe_acos(float x) { return std::acos(std::clamp(x, -1.0f, 1.0f)); }
-inline double safe_acos(double x) { return std::acos(std::clamp(x, -1.0, 1.0)); }
+inline float safe_acos(float x) {
+    return std::acos(std::clamp(x, -1.0f, 1.0f));
+}
+
+inline double safe_acos(double x) {
+    return std::acos(std::clamp(x, -1.0, 1.0));
+}
 
 /// a·b − c·d with an error of less than 0.51 ulp: the products are exact in double.
 inline float difference_of_products(float a, float b, float c, float d) {
     return float(double(a) * double(b) - double(c) * double(d));
 }
 
-/// The power of two that brings x into [1, 2), or as near to it as a normal number can: multiplying by it is exact.
-/// x finite and not below zero.
+/// The power of two that brings x into [1, 2), or as near to it as a normal number can: multiplying
+/// by it is exact. x finite and not below zero.
 inline float normalizing_scale(float x) {
     const int32_t exponent = std::bit_cast<int32_t>(x) >> 23;
     return std::bit_cast<float>(std::max(254 - exponent, 1) << 23);

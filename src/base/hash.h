@@ -6,7 +6,8 @@
 
 namespace velatura {
 
-/// 64-bit finaliser with full avalanche. Ref: Stafford 2011, "Better Bit Mixing", variant 13 (as in SplitMix64).
+/// 64-bit finaliser with full avalanche. Ref: Stafford 2011, "Better Bit Mixing", variant 13 (as in
+/// SplitMix64).
 constexpr uint64_t mix64(uint64_t v) {
     v ^= v >> 30;
     v *= 0xbf58476d1ce4e5b9ull;

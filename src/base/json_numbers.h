@@ -7,8 +7,8 @@
 
 namespace velatura {
 
-/// The whole number that a JSON value of nlohmann's library is. Throws std::out_of_range where it is none, or none of T: get<T>()
-/// casts whatever number there is, which is undefined for 1e39.
+/// The whole number that a JSON value of nlohmann's library is. Throws std::out_of_range where it
+/// is none, or none of T: get<T>() casts whatever number there is, which is undefined for 1e39.
 template <class T, class Json>
 T whole_number(const Json& value) {
     if (value.is_number_unsigned()) {

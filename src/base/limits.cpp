@@ -12,8 +12,12 @@ Limits& limits_of_process() {
 
 }  // namespace
 
-const Limits& limits() { return limits_of_process(); }
+const Limits& limits() {
+    return limits_of_process();
+}
 
-void set_limits(const Limits& limits) { limits_of_process() = limits; }
+void set_limits(const Limits& limits) {
+    limits_of_process() = limits;
+}
 
 }  // namespace velatura

@@ -12,7 +12,8 @@
 
 namespace velatura {
 
-/// Where a file is mapped, if anywhere: places are never freed, so that a signal handler may walk through them at any time.
+/// Where a file is mapped, if anywhere: places are never freed, so that a signal handler may walk
+/// through them at any time.
 struct MappedPlace {
     std::atomic<uintptr_t> begin = 0;
     std::atomic<uintptr_t> end = 0;  ///< 0 = free
@@ -25,9 +26,13 @@ namespace {
 
 std::atomic<MappedPlace*> first_place = nullptr;
 uintptr_t page_size = 4096;
+
 struct sigaction earlier_action {};
 
-static_assert(std::atomic<uintptr_t>::is_always_lock_free && std::atomic<bool>::is_always_lock_free && std::atomic<MappedPlace*>::is_always_lock_free, "used in a signal handler");
+static_assert(std::atomic<uintptr_t>::is_always_lock_free &&
+                  std::atomic<bool>::is_always_lock_free &&
+                  std::atomic<MappedPlace*>::is_always_lock_free,
+              "used in a signal handler");
 
 /// Guards the changes of places, which handlers only look at.
 std::mutex& places_mutex() {
@@ -38,10 +43,13 @@ std::mutex& places_mutex() {
 void on_bus_error(int, siginfo_t* info, void*) {
     const auto address = reinterpret_cast<uintptr_t>(info->si_addr);
     // One that somebody has sent has no address
-    for (MappedPlace* place = info->si_code > 0 ? first_place.load() : nullptr; place; place = place->next) {
+    for (MappedPlace* place = info->si_code > 0 ? first_place.load() : nullptr; place;
+         place = place->next) {
         if (address < place->begin || address >= place->end) continue;
         void* const page = reinterpret_cast<void*>(address & ~(page_size - 1));
-        if (::mmap(page, page_size, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0) == MAP_FAILED) break;
+        if (::mmap(page, page_size, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0) ==
+            MAP_FAILED)
+            break;
         place->has_lost = true;
         return;
     }
@@ -63,7 +71,9 @@ MappedPlace* take_place() {
 
 void read_lost_pages_as_zeros() {
     page_size = uintptr_t(::sysconf(_SC_PAGESIZE));
+
     struct sigaction action {};
+
     action.sa_sigaction = on_bus_error;
     action.sa_flags = SA_SIGINFO | SA_RESTART;
     ::sigemptyset(&action.sa_mask);
@@ -72,6 +82,7 @@ void read_lost_pages_as_zeros() {
 
 void end_at_lost_pages() {
     struct sigaction action {};
+
     action.sa_handler = SIG_DFL;
     ::sigemptyset(&action.sa_mask);
     ::sigaction(SIGBUS, &action, nullptr);

@@ -37,7 +37,8 @@ ProcessMemory process_memory() {
     size_t kilobytes = 0;
     for (std::string name; status >> name;) {
         const bool is_wanted = name == "VmHWM:" || name == "VmData:";
-        if (is_wanted && status >> kilobytes) (name == "VmHWM:" ? memory.peak : memory.writable) = kilobytes * 1024;
+        if (is_wanted && status >> kilobytes)
+            (name == "VmHWM:" ? memory.peak : memory.writable) = kilobytes * 1024;
         status.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
     }
     return memory;
@@ -51,7 +52,8 @@ void limit_writable(rlim_t bytes) {
     setrlimit(RLIMIT_DATA, &limit);
 }
 
-/// What was put aside, if it is still there. Not from operator new, and never touched: it is not resident.
+/// What was put aside, if it is still there. Not from operator new, and never touched: it is not
+/// resident.
 std::atomic<void*> aside = nullptr;
 constexpr size_t aside_bytes = size_t(4) << 20;
 
@@ -66,10 +68,11 @@ constexpr size_t granted_bytes = size_t(4) << 20;
 
 constexpr size_t spare_bytes = MemoryLimit::kept_bytes - aside_bytes;
 
-/// Of what is mapped and not resident, stacks and data of libraries stay so for the most part. What the allocator has mapped
-/// and given back will be resident again without that the kernel is asked.
+/// Of what is mapped and not resident, stacks and data of libraries stay so for the most part. What
+/// the allocator has mapped and given back will be resident again without that the kernel is asked.
 void limit_to_what_is_left() {
-    const size_t left = MemoryLimit::left(), kept = mallinfo2().fordblks + spare_bytes + (aside ? aside_bytes : 0);
+    const size_t left = MemoryLimit::left(),
+                 kept = mallinfo2().fordblks + spare_bytes + (aside ? aside_bytes : 0);
     limit_writable(process_memory().writable + (left > kept ? left - kept : 0));
 }
 
@@ -83,7 +86,9 @@ size_t resident_bytes() {
 }
 
 // Not ru_maxrss of getrusage(2), which a program inherits from the one that started it
-size_t peak_resident_bytes() { return process_memory().peak; }
+size_t peak_resident_bytes() {
+    return process_memory().peak;
+}
 
 size_t machine_bytes() {
     const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
@@ -115,7 +120,8 @@ void MemoryLimit::find_memory_or_throw() {
     rlimit limit = {};
     getrlimit(RLIMIT_DATA, &limit);
     // Refused within the hard limit, which is the machine's own, a thread is granted nothing
-    if (is_set() && Granted::depth > 0 && limit.rlim_cur < limit.rlim_max) return limit_writable(limit.rlim_cur + granted_bytes);
+    if (is_set() && Granted::depth > 0 && limit.rlim_cur < limit.rlim_max)
+        return limit_writable(limit.rlim_cur + granted_bytes);
     if (!take_what_was_put_aside()) throw std::bad_alloc();
 }
 
@@ -146,13 +152,21 @@ MemoryLimit::Lifted::~Lifted() {
     if (was_enforced_) limit_to_what_is_left();
 }
 
-void MemoryLimit::give_back() { malloc_trim(0); }
+void MemoryLimit::give_back() {
+    malloc_trim(0);
+}
 
-bool MemoryLimit::is_set() { return limit_bytes != unlimited; }
+bool MemoryLimit::is_set() {
+    return limit_bytes != unlimited;
+}
 
-const char* MemoryLimit::doing() { return now_doing; }
+const char* MemoryLimit::doing() {
+    return now_doing;
+}
 
-size_t MemoryLimit::allowed() { return is_set() ? limit_bytes.load() : machine_bytes(); }
+size_t MemoryLimit::allowed() {
+    return is_set() ? limit_bytes.load() : machine_bytes();
+}
 
 size_t MemoryLimit::left() {
     const size_t all = allowed(), now = resident_bytes();

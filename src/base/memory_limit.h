@@ -5,7 +5,8 @@
 
 namespace velatura {
 
-/// Memory that this process has resident, in bytes: what counts against it, files that are mapped included.
+/// Memory that this process has resident, in bytes: what counts against it, files that are mapped
+/// included.
 size_t resident_bytes();
 
 /// The most that it ever had resident since its program was started.
@@ -14,33 +15,38 @@ size_t peak_resident_bytes();
 /// Physical memory of the machine, bytes.
 size_t machine_bytes();
 
-/// Puts memory aside, which operator new gets when it finds no other: what must not throw, destructors of libraries among it, and
-/// whoever says what happened still have some then. For programs to call once, at the begin of main().
+/// Puts memory aside, which operator new gets when it finds no other: what must not throw,
+/// destructors of libraries among it, and whoever says what happened still have some then. For
+/// programs to call once, at the begin of main().
 void put_memory_aside();
 
-/// Keeps the resident memory of this process below a limit while the object lives; one at a time. In two ways by turns:
-/// enforced, the kernel refuses what would go beyond it, so that allocations throw std::bad_alloc before the memory is
-/// there (setrlimit(2), RLIMIT_DATA); watched, somebody asks for left() while memory is taken so little by little that what
-/// is there can be put away in time. Starts enforced. enforce() and watch() belong to one thread, the others to all.
+/// Keeps the resident memory of this process below a limit while the object lives; one at a time.
+/// In two ways by turns: enforced, the kernel refuses what would go beyond it, so that allocations
+/// throw std::bad_alloc before the memory is there (setrlimit(2), RLIMIT_DATA); watched, somebody
+/// asks for left() while memory is taken so little by little that what is there can be put away in
+/// time. Starts enforced. enforce() and watch() belong to one thread, the others to all.
 class MemoryLimit {
   public:
-    /// Throws std::bad_alloc when the process is above the limit already, or nearer than kept_bytes: its own code would pass it.
+    /// Throws std::bad_alloc when the process is above the limit already, or nearer than
+    /// kept_bytes: its own code would pass it.
     explicit MemoryLimit(size_t bytes);
     ~MemoryLimit();
     MemoryLimit(const MemoryLimit&) = delete;
     MemoryLimit& operator=(const MemoryLimit&) = delete;
 
-    /// Gives what was freed back to the kernel, which grants no more than what is left from here on. To be called again
-    /// after files were mapped or libraries opened, whose pages the kernel does not count. Without a limit nothing happens.
-    /// `doing`: for messages, "while …"; a literal.
+    /// Gives what was freed back to the kernel, which grants no more than what is left from here
+    /// on. To be called again after files were mapped or libraries opened, whose pages the kernel
+    /// does not count. Without a limit nothing happens. `doing`: for messages, "while …"; a
+    /// literal.
     static void enforce(const char* doing);
     static void watch();
 
     /// Gives memory that was freed back to the kernel.
     static void give_back();
 
-    /// While one lives the kernel grants what is asked for, also where it is enforced before and after: for what would not
-    /// survive a refusal, such as the threads that libraries start as they are opened.
+    /// While one lives the kernel grants what is asked for, also where it is enforced before and
+    /// after: for what would not survive a refusal, such as the threads that libraries start as
+    /// they are opened.
     class Lifted {
       public:
         Lifted();
@@ -53,12 +59,15 @@ class MemoryLimit {
         bool was_enforced_;
     };
 
-    /// While one lives, this thread is granted what it asks for with operator new, a little above the limit if need be: for
-    /// libraries that others would wait for in vain when they failed. Costs next to nothing.
+    /// While one lives, this thread is granted what it asks for with operator new, a little above
+    /// the limit if need be: for libraries that others would wait for in vain when they failed.
+    /// Costs next to nothing.
     class Granted {
       public:
         Granted() { ++depth; }
+
         ~Granted() { --depth; }
+
         Granted(const Granted&) = delete;
         Granted& operator=(const Granted&) = delete;
 
@@ -67,8 +76,9 @@ class MemoryLimit {
         inline static thread_local int depth = 0;
     };
 
-    /// What enforce() keeps of what is left: pages of libraries that come in when code runs for the first time, the
-    /// kernel's counters, which lag behind by up to 64 pages a thread, and what is put aside.
+    /// What enforce() keeps of what is left: pages of libraries that come in when code runs for the
+    /// first time, the kernel's counters, which lag behind by up to 64 pages a thread, and what is
+    /// put aside.
     static constexpr size_t kept_bytes = size_t(10) << 20;
 
     static bool is_set();

@@ -1,24 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/output_lock.h"
 
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <array>
 #include <cerrno>
 #include <filesystem>
 #include <system_error>
 #include <utility>
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <fmt/format.h>
-
 namespace velatura {
 
 namespace {
 
-std::string reason() { return std::error_code(errno, std::generic_category()).message(); }
+std::string reason() {
+    return std::error_code(errno, std::generic_category()).message();
+}
 
 /// "process 123 on farm7": what the one that holds the lock wrote.
 std::string holder(int fd) {
@@ -32,22 +33,28 @@ void write_holder(int fd) {
     ::gethostname(host.data(), host.size() - 1);
     const std::string text = fmt::format("process {} on {}", ::getpid(), host.data());
     // Only for a message: that nothing could be written is found out by who writes the picture
-    [[maybe_unused]] const bool is_done = ::ftruncate(fd, 0) == 0 && ::pwrite(fd, text.data(), text.size(), 0) >= 0;
+    [[maybe_unused]] const bool is_done =
+        ::ftruncate(fd, 0) == 0 && ::pwrite(fd, text.data(), text.size(), 0) >= 0;
 }
 
 /// The file may have been removed by its last holder since it was opened.
 bool is_same_file(int fd, const std::string& path) {
-    struct ::stat opened {}, named {};
-    return ::fstat(fd, &opened) == 0 && ::stat(path.c_str(), &named) == 0 && opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+    struct ::stat opened {
+    }, named{};
+
+    return ::fstat(fd, &opened) == 0 && ::stat(path.c_str(), &named) == 0 &&
+           opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
 }
 
 }  // namespace
 
 Result<OutputLock> OutputLock::take(const std::string& path) {
     const std::filesystem::path target(path);
-    const std::string lock_path = (target.parent_path() / fmt::format(".{}.lock", target.filename().string())).string();
+    const std::string lock_path =
+        (target.parent_path() / fmt::format(".{}.lock", target.filename().string())).string();
     for (;;) {
-        const int fd = ::open(lock_path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
+        const int fd =
+            ::open(lock_path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
         if (fd < 0 && errno == EINTR) continue;
         if (fd < 0) return Error{"io-write", fmt::format("cannot write {}: {}", path, reason())};
         if (::flock(fd, LOCK_EX | LOCK_NB) == 0) {
@@ -69,7 +76,10 @@ Result<OutputLock> OutputLock::take(const std::string& path) {
     }
 }
 
-OutputLock::OutputLock(OutputLock&& other) noexcept : lock_path_(std::move(other.lock_path_)), fd_(std::exchange(other.fd_, -1)), is_held_(other.is_held_) {}
+OutputLock::OutputLock(OutputLock&& other) noexcept
+    : lock_path_(std::move(other.lock_path_)),
+      fd_(std::exchange(other.fd_, -1)),
+      is_held_(other.is_held_) {}
 
 OutputLock::~OutputLock() {
     if (fd_ < 0) return;

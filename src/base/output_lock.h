@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-
 #include "base/result.h"
+
+#include <string>
 
 namespace velatura {
 
-/// While it lives, no other process gets the lock of the same output file. The lock is that of the system (flock) on
-/// `.NAME.lock` beside it, which ends with the process however that ends: what a killed one leaves is a file and no lock.
-/// docs/adr/0041 says why.
+/// While it lives, no other process gets the lock of the same output file. The lock is that of the
+/// system (flock) on
+/// `.NAME.lock` beside it, which ends with the process however that ends: what a killed one leaves
+/// is a file and no lock. docs/adr/0041 says why.
 class OutputLock {
   public:
-    /// Errors: "output-locked" with who holds it, "io-write" when nothing can be made in the folder.
+    /// Errors: "output-locked" with who holds it, "io-write" when nothing can be made in the
+    /// folder.
     static Result<OutputLock> take(const std::string& path);
 
     OutputLock(OutputLock&& other) noexcept;
@@ -23,7 +25,8 @@ class OutputLock {
     bool is_held() const { return is_held_; }
 
   private:
-    OutputLock(std::string lock_path, int fd, bool is_held) : lock_path_(std::move(lock_path)), fd_(fd), is_held_(is_held) {}
+    OutputLock(std::string lock_path, int fd, bool is_held)
+        : lock_path_(std::move(lock_path)), fd_(fd), is_held_(is_held) {}
 
     std::string lock_path_;
     int fd_ = -1;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/check.h"
+
 #include <string>
 #include <utility>
 #include <variant>
-
-#include "base/check.h"
 
 namespace velatura {
 
@@ -15,15 +15,18 @@ struct Error {
     std::string message;
 };
 
-/// A value, or the reason there is none; the member names of std::expected, which GCC 12 lacks in C++20.
-/// Use it only where no value can exist (a file that cannot be opened); partial results go with Diagnostics.
+/// A value, or the reason there is none; the member names of std::expected, which GCC 12 lacks in
+/// C++20. Use it only where no value can exist (a file that cannot be opened); partial results go
+/// with Diagnostics.
 template <class T>
 class [[nodiscard]] Result {
   public:
     Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}
+
     Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}
 
     bool has_value() const { return state_.index() == 0; }
+
     explicit operator bool() const { return has_value(); }
 
     T& value() & {
@@ -42,9 +45,13 @@ class [[nodiscard]] Result {
     }
 
     T& operator*() & { return value(); }
+
     const T& operator*() const& { return value(); }
+
     T&& operator*() && { return std::move(*this).value(); }
+
     T* operator->() { return &value(); }
+
     const T* operator->() const { return &value(); }
 
     const Error& error() const {
@@ -65,9 +72,11 @@ template <>
 class [[nodiscard]] Result<void> {
   public:
     Result() = default;
+
     Result(Error error) : error_(std::move(error)), ok_(false) {}
 
     bool has_value() const { return ok_; }
+
     explicit operator bool() const { return ok_; }
 
     const Error& error() const {

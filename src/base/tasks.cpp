@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/tasks.h"
 
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <exception>
 #include <thread>
 
-#include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
-
 namespace velatura {
 
 namespace {
 
-// The arena holds the asked number of slots even on a machine with fewer cores, so that --threads 7 runs 7 threads.
+// The arena holds the asked number of slots even on a machine with fewer cores, so that --threads 7
+// runs 7 threads.
 tbb::task_arena*& current_arena() {
     static tbb::task_arena* arena = nullptr;
     return arena;
@@ -44,23 +45,26 @@ ThreadLimit::ThreadLimit(int threads) {
 ThreadLimit::~ThreadLimit() {
     auto* control = static_cast<Control*>(control_);
     current_arena() = control->outer;
-    // oneTBB may take memory to give up an arena, and its destructors must not throw: where an exception is on its way, there may
-    // be no memory, and the process is about to end
+    // oneTBB may take memory to give up an arena, and its destructors must not throw: where an
+    // exception is on its way, there may be no memory, and the process is about to end
     if (std::uncaught_exceptions() == 0) delete control;
 }
 
 int thread_count() {
-    return current_arena() ? current_arena()->max_concurrency() : tbb::this_task_arena::max_concurrency();
+    return current_arena() ? current_arena()->max_concurrency()
+                           : tbb::this_task_arena::max_concurrency();
 }
 
 void start_threads() {
-    // Each body waits for the others, and so takes a thread of its own; not for long where threads are busy elsewhere
+    // Each body waits for the others, and so takes a thread of its own; not for long where threads
+    // are busy elsewhere
     const auto count = size_t(thread_count());
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
     std::atomic<size_t> started = 0;
     parallel_for(count, [&](size_t) {
         ++started;
-        while (started < count && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+        while (started < count && std::chrono::steady_clock::now() < deadline)
+            std::this_thread::yield();
     });
 }
 

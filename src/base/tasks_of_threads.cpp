@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// tasks.h on std::thread, for ThreadSanitizer (VELATURA_TASKS=threads): it does not see how oneTBB's binary, which is built without
-// it, hands work over, and takes every hand-over for a race. Threads are made for each loop, and loops within loops run on the
-// thread that meets them; tests of this file are those of tasks.h.
+// tasks.h on std::thread, for ThreadSanitizer (VELATURA_TASKS=threads): it does not see how
+// oneTBB's binary, which is built without it, hands work over, and takes every hand-over for a
+// race. Threads are made for each loop, and loops within loops run on the thread that meets them;
+// tests of this file are those of tasks.h.
+#include "base/tasks.h"
+
 #include <algorithm>
 #include <atomic>
 #include <exception>
 #include <mutex>
 #include <thread>
 #include <vector>
-
-#include "base/tasks.h"
 
 namespace velatura {
 
@@ -22,12 +23,15 @@ std::atomic<int>& limit() {
 
 thread_local bool is_within_loop = false;
 
-int core_count() { return std::max(1, int(std::thread::hardware_concurrency())); }
+int core_count() {
+    return std::max(1, int(std::thread::hardware_concurrency()));
+}
 
 /// Indices of one loop, taken by whichever thread is free.
 class Loop {
   public:
-    Loop(size_t count, const std::function<void(size_t)>& body, size_t grain) : count_(count), body_(body), grain_(grain) {}
+    Loop(size_t count, const std::function<void(size_t)>& body, size_t grain)
+        : count_(count), body_(body), grain_(grain) {}
 
     /// Until none are left, or a body has thrown.
     void work() {
@@ -90,6 +94,8 @@ void parallel_for(size_t count, const std::function<void(size_t)>& body, size_t 
     loop.rethrow();
 }
 
-void parallel_for_isolated(size_t count, const std::function<void(size_t)>& body) { parallel_for(count, body); }
+void parallel_for_isolated(size_t count, const std::function<void(size_t)>& body) {
+    parallel_for(count, body);
+}
 
 }  // namespace velatura

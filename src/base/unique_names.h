@@ -9,10 +9,12 @@
 
 namespace velatura {
 
-/// Names that differ from each other, by numbers behind those that would not. As fast with thousands of equal ones as with others.
+/// Names that differ from each other, by numbers behind those that would not. As fast with
+/// thousands of equal ones as with others.
 class UniqueNames {
   public:
-    /// `between` the name and its number. No name gets longer than `max_bytes`, which must leave room for the number.
+    /// `between` the name and its number. No name gets longer than `max_bytes`, which must leave
+    /// room for the number.
     explicit UniqueNames(std::string_view between = "_", size_t max_bytes = std::string::npos)
         : between_(between), max_bytes_(max_bytes) {}
 
@@ -21,7 +23,8 @@ class UniqueNames {
     /// Lets make() give this one to nobody.
     void take(std::string name) { taken_.insert(std::move(name)); }
 
-    /// The name itself, else with the first number from 2 on that makes it another than all before; shortened to fit.
+    /// The name itself, else with the first number from 2 on that makes it another than all before;
+    /// shortened to fit.
     std::string make(std::string name);
 
   private:

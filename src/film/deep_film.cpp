@@ -25,25 +25,34 @@ uint64_t segment_of(float depth, float growth) {
     return uint64_t(int64_t(std::floor(std::log(positive) / std::log1p(growth))));
 }
 
-/// Where light comes from that nothing covers: behind everything, and finite for programs that compute with it.
+/// Where light comes from that nothing covers: behind everything, and finite for programs that
+/// compute with it.
 constexpr float background_depth = 1e30f;
 
-float next_after(float v) { return std::nextafter(v, std::numeric_limits<float>::infinity()); }
+float next_after(float v) {
+    return std::nextafter(v, std::numeric_limits<float>::infinity());
+}
 
-Triple weighted(double weight, const Rgb& c) { return {weight * double(c.x), weight * double(c.y), weight * double(c.z)}; }
+Triple weighted(double weight, const Rgb& c) {
+    return {weight * double(c.x), weight * double(c.y), weight * double(c.z)};
+}
 
 /// Factor from the sum of the samples to what the file stores.
-double ratio(float stored, double sum) { return sum > 0.0 ? double(stored) / sum : 1.0; }
+double ratio(float stored, double sum) {
+    return sum > 0.0 ? double(stored) / sum : 1.0;
+}
 
 /// `over` from front to back, in float as flat pictures are made of deep ones.
 struct Flat {
     float alpha = 0;
 
     float left() const { return 1.0f - alpha; }
+
     float with(float a) const { return alpha + left() * a; }
 };
 
-/// The alpha that, laid under `flat`, brings it to `target`. Something is left for what lies behind.
+/// The alpha that, laid under `flat`, brings it to `target`. Something is left for what lies
+/// behind.
 float alpha_to(const Flat& flat, double target, bool is_last) {
     auto a = float(std::clamp((target - double(flat.alpha)) / double(flat.left()), 0.0, 1.0));
     while (!is_last && flat.with(a) >= 1.0f) a = std::nextafter(a, 0.0f);
@@ -53,7 +62,10 @@ float alpha_to(const Flat& flat, double target, bool is_last) {
 }  // namespace
 
 DeepFilm::DeepFilm(const Window& window, const DeepOptions& options)
-    : window_(window), options_(options), pixels_(window.pixel_count()), weights_(window.pixel_count(), 0.0) {}
+    : window_(window),
+      options_(options),
+      pixels_(window.pixel_count()),
+      weights_(window.pixel_count(), 0.0) {}
 
 void DeepFilm::add(int x, int y, const SampleRadiance& s) {
     const size_t i = window_.index(x, y);
@@ -71,7 +83,8 @@ void DeepFilm::add(int x, int y, const SampleRadiance& s) {
         added.near = added.far = s.depth;
         added.weighted_depth = weight * double(s.depth);
         added.key = uint64_t(s.instance_id) << 32 | s.prim_id;
-        if (s.depth_kind == DepthKind::Volume) added.key = segment_of(s.depth, options_.segment_growth);
+        if (s.depth_kind == DepthKind::Volume)
+            added.key = segment_of(s.depth, options_.segment_growth);
     }
     std::vector<Entry>& pixel = pixels_[i];
     if (Entry* known = find(pixel, added)) {
@@ -98,13 +111,16 @@ DeepFilm::Entry* DeepFilm::find(std::vector<Entry>& pixel, const Entry& added) c
         if (e.kind != DepthKind::Surface) return &e;
         const float near = std::min(e.near, added.near), far = std::max(e.far, added.far);
         if (far - near > options_.surface_tolerance * std::abs(near)) continue;
-        const auto distance = [&](const Entry& o) { return std::abs(o.depth() - double(added.near)); };
+        const auto distance = [&](const Entry& o) {
+            return std::abs(o.depth() - double(added.near));
+        };
         if (!best || distance(e) < distance(*best)) best = &e;
     }
     return best;
 }
 
-/// Joins the two that are nearest to each other, by the part that depth grows, while there are too many.
+/// Joins the two that are nearest to each other, by the part that depth grows, while there are too
+/// many.
 void DeepFilm::limit(std::vector<Entry>& pixel) const {
     const auto covers = [](const Entry& e) { return e.kind != DepthKind::None; };
     if (std::count_if(pixel.begin(), pixel.end(), covers) <= options_.most_samples) return;
@@ -139,9 +155,12 @@ image::DeepImage DeepFilm::image(const std::vector<float>& rgba) const {
     return image;
 }
 
-/// Shares of the pixel become samples that know nothing of what is before them: a share is what is left there times the
-/// sample.
-void DeepFilm::lay(std::vector<Entry> pixel, double weight, const float* rgba, std::vector<image::DeepSample>& out) {
+/// Shares of the pixel become samples that know nothing of what is before them: a share is what is
+/// left there times the sample.
+void DeepFilm::lay(std::vector<Entry> pixel,
+                   double weight,
+                   const float* rgba,
+                   std::vector<image::DeepSample>& out) {
     const auto covers = [](const Entry& e) { return e.kind != DepthKind::None; };
     std::stable_sort(pixel.begin(), pixel.end(), [&](const Entry& a, const Entry& b) {
         if (covers(a) != covers(b)) return covers(a);
@@ -149,7 +168,8 @@ void DeepFilm::lay(std::vector<Entry> pixel, double weight, const float* rgba, s
     });
     Triple sum;
     for (const Entry& e : pixel) sum += e.light;
-    const double to_r = ratio(rgba[0], sum.x), to_g = ratio(rgba[1], sum.y), to_b = ratio(rgba[2], sum.z);
+    const double to_r = ratio(rgba[0], sum.x), to_g = ratio(rgba[1], sum.y),
+                 to_b = ratio(rgba[2], sum.z);
 
     Flat flat;
     double covered = 0;
@@ -186,7 +206,8 @@ size_t DeepFilm::memory_bytes() const {
 
 std::string deep_path(const std::string& picture) {
     const std::filesystem::path path(picture);
-    return (path.parent_path() / (path.stem().string() + ".deep" + path.extension().string())).string();
+    return (path.parent_path() / (path.stem().string() + ".deep" + path.extension().string()))
+        .string();
 }
 
 Result<image::DeepImage> write_deep_picture(const DeepFilm& film, const std::string& picture) {
@@ -201,14 +222,17 @@ Result<image::DeepImage> write_deep_picture(const DeepFilm& film, const std::str
         plane.resize(window.pixel_count());
         targets.push_back({name, image::ChannelType::Float, plane.data()});
     }
-    if (const auto read = reader->read_rows(0, window.y0, window.y1, targets); !read) return read.error();
+    if (const auto read = reader->read_rows(0, window.y0, window.y1, targets); !read)
+        return read.error();
     std::vector<float> rgba(4 * window.pixel_count());
     for (size_t i = 0; i < rgba.size(); ++i) rgba[i] = planes[i % 4][i / 4];
     image::DeepImage deep = film.image(rgba);
     deep.display = reader->header().display;
     deep.pixel_aspect_ratio = reader->header().pixel_aspect_ratio;
     for (const auto& [name, attribute] : reader->header().attributes) {
-        if (name == "software" || name == "chromaticities" || name.starts_with("worldTo") || name == "velatura/scene") deep.attributes[name] = attribute;
+        if (name == "software" || name == "chromaticities" || name.starts_with("worldTo") ||
+            name == "velatura/scene")
+            deep.attributes[name] = attribute;
     }
     nlohmann::ordered_json how;
     how["schema"] = "velatura.deep/1";
@@ -217,7 +241,8 @@ Result<image::DeepImage> write_deep_picture(const DeepFilm& film, const std::str
     how["mostSamples"] = film.options().most_samples;
     how["picture"] = std::filesystem::path(picture).filename().string();
     deep.attributes["velatura/deep"] = how.dump();
-    if (const auto written = image::write_deep_file(deep_path(picture), deep); !written) return written.error();
+    if (const auto written = image::write_deep_file(deep_path(picture), deep); !written)
+        return written.error();
     return deep;
 }
 

@@ -20,9 +20,10 @@ struct DeepOptions {
     int most_samples = 32;
 };
 
-/// Where the light of the camera samples of each pixel comes from, by depth. A function of the samples alone, added in the
-/// order of their indices: not of tiles, passes or threads. 64 bytes for each deep sample, up to twice that where lists have just grown. Threads: one pixel
-/// belongs to one task.
+/// Where the light of the camera samples of each pixel comes from, by depth. A function of the
+/// samples alone, added in the order of their indices: not of tiles, passes or threads. 64 bytes
+/// for each deep sample, up to twice that where lists have just grown. Threads: one pixel belongs
+/// to one task.
 class DeepFilm {
   public:
     DeepFilm(const Window& window, const DeepOptions& options);
@@ -30,14 +31,15 @@ class DeepFilm {
     /// Adds the next sample of a pixel. Weights must not be negative.
     void add(int x, int y, const SampleRadiance& sample);
 
-    /// The deep picture, whose samples laid over each other from front to back give `rgba`: [height][width][4], the picture
-    /// of the same camera samples as its file stores it. What it rounds differently from the sum of the samples goes into
-    /// their colours.
+    /// The deep picture, whose samples laid over each other from front to back give `rgba`:
+    /// [height][width][4], the picture of the same camera samples as its file stores it. What it
+    /// rounds differently from the sum of the samples goes into their colours.
     image::DeepImage image(const std::vector<float>& rgba) const;
 
     const DeepOptions& options() const { return options_; }
 
     size_t memory_bytes() const;
+
     /// The same of pixels that show one depth each.
     static size_t expected_bytes(const Window& window) {
         return window.pixel_count() * (sizeof(std::vector<Entry>) + sizeof(double) + sizeof(Entry));
@@ -58,7 +60,10 @@ class DeepFilm {
     static void join(Entry& entry, const Entry& other);
     Entry* find(std::vector<Entry>& pixel, const Entry& added) const;
     void limit(std::vector<Entry>& pixel) const;
-    static void lay(std::vector<Entry> pixel, double weight, const float* rgba, std::vector<image::DeepSample>& out);
+    static void lay(std::vector<Entry> pixel,
+                    double weight,
+                    const float* rgba,
+                    std::vector<image::DeepSample>& out);
 
     Window window_;
     DeepOptions options_;
@@ -69,8 +74,9 @@ class DeepFilm {
 /// "shot.deep.exr" of "shot.exr".
 std::string deep_path(const std::string& picture);
 
-/// Writes the deep picture beside the file of its flat one, which was written from the same samples and says what the deep
-/// samples must add up to. Errors: as image::ExrReader, image::write_deep_file.
+/// Writes the deep picture beside the file of its flat one, which was written from the same samples
+/// and says what the deep samples must add up to. Errors: as image::ExrReader,
+/// image::write_deep_file.
 Result<image::DeepImage> write_deep_picture(const DeepFilm& film, const std::string& picture);
 
 }  // namespace velatura::film

@@ -135,11 +135,14 @@ void PixelAccumulator::end_sample() {
 
 void PixelAccumulator::keep_mean() {
     mean_before_ = last_mean_;
-    last_mean_ = image::mean_of(sum_so_far(AccumulatorTable::beauty), sum_so_far(AccumulatorTable::coverage));
+    last_mean_ = image::mean_of(sum_so_far(AccumulatorTable::beauty),
+                                sum_so_far(AccumulatorTable::coverage));
 }
 
 /// Of the beauty or the coverage, at a power of two, where there is one node.
-Triple PixelAccumulator::sum_so_far(uint32_t accumulator) const { return dense_.first(cell_of_[accumulator] - 1); }
+Triple PixelAccumulator::sum_so_far(uint32_t accumulator) const {
+    return dense_.first(cell_of_[accumulator] - 1);
+}
 
 void PixelAccumulator::finish_sparse() {
     const auto nodes = image::DyadicRule(record_.first).nodes(record_.first, record_.end);
@@ -155,9 +158,7 @@ Film::Film(const Window& data_window, const LayerSet& set, const FilmOptions& op
       bad_mutex_(std::make_unique<std::mutex>()) {}
 
 Film::Film(image::SampleSums sums, std::vector<BadSample> bad)
-    : sums_(std::move(sums)),
-      bad_mutex_(std::make_unique<std::mutex>()),
-      bad_(std::move(bad)) {}
+    : sums_(std::move(sums)), bad_mutex_(std::make_unique<std::mutex>()), bad_(std::move(bad)) {}
 
 void Film::make_deep(const DeepOptions& options) {
     deep_ = std::make_unique<DeepFilm>(window(), options);
@@ -183,7 +184,9 @@ void Film::end_pixel(PixelAccumulator& a) {
     for (size_t i = 0; i < a.used_; ++i) a.cell_of_[a.sums_[i].accumulator] = 0;
     sums_.append(a.x_, a.y_, a.record_, std::span<const image::NodeSums>(a.sums_.data(), a.used_));
     a.used_ = 0;
-    if (a.record_.first == 0 && a.record_.end > 1) sums_.set_earlier_mean(a.x_, a.y_, std::has_single_bit(a.record_.end) ? a.mean_before_ : a.last_mean_);
+    if (a.record_.first == 0 && a.record_.end > 1)
+        sums_.set_earlier_mean(a.x_, a.y_,
+                               std::has_single_bit(a.record_.end) ? a.mean_before_ : a.last_mean_);
     if (!a.mattes_.empty()) {
         image::join_matte_weights(a.mattes_);
         sums_.mattes()->add(a.x_, a.y_, a.mattes_);
@@ -216,9 +219,11 @@ Film::TileNoise Film::tile_noise(const Window& tile) const {
             noise.samples_max = std::max(noise.samples_max, samples);
             noise.samples += samples;
             noise.invalid += record.invalid;
-            const image::PixelHalves h = image::resolve_halves(sums_, x, y, AccumulatorTable::beauty);
+            const image::PixelHalves h =
+                image::resolve_halves(sums_, x, y, AccumulatorTable::beauty);
             if (!h.is_known) continue;
-            for (size_t c = 0; c < 3; ++c) noise.squares += image::relative_square(h.variance[c], h.mean[c]);
+            for (size_t c = 0; c < 3; ++c)
+                noise.squares += image::relative_square(h.variance[c], h.mean[c]);
             noise.count += 3;
         }
     }
@@ -227,10 +232,12 @@ Film::TileNoise Film::tile_noise(const Window& tile) const {
 
 NoiseEstimate Film::noise() const {
     const Window& w = window();
-    const int columns = (w.width() + tile_size - 1) / tile_size, rows = (w.height() + tile_size - 1) / tile_size;
+    const int columns = (w.width() + tile_size - 1) / tile_size,
+              rows = (w.height() + tile_size - 1) / tile_size;
     std::vector<TileNoise> tiles(size_t(columns) * size_t(rows));
     parallel_for(tiles.size(), [&](size_t i) {
-        const int x = w.x0 + int(i % size_t(columns)) * tile_size, y = w.y0 + int(i / size_t(columns)) * tile_size;
+        const int x = w.x0 + int(i % size_t(columns)) * tile_size,
+                  y = w.y0 + int(i / size_t(columns)) * tile_size;
         tiles[i] = tile_noise({x, y, std::min(x + tile_size, w.x1), std::min(y + tile_size, w.y1)});
     });
     NoiseEstimate result;

@@ -46,7 +46,8 @@ class PixelAccumulator {
     image::AccumulatorTable table_;
     int x_ = 0, y_ = 0;
     image::PixelRecord record_;
-    image::EarlierMean last_mean_{}, mean_before_{};  ///< at the last power of two of samples, at the one before
+    image::EarlierMean last_mean_{},
+        mean_before_{};                  ///< at the last power of two of samples, at the one before
     std::vector<uint32_t> cell_of_;      ///< accumulator → sums_ index + 1; 0 = none
     std::vector<image::NodeSums> sums_;  ///< accumulator per cell; nodes filled by end_pixel
     size_t used_ = 0;
@@ -121,7 +122,9 @@ class Film {
     /// The first 16 bad samples by pixel and sample index, whatever order they came in.
     std::vector<BadSample> bad_samples() const;
 
-    size_t memory_bytes() const { return sums_.memory_bytes() + (deep_ ? deep_->memory_bytes() : 0); }
+    size_t memory_bytes() const {
+        return sums_.memory_bytes() + (deep_ ? deep_->memory_bytes() : 0);
+    }
 
     const image::SampleSums& sums() const { return sums_; }
 
@@ -132,7 +135,8 @@ class Film {
   private:
     /// What a tile adds to the noise.
     struct TileNoise {
-        double squares = 0, count = 0;  ///< relative squares of the channels that are known, and their number
+        double squares = 0,
+               count = 0;  ///< relative squares of the channels that are known, and their number
         uint64_t samples = 0, samples_min = ~uint64_t(0), samples_max = 0, invalid = 0;
     };
 

@@ -33,7 +33,9 @@ class Parser {
 
     Result<PathPattern> parse() {
         if (text_.size() > longest_expression)
-            return Error{"lpe", fmt::format("light path expression of {} characters: at most {} are read", text_.size(), longest_expression)};
+            return Error{"lpe",
+                         fmt::format("light path expression of {} characters: at most {} are read",
+                                     text_.size(), longest_expression)};
         PathPattern pattern = choice(0);
         if (!is_at_end()) fail(fmt::format("unexpected {}", token()));
         if (error_) return *error_;
@@ -201,7 +203,8 @@ class Parser {
         if (c == 's') return "s never happens: what light goes straight through is no event here";
         if (c == '<') return "groups within < > are not supported";
         if (c == 'A') return "A (albedo) is not supported: the layer `albedo` has it";
-        std::string expected = some_types.empty() && some_scatterings.empty() ? "a label in ' '" : "one of";
+        std::string expected =
+            some_types.empty() && some_scatterings.empty() ? "a label in ' '" : "one of";
         for (const std::string_view letters : {some_types, some_scatterings})
             for (const char letter : letters) expected += fmt::format(" {}", letter);
         return fmt::format("expected {} or '.', found {}", expected, token());
@@ -245,8 +248,10 @@ image::PathLayer make_path_layer(std::string name, std::string_view text, std::s
     using Light = image::PathLayer::Light;
     take_prefix(text, "lpe:");
     Light light = Light::Arriving;
-    if (take_prefix(text, "unoccluded;")) light = Light::Unoccluded;
-    else if (take_prefix(text, "shadow;") || take_prefix(text, "shadows;")) light = Light::Shadow;
+    if (take_prefix(text, "unoccluded;"))
+        light = Light::Unoccluded;
+    else if (take_prefix(text, "shadow;") || take_prefix(text, "shadows;"))
+        light = Light::Shadow;
     return {std::move(name), std::string(text), light, std::move(family)};
 }
 

@@ -16,9 +16,9 @@ struct PathPattern {
     enum class Kind : uint8_t { Event, Sequence, Choice, Repeat };
 
     Kind kind = Kind::Event;
-    SymbolSet event;                     ///< of an Event
-    std::vector<PathPattern> parts;      ///< of the others; one for Repeat
-    int least = 0, most = 0;             ///< of Repeat; most < 0: any number
+    SymbolSet event;                 ///< of an Event
+    std::vector<PathPattern> parts;  ///< of the others; one for Repeat
+    int least = 0, most = 0;         ///< of Repeat; most < 0: any number
 };
 
 /// The longest expression, the deepest brackets and the largest count in {n} that are read.
@@ -28,10 +28,13 @@ inline constexpr int deepest_expression = 64, largest_repeat = 64;
 /// Splits off `lpe:` and what says which light is meant. name, family: as wanted.
 image::PathLayer make_path_layer(std::string name, std::string_view text, std::string family);
 
-/// Reads what make_path_layer() left: the grammar of Open Shading Language's lpeparse.cpp without nested groups.
-/// Events C R T V L O B; scatterings D G S; <type scattering 'label'>, '.', '*', '+', {n}, {n,m}, {n,},
+/// Reads what make_path_layer() left: the grammar of Open Shading Language's lpeparse.cpp without
+/// nested groups. Events C R T V L O B; scatterings D G S; <type scattering 'label'>, '.', '*',
+/// '+', {n}, {n,m}, {n,},
 /// [...], [^...], (...), |, 'label'.
 /// Errors: "lpe", with column (from 1) and token.
-Result<PathPattern> parse_path_expression(std::string_view text, const PathSymbols& symbols, bool is_strict);
+Result<PathPattern> parse_path_expression(std::string_view text,
+                                          const PathSymbols& symbols,
+                                          bool is_strict);
 
 }  // namespace velatura::film

@@ -21,12 +21,17 @@ std::vector<image::PathLayer> lobe_layers() {
         {"volume", "V"},
     }};
     // Half images of what clamps took have names, too
-    for (const auto& [name, event] : lobes) VELATURA_CHECK(fmt::format("clamp_{}_indirect_hA.R", name).size() <= image::max_channel_name_bytes, "lobes have short names");
+    for (const auto& [name, event] : lobes)
+        VELATURA_CHECK(
+            fmt::format("clamp_{}_indirect_hA.R", name).size() <= image::max_channel_name_bytes,
+            "lobes have short names");
     using Light = image::PathLayer::Light;
     std::vector<image::PathLayer> layers = {{"emission", "C[LOB]", Light::Arriving, "lobes"}};
     for (const auto& [name, event] : lobes) {
-        layers.push_back({fmt::format("{}_direct", name), fmt::format("C{}[LOB]", event), Light::Arriving, "lobes"});
-        layers.push_back({fmt::format("{}_indirect", name), fmt::format("C{}.+[LOB]", event), Light::Arriving, "lobes"});
+        layers.push_back({fmt::format("{}_direct", name), fmt::format("C{}[LOB]", event),
+                          Light::Arriving, "lobes"});
+        layers.push_back({fmt::format("{}_indirect", name), fmt::format("C{}.+[LOB]", event),
+                          Light::Arriving, "lobes"});
     }
     return layers;
 }

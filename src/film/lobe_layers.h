@@ -7,8 +7,8 @@
 
 namespace velatura::film {
 
-/// emission, and what each lobe brings at the first scattering and later: they add up to the beauty. Names are Arnold's
-/// words where it has one.
+/// emission, and what each lobe brings at the first scattering and later: they add up to the
+/// beauty. Names are Arnold's words where it has one.
 std::vector<image::PathLayer> lobe_layers();
 
 }  // namespace velatura::film

@@ -113,7 +113,9 @@ class AutomatonBuilder {
         size_t work = 0;
         for (size_t at = 0; at < subsets_.size(); ++at) {
             if (subsets_.size() > PathAutomaton::most_states)
-                return Error{"lpe", fmt::format("light path expressions: together they tell more than {} kinds of paths apart", PathAutomaton::most_states)};
+                return Error{"lpe", fmt::format("light path expressions: together they tell more "
+                                                "than {} kinds of paths apart",
+                                                PathAutomaton::most_states)};
             work += subsets_[at].size();
             if (work > most_work) return Error{"lpe", "light path expressions: too long"};
             expand(at);
@@ -186,7 +188,8 @@ class AutomatonBuilder {
             const Subset to = step(subset, PathSymbols::of_group(group));
             std::vector<uint16_t> layers;
             for (size_t i = 0; i < ends_.size(); ++i)
-                if (std::binary_search(to.begin(), to.end(), ends_[i])) layers.push_back(uint16_t(i));
+                if (std::binary_search(to.begin(), to.end(), ends_[i]))
+                    layers.push_back(uint16_t(i));
             const auto [known, is_new] = lists_.try_emplace(layers, uint32_t(out_.lists_.size()));
             if (is_new) out_.lists_.push_back(layers);
             out_.accepted_.push_back(known->second);
@@ -212,7 +215,9 @@ class AutomatonBuilder {
         for (const size_t group : one_of_)
             if (!out_.layers_of(PathAutomaton::State(s), int(group)).empty()) return true;
         const auto& row = out_.next_[s];
-        return std::any_of(row.begin(), row.end(), [this](PathAutomaton::State to) { return to != PathAutomaton::dead && is_live_[to]; });
+        return std::any_of(row.begin(), row.end(), [this](PathAutomaton::State to) {
+            return to != PathAutomaton::dead && is_live_[to];
+        });
     }
 
     PathAutomaton out_;
@@ -245,7 +250,9 @@ bool is_of_first_scattering(const PathAutomaton& automaton, size_t groups) {
 }
 
 /// What is wrong with it that its grammar allows, in a scene with lights of all kinds.
-std::optional<Error> fault_of(const image::PathLayer& layer, bool is_strict, std::vector<image::LightGroup> with_all) {
+std::optional<Error> fault_of(const image::PathLayer& layer,
+                              bool is_strict,
+                              std::vector<image::LightGroup> with_all) {
     with_all.push_back({"", {}, false});
     with_all.push_back({"", {}, true});
     with_all.push_back({image::emissive_group, {}, false});
@@ -256,22 +263,31 @@ std::optional<Error> fault_of(const image::PathLayer& layer, bool is_strict, std
     const Result<PathAutomaton> alone = AutomatonBuilder(groups).build({*pattern});
     if (!alone) return about(layer, alone.error().message);
     if (alone->start() == PathAutomaton::dead)
-        return about(layer, "no path can match it: it begins with C, and ends with L, O, B or a light group");
+        return about(
+            layer,
+            "no path can match it: it begins with C, and ends with L, O, B or a light group");
     if (layer.light != image::PathLayer::Light::Arriving && !is_of_first_scattering(*alone, groups))
-        return about(layer, "what light would be without shadows is known after one scattering alone: write C, one event and a light");
+        return about(layer,
+                     "what light would be without shadows is known after one scattering alone: "
+                     "write C, one event and a light");
     return std::nullopt;
 }
 
 }  // namespace
 
-Result<PathAutomaton> PathAutomaton::make(const std::vector<image::PathLayer>& layers, bool is_strict, const std::vector<image::LightGroup>& groups) {
-    if (layers.size() > most_layers) return Error{"lpe", fmt::format("{} layers by light path expressions: at most {} are made", layers.size(), most_layers)};
+Result<PathAutomaton> PathAutomaton::make(const std::vector<image::PathLayer>& layers,
+                                          bool is_strict,
+                                          const std::vector<image::LightGroup>& groups) {
+    if (layers.size() > most_layers)
+        return Error{"lpe", fmt::format("{} layers by light path expressions: at most {} are made",
+                                        layers.size(), most_layers)};
     const PathSymbols symbols(groups);
     std::vector<PathPattern> patterns;
     for (const image::PathLayer& layer : layers) {
         Result<PathPattern> pattern = parse_path_expression(layer.expression, symbols, is_strict);
         if (!pattern) return pattern.error();
-        if (std::optional<Error> fault = fault_of(layer, is_strict, groups)) return *std::move(fault);
+        if (std::optional<Error> fault = fault_of(layer, is_strict, groups))
+            return *std::move(fault);
         patterns.push_back(std::move(*pattern));
     }
     return AutomatonBuilder(groups.size()).build(patterns);

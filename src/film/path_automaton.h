@@ -11,8 +11,9 @@
 
 namespace velatura::film {
 
-/// What the events of a path so far mean to all path layers together: a deterministic automaton made of their
-/// expressions. Ref: Rabin & Scott 1959; Heckbert 1990 for expressions of light paths.
+/// What the events of a path so far mean to all path layers together: a deterministic automaton
+/// made of their expressions. Ref: Rabin & Scott 1959; Heckbert 1990 for expressions of light
+/// paths.
 class PathAutomaton {
   public:
     using State = uint16_t;
@@ -22,9 +23,11 @@ class PathAutomaton {
     static constexpr size_t most_states = 512;
     static constexpr size_t most_layers = 4096;
 
-    /// Errors: "lpe" (what parse_path_expression() says; too many states; unoccluded light after more than one
-    /// scattering; an expression that no path can match), naming the expression.
-    static Result<PathAutomaton> make(const std::vector<image::PathLayer>& layers, bool is_strict, const std::vector<image::LightGroup>& groups);
+    /// Errors: "lpe" (what parse_path_expression() says; too many states; unoccluded light after
+    /// more than one scattering; an expression that no path can match), naming the expression.
+    static Result<PathAutomaton> make(const std::vector<image::PathLayer>& layers,
+                                      bool is_strict,
+                                      const std::vector<image::LightGroup>& groups);
 
     /// Of a path that left the camera.
     State start() const { return start_; }

@@ -8,11 +8,14 @@
 
 namespace velatura::film {
 
-/// What a path did so far, as its layers tell paths apart: parts of its light by what each scattering may have been, never
-/// by which lobe the sampler drew. Cleared and used again.
+/// What a path did so far, as its layers tell paths apart: parts of its light by what each
+/// scattering may have been, never by which lobe the sampler drew. Cleared and used again.
 class PathLabels {
   public:
-    explicit PathLabels(PathAutomaton automaton) : automaton_(std::move(automaton)), place_of_(automaton_.state_count()) { begin(); }
+    explicit PathLabels(PathAutomaton automaton)
+        : automaton_(std::move(automaton)), place_of_(automaton_.state_count()) {
+        begin();
+    }
 
     /// A path leaves the camera.
     void begin();
@@ -25,10 +28,12 @@ class PathLabels {
     void go();
     /// What comes next is not looked for: it is met by the path as it went.
     void stay();
-    /// The path meets light that counts by these multipliers, which go with what its last scattering was; until stay().
+    /// The path meets light that counts by these multipliers, which go with what its last
+    /// scattering was; until stay().
     void weigh(float diffuse, float specular);
 
-    /// State of the automaton, and the part of the light that belongs to it. States of no layer are left out.
+    /// State of the automaton, and the part of the light that belongs to it. States of no layer are
+    /// left out.
     using Part = std::pair<PathAutomaton::State, image::Triple>;
     using Parts = std::vector<Part>;
 
@@ -56,7 +61,8 @@ class PathLabels {
     Parts given_;   ///< path_, or a scattering further
     Parts room_;
     EventShares last_, looked_;
-    std::vector<uint16_t> place_of_;  ///< per state: where it stands in what step() makes, + 1; 0 between calls
+    std::vector<uint16_t>
+        place_of_;  ///< per state: where it stands in what step() makes, + 1; 0 between calls
 };
 
 }  // namespace velatura::film

@@ -39,7 +39,10 @@ PathSymbols::PathSymbols(const std::vector<image::LightGroup>& groups) : groups_
     symbols_.push_back({'C', 0, {}});
     symbols_.insert(symbols_.end(), events.begin(), events.end());
     for (const image::LightGroup& g : groups)
-        symbols_.push_back({g.name == image::emissive_group ? 'O' : g.is_dome ? 'B' : 'L', 0, g.name});
+        symbols_.push_back({g.name == image::emissive_group ? 'O'
+                            : g.is_dome                     ? 'B'
+                                                            : 'L',
+                            0, g.name});
 }
 
 SymbolSet PathSymbols::of_type(char type) const {
@@ -64,10 +67,14 @@ SymbolSet PathSymbols::of_label(std::string_view label) const {
     };
     SymbolSet set = called(label);
     // What the scene calls a group comes before what layers call another
-    const bool is_of_scene = std::any_of(groups_.begin(), groups_.end(), [label](const image::LightGroup& g) { return g.label == label; });
+    const bool is_of_scene =
+        std::any_of(groups_.begin(), groups_.end(),
+                    [label](const image::LightGroup& g) { return g.label == label; });
     for (size_t g = 0; g < groups_.size(); ++g) {
-        if (label == domes) set[of_group(g)] = groups_[g].is_dome;
-        else if (is_of_scene) set[of_group(g)] = groups_[g].label == label;
+        if (label == domes)
+            set[of_group(g)] = groups_[g].is_dome;
+        else if (is_of_scene)
+            set[of_group(g)] = groups_[g].label == label;
     }
     return set;
 }

@@ -41,7 +41,8 @@ class PathSymbols {
     SymbolSet of_type(char type) const;
     /// strict: G is rough and S a mirror; else each is any specular.
     SymbolSet of_scattering(char scattering, bool is_strict) const;
-    /// A lobe, a light group as the scene or as layers call it, or `env`, all domes, which may be none.
+    /// A lobe, a light group as the scene or as layers call it, or `env`, all domes, which may be
+    /// none.
     SymbolSet of_label(std::string_view label) const;
 
     /// The words that of_label() knows.

@@ -121,9 +121,12 @@ void SampleRadiance::add(int bounce, int group, const Rgb& radiance, float share
         }
     }
     deposit_light(image::AccumulatorTable::beauty, value, clamped);
-    if (is_built(Effect::MatrixLayers) && matrix_) deposit_light(table_.matrix(column, group), value, clamped);
-    if (is_built(Effect::BounceLayers) && bounces_) deposit_light(table_.bounce(column), value, clamped);
-    if (is_built(Effect::LightLayers) && groups_) deposit_light(table_.group(group), value, clamped);
+    if (is_built(Effect::MatrixLayers) && matrix_)
+        deposit_light(table_.matrix(column, group), value, clamped);
+    if (is_built(Effect::BounceLayers) && bounces_)
+        deposit_light(table_.bounce(column), value, clamped);
+    if (is_built(Effect::LightLayers) && groups_)
+        deposit_light(table_.group(group), value, clamped);
     if (is_built(Effect::ShadowLayers) && direct_ && bounce == 1)
         deposit(table_.direct(group), value);
     if (is_built(Effect::PathLayers) && labels_) deposit_paths(group, value, clamped);
@@ -137,7 +140,8 @@ void SampleRadiance::deposit_paths(int group, const image::Triple& v, double cla
             const Light light = path_layers_[layer].light;
             // Clamps leave what is made of light without shadows as it is
             if (light != Light::Unoccluded)
-                deposit_light(table_.path(layer), product(v, part), light == Light::Arriving ? clamped_share : 0.0);
+                deposit_light(table_.path(layer), product(v, part),
+                              light == Light::Arriving ? clamped_share : 0.0);
         }
     }
 }
@@ -166,7 +170,8 @@ void SampleRadiance::add_unoccluded(int group, const Rgb& radiance) {
 }
 
 void SampleRadiance::add_taken(int group, uint32_t caster, const Rgb& radiance) {
-    if (caster == scene::none || table_.taken(group, caster) == image::AccumulatorTable::absent) return;
+    if (caster == scene::none || table_.taken(group, caster) == image::AccumulatorTable::absent)
+        return;
     if (!is_sound(radiance)) {
         mark_bad(fault_of(radiance));
         return;

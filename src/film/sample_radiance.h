@@ -36,10 +36,12 @@ class SampleRadiance {
     /// light that does arrive included. Ignored when the layer set has no shadow layers.
     void add_unoccluded(int group, const Rgb& radiance);
 
-    /// Deposits what the caster took of that light, index into LayerSet::casters; none: nobody known did.
+    /// Deposits what the caster took of that light, index into LayerSet::casters; none: nobody
+    /// known did.
     void add_taken(int group, uint32_t caster, const Rgb& radiance);
 
-    /// What path layers want to know of the path; what is added goes by what was said last. Null: there are none.
+    /// What path layers want to know of the path; what is added goes by what was said last. Null:
+    /// there are none.
     PathLabels* labels() { return labels_ ? &*labels_ : nullptr; }
 
     /// Marks the sample as bad for a reason that the caller saw. The first reason stays.
@@ -70,7 +72,8 @@ class SampleRadiance {
 
     enum class DepthKind : uint8_t { None, Surface, Volume };
 
-    /// Something covers the sample from this depth on, unless it is known that something nearer does.
+    /// Something covers the sample from this depth on, unless it is known that something nearer
+    /// does.
     void cover(DepthKind kind, float at) {
         if (depth_kind != DepthKind::None && depth <= at) return;
         depth_kind = kind;
@@ -104,7 +107,8 @@ class SampleRadiance {
         bool is_touched = false;  ///< in touched_; else the sum is zero
     };
 
-    /// Whether each of its sums is so far below the largest float that means of such samples are floats, by whatever weights.
+    /// Whether each of its sums is so far below the largest float that means of such samples are
+    /// floats, by whatever weights.
     bool fits_floats() const;
 
     void deposit(uint32_t accumulator, const image::Triple& radiance);

@@ -22,13 +22,15 @@ using Light = std::vector<Triple>;
 using Parts = std::array<Light, image::interleaved_sets>;
 
 Parts light_by_bounce(const image::SampleSums& sums) {
-    const std::vector<image::LayerSource> sources = image::bounce_sources(sums.layer_set(), sums.table());
+    const std::vector<image::LayerSource> sources =
+        image::bounce_sources(sums.layer_set(), sums.table());
     Parts parts;
     parts.fill(Light(sources.size()));
     const image::Window& w = sums.window();
     for (int y = w.y0; y < w.y1; ++y) {
         for (int x = w.x0; x < w.x1; ++x) {
-            const double weight = image::weight_of(sums.total(x, y, image::AccumulatorTable::coverage));
+            const double weight =
+                image::weight_of(sums.total(x, y, image::AccumulatorTable::coverage));
             if (weight == 0.0) continue;
             Light& part = parts[image::interleaved_set(w, x, y)];
             for (size_t column = 0; column < sources.size(); ++column) {
@@ -53,7 +55,8 @@ double ratio_of_sum(double sum, int terms) {
     return 0.5 * (low + high);
 }
 
-/// How the fall goes on: by the last ratio, by the one before (light may go to and fro), or by one that changes once more as it did.
+/// How the fall goes on: by the last ratio, by the one before (light may go to and fro), or by one
+/// that changes once more as it did.
 enum class Fall { Last, Before, Changing };
 
 /// Light of one channel past the limit; negative: it does not fall.
@@ -62,10 +65,14 @@ double missing(const std::vector<double>& a, int max_depth, Fall fall) {
     if (a[last] <= 0) return 0;
     const int terms = max_depth - int(last);
     double ratio = 0;
-    if (terms > 0) ratio = ratio_of_sum(a.back() / a[last], terms);
-    else if (fall == Fall::Last) ratio = a[last] / a[last - 1];
-    else if (fall == Fall::Before) ratio = a[last - 1] / a[last - 2];
-    else ratio = a[last] * a[last] * a[last - 2] / (a[last - 1] * a[last - 1] * a[last - 1]);
+    if (terms > 0)
+        ratio = ratio_of_sum(a.back() / a[last], terms);
+    else if (fall == Fall::Last)
+        ratio = a[last] / a[last - 1];
+    else if (fall == Fall::Before)
+        ratio = a[last - 1] / a[last - 2];
+    else
+        ratio = a[last] * a[last] * a[last - 2] / (a[last - 1] * a[last - 1] * a[last - 1]);
     // Light that grows from bounce to bounce has no end in sight
     return ratio < 0.9999 ? a[last] * std::pow(ratio, terms + 1) / (1 - ratio) : -1;
 }
@@ -98,14 +105,18 @@ std::optional<TruncatedLight> truncated_light(const image::SampleSums& sums, int
     for (const Light& part : parts) {
         for (size_t column = 0; column < all.size(); ++column) all[column] += part[column];
     }
-    const double share = missing_share(all, max_depth, Fall::Last), before = missing_share(all, max_depth, Fall::Before), changing = missing_share(all, max_depth, Fall::Changing);
+    const double share = missing_share(all, max_depth, Fall::Last),
+                 before = missing_share(all, max_depth, Fall::Before),
+                 changing = missing_share(all, max_depth, Fall::Changing);
     if (share < 0) return std::nullopt;
 
-    // Leaving out each part in turn tells the variance (Efron, Stein 1981, The jackknife estimate of variance)
+    // Leaving out each part in turn tells the variance (Efron, Stein 1981, The jackknife estimate
+    // of variance)
     double sum = 0, square = 0;
     for (const Light& part : parts) {
         Light rest = all;
-        for (size_t column = 0; column < all.size(); ++column) rest[column] += {-part[column].x, -part[column].y, -part[column].z};
+        for (size_t column = 0; column < all.size(); ++column)
+            rest[column] += {-part[column].x, -part[column].y, -part[column].z};
         const double s = missing_share(rest, max_depth, Fall::Last);
         if (s < 0) return std::nullopt;
         sum += s;
@@ -115,8 +126,12 @@ std::optional<TruncatedLight> truncated_light(const image::SampleSums& sums, int
     const double deviation = std::sqrt(std::max(0.0, (square - sum * sum / n) * (n - 1) / n));
     TruncatedLight result;
     result.share = share;
-    result.low = std::max(0.0, std::min({share, before < 0 ? 1.0 : before, changing < 0 ? 1.0 : changing}) - quantile * deviation);
-    result.high = before < 0 || changing < 0 ? 1.0 : std::min(1.0, std::max({share, before, changing}) + quantile * deviation);
+    result.low =
+        std::max(0.0, std::min({share, before < 0 ? 1.0 : before, changing < 0 ? 1.0 : changing}) -
+                          quantile * deviation);
+    result.high = before < 0 || changing < 0
+                      ? 1.0
+                      : std::min(1.0, std::max({share, before, changing}) + quantile * deviation);
     return result;
 }
 

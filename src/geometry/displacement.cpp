@@ -114,9 +114,8 @@ class Mover {
         const Vec3d across = (p(1) - p(0)).cross(p(2) - p(0));
         point.p = mesh_.corner(corner.triangle, int(corner.k));
         point.p_error = Vec3(0.0f);
-        const Vec3d normal = mesh_.has_normals()
-                                 ? mesh_.normal(point.triangle, point.b1, point.b2)
-                                 : across;
+        const Vec3d normal =
+            mesh_.has_normals() ? mesh_.normal(point.triangle, point.b1, point.b2) : across;
         point.ng = to_float(unit_or_zero(across * normal_matrix_));
         point.ns = to_float(unit_or_zero(normal * normal_matrix_));
         return double(displacer_.displacement(point, float(std::sqrt(across.length()))));

@@ -92,9 +92,8 @@ GeometrySet::GeometrySet(const scene::Scene& scene,
             mesh = make_triangle_mesh(*listed.shape, std::move(**data));
             data->reset();
         }
-        const bool may_be_triangles =
-            std::holds_alternative<scene::Mesh>(listed.shape->geometry) ||
-            std::holds_alternative<scene::Gprim>(listed.shape->geometry);
+        const bool may_be_triangles = std::holds_alternative<scene::Mesh>(listed.shape->geometry) ||
+                                      std::holds_alternative<scene::Gprim>(listed.shape->geometry);
         if (!mesh && (!may_be_triangles || (!listed.is_light && !options.all_quadrics)))
             mesh = make_primitive_mesh(*listed.shape);
         TessellationOptions of_shape = options;

@@ -73,8 +73,10 @@ class GeometrySet {
     size_t triangle_count() const;  ///< stored ones, prototypes once
     /// The same of what is not made of triangles, by PrimitiveSet::kind().
     std::map<std::string, size_t> primitive_counts() const;
+
     /// Spheres, cylinders, cones and capsules that are triangles all the same.
     size_t tessellated_quadrics() const { return tessellated_quadrics_; }
+
     size_t bytes() const;
 
   private:

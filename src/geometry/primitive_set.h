@@ -26,13 +26,13 @@ struct PrimitiveBounds {
 
 /// What shading needs to know where a ray meets a primitive, in the set's space.
 struct PrimitiveSurface {
-    Vec3d p;                 ///< on the surface but for double rounding
-    Vec3d error;             ///< bound of what rounding, also that of rays, may move p off the surface
-    Vec3d n;                 ///< towards the outside, not unit, not zero
+    Vec3d p;      ///< on the surface but for double rounding
+    Vec3d error;  ///< bound of what rounding, also that of rays, may move p off the surface
+    Vec3d n;      ///< towards the outside, not unit, not zero
     /// Of a surface whose n goes over smoothly where its own normal does not: its own. Zero: n is.
     Vec3d facet_n = Vec3d(0.0);
-    Mat3d normal_by_p;       ///< derivative of n by p (row vectors: dn = dp · M), along the surface
-    uint32_t face = 0;       ///< side, cap …
+    Mat3d normal_by_p;  ///< derivative of n by p (row vectors: dn = dp · M), along the surface
+    uint32_t face = 0;  ///< side, cap …
 };
 
 /// What a primvar's value at a place is made of: the sum of weights times rows.
@@ -44,9 +44,9 @@ struct PrimvarRows {
 
 /// A place on a thin strand, in the set's space; not unit.
 struct PrimitiveFibre {
-    Vec3d middle;                ///< on the axis of a round one, halfway between the edges of a flat one
-    Vec3d along;                 ///< from root to tip
-    Vec3d side = Vec3d(0.0);     ///< of a flat one: from edge to edge
+    Vec3d middle;  ///< on the axis of a round one, halfway between the edges of a flat one
+    Vec3d along;   ///< from root to tip
+    Vec3d side = Vec3d(0.0);  ///< of a flat one: from edge to edge
 };
 
 /// Primitives that are not triangles: they say themselves where rays meet them. An accelerator

@@ -156,7 +156,8 @@ Quadric::Line Quadric::line(const Vec3d& o, const Vec3d& d) const {
     return line;
 }
 
-/// The unit ball around (0, 0, z). is_certain: the line is known to meet it, whatever rounding says.
+/// The unit ball around (0, 0, z). is_certain: the line is known to meet it, whatever rounding
+/// says.
 bool Quadric::meet_ball(const Line& line, double z, bool is_certain, Span& span) {
     const Vec3d o(line.o.x, line.o.y, line.o.z - z);
     const double a = line.d.dot(line.d), b = -o.dot(line.d);
@@ -277,8 +278,8 @@ bool Quadric::meet(const Line& line, Span& span) const {
             return meet_cone(line, span);
         default: {
             Span tube;
-            return meet_tube(line, tube) &&
-                   meet_slab(line.o.z, line.d.z, -half_, half_, span) && meet_both(tube, span);
+            return meet_tube(line, tube) && meet_slab(line.o.z, line.d.z, -half_, half_, span) &&
+                   meet_both(tube, span);
         }
     }
 }
@@ -381,12 +382,8 @@ PrimitiveSurface Quadric::surface(uint32_t,
     return surface;
 }
 
-bool Quadric::tangents(uint32_t,
-                       uint32_t face,
-                       const Vec3d& p,
-                       const PrimitiveHit&,
-                       Vec3d& dpdu,
-                       Vec3d& dpdv) const {
+bool Quadric::tangents(
+    uint32_t, uint32_t face, const Vec3d& p, const PrimitiveHit&, Vec3d& dpdu, Vec3d& dpdv) const {
     // Around the axis, and from the lower pole to the upper one
     Vec3d q = to_canonical(p - origin_);
     const Vec3d around(-q.y, q.x, 0.0);
@@ -415,9 +412,7 @@ double Quadric::area(uint32_t) const {
 
 Vec3d Quadric::point(uint32_t, const Vec2d& u) const {
     const double turn = 2.0 * pi_d * u.y, c = std::cos(turn), s = std::sin(turn);
-    const auto at = [&](double r, double z) {
-        return origin_ + from_canonical({r * c, r * s, z});
-    };
+    const auto at = [&](double r, double z) { return origin_ + from_canonical({r * c, r * s, z}); };
     const double slope = std::sqrt(1.0 + sqr(half_));
     double x = u.x;
     // Of each kind the part by its share of the area, then the place within
@@ -432,7 +427,8 @@ Vec3d Quadric::point(uint32_t, const Vec2d& u) const {
             const double side = 2.0 * half_ / (2.0 * half_ + 1.0);
             if (x < side) return at(1.0, half_ * (2.0 * x / side - 1.0));
             x = 2.0 * (x - side) / (1.0 - side);
-            return x < 1.0 ? at(std::sqrt(x), -half_) : at(std::sqrt(std::min(x - 1.0, 1.0)), half_);
+            return x < 1.0 ? at(std::sqrt(x), -half_)
+                           : at(std::sqrt(std::min(x - 1.0, 1.0)), half_);
         }
         default: {
             // By Archimedes a ball and a tube have equal areas between equal heights

@@ -265,9 +265,9 @@ bool Ribbons::tangents(uint32_t index,
 
 bool Ribbons::fibre(uint32_t index, const PrimitiveHit& hit, PrimitiveFibre& out) const {
     const Edges e = edges(index);
-    const double u = std::clamp((double(hit.u) - pieces_[index].begin()) /
-                                    (pieces_[index].end() - pieces_[index].begin()),
-                                0.0, 1.0);
+    const double u = std::clamp(
+        (double(hit.u) - pieces_[index].begin()) / (pieces_[index].end() - pieces_[index].begin()),
+        0.0, 1.0);
     const Vec3d left = bezier_point(e.left, u), right = bezier_point(e.right, u);
     out.middle = mixed(left, right, 0.5);
     out.along = mixed(bezier_derivative(e.left, u), bezier_derivative(e.right, u), 0.5);

@@ -41,8 +41,7 @@ Vec3 cast_up(const Vec3d& v) {
 /// in traversal.
 Vec3d placed_error(const InstanceTransform& instance, const Vec3d& p, const Vec3d& error) {
     const Mat4d forward(instance.render_from_prototype), reach = absolute(forward);
-    return transform_direction(error, reach) +
-           transform_point(absolute(p), reach) * double_error +
+    return transform_direction(error, reach) + transform_point(absolute(p), reach) * double_error +
            transform_point(absolute(transform_point(p, forward)), instance.round_trip_bound) *
                double_error;
 }
@@ -166,11 +165,8 @@ void set_normals(SurfacePoint& point,
 
 }  // namespace
 
-PrimitiveSurface primitive_surface(const GeometrySet& geometry,
-                                   const Hit& hit,
-                                   const Vec3d& o,
-                                   const Vec3d& d,
-                                   float time) {
+PrimitiveSurface primitive_surface(
+    const GeometrySet& geometry, const Hit& hit, const Vec3d& o, const Vec3d& d, float time) {
     const TriangleMesh& mesh = geometry.mesh(hit);
     const PrimitiveSet& set = *mesh.primitives();
     const PrimitiveHit place{double(hit.t), hit.b1, hit.b2};
@@ -209,9 +205,10 @@ struct Weights {
     double b1, b2;
 };
 
-/// Floats place a hit within 2^-24 of the triangle's size, sideways: nothing beside the pixel that sees it, unless the triangle
-/// is far larger than the way to it, as a floor that reaches to the horizon. Then the weights come from the ray, in double.
-/// Ray and triangle in one space. Ref: Möller, Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection", JGT 2(1).
+/// Floats place a hit within 2^-24 of the triangle's size, sideways: nothing beside the pixel that
+/// sees it, unless the triangle is far larger than the way to it, as a floor that reaches to the
+/// horizon. Then the weights come from the ray, in double. Ray and triangle in one space. Ref:
+/// Möller, Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection", JGT 2(1).
 Weights exact_weights(const Vec3d& o,
                       const Vec3d& d,
                       const Vec3d& p0,
@@ -223,7 +220,8 @@ Weights exact_weights(const Vec3d& o,
     const double b1 = from.dot(across) / det, b2 = d.dot(from.cross(e1)) / det;
     // Seen edge-on, the ray tells less than was found; written so that NaN fails
     constexpr double rounding = 0x1p-20;
-    const bool is_better_placed = std::abs(b1 - found.b1) <= rounding && std::abs(b2 - found.b2) <= rounding;
+    const bool is_better_placed =
+        std::abs(b1 - found.b1) <= rounding && std::abs(b2 - found.b2) <= rounding;
     const double inside = std::clamp(b1, 0.0, 1.0);
     const Weights placed = {inside, std::clamp(b2, 0.0, 1.0 - inside)};
     return is_better_placed ? placed : found;
@@ -281,9 +279,11 @@ SurfacePoint make_point(const scene::Scene& scene,
     };
     const Vec3d p0 = corner(0), e1 = corner(1) - p0, e2 = corner(2) - p0;
     Weights weights = {double(hit.b1), double(hit.b2)};
-    const Vec3d d = instance ? transform_direction(Vec3d(ray.d), instance->prototype_from_render) : Vec3d(ray.d);
+    const Vec3d d = instance ? transform_direction(Vec3d(ray.d), instance->prototype_from_render)
+                             : Vec3d(ray.d);
     if (is_large_for_its_distance(e1, e2, d.length2() * double(hit.t) * double(hit.t))) {
-        const Vec3d o = instance ? transform_point(Vec3d(ray.o), instance->prototype_from_render) : Vec3d(ray.o);
+        const Vec3d o = instance ? transform_point(Vec3d(ray.o), instance->prototype_from_render)
+                                 : Vec3d(ray.o);
         weights = exact_weights(o, d, p0, e1, e2, weights);
     }
     const Vec3d p = p0 + e1 * weights.b1 + e2 * weights.b2;

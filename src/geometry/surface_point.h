@@ -62,8 +62,8 @@ struct SurfacePoint {
 /// double, and is rounded once; p_error bounds that rounding and, for instances, that of carrying a
 /// ray into prototype space. Of a primitive p is found anew along the ray, also in double. ng
 /// follows winding, flip_normals and mirroring; ns is ng where the mesh is faceted, and on
-/// primitives without a facet_n. Of what moves all of it is that of the ray's time. Ref: Pharr, Jakob, Humphreys
-/// 2023, "Physically Based Rendering" 4th ed., section 6.8.
+/// primitives without a facet_n. Of what moves all of it is that of the ray's time. Ref: Pharr,
+/// Jakob, Humphreys 2023, "Physically Based Rendering" 4th ed., section 6.8.
 SurfacePoint make_surface_point(const scene::Scene& scene,
                                 const GeometrySet& geometry,
                                 const Ray& ray,
@@ -96,11 +96,8 @@ std::optional<SurfacePoint> lifted(const GeometrySet& geometry,
 /// The surface of the primitive that was hit, where o + t·d meets it nearest to hit.t, in render
 /// space: see PrimitiveSet::surface. n is on the outside by orientation. The ray need not be the
 /// one that was traced, only near it.
-PrimitiveSurface primitive_surface(const GeometrySet& geometry,
-                                   const Hit& hit,
-                                   const Vec3d& o,
-                                   const Vec3d& d,
-                                   float time = 0);
+PrimitiveSurface primitive_surface(
+    const GeometrySet& geometry, const Hit& hit, const Vec3d& o, const Vec3d& d, float time = 0);
 
 /// Primvar at the point: the mesh's own, else for displayColor that of the instance.
 /// Writes the floats that the primvar has and leaves the rest of `out` alone; false when there is

@@ -12,7 +12,12 @@ namespace {
 
 constexpr double uncertain_freedom = 4;
 
-bool add_pixel(const SampleSums& sums, int x, int y, double factor, BlockError& block, std::array<double, 3>& fourth) {
+bool add_pixel(const SampleSums& sums,
+               int x,
+               int y,
+               double factor,
+               BlockError& block,
+               std::array<double, 3>& fourth) {
     const std::optional<PixelChange> change = pixel_change(sums, x, y);
     if (!change) return false;
     for (size_t c = 0; c < 3; ++c) {
@@ -27,7 +32,8 @@ bool add_pixel(const SampleSums& sums, int x, int y, double factor, BlockError& 
 }  // namespace
 
 double BlockError::quantile(size_t channel) const {
-    // Abramowitz & Stegun 26.7.5, two terms; below two degrees they say too little, and nothing is sure anyway
+    // Abramowitz & Stegun 26.7.5, two terms; below two degrees they say too little, and nothing is
+    // sure anyway
     const double f = std::max(freedom[channel], 1.0);
     return 1.96 + 2.37 / f + 2.82 / (f * f);
 }
@@ -50,7 +56,8 @@ std::optional<std::vector<BlockError>> block_errors(const SampleSums& sums, doub
     for (int y0 = w.y0; y0 < w.y1; y0 += BlockError::size) {
         for (int x0 = w.x0; x0 < w.x1; x0 += BlockError::size) {
             BlockError block;
-            block.window = {x0, y0, std::min(x0 + BlockError::size, w.x1), std::min(y0 + BlockError::size, w.y1)};
+            block.window = {x0, y0, std::min(x0 + BlockError::size, w.x1),
+                            std::min(y0 + BlockError::size, w.y1)};
             std::array<double, 3> fourth{};
             for (int y = y0; y < block.window.y1; ++y) {
                 for (int x = x0; x < block.window.x1; ++x) {
@@ -60,7 +67,8 @@ std::optional<std::vector<BlockError>> block_errors(const SampleSums& sums, doub
             const auto n = double(block.window.pixel_count());
             for (size_t c = 0; c < 3; ++c) {
                 // The square of a normal variable has the fourth moment 3 σ⁴
-                block.freedom[c] = fourth[c] > 0 ? 3 * block.error[c] * block.error[c] / fourth[c] : 0;
+                block.freedom[c] =
+                    fourth[c] > 0 ? 3 * block.error[c] * block.error[c] / fourth[c] : 0;
                 block.mean[c] /= n;
                 block.error[c] = std::sqrt(block.error[c]) / n;
             }

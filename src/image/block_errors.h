@@ -14,8 +14,9 @@ struct BlockError {
     Window window;
     std::array<double, 3> mean{}, error{};
 
-    /// Degrees of freedom of the squared error: one for each pixel of equal noise, few where some pixels have most of it
-    /// (Satterthwaite 1946, An approximate distribution of estimates of variance components).
+    /// Degrees of freedom of the squared error: one for each pixel of equal noise, few where some
+    /// pixels have most of it (Satterthwaite 1946, An approximate distribution of estimates of
+    /// variance components).
     std::array<double, 3> freedom{};
 
     /// So many errors to both sides of the mean are the 95 % interval: Student's quantile.
@@ -30,7 +31,8 @@ struct BlockError {
     static constexpr int size = 8;
 };
 
-/// Row by row. `slope`: errors fall as samples^−slope (picture_change.h). Nothing unless every pixel's change is known.
+/// Row by row. `slope`: errors fall as samples^−slope (picture_change.h). Nothing unless every
+/// pixel's change is known.
 std::optional<std::vector<BlockError>> block_errors(const SampleSums& sums, double slope);
 
 }  // namespace velatura::image

@@ -8,11 +8,12 @@
 
 namespace velatura::image {
 
-/// Channels by full name, of several with one name the first: files with exact sums have thousands. Holds no copies: the
-/// channels must stay where they are.
+/// Channels by full name, of several with one name the first: files with exact sums have thousands.
+/// Holds no copies: the channels must stay where they are.
 class ChannelIndex {
   public:
     explicit ChannelIndex(const Image& image);
+
     explicit ChannelIndex(const Part& part) { add(part); }
 
     /// Null if there is none.

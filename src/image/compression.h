@@ -7,7 +7,8 @@
 
 namespace velatura::image {
 
-/// How EXR files are packed. None of these loses a bit; those of EXR that do would break what light layers promise.
+/// How EXR files are packed. None of these loses a bit; those of EXR that do would break what light
+/// layers promise.
 enum class Compression : uint8_t {
     None,
     Rle,   ///< runs of equal bytes
@@ -17,7 +18,11 @@ enum class Compression : uint8_t {
 };
 
 /// What --exr-compression calls them.
-inline constexpr std::array<std::pair<const char*, Compression>, 5> compression_table = {{
-    {"none", Compression::None}, {"rle", Compression::Rle}, {"zips", Compression::Zips}, {"zip", Compression::Zip}, {"piz", Compression::Piz}}};
+inline constexpr std::array<std::pair<const char*, Compression>, 5> compression_table = {
+    {{"none", Compression::None},
+     {"rle", Compression::Rle},
+     {"zips", Compression::Zips},
+     {"zip", Compression::Zip},
+     {"piz", Compression::Piz}}};
 
 }  // namespace velatura::image

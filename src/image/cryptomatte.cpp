@@ -142,7 +142,9 @@ uint32_t matte_id(std::string_view name) {
 
 void describe_cryptomatte(const Cryptomatte& matte, Attributes& attributes) {
     const std::string key = fmt::format("{:08x}", murmur_hash_3(matte.layer)).substr(0, 7);
-    const auto name = [&key](const char* field) { return fmt::format("{}{}/{}", prefix, key, field); };
+    const auto name = [&key](const char* field) {
+        return fmt::format("{}{}/{}", prefix, key, field);
+    };
     nlohmann::json manifest = nlohmann::json::object();
     for (const MatteName& n : matte.names) manifest[n.name] = fmt::format("{:08x}", n.id);
     attributes[name("name")] = matte.layer;
@@ -178,8 +180,9 @@ Result<const Cryptomatte*> find_matte(std::span<const Cryptomatte> mattes, std::
         names.push_back(m.layer);
         list += " " + m.layer;
     }
-    return Error{"matte-layer", fmt::format("no Cryptomatte '{}'{}; {}{}", name, did_you_mean(name, names),
-                                            names.empty() ? "the file has none" : "there are:", list)};
+    return Error{"matte-layer",
+                 fmt::format("no Cryptomatte '{}'{}; {}{}", name, did_you_mean(name, names),
+                             names.empty() ? "the file has none" : "there are:", list)};
 }
 
 Result<std::vector<uint32_t>> matte_ids(const Cryptomatte& matte,
@@ -215,7 +218,8 @@ Result<std::vector<float>> matte_coverage(const Image& image,
         bool has_pair = false;
         for (size_t pair = 0; pair < 4; pair += 2) {
             if (!channels[pair] || !channels[pair + 1]) continue;
-            if (channels[pair]->size() != matte.size() || channels[pair + 1]->size() != matte.size())
+            if (channels[pair]->size() != matte.size() ||
+                channels[pair + 1]->size() != matte.size())
                 continue;
             has_pair = true;
             for (size_t i = 0; i < matte.size(); ++i) {

@@ -44,8 +44,8 @@ void describe_cryptomatte(const Cryptomatte& matte, Attributes& attributes);
 /// file of its own is not read, damaged ones are empty.
 std::vector<Cryptomatte> cryptomattes_of(const Image& image);
 
-/// The one over a layer; `name` may be "object" or "material" for short. Errors: "matte-layer" (the message lists those there
-/// are).
+/// The one over a layer; `name` may be "object" or "material" for short. Errors: "matte-layer" (the
+/// message lists those there are).
 Result<const Cryptomatte*> find_matte(std::span<const Cryptomatte> mattes, std::string_view name);
 
 /// The ids that the patterns choose: a name as it stands, a name with * (any text) or ? (any

@@ -23,7 +23,8 @@ namespace {
 constexpr std::array<const char*, 4> words = {"kind", "id", "w0", "w1"};
 
 constexpr std::string_view slot_prefix = "sums_matte";
-/// Larger than that of any filter: what it divides by is its mean, and no more than a few tenths of it are negative.
+/// Larger than that of any filter: what it divides by is its mean, and no more than a few tenths of
+/// it are negative.
 constexpr double most_filter_weight = 16;
 
 std::string slot_name(size_t slot, size_t word) {
@@ -47,7 +48,8 @@ std::optional<StoredSlots> stored_slots(const Image& image) {
         for (size_t k = 0; k < words.size(); ++k) {
             const Channel* channel = named.find(slot_name(s, k));
             slots[s][k] = channel ? std::get_if<std::vector<uint32_t>>(&channel->data) : nullptr;
-            if (!slots[s][k] || slots[s][k]->size() != image.data.pixel_count()) return std::nullopt;
+            if (!slots[s][k] || slots[s][k]->size() != image.data.pixel_count())
+                return std::nullopt;
         }
     }
     return slots;
@@ -79,26 +81,29 @@ Part make_part(const std::string& layer, int levels, size_t pixels) {
         part.channels.push_back(Channel::make(layer + c, ChannelType::Half, pixels));
     for (int pair = 0; pair < (levels + 1) / 2; ++pair) {
         for (const char* c : {"R", "G", "B", "A"})
-            part.channels.push_back(
-                Channel::make(fmt::format("{}{:02}.{}", layer, pair, c), ChannelType::Float, pixels));
+            part.channels.push_back(Channel::make(fmt::format("{}{:02}.{}", layer, pair, c),
+                                                  ChannelType::Float, pixels));
     }
     return part;
 }
 
 /// Fills the channels of make_part() for one pixel.
-void store_pixel(const std::vector<MatteWeight>& list, double weight, int levels, size_t i, Part& part) {
+void store_pixel(
+    const std::vector<MatteWeight>& list, double weight, int levels, size_t i, Part& part) {
     std::array<double, 3> preview{};
     for (size_t rank = 0; rank < list.size(); ++rank) {
         const double coverage = double(list[rank].weight) * MatteWeight::unit / weight;
         const uint32_t id = list[rank].id;
         // Any three bytes of a hash are a colour to tell things apart by
-        for (size_t c = 0; c < 3; ++c) preview[c] += coverage * double(id >> (8 * c) & 255u) / 255.0;
+        for (size_t c = 0; c < 3; ++c)
+            preview[c] += coverage * double(id >> (8 * c) & 255u) / 255.0;
         if (rank >= size_t(levels)) continue;
         floats(part.channels[3 + 2 * rank])[i] = std::bit_cast<float>(id);
         floats(part.channels[4 + 2 * rank])[i] = float(coverage);
     }
     for (size_t c = 0; c < 3; ++c)
-        std::get<std::vector<Imath::half>>(part.channels[c].data)[i] = Imath::half(float(preview[c]));
+        std::get<std::vector<Imath::half>>(part.channels[c].data)[i] =
+            Imath::half(float(preview[c]));
 }
 
 void list_layers(const Part& part, std::vector<LayerEntry>& layers) {
@@ -128,7 +133,8 @@ void add_cryptomattes(const SampleSums& sums, const MatteNames& names, ResolvedL
             for (int x = w.x0; x < w.x1; ++x) {
                 const double weight = weight_of(sums.total(x, y, AccumulatorTable::coverage));
                 if (weight == 0.0) continue;
-                store_pixel(ranked(sums.mattes()->at(x, y), kind), weight, levels, w.index(x, y), part);
+                store_pixel(ranked(sums.mattes()->at(x, y), kind), weight, levels, w.index(x, y),
+                            part);
             }
         });
         list_layers(part, resolved.layers);
@@ -154,11 +160,13 @@ void store_matte_sums(const MatteSums& mattes, const Window& window, Part& part)
             const std::vector<MatteWeight> list = mattes.at(x, y);
             for (; slots < list.size(); ++slots) {
                 for (size_t k = 0; k < words.size(); ++k)
-                    part.channels.push_back(Channel::make(slot_name(slots, k), ChannelType::Uint, pixels));
+                    part.channels.push_back(
+                        Channel::make(slot_name(slots, k), ChannelType::Uint, pixels));
             }
             for (size_t s = 0; s < list.size(); ++s) {
                 const auto weight = uint64_t(list[s].weight);
-                const std::array<uint32_t, 4> values = {list[s].kind, list[s].id, uint32_t(weight), uint32_t(weight >> 32)};
+                const std::array<uint32_t, 4> values = {list[s].kind, list[s].id, uint32_t(weight),
+                                                        uint32_t(weight >> 32)};
                 for (size_t k = 0; k < values.size(); ++k) {
                     Channel& channel = part.channels[first + 4 * s + k];
                     std::get<std::vector<uint32_t>>(channel.data)[window.index(x, y)] = values[k];
@@ -187,10 +195,12 @@ Result<void> read_matte_sums(const Image& image, SampleSums& sums) {
             left.fill(int64_t(record.end - record.first) * matte_weight(most_filter_weight));
             list.clear();
             for (const auto& slot : *slots) {
-                const auto weight = int64_t(uint64_t((*slot[2])[i]) | uint64_t((*slot[3])[i]) << 32);
+                const auto weight =
+                    int64_t(uint64_t((*slot[2])[i]) | uint64_t((*slot[3])[i]) << 32);
                 const uint32_t kind = (*slot[0])[i];
                 if (weight == 0) continue;
-                if (kind >= matte_kinds.size() || weight > left[kind] || weight < -left[kind]) return damaged;
+                if (kind >= matte_kinds.size() || weight > left[kind] || weight < -left[kind])
+                    return damaged;
                 left[kind] -= std::abs(weight);
                 list.push_back({uint8_t(kind), (*slot[1])[i], weight});
             }

@@ -22,8 +22,8 @@ void store_matte_sums(const MatteSums& mattes, const Window& window, Part& part)
 /// True of the channels of store_matte_sums().
 bool is_matte_sum(std::string_view channel_name);
 
-/// Adds them to the mattes of sums that have all samples of the image already. Errors: "sums-damaged" (also weights that so
-/// many samples cannot have).
+/// Adds them to the mattes of sums that have all samples of the image already. Errors:
+/// "sums-damaged" (also weights that so many samples cannot have).
 Result<void> read_matte_sums(const Image& image, SampleSums& sums);
 
 }  // namespace velatura::image

@@ -14,7 +14,9 @@ namespace {
 
 /// The channels of a layer once more, under another name.
 void add_alias(const DataAlias& alias, Part& part, std::vector<LayerEntry>& layers) {
-    const auto known = std::find_if(layers.begin(), layers.end(), [&](const LayerEntry& e) { return e.name == alias.of && e.part == part.name; });
+    const auto known = std::find_if(layers.begin(), layers.end(), [&](const LayerEntry& e) {
+        return e.name == alias.of && e.part == part.name;
+    });
     if (known == layers.end()) return;
     LayerEntry entry = *known;
     entry.name = alias.name;
@@ -30,9 +32,11 @@ void add_alias(const DataAlias& alias, Part& part, std::vector<LayerEntry>& laye
     }
 }
 
-/// Of the beauty's mean, per channel: from its halves where they were asked for, else from how it changed at last.
+/// Of the beauty's mean, per channel: from its halves where they were asked for, else from how it
+/// changed at last.
 std::array<double, 3> variance_of(const SampleSums& sums, int x, int y) {
-    const std::optional<PixelChange> change = sums.layer_set().halves ? std::nullopt : pixel_change(sums, x, y);
+    const std::optional<PixelChange> change =
+        sums.layer_set().halves ? std::nullopt : pixel_change(sums, x, y);
     if (!change) return resolve_halves(sums, x, y, AccumulatorTable::beauty).variance;
     std::array<double, 3> variance = change->square;
     for (double& v : variance) v *= net_factor(usual_slope) * net_factor(usual_slope);

@@ -62,7 +62,9 @@ class Row {
 
     uint32_t* counts() { return counts_.data(); }
 
-    size_t sample_count() const { return std::accumulate(counts_.begin(), counts_.end(), size_t(0)); }
+    size_t sample_count() const {
+        return std::accumulate(counts_.begin(), counts_.end(), size_t(0));
+    }
 
     /// Points at the samples of the row, as many as the counts say.
     void point_at(DeepSample* samples) {
@@ -83,13 +85,16 @@ void write_rows(const std::string& path, const DeepImage& image) {
     Imf::Header header(exr_box(image.display), exr_box(image.data), image.pixel_aspect_ratio);
     header.setType(Imf::DEEPSCANLINE);
     header.compression() = Imf::ZIPS_COMPRESSION;
-    for (const DeepChannel& c : deep_channels) header.channels().insert(c.name, Imf::Channel(Imf::FLOAT));
-    for (const auto& [name, attribute] : image.attributes) insert_attribute(header, name, attribute);
+    for (const DeepChannel& c : deep_channels)
+        header.channels().insert(c.name, Imf::Channel(Imf::FLOAT));
+    for (const auto& [name, attribute] : image.attributes)
+        insert_attribute(header, name, attribute);
 
     Imf::DeepScanLineOutputFile file(path.c_str(), header);
     Row row(image.data);
     file.setFrameBuffer(row.buffer(header.channels()));
-    // One past the end where the last pixels are empty; OpenEXR takes writable samples and leaves them alone
+    // One past the end where the last pixels are empty; OpenEXR takes writable samples and leaves
+    // them alone
     std::vector<DeepSample> samples;
     const auto width = size_t(image.data.width());
     const DeepSample* next = image.samples.data();
@@ -118,7 +123,9 @@ Result<DeepImage> read_rows(const std::string& path) {
             return error("it has no float channels Z A R G B");
     }
     const uint64_t file_bytes = std::filesystem::file_size(path);
-    const auto too_much = [&] { return error(fmt::format("{} bytes cannot hold its pixels", file_bytes)); };
+    const auto too_much = [&] {
+        return error(fmt::format("{} bytes cannot hold its pixels", file_bytes));
+    };
     // Before OpenEXR makes room for them
     if (header.dataWindow().isEmpty() || least_bytes_of(header) > file_bytes) return too_much();
     Imf::DeepScanLineInputPart file(whole, 0);
@@ -136,7 +143,9 @@ Result<DeepImage> read_rows(const std::string& path) {
         const size_t count = row.sample_count();
         if (image.samples.size() + count > most_samples) return error("it has too many samples");
         // Z A R G B, at the least
-        if ((image.samples.size() + count) * 5 * sizeof(float) / most_expansion(header) > file_bytes) return too_much();
+        if ((image.samples.size() + count) * 5 * sizeof(float) / most_expansion(header) >
+            file_bytes)
+            return too_much();
         samples.assign(count + 1, DeepSample{});
         row.point_at(samples.data());
         file.readPixels(y);
@@ -160,7 +169,8 @@ Result<void> write_deep_file(const std::string& path, const DeepImage& image) {
             return Error{"io-write", fmt::format("cannot write {}: {}", path, e.what())};
         }
         const auto written = read_deep_file(temporary);
-        if (!written || written->data != image.data || written->counts != image.counts || written->samples != image.samples)
+        if (!written || written->data != image.data || written->counts != image.counts ||
+            written->samples != image.samples)
             return Error{"verify-failed", fmt::format("{} was not written as meant", path)};
         return {};
     });

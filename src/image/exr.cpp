@@ -41,7 +41,8 @@ void start_exr_threads() {
 
 /// Want of memory is no error of a file. Of some allocations that fail OpenEXR tells in words.
 void throw_if_memory(const std::exception& e) {
-    const bool is_told = std::string_view(e.what()).find("Failed to allocate") != std::string_view::npos;
+    const bool is_told =
+        std::string_view(e.what()).find("Failed to allocate") != std::string_view::npos;
     if (is_told || dynamic_cast<const std::bad_alloc*>(&e)) throw std::bad_alloc();
 }
 
@@ -237,8 +238,8 @@ Result<void> ExrReader::read_rows(int index,
         Imf::FrameBuffer buffer;
         for (const RowTarget& t : targets) {
             const size_t size = t.type == ChannelType::Half ? 2 : 4;
-            buffer.insert(t.channel, Imf::Slice::Make(pixel_type(t.type), t.values, exr_box(rows), size,
-                                                      size * size_t(rows.width())));
+            buffer.insert(t.channel, Imf::Slice::Make(pixel_type(t.type), t.values, exr_box(rows),
+                                                      size, size * size_t(rows.width())));
         }
         Imf::InputPart input(*impl_->file, index);
         input.setFrameBuffer(buffer);

@@ -17,8 +17,8 @@ Result<void> write_exr(const std::string& path,
                        const Image& image,
                        Compression compression = Compression::Zip);
 
-/// From here on files are written and read chunk by chunk by the calling thread, which takes less memory: each of OpenEXR's own
-/// threads has chunks of its own.
+/// From here on files are written and read chunk by chunk by the calling thread, which takes less
+/// memory: each of OpenEXR's own threads has chunks of its own.
 void use_one_exr_thread();
 
 /// Where rows of a channel go: [rows][width] of the data window, in the type that the file has.
@@ -28,14 +28,16 @@ struct RowTarget {
     void* values = nullptr;
 };
 
-/// Reads an EXR file part by part, or rows of some channels. One thread at a time may use a reader. Throws std::bad_alloc alone.
+/// Reads an EXR file part by part, or rows of some channels. One thread at a time may use a reader.
+/// Throws std::bad_alloc alone.
 class ExrReader {
   public:
-    /// Several: OpenEXR's threads decompress chunks side by side. One: a chunk at a time is in memory.
+    /// Several: OpenEXR's threads decompress chunks side by side. One: a chunk at a time is in
+    /// memory.
     enum class Chunks : uint8_t { Several, One };
 
-    /// Errors: "io-open" (missing, not EXR, deep, windows too large or more of them than the file can
-    /// hold, subsampled channels).
+    /// Errors: "io-open" (missing, not EXR, deep, windows too large or more of them than the file
+    /// can hold, subsampled channels).
     static Result<ExrReader> open(const std::string& path, Chunks chunks = Chunks::Several);
     ~ExrReader();
     ExrReader(ExrReader&&) noexcept;

@@ -26,7 +26,8 @@ void read_attribute(const Imf::Attribute& from, const std::string& name, Attribu
     if (const auto* s = dynamic_cast<const Imf::StringAttribute*>(&from)) {
         const bool is_json = name.starts_with("velatura/") || name.starts_with("cryptomatte/");
         if (is_json && is_json_too_deep(s->value()))
-            throw std::invalid_argument(fmt::format("the header string {} is nested too deeply", name));
+            throw std::invalid_argument(
+                fmt::format("the header string {} is nested too deeply", name));
         to[name] = s->value();
     } else if (const auto* i = dynamic_cast<const Imf::IntAttribute*>(&from)) {
         to[name] = i->value();

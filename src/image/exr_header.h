@@ -16,8 +16,8 @@ Window window_of(const Imath::Box2i& box);
 
 void insert_attribute(Imf::Header& header, const std::string& name, const Attribute& attribute);
 
-/// Adds the header's attributes, without those that OpenEXR itself manages. Throws where a string of ours is JSON nested too
-/// deeply to be read.
+/// Adds the header's attributes, without those that OpenEXR itself manages. Throws where a string
+/// of ours is JSON nested too deeply to be read.
 void read_attributes(const Imf::Header& header, Attributes& to);
 
 }  // namespace velatura::image

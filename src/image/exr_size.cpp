@@ -41,7 +41,8 @@ uint64_t rounded_up_quotient(uint64_t a, uint64_t b) {
 int rows_per_chunk_of(const Imf::Header& header) {
     const int height = window_of(header.dataWindow()).height();
     // A part of scanlines may have any attribute `tiles`: nothing checks what it says
-    if (Imf::isTiled(header.type())) return int(std::min(header.tileDescription().ySize, uint32_t(height)));
+    if (Imf::isTiled(header.type()))
+        return int(std::min(header.tileDescription().ySize, uint32_t(height)));
     return exr_lines_per_chunk(uint32_t(header.compression()));
 }
 
@@ -58,31 +59,37 @@ uint64_t most_expansion(const Imf::Header& header) {
             // Three bytes of four, deflated
             return deflate * 4 / 3;
         case Imf::PIZ_COMPRESSION:
-            // Huffman codes of at least one bit, and eight for how often 16 bits come again, up to 255 times: 4080 bits of nine
+            // Huffman codes of at least one bit, and eight for how often 16 bits come again, up to
+            // 255 times: 4080 bits of nine
             return 4080 / 9 + 1;
         case Imf::B44_COMPRESSION:
         case Imf::B44A_COMPRESSION:
             // Three bytes for 16 halves that are all the same
             return 32 / 3 + 1;
         default:
-            // DWA: an alpha's runs, deflated; blocks of 64 floats in two halves, deflated, come to the same
+            // DWA: an alpha's runs, deflated; blocks of 64 floats in two halves, deflated, come to
+            // the same
             return run_lengths * deflate;
     }
 }
 
 uint64_t least_bytes_of(const Imf::Header& header) {
     const Window w = window_of(header.dataWindow());
-    uint64_t chunks = rounded_up_quotient(uint64_t(w.height()), uint64_t(rows_per_chunk_of(header)));
-    if (Imf::isTiled(header.type())) chunks *= rounded_up_quotient(uint64_t(w.width()), header.tileDescription().xSize);
+    uint64_t chunks =
+        rounded_up_quotient(uint64_t(w.height()), uint64_t(rows_per_chunk_of(header)));
+    if (Imf::isTiled(header.type()))
+        chunks *= rounded_up_quotient(uint64_t(w.width()), header.tileDescription().xSize);
     // Eight bytes for a chunk's place, eight before its data
-    return 16 * chunks + uint64_t(w.pixel_count()) * pixel_bytes_of(header) / most_expansion(header);
+    return 16 * chunks +
+           uint64_t(w.pixel_count()) * pixel_bytes_of(header) / most_expansion(header);
 }
 
 Result<void> check_headers(const std::string& path) {
     constexpr int version = 100 * OPENEXR_VERSION_MAJOR + OPENEXR_VERSION_MINOR;
     std::ifstream file(path, std::ios::binary);
     std::error_code none;
-    const std::string fault = fault_of_exr_headers(file, std::filesystem::file_size(path, none), version);
+    const std::string fault =
+        fault_of_exr_headers(file, std::filesystem::file_size(path, none), version);
     if (fault.empty()) return {};
     return Error{"io-open", fmt::format("cannot open {}: {}", path, fault)};
 }

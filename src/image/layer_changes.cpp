@@ -21,7 +21,8 @@ std::vector<LayerSource> sources_of(const SampleSums& sums) {
     const LayerSet& set = sums.layer_set();
     std::vector<LayerSource> sources;
     const auto add = [&sources](std::vector<LayerSource> more) {
-        sources.insert(sources.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+        sources.insert(sources.end(), std::make_move_iterator(more.begin()),
+                       std::make_move_iterator(more.end()));
     };
     if (set.bounce_layers || set.matrix_layers) add(bounce_sources(set, sums.table()));
     if (set.group_layers || set.matrix_layers) add(group_sources(set, sums.table()));
@@ -35,12 +36,16 @@ LayerChanges::LayerChanges(const SampleSums& sums) : sources_(sources_of(sums)) 
     if (sources_.empty()) return;
     const Window& w = sums.window();
     for (int y = w.y0 + std::min(step, w.height()) / 2; y < w.y1; y += step)
-        for (int x = w.x0 + std::min(step, w.width()) / 2; x < w.x1; x += step) pixels_.push_back({x, y});
+        for (int x = w.x0 + std::min(step, w.width()) / 2; x < w.x1; x += step)
+            pixels_.push_back({x, y});
     means_.resize(3 * pixels_.size() * sources_.size());
     squares_.resize(pixels_.size() * sources_.size());
 }
 
-Triple LayerChanges::mean_of_layer(const SampleSums& sums, const Pixel& pixel, const LayerSource& source, double weight) const {
+Triple LayerChanges::mean_of_layer(const SampleSums& sums,
+                                   const Pixel& pixel,
+                                   const LayerSource& source,
+                                   double weight) const {
     Triple sum;
     if (weight == 0.0) return sum;
     for (const uint32_t a : source.plus) sum += sums.total(pixel.x, pixel.y, a);
@@ -51,7 +56,8 @@ void LayerChanges::keep(const SampleSums& sums) {
     for (size_t p = 0; p < pixels_.size(); ++p) {
         Pixel& pixel = pixels_[p];
         const PixelRecord& record = sums.record(pixel.x, pixel.y);
-        if (record.first != 0 || !std::has_single_bit(record.end) || record.end == pixel.kept) continue;
+        if (record.first != 0 || !std::has_single_bit(record.end) || record.end == pixel.kept)
+            continue;
         pixel.kept = record.end;
         const double weight = weight_of(sums.total(pixel.x, pixel.y, AccumulatorTable::coverage));
         for (size_t s = 0; s < sources_.size(); ++s) {
@@ -68,7 +74,8 @@ void LayerChanges::observe(const SampleSums& sums) {
     for (size_t p = 0; p < pixels_.size(); ++p) {
         Pixel& pixel = pixels_[p];
         const PixelRecord& record = sums.record(pixel.x, pixel.y);
-        if (pixel.kept == 0 || !std::has_single_bit(record.end) || record.end < 2 * pixel.kept) continue;
+        if (pixel.kept == 0 || !std::has_single_bit(record.end) || record.end < 2 * pixel.kept)
+            continue;
         pixel.is_known = true;
         const double times = double(record.end - pixel.kept) / double(pixel.kept);
         const double weight = weight_of(sums.total(pixel.x, pixel.y, AccumulatorTable::coverage));
@@ -88,11 +95,15 @@ void LayerChanges::observe(const SampleSums& sums) {
 
 std::vector<LayerNoise> LayerChanges::noise(double slope) const {
     std::vector<LayerNoise> layers;
-    if (!std::all_of(pixels_.begin(), pixels_.end(), [](const Pixel& p) { return p.is_known; }) || pixels_.empty()) return layers;
+    if (!std::all_of(pixels_.begin(), pixels_.end(), [](const Pixel& p) { return p.is_known; }) ||
+        pixels_.empty())
+        return layers;
     for (size_t s = 0; s < sources_.size(); ++s) {
         double sum = 0;
-        for (size_t p = 0; p < pixels_.size(); ++p) sum += double(squares_[p * sources_.size() + s]);
-        layers.push_back({sources_[s].entry.name, net_factor(slope) * std::sqrt(sum / double(pixels_.size()))});
+        for (size_t p = 0; p < pixels_.size(); ++p)
+            sum += double(squares_[p * sources_.size() + s]);
+        layers.push_back(
+            {sources_[s].entry.name, net_factor(slope) * std::sqrt(sum / double(pixels_.size()))});
     }
     return layers;
 }

@@ -10,14 +10,15 @@
 
 namespace velatura::image {
 
-/// How noisy a light layer is, in units of the picture: √ of the mean of its variance / (beauty² + 0.01).
+/// How noisy a light layer is, in units of the picture: √ of the mean of its variance / (beauty² +
+/// 0.01).
 struct LayerNoise {
     std::string layer;
     double error = 0;
 };
 
-/// How light layers change as samples double, from one pixel of sixteen: that tells their noise as picture_change.h tells
-/// that of the picture. Not for concurrent use.
+/// How light layers change as samples double, from one pixel of sixteen: that tells their noise as
+/// picture_change.h tells that of the picture. Not for concurrent use.
 class LayerChanges {
   public:
     /// The layers by bounce, by light and by lobe that there are.
@@ -35,16 +36,20 @@ class LayerChanges {
   private:
     struct Pixel {
         int x, y;
-        uint64_t kept = 0;        ///< samples of the means
-        bool is_known = false;    ///< `squares` are
+        uint64_t kept = 0;      ///< samples of the means
+        bool is_known = false;  ///< `squares` are
     };
 
-    Triple mean_of_layer(const SampleSums& sums, const Pixel& pixel, const LayerSource& source, double weight) const;
+    Triple mean_of_layer(const SampleSums& sums,
+                         const Pixel& pixel,
+                         const LayerSource& source,
+                         double weight) const;
 
     std::vector<LayerSource> sources_;
     std::vector<Pixel> pixels_;
-    std::vector<float> means_;    ///< [pixel][source][3]
-    std::vector<float> squares_;  ///< [pixel][source]: of the last change, relative, mean of the channels
+    std::vector<float> means_;  ///< [pixel][source][3]
+    std::vector<float>
+        squares_;  ///< [pixel][source]: of the last change, relative, mean of the channels
 };
 
 }  // namespace velatura::image

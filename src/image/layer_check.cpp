@@ -148,7 +148,8 @@ void Checker::check_closure(FamilyClosure& family) {
             });
             // What clamps took was rounded, too
             if (const Channel* taken = named_.find("clamp_" + channel->name))
-                for_each_value(*taken, [&bound](size_t i, float v) { bound[i] += std::abs(double(v)); });
+                for_each_value(*taken,
+                               [&bound](size_t i, float v) { bound[i] += std::abs(double(v)); });
         }
         for (double& b : bound) b = family.relative * b + family.absolute;
         size_t offenders = 0, first = 0;
@@ -194,7 +195,8 @@ void Checker::check_casters() {
             for (size_t i = 0; i < fold.size(); ++i) {
                 const float stored = shadow->value(i);
                 if (std::bit_cast<uint32_t>(fold[i]) == std::bit_cast<uint32_t>(stored)) continue;
-                problem(fmt::format("{}: {}{} is {}, its casters add up to {}", place(i), e.name, c, stored, fold[i]));
+                problem(fmt::format("{}: {}{} is {}, its casters add up to {}", place(i), e.name, c,
+                                    stored, fold[i]));
                 break;
             }
         }

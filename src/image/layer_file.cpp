@@ -73,11 +73,13 @@ bool has_same_channels(const Part& a, const Part& b) {
     });
 }
 
-/// Rows of a part that are read back at once: whole chunks that take a few megabytes, as a part may be as large as the film.
+/// Rows of a part that are read back at once: whole chunks that take a few megabytes, as a part may
+/// be as large as the film.
 int rows_at_once(const Part& part, const Window& window, int chunk_rows) {
     constexpr size_t bytes_at_once = size_t(32) << 20;
     size_t row_bytes = 1;
-    for (const Channel& c : part.channels) row_bytes += value_size(c.type()) * size_t(window.width());
+    for (const Channel& c : part.channels)
+        row_bytes += value_size(c.type()) * size_t(window.width());
     const size_t chunks = std::max<size_t>(bytes_at_once / row_bytes / size_t(chunk_rows), 1);
     return int(std::min(chunks * size_t(chunk_rows), size_t(window.height())));
 }
@@ -136,7 +138,9 @@ Result<void> verify_written(const std::string& temporary,
 }
 
 /// One file per light layer beside the one with the beauty, which lists them.
-Result<std::vector<std::string>> write_split(const std::string& path, Image image, Compression compression) {
+Result<std::vector<std::string>> write_split(const std::string& path,
+                                             Image image,
+                                             Compression compression) {
     const fs::path target(path);
     const auto file_of = [&target](const std::string& layer) {
         return target.stem().string() + "." + layer + target.extension().string();
@@ -185,7 +189,8 @@ Result<std::vector<std::string>> write_split(const std::string& path, Image imag
         for (const std::string& layer : order) {
             if (layer == "rgba") continue;
             const std::string file = (target.parent_path() / file_of(layer)).string();
-            if (auto written = write_one(file, std::move(layers[layer]), false); !written) return written;
+            if (auto written = write_one(file, std::move(layers[layer]), false); !written)
+                return written;
         }
         return write_one(path, std::move(layers["rgba"]), true);
     };
@@ -206,7 +211,9 @@ Result<std::vector<std::string>> write_split(const std::string& path, Image imag
 
 }  // namespace
 
-Result<void> write_image_file(const std::string& path, const Image& image, Compression compression) {
+Result<void> write_image_file(const std::string& path,
+                              const Image& image,
+                              Compression compression) {
     return write_atomically(path, [&](const std::string& temporary) -> Result<void> {
         if (auto written = write_exr(temporary, image, compression); !written) {
             // Name the file that was asked for, not the temporary
@@ -269,7 +276,8 @@ Result<WriteReport> write_layer_file(const std::string& path,
         if (!files) return files.error();
         report.files = std::move(*files);
     } else {
-        if (auto written = write_image_file(path, image, info.compression); !written) return written.error();
+        if (auto written = write_image_file(path, image, info.compression); !written)
+            return written.error();
         report.files.push_back(path);
     }
     return report;
@@ -286,7 +294,8 @@ Result<Image> read_sums_image(const std::string& path) {
                          [](const Channel& c) { return is_bookkeeping(c.name); }))
             continue;
         if (reader->data_window(i) != image.data)
-            return Error{"io-read", fmt::format("cannot read {}: the data window of its sums differs", path)};
+            return Error{"io-read",
+                         fmt::format("cannot read {}: the data window of its sums differs", path)};
         auto part = reader->read_part(i);
         if (!part) return part.error();
         image.parts.push_back(std::move(*part));
@@ -332,9 +341,14 @@ std::string SplitChannels::add(const Image& file) {
 }
 
 Result<void> SplitChannels::add(const std::string& path, const Image& file) {
-    const auto error = [&path](const std::string& why) { return Error{"io-read", fmt::format("cannot read {}: {}", path, why)}; };
-    if (file.parts.size() != 1) return error(fmt::format("a file of a split layout has one part, this one has {}", file.parts.size()));
-    if (const std::string twice = add(file); !twice.empty()) return error(fmt::format("another file of the layout has channel {}, too", twice));
+    const auto error = [&path](const std::string& why) {
+        return Error{"io-read", fmt::format("cannot read {}: {}", path, why)};
+    };
+    if (file.parts.size() != 1)
+        return error(fmt::format("a file of a split layout has one part, this one has {}",
+                                 file.parts.size()));
+    if (const std::string twice = add(file); !twice.empty())
+        return error(fmt::format("another file of the layout has channel {}, too", twice));
     return {};
 }
 

@@ -51,8 +51,8 @@ struct FileInfo {
     std::array<float, 16> world_to_ndc = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
     std::array<float, 8> chromaticities = {0.64f, 0.33f, 0.30f,   0.60f,
                                            0.15f, 0.06f, 0.3127f, 0.3290f};
-    std::vector<BadSample> bad_samples;  ///< goes into velatura/samples
-    MatteNames matte_names;              ///< only used with LayerSet::mattes
+    std::vector<BadSample> bad_samples;     ///< goes into velatura/samples
+    MatteNames matte_names;                 ///< only used with LayerSet::mattes
     std::vector<LightValues> light_values;  ///< goes into velatura/lights
 };
 
@@ -64,7 +64,8 @@ struct WriteReport {
     double closure_measured =
         0;  ///< largest |fold − independent beauty| in units of its bound, at most 1
     double closure_absolute = 0;  ///< largest |fold − independent beauty|
-    double storage_error = 0;     ///< √relMSE of the stored beauty against what was summed, by rounding to half or float
+    double storage_error =
+        0;  ///< √relMSE of the stored beauty against what was summed, by rounding to half or float
     int layers = 0, channels = 0;
     std::vector<std::string> float_layers;  ///< stored float because half would overflow
 };
@@ -105,7 +106,8 @@ class SplitChannels {
     std::set<std::string> names_;
 };
 
-/// Reads the header and the exact sums alone, as image::read_sums needs them. Errors: "io-open", "io-read".
+/// Reads the header and the exact sums alone, as image::read_sums needs them. Errors: "io-open",
+/// "io-read".
 Result<Image> read_sums_image(const std::string& path);
 
 /// Reads a file of light layers whole, with the files beside it for the split layout.

@@ -173,7 +173,8 @@ void parse_samples(const Json& j, SampleInfo& s) {
     s.scene_hash = j.at("sceneHash").get<std::string>();
     s.settings_hash = j.at("settingsHash").get<std::string>();
     for (const Json& b : j.at("bad")) {
-        s.bad.push_back({whole_number<int>(b.at("x")), whole_number<int>(b.at("y")), whole_number<uint64_t>(b.at("sample")),
+        s.bad.push_back({whole_number<int>(b.at("x")), whole_number<int>(b.at("y")),
+                         whole_number<uint64_t>(b.at("sample")),
                          b.at("reason").get<std::string>()});
     }
 }

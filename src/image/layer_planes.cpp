@@ -15,8 +15,13 @@ namespace {
 constexpr double rounding_share = 0x1p-20;
 
 /// The sums of a tile's pixels; false where nothing came.
-bool selected(const SampleSums& sums, size_t tile, uint32_t accumulator, Selection selection, TileTotals& totals) {
-    const uint32_t half = selection == Selection::All ? AccumulatorTable::absent : sums.table().half_of(accumulator);
+bool selected(const SampleSums& sums,
+              size_t tile,
+              uint32_t accumulator,
+              Selection selection,
+              TileTotals& totals) {
+    const uint32_t half =
+        selection == Selection::All ? AccumulatorTable::absent : sums.table().half_of(accumulator);
     if (selection == Selection::HalfA) return sums.tile_totals(tile, half, totals);
     if (!sums.tile_totals(tile, accumulator, totals)) return false;
     TileTotals a;
@@ -30,7 +35,8 @@ template <class Visit>
 void for_each_pixel(const SampleSums& sums, size_t tile, const Visit& visit) {
     const Window w = sums.tile_window(tile);
     for (int y = w.y0; y < w.y1; ++y) {
-        const size_t begin = sums.window().index(w.x0, y), in_tile = size_t(y - w.y0) * size_t(SampleSums::tile_size);
+        const size_t begin = sums.window().index(w.x0, y),
+                     in_tile = size_t(y - w.y0) * size_t(SampleSums::tile_size);
         for (size_t i = 0; i < size_t(w.width()); ++i) visit(begin + i, in_tile + i);
     }
 }
@@ -51,7 +57,8 @@ std::vector<double> pixel_weights(const SampleSums& sums, Selection selection) {
     parallel_for(sums.tile_count(), [&](size_t tile) {
         TileTotals coverage;
         if (!selected(sums, tile, AccumulatorTable::coverage, selection, coverage)) return;
-        for_each_pixel(sums, tile, [&](size_t i, size_t k) { weights[i] = weight_of(coverage[k]); });
+        for_each_pixel(sums, tile,
+                       [&](size_t i, size_t k) { weights[i] = weight_of(coverage[k]); });
     });
     return weights;
 }

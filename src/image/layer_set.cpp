@@ -17,8 +17,9 @@ namespace velatura::image {
 
 namespace {
 
-constexpr uint64_t most_accumulators = uint64_t(1) << 28;  // times two for clamps, and for halves, below 2^32
-constexpr uint64_t other_accumulators_per_group = 3;       // all of it, direct, unoccluded
+constexpr uint64_t most_accumulators = uint64_t(1)
+                                       << 28;  // times two for clamps, and for halves, below 2^32
+constexpr uint64_t other_accumulators_per_group = 3;  // all of it, direct, unoccluded
 
 }  // namespace
 
@@ -34,7 +35,8 @@ void LayerSet::normalise_names() {
     for (LightGroup& group : groups) group.name = group_names.make(legal_group_name(group.name));
     UniqueNames caster_names("_", max_caster_name_bytes);
     caster_names.take(rest_caster);
-    for (ShadowCaster& caster : casters) caster.name = caster_names.make(legal_group_name(caster.name));
+    for (ShadowCaster& caster : casters)
+        caster.name = caster_names.make(legal_group_name(caster.name));
 }
 
 std::string LayerSet::to_json() const {
@@ -46,7 +48,8 @@ std::string LayerSet::to_json() const {
     j["shadow"] = shadow_layers;
     if (caster_layers) {
         j["casters"] = nlohmann::ordered_json::array();
-        for (const ShadowCaster& c : casters) j["casters"].push_back({{"name", c.name}, {"prim", c.prim}});
+        for (const ShadowCaster& c : casters)
+            j["casters"].push_back({{"name", c.name}, {"prim", c.prim}});
     }
     if (has_clamp()) {
         // No number of JSON is infinite
@@ -57,10 +60,14 @@ std::string LayerSet::to_json() const {
         j["strictPaths"] = has_strict_paths;
         j["paths"] = nlohmann::ordered_json::array();
         for (const PathLayer& p : path_layers)
-            j["paths"].push_back({{"name", p.name}, {"lpe", p.expression}, {"light", int(p.light)}, {"family", p.family}});
+            j["paths"].push_back({{"name", p.name},
+                                  {"lpe", p.expression},
+                                  {"light", int(p.light)},
+                                  {"family", p.family}});
     }
     j["data"] = data_layers;
-    for (const DataAlias& a : data_aliases) j["aliases"].push_back({{"name", a.name}, {"of", a.of}});
+    for (const DataAlias& a : data_aliases)
+        j["aliases"].push_back({{"name", a.name}, {"of", a.of}});
     j["halves"] = halves;
     j["float"] = float_layers;
     j["mattes"] = nlohmann::ordered_json::array();
@@ -93,14 +100,17 @@ Result<LayerSet> LayerSet::from_json(const std::string& text) {
         if (j.contains("casters")) {
             set.caster_layers = true;
             for (const auto& c : j["casters"])
-                set.casters.push_back({c.at("name").get<std::string>(), c.at("prim").get<std::string>()});
+                set.casters.push_back(
+                    {c.at("name").get<std::string>(), c.at("prim").get<std::string>()});
         }
         if (j.contains("paths")) {
             set.has_strict_paths = j.at("strictPaths").get<bool>();
             for (const auto& p : j["paths"]) {
                 const int light = whole_number<int>(p.at("light"));
                 if (light < 0 || light > int(PathLayer::Light::Shadow)) return error;
-                set.path_layers.push_back({p.at("name").get<std::string>(), p.at("lpe").get<std::string>(), PathLayer::Light(light), p.at("family").get<std::string>()});
+                set.path_layers.push_back({p.at("name").get<std::string>(),
+                                           p.at("lpe").get<std::string>(), PathLayer::Light(light),
+                                           p.at("family").get<std::string>()});
             }
         }
         const auto limit = [&j](const char* name) {
@@ -111,7 +121,9 @@ Result<LayerSet> LayerSet::from_json(const std::string& text) {
         set.clamp_indirect = limit("clampIndirect");
         set.data_layers = j.at("data").get<bool>();
         if (j.contains("aliases"))
-            for (const auto& a : j["aliases"]) set.data_aliases.push_back({a.at("name").get<std::string>(), a.at("of").get<std::string>()});
+            for (const auto& a : j["aliases"])
+                set.data_aliases.push_back(
+                    {a.at("name").get<std::string>(), a.at("of").get<std::string>()});
         set.halves = j.at("halves").get<bool>();
         set.float_layers = j.at("float").get<bool>();
         for (const auto& word : j.at("mattes")) {
@@ -128,7 +140,8 @@ Result<LayerSet> LayerSet::from_json(const std::string& text) {
         if (set.last_bounce < 0 || set.last_bounce > 999 || set.groups.empty()) return error;
         if (set.matte_levels < 1 || set.matte_levels > 64) return error;
         // Every accumulator must have a number
-        const uint64_t per_group = uint64_t(set.bounce_count()) + set.casters.size() + other_accumulators_per_group;
+        const uint64_t per_group =
+            uint64_t(set.bounce_count()) + set.casters.size() + other_accumulators_per_group;
         if (set.groups.size() * per_group > most_accumulators) return error;
         return set;
     } catch (const nlohmann::json::exception&) {
@@ -157,7 +170,8 @@ AccumulatorTable::AccumulatorTable(const LayerSet& set)
     casters_ = uint32_t(set.casters.size());
     take(set.shadow_layers && set.caster_layers, taken_, groups_ * casters_);
     take(!set.path_layers.empty(), paths_, uint32_t(set.path_layers.size()));
-    take(!set.path_layers.empty() && set.wants_unoccluded(), unoccluded_paths_, uint32_t(set.path_layers.size()));
+    take(!set.path_layers.empty() && set.wants_unoccluded(), unoccluded_paths_,
+         uint32_t(set.path_layers.size()));
     // Numbers alone: what no clamp touches takes nothing
     take(set.has_clamp(), clamped_, count_);
 }

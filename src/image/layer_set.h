@@ -59,18 +59,18 @@ struct LayerSet {
     bool group_layers = true;        ///< C_<group>
     bool matrix_layers = false;      ///< b<k>_<group>, tail_<group>
     bool shadow_layers = false;      ///< U_<group>, S_<group>
-    bool caster_layers = false;  ///< S_<group>_<caster>; only with shadow_layers
+    bool caster_layers = false;      ///< S_<group>_<caster>; only with shadow_layers
     std::vector<ShadowCaster> casters;
-    /// Contributions of which some channel is larger are scaled down to it, and what that takes goes to
-    /// clamp_<layer>: those of bounces 0 and 1, and those of later ones. Infinite = not.
+    /// Contributions of which some channel is larger are scaled down to it, and what that takes
+    /// goes to clamp_<layer>: those of bounces 0 and 1, and those of later ones. Infinite = not.
     float clamp_direct = std::numeric_limits<float>::infinity();
     float clamp_indirect = std::numeric_limits<float>::infinity();
     std::vector<PathLayer> path_layers;
     bool has_strict_paths = false;  ///< G is rough and S a mirror; else each is any specular
-    bool data_layers = true;    ///< albedo N P Z st primId instanceId sampleCount variance invalid
+    bool data_layers = true;  ///< albedo N P Z st primId instanceId sampleCount variance invalid
     std::vector<DataAlias> data_aliases;  ///< only with data_layers
-    bool halves = false;        ///< <layer>_hA, <layer>_hB of every light layer
-    bool float_layers = false;  ///< store light layers as float instead of half
+    bool halves = false;                  ///< <layer>_hA, <layer>_hB of every light layer
+    bool float_layers = false;            ///< store light layers as float instead of half
     std::array<bool, matte_kinds.size()> mattes = {};  ///< Cryptomattes, by MatteKind
     int matte_levels = 6;  ///< things per pixel that a Cryptomatte stores, the largest ones; 1 … 64
 
@@ -82,11 +82,15 @@ struct LayerSet {
 
     /// Whether some layer is of light without its shadows.
     bool wants_unoccluded() const {
-        return shadow_layers || std::any_of(path_layers.begin(), path_layers.end(), [](const PathLayer& p) { return p.light != PathLayer::Light::Arriving; });
+        return shadow_layers ||
+               std::any_of(path_layers.begin(), path_layers.end(), [](const PathLayer& p) {
+                   return p.light != PathLayer::Light::Arriving;
+               });
     }
 
     bool has_paths(const std::string& family) const {
-        return std::any_of(path_layers.begin(), path_layers.end(), [&family](const PathLayer& p) { return p.family == family; });
+        return std::any_of(path_layers.begin(), path_layers.end(),
+                           [&family](const PathLayer& p) { return p.family == family; });
     }
 
     bool has_mattes(MatteKind kind) const { return mattes[size_t(kind)]; }
@@ -96,14 +100,16 @@ struct LayerSet {
     /// Column of a bounce number: itself up to K, then the tail.
     int column(int bounce) const { return bounce > last_bounce ? last_bounce + 1 : bounce; }
 
-    bool has_clamp() const { return std::min(clamp_direct, clamp_indirect) < std::numeric_limits<float>::infinity(); }
+    bool has_clamp() const {
+        return std::min(clamp_direct, clamp_indirect) < std::numeric_limits<float>::infinity();
+    }
 
     /// `b0` … `bK`, `tail`.
     std::string column_name(int column) const;
 
     /// Makes every name of a group or caster legal in EXR channel names with all prefixes and
-    /// suffixes ([A-Za-z0-9_], not numeric, not a reserved word of the mixer) and unique. Groups have
-    /// at most 21 bytes, less with clamps or casters. Call once before making a film.
+    /// suffixes ([A-Za-z0-9_], not numeric, not a reserved word of the mixer) and unique. Groups
+    /// have at most 21 bytes, less with clamps or casters. Call once before making a film.
     void normalise_names();
 
     std::string to_json() const;
@@ -150,7 +156,9 @@ class AccumulatorTable {
     }
 
     /// Light of a path layer that arrives.
-    uint32_t path(size_t layer) const { return paths_ == absent ? absent : paths_ + uint32_t(layer); }
+    uint32_t path(size_t layer) const {
+        return paths_ == absent ? absent : paths_ + uint32_t(layer);
+    }
 
     /// The same without shadows.
     uint32_t unoccluded_path(size_t layer) const {

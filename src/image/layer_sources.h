@@ -14,8 +14,8 @@ namespace velatura::image {
 struct LayerSource {
     LayerEntry entry;  ///< without family, part and type
     std::vector<uint32_t> plus, minus;
-    bool is_clamped = false;   ///< without what clamps took of `plus`
-    bool is_rest = false;      ///< of what came first: drops what is only rounding
+    bool is_clamped = false;       ///< without what clamps took of `plus`
+    bool is_rest = false;          ///< of what came first: drops what is only rounding
     bool may_be_left_out = false;  ///< not stored when zero everywhere
 };
 
@@ -32,10 +32,14 @@ std::vector<LayerSource> group_sources(const LayerSet& set, const AccumulatorTab
 std::string lpe_of(const PathLayer& layer);
 
 /// Those of one family by expression: "lobes" or "paths".
-std::vector<LayerSource> path_sources(const LayerSet& set, const AccumulatorTable& table, const std::string& family);
+std::vector<LayerSource> path_sources(const LayerSet& set,
+                                      const AccumulatorTable& table,
+                                      const std::string& family);
 
 /// U_<group> or S_<group>, one for every group.
-std::vector<LayerSource> shadow_sources(const LayerSet& set, const AccumulatorTable& table, bool unoccluded);
+std::vector<LayerSource> shadow_sources(const LayerSet& set,
+                                        const AccumulatorTable& table,
+                                        bool unoccluded);
 
 /// S_<group>_<caster> of one group, `rest` last.
 std::vector<LayerSource> caster_sources(const LayerSet& set, const AccumulatorTable& table, int g);

@@ -51,7 +51,8 @@ void MatteSums::add(int x, int y, std::span<const MatteWeight> list) {
     std::vector<Entry>& tile = tiles_[tile_of(x, y, pixel)];
     const auto comes_before = [](const Entry& e, uint16_t p) { return e.pixel < p; };
     const auto begin = std::lower_bound(tile.begin(), tile.end(), pixel, comes_before);
-    const auto end = std::find_if(begin, tile.end(), [=](const Entry& e) { return e.pixel != pixel; });
+    const auto end =
+        std::find_if(begin, tile.end(), [=](const Entry& e) { return e.pixel != pixel; });
 
     std::vector<MatteWeight> joined(list.begin(), list.end());
     for (auto e = begin; e != end; ++e) joined.push_back({e->kind, e->id, e->weight});

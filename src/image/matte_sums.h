@@ -49,8 +49,11 @@ class MatteSums {
     std::vector<uint32_t> used_ids(uint8_t kind) const;
 
     size_t memory_bytes() const;
+
     /// The same of pixels that see one thing of one kind each.
-    static size_t expected_bytes(const Window& window) { return window.pixel_count() * sizeof(Entry); }
+    static size_t expected_bytes(const Window& window) {
+        return window.pixel_count() * sizeof(Entry);
+    }
 
   private:
     /// Of one pixel of a tile.

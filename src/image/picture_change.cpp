@@ -28,8 +28,10 @@ std::optional<Changes> changes_of(const SampleSums& sums) {
     for_each_row(w, [&](int y) {
         for (int x = w.x0; x < w.x1 && is_known.load(std::memory_order_relaxed); ++x) {
             const std::optional<PixelChange> change = pixel_change(sums, x, y);
-            if (change) changes[w.index(x, y)] = *change;
-            else is_known = false;
+            if (change)
+                changes[w.index(x, y)] = *change;
+            else
+                is_known = false;
         }
     });
     if (!is_known) return std::nullopt;
@@ -75,7 +77,8 @@ Rgb3 base_of(const Window& w, int x, int y, const MeanAt& mean_at) {
     for (size_t c = 0; c < 3; ++c) {
         const double around = sum[c] / count;
         // Below the mean of all it is its own base, whatever the brightest are
-        if (base[c] > around) base[c] = std::min(base[c], std::max(fourth_brightest(w, x, y, c, mean_at), around));
+        if (base[c] > around)
+            base[c] = std::min(base[c], std::max(fourth_brightest(w, x, y, c, mean_at), around));
     }
     return base;
 }
@@ -108,8 +111,11 @@ std::optional<RelativeError> picture_change(const SampleSums& sums) {
         Sums& row = rows[size_t(y - w.y0)];
         for (int x = w.x0; x < w.x1; ++x) {
             const size_t set = interleaved_set(w, x, y);
-            const Rgb3 base = base_of(w, x, y, [&](int nx, int ny) -> const Rgb3& { return (*changes)[w.index(nx, ny)].now; });
-            for (size_t c = 0; c < 3; ++c) row.squares[set] += relative_square((*changes)[w.index(x, y)].square[c], base[c]);
+            const Rgb3 base = base_of(w, x, y, [&](int nx, int ny) -> const Rgb3& {
+                return (*changes)[w.index(nx, ny)].now;
+            });
+            for (size_t c = 0; c < 3; ++c)
+                row.squares[set] += relative_square((*changes)[w.index(x, y)].square[c], base[c]);
             row.counts[set] += 3;
         }
     });
@@ -121,13 +127,15 @@ std::optional<RelativeError> picture_change(const SampleSums& sums) {
         }
     }
     RelativeErrorSum error;
-    for (size_t set = 0; set < interleaved_sets; ++set) error.add_tile(all.squares[set], all.counts[set]);
+    for (size_t set = 0; set < interleaved_sets; ++set)
+        error.add_tile(all.squares[set], all.counts[set]);
     return error.result();
 }
 
 std::array<double, 3> error_base(const SampleSums& sums, int x, int y) {
     return base_of(sums.window(), x, y, [&](int nx, int ny) -> Rgb3 {
-        const EarlierMean mean = mean_of(sums.total(nx, ny, AccumulatorTable::beauty), sums.total(nx, ny, AccumulatorTable::coverage));
+        const EarlierMean mean = mean_of(sums.total(nx, ny, AccumulatorTable::beauty),
+                                         sums.total(nx, ny, AccumulatorTable::coverage));
         return {double(mean[0]), double(mean[1]), double(mean[2])};
     });
 }

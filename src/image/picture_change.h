@@ -9,34 +9,39 @@
 
 namespace velatura::image {
 
-/// How a pixel changed since it had the largest power of two of samples that is less than what it has now.
+/// How a pixel changed since it had the largest power of two of samples that is less than what it
+/// has now.
 ///
-/// The first n of N samples of a scrambled digital sequence, n and N powers of two, and each later run of n, differ by a
-/// digital shift, which Owen scrambling takes up: all have one variance and one covariance with their mean. Hence
-/// E (m_n − m_N)² = Var m_n − Var m_N for every integrand, without further samples or other points.
+/// The first n of N samples of a scrambled digital sequence, n and N powers of two, and each later
+/// run of n, differ by a digital shift, which Owen scrambling takes up: all have one variance and
+/// one covariance with their mean. Hence E (m_n − m_N)² = Var m_n − Var m_N for every integrand,
+/// without further samples or other points.
 struct PixelChange {
     std::array<double, 3> now{};  ///< mean of all samples
 
-    /// Variance of `now` per channel if it falls as 1/N; falls by a slope are weighed in by net_factor().
+    /// Variance of `now` per channel if it falls as 1/N; falls by a slope are weighed in by
+    /// net_factor().
     std::array<double, 3> square{};
 };
 
 std::optional<PixelChange> pixel_change(const SampleSums& sums, int x, int y);
 
-/// What errors of a pixel are relative to, RGB: its own mean, but no more than the larger of its fourth brightest neighbour
-/// and the mean of the nine. Where noise is bright it must not hide behind itself; on the bright side of an edge, where five
-/// neighbours lie, a pixel keeps its own.
+/// What errors of a pixel are relative to, RGB: its own mean, but no more than the larger of its
+/// fourth brightest neighbour and the mean of the nine. Where noise is bright it must not hide
+/// behind itself; on the bright side of an edge, where five neighbours lie, a pixel keeps its own.
 std::array<double, 3> error_base(const SampleSums& sums, int x, int y);
 
-/// √relMSE of the picture if errors fall as samples^−1/2, each pixel by its last change, relative to its error_base; the
-/// interval is from the scatter among 16 interleaved sets of pixels, which differ by noise alone. Nothing unless every
-/// pixel's change is known.
+/// √relMSE of the picture if errors fall as samples^−1/2, each pixel by its last change, relative
+/// to its error_base; the interval is from the scatter among 16 interleaved sets of pixels, which
+/// differ by noise alone. Nothing unless every pixel's change is known.
 std::optional<RelativeError> picture_change(const SampleSums& sums);
 
-/// What an error from changes is to be multiplied by where errors fall as samples^−slope: 1 for 1/2, less beyond.
+/// What an error from changes is to be multiplied by where errors fall as samples^−slope: 1 for
+/// 1/2, less beyond.
 double net_factor(double slope);
 
-/// The slope of pictures by Sobol' points before one of them is looked at; its standard deviation among scenes/.
+/// The slope of pictures by Sobol' points before one of them is looked at; its standard deviation
+/// among scenes/.
 inline constexpr double usual_slope = 0.52, usual_slope_deviation = 0.03;
 
 }  // namespace velatura::image

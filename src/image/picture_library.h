@@ -56,8 +56,8 @@ class PictureLibrary {
     virtual void limit(const DecodeLimits& limits) const = 0;
 };
 
-/// The plugin's; opens it when first called, under the limits of then. Thread-safe. Errors: those of plugin::open_needed, the
-/// same at every call.
+/// The plugin's; opens it when first called, under the limits of then. Thread-safe. Errors: those
+/// of plugin::open_needed, the same at every call.
 Result<const PictureLibrary*> picture_library();
 
 }  // namespace velatura::image

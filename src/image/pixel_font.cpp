@@ -36,11 +36,14 @@ std::string printable(std::string_view text) {
 std::vector<LetterBox> letter_boxes(std::string_view text) {
     std::string ascii = printable(text);
     std::vector<Corner> corners(80 * (ascii.size() + 1));
-    const int count = stb_easy_font_print(0, 0, ascii.data(), nullptr, corners.data(), int(corners.size() * sizeof(Corner)));
+    const int count = stb_easy_font_print(0, 0, ascii.data(), nullptr, corners.data(),
+                                          int(corners.size() * sizeof(Corner)));
     std::vector<LetterBox> boxes;
     for (int i = 0; i < count; ++i) {
-        const Corner &upper_left = corners[4 * size_t(i)], &lower_right = corners[4 * size_t(i) + 2];
-        boxes.push_back({int(upper_left.x), int(upper_left.y), int(lower_right.x - upper_left.x), int(lower_right.y - upper_left.y)});
+        const Corner &upper_left = corners[4 * size_t(i)],
+                     &lower_right = corners[4 * size_t(i) + 2];
+        boxes.push_back({int(upper_left.x), int(upper_left.y), int(lower_right.x - upper_left.x),
+                         int(lower_right.y - upper_left.y)});
     }
     return boxes;
 }

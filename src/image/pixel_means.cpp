@@ -24,7 +24,8 @@ double clamped_share(const SampleSums& sums) {
         for (int x = w.x0; x < w.x1; ++x) {
             const double weight = weight_of(sums.total(x, y, AccumulatorTable::coverage));
             if (weight == 0.0) continue;
-            const Triple whole = sums.total(x, y, AccumulatorTable::beauty), t = sums.total(x, y, clamped);
+            const Triple whole = sums.total(x, y, AccumulatorTable::beauty),
+                         t = sums.total(x, y, clamped);
             all += (whole.x + whole.y + whole.z) / weight;
             taken += (t.x + t.y + t.z) / weight;
         }

@@ -35,11 +35,14 @@ std::vector<float> resolve_rgba(const SampleSums& sums);
 /// Share of all light that clamps took; 0 without any.
 double clamped_share(const SampleSums& sums);
 
-/// Pixels are dealt to so many sets, neighbours to different ones: these see the same picture and differ by its noise.
+/// Pixels are dealt to so many sets, neighbours to different ones: these see the same picture and
+/// differ by its noise.
 inline constexpr size_t interleaved_sets = 16;
 
 /// Of a pixel of the window, in [0, interleaved_sets).
-inline size_t interleaved_set(const Window& w, int x, int y) { return size_t((x - w.x0) + 5 * (y - w.y0)) % interleaved_sets; }
+inline size_t interleaved_set(const Window& w, int x, int y) {
+    return size_t((x - w.x0) + 5 * (y - w.y0)) % interleaved_sets;
+}
 
 /// Calls body(y), several rows at the same time.
 void for_each_row(const Window& w, const std::function<void(int)>& body);

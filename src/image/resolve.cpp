@@ -39,7 +39,8 @@ class Resolver {
     void store_casters();
     void store_clamp(const LayerSource& source, Planes whole_planes, Part& part);
     Planes mean_without_clamps(const LayerSource& source);
-    bool store_layer(Part& part, LayerEntry entry, Planes planes, bool may_be_left_out, bool as_float = false);
+    bool store_layer(
+        Part& part, LayerEntry entry, Planes planes, bool may_be_left_out, bool as_float = false);
     ChannelType stored_type(const Extent& extent, bool as_float) const;
     void fold_family(const Part& part, FamilyClosure& closure);
     void fail(size_t pixel, const std::string& what);
@@ -60,7 +61,7 @@ class Resolver {
     ResolvedLayers out_;
     std::vector<Part> halves_;
     Part clamps_;
-    std::vector<LayerSource> clamp_sources_;  ///< of the half images of `clamps_`
+    std::vector<LayerSource> clamp_sources_;      ///< of the half images of `clamps_`
     std::array<std::vector<double>, 3> weights_;  ///< per Selection
 };
 
@@ -111,7 +112,8 @@ ChannelType Resolver::stored_type(const Extent& extent, bool as_float) const {
     return as_float || set_.float_layers || overflows ? ChannelType::Float : ChannelType::Half;
 }
 
-bool Resolver::store_layer(Part& part, LayerEntry entry, Planes planes, bool may_be_left_out, bool as_float) {
+bool Resolver::store_layer(
+    Part& part, LayerEntry entry, Planes planes, bool may_be_left_out, bool as_float) {
     const Extent extent = extent_of(planes);
     if (!extent.is_finite)
         fail(extent.bad_pixel, fmt::format("layer {} is not finite", entry.name));
@@ -150,7 +152,8 @@ void Resolver::fold_family(const Part& part, FamilyClosure& closure) {
             });
             // What clamps took was rounded, too
             if (const Channel* taken = clamps_.find("clamp_" + channel.name))
-                for_each_value(*taken, [&size](size_t i, float v) { size[i] += std::abs(double(v)); });
+                for_each_value(*taken,
+                               [&size](size_t i, float v) { size[i] += std::abs(double(v)); });
         }
         for (int y = window_.y0; y < window_.y1; ++y) {
             for (int x = window_.x0; x < window_.x1; ++x) {
@@ -180,7 +183,8 @@ void Resolver::fold_family(const Part& part, FamilyClosure& closure) {
         // The finest family defines the beauty
         if (closure.is_exact) beauty = std::move(fold);
     }
-    if (closure.is_exact) out_.storage_error = std::sqrt(rounding / (3.0 * double(window_.pixel_count())));
+    if (closure.is_exact)
+        out_.storage_error = std::sqrt(rounding / (3.0 * double(window_.pixel_count())));
 }
 
 void Resolver::store_family(const std::string& family,
@@ -232,7 +236,8 @@ void Resolver::store_halves(const Part& part, const std::vector<LayerSource>& so
     if (!halves.channels.empty()) halves_.push_back(std::move(halves));
 }
 
-/// S_<group> is the fold of what is stored by caster, so that the file alone shows that they add up.
+/// S_<group> is the fold of what is stored by caster, so that the file alone shows that they add
+/// up.
 void Resolver::store_casters() {
     Part shadows, casters;
     shadows.name = "shadow";
@@ -244,7 +249,8 @@ void Resolver::store_casters() {
         for (auto& plane : fold) plane.assign(window_.pixel_count(), 0.0f);
         for (LayerSource& s : caster_sources(set_, table_, g)) {
             s.entry.family = casters.name;
-            if (!store_layer(casters, s.entry, mean_of(s, Selection::All), s.may_be_left_out)) continue;
+            if (!store_layer(casters, s.entry, mean_of(s, Selection::All), s.may_be_left_out))
+                continue;
             for (size_t c = 0; c < 3; ++c) {
                 const Channel& channel = casters.channels[casters.channels.size() - 3 + c];
                 for_each_value(channel, [&](size_t i, float v) { fold[c][i] += v; });
@@ -269,7 +275,9 @@ Planes Resolver::mean_without_clamps(const LayerSource& source) {
 
 /// What the clamps took of a stored layer, if they took anything.
 void Resolver::store_clamp(const LayerSource& source, Planes whole_planes, Part& part) {
-    const bool is_touched = std::any_of(source.plus.begin(), source.plus.end(), [this](uint32_t a) { return sums_.is_used(table_.clamped(a)); });
+    const bool is_touched = std::any_of(source.plus.begin(), source.plus.end(), [this](uint32_t a) {
+        return sums_.is_used(table_.clamped(a));
+    });
     if (!is_touched) return;
     // Rounded as a render without clamps would store it
     Part room;
@@ -341,7 +349,8 @@ ResolvedLayers Resolver::run() {
 CutValue undoable_cut(float whole, float cut) {
     const float taken = whole - cut;
     if (cut + taken == whole) return {cut, taken};
-    // The difference was rounded, so that it is more than half of the whole: this one is not (Sterbenz 1974)
+    // The difference was rounded, so that it is more than half of the whole: this one is not
+    // (Sterbenz 1974)
     return {whole - taken, taken};
 }
 

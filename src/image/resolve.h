@@ -28,8 +28,8 @@ struct ResolvedLayers {
     std::vector<LayerEntry> layers;
     std::vector<FamilyClosure> closure;   ///< finest first; empty when no family is stored
     std::vector<std::string> overflowed;  ///< layers stored float because half would overflow
-    double storage_error = 0;             ///< √relMSE that rounding to the stored precision left in the beauty
-    std::string first_failure;            ///< where closure or finiteness broke; empty = nowhere
+    double storage_error = 0;  ///< √relMSE that rounding to the stored precision left in the beauty
+    std::string first_failure;  ///< where closure or finiteness broke; empty = nowhere
 };
 
 /// A value that a clamp cut, and what that took.
@@ -37,8 +37,8 @@ struct CutValue {
     float cut = 0, taken = 0;  ///< their sum in float is the whole value
 };
 
-/// whole >= cut >= 0, finite. The cut value moves by half a rounding of the whole one where no float would else make up
-/// the difference; it stays if both are halves.
+/// whole >= cut >= 0, finite. The cut value moves by half a rounding of the whole one where no
+/// float would else make up the difference; it stays if both are halves.
 CutValue undoable_cut(float whole, float cut);
 
 ResolvedLayers resolve_layers(const SampleSums& sums);

@@ -98,18 +98,20 @@ struct SampleSums::Plane {
 
     void keep_slots(size_t count) {
         if (count == 0) first = {};
-        if (later.size() >= std::max(count, size_t(1))) later.resize(std::max(count, size_t(1)) - 1);
+        if (later.size() >= std::max(count, size_t(1)))
+            later.resize(std::max(count, size_t(1)) - 1);
     }
 
     bool is_used() const {
-        return !first.is_empty() || std::any_of(later.begin(), later.end(), [](const Slot& s) { return !s.is_empty(); });
+        return !first.is_empty() ||
+               std::any_of(later.begin(), later.end(), [](const Slot& s) { return !s.is_empty(); });
     }
 };
 
 struct SampleSums::Tile {
     std::vector<Plane> planes;  ///< in the order of their first values
     std::array<PixelRecord, tile_pixels> records;
-    std::array<EarlierMean, tile_pixels> earlier;  ///< NaN where not known
+    std::array<EarlierMean, tile_pixels> earlier;         ///< NaN where not known
     std::array<uint16_t, max_nodes> pixels_with_nodes{};  ///< how many pixels have n nodes
 
     Tile() { earlier.fill(unknown_mean); }
@@ -134,12 +136,12 @@ struct SampleSums::Tile {
     void assign(std::span<const NodeSums> sums, std::vector<const NodeSums*>& of_plane) {
         for (const NodeSums& s : sums) index_of(s.accumulator);
         of_plane.assign(planes.size(), nullptr);
-        for (const NodeSums& s : sums)
-            of_plane[index_of(s.accumulator)] = &s;
+        for (const NodeSums& s : sums) of_plane[index_of(s.accumulator)] = &s;
     }
 
     size_t bytes() const {
-        size_t bytes = sizeof(Tile) + planes.capacity() * sizeof(Plane) + buckets_.capacity() * sizeof(uint32_t);
+        size_t bytes = sizeof(Tile) + planes.capacity() * sizeof(Plane) +
+                       buckets_.capacity() * sizeof(uint32_t);
         for (const Plane& plane : planes) {
             bytes += plane.later.capacity() * sizeof(Slot) + plane.first.heap_bytes();
             for (const Slot& slot : plane.later) bytes += slot.heap_bytes();
@@ -251,8 +253,14 @@ std::vector<DyadicNode> SampleSums::nodes_of(int x, int y) const {
     return DyadicRule(r.first, final_end_).nodes(r.first, r.end);
 }
 
-Triple SampleSums::sum_at(int x, int y, uint32_t accumulator, const PixelRecord& added, std::span<const NodeSums> sums, uint64_t end) const {
-    const auto incoming = std::find_if(sums.begin(), sums.end(), [&](const NodeSums& s) { return s.accumulator == accumulator; });
+Triple SampleSums::sum_at(int x,
+                          int y,
+                          uint32_t accumulator,
+                          const PixelRecord& added,
+                          std::span<const NodeSums> sums,
+                          uint64_t end) const {
+    const auto incoming = std::find_if(
+        sums.begin(), sums.end(), [&](const NodeSums& s) { return s.accumulator == accumulator; });
     std::vector<DyadicNode> nodes = nodes_of(x, y);
     std::vector<Triple> values;
     for (size_t i = 0; i < nodes.size(); ++i) values.push_back(node_sum(x, y, accumulator, i));
@@ -276,7 +284,10 @@ void SampleSums::keep_mean(int x, int y, const PixelRecord& added, std::span<con
     if (record.first != 0 || record.end == 0) return;
     const uint64_t power = std::bit_floor(added.end - 1);
     if (power < record.end) return;
-    const auto sum = [&](uint32_t accumulator) { return power == record.end ? total(x, y, accumulator) : sum_at(x, y, accumulator, added, sums, power); };
+    const auto sum = [&](uint32_t accumulator) {
+        return power == record.end ? total(x, y, accumulator)
+                                   : sum_at(x, y, accumulator, added, sums, power);
+    };
     set_earlier_mean(x, y, mean_of(sum(AccumulatorTable::beauty), sum(AccumulatorTable::coverage)));
 }
 
@@ -374,7 +385,8 @@ void SampleSums::append(const SampleSums& later) {
             }
             const bool had_none = record(x, y).end == record(x, y).first;
             append(x, y, later.record(x, y), sums);
-            if (const EarlierMean* mean = later.earlier_mean(x, y); mean && had_none) set_earlier_mean(x, y, *mean);
+            if (const EarlierMean* mean = later.earlier_mean(x, y); mean && had_none)
+                set_earlier_mean(x, y, *mean);
         }
     }
     if (mattes_ && later.mattes_) mattes_->add(*later.mattes_);
@@ -438,10 +450,13 @@ size_t SampleSums::expected_bytes(const Window& window, const LayerSet& set) {
     const AccumulatorTable table(set);
     const bool has_half = set.halves;
     // Beauty and coverage always come in halves
-    const size_t planes = has_half ? 2 * size_t(table.count()) : size_t(table.count()) + AccumulatorTable::coverage + 1;
+    const size_t planes = has_half ? 2 * size_t(table.count())
+                                   : size_t(table.count()) + AccumulatorTable::coverage + 1;
     const size_t per_plane = sizeof(Plane) + sizeof(TileTotals);
     const auto mattes = size_t(std::count(set.mattes.begin(), set.mattes.end(), true));
-    return tiles_of(window.width()) * tiles_of(window.height()) * (sizeof(Tile) + planes * per_plane) + mattes * MatteSums::expected_bytes(window);
+    return tiles_of(window.width()) * tiles_of(window.height()) *
+               (sizeof(Tile) + planes * per_plane) +
+           mattes * MatteSums::expected_bytes(window);
 }
 
 size_t SampleSums::memory_bytes() const {

@@ -23,7 +23,7 @@ struct PixelRecord {
     uint32_t prim_id = 0xffffffffu;
     uint32_t instance_id = 0xffffffffu;
     bool has_ids = false;  ///< ids come from the first valid sample that hit something
-    uint8_t rate = 0;      ///< how the schedule places further samples, in its own code; 0: not decided
+    uint8_t rate = 0;  ///< how the schedule places further samples, in its own code; 0: not decided
 };
 
 /// A pixel's mean before its last samples, RGB.
@@ -40,7 +40,8 @@ struct NodeSums {
 
 /// Sums per pixel and accumulator over the canonical dyadic tree of sample indices, in double.
 /// Storage comes in tiles of 16×16 pixels and only for accumulators that got a value there other
-/// than zero; where few of the pixels did, for those alone. Different tiles may be used by different threads at the same time.
+/// than zero; where few of the pixels did, for those alone. Different tiles may be used by
+/// different threads at the same time.
 class SampleSums {
   public:
     static constexpr int tile_size = 16;
@@ -77,8 +78,9 @@ class SampleSums {
     /// Sets the pixel's rate, which is kept beside its samples. Not while others use its tile.
     void set_rate(int x, int y, uint8_t rate);
 
-    /// The beauty of the pixel when it had the largest power of two of samples that is less than what it has now. Null
-    /// where that is not known: its samples do not begin with the first, or nobody said so.
+    /// The beauty of the pixel when it had the largest power of two of samples that is less than
+    /// what it has now. Null where that is not known: its samples do not begin with the first, or
+    /// nobody said so.
     const EarlierMean* earlier_mean(int x, int y) const;
 
     /// For who adds its first samples, and what was stored. Not while others use its tile.
@@ -90,6 +92,7 @@ class SampleSums {
 
     /// The fold of all nodes of one accumulator in ascending order; zero where nothing came.
     Triple total(int x, int y, uint32_t accumulator) const;
+
     size_t tile_count() const { return tiles_.size(); }
 
     /// The pixels of a tile, the same whatever it holds.
@@ -106,7 +109,8 @@ class SampleSums {
     std::vector<uint32_t> used_accumulators() const;
     size_t memory_bytes() const;
     /// The same of a film whose accumulators all have got one value other than zero somewhere in
-    /// every tile, and whose pixels each see one thing for every Cryptomatte. Black ones need less; counts of samples that are no power of two need more.
+    /// every tile, and whose pixels each see one thing for every Cryptomatte. Black ones need less;
+    /// counts of samples that are no power of two need more.
     static size_t expected_bytes(const Window& window, const LayerSet& set);
 
   private:
@@ -115,7 +119,12 @@ class SampleSums {
     struct Joining;
 
     /// The sum over the samples below `end`, which lies among those to be added.
-    Triple sum_at(int x, int y, uint32_t accumulator, const PixelRecord& added, std::span<const NodeSums> sums, uint64_t end) const;
+    Triple sum_at(int x,
+                  int y,
+                  uint32_t accumulator,
+                  const PixelRecord& added,
+                  std::span<const NodeSums> sums,
+                  uint64_t end) const;
     /// Before they are added: what the mean will have been.
     void keep_mean(int x, int y, const PixelRecord& added, std::span<const NodeSums> sums);
 

@@ -6,7 +6,6 @@
 #include "image/layer_file.h"
 
 #include <fmt/format.h>
-
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -22,7 +21,8 @@ namespace {
 /// Buffers of OpenEXR per chunk: compressed, decompressed, and the compressor's own.
 constexpr size_t chunk_copies = 3;
 
-/// Files that are open at the same time in a read(), whatever it asks for; processes may often have no more than 1024.
+/// Files that are open at the same time in a read(), whatever it asks for; processes may often have
+/// no more than 1024.
 constexpr size_t max_open_files = 256;
 
 size_t value_bytes(ChannelType type) {
@@ -36,15 +36,19 @@ struct FileStamp {
 
     static FileStamp of(const std::string& path) {
         struct stat s {};
+
         if (stat(path.c_str(), &s) != 0) return {};
-        return {uint64_t(s.st_dev), uint64_t(s.st_ino), uint64_t(s.st_size), int64_t(s.st_mtim.tv_sec),
-                int64_t(s.st_mtim.tv_nsec)};
+        return {uint64_t(s.st_dev), uint64_t(s.st_ino), uint64_t(s.st_size),
+                int64_t(s.st_mtim.tv_sec), int64_t(s.st_mtim.tv_nsec)};
     }
 
     bool operator==(const FileStamp&) const = default;
 
-    /// Readers that have it open keep a file that another has replaced, but not one that was written over.
-    bool is_same_file(const FileStamp& other) const { return device == other.device && node == other.node; }
+    /// Readers that have it open keep a file that another has replaced, but not one that was
+    /// written over.
+    bool is_same_file(const FileStamp& other) const {
+        return device == other.device && node == other.node;
+    }
 };
 
 Error changed(const std::string& path) {
@@ -135,7 +139,9 @@ struct StripReader::Impl {
     std::vector<Source> sources;  ///< per part of the description
     std::vector<std::string> foreign_parts;
 
-    Result<void> add_file(const std::string& path, const std::string& part_name, SplitChannels* channels);
+    Result<void> add_file(const std::string& path,
+                          const std::string& part_name,
+                          SplitChannels* channels);
     ReadPlan plan(std::span<const ChannelPlace> channels, size_t memory_bytes) const;
     Result<void> read_strip(const ReadPlan& plan,
                             OpenFiles& open_files,
@@ -143,7 +149,9 @@ struct StripReader::Impl {
                             Strip& strip) const;
 };
 
-Result<void> StripReader::Impl::add_file(const std::string& path, const std::string& part_name, SplitChannels* channels) {
+Result<void> StripReader::Impl::add_file(const std::string& path,
+                                         const std::string& part_name,
+                                         SplitChannels* channels) {
     SourceFile file{path, FileStamp::of(path), {}};
     const auto reader = file.open(ExrReader::Chunks::One);
     if (!reader) return reader.error();
@@ -193,8 +201,10 @@ ReadPlan StripReader::Impl::plan(std::span<const ChannelPlace> channels,
     size_t reader_bytes = 0;
     size_t file_count = 0;
     for (size_t i = 0; i < plan.parts.size(); ++i) {
-        const SourceFile::PartSize& size = files[plan.parts[i].file].parts[size_t(plan.parts[i].part)];
-        plan.strip_rows = std::max(plan.strip_rows, std::min(size.rows_per_chunk, description.data.height()));
+        const SourceFile::PartSize& size =
+            files[plan.parts[i].file].parts[size_t(plan.parts[i].part)];
+        plan.strip_rows =
+            std::max(plan.strip_rows, std::min(size.rows_per_chunk, description.data.height()));
         reader_bytes += chunk_copies * size_t(size.rows_per_chunk) * width * size.pixel_bytes;
         file_count += size_t(i == 0 || plan.parts[i].file != plan.parts[i - 1].file);
     }
@@ -206,7 +216,8 @@ ReadPlan StripReader::Impl::plan(std::span<const ChannelPlace> channels,
         size_t((description.data.height() + plan.strip_rows - 1) / plan.strip_rows);
     const size_t fitting = memory_bytes / std::max<size_t>(reader_bytes + plan.buffer_bytes, 1);
     plan.workers = std::clamp<size_t>(fitting, 1, std::min(strips, size_t(thread_count())));
-    plan.workers = std::clamp<size_t>(max_open_files / std::max<size_t>(file_count, 1), 1, plan.workers);
+    plan.workers =
+        std::clamp<size_t>(max_open_files / std::max<size_t>(file_count, 1), 1, plan.workers);
     return plan;
 }
 

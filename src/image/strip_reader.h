@@ -32,8 +32,8 @@ struct Strip {
     std::vector<StripChannel> channels;
 };
 
-/// A file of layers, with the files beside it for the split layout, whose pixels stay on disk. Nothing stays open between calls;
-/// a file that has changed since open() is an error ("io-read").
+/// A file of layers, with the files beside it for the split layout, whose pixels stay on disk.
+/// Nothing stays open between calls; a file that has changed since open() is an error ("io-read").
 class StripReader {
   public:
     /// Errors: "io-open", "io-read".

@@ -26,7 +26,8 @@ constexpr std::array<const char*, 6> word_names = {"x0", "x1", "y0", "y1", "z0",
 constexpr std::array<const char*, 6> record_names = {
     "sums_first", "sums_end", "sums_invalid", "sums_primId", "sums_instanceId", "sums_hasIds"};
 constexpr const char* rate_name = "sums_rate";
-constexpr std::array<const char*, 3> earlier_names = {"sums_earlierR", "sums_earlierG", "sums_earlierB"};
+constexpr std::array<const char*, 3> earlier_names = {"sums_earlierR", "sums_earlierG",
+                                                      "sums_earlierB"};
 constexpr size_t most_nodes = 64;  // of a range of 32-bit numbers
 
 std::string channel_name(size_t node, uint32_t accumulator, size_t word) {
@@ -63,7 +64,8 @@ const Words* words_of(const Image& image, const Channel& channel) {
     return words && words->size() == image.data.pixel_count() ? words : nullptr;
 }
 
-/// The records of the pixels, in the order of `record_names`, and the rates and earlier means if there are any.
+/// The records of the pixels, in the order of `record_names`, and the rates and earlier means if
+/// there are any.
 struct StoredRecords {
     std::array<const Words*, record_names.size()> columns{};
     const Words* rates = nullptr;
@@ -75,11 +77,15 @@ struct StoredRecords {
             rates = words;
             return true;
         }
-        return enter(record_names, name, words, columns) || enter(earlier_names, name, words, earlier);
+        return enter(record_names, name, words, columns) ||
+               enter(earlier_names, name, words, earlier);
     }
 
     template <size_t Count>
-    static bool enter(const std::array<const char*, Count>& names, const std::string& name, const Words* words, std::array<const Words*, Count>& to) {
+    static bool enter(const std::array<const char*, Count>& names,
+                      const std::string& name,
+                      const Words* words,
+                      std::array<const Words*, Count>& to) {
         const auto at = std::find(names.begin(), names.end(), name);
         if (at == names.end()) return false;
         to[size_t(at - names.begin())] = words;
@@ -87,10 +93,13 @@ struct StoredRecords {
     }
 
     std::optional<EarlierMean> earlier_at(size_t pixel) const {
-        if (std::find(earlier.begin(), earlier.end(), nullptr) != earlier.end()) return std::nullopt;
+        if (std::find(earlier.begin(), earlier.end(), nullptr) != earlier.end())
+            return std::nullopt;
         EarlierMean mean;
-        for (size_t c = 0; c < mean.size(); ++c) mean[c] = std::bit_cast<float>((*earlier[c])[pixel]);
-        if (!std::all_of(mean.begin(), mean.end(), [](float v) { return std::isfinite(v); })) return std::nullopt;
+        for (size_t c = 0; c < mean.size(); ++c)
+            mean[c] = std::bit_cast<float>((*earlier[c])[pixel]);
+        if (!std::all_of(mean.begin(), mean.end(), [](float v) { return std::isfinite(v); }))
+            return std::nullopt;
         return mean;
     }
 
@@ -117,7 +126,8 @@ struct StoredRecords {
 /// The words of every node of an accumulator, null where a word is 0 in all pixels.
 using StoredNodes = std::vector<std::array<const Words*, word_names.size()>>;
 
-/// All bookkeeping channels but those of mattes, found by what their names say: there may be thousands.
+/// All bookkeeping channels but those of mattes, found by what their names say: there may be
+/// thousands.
 struct StoredSums {
     StoredRecords records;
     std::map<uint32_t, StoredNodes> nodes;  ///< by accumulator
@@ -133,8 +143,10 @@ struct StoredSums {
             return true;
         };
         if (!number(node, '_') || !number(accumulator, '.')) return false;
-        const auto word = std::find(word_names.begin(), word_names.end(), std::string_view(at, end));
-        if (node >= most_nodes || accumulator >= accumulators || word == word_names.end()) return false;
+        const auto word =
+            std::find(word_names.begin(), word_names.end(), std::string_view(at, end));
+        if (node >= most_nodes || accumulator >= accumulators || word == word_names.end())
+            return false;
         StoredNodes& of = nodes[accumulator];
         if (of.size() <= node) of.resize(node + 1);
         of[node][size_t(word - word_names.begin())] = words;
@@ -149,7 +161,8 @@ Result<StoredSums> stored_sums(const Image& image, uint32_t accumulators) {
         for (const Channel& c : part.channels) {
             if (!is_bookkeeping(c.name) || is_matte_sum(c.name)) continue;
             const Words* words = words_of(image, c);
-            if (!words || (!stored.records.take(c.name, words) && !stored.take(c.name, words, accumulators)))
+            if (!words ||
+                (!stored.records.take(c.name, words) && !stored.take(c.name, words, accumulators)))
                 return damaged();
         }
     }
@@ -183,7 +196,8 @@ Result<Part> sums_part(const SampleSums& sums) {
     for (auto& r : records) r.resize(pixels);
     std::vector<uint32_t> rates(pixels);
     std::array<std::vector<uint32_t>, 3> earlier;
-    for (auto& e : earlier) e.assign(pixels, std::bit_cast<uint32_t>(std::numeric_limits<float>::quiet_NaN()));
+    for (auto& e : earlier)
+        e.assign(pixels, std::bit_cast<uint32_t>(std::numeric_limits<float>::quiet_NaN()));
     bool has_rates = false, has_earlier = false;
     size_t max_nodes = 0;
     for (int y = w.y0; y < w.y1; ++y) {
@@ -201,7 +215,8 @@ Result<Part> sums_part(const SampleSums& sums) {
             rates[i] = r.rate;
             has_rates = has_rates || r.rate != 0;
             if (const EarlierMean* mean = sums.earlier_mean(x, y)) {
-                for (size_t c = 0; c < mean->size(); ++c) earlier[c][i] = std::bit_cast<uint32_t>((*mean)[c]);
+                for (size_t c = 0; c < mean->size(); ++c)
+                    earlier[c][i] = std::bit_cast<uint32_t>((*mean)[c]);
                 has_earlier = true;
             }
             max_nodes = std::max(max_nodes, sums.nodes_of(x, y).size());
@@ -215,7 +230,8 @@ Result<Part> sums_part(const SampleSums& sums) {
     };
     for (size_t i = 0; i < records.size(); ++i) add_channel(record_names[i], records[i]);
     if (has_rates) add_channel(rate_name, rates);
-    for (size_t c = 0; has_earlier && c < earlier.size(); ++c) add_channel(earlier_names[c], earlier[c]);
+    for (size_t c = 0; has_earlier && c < earlier.size(); ++c)
+        add_channel(earlier_names[c], earlier[c]);
     for (const uint32_t accumulator : sums.used_accumulators()) {
         for (size_t node = 0; node < max_nodes; ++node) {
             std::array<std::vector<uint32_t>, 6> words;
@@ -293,7 +309,8 @@ Result<SampleSums> read_sums(const Image& image) {
             const size_t i = w.index(x, y);
             const auto record = stored->records.at(i);
             if (!record) return damaged();
-            const size_t node_count = DyadicRule(record->first).nodes(record->first, record->end).size();
+            const size_t node_count =
+                DyadicRule(record->first).nodes(record->first, record->end).size();
             pixel_sums.clear();
             for (const auto& [accumulator, nodes] : stored->nodes) {
                 NodeSums s;

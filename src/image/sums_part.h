@@ -13,8 +13,9 @@ namespace velatura::image {
 /// The exact node sums as UINT channels: `sums<node>_<accumulator>.x0` (low word of x), `.x1` (high
 /// word) …, and `sums_first sums_end sums_invalid sums_primId sums_instanceId sums_hasIds` per
 /// pixel, `sums_rate` where the schedule has decided on it,
-/// `sums_earlierR`, `G`, `B` (bits of floats) where earlier means are known. Channels of zeros are left out. Errors: "sums-folded" (the store has a final_end),
-/// "sums-range" (sample index of 2^32 or more).
+/// `sums_earlierR`, `G`, `B` (bits of floats) where earlier means are known. Channels of zeros are
+/// left out. Errors: "sums-folded" (the store has a final_end), "sums-range" (sample index of 2^32
+/// or more).
 Result<Part> sums_part(const SampleSums& sums);
 
 /// The header string `velatura/sums`: the layer set and the digest of the bookkeeping channels.

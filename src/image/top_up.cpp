@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 constexpr const char* schema = "velatura.topup/1";
 constexpr const char* priority_name = "priority";
 constexpr const char* present_name = "present";
-constexpr int tile_size = 4;  // pixels that share a factor of proportion
+constexpr int tile_size = 4;                  // pixels that share a factor of proportion
 constexpr double most_samples = 0xffffffffu;  // what the map's counts have room for
 
 /// A pixel's count as the factor of proportion grows: what is there, then powers of two. The factor
@@ -88,8 +88,9 @@ std::vector<double> totals_of(const std::vector<Ladder>& ladders) {
 }
 
 Window grown(const Window& tile, const Window& within) {
-    return {std::max(tile.x0 - top_up_reach, within.x0), std::max(tile.y0 - top_up_reach, within.y0),
-            std::min(tile.x1 + top_up_reach, within.x1), std::min(tile.y1 + top_up_reach, within.y1)};
+    return {
+        std::max(tile.x0 - top_up_reach, within.x0), std::max(tile.y0 - top_up_reach, within.y0),
+        std::min(tile.x1 + top_up_reach, within.x1), std::min(tile.y1 + top_up_reach, within.y1)};
 }
 
 fs::path map_name(const std::string& path) {
@@ -141,7 +142,8 @@ std::vector<uint64_t> place_samples(const Window& window,
         for (int y = near.y0; y < near.y1; ++y) {
             for (int x = near.x0; x < near.x1; ++x) most += double(present[window.index(x, y)]);
         }
-        int below = -1, above = Ladder::steps;  // the last step that is not too far, and the first one that is
+        int below = -1,
+            above = Ladder::steps;  // the last step that is not too far, and the first one that is
         while (above - below > 1) {
             const int middle = (above + below) / 2;
             (gain(middle) <= most ? below : above) = middle;
@@ -150,8 +152,10 @@ std::vector<uint64_t> place_samples(const Window& window,
             for (int x = tile.x0; x < tile.x1; ++x) {
                 const size_t i = window.index(x, y);
                 // Where nothing is further away, nothing tells the factor
-                if (far_pixels == 0) counts[i] = std::max(present[i], uint64_t(std::llround(mean)));
-                else if (below >= 0) counts[i] = ladders[i].count(below);
+                if (far_pixels == 0)
+                    counts[i] = std::max(present[i], uint64_t(std::llround(mean)));
+                else if (below >= 0)
+                    counts[i] = ladders[i].count(below);
             }
         }
     });
@@ -159,9 +163,11 @@ std::vector<uint64_t> place_samples(const Window& window,
 }
 
 Result<void> write_top_up(const std::string& path, const TopUpRequest& request) {
-    const bool has_room = std::all_of(request.present.begin(), request.present.end(), [](uint64_t n) { return double(n) <= most_samples; });
+    const bool has_room = std::all_of(request.present.begin(), request.present.end(),
+                                      [](uint64_t n) { return double(n) <= most_samples; });
     if (!has_room || !(request.samples >= 0.0 && request.samples <= most_samples))
-        return Error{"bad-request", fmt::format("{}: {} samples per pixel are too many to ask for", path, request.samples)};
+        return Error{"bad-request", fmt::format("{}: {} samples per pixel are too many to ask for",
+                                                path, request.samples)};
     Image map;
     map.data = map.display = request.window;
     Part part;

@@ -26,20 +26,21 @@ struct TopUpRequest {
 
 inline constexpr int top_up_reach = 3;  ///< pixels, in each direction
 
-/// Writes `path`, a JSON file, and beside it the priorities as STEM.priority.exr. Errors: "io-write",
-/// "verify-failed", "bad-request" (2^32 samples or more).
+/// Writes `path`, a JSON file, and beside it the priorities as STEM.priority.exr. Errors:
+/// "io-write", "verify-failed", "bad-request" (2^32 samples or more).
 Result<void> write_top_up(const std::string& path, const TopUpRequest& request);
 
 /// Errors: "io-open", "io-read", "bad-request" (no request, or damaged).
 Result<TopUpRequest> read_top_up(const std::string& path);
 
 /// How many samples every pixel should have, so that there are `mean` of them in the mean, none has
-/// fewer than are there, and the others are powers of two (RIGOR H45) in proportion to the priority.
+/// fewer than are there, and the others are powers of two (RIGOR H45) in proportion to the
+/// priority.
 ///
 /// A pixel's count depends on its own samples in no way: its priority does not, and the factor of
 /// proportion is reckoned tile by tile from the pixels that are further away than `top_up_reach`.
-/// Args: priority, present = of the request, so that a render stopped on the way comes to the same counts;
-/// mean = taken as 0 where it is no number, and as 2^32 - 1 where it is more.
+/// Args: priority, present = of the request, so that a render stopped on the way comes to the same
+/// counts; mean = taken as 0 where it is no number, and as 2^32 - 1 where it is more.
 std::vector<uint64_t> place_samples(const Window& window,
                                     const std::vector<float>& priority,
                                     const std::vector<uint64_t>& present,

@@ -9,8 +9,8 @@ const accel::Accelerator* BodyTrees::add(const geometry::TriangleMesh& mesh) {
     std::unique_ptr<const accel::Accelerator>& tree = trees_[&mesh];
     if (!tree) {
         accel::SoupScene soup;
-        soup.shapes.push_back({mesh.positions(), mesh.triangles(), mesh.shared_primitives(),
-                               mesh.later_positions()});
+        soup.shapes.push_back(
+            {mesh.positions(), mesh.triangles(), mesh.shared_primitives(), mesh.later_positions()});
         tree = accel::build_bvh(soup);
     }
     return tree.get();

@@ -51,8 +51,8 @@ std::optional<BodyHit> meet_body(const scene::Scene& scene,
                                  const Mat4d* backward,
                                  const geometry::Ray& ray);
 
-/// Whether is_wanted(material) of some part of the shape, where an instance may give all of it another
-/// material (none: it does not).
+/// Whether is_wanted(material) of some part of the shape, where an instance may give all of it
+/// another material (none: it does not).
 template <class IsWanted>
 bool has_material(const scene::Shape& shape,
                   scene::MaterialId override_material,
@@ -60,8 +60,7 @@ bool has_material(const scene::Shape& shape,
     if (override_material != scene::none) return is_wanted(override_material);
     if (is_wanted(shape.material)) return true;
     const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry);
-    return mesh &&
-           std::any_of(mesh->face_materials.begin(), mesh->face_materials.end(), is_wanted);
+    return mesh && std::any_of(mesh->face_materials.begin(), mesh->face_materials.end(), is_wanted);
 }
 
 }  // namespace velatura::integrator

@@ -9,8 +9,8 @@
 
 namespace velatura::integrator {
 
-/// Into how many branches the paths of a picture divide at their first vertex with lobes that are no delta: a power of two
-/// per block of pixels.
+/// Into how many branches the paths of a picture divide at their first vertex with lobes that are
+/// no delta: a power of two per block of pixels.
 class BranchMap {
   public:
     static constexpr int block_size = 16;
@@ -19,15 +19,21 @@ class BranchMap {
     /// The same number everywhere.
     explicit BranchMap(uint32_t count = 1) : counts_(1, uint8_t(count)) {}
 
-    /// counts: [blocks_high][blocks_across], from the block in column first_x and row first_y of the picture on.
+    /// counts: [blocks_high][blocks_across], from the block in column first_x and row first_y of
+    /// the picture on.
     BranchMap(int blocks_across, std::vector<uint8_t> counts, int first_x = 0, int first_y = 0)
-        : blocks_across_(blocks_across), first_x_(first_x), first_y_(first_y), counts_(std::move(counts)) {}
+        : blocks_across_(blocks_across),
+          first_x_(first_x),
+          first_y_(first_y),
+          counts_(std::move(counts)) {}
 
-    /// Of the pixel (x, y) of the whole picture; beside the blocks, as in overscan, that of the nearest one.
+    /// Of the pixel (x, y) of the whole picture; beside the blocks, as in overscan, that of the
+    /// nearest one.
     uint32_t at(int x, int y) const {
         if (blocks_across_ == 0) return counts_[0];
         const int column = std::clamp(x / block_size - first_x_, 0, blocks_across_ - 1);
-        const int row = std::clamp(y / block_size - first_y_, 0, int(counts_.size()) / blocks_across_ - 1);
+        const int row =
+            std::clamp(y / block_size - first_y_, 0, int(counts_.size()) / blocks_across_ - 1);
         return counts_[size_t(row) * size_t(blocks_across_) + size_t(column)];
     }
 

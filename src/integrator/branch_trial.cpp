@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/branch_trial.h"
 
+#include "base/hash.h"
+#include "base/tasks.h"
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-
-#include "base/hash.h"
-#include "base/tasks.h"
 
 namespace velatura::integrator {
 
@@ -20,12 +20,12 @@ constexpr uint64_t trial_samples = 16;
 constexpr uint32_t trial_branches = 2;
 constexpr size_t runs = 2;
 constexpr int reach = 1;  // blocks to each side of a block that count for it
-/// What twice as many branches must promise, as few trial paths promise now and then by chance, and as low-discrepancy
-/// points make more of samples than of branches.
+/// What twice as many branches must promise, as few trial paths promise now and then by chance, and
+/// as low-discrepancy points make more of samples than of branches.
 constexpr double least_gain = 1.15;
 
-/// Relative squared errors of a pixel's mean, variance / (mean² + 0.01), and costs of a sample in rays: of what comes before
-/// a path divides, and of one branch.
+/// Relative squared errors of a pixel's mean, variance / (mean² + 0.01), and costs of a sample in
+/// rays: of what comes before a path divides, and of one branch.
 struct Parts {
     double trunk_error = 0, branch_error = 0;
     double trunk_cost = 0, branch_cost = 0;
@@ -33,7 +33,8 @@ struct Parts {
     /// Proportional to 1 / efficiency.
     double inefficiency(uint32_t branches) const {
         // A difference of estimates may fall below zero by chance
-        return (std::max(0.0, trunk_error) + branch_error / branches) * (trunk_cost + branches * branch_cost);
+        return (std::max(0.0, trunk_error) + branch_error / branches) *
+               (trunk_cost + branches * branch_cost);
     }
 
     void operator+=(const Parts& o) {
@@ -50,7 +51,8 @@ class Trial {
     void add(uint64_t sample, const film::SampleRadiance& radiance) {
         if (radiance.is_bad()) return;
         const size_t run = sample * runs / trial_samples;
-        const Rgb total = radiance.radiance() * radiance.weight, branches = radiance.branch_radiance() * radiance.weight;
+        const Rgb total = radiance.radiance() * radiance.weight,
+                  branches = radiance.branch_radiance() * radiance.weight;
         for (int c = 0; c < 3; ++c) {
             total_[run][c] += double(total[c]);
             branches_[run][c] += double(branches[c]);
@@ -69,7 +71,8 @@ class Trial {
         }
         if (!std::isfinite(parts.trunk_error) || !std::isfinite(parts.branch_error)) return {};
         // A sample costs something beside its rays
-        parts.trunk_cost = 1.0 + double(counts.total() - counts.in_branches) / double(trial_samples);
+        parts.trunk_cost =
+            1.0 + double(counts.total() - counts.in_branches) / double(trial_samples);
         parts.branch_cost = double(counts.in_branches) / double(trial_samples * trial_branches);
         return parts;
     }
@@ -78,7 +81,8 @@ class Trial {
     using Sums = double[runs][3];
 
     static double variance(const Sums& sums, int c) {
-        const double difference = (sums[0][c] - sums[1][c]) / (double(trial_samples) / double(runs));
+        const double difference =
+            (sums[0][c] - sums[1][c]) / (double(trial_samples) / double(runs));
         return difference * difference / 2;
     }
 
@@ -87,7 +91,8 @@ class Trial {
 
 /// Cells or blocks over the picture.
 struct Grid {
-    Grid(const scene::RenderSettings& settings, int size) : across((settings.width + size - 1) / size), high((settings.height + size - 1) / size) {}
+    Grid(const scene::RenderSettings& settings, int size)
+        : across((settings.width + size - 1) / size), high((settings.height + size - 1) / size) {}
 
     size_t count() const { return size_t(across) * size_t(high); }
 
@@ -101,16 +106,25 @@ struct Span {
     int count() const { return end - begin; }
 };
 
-/// Those of `count` blocks that hold pixels from begin to end; the nearest one where that is beside the picture.
+/// Those of `count` blocks that hold pixels from begin to end; the nearest one where that is beside
+/// the picture.
 Span blocks_of(int begin, int end, int count) {
-    const auto block = [&](int pixel) { return std::clamp(pixel / BranchMap::block_size, 0, count - 1); };
+    const auto block = [&](int pixel) {
+        return std::clamp(pixel / BranchMap::block_size, 0, count - 1);
+    };
     return {block(begin), block(end - 1) + 1};
 }
 
 class Trials {
   public:
-    Trials(const World& world, const PathTracerOptions& options, const film::Window& window, const std::atomic<bool>* stop)
-        : settings_(world.scene.settings), cells_(settings_, cell_size), two_(trial_branches), stop_(stop) {
+    Trials(const World& world,
+           const PathTracerOptions& options,
+           const film::Window& window,
+           const std::atomic<bool>* stop)
+        : settings_(world.scene.settings),
+          cells_(settings_, cell_size),
+          two_(trial_branches),
+          stop_(stop) {
         const Grid blocks(settings_, BranchMap::block_size);
         columns_ = blocks_of(window.x0, window.x1, blocks.across);
         rows_ = blocks_of(window.y0, window.y1, blocks.high);
@@ -119,7 +133,8 @@ class Trials {
         trial_options.branches = &two_;
         film::LayerSet layers;
         layers.bounce_layers = layers.group_layers = layers.data_layers = false;
-        for (const scene::LightGroup& g : world.scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+        for (const scene::LightGroup& g : world.scene.groups)
+            layers.groups.push_back({g.name, g.prims, g.is_environment});
         trace(PathTracer(world, layers, trial_options), layers);
     }
 
@@ -134,7 +149,8 @@ class Trials {
     BranchMap map() const {
         std::vector<uint8_t> counts;
         for (int y = rows_.begin; y < rows_.end; ++y) {
-            for (int x = columns_.begin; x < columns_.end; ++x) counts.push_back(uint8_t(best(around(x, y))));
+            for (int x = columns_.begin; x < columns_.end; ++x)
+                counts.push_back(uint8_t(best(around(x, y))));
         }
         return {columns_.count(), std::move(counts), columns_.begin, rows_.begin};
     }
@@ -142,16 +158,20 @@ class Trials {
   private:
     void trace(const PathTracer& tracer, const film::LayerSet& layers) {
         parts_.resize(cells_.count());
-        const Span tried_columns = cells_around(columns_, cells_.across), tried_rows = cells_around(rows_, cells_.high);
+        const Span tried_columns = cells_around(columns_, cells_.across),
+                   tried_rows = cells_around(rows_, cells_.high);
         counts_.resize(size_t(tried_rows.count()));
         parallel_for(counts_.size(), [&](size_t i) {
             const size_t row = size_t(tried_rows.begin) + i;
             film::SampleRadiance radiance(layers);
-            for (int column = tried_columns.begin; column < tried_columns.end && !is_stopped(); ++column) {
+            for (int column = tried_columns.begin; column < tried_columns.end && !is_stopped();
+                 ++column) {
                 const size_t cell = row * size_t(cells_.across) + size_t(column);
                 const uint64_t place = hash_combine(seed_, cell);
-                const int x = std::min(column * cell_size + int(place % cell_size), settings_.width - 1);
-                const int y = std::min(int(row) * cell_size + int(place / cell_size % cell_size), settings_.height - 1);
+                const int x =
+                    std::min(column * cell_size + int(place % cell_size), settings_.width - 1);
+                const int y = std::min(int(row) * cell_size + int(place / cell_size % cell_size),
+                                       settings_.height - 1);
                 Trial trial;
                 RayCounts counts;
                 for (uint64_t s = 0; s < trial_samples; ++s) {
@@ -168,15 +188,18 @@ class Trials {
     /// Of `count` columns or rows of cells those of blocks and of the blocks around them.
     static Span cells_around(const Span& blocks, int count) {
         constexpr int per_block = BranchMap::block_size / cell_size;
-        return {std::max(0, (blocks.begin - reach) * per_block), std::min(count, (blocks.end + reach) * per_block)};
+        return {std::max(0, (blocks.begin - reach) * per_block),
+                std::min(count, (blocks.end + reach) * per_block)};
     }
 
     /// Sum over the cells of a block and of those around it.
     Parts around(int block_x, int block_y) const {
-        const Span columns = cells_around({block_x, block_x + 1}, cells_.across), rows = cells_around({block_y, block_y + 1}, cells_.high);
+        const Span columns = cells_around({block_x, block_x + 1}, cells_.across),
+                   rows = cells_around({block_y, block_y + 1}, cells_.high);
         Parts sum;
         for (int y = rows.begin; y < rows.end; ++y) {
-            for (int x = columns.begin; x < columns.end; ++x) sum += parts_[size_t(y) * size_t(cells_.across) + size_t(x)];
+            for (int x = columns.begin; x < columns.end; ++x)
+                sum += parts_[size_t(y) * size_t(cells_.across) + size_t(x)];
         }
         return sum;
     }
@@ -197,13 +220,16 @@ class Trials {
     BranchMap two_;
     const std::atomic<bool>* stop_;
     uint64_t seed_ = 0;
-    std::vector<Parts> parts_;      // [cell]
+    std::vector<Parts> parts_;       // [cell]
     std::vector<RayCounts> counts_;  // [row of cells that are tried]
 };
 
 }  // namespace
 
-BranchTrial try_branches(const World& world, const PathTracerOptions& options, const film::Window& window, const std::atomic<bool>* stop) {
+BranchTrial try_branches(const World& world,
+                         const PathTracerOptions& options,
+                         const film::Window& window,
+                         const std::atomic<bool>* stop) {
     BranchTrial out;
     // Chains of mirrors never divide
     if (options.estimator.specular_chains_only) return out;

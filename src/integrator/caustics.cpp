@@ -99,7 +99,8 @@ struct CausticSampler::Search {
 
     /// For volumes on a segment of the chain.
     sampling::RandomStream volume_numbers(int segment) const {
-        return sampler.stream(bounce, Purpose::VolumeChain, repeat * uint32_t(longest_specular_chain + 1) + uint32_t(segment));
+        return sampler.stream(bounce, Purpose::VolumeChain,
+                              repeat * uint32_t(longest_specular_chain + 1) + uint32_t(segment));
     }
 
     /// Tells all trials of a vertex apart, and vertices behind up to 2^13 pass-throughs.
@@ -333,7 +334,8 @@ bool CausticSampler::try_seed(const Search& search,
 }
 
 /// What volumes leave of light on one segment of a chain.
-Rgb CausticSampler::through_volumes(const Search& search, const Vec3& o, const Vec3& d, float distance, int segment) const {
+Rgb CausticSampler::through_volumes(
+    const Search& search, const Vec3& o, const Vec3& d, float distance, int segment) const {
     sampling::RandomStream numbers = search.volume_numbers(segment);
     return world_.volumes->transmittance(o, d, distance, nullptr, numbers, search.counts.tracking);
 }
@@ -357,7 +359,8 @@ Rgb CausticSampler::visibility(const Search& search,
             lights::LightSample light;
             light.wi = wi;
             light.distance = distance;
-            return OwnShadow(world_, *links, interior, cone, search.volume_numbers(longest_specular_chain))
+            return OwnShadow(world_, *links, interior, cone,
+                             search.volume_numbers(longest_specular_chain))
                 .visibility(ShadowSegment(last, light), search.counts);
         }
     }
@@ -366,8 +369,7 @@ Rgb CausticSampler::visibility(const Search& search,
         visible *= through_volumes(search, last.p, wi, distance, longest_specular_chain);
     if (is_black(visible)) return visible;
     geometry::Ray ray = geometry::spawn_ray(last, wi);
-    if (!search.target.is_infinite)
-        ray.t_max = distance - flush_light_margin(last.p, distance);
+    if (!search.target.is_infinite) ray.t_max = distance - flush_light_margin(last.p, distance);
     ++search.counts.caustic;
     return world_.accelerator->is_occluded(ray) ? Rgb(0.0f) : visible;
 }
@@ -406,7 +408,9 @@ Rgb CausticSampler::contribution(const Search& search, Solution& solution) const
             return Rgb(0.0f);
         L *= scattered->weight;
         for (int c = 0; c < 3; ++c)
-            solution.coats[i][c] = scattered->weight[c] > 0.0f ? std::min(scattered->coat[c] / scattered->weight[c], 1.0f) : 0.0f;
+            solution.coats[i][c] = scattered->weight[c] > 0.0f
+                                       ? std::min(scattered->coat[c] / scattered->weight[c], 1.0f)
+                                       : 0.0f;
         if (absorbs) {
             L *= interior.transmittance(world_.materials, float(chain.lengths[i]));
             interior.cross(world_.materials, point, wo, scattered->wi);
@@ -446,7 +450,8 @@ std::optional<CausticSampler::Found> CausticSampler::sample(const Receiver& rece
             break;
     }
     if (trial == trial_cap) ++counts.caustics_capped;
-    return Found{L * float(trial), to_float(first.d), first.events, first.coats, search.target.light};
+    return Found{L * float(trial), to_float(first.d), first.events, first.coats,
+                 search.target.light};
 }
 
 std::unique_ptr<const CausticSampler> make_caustic_sampler(Caustics mode, const World& world) {

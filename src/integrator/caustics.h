@@ -96,10 +96,11 @@ class CausticSampler {
     };
 
     struct Found {
-        Rgb radiance;    ///< estimate of what leaves the vertex towards wo
-        Vec3 wi;         ///< from where it arrives at the vertex
+        Rgb radiance;           ///< estimate of what leaves the vertex towards wo
+        Vec3 wi;                ///< from where it arrives at the vertex
         SpecularEvents events;  ///< delta scatterings between vertex and light
-        std::array<Rgb, longest_specular_chain> coats = {};  ///< of each, the share that a coat reflects
+        std::array<Rgb, longest_specular_chain> coats =
+            {};  ///< of each, the share that a coat reflects
         uint32_t light = 0;
     };
 
@@ -124,7 +125,8 @@ class CausticSampler {
         SpecularEvents events;
         Vec3d d = Vec3d(0.0);
         SpecularChain chain;
-        std::array<Rgb, longest_specular_chain> coats = {};  ///< of each event, what a coat reflects
+        std::array<Rgb, longest_specular_chain> coats =
+            {};               ///< of each event, what a coat reflects
         double distance = 0;  ///< from the last surface to the light
         double density = 0;   ///< solid angle at the vertex over the area across the ray at the
                               ///< light, or over the solid angle at infinity
@@ -154,7 +156,8 @@ class CausticSampler {
                    const Interior& interior,
                    const lights::RayCone& cone) const;
 
-    Rgb through_volumes(const Search& search, const Vec3& o, const Vec3& d, float distance, int segment) const;
+    Rgb through_volumes(
+        const Search& search, const Vec3& o, const Vec3& d, float distance, int segment) const;
 
     const World& world_;
     SpecularCasters casters_;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What surfaces and volumes share of direct light, to be inlined into both: it runs at every vertex.
+// What surfaces and volumes share of direct light, to be inlined into both: it runs at every
+// vertex.
 #pragma once
-
-#include <optional>
 
 #include "integrator/labelling.h"
 #include "integrator/path.h"
@@ -11,9 +10,16 @@
 #include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 
+#include <optional>
+
 namespace velatura::integrator {
 
-inline void PathTracer::deposit(const Path& path, int bounce, scene::GroupId group, const Rgb& radiance, const char* what, film::SampleRadiance& out) const {
+inline void PathTracer::deposit(const Path& path,
+                                int bounce,
+                                scene::GroupId group,
+                                const Rgb& radiance,
+                                const char* what,
+                                film::SampleRadiance& out) const {
     if (is_black(radiance)) return;
     out.add(bounce, int(group), radiance, path.share);
     if (path.observer) path.observer->on_deposit(bounce, group, radiance, what);
@@ -21,42 +27,70 @@ inline void PathTracer::deposit(const Path& path, int bounce, scene::GroupId gro
 
 /// The last scattering's parts count by the multipliers, each kind by its own.
 template <class Give>
-void give_met(film::PathLabels* labels, bool is_weighed, const lights::LobeMultipliers& multipliers, const Give& give) {
+void give_met(film::PathLabels* labels,
+              bool is_weighed,
+              const lights::LobeMultipliers& multipliers,
+              const Give& give) {
     if (labels && is_weighed) labels->weigh(multipliers.diffuse, multipliers.specular);
     give();
     if (labels && is_weighed) labels->stay();
 }
 
-inline void PathTracer::deposit_met(const Path& path, scene::GroupId group, const Rgb& radiance, const lights::LobeMultipliers& multipliers, const char* what, film::SampleRadiance& out) const {
-    give_met(labels_of(out), world_.has_lobe_multipliers && path.bounce > 0, multipliers, [&] { deposit(path, path.bounce, group, radiance, what, out); });
+inline void PathTracer::deposit_met(const Path& path,
+                                    scene::GroupId group,
+                                    const Rgb& radiance,
+                                    const lights::LobeMultipliers& multipliers,
+                                    const char* what,
+                                    film::SampleRadiance& out) const {
+    give_met(labels_of(out), world_.has_lobe_multipliers && path.bounce > 0, multipliers,
+             [&] { deposit(path, path.bounce, group, radiance, what, out); });
 }
 
-inline void PathTracer::add_unoccluded_met(scene::GroupId group, const Rgb& radiance, const lights::LobeMultipliers& multipliers, film::SampleRadiance& out) const {
+inline void PathTracer::add_unoccluded_met(scene::GroupId group,
+                                           const Rgb& radiance,
+                                           const lights::LobeMultipliers& multipliers,
+                                           film::SampleRadiance& out) const {
     if (is_black(radiance)) return;
-    give_met(labels_of(out), world_.has_lobe_multipliers, multipliers, [&] { out.add_unoccluded(int(group), radiance); });
+    give_met(labels_of(out), world_.has_lobe_multipliers, multipliers,
+             [&] { out.add_unoccluded(int(group), radiance); });
 }
 
-inline bool PathTracer::choose_light(const Path& path, const lights::Receiver& receiver, ChosenLight& chosen) const {
+inline bool PathTracer::choose_light(const Path& path,
+                                     const lights::Receiver& receiver,
+                                     ChosenLight& chosen) const {
     using scene::Effect, scene::is_built;
     double u_light = 0.0;
     if (is_built(Effect::LightSelection) && world_.chooses_lights) {
         scene::count_call(Effect::LightSelection);
-        u_light = path.sampler.get_1d_fine(path.bounce, sampling::Purpose::LightSelect, path.pass_count);
+        u_light =
+            path.sampler.get_1d_fine(path.bounce, sampling::Purpose::LightSelect, path.pass_count);
     }
-    if (is_built(Effect::LightSelection) && world_.has_very_many_lights) u_light += 0x1p-32 * path.sampler.get_1d_fine(path.bounce, sampling::Purpose::LightSelectFine, path.pass_count);
+    if (is_built(Effect::LightSelection) && world_.has_very_many_lights)
+        u_light += 0x1p-32 * path.sampler.get_1d_fine(
+                                 path.bounce, sampling::Purpose::LightSelectFine, path.pass_count);
     const std::optional<lights::LightChoice> choice = world_.selector->select(receiver, u_light);
     if (!choice) return false;
     chosen.choice = *choice;
-    chosen.links = may_have_links() && world_.has_links() ? world_.lights.links(choice->light) : nullptr;
-    if (is_built(Effect::LightLinking) && !world_.lights.shines_on(chosen.links, receiver.link)) return false;
-    const Vec2 u = path.sampler.get_2d(path.bounce, sampling::Purpose::LightSurface, path.pass_count);
-    const std::optional<lights::LightSample> light = world_.lights.sample(choice->light, receiver.p, u, {path.cone_width, path.cone_spread});
+    chosen.links =
+        may_have_links() && world_.has_links() ? world_.lights.links(choice->light) : nullptr;
+    if (is_built(Effect::LightLinking) && !world_.lights.shines_on(chosen.links, receiver.link))
+        return false;
+    const Vec2 u =
+        path.sampler.get_2d(path.bounce, sampling::Purpose::LightSurface, path.pass_count);
+    const std::optional<lights::LightSample> light =
+        world_.lights.sample(choice->light, receiver.p, u, {path.cone_width, path.cone_spread});
     if (!light || is_black(light->Le)) return false;
     chosen.light = *light;
     return true;
 }
 
-inline void PathTracer::deposit_direct(Path& path, const geometry::SurfacePoint& from, const Vec3& wo, const ChosenLight& chosen, const Rgb& Ld, film::SampleRadiance& out, const NestedBodies::Crossing* crossing) const {
+inline void PathTracer::deposit_direct(Path& path,
+                                       const geometry::SurfacePoint& from,
+                                       const Vec3& wo,
+                                       const ChosenLight& chosen,
+                                       const Rgb& Ld,
+                                       film::SampleRadiance& out,
+                                       const NestedBodies::Crossing* crossing) const {
     // Deposit it where it is seen, and in the unoccluded layer in any case
     using scene::Effect, scene::is_built;
     const auto& [choice, light, links] = chosen;
@@ -66,7 +100,8 @@ inline void PathTracer::deposit_direct(Path& path, const geometry::SurfacePoint&
         out.add_unoccluded(int(group), Ld);
     }
     std::optional<Interior> crossed;
-    if (keeps_interior(world_)) cross(world_, crossing, from, wo, light.wi, crossed.emplace(path.interior));
+    if (keeps_interior(world_))
+        cross(world_, crossing, from, wo, light.wi, crossed.emplace(path.interior));
     const Interior& interior = crossed ? *crossed : path.interior;
     ShadowShares* shares = nullptr;
     if (credits_casters(path.bounce + 1)) {
@@ -76,7 +111,8 @@ inline void PathTracer::deposit_direct(Path& path, const geometry::SurfacePoint&
         shares = &room;
     }
     const bool has_own_shadows = may_have_links() && links && links->has_own_shadows();
-    Rgb visible = has_own_shadows ? own_visibility(path, from, interior, light, *links, shares) : visibility(path, from, interior, light, shares);
+    Rgb visible = has_own_shadows ? own_visibility(path, from, interior, light, *links, shares)
+                                  : visibility(path, from, interior, light, shares);
     if (is_built(Effect::Volumes) && world_.volumes && !has_own_shadows && !is_black(visible)) {
         const Rgb passed = volume_transmittance(path, from.p, light);
         if (shares) shares->add(world_.scene.casters.volumes, visible * (Rgb(1.0f) - passed));
@@ -87,7 +123,10 @@ inline void PathTracer::deposit_direct(Path& path, const geometry::SurfacePoint&
 }
 
 // Into every vertex, like all of this: as a call of its own it costs 0.3 % of a plain render
-[[gnu::always_inline]] inline void PathTracer::deposit_sampled(Path& path, const Vertex& vertex, const ChosenLight& chosen, film::SampleRadiance& out) const {
+[[gnu::always_inline]] inline void PathTracer::deposit_sampled(Path& path,
+                                                               const Vertex& vertex,
+                                                               const ChosenLight& chosen,
+                                                               film::SampleRadiance& out) const {
     const auto& [point, bsdf, wo, directions, crossing, is_exit] = vertex;
     const auto& [choice, light, links] = chosen;
 
@@ -102,8 +141,11 @@ inline void PathTracer::deposit_direct(Path& path, const geometry::SurfacePoint&
     }
     if (is_black(f)) return;
     const float light_pdf = choice.pmf * light.pdf;
-    const bool has_rival = options_.estimator.light_sampling == LightSampling::Mis && !light.is_delta;
-    const float weight = has_rival ? sampling::balance_heuristic(light_pdf, directions.pdf(light.wi, value.pdf)) : 1.0f;
+    const bool has_rival =
+        options_.estimator.light_sampling == LightSampling::Mis && !light.is_delta;
+    const float weight =
+        has_rival ? sampling::balance_heuristic(light_pdf, directions.pdf(light.wi, value.pdf))
+                  : 1.0f;
     const Rgb Ld = path.beta * f * light.Le * (bsdf.cosine(light.wi) * weight / light_pdf);
     if (is_black(Ld)) return;
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/effect_plan.h"
 
-#include <algorithm>
+#include "integrator/effect_rules.h"
 
 #include <fmt/format.h>
 
-#include "integrator/effect_rules.h"
+#include <algorithm>
 
 namespace velatura::integrator {
 
@@ -28,37 +28,45 @@ const EffectRule* rule_of(Effect effect) {
 }
 
 EffectState state_of(scene::EffectNote::Kind kind) {
-    return kind == scene::EffectNote::Kind::ProvenZero ? EffectState::ProvenZero : EffectState::NotSimulated;
+    return kind == scene::EffectNote::Kind::ProvenZero ? EffectState::ProvenZero
+                                                       : EffectState::NotSimulated;
 }
 
 EffectEntry find(const scene::Scene& scene, const EffectRule& rule) {
     EffectFindings found(scene);
     if (rule.find) rule.find(found);
     for (const scene::EffectNote& note : scene.effect_notes)
-        if (note.effect == rule.effect) found.add(state_of(note.kind), note.prim_path, note.why, note.prims);
+        if (note.effect == rule.effect)
+            found.add(state_of(note.kind), note.prim_path, note.why, note.prims);
     return found.entry;
 }
 
 /// What the command line alone decides.
 void add_options(const PlanOptions& o, EffectPlan& plan) {
     const auto set = [&](Effect e, bool is_on, std::string why) {
-        plan.entries[size_t(e)] = {is_on ? EffectState::On : EffectState::Absent, {}, std::move(why), is_on ? 1u : 0u};
+        plan.entries[size_t(e)] = {
+            is_on ? EffectState::On : EffectState::Absent, {}, std::move(why), is_on ? 1u : 0u};
     };
-    set(Effect::Roulette, has_chances_to_end(o.estimator.roulette), fmt::format("from {} scatterings on", o.estimator.roulette_start));
+    set(Effect::Roulette, has_chances_to_end(o.estimator.roulette),
+        fmt::format("from {} scatterings on", o.estimator.roulette_start));
     const bool is_tried = o.guiding == Guiding::Auto;
-    set(Effect::Guiding, o.guiding != Guiding::Off, is_tried ? "where trial paths say that it pays" : "--guiding on");
+    set(Effect::Guiding, o.guiding != Guiding::Off,
+        is_tried ? "where trial paths say that it pays" : "--guiding on");
     set(Effect::Splitting, o.splits, "where trial paths say that it pays");
     set(Effect::CausticSearch, o.caustics != Caustics::Path, "--caustics");
     set(Effect::AdaptiveSampling, o.is_adaptive, "samples where the noise is");
     const film::LayerSet& l = o.layers;
     set(Effect::BounceLayers, l.bounce_layers, fmt::format("b0 to b{} and tail", l.last_bounce));
     set(Effect::LightLayers, l.group_layers, fmt::format("{} groups", l.groups.size()));
-    set(Effect::MatrixLayers, l.matrix_layers, fmt::format("{} groups x {} columns", l.groups.size(), l.bounce_count()));
+    set(Effect::MatrixLayers, l.matrix_layers,
+        fmt::format("{} groups x {} columns", l.groups.size(), l.bounce_count()));
     set(Effect::ShadowLayers, l.wants_unoccluded(), fmt::format("{} groups", l.groups.size()));
     set(Effect::CasterLayers, l.caster_layers, fmt::format("{} casters", l.casters.size()));
     set(Effect::ClampLayers, l.has_clamp(), "--clamp-direct or --clamp-indirect");
-    set(Effect::PathLayers, !l.path_layers.empty(), fmt::format("{} layers by light path expressions", l.path_layers.size()));
-    set(Effect::DataLayers, l.data_layers, "albedo N P Z st primId instanceId sampleCount variance");
+    set(Effect::PathLayers, !l.path_layers.empty(),
+        fmt::format("{} layers by light path expressions", l.path_layers.size()));
+    set(Effect::DataLayers, l.data_layers,
+        "albedo N P Z st primId instanceId sampleCount variance");
     set(Effect::HalfImages, l.halves, "two of every light layer");
     set(Effect::DeepSamples, o.is_deep, "--deep");
     set(Effect::IdMattes, l.has_mattes(), fmt::format("Cryptomattes of {} levels", l.matte_levels));
@@ -83,7 +91,8 @@ const char* name_of(EffectState state) {
 }
 
 size_t EffectPlan::count(EffectState state) const {
-    return size_t(std::count_if(entries.begin(), entries.end(), [&](const EffectEntry& e) { return e.state == state; }));
+    return size_t(std::count_if(entries.begin(), entries.end(),
+                                [&](const EffectEntry& e) { return e.state == state; }));
 }
 
 scene::EffectSet EffectPlan::forced() const {
@@ -98,12 +107,15 @@ EffectPlan make_plan(const scene::Scene& scene, const PlanOptions& options) {
     for_each_rule([&](const EffectRule& rule) {
         EffectEntry& entry = plan.entries[size_t(rule.effect)];
         entry = find(scene, rule);
-        if (options.left_out.has(rule.effect) && entry.state == EffectState::On) entry.state = EffectState::LeftOut;
+        if (options.left_out.has(rule.effect) && entry.state == EffectState::On)
+            entry.state = EffectState::LeftOut;
         entry.is_forced = options.force_all && rule.is_forceable && entry.state < EffectState::On;
     });
     add_options(options, plan);
-    if (plan.of(Effect::NestedBodies).state == EffectState::On && plan.of(Effect::CausticSearch).state == EffectState::On)
-        plan.entries[size_t(Effect::CausticSearch)].why += "; not by bodies, some of which have priorities";
+    if (plan.of(Effect::NestedBodies).state == EffectState::On &&
+        plan.of(Effect::CausticSearch).state == EffectState::On)
+        plan.entries[size_t(Effect::CausticSearch)].why +=
+            "; not by bodies, some of which have priorities";
     return plan;
 }
 
@@ -117,7 +129,9 @@ bool can_leave_out(Effect effect) {
     return rule && rule->leave_out;
 }
 
-void leave_out(scene::Scene& scene, Effect effect) { rule_of(effect)->leave_out(scene); }
+void leave_out(scene::Scene& scene, Effect effect) {
+    rule_of(effect)->leave_out(scene);
+}
 
 std::vector<Effect> broken_promises(const EffectPlan& plan, const scene::EffectCalls& calls) {
     std::vector<Effect> broken;
@@ -126,9 +140,13 @@ std::vector<Effect> broken_promises(const EffectPlan& plan, const scene::EffectC
     return broken;
 }
 
-void EffectFindings::add(EffectState state, std::string_view prim, std::string_view why, uint64_t prims) {
+void EffectFindings::add(EffectState state,
+                         std::string_view prim,
+                         std::string_view why,
+                         uint64_t prims) {
     const bool is_left = state == EffectState::NotSimulated && entry.state > state;
-    if (is_left || (entry.state == EffectState::NotSimulated && state > entry.state)) entry.not_simulated_prims += is_left ? prims : entry.prims;
+    if (is_left || (entry.state == EffectState::NotSimulated && state > entry.state))
+        entry.not_simulated_prims += is_left ? prims : entry.prims;
     if (state == entry.state) entry.prims += prims;
     if (state <= entry.state) return;
     entry.state = state;
@@ -138,7 +156,8 @@ void EffectFindings::add(EffectState state, std::string_view prim, std::string_v
 }
 
 std::string_view EffectFindings::prim_of(scene::ProvenanceId id) const {
-    return id < scene.provenance.size() ? std::string_view(scene.provenance[id].prim_path) : std::string_view();
+    return id < scene.provenance.size() ? std::string_view(scene.provenance[id].prim_path)
+                                        : std::string_view();
 }
 
 }  // namespace velatura::integrator

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-#include <string>
-#include <vector>
-
 #include "film/layer_set.h"
 #include "integrator/caustics.h"
 #include "integrator/estimator.h"
@@ -12,15 +8,20 @@
 #include "scene/effect_calls.h"
 #include "scene/scene.h"
 
+#include <array>
+#include <string>
+#include <vector>
+
 namespace velatura::integrator {
 
 /// In order of precedence: what one prim calls for is on, whatever others say.
 enum class EffectState : uint8_t {
-    Absent,        ///< nothing in the scene names it
-    ProvenZero,    ///< something does, and it changes nothing: constant, unconnected, the same at all times
+    Absent,      ///< nothing in the scene names it
+    ProvenZero,  ///< something does, and it changes nothing: constant, unconnected, the same at all
+                 ///< times
     NotSimulated,  ///< something calls for it, and Velatura does without; a warning said so
     On,
-    LeftOut,       ///< it would be on, and the command line took it away
+    LeftOut,  ///< it would be on, and the command line took it away
 };
 
 const char* name_of(EffectState state);
@@ -28,11 +29,12 @@ const char* name_of(EffectState state);
 /// One effect in a plan.
 struct EffectEntry {
     EffectState state = EffectState::Absent;
-    std::string prim;    ///< path of the first that says so; empty: an option does
+    std::string prim;  ///< path of the first that says so; empty: an option does
     std::string why;
     uint64_t prims = 0;  ///< that say so
-    uint64_t not_simulated_prims = 0;  ///< of a state above NotSimulated: those that are left as they are
-    bool is_forced = false;            ///< runs though it is off, for a proof that it could be left out
+    uint64_t not_simulated_prims =
+        0;                   ///< of a state above NotSimulated: those that are left as they are
+    bool is_forced = false;  ///< runs though it is off, for a proof that it could be left out
 
     bool may_run() const { return state == EffectState::On || is_forced; }
 };
@@ -50,11 +52,13 @@ struct PlanOptions {
     bool force_all = false;
 };
 
-/// What a render simulates and why. An effect that is neither on nor forced does not run: broken_promises() checks it.
+/// What a render simulates and why. An effect that is neither on nor forced does not run:
+/// broken_promises() checks it.
 struct EffectPlan {
     std::array<EffectEntry, scene::effect_count> entries;
 
     const EffectEntry& of(scene::Effect e) const { return entries[size_t(e)]; }
+
     size_t count(EffectState state) const;
     /// Those that run though they are off.
     scene::EffectSet forced() const;
@@ -63,7 +67,8 @@ struct EffectPlan {
 /// One pass over the scene.
 EffectPlan make_plan(const scene::Scene& scene, const PlanOptions& options);
 
-/// Whether the effect can run in a scene that does not call for it, at a cost in time and with the same picture.
+/// Whether the effect can run in a scene that does not call for it, at a cost in time and with the
+/// same picture.
 bool is_forceable(scene::Effect effect);
 
 /// Whether leave_out() knows the effect.

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "integrator/effect_plan.h"
+
 #include <span>
 #include <string>
 #include <string_view>
-
-#include "integrator/effect_plan.h"
 
 namespace velatura::integrator {
 
@@ -15,7 +15,11 @@ class EffectFindings {
     explicit EffectFindings(const scene::Scene& s) : scene(s) {}
 
     void on(std::string_view prim, std::string_view why) { add(EffectState::On, prim, why); }
-    void zero(std::string_view prim, std::string_view why) { add(EffectState::ProvenZero, prim, why); }
+
+    void zero(std::string_view prim, std::string_view why) {
+        add(EffectState::ProvenZero, prim, why);
+    }
+
     void add(EffectState state, std::string_view prim, std::string_view why, uint64_t prims = 1);
 
     /// The path that a thing of the scene came from; empty when nobody knows.
@@ -25,12 +29,13 @@ class EffectFindings {
     EffectEntry entry;
 };
 
-/// How an effect is told from the scene, and how it is taken out of it. A rule that finds nothing in a scene promises
-/// that its effect never runs there; one that finds something though it changes nothing costs time only.
+/// How an effect is told from the scene, and how it is taken out of it. A rule that finds nothing
+/// in a scene promises that its effect never runs there; one that finds something though it changes
+/// nothing costs time only.
 struct EffectRule {
     scene::Effect effect;
-    void (*find)(EffectFindings& found);          ///< null: only EffectNotes tell
-    void (*leave_out)(scene::Scene& scene);       ///< null: the scene is built of it
+    void (*find)(EffectFindings& found);     ///< null: only EffectNotes tell
+    void (*leave_out)(scene::Scene& scene);  ///< null: the scene is built of it
     bool is_forceable = false;
 };
 

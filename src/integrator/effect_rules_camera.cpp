@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
+#include "integrator/effect_rules.h"
 
 #include <fmt/format.h>
 
-#include "integrator/effect_rules.h"
+#include <array>
 
 namespace velatura::integrator {
 
@@ -14,22 +14,33 @@ namespace {
 void find_lens(EffectFindings& found) {
     const scene::Camera& c = found.scene.camera;
     if (!(c.lens_radius > 0 && c.focus_distance > 0)) return;
-    const std::string blades = c.lens_blades > 0 ? fmt::format(" with {} blades", c.lens_blades) : "";
-    found.on(c.name, fmt::format("lens of radius {:g}{} focused at {:g}", c.lens_radius, blades, c.focus_distance));
+    const std::string blades =
+        c.lens_blades > 0 ? fmt::format(" with {} blades", c.lens_blades) : "";
+    found.on(c.name, fmt::format("lens of radius {:g}{} focused at {:g}", c.lens_radius, blades,
+                                 c.focus_distance));
 }
 
-void close_lens(scene::Scene& scene) { scene.camera.lens_radius = 0; }
+void close_lens(scene::Scene& scene) {
+    scene.camera.lens_radius = 0;
+}
 
 void find_moving_camera(EffectFindings& found) {
     const scene::Camera& c = found.scene.camera;
-    if (!c.motion_keys.empty()) found.on(c.name, fmt::format("{} segments while the shutter is open", c.motion_keys.size() - 1));
+    if (!c.motion_keys.empty())
+        found.on(c.name,
+                 fmt::format("{} segments while the shutter is open", c.motion_keys.size() - 1));
 }
 
-void stop_camera(scene::Scene& scene) { scene.camera.motion_keys.clear(); }
+void stop_camera(scene::Scene& scene) {
+    scene.camera.motion_keys.clear();
+}
 
 void find_moving_instances(EffectFindings& found) {
     for (const scene::Instance& i : found.scene.instances)
-        if (!i.later_render_from_prototype.empty()) found.on(found.prim_of(i.provenance), fmt::format("{} segments while the shutter is open", i.later_render_from_prototype.size()));
+        if (!i.later_render_from_prototype.empty())
+            found.on(found.prim_of(i.provenance),
+                     fmt::format("{} segments while the shutter is open",
+                                 i.later_render_from_prototype.size()));
 }
 
 void stop_instances(scene::Scene& scene) {
@@ -39,7 +50,10 @@ void stop_instances(scene::Scene& scene) {
 void find_moving_meshes(EffectFindings& found) {
     scene::for_each_shape(found.scene, [&](const scene::Shape& shape) {
         const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry);
-        if (mesh && !mesh->later_points.empty()) found.on(found.prim_of(shape.provenance), fmt::format("{} segments while the shutter is open", mesh->later_points.size()));
+        if (mesh && !mesh->later_points.empty())
+            found.on(
+                found.prim_of(shape.provenance),
+                fmt::format("{} segments while the shutter is open", mesh->later_points.size()));
     });
 }
 
@@ -64,6 +78,8 @@ constexpr std::array rules = {
 
 }  // namespace
 
-std::span<const EffectRule> camera_rules() { return rules; }
+std::span<const EffectRule> camera_rules() {
+    return rules;
+}
 
 }  // namespace velatura::integrator

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
-
 #include "integrator/effect_rules.h"
+
+#include <array>
 
 namespace velatura::integrator {
 
@@ -10,34 +10,39 @@ using scene::Effect;
 namespace {
 
 void find_instances(EffectFindings& found) {
-    for (const scene::Instance& i : found.scene.instances) found.on(found.prim_of(i.provenance), "placed as an instance");
+    for (const scene::Instance& i : found.scene.instances)
+        found.on(found.prim_of(i.provenance), "placed as an instance");
 }
 
 void find_quadrics(EffectFindings& found) {
     scene::for_each_shape(found.scene, [&](const scene::Shape& shape) {
         const auto* gprim = std::get_if<scene::Gprim>(&shape.geometry);
         using Kind = scene::Gprim::Kind;
-        if (gprim && gprim->kind != Kind::Cube && gprim->kind != Kind::Plane) found.on(found.prim_of(shape.provenance), "met as what it is, without triangles");
+        if (gprim && gprim->kind != Kind::Cube && gprim->kind != Kind::Plane)
+            found.on(found.prim_of(shape.provenance), "met as what it is, without triangles");
     });
 }
 
 template <class Geometry>
 void find_shapes(EffectFindings& found) {
     scene::for_each_shape(found.scene, [&](const scene::Shape& shape) {
-        if (std::holds_alternative<Geometry>(shape.geometry)) found.on(found.prim_of(shape.provenance), "met as what they are, without triangles");
+        if (std::holds_alternative<Geometry>(shape.geometry))
+            found.on(found.prim_of(shape.provenance), "met as what they are, without triangles");
     });
 }
 
 void find_subdivision(EffectFindings& found) {
     scene::for_each_shape(found.scene, [&](const scene::Shape& shape) {
         const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry);
-        if (mesh && mesh->subdivision != scene::SubdivisionScheme::None) found.on(found.prim_of(shape.provenance), "its polygons stand for a limit surface");
+        if (mesh && mesh->subdivision != scene::SubdivisionScheme::None)
+            found.on(found.prim_of(shape.provenance), "its polygons stand for a limit surface");
     });
 }
 
 void leave_out_subdivision(scene::Scene& scene) {
     const auto make_polygons = [](scene::Shape& shape) {
-        if (auto* mesh = std::get_if<scene::Mesh>(&shape.geometry)) mesh->subdivision = scene::SubdivisionScheme::None;
+        if (auto* mesh = std::get_if<scene::Mesh>(&shape.geometry))
+            mesh->subdivision = scene::SubdivisionScheme::None;
     };
     for (scene::Shape& shape : scene.shapes) make_polygons(shape);
     for (scene::Prototype& prototype : scene.prototypes)
@@ -55,13 +60,18 @@ void leave_out_displacement(scene::Scene& scene) {
 
 void find_volumes(EffectFindings& found) {
     for (const scene::Volume& v : found.scene.volumes) {
-        const bool scatters = scene::has_extinction(v, found.scene.volume_fields), glows = scene::has_emission(v, found.scene.volume_fields);
-        if (scatters || glows) found.on(v.name, scatters ? "scatters light within" : "gives light within");
-        else found.zero(v.name, "its grids or its optics are zero");
+        const bool scatters = scene::has_extinction(v, found.scene.volume_fields),
+                   glows = scene::has_emission(v, found.scene.volume_fields);
+        if (scatters || glows)
+            found.on(v.name, scatters ? "scatters light within" : "gives light within");
+        else
+            found.zero(v.name, "its grids or its optics are zero");
     }
 }
 
-void leave_out_volumes(scene::Scene& scene) { scene.volumes.clear(); }
+void leave_out_volumes(scene::Scene& scene) {
+    scene.volumes.clear();
+}
 
 constexpr std::array rules = {
     EffectRule{Effect::Instancing, find_instances, nullptr},
@@ -76,6 +86,8 @@ constexpr std::array rules = {
 
 }  // namespace
 
-std::span<const EffectRule> geometry_rules() { return rules; }
+std::span<const EffectRule> geometry_rules() {
+    return rules;
+}
 
 }  // namespace velatura::integrator

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
-#include <array>
+#include "integrator/effect_rules.h"
 
 #include <fmt/format.h>
 
-#include "integrator/effect_rules.h"
+#include <algorithm>
+#include <array>
 
 namespace velatura::integrator {
 
@@ -19,21 +19,27 @@ template <class Test>
 void find_lights(EffectFindings& found, Test is_used, std::string_view why) {
     for (const Light& l : found.scene.lights) {
         if (!is_used(l)) continue;
-        if (is_black(l.Le)) found.zero(l.name, "emits nothing: intensity or color 0");
-        else found.on(l.name, why);
+        if (is_black(l.Le))
+            found.zero(l.name, "emits nothing: intensity or color 0");
+        else
+            found.on(l.name, why);
     }
 }
 
 void find_surface_emission(EffectFindings& found) {
     for (const scene::Material& m : found.scene.materials)
-        if (scene::is_emissive(m)) found.on(m.name, scene::is_constant(m.emissive_color) ? "emissiveColor" : "emissiveColor that varies");
+        if (scene::is_emissive(m))
+            found.on(m.name, scene::is_constant(m.emissive_color) ? "emissiveColor"
+                                                                  : "emissiveColor that varies");
 }
 
 void find_mesh_lights(EffectFindings& found) {
     for (const scene::MeshLight& l : found.scene.mesh_lights) {
         // Without radiance of its own it still shows its material
-        if (is_black(l.Le) && !l.shows_material) found.zero(l.name, "emits nothing: intensity or color 0");
-        else found.on(l.name, "geometry with LightAPI");
+        if (is_black(l.Le) && !l.shows_material)
+            found.zero(l.name, "emits nothing: intensity or color 0");
+        else
+            found.on(l.name, "geometry with LightAPI");
     }
 }
 
@@ -45,20 +51,30 @@ void forget_mesh_lights(scene::Scene& scene) {
     scene.mesh_lights.clear();
 }
 
-bool is_dome(const Light& l) { return l.kind == LightKind::Dome; }
+bool is_dome(const Light& l) {
+    return l.kind == LightKind::Dome;
+}
 
-void find_domes(EffectFindings& found) { find_lights(found, is_dome, "light from everywhere"); }
+void find_domes(EffectFindings& found) {
+    find_lights(found, is_dome, "light from everywhere");
+}
 
 void find_dome_maps(EffectFindings& found) {
-    find_lights(found, [](const Light& l) { return is_dome(l) && !l.texture_file.empty(); }, "its picture is sampled by importance");
+    find_lights(
+        found, [](const Light& l) { return is_dome(l) && !l.texture_file.empty(); },
+        "its picture is sampled by importance");
 }
 
 void find_portals(EffectFindings& found) {
-    find_lights(found, [](const Light& l) { return !l.render_from_portals.empty(); }, "sampled through its portals");
+    find_lights(
+        found, [](const Light& l) { return !l.render_from_portals.empty(); },
+        "sampled through its portals");
 }
 
 void find_light_textures(EffectFindings& found) {
-    find_lights(found, [](const Light& l) { return l.kind == LightKind::Rect && !l.texture_file.empty(); }, "rect light with a picture");
+    find_lights(
+        found, [](const Light& l) { return l.kind == LightKind::Rect && !l.texture_file.empty(); },
+        "rect light with a picture");
 }
 
 template <class Change>
@@ -67,7 +83,8 @@ void change_lights(scene::Scene& scene, Change change) {
 }
 
 void find_shaping(EffectFindings& found) {
-    find_lights(found, [](const Light& l) { return l.shaping.is_active; }, "cone or focus");
+    find_lights(
+        found, [](const Light& l) { return l.shaping.is_active; }, "cone or focus");
     for (const scene::MeshLight& l : found.scene.mesh_lights)
         if (l.shaping.is_active) found.on(l.name, "cone or focus");
 }
@@ -86,7 +103,8 @@ void forget_shaping(scene::Scene& scene) {
 }
 
 void find_profiles(EffectFindings& found) {
-    find_lights(found, [](const Light& l) { return l.shaping.ies != nullptr; }, "IES profile");
+    find_lights(
+        found, [](const Light& l) { return l.shaping.ies != nullptr; }, "IES profile");
     for (const scene::MeshLight& l : found.scene.mesh_lights)
         if (l.shaping.ies) found.on(l.name, "IES profile");
 }
@@ -110,17 +128,24 @@ void find_multipliers(EffectFindings& found) {
 
 void forget_multipliers(scene::Scene& scene) {
     change_lights(scene, [](Light& l) { l.diffuse_multiplier = l.specular_multiplier = 1.0f; });
-    for (scene::MeshLight& l : scene.mesh_lights) l.diffuse_multiplier = l.specular_multiplier = 1.0f;
+    for (scene::MeshLight& l : scene.mesh_lights)
+        l.diffuse_multiplier = l.specular_multiplier = 1.0f;
 }
 
-/// A choice is to be made where more than one light shines; emissive surfaces count for as many as they may have triangles.
+/// A choice is to be made where more than one light shines; emissive surfaces count for as many as
+/// they may have triangles.
 void find_choices(EffectFindings& found) {
     const scene::Scene& s = found.scene;
     const auto shines = [](const Light& l) { return !is_black(l.Le); };
     const auto lights = size_t(std::count_if(s.lights.begin(), s.lights.end(), shines));
-    const bool has_surfaces = !s.mesh_lights.empty() || std::any_of(s.materials.begin(), s.materials.end(), scene::is_emissive);
-    if (lights > 1 || has_surfaces) found.on("", has_surfaces ? fmt::format("{} lights and emissive surfaces", lights) : fmt::format("{} lights", lights));
-    else if (s.lights.size() > 1) found.zero("", "only one of the lights shines");
+    const bool has_surfaces =
+        !s.mesh_lights.empty() ||
+        std::any_of(s.materials.begin(), s.materials.end(), scene::is_emissive);
+    if (lights > 1 || has_surfaces)
+        found.on("", has_surfaces ? fmt::format("{} lights and emissive surfaces", lights)
+                                  : fmt::format("{} lights", lights));
+    else if (s.lights.size() > 1)
+        found.zero("", "only one of the lights shines");
 }
 
 bool is_linked(const scene::Scene& scene, const scene::LightLinks& links) {
@@ -129,14 +154,17 @@ bool is_linked(const scene::Scene& scene, const scene::LightLinks& links) {
 
 void find_links(EffectFindings& found) {
     const std::string_view why = "shines on some things only, or some cast its shadows";
-    find_lights(found, [&](const Light& l) { return is_linked(found.scene, l.links); }, why);
+    find_lights(
+        found, [&](const Light& l) { return is_linked(found.scene, l.links); }, why);
     for (const scene::MeshLight& l : found.scene.mesh_lights)
         if (is_linked(found.scene, l.links)) found.on(l.name, why);
 }
 
 void find_shadow_controls(EffectFindings& found) {
     const std::string_view why = "shadows that are off, end at a distance or have a color";
-    find_lights(found, [&](const Light& l) { return scene::has_shadow_controls(found.scene, l.links); }, why);
+    find_lights(
+        found, [&](const Light& l) { return scene::has_shadow_controls(found.scene, l.links); },
+        why);
     for (const scene::MeshLight& l : found.scene.mesh_lights)
         if (scene::has_shadow_controls(found.scene, l.links)) found.on(l.name, why);
 }
@@ -157,18 +185,36 @@ void forget_links(scene::Scene& scene) {
 
 void forget_shadow_controls(scene::Scene& scene) {
     change_links(scene, [&](scene::LightLinks& links) {
-        const scene::LinkSetId casters = scene::has_shadow_links(scene, links) ? links.casters : scene::none;
+        const scene::LinkSetId casters =
+            scene::has_shadow_links(scene, links) ? links.casters : scene::none;
         links = {.lit = links.lit, .casters = casters};
     });
 }
 
 constexpr std::array rules = {
-    EffectRule{Effect::SurfaceEmission, find_surface_emission, [](scene::Scene& s) { for (scene::Material& m : s.materials) m.emissive_color = scene::Input(Rgb(0.0f)); }},
+    EffectRule{Effect::SurfaceEmission, find_surface_emission,
+               [](scene::Scene& s) {
+                   for (scene::Material& m : s.materials)
+                       m.emissive_color = scene::Input(Rgb(0.0f));
+               }},
     EffectRule{Effect::MeshLights, find_mesh_lights, forget_mesh_lights},
-    EffectRule{Effect::Environment, find_domes, [](scene::Scene& s) { std::erase_if(s.lights, is_dome); }},
-    EffectRule{Effect::EnvironmentMaps, find_dome_maps, [](scene::Scene& s) { change_lights(s, [](Light& l) { if (is_dome(l)) l.texture_file.clear(); }); }},
-    EffectRule{Effect::Portals, find_portals, [](scene::Scene& s) { change_lights(s, [](Light& l) { l.render_from_portals.clear(); }); }},
-    EffectRule{Effect::LightTextures, find_light_textures, [](scene::Scene& s) { change_lights(s, [](Light& l) { if (!is_dome(l)) l.texture_file.clear(); }); }},
+    EffectRule{Effect::Environment, find_domes,
+               [](scene::Scene& s) { std::erase_if(s.lights, is_dome); }},
+    EffectRule{Effect::EnvironmentMaps, find_dome_maps,
+               [](scene::Scene& s) {
+                   change_lights(s, [](Light& l) {
+                       if (is_dome(l)) l.texture_file.clear();
+                   });
+               }},
+    EffectRule{
+        Effect::Portals, find_portals,
+        [](scene::Scene& s) { change_lights(s, [](Light& l) { l.render_from_portals.clear(); }); }},
+    EffectRule{Effect::LightTextures, find_light_textures,
+               [](scene::Scene& s) {
+                   change_lights(s, [](Light& l) {
+                       if (!is_dome(l)) l.texture_file.clear();
+                   });
+               }},
     EffectRule{Effect::LightShaping, find_shaping, forget_shaping},
     EffectRule{Effect::LightProfiles, find_profiles, forget_profiles},
     EffectRule{Effect::LobeMultipliers, find_multipliers, forget_multipliers, true},
@@ -180,6 +226,8 @@ constexpr std::array rules = {
 
 }  // namespace
 
-std::span<const EffectRule> light_rules() { return rules; }
+std::span<const EffectRule> light_rules() {
+    return rules;
+}
 
 }  // namespace velatura::integrator

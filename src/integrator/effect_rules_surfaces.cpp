@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
-#include <variant>
-#include <vector>
+#include "integrator/effect_rules.h"
 
 #include <fmt/format.h>
 
-#include "integrator/effect_rules.h"
+#include <array>
+#include <variant>
+#include <vector>
 
 namespace velatura::integrator {
 
@@ -16,7 +16,9 @@ using scene::Material;
 
 namespace {
 
-bool is_positive(const Input& input) { return !is_constant(input) || input.value.x > 0.0f; }
+bool is_positive(const Input& input) {
+    return !is_constant(input) || input.value.x > 0.0f;
+}
 
 /// "opacity 0.4", "opacity of a texture".
 std::string told(std::string_view name, const Input& input) {
@@ -40,17 +42,25 @@ void find_materials(EffectFindings& found, Test is_used, Why why) {
         if (is_used(m)) found.on(m.name, why(m));
 }
 
-bool is_texture(scene::PatternOp op) { return op == scene::PatternOp::Texture || op == scene::PatternOp::TextureAt; }
+bool is_texture(scene::PatternOp op) {
+    return op == scene::PatternOp::Texture || op == scene::PatternOp::TextureAt;
+}
 
-bool is_primvar(scene::PatternOp op) { return op == scene::PatternOp::Primvar; }
+bool is_primvar(scene::PatternOp op) {
+    return op == scene::PatternOp::Primvar;
+}
 
 /// Whether an input has the source, or is a pattern with a step of that kind.
-bool reads(const scene::Scene& scene, const Material& m, Input::Source source, bool (*is_step)(scene::PatternOp)) {
+bool reads(const scene::Scene& scene,
+           const Material& m,
+           Input::Source source,
+           bool (*is_step)(scene::PatternOp)) {
     bool is_read = false;
     scene::for_each_input(m, [&](const Input& input) {
         if (input.source == source) is_read = true;
         if (input.source != Input::Source::Pattern || is_step == nullptr) return;
-        for (const scene::PatternStep& step : scene.patterns[input.pattern].steps) is_read = is_read || is_step(step.op);
+        for (const scene::PatternStep& step : scene.patterns[input.pattern].steps)
+            is_read = is_read || is_step(step.op);
     });
     return is_read;
 }
@@ -65,7 +75,8 @@ void forget_steps(scene::Scene& scene, bool (*is_step)(scene::PatternOp)) {
     for (scene::Pattern& pattern : scene.patterns) {
         for (scene::PatternStep& step : pattern.steps) {
             if (!is_step(step.op)) continue;
-            step = {scene::PatternOp::Constant, 4, {0, 0, 0, 0}, uint32_t(pattern.constants.size())};
+            step = {
+                scene::PatternOp::Constant, 4, {0, 0, 0, 0}, uint32_t(pattern.constants.size())};
             pattern.constants.emplace_back(0.0f);
         }
     }
@@ -80,18 +91,29 @@ void forget_inputs(scene::Scene& scene, Input::Source source) {
 }
 
 void find_varying(EffectFindings& found) {
-    find_materials(found, [&](const Material& m) { return reads(found.scene, m, Input::Source::Primvar, is_primvar); }, [](const Material&) { return "an input by a primvar"; });
+    find_materials(
+        found,
+        [&](const Material& m) {
+            return reads(found.scene, m, Input::Source::Primvar, is_primvar);
+        },
+        [](const Material&) { return "an input by a primvar"; });
     const scene::Scene& s = found.scene;
     const scene::PrimvarId color = scene::find_primvar(s, scene::display_color_primvar);
     scene::for_each_shape(s, [&](const scene::Shape& shape) {
-        if (scene::shows_display_color(shape) && scene::find_primvar(shape, color)) found.on(found.prim_of(shape.provenance), "its displayColor");
+        if (scene::shows_display_color(shape) && scene::find_primvar(shape, color))
+            found.on(found.prim_of(shape.provenance), "its displayColor");
     });
     for (const scene::Instance& i : s.instances)
         if (i.display_color) found.on(found.prim_of(i.provenance), "its displayColor");
 }
 
 void find_textures(EffectFindings& found) {
-    find_materials(found, [&](const Material& m) { return reads(found.scene, m, Input::Source::Texture, is_texture); }, [](const Material&) { return "an input by a texture"; });
+    find_materials(
+        found,
+        [&](const Material& m) {
+            return reads(found.scene, m, Input::Source::Texture, is_texture);
+        },
+        [](const Material&) { return "an input by a texture"; });
 }
 
 void forget_textures(scene::Scene& scene) {
@@ -101,18 +123,32 @@ void forget_textures(scene::Scene& scene) {
 }
 
 void find_patterns(EffectFindings& found) {
-    find_materials(found, [&](const Material& m) { return reads(found.scene, m, Input::Source::Pattern, nullptr); }, [](const Material&) { return "an input by a node graph"; });
+    find_materials(
+        found,
+        [&](const Material& m) { return reads(found.scene, m, Input::Source::Pattern, nullptr); },
+        [](const Material&) { return "an input by a node graph"; });
 }
 
-bool turns_normals(const Material& m) { return !is_constant(m.normal) || m.normal.value != Rgb(0.0f, 0.0f, 1.0f); }
+bool turns_normals(const Material& m) {
+    return !is_constant(m.normal) || m.normal.value != Rgb(0.0f, 0.0f, 1.0f);
+}
 
 void find_normal_maps(EffectFindings& found) {
-    find_materials(found, turns_normals, [](const Material& m) { return is_constant(m.normal) ? std::string("normal that is not (0, 0, 1)") : told("normal", m.normal); });
+    find_materials(found, turns_normals, [](const Material& m) {
+        return is_constant(m.normal) ? std::string("normal that is not (0, 0, 1)")
+                                     : told("normal", m.normal);
+    });
 }
 
 void find_cutouts(EffectFindings& found) {
-    const auto is_whole = [](const Material& m) { return (m.presence || m.opacity_threshold > 0.0f) && !scene::may_cut(m); };
-    find_materials(found, scene::may_cut, [](const Material& m) { return told("opacity", m.opacity) + (m.presence ? ", opacityMode presence" : fmt::format(", opacityThreshold {:g}", m.opacity_threshold)); });
+    const auto is_whole = [](const Material& m) {
+        return (m.presence || m.opacity_threshold > 0.0f) && !scene::may_cut(m);
+    };
+    find_materials(found, scene::may_cut, [](const Material& m) {
+        return told("opacity", m.opacity) +
+               (m.presence ? ", opacityMode presence"
+                           : fmt::format(", opacityThreshold {:g}", m.opacity_threshold));
+    });
     for (const Material& m : found.scene.materials)
         if (is_whole(m)) found.zero(m.name, told("opacity", m.opacity) + " everywhere");
     if (scene::may_cut_display(found.scene)) found.on("", "displayOpacity below 1");
@@ -127,7 +163,11 @@ void fill_cutouts(scene::Scene& scene) {
     });
     const scene::PrimvarId name = scene::find_primvar(scene, scene::display_opacity_primvar);
     const auto fill = [&](scene::Shape& shape) {
-        std::visit([&](auto& g) { std::erase_if(g.primvars, [&](const scene::Primvar& p) { return p.name == name; }); }, shape.geometry);
+        std::visit(
+            [&](auto& g) {
+                std::erase_if(g.primvars, [&](const scene::Primvar& p) { return p.name == name; });
+            },
+            shape.geometry);
     };
     for (scene::Shape& shape : scene.shapes) fill(shape);
     for (scene::Prototype& prototype : scene.prototypes)
@@ -135,7 +175,9 @@ void fill_cutouts(scene::Scene& scene) {
 }
 
 void find_transmission(EffectFindings& found) {
-    find_materials(found, [](const Material& m) { return scene::may_transmit(m) && !m.is_bare; }, [](const Material& m) { return told("opacity", m.opacity); });
+    find_materials(
+        found, [](const Material& m) { return scene::may_transmit(m) && !m.is_bare; },
+        [](const Material& m) { return told("opacity", m.opacity); });
 }
 
 void make_opaque(scene::Scene& scene) {
@@ -147,13 +189,17 @@ void make_opaque(scene::Scene& scene) {
 void find_rough_transmission(EffectFindings& found) {
     for (const Material& m : found.scene.materials) {
         if (!m.rough_transmission) continue;
-        if (scene::may_transmit(m) && is_positive(m.roughness)) found.on(m.name, told("roughness", m.roughness));
-        else found.zero(m.name, scene::may_transmit(m) ? "roughness 0" : "lets no light through");
+        if (scene::may_transmit(m) && is_positive(m.roughness))
+            found.on(m.name, told("roughness", m.roughness));
+        else
+            found.zero(m.name, scene::may_transmit(m) ? "roughness 0" : "lets no light through");
     }
 }
 
 void find_thin_walls(EffectFindings& found) {
-    find_materials(found, [](const Material& m) { return m.thin_walled; }, [](const Material&) { return "thinWalled"; });
+    find_materials(
+        found, [](const Material& m) { return m.thin_walled; },
+        [](const Material&) { return "thinWalled"; });
 }
 
 void thicken_walls(scene::Scene& scene) {
@@ -165,15 +211,23 @@ void thicken_walls(scene::Scene& scene) {
 }
 
 void find_diffuse_transmission(EffectFindings& found) {
-    find_materials(found, scene::may_transmit_diffusely, [](const Material& m) { return told("diffuseTransmission", m.diffuse_transmission); });
+    find_materials(found, scene::may_transmit_diffusely, [](const Material& m) {
+        return told("diffuseTransmission", m.diffuse_transmission);
+    });
     for (const Material& m : found.scene.materials)
-        if (!m.thin_walled && is_positive(m.diffuse_transmission)) found.zero(m.name, "is no thin wall");
+        if (!m.thin_walled && is_positive(m.diffuse_transmission))
+            found.zero(m.name, "is no thin wall");
 }
 
 void find_absorption(EffectFindings& found) {
     for (const Material& m : found.scene.materials) {
-        if (scene::may_absorb(m)) found.on(m.name, m.matter ? "volume shader that absorbs" : fmt::format("transmissionDepth {:g}", m.transmission_depth));
-        else if (m.transmission_depth > 0.0f) found.zero(m.name, scene::may_transmit(m) ? "transmissionColor white or a thin wall" : "lets no light through");
+        if (scene::may_absorb(m))
+            found.on(m.name, m.matter
+                                 ? "volume shader that absorbs"
+                                 : fmt::format("transmissionDepth {:g}", m.transmission_depth));
+        else if (m.transmission_depth > 0.0f)
+            found.zero(m.name, scene::may_transmit(m) ? "transmissionColor white or a thin wall"
+                                                      : "lets no light through");
     }
 }
 
@@ -190,9 +244,16 @@ void forget_absorption(scene::Scene& scene) {
 
 void find_interior_media(EffectFindings& found) {
     for (const Material& m : found.scene.materials) {
-        const bool is_asked = m.matter ? !is_black(m.matter->scattering) : !is_black(m.transmission_scatter);
-        if (scene::scatters_inside(m)) found.on(m.name, m.matter ? "volume shader that scatters" : fmt::format("transmissionScatter within {:g}", m.transmission_depth));
-        else if (is_asked) found.zero(m.name, m.thin_walled ? "is a thin wall" : scene::may_transmit(m) ? "transmissionDepth 0" : "lets no light through");
+        const bool is_asked =
+            m.matter ? !is_black(m.matter->scattering) : !is_black(m.transmission_scatter);
+        if (scene::scatters_inside(m))
+            found.on(m.name, m.matter ? "volume shader that scatters"
+                                      : fmt::format("transmissionScatter within {:g}",
+                                                    m.transmission_depth));
+        else if (is_asked)
+            found.zero(m.name, m.thin_walled            ? "is a thin wall"
+                               : scene::may_transmit(m) ? "transmissionDepth 0"
+                                                        : "lets no light through");
     }
 }
 
@@ -206,29 +267,39 @@ void clear_interiors(scene::Scene& scene) {
 void find_nested_bodies(EffectFindings& found) {
     for (const Material& m : found.scene.materials) {
         if (m.dielectric_priority == 0) continue;
-        if (scene::has_priority(m)) found.on(m.name, fmt::format("dielectricPriority {}", m.dielectric_priority));
-        else found.zero(m.name, m.thin_walled ? "is a thin wall" : "lets no light through");
+        if (scene::has_priority(m))
+            found.on(m.name, fmt::format("dielectricPriority {}", m.dielectric_priority));
+        else
+            found.zero(m.name, m.thin_walled ? "is a thin wall" : "lets no light through");
     }
 }
 
 void find_clearcoat(EffectFindings& found) {
-    find_materials(found, [](const Material& m) { return is_positive(m.clearcoat); }, [](const Material& m) { return told("clearcoat", m.clearcoat); });
+    find_materials(
+        found, [](const Material& m) { return is_positive(m.clearcoat); },
+        [](const Material& m) { return told("clearcoat", m.clearcoat); });
 }
 
 void find_anisotropy(EffectFindings& found) {
-    find_materials(found, [](const Material& m) { return is_positive(m.anisotropy); }, [](const Material& m) { return told("anisotropy", m.anisotropy); });
+    find_materials(
+        found, [](const Material& m) { return is_positive(m.anisotropy); },
+        [](const Material& m) { return told("anisotropy", m.anisotropy); });
 }
 
 void find_rough_diffuse(EffectFindings& found) {
-    find_materials(found, scene::may_have_rough_base, [](const Material& m) { return told("diffuse roughness", m.extras->diffuse_roughness); });
+    find_materials(found, scene::may_have_rough_base, [](const Material& m) {
+        return told("diffuse roughness", m.extras->diffuse_roughness);
+    });
 }
 
 void find_sheen(EffectFindings& found) {
-    find_materials(found, scene::may_have_sheen, [](const Material& m) { return told("sheen", m.extras->sheen); });
+    find_materials(found, scene::may_have_sheen,
+                   [](const Material& m) { return told("sheen", m.extras->sheen); });
 }
 
 void find_subsurface(EffectFindings& found) {
-    find_materials(found, scene::may_scatter_below, [](const Material& m) { return told("subsurface", m.subsurface); });
+    find_materials(found, scene::may_scatter_below,
+                   [](const Material& m) { return told("subsurface", m.subsurface); });
     for (const Material& m : found.scene.materials)
         if (m.thin_walled && is_positive(m.subsurface)) found.zero(m.name, "is a thin wall");
 }
@@ -246,8 +317,10 @@ void find_hair(EffectFindings& found) {
     for (size_t m = 0; m < is_used.size(); ++m) {
         const Material& material = found.scene.materials[m];
         if (!material.hair) continue;
-        if (is_used[m]) found.on(material.name, "scatters in the fibres that curves are");
-        else found.zero(material.name, "is of no curve");
+        if (is_used[m])
+            found.on(material.name, "scatters in the fibres that curves are");
+        else
+            found.zero(material.name, "is of no curve");
     }
 }
 
@@ -258,26 +331,61 @@ void forget_hair(scene::Scene& scene) {
 constexpr std::array rules = {
     EffectRule{Effect::VaryingColors, find_varying, nullptr},
     EffectRule{Effect::Textures, find_textures, forget_textures},
-    EffectRule{Effect::NormalMaps, find_normal_maps, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.normal = Input(Rgb(0.0f, 0.0f, 1.0f)); }); }},
+    EffectRule{Effect::NormalMaps, find_normal_maps,
+               [](scene::Scene& s) {
+                   change_materials(s,
+                                    [](Material& m) { m.normal = Input(Rgb(0.0f, 0.0f, 1.0f)); });
+               }},
     EffectRule{Effect::Cutouts, find_cutouts, fill_cutouts, true},
     EffectRule{Effect::Transmission, find_transmission, make_opaque},
-    EffectRule{Effect::RoughTransmission, find_rough_transmission, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.rough_transmission = false; }); }},
+    EffectRule{Effect::RoughTransmission, find_rough_transmission,
+               [](scene::Scene& s) {
+                   change_materials(s, [](Material& m) { m.rough_transmission = false; });
+               }},
     EffectRule{Effect::ThinWalls, find_thin_walls, thicken_walls, true},
-    EffectRule{Effect::DiffuseTransmission, find_diffuse_transmission, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.diffuse_transmission = Input(0.0f); }); }},
+    EffectRule{Effect::DiffuseTransmission, find_diffuse_transmission,
+               [](scene::Scene& s) {
+                   change_materials(s, [](Material& m) { m.diffuse_transmission = Input(0.0f); });
+               }},
     EffectRule{Effect::Absorption, find_absorption, forget_absorption, true},
     EffectRule{Effect::InteriorMedia, find_interior_media, clear_interiors, true},
-    EffectRule{Effect::NestedBodies, find_nested_bodies, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.dielectric_priority = 0; }); }},
-    EffectRule{Effect::Clearcoat, find_clearcoat, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.clearcoat = Input(0.0f); }); }},
-    EffectRule{Effect::RoughDiffuse, find_rough_diffuse, [](scene::Scene& s) { change_materials(s, [](Material& m) { if (m.extras) m.extras->diffuse_roughness = Input(0.0f); }); }},
-    EffectRule{Effect::Sheen, find_sheen, [](scene::Scene& s) { change_materials(s, [](Material& m) { if (m.extras) m.extras->sheen = Input(0.0f); }); }},
-    EffectRule{Effect::Patterns, find_patterns, [](scene::Scene& s) { forget_inputs(s, Input::Source::Pattern); }},
-    EffectRule{Effect::Subsurface, find_subsurface, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.subsurface = Input(0.0f); }); }},
+    EffectRule{Effect::NestedBodies, find_nested_bodies,
+               [](scene::Scene& s) {
+                   change_materials(s, [](Material& m) { m.dielectric_priority = 0; });
+               }},
+    EffectRule{Effect::Clearcoat, find_clearcoat,
+               [](scene::Scene& s) {
+                   change_materials(s, [](Material& m) { m.clearcoat = Input(0.0f); });
+               }},
+    EffectRule{Effect::RoughDiffuse, find_rough_diffuse,
+               [](scene::Scene& s) {
+                   change_materials(s, [](Material& m) {
+                       if (m.extras) m.extras->diffuse_roughness = Input(0.0f);
+                   });
+               }},
+    EffectRule{Effect::Sheen, find_sheen,
+               [](scene::Scene& s) {
+                   change_materials(s, [](Material& m) {
+                       if (m.extras) m.extras->sheen = Input(0.0f);
+                   });
+               }},
+    EffectRule{Effect::Patterns, find_patterns,
+               [](scene::Scene& s) { forget_inputs(s, Input::Source::Pattern); }},
+    EffectRule{Effect::Subsurface, find_subsurface,
+               [](scene::Scene& s) {
+                   change_materials(s, [](Material& m) { m.subsurface = Input(0.0f); });
+               }},
     EffectRule{Effect::Hair, find_hair, forget_hair},
-    EffectRule{Effect::Anisotropy, find_anisotropy, [](scene::Scene& s) { change_materials(s, [](Material& m) { m.anisotropy = Input(0.0f); }); }},
+    EffectRule{Effect::Anisotropy, find_anisotropy,
+               [](scene::Scene& s) {
+                   change_materials(s, [](Material& m) { m.anisotropy = Input(0.0f); });
+               }},
 };
 
 }  // namespace
 
-std::span<const EffectRule> surface_rules() { return rules; }
+std::span<const EffectRule> surface_rules() {
+    return rules;
+}
 
 }  // namespace velatura::integrator

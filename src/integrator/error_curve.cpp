@@ -14,14 +14,17 @@ constexpr double quantile = 1.96;
 
 constexpr ErrorSlope usual = {image::usual_slope, image::usual_slope_deviation};
 
-// No observation is better than the first of these; one from k doublings ago is k² times the second off its line, and one of n
-// samples per pixel the third over n: the first samples of a pixel do not behave as many do
+// No observation is better than the first of these; one from k doublings ago is k² times the second
+// off its line, and one of n samples per pixel the third over n: the first samples of a pixel do
+// not behave as many do
 constexpr double least_deviation = 0.005, bend = 0.01, young = 0.25;
 
-// Slopes of pictures that meet all their light are 0.48 at least, among scenes/; and what is not sure is taken to be usual
+// Slopes of pictures that meet all their light are 0.48 at least, among scenes/; and what is not
+// sure is taken to be usual
 constexpr double rare_slope = 0.44;
 
-// Relative squares divide by the noisy picture itself: an error of e is not known better than to this times e
+// Relative squares divide by the noisy picture itself: an error of e is not known better than to
+// this times e
 constexpr double unsettled = 0.25;
 
 image::RelativeError with_interval(double value, double deviation) {
@@ -35,8 +38,10 @@ void ErrorCurve::add(const ErrorObservation& seen) {
     int run = 0;
     if (!observations_.empty()) {
         const Observation& last = observations_.back();
-        // Where samples begin to go by noise, pixels that get few wait: the first doubling after that is not like the next
-        const bool is_doubled = seen.samples_max == 2 * last.seen.samples_max && std::abs(seen.samples_mean / last.seen.samples_mean - 2) < 0.02;
+        // Where samples begin to go by noise, pixels that get few wait: the first doubling after
+        // that is not like the next
+        const bool is_doubled = seen.samples_max == 2 * last.seen.samples_max &&
+                                std::abs(seen.samples_mean / last.seen.samples_mean - 2) < 0.02;
         run = is_doubled ? last.run : last.run + 1;
     }
     observations_.push_back({seen, run});
@@ -56,7 +61,8 @@ double ErrorCurve::deviation_of(const Observation& o) {
 }
 
 double ErrorCurve::weight_of(const Observation& o) const {
-    // All of a run are about as precise; what each says of its own precision is part of the same noise
+    // All of a run are about as precise; what each says of its own precision is part of the same
+    // noise
     double square = 0, count = 0;
     for (const Observation& other : observations_) {
         if (other.run != o.run) continue;
@@ -105,14 +111,17 @@ ErrorSlope ErrorCurve::slope() const {
     const double excess = freedom > 0 ? std::max(1.0, (yy - xy * xy / xx) / freedom) : 1.0;
     const double precision = xx / excess;
     // A picture that is plainly not like the others is less bound to them
-    const double beyond_chance = std::max(0.0, std::abs(fitted - usual.value) - quantile / std::sqrt(precision));
+    const double beyond_chance =
+        std::max(0.0, std::abs(fitted - usual.value) - quantile / std::sqrt(precision));
     const double doubt = std::max(usual.deviation, 0.5 * beyond_chance);
     const double known = 1 / (doubt * doubt);
     const double value = (precision * fitted + known * usual.value) / (precision + known);
     return {std::clamp(value, 0.3, 1.5), 1 / std::sqrt(precision + known)};
 }
 
-bool ErrorCurve::is_rare() const { return slope().value < rare_slope; }
+bool ErrorCurve::is_rare() const {
+    return slope().value < rare_slope;
+}
 
 double ErrorCurve::offset(double slope) {
     return std::log(image::net_factor(slope));

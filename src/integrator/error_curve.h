@@ -13,7 +13,7 @@ namespace velatura::integrator {
 struct ErrorObservation {
     uint64_t samples_min = 0, samples_max = 0;  ///< of any pixel
     double samples_mean = 0;
-    double time_s = 0;           ///< since the first sample
+    double time_s = 0;            ///< since the first sample
     image::RelativeError change;  ///< since every pixel had half its samples: image::picture_change
 };
 
@@ -54,7 +54,8 @@ struct ErrorForecast {
 /// from that experience.
 class ErrorCurve {
   public:
-    static constexpr double farthest = 10;  ///< times the samples that it has: no forecast goes beyond
+    static constexpr double farthest =
+        10;  ///< times the samples that it has: no forecast goes beyond
 
     /// Adds an observation with more samples than those before. Those without change are left out.
     void add(const ErrorObservation& observation);
@@ -66,8 +67,8 @@ class ErrorCurve {
 
     ErrorSlope slope() const;
 
-    /// Errors fall far more slowly than those of independent samples, or grow: some light is met so rarely that the picture does
-    /// not know its noise yet, and the error is more than it says.
+    /// Errors fall far more slowly than those of independent samples, or grow: some light is met so
+    /// rarely that the picture does not know its noise yet, and the error is more than it says.
     bool is_rare() const;
 
     /// The error itself at each observation, with what the slope leaves open in the interval.

@@ -7,10 +7,10 @@ namespace velatura::integrator {
 
 /// Who looks for the lights that a vertex sees. All have the same mean (Veach 1997, chapter 9).
 enum class LightSampling : uint8_t {
-    Mis,         ///< light and BSDF sampling, weighed by the balance heuristic
-    Light,       ///< light sampling alone; lights met by BSDF sampling do not count, but behind delta
-                 ///< lobes
-    Bsdf,        ///< BSDF sampling alone; lights without extent, which it cannot meet, are still sampled
+    Mis,    ///< light and BSDF sampling, weighed by the balance heuristic
+    Light,  ///< light sampling alone; lights met by BSDF sampling do not count, but behind delta
+            ///< lobes
+    Bsdf,   ///< BSDF sampling alone; lights without extent, which it cannot meet, are still sampled
     Hemisphere,  ///< a direction of its own, uniform over the hemisphere that the vertex sees (the
                  ///< sphere where light may come from everywhere), finds what lies along it; met
                  ///< lights count as for Light, lights without extent as for Bsdf

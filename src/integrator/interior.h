@@ -10,9 +10,9 @@
 namespace velatura::integrator {
 
 /// The bodies that a point lies in, by their materials, in the order of their priorities and of
-/// equals in the order in which it got into them. The last one is what fills the space: a body inside
-/// another displaces it. Whoever goes through a surface tells; where nothing absorbs and nothing has
-/// a priority nobody need.
+/// equals in the order in which it got into them. The last one is what fills the space: a body
+/// inside another displaces it. Whoever goes through a surface tells; where nothing absorbs and
+/// nothing has a priority nobody need.
 class Interior {
   public:
     /// Light goes from wo to wi at the surface: into the body behind it, out of it, or neither.
@@ -47,7 +47,8 @@ class Interior {
         return count_ == 0 ? Rgb(0.0f) : materials.extinction(bodies_[size_t(count_ - 1)]);
     }
 
-    /// Share of light that neither is lost nor scatters within a distance [scene units], which may be infinite.
+    /// Share of light that neither is lost nor scatters within a distance [scene units], which may
+    /// be infinite.
     Rgb transmittance(const shading::MaterialEvaluator& materials, float distance) const;
 
   private:

@@ -40,7 +40,8 @@ Rgb PathTracer::own_visibility(const Path& path,
                                const lights::LightSample& light,
                                const scene::LightLinks& links,
                                ShadowShares* shares) const {
-    return OwnShadow(world_, links, inside, {path.cone_width, path.cone_spread}, own_numbers(path), shares)
+    return OwnShadow(world_, links, inside, {path.cone_width, path.cone_spread}, own_numbers(path),
+                     shares)
         .visibility(ShadowSegment(from, light), *path.counts);
 }
 
@@ -56,15 +57,17 @@ void PathTracer::add_lights_beyond(const Path& path,
             if (!is_found_beyond(path, links) || !is_lit(path, links)) return;
             if (options_.caustics && options_.caustics->finds(path.history, hit.light, 0)) return;
             const lights::LobeMultipliers multipliers = world_.lights.lobe_multipliers(hit.light);
-            const Rgb Le = path.beta * hit.Le * light_factor(path, multipliers) * light_hit_weight(path, hit);
+            const Rgb Le =
+                path.beta * hit.Le * light_factor(path, multipliers) * light_hit_weight(path, hit);
             if (is_black(Le)) return;
             lights::LightSample light;
             light.wi = path.ray.d;
             light.distance = hit.t;
             const lights::RayCone cone{path.cone_width, path.cone_spread};
             room.clear();
-            const Rgb visible = OwnShadow(world_, *links, path.interior, cone, own_numbers(path), shares)
-                                    .visibility(ShadowSegment(from, light), *path.counts);
+            const Rgb visible =
+                OwnShadow(world_, *links, path.interior, cone, own_numbers(path), shares)
+                    .visibility(ShadowSegment(from, light), *path.counts);
             deposit_met(path, world_.lights.group(hit.light), Le * visible, multipliers,
                         "light met, by its own shadows", out);
             deposit_taken(room, world_.lights.group(hit.light), Le, out);
@@ -95,8 +98,7 @@ void PathTracer::add_surfaces_beyond(const Path& path,
             if (is_found_beyond(path, emitted.links) && surfaces.is_of(*emitted.links)) {
                 const float weight =
                     world_.materials.presence(point, width) * surface_hit_weight(path, point);
-                deposit_met(path, emitted.group,
-                            path.beta * emitted.Le * weight * shadow.visible(),
+                deposit_met(path, emitted.group, path.beta * emitted.Le * weight * shadow.visible(),
                             emitted.multipliers, "surface met, by its own shadows", out);
                 deposit_taken(shares, emitted.group, path.beta * emitted.Le * weight, out);
             }

@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/matte_ids.h"
 
+#include "image/cryptomatte.h"
+
 #include <set>
 #include <string>
 #include <vector>
 
-#include "image/cryptomatte.h"
-
 namespace velatura::integrator {
 
-MatteIds::MatteIds(const scene::Scene& scene) : scene_(scene), without_material_(image::matte_id(no_material)) {
-    for (const scene::Provenance& p : scene.provenance) of_provenance_.push_back(image::matte_id(p.prim_path));
-    for (const scene::Material& m : scene.materials) of_material_.push_back(image::matte_id(m.name));
+MatteIds::MatteIds(const scene::Scene& scene)
+    : scene_(scene), without_material_(image::matte_id(no_material)) {
+    for (const scene::Provenance& p : scene.provenance)
+        of_provenance_.push_back(image::matte_id(p.prim_path));
+    for (const scene::Material& m : scene.materials)
+        of_material_.push_back(image::matte_id(m.name));
 }
 
 image::MatteNames MatteIds::names() const {

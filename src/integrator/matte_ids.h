@@ -1,23 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
 #include "geometry/surface_point.h"
 #include "image/layer_file.h"
 #include "scene/scene.h"
 
+#include <cstdint>
+#include <vector>
+
 namespace velatura::integrator {
 
-/// Ids of all that Cryptomattes tell apart in a scene, which must outlive them: hashing names is no work for paths.
+/// Ids of all that Cryptomattes tell apart in a scene, which must outlive them: hashing names is no
+/// work for paths.
 class MatteIds {
   public:
     explicit MatteIds(const scene::Scene& scene);
 
-    /// Of the prim that the surface belongs to; of an instance, whose prim is the one that places it. 0: nobody knows it.
+    /// Of the prim that the surface belongs to; of an instance, whose prim is the one that places
+    /// it. 0: nobody knows it.
     uint32_t object(const geometry::SurfacePoint& point) const {
-        const scene::ProvenanceId id = point.instance == scene::none ? point.provenance : scene_.instances[point.instance].provenance;
+        const scene::ProvenanceId id = point.instance == scene::none
+                                           ? point.provenance
+                                           : scene_.instances[point.instance].provenance;
         return id < of_provenance_.size() ? of_provenance_[id] : 0;
     }
 

@@ -59,8 +59,7 @@ NestedBodies::NestedBodies(const scene::Scene& scene,
         if (!bounds_body(scene.shapes[s], scene::none)) continue;
         const geometry::TriangleMesh& mesh = geometry.shapes()[s];
         const Box3& b = mesh.bounds();
-        bodies_.push_back(
-            {{scene::none, s, trees_.add(mesh)}, Box3d(Vec3d(b.min), Vec3d(b.max))});
+        bodies_.push_back({{scene::none, s, trees_.add(mesh)}, Box3d(Vec3d(b.min), Vec3d(b.max))});
     }
     for (uint32_t i = 0; i < scene.instances.size(); ++i)
         add_bodies(i, scene.instances[i].prototype);

@@ -82,7 +82,8 @@ Rgb OwnShadow::visibility(ShadowSegment segment, RayCounts& counts) {
     const shading::MaterialEvaluator& materials = world_.materials;
     const accel::Accelerator& accelerator = *world_.accelerator;
     const bool is_plain = !materials.has_presence() && !materials.is_see_through() &&
-                          !materials.has_absorption() && !world_.volumes && !shares_ && !(links_.shadow_falloff > 0.0f);
+                          !materials.has_absorption() && !world_.volumes && !shares_ &&
+                          !(links_.shadow_falloff > 0.0f);
     ++counts.shadow;
     if (is_plain) {
         segment.end_at(links_.shadow_distance);
@@ -94,7 +95,8 @@ Rgb OwnShadow::visibility(ShadowSegment segment, RayCounts& counts) {
         segment.end_at(links_.shadow_distance - travelled_);
         const geometry::Hit hit = casters_ ? accelerator.intersect_some(segment.ray, *casters_)
                                            : accelerator.intersect(segment.ray);
-        go(segment.ray.o, segment.wi, segment.length(hit.is_valid() ? hit.t : segment.ray.t_max), counts);
+        go(segment.ray.o, segment.wi, segment.length(hit.is_valid() ? hit.t : segment.ray.t_max),
+           counts);
         if (!hit.is_valid()) return visible();
         geometry::SurfacePoint point =
             geometry::make_surface_point(world_.scene, world_.geometry, segment.ray, hit);

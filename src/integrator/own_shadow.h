@@ -17,8 +17,8 @@ namespace velatura::integrator {
 /// and scattering see the same (docs/adr/0021).
 class OwnShadow {
   public:
-    /// interior: what the way starts in. cone: of the path that looks along it. numbers: for volumes
-    /// on the way. shares: receives who takes what; null: nobody asks.
+    /// interior: what the way starts in. cone: of the path that looks along it. numbers: for
+    /// volumes on the way. shares: receives who takes what; null: nobody asks.
     OwnShadow(const World& world,
               const scene::LightLinks& links,
               const Interior& interior,
@@ -33,8 +33,8 @@ class OwnShadow {
 
     /// Goes on from o along the unit direction d through whatever fills the space.
     void go(const Vec3& o, const Vec3& d, float distance, RayCounts& counts);
-    /// Meets a surface along the unit direction d, which may be no caster. point: becomes the one from
-    /// which the way goes on.
+    /// Meets a surface along the unit direction d, which may be no caster. point: becomes the one
+    /// from which the way goes on.
     void meet(geometry::SurfacePoint& point, const Vec3& d);
 
     /// What arrives from here.

@@ -12,7 +12,8 @@ namespace velatura::integrator {
 
 /// What this build can run, see scene::is_built: bodies that paths have to know of.
 constexpr bool may_keep_interior() {
-    return scene::is_built(scene::Effect::Absorption) || scene::is_built(scene::Effect::NestedBodies) ||
+    return scene::is_built(scene::Effect::Absorption) ||
+           scene::is_built(scene::Effect::NestedBodies) ||
            scene::is_built(scene::Effect::InteriorMedia);
 }
 
@@ -21,16 +22,20 @@ constexpr bool may_fly() {
     return scene::is_built(scene::Effect::Volumes) || scene::is_built(scene::Effect::InteriorMedia);
 }
 
-inline bool keeps_interior(const World& world) { return may_keep_interior() && world.materials.has_absorption(); }
+inline bool keeps_interior(const World& world) {
+    return may_keep_interior() && world.materials.has_absorption();
+}
 
 /// Surfaces that emit.
 constexpr bool may_have_emission() {
-    return scene::is_built(scene::Effect::SurfaceEmission) || scene::is_built(scene::Effect::MeshLights);
+    return scene::is_built(scene::Effect::SurfaceEmission) ||
+           scene::is_built(scene::Effect::MeshLights);
 }
 
 /// Lights with links of whatever kind.
 constexpr bool may_have_links() {
-    return scene::is_built(scene::Effect::LightLinking) || scene::is_built(scene::Effect::ShadowControls);
+    return scene::is_built(scene::Effect::LightLinking) ||
+           scene::is_built(scene::Effect::ShadowControls);
 }
 
 /// Light selection at a vertex, for both samplers alike.
@@ -38,9 +43,11 @@ inline lights::Receiver receiver_at(const World& world,
                                     const geometry::SurfacePoint& point,
                                     const shading::Bsdf& bsdf) {
     using scene::Effect, scene::is_built;
-    constexpr bool may_transmit = is_built(Effect::Transmission) || is_built(Effect::DiffuseTransmission) || is_built(Effect::Hair);
+    constexpr bool may_transmit = is_built(Effect::Transmission) ||
+                                  is_built(Effect::DiffuseTransmission) || is_built(Effect::Hair);
     const bool is_hair = is_built(Effect::Hair) && bsdf.is_hair();
-    lights::Receiver receiver{point.p, is_hair ? Vec3(0.0f) : bsdf.ns(), may_transmit && bsdf.has_transmission()};
+    lights::Receiver receiver{point.p, is_hair ? Vec3(0.0f) : bsdf.ns(),
+                              may_transmit && bsdf.has_transmission()};
     if (!is_built(Effect::LightLinking) || !world.has_light_links) return receiver;
     scene::count_call(Effect::LightLinking);
     receiver.link = scene::link_class(world.scene, point.instance, point.shape);
@@ -51,27 +58,32 @@ inline lights::Receiver receiver_at(const World& world,
 struct PathTracer::Path {
     static constexpr int unknown_hits = -1;
 
-    Path(const sampling::PixelSampler& s, RayCounts& c, PathObserver* o) : sampler(s), counts(&c), observer(o) {}
+    Path(const sampling::PixelSampler& s, RayCounts& c, PathObserver* o)
+        : sampler(s), counts(&c), observer(o) {}
 
     sampling::PixelSampler sampler;
     geometry::Ray ray;
     Rgb beta = Rgb(1.0f);
-    int bounce = 0;            ///< scatterings so far; pass-throughs do not count
-    uint32_t pass_count = 0;   ///< pass-throughs since the last scattering; keeps their random numbers apart
+    int bounce = 0;  ///< scatterings so far; pass-throughs do not count
+    uint32_t pass_count =
+        0;  ///< pass-throughs since the last scattering; keeps their random numbers apart
     lights::Onlooker onlooker = lights::Onlooker::Eye;  ///< at the last vertex
-    bool is_certain = true;    ///< no light sampling competed for the present direction: MIS weight 1
+    bool is_certain = true;  ///< no light sampling competed for the present direction: MIS weight 1
     lights::Receiver receiver = {};  ///< where the present direction was sampled
-    float scatter_pdf = 0;     ///< [1/sr]
-    Vec3 straight_o = Vec3(0.0f);  ///< where the present straight line began; pass-throughs do not end it
-    float travelled = 0;       ///< along that line up to the present segment
-    float segment_t = 0;       ///< length of the present segment
-    /// The lights that the whole of that line crosses, where somebody asked before and they are few.
+    float scatter_pdf = 0;           ///< [1/sr]
+    Vec3 straight_o =
+        Vec3(0.0f);       ///< where the present straight line began; pass-throughs do not end it
+    float travelled = 0;  ///< along that line up to the present segment
+    float segment_t = 0;  ///< length of the present segment
+    /// The lights that the whole of that line crosses, where somebody asked before and they are
+    /// few.
     std::array<lights::LightHit, 4> line_hits;
     int line_hit_count = unknown_hits;
-    Rgb diffuse_share = Rgb(0.0f);  ///< of f at the last scattering; only kept when lights have lobe multipliers
-    float eta_scale = 1;       ///< undoes the η² of refractions for roulette
-    /// What the path may expect to bring by its present direction, over what it could at its first guided vertex, as
-    /// learned; 0 = not known.
+    Rgb diffuse_share =
+        Rgb(0.0f);  ///< of f at the last scattering; only kept when lights have lobe multipliers
+    float eta_scale = 1;  ///< undoes the η² of refractions for roulette
+    /// What the path may expect to bring by its present direction, over what it could at its first
+    /// guided vertex, as learned; 0 = not known.
     float importance = 0;
     float first_expected = 0;  ///< luminance
     float cone_width = 0, cone_spread = 0;
@@ -79,8 +91,10 @@ struct PathTracer::Path {
     Interior interior;        ///< of the present segment; only kept where something absorbs
     uint32_t branches = 1;    ///< that it is yet to divide into
     float share = 1;          ///< of the sample, for a branch
-    float carried = 1;        ///< of what it began with, at its last chance to end; not kept by the default roulette
-    const media::Flight* flight = nullptr;  ///< through volumes on the present segment, while its lights are met
+    float carried =
+        1;  ///< of what it began with, at its last chance to end; not kept by the default roulette
+    const media::Flight* flight =
+        nullptr;  ///< through volumes on the present segment, while its lights are met
     RayCounts* counts;
     PathObserver* observer;
 };
@@ -91,16 +105,20 @@ struct PathTracer::Vertex {
     const shading::Bsdf& bsdf;
     Vec3 wo;
     DirectionMixture directions;
-    const NestedBodies::Crossing* crossing = nullptr;  ///< of a boundary between bodies with priorities
+    const NestedBodies::Crossing* crossing =
+        nullptr;           ///< of a boundary between bodies with priorities
     bool is_exit = false;  ///< where light comes out that scattered below the surface
 
     /// What f does, of a light that counts by the multipliers.
-    film::EventShares events(const shading::BsdfValue& value, const lights::LobeMultipliers& multipliers = {}) const {
-        return is_exit ? film::EventShares::only(film::PathEvent::Subsurface) : events_of(value, multipliers);
+    film::EventShares events(const shading::BsdfValue& value,
+                             const lights::LobeMultipliers& multipliers = {}) const {
+        return is_exit ? film::EventShares::only(film::PathEvent::Subsurface)
+                       : events_of(value, multipliers);
     }
 };
 
-/// Where a path comes out that scattered below the surface: a vertex in place of the one where it went in.
+/// Where a path comes out that scattered below the surface: a vertex in place of the one where it
+/// went in.
 struct PathTracer::Emergence {
     Emergence(const geometry::SurfacePoint& at, const Vec3& wo, const guiding::GuidingField* guide)
         : point(at),
@@ -116,9 +134,16 @@ struct PathTracer::Emergence {
 };
 
 /// Light goes through the vertex from wo to wi, or stays on its side.
-inline void cross(const World& world, const NestedBodies::Crossing* crossing, const geometry::SurfacePoint& point, const Vec3& wo, const Vec3& wi, Interior& interior) {
-    if (!crossing) interior.cross(world.materials, point, wo, wi);
-    else if ((point.ng.dot(wo) > 0.0f) != (point.ng.dot(wi) > 0.0f)) interior = crossing->beyond;
+inline void cross(const World& world,
+                  const NestedBodies::Crossing* crossing,
+                  const geometry::SurfacePoint& point,
+                  const Vec3& wo,
+                  const Vec3& wi,
+                  Interior& interior) {
+    if (!crossing)
+        interior.cross(world.materials, point, wo, wi);
+    else if ((point.ng.dot(wo) > 0.0f) != (point.ng.dot(wi) > 0.0f))
+        interior = crossing->beyond;
 }
 
 }  // namespace velatura::integrator

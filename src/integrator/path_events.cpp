@@ -44,7 +44,9 @@ EventShares shares_of(const std::array<Portion, count>& portions) {
 EventShares events_of(const shading::BsdfValue& value, const lights::LobeMultipliers& multipliers) {
     const Rgb diffuse = value.diffuse * multipliers.diffuse;
     if (value.kind == ScatterKind::Transmit)
-        return shares_of<2>({{{PathEvent::DiffuseTransmission, diffuse}, {PathEvent::GlossyTransmission, value.specular * multipliers.specular}}});
+        return shares_of<2>(
+            {{{PathEvent::DiffuseTransmission, diffuse},
+              {PathEvent::GlossyTransmission, value.specular * multipliers.specular}}});
     Rgb below_coat;
     for (int c = 0; c < 3; ++c) below_coat[c] = std::max(value.specular[c] - value.coat, 0.0f);
     return shares_of<3>({{{PathEvent::Diffuse, diffuse},

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
-
 #include "media/volume_set.h"
 #include "scene/effect_calls.h"
+
+#include <cstdint>
 
 namespace velatura::integrator {
 
@@ -17,13 +17,16 @@ struct RayCounts {
     uint64_t in_branches = 0;  ///< of these four: by paths after they had divided
     uint64_t paths = 0;
     uint64_t depth_limited = 0;  ///< paths cut by hard_depth_limit
-    uint64_t caustics_found = 0;   ///< specular chains from a vertex to a light that were found by solving for them
-    uint64_t caustics_capped = 0;  ///< of these: weighed too little, because their probability takes too long to find
+    uint64_t caustics_found =
+        0;  ///< specular chains from a vertex to a light that were found by solving for them
+    uint64_t caustics_capped =
+        0;  ///< of these: weighed too little, because their probability takes too long to find
     media::TrackingCounts tracking;  ///< through volumes
-    uint64_t walks_given_up = 0;  ///< below surfaces, after SubsurfaceWalk::most_steps
-    uint64_t bodies_unmatched = 0;  ///< faces of bodies with priorities by which rays left what they had not entered
-    uint64_t bodies_too_deep = 0;   ///< such faces entered within more bodies than an Interior holds
-    scene::EffectCalls effects;  ///< of the code that traced them; filled by the schedule
+    uint64_t walks_given_up = 0;     ///< below surfaces, after SubsurfaceWalk::most_steps
+    uint64_t bodies_unmatched =
+        0;  ///< faces of bodies with priorities by which rays left what they had not entered
+    uint64_t bodies_too_deep = 0;  ///< such faces entered within more bodies than an Interior holds
+    scene::EffectCalls effects;    ///< of the code that traced them; filled by the schedule
 
     uint64_t total() const { return camera + indirect + shadow + caustic; }
 

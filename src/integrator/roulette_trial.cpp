@@ -39,7 +39,8 @@ class Tails final : public PathObserver {
     }
 
     void on_survival(int bounce, float carried) override {
-        chances_.push_back({RouletteGains::index(bounce), double(carried), counts_.total(), so_far_});
+        chances_.push_back(
+            {RouletteGains::index(bounce), double(carried), counts_.total(), so_far_});
     }
 
     void on_end(int, const char*) override {}
@@ -79,10 +80,15 @@ struct Sums {
 class Trial {
   public:
     /// rays: so far, of which `of_sample` are those of the sample.
-    void add(uint64_t sample, const film::SampleRadiance& radiance, const Tails& tails, uint64_t rays, uint64_t of_sample) {
+    void add(uint64_t sample,
+             const film::SampleRadiance& radiance,
+             const Tails& tails,
+             uint64_t rays,
+             uint64_t of_sample) {
         if (radiance.is_bad()) return;
         const Rgb total = radiance.radiance();
-        for (size_t c = 0; c < 3; ++c) runs_[sample * 2 / trial_samples][c] += double(total[int(c)]);
+        for (size_t c = 0; c < 3; ++c)
+            runs_[sample * 2 / trial_samples][c] += double(total[int(c)]);
         // A sample costs something beside its rays
         cost_ += 1.0 + double(of_sample);
         for (const Tails::Chance& chance : tails.chances()) {
@@ -103,7 +109,8 @@ class Trial {
             const double norm = mean * mean + 0.01;
             const double difference = (runs_[0][c] - runs_[1][c]) / (samples / 2);
             out.variance += difference * difference / 2 * (samples / 2) / norm;
-            for (size_t i = 0; i < RouletteGains::count; ++i) out.tails[i] += squares_[i][c] / norm / samples;
+            for (size_t i = 0; i < RouletteGains::count; ++i)
+                out.tails[i] += squares_[i][c] / norm / samples;
         }
         for (size_t i = 0; i < RouletteGains::count; ++i) out.costs[i] = costs_[i] / samples;
         out.cost = cost_ / samples;
@@ -119,7 +126,9 @@ class Trial {
 
 }  // namespace
 
-RouletteTrial try_roulette(const World& world, const PathTracerOptions& options, const std::atomic<bool>* stop) {
+RouletteTrial try_roulette(const World& world,
+                           const PathTracerOptions& options,
+                           const std::atomic<bool>* stop) {
     RouletteTrial out;
     const auto start = std::chrono::steady_clock::now();
     PathTracerOptions trial_options = options;
@@ -128,12 +137,14 @@ RouletteTrial try_roulette(const World& world, const PathTracerOptions& options,
     trial_options.branches = nullptr;
     film::LayerSet layers;
     layers.bounce_layers = layers.group_layers = layers.data_layers = false;
-    for (const scene::LightGroup& g : world.scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+    for (const scene::LightGroup& g : world.scene.groups)
+        layers.groups.push_back({g.name, g.prims, g.is_environment});
     const PathTracer tracer(world, layers, trial_options);
 
     // Every row sums its own pixels, so that the result does not depend on the threads
     const auto& settings = world.scene.settings;
-    const int columns = std::min(settings.width, most_to_a_side), rows = std::min(settings.height, most_to_a_side);
+    const int columns = std::min(settings.width, most_to_a_side),
+              rows = std::min(settings.height, most_to_a_side);
     std::vector<Sums> sums{size_t(rows)};
     std::vector<RayCounts> counts{size_t(rows)};
     const auto is_stopped = [stop] { return stop && stop->load(std::memory_order_relaxed); };

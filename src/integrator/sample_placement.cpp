@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/sample_placement.h"
 
+#include "base/tasks.h"
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -8,20 +10,20 @@
 #include <cstdlib>
 #include <limits>
 
-#include "base/tasks.h"
-
 namespace velatura::integrator {
 
 namespace {
 
-/// A Gaussian of 1.7 pixels: 36 pixels tell as much as they do with equal weights, and edges of shadows stay narrow.
+/// A Gaussian of 1.7 pixels: 36 pixels tell as much as they do with equal weights, and edges of
+/// shadows stay narrow.
 constexpr std::array<float, 5> weights = {1.0f, 0.8411f, 0.5005f, 0.2107f, 0.0627f};
 constexpr int reach = int(weights.size()) - 1;
 
 /// Calls `use(at, weight)` for all places at most `reach` from `centre` that a line of `size` has.
 template <class Use>
 void for_each_near(int centre, int size, const Use& use) {
-    for (int at = std::max(0, centre - reach); at <= std::min(size - 1, centre + reach); ++at) use(at, weights[size_t(std::abs(at - centre))]);
+    for (int at = std::max(0, centre - reach); at <= std::min(size - 1, centre + reach); ++at)
+        use(at, weights[size_t(std::abs(at - centre))]);
 }
 
 /// Base 2 logarithms of merits and of what is divided by them, in steps.
@@ -31,23 +33,33 @@ constexpr int no_noise = std::numeric_limits<int>::min() / 2;
 
 int step_of(float merit) {
     if (!(merit > 0)) return no_noise;
-    return int(std::clamp(std::lround(steps_per_octave * std::log2(double(merit))), long(lowest_step), long(highest_step)));
+    return int(std::clamp(std::lround(steps_per_octave * std::log2(double(merit))),
+                          long(lowest_step), long(highest_step)));
 }
 
 /// Base 2 logarithm of merit / unit, rounded and in range; no noise has the lowest.
-int exponent_of(int merit, int unit) { return std::clamp((merit - unit + steps_per_octave / 2) >> std::countr_zero(unsigned(steps_per_octave)), SampleRates::lowest, SampleRates::highest); }
+int exponent_of(int merit, int unit) {
+    return std::clamp(
+        (merit - unit + steps_per_octave / 2) >> std::countr_zero(unsigned(steps_per_octave)),
+        SampleRates::lowest, SampleRates::highest);
+}
 
 /// A rate in multiples of the lowest.
-int64_t multiple(int exponent) { return int64_t(1) << (exponent - SampleRates::lowest); }
+int64_t multiple(int exponent) {
+    return int64_t(1) << (exponent - SampleRates::lowest);
+}
 
 /// Sums of all pixels' rates, in multiples of the lowest, by unit.
 class RateSums {
   public:
     explicit RateSums(const std::vector<int>& merits) : sums_(size_t(units), 0) {
-        // From the largest unit on, where all are lowest, each pixel gains at the first unit for each rate
+        // From the largest unit on, where all are lowest, each pixel gains at the first unit for
+        // each rate
         for (const int merit : merits) {
             if (merit == no_noise) continue;
-            for (int e = SampleRates::lowest + 1; e <= SampleRates::highest; ++e) sums_[index(merit + steps_per_octave / 2 - e * steps_per_octave)] += multiple(e) - multiple(e - 1);
+            for (int e = SampleRates::lowest + 1; e <= SampleRates::highest; ++e)
+                sums_[index(merit + steps_per_octave / 2 - e * steps_per_octave)] +=
+                    multiple(e) - multiple(e - 1);
         }
         for (size_t i = sums_.size() - 1; i-- > 0;) sums_[i] += sums_[i + 1];
         for (int64_t& sum : sums_) sum += int64_t(merits.size());
@@ -55,8 +67,10 @@ class RateSums {
 
     int64_t at(int unit) const { return sums_[index(unit)]; }
 
-    /// So small that whatever has noise has the highest rate, and so large that nothing has more than the lowest.
-    static constexpr int smallest_unit = lowest_step - 4 * steps_per_octave, largest_unit = highest_step + 3 * steps_per_octave;
+    /// So small that whatever has noise has the highest rate, and so large that nothing has more
+    /// than the lowest.
+    static constexpr int smallest_unit = lowest_step - 4 * steps_per_octave,
+                         largest_unit = highest_step + 3 * steps_per_octave;
 
   private:
     static constexpr int units = largest_unit - smallest_unit + 1;
@@ -68,15 +82,22 @@ class RateSums {
 
 constexpr int tile_size = 4;  // pixels that share a unit
 
-/// Rates of the pixels of a tile, whose mean is 1 together with the rates by the same unit of all pixels that the samples of
-/// this tile have nothing to do with.
-void place_tile(const film::Window& window, const film::Window& tile, const std::vector<int>& merits, const RateSums& sums, std::vector<int8_t>& exponents) {
-    const film::Window near = {std::max(tile.x0 - reach, window.x0), std::max(tile.y0 - reach, window.y0), std::min(tile.x1 + reach, window.x1), std::min(tile.y1 + reach, window.y1)};
+/// Rates of the pixels of a tile, whose mean is 1 together with the rates by the same unit of all
+/// pixels that the samples of this tile have nothing to do with.
+void place_tile(const film::Window& window,
+                const film::Window& tile,
+                const std::vector<int>& merits,
+                const RateSums& sums,
+                std::vector<int8_t>& exponents) {
+    const film::Window near = {
+        std::max(tile.x0 - reach, window.x0), std::max(tile.y0 - reach, window.y0),
+        std::min(tile.x1 + reach, window.x1), std::min(tile.y1 + reach, window.y1)};
     const int64_t far_pixels = int64_t(window.pixel_count()) - int64_t(near.pixel_count());
     const auto far_sum = [&](int unit) {
         int64_t sum = sums.at(unit);
         for (int y = near.y0; y < near.y1; ++y) {
-            for (int x = near.x0; x < near.x1; ++x) sum -= multiple(exponent_of(merits[window.index(x, y)], unit));
+            for (int x = near.x0; x < near.x1; ++x)
+                sum -= multiple(exponent_of(merits[window.index(x, y)], unit));
         }
         return sum;
     };
@@ -86,7 +107,8 @@ void place_tile(const film::Window& window, const film::Window& tile, const std:
         const int middle = (unit + below) >> 1;
         (far_sum(middle) > multiple(0) * far_pixels ? below : unit) = middle;
     }
-    const bool is_alone = far_pixels == 0, is_noise_elsewhere = far_sum(RateSums::smallest_unit) > far_pixels;
+    const bool is_alone = far_pixels == 0,
+               is_noise_elsewhere = far_sum(RateSums::smallest_unit) > far_pixels;
     for (int y = tile.y0; y < tile.y1; ++y) {
         for (int x = tile.x0; x < tile.x1; ++x) {
             const size_t at = window.index(x, y);
@@ -105,7 +127,9 @@ std::vector<float> mean_around(const std::vector<float>& values, int width, int 
         const size_t row = y * size_t(width);
         for (int x = 0; x < width; ++x) {
             float sum = 0;
-            for_each_near(x, width, [&](int at, float weight) { sum += at == x ? 0.0f : weight * values[row + size_t(at)]; });
+            for_each_near(x, width, [&](int at, float weight) {
+                sum += at == x ? 0.0f : weight * values[row + size_t(at)];
+            });
             rows_without[row + size_t(x)] = sum;
             rows[row + size_t(x)] = sum + values[row + size_t(x)];
         }
@@ -121,7 +145,10 @@ std::vector<float> mean_around(const std::vector<float>& values, int width, int 
         for (int x = 0; x < width; ++x) {
             const size_t at = row * size_t(width) + size_t(x);
             float sum = 0;
-            for_each_near(y, height, [&](int i, float weight) { sum += i == y ? rows_without[at] : weight * rows[size_t(i) * size_t(width) + size_t(x)]; });
+            for_each_near(y, height, [&](int i, float weight) {
+                sum += i == y ? rows_without[at]
+                              : weight * rows[size_t(i) * size_t(width) + size_t(x)];
+            });
             const float weight = column_weight * total_weight(x, width) - 1;
             means[at] = weight > 0 ? sum / weight : 0.0f;
         }
@@ -129,7 +156,8 @@ std::vector<float> mean_around(const std::vector<float>& values, int width, int 
     return means;
 }
 
-PilotNoise::PilotNoise(const film::Window& window) : window_(window), pixels_(size_t(window.pixel_count())) {}
+PilotNoise::PilotNoise(const film::Window& window)
+    : window_(window), pixels_(size_t(window.pixel_count())) {}
 
 void PilotNoise::add(int x, int y, const Rgb& value, uint64_t rays) {
     Pixel& pixel = pixels_[index(x, y)];
@@ -163,19 +191,26 @@ std::vector<float> PilotNoise::merits() const {
     return merits;
 }
 
-SampleRates::SampleRates(const PilotNoise& noise) : SampleRates(noise.window(), mean_around(noise.merits(), noise.window().width(), noise.window().height())) {}
+SampleRates::SampleRates(const PilotNoise& noise)
+    : SampleRates(noise.window(),
+                  mean_around(noise.merits(), noise.window().width(), noise.window().height())) {}
 
-SampleRates::SampleRates(const film::Window& window, const std::vector<float>& merits) : window_(window) {
+SampleRates::SampleRates(const film::Window& window, const std::vector<float>& merits)
+    : window_(window) {
     if (std::none_of(merits.begin(), merits.end(), [](float merit) { return merit > 0; })) return;
     std::vector<int> steps(merits.size());
     std::transform(merits.begin(), merits.end(), steps.begin(), step_of);
     const RateSums sums(steps);
     exponents_.resize(merits.size());
-    const int columns = (window.width() + tile_size - 1) / tile_size, rows = (window.height() + tile_size - 1) / tile_size;
+    const int columns = (window.width() + tile_size - 1) / tile_size,
+              rows = (window.height() + tile_size - 1) / tile_size;
     parallel_for(size_t(rows), [&](size_t row) {
         for (int column = 0; column < columns; ++column) {
             const int x = window.x0 + column * tile_size, y = window.y0 + int(row) * tile_size;
-            place_tile(window, {x, y, std::min(x + tile_size, window.x1), std::min(y + tile_size, window.y1)}, steps, sums, exponents_);
+            place_tile(
+                window,
+                {x, y, std::min(x + tile_size, window.x1), std::min(y + tile_size, window.y1)},
+                steps, sums, exponents_);
         }
     });
 }
@@ -197,18 +232,22 @@ std::optional<SampleRates> SampleRates::kept_in(const film::Film& film) {
 void SampleRates::keep_in(film::Film& film) const {
     const film::Window& w = film.window();
     for (int y = w.y0; y < w.y1; ++y) {
-        for (int x = w.x0; x < w.x1; ++x) film.set_rate(x, y, uint8_t(rate_of_1 + exponent_at(x, y)));
+        for (int x = w.x0; x < w.x1; ++x)
+            film.set_rate(x, y, uint8_t(rate_of_1 + exponent_at(x, y)));
     }
 }
 
 int SampleRates::exponent_at(int x, int y) const {
-    return is_uniform() ? 0 : exponents_[size_t(y - window_.y0) * size_t(window_.width()) + size_t(x - window_.x0)];
+    return is_uniform() ? 0
+                        : exponents_[size_t(y - window_.y0) * size_t(window_.width()) +
+                                     size_t(x - window_.x0)];
 }
 
 uint64_t SampleRates::count(int x, int y, uint64_t index) const {
     if (is_uniform() || index <= pilot_samples) return index;
     const int exponent = exponent_at(x, y);
-    const uint64_t count = exponent >= 0 ? index << exponent : (index + (uint64_t(1) << -exponent) - 1) >> -exponent;
+    const uint64_t count =
+        exponent >= 0 ? index << exponent : (index + (uint64_t(1) << -exponent) - 1) >> -exponent;
     return std::max(count, pilot_samples);
 }
 

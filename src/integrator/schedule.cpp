@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/schedule.h"
 
+#include "base/tasks.h"
+#include "image/picture_change.h"
+#include "scene/effect_build.h"
+#include "scene/effect_calls.h"
+
 #include <algorithm>
 #include <bit>
 #include <chrono>
@@ -9,18 +14,15 @@
 #include <mutex>
 #include <optional>
 
-#include "base/tasks.h"
-#include "image/picture_change.h"
-#include "scene/effect_build.h"
-#include "scene/effect_calls.h"
-
 namespace velatura::integrator {
 
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 /// Pixel rectangles of whole film tiles, so that no two tasks touch one film tile.
 std::vector<film::Window> make_tiles(const film::Window& w, int tile_size) {
@@ -46,7 +48,8 @@ class Progress {
           start_(Clock::now()) {
         const film::Window& w = film.window();
         for (int y = w.y0; y < w.y1; ++y) {
-            for (int x = w.x0; x < w.x1; ++x) done_ += double(film.next_sample(x, y) - film.sums().record(x, y).first);
+            for (int x = w.x0; x < w.x1; ++x)
+                done_ += double(film.next_sample(x, y) - film.sums().record(x, y).first);
         }
         done_before_ = done_;
     }
@@ -58,7 +61,10 @@ class Progress {
         report();
     }
 
-    void set_error(double error, bool is_upper, bool is_lower, std::optional<ErrorForecast> forecast) {
+    void set_error(double error,
+                   bool is_upper,
+                   bool is_lower,
+                   std::optional<ErrorForecast> forecast) {
         std::lock_guard lock(mutex_);
         error_ = error;
         is_upper_error_ = is_upper;
@@ -82,10 +88,13 @@ class Progress {
         state.elapsed_s = elapsed_s();
         state.fraction = std::min(1.0, done_ / (pixels_ * samples_));
         // What the film came with says nothing of how long the rest takes
-        if (done_ > done_before_) state.left_s = state.elapsed_s * std::max(0.0, pixels_ * samples_ - done_) / (done_ - done_before_);
+        if (done_ > done_before_)
+            state.left_s = state.elapsed_s * std::max(0.0, pixels_ * samples_ - done_) /
+                           (done_ - done_before_);
         if (time_budget_s_ > 0) {
             const double left_s = std::max(0.0, time_budget_s_ - state.elapsed_s);
-            state.fraction = std::max(state.fraction, std::min(1.0, state.elapsed_s / time_budget_s_));
+            state.fraction =
+                std::max(state.fraction, std::min(1.0, state.elapsed_s / time_budget_s_));
             state.left_s = std::min(state.left_s.value_or(left_s), left_s);
         }
         state.error = error_;
@@ -109,27 +118,42 @@ class Progress {
 
 class Runner {
   public:
-    Runner(film::Film& film, const RenderOptions& options, const SampleFunction& sample, const RenderCallbacks& callbacks, const TopUpCounts* top_up)
-        : film_(film), sample_(sample), callbacks_(callbacks), tiles_(make_tiles(film.window(), options.tile_size)), progress_(film, options, callbacks), top_up_(top_up) {
+    Runner(film::Film& film,
+           const RenderOptions& options,
+           const SampleFunction& sample,
+           const RenderCallbacks& callbacks,
+           const TopUpCounts* top_up)
+        : film_(film),
+          sample_(sample),
+          callbacks_(callbacks),
+          tiles_(make_tiles(film.window(), options.tile_size)),
+          progress_(film, options, callbacks),
+          top_up_(top_up) {
         if (top_up || !options.adaptive || options.end_sample <= pilot_samples) return;
-        if (const std::optional<SampleRates> kept = SampleRates::kept_in(film)) rates_ = *kept;
-        else pilot_.emplace(film.window());
+        if (const std::optional<SampleRates> kept = SampleRates::kept_in(film))
+            rates_ = *kept;
+        else
+            pilot_.emplace(film.window());
     }
 
     bool is_stopped() const {
-        const auto is_set = [](const std::atomic<bool>* flag) { return flag && flag->load(std::memory_order_relaxed); };
+        const auto is_set = [](const std::atomic<bool>* flag) {
+            return flag && flag->load(std::memory_order_relaxed);
+        };
         return is_set(callbacks_.stop) || is_set(callbacks_.give_up);
     }
 
     Progress& progress() { return progress_; }
 
-    /// What the picture says of its error when it has the samples at the indices below `end`; nothing unless that is a power of two.
+    /// What the picture says of its error when it has the samples at the indices below `end`;
+    /// nothing unless that is a power of two.
     std::optional<ErrorObservation> observe(const film::NoiseEstimate& noise, uint64_t end) const {
         // Of two samples the change says little, and costs as much as that of many
         if (top_up_ || !noise.is_known || !std::has_single_bit(end) || end < 4) return std::nullopt;
         const std::optional<image::RelativeError> change = image::picture_change(film_.sums());
         if (!change) return std::nullopt;
-        return ErrorObservation{noise.samples_min, noise.samples_max, noise.samples_mean, progress_.elapsed_s(), *change};
+        return ErrorObservation{noise.samples_min, noise.samples_max, noise.samples_mean,
+                                progress_.elapsed_s(), *change};
     }
 
     /// True if the film came with all samples at the indices below `end`.
@@ -155,12 +179,14 @@ class Runner {
         return false;
     }
 
-    /// Samples of every pixel at the indices [first, end), which do not lie on both sides of the pilot's end; what a pixel
-    /// has of them already is left out. Returns false when stopped inside.
+    /// Samples of every pixel at the indices [first, end), which do not lie on both sides of the
+    /// pilot's end; what a pixel has of them already is left out. Returns false when stopped
+    /// inside.
     bool run(uint64_t first, uint64_t end) {
         if (pilot_ && first >= pilot_samples) {
             // What the film had before or does not want is traced for the pilot alone
-            if (!for_each_tile([&](const film::Window& tile) { return watch_tile(tile); })) return false;
+            if (!for_each_tile([&](const film::Window& tile) { return watch_tile(tile); }))
+                return false;
             rates_ = SampleRates(*pilot_);
             rates_.keep_in(film_);
             pilot_.reset();
@@ -177,7 +203,8 @@ class Runner {
         film::SampleRadiance radiance;
     };
 
-    /// A room for the time of a tile. One that a stop left in the middle of a pixel is not used again.
+    /// A room for the time of a tile. One that a stop left in the middle of a pixel is not used
+    /// again.
     class Lease {
       public:
         explicit Lease(Runner& runner) : runner_(runner) {
@@ -227,7 +254,8 @@ class Runner {
             for (int x = tile.x0; x < tile.x1; ++x) {
                 if (is_stopped()) return false;
                 const uint64_t pixel_first = next_sample(x, y, first), pixel_end = count(x, y, end);
-                if (pilot_) watch_pixel(x, y, std::min(pixel_first, pilot_samples), radiance, counts);
+                if (pilot_)
+                    watch_pixel(x, y, std::min(pixel_first, pilot_samples), radiance, counts);
                 film_.begin_pixel(accumulator, x, y, pixel_first);
                 for (uint64_t s = pixel_first; s < pixel_end; ++s) {
                     trace(x, y, s, radiance, counts);
@@ -243,7 +271,9 @@ class Runner {
     }
 
     /// Samples of the pixel at an index of the render.
-    uint64_t count(int x, int y, uint64_t index) const { return top_up_ ? top_up_->count(x, y, index) : rates_.count(x, y, index); }
+    uint64_t count(int x, int y, uint64_t index) const {
+        return top_up_ ? top_up_->count(x, y, index) : rates_.count(x, y, index);
+    }
 
     /// First sample that the pixel does not have of those from index `first` on.
     uint64_t next_sample(int x, int y, uint64_t first) const {
@@ -252,7 +282,8 @@ class Runner {
     }
 
     /// Pilot samples of a pixel up to `end` that the picture has already or does not want.
-    void watch_pixel(int x, int y, uint64_t end, film::SampleRadiance& radiance, RayCounts& counts) {
+    void watch_pixel(
+        int x, int y, uint64_t end, film::SampleRadiance& radiance, RayCounts& counts) {
         for (uint64_t s = pilot_->next_sample(x, y); s < end; ++s) trace(x, y, s, radiance, counts);
     }
 
@@ -287,7 +318,8 @@ class Runner {
     const RenderCallbacks& callbacks_;
     std::vector<film::Window> tiles_;
     Progress progress_;
-    std::optional<PilotNoise> pilot_;  ///< until the rates are known; none when sampling is not adaptive
+    std::optional<PilotNoise>
+        pilot_;  ///< until the rates are known; none when sampling is not adaptive
     SampleRates rates_;
     const TopUpCounts* top_up_;  ///< in place of the rates
     std::mutex rooms_mutex_;
@@ -308,26 +340,34 @@ RenderResult run_tile_mode(Runner& runner, const RenderOptions& options) {
 }
 
 /// Adds what a pass showed to the curve, and shows what the curve says.
-void follow_error(Runner& runner, const RenderOptions& options, const film::NoiseEstimate& noise, uint64_t end, ErrorCurve& curve) {
+void follow_error(Runner& runner,
+                  const RenderOptions& options,
+                  const film::NoiseEstimate& noise,
+                  uint64_t end,
+                  ErrorCurve& curve) {
     if (const std::optional<ErrorObservation> seen = runner.observe(noise, end)) curve.add(*seen);
     if (!noise.is_known) return;
     if (curve.is_empty()) {
-        runner.progress().set_error(noise.relative_error, !options.has_independent_halves, false, std::nullopt);
+        runner.progress().set_error(noise.relative_error, !options.has_independent_halves, false,
+                                    std::nullopt);
         return;
     }
-    const double wanted = options.forecast_error > 0 ? options.forecast_error : options.target_error;
+    const double wanted =
+        options.forecast_error > 0 ? options.forecast_error : options.target_error;
     std::optional<ErrorForecast> forecast;
     if (wanted > 0) forecast = curve.forecast(wanted);
-    runner.progress().set_error(curve.error_at(noise.samples_mean).value, options.has_dependent_changes, curve.is_rare(), forecast);
+    runner.progress().set_error(curve.error_at(noise.samples_mean).value,
+                                options.has_dependent_changes, curve.is_rare(), forecast);
 }
 
-/// The noise of layers is looked at from so many samples on: what the first ones say of it is soon forgotten.
+/// The noise of layers is looked at from so many samples on: what the first ones say of it is soon
+/// forgotten.
 constexpr uint64_t first_of_layers = 8;
 
 constexpr uint64_t never = std::numeric_limits<uint64_t>::max();
 
-/// Where a render that has the samples below `end`, the last ones that its curve knows of, is to stop for its target:
-/// there, at some index before the next power of two, or not yet.
+/// Where a render that has the samples below `end`, the last ones that its curve knows of, is to
+/// stop for its target: there, at some index before the next power of two, or not yet.
 uint64_t target_end(const ErrorCurve& curve, const RenderOptions& options, uint64_t end) {
     // A picture of few samples has not met what is rare
     if (options.target_error <= 0 || curve.is_empty() || end < pilot_samples) return never;
@@ -336,12 +376,16 @@ uint64_t target_end(const ErrorCurve& curve, const RenderOptions& options, uint6
     // How samples are placed is not known before the pilot's end
     const bool is_placing = options.adaptive && end <= pilot_samples;
     if (f.kind != ErrorForecast::Kind::Known || is_placing) return never;
-    const double unit = double(end) / double(pilot_samples), more = f.samples / curve.points().back().samples_mean - 1;
+    const double unit = double(end) / double(pilot_samples),
+                 more = f.samples / curve.points().back().samples_mean - 1;
     const uint64_t stop = end + uint64_t(std::ceil(more * double(end) / unit) * unit);
     return stop < 2 * end ? stop : never;
 }
 
-RenderResult run_progressive_mode(film::Film& film, Runner& runner, const RenderOptions& options, const RenderCallbacks& callbacks) {
+RenderResult run_progressive_mode(film::Film& film,
+                                  Runner& runner,
+                                  const RenderOptions& options,
+                                  const RenderCallbacks& callbacks) {
     RenderResult result;
     result.end_sample = options.first_sample;
     result.curve = options.curve;
@@ -362,7 +406,8 @@ RenderResult run_progressive_mode(film::Film& film, Runner& runner, const Render
     image::LayerChanges layers(film.sums());
     double last_snapshot_s = 0;
     while (result.end_sample < options.end_sample) {
-        const uint64_t end = std::min(stop_sample, pass_end(result.end_sample, options.end_sample, longest));
+        const uint64_t end =
+            std::min(stop_sample, pass_end(result.end_sample, options.end_sample, longest));
         const double pass_start_s = runner.progress().elapsed_s();
         if (result.end_sample >= first_of_layers) layers.keep(film.sums());
         if (!runner.run(result.end_sample, end)) {
@@ -390,17 +435,20 @@ RenderResult run_progressive_mode(film::Film& film, Runner& runner, const Render
             result.reason = StopReason::TimeBudget;
             return result;
         }
-        const bool is_due = options.snapshot_interval_s > 0 && now_s - last_snapshot_s >= options.snapshot_interval_s;
+        const bool is_due = options.snapshot_interval_s > 0 &&
+                            now_s - last_snapshot_s >= options.snapshot_interval_s;
         const bool is_wanted = callbacks.snapshot_requested && callbacks.snapshot_requested();
         if (callbacks.snapshot && !is_done && (is_due || is_wanted)) {
             callbacks.snapshot(film, result.curve);
             last_snapshot_s = runner.progress().elapsed_s();
         }
 
-        // A pass must not outlast the wait for the next interim picture or the rest of the time budget
+        // A pass must not outlast the wait for the next interim picture or the rest of the time
+        // budget
         double longest_s = std::numeric_limits<double>::infinity();
         if (options.snapshot_interval_s > 0) longest_s = options.snapshot_interval_s;
-        if (options.time_budget_s > 0) longest_s = std::min(longest_s, options.time_budget_s - now_s);
+        if (options.time_budget_s > 0)
+            longest_s = std::min(longest_s, options.time_budget_s - now_s);
         const double sample_s = (now_s - pass_start_s) / double(pass_samples);
         if (std::isfinite(longest_s) && sample_s > 0) {
             longest = std::bit_floor(uint64_t(std::clamp(longest_s / sample_s, 1.0, 1e18)));
@@ -418,11 +466,19 @@ uint64_t pass_end(uint64_t first, uint64_t end, uint64_t longest) {
     return std::min(first + size, end);
 }
 
-uint64_t most_samples(const RenderOptions& options) { return options.adaptive ? SampleRates::most(options.end_sample) : options.end_sample; }
+uint64_t most_samples(const RenderOptions& options) {
+    return options.adaptive ? SampleRates::most(options.end_sample) : options.end_sample;
+}
 
-RenderResult run_schedule(film::Film& film, const RenderOptions& options, const SampleFunction& sample, const RenderCallbacks& callbacks, const TopUpCounts* top_up) {
+RenderResult run_schedule(film::Film& film,
+                          const RenderOptions& options,
+                          const SampleFunction& sample,
+                          const RenderCallbacks& callbacks,
+                          const TopUpCounts* top_up) {
     Runner runner(film, options, sample, callbacks, top_up);
-    RenderResult result = options.mode == RenderMode::Tile ? run_tile_mode(runner, options) : run_progressive_mode(film, runner, options, callbacks);
+    RenderResult result = options.mode == RenderMode::Tile
+                              ? run_tile_mode(runner, options)
+                              : run_progressive_mode(film, runner, options, callbacks);
     result.seconds = runner.progress().elapsed_s();
     result.rays = runner.progress().rays();
     return result;

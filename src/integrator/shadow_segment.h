@@ -17,9 +17,11 @@ namespace velatura::integrator {
 /// blocked.
 inline constexpr uint32_t pass_through_limit = 1024;
 
-/// How far short of a light at distance t from o a shadow ray ends, and how far beyond a surface there a segment collects lights: one
-/// flush with a surface is neither shadowed nor missed through rounding, by both samplers alike, but for light that leaves it within
-/// half a degree of its plane. Some dozens of what the coordinates there may have been rounded by, hence independent of scale.
+/// How far short of a light at distance t from o a shadow ray ends, and how far beyond a surface
+/// there a segment collects lights: one flush with a surface is neither shadowed nor missed through
+/// rounding, by both samplers alike, but for light that leaves it within half a degree of its
+/// plane. Some dozens of what the coordinates there may have been rounded by, hence independent of
+/// scale.
 inline float flush_light_margin(const Vec3& o, float t) {
     const float reach = std::max(std::abs(o.x), std::max(std::abs(o.y), std::abs(o.z))) + t;
     return 0x1p-18f * reach;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who takes the light that does not arrive, for the layers by caster: of lights that are sampled, and of those that the
-// path would have met by its first scattered direction.
+// Who takes the light that does not arrive, for the layers by caster: of lights that are sampled,
+// and of those that the path would have met by its first scattered direction.
 #include "integrator/shadow_shares.h"
 
 #include "integrator/emission_walk.h"
@@ -12,35 +12,55 @@
 
 namespace velatura::integrator {
 
-void PathTracer::credit_caster(const Path& path, float t, scene::CasterId caster, const Rgb& taken, const geometry::Ray& behind, film::SampleRadiance& out) const {
+void PathTracer::credit_caster(const Path& path,
+                               float t,
+                               scene::CasterId caster,
+                               const Rgb& taken,
+                               const geometry::Ray& behind,
+                               film::SampleRadiance& out) const {
     if (caster == scene::none || is_black(taken)) return;
     constexpr float infinity = std::numeric_limits<float>::infinity();
     // As far as add_light_hits() has met them
     const float end = path.travelled + t + flush_light_margin(path.straight_o, path.travelled + t);
-    world_.lights.for_each_hit(path.straight_o, path.ray.d, infinity, [&](const lights::LightHit& hit) {
-        if (world_.lights.is_within(hit, end)) return;
-        if (may_have_links() && world_.has_links()) {
-            const scene::LightLinks* links = world_.lights.links(hit.light);
-            if (!is_lit(path, links) || is_found_beyond(path, links)) return;
-        }
-        out.add_taken(int(world_.lights.group(hit.light)), caster, taken * hit.Le * light_factor(path, world_.lights.lobe_multipliers(hit.light)) * light_hit_weight(path, hit));
-    });
+    world_.lights.for_each_hit(
+        path.straight_o, path.ray.d, infinity, [&](const lights::LightHit& hit) {
+            if (world_.lights.is_within(hit, end)) return;
+            if (may_have_links() && world_.has_links()) {
+                const scene::LightLinks* links = world_.lights.links(hit.light);
+                if (!is_lit(path, links) || is_found_beyond(path, links)) return;
+            }
+            out.add_taken(int(world_.lights.group(hit.light)), caster,
+                          taken * hit.Le *
+                              light_factor(path, world_.lights.lobe_multipliers(hit.light)) *
+                              light_hit_weight(path, hit));
+        });
     if (!world_.lights.has_surface_emission()) return;
-    for_each_emission(path, behind, path.cone_width, [&](const lights::SurfaceRadiance& emitted, float weight) {
-        if (!is_found_beyond(path, emitted.links)) out.add_taken(int(emitted.group), caster, taken * emitted.Le * weight);
-    });
+    for_each_emission(
+        path, behind, path.cone_width, [&](const lights::SurfaceRadiance& emitted, float weight) {
+            if (!is_found_beyond(path, emitted.links))
+                out.add_taken(int(emitted.group), caster, taken * emitted.Le * weight);
+        });
 }
 
-void PathTracer::credit_surface(const Path& path, const Vertex& vertex, film::SampleRadiance& out) const {
+void PathTracer::credit_surface(const Path& path,
+                                const Vertex& vertex,
+                                film::SampleRadiance& out) const {
     const geometry::SurfacePoint& point = vertex.point;
     const Vec3 d = path.ray.d;
-    const Rgb passed = straight_through(world_.materials, point, d, path.cone_width, vertex.crossing ? vertex.crossing->surrounding_index : 1.0f);
+    const Rgb passed =
+        straight_through(world_.materials, point, d, path.cone_width,
+                         vertex.crossing ? vertex.crossing->surrounding_index : 1.0f);
     const scene::CasterId caster = world_.scene.casters.of(point.instance, point.shape);
-    credit_caster(path, path.segment_t, caster, path.beta * (Rgb(1.0f) - passed), geometry::spawn_ray(point, d), out);
+    credit_caster(path, path.segment_t, caster, path.beta * (Rgb(1.0f) - passed),
+                  geometry::spawn_ray(point, d), out);
 }
 
-void PathTracer::deposit_taken(const ShadowShares& shares, scene::GroupId group, const Rgb& radiance, film::SampleRadiance& out) const {
-    for (const ShadowShares::Share& s : shares) out.add_taken(int(group), s.caster, radiance * s.taken);
+void PathTracer::deposit_taken(const ShadowShares& shares,
+                               scene::GroupId group,
+                               const Rgb& radiance,
+                               film::SampleRadiance& out) const {
+    for (const ShadowShares::Share& s : shares)
+        out.add_taken(int(group), s.caster, radiance * s.taken);
 }
 
 }  // namespace velatura::integrator

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <vector>
-
 #include "base/math.h"
 #include "scene/ids.h"
 
+#include <vector>
+
 namespace velatura::integrator {
 
-/// Who takes how much of a light on its way: the part that surfaces and volumes stop, in the order in which light that
-/// comes from the receiver would meet them. What bodies absorb inside is nobody's.
+/// Who takes how much of a light on its way: the part that surfaces and volumes stop, in the order
+/// in which light that comes from the receiver would meet them. What bodies absorb inside is
+/// nobody's.
 class ShadowShares {
   public:
     struct Share {

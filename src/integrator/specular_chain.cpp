@@ -161,8 +161,9 @@ bool scatter(const World& world,
     else if (!make_facet(world, point, facet))
         return false;
     const Vec3d plane =
-        is_curved ? curved.n
-                  : (facet.corners[1] - facet.corners[0]).cross(facet.corners[2] - facet.corners[0]);
+        is_curved
+            ? curved.n
+            : (facet.corners[1] - facet.corners[0]).cross(facet.corners[2] - facet.corners[0]);
     const Vec3d of_plane = is_curved ? curved.p : facet.corners[0];
     const Vector o{ray.o, {ray.o_by[0], ray.o_by[1]}};
     const Vector d{ray.d, {ray.d_by[0], ray.d_by[1]}};
@@ -241,7 +242,8 @@ bool is_plain_vertex(const World& world,
         return false;
     }
     Vec3d normals[3];
-    if (point.mesh->has_normals() && !point.mesh->corner_normals(point.triangle, normals, point.time)) {
+    if (point.mesh->has_normals() &&
+        !point.mesh->corner_normals(point.triangle, normals, point.time)) {
         return false;
     }
     return bsdf.ns() == point.ns || bsdf.ns() == -point.ns;

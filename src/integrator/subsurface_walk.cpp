@@ -86,7 +86,8 @@ std::optional<SubsurfaceWalk::Exit> SubsurfaceWalk::walk(const geometry::Surface
     scene::count_call(scene::Effect::Subsurface);
     const accel::Accelerator* const tree = trees_.find(*from.mesh);
     if (!tree) return std::nullopt;
-    Body body{{from.instance, from.shape, tree}, from.ng.dot(wo) < 0.0f ? -1.0f : 1.0f, {}, nullptr};
+    Body body{
+        {from.instance, from.shape, tree}, from.ng.dot(wo) < 0.0f ? -1.0f : 1.0f, {}, nullptr};
     if (from.instance != scene::none)
         body.backward =
             &geometry_.instance(from.instance, from.time, body.room).prototype_from_render;

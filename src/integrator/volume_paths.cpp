@@ -97,7 +97,8 @@ PathTracer::Crossing PathTracer::cross_matter(Path& path,
     if (path.observer) path.observer->on_volume(path.bounce, p, flight.t, path.beta);
     // What bodies have inside is nobody's
     if (!ends_in_body && credits_casters(path.bounce))
-        credit_caster(path, flight.t, world_.scene.casters.volumes, path.beta, {p, path.ray.d}, out);
+        credit_caster(path, flight.t, world_.scene.casters.volumes, path.beta, {p, path.ray.d},
+                      out);
     path.cone_width += path.cone_spread * flight.t;
     if (ends_in_body) {
         path.beta *= around.weight_of_collision();

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "integrator/world.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <iterator>
 #include <utility>
 #include <vector>
-
-#include <fmt/format.h>
 
 namespace velatura::integrator {
 
@@ -20,8 +20,12 @@ auto timed(double& seconds, Make make) {
         double& seconds;
         std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
 
-        ~Stopwatch() { seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); }
+        ~Stopwatch() {
+            seconds +=
+                std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        }
     };
+
     const Stopwatch stopwatch{seconds};
     return make();
 }
@@ -34,19 +38,33 @@ std::unique_ptr<accel::Accelerator> make_accelerator(const scene::Scene& scene,
     if (options.accelerator) {
         Result<std::unique_ptr<accel::Accelerator>> built = options.accelerator->build(soup);
         if (built) return std::move(*built);
-        diagnostics.error(built.error().code, {}, {}, built.error().message + "; the own tree is used instead");
+        diagnostics.error(built.error().code, {}, {},
+                          built.error().message + "; the own tree is used instead");
     }
-    const accel::BvhQuality quality = options.bvh_quality ? *options.bvh_quality : accel::choose_quality(options.expected_rays, accel::triangle_count(soup));
+    const accel::BvhQuality quality =
+        options.bvh_quality
+            ? *options.bvh_quality
+            : accel::choose_quality(options.expected_rays, accel::triangle_count(soup));
     return accel::build_bvh(soup, accel::options_of(quality));
 }
 
-/// Once for all of them: what lies exactly on something else is an error of the scene, and only one can be seen.
-void warn_of_duplicates(const scene::Scene& scene, const accel::Duplicates& duplicates, Diagnostics& diagnostics) {
+/// Once for all of them: what lies exactly on something else is an error of the scene, and only one
+/// can be seen.
+void warn_of_duplicates(const scene::Scene& scene,
+                        const accel::Duplicates& duplicates,
+                        Diagnostics& diagnostics) {
     if (duplicates.count == 0) return;
-    const auto& shapes = duplicates.prototype == scene::none ? scene.shapes : scene.prototypes[duplicates.prototype].shapes;
+    const auto& shapes = duplicates.prototype == scene::none
+                             ? scene.shapes
+                             : scene.prototypes[duplicates.prototype].shapes;
     const scene::ProvenanceId provenance = shapes[duplicates.shape].provenance;
-    const std::string prim = provenance < scene.provenance.size() ? scene.provenance[provenance].prim_path : std::string();
-    diagnostics.warn("duplicate-triangles", {}, prim, fmt::format("{} triangles lie exactly on others and are left out, this prim's triangle {} the first of them", duplicates.count, duplicates.triangle));
+    const std::string prim = provenance < scene.provenance.size()
+                                 ? scene.provenance[provenance].prim_path
+                                 : std::string();
+    diagnostics.warn("duplicate-triangles", {}, prim,
+                     fmt::format("{} triangles lie exactly on others and are left out, this prim's "
+                                 "triangle {} the first of them",
+                                 duplicates.count, duplicates.triangle));
 }
 
 geometry::GeometrySet make_geometry(const scene::Scene& scene,
@@ -54,20 +72,25 @@ geometry::GeometrySet make_geometry(const scene::Scene& scene,
                                     const WorldOptions& options,
                                     geometry::RefinementStats& stats,
                                     Diagnostics& diagnostics) {
-    const bool is_displaced = std::any_of(scene.materials.begin(), scene.materials.end(), scene::is_displacing);
+    const bool is_displaced =
+        std::any_of(scene.materials.begin(), scene.materials.end(), scene::is_displacing);
     if (!options.subdivider && !is_displaced) return geometry::GeometrySet(scene);
     const geometry::RefinementTools tools{options.subdivider, is_displaced ? &materials : nullptr};
     const geometry::DicingView view(scene.camera, options.width, options.height);
-    geometry::Refinement refinement = geometry::refine(scene, tools, options.dicing, view, diagnostics);
+    geometry::Refinement refinement =
+        geometry::refine(scene, tools, options.dicing, view, diagnostics);
     stats = refinement.stats;
     return geometry::GeometrySet(scene, {}, std::move(refinement));
 }
 
 /// Null where there is nothing in it that light could meet, unless it is forced.
-std::unique_ptr<media::VolumeSet> make_volumes(const scene::Scene& scene, const WorldOptions& options) {
-    const bool is_any = std::any_of(scene.volumes.begin(), scene.volumes.end(), [&](const scene::Volume& v) {
-        return scene::has_extinction(v, scene.volume_fields) || scene::has_emission(v, scene.volume_fields);
-    });
+std::unique_ptr<media::VolumeSet> make_volumes(const scene::Scene& scene,
+                                               const WorldOptions& options) {
+    const bool is_any =
+        std::any_of(scene.volumes.begin(), scene.volumes.end(), [&](const scene::Volume& v) {
+            return scene::has_extinction(v, scene.volume_fields) ||
+                   scene::has_emission(v, scene.volume_fields);
+        });
     if (!is_any && !options.forced.has(scene::Effect::Volumes)) return nullptr;
     return std::make_unique<media::VolumeSet>(scene, options.media);
 }
@@ -83,19 +106,26 @@ Box3 content_bounds(const accel::Accelerator& accelerator, const media::VolumeSe
 constexpr int most_surfaces = 1024;
 
 /// Bodies that a ray from the camera leaves without having entered them, the innermost first.
-std::vector<scene::MaterialId> bodies_left(const World& world, const Vec3& o, const Vec3& d, float time) {
+std::vector<scene::MaterialId> bodies_left(const World& world,
+                                           const Vec3& o,
+                                           const Vec3& d,
+                                           float time) {
     std::vector<scene::MaterialId> left, entered;
     geometry::Ray ray{o, d};
     ray.time = time;
     for (int i = 0; i < most_surfaces; ++i) {
         const geometry::Hit hit = world.accelerator->intersect(ray);
         if (!hit.is_valid()) break;
-        const geometry::SurfacePoint point = geometry::make_surface_point(world.scene, world.geometry, ray, hit);
+        const geometry::SurfacePoint point =
+            geometry::make_surface_point(world.scene, world.geometry, ray, hit);
         const auto pass = [&](const geometry::SurfacePoint& face) {
             const auto match = std::find(entered.rbegin(), entered.rend(), face.material);
-            if (face.ng.dot(d) < 0.0f) entered.push_back(face.material);
-            else if (match != entered.rend()) entered.erase(std::next(match).base());
-            else left.push_back(face.material);
+            if (face.ng.dot(d) < 0.0f)
+                entered.push_back(face.material);
+            else if (match != entered.rend())
+                entered.erase(std::next(match).base());
+            else
+                left.push_back(face.material);
         };
         const bool is_body = world.materials.bounds_body(point.material);
         if (is_body && world.nested) {
@@ -113,44 +143,56 @@ std::vector<scene::MaterialId> bodies_left(const World& world, const Vec3& o, co
 /// Calls visit(class, shape, instance or null) for every shape that is placed.
 template <class Visit>
 void for_each_placed_shape(const scene::Scene& scene, const Visit& visit) {
-    for (uint32_t i = 0; i < scene.shapes.size(); ++i) visit(scene.shapes[i].link, scene.shapes[i], nullptr);
+    for (uint32_t i = 0; i < scene.shapes.size(); ++i)
+        visit(scene.shapes[i].link, scene.shapes[i], nullptr);
     for (uint32_t i = 0; i < scene.instances.size(); ++i) {
-        const std::vector<scene::Shape>& shapes = scene.prototypes[scene.instances[i].prototype].shapes;
-        for (uint32_t s = 0; s < shapes.size(); ++s) visit(scene::link_class(scene, i, s), shapes[s], &scene.instances[i]);
+        const std::vector<scene::Shape>& shapes =
+            scene.prototypes[scene.instances[i].prototype].shapes;
+        for (uint32_t s = 0; s < shapes.size(); ++s)
+            visit(scene::link_class(scene, i, s), shapes[s], &scene.instances[i]);
     }
 }
 
 std::vector<OwnShadowSurfaces> list_own_shadow_surfaces(const scene::Scene& scene) {
     std::vector<OwnShadowSurfaces> all;
     for (const scene::MeshLight& light : scene.mesh_lights) {
-        if (!light.links.has_own_shadows() || std::any_of(all.begin(), all.end(), [&](const auto& known) { return known.is_of(light.links); })) continue;
+        if (!light.links.has_own_shadows() ||
+            std::any_of(all.begin(), all.end(),
+                        [&](const auto& known) { return known.is_of(light.links); }))
+            continue;
         OwnShadowSurfaces surfaces{light.links, std::nullopt};
         surfaces.links.lit = scene::none;
-        if (const scene::LinkSet* casters = scene::find_link_set(scene, light.links.casters)) surfaces.met = *casters;
+        if (const scene::LinkSet* casters = scene::find_link_set(scene, light.links.casters))
+            surfaces.met = *casters;
         all.push_back(std::move(surfaces));
     }
     if (all.empty()) return all;
-    for_each_placed_shape(scene, [&](scene::LinkClass c, const scene::Shape& shape, const scene::Instance*) {
-        if (shape.light == scene::none) return;
-        for (OwnShadowSurfaces& surfaces : all)
-            if (surfaces.met && surfaces.is_of(scene.mesh_lights[shape.light].links)) surfaces.met->add(c);
-    });
+    for_each_placed_shape(
+        scene, [&](scene::LinkClass c, const scene::Shape& shape, const scene::Instance*) {
+            if (shape.light == scene::none) return;
+            for (OwnShadowSurfaces& surfaces : all)
+                if (surfaces.met && surfaces.is_of(scene.mesh_lights[shape.light].links))
+                    surfaces.met->add(c);
+        });
     return all;
 }
 
 /// [set][material]: whether the set holds anything of the material.
 std::vector<std::vector<bool>> list_caster_materials(const scene::Scene& scene) {
-    std::vector<std::vector<bool>> materials(scene.linking.sets.size(), std::vector<bool>(scene.materials.size()));
-    for_each_placed_shape(scene, [&](scene::LinkClass c, const scene::Shape& shape, const scene::Instance* instance) {
-        std::vector<scene::MaterialId> found = {shape.material};
-        if (const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry)) found.insert(found.end(), mesh->face_materials.begin(), mesh->face_materials.end());
-        if (instance) found.push_back(instance->material_override);
-        for (size_t set = 0; set < materials.size(); ++set) {
-            if (!scene.linking.sets[set].holds(c)) continue;
-            for (const scene::MaterialId m : found)
-                if (m < scene.materials.size()) materials[set][m] = true;
-        }
-    });
+    std::vector<std::vector<bool>> materials(scene.linking.sets.size(),
+                                             std::vector<bool>(scene.materials.size()));
+    for_each_placed_shape(
+        scene, [&](scene::LinkClass c, const scene::Shape& shape, const scene::Instance* instance) {
+            std::vector<scene::MaterialId> found = {shape.material};
+            if (const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry))
+                found.insert(found.end(), mesh->face_materials.begin(), mesh->face_materials.end());
+            if (instance) found.push_back(instance->material_override);
+            for (size_t set = 0; set < materials.size(); ++set) {
+                if (!scene.linking.sets[set].holds(c)) continue;
+                for (const scene::MaterialId m : found)
+                    if (m < scene.materials.size()) materials[set][m] = true;
+            }
+        });
     return materials;
 }
 
@@ -163,46 +205,74 @@ bool has_multiplier(const Light& l) {
 
 }  // namespace
 
-World::World(const scene::Scene& s, const WorldOptions& options, const lights::ImageLoader& load_image, Diagnostics& diagnostics)
+World::World(const scene::Scene& s,
+             const WorldOptions& options,
+             const lights::ImageLoader& load_image,
+             Diagnostics& diagnostics)
     : scene(s),
       materials(s, diagnostics, options.forced, options.texture_bias, options.texture_bytes),
-      geometry(timed(times.tessellate_s, [&] { return make_geometry(s, materials, options, refinement, diagnostics); })),
-      accelerator(timed(times.accelerator_s, [&] { return make_accelerator(s, geometry, options, diagnostics); })),
+      geometry(
+          timed(times.tessellate_s,
+                [&] { return make_geometry(s, materials, options, refinement, diagnostics); })),
+      accelerator(timed(times.accelerator_s,
+                        [&] { return make_accelerator(s, geometry, options, diagnostics); })),
       volumes(make_volumes(s, options)),
-      lights(timed(times.lights_s, [&] {
-          return lights::LightSet(s, load_image, diagnostics,
-                                  {.compensate_mis = options.compensate_mis, .by_area = options.samples_light_area, .geometry = &geometry, .materials = &materials});
-      })),
-      selector(timed(times.lights_s, [&] {
-          return lights::make_light_selector(lights, content_bounds(*accelerator, volumes.get()), {.kind = options.light_selection});
-      })),
+      lights(timed(times.lights_s,
+                   [&] {
+                       return lights::LightSet(s, load_image, diagnostics,
+                                               {.compensate_mis = options.compensate_mis,
+                                                .by_area = options.samples_light_area,
+                                                .geometry = &geometry,
+                                                .materials = &materials});
+                   })),
+      selector(timed(times.lights_s,
+                     [&] {
+                         return lights::make_light_selector(
+                             lights, content_bounds(*accelerator, volumes.get()),
+                             {.kind = options.light_selection});
+                     })),
       camera(s.camera, options.width, options.height),
       uses_lens(camera.has_lens() || options.forced.has(scene::Effect::DepthOfField)),
-      has_motion(geometry.has_motion() || camera.has_motion() || options.forced.has(scene::Effect::DeformationBlur)),
+      has_motion(geometry.has_motion() || camera.has_motion() ||
+                 options.forced.has(scene::Effect::DeformationBlur)),
       chooses_lights(!selector->is_single() || options.forced.has(scene::Effect::LightSelection)),
       has_very_many_lights(lights::wants_fine_numbers(lights)),
       has_light_links(lights.has_light_links() || options.forced.has(scene::Effect::LightLinking)),
       has_own_shadows(lights.has_own_shadows()),
       own_shadow_surfaces(list_own_shadow_surfaces(s)),
-      has_lobe_multipliers(options.forced.has(scene::Effect::LobeMultipliers) ||
-                           std::any_of(s.lights.begin(), s.lights.end(), has_multiplier<scene::Light>) ||
-                           std::any_of(s.mesh_lights.begin(), s.mesh_lights.end(), has_multiplier<scene::MeshLight>)) {
+      has_lobe_multipliers(
+          options.forced.has(scene::Effect::LobeMultipliers) ||
+          std::any_of(s.lights.begin(), s.lights.end(), has_multiplier<scene::Light>) ||
+          std::any_of(
+              s.mesh_lights.begin(), s.mesh_lights.end(), has_multiplier<scene::MeshLight>)) {
     warn_of_duplicates(s, accelerator->stats().duplicates, diagnostics);
     if (materials.has_absorption() && has_own_shadows) caster_materials = list_caster_materials(s);
     if (materials.has_interior_media()) body_media = std::make_unique<BodyMedia>(s);
-    if (materials.has_subsurface()) subsurface = std::make_unique<SubsurfaceWalk>(s, geometry, materials);
+    if (materials.has_subsurface())
+        subsurface = std::make_unique<SubsurfaceWalk>(s, geometry, materials);
     if (materials.has_priorities()) nested = std::make_unique<NestedBodies>(s, geometry, materials);
     interior_changes = materials.has_absorption() && (geometry.has_motion() || camera.has_motion());
-    if (materials.has_absorption() && !interior_changes) camera_interior = interior_at(camera.generate_ray(Vec2(0.5f * float(options.width), 0.5f * float(options.height)), Vec2(0.5f)).o, 0.0f);
+    if (materials.has_absorption() && !interior_changes)
+        camera_interior = interior_at(
+            camera
+                .generate_ray(Vec2(0.5f * float(options.width), 0.5f * float(options.height)),
+                              Vec2(0.5f))
+                .o,
+            0.0f);
 }
 
 Interior World::interior_at(const Vec3& p, float time) const {
-    // Closed bodies are left in whatever direction, open sheets only in some: any three that models seldom have
-    const Vec3 directions[] = {normalize(Vec3(0.31f, 0.87f, -0.39f)), normalize(Vec3(-0.72f, -0.23f, -0.65f)), normalize(Vec3(0.43f, -0.57f, 0.70f))};
+    // Closed bodies are left in whatever direction, open sheets only in some: any three that models
+    // seldom have
+    const Vec3 directions[] = {normalize(Vec3(0.31f, 0.87f, -0.39f)),
+                               normalize(Vec3(-0.72f, -0.23f, -0.65f)),
+                               normalize(Vec3(0.43f, -0.57f, 0.70f))};
     std::vector<scene::MaterialId> bodies = bodies_left(*this, p, directions[0], time);
     for (int i = 1; i < 3; ++i) {
         const std::vector<scene::MaterialId> others = bodies_left(*this, p, directions[i], time);
-        std::erase_if(bodies, [&](scene::MaterialId m) { return std::find(others.begin(), others.end(), m) == others.end(); });
+        std::erase_if(bodies, [&](scene::MaterialId m) {
+            return std::find(others.begin(), others.end(), m) == others.end();
+        });
     }
     Interior interior;
     for (auto m = bodies.rbegin(); m != bodies.rend(); ++m) interior.enter(materials, *m);

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <memory>
-#include <optional>
-#include <vector>
-
 #include "accel/accelerator.h"
 #include "accel/accelerator_factory.h"
 #include "accel/bvh.h"
@@ -23,22 +19,31 @@
 #include "scene/scene.h"
 #include "shading/material_evaluator.h"
 
+#include <memory>
+#include <optional>
+#include <vector>
+
 namespace velatura::integrator {
 
 struct WorldOptions {
     int width = 0, height = 0;  ///< whole picture, pixels
     lights::SelectionKind light_selection = lights::SelectionKind::Tree;
     const accel::AcceleratorFactory* accelerator = nullptr;  ///< nullptr = the own BVH
-    std::optional<accel::BvhQuality> bvh_quality = {};  ///< of the own BVH; by default chosen by expected_rays
+    std::optional<accel::BvhQuality> bvh_quality =
+        {};  ///< of the own BVH; by default chosen by expected_rays
     double expected_rays = 0;
-    scene::EffectSet forced = {};  ///< effects that run though the scene does not call for them; see is_forceable
-    const geometry::Subdivider* subdivider = nullptr;  ///< nullptr = meshes with a subdivision scheme are their polygons
+    scene::EffectSet forced =
+        {};  ///< effects that run though the scene does not call for them; see is_forceable
+    const geometry::Subdivider* subdivider =
+        nullptr;  ///< nullptr = meshes with a subdivision scheme are their polygons
     geometry::DicingOptions dicing = {};
     media::MediumOptions media = {};
     float texture_bias = 0;  ///< mip levels, see MaterialEvaluator
     size_t texture_bytes = shading::TextureCache::usual_bytes;  ///< of their cache
-    bool samples_light_area = false;  ///< points of lights by area, whoever looks; only where light sampling is alone
-    bool compensate_mis = true;  ///< only where light sampling is always combined with BSDF sampling; see LightSetOptions
+    bool samples_light_area =
+        false;  ///< points of lights by area, whoever looks; only where light sampling is alone
+    bool compensate_mis = true;  ///< only where light sampling is always combined with BSDF
+                                 ///< sampling; see LightSetOptions
 };
 
 /// Seconds spent on preparing a frame.
@@ -51,8 +56,8 @@ struct WorldTimes {
 
 /// Geometry that is light, with the same shadows of its own.
 struct OwnShadowSurfaces {
-    scene::LightLinks links;             ///< `lit` has no meaning
-    std::optional<scene::LinkSet> met;   ///< they and their casters; none = everything
+    scene::LightLinks links;            ///< `lit` has no meaning
+    std::optional<scene::LinkSet> met;  ///< they and their casters; none = everything
 
     bool is_of(const scene::LightLinks& light) const {
         scene::LightLinks shadows = light;
@@ -63,7 +68,10 @@ struct OwnShadowSurfaces {
 
 /// Everything that rays need, made from a Scene. Immutable once built; the scene must outlive it.
 struct World {
-    World(const scene::Scene& scene, const WorldOptions& options, const lights::ImageLoader& load_image, Diagnostics& diagnostics);
+    World(const scene::Scene& scene,
+          const WorldOptions& options,
+          const lights::ImageLoader& load_image,
+          Diagnostics& diagnostics);
     World(const World&) = delete;
     World& operator=(const World&) = delete;
 
@@ -71,7 +79,9 @@ struct World {
     bool has_links() const { return has_light_links || has_own_shadows; }
 
     /// Whether anything of the material is in the set.
-    bool casts(scene::LinkSetId set, scene::MaterialId material) const { return caster_materials[set][material]; }
+    bool casts(scene::LinkSetId set, scene::MaterialId material) const {
+        return caster_materials[set][material];
+    }
 
     const scene::Scene& scene;
     WorldTimes times;
@@ -83,23 +93,29 @@ struct World {
     lights::LightSet lights;
     std::unique_ptr<lights::LightSelector> selector;
     camera::CameraModel camera;
-    bool uses_lens = false;   ///< rays start all over the lens
-    bool has_motion = false;  ///< something moves while the shutter is open: camera rays have a time
+    bool uses_lens = false;  ///< rays start all over the lens
+    bool has_motion =
+        false;  ///< something moves while the shutter is open: camera rays have a time
     bool chooses_lights = false;  ///< one light of several has to be picked for light sampling
     bool has_very_many_lights = false;  ///< see lights::wants_fine_numbers
     /// What a point (render space) is inside of at a time, found by rays to where nothing is.
     Interior interior_at(const Vec3& p, float time) const;
 
-    std::unique_ptr<const SubsurfaceWalk> subsurface;  ///< of scenes in which light scatters below surfaces
-    std::unique_ptr<const BodyMedia> body_media;  ///< of scenes with MaterialEvaluator::has_interior_media() alone
+    std::unique_ptr<const SubsurfaceWalk>
+        subsurface;  ///< of scenes in which light scatters below surfaces
+    std::unique_ptr<const BodyMedia>
+        body_media;  ///< of scenes with MaterialEvaluator::has_interior_media() alone
     std::unique_ptr<const NestedBodies> nested;  ///< of scenes with priorities alone
     bool interior_changes = false;  ///< camera_interior depends on the time, and is not kept
-    Interior camera_interior;  ///< what the camera is inside of; only looked for where MaterialEvaluator::has_absorption()
-    bool has_light_links = false;  ///< some light shines on a part of the geometry only
-    bool has_own_shadows = false;  ///< of some light, see scene::LightLinks
+    Interior camera_interior;       ///< what the camera is inside of; only looked for where
+                                    ///< MaterialEvaluator::has_absorption()
+    bool has_light_links = false;   ///< some light shines on a part of the geometry only
+    bool has_own_shadows = false;   ///< of some light, see scene::LightLinks
     std::vector<OwnShadowSurfaces> own_shadow_surfaces;
-    bool has_lobe_multipliers = false;  ///< some light has a diffuse or specular multiplier other than 1
-    std::vector<std::vector<bool>> caster_materials;  ///< [set][material]; only where something absorbs
+    bool has_lobe_multipliers =
+        false;  ///< some light has a diffuse or specular multiplier other than 1
+    std::vector<std::vector<bool>>
+        caster_materials;  ///< [set][material]; only where something absorbs
 };
 
 }  // namespace velatura::integrator

@@ -8,11 +8,12 @@
 namespace velatura::lights {
 namespace {
 
-/// Points to a side of the grid by which areas are found. Where points are uniform by area every one of them tells all.
+/// Points to a side of the grid by which areas are found. Where points are uniform by area every
+/// one of them tells all.
 constexpr int area_steps = 8;
 
-/// A light whose points are chosen by area, whoever looks: the classic way, to compare with. Points that face away and
-/// points beyond another side of the light count as samples of value zero.
+/// A light whose points are chosen by area, whoever looks: the classic way, to compare with. Points
+/// that face away and points beyond another side of the light count as samples of value zero.
 class AreaEmitter final : public Emitter {
   public:
     explicit AreaEmitter(std::unique_ptr<Emitter> shape) : shape_(std::move(shape)) {}
@@ -38,11 +39,14 @@ class AreaEmitter final : public Emitter {
         return hit;
     }
 
-    std::optional<EmitterPoint> sample_point(const Vec2& u, const std::optional<Vec3d>& facing) const override {
+    std::optional<EmitterPoint> sample_point(const Vec2& u,
+                                             const std::optional<Vec3d>& facing) const override {
         return shape_->sample_point(u, facing);
     }
 
-    Rgb radiance_at(const EmitterPoint& point, const Vec3d& o, const Vec3d& d) const override { return shape_->radiance_at(point, o, d); }
+    Rgb radiance_at(const EmitterPoint& point, const Vec3d& o, const Vec3d& d) const override {
+        return shape_->radiance_at(point, o, d);
+    }
 
     double power(double scene_radius) const override { return shape_->power(scene_radius); }
 
@@ -57,7 +61,8 @@ class AreaEmitter final : public Emitter {
 }  // namespace
 
 std::unique_ptr<Emitter> sampled_by_area(std::unique_ptr<Emitter> emitter) {
-    const bool has_area = !emitter->is_infinite() && emitter->sample_point(Vec2(0.5f), std::nullopt);
+    const bool has_area =
+        !emitter->is_infinite() && emitter->sample_point(Vec2(0.5f), std::nullopt);
     return has_area ? std::make_unique<AreaEmitter>(std::move(emitter)) : std::move(emitter);
 }
 
@@ -65,7 +70,8 @@ double area_of(const Emitter& emitter) {
     if (emitter.is_infinite()) return 0.0;
     double area = 0.0;
     for (int i = 0; i < area_steps * area_steps; ++i) {
-        const Vec2 u((float(i % area_steps) + 0.5f) / area_steps, (float(i / area_steps) + 0.5f) / area_steps);
+        const Vec2 u((float(i % area_steps) + 0.5f) / area_steps,
+                     (float(i / area_steps) + 0.5f) / area_steps);
         const std::optional<EmitterPoint> point = emitter.sample_point(u, std::nullopt);
         if (point && point->pdf > 0.0) area += 1.0 / point->pdf / (area_steps * area_steps);
     }

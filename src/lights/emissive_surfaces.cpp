@@ -341,7 +341,8 @@ const scene::MeshLight* EmissiveSurfaces::mesh_light(LightId id) const {
 }
 
 double EmissiveSurfaces::area(uint32_t item) const {
-    if (!is_instance(item)) return 0.5 * length_of(triangle(place_of(LightId(item))).scaled_normal());
+    if (!is_instance(item))
+        return 0.5 * length_of(triangle(place_of(LightId(item))).scaled_normal());
     const InstanceItem& placed = instances_[item - direct_count()];
     const Mat4d m(geometry_.instances()[placed.instance].render_from_prototype);
     return groups_[placed.group].area * std::cbrt(sqr(determinant3(m)));
@@ -402,8 +403,8 @@ std::optional<LightSample> EmissiveSurfaces::sample(LightId id,
     const TriangleView view{t.v0 - Vec3d(p), t.e1, t.e2};
     const double omega = visible_solid_angle(view, p);
     if (!(omega > 0.0)) return std::nullopt;
-    const Vec2d b = omega >= smallest_ ? sample_solid_angle(view, omega, u)
-                                                  : sample_triangle_area(u);
+    const Vec2d b =
+        omega >= smallest_ ? sample_solid_angle(view, omega, u) : sample_triangle_area(u);
     const Vec3d to_light = view.a + t.e1 * b.x + t.e2 * b.y;
     const double d = length_of(to_light);
     if (!(d > 0.0)) return std::nullopt;
@@ -454,7 +455,8 @@ std::optional<LightHit> EmissiveSurfaces::intersect(LightId id,
         geometry::make_surface_point(scene_, geometry_, {o, d}, place);
     const Rgb Le = emission_.radiance(point, -d, 0.0f, Onlooker::Scattering) *
                    materials_.presence(point, 0.0f);
-    return LightHit{id.index, float(distance), Le, float(density(view, omega, distance, smallest_))};
+    return LightHit{id.index, float(distance), Le,
+                    float(density(view, omega, distance, smallest_))};
 }
 
 }  // namespace velatura::lights

@@ -180,7 +180,8 @@ double EnvironmentMap::build(double floor) {
         if (j > 0 && j < height) read_row(below, j);
         for (size_t i = 0; i < width; ++i) {
             const size_t right = i + 1 < width ? i + 1 : 0;
-            const double w = 0.25 * cell_height * (above[i] + above[right] + below[i] + below[right]);
+            const double w =
+                0.25 * cell_height * (above[i] + above[right] + below[i] + below[right]);
             weights[j * width + i] = float(w);
             sum += double(weights[j * width + i]);
         }

@@ -89,9 +89,7 @@ class TableSelector final : public LightSelector {
                 on.push_back(power.back() > 0.0 ? 1.0 : 0.0);
                 area.push_back(on.back() * surfaces->part_area(group, part));
             }
-            group_tables_.emplace_back(by_power  ? blend(on, power, uniform)
-                                       : by_area ? area
-                                                 : on);
+            group_tables_.emplace_back(by_power ? blend(on, power, uniform) : by_area ? area : on);
         }
     }
 

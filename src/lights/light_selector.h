@@ -29,7 +29,7 @@ struct SelectorOptions {
 struct Receiver {
     Vec3 p;               ///< render space
     Vec3 n = Vec3(0.0f);  ///< unit normal on the side of the viewer; zero = every direction counts
-    bool both_sides = true;  ///< light from behind n counts too
+    bool both_sides = true;     ///< light from behind n counts too
     scene::LinkClass link = 0;  ///< of the surface there
 };
 

@@ -100,9 +100,8 @@ class Preparation {
     }
 
     SourceLoc loc_of(const scene::Light& light) const {
-        return light.provenance < scene_.provenance.size()
-                   ? scene_.provenance[light.provenance].loc
-                   : SourceLoc();
+        return light.provenance < scene_.provenance.size() ? scene_.provenance[light.provenance].loc
+                                                           : SourceLoc();
     }
 
     void warn(const scene::Light& light, const std::string& code, const std::string& message) {

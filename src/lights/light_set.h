@@ -38,8 +38,8 @@ struct LightSetOptions {
     /// vertex: sample() alone is then biased.
     bool compensate_mis = false;
 
-    /// Choose points of lights by area instead of by solid angle, whoever looks. Only for integrators
-    /// that do not combine light and BSDF sampling: hits then have no density.
+    /// Choose points of lights by area instead of by solid angle, whoever looks. Only for
+    /// integrators that do not combine light and BSDF sampling: hits then have no density.
     bool by_area = false;
 
     /// Surfaces to look for emissive triangles on, both or none: without them such triangles are
@@ -52,7 +52,7 @@ struct LightSetOptions {
 struct SurfaceRadiance {
     Rgb Le = Rgb(0.0f);
     scene::GroupId group = 0;
-    LobeMultipliers multipliers;  ///< of who is lit by it
+    LobeMultipliers multipliers;               ///< of who is lit by it
     const scene::LightLinks* links = nullptr;  ///< of the light that it is to the onlooker; null:
                                                ///< none, or no links
 };

@@ -48,9 +48,9 @@ bool LinkedSelector::is_empty() const {
 }
 
 bool LinkedSelector::is_single() const {
-    return std::all_of(
-        selectors_.begin(), selectors_.end(),
-        [](const auto& selector) { return selector->is_single() || selector->is_empty(); });
+    return std::all_of(selectors_.begin(), selectors_.end(), [](const auto& selector) {
+        return selector->is_single() || selector->is_empty();
+    });
 }
 
 }  // namespace velatura::lights

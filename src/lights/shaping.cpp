@@ -12,7 +12,8 @@ namespace {
 
 /// A cone too narrow for the quadrature still shines.
 constexpr double smallest_mean = 1e-6;
-/// What animation leaves of an angle scale of 0, which changes nothing: real ones this small would leave no light.
+/// What animation leaves of an angle scale of 0, which changes nothing: real ones this small would
+/// leave no light.
 constexpr float smallest_angle_scale = 1e-6f;
 
 }  // namespace
@@ -37,11 +38,13 @@ void LightShaping::set_profile(const scene::Shaping& s, const Mat4d& render_from
     const Vec3d y = transform_direction(Vec3d(0.0, 1.0, 0.0), render_from_light);
     const Vec3d across = x - axis_ * axis_.dot(x);
     // A light that is squeezed flat keeps some directions across its axis
-    across_x_ = across.dot(across) > 0.0 ? normalize(across) : Vec3d(Frame::from_z(to_float(axis_)).x);
+    across_x_ =
+        across.dot(across) > 0.0 ? normalize(across) : Vec3d(Frame::from_z(to_float(axis_)).x);
     const Vec3d other = axis_.cross(across_x_);
     across_y_ = other.dot(y) < 0.0 ? -other : other;
     profile_ = s.ies;
-    angle_scale_ = std::abs(s.ies_angle_scale) < smallest_angle_scale ? 0.0 : double(s.ies_angle_scale);
+    angle_scale_ =
+        std::abs(s.ies_angle_scale) < smallest_angle_scale ? 0.0 : double(s.ies_angle_scale);
     const double mean = s.ies_normalize ? scene::mean_intensity(*profile_) : 1.0;
     profile_scale_ = mean > 0.0 ? 1.0 / mean : 0.0;
 }
@@ -65,8 +68,10 @@ EmissionCone LightShaping::cone() const {
 }
 
 double LightShaping::profile_factor(double theta, double phi) const {
-    if (angle_scale_ > 0.0) theta = theta / angle_scale_;
-    else if (angle_scale_ < 0.0) theta = pi_d - (pi_d - theta) / -angle_scale_;
+    if (angle_scale_ > 0.0)
+        theta = theta / angle_scale_;
+    else if (angle_scale_ < 0.0)
+        theta = pi_d - (pi_d - theta) / -angle_scale_;
     return profile_scale_ * scene::intensity(*profile_, theta, phi);
 }
 

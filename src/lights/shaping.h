@@ -10,11 +10,11 @@
 
 namespace velatura::lights {
 
-/// UsdLuxShapingAPI: cone, focus and measured profile around the light's −Z axis. Angles are measured
-/// in render space, also under non-uniform scale. Focus uses the axis for every shape (OpenUSD's
-/// reference code), not the normal. Profiles: vertical angles from −Z, horizontal ones from +X
-/// towards +Y of light space, both of the direction towards the light (luxtest's reference code);
-/// `angleScale` as in the schema's documentation.
+/// UsdLuxShapingAPI: cone, focus and measured profile around the light's −Z axis. Angles are
+/// measured in render space, also under non-uniform scale. Focus uses the axis for every shape
+/// (OpenUSD's reference code), not the normal. Profiles: vertical angles from −Z, horizontal ones
+/// from +X towards +Y of light space, both of the direction towards the light (luxtest's reference
+/// code); `angleScale` as in the schema's documentation.
 class LightShaping {
   public:
     /// Shapes nothing.
@@ -28,7 +28,8 @@ class LightShaping {
     /// Factor of the radiance that leaves in the unit direction `wo` (away from the light).
     Rgb factor(const Vec3d& wo) const {
         using scene::Effect, scene::is_built;
-        constexpr bool may_shape = is_built(Effect::LightShaping) || is_built(Effect::LightProfiles);
+        constexpr bool may_shape =
+            is_built(Effect::LightShaping) || is_built(Effect::LightProfiles);
         return may_shape && is_active() ? active_factor(wo) : Rgb(1.0f);
     }
 

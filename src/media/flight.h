@@ -21,7 +21,8 @@ struct Flight {
     Rgb weight = Rgb(1.0f);
     Rgb emitted = Rgb(0.0f);  ///< radiance given on the way, as seen from its start
     bool is_capped = false;   ///< no more was done: nothing arrives at the end
-    FreeWay around = {};      ///< through whatever else fills the space; its weights are not in the others
+    FreeWay around =
+        {};  ///< through whatever else fills the space; its weights are not in the others
     /// (t, weight from there on), ascending.
     std::vector<std::pair<float, Rgb>> changes;
 

@@ -5,9 +5,10 @@
 
 namespace velatura::media {
 
-/// Where light goes on that a medium scatters (Henyey & Greenstein 1941), by the mean cosine g of the
-/// angle that it turns by: 1 straight on, −1 straight back, 0 anywhere. The density over directions is
-/// p = (1 − g²) / (4π (1 + g² − 2g cosθ)^(3/2)); it is also the value: sampling weights are 1.
+/// Where light goes on that a medium scatters (Henyey & Greenstein 1941), by the mean cosine g of
+/// the angle that it turns by: 1 straight on, −1 straight back, 0 anywhere. The density over
+/// directions is p = (1 − g²) / (4π (1 + g² − 2g cosθ)^(3/2)); it is also the value: sampling
+/// weights are 1.
 ///
 /// Near |g| = 1 both forms above and the usual inverse cancel: pbrt-v4 clamps g to ±0.99 for that
 /// reason. Here nothing is subtracted that is nearly equal: the density is
@@ -18,7 +19,8 @@ class HenyeyGreenstein {
     /// |g| below 1: what lies outside is moved to the nearest float inside.
     explicit HenyeyGreenstein(float g);
 
-    /// Density of light that arrives along the unit vector d going on along the unit vector wi [1/sr].
+    /// Density of light that arrives along the unit vector d going on along the unit vector wi
+    /// [1/sr].
     float pdf(const Vec3& d, const Vec3& wi) const;
 
     /// Direction with this density; unit as far as d is. u in [0,1)².

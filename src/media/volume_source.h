@@ -18,9 +18,9 @@ inline constexpr uint32_t volume_source_interface_version = 2;
 /// A grid that is wanted.
 struct GridRequest {
     std::string file;
-    std::string grid = {};         ///< name; empty: the only one of the file
-    int index = 0;                 ///< among the grids of that name
-    bool is_color = false;         ///< three channels will do, too
+    std::string grid = {};  ///< name; empty: the only one of the file
+    int index = 0;          ///< among the grids of that name
+    bool is_color = false;  ///< three channels will do, too
     scene::GridKind kind = scene::GridKind::Densities;
     size_t most_bytes = SIZE_MAX;  ///< that the grid may take; nor may reading it
 };

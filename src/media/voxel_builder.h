@@ -54,7 +54,8 @@ scene::VoxelGrid make_voxel_grid(const scene::Vec3i& points,
     const auto nodes = [](int n) {
         return (n + VoxelGrid::node_bricks - 1) / VoxelGrid::node_bricks;
     };
-    VoxelGridBuilder builder(Vec3i(nodes(count.x), nodes(count.y), nodes(count.z)), 1, empty, is_level_set);
+    VoxelGridBuilder builder(Vec3i(nodes(count.x), nodes(count.y), nodes(count.z)), 1, empty,
+                             is_level_set);
     std::vector<float> values(VoxelGrid::brick_values(1));
     for (int z = 0; z < count.z; ++z)
         for (int y = 0; y < count.y; ++y)

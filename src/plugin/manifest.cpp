@@ -126,10 +126,9 @@ class ManifestParser {
         if (key.text == "memory") return set_memory(key, value);
         if (key.text == "provides") return add_interface(value);
         if (key.text == "trigger") return add_trigger(value);
-        fail(key.column,
-             fmt::format(
-                 "expected one of name, abi, library, provides, trigger, memory, summary, found \"{}\"",
-                 key.text));
+        fail(key.column, fmt::format("expected one of name, abi, library, provides, trigger, "
+                                     "memory, summary, found \"{}\"",
+                                     key.text));
     }
 
     void set_once(std::string& to,
@@ -159,7 +158,8 @@ class ManifestParser {
     }
 
     void set_memory(const Piece& key, const Piece& value) {
-        if (manifest_.memory_bytes != 0) return fail(key.column, "expected one memory, found another");
+        if (manifest_.memory_bytes != 0)
+            return fail(key.column, "expected one memory, found another");
         constexpr size_t megabyte = 1000000, most = 100000;
         size_t megabytes = 0;
         const char* end = value.text.data() + value.text.size();

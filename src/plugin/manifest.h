@@ -27,9 +27,10 @@ struct Manifest {
     std::vector<std::string> provides;  ///< names of interfaces
     std::vector<Trigger> triggers;
     std::string summary;  ///< one line for people
-    size_t memory_bytes = 0;  ///< that opening it takes, resident, with the libraries that it brings
-    std::string folder;   ///< where the manifest lies
-    SourceLoc loc;        ///< of the name
+    size_t memory_bytes =
+        0;               ///< that opening it takes, resident, with the libraries that it brings
+    std::string folder;  ///< where the manifest lies
+    SourceLoc loc;       ///< of the name
     SourceLoc abi_loc;
 
     bool has_trigger(const Trigger& trigger) const;
@@ -40,9 +41,9 @@ struct Manifest {
 inline constexpr size_t manifest_size_limit_bytes = 64 * 1024;
 
 /// Reads `key: value` lines; `#` begins a comment line. Keys: name, abi, provides (may repeat) and
-/// trigger (kind and value, may repeat) and, optionally, library (velatura_<name>.so), memory (megabytes that opening it takes) and summary.
-/// Returns: nothing when anything is wrong, which is reported with line and column under the code
-/// "plugin-manifest".
+/// trigger (kind and value, may repeat) and, optionally, library (velatura_<name>.so), memory
+/// (megabytes that opening it takes) and summary. Returns: nothing when anything is wrong, which is
+/// reported with line and column under the code "plugin-manifest".
 std::optional<Manifest> parse_manifest(std::string_view text,
                                        const std::string& file_name,
                                        Diagnostics& diagnostics);

@@ -37,9 +37,11 @@ std::vector<fs::path> manifests_below(const fs::path& folder) {
     return files;
 }
 
-// Its pages come from files, which no limit on memory refuses, and its own threads must have theirs.
+// Its pages come from files, which no limit on memory refuses, and its own threads must have
+// theirs.
 void* open_library(const std::string& path, size_t bytes) {
-    if (void* const opened = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NOLOAD)) return opened;
+    if (void* const opened = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NOLOAD))
+        return opened;
     if (MemoryLimit::is_set() && bytes > MemoryLimit::left()) throw std::bad_alloc();
     const MemoryLimit::Lifted lifted;
     return ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);

@@ -131,8 +131,7 @@ Vec2 PixelSampler::get_2d(int bounce, Purpose purpose, uint32_t repeat) const {
 
 // Strata of 1/4^k of a stratified number in one dimension become the squares of a Morton curve.
 Vec2 PixelSampler::classic_2d(uint64_t key) const {
-    if (is_independent())
-        return {unit_float(uint32_t(key)), unit_float(uint32_t(key >> 32))};
+    if (is_independent()) return {unit_float(uint32_t(key)), unit_float(uint32_t(key >> 32))};
     const uint32_t along =
         reverse_bits(owen_hash_reversed(shuffled_index(key), uint32_t(key >> 32)));
     // The curve has 16 bits to a side; those below are anything

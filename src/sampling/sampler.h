@@ -51,7 +51,7 @@ enum class Purpose : uint32_t {
 
 /// Which points the samples of a pixel are.
 enum class SamplerKind : uint8_t {
-    Sobol,        ///< Owen-scrambled Sobol' points, padded in pairs of dimensions
+    Sobol,  ///< Owen-scrambled Sobol' points, padded in pairs of dimensions
     /// Sobol' points of their own for the even and the odd sample indices: two independent
     /// estimates of everything, whose difference tells the error. Costs up to 1.5 times the
     /// variance.
@@ -82,9 +82,9 @@ class PixelSampler {
                  uint64_t sample_index,
                  SamplerKind kind = SamplerKind::Sobol);
 
-    /// The numbers of one of `count` branches into which the path of the sample divides. Those of all
-    /// samples of a pixel are points of one sequence; what they are used for must be used by branches
-    /// alone.
+    /// The numbers of one of `count` branches into which the path of the sample divides. Those of
+    /// all samples of a pixel are points of one sequence; what they are used for must be used by
+    /// branches alone.
     PixelSampler branch(uint32_t index, uint32_t count) const;
 
     /// One number in [0, 1). `bounce` counts path vertices from 0 = camera; `repeat` tells apart

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "scene/ids.h"
+
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "scene/ids.h"
 
 namespace velatura::scene {
 

@@ -30,7 +30,8 @@ constexpr std::array<EffectInfo, effect_count> table = {{
     {Effect::Transmission, Scene, "transmission", "surfaces evaluated that let light through"},
     {Effect::RoughTransmission, Scene, "rough-transmission", "surfaces evaluated that blur it"},
     {Effect::ThinWalls, Scene, "thin-walls", "thin walls evaluated"},
-    {Effect::DiffuseTransmission, Scene, "diffuse-transmission", "thin walls evaluated that shine through"},
+    {Effect::DiffuseTransmission, Scene, "diffuse-transmission",
+     "thin walls evaluated that shine through"},
     {Effect::Absorption, Scene, "absorption", "segments inside bodies that absorb"},
     {Effect::InteriorMedia, Scene, "interior-media", "segments inside bodies that scatter"},
     {Effect::NestedBodies, Scene, "nested-bodies", "surfaces of bodies with priorities met"},
@@ -82,18 +83,29 @@ static_assert(is_in_order());
 
 }  // namespace
 
-const EffectInfo& info(Effect effect) { return table[size_t(effect)]; }
+const EffectInfo& info(Effect effect) {
+    return table[size_t(effect)];
+}
 
 std::optional<Effect> find_effect(std::string_view name) {
-    const auto it = std::find_if(table.begin(), table.end(), [&](const EffectInfo& i) { return i.name == name; });
+    const auto it = std::find_if(table.begin(), table.end(),
+                                 [&](const EffectInfo& i) { return i.name == name; });
     if (it == table.end()) return std::nullopt;
     return it->effect;
 }
 
-void note_effect(std::vector<EffectNote>& notes, Effect effect, EffectNote::Kind kind, std::string_view prim_path, std::string_view why) {
-    const auto it = std::find_if(notes.begin(), notes.end(), [&](const EffectNote& n) { return n.effect == effect && n.kind == kind; });
-    if (it != notes.end()) ++it->prims;
-    else notes.push_back({effect, kind, std::string(prim_path), std::string(why)});
+void note_effect(std::vector<EffectNote>& notes,
+                 Effect effect,
+                 EffectNote::Kind kind,
+                 std::string_view prim_path,
+                 std::string_view why) {
+    const auto it = std::find_if(notes.begin(), notes.end(), [&](const EffectNote& n) {
+        return n.effect == effect && n.kind == kind;
+    });
+    if (it != notes.end())
+        ++it->prims;
+    else
+        notes.push_back({effect, kind, std::string(prim_path), std::string(why)});
 }
 
 }  // namespace velatura::scene

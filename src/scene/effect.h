@@ -121,10 +121,14 @@ struct EffectNote {
     Kind kind;
     std::string prim_path;  ///< the first that says so
     std::string why;
-    uint64_t prims = 1;     ///< that say so
+    uint64_t prims = 1;  ///< that say so
 };
 
 /// Adds to the notes, one for each effect and kind.
-void note_effect(std::vector<EffectNote>& notes, Effect effect, EffectNote::Kind kind, std::string_view prim_path, std::string_view why);
+void note_effect(std::vector<EffectNote>& notes,
+                 Effect effect,
+                 EffectNote::Kind kind,
+                 std::string_view prim_path,
+                 std::string_view why);
 
 }  // namespace velatura::scene

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "scene/effect.h"
+
 #include <array>
 #include <cstdint>
 #include <utility>
-
-#include "scene/effect.h"
 
 namespace velatura::scene {
 
@@ -21,13 +21,18 @@ struct EffectCalls {
     }
 };
 
-/// Of this thread since the last take_effect_calls(): one addition in memory, without any argument to
-/// hand through ten tiers. A plugin, which has a copy of its own, counts nothing.
+/// Of this thread since the last take_effect_calls(): one addition in memory, without any argument
+/// to hand through ten tiers. A plugin, which has a copy of its own, counts nothing.
 inline constinit thread_local EffectCalls thread_effect_calls = {};
 
-inline void count_call(Effect effect) { ++thread_effect_calls.count[size_t(effect)]; }
+inline void count_call(Effect effect) {
+    ++thread_effect_calls.count[size_t(effect)];
+}
 
-/// The calls of this thread since it was last asked. Whatever task asks adds them to the same total.
-inline EffectCalls take_effect_calls() { return std::exchange(thread_effect_calls, {}); }
+/// The calls of this thread since it was last asked. Whatever task asks adds them to the same
+/// total.
+inline EffectCalls take_effect_calls() {
+    return std::exchange(thread_effect_calls, {});
+}
 
 }  // namespace velatura::scene

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
-#include <memory>
-#include <string>
-#include <vector>
-
 #include "base/math.h"
 #include "scene/ids.h"
 #include "scene/ies_profile.h"
 #include "scene/linking.h"
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
 
 namespace velatura::scene {
 
@@ -17,28 +17,30 @@ enum class LightKind : uint8_t { Distant, Dome, Rect, Disk, Sphere, Cylinder };
 
 enum class DomeFormat : uint8_t { Automatic, LatLong, MirroredBall, Angular, CubeMapVerticalCross };
 
-/// UsdLuxShapingAPI. A light whose cone nobody authored has none, though the schema's fallback is 90 degrees: a ShapingAPI
-/// without opinions does not halve a sphere.
+/// UsdLuxShapingAPI. A light whose cone nobody authored has none, though the schema's fallback is
+/// 90 degrees: a ShapingAPI without opinions does not halve a sphere.
 struct Shaping {
-    float cone_angle_deg = 180.0f; ///< half angle off the axis −Z of light space; 180 = no cone
-    float cone_softness = 0.0f;    ///< [0, 1]
+    float cone_angle_deg = 180.0f;  ///< half angle off the axis −Z of light space; 180 = no cone
+    float cone_softness = 0.0f;     ///< [0, 1]
     float focus = 0.0f;
     Rgb focus_tint = Rgb(0.0f);
-    bool is_active = false;         ///< of cone and focus: whether they change anything
+    bool is_active = false;  ///< of cone and focus: whether they change anything
 
     std::shared_ptr<const IesProfile> ies;  ///< null: none
     float ies_angle_scale = 0.0f;           ///< UsdLux `shaping:ies:angleScale`
     bool ies_normalize = false;             ///< by its mean intensity
 };
 
-/// A UsdLux light. Light space is the prim's own space; sizes are in it, the affine transform deforms the shape.
-/// Light shapes emit, they do not block other light (docs/adr: light shapes are non-occluding emitters).
+/// A UsdLux light. Light space is the prim's own space; sizes are in it, the affine transform
+/// deforms the shape. Light shapes emit, they do not block other light (docs/adr: light shapes are
+/// non-occluding emitters).
 struct Light {
     LightKind kind = LightKind::Sphere;
     std::string name;  ///< prim path
     GroupId group = 0;
-    /// Emitted radiance before texture and shaping: colour × blackbody × intensity × 2^exposure, divided by the
-    /// world-space size where `normalize` is on. For a Distant light of angle 0: irradiance on a facing surface.
+    /// Emitted radiance before texture and shaping: colour × blackbody × intensity × 2^exposure,
+    /// divided by the world-space size where `normalize` is on. For a Distant light of angle 0:
+    /// irradiance on a facing surface.
     Rgb Le = Rgb(1.0f);
     Mat4d render_from_light;
     float width = 1.0f, height = 1.0f;  ///< Rect: x, y
@@ -46,10 +48,10 @@ struct Light {
     float length = 1.0f;                ///< Cylinder, along x
     float angle_deg = 0.53f;            ///< Distant: full apex angle
     Shaping shaping;
-    std::string texture_file;           ///< Rect, Dome: resolved path; empty = none
+    std::string texture_file;  ///< Rect, Dome: resolved path; empty = none
     DomeFormat dome_format = DomeFormat::Automatic;
-    /// Dome: windows through which it is seen, unit squares around the origin of their xy planes; light comes through
-    /// them towards −Z. They guide sampling and change no picture.
+    /// Dome: windows through which it is seen, unit squares around the origin of their xy planes;
+    /// light comes through them towards −Z. They guide sampling and change no picture.
     std::vector<Mat4d> render_from_portals;
     float diffuse_multiplier = 1.0f, specular_multiplier = 1.0f;
     bool is_camera_visible = true;
@@ -57,20 +59,24 @@ struct Light {
     ProvenanceId provenance = none;
 };
 
-/// Geometry that is a light: a prim of shapes with UsdLux LightAPI or MeshLightAPI. Unlike other lights it is a surface,
-/// which rays meet in the accelerator and which blocks light. Both of its sides emit.
+/// Geometry that is a light: a prim of shapes with UsdLux LightAPI or MeshLightAPI. Unlike other
+/// lights it is a surface, which rays meet in the accelerator and which blocks light. Both of its
+/// sides emit.
 struct MeshLight {
-    std::string name;  ///< prim path
+    std::string name;      ///< prim path
     GroupId group = none;  ///< none: it stands nowhere
-    /// Radiance that it lights other things with, before shaping: colour × blackbody × intensity × 2^exposure, times the
-    /// material's emission where `is_tinted_by_glow`, divided by the area of its placement where `is_normalized`.
+    /// Radiance that it lights other things with, before shaping: colour × blackbody × intensity ×
+    /// 2^exposure, times the material's emission where `is_tinted_by_glow`, divided by the area of
+    /// its placement where `is_normalized`.
     Rgb Le = Rgb(1.0f);
     bool is_tinted_by_glow = false;  ///< materialSyncMode materialGlowTintsLight
-    /// The camera and delta reflections see the material's emission instead: every materialSyncMode but noMaterialResponse.
+    /// The camera and delta reflections see the material's emission instead: every materialSyncMode
+    /// but noMaterialResponse.
     bool shows_material = false;
     bool is_normalized = false;
     Shaping shaping;
-    Mat4d holder_from_light;  ///< the prim's own space, whose −Z is the axis of the shaping, in the space of its shape
+    Mat4d holder_from_light;  ///< the prim's own space, whose −Z is the axis of the shaping, in the
+                              ///< space of its shape
     float diffuse_multiplier = 1.0f, specular_multiplier = 1.0f;
     LightLinks links;
     ProvenanceId provenance = none;
@@ -81,7 +87,7 @@ struct LightGroup {
     std::string name;                ///< [A-Za-z0-9]+, unique
     std::vector<std::string> prims;  ///< prim paths of its lights
     bool is_environment = false;     ///< every light of it is a dome: part of the alias `env`
-    std::string label = {};          ///< what the scene calls it, where that is no such name; else empty
+    std::string label = {};  ///< what the scene calls it, where that is no such name; else empty
 };
 
 }  // namespace velatura::scene

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/math.h"
+#include "scene/ids.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <vector>
 
-#include "base/math.h"
-#include "scene/ids.h"
-
 namespace velatura::scene {
 
-/// What lights can tell geometry apart by: pieces of one class are in the same sets. Class 0 is that of geometry of which
-/// nobody said anything.
+/// What lights can tell geometry apart by: pieces of one class are in the same sets. Class 0 is
+/// that of geometry of which nobody said anything.
 using LinkClass = uint32_t;
 using LinkSetId = uint32_t;  ///< index into Linking::sets; none = all geometry
 
@@ -34,7 +34,8 @@ class LinkSet {
     /// No class at all.
     bool is_empty() const { return folded_ == 0; }
 
-    /// folded_bit() of every class in it: no common bit with that of something says that it does not hold it.
+    /// folded_bit() of every class in it: no common bit with that of something says that it does
+    /// not hold it.
     uint32_t folded() const { return folded_; }
 
     static uint32_t folded_bit(LinkClass c) { return uint32_t(1) << (c % 32); }
@@ -46,12 +47,14 @@ class LinkSet {
     uint32_t folded_ = 0;
 };
 
-/// What a light shines on and what casts its shadows. UsdLuxLightAPI's collections and UsdLuxShadowAPI.
+/// What a light shines on and what casts its shadows. UsdLuxLightAPI's collections and
+/// UsdLuxShadowAPI.
 struct LightLinks {
     LinkSetId lit = none;      ///< what scatters its light; none = everything
     LinkSetId casters = none;  ///< what casts its shadows; none = everything
-    /// How far what casts a shadow may be from what lies in it [scene units]; over the last `shadow_falloff` of that the
-    /// shadow fades, with the rest of the way to the power of `shadow_falloff_gamma`.
+    /// How far what casts a shadow may be from what lies in it [scene units]; over the last
+    /// `shadow_falloff` of that the shadow fades, with the rest of the way to the power of
+    /// `shadow_falloff_gamma`.
     float shadow_distance = std::numeric_limits<float>::infinity();
     float shadow_falloff = 0.0f;
     float shadow_falloff_gamma = 1.0f;
@@ -59,7 +62,8 @@ struct LightLinks {
 
     /// Whether its shadows are not those that geometry casts by itself.
     bool has_own_shadows() const {
-        return casters != none || shadow_distance < std::numeric_limits<float>::infinity() || !is_black(shadow_color);
+        return casters != none || shadow_distance < std::numeric_limits<float>::infinity() ||
+               !is_black(shadow_color);
     }
 
     friend bool operator==(const LightLinks&, const LightLinks&) = default;
@@ -69,7 +73,8 @@ struct LightLinks {
 struct Linking {
     size_t class_count = 1;
     std::vector<LinkSet> sets;
-    std::vector<std::vector<LinkClass>> rows;  ///< of Instance::link_row: [row][shape of the prototype]
+    std::vector<std::vector<LinkClass>>
+        rows;  ///< of Instance::link_row: [row][shape of the prototype]
 };
 
 }  // namespace velatura::scene

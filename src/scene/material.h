@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/math.h"
+#include "scene/ids.h"
+
 #include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
-
-#include "base/math.h"
-#include "scene/ids.h"
 
 namespace velatura::scene {
 
@@ -18,37 +18,44 @@ enum class TextureOutput : uint8_t { R, G, B, A, Rgb };
 struct Input {
     enum class Source : uint8_t { Constant, Texture, Primvar, Pattern };
     Source source = Source::Constant;
-    Rgb value = Rgb(0.0f);                     ///< the constant; also the fallback of a missing primvar
-    TextureId texture = none;                  ///< Source::Texture
-    TextureOutput output = TextureOutput::Rgb; ///< Source::Texture
-    PrimvarId primvar = none;                  ///< Source::Primvar
-    PatternId pattern = none;                  ///< Source::Pattern
+    Rgb value = Rgb(0.0f);     ///< the constant; also the fallback of a missing primvar
+    TextureId texture = none;  ///< Source::Texture
+    TextureOutput output = TextureOutput::Rgb;  ///< Source::Texture
+    PrimvarId primvar = none;                   ///< Source::Primvar
+    PatternId pattern = none;                   ///< Source::Pattern
 
     Input() = default;
+
     explicit Input(float v) : value(v) {}
+
     explicit Input(const Rgb& v) : value(v) {}
 };
 
-/// What the surfaces of MaterialX have and UsdPreviewSurface has not. Metal and dielectric differ in colour here.
+/// What the surfaces of MaterialX have and UsdPreviewSurface has not. Metal and dielectric differ
+/// in colour here.
 struct SurfaceExtras {
     Input metal_f0 = Input(Rgb(0.0f));   ///< reflectance of what is metallic at normal incidence
     Input metal_f90 = Input(Rgb(1.0f));  ///< and at grazing incidence
-    Input specular_tint = Input(Rgb(1.0f));     ///< factor of what a dielectric reflects
+    Input specular_tint = Input(Rgb(1.0f));  ///< factor of what a dielectric reflects
     Input coat_ior = Input(1.5f);
-    Input diffuse_roughness = Input(0.0f);      ///< of the diffuse base, [0, 1]: EON's r
-    Input sheen = Input(0.0f);                  ///< weight of the fibres on top of everything, [0, 1]
+    Input diffuse_roughness = Input(0.0f);  ///< of the diffuse base, [0, 1]: EON's r
+    Input sheen = Input(0.0f);              ///< weight of the fibres on top of everything, [0, 1]
     Input sheen_color = Input(Rgb(1.0f));
     Input sheen_roughness = Input(0.3f);
 };
 
-/// What light does in a fibre with a scaly surface: what a VelaturaHair shader says (docs/usd-support.md).
+/// What light does in a fibre with a scaly surface: what a VelaturaHair shader says
+/// (docs/usd-support.md).
 struct Hair {
     enum class Absorber : uint8_t { Color, Melanin, Coefficient };
-    Absorber absorber = Absorber::Melanin;  ///< which of the next three inputs says what the inside absorbs
-    Input color = Input(Rgb(0.5f));         ///< of many fibres together, about
-    Input eumelanin = Input(1.3f), pheomelanin = Input(0.0f);  ///< concentrations; what makes hair dark, and red
-    Input absorption = Input(Rgb(0.0f));    ///< 1 over the radius of the fibre
-    Input roughness = Input(0.3f), azimuthal_roughness = Input(0.3f);  ///< along the fibre and around it, [0, 1]
+    Absorber absorber =
+        Absorber::Melanin;  ///< which of the next three inputs says what the inside absorbs
+    Input color = Input(Rgb(0.5f));  ///< of many fibres together, about
+    Input eumelanin = Input(1.3f),
+          pheomelanin = Input(0.0f);      ///< concentrations; what makes hair dark, and red
+    Input absorption = Input(Rgb(0.0f));  ///< 1 over the radius of the fibre
+    Input roughness = Input(0.3f),
+          azimuthal_roughness = Input(0.3f);  ///< along the fibre and around it, [0, 1]
     float ior = 1.55f;
     float cuticle_angle_deg = 2.0f;  ///< by which the scales are tilted
 };
@@ -73,67 +80,84 @@ struct Material {
     Input clearcoat_roughness = Input(0.01f);
     Input opacity = Input(1.0f);
     float opacity_threshold = 0.0f;
-    bool presence = false;  ///< opacityMode = "presence": opacity fades the whole surface instead of transmitting
+    bool presence = false;  ///< opacityMode = "presence": opacity fades the whole surface instead
+                            ///< of transmitting
     Input ior = Input(1.5f);
-    /// velatura:roughTransmission: roughness also blurs what is transmitted. UsdPreviewSurface itself never does.
+    /// velatura:roughTransmission: roughness also blurs what is transmitted. UsdPreviewSurface
+    /// itself never does.
     bool rough_transmission = false;
-    /// How much narrower the specular lobe is across the tangent than along it; [0, 1], 0 = not. The tangent is ∂p/∂s,
-    /// turned by anisotropy_rotation (1 = once around, from ∂p/∂s towards ∂p/∂t).
+    /// How much narrower the specular lobe is across the tangent than along it; [0, 1], 0 = not.
+    /// The tangent is ∂p/∂s, turned by anisotropy_rotation (1 = once around, from ∂p/∂s towards
+    /// ∂p/∂t).
     Input anisotropy = Input(0.0f);
     Input anisotropy_rotation = Input(0.0f);
-    /// A sheet without thickness instead of the boundary of a body: light passes straight, both sides are alike.
+    /// A sheet without thickness instead of the boundary of a body: light passes straight, both
+    /// sides are alike.
     bool thin_walled = false;
-    /// Thin-walled only: share of the diffuse light that goes to the other side, and its albedo; none = diffuse_color.
+    /// Thin-walled only: share of the diffuse light that goes to the other side, and its albedo;
+    /// none = diffuse_color.
     Input diffuse_transmission = Input(0.0f);
     std::optional<Input> diffuse_transmission_color;
-    /// With transmission_depth > 0 the body absorbs: after this distance (scene units) transmission_color, a constant, is left
-    /// of white light. Else it multiplies what crosses the surface; of a thin wall it is what passes perpendicularly once.
+    /// With transmission_depth > 0 the body absorbs: after this distance (scene units)
+    /// transmission_color, a constant, is left of white light. Else it multiplies what crosses the
+    /// surface; of a thin wall it is what passes perpendicularly once.
     Input transmission_color = Input(Rgb(1.0f));
     float transmission_depth = 0.0f;
-    /// With transmission_depth > 0: how much of light, about, is scattered inside within that distance, ≥ 0 and may exceed 1.
+    /// With transmission_depth > 0: how much of light, about, is scattered inside within that
+    /// distance, ≥ 0 and may exceed 1.
     Rgb transmission_scatter = Rgb(0.0f);
     float transmission_anisotropy = 0.0f;  ///< mean cosine of such a scattering
-    std::optional<Matter> matter;  ///< fills the body in place of what the inputs of transmission say
-    /// There is no surface: light goes straight on between what is outside and what the body is filled with.
+    std::optional<Matter>
+        matter;  ///< fills the body in place of what the inputs of transmission say
+    /// There is no surface: light goes straight on between what is outside and what the body is
+    /// filled with.
     bool is_bare = false;
-    /// Where bodies overlap the one of the largest number fills the space; among equals the one that was entered last.
+    /// Where bodies overlap the one of the largest number fills the space; among equals the one
+    /// that was entered last.
     int dielectric_priority = 0;
-    /// How much of what would scatter at the diffuse base scatters inside the body instead, closed meshes only. Its colour is
-    /// that of a large flat piece of it (none = diffuse_color), its radius the way between two scatterings [scene units].
+    /// How much of what would scatter at the diffuse base scatters inside the body instead, closed
+    /// meshes only. Its colour is that of a large flat piece of it (none = diffuse_color), its
+    /// radius the way between two scatterings [scene units].
     Input subsurface = Input(0.0f);
     std::optional<Input> subsurface_color;
     Input subsurface_radius = Input(Rgb(1.0f));
     float subsurface_anisotropy = 0.0f;  ///< mean cosine of a scattering
-    /// false: no specular at all, pure Lambert; what shapes without a material get with their displayColor.
+    /// false: no specular at all, pure Lambert; what shapes without a material get with their
+    /// displayColor.
     bool has_specular = true;
-    Input normal = Input(Rgb(0.0f, 0.0f, 1.0f));  ///< tangent space, already scaled and biased into [-1, 1]
+    Input normal =
+        Input(Rgb(0.0f, 0.0f, 1.0f));  ///< tangent space, already scaled and biased into [-1, 1]
     Input displacement = Input(0.0f);  ///< along the normal, scene units
     std::optional<SurfaceExtras> extras;
-    std::optional<Hair> hair;  ///< of curves, which take nothing else from the material; all else shows the rest of it
+    std::optional<Hair> hair;  ///< of curves, which take nothing else from the material; all else
+                               ///< shows the rest of it
     ProvenanceId provenance = none;
 };
 
-inline bool is_constant(const Input& input) { return input.source == Input::Source::Constant; }
+inline bool is_constant(const Input& input) {
+    return input.source == Input::Source::Constant;
+}
 
 /// Calls visit(Input&) for every input that may vary.
 template <class Material, class Visitor>
 void for_each_input(Material& m, Visitor visit) {
-    for (auto* input : {&m.diffuse_color, &m.emissive_color, &m.specular_color, &m.metallic, &m.roughness, &m.clearcoat,
-                        &m.clearcoat_roughness, &m.opacity, &m.ior, &m.anisotropy, &m.anisotropy_rotation,
-                        &m.diffuse_transmission, &m.transmission_color, &m.subsurface, &m.subsurface_radius, &m.normal,
-                        &m.displacement})
+    for (auto* input :
+         {&m.diffuse_color, &m.emissive_color, &m.specular_color, &m.metallic, &m.roughness,
+          &m.clearcoat, &m.clearcoat_roughness, &m.opacity, &m.ior, &m.anisotropy,
+          &m.anisotropy_rotation, &m.diffuse_transmission, &m.transmission_color, &m.subsurface,
+          &m.subsurface_radius, &m.normal, &m.displacement})
         visit(*input);
     if (m.subsurface_color) visit(*m.subsurface_color);
     if (m.diffuse_transmission_color) visit(*m.diffuse_transmission_color);
     if (m.hair) {
-        for (auto* input : {&m.hair->color, &m.hair->eumelanin, &m.hair->pheomelanin, &m.hair->absorption,
-                            &m.hair->roughness, &m.hair->azimuthal_roughness})
+        for (auto* input : {&m.hair->color, &m.hair->eumelanin, &m.hair->pheomelanin,
+                            &m.hair->absorption, &m.hair->roughness, &m.hair->azimuthal_roughness})
             visit(*input);
     }
     if (!m.extras) return;
     auto& x = *m.extras;
-    for (auto* input : {&x.metal_f0, &x.metal_f90, &x.specular_tint, &x.coat_ior, &x.diffuse_roughness, &x.sheen, &x.sheen_color,
-                        &x.sheen_roughness})
+    for (auto* input : {&x.metal_f0, &x.metal_f90, &x.specular_tint, &x.coat_ior,
+                        &x.diffuse_roughness, &x.sheen, &x.sheen_color, &x.sheen_roughness})
         visit(*input);
 }
 
@@ -151,15 +175,18 @@ inline bool may_transmit(const Material& m) {
 }
 
 inline bool may_transmit_diffusely(const Material& m) {
-    return m.thin_walled && !(is_constant(m.diffuse_transmission) && !(m.diffuse_transmission.value.x > 0.0f));
+    return m.thin_walled &&
+           !(is_constant(m.diffuse_transmission) && !(m.diffuse_transmission.value.x > 0.0f));
 }
 
 /// Light may scatter inside what the material bounds.
 inline bool may_scatter_below(const Material& m) {
-    return !m.thin_walled && !m.hair && !(is_constant(m.subsurface) && !(m.subsurface.value.x > 0.0f));
+    return !m.thin_walled && !m.hair &&
+           !(is_constant(m.subsurface) && !(m.subsurface.value.x > 0.0f));
 }
 
-/// The material bounds a body that displaces others, or is displaced, by more than the order in which they are entered.
+/// The material bounds a body that displaces others, or is displaced, by more than the order in
+/// which they are entered.
 inline bool has_priority(const Material& m) {
     return m.dielectric_priority != 0 && may_transmit(m) && !m.thin_walled;
 }
@@ -176,7 +203,9 @@ inline bool may_absorb(const Material& m) {
 }
 
 /// The material bounds a body in which light scatters.
-inline bool scatters_inside(const Material& m) { return !is_black(matter_inside(m).scattering); }
+inline bool scatters_inside(const Material& m) {
+    return !is_black(matter_inside(m).scattering);
+}
 
 inline bool may_have_sheen(const Material& m) {
     return m.extras && !(is_constant(m.extras->sheen) && !(m.extras->sheen.value.x > 0.0f)) &&
@@ -184,7 +213,8 @@ inline bool may_have_sheen(const Material& m) {
 }
 
 inline bool may_have_rough_base(const Material& m) {
-    return m.extras && !(is_constant(m.extras->diffuse_roughness) && !(m.extras->diffuse_roughness.value.x > 0.0f));
+    return m.extras && !(is_constant(m.extras->diffuse_roughness) &&
+                         !(m.extras->diffuse_roughness.value.x > 0.0f));
 }
 
 /// Whether surfaces of the material move somewhere.

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/math.h"
+#include "scene/ids.h"
+
 #include <array>
 #include <string>
 #include <vector>
-
-#include "base/math.h"
-#include "scene/ids.h"
 
 namespace velatura::scene {
 
@@ -32,7 +32,8 @@ struct RenderSettings {
     int width = 2048, height = 1080;
     double pixel_aspect_ratio = 1.0;
     std::string aspect_conform = "expandAperture";
-    std::array<double, 4> data_window_ndc = {0, 0, 1, 1};  ///< xmin, ymin, xmax, ymax; origin bottom left
+    std::array<double, 4> data_window_ndc = {0, 0, 1,
+                                             1};  ///< xmin, ymin, xmax, ymax; origin bottom left
     bool disable_depth_of_field = false;
     bool disable_motion_blur = false;
     std::vector<std::string> included_purposes = {"default", "render"};

@@ -11,15 +11,18 @@ PrimvarId find_primvar(const Scene& scene, std::string_view name) {
 }
 
 const Primvar* find_primvar(const Shape& shape, PrimvarId name) {
-    const std::vector<Primvar>& primvars = std::visit([](const auto& g) -> const std::vector<Primvar>& { return g.primvars; }, shape.geometry);
-    const auto it = std::find_if(primvars.begin(), primvars.end(), [&](const Primvar& p) { return p.name == name; });
+    const std::vector<Primvar>& primvars = std::visit(
+        [](const auto& g) -> const std::vector<Primvar>& { return g.primvars; }, shape.geometry);
+    const auto it = std::find_if(primvars.begin(), primvars.end(),
+                                 [&](const Primvar& p) { return p.name == name; });
     return it == primvars.end() ? nullptr : &*it;
 }
 
 bool shows_display_color(const Shape& shape) {
     const auto* mesh = std::get_if<Mesh>(&shape.geometry);
     if (!mesh || mesh->face_materials.empty()) return shape.material == none;
-    return std::find(mesh->face_materials.begin(), mesh->face_materials.end(), none) != mesh->face_materials.end();
+    return std::find(mesh->face_materials.begin(), mesh->face_materials.end(), none) !=
+           mesh->face_materials.end();
 }
 
 bool may_cut_display(const Scene& scene) {
@@ -29,7 +32,8 @@ bool may_cut_display(const Scene& scene) {
     for_each_shape(scene, [&](const Shape& shape) {
         if (is_found || !shows_display_color(shape)) return;
         const Primvar* opacity = find_primvar(shape, name);
-        is_found = opacity && std::any_of(opacity->values.begin(), opacity->values.end(), [](float v) { return !(v >= 1.0f); });
+        is_found = opacity && std::any_of(opacity->values.begin(), opacity->values.end(),
+                                          [](float v) { return !(v >= 1.0f); });
     });
     return is_found;
 }
@@ -52,8 +56,10 @@ bool has_shadow_controls(const Scene& scene, const LightLinks& links) {
 }
 
 bool has_shadow_links(const Scene& scene) {
-    return std::any_of(scene.lights.begin(), scene.lights.end(), [&](const Light& light) { return has_shadow_links(scene, light.links); }) ||
-           std::any_of(scene.mesh_lights.begin(), scene.mesh_lights.end(), [](const MeshLight& light) { return light.links.casters != none; });
+    return std::any_of(scene.lights.begin(), scene.lights.end(),
+                       [&](const Light& light) { return has_shadow_links(scene, light.links); }) ||
+           std::any_of(scene.mesh_lights.begin(), scene.mesh_lights.end(),
+                       [](const MeshLight& light) { return light.links.casters != none; });
 }
 
 PrimvarId intern_primvar(Scene& scene, std::string_view name) {

@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
-
 #include "base/math.h"
 #include "base/source_loc.h"
 #include "scene/camera.h"
@@ -21,6 +15,12 @@
 #include "scene/render_settings.h"
 #include "scene/texture.h"
 #include "scene/volume.h"
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace velatura::scene {
 
@@ -39,17 +39,20 @@ struct Prototype {
 /// One placement of a prototype. Nested instancing is resolved to leaves by `translate`.
 struct Instance {
     uint32_t prototype = 0;
-    Mat4 render_from_prototype;           ///< camera-centred, cast from double
-    /// [key − 1] the same at the later keys of an instance that moves, at equal steps over the shutter; entries go
-    /// straight on between. Empty = it does not. What gives light does not move: `translate` promises.
+    Mat4 render_from_prototype;  ///< camera-centred, cast from double
+    /// [key − 1] the same at the later keys of an instance that moves, at equal steps over the
+    /// shutter; entries go straight on between. Empty = it does not. What gives light does not
+    /// move: `translate` promises.
     std::vector<Mat4> later_render_from_prototype;
     MaterialId material_override = none;
-    uint32_t link_row = none;             ///< LinkClasses of its shapes, index into Linking::rows; none = all of class 0
-    std::optional<Rgb> display_color;     ///< per-instance constant primvar of a point instancer
+    uint32_t link_row =
+        none;  ///< LinkClasses of its shapes, index into Linking::rows; none = all of class 0
+    std::optional<Rgb> display_color;  ///< per-instance constant primvar of a point instancer
     ProvenanceId provenance = none;
 };
 
-/// Everything one frame needs. Shapes of `shapes` are in render space; those of prototypes in prototype space.
+/// Everything one frame needs. Shapes of `shapes` are in render space; those of prototypes in
+/// prototype space.
 struct Scene {
     std::vector<Shape> shapes;
     std::vector<Prototype> prototypes;
@@ -85,7 +88,8 @@ bool has_shadow_links(const Scene& scene, const LightLinks& links);
 /// Whether its shadows are switched off, end before their time, or are coloured.
 bool has_shadow_controls(const Scene& scene, const LightLinks& links);
 
-/// Whether rays ask for classes: some light has shadow links, or is geometry and has casters of its own.
+/// Whether rays ask for classes: some light has shadow links, or is geometry and has casters of its
+/// own.
 bool has_shadow_links(const Scene& scene);
 
 /// The set, or null for all geometry.
@@ -118,10 +122,12 @@ bool shows_display_color(const Shape& shape);
 
 /// "displayColor" and "displayOpacity" feed the material of shapes without one.
 /// The names that texture coordinates go by, the usual ones first.
-inline constexpr std::array<std::string_view, 7> texture_coordinate_names = {"st", "UVMap", "uv", "map1", "st0", "st_0", "Texture_uv"};
-/// Constant primvars of four numbers: rows of the matrix from shape space to the space of the prim, of shapes whose
-/// material has a pattern that asks for it.
-inline constexpr std::array<std::string_view, 3> object_space_primvars = {"velatura:object:x", "velatura:object:y", "velatura:object:z"};
+inline constexpr std::array<std::string_view, 7> texture_coordinate_names = {
+    "st", "UVMap", "uv", "map1", "st0", "st_0", "Texture_uv"};
+/// Constant primvars of four numbers: rows of the matrix from shape space to the space of the prim,
+/// of shapes whose material has a pattern that asks for it.
+inline constexpr std::array<std::string_view, 3> object_space_primvars = {
+    "velatura:object:x", "velatura:object:y", "velatura:object:z"};
 inline constexpr std::string_view display_color_primvar = "displayColor";
 inline constexpr std::string_view display_opacity_primvar = "displayOpacity";
 

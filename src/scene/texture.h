@@ -1,23 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/math.h"
+#include "scene/ids.h"
+
 #include <array>
 #include <cstdint>
 #include <string>
 
-#include "base/math.h"
-#include "scene/ids.h"
-
 namespace velatura::scene {
 
-/// UsdUVTexture wrap modes; Black is transparent black, UseMetadata without metadata in the file is Black.
+/// UsdUVTexture wrap modes; Black is transparent black, UseMetadata without metadata in the file is
+/// Black.
 enum class Wrap : uint8_t { UseMetadata, Black, Clamp, Repeat, Mirror };
 
-/// How texels become scene-linear numbers. Auto: the file's metadata, else sRGB for 8-bit images of 3 or 4 channels.
+/// How texels become scene-linear numbers. Auto: the file's metadata, else sRGB for 8-bit images of
+/// 3 or 4 channels.
 enum class SourceColorSpace : uint8_t { Auto, Raw, Srgb };
 
-/// A UsdUVTexture. st is looked up from the primvar `st`, mapped by st' = st · st_scale_rotation + st_offset; (0,0) is
-/// the lower left corner. Result = texel (decoded) · scale + bias; `fallback` where the file cannot be read.
+/// A UsdUVTexture. st is looked up from the primvar `st`, mapped by st' = st · st_scale_rotation +
+/// st_offset; (0,0) is the lower left corner. Result = texel (decoded) · scale + bias; `fallback`
+/// where the file cannot be read.
 struct Texture {
     std::string file;      ///< resolved path; "<UDIM>" stands for the tile number
     std::string authored;  ///< as written in the scene, for messages and headers

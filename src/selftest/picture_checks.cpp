@@ -1,14 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "selftest/picture_checks.h"
 
-#include <algorithm>
-#include <bit>
-#include <cmath>
-#include <utility>
-#include <vector>
-
-#include <fmt/format.h>
-
 #include "base/tasks.h"
 #include "film/film.h"
 #include "image/resolve.h"
@@ -18,11 +10,21 @@
 #include "lights/light_set.h"
 #include "sampling/sampler.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <utility>
+#include <vector>
+
 namespace velatura::selftest {
 
 namespace {
 
-scene::MaterialId add_matte(scene::Scene& scene, const Rgb& albedo, const Rgb& emission = Rgb(0.0f)) {
+scene::MaterialId add_matte(scene::Scene& scene,
+                            const Rgb& albedo,
+                            const Rgb& emission = Rgb(0.0f)) {
     scene::Material material;
     material.has_specular = false;
     material.diffuse_color = scene::Input(albedo);
@@ -34,15 +36,20 @@ scene::MaterialId add_matte(scene::Scene& scene, const Rgb& albedo, const Rgb& e
 /// Closed box around the origin, faces outward.
 void add_box(scene::Scene& scene, float half, scene::MaterialId material) {
     scene::Mesh mesh;
-    for (int i = 0; i < 8; ++i) mesh.points.emplace_back(i & 1 ? half : -half, i & 2 ? half : -half, i & 4 ? half : -half);
+    for (int i = 0; i < 8; ++i)
+        mesh.points.emplace_back(i & 1 ? half : -half, i & 2 ? half : -half, i & 4 ? half : -half);
     mesh.face_vertex_counts = {4, 4, 4, 4, 4, 4};
-    mesh.face_vertex_indices = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
+    mesh.face_vertex_indices = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4,
+                                2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
     scene.shapes.emplace_back();
     scene.shapes.back().geometry = mesh;
     scene.shapes.back().material = material;
 }
 
-void add_ball(scene::Scene& scene, const Vec3d& centre, double radius, const scene::Material& material) {
+void add_ball(scene::Scene& scene,
+              const Vec3d& centre,
+              double radius,
+              const scene::Material& material) {
     scene::Gprim ball;
     ball.kind = scene::Gprim::Kind::Sphere;
     ball.radius = radius;
@@ -60,7 +67,8 @@ void look(scene::Scene& scene) {
     scene.camera.clip_near = 0;
 }
 
-/// A grey box with a ball of glass, one of brushed metal, and two lamps, all of it `s` times as large.
+/// A grey box with a ball of glass, one of brushed metal, and two lamps, all of it `s` times as
+/// large.
 scene::Scene room(double s) {
     scene::Scene scene;
     scene.groups = {{"key", {"/Key"}, false}, {"lamp", {"/Lamp"}, false}, {"emissive", {}, false}};
@@ -83,7 +91,8 @@ scene::Scene room(double s) {
         light.radius = 0.25f;
         light.Le = Rgb(8.0f);
         Mat4d place;
-        place.setTranslation(kind == scene::LightKind::Rect ? Vec3d(0.25, 0.5, 1.75) : Vec3d(-1.25, 1.0, -0.5));
+        place.setTranslation(kind == scene::LightKind::Rect ? Vec3d(0.25, 0.5, 1.75)
+                                                            : Vec3d(-1.25, 1.0, -0.5));
         light.render_from_light = place * scale;
         scene.lights.push_back(light);
     }
@@ -104,8 +113,10 @@ film::Film render(const scene::Scene& scene, const RenderOptions& options) {
     film::LayerSet set;
     set.last_bounce = 4;
     set.matrix_layers = true;
-    for (const scene::LightGroup& group : scene.groups) set.groups.push_back({group.name, group.prims, group.is_environment});
-    const integrator::World world(scene, {.width = options.size, .height = options.size}, {}, diagnostics);
+    for (const scene::LightGroup& group : scene.groups)
+        set.groups.push_back({group.name, group.prims, group.is_environment});
+    const integrator::World world(scene, {.width = options.size, .height = options.size}, {},
+                                  diagnostics);
     integrator::PathTracerOptions tracer_options{.max_depth = options.max_depth};
     if (options.by_paths_alone) {
         tracer_options.estimator.light_sampling = integrator::LightSampling::Bsdf;
@@ -117,7 +128,12 @@ film::Film render(const scene::Scene& scene, const RenderOptions& options) {
     schedule.mode = integrator::RenderMode::Tile;
     schedule.tile_size = options.tile;
     schedule.end_sample = options.samples;
-    integrator::run_schedule(film, schedule, [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); }, {});
+    integrator::run_schedule(
+        film, schedule,
+        [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) {
+            tracer.trace(x, y, s, out, counts);
+        },
+        {});
     return film;
 }
 
@@ -128,7 +144,8 @@ std::vector<uint64_t> bits_of(const film::Film& film) {
         for (int x = film.window().x0; x < film.window().x1; ++x) {
             for (uint32_t a = 0; a < film.sums().table().total_count(); ++a) {
                 const image::Triple t = film.sums().total(x, y, a);
-                for (const double v : {t.x, t.y, t.z}) bits.push_back(std::bit_cast<uint64_t>(v + 0.0));
+                for (const double v : {t.x, t.y, t.z})
+                    bits.push_back(std::bit_cast<uint64_t>(v + 0.0));
             }
         }
     }
@@ -159,8 +176,11 @@ Finding scaled_picture(uint64_t amount) {
     const RenderOptions options{.samples = 4 * amount};
     const std::vector<uint64_t> unscaled = light_bits_of(render(room(1.0), options));
     double different = 0;
-    for (const int k : {-20, -7, 10, 20}) different += count_different(light_bits_of(render(room(std::ldexp(1.0, k)), options)), unscaled);
-    return {"pictures of a room scaled by 2^-20, 2^-7, 2^10 and 2^20 that differ in a bit", different, 0};
+    for (const int k : {-20, -7, 10, 20})
+        different +=
+            count_different(light_bits_of(render(room(std::ldexp(1.0, k)), options)), unscaled);
+    return {"pictures of a room scaled by 2^-20, 2^-7, 2^10 and 2^20 that differ in a bit",
+            different, 0};
 }
 
 Finding sphere_lamps(uint64_t amount) {
@@ -183,32 +203,42 @@ Finding sphere_lamps(uint64_t amount) {
         for (int set = 0; set < sets; ++set) {
             double irradiance = 0;
             for (uint64_t i = 0; i < samples; ++i) {
-                const auto s = lights.sample(0, Vec3(0.0f), sampling::PixelSampler(7, set, 3, i).get_2d(0, sampling::Purpose::LightSurface));
-                if (s) irradiance += double(s->Le.x) * std::max(0.0, double(s->wi.z)) / double(s->pdf);
+                const auto s = lights.sample(0, Vec3(0.0f),
+                                             sampling::PixelSampler(7, set, 3, i)
+                                                 .get_2d(0, sampling::Purpose::LightSurface));
+                if (s)
+                    irradiance += double(s->Le.x) * std::max(0.0, double(s->wi.z)) / double(s->pdf);
             }
-            const double relative = irradiance / double(samples) / (pi_d * double(light.radius) * double(light.radius));
+            const double relative =
+                irradiance / double(samples) / (pi_d * double(light.radius) * double(light.radius));
             sum += relative;
             squares += relative * relative;
         }
-        const double mean = sum / sets, error = std::sqrt(std::max(0.0, squares / sets - mean * mean) / (sets - 1));
+        const double mean = sum / sets,
+                     error = std::sqrt(std::max(0.0, squares / sets - mean * mean) / (sets - 1));
         worst = std::isnan(mean) ? mean : std::max(worst, std::abs(mean - 1));
         detectable = std::max(detectable, 5.2816 * error);
     }
-    return {"irradiance from spheres of radius 0.999 to 1e-7 at distance 1, relative", worst, 2e-4, detectable};
+    return {"irradiance from spheres of radius 0.999 to 1e-7 at distance 1, relative", worst, 2e-4,
+            detectable};
 }
 
 Finding furnace(uint64_t amount) {
-    // In a closed room of albedo 1/2 that glows with 1/2 each bounce brings half of what the last one brought, on every path
+    // In a closed room of albedo 1/2 that glows with 1/2 each bounce brings half of what the last
+    // one brought, on every path
     scene::Scene scene;
     scene.groups = {{"emissive", {}, false}};
     add_box(scene, 1.0f, add_matte(scene, Rgb(0.5f), Rgb(0.5f)));
     look(scene);
-    const film::Film film = render(scene, {.size = 8, .samples = 16 * amount, .max_depth = 20, .by_paths_alone = true});
+    const film::Film film =
+        render(scene, {.size = 8, .samples = 16 * amount, .max_depth = 20, .by_paths_alone = true});
     double worst = 0;
     for (int bounce = 0; bounce <= 4; ++bounce) {
         for (int y = 0; y < 8; ++y) {
             for (int x = 0; x < 8; ++x) {
-                const double mean = film.sums().total(x, y, film.sums().table().matrix(bounce, 0)).x / double(16 * amount);
+                const double mean =
+                    film.sums().total(x, y, film.sums().table().matrix(bounce, 0)).x /
+                    double(16 * amount);
                 const double deviation = std::abs(mean / std::ldexp(0.5, -bounce) - 1);
                 worst = std::isnan(deviation) ? deviation : std::max(worst, deviation);
             }
@@ -225,8 +255,10 @@ Finding layers(uint64_t amount) {
         for (const char* channel : {"R", "G", "B"}) {
             for (size_t i = 0; i < film.window().pixel_count(); ++i) {
                 float sum = 0.0f;
-                for (const std::string& layer : resolved.closure[0].order) sum += resolved.image.find(layer + "." + channel)->value(i);
-                different += std::bit_cast<uint32_t>(sum) != std::bit_cast<uint32_t>(resolved.image.find(channel)->value(i));
+                for (const std::string& layer : resolved.closure[0].order)
+                    sum += resolved.image.find(layer + "." + channel)->value(i);
+                different += std::bit_cast<uint32_t>(sum) !=
+                             std::bit_cast<uint32_t>(resolved.image.find(channel)->value(i));
             }
         }
     }
@@ -241,8 +273,10 @@ Finding threads(uint64_t amount) {
     };
     const std::vector<uint64_t> alone = picture(1, 16);
     double different = 0;
-    for (const auto& [count, tile] : {std::pair{2, 8}, {3, 33}, {7, 16}, {0, 64}}) different += count_different(picture(count, tile), alone);
-    return {"pictures by 2, 3, 7 and all threads, tiles of 8 to 64, that differ in a bit", different, 0};
+    for (const auto& [count, tile] : {std::pair{2, 8}, {3, 33}, {7, 16}, {0, 64}})
+        different += count_different(picture(count, tile), alone);
+    return {"pictures by 2, 3, 7 and all threads, tiles of 8 to 64, that differ in a bit",
+            different, 0};
 }
 
 }  // namespace velatura::selftest

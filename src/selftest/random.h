@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
-
 #include "base/hash.h"
 #include "base/math.h"
 #include "sampling/warp.h"
+
+#include <cstdint>
 
 namespace velatura::selftest {
 

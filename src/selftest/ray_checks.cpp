@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "selftest/ray_checks.h"
 
-#include <array>
-#include <bit>
-#include <cmath>
-#include <memory>
-#include <vector>
-
-#include <fmt/format.h>
-
 #include "accel/bvh.h"
 #include "geometry/geometry_set.h"
 #include "geometry/surface_point.h"
 #include "scene/scene.h"
 #include "selftest/random.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <memory>
+#include <vector>
 
 namespace velatura::selftest {
 
@@ -30,7 +30,8 @@ struct Soup {
     }
 };
 
-/// Closed mesh with bumps, seen from its centre all over; around `centre`, where floats round its corners.
+/// Closed mesh with bumps, seen from its centre all over; around `centre`, where floats round its
+/// corners.
 Soup bumpy_ball(const Vec3d& centre) {
     constexpr uint32_t rings = 24, segments = 32;
     Soup ball;
@@ -38,16 +39,21 @@ Soup bumpy_ball(const Vec3d& centre) {
         for (uint32_t j = 0; j < segments; ++j) {
             const double theta = pi_d * i / rings, phi = 2 * pi_d * j / segments;
             const double r = 1.0 + 0.2 * std::sin(5 * theta) * std::sin(theta) * std::cos(7 * phi);
-            const Vec3d p(std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi));
+            const Vec3d p(std::sin(theta) * std::cos(phi), std::cos(theta),
+                          std::sin(theta) * std::sin(phi));
             ball.positions.push_back(to_float(centre + p * r));
         }
     }
     // One point at each pole
-    const auto vertex = [&](uint32_t i, uint32_t j) { return i == 0 ? 0 : i == rings ? rings * segments : i * segments + j % segments; };
+    const auto vertex = [&](uint32_t i, uint32_t j) {
+        return i == 0 ? 0 : i == rings ? rings * segments : i * segments + j % segments;
+    };
     for (uint32_t i = 0; i < rings; ++i) {
         for (uint32_t j = 0; j < segments; ++j) {
             if (i > 0) ball.triangles.push_back({vertex(i, j), vertex(i, j + 1), vertex(i + 1, j)});
-            if (i + 1 < rings) ball.triangles.push_back({vertex(i, j + 1), vertex(i + 1, j + 1), vertex(i + 1, j)});
+            if (i + 1 < rings)
+                ball.triangles.push_back(
+                    {vertex(i, j + 1), vertex(i + 1, j + 1), vertex(i + 1, j)});
         }
     }
     return ball;
@@ -78,7 +84,11 @@ Finding leaks(uint64_t amount) {
             leaked += !tree->intersect(ray).is_valid() || !tree->is_occluded(ray);
         }
     }
-    return {fmt::format("of {} rays aimed at edges and corners from within a closed mesh, those that escape", 2 * rays), double(leaked), 0};
+    return {
+        fmt::format(
+            "of {} rays aimed at edges and corners from within a closed mesh, those that escape",
+            2 * rays),
+        double(leaked), 0};
 }
 
 Finding tree_against_loop(uint64_t amount) {
@@ -113,16 +123,24 @@ Finding tree_against_loop(uint64_t amount) {
             const geometry::Hit hit = single[t]->intersect(ray);
             if (!hit.is_valid() || (nearest.is_valid() && hit.t > nearest.t)) continue;
             // Of those equally far away a front comes before a back, and then the first
-            if (nearest.is_valid() && hit.t == nearest.t && meets_back(soup, t, ray) >= meets_back(soup, nearest.triangle, ray)) continue;
+            if (nearest.is_valid() && hit.t == nearest.t &&
+                meets_back(soup, t, ray) >= meets_back(soup, nearest.triangle, ray))
+                continue;
             nearest = hit;
             nearest.triangle = t;
         }
         const geometry::Hit found = tree->intersect(ray);
         const bool is_same = found.is_valid() == nearest.is_valid() &&
-                             (!found.is_valid() || (found.triangle == nearest.triangle && std::bit_cast<uint32_t>(found.t) == std::bit_cast<uint32_t>(nearest.t)));
+                             (!found.is_valid() || (found.triangle == nearest.triangle &&
+                                                    std::bit_cast<uint32_t>(found.t) ==
+                                                        std::bit_cast<uint32_t>(nearest.t)));
         different += !is_same || tree->is_occluded(ray) != nearest.is_valid();
     }
-    return {fmt::format("of {} rays among 200 triangles, those with another hit or another bit of its distance", rays), double(different), 0};
+    return {
+        fmt::format(
+            "of {} rays among 200 triangles, those with another hit or another bit of its distance",
+            rays),
+        double(different), 0};
 }
 
 Finding self_hits(uint64_t amount) {
@@ -148,7 +166,8 @@ Finding self_hits(uint64_t amount) {
         hit.b2 = random.unit() * (1.0f - hit.b1);
         hit.instance = scene::none;
         hit.shape = hit.triangle = 0;
-        const geometry::SurfacePoint point = geometry::make_surface_point(scene, geometry, geometry::Ray(), hit);
+        const geometry::SurfacePoint point =
+            geometry::make_surface_point(scene, geometry, geometry::Ray(), hit);
         for (int k = 0; k < 20; ++k) {
             Vec3 d = random.direction();
             // Many along the surface
@@ -157,7 +176,10 @@ Finding self_hits(uint64_t amount) {
             again += tree->intersect(geometry::spawn_ray(point, d)).is_valid();
         }
     }
-    return {fmt::format("of {} rays that leave triangles of all sizes far from the origin, those that meet them again", rays), double(again), 0};
+    return {fmt::format("of {} rays that leave triangles of all sizes far from the origin, those "
+                        "that meet them again",
+                        rays),
+            double(again), 0};
 }
 
 }  // namespace velatura::selftest

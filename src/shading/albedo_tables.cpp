@@ -806,4 +806,5 @@ const float average_schlick[average_count] = {
     0.00286567287f, 0.00282797319f, 0.00279134541f, 0.00275576961f};
 
 }  // namespace velatura::shading::albedo_tables
+
 // clang-format on

@@ -30,10 +30,10 @@ struct BsdfSample {
 
 /// What all delta lobes of one kind do together to light from the one direction they look in.
 struct DeltaScattering {
-    Vec3 wi;        ///< render space, unit, away from the surface
-    Rgb weight;     ///< radiance towards wo over radiance from wi
+    Vec3 wi;               ///< render space, unit, away from the surface
+    Rgb weight;            ///< radiance towards wo over radiance from wi
     Rgb coat = Rgb(0.0f);  ///< what of `weight` the coat reflects
-    float eta = 1;  ///< as in BsdfSample
+    float eta = 1;         ///< as in BsdfSample
 };
 
 /// f split as UsdLux's diffuse and specular multipliers need it; delta lobes are not in it.
@@ -202,7 +202,7 @@ class Bsdf {
         float coat = 0;                  // directional albedo of the coat, weight included
         float coat_single = 0;
         float coat_loss = 0;
-        float sheen = 0;  // albedo of white sheen
+        float sheen = 0;                    // albedo of white sheen
         float probability[LobeCount] = {};  // of each Lobe; sums to 1 or all 0
     };
 
@@ -289,6 +289,7 @@ class Bsdf {
         const View& view, const Vec3& wi, const Vec3& wm, float cos_m, BsdfValue& value) const;
     void add_sheen(
         const View& view, const Vec3& wi, const Vec3& wm, float mu_i, BsdfValue& value) const;
+
     float coat_ior() const { return p_.coat_ior > 0.0f ? p_.coat_ior : p_.ior; }
 
     /// What sheen of this albedo leaves to what is below.
@@ -319,7 +320,7 @@ class Bsdf {
     bool has_tint_ = false;
     bool has_coat_ = false;
     bool has_sheen_ = false;
-    bool has_extras_ = false;  // coat, sheen or a rough base
+    bool has_extras_ = false;   // coat, sheen or a rough base
     bool has_specular_ = true;  // f0 and f90 are not both black
     Kind kind_ = Kind::Layers;
     GgxAlbedoCurve specular_curve_, coat_curve_;

@@ -15,10 +15,10 @@ namespace velatura::shading {
 namespace {
 
 using geometry::SurfacePoint;
-using scene::Input;
 using scene::count_call;
-using scene::is_built;
 using scene::Effect;
+using scene::Input;
+using scene::is_built;
 using scene::is_constant;
 using scene::may_cut;
 using scene::may_transmit;
@@ -103,8 +103,11 @@ void set_surroundings(const std::vector<const RoughInterface*>& interfaces,
 double texture_density(const scene::Scene& scene, const SurfacePoint& point, scene::PrimvarId st) {
     // What is not made of triangles has no coordinates that vary
     float corners[3][4] = {};
-    if (point.mesh->primitives() || !point.mesh->primvar_corners(st, point.triangle, corners)) return 0.0;
-    const auto corner = [&](int k) { return Vec3d(point.mesh->corner(point.triangle, k, point.time)); };
+    if (point.mesh->primitives() || !point.mesh->primvar_corners(st, point.triangle, corners))
+        return 0.0;
+    const auto corner = [&](int k) {
+        return Vec3d(point.mesh->corner(point.triangle, k, point.time));
+    };
     Vec3d e1 = corner(1) - corner(0), e2 = corner(2) - corner(0);
     if (point.instance != scene::none) {
         const Mat4d m(geometry::render_from_prototype(scene.instances[point.instance], point.time));
@@ -164,8 +167,7 @@ MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene,
     has_presence_ = has_presence_ || display.has_presence;
     is_see_through_ = is_see_through_ || forced.has(Effect::ThinWalls);
     has_interior_media_ = has_interior_media_ || forced.has(Effect::InteriorMedia);
-    has_absorption_ =
-        has_absorption_ || has_interior_media_ || forced.has(Effect::Absorption);
+    has_absorption_ = has_absorption_ || has_interior_media_ || forced.has(Effect::Absorption);
     flags_.push_back(display);
     has_priorities_ =
         std::any_of(scene.materials.begin(), scene.materials.end(), scene::has_priority);
@@ -186,7 +188,8 @@ void MaterialEvaluator::set_transport(const scene::Material& m,
     if (!transmits) return;
     const bool has_index_one = is_constant(m.ior) && m.ior.value.x == 1.0f;
     f.is_see_through = m.thin_walled || has_index_one;
-    if (f.bounds_body && m.rough_transmission) f.interface = make_interface(m, f, 1.0f, diagnostics);
+    if (f.bounds_body && m.rough_transmission)
+        f.interface = make_interface(m, f, 1.0f, diagnostics);
     const scene::Matter inside = scene::matter_inside(m);
     f.extinction = inside.absorption + inside.scattering;
     f.scatters_inside = scene::scatters_inside(m);
@@ -302,7 +305,8 @@ TexelRgba MaterialEvaluator::texture(scene::TextureId id,
         // Without the coordinates that it asks for the texture reads its constant ones
         geometry::primvar(scene_, point, t.st, st);
         if (footprint > 0.0f && point.mesh != nullptr) {
-            const double w = double(footprint) * double(texture_width_) * texture_density(scene_, point, t.st);
+            const double w =
+                double(footprint) * double(texture_width_) * texture_density(scene_, point, t.st);
             width = Vec2(float(w * std::hypot(double(t.st_matrix[0]), double(t.st_matrix[2]))),
                          float(w * std::hypot(double(t.st_matrix[1]), double(t.st_matrix[3]))));
         }
@@ -312,7 +316,9 @@ TexelRgba MaterialEvaluator::texture(scene::TextureId id,
     return textures_.lookup(texture_handles_[id], mapped, width);
 }
 
-Rgb MaterialEvaluator::varying(const Input& input, const SurfacePoint& point, float footprint) const {
+Rgb MaterialEvaluator::varying(const Input& input,
+                               const SurfacePoint& point,
+                               float footprint) const {
     switch (input.source) {
         case Input::Source::Constant:
             return input.value;
@@ -355,7 +361,8 @@ float MaterialEvaluator::displacement(const SurfacePoint& point, float footprint
 
 Rgb MaterialEvaluator::display_color(const SurfacePoint& point) const {
     float out[4] = {fallback_grey, fallback_grey, fallback_grey, 1};
-    if (is_built(Effect::VaryingColors) && display_color_ != scene::none && geometry::primvar(scene_, point, display_color_, out))
+    if (is_built(Effect::VaryingColors) && display_color_ != scene::none &&
+        geometry::primvar(scene_, point, display_color_, out))
         count_call(Effect::VaryingColors);
     return unit_interval(Rgb(out[0], out[1], out[2]));
 }
@@ -370,7 +377,8 @@ SurfaceParameters MaterialEvaluator::parameters(scene::MaterialId material,
     p.interface = f.interface;
     const Rgb base = unit_interval(color(m.diffuse_color, point, footprint));
     p.ior = valid_ior(scalar(m.ior, point, footprint));
-    if (is_built(Effect::NestedBodies) && surrounding_index != 1.0f) set_surroundings(f.interfaces_within, surrounding_index, p);
+    if (is_built(Effect::NestedBodies) && surrounding_index != 1.0f)
+        set_surroundings(f.interfaces_within, surrounding_index, p);
     if (m.use_specular_workflow) {
         p.diffuse = base;
         p.f0 = unit_interval(color(m.specular_color, point, footprint));
@@ -387,11 +395,11 @@ SurfaceParameters MaterialEvaluator::parameters(scene::MaterialId material,
     if (!m.has_specular) p.f0 = p.f90 = Rgb(0.0f);
     const float roughness = unit_interval(scalar(m.roughness, point, footprint));
     p.alpha = roughness * roughness;
-    constexpr bool may_be_special =
-        is_built(Effect::Subsurface) || is_built(Effect::Clearcoat) ||
-        is_built(Effect::Transmission) || is_built(Effect::RoughTransmission) ||
-        is_built(Effect::RoughDiffuse) || is_built(Effect::Sheen) || is_built(Effect::Anisotropy) ||
-        is_built(Effect::ThinWalls);
+    constexpr bool may_be_special = is_built(Effect::Subsurface) || is_built(Effect::Clearcoat) ||
+                                    is_built(Effect::Transmission) ||
+                                    is_built(Effect::RoughTransmission) ||
+                                    is_built(Effect::RoughDiffuse) || is_built(Effect::Sheen) ||
+                                    is_built(Effect::Anisotropy) || is_built(Effect::ThinWalls);
     if (may_be_special && f.is_special) add_special(m, f, point, footprint, p);
     return p;
 }
@@ -531,8 +539,7 @@ Bsdf MaterialEvaluator::make_bsdf(const SurfacePoint& point,
             return Bsdf(hair_parameters(*m.hair, point, footprint), fibre->h, fibre->along,
                         fibre->ng, wo);
     }
-    const bool turns_normal =
-        is_built(Effect::NormalMaps) && flags_[point.material].turns_normals;
+    const bool turns_normal = is_built(Effect::NormalMaps) && flags_[point.material].turns_normals;
     return Bsdf(parameters(point.material, point, footprint, surrounding_index), point.ng,
                 turns_normal ? mapped_normal(m, point, footprint) : point.ns, wo, horizon);
 }

@@ -19,16 +19,16 @@ namespace velatura::shading {
 
 /// What is below a surface: a medium that scatters.
 struct Subsurface {
-    float weight = 0;             ///< share of the base that it takes the place of
-    Rgb color = Rgb(0.0f);        ///< of a large flat piece of it, about
-    Rgb sigma_t = Rgb(0.0f);      ///< [1/render-space unit]
-    Rgb albedo = Rgb(0.0f);       ///< of one scattering
-    float anisotropy = 0;         ///< mean cosine of one
+    float weight = 0;         ///< share of the base that it takes the place of
+    Rgb color = Rgb(0.0f);    ///< of a large flat piece of it, about
+    Rgb sigma_t = Rgb(0.0f);  ///< [1/render-space unit]
+    Rgb albedo = Rgb(0.0f);   ///< of one scattering
+    float anisotropy = 0;     ///< mean cosine of one
 };
 
 /// The albedo of one scattering with which a half space has the albedo `color` under diffuse light.
-/// Ref: van de Hulst 1980, "Multiple Light Scattering", with his similarity for anisotropy; inverted by Kulla
-/// & Conty 2017, "Revisiting Physically Based Shading at Imageworks".
+/// Ref: van de Hulst 1980, "Multiple Light Scattering", with his similarity for anisotropy;
+/// inverted by Kulla & Conty 2017, "Revisiting Physically Based Shading at Imageworks".
 Rgb single_scattering_albedo(const Rgb& color, float anisotropy);
 
 /// Every material of a scene, ready to be evaluated at surface points from many threads.
@@ -38,8 +38,8 @@ class MaterialEvaluator final : public geometry::Displacer {
   public:
     /// Opens the textures: a missing or broken file costs one error naming file and prim, and gives
     /// the fallback value. The scene must outlive this. Of `forced` effects the tests and lookups
-    /// are made though they find nothing. Textures are filtered over 2^texture_bias times the footprint.
-    /// texture_bytes: of their cache.
+    /// are made though they find nothing. Textures are filtered over 2^texture_bias times the
+    /// footprint. texture_bytes: of their cache.
     MaterialEvaluator(const scene::Scene& scene,
                       Diagnostics& diagnostics,
                       scene::EffectSet forced = {},
@@ -50,7 +50,8 @@ class MaterialEvaluator final : public geometry::Displacer {
     MaterialEvaluator& operator=(const MaterialEvaluator&) = delete;
 
     /// The scattering function at a point seen from wo (render space, unit, away from the surface).
-    /// surrounding_index: of refraction, of what is on the side of the surface that its body is not.
+    /// surrounding_index: of refraction, of what is on the side of the surface that its body is
+    /// not.
     Bsdf make_bsdf(const geometry::SurfacePoint& point,
                    const Vec3& wo,
                    float footprint,
@@ -99,8 +100,8 @@ class MaterialEvaluator final : public geometry::Displacer {
 
     bool is_see_through() const { return is_see_through_; }
 
-    /// Some material of the scene absorbs or scatters inside, or has a priority: whoever goes through
-    /// surfaces has to know what is inside of what.
+    /// Some material of the scene absorbs or scatters inside, or has a priority: whoever goes
+    /// through surfaces has to know what is inside of what.
     bool has_absorption() const { return has_absorption_; }
 
     /// Bodies displace each other by priorities.
@@ -111,8 +112,8 @@ class MaterialEvaluator final : public geometry::Displacer {
     /// Of refraction inside a body, wherever in it.
     float index(scene::MaterialId material) const { return flags(material).index; }
 
-    /// What goes no further inside a body of the material [1/scene unit]; 0 for most. Infinite where
-    /// nothing passes.
+    /// What goes no further inside a body of the material [1/scene unit]; 0 for most. Infinite
+    /// where nothing passes.
     const Rgb& extinction(scene::MaterialId material) const { return flags(material).extinction; }
 
     /// A part of that is scattered.
@@ -129,9 +130,7 @@ class MaterialEvaluator final : public geometry::Displacer {
     /// Light scatters inside what some material bounds.
     bool has_subsurface() const { return has_subsurface_; }
 
-    bool has_subsurface(scene::MaterialId material) const {
-        return flags(material).has_subsurface;
-    }
+    bool has_subsurface(scene::MaterialId material) const { return flags(material).has_subsurface; }
 
     /// Of a material that has one.
     Subsurface subsurface(const geometry::SurfacePoint& point, float footprint) const;
@@ -155,7 +154,7 @@ class MaterialEvaluator final : public geometry::Displacer {
         int priority = 0;
         float index = 1;
         Rgb extinction = Rgb(0.0f);
-        const RoughInterface* interface = nullptr;  // of rough transmission
+        const RoughInterface* interface = nullptr;             // of rough transmission
         std::vector<const RoughInterface*> interfaces_within;  // the same within other bodies
         const AnisotropicAlbedo* anisotropic = nullptr;
         bool is_special = false;  // has more than a base and its reflection
@@ -173,6 +172,7 @@ class MaterialEvaluator final : public geometry::Displacer {
                                          Diagnostics& diagnostics);
     void set_priorities(Diagnostics& diagnostics);
     const AnisotropicAlbedo* make_anisotropy(const scene::Material& material);
+
     Rgb color(const scene::Input& input,
               const geometry::SurfacePoint& point,
               float footprint) const {

@@ -36,11 +36,8 @@ namespace {
 constexpr double isotropic_part = 0.5;
 
 template <class Alpha>
-SharesOf<double> shares_on(const std::vector<Vec2d>& turns,
-                           const Vec3d& wo,
-                           const Alpha& alpha,
-                           double index,
-                           Side side) {
+SharesOf<double> shares_on(
+    const std::vector<Vec2d>& turns, const Vec3d& wo, const Alpha& alpha, double index, Side side) {
     const double count = double(turns.size());
     const double eta = side == Side::Dense ? 1.0 / index : index;
     const double g1_o = ggx_g1(wo, alpha);
@@ -184,7 +181,8 @@ RoughInterface::RoughInterface(float ior, const Vec2& alpha, const AnisotropicAl
         for (int i = 0; i < node_count; ++i) {
             const double mu = std::max(axis.cosine(double(i) / (node_count - 1)), 1e-9);
             const Vec3d wo = anisotropy_detail::direction_with(mu, along, Vec2d(alpha_));
-            const SharesOf<double> s = shares_on(turns, wo, Vec2d(alpha_), larger_index(ior_), side);
+            const SharesOf<double> s =
+                shares_on(turns, wo, Vec2d(alpha_), larger_index(ior_), side);
             shares_[k * node_count + size_t(i)] = {float(s.passed), float(s.excess)};
         }
     });

@@ -60,11 +60,13 @@ struct TextureCache::State {
         if (!source) {
             const Result<const TextureSourceFactory*> factory = texture_source_factory();
             if (!factory) return factory.error();
-            Result<std::unique_ptr<TextureSource>> made = (*factory)->make(memory_bytes, limits().decoding);
+            Result<std::unique_ptr<TextureSource>> made =
+                (*factory)->make(memory_bytes, limits().decoding);
             if (!made) return made.error();
             source = std::move(*made);
         }
-        return source->open(*admitted, texture.source_color_space, wrap_s, wrap_t, limits().picture_side);
+        return source->open(*admitted, texture.source_color_space, wrap_s, wrap_t,
+                            limits().picture_side);
     }
 
     void open_file(Entry& entry, const scene::Texture& texture);

@@ -52,11 +52,12 @@ class TextureSource {
     /// Why the last lookup of this thread failed, on one line.
     virtual std::string lookup_error() const = 0;
 
-    /// What the files opened so far come to when they are read whole, smaller levels included, each once per decoding;
-    /// bytes. The cache holds less where its memory is less.
+    /// What the files opened so far come to when they are read whole, smaller levels included, each
+    /// once per decoding; bytes. The cache holds less where its memory is less.
     virtual size_t whole_bytes() const = 0;
 
-    /// Another size for the cache, at any time; what it has too much is given up by and by. Thread-safe.
+    /// Another size for the cache, at any time; what it has too much is given up by and by.
+    /// Thread-safe.
     virtual void set_memory(size_t bytes) = 0;
 
     /// Gives up all tiles, which are read again when they are looked up. Needs all lookups at rest.
@@ -67,7 +68,8 @@ class TextureSourceFactory {
   public:
     virtual ~TextureSourceFactory() = default;
 
-    /// Does not throw. `decoding`: of every picture that the plugin opens from here on. Errors: "textures".
+    /// Does not throw. `decoding`: of every picture that the plugin opens from here on. Errors:
+    /// "textures".
     virtual Result<std::unique_ptr<TextureSource>> make(size_t memory_bytes,
                                                         const DecodeLimits& decoding) const = 0;
 };

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "study/report.h"
+
 #include <string>
 #include <vector>
 
-#include "study/report.h"
-
 namespace velatura::study {
 
-/// A cell of a table, its text escaped. name: what stands before it where the page is narrow; kind: its class.
+/// A cell of a table, its text escaped. name: what stands before it where the page is narrow; kind:
+/// its class.
 std::string cell(const char* name, const std::string& content, const char* kind = "n");
 
 std::string header(const std::vector<const char*>& names);
@@ -20,7 +21,10 @@ std::string bar(double share, int color);
 std::string between(const Estimate& e);
 
 /// A picture in the page itself. What is display-referred, as StudyMap.
-std::string image_tag(const std::string& name, int width, int height, const std::vector<float>& rgb);
+std::string image_tag(const std::string& name,
+                      int width,
+                      int height,
+                      const std::vector<float>& rgb);
 
 /// Parts of the page; empty where the report has nothing for them.
 std::string images_section(const Report& report);

@@ -9,31 +9,71 @@ namespace {
 
 /// One line for each knob, one entry for each value.
 const std::vector<Knob>& all_knobs() {
-    constexpr Promise same = Promise::SameMean, off = Promise::Approximates, other = Promise::Changes;
+    constexpr Promise same = Promise::SameMean, off = Promise::Approximates,
+                      other = Promise::Changes;
     static const std::vector<Knob> knobs = {
-        {"max bounces", "--max-depth", {{"0"}, {"1", off}, {"2", off}, {"4", off}, {"8", off}, {"16", off}}, "0"},
-        {"path ending", "--roulette", {{"throughput"}, {"albedo"}, {"efficiency"}, {"constant"}, {"cutoff", off}}, "throughput"},
-        {"light sampling", "--light-sampling", {{"mis"}, {"light", same, true}, {"area", same, true}, {"global-area", same, true}, {"hemisphere", same, true}, {"cosine", same, true}, {"bsdf", same, true}}},
+        {"max bounces",
+         "--max-depth",
+         {{"0"}, {"1", off}, {"2", off}, {"4", off}, {"8", off}, {"16", off}},
+         "0"},
+        {"path ending",
+         "--roulette",
+         {{"throughput"}, {"albedo"}, {"efficiency"}, {"constant"}, {"cutoff", off}},
+         "throughput"},
+        {"light sampling",
+         "--light-sampling",
+         {{"mis"},
+          {"light", same, true},
+          {"area", same, true},
+          {"global-area", same, true},
+          {"hemisphere", same, true},
+          {"cosine", same, true},
+          {"bsdf", same, true}}},
         {"integrator", "--integrator", {{"path"}, {"whitted", off}}, "path"},
-        {"light selection", "--light-selection", {{"tree"}, {"power"}, {"area"}, {"uniform"}}, "", "several lights"},
+        {"light selection",
+         "--light-selection",
+         {{"tree"}, {"power"}, {"area"}, {"uniform"}},
+         "",
+         "several lights"},
         {"sampler", "--sampler", {{"sobol"}, {"blue-noise"}, {"stratified"}, {"independent"}}},
         {"adaptive", "--adaptive", {{"on"}, {"off"}}},
         {"splitting", "--splitting", {{"auto"}, {"off"}}},
         {"guiding", "--guiding", {{"auto"}, {"on"}, {"off"}}},
         {"caustics", "--caustics", {{"path"}, {"auto"}, {"manifold"}}, "", "casters of caustics"},
-        {"pixel filter", "--filter", {{"blackman-harris", other}, {"box", other}, {"triangle", other}, {"gaussian", other}, {"mitchell", other}}},
+        {"pixel filter",
+         "--filter",
+         {{"blackman-harris", other},
+          {"box", other},
+          {"triangle", other},
+          {"gaussian", other},
+          {"mitchell", other}}},
         {"BVH quality", "--bvh-quality", {{"auto"}, {"fast"}, {"balanced"}, {"high"}}},
-        {"texture bias", "--texture-bias", {{"-8"}, {"-2", off}, {"-1", off}, {"0", off}, {"1", off}, {"2", off}}, "-8", "textures"},
+        {"texture bias",
+         "--texture-bias",
+         {{"-8"}, {"-2", off}, {"-1", off}, {"0", off}, {"1", off}, {"2", off}},
+         "-8",
+         "textures"},
         {"volume bounds", "--volume-bounds", {{"bricks"}, {"one"}}, "", "volumes"},
-        {"dicing rate", "--dicing-rate", {{"0.5"}, {"1", off}, {"2", off}, {"4", off}}, "0.5", "subdivision by rate"},
-        {"subdivision level", "--subdivision-level", {{"6"}, {"5", off}, {"4", off}, {"3", off}, {"2", off}, {"1", off}}, "6", "subdivision by level"},
-        {"light layers", "--layers", {{"bounce,light,matrix,shadow,data", other}, {"bounce,light", other}, {"none", other}}},
+        {"dicing rate",
+         "--dicing-rate",
+         {{"0.5"}, {"1", off}, {"2", off}, {"4", off}},
+         "0.5",
+         "subdivision by rate"},
+        {"subdivision level",
+         "--subdivision-level",
+         {{"6"}, {"5", off}, {"4", off}, {"3", off}, {"2", off}, {"1", off}},
+         "6",
+         "subdivision by level"},
+        {"light layers",
+         "--layers",
+         {{"bounce,light,matrix,shadow,data", other}, {"bounce,light", other}, {"none", other}}},
     };
     return knobs;
 }
 
 bool is_chosen(const Knob& knob, const std::set<std::string>& only) {
-    return only.empty() || only.contains(knob.name) || only.contains(knob.option) || only.contains(knob.option.substr(2));
+    return only.empty() || only.contains(knob.name) || only.contains(knob.option) ||
+           only.contains(knob.option.substr(2));
 }
 
 std::string value_now(const Knob& knob, const Facts& facts) {
@@ -43,7 +83,10 @@ std::string value_now(const Knob& knob, const Facts& facts) {
 
 /// Effects are knobs with two values. What already is left out comes along.
 Knob effect_knob(const std::string& effect, const std::string& left_out) {
-    return {"effect " + effect, "--effects", {{left_out, Promise::Changes}, {(left_out.empty() ? "-" : left_out + ",-") + effect, Promise::Changes}}};
+    return {"effect " + effect,
+            "--effects",
+            {{left_out, Promise::Changes},
+             {(left_out.empty() ? "-" : left_out + ",-") + effect, Promise::Changes}}};
 }
 
 }  // namespace
@@ -56,7 +99,9 @@ std::vector<Knob> knobs_for(const Facts& facts, const std::set<std::string>& onl
         Knob k = knob;
         // A value that nobody thought of is as good as the least of those listed
         const std::string now = value_now(knob, facts);
-        if (std::none_of(k.values.begin(), k.values.end(), [&](const KnobValue& v) { return v.text == now; })) k.values.push_back({now, k.values.back().promise});
+        if (std::none_of(k.values.begin(), k.values.end(),
+                         [&](const KnobValue& v) { return v.text == now; }))
+            k.values.push_back({now, k.values.back().promise});
         chosen.push_back(std::move(k));
     }
     const auto left_out = facts.now.find("--effects");
@@ -72,8 +117,11 @@ std::vector<Setting> settings_for(const std::vector<Knob>& knobs, const Facts& f
     std::map<std::string, size_t> exact_of;
     const auto add = [&](const Knob& k, const KnobValue& v, size_t anchor) {
         const std::string now = value_now(k, facts);
-        const bool is_now_chancy = std::any_of(k.values.begin(), k.values.end(), [&](const KnobValue& w) { return w.text == now && w.is_chancy; });
-        settings.push_back({k.name, v.text, k.option + " " + v.text, v.promise, false, v.is_chancy, is_now_chancy, anchor});
+        const bool is_now_chancy =
+            std::any_of(k.values.begin(), k.values.end(),
+                        [&](const KnobValue& w) { return w.text == now && w.is_chancy; });
+        settings.push_back({k.name, v.text, k.option + " " + v.text, v.promise, false, v.is_chancy,
+                            is_now_chancy, anchor});
     };
 
     // What others are held against comes first in every round

@@ -43,22 +43,25 @@ struct Facts {
 /// Name of the knob that every other is measured by; its values are samples per pixel.
 inline constexpr const char* samples_knob = "samples";
 
-/// The knobs that do something in this scene, without the samples. only: names or options to choose; empty = all.
+/// The knobs that do something in this scene, without the samples. only: names or options to
+/// choose; empty = all.
 std::vector<Knob> knobs_for(const Facts& facts, const std::set<std::string>& only);
 
 /// One way of rendering that is tried.
 struct Setting {
-    std::string knob;     ///< empty: the render as it is
+    std::string knob;  ///< empty: the render as it is
     std::string value;
     std::string options;  ///< to add to those of the render
     Promise promise = Promise::SameMean;
     bool is_now = false;  ///< what the render has already
-    bool is_chancy = false, is_now_chancy = false;  ///< this value; that of the knob in the render as it is
-    size_t anchor = 0;    ///< the setting of which it must have the mean, or is told how far it is off
+    bool is_chancy = false,
+         is_now_chancy = false;  ///< this value; that of the knob in the render as it is
+    size_t anchor =
+        0;  ///< the setting of which it must have the mean, or is told how far it is off
 };
 
-/// The render as it is, then what approximations are held against, then all other values. A knob whose present value is
-/// the exact one or makes no promise is anchored to the render as it is.
+/// The render as it is, then what approximations are held against, then all other values. A knob
+/// whose present value is the exact one or makes no promise is anchored to the render as it is.
 std::vector<Setting> settings_for(const std::vector<Knob>& knobs, const Facts& facts);
 
 }  // namespace velatura::study

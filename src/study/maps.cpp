@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/maps.h"
 
+#include "image/relative_error.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-
-#include "image/relative_error.h"
 
 namespace velatura::study {
 
@@ -13,11 +13,16 @@ namespace {
 
 /// From black over violet and orange to white; brighter is more, also in print. t in [0, 1].
 std::array<float, 3> heat(double t) {
-    static constexpr std::array<std::array<double, 3>, 5> stops = {{{0, 0, 0.02}, {0.34, 0.07, 0.43}, {0.74, 0.22, 0.33}, {0.98, 0.55, 0.04}, {0.99, 1.0, 0.85}}};
+    static constexpr std::array<std::array<double, 3>, 5> stops = {{{0, 0, 0.02},
+                                                                    {0.34, 0.07, 0.43},
+                                                                    {0.74, 0.22, 0.33},
+                                                                    {0.98, 0.55, 0.04},
+                                                                    {0.99, 1.0, 0.85}}};
     const double x = std::clamp(t, 0.0, 1.0) * 4;
     const size_t i = std::min(size_t(x), size_t(3));
     std::array<float, 3> color{};
-    for (size_t c = 0; c < 3; ++c) color[c] = float(stops[i][c] + (stops[i + 1][c] - stops[i][c]) * (x - double(i)));
+    for (size_t c = 0; c < 3; ++c)
+        color[c] = float(stops[i][c] + (stops[i + 1][c] - stops[i][c]) * (x - double(i)));
     return color;
 }
 
@@ -63,33 +68,47 @@ float encoded(double linear) {
     return float(v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055);
 }
 
-void add_maps(Report& report, const Reference& reference, const std::vector<Setting>& settings, const Tallies& tallies) {
+void add_maps(Report& report,
+              const Reference& reference,
+              const std::vector<Setting>& settings,
+              const Tallies& tallies) {
     if (reference.means.size() != 3 * tallies.grid.pixels()) return;
-    StudyMap picture{"picture", "What the renders come to together, one pixel of each cell of the picture", {}};
+    StudyMap picture{
+        "picture", "What the renders come to together, one pixel of each cell of the picture", {}};
     for (const double m : reference.means) picture.rgb.push_back(encoded(m));
     report.maps.push_back(std::move(picture));
 
     const PointTally* base = tallies.settings[0].at(report.subject.spp);
     if (base && base->picture.count >= 2) {
         std::vector<double> squares;
-        for (size_t i = 0; i < reference.means.size(); ++i) squares.push_back(image::relative_square(base->picture.variance(i), reference.means[i]));
+        for (size_t i = 0; i < reference.means.size(); ++i)
+            squares.push_back(
+                image::relative_square(base->picture.variance(i), reference.means[i]));
         squares = per_pixel(squares);
         report.concentration = half_in(squares);
-        report.maps.push_back(heat_map("noise", "Relative noise, from a 16th of its mean (black) to 16 times (white)", roots(squares)));
+        report.maps.push_back(
+            heat_map("noise", "Relative noise, from a 16th of its mean (black) to 16 times (white)",
+                     roots(squares)));
     }
     if (tallies.pixel_s.count > 0) {
         std::vector<double> seconds;
-        for (size_t i = 0; i < tallies.pixel_s.sum.size(); ++i) seconds.push_back(tallies.pixel_s.mean(i));
+        for (size_t i = 0; i < tallies.pixel_s.sum.size(); ++i)
+            seconds.push_back(tallies.pixel_s.mean(i));
         report.time_concentration = half_in(seconds);
-        report.maps.push_back(heat_map("time", "Time, from a 16th of its mean (black) to 16 times (white)", seconds));
+        report.maps.push_back(
+            heat_map("time", "Time, from a 16th of its mean (black) to 16 times (white)", seconds));
     }
     // What the render as it is leaves out, where something is seen of it
     for (size_t s = 1; s < settings.size(); ++s) {
         if (settings[s].anchor != s || !report.settings[s].difference.is_seen) continue;
         const Moments& d = tallies.settings[s].difference;
         std::vector<double> squares;
-        for (size_t i = 0; i < reference.means.size(); ++i) squares.push_back(image::relative_square(d.mean(i) * d.mean(i), reference.means[i]));
-        report.maps.push_back(heat_map("bias", "Bias by " + settings[s].knob + ", from a 16th of its mean (black) to 16 times (white)", roots(per_pixel(squares))));
+        for (size_t i = 0; i < reference.means.size(); ++i)
+            squares.push_back(image::relative_square(d.mean(i) * d.mean(i), reference.means[i]));
+        report.maps.push_back(heat_map(
+            "bias",
+            "Bias by " + settings[s].knob + ", from a 16th of its mean (black) to 16 times (white)",
+            roots(per_pixel(squares))));
     }
 }
 

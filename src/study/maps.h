@@ -8,7 +8,11 @@ namespace velatura::study {
 /// A scene-linear value as displays take it, in [0, 1].
 float encoded(double linear);
 
-/// Adds the mean picture, where its noise is and where its time goes, and how much of either is in few pixels.
-void add_maps(Report& report, const Reference& reference, const std::vector<Setting>& settings, const Tallies& tallies);
+/// Adds the mean picture, where its noise is and where its time goes, and how much of either is in
+/// few pixels.
+void add_maps(Report& report,
+              const Reference& reference,
+              const std::vector<Setting>& settings,
+              const Tallies& tallies);
 
 }  // namespace velatura::study

@@ -17,7 +17,8 @@ struct PlotCurve {
     bool is_dashed = false;
 };
 
-/// What a plot is drawn of, in the order in which it is drawn. Coordinates from the upper left corner.
+/// What a plot is drawn of, in the order in which it is drawn. Coordinates from the upper left
+/// corner.
 struct PlotDrawing {
     static constexpr int grid_color = -1, text_color = -2;
 
@@ -52,7 +53,8 @@ struct PlotDrawing {
     bool is_empty() const { return lines.empty(); }
 };
 
-/// Both axes by logarithms; x and y are told in seconds and shares (1 = 100 %). Empty where there is no point.
+/// Both axes by logarithms; x and y are told in seconds and shares (1 = 100 %). Empty where there
+/// is no point.
 PlotDrawing log_plot(const std::vector<PlotCurve>& curves);
 
 /// To stand in a page; its colors are the page's variables --c0 … --c6, --grid and --soft.

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/png.h"
 
-#include <algorithm>
-#include <cstdint>
+#include "base/check.h"
+#include "image/formats.h"
 
 #include <openssl/evp.h>
 
-#include "base/check.h"
-#include "image/formats.h"
+#include <algorithm>
+#include <cstdint>
 
 // One header with its code in it
 #pragma GCC diagnostic push
@@ -30,12 +30,16 @@
 namespace velatura::study {
 
 std::string to_png(int width, int height, const std::vector<float>& rgb) {
-    VELATURA_CHECK(rgb.size() == 3 * size_t(width) * size_t(height), "a picture has three values for each pixel");
+    VELATURA_CHECK(rgb.size() == 3 * size_t(width) * size_t(height),
+                   "a picture has three values for each pixel");
     std::vector<uint8_t> bytes(rgb.size());
     std::transform(rgb.begin(), rgb.end(), bytes.begin(), image::display_byte);
     std::string out;
-    const auto append = [](void* to, void* data, int size) { static_cast<std::string*>(to)->append(static_cast<const char*>(data), size_t(size)); };
-    const int is_written = stbi_write_png_to_func(append, &out, width, height, 3, bytes.data(), 3 * width);
+    const auto append = [](void* to, void* data, int size) {
+        static_cast<std::string*>(to)->append(static_cast<const char*>(data), size_t(size));
+    };
+    const int is_written =
+        stbi_write_png_to_func(append, &out, width, height, 3, bytes.data(), 3 * width);
     VELATURA_CHECK(is_written != 0, "a picture in memory can be written");
     return out;
 }
@@ -43,7 +47,8 @@ std::string to_png(int width, int height, const std::vector<float>& rgb) {
 std::string to_base64(const std::string& bytes) {
     std::string out(4 * ((bytes.size() + 2) / 3) + 1, '\0');
     const auto* const in = reinterpret_cast<const unsigned char*>(bytes.data());
-    const int length = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(out.data()), in, int(bytes.size()));
+    const int length =
+        EVP_EncodeBlock(reinterpret_cast<unsigned char*>(out.data()), in, int(bytes.size()));
     out.resize(size_t(length));
     return out;
 }

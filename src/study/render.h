@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/result.h"
+
 #include <chrono>
 #include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "base/result.h"
 
 namespace velatura::study {
 
@@ -17,6 +17,7 @@ struct Grid {
     int width = 0, height = 0;
 
     size_t pixels() const { return size_t(width) * size_t(height); }
+
     bool operator==(const Grid&) const = default;
 };
 
@@ -31,7 +32,8 @@ struct RenderRequest {
     uint64_t seed = 0;
     Grid grid;
     std::optional<Region> region = {};  ///< instead of the grid: all pixels of it, of the same size
-    std::vector<uint64_t> spp;  ///< ascending; where to take readings. The last one is taken, others where it costs nothing.
+    std::vector<uint64_t> spp;  ///< ascending; where to take readings. The last one is taken,
+                                ///< others where it costs nothing.
     std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
 };
 
@@ -52,13 +54,15 @@ struct LayerReading {
 
 struct RenderRun {
     std::vector<Reading> readings;  ///< ascending, at least one
-    double setup_s = 0;             ///< CPU seconds before the first sample, whenever they were spent
-    double outline_px = 0;          ///< how far triangles are off the limits of subdivision surfaces; 0: there are none
-    std::vector<float> pixel_s;     ///< seconds per pixel, [height][width]
+    double setup_s = 0;  ///< CPU seconds before the first sample, whenever they were spent
+    double outline_px =
+        0;  ///< how far triangles are off the limits of subdivision surfaces; 0: there are none
+    std::vector<float> pixel_s;  ///< seconds per pixel, [height][width]
     std::vector<LayerReading> layers;
 };
 
-/// Makes a render. Errors: "stopped" when the deadline or a signal came first; any other: these options cannot be had.
+/// Makes a render. Errors: "stopped" when the deadline or a signal came first; any other: these
+/// options cannot be had.
 using RenderFunction = std::function<Result<RenderRun>(const RenderRequest&)>;
 
 }  // namespace velatura::study

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/report.h"
 
-#include <algorithm>
-#include <cmath>
-#include <map>
-
-#include <Imath/half.h>
-
 #include "image/relative_error.h"
 #include "study/maps.h"
 #include "study/rows.h"
+
+#include <Imath/half.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
 
 namespace velatura::study {
 
@@ -17,7 +17,8 @@ namespace {
 
 Estimate root_of(const GroupMeans& squares) {
     const double mean = std::max(squares.mean(), 0.0), se = squares.standard_error();
-    return {std::sqrt(mean), std::sqrt(std::max(mean - 1.96 * se, 0.0)), std::sqrt(mean + 1.96 * se)};
+    return {std::sqrt(mean), std::sqrt(std::max(mean - 1.96 * se, 0.0)),
+            std::sqrt(mean + 1.96 * se)};
 }
 
 double average(const std::vector<double>& values) {
@@ -32,18 +33,23 @@ struct ErrorParts {
 };
 
 double square_without(const ErrorParts& p, size_t group, double noise_factor) {
-    return std::max(p.noise.mean_without(group), 0.0) * noise_factor + std::max(p.bias.mean_without(group), 0.0);
+    return std::max(p.noise.mean_without(group), 0.0) * noise_factor +
+           std::max(p.bias.mean_without(group), 0.0);
 }
 
 class Maker {
   public:
     Maker(const Subject& subject, const std::vector<Setting>& settings, const Tallies& tallies)
-        : settings_(settings), tallies_(tallies), spp_(subject.spp), reference_(make_reference(settings, tallies, subject.spp)) {
+        : settings_(settings),
+          tallies_(tallies),
+          spp_(subject.spp),
+          reference_(make_reference(settings, tallies, subject.spp)) {
         report_.subject = subject;
         report_.grid = tallies.grid;
         report_.rounds = tallies.rounds;
         report_.elapsed_s = tallies.elapsed_s;
-        picture_factor_ = double(subject.width) * double(subject.height) / double(std::max<size_t>(tallies.grid.pixels(), 1));
+        picture_factor_ = double(subject.width) * double(subject.height) /
+                          double(std::max<size_t>(tallies.grid.pixels(), 1));
     }
 
     Report make(const std::vector<Knob>& knobs, const Facts& facts) {
@@ -73,7 +79,9 @@ class Maker {
             const SettingResult& r = report_.settings[s];
             if (r.rounds < enough_rounds || settings_[s].anchor == s) continue;
             const bool is_worse = r.verdict == Verdict::Worse && r.equal_time.low > clearly;
-            const bool is_same = r.difference.is_same_picture && r.verdict == Verdict::NoDifference && r.rounds >= same_picture_rounds;
+            const bool is_same = r.difference.is_same_picture &&
+                                 r.verdict == Verdict::NoDifference &&
+                                 r.rounds >= same_picture_rounds;
             is_settled[s] = r.verdict == Verdict::Changes || is_worse || is_same;
         }
         return is_settled;
@@ -89,11 +97,13 @@ class Maker {
         r.setup_s = tally.setup_s;
         r.outline_px = tally.outline_px;
         for (const PointTally& p : tally.points) {
-            r.curve.push_back({p.spp, average(p.cpu_s) * picture_factor_, root_of(noise_squares(p.picture, reference_))});
+            r.curve.push_back({p.spp, average(p.cpu_s) * picture_factor_,
+                               root_of(noise_squares(p.picture, reference_))});
             if (p.spp != spp_) continue;
             r.noise = r.curve.back().noise;
             r.cpu_s = r.curve.back().cpu_s;
-            r.rays_per_sample = p.rays / (double(p.picture.count) * double(tallies_.grid.pixels()) * double(p.spp));
+            r.rays_per_sample =
+                p.rays / (double(p.picture.count) * double(tallies_.grid.pixels()) * double(p.spp));
         }
         r.slope = fit_slope(tally, reference_);
         r.difference = test_difference(tally.difference, reference_);
@@ -104,7 +114,8 @@ class Maker {
     void find_base_bias() {
         for (size_t s = 1; s < settings_.size(); ++s) {
             if (settings_[s].anchor != s || !report_.settings[s].difference.is_seen) continue;
-            bias_of_knob_[settings_[s].knob] = bias_squares(tallies_.settings[s].difference, reference_);
+            bias_of_knob_[settings_[s].knob] =
+                bias_squares(tallies_.settings[s].difference, reference_);
         }
     }
 
@@ -112,7 +123,8 @@ class Maker {
         ErrorParts parts;
         // Of the same picture the noise is the same, whatever rounds it took part in
         const size_t of = report_.settings[s].difference.is_same_picture ? 0 : s;
-        if (const PointTally* p = tallies_.settings[of].at(spp_)) parts.noise = noise_squares(p->picture, reference_);
+        if (const PointTally* p = tallies_.settings[of].at(spp_))
+            parts.noise = noise_squares(p->picture, reference_);
         // Other knobs leave what they leave in the render as it is
         const auto join = [&parts](const GroupMeans& more) {
             for (size_t g = 0; g < GroupMeans::groups; ++g) {
@@ -123,7 +135,8 @@ class Maker {
         for (const auto& [knob, squares] : bias_of_knob_)
             if (knob != settings_[s].knob) join(squares);
         const bool is_exact = settings_[s].anchor == s;
-        if (s != 0 && !is_exact && report_.settings[s].difference.is_seen) join(bias_squares(tallies_.settings[s].difference, reference_));
+        if (s != 0 && !is_exact && report_.settings[s].difference.is_seen)
+            join(bias_squares(tallies_.settings[s].difference, reference_));
         return parts;
     }
 
@@ -133,7 +146,8 @@ class Maker {
         r.bias = std::sqrt(std::max(own.bias.mean(), 0.0));
         r.error = std::sqrt(square_without(own, GroupMeans::groups, 1.0));
         if (r.difference.is_same_picture) r.noise = report_.settings[0].noise;
-        const std::optional<TimeRatio> ratio = time_ratio(tallies_.settings[s], tallies_.settings[0], spp_);
+        const std::optional<TimeRatio> ratio =
+            time_ratio(tallies_.settings[s], tallies_.settings[0], spp_);
         if (s == 0) {
             r.time = r.equal_time = {1, 1, 1};
             r.verdict = Verdict::Now;
@@ -143,49 +157,74 @@ class Maker {
 
         // Preparation is paid for once and counts in full
         const double base_s = report_.settings[0].cpu_s, base_setup_s = report_.settings[0].setup_s;
-        const double total = (ratio->value * base_s + r.setup_s) / std::max(base_s + base_setup_s, 1e-12);
-        r.time = {ratio->value, ratio->value * std::exp(-1.96 * ratio->log_se), ratio->value * std::exp(1.96 * ratio->log_se)};
+        const double total =
+            (ratio->value * base_s + r.setup_s) / std::max(base_s + base_setup_s, 1e-12);
+        r.time = {ratio->value, ratio->value * std::exp(-1.96 * ratio->log_se),
+                  ratio->value * std::exp(1.96 * ratio->log_se)};
 
-        // Noise after as long as the render takes as it is, by the setting's own slope where it is known well
+        // Noise after as long as the render takes as it is, by the setting's own slope where it is
+        // known well
         const bool is_steep = r.slope.is_known && r.slope.standard_error < 0.05;
         const Slope& slope = is_steep ? r.slope : report_.settings[0].slope;
         const double a = std::clamp(-slope.value, 0.35, 1.0);
         const double factor = std::pow(total, 2 * a);
-        const auto log_gain = [&](size_t group) { return 0.5 * std::log(std::max(square_without(own, group, factor), 1e-300) / std::max(square_without(base, group, 1.0), 1e-300)); };
+        const auto log_gain = [&](size_t group) {
+            return 0.5 * std::log(std::max(square_without(own, group, factor), 1e-300) /
+                                  std::max(square_without(base, group, 1.0), 1e-300));
+        };
         const double gain = log_gain(GroupMeans::groups);
         double square = 0;
-        for (size_t g = 0; g < GroupMeans::groups; ++g) square += (log_gain(g) - gain) * (log_gain(g) - gain);
-        const double noise_share = own.noise.mean() * factor / std::max(square_without(own, GroupMeans::groups, factor), 1e-300);
+        for (size_t g = 0; g < GroupMeans::groups; ++g)
+            square += (log_gain(g) - gain) * (log_gain(g) - gain);
+        const double noise_share =
+            own.noise.mean() * factor /
+            std::max(square_without(own, GroupMeans::groups, factor), 1e-300);
         // Preparing is timed once, to within a tenth
-        const double setup_log_se = 0.1 * std::hypot(r.setup_s, base_setup_s) / std::max(base_s + base_setup_s, 1e-12);
-        const double time_part = a * noise_share * std::hypot(ratio->log_se, r.setup_s == base_setup_s ? 0.0 : setup_log_se);
-        const double se = std::sqrt(square * double(GroupMeans::groups - 1) / double(GroupMeans::groups) + time_part * time_part);
-        const double worst_gain = gain + hidden_bias(r, square_without(own, GroupMeans::groups, factor));
-        r.equal_time = {std::exp(gain), std::exp(gain - 1.96 * se), std::exp(worst_gain + 1.96 * se)};
+        const double setup_log_se =
+            0.1 * std::hypot(r.setup_s, base_setup_s) / std::max(base_s + base_setup_s, 1e-12);
+        const double time_part =
+            a * noise_share *
+            std::hypot(ratio->log_se, r.setup_s == base_setup_s ? 0.0 : setup_log_se);
+        const double se =
+            std::sqrt(square * double(GroupMeans::groups - 1) / double(GroupMeans::groups) +
+                      time_part * time_part);
+        const double worst_gain =
+            gain + hidden_bias(r, square_without(own, GroupMeans::groups, factor));
+        r.equal_time = {std::exp(gain), std::exp(gain - 1.96 * se),
+                        std::exp(worst_gain + 1.96 * se)};
         r.verdict = judge(r, gain, worst_gain, se);
     }
 
-    /// By how much the logarithm of the error is more if an approximation has all the bias that would not have been seen.
+    /// By how much the logarithm of the error is more if an approximation has all the bias that
+    /// would not have been seen.
     static double hidden_bias(const SettingResult& r, double square) {
-        const bool may_hide = r.setting.promise == Promise::Approximates && !r.difference.is_seen && !r.difference.is_same_picture;
-        return may_hide ? 0.5 * std::log1p(r.difference.bias_limit * r.difference.bias_limit / std::max(square, 1e-300)) : 0.0;
+        const bool may_hide = r.setting.promise == Promise::Approximates && !r.difference.is_seen &&
+                              !r.difference.is_same_picture;
+        return may_hide ? 0.5 * std::log1p(r.difference.bias_limit * r.difference.bias_limit /
+                                           std::max(square, 1e-300))
+                        : 0.0;
     }
 
-    /// Light that a way of sampling meets too rarely to have been seen is missing in its pictures, as by a bug; too much of it
-    /// where it was met is none either.
+    /// Light that a way of sampling meets too rarely to have been seen is missing in its pictures,
+    /// as by a bug; too much of it where it was met is none either.
     static bool breaks_promise(const SettingResult& r) {
-        if (r.setting.promise != Promise::SameMean || r.setting.knob.empty() || r.setting.anchor != 0 || !r.difference.is_seen) return false;
+        if (r.setting.promise != Promise::SameMean || r.setting.knob.empty() ||
+            r.setting.anchor != 0 || !r.difference.is_seen)
+            return false;
         constexpr double sure = 4.5;
         const double shift = r.difference.shift, limit = sure * r.difference.shift_se;
-        return !(r.setting.is_chancy && shift < limit) && !(r.setting.is_now_chancy && shift > -limit);
+        return !(r.setting.is_chancy && shift < limit) &&
+               !(r.setting.is_now_chancy && shift > -limit);
     }
 
     static Verdict judge(const SettingResult& r, double gain, double worst_gain, double se) {
         if (breaks_promise(r)) return Verdict::Suspect;
         if (r.setting.promise == Promise::Changes) return Verdict::Changes;
-        // As many settings are judged, what passes for a difference must be surer than 95 %, and worth the change
+        // As many settings are judged, what passes for a difference must be surer than 95 %, and
+        // worth the change
         constexpr double sure = 3.5, worth = 0.015;
-        if (worst_gain < -sure * se && worst_gain < -worth) return r.difference.is_same_picture ? Verdict::Cheaper : Verdict::Better;
+        if (worst_gain < -sure * se && worst_gain < -worth)
+            return r.difference.is_same_picture ? Verdict::Cheaper : Verdict::Better;
         if (gain > sure * se && gain > worth) return Verdict::Worse;
         return Verdict::NoDifference;
     }
@@ -221,7 +260,8 @@ class Maker {
             // In rounds that did not see it, it was black
             Moments picture = l.picture;
             picture.count = base->picture.count;
-            for (size_t i = 0; i < picture.sum.size(); ++i) row.energy += picture.mean(i) / std::max(energy, 1e-30);
+            for (size_t i = 0; i < picture.sum.size(); ++i)
+                row.energy += picture.mean(i) / std::max(energy, 1e-30);
             if (noise > 0) row.noise = noise_squares(picture, reference_).mean() / noise;
             rows.push_back(std::move(row));
         }
@@ -239,26 +279,41 @@ class Maker {
 
 }  // namespace
 
-std::vector<bool> settled_settings(const Subject& subject, const std::vector<Setting>& settings, const Tallies& tallies) {
+std::vector<bool> settled_settings(const Subject& subject,
+                                   const std::vector<Setting>& settings,
+                                   const Tallies& tallies) {
     return Maker(subject, settings, tallies).settled();
 }
 
 const char* text_of(Verdict verdict) {
     switch (verdict) {
-        case Verdict::Unknown: return "not known yet";
-        case Verdict::Now: return "as it is";
-        case Verdict::BestBuy: return "BEST BUY";
-        case Verdict::Better: return "better at equal time";
-        case Verdict::Cheaper: return "same picture, sooner";
-        case Verdict::NoDifference: return "keep";
-        case Verdict::Worse: return "keep";
-        case Verdict::Suspect: return "SUSPECT: another mean";
-        case Verdict::Changes: return "your choice";
+        case Verdict::Unknown:
+            return "not known yet";
+        case Verdict::Now:
+            return "as it is";
+        case Verdict::BestBuy:
+            return "BEST BUY";
+        case Verdict::Better:
+            return "better at equal time";
+        case Verdict::Cheaper:
+            return "same picture, sooner";
+        case Verdict::NoDifference:
+            return "keep";
+        case Verdict::Worse:
+            return "keep";
+        case Verdict::Suspect:
+            return "SUSPECT: another mean";
+        case Verdict::Changes:
+            return "your choice";
     }
     return "";
 }
 
-Report make_report(const Subject& subject, const std::vector<Knob>& knobs, const Facts& facts, const std::vector<Setting>& settings, const Tallies& tallies) {
+Report make_report(const Subject& subject,
+                   const std::vector<Knob>& knobs,
+                   const Facts& facts,
+                   const std::vector<Setting>& settings,
+                   const Tallies& tallies) {
     return Maker(subject, settings, tallies).make(knobs, facts);
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "study/statistics.h"
+
 #include <string>
 #include <vector>
-
-#include "study/statistics.h"
 
 namespace velatura::study {
 
@@ -14,7 +14,7 @@ struct Subject {
     int width = 0, height = 0;  ///< of the picture
     uint64_t spp = 64, seed = 0;
     int threads = 1;
-    std::string options;        ///< as typed
+    std::string options;  ///< as typed
 };
 
 /// Noise at a number of samples.
@@ -25,33 +25,36 @@ struct CurvePoint {
 };
 
 enum class Verdict : uint8_t {
-    Unknown,      ///< not enough rounds
-    Now,          ///< the render as it is
-    BestBuy,      ///< lowers the error at equal time, more than any other
-    Better,       ///< lowers the error at equal time
-    Cheaper,      ///< the same error for less time
-    NoDifference, ///< none is seen
-    Worse,        ///< a larger error at equal time
-    Suspect,      ///< promises the mean of the render as it is and has another
-    Changes,      ///< another picture or file, by intent; see its bias
+    Unknown,       ///< not enough rounds
+    Now,           ///< the render as it is
+    BestBuy,       ///< lowers the error at equal time, more than any other
+    Better,        ///< lowers the error at equal time
+    Cheaper,       ///< the same error for less time
+    NoDifference,  ///< none is seen
+    Worse,         ///< a larger error at equal time
+    Suspect,       ///< promises the mean of the render as it is and has another
+    Changes,       ///< another picture or file, by intent; see its bias
 };
 
 const char* text_of(Verdict verdict);
 
-/// What one setting came to. Errors are relative (1 = 100 %), times CPU seconds of the whole picture.
+/// What one setting came to. Errors are relative (1 = 100 %), times CPU seconds of the whole
+/// picture.
 struct SettingResult {
     Setting setting;
     int rounds = 0;
     std::string refusal;
     std::vector<CurvePoint> curve;
-    Estimate noise;             ///< at the render's samples
-    double bias = 0;            ///< of everything that this setting leaves out, other knobs as they are
-    double error = 0;           ///< noise and bias together
+    Estimate noise;    ///< at the render's samples
+    double bias = 0;   ///< of everything that this setting leaves out, other knobs as they are
+    double error = 0;  ///< noise and bias together
     DifferenceTest difference;  ///< from its anchor; of an anchor from the render as it is
     double cpu_s = 0, setup_s = 0, rays_per_sample = 0;
-    double outline_px = 0;      ///< how far outlines of subdivision surfaces are off, in pixels; 0: there are none
-    Estimate time;              ///< over that of the render as it is
-    Estimate equal_time;        ///< error after the time that the render as it is takes, over its error; high with the bias that may hide
+    double outline_px =
+        0;  ///< how far outlines of subdivision surfaces are off, in pixels; 0: there are none
+    Estimate time;        ///< over that of the render as it is
+    Estimate equal_time;  ///< error after the time that the render as it is takes, over its error;
+                          ///< high with the bias that may hide
     Slope slope;
     Verdict verdict = Verdict::Unknown;
 };
@@ -59,12 +62,12 @@ struct SettingResult {
 /// A line of the table.
 struct KnobRow {
     std::string knob, now;
-    double bias = 0;            ///< that the present value leaves
+    double bias = 0;  ///< that the present value leaves
     bool is_biased = false;
-    double cost_share = 0;      ///< of the time, over that of the knob.s cheapest value
-    size_t next = 0;            ///< the setting that is worth a look; 0: there is none
-    double buys = 0;            ///< change of the error at the same samples
-    double costs_s = 0;         ///< change of the time
+    double cost_share = 0;  ///< of the time, over that of the knob.s cheapest value
+    size_t next = 0;        ///< the setting that is worth a look; 0: there is none
+    double buys = 0;        ///< change of the error at the same samples
+    double costs_s = 0;     ///< change of the time
     Verdict verdict = Verdict::Unknown;
     std::string advice;
 };
@@ -73,7 +76,8 @@ struct LayerRow {
     bool is_bounce = false;
     std::string name;
     double energy = 0;  ///< share of the picture's
-    double noise = 0;   ///< share of the squared error; rows make up for one another, and need not add up to 1
+    double noise =
+        0;  ///< share of the squared error; rows make up for one another, and need not add up to 1
 };
 
 /// A picture of the grid, for people to look at.
@@ -102,10 +106,12 @@ struct Report {
     Grid grid;
     int rounds = 0;
     double elapsed_s = 0;
-    double bias = 0, error = 0;   ///< of the render as it is
+    double bias = 0, error = 0;  ///< of the render as it is
     Estimate noise;
-    double half_error = 0;        ///< relative error that storing half floats adds
-    double concentration = 0, time_concentration = 0;  ///< share of the pixels that carry half of the error; of the time
+    double half_error = 0;  ///< relative error that storing half floats adds
+    double concentration = 0,
+           time_concentration =
+               0;  ///< share of the pixels that carry half of the error; of the time
     std::vector<SettingResult> settings;
     std::vector<KnobRow> rows;  ///< by what they are worth
     std::vector<LayerRow> layers;
@@ -115,11 +121,17 @@ struct Report {
 };
 
 /// Estimates everything from what there is.
-Report make_report(const Subject& subject, const std::vector<Knob>& knobs, const Facts& facts, const std::vector<Setting>& settings, const Tallies& tallies);
+Report make_report(const Subject& subject,
+                   const std::vector<Knob>& knobs,
+                   const Facts& facts,
+                   const std::vector<Setting>& settings,
+                   const Tallies& tallies);
 
-/// Settings that need no further rounds: worse beyond doubt, of the same picture in about the same time, or of another
-/// picture by intent, which nobody weighs.
-std::vector<bool> settled_settings(const Subject& subject, const std::vector<Setting>& settings, const Tallies& tallies);
+/// Settings that need no further rounds: worse beyond doubt, of the same picture in about the same
+/// time, or of another picture by intent, which nobody weighs.
+std::vector<bool> settled_settings(const Subject& subject,
+                                   const std::vector<Setting>& settings,
+                                   const Tallies& tallies);
 
 std::string to_json(const Report& report);
 std::string to_csv(const Report& report);

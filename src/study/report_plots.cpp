@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/report_plots.h"
 
+#include "study/png.h"
+#include "study/raster.h"
+#include "study/rows.h"
+
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <map>
-
-#include <fmt/format.h>
-
-#include "study/png.h"
-#include "study/raster.h"
-#include "study/rows.h"
 
 namespace velatura::study {
 
@@ -22,23 +22,35 @@ PlotCurve curve_of(const SettingResult& r, const std::string& label, int color) 
         const double error = std::hypot(p.noise.value, r.bias);
         if (p.cpu_s <= 0 || error <= 0) continue;
         c.points.emplace_back(p.cpu_s, error);
-        c.hints.push_back(fmt::format("{}: {} spp, {}, error {}", label, p.spp, duration(p.cpu_s), percent(error)));
+        c.hints.push_back(fmt::format("{}: {} spp, {}, error {}", label, p.spp, duration(p.cpu_s),
+                                      percent(error)));
     }
     return c;
 }
 
-std::string slope_text(const SettingResult& r) { return r.slope.is_known ? fmt::format("slope {:.2f}", r.slope.value) : std::string(); }
+std::string slope_text(const SettingResult& r) {
+    return r.slope.is_known ? fmt::format("slope {:.2f}", r.slope.value) : std::string();
+}
 
 /// Every setting at the render's samples, and those that no other beats in both time and error.
 ReportPlot plot_of_all(const Report& r) {
-    ReportPlot plot{"all", fmt::format("All settings at {} samples, and the Pareto front", r.subject.spp), {}, {"", "", "nothing is both faster and better"}};
-    plot.curves = {{"as it is", 0, {}, {}, true}, {"other settings", 1, {}, {}, true}, {"Pareto front", 2, {}, {}, false, true}};
+    ReportPlot plot{"all",
+                    fmt::format("All settings at {} samples, and the Pareto front", r.subject.spp),
+                    {},
+                    {"", "", "nothing is both faster and better"}};
+    plot.curves = {{"as it is", 0, {}, {}, true},
+                   {"other settings", 1, {}, {}, true},
+                   {"Pareto front", 2, {}, {}, false, true}};
     std::vector<std::pair<double, double>> all;
     for (const SettingResult& s : r.settings) {
-        if (s.rounds < 2 || s.setting.promise == Promise::Changes || s.verdict == Verdict::Suspect || s.error <= 0 || s.cpu_s <= 0) continue;
+        if (s.rounds < 2 || s.setting.promise == Promise::Changes ||
+            s.verdict == Verdict::Suspect || s.error <= 0 || s.cpu_s <= 0)
+            continue;
         PlotCurve& c = plot.curves[s.setting.knob.empty() ? 0 : 1];
         c.points.emplace_back(s.cpu_s, s.error);
-        c.hints.push_back(fmt::format("{}: {}, error {}", s.setting.knob.empty() ? "as it is" : s.setting.options, duration(s.cpu_s), percent(s.error)));
+        c.hints.push_back(fmt::format("{}: {}, error {}",
+                                      s.setting.knob.empty() ? "as it is" : s.setting.options,
+                                      duration(s.cpu_s), percent(s.error)));
         all.push_back(c.points.back());
     }
     std::sort(all.begin(), all.end());
@@ -51,9 +63,15 @@ ReportPlot plot_of_all(const Report& r) {
     return plot;
 }
 
-ReportPlot plot_of_knob(const Report& r, const KnobRow& row, const std::vector<const SettingResult*>& settings) {
-    ReportPlot plot{{}, row.knob, {curve_of(r.settings[0], row.now + " (now)", 0)}, {slope_text(r.settings[0])}};
-    for (const char c : row.knob) plot.name += std::isalnum(static_cast<unsigned char>(c)) ? c : '-';
+ReportPlot plot_of_knob(const Report& r,
+                        const KnobRow& row,
+                        const std::vector<const SettingResult*>& settings) {
+    ReportPlot plot{{},
+                    row.knob,
+                    {curve_of(r.settings[0], row.now + " (now)", 0)},
+                    {slope_text(r.settings[0])}};
+    for (const char c : row.knob)
+        plot.name += std::isalnum(static_cast<unsigned char>(c)) ? c : '-';
     for (const SettingResult* s : settings) {
         plot.curves.push_back(curve_of(*s, s->setting.value, int(plot.curves.size() - 1) % 6 + 1));
         plot.notes.push_back(slope_text(*s));
@@ -66,10 +84,12 @@ ReportPlot plot_of_knob(const Report& r, const KnobRow& row, const std::vector<c
 std::vector<ReportPlot> report_plots(const Report& r) {
     std::map<std::string, std::vector<const SettingResult*>> by_knob;
     for (const SettingResult& s : r.settings)
-        if (s.setting.promise != Promise::Changes && s.rounds >= 2 && !s.setting.knob.empty()) by_knob[s.setting.knob].push_back(&s);
+        if (s.setting.promise != Promise::Changes && s.rounds >= 2 && !s.setting.knob.empty())
+            by_knob[s.setting.knob].push_back(&s);
     std::vector<ReportPlot> plots = {plot_of_all(r)};
     for (const KnobRow& row : r.rows)
-        if (const auto found = by_knob.find(row.knob); found != by_knob.end()) plots.push_back(plot_of_knob(r, row, found->second));
+        if (const auto found = by_knob.find(row.knob); found != by_knob.end())
+            plots.push_back(plot_of_knob(r, row, found->second));
     std::erase_if(plots, [](const ReportPlot& p) { return p.drawing().is_empty(); });
     return plots;
 }
@@ -82,10 +102,14 @@ std::string to_png(const ReportPlot& plot) {
     for (size_t i = 0; i < plot.curves.size(); ++i) {
         const double y = key_top + line_height * (double(i) + 0.7) - title_height;
         drawing.dots.push_back({left + 4, y - 4, 4, plot.curves[i].color, {}});
-        drawing.texts.push_back({left + 14, y, plot.curves[i].label + (plot.notes[i].empty() ? "" : ", " + plot.notes[i]), PlotDrawing::Anchor::Start, false, 0});
+        drawing.texts.push_back(
+            {left + 14, y,
+             plot.curves[i].label + (plot.notes[i].empty() ? "" : ", " + plot.notes[i]),
+             PlotDrawing::Anchor::Start, false, 0});
     }
     drawing.texts.push_back({left, -8, plot.title, PlotDrawing::Anchor::Start, false, 0});
-    Raster raster(1200, int(std::ceil(scale * (key_top + line_height * double(plot.curves.size()) + 8))));
+    Raster raster(1200,
+                  int(std::ceil(scale * (key_top + line_height * double(plot.curves.size()) + 8))));
     raster.draw(drawing, scale, 0, title_height);
     return to_png(raster.width(), raster.height(), raster.rgb());
 }

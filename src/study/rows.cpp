@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/rows.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-
-#include <fmt/format.h>
 
 namespace velatura::study {
 
@@ -16,7 +16,9 @@ const CurvePoint* at(const SettingResult& r, uint64_t spp) {
     return nullptr;
 }
 
-double joined(double noise, double bias) { return std::sqrt(noise * noise + bias * bias); }
+double joined(double noise, double bias) {
+    return std::sqrt(noise * noise + bias * bias);
+}
 
 KnobRow samples_row(const Report& report) {
     const SettingResult& base = report.settings[0];
@@ -28,7 +30,9 @@ KnobRow samples_row(const Report& report) {
     if (!now || !twice || base.rounds < 2) return row;
     row.buys = joined(twice->noise.value, base.bias) - joined(now->noise.value, base.bias);
     row.costs_s = twice->cpu_s - now->cpu_s;
-    row.advice = base.bias > now->noise.value ? "most of the error is bias, which samples do not lower" : "the yardstick: what the same time buys by samples";
+    row.advice = base.bias > now->noise.value
+                     ? "most of the error is bias, which samples do not lower"
+                     : "the yardstick: what the same time buys by samples";
     return row;
 }
 
@@ -40,7 +44,9 @@ size_t next_of(const Report& report, const Knob& knob) {
         const SettingResult& r = report.settings[s];
         if (r.setting.knob != knob.name || r.verdict == Verdict::Unknown) continue;
         // Nobody should miss a promise that was broken; another picture is looked at for its time
-        const double rank = r.verdict == Verdict::Suspect ? -1.0 : r.verdict == Verdict::Changes ? r.time.value : r.equal_time.value;
+        const double rank = r.verdict == Verdict::Suspect   ? -1.0
+                            : r.verdict == Verdict::Changes ? r.time.value
+                                                            : r.equal_time.value;
         if (next != 0 && rank >= best) continue;
         next = s;
         best = rank;
@@ -62,7 +68,8 @@ double bias_now(const Report& report, const Knob& knob, bool& is_biased) {
 double cost_share(const Report& report, const Knob& knob) {
     double least = 1;
     for (const SettingResult& r : report.settings)
-        if (r.setting.knob == knob.name && r.verdict != Verdict::Unknown) least = std::min(least, r.time.value);
+        if (r.setting.knob == knob.name && r.verdict != Verdict::Unknown)
+            least = std::min(least, r.time.value);
     return 1 - least;
 }
 
@@ -70,23 +77,42 @@ double cost_share(const Report& report, const Knob& knob) {
 std::string told_apart(const Estimate& ratio) {
     constexpr double close = 0.05;
     const double off = std::max(ratio.high - 1, 1 - ratio.low);
-    if (off < close) return fmt::format("no difference at equal time, to {:.0f} %", std::ceil(off * 100));
-    return fmt::format("not told apart at equal time: {:+.1f} % to {:+.1f} %", (ratio.low - 1) * 100, (ratio.high - 1) * 100);
+    if (off < close)
+        return fmt::format("no difference at equal time, to {:.0f} %", std::ceil(off * 100));
+    return fmt::format("not told apart at equal time: {:+.1f} % to {:+.1f} %",
+                       (ratio.low - 1) * 100, (ratio.high - 1) * 100);
 }
 
 std::string advice_of(const Report& report, const SettingResult& r) {
-    const std::string at_equal = fmt::format("error {:+.0f} % at equal time", (r.equal_time.value - 1) * 100);
+    const std::string at_equal =
+        fmt::format("error {:+.0f} % at equal time", (r.equal_time.value - 1) * 100);
     switch (r.verdict) {
-        case Verdict::Suspect: return fmt::format("{} promises the same mean and is {} off: a bug, or a bias that is not named", r.setting.value, percent(r.difference.bias));
+        case Verdict::Suspect:
+            return fmt::format(
+                "{} promises the same mean and is {} off: a bug, or a bias that is not named",
+                r.setting.value, percent(r.difference.bias));
         case Verdict::BestBuy:
-        case Verdict::Better: return r.bias > report.settings[0].bias * 1.001 ? at_equal + ", with a bias of " + percent(r.bias) : at_equal;
-        case Verdict::Cheaper: return fmt::format("time {:+.0f} %, the same picture", (r.time.value - 1) * 100);
-        case Verdict::Worse: return at_equal;
-        case Verdict::NoDifference: return told_apart(r.equal_time);
+        case Verdict::Better:
+            return r.bias > report.settings[0].bias * 1.001
+                       ? at_equal + ", with a bias of " + percent(r.bias)
+                       : at_equal;
+        case Verdict::Cheaper:
+            return fmt::format("time {:+.0f} %, the same picture", (r.time.value - 1) * 100);
+        case Verdict::Worse:
+            return at_equal;
+        case Verdict::NoDifference:
+            return told_apart(r.equal_time);
         case Verdict::Changes:
-            if (r.difference.is_same_picture) return fmt::format("the beauty stays as it is, time {:+.0f} %", (r.time.value - 1) * 100);
-            return fmt::format("changes the picture by {}, time {:+.0f} %", r.difference.is_seen ? percent(r.difference.bias) : "less than " + percent(r.difference.bias_limit), (r.time.value - 1) * 100);
-        default: return {};
+            if (r.difference.is_same_picture)
+                return fmt::format("the beauty stays as it is, time {:+.0f} %",
+                                   (r.time.value - 1) * 100);
+            return fmt::format("changes the picture by {}, time {:+.0f} %",
+                               r.difference.is_seen
+                                   ? percent(r.difference.bias)
+                                   : "less than " + percent(r.difference.bias_limit),
+                               (r.time.value - 1) * 100);
+        default:
+            return {};
     }
 }
 
@@ -110,32 +136,46 @@ KnobRow row_of(const Report& report, const Knob& knob, const Facts& facts) {
 /// Rows by what a reader should do first.
 int urgency(const KnobRow& row) {
     switch (row.verdict) {
-        case Verdict::BestBuy: return 0;
-        case Verdict::Suspect: return 1;
+        case Verdict::BestBuy:
+            return 0;
+        case Verdict::Suspect:
+            return 1;
         case Verdict::Cheaper:
-        case Verdict::Better: return 2;
-        case Verdict::Now: return 3;
-        case Verdict::Changes: return 5;
-        case Verdict::Unknown: return 6;
-        default: return 4;
+        case Verdict::Better:
+            return 2;
+        case Verdict::Now:
+            return 3;
+        case Verdict::Changes:
+            return 5;
+        case Verdict::Unknown:
+            return 6;
+        default:
+            return 4;
     }
 }
 
 }  // namespace
 
-std::vector<KnobRow> make_rows(const Report& report, const std::vector<Knob>& knobs, const Facts& facts) {
+std::vector<KnobRow> make_rows(const Report& report,
+                               const std::vector<Knob>& knobs,
+                               const Facts& facts) {
     std::vector<KnobRow> rows = {samples_row(report)};
     for (const Knob& knob : knobs) rows.push_back(row_of(report, knob, facts));
     std::stable_sort(rows.begin(), rows.end(), [&](const KnobRow& a, const KnobRow& b) {
         if (urgency(a) != urgency(b)) return urgency(a) < urgency(b);
-        const auto rank = [&](const KnobRow& r) { return r.next == 0 ? 1.0 : r.verdict == Verdict::Changes ? r.costs_s : report.settings[r.next].equal_time.value; };
+        const auto rank = [&](const KnobRow& r) {
+            return r.next == 0                     ? 1.0
+                   : r.verdict == Verdict::Changes ? r.costs_s
+                                                   : report.settings[r.next].equal_time.value;
+        };
         return rank(a) < rank(b);
     });
     return rows;
 }
 
 std::string advised_options(const Report& report, const KnobRow& row) {
-    const bool is_advised = row.verdict == Verdict::BestBuy || row.verdict == Verdict::Better || row.verdict == Verdict::Cheaper;
+    const bool is_advised = row.verdict == Verdict::BestBuy || row.verdict == Verdict::Better ||
+                            row.verdict == Verdict::Cheaper;
     return is_advised ? report.settings[row.next].setting.options : std::string();
 }
 
@@ -145,15 +185,20 @@ std::string percent(double value) {
     return std::abs(p) < 0.001 ? fmt::format("{:.1e} %", p) : fmt::format("{:.3g} %", p);
 }
 
-std::string points(double value) { return fmt::format("{:+.2g} pp", value * 100); }
+std::string points(double value) {
+    return fmt::format("{:+.2g} pp", value * 100);
+}
 
 std::string duration(double seconds) {
     const double s = std::abs(seconds);
     if (s < 120) return fmt::format("{:.3g} s", seconds);
-    return s < 7200 ? fmt::format("{:.3g} min", seconds / 60) : fmt::format("{:.3g} h", seconds / 3600);
+    return s < 7200 ? fmt::format("{:.3g} min", seconds / 60)
+                    : fmt::format("{:.3g} h", seconds / 3600);
 }
 
-std::string signed_duration(double seconds) { return (seconds < 0 ? "" : "+") + duration(seconds); }
+std::string signed_duration(double seconds) {
+    return (seconds < 0 ? "" : "+") + duration(seconds);
+}
 
 RowText text_of(const Report& report, const KnobRow& row) {
     RowText t;
@@ -161,7 +206,10 @@ RowText text_of(const Report& report, const KnobRow& row) {
     t.now = row.now.empty() ? "default" : row.now;
     const bool is_samples = row.knob == samples_knob;
     const bool has_exact = row.bias > 0 || row.is_biased;
-    t.leaves = is_samples ? percent(report.noise.value) + " noise" : !has_exact ? "none" : row.is_biased ? percent(row.bias) + " bias" : "none seen, < " + percent(row.bias);
+    t.leaves = is_samples      ? percent(report.noise.value) + " noise"
+               : !has_exact    ? "none"
+               : row.is_biased ? percent(row.bias) + " bias"
+                               : "none seen, < " + percent(row.bias);
     const bool is_cut = row.knob == "dicing rate" || row.knob == "subdivision level";
     if (is_cut) t.leaves += fmt::format(", outlines {:.2g} px", report.settings[0].outline_px);
     t.cost = percent(std::round(row.cost_share * 1000) / 1000);
@@ -171,17 +219,27 @@ RowText text_of(const Report& report, const KnobRow& row) {
         t.next = t.buys = t.costs = "-";
         return t;
     }
-    t.next = is_samples ? fmt::format("{}", 2 * report.subject.spp) : report.settings[row.next].setting.options.starts_with("--effects") ? "off" : report.settings[row.next].setting.value;
+    t.next = is_samples ? fmt::format("{}", 2 * report.subject.spp)
+             : report.settings[row.next].setting.options.starts_with("--effects")
+                 ? "off"
+                 : report.settings[row.next].setting.value;
     t.buys = row.verdict == Verdict::Changes ? "-" : points(row.buys);
     t.costs = signed_duration(row.costs_s);
     return t;
 }
 
 std::string to_text(const Report& report) {
-    std::string text = fmt::format("ERROR {} = noise {} [{}, {}] + bias {}; {} of CPU time at {} samples per pixel\n", percent(report.error), percent(report.noise.value), percent(report.noise.low),
-                                   percent(report.noise.high), percent(report.bias), duration(report.settings[0].cpu_s), report.subject.spp);
-    const auto line = [&text](const RowText& t) { text += fmt::format("{:20} {:16} {:22} {:9} {:16} {:10} {:10} {:22} {}\n", t.knob, t.now, t.leaves, t.cost, t.next, t.buys, t.costs, t.verdict, t.advice); };
-    line({"KNOB", "NOW", "ERROR IT LEAVES", "COST NOW", "NEXT VALUE", "BUYS", "COSTS", "VERDICT", ""});
+    std::string text = fmt::format(
+        "ERROR {} = noise {} [{}, {}] + bias {}; {} of CPU time at {} samples per pixel\n",
+        percent(report.error), percent(report.noise.value), percent(report.noise.low),
+        percent(report.noise.high), percent(report.bias), duration(report.settings[0].cpu_s),
+        report.subject.spp);
+    const auto line = [&text](const RowText& t) {
+        text += fmt::format("{:20} {:16} {:22} {:9} {:16} {:10} {:10} {:22} {}\n", t.knob, t.now,
+                            t.leaves, t.cost, t.next, t.buys, t.costs, t.verdict, t.advice);
+    };
+    line({"KNOB", "NOW", "ERROR IT LEAVES", "COST NOW", "NEXT VALUE", "BUYS", "COSTS", "VERDICT",
+          ""});
     for (const KnobRow& row : report.rows) line(text_of(report, row));
     return text;
 }

@@ -6,7 +6,9 @@
 namespace velatura::study {
 
 /// The table of knobs from the results of the settings: what to look at first comes first.
-std::vector<KnobRow> make_rows(const Report& report, const std::vector<Knob>& knobs, const Facts& facts);
+std::vector<KnobRow> make_rows(const Report& report,
+                               const std::vector<Knob>& knobs,
+                               const Facts& facts);
 
 /// What to add to the options of the render to follow a row; empty: it advises nothing.
 std::string advised_options(const Report& report, const KnobRow& row);

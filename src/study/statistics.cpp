@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/statistics.h"
 
+#include "image/relative_error.h"
+
 #include <algorithm>
 #include <cmath>
-
-#include "image/relative_error.h"
 
 namespace velatura::study {
 
@@ -28,7 +28,9 @@ double GroupMeans::standard_error() const {
     return std::sqrt(square * double(groups - 1) / double(groups));
 }
 
-Reference make_reference(const std::vector<Setting>& settings, const Tallies& tallies, uint64_t spp) {
+Reference make_reference(const std::vector<Setting>& settings,
+                         const Tallies& tallies,
+                         uint64_t spp) {
     Reference reference;
     double weights = 0;
     for (size_t s = 0; s < settings.size(); ++s) {
@@ -51,7 +53,8 @@ Reference make_reference(const std::vector<Setting>& settings, const Tallies& ta
 GroupMeans noise_squares(const Moments& picture, const Reference& reference) {
     GroupMeans squares;
     if (picture.count < 2) return squares;
-    for (size_t i = 0; i < picture.sum.size(); ++i) squares.add(i / 3, image::relative_square(picture.variance(i), reference.means[i]));
+    for (size_t i = 0; i < picture.sum.size(); ++i)
+        squares.add(i / 3, image::relative_square(picture.variance(i), reference.means[i]));
     return squares;
 }
 
@@ -60,7 +63,8 @@ GroupMeans bias_squares(const Moments& difference, const Reference& reference) {
     if (difference.count < 2) return squares;
     for (size_t i = 0; i < difference.sum.size(); ++i) {
         const double d = difference.mean(i);
-        squares.add(i / 3, image::relative_square(d * d - difference.variance(i) / difference.count, reference.means[i]));
+        squares.add(i / 3, image::relative_square(d * d - difference.variance(i) / difference.count,
+                                                  reference.means[i]));
     }
     return squares;
 }
@@ -68,10 +72,12 @@ GroupMeans bias_squares(const Moments& difference, const Reference& reference) {
 DifferenceTest test_difference(const Moments& difference, const Reference& reference) {
     DifferenceTest t;
     if (difference.count < 2) return t;
-    t.is_same_picture = std::all_of(difference.square.begin(), difference.square.end(), [](double v) { return v == 0.0; });
+    t.is_same_picture = std::all_of(difference.square.begin(), difference.square.end(),
+                                    [](double v) { return v == 0.0; });
     if (t.is_same_picture) return t;
 
-    // Energy: pixels are independent, so that their variances add up; the channels of one are not, and their deviations do
+    // Energy: pixels are independent, so that their variances add up; the channels of one are not,
+    // and their deviations do
     double shift = 0, variance = 0, energy = 0, deviation = 0;
     for (size_t i = 0; i < difference.sum.size(); ++i) {
         shift += difference.mean(i);
@@ -85,7 +91,8 @@ DifferenceTest test_difference(const Moments& difference, const Reference& refer
     t.shift = shift / energy;
     t.shift_se = std::sqrt(variance) / energy;
 
-    // Four and a half standard errors: one false alarm in some thousand studies of fifty settings, heavy tails allowed for
+    // Four and a half standard errors: one false alarm in some thousand studies of fifty settings,
+    // heavy tails allowed for
     constexpr double sure = 4.5;
     const GroupMeans squares = bias_squares(difference, reference);
     const double mean = squares.mean(), se = squares.standard_error();
@@ -104,14 +111,17 @@ Slope fit_slope(const SettingTally& tally, const Reference& reference) {
     for (const PointTally& p : tally.points) {
         if (p.picture.count < 2) continue;
         squares.push_back(noise_squares(p.picture, reference));
-        if (squares.back().mean() > 0) x.push_back(std::log(double(p.spp)));
-        else squares.pop_back();
+        if (squares.back().mean() > 0)
+            x.push_back(std::log(double(p.spp)));
+        else
+            squares.pop_back();
     }
     if (x.size() < 2) return {};
     const auto fit = [&](size_t left_out) {
         double mx = 0, my = 0, xx = 0, xy = 0;
         std::vector<double> y;
-        for (const GroupMeans& g : squares) y.push_back(0.5 * std::log(std::max(g.mean_without(left_out), 1e-300)));
+        for (const GroupMeans& g : squares)
+            y.push_back(0.5 * std::log(std::max(g.mean_without(left_out), 1e-300)));
         for (size_t i = 0; i < x.size(); ++i) {
             mx += x[i] / double(x.size());
             my += y[i] / double(x.size());
@@ -129,7 +139,8 @@ Slope fit_slope(const SettingTally& tally, const Reference& reference) {
         const double d = fit(g) - slope.value;
         square += d * d;
     }
-    slope.standard_error = std::sqrt(square * double(GroupMeans::groups - 1) / double(GroupMeans::groups));
+    slope.standard_error =
+        std::sqrt(square * double(GroupMeans::groups - 1) / double(GroupMeans::groups));
     slope.is_known = true;
     return slope;
 }
@@ -142,7 +153,8 @@ std::optional<TimeRatio> time_ratio(const SettingTally& a, const SettingTally& b
     for (size_t i = 0; i < a.rounds.size(); ++i) {
         const auto j = std::find(b.rounds.begin(), b.rounds.end(), a.rounds[i]);
         if (j == b.rounds.end()) continue;
-        logs.push_back(std::log(std::max(pa->cpu_s[i], 1e-9) / std::max(pb->cpu_s[size_t(j - b.rounds.begin())], 1e-9)));
+        logs.push_back(std::log(std::max(pa->cpu_s[i], 1e-9) /
+                                std::max(pb->cpu_s[size_t(j - b.rounds.begin())], 1e-9)));
     }
     if (logs.size() < 2) return std::nullopt;
     double mean = 0, square = 0;
@@ -150,18 +162,23 @@ std::optional<TimeRatio> time_ratio(const SettingTally& a, const SettingTally& b
     for (const double l : logs) square += (l - mean) * (l - mean);
     const int degrees = int(logs.size()) - 1;
     // As a standard error that a normal distribution would have for the same interval
-    const double se = std::sqrt(square / degrees / double(logs.size())) * student_975(degrees) / 1.96;
+    const double se =
+        std::sqrt(square / degrees / double(logs.size())) * student_975(degrees) / 1.96;
     return TimeRatio{std::exp(mean), se};
 }
 
 double student_975(int degrees) {
-    // Of 1 to 16 degrees; beyond that the expansion of Abramowitz & Stegun 26.7.5 to its second term
-    static constexpr std::array<double, 16> table = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131, 2.120};
+    // Of 1 to 16 degrees; beyond that the expansion of Abramowitz & Stegun 26.7.5 to its second
+    // term
+    static constexpr std::array<double, 16> table = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447,
+                                                     2.365,  2.306, 2.262, 2.228, 2.201, 2.179,
+                                                     2.160,  2.145, 2.131, 2.120};
     if (degrees < 1) return table[0];
     if (degrees <= int(table.size())) return table[size_t(degrees) - 1];
     constexpr double z = 1.959964;
     const double n = degrees;
-    return z + (z * z * z + z) / (4 * n) + (5 * z * z * z * z * z + 16 * z * z * z + 3 * z) / (96 * n * n);
+    return z + (z * z * z + z) / (4 * n) +
+           (5 * z * z * z * z * z + 16 * z * z * z + 3 * z) / (96 * n * n);
 }
 
 }  // namespace velatura::study

@@ -35,7 +35,8 @@ double Moments::variance(size_t i) const {
 }
 
 const PointTally* SettingTally::at(uint64_t spp) const {
-    const auto found = std::find_if(points.begin(), points.end(), [spp](const PointTally& p) { return p.spp == spp; });
+    const auto found = std::find_if(points.begin(), points.end(),
+                                    [spp](const PointTally& p) { return p.spp == spp; });
     return found == points.end() ? nullptr : &*found;
 }
 
@@ -45,8 +46,12 @@ void Tallies::add(size_t setting, int round, const RenderRun& run) {
     tally.setup_s = run.setup_s;
     tally.outline_px = run.outline_px;
     for (const Reading& r : run.readings) {
-        auto place = std::lower_bound(tally.points.begin(), tally.points.end(), r.spp, [](const PointTally& p, uint64_t spp) { return p.spp < spp; });
-        if (place == tally.points.end() || place->spp != r.spp) place = tally.points.insert(place, PointTally{.spp = r.spp, .picture = {}, .cpu_s = {}});
+        auto place =
+            std::lower_bound(tally.points.begin(), tally.points.end(), r.spp,
+                             [](const PointTally& p, uint64_t spp) { return p.spp < spp; });
+        if (place == tally.points.end() || place->spp != r.spp)
+            place =
+                tally.points.insert(place, PointTally{.spp = r.spp, .picture = {}, .cpu_s = {}});
         place->picture.add(r.means);
         place->cpu_s.push_back(r.cpu_s);
         place->rays += double(r.rays);
@@ -54,8 +59,11 @@ void Tallies::add(size_t setting, int round, const RenderRun& run) {
     if (setting != 0) return;
     if (!run.pixel_s.empty()) pixel_s.add(run.pixel_s);
     for (const LayerReading& l : run.layers) {
-        auto place = std::find_if(layers.begin(), layers.end(), [&](const LayerTally& t) { return t.is_bounce == l.is_bounce && t.name == l.name; });
-        if (place == layers.end()) place = layers.insert(layers.end(), LayerTally{l.is_bounce, l.name, {}});
+        auto place = std::find_if(layers.begin(), layers.end(), [&](const LayerTally& t) {
+            return t.is_bounce == l.is_bounce && t.name == l.name;
+        });
+        if (place == layers.end())
+            place = layers.insert(layers.end(), LayerTally{l.is_bounce, l.name, {}});
         place->picture.add(l.means);
     }
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "study/render.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "study/render.h"
 
 namespace velatura::study {
 
@@ -36,8 +36,8 @@ struct PointTally {
 /// All that a setting's rounds came to.
 struct SettingTally {
     std::vector<PointTally> points;  ///< by samples per pixel, ascending
-    Moments difference;              ///< from the anchor's picture of the same seed, at the render's samples
-    std::vector<int> rounds;         ///< that it took part in, ascending
+    Moments difference;  ///< from the anchor's picture of the same seed, at the render's samples
+    std::vector<int> rounds;  ///< that it took part in, ascending
     double setup_s = 0;
     double outline_px = 0;
     std::string refusal;  ///< why it cannot be rendered; empty: it can

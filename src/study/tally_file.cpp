@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tallies as bytes: numbers of the machine one after the other, between the fingerprint and a hash of it all.
-#include <cstring>
-#include <type_traits>
-
+// Tallies as bytes: numbers of the machine one after the other, between the fingerprint and a hash
+// of it all.
 #include "base/hash.h"
 #include "study/tally.h"
+
+#include <cstring>
+#include <type_traits>
 
 namespace velatura::study {
 
@@ -13,10 +14,9 @@ namespace {
 class Writer {
   public:
     template <class T>
-        requires std::is_arithmetic_v<T>
-    void value(T& v) {
-        bytes.append(reinterpret_cast<const char*>(&v), sizeof v);
-    }
+    requires std::is_arithmetic_v<T>
+
+    void value(T& v) { bytes.append(reinterpret_cast<const char*>(&v), sizeof v); }
 
     template <class List>
     void size_of(List& list) {
@@ -25,7 +25,8 @@ class Writer {
     }
 
     template <class T>
-        requires std::is_arithmetic_v<T>
+    requires std::is_arithmetic_v<T>
+
     void numbers(T* first, size_t count) {
         bytes.append(reinterpret_cast<const char*>(first), count * sizeof(T));
     }
@@ -38,10 +39,9 @@ class Reader {
     explicit Reader(std::string_view b) : bytes(b) {}
 
     template <class T>
-        requires std::is_arithmetic_v<T>
-    void value(T& v) {
-        numbers(&v, 1);
-    }
+    requires std::is_arithmetic_v<T>
+
+    void value(T& v) { numbers(&v, 1); }
 
     template <class List>
     void size_of(List& list) {
@@ -53,7 +53,8 @@ class Reader {
     }
 
     template <class T>
-        requires std::is_arithmetic_v<T>
+    requires std::is_arithmetic_v<T>
+
     void numbers(T* first, size_t count) {
         is_good = is_good && count <= bytes.size() / sizeof(T);
         // An empty list has no place to copy to
@@ -109,7 +110,9 @@ void all(File& file, Tallies& t) {
     moments(file, t.pixel_s);
 }
 
-std::string head(const std::string& fingerprint) { return "velatura.study.state/1 " + fingerprint + "\n"; }
+std::string head(const std::string& fingerprint) {
+    return "velatura.study.state/1 " + fingerprint + "\n";
+}
 
 }  // namespace
 
@@ -125,9 +128,11 @@ std::string to_bytes(const Tallies& tallies, const std::string& fingerprint) {
 std::optional<Tallies> from_bytes(const std::string& bytes, const std::string& fingerprint) {
     const std::string expected = head(fingerprint);
     uint64_t hash = 0;
-    if (!bytes.starts_with(expected) || bytes.size() < expected.size() + sizeof hash) return std::nullopt;
+    if (!bytes.starts_with(expected) || bytes.size() < expected.size() + sizeof hash)
+        return std::nullopt;
     std::memcpy(&hash, bytes.data() + bytes.size() - sizeof hash, sizeof hash);
-    const std::string_view body(bytes.data() + expected.size(), bytes.size() - expected.size() - sizeof hash);
+    const std::string_view body(bytes.data() + expected.size(),
+                                bytes.size() - expected.size() - sizeof hash);
     if (hash_string(body) != hash) return std::nullopt;
     Reader reader(body);
     Tallies t;

@@ -53,11 +53,11 @@ struct Placeable {
     std::vector<Placement> placements;  ///< nested ones
     std::vector<LightSite> lights;
     std::vector<scene::Volume> volumes;  ///< in the space of this placeable
-    uint32_t prototype = scene::none;  ///< index into Scene::prototypes once `shapes` moved there
-    bool is_being_built = false;       ///< guards against prototypes that hold themselves
-    bool is_stage = false;             ///< the whole stage, not a prototype
-    bool is_point_prototype = false;   ///< of point instancers, not of native instances
-    bool is_origin_fixed = false;      ///< something of a prototype stands relative to `origin`
+    uint32_t prototype = scene::none;    ///< index into Scene::prototypes once `shapes` moved there
+    bool is_being_built = false;         ///< guards against prototypes that hold themselves
+    bool is_stage = false;               ///< the whole stage, not a prototype
+    bool is_point_prototype = false;     ///< of point instancers, not of native instances
+    bool is_origin_fixed = false;        ///< something of a prototype stands relative to `origin`
     /// Of a whole prototype, once motion asked for it: see placement_motion.cpp.
     std::optional<bool> must_stay;
     std::optional<double> reach;
@@ -74,7 +74,7 @@ struct MaterialEntry {
     std::string name;                 ///< prim path
     bool is_emissive = false;
     bool is_displacing = false;
-    bool is_hair = false;  ///< means something to curves alone
+    bool is_hair = false;         ///< means something to curves alone
     bool needs_tangents = false;  ///< by texture coordinates of the mesh, whatever their name
 };
 
@@ -123,7 +123,7 @@ struct Context {
     bool has_emissive_material = false;
     bool has_light_prim = false;  ///< a light was met, whether it shines or not
     bool instance_cap_hit = false;
-    size_t copies = 0;  ///< of what instances do not share
+    size_t copies = 0;                               ///< of what instances do not share
     scene::MaterialId black_material = scene::none;  ///< of mesh lights without material response
     std::vector<Prim> mesh_light_prims;              ///< of Scene::mesh_lights
     bool has_linking = false;                        ///< some light is linked, see note_linking

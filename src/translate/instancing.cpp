@@ -204,8 +204,7 @@ void read_point_instancer(Context& ctx, Prim prim, const Mat4d& matrix, Placeabl
         Placement placement;
         placement.what = prototypes[size_t(which)];
         const Vec3d nowhere(0.0);
-        const Mat4d local =
-            between_origins(rows.matrix(i), placement.what->origin, nowhere);
+        const Mat4d local = between_origins(rows.matrix(i), placement.what->origin, nowhere);
         if (!out.is_stage && !out.is_origin_fixed)
             propose_origin(out,
                            transform_point(Vec3d(local[3][0], local[3][1], local[3][2]), matrix));

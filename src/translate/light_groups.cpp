@@ -80,7 +80,9 @@ scene::GroupId light_group(Context& ctx, Prim light) {
     if (found != ctx.light_groups.end()) return found->second;
     const scene::GroupId id = add_group(ctx, key == "rest" ? "rest" : unique_name(ctx, name));
     const std::string& given = ctx.scene.groups[id].name;
-    const std::string wanted = key == "rest" ? "rest" : authored.empty() ? light.name().str() : authored;
+    const std::string wanted = key == "rest"      ? "rest"
+                               : authored.empty() ? light.name().str()
+                                                  : authored;
     if (wanted != given) ctx.scene.groups[id].label = wanted;
     if (!authored.empty() && given != authored) {
         ctx.note("light-group-renamed", light,

@@ -52,8 +52,11 @@ Path map_path(const LinkPlace& place, Path path) {
     return place.read.is_empty() ? path : path.replace_prefix(place.read, place.placed);
 }
 
-std::vector<Path> paths_at(const Context& ctx, const LinkPlace& place, scene::ProvenanceId provenance) {
-    std::vector<Path> paths = {map_path(place, Path::from(ctx.scene.provenance[provenance].prim_path))};
+std::vector<Path> paths_at(const Context& ctx,
+                           const LinkPlace& place,
+                           scene::ProvenanceId provenance) {
+    std::vector<Path> paths = {
+        map_path(place, Path::from(ctx.scene.provenance[provenance].prim_path))};
     paths.insert(paths.end(), place.instancers.begin(), place.instancers.end());
     return paths;
 }
@@ -154,8 +157,8 @@ class Linker {
             scene.shapes[i].link = class_of(ctx_.link_places[place], scene.shapes[i].provenance);
         }
         for (size_t i = 0; i < scene.volumes.size(); ++i)
-            scene.volumes[i].link = class_of(ctx_.link_places[ctx_.place_of_volume[i]],
-                                             scene.volumes[i].provenance);
+            scene.volumes[i].link =
+                class_of(ctx_.link_places[ctx_.place_of_volume[i]], scene.volumes[i].provenance);
         std::map<std::pair<uint32_t, uint32_t>, uint32_t> known;  // place, prototype → row
         for (size_t i = 0; i < scene.instances.size(); ++i) {
             const uint32_t prototype = scene.instances[i].prototype;
@@ -290,7 +293,9 @@ scene::LightLinks read_shadow(Context& ctx, Prim light) {
     return links;
 }
 
-std::vector<usd::layer::Path> places_of(const Context& ctx, uint32_t place, scene::ProvenanceId provenance) {
+std::vector<usd::layer::Path> places_of(const Context& ctx,
+                                        uint32_t place,
+                                        scene::ProvenanceId provenance) {
     return paths_at(ctx, ctx.link_places[place], provenance);
 }
 

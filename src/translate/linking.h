@@ -16,9 +16,11 @@ scene::LightLinks read_shadow(Context& ctx, Prim light);
 /// ctx.link_places; 0 when nothing is linked.
 uint32_t place_inside(Context& ctx, uint32_t outer, const Placement& placement);
 
-/// Paths that what was placed there goes by: its own below the instance that brings it, then those of its point
-/// instancers, the innermost first.
-std::vector<usd::layer::Path> places_of(const Context& ctx, uint32_t place, scene::ProvenanceId provenance);
+/// Paths that what was placed there goes by: its own below the instance that brings it, then those
+/// of its point instancers, the innermost first.
+std::vector<usd::layer::Path> places_of(const Context& ctx,
+                                        uint32_t place,
+                                        scene::ProvenanceId provenance);
 
 /// Evaluates the collections of all lights for all geometry that was placed: fills Scene::linking
 /// and what refers to it. Membership is by path; geometry of a native instance goes by its path

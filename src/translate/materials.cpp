@@ -68,10 +68,11 @@ void read_priority(Context& ctx, InputReader& reader, scene::Material& material)
         material.dielectric_priority = int(priority);
         return;
     }
-    ctx.warn("bad-priority", reader.shader.attribute("inputs:velatura:dielectricPriority"),
-             fmt::format("inputs:velatura:dielectricPriority is {:g}, expected a whole number within "
-                         "±{:g}; 0 is used",
-                         priority, most));
+    ctx.warn(
+        "bad-priority", reader.shader.attribute("inputs:velatura:dielectricPriority"),
+        fmt::format("inputs:velatura:dielectricPriority is {:g}, expected a whole number within "
+                    "±{:g}; 0 is used",
+                    priority, most));
 }
 
 void read_subsurface(Context& ctx, InputReader& reader, scene::Material& material) {
@@ -165,8 +166,9 @@ constexpr std::array neutral_inputs = {
 void note_neutral_inputs(Context& ctx, Prim shader, const scene::Material& material) {
     const auto constant = [&](std::string_view name) {
         const Attribute attribute = shader.attribute("inputs:" + std::string(name));
-        return attribute.has_authored_value() && !attribute.has_authored_connections() ? attribute
-                                                                                      : Attribute();
+        return attribute.has_authored_value() && !attribute.has_authored_connections()
+                   ? attribute
+                   : Attribute();
     };
     for (const NeutralInput& input : neutral_inputs) {
         const Attribute attribute = constant(input.name);
@@ -216,7 +218,8 @@ bool is_surface(Context& ctx, Prim shader) {
 /// Shader that a material's surface output leads to; invalid with a warning when there is none to
 /// render.
 Prim surface_shader(Context& ctx, Prim material) {
-    for (const char* name : {"outputs:velatura:surface", "outputs:mtlx:surface", "outputs:surface"}) {
+    for (const char* name :
+         {"outputs:velatura:surface", "outputs:mtlx:surface", "outputs:surface"}) {
         const Attribute output = material.attribute(name);
         if (!output.has_authored_connections()) continue;
         const ShaderSource source = shader_source(ctx, output);
@@ -283,7 +286,10 @@ scene::Input read_displacement(Context& ctx, Prim material, Prim surface, Materi
     return reader.number("displacement", 0.0f);
 }
 
-const MaterialEntry& add_material(Context& ctx, Prim prim, scene::Material material, MaterialEntry& entry) {
+const MaterialEntry& add_material(Context& ctx,
+                                  Prim prim,
+                                  scene::Material material,
+                                  MaterialEntry& entry) {
     entry.is_displacing = scene::is_displacing(material);
     material.name = entry.name;
     material.provenance = ctx.provenance(prim);
@@ -299,7 +305,8 @@ const MaterialEntry& material_entry(Context& ctx, Prim material) {
     if (!is_new) return entry;
     entry.name = material.path_string();
     const std::optional<scene::Matter> matter = read_matter(ctx, material, entry);
-    if (matter && !has_surface_output(material)) return add_material(ctx, material, bare_body(*matter), entry);
+    if (matter && !has_surface_output(material))
+        return add_material(ctx, material, bare_body(*matter), entry);
     const Prim shader = surface_shader(ctx, material);
     if (!shader) return entry;
     const std::string id = read_text(shader.attribute("info:id"), "", ctx.time);

@@ -61,8 +61,8 @@ std::vector<scene::Primvar> read_primvars(Context& ctx,
                                           const ElementCounts& counts,
                                           const std::vector<const MaterialEntry*>& materials);
 
-/// Adds scene::object_space_primvars where a material asks for them; matrix: of the prim, into shape
-/// space.
+/// Adds scene::object_space_primvars where a material asks for them; matrix: of the prim, into
+/// shape space.
 void add_object_space(Context& ctx,
                       const std::vector<const MaterialEntry*>& materials,
                       const Mat4d& matrix,

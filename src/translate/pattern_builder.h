@@ -103,7 +103,7 @@ class PatternBuilder {
     std::vector<std::optional<AffineCoordinates>> affine_;  // [step]
     std::map<Key, uint16_t> known_;
     std::map<std::array<uint32_t, 4>, uint32_t> known_constants_;  // by their bits
-    bool is_full_ = false;  // steps are missing
+    bool is_full_ = false;                                         // steps are missing
 };
 
 }  // namespace velatura::translate

@@ -98,10 +98,9 @@ void move_rows(const Mat4d& first, std::vector<float>& column) {
 
 /// Whether the primvar is one of scene::object_space_primvars.
 bool is_object_space(const scene::Scene& scene, const scene::Primvar& primvar) {
-    return std::any_of(scene::object_space_primvars.begin(), scene::object_space_primvars.end(),
-                       [&](std::string_view name) {
-                           return primvar.name == scene::find_primvar(scene, name);
-                       });
+    return std::any_of(
+        scene::object_space_primvars.begin(), scene::object_space_primvars.end(),
+        [&](std::string_view name) { return primvar.name == scene::find_primvar(scene, name); });
 }
 
 /// Puts a volume into the scene where `matrix` carries it.
@@ -163,8 +162,8 @@ class InstanceCounter {
     std::unordered_map<const Placeable*, uint64_t> counts_;
 };
 
-/// What is shown of a scene that asks for more than it may: enough to see what it is. It is broken or
-/// hostile, or waits for the user to raise the limit, and is not to fill the memory up to there.
+/// What is shown of a scene that asks for more than it may: enough to see what it is. It is broken
+/// or hostile, or waits for the user to raise the limit, and is not to fill the memory up to there.
 constexpr uint64_t most_of_too_many = 1'000'000;
 
 /// The prims that ask for most, and are left out so that the others come to no more than the limit,

@@ -40,12 +40,12 @@ class CopyRemover {
     void remove_from(std::vector<Placement>& placements) {
         std::vector<std::pair<uint64_t, size_t>> by_hash;
         by_hash.reserve(placements.size());
-        for (size_t i = 0; i < placements.size(); ++i)
-            by_hash.emplace_back(hash(placements[i]), i);
+        for (size_t i = 0; i < placements.size(); ++i) by_hash.emplace_back(hash(placements[i]), i);
         std::sort(by_hash.begin(), by_hash.end());
         std::vector<bool> is_left_out(placements.size());
         for (size_t i = 1, first = 0; i < by_hash.size(); ++i) {
-            if (by_hash[i].first != by_hash[first].first) first = i;
+            if (by_hash[i].first != by_hash[first].first)
+                first = i;
             else if (is_copy(placements[by_hash[i].second], placements[by_hash[first].second]))
                 is_left_out[by_hash[i].second] = true;
         }

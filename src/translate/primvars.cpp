@@ -57,10 +57,9 @@ void warn_tangents(Context& ctx,
                    Prim prim,
                    const std::vector<const MaterialEntry*>& materials,
                    const std::vector<scene::Primvar>& primvars) {
-    const auto needs = std::find_if(materials.begin(), materials.end(),
-                                    [&](const MaterialEntry* m) {
-                                        return m->needs_tangents && !has_own_tangents(prim, *m);
-                                    });
+    const auto needs = std::find_if(
+        materials.begin(), materials.end(),
+        [&](const MaterialEntry* m) { return m->needs_tangents && !has_own_tangents(prim, *m); });
     const bool has_coordinates = std::any_of(primvars.begin(), primvars.end(), [](const auto& p) {
         // One pair for the whole prim has no direction
         return p.width == 2 && p.values.size() > 2;
@@ -208,8 +207,8 @@ void add_object_space(Context& ctx,
                       const Mat4d& matrix,
                       std::vector<scene::Primvar>& primvars) {
     const std::string first(scene::object_space_primvars[0]);
-    const bool is_asked_for = std::any_of(
-        materials.begin(), materials.end(), [&](const MaterialEntry* m) {
+    const bool is_asked_for =
+        std::any_of(materials.begin(), materials.end(), [&](const MaterialEntry* m) {
             return std::find(m->primvars.begin(), m->primvars.end(), first) != m->primvars.end();
         });
     if (!is_asked_for || !keeps_a_surface(matrix)) return;

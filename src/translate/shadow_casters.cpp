@@ -63,7 +63,8 @@ class CasterFinder {
         return at->second;
     }
 
-    /// The paths of a thing: its own as it is placed, then its point instancers, the innermost first.
+    /// The paths of a thing: its own as it is placed, then its point instancers, the innermost
+    /// first.
     CasterId find(const std::vector<Path>& paths) {
         for (const Path& path : paths) {
             for (Prim p = ctx_.stage.prim_at(path); p && !p.is_pseudo_root(); p = p.parent()) {
@@ -100,7 +101,9 @@ class CasterFinder {
         const size_t count = ids_.size();
         if (count <= many_casters) return;
         const std::string beyond =
-            count > most_casters ? fmt::format("; those after the first {} count as `rest`", most_casters) : "";
+            count > most_casters
+                ? fmt::format("; those after the first {} count as `rest`", most_casters)
+                : "";
         ctx_.diagnostics.warn(
             "many-casters", ctx_.stage.pseudo_root().loc(), "",
             fmt::format("{} things cast shadows with layers of their own for every light{}; {} on "

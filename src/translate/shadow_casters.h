@@ -6,9 +6,10 @@
 namespace velatura::translate {
 
 /// Names what casts shadows, if that is wanted; once everything is placed. The name is that of
-/// `velatura:shadow:caster` on the prim or the nearest of its ancestors, else the nearest component,
-/// else the nearest model, else the prim itself. Instances go by their path below the instance;
-/// what a point instancer places by its prototype's path and, where that tells nothing, its own.
+/// `velatura:shadow:caster` on the prim or the nearest of its ancestors, else the nearest
+/// component, else the nearest model, else the prim itself. Instances go by their path below the
+/// instance; what a point instancer places by its prototype's path and, where that tells nothing,
+/// its own.
 void find_casters(Context& ctx);
 
 }  // namespace velatura::translate

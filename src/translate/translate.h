@@ -30,9 +30,9 @@ struct TranslateOptions {
     std::vector<std::string> purposes;             ///< instead of the settings' includedPurposes
     LightGrouping light_grouping = LightGrouping::PerLight;
     bool finds_casters = false;  ///< fills Scene::casters
-    /// Instances, those nested in others counted as often as they are placed. If there are more, the
-    /// prims that ask for most are left out with an error, before anything is made, until at most a
-    /// million remain.
+    /// Instances, those nested in others counted as often as they are placed. If there are more,
+    /// the prims that ask for most are left out with an error, before anything is made, until at
+    /// most a million remain.
     size_t max_instances = 50'000'000;
     /// Lights, volumes and flat shapes that instances bring, each with its own, every 24 corners of
     /// a flat mesh counted as one; more is an error.

@@ -19,8 +19,9 @@ namespace velatura::translate {
 
 namespace {
 
-/// The order of siblings in a file says nothing of the picture: sampling and ties go by names, so that it stays the same
-/// to the bit when another exporter, or another run of it, writes them in another order.
+/// The order of siblings in a file says nothing of the picture: sampling and ties go by names, so
+/// that it stays the same to the bit when another exporter, or another run of it, writes them in
+/// another order.
 std::vector<Prim> sorted_by_name(std::vector<Prim> siblings) {
     std::ranges::sort(siblings, {}, [](const Prim& prim) { return prim.name().view(); });
     return siblings;

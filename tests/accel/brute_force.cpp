@@ -102,8 +102,8 @@ void keep_better(const Met& met, RankedHit& best, const geometry::Hit& hit, bool
     const auto rank = [](const geometry::Hit& h, bool leaving) {
         return std::make_tuple(h.t, leaving, h.instance, h.shape, h.triangle);
     };
-    const bool is_better = best.is_valid() ? rank(hit, is_leaving) < rank(best, best.is_leaving)
-                                           : hit.t < best.t;
+    const bool is_better =
+        best.is_valid() ? rank(hit, is_leaving) < rank(best, best.is_leaving) : hit.t < best.t;
     if (is_better) best = {hit, is_leaving};
 }
 
@@ -116,8 +116,7 @@ void closest_primitive(const Shapes& shapes,
     for_each_primitive(
         shapes, [&](uint32_t s, uint32_t i, const geometry::PrimitiveSet& set, const Box3&) {
             const auto hit = set.intersect(i, o, d, std::numeric_limits<float>::infinity());
-            if (hit)
-                keep_better(met, best, {float(hit->t), hit->u, hit->v, instance, s, i}, false);
+            if (hit) keep_better(met, best, {float(hit->t), hit->u, hit->v, instance, s, i}, false);
         });
 }
 
@@ -195,7 +194,8 @@ BruteForce::BruteForce(const SoupScene& scene)
         const Box3 box = bounds_of(scene.prototypes[instance.prototype]);
         if (box.isEmpty()) continue;
         if (!instance.later.empty()) {
-            MovingPlacement moving{instance.prototype, uint32_t(i), {instance.render_from_prototype}};
+            MovingPlacement moving{
+                instance.prototype, uint32_t(i), {instance.render_from_prototype}};
             moving.keys.insert(moving.keys.end(), instance.later.begin(), instance.later.end());
             std::vector<Box3d> key_boxes;
             if (place_keys(moving.keys, {&box, 1}, key_boxes)) moving_.push_back(std::move(moving));
@@ -256,20 +256,21 @@ OracleHit moller_trumbore(const SoupScene& scene, const geometry::Ray& ray) {
     OracleHit best;
     best.t = double(ray.t_max);
     const V o(ray.o), d(ray.d);
-    for_each_triangle(scene.shapes,
-                      [&](uint32_t s, uint32_t i, const Vec3& a, const Vec3& b, const Vec3& c) {
-                          const V e1 = V(b) - V(a), e2 = V(c) - V(a), p = d.cross(e2);
-                          const Real det = e1.dot(p);
-                          if (det == 0) return;
-                          const V r = o - V(a), n = r.cross(e1);
-                          const Real b1 = r.dot(p) / det, b2 = d.dot(n) / det, t = e2.dot(n) / det;
-                          const Real margin = std::min(std::min(b1, b2), 1 - b1 - b2);
-                          if (margin < 0 || t <= 0 || t >= Real(best.t)) return;
-                          best.t = double(t);
-                          best.margin = double(margin);
-                          const bool is_flipped = scene.shapes[s].is_flipped;
-                          best.hit = {float(t), float(is_flipped ? b2 : b1), float(is_flipped ? b1 : b2), scene::none, s, i};
-                      });
+    for_each_triangle(scene.shapes, [&](uint32_t s, uint32_t i, const Vec3& a, const Vec3& b,
+                                        const Vec3& c) {
+        const V e1 = V(b) - V(a), e2 = V(c) - V(a), p = d.cross(e2);
+        const Real det = e1.dot(p);
+        if (det == 0) return;
+        const V r = o - V(a), n = r.cross(e1);
+        const Real b1 = r.dot(p) / det, b2 = d.dot(n) / det, t = e2.dot(n) / det;
+        const Real margin = std::min(std::min(b1, b2), 1 - b1 - b2);
+        if (margin < 0 || t <= 0 || t >= Real(best.t)) return;
+        best.t = double(t);
+        best.margin = double(margin);
+        const bool is_flipped = scene.shapes[s].is_flipped;
+        best.hit = {
+            float(t), float(is_flipped ? b2 : b1), float(is_flipped ? b1 : b2), scene::none, s, i};
+    });
     return best;
 }
 

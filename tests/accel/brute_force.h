@@ -11,8 +11,8 @@
 namespace velatura::accel::test {
 
 /// Tests every triangle of every instance by hit_triangle, and every primitive: what any tree over
-/// it must find, bit for bit, with what moves where it is at the ray's time. Refers to the triangles
-/// of the scene.
+/// it must find, bit for bit, with what moves where it is at the ray's time. Refers to the
+/// triangles of the scene.
 class BruteForce final : public Accelerator {
   public:
     explicit BruteForce(const SoupScene& scene);

@@ -161,20 +161,23 @@ size_t count_changed_by_scale(int exponent) {
     const auto bvh = build_bvh(s.scene), scaled_bvh = build_bvh(scaled.scene);
     size_t different = 0;
     for (const geometry::Ray& ray : mixed_rays(2000, 11)) {
-        different += !is_same(scaled_bvh->intersect({ray.o * k, ray.d * k, ray.t_max}),
-                              bvh->intersect(ray));
+        different +=
+            !is_same(scaled_bvh->intersect({ray.o * k, ray.d * k, ray.t_max}), bvh->intersect(ray));
     }
     return different;
 }
 
 TEST(Instances, KeepBitsUnderScalingByPowersOfTwo) {
-    for (const int exponent : {-20, 20}) EXPECT_EQ(count_changed_by_scale(exponent), 0u) << "2^" << exponent;
+    for (const int exponent : {-20, 20})
+        EXPECT_EQ(count_changed_by_scale(exponent), 0u) << "2^" << exponent;
 }
 
 TEST(H09SingularMatrices, DeterminantsBeyondFloatsAreNone) {
     for (const int exponent : {-41, 41}) {
-        hardcase::expect_within({fmt::format("hits of 2000 rays that determinants of about {:.0e} change", 0.008 * std::ldexp(1.0, 3 * exponent)),
-                                 double(count_changed_by_scale(exponent)), 0, 0, "the scene in its size, bit for bit"});
+        hardcase::expect_within(
+            {fmt::format("hits of 2000 rays that determinants of about {:.0e} change",
+                         0.008 * std::ldexp(1.0, 3 * exponent)),
+             double(count_changed_by_scale(exponent)), 0, 0, "the scene in its size, bit for bit"});
     }
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Boxes of placed prototypes: they hold what a ray can be found to meet, and fit turned prototypes closely.
+// Boxes of placed prototypes: they hold what a ray can be found to meet, and fit turned prototypes
+// closely.
 #include "accel/bvh_builder.h"
 #include "accel/bvh_collapse.h"
 #include "accel/placement.h"
@@ -77,7 +78,8 @@ TEST(Placement, HoldsTheImageOfEveryBox) {
                 for (int k = 0; k < 3; ++k) {
                     long double x = m[3][k];
                     for (int j = 0; j < 3; ++j)
-                        x += static_cast<long double>((corner >> j & 1) ? box.max[j] : box.min[j]) * static_cast<long double>(m[j][k]);
+                        x += static_cast<long double>((corner >> j & 1) ? box.max[j] : box.min[j]) *
+                             static_cast<long double>(m[j][k]);
                     ASSERT_LE(placed.lower[k], double(x));
                     ASSERT_GE(placed.upper[k], double(x));
                 }

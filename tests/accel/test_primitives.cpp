@@ -242,6 +242,7 @@ TEST(Primitives, CoverTheAreaOfTheirOutline) {
     constexpr double r = 0.9, h = 1.6;
     Mat4d upright;
     upright.setAxisAngle(Vec3d(1, 0, 0), pi_d / 2);
+
     const struct {
         Kind kind;
         Mat4d matrix;
@@ -254,6 +255,7 @@ TEST(Primitives, CoverTheAreaOfTheirOutline) {
         {Kind::Cone, upright, r * h, 2 * r + 2 * std::hypot(r, h)},
         {Kind::Capsule, upright, pi_d * r * r + 2 * r * h, 2 * pi_d * r + 2 * h},
     };
+
     constexpr double half = 2;
     constexpr int n = 2000;
     for (const auto& c : cases) {
@@ -311,8 +313,7 @@ TEST(Primitives, OfRoundCurvesCoverTheAreaAlongTheirLength) {
         }
     }
     const double expected = length * width + pi_d * width * width / 4;
-    const double sigma =
-        0.5 * cell * cell * std::sqrt(2 * (2 * length + pi_d * width) / cell);
+    const double sigma = 0.5 * cell * cell * std::sqrt(2 * (2 * length + pi_d * width) / cell);
     EXPECT_NEAR(double(hits) * cell * cell, expected, 4 * sigma);
     EXPECT_LT(5.28 * sigma / expected, 1e-3);
 }

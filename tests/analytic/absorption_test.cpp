@@ -28,7 +28,8 @@ scene::Material coloured_glass(float ior) {
 }
 
 /// Two parallel faces of one body, outsides away from each other; the upper one at z = top.
-void add_slab(TestScene& test, float top, float bottom, float half_size, scene::MaterialId material) {
+void add_slab(
+    TestScene& test, float top, float bottom, float half_size, scene::MaterialId material) {
     test.add_square(top, half_size, material);
     test.add_square(bottom, half_size, material);
     test.scene.shapes.back().flip_normals = true;
@@ -43,10 +44,12 @@ TEST(Absorption, SlabPerpendicularly) {
     const RenderedLayers layers = render(test, {.size = 32, .samples = 512, .last_bounce = 4});
     const double R = 0.04, T2 = (1.0 - R) * (1.0 - R);
     for (int c = 0; c < 3; ++c) {
-        expect_close(layers.bounce(2, -1, c), T2 * left_after(0.5, c), 1e-2, fmt::format("slab, channel {}", c));
+        expect_close(layers.bounce(2, -1, c), T2 * left_after(0.5, c), 1e-2,
+                     fmt::format("slab, channel {}", c));
     }
     // Once to and fro inside
-    expect_close(layers.bounce(4, -1, 0), T2 * R * R * left_after(1.5, 0), 0.2, "slab, after two reflections inside");
+    expect_close(layers.bounce(4, -1, 0), T2 * R * R * left_after(1.5, 0), 0.2,
+                 "slab, after two reflections inside");
 }
 
 TEST(Absorption, SlabOfIndexOneIsPassedStraight) {
@@ -54,7 +57,9 @@ TEST(Absorption, SlabOfIndexOneIsPassedStraight) {
     add_slab(test, -1.0f, -1.5f, 1.0f, test.add_material(coloured_glass(1.0f)));
     test.add_square(-2.0f, 1.0f, test.add_matte(Rgb(0.0f), Rgb(1.0f)));
     const RenderedLayers layers = render(test, {.size = 8, .samples = 4});
-    for (int c = 0; c < 3; ++c) expect_close(layers.bounce(0, -1, c), left_after(0.5, c), 1e-5, fmt::format("index 1, channel {}", c));
+    for (int c = 0; c < 3; ++c)
+        expect_close(layers.bounce(0, -1, c), left_after(0.5, c), 1e-5,
+                     fmt::format("index 1, channel {}", c));
 }
 
 // Distances are those of the world, whatever places the body
@@ -76,11 +81,13 @@ TEST(Absorption, InstancesScaleTheDistance) {
         test.scene.instances.push_back(instance);
         test.add_square(-4.0f, 1.0f, test.add_matte(Rgb(0.0f), Rgb(1.0f)));
         const RenderedLayers layers = render(test, {.size = 8, .samples = 4});
-        expect_close(layers.bounce(0, -1, 1), left_after(0.2 * scale, 1), 1e-5, fmt::format("scaled by {}", scale));
+        expect_close(layers.bounce(0, -1, 1), left_after(0.2 * scale, 1), 1e-5,
+                     fmt::format("scaled by {}", scale));
     }
 }
 
-// A slab that moves along the view, from around the camera to before it: inside for half of the time
+// A slab that moves along the view, from around the camera to before it: inside for half of the
+// time
 TEST(Absorption, CameraInsideForAWhile) {
     TestScene test;
     const scene::MaterialId glass = test.add_material(coloured_glass(1.0f));
@@ -96,8 +103,10 @@ TEST(Absorption, CameraInsideForAWhile) {
     for (int c = 0; c < 3; ++c) {
         // At time t the way inside is 1/2 + t, and 1 from t = 1/2 on
         const double sigma = -std::log(left_after(1.0, c));
-        const double expected = (std::exp(-0.5 * sigma) - std::exp(-sigma)) / sigma + 0.5 * std::exp(-sigma);
-        expect_close(layers.bounce(0, -1, c), expected, 1e-3, fmt::format("camera inside for a while, channel {}", c));
+        const double expected =
+            (std::exp(-0.5 * sigma) - std::exp(-sigma)) / sigma + 0.5 * std::exp(-sigma);
+        expect_close(layers.bounce(0, -1, c), expected, 1e-3,
+                     fmt::format("camera inside for a while, channel {}", c));
     }
 }
 
@@ -113,35 +122,44 @@ TEST(Absorption, CameraInsideABall) {
     const integrator::World world(measure.scene, {.width = 8, .height = 8}, {}, diagnostics);
     const geometry::Hit hit = world.accelerator->intersect({Vec3(0.0f), Vec3(0.0f, 0.0f, -1.0f)});
     ASSERT_TRUE(hit.is_valid());
-    expect_close(render(test, {.size = 8, .samples = 4}).bounce(0, -1, 1), left_after(double(hit.t), 1), 1e-4, "camera inside");
+    expect_close(render(test, {.size = 8, .samples = 4}).bounce(0, -1, 1),
+                 left_after(double(hit.t), 1), 1e-4, "camera inside");
 }
 
 // A lamp and what it lights in one body: by light sampling and by chance
 TEST(Absorption, LampInsideABody) {
-    for (const integrator::LightSampling sampler : {integrator::LightSampling::Mis, integrator::LightSampling::Light, integrator::LightSampling::Bsdf}) {
+    for (const integrator::LightSampling sampler :
+         {integrator::LightSampling::Mis, integrator::LightSampling::Light,
+          integrator::LightSampling::Bsdf}) {
         Estimate by[2];
         for (const bool absorbs : {false, true}) {
             TestScene test;
             scene::Material body = coloured_glass(1.0f);
-            if (!absorbs) body.transmission_depth = 0.0f, body.transmission_color = scene::Input(Rgb(1.0f));
+            if (!absorbs)
+                body.transmission_depth = 0.0f, body.transmission_color = scene::Input(Rgb(1.0f));
             test.add_faceted_ball(3.0f, test.add_material(body));
             test.add_square(-1.0f, 0.01f, test.add_matte(Rgb(1.0f)));
             test.add_light(scene::LightKind::Sphere, at(Vec3d(0, 0, 0.5))).radius = 0.3f;
-            by[absorbs] = render(test, {.size = 32, .samples = 128, .estimator = {.light_sampling = sampler}}).bounce(1, 0, 1);
+            by[absorbs] =
+                render(test, {.size = 32, .samples = 128, .estimator = {.light_sampling = sampler}})
+                    .bounce(1, 0, 1);
         }
         // 1 from the camera to the patch, from there to the near side of the lamp
         double expected = 0, norm = 0;
         constexpr int steps = 2000;
         for (int i = 0; i < steps; ++i) {
-            // Directions in the cone of the ball of radius 0.3 at 1.5; the cosine and dω cancel to s
+            // Directions in the cone of the ball of radius 0.3 at 1.5; the cosine and dω cancel to
+            // s
             const double sine_max = 0.3 / 1.5, s = (i + 0.5) / steps * sine_max;
             const double mu = std::sqrt(1.0 - s * s), t = 1.5 * mu - std::sqrt(0.09 - 2.25 * s * s);
             expected += s * left_after(t + 1.0, 1);
             norm += s;
         }
         const double ratio = by[1].mean / by[0].mean;
-        const double sigma = ratio * std::hypot(by[1].standard_error / by[1].mean, by[0].standard_error / by[0].mean);
-        fmt::print("lamp inside, sampler {}: {:.5f} +- {:.5f}, expected {:.5f}\n", int(sampler), ratio, sigma, expected / norm);
+        const double sigma = ratio * std::hypot(by[1].standard_error / by[1].mean,
+                                                by[0].standard_error / by[0].mean);
+        fmt::print("lamp inside, sampler {}: {:.5f} +- {:.5f}, expected {:.5f}\n", int(sampler),
+                   ratio, sigma, expected / norm);
         EXPECT_NEAR(ratio, expected / norm, 4.0 * sigma + 1e-4);
         EXPECT_LT(5.3 * sigma, 0.15 * ratio) << "the test could not see 15 %";
     }
@@ -154,12 +172,16 @@ TEST(Absorption, ChainsThatAreSolvedForAbsorb) {
     add_slab(test, 0.75f, 0.25f, 4.0f, test.add_material(coloured_glass(1.5f)));
     TestScene open;
     open.add_square(-1.0f, 0.01f, open.add_matte(Rgb(1.0f)));
-    for (TestScene* t : {&test, &open}) t->add_light(scene::LightKind::Distant, Mat4d()).angle_deg = 0.5f;
+    for (TestScene* t : {&test, &open})
+        t->add_light(scene::LightKind::Distant, Mat4d()).angle_deg = 0.5f;
     const double without = render(open, {.size = 16, .samples = 64}).bounce(1).mean;
-    const RenderedLayers layers = render(test, {.size = 16, .samples = 512, .last_bounce = 6, .caustics = integrator::Caustics::Manifold});
+    const RenderedLayers layers = render(
+        test,
+        {.size = 16, .samples = 512, .last_bounce = 6, .caustics = integrator::Caustics::Manifold});
     EXPECT_GT(layers.rays.caustics_found, 0u);
     for (int c = 0; c < 3; ++c)
-        expect_close(layers.bounce(3, 0, c), without * 0.96 * 0.96 * left_after(0.5, c), 4e-2, fmt::format("sun below a slab, channel {}", c));
+        expect_close(layers.bounce(3, 0, c), without * 0.96 * 0.96 * left_after(0.5, c), 4e-2,
+                     fmt::format("sun below a slab, channel {}", c));
 }
 
 TEST(Absorption, LayersCloseAndWhiteAbsorbsNothing) {
@@ -170,7 +192,8 @@ TEST(Absorption, LayersCloseAndWhiteAbsorbsNothing) {
     test.add_square(-2.0f, 8.0f, test.add_matte(Rgb(0.5f), Rgb(1.0f)));
     TestScene same = test;
     same.scene.materials[0].transmission_depth = 0.0f;
-    EXPECT_EQ(render(test, {.size = 8, .samples = 16}).beauty().mean, render(same, {.size = 8, .samples = 16}).beauty().mean);
+    EXPECT_EQ(render(test, {.size = 8, .samples = 16}).beauty().mean,
+              render(same, {.size = 8, .samples = 16}).beauty().mean);
     test.scene.materials[0].transmission_color = scene::Input(Rgb(color[0], color[1], color[2]));
     const RenderedLayers layers = render(test, {.size = 8, .samples = 64, .last_bounce = 4});
     for (int c = 0; c < 3; ++c) {
@@ -190,7 +213,9 @@ TEST(H41NestedBodies, EntersAndLeavesNeedNotMatch) {
     }
     Diagnostics diagnostics;
     const shading::MaterialEvaluator materials(scene, diagnostics);
-    const auto left = [&](const integrator::Interior& in) { return double(in.transmittance(materials, 1.0f).y); };
+    const auto left = [&](const integrator::Interior& in) {
+        return double(in.transmittance(materials, 1.0f).y);
+    };
     const auto expected = [](int depth_of) { return std::pow(double(color[1]), 1.0 / depth_of); };
     integrator::Interior in;
     in.leave(2);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Furnaces: energy that must come out exactly (H14, H20, H31, H32).
-#include <cmath>
+#include "film/truncation.h"
+#include "hard_case.h"
+#include "test_scene.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "film/truncation.h"
-#include "test_scene.h"
-#include "hard_case.h"
+#include <cmath>
 
 namespace velatura::test {
 
@@ -23,48 +23,74 @@ TestScene closed_ball(float albedo, float Le) {
 }  // namespace
 
 TEST(H31Furnace, ClosedDiffuseBallPerBounce) {
-    // Inside any closed surface of albedo ρ that emits Le, bounce k brings Le·ρ^k: without roulette and with BSDF sampling
-    // alone on every path
-    const RenderedLayers layers = render(closed_ball(0.5f, 0.5f), {.size = 16, .samples = 64, .last_bounce = 8, .estimator = {.light_sampling = integrator::LightSampling::Bsdf, .roulette_start = 9}});
+    // Inside any closed surface of albedo ρ that emits Le, bounce k brings Le·ρ^k: without roulette
+    // and with BSDF sampling alone on every path
+    const RenderedLayers layers = render(
+        closed_ball(0.5f, 0.5f),
+        {.size = 16,
+         .samples = 64,
+         .last_bounce = 8,
+         .estimator = {.light_sampling = integrator::LightSampling::Bsdf, .roulette_start = 9}});
     for (int k = 0; k <= 8; ++k) {
-        expect_close(layers.bounce(k), 0.5 * std::pow(0.5, k), 1e-6, fmt::format("closed ball, bounce {}", k));
+        expect_close(layers.bounce(k), 0.5 * std::pow(0.5, k), 1e-6,
+                     fmt::format("closed ball, bounce {}", k));
     }
 }
 
 TEST(H31Furnace, SamplingTheBallAsALightKeepsEveryBounce) {
     // Every point sees all triangles but those of its own plane, and none of them twice
-    const RenderedLayers layers = render(closed_ball(0.5f, 0.5f), {.size = 32, .samples = 128, .last_bounce = 3, .max_depth = 3});
+    const RenderedLayers layers = render(
+        closed_ball(0.5f, 0.5f), {.size = 32, .samples = 128, .last_bounce = 3, .max_depth = 3});
     for (int k = 0; k <= 3; ++k) {
-        expect_close(layers.bounce(k), 0.5 * std::pow(0.5, k), k == 0 ? 1e-6 : 1e-2, fmt::format("closed ball as a light, bounce {}", k));
+        expect_close(layers.bounce(k), 0.5 * std::pow(0.5, k), k == 0 ? 1e-6 : 1e-2,
+                     fmt::format("closed ball as a light, bounce {}", k));
     }
 }
 
 TEST(H32Roulette, IsUnbiasedPerBounce) {
-    const RenderedLayers layers = render(closed_room(0.9f, 0.1f), {.size = 28, .samples = hardcase::sized(128, 4096, 65536), .last_bounce = 5, .shadow_layers = false});
+    const RenderedLayers layers =
+        render(closed_room(0.9f, 0.1f), {.size = 28,
+                                         .samples = hardcase::sized(128, 4096, 65536),
+                                         .last_bounce = 5,
+                                         .shadow_layers = false});
     for (int k = 3; k <= 5; ++k) {
-        expect_close(layers.bounce(k), 0.1 * std::pow(double(0.9f), k), 6e-3, fmt::format("closed room with roulette, bounce {}", k));
+        expect_close(layers.bounce(k), 0.1 * std::pow(double(0.9f), k), 6e-3,
+                     fmt::format("closed room with roulette, bounce {}", k));
     }
     expect_close(layers.beauty(), 1.0, 6e-3, "closed room with roulette, total");
 }
 
 TEST(H31Furnace, ClosedBallStoppedAtADepth) {
-    const RenderedLayers layers = render(closed_ball(0.5f, 0.5f), {.size = 16, .samples = 64, .last_bounce = 1, .max_depth = 8, .estimator = {.light_sampling = integrator::LightSampling::Bsdf, .roulette_start = 100}});
-    expect_close(layers.beauty(), 1.0 - std::pow(0.5, 9), 1e-6, "closed ball, cut after 8 scatterings");
+    const RenderedLayers layers = render(
+        closed_ball(0.5f, 0.5f),
+        {.size = 16,
+         .samples = 64,
+         .last_bounce = 1,
+         .max_depth = 8,
+         .estimator = {.light_sampling = integrator::LightSampling::Bsdf, .roulette_start = 100}});
+    expect_close(layers.beauty(), 1.0 - std::pow(0.5, 9), 1e-6,
+                 "closed ball, cut after 8 scatterings");
 }
 
 TEST(Furnace, WhatADepthCutsOffIsForetold) {
-    // Bounces past n bring ρ^(n+1) of all light. The layers end before the limit, at it, or are as many as need be for it
+    // Bounces past n bring ρ^(n+1) of all light. The layers end before the limit, at it, or are as
+    // many as need be for it
     for (const float albedo : {0.2f, 0.5f, 0.8f, 0.95f}) {
         for (const int max_depth : {3, 4, 8}) {
             const double exact = std::pow(double(albedo), max_depth + 1);
             for (const bool looks_for_lights : {false, true}) {
-                TestRenderOptions options{.size = 16, .samples = 64, .last_bounce = 4, .max_depth = max_depth};
+                TestRenderOptions options{
+                    .size = 16, .samples = 64, .last_bounce = 4, .max_depth = max_depth};
                 options.estimator.roulette_start = 100;
-                if (!looks_for_lights) options.estimator.light_sampling = integrator::LightSampling::Bsdf;
+                if (!looks_for_lights)
+                    options.estimator.light_sampling = integrator::LightSampling::Bsdf;
                 const RenderedLayers layers = render(closed_ball(albedo, 1.0f - albedo), options);
-                const std::optional<film::TruncatedLight> cut = film::truncated_light(layers.film.sums(), max_depth);
+                const std::optional<film::TruncatedLight> cut =
+                    film::truncated_light(layers.film.sums(), max_depth);
                 ASSERT_TRUE(cut.has_value());
-                fmt::print("albedo {}, depth {}{}: {:.5f} (to {:.5f}) of {:.5f} is cut off\n", albedo, max_depth, looks_for_lights ? ", lights sampled" : "", cut->share, cut->high, exact);
+                fmt::print("albedo {}, depth {}{}: {:.5f} (to {:.5f}) of {:.5f} is cut off\n",
+                           albedo, max_depth, looks_for_lights ? ", lights sampled" : "",
+                           cut->share, cut->high, exact);
                 EXPECT_NEAR(cut->share, exact, 0.02 * exact);
                 EXPECT_LE(cut->low, exact * 1.0001);
                 EXPECT_GE(cut->high, exact * 0.9999);
@@ -74,33 +100,56 @@ TEST(Furnace, WhatADepthCutsOffIsForetold) {
 }
 
 TEST(Furnace, WhatADepthCutsOffNeedsBounces) {
-    const RenderedLayers layers = render(closed_ball(0.5f, 0.5f), {.size = 16, .samples = 4, .last_bounce = 0, .max_depth = 5});
+    const RenderedLayers layers = render(
+        closed_ball(0.5f, 0.5f), {.size = 16, .samples = 4, .last_bounce = 0, .max_depth = 5});
     EXPECT_FALSE(film::truncated_light(layers.film.sums(), 5).has_value());
 }
 
 TEST(H31Furnace, AThousandBouncesAreAllThere) {
-    // Of albedo 0.999, without roulette: 1000·Le but for what lies beyond the depth, and no path differs from another
+    // Of albedo 0.999, without roulette: 1000·Le but for what lies beyond the depth, and no path
+    // differs from another
     constexpr int depth = 12000;
     const double rho = double(0.999f);
-    const RenderedLayers layers = render(closed_room(0.999f, 1.0f), {.size = 4, .samples = 4, .last_bounce = 1, .max_depth = depth, .estimator = {.light_sampling = integrator::LightSampling::Bsdf, .roulette = integrator::Roulette::None}, .shadow_layers = false});
+    const RenderedLayers layers = render(
+        closed_room(0.999f, 1.0f), {.size = 4,
+                                    .samples = 4,
+                                    .last_bounce = 1,
+                                    .max_depth = depth,
+                                    .estimator = {.light_sampling = integrator::LightSampling::Bsdf,
+                                                  .roulette = integrator::Roulette::None},
+                                    .shadow_layers = false});
     // Without noise: what is left is rounding, which 12000 products of floats add up
     const double expected = (1.0 - std::pow(rho, depth + 1)) / (1.0 - rho);
-    hardcase::expect_within({"closed room of albedo 0.999, 12000 bounces, relative", std::abs(layers.beauty().mean / expected - 1), 1e-3, 0, "closed form"});
+    hardcase::expect_within({"closed room of albedo 0.999, 12000 bounces, relative",
+                             std::abs(layers.beauty().mean / expected - 1), 1e-3, 0,
+                             "closed form"});
     EXPECT_EQ(layers.rays.depth_limited, 0u);
 }
 
 TEST(H32Roulette, PathsOfNoWeightAreNotFollowed) {
     // Within black walls that glow: every camera ray ends where it is, whatever the roulette
-    for (const auto roulette : {integrator::Roulette::None, integrator::Roulette::Throughput, integrator::Roulette::Albedo}) {
-        const RenderedLayers layers = render(closed_ball(0.0f, 1.0f), {.size = 8, .samples = 16, .estimator = {.roulette = roulette}});
-        hardcase::expect_within({fmt::format("rays that paths of weight 0 sent on, roulette {}", int(roulette)), double(layers.rays.indirect), 0, 0, "counter"});
+    for (const auto roulette : {integrator::Roulette::None, integrator::Roulette::Throughput,
+                                integrator::Roulette::Albedo}) {
+        const RenderedLayers layers =
+            render(closed_ball(0.0f, 1.0f),
+                   {.size = 8, .samples = 16, .estimator = {.roulette = roulette}});
+        hardcase::expect_within(
+            {fmt::format("rays that paths of weight 0 sent on, roulette {}", int(roulette)),
+             double(layers.rays.indirect), 0, 0, "counter"});
     }
 }
 
 TEST(H32Roulette, OfHighAlbedoKeepsTheMean) {
     // By BSDF sampling alone the error is that of the paths' lengths
     const double rho = double(0.99f);
-    const RenderedLayers layers = render(closed_room(0.99f, 1.0f), {.size = 16, .samples = hardcase::sized(96, 16384, 65536), .last_bounce = 1, .estimator = {.light_sampling = integrator::LightSampling::Bsdf, .roulette = integrator::Roulette::Albedo, .roulette_start = 1}, .shadow_layers = false});
+    const RenderedLayers layers = render(
+        closed_room(0.99f, 1.0f), {.size = 16,
+                                   .samples = hardcase::sized(96, 16384, 65536),
+                                   .last_bounce = 1,
+                                   .estimator = {.light_sampling = integrator::LightSampling::Bsdf,
+                                                 .roulette = integrator::Roulette::Albedo,
+                                                 .roulette_start = 1},
+                                   .shadow_layers = false});
     expect_close(layers.beauty(), 1.0 / (1.0 - rho), 3e-2, "closed room of albedo 0.99, 100 Le");
 }
 
@@ -119,8 +168,9 @@ Estimate sphere_in_dome(const scene::Material& material, uint64_t samples) {
 }  // namespace
 
 TEST(QuadricFurnace, NoDirectionIsBelowTheSurface) {
-    // A white matte body in a dome of 1, out to and past its outline: with BSDF sampling alone every single path brings 1,
-    // unless a direction of the shading normal's hemisphere is below the geometric one or meets the body again
+    // A white matte body in a dome of 1, out to and past its outline: with BSDF sampling alone
+    // every single path brings 1, unless a direction of the shading normal's hemisphere is below
+    // the geometric one or meets the body again
     using Kind = scene::Gprim::Kind;
     for (const Kind kind : {Kind::Sphere, Kind::Cylinder, Kind::Cone, Kind::Capsule}) {
         for (const bool is_instanced : {false, true}) {
@@ -139,8 +189,16 @@ TEST(QuadricFurnace, NoDirectionIsBelowTheSurface) {
             }
             test.add_light(scene::LightKind::Dome, Mat4d()).is_camera_visible = true;
             test.look_with_perspective(0.5);
-            const Estimate seen = render(test, {.size = 64, .samples = 64, .last_bounce = 2, .estimator = {.light_sampling = integrator::LightSampling::Bsdf, .roulette = integrator::Roulette::None}}).beauty();
-            expect_close(seen, 1.0, 1e-6, fmt::format("white body {} of 4{}", int(kind), is_instanced ? " under an instance" : ""));
+            const Estimate seen =
+                render(test, {.size = 64,
+                              .samples = 64,
+                              .last_bounce = 2,
+                              .estimator = {.light_sampling = integrator::LightSampling::Bsdf,
+                                            .roulette = integrator::Roulette::None}})
+                    .beauty();
+            expect_close(seen, 1.0, 1e-6,
+                         fmt::format("white body {} of 4{}", int(kind),
+                                     is_instanced ? " under an instance" : ""));
         }
     }
 }
@@ -155,7 +213,8 @@ TEST(H14Curves, FurnaceLosesNothing) {
         scene::Curves curves;
         curves.basis = kind < 2 ? Basis::Linear : Basis::Bezier;
         curves.vertex_counts = {4};
-        curves.points = {Vec3(-1.5f, -1, -4), Vec3(-0.5f, 0.5f, -4.5f), Vec3(0.5f, -0.5f, -3.5f), Vec3(1, 1, -4)};
+        curves.points = {Vec3(-1.5f, -1, -4), Vec3(-0.5f, 0.5f, -4.5f), Vec3(0.5f, -0.5f, -3.5f),
+                         Vec3(1, 1, -4)};
         if (kind < 2) {
             curves.vertex_counts = {2};
             curves.points = {Vec3(-1, -1, -4), Vec3(1, 1, -4)};
@@ -180,7 +239,13 @@ TEST(H14Curves, FurnaceLosesNothing) {
         }
         test.add_light(scene::LightKind::Dome, Mat4d()).is_camera_visible = true;
         test.look_with_perspective(0.5);
-        const Estimate seen = render(test, {.size = 64, .samples = 64, .last_bounce = 2, .estimator = {.light_sampling = integrator::LightSampling::Bsdf, .roulette = integrator::Roulette::None}}).beauty();
+        const Estimate seen =
+            render(test, {.size = 64,
+                          .samples = 64,
+                          .last_bounce = 2,
+                          .estimator = {.light_sampling = integrator::LightSampling::Bsdf,
+                                        .roulette = integrator::Roulette::None}})
+                .beauty();
         expect_close(seen, 1.0, 1e-6, fmt::format("white strand {}", kind));
     }
 }
@@ -192,7 +257,8 @@ TEST_P(MetalFurnace, IsOne) {
     metal.diffuse_color = scene::Input(Rgb(1.0f));
     metal.metallic = scene::Input(1.0f);
     metal.roughness = scene::Input(GetParam());
-    expect_close(sphere_in_dome(metal, 2048), 1.0, 1e-3, fmt::format("white metal, roughness {}", GetParam()));
+    expect_close(sphere_in_dome(metal, 2048), 1.0, 1e-3,
+                 fmt::format("white metal, roughness {}", GetParam()));
 }
 
 INSTANTIATE_TEST_SUITE_P(Roughness, MetalFurnace, testing::Values(0.0f, 0.1f, 0.5f, 1.0f));
@@ -206,7 +272,8 @@ TEST(H08Mirrored, GlassBallIsOne) {
     test.make_instance(Mat4(mirror));
     test.add_light(scene::LightKind::Dome, Mat4d()).is_camera_visible = true;
     test.look_with_perspective(0.16);
-    expect_close(render(test, {.size = 32, .samples = 256, .last_bounce = 2}).beauty(), 1.0, 1e-3, "mirrored ball of glass in a dome of 1");
+    expect_close(render(test, {.size = 32, .samples = 256, .last_bounce = 2}).beauty(), 1.0, 1e-3,
+                 "mirrored ball of glass in a dome of 1");
 }
 
 class DielectricFurnace : public testing::TestWithParam<float> {};
@@ -215,7 +282,8 @@ TEST_P(DielectricFurnace, OpaqueWhiteIsOne) {
     scene::Material plastic;
     plastic.diffuse_color = scene::Input(Rgb(1.0f));
     plastic.roughness = scene::Input(GetParam());
-    expect_close(sphere_in_dome(plastic, 256), 1.0, 1e-3, fmt::format("white plastic, roughness {}", GetParam()));
+    expect_close(sphere_in_dome(plastic, 256), 1.0, 1e-3,
+                 fmt::format("white plastic, roughness {}", GetParam()));
 }
 
 TEST_P(DielectricFurnace, GlassIsOne) {
@@ -223,20 +291,23 @@ TEST_P(DielectricFurnace, GlassIsOne) {
     glass.diffuse_color = scene::Input(Rgb(1.0f));
     glass.roughness = scene::Input(GetParam());
     glass.opacity = scene::Input(0.0f);
-    expect_close(sphere_in_dome(glass, 128), 1.0, 2e-3, fmt::format("glass, roughness {}", GetParam()));
+    expect_close(sphere_in_dome(glass, 128), 1.0, 2e-3,
+                 fmt::format("glass, roughness {}", GetParam()));
 }
 
-// The compensation is tabulated: 2e-3 is its bound (RIGOR H20), tested by quadrature in tests/shading; here the paths
-// through the ball join in
+// The compensation is tabulated: 2e-3 is its bound (RIGOR H20), tested by quadrature in
+// tests/shading; here the paths through the ball join in
 TEST_P(DielectricFurnace, FrostedGlassIsOne) {
     scene::Material glass;
     glass.roughness = scene::Input(GetParam());
     glass.opacity = scene::Input(0.0f);
     glass.rough_transmission = true;
     const Estimate e = sphere_in_dome(glass, 256);
-    fmt::print("frosted glass, roughness {}: {:.6f}, detectable {:.2e}\n", GetParam(), e.mean, e.detectable());
+    fmt::print("frosted glass, roughness {}: {:.6f}, detectable {:.2e}\n", GetParam(), e.mean,
+               e.detectable());
     EXPECT_NEAR(e.mean, 1.0, 2e-3 + 4.0 * e.standard_error);
-    EXPECT_LE(e.detectable(), 1.2e-2) << "the test could not see its bound; more samples are needed";
+    EXPECT_LE(e.detectable(), 1.2e-2)
+        << "the test could not see its bound; more samples are needed";
 }
 
 TEST_P(DielectricFurnace, CoatedWhiteIsOne) {
@@ -265,11 +336,14 @@ TEST(H33Strategies, LightAndBsdfSamplingAgreeThroughFrostedGlass) {
     light.radius = 0.5f;
     TestRenderOptions options{.size = 32, .samples = 256};
     Estimate by[3];
-    const integrator::LightSampling samplers[] = {integrator::LightSampling::Mis, integrator::LightSampling::Light, integrator::LightSampling::Bsdf};
+    const integrator::LightSampling samplers[] = {integrator::LightSampling::Mis,
+                                                  integrator::LightSampling::Light,
+                                                  integrator::LightSampling::Bsdf};
     for (int i = 0; i < 3; ++i) {
         options.estimator.light_sampling = samplers[i];
         by[i] = render(test, options).beauty();
-        fmt::print("frosted pane, sampler {}: {:.5f} +- {:.5f}\n", i, by[i].mean, by[i].standard_error);
+        fmt::print("frosted pane, sampler {}: {:.5f} +- {:.5f}\n", i, by[i].mean,
+                   by[i].standard_error);
     }
     EXPECT_GT(by[0].mean, 0.01);
     for (int i = 1; i < 3; ++i) {

@@ -97,8 +97,12 @@ TEST(H34ThinMedia, OfBodiesScatterOnce) {
     test.look_at_point(0.1);
     const double back = (1 - g * g) / (4 * pi_d * std::pow(1 + g, 3.0));
     const double expected = -0.8 * back * std::expm1(-2 * tau) / 2;
-    const Estimate once = over_seeds(test, {.size = 4, .samples = hardcase::sized(1 << 15, 1 << 21, 1 << 22)}, 4, [](const RenderedLayers& l) { return l.bounce(1).mean; });
-    hardcase::expect_within({"body of depth 1e-3: light scattered once, relative", std::abs(once.mean / expected - 1), thin_media_bound(), once.detectable() / expected, "closed form"});
+    const Estimate once =
+        over_seeds(test, {.size = 4, .samples = hardcase::sized(1 << 15, 1 << 21, 1 << 22)}, 4,
+                   [](const RenderedLayers& l) { return l.bounce(1).mean; });
+    hardcase::expect_within({"body of depth 1e-3: light scattered once, relative",
+                             std::abs(once.mean / expected - 1), thin_media_bound(),
+                             once.detectable() / expected, "closed form"});
 }
 
 TEST(InteriorMedia, CountScatteringsAsBounces) {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Irradiance of every light on a matte patch against closed forms, through the whole integrator (RIGOR §2.2).
-#include <cmath>
+// Irradiance of every light on a matte patch against closed forms, through the whole integrator
+// (RIGOR §2.2).
+#include "test_scene.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "test_scene.h"
+#include <cmath>
 
 namespace velatura::test {
 
@@ -28,7 +29,11 @@ TestScene patch_scene() {
 }
 
 /// Radiance of a white Lambert patch is E / π.
-void expect_irradiance(const TestScene& test, double expected, double relative, const std::string& what, uint64_t samples = 1024) {
+void expect_irradiance(const TestScene& test,
+                       double expected,
+                       double relative,
+                       const std::string& what,
+                       uint64_t samples = 1024) {
     const RenderedLayers layers = render(test, {.size = 16, .samples = samples, .last_bounce = 1});
     Estimate e = layers.bounce(1, 0);
     e.mean *= pi_d;
@@ -49,7 +54,8 @@ TEST(Irradiance, RectOverItsCentre) {
 
 TEST(Irradiance, RectOverItsCorner) {
     TestScene test = patch_scene();
-    scene::Light& light = test.add_light(scene::LightKind::Rect, above_patch(1.0, Vec3d(0.5, 0.5, 0.0)));
+    scene::Light& light =
+        test.add_light(scene::LightKind::Rect, above_patch(1.0, Vec3d(0.5, 0.5, 0.0)));
     light.width = light.height = 1.0f;
     expect_irradiance(test, 0.4352099, 1e-3, "1x1 rect above its corner");
 }
@@ -72,7 +78,8 @@ TEST(Irradiance, Sphere) {
         scene::Light& light = test.add_light(scene::LightKind::Sphere, above_patch(1.0));
         light.radius = float(radius);
         const double r = double(float(radius));
-        expect_irradiance(test, pi_d * r * r, 1e-3, fmt::format("sphere of radius {} at distance 1", radius));
+        expect_irradiance(test, pi_d * r * r, 1e-3,
+                          fmt::format("sphere of radius {} at distance 1", radius));
     }
 }
 
@@ -87,7 +94,8 @@ TEST(Irradiance, SunDisc) {
     TestScene test = patch_scene();
     scene::Light& light = test.add_light(scene::LightKind::Distant, Mat4d());
     light.angle_deg = 0.53f;
-    expect_irradiance(test, pi_d * std::pow(std::sin(0.265 * pi_d / 180.0), 2), 1e-3, "distant light of 0.53 degrees");
+    expect_irradiance(test, pi_d * std::pow(std::sin(0.265 * pi_d / 180.0), 2), 1e-3,
+                      "distant light of 0.53 degrees");
 }
 
 TEST(Irradiance, DeltaSun) {
@@ -105,7 +113,8 @@ TEST(Irradiance, Dome) {
 }
 
 TEST(Irradiance, CylinderOfGreatLengthIsALineOfSegments) {
-    // Infinitely long cylinder of radius r with axis at height h: E = π r / h (view factor of an element facing it)
+    // Infinitely long cylinder of radius r with axis at height h: E = π r / h (view factor of an
+    // element facing it)
     TestScene test = patch_scene();
     scene::Light& light = test.add_light(scene::LightKind::Cylinder, above_patch(1.0));
     light.radius = 0.25f;
@@ -143,7 +152,8 @@ TEST(Irradiance, ShadowLayerIsWhatTheOccluderTakes) {
     Estimate e = layers.unoccluded(0);
     e.mean *= pi_d;
     e.standard_error *= pi_d;
-    // Form factor of a centred square: 4 corners of half its side, E = 4 · corner formula with a = b = 0.5
+    // Form factor of a centred square: 4 corners of half its side, E = 4 · corner formula with a =
+    // b = 0.5
     const double a = 0.5, q = std::sqrt(1.0 + a * a);
     const double corner = a / q * std::atan(a / q);
     expect_close(e, 4.0 * corner, 1e-3, "unoccluded light behind a wall");
@@ -157,11 +167,13 @@ TEST(Irradiance, LightFlushWithASurfaceLosesNothing) {
     test.add_square(patch_z + 0.75f, 10.0f, test.add_matte(Rgb(0.0f)));
     test.scene.camera.clip_near = 0.5;
     const double a = 1.0 / 0.75, q = std::sqrt(1.0 + a * a);
-    expect_irradiance(test, 4.0 * a / q * std::atan(a / q), 1e-3, "2x2 rect in a ceiling at height 0.75", 2048);
+    expect_irradiance(test, 4.0 * a / q * std::atan(a / q), 1e-3,
+                      "2x2 rect in a ceiling at height 0.75", 2048);
 }
 
 TEST(Irradiance, LobeMultipliersSurviveAnInvisibleInterface) {
-    // Around everything a bubble of index 1, which refracts nothing and hides the dome from light sampling
+    // Around everything a bubble of index 1, which refracts nothing and hides the dome from light
+    // sampling
     TestScene test = patch_scene();
     scene::Material bubble;
     bubble.opacity = scene::Input(0.0f);
@@ -190,7 +202,8 @@ TEST(Camera, FarPlaneCutsBehindCutOuts) {
     test.scene.camera.clip_far = 10.0;
     EXPECT_EQ(render(test, {.size = 16, .samples = 16}).beauty().mean, 0.0);
     test.scene.camera.clip_far = 30.0;
-    EXPECT_EQ(render(test, {.size = 16, .samples = 16}).beauty().mean, 2.0) << "wall and light, both of radiance 1";
+    EXPECT_EQ(render(test, {.size = 16, .samples = 16}).beauty().mean, 2.0)
+        << "wall and light, both of radiance 1";
 }
 
 }  // namespace velatura::test

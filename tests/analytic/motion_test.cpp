@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Blur of what moves while the shutter is open, against its profile (RIGOR H47).
-#include "test_scene.h"
 #include "hard_case.h"
+#include "test_scene.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -124,7 +124,8 @@ TEST(MotionBlur, OfAnEdgeHasTheProfileOfItsShutterCurve) {
     EXPECT_LT(worst, 1e-3);
 }
 
-/// The camera goes one way, or what it sees the other: the same rays meet the same plate, but for rounding.
+/// The camera goes one way, or what it sees the other: the same rays meet the same plate, but for
+/// rounding.
 TEST(MotionBlur, OfACameraIsThatOfAllItSees) {
     const std::vector<float> at_key = {-0.7f, 0.6f, 0.1f, 0.3f};
     const TestScene plate =
@@ -190,7 +191,9 @@ TEST(H47Motion, ATurningWedgeHasTheProfileOfItsMotion) {
                worst, sum / double(count), count, ring_sum / double(ring_count));
     EXPECT_GT(count, 500u);
     EXPECT_LT(worst, 0.02);
-    hardcase::expect_within({"blur of a wedge that turns by 90 degrees, mean deviation", std::abs(sum / double(count)), 1e-3, 5.2816 * std::sqrt(squares) / double(count), "time that it covers a pixel"});
+    hardcase::expect_within(
+        {"blur of a wedge that turns by 90 degrees, mean deviation", std::abs(sum / double(count)),
+         1e-3, 5.2816 * std::sqrt(squares) / double(count), "time that it covers a pixel"});
     EXPECT_LT(std::abs(ring_sum / double(ring_count)), 1e-3);
 }
 
@@ -260,7 +263,9 @@ TEST(H47Motion, IsNoneWhenTheShutterIsClosedBitForBit) {
     const TestScene still = plate_before_wall(corners, {});
     const TestScene closed = plate_before_wall(corners, {corners, corners});
     const TestRenderOptions options = {.size = size, .samples = 16, .last_bounce = 0};
-    hardcase::expect_within({"pictures that equal keys change, bit for bit", is_same(render(still, options), render(closed, options)) ? 0.0 : 1.0, 0, 0, "the static picture"});
+    hardcase::expect_within({"pictures that equal keys change, bit for bit",
+                             is_same(render(still, options), render(closed, options)) ? 0.0 : 1.0,
+                             0, 0, "the static picture"});
     // And something moves when it does
     const TestScene moving = plate_before_wall(corners, {half_plane(0.2f)});
     EXPECT_FALSE(is_same(render(still, options), render(moving, options)));

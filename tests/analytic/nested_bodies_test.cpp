@@ -77,11 +77,11 @@ TEST(H41NestedBodies, GlassOnWaterPassesAsMuchAsItShould) {
             else
                 add_slab(test, -1.5f + shift, -4.0f, water);
             test.add_square(-2.0f, 1.0f, test.add_matte(Rgb(0.0f), Rgb(1.0f)));
-            // A film of air reflects more than glass and water that touch. Few pixels of many samples:
-            // Sobol' points give each the reflections that it should have
+            // A film of air reflects more than glass and water that touch. Few pixels of many
+            // samples: Sobol' points give each the reflections that it should have
             const bool has_film = joint == Joint::Gap;
-            const RenderedLayers layers = render(
-                test, {.size = has_film ? 9 : 8, .samples = has_film ? 4096u : 1024u});
+            const RenderedLayers layers =
+                render(test, {.size = has_film ? 9 : 8, .samples = has_film ? 4096u : 1024u});
             // Radiance is denser in water by the square of its index
             const double squared = double(water_index) * double(water_index);
             double expected = has_film ? with_gap : through;
@@ -107,7 +107,8 @@ TEST(H41NestedBodies, GlassOnWaterPassesAsMuchAsItShould) {
     }
 }
 
-// Where two bodies touch it is the face of the first one that is seen, as where it lies in the other: here a frosted one
+// Where two bodies touch it is the face of the first one that is seen, as where it lies in the
+// other: here a frosted one
 TEST(H41NestedBodies, TheFaceOfTheFirstIsSeenWhereTwoTouch) {
     const auto seen_through = [](float overlap, bool is_frosted, uint64_t samples) {
         TestScene test;
@@ -124,10 +125,13 @@ TEST(H41NestedBodies, TheFaceOfTheFirstIsSeenWhereTwoTouch) {
         expect_sound(layers.rays);
         return layers.beauty();
     };
-    const Estimate overlapping = seen_through(1e-3f, true, 256), touching = seen_through(0.0f, true, 256), clear = seen_through(0.0f, false, 32);
+    const Estimate overlapping = seen_through(1e-3f, true, 256),
+                   touching = seen_through(0.0f, true, 256), clear = seen_through(0.0f, false, 32);
     const double error = std::hypot(overlapping.standard_error, touching.standard_error);
-    hardcase::expect_within({"frosted pane that touches water, less one that reaches into it, in standard errors", std::abs(touching.mean - overlapping.mean) / error, 4, 0, "a second way",
-                             fmt::format("{:.1g} of the light", 5.2816 * error / overlapping.mean)});
+    hardcase::expect_within(
+        {"frosted pane that touches water, less one that reaches into it, in standard errors",
+         std::abs(touching.mean - overlapping.mean) / error, 4, 0, "a second way",
+         fmt::format("{:.1g} of the light", 5.2816 * error / overlapping.mean)});
     // Frost is seen at all
     EXPECT_GT(std::abs(clear.mean - touching.mean), 20 * error);
 }

@@ -207,7 +207,8 @@ TEST(CausticLayers, MirrorBallAndRect) {
 
 TEST(CausticLayers, InstancedLensAndCylinders) {
     TestScene test = floor_scene();
-    add_ellipsoid(test, Vec3d(0, 0, 1.0), Vec3d(0.75, 0.6, 0.25), test.add_material(smooth_glass()));
+    add_ellipsoid(test, Vec3d(0, 0, 1.0), Vec3d(0.75, 0.6, 0.25),
+                  test.add_material(smooth_glass()));
     for (const double x : {-0.5, 0.75}) {
         scene::Light& light = test.add_light(scene::LightKind::Cylinder, at(Vec3d(x, 0.25, 2.5)));
         light.radius = 0.4f;

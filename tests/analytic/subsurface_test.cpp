@@ -55,7 +55,7 @@ TEST(Subsurface, HalfSpaceHasItsAlbedo) {
     for (const float g : {0.0f, 0.6f, -0.4f}) {
         TestScene test;
         test.add_box(Vec3(-300, -300, -301), Vec3(300, 300, -1),
-                test.add_material(wax(color, Rgb(1.0f, 0.7f, 1.5f), g)));
+                     test.add_material(wax(color, Rgb(1.0f, 0.7f, 1.5f), g)));
         add_dome(test);
         test.look_at_point(1e-3);
         const RenderedLayers layers = render(test, {.size = 32, .samples = 512});

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "test_scene.h"
 
-#include <cmath>
-#include <memory>
+#include "hard_case.h"
+#include "integrator/schedule.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "integrator/schedule.h"
-#include "hard_case.h"
+#include <cmath>
+#include <memory>
 
 namespace velatura::test {
 
@@ -33,7 +33,10 @@ scene::MaterialId TestScene::add_matte(const Rgb& albedo, const Rgb& emission) {
 
 void TestScene::add_square(float z, float half_size, scene::MaterialId material) {
     scene::Mesh mesh;
-    mesh.points = {{-half_size, -half_size, z}, {half_size, -half_size, z}, {half_size, half_size, z}, {-half_size, half_size, z}};
+    mesh.points = {{-half_size, -half_size, z},
+                   {half_size, -half_size, z},
+                   {half_size, half_size, z},
+                   {-half_size, half_size, z}};
     mesh.face_vertex_counts = {4};
     mesh.face_vertex_indices = {0, 1, 2, 3};
     scene::Shape shape;
@@ -56,9 +59,11 @@ void TestScene::add_sphere(const Vec3& centre, double radius, scene::MaterialId 
 void TestScene::add_box(const Vec3& low, const Vec3& high, scene::MaterialId material) {
     scene::Mesh mesh;
     for (int i = 0; i < 8; ++i)
-        mesh.points.emplace_back(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z);
+        mesh.points.emplace_back(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y,
+                                 i & 4 ? high.z : low.z);
     mesh.face_vertex_counts = {4, 4, 4, 4, 4, 4};
-    mesh.face_vertex_indices = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
+    mesh.face_vertex_indices = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4,
+                                2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
     scene::Shape shape;
     shape.geometry = mesh;
     shape.material = material;
@@ -72,17 +77,22 @@ void TestScene::add_faceted_ball(float radius, scene::MaterialId material) {
         const float theta = pi * float(i) / float(rings);
         for (int j = 0; j < segments; ++j) {
             const float phi = 2.0f * pi * float(j) / float(segments);
-            mesh.points.push_back(Vec3(std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi)) * radius);
+            mesh.points.push_back(Vec3(std::sin(theta) * std::cos(phi), std::cos(theta),
+                                       std::sin(theta) * std::sin(phi)) *
+                                  radius);
         }
     }
     // The rings at the poles have no width, so that their quadrangles are triangles
     for (int j = 0; j < segments; ++j) mesh.points[size_t(j)] = Vec3(0, radius, 0);
-    for (int j = 0; j < segments; ++j) mesh.points[size_t(rings * segments + j)] = Vec3(0, -radius, 0);
+    for (int j = 0; j < segments; ++j)
+        mesh.points[size_t(rings * segments + j)] = Vec3(0, -radius, 0);
     for (uint32_t i = 0; i < rings; ++i) {
         for (uint32_t j = 0; j < segments; ++j) {
             const uint32_t next = (j + 1) % segments;
             mesh.face_vertex_counts.push_back(4);
-            for (const uint32_t v : {i * segments + j, i * segments + next, (i + 1) * segments + next, (i + 1) * segments + j}) mesh.face_vertex_indices.push_back(v);
+            for (const uint32_t v : {i * segments + j, i * segments + next,
+                                     (i + 1) * segments + next, (i + 1) * segments + j})
+                mesh.face_vertex_indices.push_back(v);
         }
     }
     scene::Shape shape;
@@ -104,7 +114,9 @@ scene::MeshLight& TestScene::make_mesh_light() {
     scene::MeshLight light;
     light.name = fmt::format("/MeshLight{}", scene.mesh_lights.size());
     light.group = scene::GroupId(scene.groups.size() - 1);
-    scene.groups.insert(scene.groups.end() - 1, {fmt::format("meshlight{}", scene.mesh_lights.size()), {light.name}, false});
+    scene.groups.insert(
+        scene.groups.end() - 1,
+        {fmt::format("meshlight{}", scene.mesh_lights.size()), {light.name}, false});
     scene.shapes.back().light = scene::MeshLightId(scene.mesh_lights.size());
     scene.mesh_lights.push_back(light);
     return scene.mesh_lights.back();
@@ -117,7 +129,9 @@ scene::Light& TestScene::add_light(scene::LightKind kind, const Mat4d& render_fr
     light.group = scene::GroupId(scene.groups.size() - 1);
     light.render_from_light = render_from_light;
     light.is_camera_visible = false;
-    scene.groups.insert(scene.groups.end() - 1, {fmt::format("light{}", scene.lights.size()), {light.name}, kind == scene::LightKind::Dome});
+    scene.groups.insert(scene.groups.end() - 1, {fmt::format("light{}", scene.lights.size()),
+                                                 {light.name},
+                                                 kind == scene::LightKind::Dome});
     scene.lights.push_back(light);
     return scene.lights.back();
 }
@@ -135,7 +149,8 @@ void TestScene::look_with_perspective(double half_window) {
 
 TestScene closed_room(float albedo, float Le) {
     TestScene test;
-    test.add_box(Vec3(-1.0f, -0.7f, -1.2f), Vec3(0.9f, 0.8f, 1.1f), test.add_matte(Rgb(albedo), Rgb(Le)));
+    test.add_box(Vec3(-1.0f, -0.7f, -1.2f), Vec3(0.9f, 0.8f, 1.1f),
+                 test.add_matte(Rgb(albedo), Rgb(Le)));
     test.look_with_perspective(0.5);
     return test;
 }
@@ -146,20 +161,37 @@ RenderedLayers render(const TestScene& test, const TestRenderOptions& options) {
     layers.last_bounce = options.last_bounce;
     layers.matrix_layers = true;
     layers.shadow_layers = options.shadow_layers;
-    for (const scene::LightGroup& g : test.scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+    for (const scene::LightGroup& g : test.scene.groups)
+        layers.groups.push_back({g.name, g.prims, g.is_environment});
 
-    const integrator::World world(test.scene, {.width = options.size, .height = options.size, .light_selection = options.light_selection, .media = options.media, .samples_light_area = options.samples_light_area}, {}, diagnostics);
-    const std::unique_ptr<const integrator::CausticSampler> caustics = integrator::make_caustic_sampler(options.caustics, world);
-    const integrator::PathTracer tracer(world, layers, {.seed = options.seed, .max_depth = options.max_depth, .filter = sampling::FilterKind::Box, .estimator = options.estimator, .sampler = options.sampler, .roulette = options.roulette,
-                                                        .caustics = caustics.get()});
-    RenderedLayers out{film::Film({0, 0, options.size, options.size}, layers), int(layers.groups.size())};
+    const integrator::World world(test.scene,
+                                  {.width = options.size,
+                                   .height = options.size,
+                                   .light_selection = options.light_selection,
+                                   .media = options.media,
+                                   .samples_light_area = options.samples_light_area},
+                                  {}, diagnostics);
+    const std::unique_ptr<const integrator::CausticSampler> caustics =
+        integrator::make_caustic_sampler(options.caustics, world);
+    const integrator::PathTracer tracer(world, layers,
+                                        {.seed = options.seed,
+                                         .max_depth = options.max_depth,
+                                         .filter = sampling::FilterKind::Box,
+                                         .estimator = options.estimator,
+                                         .sampler = options.sampler,
+                                         .roulette = options.roulette,
+                                         .caustics = caustics.get()});
+    RenderedLayers out{film::Film({0, 0, options.size, options.size}, layers),
+                       int(layers.groups.size())};
     integrator::RenderOptions schedule;
     schedule.mode = integrator::RenderMode::Tile;
     schedule.tile_size = 16;
     schedule.end_sample = options.samples;
     const integrator::RenderResult result = integrator::run_schedule(
         out.film, schedule,
-        [&](int x, int y, uint64_t s, film::SampleRadiance& radiance, integrator::RayCounts& counts) { tracer.trace(x, y, s, radiance, counts); }, {});
+        [&](int x, int y, uint64_t s, film::SampleRadiance& radiance,
+            integrator::RayCounts& counts) { tracer.trace(x, y, s, radiance, counts); },
+        {});
     out.rays = result.rays;
     for (const Diagnostic& d : diagnostics.all()) ADD_FAILURE() << diagnostics.format(d);
     EXPECT_EQ(out.film.invalid_count(), 0u);
@@ -169,7 +201,9 @@ RenderedLayers render(const TestScene& test, const TestRenderOptions& options) {
 namespace {
 
 /// Mean and standard error over pixels of the sum of the accumulators, per sample.
-Estimate over_pixels(const film::Film& film, const std::vector<uint32_t>& accumulators, int channel) {
+Estimate over_pixels(const film::Film& film,
+                     const std::vector<uint32_t>& accumulators,
+                     int channel) {
     const film::Window& w = film.window();
     double sum = 0, sum_of_squares = 0;
     const double n = double(w.pixel_count());
@@ -178,7 +212,9 @@ Estimate over_pixels(const film::Film& film, const std::vector<uint32_t>& accumu
             double v = 0;
             for (const uint32_t a : accumulators) {
                 const image::Triple sum_of_samples = film.sums().total(x, y, a);
-                v += channel == 0 ? sum_of_samples.x : channel == 1 ? sum_of_samples.y : sum_of_samples.z;
+                v += channel == 0   ? sum_of_samples.x
+                     : channel == 1 ? sum_of_samples.y
+                                    : sum_of_samples.z;
             }
             const image::PixelRecord& record = film.sums().record(x, y);
             v /= double(record.end - record.first);
@@ -193,7 +229,10 @@ Estimate over_pixels(const film::Film& film, const std::vector<uint32_t>& accumu
 
 }  // namespace
 
-Estimate over_seeds(const TestScene& test, TestRenderOptions options, int seeds, const std::function<double(const RenderedLayers&)>& number) {
+Estimate over_seeds(const TestScene& test,
+                    TestRenderOptions options,
+                    int seeds,
+                    const std::function<double(const RenderedLayers&)>& number) {
     double sum = 0, squares = 0;
     for (int i = 0; i < seeds; ++i) {
         options.seed = uint64_t(i) + 1;
@@ -213,7 +252,9 @@ Estimate RenderedLayers::bounce(int column, int group, int channel) const {
     return over_pixels(film, cells, channel);
 }
 
-Estimate RenderedLayers::beauty(int channel) const { return over_pixels(film, {image::AccumulatorTable::beauty}, channel); }
+Estimate RenderedLayers::beauty(int channel) const {
+    return over_pixels(film, {image::AccumulatorTable::beauty}, channel);
+}
 
 Estimate RenderedLayers::unoccluded(int group, int channel) const {
     return over_pixels(film, {film.sums().table().unoccluded(group)}, channel);
@@ -221,13 +262,16 @@ Estimate RenderedLayers::unoccluded(int group, int channel) const {
 
 void expect_close(const Estimate& e, double expected, double relative, const std::string& what) {
     const double scale = expected != 0.0 ? std::abs(expected) : 1.0;
-    fmt::print("{:52} measured {:.7g} expected {:.7g} deviation {:+.2e} detectable {:.2e} bound {:.0e}\n", what, e.mean, expected,
-               (e.mean - expected) / scale, e.detectable() / scale, relative);
+    fmt::print(
+        "{:52} measured {:.7g} expected {:.7g} deviation {:+.2e} detectable {:.2e} bound {:.0e}\n",
+        what, e.mean, expected, (e.mean - expected) / scale, e.detectable() / scale, relative);
     // Rounding in float is no noise: below 1e-6 the standard error says nothing
     EXPECT_LE(std::abs(e.mean - expected), std::max(4.0 * e.standard_error, 1e-6 * scale)) << what;
     EXPECT_LE(std::abs(e.mean - expected), relative * scale) << what;
-    EXPECT_LE(e.detectable(), relative * scale) << what << ": the test could not see its bound; more samples are needed";
-    hardcase::expect_in_hard_case({what + ", relative", std::abs(e.mean - expected) / scale, relative, e.detectable() / scale, "closed form"});
+    EXPECT_LE(e.detectable(), relative * scale)
+        << what << ": the test could not see its bound; more samples are needed";
+    hardcase::expect_in_hard_case({what + ", relative", std::abs(e.mean - expected) / scale,
+                                   relative, e.detectable() / scale, "closed form"});
 }
 
 scene::Material smooth_glass(float ior) {
@@ -274,7 +318,8 @@ void expect_agreement(const RenderedLayers& a,
                5.2816 * error / level);
     EXPECT_LE(std::abs(sum), 4.0 * error) << what;
     EXPECT_LE(5.2816 * error, relative * level) << what << ": the test could not see its bound";
-    hardcase::expect_in_hard_case({what + ", relative", std::abs(sum) / level, relative, 5.2816 * error / level, "second method, other noise"});
+    hardcase::expect_in_hard_case({what + ", relative", std::abs(sum) / level, relative,
+                                   5.2816 * error / level, "second method, other noise"});
 }
 
 }  // namespace velatura::test

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
-#include <functional>
-#include <string>
-
 #include "film/film.h"
 #include "hard_case.h"
 #include "integrator/path_tracer.h"
 #include "scene/scene.h"
+
+#include <cstdint>
+#include <functional>
+#include <string>
 
 namespace velatura::test {
 
@@ -17,7 +17,8 @@ struct Estimate {
     double mean = 0;
     double standard_error = 0;
 
-    /// Smallest deviation that a 4-sigma test would see with 90 % power: (4 + 1.2816) standard errors.
+    /// Smallest deviation that a 4-sigma test would see with 90 % power: (4 + 1.2816) standard
+    /// errors.
     double detectable() const { return 5.2816 * standard_error; }
 };
 
@@ -35,7 +36,8 @@ class TestScene {
     void add_sphere(const Vec3& centre, double radius, scene::MaterialId material);
     /// Closed, facing outward.
     void add_box(const Vec3& low, const Vec3& high, scene::MaterialId material);
-    /// Closed ball of flat facets around the origin: no interpolated normals, whose bending would lose energy.
+    /// Closed ball of flat facets around the origin: no interpolated normals, whose bending would
+    /// lose energy.
     void add_faceted_ball(float radius, scene::MaterialId material);
 
     /// Takes the last shape out of the scene and places it as an instance instead.
@@ -47,15 +49,16 @@ class TestScene {
     /// A light in a group of its own; returns the light to be changed.
     scene::Light& add_light(scene::LightKind kind, const Mat4d& render_from_light);
 
-    /// Orthographic camera that sees a window of this half size around the axis: all pixels see one point.
+    /// Orthographic camera that sees a window of this half size around the axis: all pixels see one
+    /// point.
     void look_at_point(double half_window);
     void look_with_perspective(double half_window_at_1);
 
     scene::Scene scene;
 };
 
-/// Six matte walls around the camera that emit `Le`: bounce k brings Le · albedo^k, wherever one looks. Rays meet twelve
-/// triangles at most: for tests that follow many bounces.
+/// Six matte walls around the camera that emit `Le`: bounce k brings Le · albedo^k, wherever one
+/// looks. Rays meet twelve triangles at most: for tests that follow many bounces.
 TestScene closed_room(float albedo, float Le);
 
 /// What a rendered layer holds.
@@ -64,7 +67,8 @@ struct RenderedLayers {
     int groups = 0;
     integrator::RayCounts rays = {};
 
-    /// Mean of channel `channel` of a (bounce column, group) cell over the pixels; group < 0 = all groups.
+    /// Mean of channel `channel` of a (bounce column, group) cell over the pixels; group < 0 = all
+    /// groups.
     Estimate bounce(int column, int group = -1, int channel = 0) const;
     Estimate beauty(int channel = 0) const;
     Estimate unoccluded(int group, int channel = 0) const;
@@ -88,21 +92,32 @@ struct TestRenderOptions {
 
 RenderedLayers render(const TestScene& test, const TestRenderOptions& options = {});
 
-/// Of light that matter of depth 1e-3 scatters once, relative: few samples of every commit see as much.
+/// Of light that matter of depth 1e-3 scatters once, relative: few samples of every commit see as
+/// much.
 inline double thin_media_bound() {
     return hardcase::size() == hardcase::Size::Commit ? 2e-2 : 1e-3;
 }
 
-/// A number of renders with `seeds` seeds, where even pixels tell nothing of the error: the numbers of Sobol' points are spread too well.
-Estimate over_seeds(const TestScene& test, TestRenderOptions options, int seeds, const std::function<double(const RenderedLayers&)>& number);
+/// A number of renders with `seeds` seeds, where even pixels tell nothing of the error: the numbers
+/// of Sobol' points are spread too well.
+Estimate over_seeds(const TestScene& test,
+                    TestRenderOptions options,
+                    int seeds,
+                    const std::function<double(const RenderedLayers&)>& number);
 
-/// Expects |mean − expected| within 4 standard errors and within `relative` of it, and that the test could see a
-/// deviation of `relative`; prints the smallest detectable error.
-void expect_close(const Estimate& estimate, double expected, double relative, const std::string& what);
+/// Expects |mean − expected| within 4 standard errors and within `relative` of it, and that the
+/// test could see a deviation of `relative`; prints the smallest detectable error.
+void expect_close(const Estimate& estimate,
+                  double expected,
+                  double relative,
+                  const std::string& what);
 
-/// Expects two pictures of one scene with independent noise to agree: the mean of their differences is zero within 4
-/// standard errors, which are below `relative` of the picture's mean.
-void expect_agreement(const RenderedLayers& a, const RenderedLayers& b, double relative, const std::string& what);
+/// Expects two pictures of one scene with independent noise to agree: the mean of their differences
+/// is zero within 4 standard errors, which are below `relative` of the picture's mean.
+void expect_agreement(const RenderedLayers& a,
+                      const RenderedLayers& b,
+                      double relative,
+                      const std::string& what);
 
 /// Glass and metal that scatter without blur.
 scene::Material smooth_glass(float ior = 1.5f);

@@ -39,8 +39,9 @@ TestScene patch_below_pane(const scene::Material& pane, int panes = 1) {
     return test;
 }
 
-constexpr integrator::LightSampling all_samplers[] = {
-    integrator::LightSampling::Mis, integrator::LightSampling::Light, integrator::LightSampling::Bsdf};
+constexpr integrator::LightSampling all_samplers[] = {integrator::LightSampling::Mis,
+                                                      integrator::LightSampling::Light,
+                                                      integrator::LightSampling::Bsdf};
 
 }  // namespace
 
@@ -57,7 +58,8 @@ TEST(ThinWall, SunShinesThroughPanes) {
         const RenderedLayers layers = render(test, {.size = 8, .samples = 4});
         for (int c = 0; c < 3; ++c) {
             const double expected = without * std::pow(straight_share(1.0, c), panes);
-            expect_close(layers.bounce(1, 0, c), expected, 1e-5, fmt::format("{} panes, channel {}", panes, c));
+            expect_close(layers.bounce(1, 0, c), expected, 1e-5,
+                         fmt::format("{} panes, channel {}", panes, c));
             // What the panes take is shadow
             expect_close(layers.unoccluded(0, c), without, 1e-5, "without panes");
         }
@@ -76,9 +78,12 @@ TEST(ThinWall, LightIsNotCountedTwice) {
     }
     for (const integrator::LightSampling sampler : all_samplers) {
         TestScene test = patch_below_pane(window_glass());
-        test.add_light(scene::LightKind::Disk, at(Vec3d(0, 0, height - 1.0))).radius = float(radius);
-        const RenderedLayers layers = render(test, {.size = 32, .samples = 256, .estimator = {.light_sampling = sampler}});
-        expect_close(layers.bounce(1, 0, 1), expected, 1e-2, fmt::format("disk behind a pane, sampler {}", int(sampler)));
+        test.add_light(scene::LightKind::Disk, at(Vec3d(0, 0, height - 1.0))).radius =
+            float(radius);
+        const RenderedLayers layers =
+            render(test, {.size = 32, .samples = 256, .estimator = {.light_sampling = sampler}});
+        expect_close(layers.bounce(1, 0, 1), expected, 1e-2,
+                     fmt::format("disk behind a pane, sampler {}", int(sampler)));
     }
 }
 
@@ -86,7 +91,8 @@ TEST(ThinWall, DepthLimitCountsNoPassage) {
     for (const int max_depth : {1, 4}) {
         TestScene test = patch_below_pane(window_glass(), 2);
         test.add_light(scene::LightKind::Dome, Mat4d());
-        const Estimate e = render(test, {.size = 32, .samples = 128, .max_depth = max_depth}).bounce(1, 0, 1);
+        const Estimate e =
+            render(test, {.size = 32, .samples = 128, .max_depth = max_depth}).bounce(1, 0, 1);
         static Estimate first = e;
         EXPECT_NEAR(e.mean, first.mean, 4.0 * std::hypot(e.standard_error, first.standard_error));
         EXPECT_LT(e.detectable(), 0.02 * e.mean);
@@ -100,7 +106,8 @@ TEST(ThinWall, CameraLooksThrough) {
     test.add_square(-2.0f, 1.0f, test.add_matte(Rgb(0.0f), Rgb(1.0f)));
     const RenderedLayers layers = render(test, {.size = 16, .samples = 256});
     for (int c = 0; c < 3; ++c)
-        expect_close(layers.bounce(0, -1, c), straight_share(1.0, c), 5e-2, fmt::format("glowing wall behind a pane, channel {}", c));
+        expect_close(layers.bounce(0, -1, c), straight_share(1.0, c), 5e-2,
+                     fmt::format("glowing wall behind a pane, channel {}", c));
 }
 
 // Both sides of translucent paper under a sun: reflection on one, transmission on the other
@@ -139,7 +146,8 @@ TEST(ThinWall, FurnaceOfPaperAndGlass) {
         test.add_sphere(Vec3(0.0f, 0.0f, -4.0f), 1.0, test.add_material(sheet));
         test.add_light(scene::LightKind::Dome, Mat4d()).is_camera_visible = true;
         test.look_with_perspective(0.16);
-        expect_close(render(test, {.size = 32, .samples = 512}).beauty(), 1.0, 5e-3, fmt::format("ball of paper and glass, roughness {}", roughness));
+        expect_close(render(test, {.size = 32, .samples = 512}).beauty(), 1.0, 5e-3,
+                     fmt::format("ball of paper and glass, roughness {}", roughness));
     }
 }
 
@@ -152,7 +160,9 @@ TEST(ThinWall, IndexOneIsLookedThrough) {
     sun.angle_deg = 0.0f;
     TestScene open = patch_below_pane(nothing, 0);
     open.add_light(scene::LightKind::Distant, Mat4d()).angle_deg = 0.0f;
-    expect_close(render(test, {.size = 8, .samples = 4}).bounce(1), render(open, {.size = 8, .samples = 4}).bounce(1).mean, 1e-6, "sun through index 1");
+    expect_close(render(test, {.size = 8, .samples = 4}).bounce(1),
+                 render(open, {.size = 8, .samples = 4}).bounce(1).mean, 1e-6,
+                 "sun through index 1");
 }
 
 }  // namespace velatura::test

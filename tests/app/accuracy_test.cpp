@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a render says of its own error: in its output, its statistics and the header of its file.
-#include <cmath>
-#include <fstream>
+#include "command.h"
+#include "image/exr.h"
+#include "image/layer_header.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "command.h"
-#include "image/exr.h"
-#include "image/layer_header.h"
+#include <cmath>
+#include <fstream>
 
 namespace velatura::test {
 
@@ -19,7 +19,8 @@ using Json = nlohmann::json;
 const std::string small = "--res 40 34 --bounces 4 -o s.exr ";
 
 Json stats_of(const Workplace& w, const std::string& options, int exit_code = 0) {
-    const CommandResult r = w.velatura("render s.usda -q --progress none --stats s.json " + small + options);
+    const CommandResult r =
+        w.velatura("render s.usda -q --progress none --stats s.json " + small + options);
     EXPECT_EQ(r.exit_code, exit_code) << r.output;
     std::ifstream file(w.path("s.json"));
     return Json::parse(file);
@@ -33,10 +34,14 @@ Json header_stats(const Workplace& w) {
 
 }  // namespace
 
-/// Light through glass that hits a small lamp by chance: the picture of this seed does not get better.
+/// Light through glass that hits a small lamp by chance: the picture of this seed does not get
+/// better.
 TEST(Accuracy, ErrorsThatDoNotFallAreLowerBoundsInAllThatIsSaid) {
     const Workplace w;
-    const CommandResult r = w.velatura("render '" VELATURA_SOURCE_DIR "/scenes/transport/caustic.usda' --res 64 48 --spp 128 --seed 3 --target-error 1% --progress none --stats x.json -o x.exr");
+    const CommandResult r =
+        w.velatura("render '" VELATURA_SOURCE_DIR
+                   "/scenes/transport/caustic.usda' --res 64 48 --spp 128 --seed 3 --target-error "
+                   "1% --progress none --stats x.json -o x.exr");
     EXPECT_EQ(r.exit_code, 3) << r.output;
     EXPECT_NE(r.output.find("[rare-light]"), std::string::npos) << r.output;
     EXPECT_NE(r.output.find("% or more [budget]"), std::string::npos) << r.output;
@@ -87,13 +92,17 @@ TEST(Accuracy, StatisticsHaveTheCurveAndTheForecast) {
 TEST(Accuracy, ARenderSaysWhatItsTargetNeeds) {
     const Workplace w;
     w.write("s.usda", small_scene());
-    const CommandResult near = w.velatura("render s.usda --progress json --spp 16 --res 40 34 -o s.exr --forecast 10%");
+    const CommandResult near =
+        w.velatura("render s.usda --progress json --spp 16 --res 40 34 -o s.exr --forecast 10%");
     EXPECT_EQ(near.exit_code, 0) << near.output;
     EXPECT_NE(near.output.find("16 spp reached "), std::string::npos) << near.output;
     EXPECT_NE(near.output.find("\"forecast\""), std::string::npos) << near.output;
-    const CommandResult far = w.velatura("render s.usda --spp 16 --res 40 34 -o s.exr --target-error 0.01%");
+    const CommandResult far =
+        w.velatura("render s.usda --spp 16 --res 40 34 -o s.exr --target-error 0.01%");
     EXPECT_EQ(far.exit_code, 3) << far.output;
-    EXPECT_NE(far.output.find("0.01 % needs more than 10 times that, further than can be forecast"), std::string::npos) << far.output;
+    EXPECT_NE(far.output.find("0.01 % needs more than 10 times that, further than can be forecast"),
+              std::string::npos)
+        << far.output;
     EXPECT_EQ(w.velatura("render s.usda --mode tile --forecast 1% -o s.exr").exit_code, 2);
 }
 
@@ -129,7 +138,8 @@ TEST(Accuracy, TheLedgerMeasuresWhatADepthCutsOff) {
         }
         return sum;
     };
-    const double whole = light("--adaptive off --spp 512"), cut = light("--adaptive off --spp 512 --max-depth 4");
+    const double whole = light("--adaptive off --spp 512"),
+                 cut = light("--adaptive off --spp 512 --max-depth 4");
     const Json entry = header_stats(w).at("ledger").at(0);
     ASSERT_EQ(entry.at("approximation"), "max-depth");
     const double missing = 1 - cut / whole;
@@ -145,7 +155,8 @@ TEST(Accuracy, TheLedgerMeasuresWhatADepthCutsOff) {
 TEST(Accuracy, StorageHasAnError) {
     const Workplace w;
     w.write("s.usda", small_scene());
-    const double half = stats_of(w, "").at("error").at("storage"), whole = stats_of(w, "--float-layers").at("error").at("storage");
+    const double half = stats_of(w, "").at("error").at("storage"),
+                 whole = stats_of(w, "--float-layers").at("error").at("storage");
     // Roundings of 11 bits, of 24
     EXPECT_GT(half, 1e-5);
     EXPECT_LT(half, 0x1p-11);

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // A mix baked into USD and rendered again, for every type of light.
+#include "command.h"
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <sstream>
 
-#include "command.h"
-
 namespace velatura::test {
 
 namespace {
 
-/// A corner with a box in it, lit by one light of every type; numbers of stage metadata that a layer on top must repeat.
+/// A corner with a box in it, lit by one light of every type; numbers of stage metadata that a
+/// layer on top must repeat.
 constexpr const char* every_light = R"usda(#usda 1.0
 (
     doc = """A text (with "quotes", brackets ] and # signs)"""
@@ -144,7 +145,9 @@ class Bake : public testing::Test {
   protected:
     void SetUp() override {
         w.write("s.usda", every_light);
-        const CommandResult r = w.velatura("render s.usda -o s.exr -q --progress none --spp 32 --bounces 1 --max-depth 4 --halves --layers matrix,light --splitting off --guiding off");
+        const CommandResult r = w.velatura(
+            "render s.usda -o s.exr -q --progress none --spp 32 --bounces 1 --max-depth 4 --halves "
+            "--layers matrix,light --splitting off --guiding off");
         ASSERT_EQ(r.exit_code, 0) << r.output;
     }
 
@@ -155,31 +158,41 @@ class Bake : public testing::Test {
 
 TEST_F(Bake, AgreesWithARenderForEveryTypeOfLight) {
     const CommandResult r = w.comp(
-        "bake s.exr -o look.usda --prove --scene s.usda --gain sun=2 --gain sky=+1st --gain window=3 --tint rect=1,.5,.25 "
-        "--kelvin disk=9000 --gain ball=-1st --gain tube=+2st --tint tube=.5,1,1 --gain panel=0.25 --exposure 0.5 --solo sun --solo sky "
+        "bake s.exr -o look.usda --prove --scene s.usda --gain sun=2 --gain sky=+1st --gain "
+        "window=3 --tint rect=1,.5,.25 "
+        "--kelvin disk=9000 --gain ball=-1st --gain tube=+2st --tint tube=.5,1,1 --gain panel=0.25 "
+        "--exposure 0.5 --solo sun --solo sky "
         "--solo window --solo rect --solo disk --solo ball --solo tube --solo panel --solo bulb");
     // The instanced bulb cannot follow the exposure
     EXPECT_NE(r.output.find("not baked: </W/Lamp/bulb>"), std::string::npos) << r.output;
     // and is not part of what is proved: it agrees as rendered
-    for (const char* light : {"sun", "sky", "window", "rect", "disk", "ball", "tube", "panel", "bulb", "all"}) {
+    for (const char* light :
+         {"sun", "sky", "window", "rect", "disk", "ball", "tube", "panel", "bulb", "all"}) {
         const size_t at = r.output.find(fmt::format("\n{} ", light));
         ASSERT_NE(at, std::string::npos) << r.output;
-        EXPECT_NE(r.output.substr(at + 1, r.output.find('\n', at + 1) - at).find(" agrees"), std::string::npos) << r.output;
+        EXPECT_NE(r.output.substr(at + 1, r.output.find('\n', at + 1) - at).find(" agrees"),
+                  std::string::npos)
+            << r.output;
     }
     EXPECT_EQ(r.exit_code, 3) << r.output;
 }
 
 TEST_F(Bake, MutesAndCropsAgree) {
-    const CommandResult r = w.comp("bake s.exr -o look.usda --prove --scene s.usda --crop 0.25 0.75 0 0.5 --mute rect --mute env --gain tube=2");
+    const CommandResult r = w.comp(
+        "bake s.exr -o look.usda --prove --scene s.usda --crop 0.25 0.75 0 0.5 --mute rect --mute "
+        "env --gain tube=2");
     EXPECT_EQ(r.exit_code, 0) << r.output;
     EXPECT_NE(text_of(w.path("look.usda")).find("float inputs:intensity = 0\n"), std::string::npos);
 }
 
 TEST_F(Bake, NamesWhatLightsCannotSay) {
-    const CommandResult r = w.comp("bake s.exr -o look.usda --prove --scene s.usda --gain indirect=+2st --gain rect:b1=2 --gain rect=2 --gain shadow=.5");
+    const CommandResult r = w.comp(
+        "bake s.exr -o look.usda --prove --scene s.usda --gain indirect=+2st --gain rect:b1=2 "
+        "--gain rect=2 --gain shadow=.5");
     EXPECT_EQ(r.exit_code, 3) << r.output;
     const std::string layer = text_of(w.path("look.usda"));
-    for (const char* line : {"not baked: --gain indirect=+2st: ", "not baked: --gain rect:b1=2: ", "not baked: --gain shadow=.5: "}) {
+    for (const char* line : {"not baked: --gain indirect=+2st: ", "not baked: --gain rect:b1=2: ",
+                             "not baked: --gain shadow=.5: "}) {
         EXPECT_NE(r.output.find(line), std::string::npos) << r.output;
         EXPECT_NE(layer.find(std::string("# ") + line), std::string::npos) << layer;
     }
@@ -192,17 +205,22 @@ TEST_F(Bake, AWrongLayerIsFound) {
     // The scene has changed since the mix: the proof says so
     std::string changed = every_light;
     const std::string before = "float inputs:intensity = 6\n";
-    changed.replace(changed.find(before), before.size(), "float inputs:intensity = 5\n        float inputs:exposure = 1\n");
+    changed.replace(changed.find(before), before.size(),
+                    "float inputs:intensity = 5\n        float inputs:exposure = 1\n");
     w.write("changed.usda", changed);
-    const CommandResult r = w.comp("bake s.exr -o look.usda --prove --scene changed.usda --gain tube=2");
+    const CommandResult r =
+        w.comp("bake s.exr -o look.usda --prove --scene changed.usda --gain tube=2");
     EXPECT_EQ(r.exit_code, 4) << r.output;
     EXPECT_NE(r.output.find("DIFFERS"), std::string::npos);
 }
 
 TEST_F(Bake, WhatClampsTookIsGivenBackForTheProof) {
-    const CommandResult clamped = w.velatura("render s.usda -o clamped.exr -q --progress none --spp 32 --bounces 1 --max-depth 4 --halves --layers matrix --splitting off --guiding off --clamp-direct 0.5");
+    const CommandResult clamped = w.velatura(
+        "render s.usda -o clamped.exr -q --progress none --spp 32 --bounces 1 --max-depth 4 "
+        "--halves --layers matrix --splitting off --guiding off --clamp-direct 0.5");
     ASSERT_EQ(clamped.exit_code, 0) << clamped.output;
-    const CommandResult r = w.comp("bake clamped.exr -o look.usda --prove --scene s.usda --gain rect=4 --gain sky=+1st");
+    const CommandResult r = w.comp(
+        "bake clamped.exr -o look.usda --prove --scene s.usda --gain rect=4 --gain sky=+1st");
     EXPECT_EQ(r.exit_code, 0) << r.output;
 }
 
@@ -211,13 +229,19 @@ TEST_F(Bake, TheProofIsRenderedLikeTheFile) {
     std::string proxied = every_light;
     const std::string box = "def Cube \"Box\"\n    {\n";
     ASSERT_NE(proxied.find(box), std::string::npos);
-    proxied.replace(proxied.find(box), box.size(), box + "        uniform token purpose = \"proxy\"\n");
+    proxied.replace(proxied.find(box), box.size(),
+                    box + "        uniform token purpose = \"proxy\"\n");
     w.write("proxied.usda", proxied);
-    const CommandResult r = w.velatura("render proxied.usda -o proxied.exr -q --progress none --spp 32 --bounces 1 --max-depth 2 --halves --layers matrix --splitting off --guiding off --purpose proxy --filter box");
+    const CommandResult r = w.velatura(
+        "render proxied.usda -o proxied.exr -q --progress none --spp 32 --bounces 1 --max-depth 2 "
+        "--halves --layers matrix --splitting off --guiding off --purpose proxy --filter box");
     ASSERT_EQ(r.exit_code, 0) << r.output;
-    const CommandResult proved = w.comp("bake proxied.exr -o look.usda --prove --scene proxied.usda --gain rect=2");
+    const CommandResult proved =
+        w.comp("bake proxied.exr -o look.usda --prove --scene proxied.usda --gain rect=2");
     EXPECT_EQ(proved.exit_code, 0) << proved.output;
-    const CommandResult other = w.comp("bake proxied.exr -o look.usda --prove --scene proxied.usda --gain rect=2 --render-args '--purpose default'");
+    const CommandResult other = w.comp(
+        "bake proxied.exr -o look.usda --prove --scene proxied.usda --gain rect=2 --render-args "
+        "'--purpose default'");
     EXPECT_EQ(other.exit_code, 4) << other.output;
 }
 
@@ -226,13 +250,18 @@ TEST_F(Bake, UsageAndFaults) {
     EXPECT_EQ(w.comp("bake s.exr -o look.usda --prove").exit_code, 2);
     EXPECT_EQ(w.comp("bake s.exr -o look.usda --gain moon=2").exit_code, 2);
     // Options of the proof without one
-    for (const char* option : {"--scene s.usda", "--crop 0 1 0 1", "--spp 4", "--velatura x", "--render-args=--filter"}) {
-        const CommandResult r = w.comp(fmt::format("bake s.exr -o look.usda --gain rect=2 {}", option));
+    for (const char* option : {"--scene s.usda", "--crop 0 1 0 1", "--spp 4", "--velatura x",
+                               "--render-args=--filter"}) {
+        const CommandResult r =
+            w.comp(fmt::format("bake s.exr -o look.usda --gain rect=2 {}", option));
         EXPECT_EQ(r.exit_code, 2) << option;
         EXPECT_NE(r.output.find("--prove"), std::string::npos) << r.output;
     }
     EXPECT_EQ(w.comp("bake s.exr -o look.usda --prove --scene missing.usda").exit_code, 1);
-    EXPECT_EQ(w.comp("bake s.exr -o look.usda --prove --scene s.usda --velatura /nonexistent/velatura").exit_code, 1);
+    EXPECT_EQ(
+        w.comp("bake s.exr -o look.usda --prove --scene s.usda --velatura /nonexistent/velatura")
+            .exit_code,
+        1);
 }
 
 }  // namespace velatura::test

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a clamp takes can be given back: layers and clamp_ layers of a file are those of a render without it.
-#include <bit>
-#include <cstdio>
-#include <vector>
+// What a clamp takes can be given back: layers and clamp_ layers of a file are those of a render
+// without it.
+#include "command.h"
+#include "image/exr.h"
+#include "image/layer_header.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "command.h"
-#include "image/exr.h"
-#include "image/layer_header.h"
+#include <bit>
+#include <cstdio>
+#include <vector>
 
 namespace velatura::test {
 
@@ -22,7 +23,8 @@ struct LayerImage {
 };
 
 LayerImage render(const Workplace& w, const std::string& options) {
-    const CommandResult r = w.velatura("render s.usda --res 40 34 --spp 24 --bounces 3 -q --progress none -o x.exr " + options);
+    const CommandResult r = w.velatura(
+        "render s.usda --res 40 34 --spp 24 --bounces 3 -q --progress none -o x.exr " + options);
     EXPECT_EQ(r.exit_code, 0) << r.output;
     const CommandResult verified = w.comp("verify x.exr");
     EXPECT_EQ(verified.exit_code, 0) << verified.output;
@@ -40,27 +42,37 @@ TEST(Clamp, GivesBackTheRenderWithoutIt) {
     w.write("s.usda", small_scene());
     for (const char* storage : {"", "--float-layers", "--layers bounce,light,shadow,data"}) {
         SCOPED_TRACE(storage);
-        const LayerImage clamped = render(w, fmt::format("--clamp-direct 0.4 --clamp-indirect 0.05 {}", storage)), free = render(w, storage);
+        const LayerImage clamped = render(
+                             w,
+                             fmt::format("--clamp-direct 0.4 --clamp-indirect 0.05 {}", storage)),
+                         free = render(w, storage);
         int touched = 0;
         double taken = 0;
         for (const char* c : {"R", "G", "B"}) {
             std::vector<float> fold(clamped.image.data.pixel_count(), 0.0f);
             for (const image::LayerEntry& e : free.header.layers) {
-                const bool is_sum = e.family == "matrix" || e.family == "bounces" || e.family == "groups";
+                const bool is_sum =
+                    e.family == "matrix" || e.family == "bounces" || e.family == "groups";
                 const image::Channel* whole = free.image.find(e.name + "." + c);
-                if (!whole || (!is_sum && e.family != "unoccluded" && e.family != "shadow")) continue;
-                const image::Channel *kept = clamped.image.find(e.name + "." + c), *back = clamped.image.find("clamp_" + e.name + "." + c);
+                if (!whole || (!is_sum && e.family != "unoccluded" && e.family != "shadow"))
+                    continue;
+                const image::Channel *kept = clamped.image.find(e.name + "." + c),
+                                     *back = clamped.image.find("clamp_" + e.name + "." + c);
                 ASSERT_TRUE(kept) << e.name;
                 EXPECT_TRUE(is_sum || !back) << e.name;
                 touched += back != nullptr;
                 for (size_t i = 0; i < fold.size(); ++i) {
                     const float sum = back ? kept->value(i) + back->value(i) : kept->value(i);
-                    ASSERT_EQ(std::bit_cast<uint32_t>(sum), std::bit_cast<uint32_t>(whole->value(i))) << e.name << " pixel " << i;
+                    ASSERT_EQ(std::bit_cast<uint32_t>(sum),
+                              std::bit_cast<uint32_t>(whole->value(i)))
+                        << e.name << " pixel " << i;
                     if (e.in_sum) fold[i] += sum;
                     if (e.in_sum && back) taken += double(back->value(i));
                 }
             }
-            for (size_t i = 0; i < fold.size(); ++i) ASSERT_EQ(std::bit_cast<uint32_t>(fold[i]), std::bit_cast<uint32_t>(free.image.find(c)->value(i)));
+            for (size_t i = 0; i < fold.size(); ++i)
+                ASSERT_EQ(std::bit_cast<uint32_t>(fold[i]),
+                          std::bit_cast<uint32_t>(free.image.find(c)->value(i)));
         }
         EXPECT_GT(touched, 6);
         EXPECT_GT(taken, 0.0);
@@ -78,7 +90,10 @@ TEST(Clamp, GivesBackItsNoiseAsWell) {
     const Workplace w;
     w.write("s.usda", small_scene());
     const auto noise = [&](const std::string& options, const std::string& look) {
-        const CommandResult r = w.velatura("render s.usda --res 40 34 --spp 24 --bounces 3 --halves --adaptive off -q --progress none -o n.exr " + options);
+        const CommandResult r = w.velatura(
+            "render s.usda --res 40 34 --spp 24 --bounces 3 --halves --adaptive off -q --progress "
+            "none -o n.exr " +
+            options);
         EXPECT_EQ(r.exit_code, 0) << r.output;
         EXPECT_EQ(w.comp("verify n.exr").exit_code, 0);
         const CommandResult forecast = w.comp("noise --json n.exr " + look);
@@ -86,7 +101,8 @@ TEST(Clamp, GivesBackItsNoiseAsWell) {
         return nlohmann::json::parse(forecast.output)["mix"]["value"].get<double>();
     };
     const std::string clamps = "--clamp-direct 0.4 --clamp-indirect 0.05";
-    const double free = noise("", ""), back = noise(clamps, "--clamp all=1"), clamped = noise(clamps, "");
+    const double free = noise("", ""), back = noise(clamps, "--clamp all=1"),
+                 clamped = noise(clamps, "");
     EXPECT_NEAR(back, free, 2e-3 * free);
     EXPECT_LT(clamped, 0.98 * free);
 }

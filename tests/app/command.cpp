@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.h"
 
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -8,11 +12,6 @@
 #include <filesystem>
 #include <fstream>
 #include <vector>
-
-#include <sys/wait.h>
-
-#include <fmt/format.h>
-#include <gtest/gtest.h>
 
 namespace velatura::test {
 
@@ -30,20 +29,26 @@ Workplace::~Workplace() {
 }
 
 CommandResult Workplace::run(const std::string& program, const std::string& arguments) const {
-    const std::string line = fmt::format("cd '{}' && '{}/{}' {} 2>&1", folder_, VELATURA_BIN_DIR, program, arguments);
+    const std::string line =
+        fmt::format("cd '{}' && '{}/{}' {} 2>&1", folder_, VELATURA_BIN_DIR, program, arguments);
     CommandResult result;
     FILE* pipe = ::popen(line.c_str(), "r");
     if (!pipe) return result;
     std::array<char, 4096> buffer{};
-    while (const size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe)) result.output.append(buffer.data(), n);
+    while (const size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
+        result.output.append(buffer.data(), n);
     const int status = ::pclose(pipe);
     result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
     return result;
 }
 
-void Workplace::write(const std::string& name, const std::string& content) const { std::ofstream(path(name)) << content; }
+void Workplace::write(const std::string& name, const std::string& content) const {
+    std::ofstream(path(name)) << content;
+}
 
-bool Workplace::exists(const std::string& name) const { return fs::exists(path(name)); }
+bool Workplace::exists(const std::string& name) const {
+    return fs::exists(path(name));
+}
 
 std::string Workplace::files_beside(const std::string& known) const {
     std::vector<std::string> names;
@@ -79,7 +84,8 @@ def Material "M"
     def Shader "T"
     {
         uniform token info:id = "UsdUVTexture"
-        asset inputs:file = @)usda" + file + R"usda(@
+        asset inputs:file = @)usda" +
+           file + R"usda(@
         token inputs:wrapS = "repeat"
         token inputs:wrapT = "repeat"
         float3 outputs:rgb

@@ -20,12 +20,19 @@ class Workplace {
     Workplace& operator=(const Workplace&) = delete;
 
     /// Runs `velatura` (or `velatura-comp`) with arguments of a shell.
-    CommandResult velatura(const std::string& arguments) const { return run("velatura", arguments); }
-    CommandResult comp(const std::string& arguments) const { return run("velatura-comp", arguments); }
+    CommandResult velatura(const std::string& arguments) const {
+        return run("velatura", arguments);
+    }
+
+    CommandResult comp(const std::string& arguments) const {
+        return run("velatura-comp", arguments);
+    }
 
     void write(const std::string& name, const std::string& content) const;
     bool exists(const std::string& name) const;
+
     std::string path(const std::string& name) const { return folder_ + "/" + name; }
+
     /// Names of files in the folder beside those given, sorted and joined by spaces.
     std::string files_beside(const std::string& known) const;
     /// SHA-256 of all pixel data, as `velatura-comp info --hash` prints it.

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // `render --cryptomatte` against counting what each sample meets.
+#include "command.h"
+#include "film/cryptomatte_decoder.h"
+#include "image/exr.h"
+#include "still_life.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <map>
 #include <numeric>
 #include <set>
 #include <vector>
-
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
-#include "command.h"
-#include "film/cryptomatte_decoder.h"
-#include "image/exr.h"
-#include "still_life.h"
 
 namespace velatura::test {
 
@@ -31,7 +31,9 @@ class CryptomatteCommand : public testing::Test {
     void SetUp() override { w.write("s.usda", still_life()); }
 
     image::Image render(const std::string& arguments, const std::string& output = "out.exr") {
-        const CommandResult r = w.velatura(fmt::format("render s.usda --res {0} {0} --progress none -q --max-depth 2 -o {1} {2}", size, output, arguments));
+        const CommandResult r = w.velatura(
+            fmt::format("render s.usda --res {0} {0} --progress none -q --max-depth 2 -o {1} {2}",
+                        size, output, arguments));
         EXPECT_EQ(r.exit_code, 0) << r.output;
         return read(w, output);
     }
@@ -39,23 +41,29 @@ class CryptomatteCommand : public testing::Test {
     Workplace w;
 };
 
-double sum_of(const std::vector<float>& v) { return std::accumulate(v.begin(), v.end(), 0.0); }
+double sum_of(const std::vector<float>& v) {
+    return std::accumulate(v.begin(), v.end(), 0.0);
+}
 
 }  // namespace
 
 TEST_F(CryptomatteCommand, IsWhatTheSamplesMeetOneByOne) {
     const std::string how = "--filter triangle ";
-    const CryptomatteDecoder objects(render(how + fmt::format("--samples 0:{} --cryptomatte object", samples)), "CryptoObject");
+    const CryptomatteDecoder objects(
+        render(how + fmt::format("--samples 0:{} --cryptomatte object", samples)), "CryptoObject");
 
     // One sample at a time: who is met, and by what instance
     std::map<uint64_t, std::vector<float>> met;
     for (int i = 0; i < samples; ++i) {
-        const image::Image one = render(how + fmt::format("--layers data --samples {}:{}", i, i + 1));
-        const image::Channel *prim = one.find("primId"), *instance = one.find("instanceId"), *alpha = one.find("A");
+        const image::Image one =
+            render(how + fmt::format("--layers data --samples {}:{}", i, i + 1));
+        const image::Channel *prim = one.find("primId"), *instance = one.find("instanceId"),
+                             *alpha = one.find("A");
         ASSERT_TRUE(prim && instance && alpha);
         for (size_t p = 0; p < prim->size(); ++p) {
             if (alpha->value(p) == 0.0f) continue;
-            const uint32_t in = std::get<std::vector<uint32_t>>(instance->data)[p], of = std::get<std::vector<uint32_t>>(prim->data)[p];
+            const uint32_t in = std::get<std::vector<uint32_t>>(instance->data)[p],
+                           of = std::get<std::vector<uint32_t>>(prim->data)[p];
             std::vector<float>& counts = met[in == 0xffffffffu ? of : uint64_t(1) << 32 | in];
             counts.resize(prim->size());
             counts[p] += 1.0f;
@@ -82,7 +90,9 @@ TEST_F(CryptomatteCommand, NamesAndAreasAreThoseOfTheScene) {
     const CryptomatteDecoder objects(image, "CryptoObject"), materials(image, "CryptoMaterial");
     std::vector<std::string> names;
     for (const auto& [name, id] : objects.manifest) names.push_back(name);
-    EXPECT_EQ(names, (std::vector<std::string>{"/W/Ball", "/W/First", "/W/Proto/Body", "/W/Proto/Head", "/W/Second", "/W/Square", "/W/Veil_1"}));
+    EXPECT_EQ(names,
+              (std::vector<std::string>{"/W/Ball", "/W/First", "/W/Proto/Body", "/W/Proto/Head",
+                                        "/W/Second", "/W/Square", "/W/Veil_1"}));
     names.clear();
     for (const auto& [name, id] : materials.manifest) names.push_back(name);
     EXPECT_EQ(names, (std::vector<std::string>{"/W/Glass", "/W/Paint", "/W/Veil", "default"}));
@@ -94,7 +104,8 @@ TEST_F(CryptomatteCommand, NamesAndAreasAreThoseOfTheScene) {
     // Of the square, a strip lies behind the veil: from the eye, up to 0.375 of its height
     const double square = 1.25 * (0.625 + 0.625 * 0.75) * 100;
     EXPECT_NEAR(sum_of(objects.matte("/W/Square")), square, 0.01 * square);
-    // A ball seen from 10 units away along (0.9, 0.9): an ellipse, near enough a circle of r / sqrt(1 - r^2/d^2)
+    // A ball seen from 10 units away along (0.9, 0.9): an ellipse, near enough a circle of r /
+    // sqrt(1 - r^2/d^2)
     EXPECT_NEAR(sum_of(objects.matte("/W/Ball")), M_PI * 0.25 * 100, 0.03 * M_PI * 25);
 
     const std::vector<float> total = objects.total(), by_material = materials.total();
@@ -104,7 +115,8 @@ TEST_F(CryptomatteCommand, NamesAndAreasAreThoseOfTheScene) {
         EXPECT_NEAR(total[i], alpha->value(i), 1e-6f) << i;
         EXPECT_NEAR(by_material[i], alpha->value(i), 1e-6f) << i;
     }
-    const std::vector<float> unbound = materials.matte("default"), head = objects.matte("/W/Proto/Head");
+    const std::vector<float> unbound = materials.matte("default"),
+                             head = objects.matte("/W/Proto/Head");
     for (size_t i = 0; i < total.size(); ++i) EXPECT_LE(head[i], unbound[i] + 1e-6f);
 }
 
@@ -131,7 +143,8 @@ TEST_F(CryptomatteCommand, IsOneHoweverItWasMade) {
     render(all + "20 --keep-sums", "resumed.exr");
     render(all + "40 --resume", "resumed.exr");
     EXPECT_EQ(w.hash("resumed.exr"), expected);
-    EXPECT_EQ(read(w, "resumed.exr").text("cryptomatte/3ae39a5/manifest"), whole.text("cryptomatte/3ae39a5/manifest"));
+    EXPECT_EQ(read(w, "resumed.exr").text("cryptomatte/3ae39a5/manifest"),
+              whole.text("cryptomatte/3ae39a5/manifest"));
 }
 
 TEST_F(CryptomatteCommand, LeavesThePictureAlone) {
@@ -149,7 +162,8 @@ TEST_F(CryptomatteCommand, LeavesThePictureAlone) {
     }
     const CommandResult wrong = w.velatura("render s.usda --cryptomatte objects");
     EXPECT_EQ(wrong.exit_code, 2);
-    EXPECT_NE(wrong.output.find("--cryptomatte: expected object, material"), std::string::npos) << wrong.output;
+    EXPECT_NE(wrong.output.find("--cryptomatte: expected object, material"), std::string::npos)
+        << wrong.output;
 }
 
 }  // namespace velatura::test

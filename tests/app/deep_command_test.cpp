@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // `render --deep`: the deep picture against the flat one and the scene.
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <vector>
-
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
 #include "command.h"
 #include "image/deep_file.h"
 #include "image/exr.h"
 #include "still_life.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
 
 namespace velatura::test {
 
@@ -24,7 +24,9 @@ class DeepCommand : public testing::Test {
     void SetUp() override { w.write("s.usda", still_life()); }
 
     image::DeepImage render(const std::string& arguments, const std::string& name = "out") {
-        const CommandResult r = w.velatura(fmt::format("render s.usda --res {0} {0} --progress none -q --max-depth 3 --deep -o {1}.exr {2}", size, name, arguments));
+        const CommandResult r = w.velatura(fmt::format(
+            "render s.usda --res {0} {0} --progress none -q --max-depth 3 --deep -o {1}.exr {2}",
+            size, name, arguments));
         EXPECT_EQ(r.exit_code, 0) << r.output;
         const auto deep = image::read_deep_file(w.path(name + ".deep.exr"));
         if (!deep) throw std::runtime_error(deep.error().message);
@@ -48,7 +50,9 @@ std::vector<std::vector<image::DeepSample>> by_pixel(const image::DeepImage& dee
 }  // namespace
 
 TEST_F(DeepCommand, FlattensToTheBeautyWithItsBackground) {
-    for (const std::string how : {"", "--layers none", "--exr-layout single --layers matrix", "--exr-layout split", "--crop 0.2 0.9 0.1 0.8 --deep-samples 2", "--filter box --integrator whitted"}) {
+    for (const std::string how :
+         {"", "--layers none", "--exr-layout single --layers matrix", "--exr-layout split",
+          "--crop 0.2 0.9 0.1 0.8 --deep-samples 2", "--filter box --integrator whitted"}) {
         const image::DeepImage deep = render("--spp 24 " + how);
         const auto flat = image::read_exr(w.path("out.exr"));
         ASSERT_TRUE(flat.has_value());
@@ -65,7 +69,8 @@ TEST_F(DeepCommand, FlattensToTheBeautyWithItsBackground) {
             }
             for (size_t c = 0; c < 4; ++c) {
                 const float expected = flat->find(names[c])->value(i);
-                ASSERT_NEAR(sum[c], expected, expected * float(pixels[i].size() + 3) * 0x1p-23f) << how << ": " << names[c] << " of pixel " << i;
+                ASSERT_NEAR(sum[c], expected, expected * float(pixels[i].size() + 3) * 0x1p-23f)
+                    << how << ": " << names[c] << " of pixel " << i;
             }
         }
     }

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The effect plan from the outside: `velatura plan`, `--effects`, header and statistics.
-#include <fstream>
+#include "command.h"
+#include "image/exr.h"
+#include "image/layer_header.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "command.h"
-#include "image/exr.h"
-#include "image/layer_header.h"
+#include <fstream>
 
 namespace velatura::test {
 namespace {
@@ -46,7 +46,9 @@ class EffectsCommand : public testing::Test {
   protected:
     void SetUp() override { w.write("s.usda", scene_with_effects()); }
 
-    CommandResult render(const std::string& arguments) { return w.velatura("render s.usda --res 40 34 --spp 4 --progress none -q " + arguments); }
+    CommandResult render(const std::string& arguments) {
+        return w.velatura("render s.usda --res 40 34 --spp 4 --progress none -q " + arguments);
+    }
 
     json header_plan(const std::string& file) const {
         const Result<image::Image> image = image::read_exr(w.path(file));
@@ -68,8 +70,10 @@ class EffectsCommand : public testing::Test {
 TEST_F(EffectsCommand, PlanSaysWhoCallsForWhat) {
     const CommandResult r = w.velatura("plan s.usda");
     EXPECT_EQ(r.exit_code, 0) << r.output;
-    EXPECT_NE(r.output.find(" on   clearcoat            </Coat>: clearcoat 1\n"), std::string::npos) << r.output;
-    EXPECT_NE(r.output.find(" off  transmission         proven zero: </Coat/P>"), std::string::npos) << r.output;
+    EXPECT_NE(r.output.find(" on   clearcoat            </Coat>: clearcoat 1\n"), std::string::npos)
+        << r.output;
+    EXPECT_NE(r.output.find(" off  transmission         proven zero: </Coat/P>"), std::string::npos)
+        << r.output;
     EXPECT_NE(r.output.find("absent: "), std::string::npos);
     EXPECT_EQ(w.files_beside("s.usda"), "") << "a plan writes nothing";
 }
@@ -92,10 +96,15 @@ TEST_F(EffectsCommand, StatisticsCountCalls) {
     EXPECT_EQ(entry(effects, "transmission")["state"], "proven zero");
 }
 
-/// The memory that is told beforehand is what a render has, within the spread that counts and black layers make.
+/// The memory that is told beforehand is what a render has, within the spread that counts and black
+/// layers make.
 TEST_F(EffectsCommand, PlanTellsTheMemory) {
-    const json needs = json::parse(w.velatura("plan s.usda --json -q --res 128 96").output)["needs"]["memory_bytes"];
-    ASSERT_EQ(w.velatura("render s.usda -o a.exr --res 128 96 --spp 16 --progress none -q --stats a.json").exit_code, 0);
+    const json needs = json::parse(
+        w.velatura("plan s.usda --json -q --res 128 96").output)["needs"]["memory_bytes"];
+    ASSERT_EQ(
+        w.velatura("render s.usda -o a.exr --res 128 96 --spp 16 --progress none -q --stats a.json")
+            .exit_code,
+        0);
     std::ifstream in(w.path("a.json"));
     const json memory = json::parse(in)["memory_bytes"];
     EXPECT_EQ(needs["geometry"], memory["geometry"]);
@@ -108,9 +117,13 @@ TEST_F(EffectsCommand, PlanTellsTheMemory) {
 TEST_F(EffectsCommand, PlanTellsTheFile) {
     w.write("corner.usda", small_scene());
     const std::string common = "corner.usda --res 24 20 --bounces 2 -o a.exr -q ";
-    for (const char* layers : {"", "--halves", "--layers caster,data --halves", "--layers bounce,light,matrix --clamp-direct 0.01 --clamp-indirect 0.001 --halves", "--float-layers --cryptomatte object,material"}) {
+    for (const char* layers :
+         {"", "--halves", "--layers caster,data --halves",
+          "--layers bounce,light,matrix --clamp-direct 0.01 --clamp-indirect 0.001 --halves",
+          "--float-layers --cryptomatte object,material"}) {
         const std::string options = common + layers;
-        const json planned = json::parse(w.velatura("plan --json " + options).output)["needs"]["files"][0];
+        const json planned =
+            json::parse(w.velatura("plan --json " + options).output)["needs"]["files"][0];
         ASSERT_EQ(w.velatura("render --spp 16 --progress none " + options).exit_code, 0) << layers;
         const Result<image::Image> image = image::read_exr(w.path("a.exr"));
         ASSERT_TRUE(image.has_value());
@@ -121,7 +134,8 @@ TEST_F(EffectsCommand, PlanTellsTheFile) {
                 bytes += image->data.pixel_count() * (c.type() == image::ChannelType::Half ? 2 : 4);
             }
         }
-        fmt::print("{}: {} of {} channels, {} of {} bytes\n", layers, channels, planned["channels"].get<size_t>(), bytes, planned["most_bytes"].get<size_t>());
+        fmt::print("{}: {} of {} channels, {} of {} bytes\n", layers, channels,
+                   planned["channels"].get<size_t>(), bytes, planned["most_bytes"].get<size_t>());
         EXPECT_LE(channels, planned["channels"].get<size_t>()) << layers;
         EXPECT_LE(bytes, planned["most_bytes"].get<size_t>()) << layers;
         EXPECT_GT(double(bytes), 0.5 * planned["most_bytes"].get<double>()) << layers;
@@ -159,7 +173,8 @@ TEST_F(EffectsCommand, RefusesNamesThatMeanNothing) {
     const CommandResult instancing = render("-o a.exr --effects -instancing");
     EXPECT_EQ(instancing.exit_code, 2);
     EXPECT_NE(instancing.output.find("cannot be left out"), std::string::npos);
-    EXPECT_NE(render("-o a.exr --effects -roulette").output.find("option of its own"), std::string::npos);
+    EXPECT_NE(render("-o a.exr --effects -roulette").output.find("option of its own"),
+              std::string::npos);
     EXPECT_FALSE(w.exists("a.exr"));
 }
 

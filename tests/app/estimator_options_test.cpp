@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options that choose the estimator, from the outside. That the estimators agree is tests/transport's.
-#include <algorithm>
-#include <cmath>
+// The options that choose the estimator, from the outside. That the estimators agree is
+// tests/transport's.
+#include "command.h"
+#include "image/exr.h"
+#include "image/layer_header.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "command.h"
-#include "image/exr.h"
-#include "image/layer_header.h"
+#include <algorithm>
+#include <cmath>
 
 namespace velatura::test {
 
@@ -49,7 +50,8 @@ class EstimatorOptions : public testing::Test {
     void SetUp() override { w.write("s.usda", scene_with_mirror()); }
 
     void render(const std::string& arguments) {
-        const CommandResult r = w.velatura("render s.usda --res 40 34 --progress none -q " + arguments);
+        const CommandResult r =
+            w.velatura("render s.usda --res 40 34 --progress none -q " + arguments);
         ASSERT_EQ(r.exit_code, 0) << r.output;
     }
 
@@ -66,7 +68,8 @@ class EstimatorOptions : public testing::Test {
     /// Of the file's header.
     nlohmann::json stats(const std::string& file) const {
         const Result<image::Image> image = image::read_exr(w.path(file));
-        return image ? nlohmann::json::parse(image->text(image::stats_attribute)) : nlohmann::json();
+        return image ? nlohmann::json::parse(image->text(image::stats_attribute))
+                     : nlohmann::json();
     }
 
     Workplace w;
@@ -75,9 +78,17 @@ class EstimatorOptions : public testing::Test {
 }  // namespace
 
 TEST_F(EstimatorOptions, ContradictionsAreUsageErrors) {
-    for (const char* arguments : {"--roulette none", "--integrator naive --light-sampling light", "--integrator nee --light-sampling mis",
-                                  "--integrator whitted --light-sampling bsdf", "--integrator bdpt", "--light-sampling both", "--light-sampling global-area --light-selection power", "--cutoff 0.1", "--roulette none --max-depth 4 --cutoff 0.1", "--sampler halton", "--caustics photons", "--integrator whitted --caustics manifold"}) {
-        EXPECT_EQ(w.velatura(std::string("render s.usda -o x.exr --res 8 8 --spp 1 ") + arguments).exit_code, 2) << arguments;
+    for (const char* arguments :
+         {"--roulette none", "--integrator naive --light-sampling light",
+          "--integrator nee --light-sampling mis", "--integrator whitted --light-sampling bsdf",
+          "--integrator bdpt", "--light-sampling both",
+          "--light-sampling global-area --light-selection power", "--cutoff 0.1",
+          "--roulette none --max-depth 4 --cutoff 0.1", "--sampler halton", "--caustics photons",
+          "--integrator whitted --caustics manifold"}) {
+        EXPECT_EQ(w.velatura(std::string("render s.usda -o x.exr --res 8 8 --spp 1 ") + arguments)
+                      .exit_code,
+                  2)
+            << arguments;
     }
     EXPECT_FALSE(w.exists("x.exr"));
 }
@@ -94,7 +105,12 @@ TEST_F(EstimatorOptions, NamesForOneEstimatorGiveOnePicture) {
 TEST_F(EstimatorOptions, EachChangesThePictureAndCannotBeMergedWithAnother) {
     render("--samples 0:4 -o usual.exr");
     const std::string usual = w.hash("usual.exr");
-    for (const char* other : {"--integrator nee", "--integrator whitted", "--light-selection uniform", "--light-sampling light", "--light-sampling area", "--light-sampling hemisphere", "--light-sampling cosine", "--light-selection area", "--roulette constant", "--roulette albedo", "--roulette efficiency", "--roulette cutoff", "--sampler independent", "--sampler stratified", "--caustics manifold"}) {
+    for (const char* other :
+         {"--integrator nee", "--integrator whitted", "--light-selection uniform",
+          "--light-sampling light", "--light-sampling area", "--light-sampling hemisphere",
+          "--light-sampling cosine", "--light-selection area", "--roulette constant",
+          "--roulette albedo", "--roulette efficiency", "--roulette cutoff",
+          "--sampler independent", "--sampler stratified", "--caustics manifold"}) {
         render(std::string("--samples 0:4 -o same_range.exr ") + other);
         EXPECT_NE(w.hash("same_range.exr"), usual) << other;
         render(std::string("--samples 4:8 -o rest.exr ") + other);
@@ -112,7 +128,10 @@ TEST_F(EstimatorOptions, GlobalAreaIsAreaOfLightsChosenByArea) {
 TEST_F(EstimatorOptions, CutoffIsABiasThatTheLedgerNames) {
     render("--spp 16 -o cut.exr --roulette cutoff --cutoff 0.3");
     const nlohmann::json ledger = stats("cut.exr")["ledger"];
-    const auto named = [](const nlohmann::json& line) { return line["approximation"] == "throughput-cutoff" && line["kind"] == "bias" && line["value"].get<float>() == 0.3f; };
+    const auto named = [](const nlohmann::json& line) {
+        return line["approximation"] == "throughput-cutoff" && line["kind"] == "bias" &&
+               line["value"].get<float>() == 0.3f;
+    };
     EXPECT_EQ(std::count_if(ledger.begin(), ledger.end(), named), 1);
     render("--spp 16 -o whole.exr");
     const nlohmann::json none = stats("whole.exr")["ledger"];
@@ -133,7 +152,8 @@ TEST_F(EstimatorOptions, GainsOfRouletteAreTheSameInEveryCrop) {
 TEST_F(EstimatorOptions, WhittedFollowsMirrorsAlone) {
     render("--spp 64 --lights off -o whitted.exr --integrator whitted");
     render("--spp 64 --lights off -o path.exr --integrator nee");
-    // Direct light is the same, what the mirror shows of it is there, light that two matte surfaces pass on is not
+    // Direct light is the same, what the mirror shows of it is there, light that two matte surfaces
+    // pass on is not
     const double direct = mean("path.exr", "b1.G");
     EXPECT_NEAR(mean("whitted.exr", "b1.G"), direct, 0.02 * direct);
     const double whitted = mean("whitted.exr", "b2.G"), all = mean("path.exr", "b2.G");

@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layers by light path expressions, of lobes and of render vars: against layers that are made without them, against the
-// lights' own multipliers of lobes, and against materials that have one lobe.
+// Layers by light path expressions, of lobes and of render vars: against layers that are made
+// without them, against the lights' own multipliers of lobes, and against materials that have one
+// lobe.
+#include "base/atomic_file.h"
+#include "command.h"
+#include "film/cryptomatte_decoder.h"
+#include "image/exr.h"
+#include "image/layer_header.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 #include <vector>
-
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
-
-#include "base/atomic_file.h"
-#include "command.h"
-#include "film/cryptomatte_decoder.h"
-#include "image/exr.h"
-#include "image/layer_header.h"
 
 namespace velatura::test {
 
@@ -46,7 +47,10 @@ std::string ball(const std::string& name, const std::string& inputs, double x) {
 const std::string preview = "uniform token info:id = \"UsdPreviewSurface\"\n            ";
 
 /// A floor and balls under a rect light with these multipliers of lobes, and more prims.
-std::string room(double diffuse, double specular, const std::string& more = "", const std::string& metadata = "") {
+std::string room(double diffuse,
+                 double specular,
+                 const std::string& more = "",
+                 const std::string& metadata = "") {
     std::string text = "#usda 1.0\n(\n" + metadata + R"usda(
 )
 def Xform "W"
@@ -68,11 +72,23 @@ def Xform "W"
         uniform token subdivisionScheme = "none"
         color3f[] primvars:displayColor = [(0.6, 0.5, 0.4)]
     })usda";
-    text += ball("Coated", preview + "color3f inputs:diffuseColor = (0.5, 0.2, 0.1)\n            float inputs:roughness = 0.4\n            float inputs:clearcoat = 1\n            float inputs:clearcoatRoughness = 0.25", -1.8);
-    text += ball("Metal", preview + "float inputs:metallic = 1\n            float inputs:roughness = 0", -0.6);
-    text += ball("Glass", preview + "float inputs:opacity = 0\n            float inputs:roughness = 0", 0.6);
-    text += ball("Wax", "uniform token info:id = \"ND_open_pbr_surface_surfaceshader\"\n            float inputs:subsurface_weight = 1\n            float inputs:subsurface_radius = 0.1", 1.8);
-    return text + fmt::format(R"usda(
+    text += ball("Coated",
+                 preview +
+                     "color3f inputs:diffuseColor = (0.5, 0.2, 0.1)\n            float "
+                     "inputs:roughness = 0.4\n            float inputs:clearcoat = 1\n            "
+                     "float inputs:clearcoatRoughness = 0.25",
+                 -1.8);
+    text +=
+        ball("Metal", preview + "float inputs:metallic = 1\n            float inputs:roughness = 0",
+             -0.6);
+    text += ball("Glass",
+                 preview + "float inputs:opacity = 0\n            float inputs:roughness = 0", 0.6);
+    text += ball("Wax",
+                 "uniform token info:id = \"ND_open_pbr_surface_surfaceshader\"\n            float "
+                 "inputs:subsurface_weight = 1\n            float inputs:subsurface_radius = 0.1",
+                 1.8);
+    return text +
+           fmt::format(R"usda(
     def RectLight "key"
     {{
         float inputs:intensity = 8
@@ -90,7 +106,7 @@ def Xform "W"
     }}
 }}
 )usda",
-                              diffuse, specular) +
+                       diffuse, specular) +
            more;
 }
 
@@ -98,7 +114,8 @@ class LightPathLayers : public testing::Test {
   protected:
     image::Image render(const std::string& scene, const std::string& arguments) {
         w.write("s.usda", scene);
-        const CommandResult r = w.velatura("render s.usda --res 48 24 --progress none -q -o out.exr " + arguments);
+        const CommandResult r =
+            w.velatura("render s.usda --res 48 24 --progress none -q -o out.exr " + arguments);
         EXPECT_EQ(r.exit_code, 0) << r.output;
         output = r.output;
         const CommandResult verified = w.comp("verify out.exr");
@@ -117,7 +134,9 @@ std::vector<float> layer(const image::Image& image, const std::string& name) {
     std::vector<float> out(3 * image.data.pixel_count(), 0.0f);
     const char* channels[] = {".R", ".G", ".B"};
     for (size_t c = 0; c < 3; ++c) {
-        if (const image::Channel* channel = image.find(name + channels[c])) image::for_each_value(*channel, [&](size_t i, float v) { out[c * image.data.pixel_count() + i] = v; });
+        if (const image::Channel* channel = image.find(name + channels[c]))
+            image::for_each_value(
+                *channel, [&](size_t i, float v) { out[c * image.data.pixel_count() + i] = v; });
     }
     return out;
 }
@@ -131,7 +150,10 @@ std::vector<float> sum(const image::Image& image, const std::vector<std::string>
     return out;
 }
 
-void expect_same(const std::vector<float>& a, const std::vector<float>& b, float scale, const std::string& what) {
+void expect_same(const std::vector<float>& a,
+                 const std::vector<float>& b,
+                 float scale,
+                 const std::string& what) {
     double total = 0;
     for (size_t i = 0; i < a.size(); ++i) {
         ASSERT_NEAR(a[i], scale * b[i], 2e-5f * std::abs(a[i]) + 1e-6f) << what << ", value " << i;
@@ -144,8 +166,10 @@ void expect_same(const std::vector<float>& a, const std::vector<float>& b, float
 
 /// Every layer of light says by which expression it can be had: it must be that one, bit for bit.
 TEST_F(LightPathLayers, GiveEveryLayerByItsOwnExpression) {
-    const std::string common = "--spp 20 --bounces 3 --float-layers --layers bounce,light,matrix,shadow ";
-    for (const std::string how : {"", "--guiding on --splitting auto ", "--integrator naive ", "--clamp-indirect 0.05 --clamp-direct 0.5 "}) {
+    const std::string common =
+        "--spp 20 --bounces 3 --float-layers --layers bounce,light,matrix,shadow ";
+    for (const std::string how : {"", "--guiding on --splitting auto ", "--integrator naive ",
+                                  "--clamp-indirect 0.05 --clamp-direct 0.5 "}) {
         SCOPED_TRACE(how);
         const image::Image plain = render(small_scene(), common + how);
         const Result<image::LayerHeader> header = image::read_layer_header(plain);
@@ -160,11 +184,16 @@ TEST_F(LightPathLayers, GiveEveryLayerByItsOwnExpression) {
         ASSERT_GT(names.size(), 20u);
         const image::Image both = render(small_scene(), common + how + options);
         for (size_t i = 0; i < names.size(); ++i) {
-            const std::vector<float> expected = layer(plain, names[i]), with = layer(both, names[i]), by_paths = layer(both, fmt::format("x{}", i));
+            const std::vector<float> expected = layer(plain, names[i]),
+                                     with = layer(both, names[i]),
+                                     by_paths = layer(both, fmt::format("x{}", i));
             for (size_t k = 0; k < expected.size(); ++k) {
-                ASSERT_EQ(std::bit_cast<uint32_t>(with[k]), std::bit_cast<uint32_t>(expected[k])) << names[i] << " changed by being looked at";
-                // The beauty's own layers are folds of stored cells; sums of the same contributions differ in the last bit
-                ASSERT_NEAR(by_paths[k], expected[k], 3e-7f * std::abs(expected[k]) + 1e-9f) << names[i];
+                ASSERT_EQ(std::bit_cast<uint32_t>(with[k]), std::bit_cast<uint32_t>(expected[k]))
+                    << names[i] << " changed by being looked at";
+                // The beauty's own layers are folds of stored cells; sums of the same contributions
+                // differ in the last bit
+                ASSERT_NEAR(by_paths[k], expected[k], 3e-7f * std::abs(expected[k]) + 1e-9f)
+                    << names[i];
             }
         }
     }
@@ -173,39 +202,54 @@ TEST_F(LightPathLayers, GiveEveryLayerByItsOwnExpression) {
 TEST_F(LightPathLayers, LobesOfDirectLightAreWhatTheLightsMultipliersKeep) {
     // Light that is sampled, and light that paths meet
     for (const std::string integrator : {"path", "naive", "nee"}) {
-        const std::string how = "--spp 8 --adaptive off --splitting off --guiding off --layers bounce,lobe --float-layers --integrator " + integrator;
+        const std::string how =
+            "--spp 8 --adaptive off --splitting off --guiding off --layers bounce,lobe "
+            "--float-layers --integrator " +
+            integrator;
         const auto with = [&](double diffuse, double specular) {
             std::string scene = room(diffuse, specular);
             // One light alone has them
             scene.replace(scene.find("intensity = 0.2"), 15, "intensity = 0.0");
             return render(scene, how);
         };
-        const image::Image all = with(1, 1), diffuse = with(1, 0), specular = with(0, 1), other = with(0.5, 2);
+        const image::Image all = with(1, 1), diffuse = with(1, 0), specular = with(0, 1),
+                           other = with(0.5, 2);
         // Subsurface counts as diffuse; what mirrors and glass show of the light is specular
-        expect_same(layer(diffuse, "b1"), sum(all, {"diffuse_direct", "subsurface_direct"}), 1, integrator + ": diffuse");
-        expect_same(layer(specular, "b1"), sum(all, {"specular_direct", "coat_direct", "transmit_direct"}), 1, integrator + ": specular");
-        expect_same(layer(other, "diffuse_direct"), layer(all, "diffuse_direct"), 0.5f, integrator + ": half diffuse");
-        expect_same(layer(other, "specular_direct"), layer(all, "specular_direct"), 2, integrator + ": twice specular");
-        expect_same(layer(other, "coat_direct"), layer(all, "coat_direct"), 2, integrator + ": twice coat");
+        expect_same(layer(diffuse, "b1"), sum(all, {"diffuse_direct", "subsurface_direct"}), 1,
+                    integrator + ": diffuse");
+        expect_same(layer(specular, "b1"),
+                    sum(all, {"specular_direct", "coat_direct", "transmit_direct"}), 1,
+                    integrator + ": specular");
+        expect_same(layer(other, "diffuse_direct"), layer(all, "diffuse_direct"), 0.5f,
+                    integrator + ": half diffuse");
+        expect_same(layer(other, "specular_direct"), layer(all, "specular_direct"), 2,
+                    integrator + ": twice specular");
+        expect_same(layer(other, "coat_direct"), layer(all, "coat_direct"), 2,
+                    integrator + ": twice coat");
     }
 }
 
 TEST_F(LightPathLayers, LobesAddUpToBouncesAndBelongToTheirMaterials) {
-    const image::Image image = render(room(1, 1), "--spp 16 --bounces 8 --cryptomatte material --layers bounce,lobe --float-layers");
-    const std::vector<std::string> lobes = {"diffuse", "specular", "coat", "transmit", "subsurface", "volume"};
+    const image::Image image =
+        render(room(1, 1),
+               "--spp 16 --bounces 8 --cryptomatte material --layers bounce,lobe --float-layers");
+    const std::vector<std::string> lobes = {"diffuse",  "specular",   "coat",
+                                            "transmit", "subsurface", "volume"};
     std::vector<std::string> direct, indirect;
     for (const std::string& lobe : lobes) {
         direct.push_back(lobe + "_direct");
         indirect.push_back(lobe + "_indirect");
     }
     expect_same(layer(image, "b1"), sum(image, direct), 1, "direct");
-    expect_same(sum(image, {"b2", "b3", "b4", "b5", "b6", "b7", "b8", "tail"}), sum(image, indirect), 1, "indirect");
+    expect_same(sum(image, {"b2", "b3", "b4", "b5", "b6", "b7", "b8", "tail"}),
+                sum(image, indirect), 1, "indirect");
     EXPECT_EQ(layer(image, "emission"), layer(image, "b0"));
 
     // Where a material covers the pixel, only its lobes bring light
     const CryptomatteDecoder mattes(image, "CryptoMaterial");
     const auto brings = [&](const std::string& material, const std::string& lobe) {
-        const std::vector<float> matte = mattes.matte(material), light = sum(image, {lobe + "_direct", lobe + "_indirect"});
+        const std::vector<float> matte = mattes.matte(material),
+                                 light = sum(image, {lobe + "_direct", lobe + "_indirect"});
         double total = 0;
         size_t whole = 0;
         for (size_t i = 0; i < matte.size(); ++i) {
@@ -216,9 +260,11 @@ TEST_F(LightPathLayers, LobesAddUpToBouncesAndBelongToTheirMaterials) {
         EXPECT_GT(whole, 5u) << material;
         return total > 1e-4;
     };
-    const auto expect_lobes = [&](const std::string& material, const std::vector<std::string>& expected) {
+    const auto expect_lobes = [&](const std::string& material,
+                                  const std::vector<std::string>& expected) {
         for (const std::string& lobe : lobes) {
-            const bool is_expected = std::find(expected.begin(), expected.end(), lobe) != expected.end();
+            const bool is_expected =
+                std::find(expected.begin(), expected.end(), lobe) != expected.end();
             EXPECT_EQ(brings(material, lobe), is_expected) << lobe << " of " << material;
         }
     };
@@ -231,7 +277,9 @@ TEST_F(LightPathLayers, LobesAddUpToBouncesAndBelongToTheirMaterials) {
 
 /// All families, halves and clamps together: every name is one that files take.
 TEST_F(LightPathLayers, LobesHaveShortNames) {
-    const image::Image image = render(room(1, 1), "--spp 4 --layers lobe,bounce --halves --clamp-direct 0.01 --clamp-indirect 0.001");
+    const image::Image image =
+        render(room(1, 1),
+               "--spp 4 --layers lobe,bounce --halves --clamp-direct 0.01 --clamp-indirect 0.001");
     EXPECT_NE(image.find("clamp_transmit_indirect_hA.R"), nullptr);
 }
 
@@ -322,7 +370,9 @@ def Xform "World"
     }
 }
 )usda";
-    const std::string how = "--spp 64 --adaptive off --guiding off --float-layers --layers bounce,lobe --lpe \"mirror=C<RS>L\" --lpe \"mirrordiff=C<RS>DL\" --stats s.json --splitting ";
+    const std::string how =
+        "--spp 64 --adaptive off --guiding off --float-layers --layers bounce,lobe --lpe "
+        "\"mirror=C<RS>L\" --lpe \"mirrordiff=C<RS>DL\" --stats s.json --splitting ";
     const image::Image whole = render(scene, how + "off"), divided = render(scene, how + "auto");
     const auto stats = nlohmann::json::parse(*read_file(w.path("s.json")));
     EXPECT_GT(stats["splitting"]["mean_branches"].get<double>(), 1.0) << stats["splitting"];
@@ -340,13 +390,16 @@ TEST_F(LightPathLayers, CausticsKeepTheirLabelsHoweverTheyAreFound) {
     std::string scene = room(1, 1);
     scene.replace(scene.find("float inputs:width = 3"), 22, "float inputs:width = 0.5");
     scene.replace(scene.find("float inputs:height = 3"), 23, "float inputs:height = 0.5");
-    const std::string how = "--adaptive off --guiding off --float-layers --layers bounce,lobe --lpe \"through=CDT+L\" --lpe \"mirrored=CDS+L\" --lpe \"rest=CD[RV].*<R>L\" ";
+    const std::string how =
+        "--adaptive off --guiding off --float-layers --layers bounce,lobe --lpe \"through=CDT+L\" "
+        "--lpe \"mirrored=CDS+L\" --lpe \"rest=CD[RV].*<R>L\" ";
     const auto mean = [](const std::vector<float>& v) {
         double total = 0;
         for (const float x : v) total += double(x);
         return total / double(v.size());
     };
-    const image::Image paths = render(scene, how + "--spp 1024"), solved = render(scene, how + "--spp 128 --caustics manifold");
+    const image::Image paths = render(scene, how + "--spp 1024"),
+                       solved = render(scene, how + "--spp 128 --caustics manifold");
     for (const char* name : {"through", "mirrored", "diffuse_indirect"}) {
         const double expected = mean(layer(paths, name)), found = mean(layer(solved, name));
         fmt::print("{}: {:.5f} by paths, {:.5f} solved for\n", name, expected, found);
@@ -358,7 +411,10 @@ TEST_F(LightPathLayers, CausticsKeepTheirLabelsHoweverTheyAreFound) {
 TEST_F(LightPathLayers, AreOneHoweverTheyWereMade) {
     w.write("s.usda", room(1, 1));
     const auto make = [&](const std::string& arguments, const std::string& name) {
-        const CommandResult r = w.velatura("render s.usda --res 24 12 --progress none -q --layers light,lobe --halves --lpe \"wet=C<R.'coat'>.*<L.'key'>\" " + arguments + " -o " + name);
+        const CommandResult r = w.velatura(
+            "render s.usda --res 24 12 --progress none -q --layers light,lobe --halves --lpe "
+            "\"wet=C<R.'coat'>.*<L.'key'>\" " +
+            arguments + " -o " + name);
         EXPECT_EQ(r.exit_code, 0) << r.output;
     };
     make("--samples 0:20", "whole.exr");
@@ -383,7 +439,8 @@ def Scope "Render"
     }
     def RenderProduct "Product"
     {
-        rel orderedVars = [</Render/Wet>, </Render/b2_key>, </Render/depth>, </Render/color>, </Render/Bad>, </Render/Odd>, </Render/N>]
+        rel orderedVars = [</Render/Wet>, </Render/b2_key>, </Render/depth>, </Render/color>,
+            </Render/Bad>, </Render/Odd>, </Render/N>]
     }
     def RenderVar "Wet"
     {
@@ -419,30 +476,62 @@ def Scope "Render"
     }
 }
 )usda";
-    const image::Image image = render(room(1, 1, vars, "    renderSettingsPrimPath = \"/Render/Settings\""), "--spp 4 --float-layers --bounces 3 --lpe coat_again=\"C<R.'coat'>L\"");
+    const image::Image image =
+        render(room(1, 1, vars, "    renderSettingsPrimPath = \"/Render/Settings\""),
+               "--spp 4 --float-layers --bounces 3 --lpe coat_again=\"C<R.'coat'>L\"");
     EXPECT_EQ(layer(image, "wet_direct"), layer(image, "coat_again"));
-    EXPECT_GT(*std::max_element(layer(image, "wet_direct").begin(), layer(image, "wet_direct").end()), -1.0f);
+    EXPECT_GT(
+        *std::max_element(layer(image, "wet_direct").begin(), layer(image, "wet_direct").end()),
+        -1.0f);
     // The set's own layer of that name and expression is it
     EXPECT_NE(image.find("b2_key.R"), nullptr);
     EXPECT_EQ(image.find("b2_key_2.R"), nullptr);
     // Depth by Hydra's name for it
     ASSERT_NE(image.find("depth"), nullptr);
-    for (size_t i = 0; i < image.data.pixel_count(); ++i) ASSERT_EQ(image.find("depth")->value(i), image.find("Z")->value(i));
+    for (size_t i = 0; i < image.data.pixel_count(); ++i)
+        ASSERT_EQ(image.find("depth")->value(i), image.find("Z")->value(i));
     EXPECT_EQ(image.find("Bad.R"), nullptr);
     const CommandResult r = w.velatura("render s.usda --res 8 4 --spp 1 --progress none -o b.exr");
     EXPECT_NE(r.output.find("</Render/Bad>"), std::string::npos) << r.output;
-    EXPECT_NE(r.output.find("column 8: expected > to close the event"), std::string::npos) << r.output;
-    EXPECT_NE(r.output.find("render var Odd: sourceType primvar is not supported"), std::string::npos) << r.output;
-    EXPECT_EQ(w.velatura("render s.usda --strict --res 8 4 --spp 1 --progress none -o b.exr").exit_code, 1);
+    EXPECT_NE(r.output.find("column 8: expected > to close the event"), std::string::npos)
+        << r.output;
+    EXPECT_NE(r.output.find("render var Odd: sourceType primvar is not supported"),
+              std::string::npos)
+        << r.output;
+    EXPECT_EQ(
+        w.velatura("render s.usda --strict --res 8 4 --spp 1 --progress none -o b.exr").exit_code,
+        1);
 }
 
-/// Names that files have for other things, that are too long or no names; the light is the same under all of them.
+/// Names that files have for other things, that are too long or no names; the light is the same
+/// under all of them.
 TEST_F(LightPathLayers, NamesNeverClash) {
-    const std::vector<std::string> names = {"b1", "b1_hA", "clamp_b1", "S_key", "S_key_rest", "U_key", "C_key", "sums3", "CryptoObject00", "7", "N", "variance", "R", "a_name_that_no_reader_takes_all_of_hA", "b1_halfA", "beauty", "deep", "beauty_hA", "dürer \\w"};
+    const std::vector<std::string> names = {"b1",
+                                            "b1_hA",
+                                            "clamp_b1",
+                                            "S_key",
+                                            "S_key_rest",
+                                            "U_key",
+                                            "C_key",
+                                            "sums3",
+                                            "CryptoObject00",
+                                            "7",
+                                            "N",
+                                            "variance",
+                                            "R",
+                                            "a_name_that_no_reader_takes_all_of_hA",
+                                            "b1_halfA",
+                                            "beauty",
+                                            "deep",
+                                            "beauty_hA",
+                                            "dürer \\w"};
     std::string options;
     for (const std::string& name : names) options += fmt::format("--lpe \"{}=C.L\" ", name);
-    for (const char* how : {"--halves --layers bounce,shadow,caster,data --exr-layout multipart", "--clamp-direct 0.1 --halves --layers light,lobe", "--keep-sums --cryptomatte object --layers none"}) {
-        const image::Image image = render(small_scene(), fmt::format("--spp 4 {} {}", how, options));
+    for (const char* how : {"--halves --layers bounce,shadow,caster,data --exr-layout multipart",
+                            "--clamp-direct 0.1 --halves --layers light,lobe",
+                            "--keep-sums --cryptomatte object --layers none"}) {
+        const image::Image image =
+            render(small_scene(), fmt::format("--spp 4 {} {}", how, options));
         const Result<image::LayerHeader> header = image::read_layer_header(image);
         ASSERT_TRUE(header.has_value());
         size_t found = 0;
@@ -459,7 +548,8 @@ TEST_F(LightPathLayers, NamesNeverClash) {
 TEST_F(LightPathLayers, WrongOptionsAreUsageErrors) {
     w.write("s.usda", room(1, 1));
     for (const char* lpe : {"C<RD>L", "=CL", "x=C<RD", "x=C<L.'kay'>", "x=unoccluded;C.*L"}) {
-        const CommandResult r = w.velatura(fmt::format("render s.usda --res 8 4 --spp 1 -o no.exr --lpe \"{}\"", lpe));
+        const CommandResult r =
+            w.velatura(fmt::format("render s.usda --res 8 4 --spp 1 -o no.exr --lpe \"{}\"", lpe));
         EXPECT_EQ(r.exit_code, 2) << lpe << ": " << r.output;
     }
     EXPECT_FALSE(w.exists("no.exr"));

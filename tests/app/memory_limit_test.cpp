@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Renders within limits on their memory. ./dev faults --only memory renders 20 scenes.
+#include "base/atomic_file.h"
+#include "command.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <fstream>
-
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
-
-#include "base/atomic_file.h"
-#include "command.h"
 
 namespace velatura::test {
 
@@ -36,7 +35,10 @@ class MemoryLimitCommand : public testing::Test {
     }
 
     CommandResult render(const std::string& more) const {
-        return w.velatura("render s.usda -o x.exr --stats s.json --res 200 150 --spp 1 --threads 2 --progress none -q " + more);
+        return w.velatura(
+            "render s.usda -o x.exr --stats s.json --res 200 150 --spp 1 --threads 2 --progress "
+            "none -q " +
+            more);
     }
 
     Workplace w;
@@ -55,7 +57,9 @@ TEST_F(MemoryLimitCommand, IsKept) {
         const CommandResult r = render(fmt::format("--memory-limit {:.0f}K", limit / 1e3));
         EXPECT_TRUE(r.exit_code == 0 || r.exit_code == 3 || r.exit_code == 6) << part << r.output;
         EXPECT_EQ(w.exists("x.exr"), r.exit_code != 6) << part << r.output;
-        EXPECT_EQ(r.output.find("memory-limit") == std::string::npos, r.exit_code == 0 && r.output.empty()) << part << r.output;
+        EXPECT_EQ(r.output.find("memory-limit") == std::string::npos,
+                  r.exit_code == 0 && r.output.empty())
+            << part << r.output;
         EXPECT_EQ(w.files_beside("s.usda x.exr s.json .x.exr.lock"), "") << part;
         if (r.exit_code == 6) continue;
         EXPECT_LE(peak(), 1.02 * limit) << part << r.output;
@@ -63,7 +67,8 @@ TEST_F(MemoryLimitCommand, IsKept) {
             EXPECT_EQ(w.hash("x.exr"), hash) << part;
         }
     }
-    EXPECT_EQ(render(fmt::format("--memory-limit {:.0f}K", 1.5 * free / 1e3)).exit_code, 0) << "half as much more suffices";
+    EXPECT_EQ(render(fmt::format("--memory-limit {:.0f}K", 1.5 * free / 1e3)).exit_code, 0)
+        << "half as much more suffices";
 }
 
 /// The rest of the render is not thrown away with it, nor is the file that was there.
@@ -80,10 +85,13 @@ TEST_F(MemoryLimitCommand, ReadersObeyIt) {
     std::string points = "#usda 1.0\ndef Points \"P\" {\npoint3f[] points = [(0, 0, 0)";
     for (int i = 0; i < 500'000; ++i) points += ", (1, 2, 3)";
     w.write("p.usda", points + "]\n}\n");
-    for (const char* command : {"render p.usda -o p.exr -q --progress none --res 8 8", "info p.usda", "flatten p.usda -o f.usda", "plan p.usda"}) {
+    for (const char* command : {"render p.usda -o p.exr -q --progress none --res 8 8",
+                                "info p.usda", "flatten p.usda -o f.usda", "plan p.usda"}) {
         const CommandResult r = w.velatura(fmt::format("{} --memory-limit 24M", command));
         EXPECT_EQ(r.exit_code, 6) << command << r.output;
-        EXPECT_NE(r.output.find("the memory limit of 24 MB is too low: more was asked for"), std::string::npos) << command << r.output;
+        EXPECT_NE(r.output.find("the memory limit of 24 MB is too low: more was asked for"),
+                  std::string::npos)
+            << command << r.output;
     }
     EXPECT_EQ(w.files_beside("s.usda p.usda"), "");
 }

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a render does where its output cannot be had. ./dev faults breaks many more.
-#include <cstdlib>
-#include <string>
-
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
 #include "base/atomic_file.h"
 #include "base/output_lock.h"
 #include "command.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <string>
 
 namespace velatura::test {
 
@@ -21,7 +20,8 @@ class OutputFaults : public testing::Test {
   protected:
     void SetUp() override { w.write("s.usda", small_scene()); }
 
-    const std::string arguments = "render s.usda --res 16 12 --spp 2 --threads 1 --progress none -q -o out.exr";
+    const std::string arguments =
+        "render s.usda --res 16 12 --spp 2 --threads 1 --progress none -q -o out.exr";
     Workplace w;
 };
 
@@ -34,7 +34,10 @@ TEST_F(OutputFaults, ASecondRenderToTheSameFileIsRefused) {
         ASSERT_TRUE(first.has_value());
         const CommandResult r = w.velatura(arguments);
         EXPECT_EQ(r.exit_code, 5) << r.output;
-        EXPECT_NE(r.output.find(fmt::format("out.exr is being rendered by process {} on", ::getpid())), std::string::npos) << r.output;
+        EXPECT_NE(
+            r.output.find(fmt::format("out.exr is being rendered by process {} on", ::getpid())),
+            std::string::npos)
+            << r.output;
         EXPECT_EQ(*read_file(w.path("out.exr")), "of the first");
     }
     const CommandResult r = w.velatura(arguments);
@@ -51,7 +54,10 @@ TEST_F(OutputFaults, WhatAKilledRenderLeftIsRemoved) {
 
 TEST_F(OutputFaults, ALimitOnFileSizesIsAnErrorThatNamesTheFile) {
     w.write("out.exr", "old");
-    const int status = std::system(fmt::format("cd '{}' && ulimit -f 2 && '{}/velatura' {} > said.txt 2>&1", w.path(""), VELATURA_BIN_DIR, arguments).c_str());
+    const int status =
+        std::system(fmt::format("cd '{}' && ulimit -f 2 && '{}/velatura' {} > said.txt 2>&1",
+                                w.path(""), VELATURA_BIN_DIR, arguments)
+                        .c_str());
     const std::string said = *read_file(w.path("said.txt"));
     ASSERT_TRUE(WIFEXITED(status)) << said;
     EXPECT_EQ(WEXITSTATUS(status), 1) << said;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/parse_values.h"
 
-#include <gtest/gtest.h>
-
 #include "app/render_frame.h"
+
+#include <gtest/gtest.h>
 
 namespace velatura::app {
 
@@ -17,20 +17,23 @@ TEST(ParseFrames, ListsAndRanges) {
 }
 
 TEST(ParseFrames, RefusesNonsense) {
-    for (const char* text : {"", "a", "1-", "1-2x0", "1-2x-1", "1,,2", "1-1e12", "nan", "inf"}) EXPECT_FALSE(parse_frames(text)) << text;
+    for (const char* text : {"", "a", "1-", "1-2x0", "1-2x-1", "1,,2", "1-1e12", "nan", "inf"})
+        EXPECT_FALSE(parse_frames(text)) << text;
 }
 
 TEST(ParseDuration, Units) {
     EXPECT_EQ(*parse_duration("90"), 90.0);
     EXPECT_EQ(*parse_duration("1.5m"), 90.0);
     EXPECT_EQ(*parse_duration("2h"), 7200.0);
-    for (const char* text : {"", "m", "-1", "0", "0m", "1d", "1 s"}) EXPECT_FALSE(parse_duration(text)) << text;
+    for (const char* text : {"", "m", "-1", "0", "0m", "1d", "1 s"})
+        EXPECT_FALSE(parse_duration(text)) << text;
 }
 
 TEST(ParseFraction, PercentOrNumber) {
     EXPECT_DOUBLE_EQ(*parse_fraction("1%"), 0.01);
     EXPECT_DOUBLE_EQ(*parse_fraction("0.25"), 0.25);
-    for (const char* text : {"x%", "20", "1", "0", "-1%", "100%"}) EXPECT_FALSE(parse_fraction(text)) << text;
+    for (const char* text : {"x%", "20", "1", "0", "-1%", "100%"})
+        EXPECT_FALSE(parse_fraction(text)) << text;
 }
 
 TEST(ParseSize, PowersOfTenAndTwoAndParts) {
@@ -40,12 +43,15 @@ TEST(ParseSize, PowersOfTenAndTwoAndParts) {
     EXPECT_EQ(*parse_size("3e2KiB", 0), 300u << 10);
     EXPECT_EQ(*parse_size("1T", 0), 1'000'000'000'000u);
     EXPECT_EQ(*parse_size("50%", 3000), 1500u);
-    for (const char* text : {"", "8", "G", "-1G", "0M", "1 G", "1Q", "1Gi", "1GBB", "nanG", "1e30T", "0%", "1%", "%"}) EXPECT_FALSE(parse_size(text, 1)) << text;
+    for (const char* text :
+         {"", "8", "G", "-1G", "0M", "1 G", "1Q", "1Gi", "1GBB", "nanG", "1e30T", "0%", "1%", "%"})
+        EXPECT_FALSE(parse_size(text, 1)) << text;
 }
 
 TEST(ParseSampleRange, HalfOpen) {
     EXPECT_EQ(*parse_sample_range("0:32"), (std::pair<uint64_t, uint64_t>(0, 32)));
-    for (const char* text : {"5:5", "6:5", "5", ":5", "5:", "-1:5", "0:99999999999"}) EXPECT_FALSE(parse_sample_range(text)) << text;
+    for (const char* text : {"5:5", "6:5", "5", ":5", "5:", "-1:5", "0:99999999999"})
+        EXPECT_FALSE(parse_sample_range(text)) << text;
 }
 
 TEST(DataWindow, PixelsWhoseCentreIsInside) {

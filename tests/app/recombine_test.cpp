@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // From a USD file to a recombined picture, through the two programs alone.
-#include <cmath>
-#include <vector>
-
-#include <fmt/format.h>
-#include <algorithm>
-
-#include <gtest/gtest.h>
-
 #include "command.h"
 #include "image/exr.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
 
 namespace velatura::test {
 
@@ -50,7 +49,8 @@ TEST_F(Recombine, OnePictureHoweverItWasMade) {
     render("--spp 12 -o reference.exr");
     const std::string expected = w.hash("reference.exr");
     ASSERT_EQ(expected.size(), 64u);
-    for (const char* how : {"--mode tile --tile 16", "--mode tile --tile 64", "--threads 1", "--threads 2", "--threads 3 --mode tile", "--snapshot 0.01s"}) {
+    for (const char* how : {"--mode tile --tile 16", "--mode tile --tile 64", "--threads 1",
+                            "--threads 2", "--threads 3 --mode tile", "--snapshot 0.01s"}) {
         render(fmt::format("--spp 12 -o other.exr {}", how));
         EXPECT_EQ(w.hash("other.exr"), expected) << how;
     }
@@ -72,7 +72,8 @@ TEST_F(Recombine, SplitBySamplesAndMergedIsTheWhole) {
 }
 
 TEST_F(Recombine, AdaptivePicturesSplitAndMergeToo) {
-    // Indices past the pilot's 16: pixels differ in how many samples a part holds, some have none in the second one
+    // Indices past the pilot's 16: pixels differ in how many samples a part holds, some have none
+    // in the second one
     render("--samples 0:40 -o whole.exr");
     render("--samples 0:18 -o a.exr");
     render("--samples 18:20 --mode tile -o b.exr");
@@ -123,18 +124,25 @@ TEST_F(Recombine, MergeRefusesWhatDoesNotBelongTogether) {
 
 // The profile of a lamp is part of the scene, in whatever file it stands
 TEST_F(Recombine, MergeRefusesAnotherProfile) {
-    w.write("lamp.usda", "#usda 1.0\ndef Camera \"Cam\" {\n}\ndef SphereLight \"L\" (prepend apiSchemas = [\"ShapingAPI\"]) {\n asset "
-                         "inputs:shaping:ies:file = @lamp.ies@\n double3 xformOp:translate = (0, 0, -5)\n uniform token[] "
-                         "xformOpOrder = [\"xformOp:translate\"]\n}\n");
+    w.write("lamp.usda",
+            "#usda 1.0\ndef Camera \"Cam\" {\n}\ndef SphereLight \"L\" (prepend apiSchemas = "
+            "[\"ShapingAPI\"]) {\n asset "
+            "inputs:shaping:ies:file = @lamp.ies@\n double3 xformOp:translate = (0, 0, -5)\n "
+            "uniform token[] "
+            "xformOpOrder = [\"xformOp:translate\"]\n}\n");
     const auto render_lamp = [&](const char* candela, const char* samples, const char* file) {
-        w.write("lamp.ies", fmt::format("TILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 1\n0 180\n0\n{0} {0}\n", candela));
-        const CommandResult r = w.velatura(fmt::format("render lamp.usda --res 8 8 -q --samples {} -o {}", samples, file));
+        w.write(
+            "lamp.ies",
+            fmt::format("TILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 1\n0 180\n0\n{0} {0}\n", candela));
+        const CommandResult r = w.velatura(
+            fmt::format("render lamp.usda --res 8 8 -q --samples {} -o {}", samples, file));
         ASSERT_EQ(r.exit_code, 0) << r.output;
     };
     render_lamp("100", "0:2", "a.exr");
     render_lamp("100", "2:4", "same.exr");
     render_lamp("200", "2:4", "other.exr");
-    const CommandResult same = w.comp("merge a.exr same.exr -o m.exr"), other = w.comp("merge a.exr other.exr -o n.exr");
+    const CommandResult same = w.comp("merge a.exr same.exr -o m.exr"),
+                        other = w.comp("merge a.exr other.exr -o n.exr");
     EXPECT_EQ(same.exit_code, 0) << same.output;
     EXPECT_EQ(other.exit_code, 5) << other.output;
 }
@@ -144,7 +152,8 @@ TEST_F(Recombine, UnitMixIsTheBeautyBitForBit) {
     const CommandResult r = w.comp("mix s.exr -o m.exr --gain all=1 --gain indirect=+0st");
     ASSERT_EQ(r.exit_code, 0) << r.output;
     const image::Image before = read(w, "s.exr"), after = read(w, "m.exr");
-    for (const char* c : {"R", "G", "B", "A"}) EXPECT_EQ(channel(after, c), channel(before, c)) << c;
+    for (const char* c : {"R", "G", "B", "A"})
+        EXPECT_EQ(channel(after, c), channel(before, c)) << c;
 }
 
 TEST_F(Recombine, OneStopDoublesTheIndirectLight) {
@@ -152,7 +161,8 @@ TEST_F(Recombine, OneStopDoublesTheIndirectLight) {
     ASSERT_EQ(w.comp("mix s.exr -o one.exr --mute b0 --mute b1").exit_code, 0);
     const CommandResult r = w.comp("mix s.exr -o two.exr --gain indirect=+1st --mute b0 --mute b1");
     ASSERT_EQ(r.exit_code, 0) << r.output;
-    const std::vector<float> one = channel(read(w, "one.exr"), "G"), two = channel(read(w, "two.exr"), "G");
+    const std::vector<float> one = channel(read(w, "one.exr"), "G"),
+                             two = channel(read(w, "two.exr"), "G");
     double sum = 0;
     for (size_t i = 0; i < one.size(); ++i) {
         EXPECT_EQ(two[i], 2.0f * one[i]) << "pixel " << i;
@@ -173,7 +183,8 @@ TEST_F(Recombine, LightGroupsSplitTheBeauty) {
         for (size_t i = 0; i < sum.size(); ++i) sum[i] += double(solo[i]);
     }
     const std::vector<float> beauty = channel(all, "R");
-    for (size_t i = 0; i < sum.size(); ++i) EXPECT_NEAR(sum[i], double(beauty[i]), 1e-5 * (1.0 + double(beauty[i])));
+    for (size_t i = 0; i < sum.size(); ++i)
+        EXPECT_NEAR(sum[i], double(beauty[i]), 1e-5 * (1.0 + double(beauty[i])));
 }
 
 TEST_F(Recombine, MutedLightIsARenderWithoutIt) {
@@ -187,7 +198,8 @@ TEST_F(Recombine, MutedLightIsARenderWithoutIt) {
     without.replace(at, 27, "float inputs:intensity = 0 ");
     w.write("s.usda", without);
     render("--spp 256 -o without.exr");
-    const std::vector<float> a = channel(read(w, "muted.exr"), "G"), b = channel(read(w, "without.exr"), "G");
+    const std::vector<float> a = channel(read(w, "muted.exr"), "G"),
+                             b = channel(read(w, "without.exr"), "G");
     double sum_a = 0, sum_b = 0;
     for (size_t i = 0; i < a.size(); ++i) {
         sum_a += double(a[i]);
@@ -205,7 +217,8 @@ TEST_F(Recombine, CropIsThatPartOfThePicture) {
     const image::Channel* b = crop.find("R");
     for (int y = crop.data.y0; y < crop.data.y1; ++y) {
         for (int x = crop.data.x0; x < crop.data.x1; ++x) {
-            EXPECT_EQ(b->value(crop.data.index(x, y)), a->value(whole.data.index(x, y))) << x << ", " << y;
+            EXPECT_EQ(b->value(crop.data.index(x, y)), a->value(whole.data.index(x, y)))
+                << x << ", " << y;
         }
     }
 }
@@ -218,23 +231,33 @@ TEST_F(Recombine, FramesGetNumbers) {
 }
 
 TEST_F(Recombine, TimeBudgetEndsWithCode3AndAValidFile) {
-    const CommandResult r = w.velatura("render s.usda --res " + size + " --spp 1000000 --time 0.3s -o s.exr");
+    const CommandResult r =
+        w.velatura("render s.usda --res " + size + " --spp 1000000 --time 0.3s -o s.exr");
     EXPECT_EQ(r.exit_code, 3) << r.output;
     EXPECT_NE(r.output.find("the time budget of"), std::string::npos) << r.output;
     EXPECT_EQ(w.comp("verify s.exr").exit_code, 0);
 }
 
 TEST_F(Recombine, ReachedTargetEndsWithCode0) {
-    const CommandResult r = w.velatura("render s.usda --res " + size + small + "--spp 64 --target-error 90% -o s.exr");
+    const CommandResult r =
+        w.velatura("render s.usda --res " + size + small + "--spp 64 --target-error 90% -o s.exr");
     EXPECT_EQ(r.exit_code, 0) << r.output;
-    const CommandResult missed = w.velatura("render s.usda --res " + size + " --spp 2 --target-error 0.01% -o s.exr");
+    const CommandResult missed =
+        w.velatura("render s.usda --res " + size + " --spp 2 --target-error 0.01% -o s.exr");
     EXPECT_EQ(missed.exit_code, 3);
-    EXPECT_NE(missed.output.find("the samples ran out before the target of 0.01 %: the error is "), std::string::npos) << missed.output;
+    EXPECT_NE(missed.output.find("the samples ran out before the target of 0.01 %: the error is "),
+              std::string::npos)
+        << missed.output;
 }
 
 TEST_F(Recombine, OptionsOutOfRangeAreUsageErrors) {
-    for (const char* option : {"--target-error 20", "--target-error 0", "--time 0", "--snapshot 0s", "--seed -1", "--purpose renders", "--search-path nowhere"})
-        EXPECT_EQ(w.velatura("render s.usda --res " + size + small + "--spp 1 " + option + " -o no.exr").exit_code, 2) << option;
+    for (const char* option : {"--target-error 20", "--target-error 0", "--time 0", "--snapshot 0s",
+                               "--seed -1", "--purpose renders", "--search-path nowhere"})
+        EXPECT_EQ(
+            w.velatura("render s.usda --res " + size + small + "--spp 1 " + option + " -o no.exr")
+                .exit_code,
+            2)
+            << option;
     EXPECT_FALSE(w.exists("no.exr"));
 }
 
@@ -263,7 +286,8 @@ def DomeLight "D"
 
 TEST_F(Recombine, StatisticsHaveTheKeysOfTheSchema) {
     render("--spp 2 -o s.exr --stats s.json");
-    const CommandResult r = w.velatura("render s.usda --res " + size + small + "--spp 2 --replay 20,30,1");
+    const CommandResult r =
+        w.velatura("render s.usda --res " + size + small + "--spp 2 --replay 20,30,1");
     EXPECT_EQ(r.exit_code, 0) << r.output;
     EXPECT_NE(r.output.find("pixel (20, 30) sample 1: radiance"), std::string::npos) << r.output;
     EXPECT_TRUE(w.exists("s.json"));

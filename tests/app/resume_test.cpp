@@ -1,5 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// A render that goes on from the file it wrote: the bits of one render of all samples, or a refusal that says why.
+// A render that goes on from the file it wrote: the bits of one render of all samples, or a refusal
+// that says why.
+#include "base/atomic_file.h"
+#include "command.h"
+#include "image/exr.h"
+#include "image/layer_header.h"
+#include "stored_zip.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <sys/wait.h>
+
 #include <algorithm>
 #include <chrono>
 #include <csignal>
@@ -7,18 +19,6 @@
 #include <fstream>
 #include <iterator>
 #include <string>
-
-#include <sys/wait.h>
-
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
-
-#include "base/atomic_file.h"
-#include "command.h"
-#include "image/exr.h"
-#include "image/layer_header.h"
-#include "stored_zip.h"
 
 namespace velatura::test {
 
@@ -28,7 +28,9 @@ class Resume : public ::testing::Test {
   protected:
     void SetUp() override { w.write("s.usda", small_scene()); }
 
-    CommandResult try_render(const std::string& arguments) { return w.velatura("render s.usda --res " + size + " --progress none -q " + arguments); }
+    CommandResult try_render(const std::string& arguments) {
+        return w.velatura("render s.usda --res " + size + " --progress none -q " + arguments);
+    }
 
     void render(const std::string& arguments) {
         const CommandResult r = try_render(arguments);
@@ -42,7 +44,9 @@ class Resume : public ::testing::Test {
     }
 
     /// Expects the files to be the same, header and sums included.
-    void expect_same_file(const std::string& name, const std::string& expected, const std::string& how) {
+    void expect_same_file(const std::string& name,
+                          const std::string& expected,
+                          const std::string& how) {
         EXPECT_EQ(w.hash(name), w.hash(expected)) << how;
         EXPECT_TRUE(bytes(name) == bytes(expected)) << how;
     }
@@ -61,7 +65,8 @@ TEST_F(Resume, GivesTheFileOfOneRender) {
         for (const int split : {1, 7, 16, 21, 32}) {
             render(common + fmt::format("--spp {} --threads 1 --mode tile -o part.exr", split));
             render(common + "--spp 40 --resume --threads 3 -o part.exr");
-            expect_same_file("part.exr", "whole.exr", fmt::format("adaptive {}, split at {}", adaptive, split));
+            expect_same_file("part.exr", "whole.exr",
+                             fmt::format("adaptive {}, split at {}", adaptive, split));
         }
         // In three steps, the other way round
         render(common + "--spp 5 -o part.exr");
@@ -74,7 +79,10 @@ TEST_F(Resume, GivesTheFileOfOneRender) {
 
 TEST_F(Resume, GivesTheFileOfOneRenderInEveryLayoutAndWithHalves) {
     for (const char* layout : {"single", "split"}) {
-        const std::string common = fmt::format("--halves --guiding on --caustics auto --cryptomatte object,material --exr-layout {} --keep-sums ", layout);
+        const std::string common = fmt::format(
+            "--halves --guiding on --caustics auto --cryptomatte object,material --exr-layout {} "
+            "--keep-sums ",
+            layout);
         render(common + "--spp 24 -o whole.exr");
         const std::string expected = w.hash("whole.exr");
         render(common + "--spp 9 -o part.exr");
@@ -111,17 +119,22 @@ TEST_F(Resume, GoesOnFromWhereverItWasStopped) {
     const int terminated = 128 + SIGTERM;
     size = "16 12";
     for (const char* mode : {"tile --tile 16", "progressive --guiding on"}) {
-        const std::string common = fmt::format("--spp 1500 --mode {} --adaptive on --keep-sums ", mode);
+        const std::string common =
+            fmt::format("--spp 1500 --mode {} --adaptive on --keep-sums ", mode);
         const auto start = std::chrono::steady_clock::now();
         render(common + "--threads 1 -o whole.exr");
-        const double whole_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        const double whole_s =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         // Sooner where all was done before the first signal
         int stops = 0;
         for (double share = 0.4; stops == 0 && share > 0.01; share /= 2) {
             std::filesystem::remove(w.path("part.exr"));
             for (int i = 0; i < 40; ++i) {
-                const std::string line = fmt::format("cd {} && timeout --preserve-status -s TERM {} {}/velatura render s.usda --res {} -q --progress none {} --resume --threads {} -o part.exr > stopped.txt 2>&1",
-                                                     w.path(""), whole_s * (share + 0.1 * i), VELATURA_BIN_DIR, size, common, 1 + i % 3);
+                const std::string line = fmt::format(
+                    "cd {} && timeout --preserve-status -s TERM {} {}/velatura render s.usda --res "
+                    "{} -q --progress none {} --resume --threads {} -o part.exr > stopped.txt 2>&1",
+                    w.path(""), whole_s * (share + 0.1 * i), VELATURA_BIN_DIR, size, common,
+                    1 + i % 3);
                 const int status = std::system(line.c_str());
                 ASSERT_TRUE(WIFEXITED(status)) << mode;
                 if (WEXITSTATUS(status) == 0) break;
@@ -139,7 +152,8 @@ TEST_F(Resume, GoesOnFromWhereverItWasStopped) {
 TEST_F(Resume, BudgetsLeaveFilesThatGoOn) {
     const CommandResult stopped = try_render("--spp 100000 --time 0.2s --resume -o part.exr");
     EXPECT_EQ(stopped.exit_code, 3) << stopped.output;
-    const CommandResult again = try_render("--spp 100000 --time 0.2s --resume --checkpoint 0.01s -o part.exr");
+    const CommandResult again =
+        try_render("--spp 100000 --time 0.2s --resume --checkpoint 0.01s -o part.exr");
     EXPECT_EQ(again.exit_code, 3) << again.output;
     const Result<image::Image> file = image::read_exr(w.path("part.exr"));
     ASSERT_TRUE(file.has_value());
@@ -155,7 +169,8 @@ TEST_F(Resume, ATargetThatWasReachedStays) {
         std::filesystem::remove(w.path("part.exr"));
         const std::string whole = fmt::format("{} --adaptive {}", command, adaptive);
         render(whole);
-        const uint64_t end = image::read_layer_header(*image::read_exr(w.path("part.exr")))->samples.end;
+        const uint64_t end =
+            image::read_layer_header(*image::read_exr(w.path("part.exr")))->samples.end;
         EXPECT_LT(end, 4096u);
         const std::string before = bytes("part.exr");
         render(whole);
@@ -169,8 +184,12 @@ TEST_F(Resume, ATargetThatWasReachedStays) {
 }
 
 TEST_F(Resume, OptionsThatContradictAreUsageErrors) {
-    for (const char* arguments : {"--checkpoint 1s --snapshot 1s", "--deep-samples 4", "--cryptomatte-levels 4", "--checkpoint 1s --mode tile", "--checkpoint 1s --exr-layout split", "--checkpoint soon", "--for-mix look.json", "--deep --resume"})
-        EXPECT_EQ(try_render(fmt::format("--spp 1 {} -o no.exr", arguments)).exit_code, 2) << arguments;
+    for (const char* arguments :
+         {"--checkpoint 1s --snapshot 1s", "--deep-samples 4", "--cryptomatte-levels 4",
+          "--checkpoint 1s --mode tile", "--checkpoint 1s --exr-layout split", "--checkpoint soon",
+          "--for-mix look.json", "--deep --resume"})
+        EXPECT_EQ(try_render(fmt::format("--spp 1 {} -o no.exr", arguments)).exit_code, 2)
+            << arguments;
     EXPECT_EQ(w.velatura("render s.usda --replay 1,1,1 --resume").exit_code, 2);
     EXPECT_FALSE(w.exists("no.exr"));
 }
@@ -178,6 +197,7 @@ TEST_F(Resume, OptionsThatContradictAreUsageErrors) {
 TEST_F(Resume, RefusesWhatIsNotTheSameRender) {
     render("--spp 4 --keep-sums -o whole.exr");
     const std::string before = bytes("whole.exr");
+
     const struct {
         const char* arguments;
         const char* why;
@@ -198,15 +218,20 @@ TEST_F(Resume, RefusesWhatIsNotTheSameRender) {
         {"--layers bounce", "it stores other light layers"},
         {"--bounces 2", "it stores other light layers"},
         {"--lights off", "it stores other light layers"},
-        {"--crop 0 0.5 0 1", "it shows the pixels [0, 40) x [0, 34), and [0, 20) x [0, 34) are wanted"},
+        {"--crop 0 0.5 0 1",
+         "it shows the pixels [0, 40) x [0, 34), and [0, 20) x [0, 34) are wanted"},
         {"--res 20 17", "resolution was 40 x 34 and is 20 x 17"},
         {"--samples 2:8", "its samples begin at 0, and 2 is wanted"},
     };
+
     for (const auto& c : cases) {
         std::ofstream(w.path("part.exr"), std::ios::binary) << before;
-        const std::string spp = std::string(c.arguments).starts_with("--samples") ? " " : " --spp 8 ";
-        const std::string res = std::string(c.arguments).starts_with("--res") ? "" : "--res " + size;
-        const CommandResult r = w.velatura("render s.usda --progress none -q " + res + spp + "--resume -o part.exr " + c.arguments);
+        const std::string spp =
+            std::string(c.arguments).starts_with("--samples") ? " " : " --spp 8 ";
+        const std::string res =
+            std::string(c.arguments).starts_with("--res") ? "" : "--res " + size;
+        const CommandResult r = w.velatura("render s.usda --progress none -q " + res + spp +
+                                           "--resume -o part.exr " + c.arguments);
         if (!c.why) {
             EXPECT_EQ(r.exit_code, 0) << c.arguments << ": " << r.output;
             continue;
@@ -219,7 +244,9 @@ TEST_F(Resume, RefusesWhatIsNotTheSameRender) {
 }
 
 TEST_F(Resume, RefusesAnotherTextureInAPackage) {
-    const auto pack = [&](const std::string& texture) { w.write("t.usdz", testing::stored_zip({{"t.usda", "#usda 1.0\n"}, {"t.png", texture}})); };
+    const auto pack = [&](const std::string& texture) {
+        w.write("t.usdz", testing::stored_zip({{"t.usda", "#usda 1.0\n"}, {"t.png", texture}}));
+    };
     w.write("s.usda", small_scene() + textured_ball("t.usdz[t.png]"));
     pack("what is no picture gives its fallback");
     render("--spp 2 --keep-sums -o whole.exr");

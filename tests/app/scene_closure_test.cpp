@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// The layers of every scene of the project add up to its beauty, and a mix with gains of 1 is that beauty, bit for bit:
-// through files and programs, with every family that there is.
+// The layers of every scene of the project add up to its beauty, and a mix with gains of 1 is that
+// beauty, bit for bit: through files and programs, with every family that there is.
+#include "command.h"
+#include "image/exr.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <bit>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <vector>
-
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
-#include "command.h"
-#include "image/exr.h"
 
 namespace velatura::test {
 
@@ -23,11 +23,15 @@ namespace fs = std::filesystem;
 /// Renders, verifies and mixes with gains of 1.
 void expect_closure(const Workplace& w, const std::string& scene, const std::string& options) {
     SCOPED_TRACE(scene);
-    const CommandResult rendered = w.velatura(fmt::format("render {} {} --layers bounce,light,matrix,shadow,caster,lobe,data -q --progress none -o s.exr", scene, options));
+    const CommandResult rendered =
+        w.velatura(fmt::format("render {} {} --layers bounce,light,matrix,shadow,caster,lobe,data "
+                               "-q --progress none -o s.exr",
+                               scene, options));
     ASSERT_EQ(rendered.exit_code, 0) << rendered.output;
     const CommandResult verified = w.comp("verify s.exr");
     EXPECT_EQ(verified.exit_code, 0) << verified.output;
-    const CommandResult mixed = w.comp("mix s.exr -o m.exr --gain all=1 --gain indirect=+0st --gain direct=1");
+    const CommandResult mixed =
+        w.comp("mix s.exr -o m.exr --gain all=1 --gain indirect=+0st --gain direct=1");
     ASSERT_EQ(mixed.exit_code, 0) << mixed.output;
     const auto before = image::read_exr(w.path("s.exr")), after = image::read_exr(w.path("m.exr"));
     ASSERT_TRUE(before && after);
@@ -36,7 +40,8 @@ void expect_closure(const Workplace& w, const std::string& scene, const std::str
         const image::Channel *a = before->find(name), *b = after->find(name);
         ASSERT_TRUE(a && b) << name;
         for (size_t i = 0; i < a->size(); ++i) {
-            ASSERT_EQ(std::bit_cast<uint32_t>(a->value(i)), std::bit_cast<uint32_t>(b->value(i))) << name << " of pixel " << i;
+            ASSERT_EQ(std::bit_cast<uint32_t>(a->value(i)), std::bit_cast<uint32_t>(b->value(i)))
+                << name << " of pixel " << i;
             sum += double(a->value(i));
         }
     }
@@ -66,7 +71,8 @@ def Camera "Cam" {
 def Mesh "Floor" {
     int[] faceVertexCounts = [4, 4]
     int[] faceVertexIndices = [0, 1, 2, 3, 3, 2, 5, 4]
-    point3f[] points = [(-12, 0, 12), (12, 0, 12), (12, 0, -12), (-12, 0, -12), (-12, 9, -12), (12, 9, -12)]
+    point3f[] points = [(-12, 0, 12), (12, 0, 12), (12, 0, -12), (-12, 0, -12), (-12, 9, -12),
+        (12, 9, -12)]
     uniform token subdivisionScheme = "none"
     color3f[] primvars:displayColor = [(0.6, 0.5, 0.4)]
 }
@@ -76,9 +82,13 @@ def Sphere "Ball" {
 }
 )usda";
     for (int i = 0; i < 1000; ++i) {
-        text += fmt::format("def SphereLight \"L{}\" {{\n float inputs:intensity = {}\n float inputs:radius = 0.05\n color3f inputs:color = ({:.2f}, 0.7, {:.2f})\n"
-                            " double3 xformOp:translate = ({:.3f}, {:.3f}, {:.3f})\n uniform token[] xformOpOrder = [\"xformOp:translate\"]\n}}\n",
-                            i, 5 + i % 7, 0.5 + 0.05 * (i % 10), 1.0 - 0.05 * (i % 10), -9.5 + i % 20, 0.5 + 1.3 * (i / 20 % 5), -9.5 + 2.0 * (i / 100));
+        text += fmt::format(
+            "def SphereLight \"L{}\" {{\n float inputs:intensity = {}\n float inputs:radius = "
+            "0.05\n color3f inputs:color = ({:.2f}, 0.7, {:.2f})\n"
+            " double3 xformOp:translate = ({:.3f}, {:.3f}, {:.3f})\n uniform token[] xformOpOrder "
+            "= [\"xformOp:translate\"]\n}}\n",
+            i, 5 + i % 7, 0.5 + 0.05 * (i % 10), 1.0 - 0.05 * (i % 10), -9.5 + i % 20,
+            0.5 + 1.3 * (i / 20 % 5), -9.5 + 2.0 * (i / 100));
     }
     return text;
 }
@@ -90,18 +100,28 @@ TEST_P(SceneClosure, HoldsBitForBit) {
     const fs::path scenes = w.path("scenes"), source = fs::path(VELATURA_SOURCE_DIR) / "scenes";
     fs::create_directory(scenes);
     const std::string name = GetParam();
-    for (const std::string& part : {name, std::string("tools")}) fs::copy(source / part, scenes / part, fs::copy_options::recursive);
+    for (const std::string& part : {name, std::string("tools")})
+        fs::copy(source / part, scenes / part, fs::copy_options::recursive);
     fs::copy(source / "make.py", scenes / "make.py");
-    if (fs::exists(scenes / name / "generate.py") && !fs::exists(scenes / name / "generated" / "complete")) {
-        const std::string line = fmt::format("/usr/bin/python3 '{}' {} >/dev/null 2>&1", (scenes / "make.py").string(), name);
+    if (fs::exists(scenes / name / "generate.py") &&
+        !fs::exists(scenes / name / "generated" / "complete")) {
+        const std::string line = fmt::format("/usr/bin/python3 '{}' {} >/dev/null 2>&1",
+                                             (scenes / "make.py").string(), name);
         ASSERT_EQ(std::system(line.c_str()), 0) << line;
         // make.py leaves out what it has no library for
-        if (!fs::exists(scenes / name / "generated" / "complete")) GTEST_SKIP() << "scenes/" << name << " needs python3-openvdb";
+        if (!fs::exists(scenes / name / "generated" / "complete"))
+            GTEST_SKIP() << "scenes/" << name << " needs python3-openvdb";
     }
-    for (const std::string& file : scenes_in(scenes / name)) expect_closure(w, fmt::format("scenes/{}/{}", name, file), "--res 24 16 --spp 3 --bounces 3");
+    for (const std::string& file : scenes_in(scenes / name))
+        expect_closure(w, fmt::format("scenes/{}/{}", name, file),
+                       "--res 24 16 --spp 3 --bounces 3");
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, SceneClosure, testing::Values("atelier", "bonfire", "cornell", "sky", "transport", "tuft"), [](const auto& scene) { return scene.param; });
+INSTANTIATE_TEST_SUITE_P(
+    Scenes,
+    SceneClosure,
+    testing::Values("atelier", "bonfire", "cornell", "sky", "transport", "tuft"),
+    [](const auto& scene) { return scene.param; });
 
 TEST(ThousandLights, CloseBitForBit) {
     const Workplace w;

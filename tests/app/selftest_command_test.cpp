@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a user asks of the program itself; what it asks is tested in tests/hardcases.
-#include <gtest/gtest.h>
-
 #include "command.h"
+
+#include <gtest/gtest.h>
 
 namespace velatura::test {
 
@@ -10,7 +10,8 @@ TEST(SelftestCommand, SaysInPlainWordsWhatWasChecked) {
     const Workplace w;
     const CommandResult r = w.velatura("selftest");
     EXPECT_EQ(r.exit_code, 0) << r.output;
-    for (const char* said : {"passed  Do rays slip through between neighbouring triangles?", "must be 0", "16 of 16 checks passed"})
+    for (const char* said : {"passed  Do rays slip through between neighbouring triangles?",
+                             "must be 0", "16 of 16 checks passed"})
         EXPECT_NE(r.output.find(said), std::string::npos) << said << "\n" << r.output;
     EXPECT_EQ(r.output.find("FAILED"), std::string::npos) << r.output;
 }

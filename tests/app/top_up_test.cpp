@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // From a mix to a request to further samples, through the two programs.
-#include <string>
+#include "base/atomic_file.h"
+#include "command.h"
+#include "image/exr.h"
+#include "image/layer_header.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "base/atomic_file.h"
-#include "command.h"
-#include "image/exr.h"
-#include "image/layer_header.h"
+#include <string>
 
 namespace velatura::test {
 
@@ -22,7 +22,9 @@ class TopUpCommands : public testing::Test {
         render("--spp 20 --keep-sums -o base.exr");
     }
 
-    CommandResult try_render(const std::string& arguments) { return w.velatura("render s.usda --res 40 34 --halves --progress none -q " + arguments); }
+    CommandResult try_render(const std::string& arguments) {
+        return w.velatura("render s.usda --res 40 34 --halves --progress none -q " + arguments);
+    }
 
     void render(const std::string& arguments) {
         const CommandResult r = try_render(arguments);
@@ -40,7 +42,9 @@ class TopUpCommands : public testing::Test {
         return content ? *content : std::string();
     }
 
-    void copy(const std::string& from, const std::string& to) { ASSERT_TRUE(write_file_atomically(w.path(to), bytes(from)).has_value()); }
+    void copy(const std::string& from, const std::string& to) {
+        ASSERT_TRUE(write_file_atomically(w.path(to), bytes(from)).has_value());
+    }
 
     double mean_samples(const std::string& name) {
         const Result<image::Image> file = image::read_exr(w.path(name));
@@ -61,16 +65,19 @@ TEST_F(TopUpCommands, OneFileHoweverTheRequestIsServed) {
     copy("base.exr", "whole.exr");
     render("--resume --for-mix look.json -o whole.exr");
     const nlohmann::json request = nlohmann::json::parse(bytes("look.json"));
-    EXPECT_NEAR(mean_samples("whole.exr"), request.at("samples").get<double>(), 0.04 * request.at("samples").get<double>());
+    EXPECT_NEAR(mean_samples("whole.exr"), request.at("samples").get<double>(),
+                0.04 * request.at("samples").get<double>());
     EXPECT_EQ(w.comp("verify whole.exr").exit_code, 0);
-    for (const char* how : {"--threads 1 --mode tile", "--threads 3 --tile 16", "--snapshot 0.01s"}) {
+    for (const char* how :
+         {"--threads 1 --mode tile", "--threads 3 --tile 16", "--snapshot 0.01s"}) {
         copy("base.exr", "other.exr");
         render(fmt::format("--resume --for-mix look.json {} -o other.exr", how));
         EXPECT_TRUE(bytes("other.exr") == bytes("whole.exr")) << how;
     }
     // Stopped on the way, and asked again when all is done
     copy("base.exr", "other.exr");
-    const CommandResult stopped = try_render("--resume --for-mix look.json --time 0.01s -o other.exr");
+    const CommandResult stopped =
+        try_render("--resume --for-mix look.json --time 0.01s -o other.exr");
     EXPECT_TRUE(stopped.exit_code == 3 || stopped.exit_code == 0) << stopped.output;
     for (int i = 0; i < 2; ++i) {
         render("--resume --for-mix look.json -o other.exr");
@@ -107,14 +114,18 @@ TEST_F(TopUpCommands, RequestsOfOtherRendersAreRefused) {
         EXPECT_NE(r.output.find(why), std::string::npos) << arguments << ": " << r.output;
     };
     render("--spp 4 --seed 3 --keep-sums -o seed.exr");
-    expect(5, "--seed 3 --resume --for-mix look.json -o seed.exr", "look.json was made for a render of other settings");
+    expect(5, "--seed 3 --resume --for-mix look.json -o seed.exr",
+           "look.json was made for a render of other settings");
     render("--spp 4 --crop 0 0.5 0 1 --keep-sums -o crop.exr");
-    expect(5, "--crop 0 0.5 0 1 --resume --for-mix look.json -o crop.exr", "look.json was made for the pixels");
-    expect(5, "--resume --for-mix look.json -o nowhere.exr", "there is no such file, and --for-mix adds to one");
+    expect(5, "--crop 0 0.5 0 1 --resume --for-mix look.json -o crop.exr",
+           "look.json was made for the pixels");
+    expect(5, "--resume --for-mix look.json -o nowhere.exr",
+           "there is no such file, and --for-mix adds to one");
     expect(2, "--for-mix look.json -o base.exr", "give --resume as well");
     expect(1, "--resume --for-mix missing.json -o base.exr", "missing.json");
     w.write("preset.json", R"({"schema": "velatura.look/1", "controls": []})");
-    expect(1, "--resume --for-mix preset.json -o base.exr", "not a request for samples, as velatura-comp plan writes it");
+    expect(1, "--resume --for-mix preset.json -o base.exr",
+           "not a request for samples, as velatura-comp plan writes it");
     EXPECT_TRUE(bytes("base.exr") == before);
 }
 
@@ -126,7 +137,9 @@ TEST_F(TopUpCommands, PlansThatCannotBe) {
     };
     render("--spp 4 -o plain.exr");
     expect(1, "plain.exr -o look.json", "render with --keep-sums");
-    ASSERT_EQ(w.velatura("render s.usda --res 20 17 --spp 4 --keep-sums -q -o halfless.exr").exit_code, 0);
+    ASSERT_EQ(
+        w.velatura("render s.usda --res 20 17 --spp 4 --keep-sums -q -o halfless.exr").exit_code,
+        0);
     expect(1, "halfless.exr -o look.json", "render with --halves");
     expect(2, "base.exr -o look.txt", "is not .json");
     expect(2, "base.exr --target 0 -o look.json", "--target: cannot read '0'");

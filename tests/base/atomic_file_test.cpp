@@ -63,7 +63,10 @@ TEST_F(AtomicFile, KeepsTheOldFileAndLeavesNoPartWhenTheWriterFails) {
 
 TEST_F(AtomicFile, KeepsTheOldFileAndLeavesNoPartWhenTheWriterThrows) {
     ASSERT_TRUE(write_file_atomically(path("x.exr"), "old"));
-    EXPECT_THROW(static_cast<void>(write_atomically(path("x.exr"), [](const std::string&) -> Result<void> { throw std::bad_alloc(); })), std::bad_alloc);
+    EXPECT_THROW(
+        static_cast<void>(write_atomically(
+            path("x.exr"), [](const std::string&) -> Result<void> { throw std::bad_alloc(); })),
+        std::bad_alloc);
     EXPECT_EQ(*read_file(path("x.exr")), "old");
     EXPECT_EQ(entries(), 1u);
 }

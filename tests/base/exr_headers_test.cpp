@@ -19,13 +19,17 @@ std::string number(uint32_t value) {
     return bytes;
 }
 
-std::string attribute(const std::string& name, const std::string& type, uint32_t size, const std::string& value) {
+std::string attribute(const std::string& name,
+                      const std::string& type,
+                      uint32_t size,
+                      const std::string& value) {
     return name + '\0' + type + '\0' + number(size) + value;
 }
 
 /// Ref: OpenEXR, "File Layout": magic number, version with flags, header.
 std::string file(const std::string& attributes, bool has_parts = false) {
-    return std::string("\x76\x2f\x31\x01\x02", 5) + char(has_parts ? 0x10 : 0) + std::string(2, '\0') + attributes + '\0';
+    return std::string("\x76\x2f\x31\x01\x02", 5) + char(has_parts ? 0x10 : 0) +
+           std::string(2, '\0') + attributes + '\0';
 }
 
 std::string channels(const std::string& name) {
@@ -44,9 +48,12 @@ bool is_sane(const std::string& bytes, int version = old_version) {
 
 TEST(ExrHeaders, WhatIsWholeIsSane) {
     EXPECT_TRUE(is_sane(file("")));
-    EXPECT_TRUE(is_sane(file(attribute("gain", "float", 4, "1234") + attribute("who", "string", 3, "you"))));
+    EXPECT_TRUE(is_sane(
+        file(attribute("gain", "float", 4, "1234") + attribute("who", "string", 3, "you"))));
     EXPECT_TRUE(is_sane(file(attribute("channels", "chlist", 19, channels("R")))));
-    EXPECT_TRUE(is_sane(file(attribute("gain", "float", 4, "1234") + '\0' + attribute("gain", "float", 4, "1234") + '\0', true)));
+    EXPECT_TRUE(is_sane(file(
+        attribute("gain", "float", 4, "1234") + '\0' + attribute("gain", "float", 4, "1234") + '\0',
+        true)));
     EXPECT_TRUE(is_sane(file("") + "pixels of whatever length"));
 }
 
@@ -61,11 +68,13 @@ TEST(ExrHeaders, AttributesLieWithinTheFile) {
     EXPECT_FALSE(is_sane(file(attribute("who", "string", 0xffffffff, "you"))));
     EXPECT_FALSE(is_sane(file(attribute("who", "string", 100, "you"))));
     const std::string whole = file(attribute("gain", "float", 4, "1234"));
-    for (size_t size = 8; size < whole.size(); ++size) EXPECT_FALSE(is_sane(whole.substr(0, size))) << size;
+    for (size_t size = 8; size < whole.size(); ++size)
+        EXPECT_FALSE(is_sane(whole.substr(0, size))) << size;
 }
 
 TEST(ExrHeaders, PartsAreWalkedOneByOne) {
-    const std::string good = attribute("gain", "float", 4, "1234"), bad = attribute("who", "string", 100, "you");
+    const std::string good = attribute("gain", "float", 4, "1234"),
+                      bad = attribute("who", "string", 100, "you");
     EXPECT_TRUE(is_sane(file(good + '\0' + good + '\0' + good + '\0', true)));
     EXPECT_FALSE(is_sane(file(good + '\0' + good + '\0' + bad + '\0', true)));
     EXPECT_FALSE(is_sane(file(good + '\0' + good, true))) << "no empty header ends them";
@@ -84,12 +93,16 @@ TEST(ExrHeaders, ValuesHaveTheSizeOfTheirType) {
 
 /// OpenEXR takes memory for the lines that are compressed together when it opens a file.
 TEST(ExrHeaders, BlocksAreNotThousandsOfTimesTheFile) {
-    const auto picture = [](uint32_t last_x, char compression, uint32_t tile_side, const std::string& type = "tiledimage") {
-        std::string attributes = attribute("channels", "chlist", 19, channels("R")) +
-                                 attribute("compression", "compression", 1, std::string(1, compression)) +
-                                 attribute("dataWindow", "box2i", 16, number(0) + number(0) + number(last_x) + number(0));
+    const auto picture = [](uint32_t last_x, char compression, uint32_t tile_side,
+                            const std::string& type = "tiledimage") {
+        std::string attributes =
+            attribute("channels", "chlist", 19, channels("R")) +
+            attribute("compression", "compression", 1, std::string(1, compression)) +
+            attribute("dataWindow", "box2i", 16,
+                      number(0) + number(0) + number(last_x) + number(0));
         if (tile_side > 0) {
-            attributes += attribute("tiles", "tiledesc", 9, number(tile_side) + number(tile_side) + '\0');
+            attributes +=
+                attribute("tiles", "tiledesc", 9, number(tile_side) + number(tile_side) + '\0');
             attributes += attribute("type", "string", uint32_t(type.size()), type);
         }
         return file(attributes);
@@ -98,7 +111,8 @@ TEST(ExrHeaders, BlocksAreNotThousandsOfTimesTheFile) {
     constexpr uint32_t sixteen_million = 1u << 24;  // of 4 bytes: 64 MB
     EXPECT_TRUE(is_sane(picture(sixteen_million - 1, none, 0)));
     EXPECT_FALSE(is_sane(picture(sixteen_million, none, 0)));
-    EXPECT_TRUE(is_sane(picture(sixteen_million, none, 0) + std::string(8000, 'x'))) << "64 MB of 8 kB";
+    EXPECT_TRUE(is_sane(picture(sixteen_million, none, 0) + std::string(8000, 'x')))
+        << "64 MB of 8 kB";
     EXPECT_TRUE(is_sane(picture((1u << 16) - 1, dwab, 0)));
     EXPECT_FALSE(is_sane(picture(1u << 16, dwab, 0)));
     EXPECT_TRUE(is_sane(picture(15, none, 4096)));

@@ -72,7 +72,8 @@ TEST(Floats, NormalizingScaleBringsNumbersNearOne) {
         const double x = std::ldexp(1.5, k);
         EXPECT_EQ(x * normalizing_scale(x), 1.5) << k;
     }
-    // At the ends of the range a power of two is left over, but squares are safe and no digit is lost
+    // At the ends of the range a power of two is left over, but squares are safe and no digit is
+    // lost
     for (const float x : {std::numeric_limits<float>::denorm_min(), 0x1.8p-140f, 0x1.8p127f}) {
         const float scaled = x * normalizing_scale(x);
         EXPECT_GT(scaled * scaled, 1e-14f) << x;

@@ -2,7 +2,6 @@
 #include "base/isolated.h"
 
 #include <gtest/gtest.h>
-
 #include <unistd.h>
 
 #include <array>
@@ -31,7 +30,8 @@ TEST(RunIsolated, WhatRunsForeverIsStopped) {
     EXPECT_EQ(bytes.error().code, "isolated-timeout");
 }
 
-/// Of a library that waits for a thread which the child does not have, or for a lock that one of them held.
+/// Of a library that waits for a thread which the child does not have, or for a lock that one of
+/// them held.
 TEST(RunIsolated, WhatWaitsForeverIsStopped) {
     const auto bytes = run_isolated({.wall_seconds = 1}, [] {
         for (;;) pause();

@@ -19,7 +19,8 @@ std::string nested(const std::string& begin, const std::string& end, int depth) 
 }  // namespace
 
 TEST(JsonDepth, CountsArraysAndObjectsInEachOther) {
-    for (const auto& [begin, end] : {std::pair<std::string, std::string>{"[", "]"}, {"{\"a\":[", "]}"}}) {
+    for (const auto& [begin, end] :
+         {std::pair<std::string, std::string>{"[", "]"}, {"{\"a\":[", "]}"}}) {
         const int each = begin.size() == 1 ? 1 : 2;
         EXPECT_FALSE(is_json_too_deep(nested(begin, end, deepest_json / each)));
         EXPECT_TRUE(is_json_too_deep(nested(begin, end, deepest_json / each + 1)));

@@ -22,11 +22,14 @@ class PagesOfA {
     explicit PagesOfA(size_t bytes) {
         EXPECT_TRUE(write_file_atomically(name_, std::string(bytes, 'a')).has_value());
     }
+
     ~PagesOfA() { ::unlink(name_.c_str()); }
+
     PagesOfA(const PagesOfA&) = delete;
     PagesOfA& operator=(const PagesOfA&) = delete;
 
     const std::string& name() const { return name_; }
+
     void cut(off_t bytes) { ASSERT_EQ(::truncate(name_.c_str(), bytes), 0); }
 
   private:

@@ -73,7 +73,8 @@ TEST_F(MemoryLimitTest, WhatWasPutAsideIsThereWhenNothingElseIs) {
                       for (; megabytes < 64; ++megabytes) taken.push_back(take(megabyte));
                   } catch (const std::bad_alloc&) {
                   }
-                  return megabytes >= 2 && megabytes <= 5 ? "some megabytes" : fmt::format("{} MB", megabytes);
+                  return megabytes >= 2 && megabytes <= 5 ? "some megabytes"
+                                                          : fmt::format("{} MB", megabytes);
               }),
               "some megabytes");
 }
@@ -93,15 +94,18 @@ TEST_F(MemoryLimitTest, RefusesWhatWouldGoBeyondIt) {
                   MemoryLimit::enforce("again");
                   for (size_t i = 0; i + 10 < count; ++i) taken.push_back(take(megabyte));
                   const bool is_kept = peak_resident_bytes() <= bytes;
-                  return fmt::format("{} {} {}", is_kept, count > 80 && count <= 100, MemoryLimit::doing());
+                  return fmt::format("{} {} {}", is_kept, count > 80 && count <= 100,
+                                     MemoryLimit::doing());
               }),
               "true true again");
 }
 
-/// What the allocator keeps of freed blocks is resident again when it is used again, and the kernel is not asked.
+/// What the allocator keeps of freed blocks is resident again when it is used again, and the kernel
+/// is not asked.
 TEST_F(MemoryLimitTest, CountsWhatWasFreedAndIsTakenAgain) {
     EXPECT_EQ(alone([] {
-                  // A large block that is freed lets the allocator keep such blocks, unless it is told not to
+                  // A large block that is freed lets the allocator keep such blocks, unless it is
+                  // told not to
                   take(30 * megabyte);
                   const size_t bytes = resident_bytes() + 110 * megabyte;
                   const MemoryLimit limit(bytes);
@@ -133,7 +137,8 @@ TEST_F(MemoryLimitTest, NoneIsSetWithoutOne) {
 TEST_F(MemoryLimitTest, EndsWithTheObject) {
     EXPECT_EQ(alone([] {
                   { const MemoryLimit limit(resident_bytes() + 20 * megabyte); }
-                  return fmt::format("{} {}", take(100 * megabyte) != nullptr, MemoryLimit::is_set());
+                  return fmt::format("{} {}", take(100 * megabyte) != nullptr,
+                                     MemoryLimit::is_set());
               }),
               "true false");
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/output_lock.h"
 
+#include "base/atomic_file.h"
+
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -8,8 +10,6 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-
-#include "base/atomic_file.h"
 
 namespace velatura {
 
@@ -40,7 +40,10 @@ TEST_F(OutputLockTest, IsHeldByOne) {
         const Result<OutputLock> second = OutputLock::take(path("a.exr"));
         ASSERT_FALSE(second);
         EXPECT_EQ(second.error().code, "output-locked");
-        EXPECT_NE(second.error().message.find("a.exr is being rendered by process " + std::to_string(::getpid())), std::string::npos) << second.error().message;
+        EXPECT_NE(second.error().message.find("a.exr is being rendered by process " +
+                                              std::to_string(::getpid())),
+                  std::string::npos)
+            << second.error().message;
         EXPECT_TRUE(OutputLock::take(path("b.exr")));
     }
     EXPECT_TRUE(fs::is_empty(folder_));
@@ -70,8 +73,10 @@ TEST_F(OutputLockTest, NamesTheFileWhereThereIsNoFolder) {
 }
 
 TEST_F(OutputLockTest, SweepsWhatNobodyWrites) {
-    for (const char* stale : {".a.tmp.Ab0xYz.exr", ".a.tmp.Ab0xYz"}) std::ofstream(path(stale)) << "half";
-    for (const char* other : {".b.tmp.Ab0xYz.exr", "a.tmp.Ab0xYz.exr", ".a.tmp.b.exr", "a.exr"}) std::ofstream(path(other)) << "x";
+    for (const char* stale : {".a.tmp.Ab0xYz.exr", ".a.tmp.Ab0xYz"})
+        std::ofstream(path(stale)) << "half";
+    for (const char* other : {".b.tmp.Ab0xYz.exr", "a.tmp.Ab0xYz.exr", ".a.tmp.b.exr", "a.exr"})
+        std::ofstream(path(other)) << "x";
     bool is_there = false;
     ASSERT_TRUE(write_atomically(path("a.exr"), [&](const std::string& temporary) -> Result<void> {
         sweep_temporaries(path("a.exr"));
@@ -80,11 +85,15 @@ TEST_F(OutputLockTest, SweepsWhatNobodyWrites) {
     }));
     EXPECT_TRUE(is_there) << "a file was swept away that is being written";
     EXPECT_FALSE(fs::exists(path(".a.tmp.Ab0xYz.exr")) || fs::exists(path(".a.tmp.Ab0xYz")));
-    for (const char* other : {".b.tmp.Ab0xYz.exr", "a.tmp.Ab0xYz.exr", ".a.tmp.b.exr", "a.exr"}) EXPECT_TRUE(fs::exists(path(other))) << other;
+    for (const char* other : {".b.tmp.Ab0xYz.exr", "a.tmp.Ab0xYz.exr", ".a.tmp.b.exr", "a.exr"})
+        EXPECT_TRUE(fs::exists(path(other))) << other;
 }
 
 TEST_F(OutputLockTest, FailedWritesNameTheFileThatWasAskedFor) {
-    const Result<void> done = write_atomically(path("a.exr"), [](const std::string& temporary) -> Result<void> { return Error{"io-write", "cannot write " + temporary + ": no space"}; });
+    const Result<void> done =
+        write_atomically(path("a.exr"), [](const std::string& temporary) -> Result<void> {
+            return Error{"io-write", "cannot write " + temporary + ": no space"};
+        });
     ASSERT_FALSE(done);
     EXPECT_EQ(done.error().message, "cannot write " + path("a.exr") + ": no space");
 }

@@ -13,7 +13,10 @@ namespace velatura {
 namespace {
 
 /// The definition, trying one number after the other.
-std::string first_free(std::string name, const std::string& between, size_t max_bytes, std::set<std::string>& taken) {
+std::string first_free(std::string name,
+                       const std::string& between,
+                       size_t max_bytes,
+                       std::set<std::string>& taken) {
     if (name.size() > max_bytes) name.resize(max_bytes);
     std::string candidate = name;
     for (int n = 2; !taken.insert(candidate).second; ++n) {
@@ -27,7 +30,8 @@ std::string first_free(std::string name, const std::string& between, size_t max_
 
 TEST(UniqueNames, TakeTheFirstNumberThatIsFree) {
     // Names that are each other's numbers, and that shortening makes the same
-    const std::vector<std::string> words = {"key", "key_2", "key2", "key_", "", "2", "a_long_name", "a_long_nick", "a_long__2", "k"};
+    const std::vector<std::string> words = {"key", "key_2",       "key2",        "key_",      "",
+                                            "2",   "a_long_name", "a_long_nick", "a_long__2", "k"};
     for (const std::string between : {"_", ""}) {
         for (const size_t longest : {std::string::npos, size_t(9), size_t(5)}) {
             UniqueNames names(between, longest);
@@ -35,7 +39,8 @@ TEST(UniqueNames, TakeTheFirstNumberThatIsFree) {
             for (const std::string& name : taken) names.take(name);
             for (uint64_t i = 0; i < 400; ++i) {
                 const std::string& word = words[hash_combine(3, i) % words.size()];
-                ASSERT_EQ(names.make(word), first_free(word, between, longest, taken)) << i << ": " << word;
+                ASSERT_EQ(names.make(word), first_free(word, between, longest, taken))
+                    << i << ": " << word;
             }
             for (const std::string& name : taken) EXPECT_TRUE(names.has(name));
             EXPECT_FALSE(names.has("other"));

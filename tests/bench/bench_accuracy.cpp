@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What renders say of their error, against what many of them show: the error stated, the samples forecast for smaller ones,
-// intervals of blocks of 8×8 pixels, and where --target-error stops.
+// What renders say of their error, against what many of them show: the error stated, the samples
+// forecast for smaller ones, intervals of blocks of 8×8 pixels, and where --target-error stops.
 #include "image/block_errors.h"
 #include "transport/transport_scene.h"
 
@@ -32,11 +32,13 @@ struct Options {
 Pixels pixels_of(const film::Film& film) {
     const std::vector<float> rgba = film.snapshot().rgba;
     Pixels pixels;
-    for (size_t i = 0; i < rgba.size(); i += 4) pixels.insert(pixels.end(), {double(rgba[i]), double(rgba[i + 1]), double(rgba[i + 2])});
+    for (size_t i = 0; i < rgba.size(); i += 4)
+        pixels.insert(pixels.end(), {double(rgba[i]), double(rgba[i + 1]), double(rgba[i + 2])});
     return pixels;
 }
 
-/// One render on its way: pictures and blocks by samples per pixel, and what was known of the error at the early one.
+/// One render on its way: pictures and blocks by samples per pixel, and what was known of the error
+/// at the early one.
 struct Way {
     std::map<uint64_t, Pixels> pictures;
     std::map<uint64_t, std::vector<image::BlockError>> blocks;
@@ -46,7 +48,8 @@ struct Way {
     void see(const film::Film& film, const integrator::ErrorCurve& known, uint64_t samples) {
         pictures[samples] = pixels_of(film);
         if (samples == early) curve = known;
-        if (samples == early || samples == late) blocks[samples] = image::block_errors(film.sums(), known.slope().value).value();
+        if (samples == early || samples == late)
+            blocks[samples] = image::block_errors(film.sums(), known.slope().value).value();
     }
 };
 
@@ -57,7 +60,8 @@ Way render(TransportRenderer& renderer, uint64_t seed) {
     // Passes end at 1, 2, 4, …
     placement.after_pass = [&](const film::Film& film, const integrator::ErrorCurve& known) {
         const uint64_t samples = uint64_t(1) << pass++;
-        if (std::find(counts.begin(), counts.end(), samples) != counts.end()) way.see(film, known, samples);
+        if (std::find(counts.begin(), counts.end(), samples) != counts.end())
+            way.see(film, known, samples);
     };
     const film::Film film = renderer.render_film(seed, last, placement, renderer.beauty_layers());
     way.see(film, renderer.curve(), last);
@@ -70,19 +74,27 @@ struct Truth {
     Pixels variance;  ///< of one of these
     double renders;
 
-    explicit Truth(const std::vector<Way>& ways) : mean(ways[0].pictures.at(last).size()), variance(mean.size()), renders(double(ways.size())) {
+    explicit Truth(const std::vector<Way>& ways)
+        : mean(ways[0].pictures.at(last).size()),
+          variance(mean.size()),
+          renders(double(ways.size())) {
         for (const Way& w : ways)
             for (size_t i = 0; i < mean.size(); ++i) mean[i] += w.pictures.at(last)[i] / renders;
         for (const Way& w : ways)
-            for (size_t i = 0; i < mean.size(); ++i) variance[i] += (w.pictures.at(last)[i] - mean[i]) * (w.pictures.at(last)[i] - mean[i]) / (renders - 1);
+            for (size_t i = 0; i < mean.size(); ++i)
+                variance[i] += (w.pictures.at(last)[i] - mean[i]) *
+                               (w.pictures.at(last)[i] - mean[i]) / (renders - 1);
     }
 
-    /// √relMSE of a picture by the seed of one of the renders, against the mean of the others, whose noise is taken off.
+    /// √relMSE of a picture by the seed of one of the renders, against the mean of the others,
+    /// whose noise is taken off.
     double error(const Pixels& picture, const Way& own) const {
         double sum = 0;
         for (size_t i = 0; i < mean.size(); ++i) {
-            const double others = (mean[i] * renders - own.pictures.at(last)[i]) / (renders - 1), noise = variance[i] / (renders - 1);
-            sum += ((picture[i] - others) * (picture[i] - others) - noise) / (std::max(0.0, others * others - noise) + 0.01);
+            const double others = (mean[i] * renders - own.pictures.at(last)[i]) / (renders - 1),
+                         noise = variance[i] / (renders - 1);
+            sum += ((picture[i] - others) * (picture[i] - others) - noise) /
+                   (std::max(0.0, others * others - noise) + 0.01);
         }
         return std::sqrt(std::max(0.0, sum) / double(mean.size()));
     }
@@ -117,7 +129,11 @@ void print_stated(const std::vector<Way>& ways) {
         inside += e.low <= own && own <= e.high;
     }
     const Spread ratio(ratios), slope(slopes);
-    fmt::print("  error at {} spp {:.2f} %; stated {:.3f} of it (+- {:.3f} from render to render), interval holds it {} of {}; slope {:.3f}, stated {:.3f}\n", early, 100 * mean_error(ways, early), ratio.mean, ratio.deviation, inside, ways.size(), Spread(found).mean, slope.mean);
+    fmt::print(
+        "  error at {} spp {:.2f} %; stated {:.3f} of it (+- {:.3f} from render to render), "
+        "interval holds it {} of {}; slope {:.3f}, stated {:.3f}\n",
+        early, 100 * mean_error(ways, early), ratio.mean, ratio.deviation, inside, ways.size(),
+        Spread(found).mean, slope.mean);
 }
 
 void print_forecasts(const std::vector<Way>& ways) {
@@ -128,17 +144,26 @@ void print_forecasts(const std::vector<Way>& ways) {
             const integrator::ErrorForecast f = w.curve.forecast(w.error.at(n));
             using Kind = integrator::ErrorForecast::Kind;
             if (f.kind == Kind::Rare) continue;
-            const double samples = f.kind == Kind::Reached ? double(early) : f.kind == Kind::TooFar ? integrator::ErrorCurve::farthest * double(early) : f.samples;
+            const double samples = f.kind == Kind::Reached ? double(early)
+                                   : f.kind == Kind::TooFar
+                                       ? integrator::ErrorCurve::farthest * double(early)
+                                       : f.samples;
             logarithms.push_back(std::log(samples / double(n)));
             near += std::abs(samples / double(n) - 1) <= 0.1;
-            inside += f.kind == Kind::Known && f.samples_low <= double(n) && double(n) <= f.samples_high;
+            inside +=
+                f.kind == Kind::Known && f.samples_low <= double(n) && double(n) <= f.samples_high;
         }
         if (logarithms.empty()) {
-            fmt::print("  no forecast of {:.2f} %: the error does not fall\n", 100 * mean_error(ways, n));
+            fmt::print("  no forecast of {:.2f} %: the error does not fall\n",
+                       100 * mean_error(ways, n));
             continue;
         }
         const Spread s(logarithms);
-        fmt::print("  forecast of {:.2f} %: {:.3f} times the {} spp it took (+- {:.3f}), {} of {} within 10 %, interval holds it {} of {}\n", 100 * mean_error(ways, n), std::exp(s.mean), n, s.deviation, near, logarithms.size(), inside, logarithms.size());
+        fmt::print(
+            "  forecast of {:.2f} %: {:.3f} times the {} spp it took (+- {:.3f}), {} of {} within "
+            "10 %, interval holds it {} of {}\n",
+            100 * mean_error(ways, n), std::exp(s.mean), n, s.deviation, near, logarithms.size(),
+            inside, logarithms.size());
     }
 }
 
@@ -168,23 +193,31 @@ void print_coverage(const std::vector<Way>& ways, const Truth& truth, uint64_t s
         }
     }
     const double share = double(inside) / double(count);
-    fmt::print("  blocks at {} spp: {:.1f} % of {} intervals hold the truth; {:.1f} % of blocks hang on a pixel or two\n", samples, 100 * share, count, 100 * double(uncertain) / double(blocks));
+    fmt::print(
+        "  blocks at {} spp: {:.1f} % of {} intervals hold the truth; {:.1f} % of blocks hang on a "
+        "pixel or two\n",
+        samples, 100 * share, count, 100 * double(uncertain) / double(blocks));
 }
 
 /// Renders that stop by themselves, between two powers of two.
-void print_targets(TransportRenderer& renderer, const std::vector<Way>& ways, const Truth& truth, uint64_t seeds) {
+void print_targets(TransportRenderer& renderer,
+                   const std::vector<Way>& ways,
+                   const Truth& truth,
+                   uint64_t seeds) {
     for (const double part : {0.85, 0.6}) {
         const double target = part * mean_error(ways, early);
         std::vector<double> ratios, samples;
         for (uint64_t seed = 0; seed < std::min<uint64_t>(seeds, ways.size()); ++seed) {
             TransportRenderer::Placement placement;
             placement.target_error = target;
-            const film::Film film = renderer.render_film(seed, 4096, placement, renderer.beauty_layers());
+            const film::Film film =
+                renderer.render_film(seed, 4096, placement, renderer.beauty_layers());
             ratios.push_back(truth.error(pixels_of(film), ways[seed]) / target);
             samples.push_back(film.noise().samples_mean);
         }
         const Spread ratio(ratios), spp(samples);
-        fmt::print("  target {:.2f} %: reached {:.3f} of it (+- {:.3f}), at {:.0f} spp\n", 100 * target, ratio.mean, ratio.deviation, spp.mean);
+        fmt::print("  target {:.2f} %: reached {:.3f} of it (+- {:.3f}), at {:.0f} spp\n",
+                   100 * target, ratio.mean, ratio.deviation, spp.mean);
     }
 }
 
@@ -196,14 +229,18 @@ void measure(const std::string& name, const Options& options) {
     const Truth truth(ways);
     for (Way& w : ways)
         for (const uint64_t n : counts) w.error[n] = truth.error(w.pictures.at(n), w);
-    fmt::print("{}, {} x {} pixels, {} renders\n", name, options.size[0], options.size[1], options.seeds);
-    const bool is_told = std::ranges::all_of(ways, [](const Way& w) { return std::ranges::all_of(w.error, [](const auto& known) { return known.second > 0; }); });
+    fmt::print("{}, {} x {} pixels, {} renders\n", name, options.size[0], options.size[1],
+               options.seeds);
+    const bool is_told = std::ranges::all_of(ways, [](const Way& w) {
+        return std::ranges::all_of(w.error, [](const auto& known) { return known.second > 0; });
+    });
     if (is_told) {
         print_stated(ways);
         print_forecasts(ways);
         print_targets(renderer, ways, truth, options.target_seeds);
     } else {
-        fmt::print("  a sample that only one of the renders met outweighs their error: more --seeds\n");
+        fmt::print(
+            "  a sample that only one of the renders met outweighs their error: more --seeds\n");
     }
     print_coverage(ways, truth, early, options.size[0]);
     print_coverage(ways, truth, late, options.size[0]);

@@ -1,17 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What rows cost: 1,000 lamps, each a row of the matrix, against the same lamps in one row. The paths are the same, so
-// that the difference is what the film does. CPU time of one thread; rounds interleaved, medians of their ratios.
-// Usage: velatura_bench_layers [LAMPS [SIZE [SAMPLES]]]
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <vector>
-
-#include <fmt/format.h>
-#include <unistd.h>
-
+// What rows cost: 1,000 lamps, each a row of the matrix, against the same lamps in one row. The
+// paths are the same, so that the difference is what the film does. CPU time of one thread; rounds
+// interleaved, medians of their ratios. Usage: velatura_bench_layers [LAMPS [SIZE [SAMPLES]]]
 #include "base/tasks.h"
 #include "cpu_clock.h"
 #include "film/film.h"
@@ -19,19 +9,31 @@
 #include "integrator/schedule.h"
 #include "integrator/world.h"
 
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <vector>
+
 namespace {
 
 using namespace velatura;
 
 constexpr int round_count = 7;
 
-/// A floor of 20 units full of balls and a wall behind it under a grid of small lamps; every lamp has a row of its own.
+/// A floor of 20 units full of balls and a wall behind it under a grid of small lamps; every lamp
+/// has a row of its own.
 scene::Scene scene_of(int lamps, int size) {
     scene::Scene scene;
     scene::Mesh corner;
     corner.face_vertex_counts = {4, 4};
     corner.face_vertex_indices = {0, 1, 2, 3, 3, 2, 5, 4};
-    corner.points = {Vec3(-10, -4, 6), Vec3(10, -4, 6), Vec3(10, -4, -14), Vec3(-10, -4, -14), Vec3(-10, 6, -14), Vec3(10, 6, -14)};
+    corner.points = {Vec3(-10, -4, 6),   Vec3(10, -4, 6),   Vec3(10, -4, -14),
+                     Vec3(-10, -4, -14), Vec3(-10, 6, -14), Vec3(10, 6, -14)};
     scene::Shape shape;
     shape.geometry = corner;
     scene.shapes.push_back(shape);
@@ -49,7 +51,8 @@ scene::Scene scene_of(int lamps, int size) {
         lamp.kind = scene::LightKind::Sphere;
         lamp.radius = 0.05f;
         lamp.Le = Rgb(5.0f + float(i % 7));
-        const double x = 20.0 * (i % side + 0.5) / side - 10, z = 20.0 * (i / side + 0.5) / side - 14;
+        const double x = 20.0 * (i % side + 0.5) / side - 10,
+                     z = 20.0 * (i / side + 0.5) / side - 14;
         lamp.render_from_light.setTranslation(Vec3d(x, -3.5 + 0.4 * (i % 5), z));
         lamp.group = scene::GroupId(i);
         lamp.name = fmt::format("/L{}", i);
@@ -77,7 +80,8 @@ Measured measure(const scene::Scene& scene, uint64_t samples, bool writes) {
     Diagnostics diagnostics;
     film::LayerSet layers;
     layers.matrix_layers = layers.shadow_layers = true;
-    for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, false});
+    for (const scene::LightGroup& g : scene.groups)
+        layers.groups.push_back({g.name, g.prims, false});
     const int size = scene.settings.width;
     const integrator::World world(scene, {.width = size, .height = size}, {}, diagnostics);
     const integrator::PathTracer tracer(world, layers, {.seed = 1});
@@ -87,11 +91,16 @@ Measured measure(const scene::Scene& scene, uint64_t samples, bool writes) {
     Measured m;
     double start = bench::cpu_seconds();
     integrator::run_schedule(
-        film, options, [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); }, {});
+        film, options,
+        [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) {
+            tracer.trace(x, y, s, out, counts);
+        },
+        {});
     m.render_s = bench::cpu_seconds() - start;
     m.film_bytes = film.memory_bytes();
     if (!writes) return m;
-    const auto file = std::filesystem::temp_directory_path() / fmt::format("velatura_bench_layers_{}.exr", ::getpid());
+    const auto file = std::filesystem::temp_directory_path() /
+                      fmt::format("velatura_bench_layers_{}.exr", ::getpid());
     start = bench::cpu_seconds();
     if (!film.write(file.string(), {})) std::exit(1);
     m.write_s = bench::cpu_seconds() - start;
@@ -109,20 +118,27 @@ double median(std::vector<double> v) {
 
 int main(int argc, char** argv) {
     const ThreadLimit one(1);
-    const int lamps = argc > 1 ? std::atoi(argv[1]) : 1000, size = argc > 2 ? std::atoi(argv[2]) : 128;
+    const int lamps = argc > 1 ? std::atoi(argv[1]) : 1000,
+              size = argc > 2 ? std::atoi(argv[2]) : 128;
     const auto samples = argc > 3 ? uint64_t(std::atoll(argv[3])) : 64;
     const scene::Scene rows = scene_of(lamps, size), row = in_one_row(rows);
     std::vector<double> ratios, seconds;
     for (int round = 0; round < round_count; ++round) {
-        const double alone = measure(row, samples, false).render_s, many = measure(rows, samples, false).render_s;
+        const double alone = measure(row, samples, false).render_s,
+                     many = measure(rows, samples, false).render_s;
         ratios.push_back(many / alone);
         seconds.push_back(alone);
     }
-    fmt::print("{} lamps, {} x {} pixels, {} samples, matrix and shadow layers of 6 columns\n", lamps, size, size, samples);
-    fmt::print("rendering   one row {:8.3f} s   a row for each {:.3f} x\n", median(seconds), median(ratios));
+    fmt::print("{} lamps, {} x {} pixels, {} samples, matrix and shadow layers of 6 columns\n",
+               lamps, size, size, samples);
+    fmt::print("rendering   one row {:8.3f} s   a row for each {:.3f} x\n", median(seconds),
+               median(ratios));
     std::fflush(stdout);
     const Measured alone = measure(row, samples, true), many = measure(rows, samples, true);
-    fmt::print("film        one row {:8.1f} MB  a row for each {:.1f} MB\n", double(alone.film_bytes) * 1e-6, double(many.film_bytes) * 1e-6);
-    fmt::print("file        one row {:8.1f} MB  a row for each {:.1f} MB\n", double(alone.file_bytes) * 1e-6, double(many.file_bytes) * 1e-6);
-    fmt::print("writing     one row {:8.3f} s   a row for each {:.3f} s\n", alone.write_s, many.write_s);
+    fmt::print("film        one row {:8.1f} MB  a row for each {:.1f} MB\n",
+               double(alone.film_bytes) * 1e-6, double(many.film_bytes) * 1e-6);
+    fmt::print("file        one row {:8.1f} MB  a row for each {:.1f} MB\n",
+               double(alone.file_bytes) * 1e-6, double(many.file_bytes) * 1e-6);
+    fmt::print("writing     one row {:8.3f} s   a row for each {:.3f} s\n", alone.write_s,
+               many.write_s);
 }

@@ -1,14 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole renders, one thread: paths per second, where the time goes, and the bound that the same rays alone set.
-// Usage: velatura_bench_paths [SCENE.usda…]; without arguments the scenes of scenes/ and two of velatura_bench_rays.
-#include <algorithm>
-#include <cstdio>
-#include <optional>
-#include <string>
-#include <vector>
-
-#include <fmt/format.h>
-
+// Whole renders, one thread: paths per second, where the time goes, and the bound that the same
+// rays alone set. Usage: velatura_bench_paths [SCENE.usda…]; without arguments the scenes of
+// scenes/ and two of velatura_bench_rays.
 #include "app/light_images.h"
 #include "base/tasks.h"
 #include "bench_scenes.h"
@@ -22,6 +15,14 @@
 #include "recorded_rays.h"
 #include "translate/translate.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <vector>
+
 namespace {
 
 using namespace velatura;
@@ -34,7 +35,8 @@ constexpr int rounds = 3;
 film::LayerSet all_layers(const scene::Scene& scene) {
     film::LayerSet layers;
     layers.matrix_layers = layers.shadow_layers = true;
-    for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+    for (const scene::LightGroup& g : scene.groups)
+        layers.groups.push_back({g.name, g.prims, g.is_environment});
     return layers;
 }
 
@@ -46,7 +48,8 @@ scene::Scene minimal_scene(const bench::BenchScene& from) {
     for (const Vec3& p : from.direct.positions) mesh.points.push_back(p - from.eye);
     for (const auto& triangle : from.direct.triangles) {
         mesh.face_vertex_counts.push_back(3);
-        mesh.face_vertex_indices.insert(mesh.face_vertex_indices.end(), triangle.begin(), triangle.end());
+        mesh.face_vertex_indices.insert(mesh.face_vertex_indices.end(), triangle.begin(),
+                                        triangle.end());
     }
     scene.shapes.push_back({std::move(mesh)});
     scene.groups = {{"light", {}, false}, {"emissive", {}, false}};
@@ -104,8 +107,8 @@ struct Row {
     double path_s = 0;  ///< of CPU time
     double instructions = 0;
     bench::Shares shares{};
-    double rays = 0;                    ///< per path
-    double alone_s = 0;                 ///< of tracing them alone, per path
+    double rays = 0;                          ///< per path
+    double alone_s = 0;                       ///< of tracing them alone, per path
     double shadow_gain = 1, bounce_gain = 1;  ///< of tracing in batches, over one by one
     double best_gain = 1;                     ///< of the whole render by both
 };
@@ -115,10 +118,14 @@ class Measurement {
     Measurement(std::string name, const scene::Scene& scene)
         : scene_(scene),
           layers_(all_layers(scene)),
-          world_(scene, {.width = width, .height = height, .expected_rays = 1e8}, app::make_light_image_loader(), diagnostics_),
+          world_(scene,
+                 {.width = width, .height = height, .expected_rays = 1e8},
+                 app::make_light_image_loader(),
+                 diagnostics_),
           training_(integrator::train_guide(world_, {}, integrator::Guiding::Auto)),
           branches_(integrator::try_branches(world_, tracer_options(), {0, 0, width, height})) {
-        for (const Diagnostic& d : diagnostics_.all()) fmt::print(stderr, "{}\n", diagnostics_.format(d));
+        for (const Diagnostic& d : diagnostics_.all())
+            fmt::print(stderr, "{}\n", diagnostics_.format(d));
         row_.name = std::move(name);
     }
 
@@ -145,7 +152,8 @@ class Measurement {
         row_.bounce_gain = alone.bounce_s / alone.batched_bounce_s;
         const double shadow_saved = std::max(0.0, alone.shadow_s - alone.batched_shadow_s);
         const double bounce_saved = std::max(0.0, alone.bounce_s - alone.batched_bounce_s);
-        row_.best_gain = row_.path_s / (row_.path_s - (shadow_saved + bounce_saved) / recorded_paths);
+        row_.best_gain =
+            row_.path_s / (row_.path_s - (shadow_saved + bounce_saved) / recorded_paths);
         return row_;
     }
 
@@ -157,14 +165,18 @@ class Measurement {
         return options;
     }
 
-    /// A render by the defaults of the program, without its file, but as many samples in every pixel: as those recorded.
+    /// A render by the defaults of the program, without its file, but as many samples in every
+    /// pixel: as those recorded.
     void render() {
         integrator::RenderOptions options;
         options.end_sample = sample_count;
         const integrator::PathTracer tracer(world_, layers_, tracer_options());
         film::Film film({0, 0, width, height}, layers_, {.final_sample_end = sample_count});
         const integrator::RenderResult result = integrator::run_schedule(
-            film, options, [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); }, {});
+            film, options,
+            [&](int x, int y, uint64_t s, film::SampleRadiance& out,
+                integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); },
+            {});
         path_count_ = result.rays.paths;
     }
 
@@ -214,14 +226,18 @@ void print(const std::vector<Row>& rows) {
     }
     fmt::print("\n{}\n{}\n", header, line);
     for (const Row& r : rows) {
-        fmt::print("| {} | {:.3f} M | {} |", r.name, 1e-6 / r.path_s, r.instructions > 0 ? fmt::format("{:.0f}", r.instructions) : "–");
+        fmt::print("| {} | {:.3f} M | {} |", r.name, 1e-6 / r.path_s,
+                   r.instructions > 0 ? fmt::format("{:.0f}", r.instructions) : "–");
         for (const double share : r.shares) fmt::print(" {:.0f} % |", 100 * share);
         fmt::print("\n");
     }
-    fmt::print("\n| scene | rays per path | alone, Mrays/s | bound, paths/s | reached | shadow rays in batches | bounce rays in batches | whole render at best |\n");
+    fmt::print(
+        "\n| scene | rays per path | alone, Mrays/s | bound, paths/s | reached | shadow rays in "
+        "batches | bounce rays in batches | whole render at best |\n");
     fmt::print("|---|---|---|---|---|---|---|---|\n");
     for (const Row& r : rows) {
-        fmt::print("| {} | {:.2f} | {:.2f} | {:.3f} M | {:.0f} % | {:.2f} | {:.2f} | {:.2f} |\n", r.name, r.rays, 1e-6 * r.rays / r.alone_s, 1e-6 / r.alone_s,
+        fmt::print("| {} | {:.2f} | {:.2f} | {:.3f} M | {:.0f} % | {:.2f} | {:.2f} | {:.2f} |\n",
+                   r.name, r.rays, 1e-6 * r.rays / r.alone_s, 1e-6 / r.alone_s,
                    100 * r.alone_s / r.path_s, r.shadow_gain, r.bounce_gain, r.best_gain);
     }
 }
@@ -237,7 +253,8 @@ int main(int argc, char** argv) {
     }
     const bool is_whole = paths.empty();
     if (is_whole) {
-        for (const char* name : {"atelier/atelier", "sky/sky", "cornell/cornell", "transport/sun", "transport/lens", "transport/glass", "transport/many_lights"})
+        for (const char* name : {"atelier/atelier", "sky/sky", "cornell/cornell", "transport/sun",
+                                 "transport/lens", "transport/glass", "transport/many_lights"})
             paths.push_back(fmt::format("{}/scenes/{}.usda", VELATURA_SOURCE_DIR, name));
     }
     std::vector<Row> rows;

@@ -273,7 +273,8 @@ void run_scene(const SceneMaker& maker, const Settings& settings, Cells& cells) 
 void print_head(const Settings& settings) {
     fmt::print(
         "Own tree ({} kernels, {} quality), Embree robust (medium quality) and Embree fast (not\n"
-        "robust, high quality: spatial splits), both with single rays. Own: batches of 4096, side by side or\n"
+        "robust, high quality: spatial splits), both with single rays. Own: batches of 4096, side "
+        "by side or\n"
         "one by one (way), as the stream of that kind of rays chose by timing the first ones.\n"
         "One thread, CPU time; warmed up, then {} rounds in turns; Mrays/s are medians, ratios\n"
         "medians of the rounds' ratios (above 1: own is faster).\n"

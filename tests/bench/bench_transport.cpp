@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// What each technique of light transport is worth: efficiency = 1 / (relMSE × CPU seconds) of the defaults over that of the
-// same renderer with one technique taken away, per scene, with intervals; then tables of single questions.
-// Usage: velatura_bench_transport [SCENE… | placed | light-counts | bias]; bias only by its name
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-
-#include <fmt/format.h>
-
+// What each technique of light transport is worth: efficiency = 1 / (relMSE × CPU seconds) of the
+// defaults over that of the same renderer with one technique taken away, per scene, with intervals;
+// then tables of single questions. Usage: velatura_bench_transport [SCENE… | placed | light-counts
+// | bias]; bias only by its name
 #include "base/tasks.h"
 #include "cpu_clock.h"
 #include "transport/transport_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
 
 namespace {
 
@@ -19,11 +20,13 @@ using bench::cpu_seconds;
 using test::Pixels;
 
 constexpr int size_px = 96;
-constexpr int run_count = 12;  ///< independent seeds: their spread is the error, without any reference picture
+constexpr int run_count =
+    12;  ///< independent seeds: their spread is the error, without any reference picture
 constexpr uint64_t sample_count = 16;
-constexpr uint64_t placed_count = 64;   ///< of adaptive renders: the first 16 of them are the pilot
+constexpr uint64_t placed_count = 64;  ///< of adaptive renders: the first 16 of them are the pilot
 constexpr double blur_px = 1.5;
-constexpr double floor_squared = 0.01;  ///< of the relative error: mean² + 0.01, as in docs/numerics.md
+constexpr double floor_squared =
+    0.01;  ///< of the relative error: mean² + 0.01, as in docs/numerics.md
 
 /// Independent renders of one technique.
 struct Runs {
@@ -38,7 +41,8 @@ Runs measure(const scene::Scene& scene, const test::Technique& technique) {
     Runs runs;
     renderer.render(99, 1);  // caches warm
     const double start = cpu_seconds();
-    for (int r = 0; r < run_count; ++r) runs.pixels.push_back(renderer.render(uint64_t(r) + 1, sample_count));
+    for (int r = 0; r < run_count; ++r)
+        runs.pixels.push_back(renderer.render(uint64_t(r) + 1, sample_count));
     runs.cpu_s = (cpu_seconds() - start) / run_count;
     runs.bad = renderer.bad_samples();
     runs.rays = renderer.rays();
@@ -51,7 +55,8 @@ using Placement = test::TransportRenderer::Placement;
 Runs measure_placement(test::TransportRenderer& renderer, const Placement& placement) {
     Runs runs;
     const double start = cpu_seconds();
-    for (int r = 0; r < run_count; ++r) runs.pixels.push_back(renderer.render_scheduled(uint64_t(r) + 1, placed_count, placement));
+    for (int r = 0; r < run_count; ++r)
+        runs.pixels.push_back(renderer.render_scheduled(uint64_t(r) + 1, placed_count, placement));
     runs.cpu_s = (cpu_seconds() - start) / run_count;
     return runs;
 }
@@ -90,7 +95,8 @@ std::vector<Pixels> blurred(const std::vector<Pixels>& pictures) {
             for (int k = std::max(-reach, -at); k <= std::min(reach, size_px - 1 - at); ++k) {
                 const double w = std::exp(-k * k / (2 * blur_px * blur_px));
                 const int other = i + k * (is_vertical ? size_px : 1);
-                for (int c = 0; c < 3; ++c) to[size_t(i * 3 + c)] += w * from[size_t(other * 3 + c)];
+                for (int c = 0; c < 3; ++c)
+                    to[size_t(i * 3 + c)] += w * from[size_t(other * 3 + c)];
                 weights += w;
             }
             for (int c = 0; c < 3; ++c) to[size_t(i * 3 + c)] /= weights;
@@ -107,12 +113,13 @@ struct Ratio {
     double value = 0, low = 0, high = 0;
 };
 
-/// Efficiency of `a` over that of `b`. The interval is the delete-one jackknife over seeds, in the logarithm; CPU time counts
-/// as exact (repeat the command to see its noise).
+/// Efficiency of `a` over that of `b`. The interval is the delete-one jackknife over seeds, in the
+/// logarithm; CPU time counts as exact (repeat the command to see its noise).
 Ratio efficiency_ratio(const Runs& a, const Runs& b, const Pixels& norm) {
     const auto log_ratio = [&](size_t left_out) {
         const auto use = [left_out](size_t r) { return r != left_out; };
-        return std::log(relative_variance(b.pixels, norm, use) * b.cpu_s) - std::log(relative_variance(a.pixels, norm, use) * a.cpu_s);
+        return std::log(relative_variance(b.pixels, norm, use) * b.cpu_s) -
+               std::log(relative_variance(a.pixels, norm, use) * a.cpu_s);
     };
     const double whole = log_ratio(size_t(run_count));
     double mean = 0, squares = 0;
@@ -131,31 +138,43 @@ void report(const std::string& name) {
     const auto all = [](size_t) { return true; };
     const double error = relative_variance(usual.pixels, norm_of(test::mean_of(usual.pixels)), all);
     const double paths = double(size_px * size_px) * double(sample_count);
-    fmt::print("\n{}: relMSE {:.3g} at {} spp, {:.3f} CPU s, efficiency {:.3g}, {:.3f} Mpaths per CPU s, {} bad samples\n", name, error, sample_count, usual.cpu_s,
-               1.0 / (error * usual.cpu_s), 1e-6 * paths / usual.cpu_s, usual.bad);
+    fmt::print(
+        "\n{}: relMSE {:.3g} at {} spp, {:.3f} CPU s, efficiency {:.3g}, {:.3f} Mpaths per CPU s, "
+        "{} bad samples\n",
+        name, error, sample_count, usual.cpu_s, 1.0 / (error * usual.cpu_s),
+        1e-6 * paths / usual.cpu_s, usual.bad);
     for (const test::Technique& technique : test::techniques()) {
         if (technique.instead_of.empty()) continue;
         const Runs other = measure(scene, technique);
-        // One norm for both, from the samples of both: a pixel that only one of them saw a lamp in is bright for both
-        const Pixels norm = norm_of(test::mean_of({test::mean_of(usual.pixels), test::mean_of(other.pixels)}));
+        // One norm for both, from the samples of both: a pixel that only one of them saw a lamp in
+        // is bright for both
+        const Pixels norm =
+            norm_of(test::mean_of({test::mean_of(usual.pixels), test::mean_of(other.pixels)}));
         const Ratio ratio = efficiency_ratio(usual, other, norm);
-        const double error_ratio = relative_variance(other.pixels, norm, all) / relative_variance(usual.pixels, norm, all);
+        const double error_ratio =
+            relative_variance(other.pixels, norm, all) / relative_variance(usual.pixels, norm, all);
         const std::vector<Pixels> mine = blurred(usual.pixels), theirs = blurred(other.pixels);
-        const Pixels blurred_norm = norm_of(test::mean_of({test::mean_of(mine), test::mean_of(theirs)}));
-        const double filtered_ratio = relative_variance(theirs, blurred_norm, all) / relative_variance(mine, blurred_norm, all);
-        fmt::print("  {:24} in place of {:22}  default is {:8.2f} x as efficient [{:.2f}, {:.2f}]  relMSE x {:.2f}, after a blur of {} px x {:.2f}, time x {:.2f}\n",
-                   technique.name, technique.instead_of, ratio.value, ratio.low, ratio.high, error_ratio, blur_px, filtered_ratio, other.cpu_s / usual.cpu_s);
+        const Pixels blurred_norm =
+            norm_of(test::mean_of({test::mean_of(mine), test::mean_of(theirs)}));
+        const double filtered_ratio = relative_variance(theirs, blurred_norm, all) /
+                                      relative_variance(mine, blurred_norm, all);
+        fmt::print(
+            "  {:24} in place of {:22}  default is {:8.2f} x as efficient [{:.2f}, {:.2f}]  relMSE "
+            "x {:.2f}, after a blur of {} px x {:.2f}, time x {:.2f}\n",
+            technique.name, technique.instead_of, ratio.value, ratio.low, ratio.high, error_ratio,
+            blur_px, filtered_ratio, other.cpu_s / usual.cpu_s);
         std::fflush(stdout);
     }
 }
 
-/// Samples placed by noise, paths guided and divided where trial paths ask for it, against renders without the one or the
-/// other.
+/// Samples placed by noise, paths guided and divided where trial paths ask for it, against renders
+/// without the one or the other.
 void report_placement(const std::string& name) {
     struct Other {
         const char* name;
         Placement placement;
     };
+
     static const Other others[] = {
         {"the same number of samples everywhere", {.is_adaptive = false}},
         {"paths that go on by one", {.splits = false}},
@@ -169,13 +188,19 @@ void report_placement(const std::string& name) {
     const bool is_guided = renderer.was_guided();
     const double branches = renderer.mean_branches();
     const auto all = [](size_t) { return true; };
-    fmt::print("\n{}: {} samples per pixel in the mean, {:.3f} CPU s, {:.1f} branches{}\n", name, placed_count, usual.cpu_s, branches, is_guided ? ", guided" : "");
+    fmt::print("\n{}: {} samples per pixel in the mean, {:.3f} CPU s, {:.1f} branches{}\n", name,
+               placed_count, usual.cpu_s, branches, is_guided ? ", guided" : "");
     for (const auto& [technique, placement] : others) {
         const Runs other = measure_placement(renderer, placement);
-        const Pixels norm = norm_of(test::mean_of({test::mean_of(usual.pixels), test::mean_of(other.pixels)}));
+        const Pixels norm =
+            norm_of(test::mean_of({test::mean_of(usual.pixels), test::mean_of(other.pixels)}));
         const Ratio ratio = efficiency_ratio(usual, other, norm);
-        fmt::print("  instead: {:38} default is {:6.2f} x as efficient [{:.2f}, {:.2f}]  relMSE x {:.2f}, time x {:.2f}\n", technique, ratio.value, ratio.low, ratio.high,
-                   relative_variance(other.pixels, norm, all) / relative_variance(usual.pixels, norm, all), other.cpu_s / usual.cpu_s);
+        fmt::print(
+            "  instead: {:38} default is {:6.2f} x as efficient [{:.2f}, {:.2f}]  relMSE x {:.2f}, "
+            "time x {:.2f}\n",
+            technique, ratio.value, ratio.low, ratio.high,
+            relative_variance(other.pixels, norm, all) / relative_variance(usual.pixels, norm, all),
+            other.cpu_s / usual.cpu_s);
         std::fflush(stdout);
     }
 }
@@ -189,13 +214,15 @@ Estimate estimate_of(const std::vector<Pixels>& runs) {
     Estimate e{test::mean_of(runs), Pixels(runs.front().size(), 0.0)};
     const double n = double(runs.size());
     for (size_t i = 0; i < e.mean.size(); ++i) {
-        for (const Pixels& run : runs) e.variance[i] += (run[i] - e.mean[i]) * (run[i] - e.mean[i]) / (n * (n - 1));
+        for (const Pixels& run : runs)
+            e.variance[i] += (run[i] - e.mean[i]) * (run[i] - e.mean[i]) / (n * (n - 1));
     }
     return e;
 }
 
-/// The default at 16 and 256 samples per pixel against 65,536 of plain paths: by the mean of the picture, and by blocks of
-/// pixels, whose squared distances in standard errors must be 1 in the mean.
+/// The default at 16 and 256 samples per pixel against 65,536 of plain paths: by the mean of the
+/// picture, and by blocks of pixels, whose squared distances in standard errors must be 1 in the
+/// mean.
 void report_bias(const std::string& name) {
     constexpr int side = 32, block = 4;
     constexpr int reference_runs = 32, runs = 64;
@@ -208,15 +235,18 @@ void report_bias(const std::string& name) {
         Pixels sums(size_t(across) * size_t(across) * 3, 0.0);
         for (int i = 0; i < side * side; ++i) {
             const size_t to = size_t((i / side / step) * across + i % side / step);
-            for (size_t c = 0; c < 3; ++c) sums[to * 3 + c] += picture[size_t(i) * 3 + c] / double(step * step);
+            for (size_t c = 0; c < 3; ++c)
+                sums[to * 3 + c] += picture[size_t(i) * 3 + c] / double(step * step);
         }
         return sums;
     };
     std::vector<Pixels> reference;
-    for (int r = 0; r < reference_runs; ++r) reference.push_back(renderer.render(uint64_t(r) + 1000, reference_samples));
+    for (int r = 0; r < reference_runs; ++r)
+        reference.push_back(renderer.render(uint64_t(r) + 1000, reference_samples));
     for (const uint64_t samples : {uint64_t(16), uint64_t(256)}) {
         std::vector<Pixels> pictures;
-        for (int r = 0; r < runs; ++r) pictures.push_back(renderer.render_scheduled(uint64_t(r) + 1, samples, {}));
+        for (int r = 0; r < runs; ++r)
+            pictures.push_back(renderer.render_scheduled(uint64_t(r) + 1, samples, {}));
         double worst_z = 0, mean_squared_z = 0, bias = 0, detectable = 0;
         for (const int step : {side, block}) {
             std::vector<Pixels> a, b;
@@ -235,8 +265,11 @@ void report_bias(const std::string& name) {
                 }
             }
         }
-        fmt::print("  {:24} {:3} spp{}: mean differs by {:+.4f} % (detectable {:.4f} %), {} blocks: mean z2 {:.2f}, largest |z| {:.1f}\n", name, samples,
-                   renderer.was_guided() ? ", guided" : "        ", 100 * bias, 100 * detectable, (side / block) * (side / block), mean_squared_z, worst_z);
+        fmt::print(
+            "  {:24} {:3} spp{}: mean differs by {:+.4f} % (detectable {:.4f} %), {} blocks: mean "
+            "z2 {:.2f}, largest |z| {:.1f}\n",
+            name, samples, renderer.was_guided() ? ", guided" : "        ", 100 * bias,
+            100 * detectable, (side / block) * (side / block), mean_squared_z, worst_z);
         std::fflush(stdout);
     }
 }
@@ -257,7 +290,9 @@ LightTimes time_lights(size_t count, float radius) {
         light.radius = radius;
         light.Le = Rgb(float(1e5 / double(count)));
         light.is_camera_visible = false;
-        light.render_from_light.setTranslation(Vec3d(-10.0 + 20.0 * (double(i % side) + 0.5) / double(side), 1.0, -20.0 + 20.0 * (double(i / side) + 0.5) / double(side)));
+        light.render_from_light.setTranslation(
+            Vec3d(-10.0 + 20.0 * (double(i % side) + 0.5) / double(side), 1.0,
+                  -20.0 + 20.0 * (double(i / side) + 0.5) / double(side)));
         scene.lights.push_back(light);
     }
     const double start = cpu_seconds();
@@ -268,16 +303,22 @@ LightTimes time_lights(size_t count, float radius) {
     return {prepared - start, (rendered - prepared) / (64.0 * 64.0 * 32.0)};
 }
 
-/// Time per path must grow like the logarithm of the number of lights at most. Lamps of one size overlap once they are many:
-/// a ray then meets several, which is no matter of choosing among them; lamps that shrink with the grid show the choice.
+/// Time per path must grow like the logarithm of the number of lights at most. Lamps of one size
+/// overlap once they are many: a ray then meets several, which is no matter of choosing among them;
+/// lamps that shrink with the grid show the choice.
 void report_light_counts() {
-    fmt::print("\nTime per path against the number of lights (sphere lights on a grid above a floor)\n");
+    fmt::print(
+        "\nTime per path against the number of lights (sphere lights on a grid above a floor)\n");
     for (int exponent = 0; exponent <= 6; ++exponent) {
         const auto count = size_t(std::pow(10.0, exponent));
         const float spacing = 20.0f / std::ceil(std::sqrt(float(count)));
-        const LightTimes apart = time_lights(count, std::min(0.02f, 0.1f * spacing)), same = time_lights(count, 0.02f);
-        fmt::print("  {:8} lights: {:6.2f} us per path, {:7.3f} s to prepare; of one size, a ray upwards meets {:4.2f}: {:6.2f} us per path\n", count, 1e6 * apart.path_s,
-                   apart.prepare_s, pi * 0.02f * 0.02f / (spacing * spacing), 1e6 * same.path_s);
+        const LightTimes apart = time_lights(count, std::min(0.02f, 0.1f * spacing)),
+                         same = time_lights(count, 0.02f);
+        fmt::print(
+            "  {:8} lights: {:6.2f} us per path, {:7.3f} s to prepare; of one size, a ray upwards "
+            "meets {:4.2f}: {:6.2f} us per path\n",
+            count, 1e6 * apart.path_s, apart.prepare_s, pi * 0.02f * 0.02f / (spacing * spacing),
+            1e6 * same.path_s);
         std::fflush(stdout);
     }
 }
@@ -286,16 +327,24 @@ void report_light_counts() {
 
 int main(int argc, char** argv) {
     const ThreadLimit one_thread(1);
-    // `./dev bench` passes its arguments to every program: names of scenes and of these tables are meant for this one
+    // `./dev bench` passes its arguments to every program: names of scenes and of these tables are
+    // meant for this one
     const std::vector<std::string> words(argv + 1, argv + argc);
-    const auto is_said = [&](std::string_view word) { return std::find(words.begin(), words.end(), word) != words.end(); };
+    const auto is_said = [&](std::string_view word) {
+        return std::find(words.begin(), words.end(), word) != words.end();
+    };
     std::vector<std::string> chosen;
     for (const std::string& scene : test::transport_scenes()) {
-        if (std::any_of(words.begin(), words.end(), [&](const std::string& word) { return scene.find(word) != std::string::npos; })) chosen.push_back(scene);
+        if (std::any_of(words.begin(), words.end(), [&](const std::string& word) {
+                return scene.find(word) != std::string::npos;
+            }))
+            chosen.push_back(scene);
     }
     const bool is_table_said = is_said("placed") || is_said("light-counts") || is_said("bias");
-    const std::vector<std::string>& scenes = chosen.empty() && (words.empty() || is_table_said) ? test::transport_scenes() : chosen;
-    fmt::print("{0} x {0} pixels, {1} samples per pixel, {2} seeds, one thread\n", size_px, sample_count, run_count);
+    const std::vector<std::string>& scenes =
+        chosen.empty() && (words.empty() || is_table_said) ? test::transport_scenes() : chosen;
+    fmt::print("{0} x {0} pixels, {1} samples per pixel, {2} seeds, one thread\n", size_px,
+               sample_count, run_count);
     if (!is_table_said) {
         for (const std::string& scene : scenes) report(scene);
     }

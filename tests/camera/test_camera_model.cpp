@@ -72,8 +72,8 @@ TEST(H48Camera, DirectionsAreUnitFromNarrowToWide) {
             }
         }
     }
-    hardcase::expect_within({"length of a direction, fields of 1e-3 to 179.9 degrees, less 1", worst, 1e-6, 0,
-                             "length in double"});
+    hardcase::expect_within({"length of a direction, fields of 1e-3 to 179.9 degrees, less 1",
+                             worst, 1e-6, 0, "length in double"});
 }
 
 TEST(CameraModel, ClippingPlanesArePlanes) {
@@ -142,8 +142,8 @@ TEST(H48Camera, ApertureZeroAndFocusZeroArePinholesBitForBit) {
             different += !(x.o == y.o && x.d == y.d && x.t_max == y.t_max);
         }
     }
-    hardcase::expect_within({"rays of 1200 that are not the pinhole's, bit for bit", double(different), 0, 0,
-                             "the pinhole"});
+    hardcase::expect_within({"rays of 1200 that are not the pinhole's, bit for bit",
+                             double(different), 0, 0, "the pinhole"});
 }
 
 TEST(H48Camera, InfiniteFocusGivesParallelRays) {
@@ -256,7 +256,8 @@ TEST(CameraModel, MatricesFollowOpenExr) {
     }
 }
 
-/// At a key, and at any time of a camera that is the same at all, it is the still camera there, bit for bit.
+/// At a key, and at any time of a camera that is the same at all, it is the still camera there, bit
+/// for bit.
 TEST(CameraModel, MovesFromKeyToKey) {
     scene::Camera moving = shifted_camera(), there = shifted_camera();
     moving.lens_radius = there.lens_radius = 0.1;

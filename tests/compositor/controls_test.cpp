@@ -81,7 +81,11 @@ TEST(Look, SurvivesJson) {
         EXPECT_EQ(look_from_json(bad).error().code, "bad-preset") << bad;
     }
     const std::string deep = std::string(200000, '[') + std::string(200000, ']');
-    EXPECT_EQ(look_from_json("{\"schema\":\"velatura.look/1\",\"controls\":[],\"rows\":{\"a\":" + deep + "}}").error().code, "bad-preset");
+    EXPECT_EQ(look_from_json(
+                  "{\"schema\":\"velatura.look/1\",\"controls\":[],\"rows\":{\"a\":" + deep + "}}")
+                  .error()
+                  .code,
+              "bad-preset");
 }
 
 }  // namespace

@@ -3,10 +3,10 @@
 
 #include "compositor/diff.h"
 #include "film/film.h"
+#include "film/film_scene.h"
 #include "image/digest.h"
 #include "image/exr.h"
 #include "image/layer_file.h"
-#include "film/film_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -67,7 +67,8 @@ TEST(Merge, ReproducesTheSingleRenderBitForBit) {
         EXPECT_EQ(image->text("velatura/samples"), whole->text("velatura/samples"));
         EXPECT_EQ(image->text("velatura/layers"), whole->text("velatura/layers"));
         EXPECT_EQ(image->text("velatura/closure"), whole->text("velatura/closure"));
-        EXPECT_EQ(image->text("cryptomatte/3ae39a5/manifest"), whole->text("cryptomatte/3ae39a5/manifest"));
+        EXPECT_EQ(image->text("cryptomatte/3ae39a5/manifest"),
+                  whole->text("cryptomatte/3ae39a5/manifest"));
         EXPECT_NE(image->text("cryptomatte/3ae39a5/manifest"), "");
     }
 }

@@ -63,9 +63,8 @@ TEST(Noise, SharesOfRowsAddUp) {
     EXPECT_NEAR(sum_of(forecast->groups) + shadows, 1.0, 1e-5);
     EXPECT_NEAR(sum_of(forecast->bounces) + shadows, 1.0, 1e-5);
     for (const auto* rows : {&forecast->groups, &forecast->bounces})
-        EXPECT_TRUE(std::is_sorted(rows->begin(), rows->end(), [](const auto& a, const auto& b) {
-            return a.share > b.share;
-        }));
+        EXPECT_TRUE(std::is_sorted(rows->begin(), rows->end(),
+                                   [](const auto& a, const auto& b) { return a.share > b.share; }));
 }
 
 TEST(Noise, ACapHoldsTheTarget) {

@@ -42,7 +42,8 @@ std::optional<Values> values_of(const std::vector<RenderOption>& options, const 
 TEST(RenderLike, TakesWhatTheSettingsTell) {
     const LayerStack stack = stack_of(
         R"({"camera": "/Cam", "frame": 12.5})",
-        R"({"estimator": {"integrator": "nee", "sampler": "sobol", "guiding": "auto", "adaptive": false}})",
+        R"({"estimator": {"integrator": "nee", "sampler": "sobol", "guiding": "auto",
+            "adaptive": false}})",
         R"({"settings": {"--filter": "box", "--max-depth": "5", "--roulette": "constant from 3",
             "--integrator": "path", "--light-sampling": "light", "--sampler": "sobol in halves",
             "--effects": "-glossy,-bump", "purposes": "default,render,proxy",

@@ -173,8 +173,8 @@ Vec3d cone_and_focus(const LuxLight& light,
     return (light.focus_tint * (1 - f) + Vec3d(f)) * cone;
 }
 
-/// Of a light that is turned and moved alone. Horizontal angles are those of the direction towards the
-/// light, in its own space: reference code of luxtest, `EvalIES`.
+/// Of a light that is turned and moved alone. Horizontal angles are those of the direction towards
+/// the light, in its own space: reference code of luxtest, `EvalIES`.
 double profile(const LuxLight& light, const Vec3d& wo) {
     if (!light.ies) return 1;
     const Vec3d local = transform_direction(-wo, light.world_from_light.inverse()).normalized();

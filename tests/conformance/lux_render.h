@@ -56,8 +56,8 @@ class FrameRenderer {
     /// Where the plane through the world's origin with this normal shows the world point p.
     PixelWindow window_at(const Vec3d& p, const Vec3d& normal) const;
 
-    /// A part of the picture, as shares of its width and height, and what it looks along: `position` is a unit
-    /// vector.
+    /// A part of the picture, as shares of its width and height, and what it looks along:
+    /// `position` is a unit vector.
     PixelWindow window_along(double x, double y) const;
 
     /// Light of bounce `bounce` (0 = emission seen directly). Takes more samples until an error of

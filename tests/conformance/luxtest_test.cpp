@@ -317,8 +317,8 @@ TEST_F(Luxtest, IesTest) {
                 irradiance(light, window.position * 0.5, n, FocusAbout::LightAxis).value.x / pi_d;
             const double visible = relative_bound * std::max(expected, 1e-12);
             const RadianceEstimate seen = renderer.measure(window, 1, Vec3d(visible));
-            fmt::print("{}  {:.6g} expected {:.6g} detectable {:.1e}\n", what, seen.mean.x, expected,
-                       detectable_sigmas * seen.standard_error.x);
+            fmt::print("{}  {:.6g} expected {:.6g} detectable {:.1e}\n", what, seen.mean.x,
+                       expected, detectable_sigmas * seen.standard_error.x);
             EXPECT_NEAR(seen.mean.x, expected, relative_bound * expected) << what;
             EXPECT_LE(detectable_sigmas * seen.standard_error.x, visible) << what;
         }

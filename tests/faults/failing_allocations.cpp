@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded into a program (LD_PRELOAD), lets allocations fail that it makes within main(), by whatever library.
-// Other programs that it starts are left alone; copies of it go on counting. What fails is set by the environment:
-// VELATURA_FAULT_PROGRAM  last part of the program's path: no other one is touched
-// VELATURA_FAULT_AT       1 = the first allocation
-// VELATURA_FAULT_HOW      alone: that one fails; exhausted: from that one on the program has no more memory than it has by then, so
+// Preloaded into a program (LD_PRELOAD), lets allocations fail that it makes within main(), by
+// whatever library. Other programs that it starts are left alone; copies of it go on counting. What
+// fails is set by the environment: VELATURA_FAULT_PROGRAM  last part of the program's path: no
+// other one is touched VELATURA_FAULT_AT       1 = the first allocation VELATURA_FAULT_HOW alone:
+// that one fails; exhausted: from that one on the program has no more memory than it has by then,
+// so
 //                         that it may allocate what it has freed
-// VELATURA_FAULT_LOG      receives a line: how many allocations there were, and how many of them failed. Not written by a program that
+// VELATURA_FAULT_LOG      receives a line: how many allocations there were, and how many of them
+// failed. Not written by a program that
 //                         ends otherwise than by exit()
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -26,7 +28,13 @@ void* __libc_calloc(size_t count, size_t size);
 void* __libc_realloc(void* memory, size_t size);
 void* __libc_memalign(size_t alignment, size_t size);
 void __libc_free(void* memory);
-int __libc_start_main(int (*main)(int, char**, char**), int argc, char** argv, int (*init)(int, char**, char**), void (*fini)(), void (*rtld_fini)(), void* stack_end);
+int __libc_start_main(int (*main)(int, char**, char**),
+                      int argc,
+                      char** argv,
+                      int (*init)(int, char**, char**),
+                      void (*fini)(),
+                      void (*rtld_fini)(),
+                      void* stack_end);
 }
 
 namespace {
@@ -43,7 +51,8 @@ bool fails(size_t size) {
     if (!is_counting.load(std::memory_order_relaxed)) return false;
     const uint64_t number = allocations.fetch_add(1, std::memory_order_relaxed) + 1;
     if (number == failing && !is_alone) allowed = used.load();
-    const bool is_refused = is_alone ? number == failing : used.load() + int64_t(size) > allowed.load();
+    const bool is_refused =
+        is_alone ? number == failing : used.load() + int64_t(size) > allowed.load();
     if (!is_refused) return false;
     failures.fetch_add(1, std::memory_order_relaxed);
     errno = ENOMEM;
@@ -62,7 +71,9 @@ void given_back(void* memory) {
 void write_log() {
     is_counting = false;
     char line[64];
-    const int length = std::snprintf(line, sizeof(line), "%llu %llu\n", static_cast<unsigned long long>(allocations.load()), static_cast<unsigned long long>(failures.load()));
+    const int length = std::snprintf(line, sizeof(line), "%llu %llu\n",
+                                     static_cast<unsigned long long>(allocations.load()),
+                                     static_cast<unsigned long long>(failures.load()));
     const long fd = ::syscall(SYS_openat, AT_FDCWD, log_path, O_WRONLY | O_CREAT | O_APPEND, 0644);
     ::syscall(SYS_write, fd, line, length);
     ::syscall(SYS_close, fd);
@@ -89,9 +100,13 @@ int counted_main(int argc, char** argv, char** environment) {
 
 extern "C" {
 
-void* malloc(size_t size) noexcept { return fails(size) ? nullptr : taken(__libc_malloc(size)); }
+void* malloc(size_t size) noexcept {
+    return fails(size) ? nullptr : taken(__libc_malloc(size));
+}
 
-void* calloc(size_t count, size_t size) noexcept { return fails(count * size) ? nullptr : taken(__libc_calloc(count, size)); }
+void* calloc(size_t count, size_t size) noexcept {
+    return fails(count * size) ? nullptr : taken(__libc_calloc(count, size));
+}
 
 void* realloc(void* memory, size_t size) noexcept {
     if (fails(size)) return nullptr;
@@ -101,9 +116,13 @@ void* realloc(void* memory, size_t size) noexcept {
     return taken(moved);
 }
 
-void* memalign(size_t alignment, size_t size) noexcept { return fails(size) ? nullptr : taken(__libc_memalign(alignment, size)); }
+void* memalign(size_t alignment, size_t size) noexcept {
+    return fails(size) ? nullptr : taken(__libc_memalign(alignment, size));
+}
 
-void* aligned_alloc(size_t alignment, size_t size) noexcept { return fails(size) ? nullptr : taken(__libc_memalign(alignment, size)); }
+void* aligned_alloc(size_t alignment, size_t size) noexcept {
+    return fails(size) ? nullptr : taken(__libc_memalign(alignment, size));
+}
 
 int posix_memalign(void** memory, size_t alignment, size_t size) noexcept {
     if (fails(size)) return ENOMEM;
@@ -117,9 +136,16 @@ void free(void* memory) noexcept {
 }
 
 // What the startup code calls with main()
-int __libc_start_main(int (*main)(int, char**, char**), int argc, char** argv, int (*init)(int, char**, char**), void (*fini)(), void (*rtld_fini)(), void* stack_end) {
+int __libc_start_main(int (*main)(int, char**, char**),
+                      int argc,
+                      char** argv,
+                      int (*init)(int, char**, char**),
+                      void (*fini)(),
+                      void (*rtld_fini)(),
+                      void* stack_end) {
     real_main = main;
-    return reinterpret_cast<decltype(&__libc_start_main)>(::dlsym(RTLD_NEXT, "__libc_start_main"))(counted_main, argc, argv, init, fini, rtld_fini, stack_end);
+    return reinterpret_cast<decltype(&__libc_start_main)>(::dlsym(RTLD_NEXT, "__libc_start_main"))(
+        counted_main, argc, argv, init, fini, rtld_fini, stack_end);
 }
 
 }  // extern "C"

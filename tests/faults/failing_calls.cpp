@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded into a program (LD_PRELOAD), makes its n-th call on files of one folder fail. What fails is set by the environment:
-// VELATURA_FAULT_FOLDER   only files below it count; an absolute path without links
-// VELATURA_FAULT_AT       1 = the first call
-// VELATURA_FAULT_READS    set: calls that only read count, too
-// VELATURA_FAULT_ALWAYS   set: later calls fail, too, as on a full disk
-// VELATURA_FAULT_HOW      ENOSPC, EIO, EROFS, EACCES, EINTR, or short: half of the bytes are written or read
-// VELATURA_FAULT_LOG      a line per failed call is added here: its name and number
+// Preloaded into a program (LD_PRELOAD), makes its n-th call on files of one folder fail. What
+// fails is set by the environment: VELATURA_FAULT_FOLDER   only files below it count; an absolute
+// path without links VELATURA_FAULT_AT       1 = the first call VELATURA_FAULT_READS    set: calls
+// that only read count, too VELATURA_FAULT_ALWAYS   set: later calls fail, too, as on a full disk
+// VELATURA_FAULT_HOW      ENOSPC, EIO, EROFS, EACCES, EINTR, or short: half of the bytes are
+// written or read VELATURA_FAULT_LOG      a line per failed call is added here: its name and number
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -89,7 +88,9 @@ bool fails(const char* name, File file) {
     if (!counts) return false;
     const char* at = std::getenv("VELATURA_FAULT_AT");
     const long number = ++calls, wanted = at ? std::atol(at) : 0;
-    if (wanted <= 0 || number < wanted || (number > wanted && !std::getenv("VELATURA_FAULT_ALWAYS"))) return false;
+    if (wanted <= 0 || number < wanted ||
+        (number > wanted && !std::getenv("VELATURA_FAULT_ALWAYS")))
+        return false;
     note(name, number);
     errno = error_number();
     return true;
@@ -104,14 +105,14 @@ bool fails_to_read(const char* name, File file) {
 
 extern "C" {
 
-#define VELATURA_FAULT_OPEN(NAME)                                            \
-    int NAME(const char* path, int flags, ...) {                            \
-        va_list rest;                                                        \
-        va_start(rest, flags);                                               \
+#define VELATURA_FAULT_OPEN(NAME)                                                     \
+    int NAME(const char* path, int flags, ...) {                                      \
+        va_list rest;                                                                 \
+        va_start(rest, flags);                                                        \
         const mode_t mode = flags & (O_CREAT | O_TMPFILE) ? va_arg(rest, mode_t) : 0; \
-        va_end(rest);                                                        \
-        if (fails("open", path) && !is_short()) return -1;                   \
-        return real<int(const char*, int, ...)>(#NAME)(path, flags, mode);   \
+        va_end(rest);                                                                 \
+        if (fails("open", path) && !is_short()) return -1;                            \
+        return real<int(const char*, int, ...)>(#NAME)(path, flags, mode);            \
     }
 VELATURA_FAULT_OPEN(open)
 VELATURA_FAULT_OPEN(open64)
@@ -160,7 +161,8 @@ ssize_t pwrite(int fd, const void* bytes, size_t size, off_t at) {
 ssize_t writev(int fd, const iovec* parts, int count) {
     if (fails("write", fd)) {
         if (!is_short() || count < 1 || parts[0].iov_len < 2) return -1;
-        return real<ssize_t(int, const void*, size_t)>("write")(fd, parts[0].iov_base, parts[0].iov_len / 2);
+        return real<ssize_t(int, const void*, size_t)>("write")(fd, parts[0].iov_base,
+                                                                parts[0].iov_len / 2);
     }
     return real<ssize_t(int, const iovec*, int)>("writev")(fd, parts, count);
 }
@@ -191,10 +193,11 @@ int stat(const char* path, struct stat* info) noexcept {
     return real<int(const char*, struct stat*)>("stat")(path, info);
 }
 
-#define VELATURA_FAULT_MMAP(NAME)                                                                     \
-    void* NAME(void* place, size_t size, int protection, int flags, int fd, off_t at) noexcept {     \
-        if (fd >= 0 && fails_to_read("mmap", fd) && !is_short()) return MAP_FAILED;                   \
-        return real<void*(void*, size_t, int, int, int, off_t)>(#NAME)(place, size, protection, flags, fd, at); \
+#define VELATURA_FAULT_MMAP(NAME)                                                                \
+    void* NAME(void* place, size_t size, int protection, int flags, int fd, off_t at) noexcept { \
+        if (fd >= 0 && fails_to_read("mmap", fd) && !is_short()) return MAP_FAILED;              \
+        return real<void*(void*, size_t, int, int, int, off_t)>(#NAME)(place, size, protection,  \
+                                                                       flags, fd, at);           \
     }
 VELATURA_FAULT_MMAP(mmap)
 VELATURA_FAULT_MMAP(mmap64)

@@ -33,14 +33,16 @@ image::EarlierMean mean_of_first(int x, int y, uint64_t samples) {
     Film film(window, test_layer_set());
     render(film, 0, samples);
     const auto total = [&](uint32_t accumulator) { return film.sums().total(x, y, accumulator); };
-    return image::mean_of(total(image::AccumulatorTable::beauty), total(image::AccumulatorTable::coverage));
+    return image::mean_of(total(image::AccumulatorTable::beauty),
+                          total(image::AccumulatorTable::coverage));
 }
 
 void expect_earlier_means(const Film& film, uint64_t samples, const char* how) {
     for (const auto& [x, y] : {std::pair(2, 1), std::pair(5, 3), std::pair(8, 5)}) {
         const image::EarlierMean* mean = film.sums().earlier_mean(x, y);
         ASSERT_NE(mean, nullptr) << how << ", " << samples;
-        EXPECT_EQ(*mean, mean_of_first(x, y, std::bit_floor(samples - 1))) << how << ", " << samples << " samples of (" << x << ", " << y << ")";
+        EXPECT_EQ(*mean, mean_of_first(x, y, std::bit_floor(samples - 1)))
+            << how << ", " << samples << " samples of (" << x << ", " << y << ")";
     }
 }
 
@@ -117,8 +119,9 @@ TEST(PictureChange, StoredSumsKnowIt) {
     }
 }
 
-/// √ of the mean of 1.01 / (base² + 0.01) where means scatter around 1 by this much, normally distributed: by how much errors
-/// are stated too large because what they are relative to is noisy itself, and cut at its neighbours.
+/// √ of the mean of 1.01 / (base² + 0.01) where means scatter around 1 by this much, normally
+/// distributed: by how much errors are stated too large because what they are relative to is noisy
+/// itself, and cut at its neighbours.
 double excess_by_base(double deviation) {
     std::mt19937_64 engine(7);
     std::normal_distribution<double> mean(1.0, deviation);
@@ -139,18 +142,22 @@ TEST(PictureChange, StatesTheErrorOfIndependentSamples) {
     for (const uint64_t samples : {256u, 384u}) {
         double square = 0;
         for (const uint64_t trial : {3, 4, 5, 6}) {
-            const std::optional<image::RelativeError> change = image::picture_change(film_of_coins(trial, samples).sums());
+            const std::optional<image::RelativeError> change =
+                image::picture_change(film_of_coins(trial, samples).sums());
             ASSERT_TRUE(change.has_value());
             square += change->value * change->value / 4;
             EXPECT_LE(change->low, change->value);
             EXPECT_GE(change->high, change->value);
-            // Of 12288 squares of one degree of freedom: √(2 / 12288) of their sum, half of that of its root
+            // Of 12288 squares of one degree of freedom: √(2 / 12288) of their sum, half of that of
+            // its root
             EXPECT_NEAR(std::log(change->high / change->value), 1.96 * 0.0064, 0.006);
         }
         const double stated = std::sqrt(square);
-        const double expected = std::sqrt(1.0 / double(samples) / 1.01) * excess_by_base(1.0 / std::sqrt(double(samples)));
+        const double expected = std::sqrt(1.0 / double(samples) / 1.01) *
+                                excess_by_base(1.0 / std::sqrt(double(samples)));
         // 49152 squares of one degree of freedom
-        std::printf("%u samples: %.5f of %.5f, detectable 1 %%\n", unsigned(samples), stated, expected);
+        std::printf("%u samples: %.5f of %.5f, detectable 1 %%\n", unsigned(samples), stated,
+                    expected);
         EXPECT_NEAR(stated, expected, 0.01 * expected);
     }
 }
@@ -158,7 +165,8 @@ TEST(PictureChange, StatesTheErrorOfIndependentSamples) {
 TEST(PictureChange, NetFactorsAreThoseOfPowers) {
     for (const double slope : {0.45, 0.5, 0.6, 0.75}) {
         const double before = std::pow(32.0, -slope), after = std::pow(64.0, -slope);
-        EXPECT_NEAR(std::sqrt(before * before - after * after) * image::net_factor(slope), after, 1e-12);
+        EXPECT_NEAR(std::sqrt(before * before - after * after) * image::net_factor(slope), after,
+                    1e-12);
     }
     EXPECT_EQ(image::net_factor(0.5), 1.0);
 }
@@ -175,7 +183,8 @@ TEST(LayerChanges, StateTheNoiseOfEachLayer) {
                 film.begin_pixel(accumulator, x, y, first);
                 for (uint64_t i = first; i < end; ++i) {
                     s.clear();
-                    // Standard deviations 1 of one light at the first bounce, 0.25 of another at the second, none at bounce 0
+                    // Standard deviations 1 of one light at the first bounce, 0.25 of another at
+                    // the second, none at bounce 0
                     s.add(0, 1, Rgb(2.0f));
                     s.add(1, 0, coin(7, x, y, i));
                     s.add(2, 1, coin(8, x, y, i) * 0.25f);
@@ -192,7 +201,8 @@ TEST(LayerChanges, StateTheNoiseOfEachLayer) {
     render_coins(32, 64);
     layers.observe(film.sums());
     const double mean = 3.25, unit = 1 / std::sqrt(64 * (mean * mean + 0.01));
-    const std::map<std::string, double> expected = {{"b0", 0.0}, {"b1", unit}, {"b2", 0.25 * unit}, {"C_key", unit}, {"C_fill", 0.25 * unit}};
+    const std::map<std::string, double> expected = {
+        {"b0", 0.0}, {"b1", unit}, {"b2", 0.25 * unit}, {"C_key", unit}, {"C_fill", 0.25 * unit}};
     size_t found = 0;
     for (const image::LayerNoise& layer : layers.noise(0.5)) {
         const auto at = expected.find(layer.layer);
@@ -202,7 +212,8 @@ TEST(LayerChanges, StateTheNoiseOfEachLayer) {
         }
         ++found;
         std::printf("%s: %.5f of %.5f\n", layer.layer.c_str(), layer.error, at->second);
-        // 9216 squares: 0.74 % of standard error; what they are relative to is cut by noise of 0.13 / 3.25: 1 % at most
+        // 9216 squares: 0.74 % of standard error; what they are relative to is cut by noise of 0.13
+        // / 3.25: 1 % at most
         EXPECT_NEAR(layer.error, at->second, 0.035 * at->second) << layer.layer;
     }
     EXPECT_EQ(found, expected.size());
@@ -224,7 +235,8 @@ TEST(BlockErrors, IntervalsHoldTheTruth) {
         }
     }
     const double share = double(inside) / count, error = std::sqrt(0.05 * 0.95 / count);
-    std::printf("%.2f %% of %d intervals hold the truth (+- %.2f)\n", 100 * share, count, 100 * error);
+    std::printf("%.2f %% of %d intervals hold the truth (+- %.2f)\n", 100 * share, count,
+                100 * error);
     EXPECT_NEAR(share, 0.95, 4 * error);
 }
 

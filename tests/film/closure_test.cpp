@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/hash.h"
 #include "film/film_scene.h"
+#include "hard_case.h"
 #include "image/layer_file.h"
 #include "image/pixel_means.h"
 #include "image/resolve.h"
-#include "hard_case.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -51,10 +51,11 @@ TEST(H51Closure, BeautyIsTheFoldOfTheStoredLayersBitForBit) {
             worst = hardcase::larger(worst, family.measured);
         }
     }
-    hardcase::expect_within({"pixels whose layers do not add up to the beauty, bit for bit", double(different), 0, 0,
-                             "the sum of the stored layers"});
-    hardcase::expect_within({"a beauty summed apart from all layers, over the bound that the file states", worst, 1, 0,
-                             "second sum"});
+    hardcase::expect_within({"pixels whose layers do not add up to the beauty, bit for bit",
+                             double(different), 0, 0, "the sum of the stored layers"});
+    hardcase::expect_within(
+        {"a beauty summed apart from all layers, over the bound that the file states", worst, 1, 0,
+         "second sum"});
 }
 
 TEST(Closure, MatrixMarginsAreTheBouncesAndGroups) {
@@ -132,7 +133,8 @@ TEST(H40Clamps, ScaleContributionsToTheirLimitAndKeepTheRest) {
     EXPECT_NEAR(image::clamped_share(film.sums()), 12.33 / 21.25, 0.01);
 }
 
-// A path that divides into n brings n contributions, each as strong as the n-th part: the clamp takes the same of them
+// A path that divides into n brings n contributions, each as strong as the n-th part: the clamp
+// takes the same of them
 TEST(Clamps, TakeTheSameOfAPathThatDivides) {
     LayerSet set = test_layer_set();
     set.matrix_layers = set.float_layers = true;
@@ -175,8 +177,11 @@ TEST(H40Clamps, GiveBackEveryBit) {
         ASSERT_GE(value.cut, 0.0f);
         ASSERT_TRUE(i % 2 != 0 || value.cut == cut) << "both are halves";
     }
-    hardcase::expect_within({fmt::format("values of {} that the clamped and the removed part do not give back bit for bit", count),
-                             double(lost), 0, 0, "what was clamped"});
+    hardcase::expect_within(
+        {fmt::format(
+             "values of {} that the clamped and the removed part do not give back bit for bit",
+             count),
+         double(lost), 0, 0, "what was clamped"});
     EXPECT_EQ(image::undoable_cut(1.0f, 1.0f).taken, 0.0f);
 }
 
@@ -194,8 +199,10 @@ TEST(H50HalfOverflow, LayersThatOverflowHalfAreStoredFloat) {
         const auto layers = image::resolve_layers(film.sums());
         const bool overflows = size > 65504.0f;
         EXPECT_EQ(layers.image.find("b1.R")->type() == image::ChannelType::Float, overflows);
-        hardcase::expect_within({fmt::format("a stored layer of {}, error", size),
-                                 std::abs(double(layers.image.find("b1.R")->value(0)) - double(size)), 0, 0, "the value"});
+        hardcase::expect_within(
+            {fmt::format("a stored layer of {}, error", size),
+             std::abs(double(layers.image.find("b1.R")->value(0)) - double(size)), 0, 0,
+             "the value"});
         EXPECT_EQ(layers.image.find("b2.R")->type(), image::ChannelType::Half);
         EXPECT_EQ(layers.overflowed.size(), overflows ? 2u : 0u);  // b1 and C_key
         EXPECT_EQ(layers.first_failure, "");
@@ -205,10 +212,14 @@ TEST(H50HalfOverflow, LayersThatOverflowHalfAreStoredFloat) {
 /// No film lets such sums in; a damaged checkpoint might have them.
 TEST(Closure, ValuesThatAreNotFiniteFail) {
     image::SampleSums sums({0, 0, 1, 1}, test_layer_set());
-    const auto sum_of = [](uint32_t accumulator, const image::Triple& value) { return image::NodeSums{accumulator, {value}}; };
+    const auto sum_of = [](uint32_t accumulator, const image::Triple& value) {
+        return image::NodeSums{accumulator, {value}};
+    };
     const image::Triple beyond{6e38, 6e38, 6e38};
-    const std::vector<image::NodeSums> added = {sum_of(image::AccumulatorTable::beauty, beyond), sum_of(sums.table().bounce(1), beyond), sum_of(sums.table().group(0), beyond),
-                                                sum_of(image::AccumulatorTable::coverage, image::Triple{1, 1, 1})};
+    const std::vector<image::NodeSums> added = {
+        sum_of(image::AccumulatorTable::beauty, beyond), sum_of(sums.table().bounce(1), beyond),
+        sum_of(sums.table().group(0), beyond),
+        sum_of(image::AccumulatorTable::coverage, image::Triple{1, 1, 1})};
     sums.append(0, 0, {.first = 0, .end = 1}, added);
     EXPECT_NE(image::resolve_layers(sums).first_failure, "");
     const auto written = image::write_layer_file(temporary_file("infinite.exr"), sums, {});

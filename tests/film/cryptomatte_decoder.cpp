@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "film/cryptomatte_decoder.h"
 
-#include <cstring>
-
 #include <gtest/gtest.h>
+
+#include <cstring>
 
 namespace velatura::test {
 
@@ -146,7 +146,8 @@ CryptomatteDecoder::CryptomatteDecoder(const image::Image& image, const std::str
     std::string key;
     for (const auto& [name, attribute] : image.attributes) {
         const auto* text = std::get_if<std::string>(&attribute);
-        if (name.starts_with("cryptomatte/") && name.ends_with("/name") && text && *text == layer) key = name.substr(0, name.size() - 5);
+        if (name.starts_with("cryptomatte/") && name.ends_with("/name") && text && *text == layer)
+            key = name.substr(0, name.size() - 5);
     }
     EXPECT_FALSE(key.empty()) << layer << " is not in the header";
     EXPECT_EQ(key.size(), std::strlen("cryptomatte/") + 7);
@@ -176,7 +177,8 @@ CryptomatteDecoder::CryptomatteDecoder(const image::Image& image, const std::str
                 if (bits == 0) {
                     EXPECT_EQ(weights[i], 0.0f);
                 } else {
-                    EXPECT_TRUE(pixels[i].emplace(bits, weights[i]).second) << "twice in pixel " << i;
+                    EXPECT_TRUE(pixels[i].emplace(bits, weights[i]).second)
+                        << "twice in pixel " << i;
                 }
             }
         }

@@ -10,8 +10,9 @@
 
 namespace velatura::test {
 
-/// Reads a Cryptomatte by Psyop's specification alone, and shares nothing with src/image/cryptomatte.cpp: its own hash, its
-/// own reading of the manifest. A test fails where the file is not as the specification says.
+/// Reads a Cryptomatte by Psyop's specification alone, and shares nothing with
+/// src/image/cryptomatte.cpp: its own hash, its own reading of the manifest. A test fails where the
+/// file is not as the specification says.
 class CryptomatteDecoder {
   public:
     CryptomatteDecoder(const image::Image& image, const std::string& layer);
@@ -21,6 +22,7 @@ class CryptomatteDecoder {
 
     /// Coverage by the name: [height][width].
     std::vector<float> matte(const std::string& name) const { return of_id(id_of(name)); }
+
     std::vector<float> of_id(uint32_t id) const;
     /// Coverage by whatever there is.
     std::vector<float> total() const;

@@ -75,7 +75,8 @@ TEST(Cryptomatte, DecodesToBruteForce) {
         const std::vector<float> matte = objects.matte(name);
         for (int y = window.y0; y < window.y1; ++y) {
             for (int x = window.x0; x < window.x1; ++x)
-                ASSERT_NEAR(matte[window.index(x, y)], brute_force(name, x, y), 2e-7f) << name << " at " << x << "," << y;
+                ASSERT_NEAR(matte[window.index(x, y)], brute_force(name, x, y), 2e-7f)
+                    << name << " at " << x << "," << y;
         }
     }
     for (size_t i = 0; i < total.size(); ++i) {
@@ -108,7 +109,8 @@ TEST(Cryptomatte, FewLevelsKeepTheLargest) {
 TEST(H53StableIds, DoNotDependOnTilesOrPasses) {
     Film whole(window, matte_set(6)), parts(window, matte_set(6), {.final_sample_end = samples});
     render(whole, 0, samples);
-    for (const auto& [first, end] : {std::pair<uint64_t, uint64_t>{0, 1}, {1, 7}, {7, samples}}) render(parts, first, end, int(first % 2));
+    for (const auto& [first, end] : {std::pair<uint64_t, uint64_t>{0, 1}, {1, 7}, {7, samples}})
+        render(parts, first, end, int(first % 2));
     const std::string manifest = written(whole).text("cryptomatte/3ae39a5/manifest");
     EXPECT_NE(manifest, "");
     EXPECT_EQ(manifest, written(parts).text("cryptomatte/3ae39a5/manifest"));
@@ -140,7 +142,8 @@ TEST(Cryptomatte, CostsNothingWhenNobodyAsks) {
     EXPECT_GT(with.memory_bytes(), without.memory_bytes());
     const image::Image image = written(without);
     EXPECT_EQ(image.find("CryptoObject00.R"), nullptr);
-    for (const auto& [name, attribute] : image.attributes) EXPECT_FALSE(name.starts_with("cryptomatte/")) << name;
+    for (const auto& [name, attribute] : image.attributes)
+        EXPECT_FALSE(name.starts_with("cryptomatte/")) << name;
 }
 
 }  // namespace

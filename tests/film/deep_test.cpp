@@ -80,7 +80,9 @@ std::vector<float> composited(const std::string& path) {
     const char* names[] = {"R", "G", "B", "A"};
     constexpr size_t pixel = 4 * sizeof(float);
     const Imath::Box2i box({window.x0, window.y0}, {window.x1 - 1, window.y1 - 1});
-    for (size_t c = 0; c < 4; ++c) buffer.insert(names[c], Imf::Slice::Make(Imf::FLOAT, rgba.data() + c, box, pixel, pixel * size_t(window.width())));
+    for (size_t c = 0; c < 4; ++c)
+        buffer.insert(names[c], Imf::Slice::Make(Imf::FLOAT, rgba.data() + c, box, pixel,
+                                                 pixel * size_t(window.width())));
     composite.setFrameBuffer(buffer);
     composite.readPixels(window.y0, window.y1 - 1);
     return rgba;
@@ -99,7 +101,9 @@ void expect_flattens(const Written& w, const char* what) {
     ASSERT_EQ(w.deep.counts.size(), window.pixel_count());
     for (size_t i = 0; i < w.deep.counts.size(); ++i) {
         const Flattened f = flattened(w.deep.samples.data() + first, w.deep.counts[i]);
-        for (size_t c = 0; c < 4; ++c) ASSERT_NEAR(f.rgba[c], w.flat.find(names[c])->value(i), f.bound[c]) << what << ": " << names[c] << " of pixel " << i;
+        for (size_t c = 0; c < 4; ++c)
+            ASSERT_NEAR(f.rgba[c], w.flat.find(names[c])->value(i), f.bound[c])
+                << what << ": " << names[c] << " of pixel " << i;
         // In order, and apart
         for (size_t k = 0; k < w.deep.counts[i]; ++k) {
             const image::DeepSample& s = w.deep.samples[first + k];
@@ -114,19 +118,25 @@ void expect_flattens(const Written& w, const char* what) {
 }
 
 TEST(DeepFilm, FlattensToThePicture) {
-    for (const DeepOptions& options : {DeepOptions{}, DeepOptions{.most_samples = 1}, DeepOptions{.most_samples = 3}, DeepOptions{.surface_tolerance = 0, .most_samples = 200}}) {
+    for (const DeepOptions& options :
+         {DeepOptions{}, DeepOptions{.most_samples = 1}, DeepOptions{.most_samples = 3},
+          DeepOptions{.surface_tolerance = 0, .most_samples = 200}}) {
         Film film = deep_film(options);
         render_deep(film, 0, 37);
         const Written w = written(film);
         expect_flattens(w, "options");
-        const std::vector<float> by_openexr = composited(deep_path(temporary_file("deep_test.exr")));
+        const std::vector<float> by_openexr =
+            composited(deep_path(temporary_file("deep_test.exr")));
         const char* names[] = {"R", "G", "B", "A"};
         size_t first = 0;
         for (size_t i = 0; i < w.deep.counts.size(); first += w.deep.counts[i++]) {
             const Flattened f = flattened(w.deep.samples.data() + first, w.deep.counts[i]);
-            for (size_t c = 0; c < 4; ++c) ASSERT_NEAR(by_openexr[4 * i + c], w.flat.find(names[c])->value(i), f.bound[c]) << "OpenEXR's " << names[c] << " of pixel " << i;
+            for (size_t c = 0; c < 4; ++c)
+                ASSERT_NEAR(by_openexr[4 * i + c], w.flat.find(names[c])->value(i), f.bound[c])
+                    << "OpenEXR's " << names[c] << " of pixel " << i;
         }
-        for (const uint32_t count : w.deep.counts) EXPECT_LE(count, uint32_t(options.most_samples) + 1);
+        for (const uint32_t count : w.deep.counts)
+            EXPECT_LE(count, uint32_t(options.most_samples) + 1);
     }
 }
 
@@ -142,7 +152,8 @@ TEST(DeepFilm, IsOneHoweverItWasMade) {
 }
 
 TEST(DeepFilm, KeepsSurfacesApartAndJoinsWhatIsOne) {
-    // A wall at 10 that half of the samples meet, at slightly different depths; a fog before it; the sky
+    // A wall at 10 that half of the samples meet, at slightly different depths; a fog before it;
+    // the sky
     LayerSet set = test_layer_set();
     set.float_layers = true;
     Film film(window, set);
@@ -170,7 +181,8 @@ TEST(DeepFilm, KeepsSurfacesApartAndJoinsWhatIsOne) {
     film.end_pixel(accumulator);
     const Written w = written(film);
     ASSERT_EQ(w.deep.samples.size(), 3u);
-    const image::DeepSample &fog = w.deep.samples[0], &wall = w.deep.samples[1], &sky = w.deep.samples[2];
+    const image::DeepSample &fog = w.deep.samples[0], &wall = w.deep.samples[1],
+                            &sky = w.deep.samples[2];
     EXPECT_FLOAT_EQ(fog.z, 4.04f);
     EXPECT_FLOAT_EQ(fog.z_back, 4.05f);
     EXPECT_FLOAT_EQ(fog.a, 0.25f);

@@ -47,8 +47,15 @@ LayerSet test_layer_set() {
 }
 
 const std::vector<std::string>& test_objects() {
-    static const std::vector<std::string> names = {"/World/Rock", "/World/\xc3\xa4\xe6\x9c\xa8", "a \"quoted\" \\ name", "{\"x\":\"y\"}", "line\nbreak\t\x01",
-                                                   "\xf0\x9f\x8c\xb3", "", "/World/Rock/Moss", "/World/Rare"};
+    static const std::vector<std::string> names = {"/World/Rock",
+                                                   "/World/\xc3\xa4\xe6\x9c\xa8",
+                                                   "a \"quoted\" \\ name",
+                                                   "{\"x\":\"y\"}",
+                                                   "line\nbreak\t\x01",
+                                                   "\xf0\x9f\x8c\xb3",
+                                                   "",
+                                                   "/World/Rock/Moss",
+                                                   "/World/Rare"};
     return names;
 }
 
@@ -76,7 +83,9 @@ void fill_sample(SampleRadiance& s, int x, int y, uint64_t index) {
     s.st = Vec2(uniform(key + 7), uniform(key + 8));
     s.prim_id = uint32_t(key % 7);
     s.matte_ids = {image::matte_id(test_object(x, y, index)), image::matte_id("only")};
-    s.cover(uniform(key + 9) < 0.2f ? SampleRadiance::DepthKind::Volume : SampleRadiance::DepthKind::Surface, s.Z + float(key % 3));
+    s.cover(uniform(key + 9) < 0.2f ? SampleRadiance::DepthKind::Volume
+                                    : SampleRadiance::DepthKind::Surface,
+            s.Z + float(key % 3));
     s.instance_id = uint32_t(index);
     for (int bounce = 0; bounce < 6; ++bounce) {
         for (int group = 0; group < 4; ++group) {

@@ -4,9 +4,9 @@
 #include "base/hash.h"
 #include "base/tasks.h"
 #include "film/film_scene.h"
+#include "hard_case.h"
 #include "image/digest.h"
 #include "image/resolve.h"
-#include "hard_case.h"
 
 #include <gtest/gtest.h>
 
@@ -126,7 +126,8 @@ TEST(H49NegativeLobes, FallBackToTheCountWhereWeightsCancel) {
     }
     film.end_pixel(acc);
     // Σw = 0.125 < 0.1·4: divide by 4
-    hardcase::expect_within({"mean where the weights cancel", std::abs(double(film.snapshot().rgba[0]) - 2.125 / 4), 0, 0,
+    hardcase::expect_within({"mean where the weights cancel",
+                             std::abs(double(film.snapshot().rgba[0]) - 2.125 / 4), 0, 0,
                              "closed form"});
 }
 

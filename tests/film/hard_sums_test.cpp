@@ -55,10 +55,11 @@ TEST(H38Accumulation, MeanOfManySamplesIsTheirMean) {
         naive += value(i);
     }
     const double sum = sum_of(count, value).x;
-    hardcase::expect_within({fmt::format("mean of {} samples, relative (floats added in turn: {:.1e})", count,
-                                         std::abs(double(naive) / double(exact) - 1)),
-                             double(std::abs(static_cast<long double>(sum) - exact) / exact), 1e-7, 0,
-                             "exact sum in long double"});
+    hardcase::expect_within(
+        {fmt::format("mean of {} samples, relative (floats added in turn: {:.1e})", count,
+                     std::abs(double(naive) / double(exact) - 1)),
+         double(std::abs(static_cast<long double>(sum) - exact) / exact), 1e-7, 0,
+         "exact sum in long double"});
 }
 
 TEST(H38Accumulation, DimLightIsKeptBesideABrightFlash) {
@@ -66,8 +67,9 @@ TEST(H38Accumulation, DimLightIsKeptBesideABrightFlash) {
     for (const uint64_t flash : {uint64_t(0), count / 3, count - 1}) {
         const double sum = sum_of(count, [&](uint64_t i) { return i == flash ? 1e6f : 1e-3f; }).x;
         const double dim = double(1e-3f) * double(count - 1);
-        hardcase::expect_within({fmt::format("{} samples of 1e-3 beside one of 1e6 at {}, relative", count, flash),
-                                 std::abs((sum - 1e6) / dim - 1), 1e-6, 0, "closed form"});
+        hardcase::expect_within(
+            {fmt::format("{} samples of 1e-3 beside one of 1e6 at {}, relative", count, flash),
+             std::abs((sum - 1e6) / dim - 1), 1e-6, 0, "closed form"});
     }
 }
 
@@ -75,11 +77,13 @@ TEST(H39BadSamples, AreCountedNamedAndHarmNoOther) {
     constexpr uint64_t samples = 12;
     const Window window{0, 0, 24, 20};
     const LayerSet set = test_layer_set();
-    const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+    const float nan = std::numeric_limits<float>::quiet_NaN(),
+                inf = std::numeric_limits<float>::infinity();
     for (const size_t count : {size_t(1), size_t(16), size_t(50)}) {
         // In the order in which the film names them: index of the sample, then pixel
         std::set<uint64_t> bad;
-        for (uint64_t key = 1; bad.size() < count; ++key) bad.insert(mix64(key) % (window.pixel_count() * samples));
+        for (uint64_t key = 1; bad.size() < count; ++key)
+            bad.insert(mix64(key) % (window.pixel_count() * samples));
         Film clean(window, set), film(window, set);
         SampleRadiance s(set);
         PixelAccumulator acc(set);
@@ -93,7 +97,8 @@ TEST(H39BadSamples, AreCountedNamedAndHarmNoOther) {
                     s.clear();
                     s.add(1, 0, Rgb(float(mix64(pixel * samples + i) >> 40)));
                     const uint64_t place = i * window.pixel_count() + pixel;
-                    if (has_bad && bad.contains(place)) s.add(2, 1, Rgb(place % 3 == 0 ? nan : place % 3 == 1 ? inf : -1.0f, 0, 0));
+                    if (has_bad && bad.contains(place))
+                        s.add(2, 1, Rgb(place % 3 == 0 ? nan : place % 3 == 1 ? inf : -1.0f, 0, 0));
                     acc.add(s);
                 }
                 to.end_pixel(acc);
@@ -101,22 +106,28 @@ TEST(H39BadSamples, AreCountedNamedAndHarmNoOther) {
         };
         fill(clean, false);
         fill(film, true);
-        hardcase::expect_within({fmt::format("bad samples, NaN, infinite and negative, counted of {}, less that", count),
-                                 std::abs(double(film.invalid_count()) - double(count)), 0, 0, "count"});
+        hardcase::expect_within(
+            {fmt::format("bad samples, NaN, infinite and negative, counted of {}, less that",
+                         count),
+             std::abs(double(film.invalid_count()) - double(count)), 0, 0, "count"});
         const std::vector<BadSample> named = film.bad_samples();
         ASSERT_EQ(named.size(), std::min(count, size_t(16)));
         auto next = bad.begin();
         size_t misnamed = 0, changed = 0;
         for (const BadSample& b : named) {
-            misnamed += b.sample * window.pixel_count() + uint64_t(b.y) * uint64_t(window.width()) + uint64_t(b.x) != *next++;
+            misnamed += b.sample * window.pixel_count() + uint64_t(b.y) * uint64_t(window.width()) +
+                            uint64_t(b.x) !=
+                        *next++;
         }
-        hardcase::expect_within({"of the first 16, named wrongly", double(misnamed), 0, 0, "where they were put"});
+        hardcase::expect_within(
+            {"of the first 16, named wrongly", double(misnamed), 0, 0, "where they were put"});
         for (uint64_t pixel = 0; pixel < window.pixel_count(); ++pixel) {
             if (touched.contains(pixel)) continue;
             const int x = int(pixel) % window.width(), y = int(pixel) / window.width();
             changed += film.sums().total(x, y, 0) != clean.sums().total(x, y, 0);
         }
-        hardcase::expect_within({"other pixels that changed", double(changed), 0, 0, "the film without them, bit for bit"});
+        hardcase::expect_within({"other pixels that changed", double(changed), 0, 0,
+                                 "the film without them, bit for bit"});
 
         // And the file says so
         const std::string path = temporary_file("bad_samples.exr");
@@ -125,8 +136,9 @@ TEST(H39BadSamples, AreCountedNamedAndHarmNoOther) {
         ASSERT_TRUE(read.has_value());
         const auto header = image::read_layer_header(*read);
         ASSERT_TRUE(header.has_value());
-        hardcase::expect_within({"count in the header of the file, less that", std::abs(double(header->samples.invalid) - double(count)), 0,
-                                 0, "count"});
+        hardcase::expect_within({"count in the header of the file, less that",
+                                 std::abs(double(header->samples.invalid) - double(count)), 0, 0,
+                                 "count"});
     }
 }
 
@@ -157,7 +169,9 @@ TEST(H39BadSamples, SumsBeyondFloatsAreCounted) {
         if (i == 5) s.weight = -1.5f;
         EXPECT_EQ(s.is_bad(), i == 3 || i == 5) << i;
     });
-    hardcase::expect_within({"samples beyond floats, by their parts and by the filter, counted, less 2", std::abs(double(film.invalid_count()) - 2), 0, 0, "count"});
+    hardcase::expect_within(
+        {"samples beyond floats, by their parts and by the filter, counted, less 2",
+         std::abs(double(film.invalid_count()) - 2), 0, 0, "count"});
     const std::string path = temporary_file("beyond_floats.exr");
     EXPECT_TRUE(film.write(path, {}).has_value());
     for (const BadSample& bad : film.bad_samples()) EXPECT_EQ(std::string(bad.reason), "infinite");
@@ -165,14 +179,19 @@ TEST(H39BadSamples, SumsBeyondFloatsAreCounted) {
 
 /// Squares of such light are beyond floats: the layer of the variance must not cost the picture.
 TEST(H50BrightestLight, IsWritten) {
-    const Film film = film_of([](uint64_t i, SampleRadiance& s) { s.add(1, 0, Rgb(i % 2 == 0 ? brightest : 0.0f)); });
+    const Film film = film_of(
+        [](uint64_t i, SampleRadiance& s) { s.add(1, 0, Rgb(i % 2 == 0 ? brightest : 0.0f)); });
     EXPECT_EQ(film.invalid_count(), 0u);
     const std::string path = temporary_file("brightest.exr");
     const auto written = film.write(path, {});
     ASSERT_TRUE(written.has_value()) << written.error().message;
     const auto read = image::read_layer_file(path);
     ASSERT_TRUE(read.has_value());
-    hardcase::expect_within({"light of a sixteenth of the largest float, every other sample, as read from the file, relative", std::abs(double(read->find("R")->value(0)) / (0.5 * double(brightest)) - 1), 0x1p-23, 0, "closed form"});
+    hardcase::expect_within(
+        {"light of a sixteenth of the largest float, every other sample, as read from the file, "
+         "relative",
+         std::abs(double(read->find("R")->value(0)) / (0.5 * double(brightest)) - 1), 0x1p-23, 0,
+         "closed form"});
 }
 
 /// How far the farthest pixel of a picture of 1 everywhere is from that, by n samples of a filter.
@@ -197,12 +216,17 @@ double farthest_from_one(sampling::FilterKind kind, sampling::SamplerKind number
         film.end_pixel(acc);
     }
     double worst = 0;
-    for (const float v : film.snapshot().rgba) worst = hardcase::larger(worst, std::abs(double(v) - 1));
+    for (const float v : film.snapshot().rgba)
+        worst = hardcase::larger(worst, std::abs(double(v) - 1));
     return worst;
 }
 
-hardcase::Measurement even_picture(sampling::FilterKind kind, int n, sampling::SamplerKind numbers = sampling::SamplerKind::BlueNoise) {
-    return {fmt::format("{}, {} samples of sampler {}: farthest pixel of a picture of 1", sampling::filter_name(kind), n, int(numbers)),
+hardcase::Measurement even_picture(
+    sampling::FilterKind kind,
+    int n,
+    sampling::SamplerKind numbers = sampling::SamplerKind::BlueNoise) {
+    return {fmt::format("{}, {} samples of sampler {}: farthest pixel of a picture of 1",
+                        sampling::filter_name(kind), n, int(numbers)),
             farthest_from_one(kind, numbers, n), 1e-6, 0, "closed form"};
 }
 
@@ -211,8 +235,10 @@ TEST(H49NegativeLobes, EvenPicturesStayEven) {
     for (const auto kind : {Box, Triangle, Gaussian, BlackmanHarris})
         for (const int n : {1, 2, 5, 64}) hardcase::expect_within(even_picture(kind, n));
     using enum sampling::SamplerKind;
-    for (const auto numbers : {Sobol, SobolHalves, BlueNoise, BlueNoiseHalves, Stratified, StratifiedHalves})
-        for (const int n : {1, 2, 3, 4, 5, 7, 8, 64, 256}) hardcase::expect_within(even_picture(Mitchell, n, numbers));
+    for (const auto numbers :
+         {Sobol, SobolHalves, BlueNoise, BlueNoiseHalves, Stratified, StratifiedHalves})
+        for (const int n : {1, 2, 3, 4, 5, 7, 8, 64, 256})
+            hardcase::expect_within(even_picture(Mitchell, n, numbers));
 }
 
 }  // namespace

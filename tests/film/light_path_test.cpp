@@ -1,5 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light path expressions: what they match, held against a matcher by brute force, and what is wrong with them.
+// Light path expressions: what they match, held against a matcher by brute force, and what is wrong
+// with them.
+#include "film/light_path_expression.h"
+#include "film/lobe_layers.h"
+#include "film/path_automaton.h"
+#include "film/path_labels.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,19 +16,14 @@
 #include <string>
 #include <vector>
 
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
-#include "film/light_path_expression.h"
-#include "film/lobe_layers.h"
-#include "film/path_automaton.h"
-#include "film/path_labels.h"
-
 namespace velatura::film {
 
 namespace {
 
-const std::vector<image::LightGroup> groups = {{"key", {"/key"}, false}, {"sky", {"/sky"}, true}, {"fill2", {"/fill 2"}, false, "fill 2"}, {"emissive", {}, false}};
+const std::vector<image::LightGroup> groups = {{"key", {"/key"}, false},
+                                               {"sky", {"/sky"}, true},
+                                               {"fill2", {"/fill 2"}, false, "fill 2"},
+                                               {"emissive", {}, false}};
 constexpr int key = 0, sky = 1, fill = 2, emissive = 3;
 
 Result<PathAutomaton> automaton(const std::string& text, bool is_strict = false) {
@@ -44,12 +48,16 @@ bool matches(const std::string& text, const Events& events, int group, bool is_s
 }
 
 /// By the definition alone: tries every way to split the word.
-bool matches_by_force(const PathPattern& p, const std::vector<size_t>& word, size_t begin, size_t end) {
+bool matches_by_force(const PathPattern& p,
+                      const std::vector<size_t>& word,
+                      size_t begin,
+                      size_t end) {
     using Kind = PathPattern::Kind;
     const auto sequence = [&](const auto& self, size_t part, size_t at) -> bool {
         if (part == p.parts.size()) return at == end;
         for (size_t to = at; to <= end; ++to)
-            if (matches_by_force(p.parts[part], word, at, to) && self(self, part + 1, to)) return true;
+            if (matches_by_force(p.parts[part], word, at, to) && self(self, part + 1, to))
+                return true;
         return false;
     };
     const auto repeat = [&](const auto& self, int count, size_t at) -> bool {
@@ -57,7 +65,8 @@ bool matches_by_force(const PathPattern& p, const std::vector<size_t>& word, siz
         if (p.most >= 0 && count >= p.most) return false;
         for (size_t to = at; to <= end; ++to) {
             if (to == at && count >= p.least) continue;  // nothing, once more
-            if (matches_by_force(p.parts[0], word, at, to) && self(self, count + 1, to)) return true;
+            if (matches_by_force(p.parts[0], word, at, to) && self(self, count + 1, to))
+                return true;
         }
         return false;
     };
@@ -65,7 +74,9 @@ bool matches_by_force(const PathPattern& p, const std::vector<size_t>& word, siz
         case Kind::Event:
             return end == begin + 1 && p.event[word[begin]];
         case Kind::Choice:
-            return std::any_of(p.parts.begin(), p.parts.end(), [&](const PathPattern& part) { return matches_by_force(part, word, begin, end); });
+            return std::any_of(p.parts.begin(), p.parts.end(), [&](const PathPattern& part) {
+                return matches_by_force(part, word, begin, end);
+            });
         case Kind::Sequence:
             return sequence(sequence, 0, begin);
         case Kind::Repeat:
@@ -93,7 +104,8 @@ TEST(LightPaths, MatchWhatTheirLettersSay) {
     EXPECT_TRUE(matches("C<RD>O", {Subsurface}, emissive));
     EXPECT_TRUE(matches("lpe:C.{2}<L.'key'>", {Glossy, Volume}, key));
     EXPECT_FALSE(matches("C.{2}<L.'key'>", {Glossy, Volume}, fill));
-    EXPECT_TRUE(matches("C.{2,}<L.'fill 2'>", {Glossy, Volume, Mirror}, fill)) << "by the light's own name";
+    EXPECT_TRUE(matches("C.{2,}<L.'fill 2'>", {Glossy, Volume, Mirror}, fill))
+        << "by the light's own name";
     EXPECT_TRUE(matches("C.+<.'env'>", {Glossy}, sky));
     EXPECT_FALSE(matches("C.+<.'env'>", {Glossy}, fill));
     EXPECT_TRUE(matches("C.*", {Glossy, Diffuse, Volume}, emissive));
@@ -121,17 +133,22 @@ TEST(LightPaths, AgreeWithBruteForce) {
     // Random expressions, every path of up to four scatterings of some events
     std::mt19937 random(7);
     const auto pick = [&random](int n) { return int(random() % uint32_t(n)); };
-    const std::vector<std::string> atoms = {"D", "S", ".", "<R.>", "T", "V", "[DV]", "[^S]", "<RD'subsurface'>", "<..'coat'>"};
+    const std::vector<std::string> atoms = {
+        "D", "S", ".", "<R.>", "T", "V", "[DV]", "[^S]", "<RD'subsurface'>", "<..'coat'>"};
     const auto expression = [&](const auto& self, int depth) -> std::string {
         std::string text;
         for (int parts = 1 + pick(3); parts > 0; --parts) {
-            std::string item = depth > 0 && pick(3) == 0 ? "(" + self(self, depth - 1) + (pick(2) ? "|" + self(self, depth - 1) : "") + ")" : atoms[size_t(pick(int(atoms.size())))];
+            std::string item = depth > 0 && pick(3) == 0
+                                   ? "(" + self(self, depth - 1) +
+                                         (pick(2) ? "|" + self(self, depth - 1) : "") + ")"
+                                   : atoms[size_t(pick(int(atoms.size())))];
             const char* const repeats[] = {"", "", "", "*", "+", "{2}", "{0,2}", "{1,}"};
             text += item + repeats[pick(8)];
         }
         return text;
     };
-    constexpr std::array events = {PathEvent::Diffuse, PathEvent::Subsurface, PathEvent::Mirror, PathEvent::GlossyCoat, PathEvent::Refraction, PathEvent::Volume};
+    constexpr std::array events = {PathEvent::Diffuse,    PathEvent::Subsurface, PathEvent::Mirror,
+                                   PathEvent::GlossyCoat, PathEvent::Refraction, PathEvent::Volume};
     const PathSymbols symbols(groups);
     const char* const ends[] = {"L", "[LO]", "<L.'key'>", "B", "."};
     int checked = 0, matched = 0, refused = 0;
@@ -150,13 +167,15 @@ TEST(LightPaths, AgreeWithBruteForce) {
             const int words = int(std::pow(double(events.size()), length));
             for (int w = 0; w < words; w += 1 + pick(7)) {
                 Events path;
-                for (int k = 0, rest = w; k < length; ++k, rest /= int(events.size())) path.push_back(events[size_t(rest) % events.size()]);
+                for (int k = 0, rest = w; k < length; ++k, rest /= int(events.size()))
+                    path.push_back(events[size_t(rest) % events.size()]);
                 const int group = pick(4);
                 std::vector<size_t> word = {PathSymbols::camera};
                 for (const PathEvent e : path) word.push_back(PathSymbols::of(e));
                 word.push_back(PathSymbols::of_group(size_t(group)));
                 const bool expected = matches_by_force(*pattern, word, 0, word.size());
-                ASSERT_EQ(matches(*a, path, group), expected) << text << ", word " << w << " of " << length;
+                ASSERT_EQ(matches(*a, path, group), expected)
+                    << text << ", word " << w << " of " << length;
                 ++checked;
                 matched += expected;
             }
@@ -168,7 +187,8 @@ TEST(LightPaths, AgreeWithBruteForce) {
 }
 
 TEST(LightPaths, TogetherAreWhatEachIsAlone) {
-    const std::vector<std::string> texts = {"C<RD>L", "C.+<L.'key'>", "C.*SD.*L", "C[LOB]", "C(SD)*L"};
+    const std::vector<std::string> texts = {"C<RD>L", "C.+<L.'key'>", "C.*SD.*L", "C[LOB]",
+                                            "C(SD)*L"};
     std::vector<image::PathLayer> layers;
     for (const std::string& text : texts) layers.push_back(make_path_layer("x", text, "paths"));
     const Result<PathAutomaton> all = PathAutomaton::make(layers, false, groups);
@@ -197,7 +217,8 @@ TEST(LightPaths, LobesDivideEveryPath) {
     ASSERT_TRUE(a.has_value()) << a.error().message;
     for (size_t first = 0; first < path_event_count; ++first) {
         for (size_t second = 0; second < path_event_count; ++second) {
-            const PathAutomaton::State one = a->next(a->start(), PathEvent(first)), two = a->next(one, PathEvent(second));
+            const PathAutomaton::State one = a->next(a->start(), PathEvent(first)),
+                                       two = a->next(one, PathEvent(second));
             for (int g = 0; g < 4; ++g) {
                 EXPECT_EQ(a->layers_of(a->start(), g).size(), 1u);
                 EXPECT_EQ(a->layers_of(one, g).size(), 1u) << first;
@@ -235,19 +256,26 @@ TEST(LightPaths, SayWhatIsWrongAndWhere) {
         {"unoccluded;C.+L", "known after one scattering alone"},
         {"shadow;CL", "known after one scattering alone"},
     };
-    for (const auto& c : cases) EXPECT_NE(message_of(c.text).find(c.why), std::string::npos) << c.text << ": " << message_of(c.text);
+
+    for (const auto& c : cases)
+        EXPECT_NE(message_of(c.text).find(c.why), std::string::npos)
+            << c.text << ": " << message_of(c.text);
     EXPECT_EQ(message_of("shadow;C.<L.'key'>"), "no error");
     EXPECT_EQ(message_of("unoccluded;C<RD>L"), "no error");
 }
 
 TEST(LightPaths, KnowGroupsAsTheSceneCallsThem) {
     // A group that layers call key1 comes from key_1; the light key1 got another name
-    const std::vector<image::LightGroup> two = {{"key1", {"/key_1"}, false, "key_1"}, {"key12", {"/key1"}, false, "key1"}};
+    const std::vector<image::LightGroup> two = {{"key1", {"/key_1"}, false, "key_1"},
+                                                {"key12", {"/key1"}, false, "key1"}};
     const auto wanted = [&](const std::string& label) {
-        const auto a = PathAutomaton::make({make_path_layer("x", "CL", "paths"), make_path_layer("y", "C<L.'" + label + "'>", "paths")}, false, two);
+        const auto a = PathAutomaton::make({make_path_layer("x", "CL", "paths"),
+                                            make_path_layer("y", "C<L.'" + label + "'>", "paths")},
+                                           false, two);
         EXPECT_TRUE(a.has_value()) << label;
         std::string groups_of;
-        for (int g = 0; a && g < 2; ++g) groups_of += a->layers_of(a->start(), g).size() == 2 ? "1" : "0";
+        for (int g = 0; a && g < 2; ++g)
+            groups_of += a->layers_of(a->start(), g).size() == 2 ? "1" : "0";
         return groups_of;
     };
     EXPECT_EQ(wanted("key_1"), "10");
@@ -258,8 +286,11 @@ TEST(LightPaths, KnowGroupsAsTheSceneCallsThem) {
 }
 
 TEST(LightPaths, HugeOnesAreRefusedSoon) {
-    EXPECT_NE(message_of("C" + std::string(5000, 'D') + "L").find("at most 4096"), std::string::npos);
-    EXPECT_NE(message_of("C" + std::string(200, '(') + "D" + std::string(200, ')') + "L").find("nested deeper"), std::string::npos);
+    EXPECT_NE(message_of("C" + std::string(5000, 'D') + "L").find("at most 4096"),
+              std::string::npos);
+    EXPECT_NE(message_of("C" + std::string(200, '(') + "D" + std::string(200, ')') + "L")
+                  .find("nested deeper"),
+              std::string::npos);
     EXPECT_NE(message_of("C((((.{64}){64}){64}){64}){64}L").find("too long"), std::string::npos);
     EXPECT_NE(message_of("C((.*D){0,64}){0,64}L"), "no error");
     EXPECT_NE(message_of("C((.*D){0,63}){0,63}(.*V){0,64}L"), "no error");
@@ -270,7 +301,8 @@ TEST(LightPaths, HugeOnesAreRefusedSoon) {
 TEST(PathLabels, PartsAddUpAndFollowShares) {
     // Of a path that is half diffuse at each of three vertices, 3 of 8 parts are diffuse twice
     std::vector<image::PathLayer> layers;
-    for (const char* text : {"C.*L", "C(S*DS*DS*)L", "CSSSL"}) layers.push_back(make_path_layer("x", text, "paths"));
+    for (const char* text : {"C.*L", "C(S*DS*DS*)L", "CSSSL"})
+        layers.push_back(make_path_layer("x", text, "paths"));
     PathLabels labels(PathAutomaton::make(layers, false, groups).value());
     EventShares half;
     half.add(PathEvent::Diffuse, {0.5, 0.5, 0.5});

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz_targets.h"
-
 #include "plugins/openimageio/apart/messages.h"
 
 #include <cstdlib>
@@ -9,8 +8,9 @@ namespace velatura::fuzz {
 
 namespace pictures = plugins::openimageio;
 
-/// Any bytes are what a process that reads pictures answers: a reply, and what lies in the area that it shares. Its length lies within
-/// the area and what was asked for, and a spec that is read is its own bytes again.
+/// Any bytes are what a process that reads pictures answers: a reply, and what lies in the area
+/// that it shares. Its length lies within the area and what was asked for, and a spec that is read
+/// is its own bytes again.
 void answer(std::string_view bytes) {
     constexpr pictures::PayloadSize whole = {0, pictures::most_spec_bytes};
     const std::string_view reply = bytes.substr(0, sizeof(pictures::Reply));

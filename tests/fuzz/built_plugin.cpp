@@ -5,12 +5,18 @@
 
 namespace velatura::fuzz {
 
-const void* built_interface(const char* interface_name, uint32_t version, const char* trigger_kind, const char* trigger_value) {
+const void* built_interface(const char* interface_name,
+                            uint32_t version,
+                            const char* trigger_kind,
+                            const char* trigger_value) {
     Diagnostics diagnostics;
     // Decoders are to crash here, where they are looked at, and not in a process of their own
-    const plugin::Registry registry({{VELATURA_PICTURES_WITHIN}, {VELATURA_BUILT_PLUGINS}}, diagnostics);
+    const plugin::Registry registry({{VELATURA_PICTURES_WITHIN}, {VELATURA_BUILT_PLUGINS}},
+                                    diagnostics);
     const plugin::Manifest* manifest = registry.find(interface_name, {trigger_kind, trigger_value});
-    return manifest == nullptr ? nullptr : plugin::open_interface(*manifest, interface_name, version, diagnostics);
+    return manifest == nullptr
+               ? nullptr
+               : plugin::open_interface(*manifest, interface_name, version, diagnostics);
 }
 
 }  // namespace velatura::fuzz

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz_targets.h"
-
 #include "image/deep_file.h"
 #include "image/layer_file.h"
 #include "image/layer_header.h"

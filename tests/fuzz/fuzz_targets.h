@@ -3,9 +3,10 @@
 
 #include <string_view>
 
-/// What fuzzers try bytes on, one function for each format. Whatever the bytes are, they are read or refused; what breaks a
-/// promise of the reader aborts. Functions are called by libfuzzer_entry.cpp with bytes that libFuzzer makes, and by
-/// replay_test.cpp with those of seeds/ and regressions/.
+/// What fuzzers try bytes on, one function for each format. Whatever the bytes are, they are read
+/// or refused; what breaks a promise of the reader aborts. Functions are called by
+/// libfuzzer_entry.cpp with bytes that libFuzzer makes, and by replay_test.cpp with those of seeds/
+/// and regressions/.
 namespace velatura::fuzz {
 
 void usda(std::string_view bytes);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz_targets.h"
-
 #include "import/gltf.h"
 #include "temporary_file.h"
 
@@ -9,7 +8,8 @@
 
 namespace velatura::fuzz {
 
-/// Any bytes are a .gltf or .glb file that is looked into, or left alone; what takes their place is of the same kind.
+/// Any bytes are a .gltf or .glb file that is looked into, or left alone; what takes their place is
+/// of the same kind.
 void gltf(std::string_view bytes) {
     Diagnostics diagnostics;
     const auto better = import::prepare_gltf(std::string(bytes), memory_folder(), diagnostics, {});

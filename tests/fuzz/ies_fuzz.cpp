@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz_targets.h"
-
 #include "scene/ies_profile.h"
 #include "translate/ies_file.h"
 
@@ -9,11 +8,14 @@
 
 namespace velatura::fuzz {
 
-/// Any bytes are the profile of a lamp or refused; its light is finite in any direction, and in the mean.
+/// Any bytes are the profile of a lamp or refused; its light is finite in any direction, and in the
+/// mean.
 void ies(std::string_view bytes) {
     const auto profile = translate::parse_ies(bytes);
     if (!profile) return;
-    if (profile->vertical.size() < 2 || profile->intensity.size() != profile->vertical.size() * profile->horizontal.size()) std::abort();
+    if (profile->vertical.size() < 2 ||
+        profile->intensity.size() != profile->vertical.size() * profile->horizontal.size())
+        std::abort();
     for (const double vertical : {0.0, 0.3, 1.5707963, 3.1415926535897931}) {
         for (const double horizontal : {-7.0, 0.0, 1.0, 3.2, 6.2831853, 100.0}) {
             const double value = scene::intensity(*profile, vertical, horizontal);

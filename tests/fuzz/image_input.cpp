@@ -43,7 +43,9 @@ class Reader {
     std::string_view bytes_;
 };
 
-int side(char c) { return 1 + static_cast<unsigned char>(c) % most_pixels; }
+int side(char c) {
+    return 1 + static_cast<unsigned char>(c) % most_pixels;
+}
 
 }  // namespace
 
@@ -63,8 +65,10 @@ image::Image image_of(std::string_view bytes) {
         } else {
             image::Channel channel;
             channel.name = std::move(name);
-            if (kind == 'F') channel.data = reader.values<float>(pixels);
-            else channel.data = reader.values<uint32_t>(pixels);
+            if (kind == 'F')
+                channel.data = reader.values<float>(pixels);
+            else
+                channel.data = reader.values<uint32_t>(pixels);
             part.channels.push_back(std::move(channel));
         }
     }
@@ -75,7 +79,8 @@ image::Image image_of(std::string_view bytes) {
 std::string bytes_of(const image::Image& image) {
     std::string bytes = {char(image.data.width() - 1), char(image.data.height() - 1)};
     for (const auto& [name, value] : image.attributes) {
-        if (const auto* text = std::get_if<std::string>(&value)) bytes += 'A' + name + '\0' + *text + '\0';
+        if (const auto* text = std::get_if<std::string>(&value))
+            bytes += 'A' + name + '\0' + *text + '\0';
     }
     for (const image::Part& part : image.parts) {
         for (const image::Channel& c : part.channels) {

@@ -1,29 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz_targets.h"
-
 #include "image/layer_header.h"
 #include "image/sums_part.h"
 #include "image_input.h"
 
-#include <cstdlib>
 #include <nlohmann/json.hpp>
+
+#include <cstdlib>
 
 namespace velatura::fuzz {
 
 namespace {
 
-/// States the digest that the channels have: nobody makes one by chance, and who damages a file on purpose makes it.
+/// States the digest that the channels have: nobody makes one by chance, and who damages a file on
+/// purpose makes it.
 void state_digest(image::Image& image) {
     auto stated = nlohmann::json::parse(image.text(image::sums_attribute), nullptr, false);
     if (!stated.is_object()) return;
     stated["sha256"] = nlohmann::json::parse(image::sums_json({}, image))["sha256"];
-    image.attributes[image::sums_attribute] = stated.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    image.attributes[image::sums_attribute] =
+        stated.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 }  // namespace
 
-/// Any header strings and channels (image_input.h) are light layers with their sums or refused; sums that are read are stored and
-/// come back with as many samples in every pixel.
+/// Any header strings and channels (image_input.h) are light layers with their sums or refused;
+/// sums that are read are stored and come back with as many samples in every pixel.
 void layers(std::string_view bytes) {
     image::Image image = image_of(bytes);
     (void)image::read_layer_header(image).has_value();

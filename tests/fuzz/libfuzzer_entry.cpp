@@ -16,12 +16,14 @@
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-    velatura::fuzz::VELATURA_FUZZ_TARGET(std::string_view(reinterpret_cast<const char*>(data), size));
+    velatura::fuzz::VELATURA_FUZZ_TARGET(
+        std::string_view(reinterpret_cast<const char*>(data), size));
     return 0;
 }
 
-// A library that is run in a child process may end that child, and this is no find: the child leaves without a report, a stack with
-// names or a file, which take a second each. What UndefinedBehaviorSanitizer says is of our own code and is kept.
+// A library that is run in a child process may end that child, and this is no find: the child
+// leaves without a report, a stack with names or a file, which take a second each. What
+// UndefinedBehaviorSanitizer says is of our own code and is kept.
 namespace {
 
 /// As much as -rss_limit_mb gives this process; limits of addresses mean nothing under sanitizers.
@@ -34,7 +36,9 @@ void enter_child() {
     is_child = true;
     child_bytes = 0;
     // libFuzzer's and AddressSanitizer's
-    for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGILL, SIGFPE, SIGINT, SIGTERM, SIGXFSZ, SIGUSR1, SIGUSR2}) std::signal(signal, SIG_DFL);
+    for (const int signal :
+         {SIGSEGV, SIGBUS, SIGABRT, SIGILL, SIGFPE, SIGINT, SIGTERM, SIGXFSZ, SIGUSR1, SIGUSR2})
+        std::signal(signal, SIG_DFL);
 }
 
 void count_allocated(const volatile void*, size_t size) {
@@ -43,11 +47,13 @@ void count_allocated(const volatile void*, size_t size) {
 
 void count_freed(const volatile void* memory) {
     // What was there before the fork is freed without having been counted
-    if (is_child) child_bytes -= std::min(child_bytes.load(), __sanitizer_get_allocated_size(memory));
+    if (is_child)
+        child_bytes -= std::min(child_bytes.load(), __sanitizer_get_allocated_size(memory));
 }
 
-[[maybe_unused]] const bool has_hooks = pthread_atfork(nullptr, nullptr, enter_child) == 0 &&
-                                        __sanitizer_install_malloc_and_free_hooks(count_allocated, count_freed) != 0;
+[[maybe_unused]] const bool has_hooks =
+    pthread_atfork(nullptr, nullptr, enter_child) == 0 &&
+    __sanitizer_install_malloc_and_free_hooks(count_allocated, count_freed) != 0;
 
 }  // namespace
 

@@ -10,8 +10,9 @@ namespace velatura::fuzz {
 namespace {
 
 /// Sizes, counts and offsets at which readers go wrong, in all widths by their low bytes.
-constexpr std::array<uint64_t, 12> telling = {0,          1,          0x7f,       0x80,       0xff,       0x7fff,
-                                              0xffff,     0x7fffffff, 0x80000000, 0xffffffff, 0x10000001, ~uint64_t(0)};
+constexpr std::array<uint64_t, 12> telling = {0,          1,          0x7f,       0x80,
+                                              0xff,       0x7fff,     0xffff,     0x7fffffff,
+                                              0x80000000, 0xffffffff, 0x10000001, ~uint64_t(0)};
 
 class Mutation {
   public:
@@ -48,7 +49,8 @@ class Mutation {
 
   private:
     static void overwrite(std::string& bytes, size_t at, uint64_t value, size_t width) {
-        for (size_t i = 0; i < width && at + i < bytes.size(); ++i) bytes[at + i] = char(value >> (8 * i));
+        for (size_t i = 0; i < width && at + i < bytes.size(); ++i)
+            bytes[at + i] = char(value >> (8 * i));
     }
 
     std::mt19937_64 random_;
@@ -59,7 +61,8 @@ class Mutation {
 std::string mutant(const std::vector<std::string>& files, uint64_t seed) {
     Mutation mutation(seed);
     std::string bytes = files[mutation.below(files.size())];
-    for (size_t edits = 1 + mutation.below(6); edits > 0; --edits) mutation.edit(bytes, files[mutation.below(files.size())]);
+    for (size_t edits = 1 + mutation.below(6); edits > 0; --edits)
+        mutation.edit(bytes, files[mutation.below(files.size())]);
     return bytes;
 }
 

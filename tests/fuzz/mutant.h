@@ -7,8 +7,8 @@
 
 namespace velatura::fuzz {
 
-/// One of the files with a few wrong bits, bytes, numbers, parts left out, said twice or taken from another: the same for the same
-/// seed. `files` must not be empty.
+/// One of the files with a few wrong bits, bytes, numbers, parts left out, said twice or taken from
+/// another: the same for the same seed. `files` must not be empty.
 std::string mutant(const std::vector<std::string>& files, uint64_t seed);
 
 }  // namespace velatura::fuzz

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz_targets.h"
-
 #include "import/import.h"
 #include "temporary_file.h"
 
@@ -10,8 +9,8 @@
 
 namespace velatura::fuzz {
 
-/// Any bytes are an .obj file that becomes a layer, or is refused and leaves none; Assimp, which reads it, costs no more than the
-/// process that it runs in.
+/// Any bytes are an .obj file that becomes a layer, or is refused and leaves none; Assimp, which
+/// reads it, costs no more than the process that it runs in.
 void obj(std::string_view bytes) {
     const std::string layer = memory_folder() + "/fuzz.usda";
     std::error_code ignored;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz_targets.h"
-
 #include "plugin/manifest.h"
 
 #include <cstdlib>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What fuzzers begin with (seeds/), what they found (regressions/) and what led them to new code (corpus/), format by format, in
-// every build, and mutants of the first two: VELATURA_FUZZ_CORPUS=FOLDER replays the files of FOLDER/FORMAT as well,
-// VELATURA_FUZZ_MUTANTS=100000 tries more of them, VELATURA_FUZZ_FIRST=N others. What a program that died was at stays in
-// /dev/shm/velatura_fuzz_*/mutant.
-#include "fuzz_targets.h"
-
+// What fuzzers begin with (seeds/), what they found (regressions/) and what led them to new code
+// (corpus/), format by format, in every build, and mutants of the first two:
+// VELATURA_FUZZ_CORPUS=FOLDER replays the files of FOLDER/FORMAT as well,
+// VELATURA_FUZZ_MUTANTS=100000 tries more of them, VELATURA_FUZZ_FIRST=N others. What a program
+// that died was at stays in /dev/shm/velatura_fuzz_*/mutant.
 #include "base/asset_bytes.h"
 #include "base/atomic_file.h"
 #include "base/zip_archive.h"
+#include "fuzz_targets.h"
 #include "mutant.h"
 #include "temporary_file.h"
 
@@ -30,16 +30,33 @@ struct Target {
     void (*run)(std::string_view);
 };
 
-constexpr Target targets[] = {{"usda", usda}, {"usdc", usdc}, {"usdz", usdz}, {"mtlx", mtlx}, {"plugin", plugin}, {"preset", preset}, {"topup", topup},
-                              {"layers", layers}, {"exr", exr}, {"lpe", lpe}, {"report", report}, {"tally", tally}, {"ies", ies}, {"gltf", gltf},
-                              {"obj", obj}, {"texture", texture}, {"answer", answer}, {"volume", volume}, {"subdivision", subdivision}};
+constexpr Target targets[] = {{"usda", usda},
+                              {"usdc", usdc},
+                              {"usdz", usdz},
+                              {"mtlx", mtlx},
+                              {"plugin", plugin},
+                              {"preset", preset},
+                              {"topup", topup},
+                              {"layers", layers},
+                              {"exr", exr},
+                              {"lpe", lpe},
+                              {"report", report},
+                              {"tally", tally},
+                              {"ies", ies},
+                              {"gltf", gltf},
+                              {"obj", obj},
+                              {"texture", texture},
+                              {"answer", answer},
+                              {"volume", volume},
+                              {"subdivision", subdivision}};
 
 const std::filesystem::path here = std::filesystem::path(VELATURA_SOURCE_DIR) / "tests/fuzz";
 
 std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
     std::vector<std::filesystem::path> files;
     if (!std::filesystem::is_directory(folder)) return files;
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) files.push_back(entry.path());
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        files.push_back(entry.path());
     std::sort(files.begin(), files.end());
     return files;
 }
@@ -49,7 +66,8 @@ std::vector<std::string> kept_files(const char* format) {
     const std::filesystem::path file = here / "corpus" / (std::string(format) + ".zip");
     if (!std::filesystem::exists(file)) return {};
     const Result<std::string> bytes = read_file(file.string());
-    const auto archive = ZipArchive::open(make_asset_bytes(bytes ? *bytes : std::string()), file.string());
+    const auto archive =
+        ZipArchive::open(make_asset_bytes(bytes ? *bytes : std::string()), file.string());
     EXPECT_TRUE(archive.has_value()) << file;
     std::vector<std::string> files;
     if (!archive) return files;
@@ -72,7 +90,8 @@ TEST_P(Replay, KeepsItWithWhatRunsOfFuzzersReached) {
     }
     const char* more = std::getenv("VELATURA_FUZZ_CORPUS");
     if (!more) return;
-    for (const std::filesystem::path& file : files_in(std::filesystem::path(more) / target.name)) target.run(*read_file(file.string()));
+    for (const std::filesystem::path& file : files_in(std::filesystem::path(more) / target.name))
+        target.run(*read_file(file.string()));
 }
 
 TEST_P(Replay, KeepsWhatReadersPromise) {
@@ -107,7 +126,8 @@ double cpu_seconds() {
     for (const auto who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
         rusage used = {};
         getrusage(who, &used);
-        for (const timeval& time : {used.ru_utime, used.ru_stime}) sum += double(time.tv_sec) + 1e-6 * double(time.tv_usec);
+        for (const timeval& time : {used.ru_utime, used.ru_stime})
+            sum += double(time.tv_sec) + 1e-6 * double(time.tv_usec);
     }
     return sum;
 }
@@ -116,9 +136,11 @@ TEST_P(Replay, MutantsAreReadOrRefused) {
     const Target& target = GetParam();
     std::vector<std::string> files;
     for (const char* kind : {"seeds", "regressions"})
-        for (const std::filesystem::path& file : files_in(here / kind / target.name)) files.push_back(*read_file(file.string()));
+        for (const std::filesystem::path& file : files_in(here / kind / target.name))
+            files.push_back(*read_file(file.string()));
     ASSERT_FALSE(files.empty());
-    const uint64_t first = from_environment("VELATURA_FUZZ_FIRST", 1), count = from_environment("VELATURA_FUZZ_MUTANTS", 50);
+    const uint64_t first = from_environment("VELATURA_FUZZ_FIRST", 1),
+                   count = from_environment("VELATURA_FUZZ_MUTANTS", 50);
     double slowest = 0;
     uint64_t slowest_seed = 0;
     for (uint64_t seed = first; seed < first + count; ++seed) {
@@ -129,19 +151,27 @@ TEST_P(Replay, MutantsAreReadOrRefused) {
         const double taken = cpu_seconds() - begin;
         if (taken > slowest) slowest = taken, slowest_seed = seed;
     }
-    std::printf("%s: %llu mutants, the slowest took %.3f s of CPU time: VELATURA_FUZZ_FIRST=%llu VELATURA_FUZZ_MUTANTS=1\n", target.name,
-                static_cast<unsigned long long>(count), slowest, static_cast<unsigned long long>(slowest_seed));
+    std::printf(
+        "%s: %llu mutants, the slowest took %.3f s of CPU time: VELATURA_FUZZ_FIRST=%llu "
+        "VELATURA_FUZZ_MUTANTS=1\n",
+        target.name, static_cast<unsigned long long>(count), slowest,
+        static_cast<unsigned long long>(slowest_seed));
 }
 
-INSTANTIATE_TEST_SUITE_P(Fuzz, Replay, testing::ValuesIn(targets), [](const auto& instance) { return std::string(instance.param.name); });
+INSTANTIATE_TEST_SUITE_P(Fuzz, Replay, testing::ValuesIn(targets), [](const auto& instance) {
+    return std::string(instance.param.name);
+});
 
 /// A folder of another name would never be looked into.
 TEST(Replay, KnowsEveryFolder) {
     std::set<std::string> known;
     for (const Target& target : targets) known.insert(target.name);
     for (const char* kind : {"seeds", "regressions"})
-        for (const std::filesystem::path& folder : files_in(here / kind)) EXPECT_TRUE(known.contains(folder.filename().string())) << folder;
-    for (const std::filesystem::path& archive : files_in(here / "corpus")) EXPECT_TRUE(archive.extension() == ".zip" && known.contains(archive.stem().string())) << archive;
+        for (const std::filesystem::path& folder : files_in(here / kind))
+            EXPECT_TRUE(known.contains(folder.filename().string())) << folder;
+    for (const std::filesystem::path& archive : files_in(here / "corpus"))
+        EXPECT_TRUE(archive.extension() == ".zip" && known.contains(archive.stem().string()))
+            << archive;
 }
 
 }  // namespace

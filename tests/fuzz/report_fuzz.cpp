@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz_targets.h"
-
 #include "study/compare.h"
 
 #include <string>
@@ -11,7 +10,8 @@ namespace velatura::fuzz {
 void report(std::string_view bytes) {
     const size_t end = bytes.find('\0');
     const std::string first(bytes.substr(0, end));
-    const std::string second = end == std::string_view::npos ? first : std::string(bytes.substr(end + 1));
+    const std::string second =
+        end == std::string_view::npos ? first : std::string(bytes.substr(end + 1));
     (void)study::compare_reports(first, second).has_value();
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fuzz_targets.h"
-
 #include "built_plugin.h"
+#include "fuzz_targets.h"
 #include "geometry/subdivider.h"
 
 #include <algorithm>
@@ -34,12 +33,15 @@ class Bytes {
 constexpr uint32_t most_points = 24, most_faces = 40;
 
 /// Sharpnesses at the ends of what OpenSubdiv tells apart, and between.
-float sharpness(Bytes& bytes) { return float(bytes.below(12)) * 1.1f; }
+float sharpness(Bytes& bytes) {
+    return float(bytes.below(12)) * 1.1f;
+}
 
 /// Polygons over the same few points, which may fold, touch and overlap; of 3 to 6 corners.
 void add_faces(Bytes& bytes, scene::Mesh& mesh) {
     const uint32_t points = 3 + bytes.below(most_points - 2);
-    for (uint32_t i = 0; i < points; ++i) mesh.points.emplace_back(float(i % 5), float(i / 5), float(i * 7 % 4) * 0.25f);
+    for (uint32_t i = 0; i < points; ++i)
+        mesh.points.emplace_back(float(i % 5), float(i / 5), float(i * 7 % 4) * 0.25f);
     const uint32_t faces = 1 + bytes.below(most_faces);
     const bool is_grid = bytes.below(2) == 0;
     for (uint32_t f = 0; f < faces; ++f) {
@@ -48,7 +50,8 @@ void add_faces(Bytes& bytes, scene::Mesh& mesh) {
         mesh.face_vertex_counts.push_back(count);
         for (uint32_t c = 0; c < count; ++c) {
             constexpr uint32_t steps[] = {0, 1, 6, 5, 10, 11};
-            mesh.face_vertex_indices.push_back(is_grid ? (first + steps[c]) % points : bytes.below(points));
+            mesh.face_vertex_indices.push_back(is_grid ? (first + steps[c]) % points
+                                                       : bytes.below(points));
         }
     }
 }
@@ -64,8 +67,10 @@ void add_rules(Bytes& bytes, scene::Mesh& mesh) {
     std::vector<uint32_t> first(faces, 0);
     for (uint32_t f = 1; f < faces; ++f) first[f] = first[f - 1] + mesh.face_vertex_counts[f - 1];
     for (uint32_t i = bytes.below(12); i > 0; --i) {
-        const uint32_t face = bytes.below(faces), count = mesh.face_vertex_counts[face], corner = bytes.below(count);
-        const uint32_t a = mesh.face_vertex_indices[first[face] + corner], b = mesh.face_vertex_indices[first[face] + (corner + 1) % count];
+        const uint32_t face = bytes.below(faces), count = mesh.face_vertex_counts[face],
+                       corner = bytes.below(count);
+        const uint32_t a = mesh.face_vertex_indices[first[face] + corner],
+                       b = mesh.face_vertex_indices[first[face] + (corner + 1) % count];
         if (a == b) continue;
         rules.creases.push_back({a, b});
         rules.crease_sharpnesses.push_back(sharpness(bytes));
@@ -88,13 +93,18 @@ void add_primvars(Bytes& bytes, scene::Mesh& mesh) {
         primvar.width = uint8_t(1 + bytes.below(3));
         primvar.interpolation = scene::Interpolation(bytes.below(5));
         size_t rows = 1;
-        if (primvar.interpolation == scene::Interpolation::Uniform) rows = mesh.face_vertex_counts.size();
-        if (primvar.interpolation == scene::Interpolation::Varying || primvar.interpolation == scene::Interpolation::Vertex) rows = mesh.points.size();
+        if (primvar.interpolation == scene::Interpolation::Uniform)
+            rows = mesh.face_vertex_counts.size();
+        if (primvar.interpolation == scene::Interpolation::Varying ||
+            primvar.interpolation == scene::Interpolation::Vertex)
+            rows = mesh.points.size();
         if (primvar.interpolation == scene::Interpolation::FaceVarying) {
             rows = 1 + bytes.below(16);
-            for (size_t c = 0; c < mesh.face_vertex_indices.size(); ++c) primvar.indices.push_back(bytes.below(uint32_t(rows)));
+            for (size_t c = 0; c < mesh.face_vertex_indices.size(); ++c)
+                primvar.indices.push_back(bytes.below(uint32_t(rows)));
         }
-        for (size_t i = 0; i < rows * primvar.width; ++i) primvar.values.push_back(float(i % 9) * 0.5f);
+        for (size_t i = 0; i < rows * primvar.width; ++i)
+            primvar.values.push_back(float(i % 9) * 0.5f);
     }
 }
 
@@ -111,10 +121,12 @@ void check(const geometry::DicedMesh& diced) {
 
 }  // namespace
 
-/// Any bytes are a mesh that `translate` could have made, with a limit surface that is cut into triangles of finite points, or refused.
+/// Any bytes are a mesh that `translate` could have made, with a limit surface that is cut into
+/// triangles of finite points, or refused.
 void subdivision(std::string_view text) {
     static const auto* subdivider = static_cast<const geometry::Subdivider*>(
-        built_interface(geometry::subdivider_interface, geometry::subdivider_interface_version, "effect", "subdivision"));
+        built_interface(geometry::subdivider_interface, geometry::subdivider_interface_version,
+                        "effect", "subdivision"));
     if (subdivider == nullptr) return;
     Bytes bytes(text);
     scene::Mesh mesh;

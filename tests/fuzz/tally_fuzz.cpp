@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fuzz_targets.h"
-
 #include "base/hash.h"
+#include "fuzz_targets.h"
 #include "study/tally.h"
 
 #include <cstdlib>
@@ -10,7 +9,8 @@
 
 namespace velatura::fuzz {
 
-/// Any bytes between a head and their hash are the state of a study or refused; what is read is written the same.
+/// Any bytes between a head and their hash are the state of a study or refused; what is read is
+/// written the same.
 void tally(std::string_view bytes) {
     const uint64_t hash = hash_string(bytes);
     std::string state = "velatura.study.state/1 fuzz\n" + std::string(bytes);

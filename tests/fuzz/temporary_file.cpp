@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "temporary_file.h"
 
+#include <unistd.h>
+
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <unistd.h>
 
 namespace velatura::fuzz {
 

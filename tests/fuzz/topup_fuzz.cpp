@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz_targets.h"
-
 #include "image/top_up.h"
 #include "temporary_file.h"
 
@@ -23,12 +22,15 @@ void write_map() {
 
 }  // namespace
 
-/// Any bytes are a request for samples beside a map or refused; every pixel of what is read gets as many samples as it has, or more.
+/// Any bytes are a request for samples beside a map or refused; every pixel of what is read gets as
+/// many samples as it has, or more.
 void topup(std::string_view bytes) {
     [[maybe_unused]] static const bool has_map = (write_map(), true);
-    const Result<image::TopUpRequest> request = image::read_top_up(memory_file("request.json", bytes));
+    const Result<image::TopUpRequest> request =
+        image::read_top_up(memory_file("request.json", bytes));
     if (!request) return;
-    const auto counts = image::place_samples(request->window, request->priority, request->present, request->samples);
+    const auto counts = image::place_samples(request->window, request->priority, request->present,
+                                             request->samples);
     if (counts.size() != request->present.size()) std::abort();
     for (size_t i = 0; i < counts.size(); ++i)
         if (counts[i] < request->present[i]) std::abort();

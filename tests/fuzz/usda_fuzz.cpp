@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz_targets.h"
-
 #include "usd/text/reader.h"
 #include "usd/text/writer.h"
 

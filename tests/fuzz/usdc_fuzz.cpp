@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fuzz_targets.h"
-
 #include "usd/crate/reader.h"
 #include "usd/crate/writer.h"
 #include "usd/text/writer.h"
@@ -14,8 +13,8 @@ namespace velatura::fuzz {
 /// prints the same.
 void usdc(std::string_view bytes) {
     Diagnostics diagnostics;
-    const auto first =
-        usd::crate::read_crate_layer(make_asset_bytes(std::string(bytes)), "fuzz.usdc", diagnostics);
+    const auto first = usd::crate::read_crate_layer(make_asset_bytes(std::string(bytes)),
+                                                    "fuzz.usdc", diagnostics);
     if (!first) return;
     const auto written = usd::crate::write_crate_layer(**first, diagnostics);
     if (!written) std::abort();

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fuzz_targets.h"
-
 #include "base/package_path.h"
 #include "base/zip_archive.h"
+#include "fuzz_targets.h"
 #include "usd/package/package.h"
 #include "usd/text/reader.h"
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "oracle_numbers.h"
-
 #include "geometry/primitive_set.h"
+#include "oracle_numbers.h"
 #include "scene/curves.h"
 
 #include <algorithm>

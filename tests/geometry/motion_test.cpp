@@ -199,7 +199,8 @@ TEST(MovingInstance, MatrixGoesLinearlyFromKeyToKey) {
         std::vector<Mat4> keys(segments + 1);
         for (size_t k = 0; k < keys.size(); ++k)
             for (int i = 0; i < 4; ++i)
-                for (int j = 0; j < 3; ++j) keys[k][i][j] = float((i == j) + int((7 * k + size_t(4 * i + j)) % 5)) / 4.0f;
+                for (int j = 0; j < 3; ++j)
+                    keys[k][i][j] = float((i == j) + int((7 * k + size_t(4 * i + j)) % 5)) / 4.0f;
         scene::Instance instance;
         instance.render_from_prototype = keys[0];
         instance.later_render_from_prototype.assign(keys.begin() + 1, keys.end());
@@ -210,7 +211,8 @@ TEST(MovingInstance, MatrixGoesLinearlyFromKeyToKey) {
             for (int i = 0; i < 4; ++i)
                 for (int j = 0; j < 3; ++j) {
                     const double a = double(keys[k][i][j]), b = double(keys[k + 1][i][j]);
-                    EXPECT_NEAR(double(found[i][j]), a + (b - a) * (at - double(k)), 1e-6) << segments << " segments, time " << time;
+                    EXPECT_NEAR(double(found[i][j]), a + (b - a) * (at - double(k)), 1e-6)
+                        << segments << " segments, time " << time;
                 }
         }
     }

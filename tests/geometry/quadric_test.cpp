@@ -4,8 +4,8 @@
 #include "geometry/geometry_set.h"
 #include "geometry/surface_point.h"
 #include "geometry/tessellate.h"
-#include "oracle_numbers.h"
 #include "hard_case.h"
+#include "oracle_numbers.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -79,7 +79,10 @@ VecL to_gprim(const scene::Gprim& g, const VecL& p) {
 }
 
 // The first t > 0 where the ray passes the surface: by bisection between samples of outside().
-std::optional<Real> first_crossing(const scene::Gprim& g, const Vec3d& o, const Vec3d& d, Real end) {
+std::optional<Real> first_crossing(const scene::Gprim& g,
+                                   const Vec3d& o,
+                                   const Vec3d& d,
+                                   Real end) {
     const auto at = [&](Real t) { return outside(g, to_gprim(g, VecL(o) + VecL(d) * t)); };
     constexpr int steps = 2000;
     const bool starts_outside = at(0) > 0;
@@ -137,8 +140,8 @@ TEST(Quadrics, SpheresAreMetWhereLongDoubleSays) {
             // Across the outline and through the middle alike
             const Vec3d aim = center + random.direction() * (radius * random.between(0.0, 1.1));
             const Vec3d d = (aim - o) * std::ldexp(1.0, int(random.between(-10, 10)));
-            const auto quadric =
-                Quadric::make(gprim_of(Kind::Sphere, radius, 1, affine(Vec3d(1), {0, 0, 1}, 0, center)));
+            const auto quadric = Quadric::make(
+                gprim_of(Kind::Sphere, radius, 1, affine(Vec3d(1), {0, 0, 1}, 0, center)));
             const auto hit = quadric->intersect(0, o, d, far_away);
 
             const VecL q = VecL(o) - VecL(center), e = VecL(d);
@@ -182,8 +185,8 @@ TEST(Quadrics, EveryKindIsMetWhereItsClosedFormChangesSign) {
             if (!expected) {
                 // Bisection sees no chord shorter than its steps
                 if (!hit) continue;
-                const auto second = s.quadric->intersect(
-                    0, o + d * (hit->t * (1 + 1e-9)), d, float(end));
+                const auto second =
+                    s.quadric->intersect(0, o + d * (hit->t * (1 + 1e-9)), d, float(end));
                 ASSERT_TRUE(second);
                 EXPECT_LT(second->t, double(end) / 1000);
                 continue;
@@ -305,11 +308,9 @@ TEST(H03SelfHits, RaysThatLeaveQuadricsDoNotComeBack) {
         const bool is_instanced = !scene.instances.empty();
         const TriangleMesh& mesh = is_instanced ? set.prototypes()[0][0] : set.shapes()[0];
         ASSERT_TRUE(mesh.primitives());
-        const Mat4d backward =
-            is_instanced ? set.instances()[0].prototype_from_render : Mat4d();
+        const Mat4d backward = is_instanced ? set.instances()[0].prototype_from_render : Mat4d();
         const Mat4d forward = backward.inverse();
-        const Vec3d center =
-            transform_point(Vec3d(mesh.bounds().center()), forward);
+        const Vec3d center = transform_point(Vec3d(mesh.bounds().center()), forward);
         const auto trace = [&](const Ray& ray) {
             Hit hit;
             const auto found = mesh.primitives()->intersect(
@@ -349,8 +350,9 @@ TEST(H03SelfHits, RaysThatLeaveQuadricsDoNotComeBack) {
         }
     }
     EXPECT_GT(left, 100000u);
-    hardcase::expect_within({"quadrics met again by rays that leave them, sizes 2^-20 to 2^20", double(again), 0, 0,
-                             "a convex body is left for good", fmt::format("a share of {:.1g}", 3.0 / double(left))});
+    hardcase::expect_within({"quadrics met again by rays that leave them, sizes 2^-20 to 2^20",
+                             double(again), 0, 0, "a convex body is left for good",
+                             fmt::format("a share of {:.1g}", 3.0 / double(left))});
     EXPECT_GT(double(far_sides), 0.999 * double(crossed));
 }
 
@@ -379,7 +381,8 @@ TEST(Quadrics, NothingPassesWhereFacesMeet) {
 TEST(Quadrics, AgreeWithAFineTessellation) {
     Random random(11);
     for (int i = 0; i < 24; ++i) {
-        const scene::Gprim gprim = gprim_of(kinds[i % 4], 0.8, 1.7, some_matrix(random, i / 4, 2.0));
+        const scene::Gprim gprim =
+            gprim_of(kinds[i % 4], 0.8, 1.7, some_matrix(random, i / 4, 2.0));
         const bool flip = i % 2 == 1;
         const scene::Scene scene = scene_of(gprim, flip);
         const GeometrySet exact(scene);
@@ -389,16 +392,15 @@ TEST(Quadrics, AgreeWithAFineTessellation) {
         EXPECT_EQ(exact.triangle_count(), 0u);
         const TriangleMesh& mesh = fine.shapes()[0];
         for (int k = 0; k < 300; ++k) {
-            const auto triangle =
-                uint32_t(random.between(0, double(mesh.triangle_count()) - 0.5));
+            const auto triangle = uint32_t(random.between(0, double(mesh.triangle_count()) - 0.5));
             const Hit known{1, 0.3f, 0.3f, scene::none, 0, triangle};
             const SurfacePoint flat = make_surface_point(scene, fine, {}, known);
             // A ray onto the facet from outside
             const bool is_out = flip == (determinant3(gprim.shape_from_gprim) < 0);
             const Vec3 out = is_out ? flat.ng : -flat.ng;
             const Ray ray{flat.p + out * 0.1f, -out};
-            const auto found = exact.shapes()[0].primitives()->intersect(
-                0, Vec3d(ray.o), Vec3d(ray.d), far_away);
+            const auto found =
+                exact.shapes()[0].primitives()->intersect(0, Vec3d(ray.o), Vec3d(ray.d), far_away);
             ASSERT_TRUE(found);
             const Hit hit{float(found->t), 0, 0, scene::none, 0, 0};
             const SurfacePoint point = make_surface_point(scene, exact, ray, hit);

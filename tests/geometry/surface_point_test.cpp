@@ -93,9 +93,10 @@ TEST(H03SelfHits, SpawnedRaysNeverMeetThePlaneOfTheirTriangle) {
         }
     }
     EXPECT_GT(rays, 200000u);
-    hardcase::expect_within({fmt::format("planes of triangles met again by {} rays, sizes 2^-20 to 2^20", rays),
-                             double(again), 0, 0, "side and heading in long double",
-                             fmt::format("a share of {:.1g}", 3.0 / double(rays))});
+    hardcase::expect_within(
+        {fmt::format("planes of triangles met again by {} rays, sizes 2^-20 to 2^20", rays),
+         double(again), 0, 0, "side and heading in long double",
+         fmt::format("a share of {:.1g}", 3.0 / double(rays))});
 }
 
 TEST(SurfacePoint, SpawnedRaysNeverMeetTheirInstancedTriangle) {
@@ -150,7 +151,8 @@ TEST(H04ThinGaps, OffsetStaysWithinAFewUlps) {
     const SurfacePoint point = make_surface_point(scene, geometry, Ray(), hit);
     const Vec3 o = offset_ray_origin(point, Vec3(1, 0, 0));
     EXPECT_GT(o.x, x);
-    hardcase::expect_within({"offset off a wall at 2^20 + 3, in ulp", double((o.x - x) / ulp), 4, 0, "gap of 8 ulp"});
+    hardcase::expect_within(
+        {"offset off a wall at 2^20 + 3, in ulp", double((o.x - x) / ulp), 4, 0, "gap of 8 ulp"});
 }
 
 TEST(SurfacePoint, ErrorBoundHoldsAgainstLongDouble) {
@@ -178,7 +180,8 @@ TEST(SurfacePoint, ErrorBoundHoldsAgainstLongDouble) {
 
 namespace {
 
-/// o + t·d on the plane of three points, and the weights of the second and third one, in long double.
+/// o + t·d on the plane of three points, and the weights of the second and third one, in long
+/// double.
 struct ExactHit {
     long double t, b1, b2;
 };
@@ -205,8 +208,8 @@ ExactHit exact_hit(const Vec3 p[3], const Vec3& o, const Vec3& d) {
     return {t / det, b1 / det, b2 / det};
 }
 
-/// How far from where a ray of a few units meets it the points of huge triangles lie, in parts of its length; in instances of
-/// twice the size, if asked for.
+/// How far from where a ray of a few units meets it the points of huge triangles lie, in parts of
+/// its length; in instances of twice the size, if asked for.
 double farthest_slip(bool is_instanced) {
     std::mt19937 random(7);
     std::uniform_real_distribution<float> uniform(-1, 1);
@@ -240,11 +243,18 @@ double farthest_slip(bool is_instanced) {
         ray.d = normalize(Vec3(uniform(random), -1.0f, uniform(random)));
         const ExactHit exact = exact_hit(p, ray.o, ray.d);
         if (!(exact.t > 0 && exact.b1 > 0 && exact.b2 > 0 && exact.b1 + exact.b2 < 1)) continue;
-        const Hit hit{float(exact.t), float(exact.b1), float(exact.b2), is_instanced ? 0u : scene::none, 0, 0};
+        const Hit hit{float(exact.t),
+                      float(exact.b1),
+                      float(exact.b2),
+                      is_instanced ? 0u : scene::none,
+                      0,
+                      0};
         const SurfacePoint point = make_surface_point(scene, geometry, ray, hit);
         for (int i = 0; i < 3; ++i) {
-            const long double there = static_cast<long double>(ray.o[i]) + exact.t * static_cast<long double>(ray.d[i]);
-            worst = hardcase::larger(worst, double(std::abs(there - static_cast<long double>(point.p[i])) / exact.t));
+            const long double there =
+                static_cast<long double>(ray.o[i]) + exact.t * static_cast<long double>(ray.d[i]);
+            worst = hardcase::larger(
+                worst, double(std::abs(there - static_cast<long double>(point.p[i])) / exact.t));
         }
     }
     return worst;
@@ -254,8 +264,11 @@ double farthest_slip(bool is_instanced) {
 
 TEST(H07HugeTriangles, PointsAreWhereTheRayMeetsThem) {
     for (const bool is_instanced : {false, true}) {
-        hardcase::expect_within({fmt::format("points of triangles of up to 2^28 units{}, off their place, in parts of the way to them", is_instanced ? " in instances" : ""),
-                                 farthest_slip(is_instanced), 0x1p-20, 0, "ray and plane in long double"});
+        hardcase::expect_within({fmt::format("points of triangles of up to 2^28 units{}, off their "
+                                             "place, in parts of the way to them",
+                                             is_instanced ? " in instances" : ""),
+                                 farthest_slip(is_instanced), 0x1p-20, 0,
+                                 "ray and plane in long double"});
     }
 }
 

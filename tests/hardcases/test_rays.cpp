@@ -58,7 +58,8 @@ TEST(H01Watertight, ClosedMeshesLeakNothing) {
          none_of(all.rays)});
 }
 
-/// Whether the ray leaves a body through the triangle: the sign of a determinant in long double, 0 included.
+/// Whether the ray leaves a body through the triangle: the sign of a determinant in long double, 0
+/// included.
 bool is_leaving(const Soup& soup, const geometry::Ray& ray, uint32_t triangle) {
     using Vec = Imath::Vec3<long double>;
     const auto& v = soup.triangles[triangle];
@@ -68,20 +69,25 @@ bool is_leaving(const Soup& soup, const geometry::Ray& ray, uint32_t triangle) {
 }
 
 /// Rays from outside to edges of a convex body, and beside them by as much as floats can tell.
-std::vector<geometry::Ray> rays_at_outlines(const Soup& soup, float distance, size_t count, Random& random) {
+std::vector<geometry::Ray> rays_at_outlines(const Soup& soup,
+                                            float distance,
+                                            size_t count,
+                                            Random& random) {
     std::vector<geometry::Ray> rays;
     for (size_t i = 0; i < count; ++i) {
         const auto& v = soup.triangles[random.below(uint32_t(soup.triangles.size()))];
         const uint32_t k = random.below(3);
         const Vec3 a = soup.positions[v[k]], b = soup.positions[v[(k + 1) % 3]];
         const Vec3 o = random.direction() * distance;
-        const Vec3 target = a + (b - a) * random.between(0, 1) + random.in_cube(distance * 0x1p-24f);
+        const Vec3 target =
+            a + (b - a) * random.between(0, 1) + random.in_cube(distance * 0x1p-24f);
         rays.push_back({o, target - o});
     }
     return rays;
 }
 
-// Front and back of a body meet at its outline, where both are equally far away in floats: the inside must not be seen.
+// Front and back of a body meet at its outline, where both are equally far away in floats: the
+// inside must not be seen.
 TEST(H01Outline, OfABodyIsNotMetFromWithin) {
     Random random(23);
     size_t rays_met = 0, met_from_within = 0;
@@ -90,13 +96,15 @@ TEST(H01Outline, OfABodyIsNotMetFromWithin) {
         for (const float distance : {4.0f, 1e2f, 1e4f, 1e6f}) {
             // Eight faces, whose outline is long edges, and a finer one
             for (const int rings : {2, 12}) {
-                Soup soup = star_mesh(rings, rings == 2 ? 4 : 24, 1, 0, Vec3d(0.01, -0.02, 0.03), 1);
+                Soup soup =
+                    star_mesh(rings, rings == 2 ? 4 : 24, 1, 0, Vec3d(0.01, -0.02, 0.03), 1);
                 if (is_flipped)
                     for (auto& v : soup.triangles) std::swap(v[1], v[2]);
                 soup.is_flipped = is_flipped;
                 const std::vector<Soup> soups = {soup};
                 const auto bvh = build_bvh(scene_of(soups));
-                for (const geometry::Ray& ray : rays_at_outlines(soup, distance, count / 16, random)) {
+                for (const geometry::Ray& ray :
+                     rays_at_outlines(soup, distance, count / 16, random)) {
                     const geometry::Hit hit = bvh->intersect(ray);
                     if (!hit.is_valid()) continue;
                     ++rays_met;
@@ -106,8 +114,12 @@ TEST(H01Outline, OfABodyIsNotMetFromWithin) {
         }
     }
     EXPECT_GT(rays_met, count / 4);
-    hardcase::expect_within({fmt::format("of {} rays at the outlines of closed bodies, those that meet them from within first", rays_met),
-                             double(met_from_within), 0, 0, "a convex body is entered before it is left", none_of(rays_met)});
+    hardcase::expect_within(
+        {fmt::format(
+             "of {} rays at the outlines of closed bodies, those that meet them from within first",
+             rays_met),
+         double(met_from_within), 0, 0, "a convex body is entered before it is left",
+         none_of(rays_met)});
 }
 
 TEST(H02BruteForce, OriginsOnSlabPlanesAndRaysAlongAxesMatchIt) {
@@ -254,8 +266,8 @@ TEST(H07HugeThinSlab, IsHitOnTopOnly) {
         }
     }
     hardcase::expect_within(
-        {fmt::format("rays of {} from above that meet anything but the top", 3 * count), double(wrong),
-         0, 0, "where the ray meets the plane", none_of(3 * count)});
+        {fmt::format("rays of {} from above that meet anything but the top", 3 * count),
+         double(wrong), 0, 0, "where the ray meets the plane", none_of(3 * count)});
     hardcase::expect_within({"distance, in units of 2^-23 of it", worst_ulp, 4, 0, "double"});
 }
 

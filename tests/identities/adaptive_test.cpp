@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Adaptive sampling: one picture however it is made, samples where the noise is, and no bias.
 #include "base/hash.h"
+#include "hard_case.h"
 #include "integrator/sample_placement.h"
 #include "integrator/schedule.h"
 #include "usd_render.h"
-#include "hard_case.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -38,7 +38,9 @@ double number(uint64_t seed, int x, int y, uint64_t sample) {
 
 // Renders a picture whose samples are the values of a function; all in light group 0, bounce 0.
 template <class Value>
-film::Film render_values(const film::Window& window, const RenderOptions& options, const Value& value) {
+film::Film render_values(const film::Window& window,
+                         const RenderOptions& options,
+                         const Value& value) {
     film::LayerSet layers;
     layers.groups.push_back({"lamp", {}, false});
     film::Film film(window, layers);
@@ -74,7 +76,8 @@ TEST(Adaptive, ModesThreadsTilesAndPartsGiveTheSameBits) {
     const uint64_t expected = fingerprint(whole);
     const film::NoiseEstimate noise = whole.noise();
     EXPECT_GT(noise.samples_max, 2 * noise.samples_min);
-    for (const integrator::RenderMode mode : {integrator::RenderMode::Tile, integrator::RenderMode::Progressive}) {
+    for (const integrator::RenderMode mode :
+         {integrator::RenderMode::Tile, integrator::RenderMode::Progressive}) {
         for (const int threads : {1, 3}) {
             for (const int tile : {16, 64}) {
                 options.mode = mode;
@@ -86,7 +89,8 @@ TEST(Adaptive, ModesThreadsTilesAndPartsGiveTheSameBits) {
     }
     // Parts that end and begin before, inside and after the pilot, each on its own
     for (const std::vector<uint64_t>& splits : {std::vector<uint64_t>{8}, {16}, {20}, {5, 17, 33}})
-        EXPECT_EQ(fingerprint(render_scene(scene, options, RenderSetup{.sample_splits = splits})), expected);
+        EXPECT_EQ(fingerprint(render_scene(scene, options, RenderSetup{.sample_splits = splits})),
+                  expected);
 }
 
 TEST(Adaptive, RendersNoLongerThanThePilotAreUniform) {
@@ -111,12 +115,15 @@ TEST(Adaptive, SamplesGoWhereTheNoiseIs) {
     // As many as asked for, but for the rounding of the rates to powers of two
     EXPECT_NEAR(film.noise().samples_mean, 64, 8);
     // A doubled picture has the same relative noise
-    const film::Film twice = render_values(window, adaptive_options(64), [&](int x, int y, uint64_t s) { return 64 * value(x, y, s); });
+    const film::Film twice =
+        render_values(window, adaptive_options(64),
+                      [&](int x, int y, uint64_t s) { return 64 * value(x, y, s); });
     EXPECT_EQ(samples_of(twice, 60, 20), 128u);
 }
 
 TEST(Adaptive, APictureWithoutNoiseIsUniform) {
-    const film::Film film = render_values({0, 0, 20, 20}, adaptive_options(64), [](int x, int, uint64_t) { return double(x); });
+    const film::Film film = render_values({0, 0, 20, 20}, adaptive_options(64),
+                                          [](int x, int, uint64_t) { return double(x); });
     EXPECT_EQ(film.noise().samples_min, 64u);
     EXPECT_EQ(film.noise().samples_max, 64u);
 }
@@ -137,8 +144,8 @@ TEST(Adaptive, WhatAPixelHasSeenDoesNotDecideHowOftenItLooks) {
     EXPECT_GT(samples_of(noisy, 17, 16), samples_of(plain, 17, 16));
 }
 
-// A lamp that one sample in a hundred meets. 16 pilot samples miss it with probability 0.85; a pixel that
-// stopped for it would be too dark, one that went on for it as well.
+// A lamp that one sample in a hundred meets. 16 pilot samples miss it with probability 0.85; a
+// pixel that stopped for it would be too dark, one that went on for it as well.
 TEST(H46RareEvents, LeaveNoBias) {
     constexpr double p = 0.01;
     const film::Window window{0, 0, 64, 64};
@@ -160,12 +167,16 @@ TEST(H46RareEvents, LeaveNoBias) {
         square += mean * mean;
         ++count;
     }
-    const double mean = sum / count, error = std::sqrt((square / count - mean * mean) / (count - 1));
+    const double mean = sum / count,
+                 error = std::sqrt((square / count - mean * mean) / (count - 1));
     EXPECT_NEAR(mean, 2, std::max(2.58 * error, 1e-12));
-    hardcase::expect_within({"mean of adaptive renders of a lamp of probability 0.01, relative", std::abs(mean / 2 - 1), 0.01, (2.58 + 1.28) * error / 2, "closed form"});
+    hardcase::expect_within({"mean of adaptive renders of a lamp of probability 0.01, relative",
+                             std::abs(mean / 2 - 1), 0.01, (2.58 + 1.28) * error / 2,
+                             "closed form"});
 }
 
-// One sample of the pilot that is far too bright: how bright does not matter, and few samples follow it
+// One sample of the pilot that is far too bright: how bright does not matter, and few samples
+// follow it
 TEST(Adaptive, OneFireflyDrawsFewSamples) {
     const film::Window window{0, 0, 64, 64};
     const auto counts = [&](double firefly) {
@@ -174,7 +185,11 @@ TEST(Adaptive, OneFireflyDrawsFewSamples) {
             for (int x = 0; x < 64; ++x) {
                 for (uint64_t s = 0; s < pilot_samples; ++s) {
                     const bool is_it = x == 30 && y == 30 && s == 5;
-                    noise.add(x, y, Rgb(float(is_it ? 1 + firefly : 1 + (2 * number(9, x, y, s) - 1) * (x < 48 ? 0.1 : 0.5))), 3);
+                    noise.add(
+                        x, y,
+                        Rgb(float(is_it ? 1 + firefly
+                                        : 1 + (2 * number(9, x, y, s) - 1) * (x < 48 ? 0.1 : 0.5))),
+                        3);
                 }
             }
         }
@@ -193,7 +208,8 @@ TEST(Adaptive, OneFireflyDrawsFewSamples) {
         drawn += with[i] - std::min(with[i], without[i]);
         total += with[i];
     }
-    fmt::print("up to {} times the samples nearby, {:.2f} % of all\n", most, 100 * double(drawn) / double(total));
+    fmt::print("up to {} times the samples nearby, {:.2f} % of all\n", most,
+               100 * double(drawn) / double(total));
     EXPECT_LE(most, 4u);
     EXPECT_LT(double(drawn), 0.015 * double(total));
 }
@@ -203,7 +219,8 @@ TEST(H45PowersOfTwo, SampleCountsGrowWithTheIndexAndStopAtThem) {
     integrator::PilotNoise noise(window);
     for (int y = 0; y < 48; ++y) {
         for (int x = 0; x < 48; ++x) {
-            for (uint64_t s = 0; s < pilot_samples; ++s) noise.add(x, y, Rgb(float(number(9, x, y, s) * x * x)), 3);
+            for (uint64_t s = 0; s < pilot_samples; ++s)
+                noise.add(x, y, Rgb(float(number(9, x, y, s) * x * x)), 3);
         }
     }
     const SampleRates rates(noise);
@@ -221,7 +238,8 @@ TEST(H45PowersOfTwo, SampleCountsGrowWithTheIndexAndStopAtThem) {
             last = count;
         }
     }
-    hardcase::expect_within({"counts of adaptive stops that are no power of two", double(others), 0, 0, "every stop"});
+    hardcase::expect_within(
+        {"counts of adaptive stops that are no power of two", double(others), 0, 0, "every stop"});
 }
 
 }  // namespace velatura::test

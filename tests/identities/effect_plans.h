@@ -2,10 +2,10 @@
 // Plans of what render_scene() renders.
 #pragma once
 
+#include "integrator/effect_plan.h"
+
 #include <string>
 #include <vector>
-
-#include "integrator/effect_plan.h"
 
 namespace velatura::test {
 

@@ -36,8 +36,10 @@ def Xform "Root"
     def Mesh "Room"
     {
         int[] faceVertexCounts = [4, 4, 4, 4, 4, 4]
-        int[] faceVertexIndices = [0, 1, 3, 2, 4, 6, 7, 5, 0, 4, 5, 1, 2, 3, 7, 6, 0, 2, 6, 4, 1, 5, 7, 3]
-        point3f[] points = [(-3, 0, -3), (4, 0, -3), (-3, 3, -3), (4, 3, -3), (-3, 0, 3), (4, 0, 3), (-3, 3, 3), (4, 3, 3)]
+        int[] faceVertexIndices = [0, 1, 3, 2, 4, 6, 7, 5, 0, 4, 5, 1, 2, 3, 7, 6, 0, 2, 6, 4, 1,
+            5, 7, 3]
+        point3f[] points = [(-3, 0, -3), (4, 0, -3), (-3, 3, -3), (4, 3, -3), (-3, 0, 3), (4, 0,
+            3), (-3, 3, 3), (4, 3, 3)]
         uniform token subdivisionScheme = "none"
         color3f[] primvars:displayColor = [(0.75, 0.5, 0.5)]
     }

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Node graphs make the picture that the plain material makes which they come down to.
-#include <algorithm>
-#include <cmath>
-#include <filesystem>
-
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
 #include "test_assets.h"
 #include "translate/translate.h"
 #include "usd/stage/stage.h"
 #include "usd_render.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
 
 namespace velatura::test {
 namespace {
@@ -36,7 +36,8 @@ def Mesh "Quad" (prepend apiSchemas = ["MaterialBindingAPI"])
     int[] faceVertexIndices = [0, 1, 2, 3, 4, 5, 1, 0]
     point3f[] points = [(-1, 0, 0), (1, 0, 0), (1, 2, -1), (-1, 2, -1), (-1, -1, 2), (1, -1, 2)]
     uniform token subdivisionScheme = "none"
-    texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1), (0, 1), (0, -1), (1, -1)] (interpolation = "vertex")
+    texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1), (0, 1), (0, -1), (1,
+        -1)] (interpolation = "vertex")
     float primvars:amount = 0.4
     color3f primvars:tint = (0.7, 0.4, 0.2)
     rel material:binding = </Mat>
@@ -54,8 +55,12 @@ def Material "Mat"
 }}
 )usda";
 
-uint64_t picture_of(const std::string& context, const std::string& id, const std::string& inputs, const std::string& nodes = "") {
-    const scene::Scene scene = scene_from_usda(fmt::format(fmt::runtime(stage), context, id, inputs, nodes));
+uint64_t picture_of(const std::string& context,
+                    const std::string& id,
+                    const std::string& inputs,
+                    const std::string& nodes = "") {
+    const scene::Scene scene =
+        scene_from_usda(fmt::format(fmt::runtime(stage), context, id, inputs, nodes));
     integrator::RenderOptions options;
     options.end_sample = 8;
     return fingerprint(render_scene(scene, options));
@@ -65,18 +70,26 @@ constexpr const char* native = "UsdPreviewSurface";
 constexpr const char* nodes_of_it = "ND_UsdPreviewSurface_surfaceshader";
 
 TEST(MaterialX, ThePreviewSurfaceIsUsdsOwn) {
-    for (const char* inputs : {"", "color3f inputs:diffuseColor = (0.2, 0.5, 0.8)\nfloat inputs:metallic = 0.3\nfloat inputs:roughness = 0.2",
-                               "float inputs:clearcoat = 0.6\nfloat inputs:clearcoatRoughness = 0.1\nfloat inputs:ior = 1.8",
-                               "int inputs:useSpecularWorkflow = 1\ncolor3f inputs:specularColor = (0.5, 0.3, 0.1)",
-                               "float inputs:opacity = 0.3\nfloat inputs:roughness = 0.05", "float inputs:opacity = 0.3\nfloat inputs:opacityThreshold = 0.5",
-                               "color3f inputs:emissiveColor = (0.5, 0.2, 0.1)", "float3 inputs:normal = (0.2, 0.1, 0.9)"}) {
-        EXPECT_EQ(picture_of("mtlx:", nodes_of_it, inputs), picture_of("", native, inputs)) << inputs;
+    for (const char* inputs :
+         {"",
+          "color3f inputs:diffuseColor = (0.2, 0.5, 0.8)\nfloat inputs:metallic = 0.3\nfloat "
+          "inputs:roughness = 0.2",
+          "float inputs:clearcoat = 0.6\nfloat inputs:clearcoatRoughness = 0.1\nfloat inputs:ior = "
+          "1.8",
+          "int inputs:useSpecularWorkflow = 1\ncolor3f inputs:specularColor = (0.5, 0.3, 0.1)",
+          "float inputs:opacity = 0.3\nfloat inputs:roughness = 0.05",
+          "float inputs:opacity = 0.3\nfloat inputs:opacityThreshold = 0.5",
+          "color3f inputs:emissiveColor = (0.5, 0.2, 0.1)",
+          "float3 inputs:normal = (0.2, 0.1, 0.9)"}) {
+        EXPECT_EQ(picture_of("mtlx:", nodes_of_it, inputs), picture_of("", native, inputs))
+            << inputs;
     }
 }
 
 uint64_t picture_of_file(const std::filesystem::path& file) {
     Diagnostics diagnostics;
-    const Result<usd::stage::Stage> opened = usd::stage::Stage::open(file.string(), {}, diagnostics);
+    const Result<usd::stage::Stage> opened =
+        usd::stage::Stage::open(file.string(), {}, diagnostics);
     translate::TranslateOptions options;
     options.resolution = std::array<int, 2>{64, 36};
     const Result<scene::Scene> scene = translate::translate_stage(*opened, options, diagnostics);
@@ -86,13 +99,20 @@ uint64_t picture_of_file(const std::filesystem::path& file) {
     return fingerprint(render_scene(*scene, rendering));
 }
 
-// Pairs of stages, one with .mtlx files and one without, which OpenUSD holds against each other by eye. Two more of its
-// pairs differ in what they author (clearcoatRoughness 0.01 and 1, diffuseColor 0.2 and 1)
+// Pairs of stages, one with .mtlx files and one without, which OpenUSD holds against each other by
+// eye. Two more of its pairs differ in what they author (clearcoatRoughness 0.01 and 1,
+// diffuseColor 0.2 and 1)
 TEST(MaterialX, OpenUsdsPairsAreTheSamePicture) {
-    const std::filesystem::path folder = test_assets() / "openusd/imaging/testUsdImagingGLMaterialXvsNative";
+    const std::filesystem::path folder =
+        test_assets() / "openusd/imaging/testUsdImagingGLMaterialXvsNative";
     if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no test assets";
-    for (const auto& [nodes, plain] : {std::pair("Default", "default"), std::pair("Emissive", "emissive"), std::pair("Metallic", "metallic"), std::pair("Opacity", "opacity"), std::pair("Workflow", "workflow")})
-        EXPECT_EQ(picture_of_file(folder / fmt::format("materialX{}.usda", plain)), picture_of_file(folder / fmt::format("native{}.usda", nodes))) << nodes;
+    for (const auto& [nodes, plain] :
+         {std::pair("Default", "default"), std::pair("Emissive", "emissive"),
+          std::pair("Metallic", "metallic"), std::pair("Opacity", "opacity"),
+          std::pair("Workflow", "workflow")})
+        EXPECT_EQ(picture_of_file(folder / fmt::format("materialX{}.usda", plain)),
+                  picture_of_file(folder / fmt::format("native{}.usda", nodes)))
+            << nodes;
 }
 
 TEST(MaterialX, ReadersOfPrimvarsAreUsdsOwn) {
@@ -110,14 +130,18 @@ TEST(MaterialX, ReadersOfPrimvarsAreUsdsOwn) {
         string inputs:geomprop = "tint"
         color3f outputs:out
     })usda";
-    EXPECT_EQ(picture_of("mtlx:", nodes_of_it, "color3f inputs:diffuseColor.connect = </Mat/R.outputs:out>", node),
-              picture_of("", native, "color3f inputs:diffuseColor.connect = </Mat/R.outputs:result>", reader));
+    EXPECT_EQ(picture_of("mtlx:", nodes_of_it,
+                         "color3f inputs:diffuseColor.connect = </Mat/R.outputs:out>", node),
+              picture_of("", native,
+                         "color3f inputs:diffuseColor.connect = </Mat/R.outputs:result>", reader));
 }
 
-// The same graph twice: of constants, which translation folds, and of constant primvars, which are looked up at every point
+// The same graph twice: of constants, which translation folds, and of constant primvars, which are
+// looked up at every point
 TEST(MaterialX, FoldingIsEvaluation) {
     const auto graph = [](const std::string& amount, const std::string& tint) {
-        return fmt::format(R"usda(
+        return fmt::format(
+            R"usda(
     def Shader "Amount"
     {{
         uniform token info:id = "{}"
@@ -165,26 +189,42 @@ TEST(MaterialX, FoldingIsEvaluation) {
         float inputs:mix.connect = </Mat/Amount.outputs:out>
         float3 outputs:out
     }})usda",
-                           amount.empty() ? "ND_geompropvalue_float" : "ND_constant_float", amount.empty() ? "string inputs:geomprop = \"amount\"" : "float inputs:value = " + amount,
-                           tint.empty() ? "ND_geompropvalue_color3" : "ND_constant_color3", tint.empty() ? "string inputs:geomprop = \"tint\"" : "color3f inputs:value = " + tint);
+            amount.empty() ? "ND_geompropvalue_float" : "ND_constant_float",
+            amount.empty() ? "string inputs:geomprop = \"amount\""
+                           : "float inputs:value = " + amount,
+            tint.empty() ? "ND_geompropvalue_color3" : "ND_constant_color3",
+            tint.empty() ? "string inputs:geomprop = \"tint\"" : "color3f inputs:value = " + tint);
     };
-    const std::string inputs = "color3f inputs:base_color.connect = </Mat/N.outputs:out>\nfloat inputs:specular_roughness.connect = </Mat/Amount.outputs:out>";
+    const std::string inputs =
+        "color3f inputs:base_color.connect = </Mat/N.outputs:out>\nfloat "
+        "inputs:specular_roughness.connect = </Mat/Amount.outputs:out>";
     const char* id = "ND_standard_surface_surfaceshader";
-    EXPECT_EQ(picture_of("mtlx:", id, inputs, graph("", "")), picture_of("mtlx:", id, inputs, graph("0.4", "(0.7, 0.4, 0.2)")));
+    EXPECT_EQ(picture_of("mtlx:", id, inputs, graph("", "")),
+              picture_of("mtlx:", id, inputs, graph("0.4", "(0.7, 0.4, 0.2)")));
 }
 
 // Without coat and sheen a dielectric of standard_surface is that of UsdPreviewSurface
 TEST(MaterialX, PlainStandardSurfaceIsAPreviewSurface) {
-    EXPECT_EQ(picture_of("mtlx:", "ND_standard_surface_surfaceshader", "color3f inputs:base_color = (0.3, 0.5, 0.7)\nfloat inputs:specular_roughness = 0.35\nfloat inputs:specular_IOR = 1.6"),
-              picture_of("", native, "color3f inputs:diffuseColor = (0.3, 0.5, 0.7)\nfloat inputs:roughness = 0.35\nfloat inputs:ior = 1.6"));
-    EXPECT_EQ(picture_of("mtlx:", "ND_open_pbr_surface_surfaceshader", "color3f inputs:base_color = (0.3, 0.5, 0.7)\nfloat inputs:specular_roughness = 0.35\nfloat inputs:specular_ior = 1.6\nfloat inputs:coat_weight = 0"),
-              picture_of("", native, "color3f inputs:diffuseColor = (0.3, 0.5, 0.7)\nfloat inputs:roughness = 0.35\nfloat inputs:ior = 1.6"));
+    EXPECT_EQ(picture_of("mtlx:", "ND_standard_surface_surfaceshader",
+                         "color3f inputs:base_color = (0.3, 0.5, 0.7)\nfloat "
+                         "inputs:specular_roughness = 0.35\nfloat inputs:specular_IOR = 1.6"),
+              picture_of("", native,
+                         "color3f inputs:diffuseColor = (0.3, 0.5, 0.7)\nfloat inputs:roughness = "
+                         "0.35\nfloat inputs:ior = 1.6"));
+    EXPECT_EQ(
+        picture_of("mtlx:", "ND_open_pbr_surface_surfaceshader",
+                   "color3f inputs:base_color = (0.3, 0.5, 0.7)\nfloat inputs:specular_roughness = "
+                   "0.35\nfloat inputs:specular_ior = 1.6\nfloat inputs:coat_weight = 0"),
+        picture_of("", native,
+                   "color3f inputs:diffuseColor = (0.3, 0.5, 0.7)\nfloat inputs:roughness = "
+                   "0.35\nfloat inputs:ior = 1.6"));
 }
 
 // By the height of the points, once as a primvar and once as their position
 TEST(MaterialX, DisplacementReadsWhereTheSurfaceIs) {
     const auto moved = [](const std::string& source) {
-        std::string text = fmt::format(fmt::runtime(stage), "mtlx:", "ND_standard_surface_surfaceshader", "", R"usda(
+        std::string text = fmt::format(fmt::runtime(stage),
+                                       "mtlx:", "ND_standard_surface_surfaceshader", "", R"usda(
     token outputs:mtlx:displacement.connect = </Mat/D.outputs:out>
     def Shader "D"
     {
@@ -193,7 +233,9 @@ TEST(MaterialX, DisplacementReadsWhereTheSurfaceIs) {
         float inputs:scale = 0.25
         token outputs:out
     })usda" + source);
-        text.insert(text.find("    float primvars:amount"), "    float[] primvars:height = [0, 0, 2, 2, -1, -1] (interpolation = \"vertex\")\n");
+        text.insert(
+            text.find("    float primvars:amount"),
+            "    float[] primvars:height = [0, 0, 2, 2, -1, -1] (interpolation = \"vertex\")\n");
         integrator::RenderOptions options;
         options.end_sample = 4;
         return fingerprint(render_scene(scene_from_usda(text), options));
@@ -228,7 +270,8 @@ TEST(MaterialX, DisplacementReadsWhereTheSurfaceIs) {
     EXPECT_NE(moved(read), moved(none));
 }
 
-// World and object space agree where the object stands at the origin; a moved one takes its noise along
+// World and object space agree where the object stands at the origin; a moved one takes its noise
+// along
 TEST(MaterialX, ObjectsTakeTheirNoiseAlong) {
     const auto nodes = [](const char* space) {
         return fmt::format(R"usda(
@@ -248,12 +291,15 @@ TEST(MaterialX, ObjectsTakeTheirNoiseAlong) {
     };
     const std::string inputs = "float inputs:base.connect = </Mat/N.outputs:out>";
     const auto scene_of = [&](const char* space) {
-        return scene_from_usda(fmt::format(fmt::runtime(stage), "mtlx:", "ND_standard_surface_surfaceshader", inputs, nodes(space)));
+        return scene_from_usda(fmt::format(fmt::runtime(stage),
+                                           "mtlx:", "ND_standard_surface_surfaceshader", inputs,
+                                           nodes(space)));
     };
     const scene::Scene object = scene_of("object"), world = scene_of("world");
     integrator::RenderOptions options;
     options.end_sample = 8;
-    const std::vector<double> a = beauty(render_scene(object, options)), b = beauty(render_scene(world, options));
+    const std::vector<double> a = beauty(render_scene(object, options)),
+                              b = beauty(render_scene(world, options));
     ASSERT_EQ(a.size(), b.size());
     double difference = 0, sum = 0;
     for (size_t i = 0; i < a.size(); ++i) {
@@ -265,10 +311,16 @@ TEST(MaterialX, ObjectsTakeTheirNoiseAlong) {
 
     // Everything two to the side: the same places of the object, others of the world
     const auto moved_by_two = [&](const char* space) {
-        std::string text = fmt::format(fmt::runtime(stage), "mtlx:", "ND_standard_surface_surfaceshader", inputs, nodes(space));
-        for (const auto& [from, to] : {std::pair("(0, 0.5, 5)", "(2, 0.5, 5)"), std::pair("(0, 3, 2)", "(2, 3, 2)")}) text.replace(text.find(from), std::string(from).size(), to);
+        std::string text =
+            fmt::format(fmt::runtime(stage), "mtlx:", "ND_standard_surface_surfaceshader", inputs,
+                        nodes(space));
+        for (const auto& [from, to] :
+             {std::pair("(0, 0.5, 5)", "(2, 0.5, 5)"), std::pair("(0, 3, 2)", "(2, 3, 2)")})
+            text.replace(text.find(from), std::string(from).size(), to);
         const char* quad = "    int[] faceVertexCounts";
-        text.insert(text.find(quad), "    double3 xformOp:translate = (2, 0, 0)\n    uniform token[] xformOpOrder = [\"xformOp:translate\"]\n");
+        text.insert(text.find(quad),
+                    "    double3 xformOp:translate = (2, 0, 0)\n    uniform token[] xformOpOrder = "
+                    "[\"xformOp:translate\"]\n");
         return beauty(render_scene(scene_from_usda(text), options));
     };
     const auto apart = [](const std::vector<double>& x, const std::vector<double>& y) {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The matrix holds in each cell what its name says. Closure cannot see light that landed in a wrong row
-// or column, so every cell is compared with the beauty of other renders: only that group shines, and
-// what paths of at most k scatterings bring beyond those of at most k − 1. Beauties know no labels.
+// The matrix holds in each cell what its name says. Closure cannot see light that landed in a wrong
+// row or column, so every cell is compared with the beauty of other renders: only that group
+// shines, and what paths of at most k scatterings bring beyond those of at most k − 1. Beauties
+// know no labels.
+#include "hard_case.h"
 #include "picture_sums.h"
 #include "usd_render.h"
-#include "hard_case.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -22,18 +23,28 @@ namespace {
 constexpr int width = 16, height = 12;
 constexpr int last_bounce = 3;  ///< of render_scene
 
-/// A light that is seldom asked brings much when it is: rare bright samples, by which less could be told.
+/// A light that is seldom asked brings much when it is: rare bright samples, by which less could be
+/// told.
 constexpr auto usual_selection = lights::SelectionKind::Uniform;
 
-film::Film render(const scene::Scene& scene, uint64_t samples, uint64_t seed, int max_depth = 0, lights::SelectionKind selection = usual_selection) {
+film::Film render(const scene::Scene& scene,
+                  uint64_t samples,
+                  uint64_t seed,
+                  int max_depth = 0,
+                  lights::SelectionKind selection = usual_selection) {
     integrator::RenderOptions options;
     options.end_sample = samples;
     options.seed = seed;
     options.max_depth = max_depth;
-    return render_scene(scene, options, RenderSetup{.light_selection = selection, .sampler = sampling::SamplerKind::SobolHalves});
+    return render_scene(
+        scene, options,
+        RenderSetup{.light_selection = selection, .sampler = sampling::SamplerKind::SobolHalves});
 }
 
-PictureLight beauty_of(const scene::Scene& scene, uint64_t samples, uint64_t seed, int max_depth = 0) {
+PictureLight beauty_of(const scene::Scene& scene,
+                       uint64_t samples,
+                       uint64_t seed,
+                       int max_depth = 0) {
     return light_of(render(scene, samples, seed, max_depth), image::AccumulatorTable::beauty);
 }
 
@@ -57,7 +68,8 @@ scene::Scene without_scattering(scene::Scene scene) {
         m.has_specular = false;
     }
     const auto blacken = [&](scene::Shape& shape) {
-        if (shape.material == scene::none) shape.material = scene::MaterialId(scene.materials.size());
+        if (shape.material == scene::none)
+            shape.material = scene::MaterialId(scene.materials.size());
     };
     for (scene::Shape& shape : scene.shapes) blacken(shape);
     scene::Material black;
@@ -74,13 +86,16 @@ struct Cells {
     size_t groups = 0;
 };
 
-Cells matrix_of(const scene::Scene& scene, uint64_t samples, lights::SelectionKind selection = usual_selection) {
+Cells matrix_of(const scene::Scene& scene,
+                uint64_t samples,
+                lights::SelectionKind selection = usual_selection) {
     const film::Film film = render(scene, samples, 1, 0, selection);
     Cells cells;
     cells.groups = scene.groups.size();
     for (int column = 0; column <= last_bounce + 1; ++column) {
         for (size_t g = 0; g < cells.groups; ++g) {
-            cells.names.push_back(film.layer_set().column_name(column) + "_" + scene.groups[g].name);
+            cells.names.push_back(film.layer_set().column_name(column) + "_" +
+                                  scene.groups[g].name);
             cells.light.push_back(light_of(film, film.sums().table().matrix(column, int(g))));
         }
     }
@@ -96,9 +111,11 @@ Cells by_brute_force(const scene::Scene& scene, uint64_t samples) {
         const uint64_t seed = 100 + g;
         const PictureLight seen = beauty_of(without_scattering(lit), samples, seed + 1000);
         cells.light[g] = seen;
-        // One scattering at most, less what is seen directly: the same renders of other samples would add noise
+        // One scattering at most, less what is seen directly: the same renders of other samples
+        // would add noise
         std::vector<PictureLight> up_to{seen};
-        for (int depth = 1; depth <= last_bounce; ++depth) up_to.push_back(beauty_of(lit, samples, seed, depth));
+        for (int depth = 1; depth <= last_bounce; ++depth)
+            up_to.push_back(beauty_of(lit, samples, seed, depth));
         up_to.push_back(beauty_of(lit, samples, seed));
         for (size_t column = 1; column < up_to.size(); ++column)
             cells.light[column * cells.groups + g] = up_to[column] - up_to[column - 1];
@@ -108,8 +125,8 @@ Cells by_brute_force(const scene::Scene& scene, uint64_t samples) {
 
 /// 25 cells or so at 3 standard errors: 0.07 exceed it in the mean, two do with probability 0.002.
 constexpr int most_beyond_three = 1;
-/// χ² of 4 over 4: 3.9 is exceeded with probability 0.0037 by noise that is normal; that of cells with rare bright paths
-/// is not quite.
+/// χ² of 4 over 4: 3.9 is exceeded with probability 0.0037 by noise that is normal; that of cells
+/// with rare bright paths is not quite.
 constexpr double largest_mean_square = 5.0;
 
 void expect_cells_by_brute_force(const scene::Scene& scene, const char* what, uint64_t samples) {
@@ -120,7 +137,8 @@ void expect_cells_by_brute_force(const scene::Scene& scene, const char* what, ui
         const PictureLight difference = matrix.light[i] - brute.light[i];
         const PixelSum sum = whole(difference), cell = whole(brute.light[i]);
         const double z = distance(difference), square = mean_square_of_quarters(difference);
-        EXPECT_LT(z, 4.0) << matrix.names[i] << ": " << cell.value << " by brute force, " << whole(matrix.light[i]).value;
+        EXPECT_LT(z, 4.0) << matrix.names[i] << ": " << cell.value << " by brute force, "
+                          << whole(matrix.light[i]).value;
         EXPECT_LT(square, largest_mean_square) << matrix.names[i];
         beyond += z > 3.0;
         worst = hardcase::larger(worst, z);
@@ -139,12 +157,16 @@ void expect_cells_by_brute_force(const scene::Scene& scene, const char* what, ui
         }
     }
     EXPECT_LE(beyond, most_beyond_three);
-    hardcase::expect_in_hard_case({std::string(what) + ": worst deviate of a cell", worst, 4, 0, "renders of that light and that depth alone",
-                                   fmt::format("{:.1f} to {:.0f} % of a cell", 100 * least, 100 * most)});
+    hardcase::expect_in_hard_case(
+        {std::string(what) + ": worst deviate of a cell", worst, 4, 0,
+         "renders of that light and that depth alone",
+         fmt::format("{:.1f} to {:.0f} % of a cell", 100 * least, 100 * most)});
     EXPECT_GE(told_apart, pairs * 4 / 5);
-    std::printf("%s: %d cells with light, worst |z| %.2f, worst mean square %.2f; 90 %% power from %.2f to %.2f %% of a cell; %d of %d "
-                "neighbours told apart\n",
-                what, lit, worst, worst_square, 100 * least, 100 * most, told_apart, pairs);
+    std::printf(
+        "%s: %d cells with light, worst |z| %.2f, worst mean square %.2f; 90 %% power from %.2f to "
+        "%.2f %% of a cell; %d of %d "
+        "neighbours told apart\n",
+        what, lit, worst, worst_square, 100 * least, 100 * most, told_apart, pairs);
 }
 
 /// Two of the lights share a row.
@@ -183,15 +205,18 @@ TEST(H51Matrix, EveryCellIsItsLightAtItsDepth) {
 }
 
 TEST(Matrix, EveryCellOfARoomWithSmokeIsItsLightAtItsDepth) {
-    expect_cells_by_brute_force(scene_from_usda(smoky_room(), width, height), "room with smoke", 256);
+    expect_cells_by_brute_force(scene_from_usda(smoky_room(), width, height), "room with smoke",
+                                256);
 }
 
 TEST(Matrix, RowsOfSeveralLightsAreTheirSum) {
-    expect_cells_by_brute_force(scene_from_usda(grouped_room(), width, height), "room with a shared row", 256);
+    expect_cells_by_brute_force(scene_from_usda(grouped_room(), width, height),
+                                "room with a shared row", 256);
 }
 
-// What a light gives is no matter of chance but where it decides which light is asked: chosen uniformly, a light of
-// another intensity takes the same paths, and all that they bring is multiplied. Doubling changes exponents alone.
+// What a light gives is no matter of chance but where it decides which light is asked: chosen
+// uniformly, a light of another intensity takes the same paths, and all that they bring is
+// multiplied. Doubling changes exponents alone.
 TEST(Gains, CommuteWithRendering) {
     const scene::Scene scene = scene_from_usda(room_usda(), width, height);
     const RenderSetup setup{.light_selection = lights::SelectionKind::Uniform};
@@ -204,8 +229,10 @@ TEST(Gains, CommuteWithRendering) {
             for (int x = 0; x < width; ++x) {
                 for (int g = 0; g < before.layer_set().group_count(); ++g) {
                     for (int c = 0; c <= last_bounce + 2; ++c) {
-                        const uint32_t a = c <= last_bounce + 1 ? table.matrix(c, g) : table.unoccluded(g);
-                        const image::Triple p = before.sums().total(x, y, a), q = film.sums().total(x, y, a);
+                        const uint32_t a =
+                            c <= last_bounce + 1 ? table.matrix(c, g) : table.unoccluded(g);
+                        const image::Triple p = before.sums().total(x, y, a),
+                                            q = film.sums().total(x, y, a);
                         visit(g, p.x, q.x);
                         visit(g, p.y, q.y);
                         visit(g, p.z, q.z);
@@ -223,19 +250,23 @@ TEST(Gains, CommuteWithRendering) {
             for_each_sum(render_scene(changed, options, setup), [&](int g, double p, double q) {
                 const double expected = g == group ? double(gain) * p : p;
                 if (g != group || gain != 1.7f) {
-                    ASSERT_EQ(std::bit_cast<uint64_t>(q), std::bit_cast<uint64_t>(expected)) << scene.lights[row].name << " times " << gain;
+                    ASSERT_EQ(std::bit_cast<uint64_t>(q), std::bit_cast<uint64_t>(expected))
+                        << scene.lights[row].name << " times " << gain;
                 } else if (p != 0) {
                     worst = hardcase::larger(worst, std::abs(q / expected - 1));
                 }
             });
             // A few roundings to float per deposit, all of one sign
             EXPECT_LT(worst, 8 * 0x1p-24);
-            if (gain == 1.7f) std::printf("%s times %g: within %.2g\n", scene.lights[row].name.c_str(), double(gain), worst);
+            if (gain == 1.7f)
+                std::printf("%s times %g: within %.2g\n", scene.lights[row].name.c_str(),
+                            double(gain), worst);
         }
     }
 }
 
-// A light tree chooses by power: after one light's change all paths are others, and only the mean is the same
+// A light tree chooses by power: after one light's change all paths are others, and only the mean
+// is the same
 TEST(Gains, CommuteInTheMeanWhereLightsAreChosenByPower) {
     const scene::Scene scene = scene_from_usda(soft_room(), width, height);
     scene::Scene changed = scene;

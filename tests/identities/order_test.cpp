@@ -1,26 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-// One picture, in whatever order a file has the prims: exporters, and runs of the same one, differ in it.
+// One picture, in whatever order a file has the prims: exporters, and runs of the same one, differ
+// in it.
+#include "base/hash.h"
+#include "hard_case.h"
+#include "usd_render.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <random>
 #include <string>
 #include <vector>
 
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
-#include "base/hash.h"
-#include "hard_case.h"
-#include "usd_render.h"
-
 namespace velatura::test {
 
 namespace {
 
-/// The text of a scene whose root prim has these children, in one of their orders; the first as they are given.
+/// The text of a scene whose root prim has these children, in one of their orders; the first as
+/// they are given.
 std::string in_order(int order, std::vector<std::string> children) {
     std::mt19937 random(static_cast<unsigned>(order));
     if (order > 0) std::shuffle(children.begin(), children.end(), random);
-    std::string text = "#usda 1.0\n(\n    defaultPrim = \"Root\"\n    upAxis = \"Y\"\n)\ndef Xform \"Root\"\n{\n";
+    std::string text =
+        "#usda 1.0\n(\n    defaultPrim = \"Root\"\n    upAxis = \"Y\"\n)\ndef Xform \"Root\"\n{\n";
     for (const std::string& child : children) text += child + "\n";
     return text + "}\n";
 }
@@ -31,7 +34,8 @@ std::vector<std::string> prims_of_the_room() {
     std::vector<std::string> prims;
     for (size_t at = text.find(begin); at != std::string::npos;) {
         const size_t next = text.find(begin, at + 1);
-        prims.push_back(text.substr(at, next == std::string::npos ? text.rfind('}') - at : next - at));
+        prims.push_back(
+            text.substr(at, next == std::string::npos ? text.rfind('}') - at : next - at));
         at = next;
     }
     return prims;
@@ -44,8 +48,10 @@ std::vector<std::string> prims_with_instances() {
     class Xform "Pair"
     {
         def Sphere "Z" { double radius = 0.25; }
-        def Cube "A" { double size = 0.5; double3 xformOp:translate = (0, 0.5, 0); uniform token[] xformOpOrder = ["xformOp:translate"]; }
-        def SphereLight "Bulb" { float inputs:radius = 0.0625; double3 xformOp:translate = (0, 1, 0); uniform token[] xformOpOrder = ["xformOp:translate"]; }
+        def Cube "A" { double size = 0.5; double3 xformOp:translate = (0, 0.5, 0);
+        uniform token[] xformOpOrder = ["xformOp:translate"]; }
+        def SphereLight "Bulb" { float inputs:radius = 0.0625; double3 xformOp:translate = (0, 1,
+            0); uniform token[] xformOpOrder = ["xformOp:translate"]; }
     }
 )");
     for (int i = 0; i < 5; ++i) {
@@ -69,7 +75,8 @@ integrator::RenderOptions options_of(int order) {
 }
 
 RenderSetup setup_of(int order) {
-    constexpr accel::BvhQuality qualities[] = {accel::BvhQuality::Balanced, accel::BvhQuality::Fast, accel::BvhQuality::High};
+    constexpr accel::BvhQuality qualities[] = {accel::BvhQuality::Balanced, accel::BvhQuality::Fast,
+                                               accel::BvhQuality::High};
     return {.threads = 1 + order % 3, .bvh_quality = qualities[order / 3 % 3]};
 }
 
@@ -88,7 +95,10 @@ uint64_t fingerprint_with_ids(const film::Film& film) {
 
 /// How many of the orders give another picture than the first.
 int count_different(int orders, const std::vector<std::string>& prims) {
-    const auto picture = [&](int order) { return fingerprint_with_ids(render_scene(scene_from_usda(in_order(order, prims), 24, 18), options_of(order), setup_of(order))); };
+    const auto picture = [&](int order) {
+        return fingerprint_with_ids(render_scene(scene_from_usda(in_order(order, prims), 24, 18),
+                                                 options_of(order), setup_of(order)));
+    };
     const uint64_t expected = picture(0);
     int different = 0;
     for (int order = 1; order < orders; ++order) different += picture(order) != expected;
@@ -99,11 +109,15 @@ int count_different(int orders, const std::vector<std::string>& prims) {
 
 TEST(H53LoadOrder, OfPrimsLeavesEveryBitAlone) {
     EXPECT_GT(prims_of_the_room().size(), 10u);
-    hardcase::expect_within({"of 10 orders of the prims of a room, those with another bit of the picture or its ids", double(count_different(10, prims_of_the_room())), 0, 0, "the first order"});
+    hardcase::expect_within(
+        {"of 10 orders of the prims of a room, those with another bit of the picture or its ids",
+         double(count_different(10, prims_of_the_room())), 0, 0, "the first order"});
 }
 
 TEST(H53LoadOrder, OfInstancesLeavesEveryBitAlone) {
-    hardcase::expect_within({"of 10 orders with instances and lamps in them, those with another bit", double(count_different(10, prims_with_instances())), 0, 0, "the first order"});
+    hardcase::expect_within(
+        {"of 10 orders with instances and lamps in them, those with another bit",
+         double(count_different(10, prims_with_instances())), 0, 0, "the first order"});
 }
 
 TEST(H12LoadOrder, CoplanarPrimsAreWonByTheSameOne) {
@@ -131,10 +145,14 @@ TEST(H12LoadOrder, CoplanarPrimsAreWonByTheSameOne) {
         color3f[] primvars:displayColor = [({}, {}, {})]
     }}
 )",
-                                    (i * 11) % 24, x - size, y - size, x + size, y - size, x + size, y + size, x - size, y + size, 0.1 + 0.03 * i, 0.9 - 0.03 * i, 0.1 * (i % 8)));
+                                    (i * 11) % 24, x - size, y - size, x + size, y - size, x + size,
+                                    y + size, x - size, y + size, 0.1 + 0.03 * i, 0.9 - 0.03 * i,
+                                    0.1 * (i % 8)));
     }
     constexpr int orders = 32;
-    hardcase::expect_within({"of 32 orders of squares in one plane, by threads and trees, those with another picture", double(count_different(orders, prims)), 0, 0, "the first order, bit for bit"});
+    hardcase::expect_within(
+        {"of 32 orders of squares in one plane, by threads and trees, those with another picture",
+         double(count_different(orders, prims)), 0, 0, "the first order, bit for bit"});
 }
 
 }  // namespace velatura::test

@@ -2,15 +2,15 @@
 // Sums over pictures of small renders, with the standard errors that their halves show.
 #pragma once
 
+#include "film/film.h"
+#include "image/pixel_means.h"
+
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
-
-#include <gtest/gtest.h>
-
-#include "film/film.h"
-#include "image/pixel_means.h"
 
 namespace velatura::test {
 
@@ -27,6 +27,7 @@ struct PictureLight {
     }
 
     PictureLight operator+(const PictureLight& o) const { return plus(o, 1.0); }
+
     PictureLight operator-(const PictureLight& o) const { return plus(o, -1.0); }
 };
 
@@ -39,7 +40,8 @@ inline PictureLight light_of(const film::Film& film, uint32_t accumulator) {
         for (int x = w.x0; x < w.x1; ++x) {
             const image::PixelHalves h = image::resolve_halves(film.sums(), x, y, accumulator);
             EXPECT_TRUE(h.is_known);
-            light.halves.push_back({(h.a[0] + h.a[1] + h.a[2]) / 3, (h.b[0] + h.b[1] + h.b[2]) / 3});
+            light.halves.push_back(
+                {(h.a[0] + h.a[1] + h.a[2]) / 3, (h.b[0] + h.b[1] + h.b[2]) / 3});
         }
     }
     return light;
@@ -67,7 +69,9 @@ inline double distance(const PixelSum& sum) {
     return std::abs(sum.value) < rounding ? 0.0 : std::abs(sum.value) / std::sqrt(sum.variance);
 }
 
-inline double distance(const PictureLight& difference) { return distance(whole(difference)); }
+inline double distance(const PictureLight& difference) {
+    return distance(whole(difference));
+}
 
 /// Mean square of that over four quarters of the picture; near 1 for noise alone.
 inline double mean_square_of_quarters(const PictureLight& difference) {

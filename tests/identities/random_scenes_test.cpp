@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stages that nobody thought of: whatever is in them, what the plan has off does not run, what runs without being called
-// for changes no bit of any layer, neither do threads, and every pixel is a number. VELATURA_RANDOM_SCENES=10000 tries more of them,
-// VELATURA_RANDOM_SEED=N others; the seed in a message is the stage.
+// Stages that nobody thought of: whatever is in them, what the plan has off does not run, what runs
+// without being called for changes no bit of any layer, neither do threads, and every pixel is a
+// number. VELATURA_RANDOM_SCENES=10000 tries more of them, VELATURA_RANDOM_SEED=N others; the seed
+// in a message is the stage.
+#include "effect_plans.h"
+#include "random_scene.h"
+#include "usd_render.h"
+
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdlib>
-
-#include <fmt/format.h>
-
-#include "effect_plans.h"
-#include "random_scene.h"
-#include "usd_render.h"
 
 namespace velatura::test {
 namespace {
@@ -38,7 +38,10 @@ void check(uint64_t seed) {
     const scene::Scene scene = scene_from_usda(random_scene_usda(seed), 12, 9);
     const integrator::RenderOptions few = {.seed = seed, .end_sample = 2};
     // How paths are traced is drawn as well
-    RenderSetup setup{.threads = 1, .caustics = seed % 3 == 0 ? integrator::Caustics::Auto : integrator::Caustics::Path, .branches = 1 + uint32_t(seed % 2)};
+    RenderSetup setup{
+        .threads = 1,
+        .caustics = seed % 3 == 0 ? integrator::Caustics::Auto : integrator::Caustics::Path,
+        .branches = 1 + uint32_t(seed % 2)};
     integrator::RayCounts counts;
     setup.counts = &counts;
     const film::Film film = render_scene(scene, few, setup);
@@ -46,7 +49,9 @@ void check(uint64_t seed) {
     integrator::PlanOptions options = plan_of_test();
     options.caustics = setup.caustics;
     options.splits = setup.branches > 1;
-    EXPECT_EQ(names_of(integrator::broken_promises(integrator::make_plan(scene, options), counts.effects)), "");
+    EXPECT_EQ(names_of(integrator::broken_promises(integrator::make_plan(scene, options),
+                                                   counts.effects)),
+              "");
 
     setup.counts = nullptr;
     setup.threads = 2;
@@ -58,7 +63,8 @@ void check(uint64_t seed) {
 }
 
 TEST(RandomScenes, HoldWhatThePlanPromises) {
-    const uint64_t first = from_environment("VELATURA_RANDOM_SEED", 1), count = from_environment("VELATURA_RANDOM_SCENES", 24);
+    const uint64_t first = from_environment("VELATURA_RANDOM_SEED", 1),
+                   count = from_environment("VELATURA_RANDOM_SCENES", 24);
     for (uint64_t seed = first; seed < first + count; ++seed) {
         SCOPED_TRACE(fmt::format("VELATURA_RANDOM_SEED={} VELATURA_RANDOM_SCENES=1", seed));
         check(seed);
@@ -67,11 +73,13 @@ TEST(RandomScenes, HoldWhatThePlanPromises) {
 
 /// What `./dev fuzz scenes` runs by the thousand: more pixels and samples than above, once.
 TEST(RandomScenes, GiveNumbersInEveryPixel) {
-    const uint64_t first = from_environment("VELATURA_RANDOM_SEED", 1), count = from_environment("VELATURA_RANDOM_SCENES", 24);
+    const uint64_t first = from_environment("VELATURA_RANDOM_SEED", 1),
+                   count = from_environment("VELATURA_RANDOM_SCENES", 24);
     for (uint64_t seed = first; seed < first + count; ++seed) {
         SCOPED_TRACE(fmt::format("VELATURA_RANDOM_SEED={} VELATURA_RANDOM_SCENES=1", seed));
         const scene::Scene scene = scene_from_usda(random_scene_usda(seed), 16, 16);
-        EXPECT_TRUE(is_finite(render_scene(scene, {.seed = seed, .end_sample = 4}, RenderSetup{.threads = 1})));
+        EXPECT_TRUE(is_finite(
+            render_scene(scene, {.seed = seed, .end_sample = 4}, RenderSetup{.threads = 1})));
     }
 }
 

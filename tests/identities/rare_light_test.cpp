@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A lamp that one sample in a hundred meets: 16 pilot samples miss it with probability 0.85. A pixel that stopped for it
-// would be too dark, one that went on for it as well (H46). Where samples are placed by noise, means stay all the same.
+// A lamp that one sample in a hundred meets: 16 pilot samples miss it with probability 0.85. A
+// pixel that stopped for it would be too dark, one that went on for it as well (H46). Where samples
+// are placed by noise, means stay all the same.
 #include "base/hash.h"
 #include "hard_case.h"
 #include "integrator/path_tracer.h"
@@ -41,7 +42,11 @@ class Mean {
     }
 
     double value() const { return sum_ / count_; }
-    double error() const { return std::sqrt(std::max(0.0, square_ / count_ - value() * value()) / (count_ - 1)); }
+
+    double error() const {
+        return std::sqrt(std::max(0.0, square_ / count_ - value() * value()) / (count_ - 1));
+    }
+
     /// The smallest deviation that a test at 99 % would see with 90 % power.
     double detectable() const { return (2.58 + 1.28) * error(); }
 
@@ -53,7 +58,8 @@ class Mean {
 struct RareLamp {
     const char* name;
     int side;
-    bool (*sees)(int x, int y);              ///< the pixels that can meet the lamp; only their means are looked at
+    bool (*sees)(int x,
+                 int y);  ///< the pixels that can meet the lamp; only their means are looked at
     double (*noise)(int x, int y, double u);  ///< other light of a sample
     double other;                             ///< mean of that where the lamp is
     double p = chance;
@@ -74,7 +80,8 @@ SampleRates rates_of(const RareLamp& lamp, uint64_t seed) {
     PilotNoise noise({0, 0, lamp.side, lamp.side});
     for (int y = 0; y < lamp.side; ++y) {
         for (int x = 0; x < lamp.side; ++x) {
-            for (uint64_t s = 0; s < pilot_samples; ++s) noise.add(x, y, Rgb(float(lamp.value(seed, x, y, s))), 3);
+            for (uint64_t s = 0; s < pilot_samples; ++s)
+                noise.add(x, y, Rgb(float(lamp.value(seed, x, y, s))), 3);
         }
     }
     return SampleRates(noise);
@@ -114,9 +121,16 @@ void expect_no_bias(const RareLamp& lamp, uint64_t samples, int seeds) {
         fixed.add(by_fixed.value());
         naive.add(by_naive.value());
     }
-    fmt::print("{}: {} to {} samples; off by {:+.3f} % (detectable {:.3f} %), fixed {:+.3f} %, by own noise {:+.1f} %\n", lamp.name, least, most, 100 * (placed.value() / truth - 1),
-               100 * placed.detectable() / truth, 100 * (fixed.value() / truth - 1), 100 * (naive.value() / truth - 1));
-    hardcase::expect_within({fmt::format("a lamp of probability {}, {}: mean of placed samples, relative", lamp.p, lamp.name), std::abs(placed.value() / truth - 1), bound, placed.detectable() / truth, "closed form"});
+    fmt::print(
+        "{}: {} to {} samples; off by {:+.3f} % (detectable {:.3f} %), fixed {:+.3f} %, by own "
+        "noise {:+.1f} %\n",
+        lamp.name, least, most, 100 * (placed.value() / truth - 1),
+        100 * placed.detectable() / truth, 100 * (fixed.value() / truth - 1),
+        100 * (naive.value() / truth - 1));
+    hardcase::expect_within(
+        {fmt::format("a lamp of probability {}, {}: mean of placed samples, relative", lamp.p,
+                     lamp.name),
+         std::abs(placed.value() / truth - 1), bound, placed.detectable() / truth, "closed form"});
     EXPECT_NEAR(placed.value(), truth, 2.58 * placed.error());
     EXPECT_NEAR(fixed.value(), truth, 2.58 * fixed.error());
     EXPECT_NEAR(placed.value(), fixed.value(), 2.58 * std::hypot(placed.error(), fixed.error()));
@@ -125,8 +139,13 @@ void expect_no_bias(const RareLamp& lamp, uint64_t samples, int seeds) {
     EXPECT_GT(std::abs(naive.value() - truth), 10 * naive.error());
 }
 
-double none(int, int, double) { return 0; }
-double one(int, int, double) { return 1; }
+double none(int, int, double) {
+    return 0;
+}
+
+double one(int, int, double) {
+    return 1;
+}
 
 }  // namespace
 
@@ -143,12 +162,15 @@ TEST(H46RareLamps, ALampThatWholeNeighbourhoodsMiss) {
 // Other light with noise on the left decides how many samples those on the right get
 TEST(H46RareLamps, ALampBesideOtherNoise) {
     const auto right = [](int x, int) { return x >= 24; };
-    expect_no_bias({"beside noise", 48, right, [](int x, int, double u) { return x < 24 ? 2 * u : 1.0; }, 1}, 64, 120);
+    expect_no_bias(
+        {"beside noise", 48, right, [](int x, int, double u) { return x < 24 ? 2 * u : 1.0; }, 1},
+        64, 120);
 }
 
 // No neighbour that reacts to a pixel's samples meets the lamp, and the other way round
 TEST(H46RareLamps, PixelsThatAreAlone) {
-    expect_no_bias({"isolated", 40, [](int x, int y) { return x % 5 == 2 && y % 5 == 2; }, one, 1}, 256, 1400);
+    expect_no_bias({"isolated", 40, [](int x, int y) { return x % 5 == 2 && y % 5 == 2; }, one, 1},
+                   256, 1400);
 }
 
 TEST(H46RareLamps, TheBorderOfThePicture) {
@@ -159,11 +181,13 @@ TEST(H46RareLamps, TheBorderOfThePicture) {
 TEST(H46RareLamps, ALoneBrightRegion) {
     const auto region = [](int x, int y) { return x >= 20 && x < 26 && y >= 9 && y < 15; };
     expect_no_bias({"region in the dark", 40, region, none, 0}, 128, 600);
-    expect_no_bias({"region on noise", 40, region, [](int x, int y, double u) { return x + y < 35 ? 1.0 : 2 * u; }, 1}, 128, 1200);
+    expect_no_bias({"region on noise", 40, region,
+                    [](int x, int y, double u) { return x + y < 35 ? 1.0 : 2 * u; }, 1},
+                   128, 1200);
 }
 
-// If one unit held for all rates, reckoned from all pixels, those that met the lamp would get fewer samples by it: 1 % too
-// bright with 8×8 pixels, 8 % with 4×4
+// If one unit held for all rates, reckoned from all pixels, those that met the lamp would get fewer
+// samples by it: 1 % too bright with 8×8 pixels, 8 % with 4×4
 TEST(H46RareLamps, ASmallPicture) {
     expect_no_bias({"4 x 4", 4, [](int, int) { return true; }, one, 1}, 64, 6000);
     expect_no_bias({"8 x 8", 8, [](int, int) { return true; }, one, 1}, 64, 4000);
@@ -172,8 +196,9 @@ TEST(H46RareLamps, ASmallPicture) {
 
 namespace {
 
-/// A matte floor of albedo 1/2 below a sky of radiance 4 and a lamp of 400, which fills 1 % of what the floor sees by the
-/// cosine: straight above, (radius / height)². The camera sees so little of it that this holds to 2e-4 everywhere.
+/// A matte floor of albedo 1/2 below a sky of radiance 4 and a lamp of 400, which fills 1 % of what
+/// the floor sees by the cosine: straight above, (radius / height)². The camera sees so little of
+/// it that this holds to 2e-4 everywhere.
 constexpr const char* floor_and_lamp = R"usda(#usda 1.0
 (
     upAxis = "Y"
@@ -215,15 +240,27 @@ struct Rendered {
     uint64_t least = 0, most = 0;
 };
 
-Rendered render_by_bsdf(const integrator::World& world, const film::LayerSet& layers, uint64_t seed, bool is_adaptive) {
+Rendered render_by_bsdf(const integrator::World& world,
+                        const film::LayerSet& layers,
+                        uint64_t seed,
+                        bool is_adaptive) {
     constexpr int side = 32;
-    const integrator::PathTracer tracer(world, layers, {.seed = seed, .max_depth = 1, .estimator = {.light_sampling = integrator::LightSampling::Bsdf}});
+    const integrator::PathTracer tracer(
+        world, layers,
+        {.seed = seed,
+         .max_depth = 1,
+         .estimator = {.light_sampling = integrator::LightSampling::Bsdf}});
     integrator::RenderOptions options;
     options.mode = integrator::RenderMode::Tile;
     options.end_sample = 64;
     options.adaptive = is_adaptive;
     film::Film film({0, 0, side, side}, layers);
-    integrator::run_schedule(film, options, [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); }, {});
+    integrator::run_schedule(
+        film, options,
+        [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) {
+            tracer.trace(x, y, s, out, counts);
+        },
+        {});
     const std::vector<float> rgba = film.snapshot().rgba;
     const film::NoiseEstimate noise = film.noise();
     Rendered r{0, noise.samples_min, noise.samples_max};
@@ -237,10 +274,13 @@ Rendered render_by_bsdf(const integrator::World& world, const film::LayerSet& la
 TEST(H46RareLamps, ALampThatPathsMeetByChance) {
     scene::Scene scene = scene_from_usda(floor_and_lamp, 32, 32);
     Diagnostics diagnostics;
-    const integrator::World world(scene, {.width = 32, .height = 32, .compensate_mis = false}, {}, diagnostics);
+    const integrator::World world(scene, {.width = 32, .height = 32, .compensate_mis = false}, {},
+                                  diagnostics);
     film::LayerSet layers;
-    layers.matrix_layers = layers.shadow_layers = layers.bounce_layers = layers.group_layers = layers.data_layers = false;
-    for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+    layers.matrix_layers = layers.shadow_layers = layers.bounce_layers = layers.group_layers =
+        layers.data_layers = false;
+    for (const scene::LightGroup& g : scene.groups)
+        layers.groups.push_back({g.name, g.prims, g.is_environment});
     Mean placed, fixed;
     constexpr double truth = 0.5 * (4 + 400 * chance);
     Rendered last;
@@ -249,10 +289,15 @@ TEST(H46RareLamps, ALampThatPathsMeetByChance) {
         placed.add(last.mean);
         if (seed < 30) fixed.add(render_by_bsdf(world, layers, seed, false).mean);
     }
-    fmt::print("{} to {} samples; off by {:+.3f} % (detectable {:.3f} %), fixed {:+.3f} % ({:.3f} %)\n", last.least, last.most, 100 * (placed.value() / truth - 1), 100 * placed.detectable() / truth,
-               100 * (fixed.value() / truth - 1), 100 * fixed.detectable() / truth);
+    fmt::print(
+        "{} to {} samples; off by {:+.3f} % (detectable {:.3f} %), fixed {:+.3f} % ({:.3f} %)\n",
+        last.least, last.most, 100 * (placed.value() / truth - 1),
+        100 * placed.detectable() / truth, 100 * (fixed.value() / truth - 1),
+        100 * fixed.detectable() / truth);
     EXPECT_GT(last.most, 2 * last.least);
-    hardcase::expect_within({"a lamp that paths meet by chance: mean of placed samples, relative", std::abs(placed.value() / truth - 1), bound, placed.detectable() / truth, "closed form"});
+    hardcase::expect_within({"a lamp that paths meet by chance: mean of placed samples, relative",
+                             std::abs(placed.value() / truth - 1), bound,
+                             placed.detectable() / truth, "closed form"});
     EXPECT_NEAR(placed.value(), truth, 2.58 * placed.error());
     EXPECT_NEAR(fixed.value(), truth, 2.58 * fixed.error());
 }

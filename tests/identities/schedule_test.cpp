@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// One picture, however it was made: mode, threads, tile size and order of passes leave every bit alone.
-#include <gtest/gtest.h>
-
+// One picture, however it was made: mode, threads, tile size and order of passes leave every bit
+// alone.
 #include "integrator/schedule.h"
+
 #include "usd_render.h"
+
+#include <gtest/gtest.h>
 
 namespace velatura::test {
 
@@ -23,11 +25,14 @@ integrator::RenderOptions options_of(integrator::RenderMode mode, int tile_size)
 TEST(Schedule, ModesThreadsAndTilesGiveTheSameBits) {
     // Wider than any of the tiles
     const scene::Scene scene = scene_from_usda(room_usda(), 72, 34);
-    const uint64_t expected = fingerprint(render_scene(scene, options_of(integrator::RenderMode::Tile, 16), 1));
-    for (const integrator::RenderMode mode : {integrator::RenderMode::Tile, integrator::RenderMode::Progressive}) {
+    const uint64_t expected =
+        fingerprint(render_scene(scene, options_of(integrator::RenderMode::Tile, 16), 1));
+    for (const integrator::RenderMode mode :
+         {integrator::RenderMode::Tile, integrator::RenderMode::Progressive}) {
         for (const int threads : {1, 2, 3, 7}) {
             for (const int tile : {8, 16, 33, 64}) {
-                EXPECT_EQ(fingerprint(render_scene(scene, options_of(mode, tile), threads)), expected)
+                EXPECT_EQ(fingerprint(render_scene(scene, options_of(mode, tile), threads)),
+                          expected)
                     << "mode " << int(mode) << ", threads " << threads << ", tile " << tile;
             }
         }
@@ -39,7 +44,8 @@ TEST(Schedule, QualitiesOfTheTreeGiveTheSameBits) {
     const integrator::RenderOptions options = options_of(integrator::RenderMode::Tile, 16);
     const uint64_t expected = fingerprint(render_scene(scene, options));
     for (const accel::BvhQuality quality : {accel::BvhQuality::Fast, accel::BvhQuality::High}) {
-        EXPECT_EQ(fingerprint(render_scene(scene, options, RenderSetup{.bvh_quality = quality})), expected)
+        EXPECT_EQ(fingerprint(render_scene(scene, options, RenderSetup{.bvh_quality = quality})),
+                  expected)
             << accel::name_of(quality);
     }
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A picture whose paths divide is the same picture with other noise, layer by layer, and one picture however it is made.
-#include "integrator/branch_trial.h"
-
+// A picture whose paths divide is the same picture with other noise, layer by layer, and one
+// picture however it is made.
 #include "base/tasks.h"
+#include "integrator/branch_trial.h"
 #include "integrator/world.h"
 #include "usd_render.h"
 
@@ -25,7 +25,8 @@ integrator::RenderOptions options_of(uint64_t samples, uint64_t seed = 3) {
     return options;
 }
 
-/// A small lamp behind the camera and a wall that is lit by it alone, or also by the room around them.
+/// A small lamp behind the camera and a wall that is lit by it alone, or also by the room around
+/// them.
 std::string wall_usda(bool is_room) {
     const std::string room = R"usda(
 def Sphere "Room" {
@@ -57,33 +58,43 @@ def SphereLight "Lamp" {
 )usda" + (is_room ? room : "");
 }
 
-integrator::BranchTrial trial_of(const scene::Scene& scene, int threads = 0, std::optional<film::Window> window = {}) {
+integrator::BranchTrial trial_of(const scene::Scene& scene,
+                                 int threads = 0,
+                                 std::optional<film::Window> window = {}) {
     const ThreadLimit limit(threads);
     Diagnostics diagnostics;
-    const integrator::World world(scene, {.width = scene.settings.width, .height = scene.settings.height}, {}, diagnostics);
-    return integrator::try_branches(world, {.seed = 1}, window.value_or(film::Window{0, 0, scene.settings.width, scene.settings.height}));
+    const integrator::World world(
+        scene, {.width = scene.settings.width, .height = scene.settings.height}, {}, diagnostics);
+    return integrator::try_branches(
+        world, {.seed = 1},
+        window.value_or(film::Window{0, 0, scene.settings.width, scene.settings.height}));
 }
 
 }  // namespace
 
 TEST(Splitting, IntoOneBranchChangesNoBit) {
     const scene::Scene scene = scene_from_usda(room_usda(), 24, 20);
-    EXPECT_NE(fingerprint(render_scene(scene, options_of(8), {.branches = 1})), fingerprint(render_scene(scene, options_of(8), {.branches = 2})));
+    EXPECT_NE(fingerprint(render_scene(scene, options_of(8), {.branches = 1})),
+              fingerprint(render_scene(scene, options_of(8), {.branches = 2})));
     Diagnostics diagnostics;
-    EXPECT_EQ(fingerprint(render_scene(scene, options_of(8), {.branches = 1})), fingerprint(render_scene(scene, options_of(8))));
+    EXPECT_EQ(fingerprint(render_scene(scene, options_of(8), {.branches = 1})),
+              fingerprint(render_scene(scene, options_of(8))));
 }
 
 // Every accumulator of the film: bounces, groups, their cells, unoccluded light, halves.
 TEST(Splitting, KeepsTheMeanOfEveryLayer) {
     const scene::Scene scene = scene_from_usda(room_usda(), 20, 16);
     constexpr int runs = 24;
+
     struct Sums {
         std::vector<double> sum, squares;
     };
+
     const auto measure = [&](uint32_t branches, uint64_t first_seed) {
         Sums sums;
         for (int run = 0; run < runs; ++run) {
-            const film::Film film = render_scene(scene, options_of(16, first_seed + uint64_t(run)), {.branches = branches});
+            const film::Film film = render_scene(scene, options_of(16, first_seed + uint64_t(run)),
+                                                 {.branches = branches});
             const uint32_t count = film.sums().table().total_count();
             sums.sum.resize(count);
             sums.squares.resize(count);
@@ -105,7 +116,9 @@ TEST(Splitting, KeepsTheMeanOfEveryLayer) {
     double largest = 0, widest = 0, worst_z = 0;
     for (size_t a = 0; a < one.sum.size(); ++a) {
         const double mean_1 = one.sum[a] / runs, mean_4 = four.sum[a] / runs;
-        const double variance = (one.squares[a] / runs - mean_1 * mean_1 + four.squares[a] / runs - mean_4 * mean_4) / (runs - 1);
+        const double variance =
+            (one.squares[a] / runs - mean_1 * mean_1 + four.squares[a] / runs - mean_4 * mean_4) /
+            (runs - 1);
         if (!(variance > 0)) {
             EXPECT_DOUBLE_EQ(mean_1, mean_4);
             continue;
@@ -116,7 +129,8 @@ TEST(Splitting, KeepsTheMeanOfEveryLayer) {
         largest = std::max(largest, mean_1);
         widest = std::max(widest, 5 * std::sqrt(variance));
     }
-    std::printf("%zu accumulators, worst |z| %.2f, detectable %.2f %% of the brightest\n", one.sum.size(), worst_z, 100 * widest / largest);
+    std::printf("%zu accumulators, worst |z| %.2f, detectable %.2f %% of the brightest\n",
+                one.sum.size(), worst_z, 100 * widest / largest);
 }
 
 TEST(Splitting, TilesThreadsPartsAndCropsGiveTheSameBits) {
@@ -147,7 +161,9 @@ TEST(Splitting, IsTriedNearWhatIsRenderedAlone) {
     const scene::Scene scene = scene_from_usda(room_usda(), 150, 110);
     const integrator::BranchTrial whole = trial_of(scene);
     EXPECT_GT(whole.map.mean(), 1.1);
-    for (const film::Window& window : {film::Window{70, 50, 75, 85}, film::Window{0, 0, 1, 1}, film::Window{149, 109, 150, 110}, film::Window{-30, 100, 9, 200}}) {
+    for (const film::Window& window :
+         {film::Window{70, 50, 75, 85}, film::Window{0, 0, 1, 1}, film::Window{149, 109, 150, 110},
+          film::Window{-30, 100, 9, 200}}) {
         const integrator::BranchTrial part = trial_of(scene, 0, window);
         EXPECT_LT(part.rays.paths, whole.rays.paths / 3);
         double sum = 0;
@@ -165,16 +181,20 @@ TEST(Splitting, IsTriedNearWhatIsRenderedAlone) {
 TEST(Splitting, GoesOnBesideThePicture) {
     const integrator::BranchMap map(2, {1, 2, 4, 2, 4, 1});
     for (int y = -40; y < 80; ++y) {
-        for (int x = -40; x < 80; ++x) ASSERT_EQ(map.at(x, y), map.at(std::clamp(x, 0, 31), std::clamp(y, 0, 47))) << x << " " << y;
+        for (int x = -40; x < 80; ++x)
+            ASSERT_EQ(map.at(x, y), map.at(std::clamp(x, 0, 31), std::clamp(y, 0, 47)))
+                << x << " " << y;
     }
     EXPECT_EQ(integrator::BranchMap(2).at(-100, 1000), 2u);
     const scene::Scene scene = scene_from_usda(room_usda(), 20, 16);
-    const film::Film film = render_scene(scene, options_of(2), {.window = film::Window{-70, -60, 90, 70}, .branches = 0});
+    const film::Film film = render_scene(scene, options_of(2),
+                                         {.window = film::Window{-70, -60, 90, 70}, .branches = 0});
     EXPECT_EQ(film.sums().total(-60, 0, image::AccumulatorTable::coverage).z, 2.0);
 }
 
 TEST(Splitting, IsChosenWhereIndirectLightMakesTheNoise) {
-    const integrator::BranchTrial alone = trial_of(scene_from_usda(wall_usda(false), 64, 48)), room = trial_of(scene_from_usda(wall_usda(true), 64, 48));
+    const integrator::BranchTrial alone = trial_of(scene_from_usda(wall_usda(false), 64, 48)),
+                                  room = trial_of(scene_from_usda(wall_usda(true), 64, 48));
     std::printf("mean branches: wall %.2f, room %.2f\n", alone.map.mean(), room.map.mean());
     EXPECT_LT(alone.map.mean(), 1.5);
     EXPECT_GT(room.map.mean(), 1.9);
@@ -195,7 +215,8 @@ TEST(Splitting, LowersTheErrorForItsTime) {
         constexpr int runs = 16;
         std::vector<double> sum, squares;
         for (int run = 0; run < runs; ++run) {
-            const std::vector<double> picture = beauty(render_scene(scene, options_of(16, uint64_t(run)), {.branches = branches}));
+            const std::vector<double> picture =
+                beauty(render_scene(scene, options_of(16, uint64_t(run)), {.branches = branches}));
             sum.resize(picture.size());
             squares.resize(picture.size());
             for (size_t i = 0; i < picture.size(); ++i) {
@@ -204,7 +225,8 @@ TEST(Splitting, LowersTheErrorForItsTime) {
             }
         }
         double total = 0;
-        for (size_t i = 0; i < sum.size(); ++i) total += (squares[i] - sum[i] * sum[i]) / (sum[i] * sum[i] + 0.01);
+        for (size_t i = 0; i < sum.size(); ++i)
+            total += (squares[i] - sum[i] * sum[i]) / (sum[i] * sum[i] + 0.01);
         return total;
     };
     // Four branches cost less than four times as much

@@ -1,16 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usd_render.h"
 
-#include <bit>
-#include <cmath>
-#include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <unistd.h>
-
 #include "base/atomic_file.h"
 #include "base/hash.h"
 #include "base/tasks.h"
@@ -23,6 +13,16 @@
 #include "translate/translate.h"
 #include "usd/stage/stage.h"
 
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+
 namespace velatura::test {
 
 namespace {
@@ -32,12 +32,19 @@ class NamedGrids final : public media::VolumeSource {
   public:
     Result<scene::VoxelGrid> read(const media::GridRequest& request) const override {
         if (request.grid == "ball" && request.kind != scene::GridKind::Densities) {
-            const auto distance = [](int x, int y, int z) { return 0.1f * (Vec3(float(x), float(y), float(z)) - Vec3(9.3f)).length() - 0.7f; };
+            const auto distance = [](int x, int y, int z) {
+                return 0.1f * (Vec3(float(x), float(y), float(z)) - Vec3(9.3f)).length() - 0.7f;
+            };
             return media::make_voxel_grid(scene::Vec3i(20), 0.1f, distance, 0.3f, true);
         }
-        if (request.grid != "waves" && request.grid != "zeros") return Error{"volume-grid", "no such grid"};
-        const auto wave = [](int x, int y, int z) { return 1.0f + std::sin(0.4f * float(x) + 0.7f * float(y) + 0.9f * float(z)); };
-        return media::make_voxel_grid(scene::Vec3i(20), 0.1f, [&](int x, int y, int z) { return request.grid == "waves" ? wave(x, y, z) : 0.0f; });
+        if (request.grid != "waves" && request.grid != "zeros")
+            return Error{"volume-grid", "no such grid"};
+        const auto wave = [](int x, int y, int z) {
+            return 1.0f + std::sin(0.4f * float(x) + 0.7f * float(y) + 0.9f * float(z));
+        };
+        return media::make_voxel_grid(scene::Vec3i(20), 0.1f, [&](int x, int y, int z) {
+            return request.grid == "waves" ? wave(x, y, z) : 0.0f;
+        });
     }
 };
 
@@ -51,13 +58,20 @@ void replace(std::string& text, const std::string& what, const std::string& by) 
 
 scene::Scene scene_from_usda(const std::string& text, int width, int height, bool finds_casters) {
     static int counter = 0;
-    const std::string path = (std::filesystem::temp_directory_path() / fmt::format("velatura_identity_{}_{}.usda", ::getpid(), counter++)).string();
+    const std::string path = (std::filesystem::temp_directory_path() /
+                              fmt::format("velatura_identity_{}_{}.usda", ::getpid(), counter++))
+                                 .string();
     const Result<void> written = write_file_atomically(path, text);
     VELATURA_CHECK(written.has_value(), "cannot write a temporary scene");
     // For lights with a profile; the same whoever writes it
     const auto lamp = std::filesystem::temp_directory_path() / "velatura_identity_lamp.ies";
     if (!std::filesystem::exists(lamp))
-        VELATURA_CHECK(write_file_atomically(lamp.string(), "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 1 1 2 0 0 0\n1 1 10\n0 90 180\n0\n3 1 0.5\n").has_value(), "cannot write a profile");
+        VELATURA_CHECK(
+            write_file_atomically(
+                lamp.string(),
+                "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 1 1 2 0 0 0\n1 1 10\n0 90 180\n0\n3 1 0.5\n")
+                .has_value(),
+            "cannot write a profile");
     Diagnostics diagnostics;
     Result<usd::stage::Stage> stage = usd::stage::Stage::open(path, {}, diagnostics);
     std::filesystem::remove(path);
@@ -76,33 +90,52 @@ scene::Scene scene_from_usda(const std::string& text, int width, int height, boo
     return std::move(*scene);
 }
 
-film::Film render_scene(const scene::Scene& scene, const integrator::RenderOptions& options, const RenderSetup& setup) {
+film::Film render_scene(const scene::Scene& scene,
+                        const integrator::RenderOptions& options,
+                        const RenderSetup& setup) {
     const ThreadLimit limit(setup.threads);
     Diagnostics diagnostics;
     film::LayerSet layers;
     layers.last_bounce = 3;
     layers.matrix_layers = layers.shadow_layers = layers.halves = true;
-    for (const scene::LightGroup& g : scene.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+    for (const scene::LightGroup& g : scene.groups)
+        layers.groups.push_back({g.name, g.prims, g.is_environment});
     layers.caster_layers = !scene.casters.list.empty();
     for (const scene::Caster& c : scene.casters.list) layers.casters.push_back({c.name, c.prim});
-    const integrator::World world(scene, {.width = scene.settings.width, .height = scene.settings.height, .light_selection = setup.light_selection, .bvh_quality = setup.bvh_quality, .forced = setup.forced}, {}, diagnostics);
-    film::Film film(setup.window.value_or(film::Window{0, 0, scene.settings.width, scene.settings.height}), layers);
-    const std::unique_ptr<const integrator::CausticSampler> caustics = integrator::make_caustic_sampler(setup.caustics, world);
+    const integrator::World world(scene,
+                                  {.width = scene.settings.width,
+                                   .height = scene.settings.height,
+                                   .light_selection = setup.light_selection,
+                                   .bvh_quality = setup.bvh_quality,
+                                   .forced = setup.forced},
+                                  {}, diagnostics);
+    film::Film film(
+        setup.window.value_or(film::Window{0, 0, scene.settings.width, scene.settings.height}),
+        layers);
+    const std::unique_ptr<const integrator::CausticSampler> caustics =
+        integrator::make_caustic_sampler(setup.caustics, world);
     std::vector<uint64_t> ends = setup.sample_splits;
     ends.push_back(options.end_sample);
     integrator::RenderOptions part = options;
     for (const uint64_t end : ends) {
         part.end_sample = end;
-        const integrator::GuideTraining training = integrator::train_guide(world, {.seed = options.seed, .caustics = caustics.get()}, setup.guiding);
-        integrator::PathTracerOptions tracer_options{.seed = options.seed, .max_depth = options.max_depth, .sampler = setup.sampler, .caustics = caustics.get()};
+        const integrator::GuideTraining training = integrator::train_guide(
+            world, {.seed = options.seed, .caustics = caustics.get()}, setup.guiding);
+        integrator::PathTracerOptions tracer_options{.seed = options.seed,
+                                                     .max_depth = options.max_depth,
+                                                     .sampler = setup.sampler,
+                                                     .caustics = caustics.get()};
         if (training.is_used) tracer_options.guide = &training.field;
         integrator::BranchMap branches(setup.branches);
-        if (setup.branches == 0) branches = integrator::try_branches(world, tracer_options, film.window()).map;
+        if (setup.branches == 0)
+            branches = integrator::try_branches(world, tracer_options, film.window()).map;
         tracer_options.branches = &branches;
         const integrator::PathTracer tracer(world, layers, tracer_options);
         const integrator::RenderResult result = integrator::run_schedule(
             film, part,
-            [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); }, {});
+            [&](int x, int y, uint64_t s, film::SampleRadiance& out,
+                integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); },
+            {});
         if (setup.counts) *setup.counts += result.rays;
         part.first_sample = end;
     }
@@ -117,7 +150,8 @@ uint64_t fingerprint(const film::Film& film) {
         for (int x = film.window().x0; x < film.window().x1; ++x) {
             for (uint32_t a = 0; a < table.total_count(); ++a) {
                 const image::Triple t = film.sums().total(x, y, a);
-                for (const double v : {t.x, t.y, t.z}) h = hash_combine(h, std::bit_cast<uint64_t>(v + 0.0));
+                for (const double v : {t.x, t.y, t.z})
+                    h = hash_combine(h, std::bit_cast<uint64_t>(v + 0.0));
             }
         }
     }
@@ -187,7 +221,8 @@ def Xform "Root"
     {
         int[] faceVertexCounts = [4]
         int[] faceVertexIndices = [0, 1, 2, 3]
-        point3f[] points = [(-2.75, 1, -2.5), (-2.75, 1, -1.5), (-2.5, 2.5, -1.5), (-2.5, 2.5, -2.5)]
+        point3f[] points = [(-2.75, 1, -2.5), (-2.75, 1, -1.5), (-2.5, 2.5, -1.5), (-2.5, 2.5,
+            -2.5)]
         uniform token subdivisionScheme = "none"
         rel material:binding = </Root/Glow>
     }

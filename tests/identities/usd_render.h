@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "accel/bvh.h"
 #include "film/film.h"
 #include "integrator/caustics.h"
@@ -16,11 +11,20 @@
 #include "sampling/sampler.h"
 #include "scene/scene.h"
 
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
 namespace velatura::test {
 
-/// Composes a .usda text and translates it; test failures for every diagnostic of severity error. Grids of volumes are read
-/// from no file: fieldName `waves` is smoke of 20 voxels of 0.1 each way, `zeros` as much of nothing.
-scene::Scene scene_from_usda(const std::string& text, int width = 32, int height = 24, bool finds_casters = false);
+/// Composes a .usda text and translates it; test failures for every diagnostic of severity error.
+/// Grids of volumes are read from no file: fieldName `waves` is smoke of 20 voxels of 0.1 each way,
+/// `zeros` as much of nothing.
+scene::Scene scene_from_usda(const std::string& text,
+                             int width = 32,
+                             int height = 24,
+                             bool finds_casters = false);
 
 /// What a render may differ in without another picture, whether it is guided, how its paths divide
 /// and how caustics are found.
@@ -28,21 +32,26 @@ struct RenderSetup {
     int threads = 0;
     integrator::Guiding guiding = integrator::Guiding::Off;
     std::optional<film::Window> window = {};  ///< the whole picture if not given
-    std::vector<uint64_t> sample_splits = {};  ///< rendered in parts that begin here, each on its own
+    std::vector<uint64_t> sample_splits =
+        {};  ///< rendered in parts that begin here, each on its own
     integrator::Caustics caustics = integrator::Caustics::Path;
     /// Branches of every path; 0 = as many as trial paths say.
     uint32_t branches = 1;
     accel::BvhQuality bvh_quality = accel::BvhQuality::Balanced;
-    scene::EffectSet forced = {};  ///< effects that run without being called for
+    scene::EffectSet forced = {};             ///< effects that run without being called for
     integrator::RayCounts* counts = nullptr;  ///< receives what was traced for the picture
     lights::SelectionKind light_selection = lights::SelectionKind::Tree;
     sampling::SamplerKind sampler = sampling::SamplerKind::Sobol;
 };
 
 /// Renders all light layers of a scene at its own resolution.
-film::Film render_scene(const scene::Scene& scene, const integrator::RenderOptions& options, const RenderSetup& setup);
+film::Film render_scene(const scene::Scene& scene,
+                        const integrator::RenderOptions& options,
+                        const RenderSetup& setup);
 
-inline film::Film render_scene(const scene::Scene& scene, const integrator::RenderOptions& options, int threads = 0) {
+inline film::Film render_scene(const scene::Scene& scene,
+                               const integrator::RenderOptions& options,
+                               int threads = 0) {
     return render_scene(scene, options, RenderSetup{.threads = threads});
 }
 
@@ -52,11 +61,13 @@ uint64_t fingerprint(const film::Film& film);
 /// The beauty, channel by channel, row by row.
 std::vector<double> beauty(const film::Film& film);
 
-/// A small room: matte floor and walls, glossy ball, metal cube, glass ball, three kinds of light and a dome; 6 units
-/// wide, authored around the origin. `root_ops` are xformOp lines on the root prim that holds everything, camera included.
+/// A small room: matte floor and walls, glossy ball, metal cube, glass ball, three kinds of light
+/// and a dome; 6 units wide, authored around the origin. `root_ops` are xformOp lines on the root
+/// prim that holds everything, camera included.
 std::string room_usda(const std::string& root_ops = "");
 
-/// The same with lights so large and a metal so rough that there are no rare bright paths, by which little could be told.
+/// The same with lights so large and a metal so rough that there are no rare bright paths, by which
+/// little could be told.
 std::string soft_room();
 
 }  // namespace velatura::test

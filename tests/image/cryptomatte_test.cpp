@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/cryptomatte.h"
+
 #include "hard_case.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +35,9 @@ Image forest() {
     return image;
 }
 
-Result<std::vector<float>> matte_of(const Image& image, const char* layer, const std::vector<std::string>& patterns) {
+Result<std::vector<float>> matte_of(const Image& image,
+                                    const char* layer,
+                                    const std::vector<std::string>& patterns) {
     const auto mattes = cryptomattes_of(image);
     const auto found = find_matte(mattes, layer);
     if (!found) return found.error();
@@ -93,7 +96,9 @@ TEST(Cryptomatte, SaysWhatItDoesNotKnow) {
     EXPECT_NE(name.error().message.find("(did you mean '/Set/Rock'?)"), std::string::npos)
         << name.error().message;
     const std::vector<std::string> leaf = {"Treehuose"};
-    EXPECT_NE(matte_of(image, "object", leaf).error().message.find("'*/Treehouse'"), std::string::npos) << matte_of(image, "object", leaf).error().message;
+    EXPECT_NE(matte_of(image, "object", leaf).error().message.find("'*/Treehouse'"),
+              std::string::npos)
+        << matte_of(image, "object", leaf).error().message;
     const auto layer = matte_of(image, "material", wrong);
     ASSERT_FALSE(layer.has_value());
     EXPECT_EQ(layer.error().code, "matte-layer");
@@ -116,7 +121,8 @@ TEST(Cryptomatte, ReadsFilesWithoutAManifestByHash) {
 
 TEST(Cryptomatte, KeepsHostileNames) {
     Cryptomatte written{"CryptoMaterial", {}};
-    for (const char* name : {"", "/a \"b\" \\c", "/\xc3\xa4\xe6\x9c\xa8/\xf0\x9f\x8c\xb3", "/x\ny\t\x01", "{\"a\":1}"})
+    for (const char* name :
+         {"", "/a \"b\" \\c", "/\xc3\xa4\xe6\x9c\xa8/\xf0\x9f\x8c\xb3", "/x\ny\t\x01", "{\"a\":1}"})
         written.names.push_back({name, matte_id(name)});
     Image image;
     describe_cryptomatte(written, image.attributes);

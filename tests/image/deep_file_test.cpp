@@ -18,7 +18,8 @@ DeepImage some_deep_image() {
     image.data = {2, 1, 5, 3};
     image.display = {0, 0, 6, 4};
     image.counts = {0, 2, 1, 0, 0, 3};
-    for (int i = 0; i < 6; ++i) image.samples.push_back({float(i), float(i) + 0.5f, 0.25f, 1.0f, 2.0f, float(-i)});
+    for (int i = 0; i < 6; ++i)
+        image.samples.push_back({float(i), float(i) + 0.5f, 0.25f, 1.0f, 2.0f, float(-i)});
     return image;
 }
 
@@ -28,9 +29,14 @@ TEST(DeepFile, KeepsSamplesAndAttributesOfEveryKind) {
     DeepImage image = some_deep_image();
     Matrix44 matrix{};
     for (size_t i = 0; i < matrix.size(); ++i) matrix[i] = float(i);
-    image.attributes = {{"software", std::string("velatura")}, {"number", 7}, {"part", 0.5f}, {"framesPerSecond", 24.0},
-                        {"centre", std::array<float, 2>{1, 2}}, {"worldToCamera", matrix},
-                        {"chromaticities", Chromaticities{0.64f, 0.33f, 0.3f, 0.6f, 0.15f, 0.06f, 0.3127f, 0.329f}}};
+    image.attributes = {{"software", std::string("velatura")},
+                        {"number", 7},
+                        {"part", 0.5f},
+                        {"framesPerSecond", 24.0},
+                        {"centre", std::array<float, 2>{1, 2}},
+                        {"worldToCamera", matrix},
+                        {"chromaticities",
+                         Chromaticities{0.64f, 0.33f, 0.3f, 0.6f, 0.15f, 0.06f, 0.3127f, 0.329f}}};
     const std::string path = temporary("deep.exr");
     const auto written = write_deep_file(path, image);
     ASSERT_TRUE(written.has_value()) << written.error().message;
@@ -64,7 +70,8 @@ TEST(DeepFile, PixelsThatTheFileCannotHoldAreRefused) {
         ASSERT_TRUE(write_file_atomically(path, bytes).has_value());
         const auto deep = read_deep_file(path);
         ASSERT_FALSE(deep.has_value());
-        EXPECT_NE(deep.error().message.find("cannot hold"), std::string::npos) << deep.error().message;
+        EXPECT_NE(deep.error().message.find("cannot hold"), std::string::npos)
+            << deep.error().message;
     }
 }
 

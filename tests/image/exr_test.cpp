@@ -3,14 +3,13 @@
 
 #include "base/atomic_file.h"
 #include "image/digest.h"
+#include "temporary.h"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
 #include <filesystem>
 #include <set>
-
-#include "temporary.h"
 
 namespace velatura::image {
 namespace {
@@ -78,7 +77,8 @@ TEST(Exr, NoCompressionLosesABit) {
     const Image image = sample_image(2);
     const std::string path = temporary("packed.exr");
     std::set<size_t> sizes;
-    for (const Compression c : {Compression::None, Compression::Rle, Compression::Zips, Compression::Zip, Compression::Piz}) {
+    for (const Compression c : {Compression::None, Compression::Rle, Compression::Zips,
+                                Compression::Zip, Compression::Piz}) {
         ASSERT_TRUE(write_exr(path, image, c).has_value());
         const auto back = read_exr(path);
         ASSERT_TRUE(back.has_value()) << back.error().message;
@@ -102,13 +102,15 @@ TEST(Exr, SaysWhatIsWrongWithBadFiles) {
 }
 
 TEST(Exr, TakesNoRowsFromTilesOfAPartOfScanlines) {
-    // A text of nine bytes, to be overwritten by an attribute `tiles` of the same size; OpenEXR checks it in parts of tiles alone
+    // A text of nine bytes, to be overwritten by an attribute `tiles` of the same size; OpenEXR
+    // checks it in parts of tiles alone
     Image image = sample_image(1);
     image.attributes["padding"] = std::string("123456789");
     const std::string path = temporary("tiles.exr");
     ASSERT_TRUE(write_exr(path, image).has_value());
     std::string bytes = *read_file(path);
-    const std::string text("padding\0string\0\x09\0\0\0", 19), tiles("tiles\0tiledesc\0\x09\0\0\0", 19);
+    const std::string text("padding\0string\0\x09\0\0\0", 19),
+        tiles("tiles\0tiledesc\0\x09\0\0\0", 19);
     const size_t at = bytes.find(text);
     ASSERT_NE(at, std::string::npos);
     for (const uint32_t side : {0u, 1u, 0x80000000u, 0xffffffffu}) {

@@ -7,11 +7,11 @@
 #include "temporary.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cmath>
 #include <filesystem>
 #include <latch>
-#include <sys/stat.h>
 #include <thread>
 
 namespace velatura::image {
@@ -102,11 +102,13 @@ TEST_F(ReadRgbImage, RefusesWhatIsMissingTooLargeOrNoImage) {
               "image-too-large");
 }
 
-/// A pipe without a writer would be waited for, a device may never end, and some formats are made from their name alone.
+/// A pipe without a writer would be waited for, a device may never end, and some formats are made
+/// from their name alone.
 TEST_F(ReadRgbImage, RefusesWhatIsNoRegularFile) {
     const std::string pipe = temporary("pipe.png");
     ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
-    for (const std::string& name : {pipe, std::string("/dev/zero"), std::string("/dev"), temporary("made.null?RES=16x16")}) {
+    for (const std::string& name :
+         {pipe, std::string("/dev/zero"), std::string("/dev"), temporary("made.null?RES=16x16")}) {
         const auto read = read_rgb_image(name);
         ASSERT_FALSE(read.has_value()) << name;
         EXPECT_EQ(read.error().code, "image-open") << name;

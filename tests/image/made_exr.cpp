@@ -18,7 +18,11 @@ namespace {
 
 /// All rows from one row in memory.
 template <class T>
-void add_channels(const std::vector<std::string>& names, Imf::PixelType type, std::vector<T>& row, int x0, Imf::FrameBuffer& buffer) {
+void add_channels(const std::vector<std::string>& names,
+                  Imf::PixelType type,
+                  std::vector<T>& row,
+                  int x0,
+                  Imf::FrameBuffer& buffer) {
     char* const base = reinterpret_cast<char*>(row.data()) - std::ptrdiff_t(sizeof(T)) * x0;
     for (const std::string& name : names) buffer.insert(name, Imf::Slice(type, base, sizeof(T), 0));
 }
@@ -29,11 +33,15 @@ void make_exr(const std::string& path, const std::vector<MadePart>& parts) {
     std::vector<Imf::Header> headers;
     for (const MadePart& part : parts) {
         const Window& w = part.window;
-        Imf::Header header(Imath::Box2i({0, 0}, {63, 63}), Imath::Box2i({w.x0, w.y0}, {w.x1 - 1, w.y1 - 1}));
+        Imf::Header header(Imath::Box2i({0, 0}, {63, 63}),
+                           Imath::Box2i({w.x0, w.y0}, {w.x1 - 1, w.y1 - 1}));
         header.compression() = part.compression;
-        for (const std::string& c : part.halves) header.channels().insert(c, Imf::Channel(Imf::HALF));
-        for (const std::string& c : part.floats) header.channels().insert(c, Imf::Channel(Imf::FLOAT));
-        for (const std::string& c : part.uints) header.channels().insert(c, Imf::Channel(Imf::UINT));
+        for (const std::string& c : part.halves)
+            header.channels().insert(c, Imf::Channel(Imf::HALF));
+        for (const std::string& c : part.floats)
+            header.channels().insert(c, Imf::Channel(Imf::FLOAT));
+        for (const std::string& c : part.uints)
+            header.channels().insert(c, Imf::Channel(Imf::UINT));
         header.setName(part.name);
         header.setType(Imf::SCANLINEIMAGE);
         headers.push_back(std::move(header));

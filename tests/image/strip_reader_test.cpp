@@ -137,7 +137,8 @@ void fill(Image& image, unsigned char seed) {
     for (Part& part : image.parts) {
         for (Channel& c : part.channels) {
             auto* bytes = static_cast<unsigned char*>(c.bytes());
-            for (size_t i = 0; i < c.byte_count(); ++i) bytes[i] = static_cast<unsigned char>((i + seed) % 61);
+            for (size_t i = 0; i < c.byte_count(); ++i)
+                bytes[i] = static_cast<unsigned char>((i + seed) % 61);
         }
     }
 }
@@ -150,7 +151,9 @@ TEST(StripReader, AFileThatWasReplacedIsAnError) {
         const auto read = file.read(places, [](const Strip&) {});
         ASSERT_FALSE(read.has_value()) << how;
         EXPECT_EQ(read.error().code, "io-read");
-        EXPECT_NE(read.error().message.find("replaced.exr: it has changed since it was opened"), std::string::npos) << read.error().message;
+        EXPECT_NE(read.error().message.find("replaced.exr: it has changed since it was opened"),
+                  std::string::npos)
+            << read.error().message;
         EXPECT_EQ(file.read_channel({0, 0}).error().code, "io-read") << how;
         EXPECT_EQ(file.read_all().error().code, "io-read") << how;
     };
@@ -162,7 +165,8 @@ TEST(StripReader, AFileThatWasReplacedIsAnError) {
         Image other = sample_image();
         fill(other, 5);
         if (i == 1) other.parts.pop_back();
-        ASSERT_TRUE(i == 2 ? write_file_atomically(path, "no picture").has_value() : write_image_file(path, other).has_value());
+        ASSERT_TRUE(i == 2 ? write_file_atomically(path, "no picture").has_value()
+                           : write_image_file(path, other).has_value());
         expect_error(*file, "renamed");
     }
     // Written over while it is read: what came before is no longer to be trusted
@@ -172,7 +176,8 @@ TEST(StripReader, AFileThatWasReplacedIsAnError) {
     const std::vector<ChannelPlace> places = {{0, 0}};
     std::once_flag once;
     const auto read = file->read(places, [&](const Strip&) {
-        std::call_once(once, [&] { std::ofstream(path, std::ios::app | std::ios::binary) << "more"; });
+        std::call_once(once,
+                       [&] { std::ofstream(path, std::ios::app | std::ios::binary) << "more"; });
     });
     ASSERT_FALSE(read.has_value());
     EXPECT_EQ(read.error().code, "io-read");
@@ -182,20 +187,28 @@ TEST(StripReader, AFileThatWasReplacedIsAnError) {
     ASSERT_TRUE(kept.has_value());
     Puzzle puzzle(image, places);
     std::once_flag again;
-    ASSERT_TRUE(kept->read(places, [&](const Strip& s) {
-                        puzzle.add(s);
-                        std::call_once(again, [&] { ASSERT_TRUE(write_image_file(path, image).has_value()); });
-                    }, 1).has_value());
+    ASSERT_TRUE(kept->read(
+                        places,
+                        [&](const Strip& s) {
+                            puzzle.add(s);
+                            std::call_once(again, [&] {
+                                ASSERT_TRUE(write_image_file(path, image).has_value());
+                            });
+                        },
+                        1)
+                    .has_value());
     EXPECT_TRUE(puzzle.is_whole());
 }
 
 TEST(StripReader, FilesOfASplitSetHaveTheirChannelsToThemselves) {
     const std::string folder = temporary("twice");
     std::filesystem::create_directories(folder);
-    const auto write = [&](const std::string& name, const std::vector<std::string>& parts, const std::string& split) {
+    const auto write = [&](const std::string& name, const std::vector<std::string>& parts,
+                           const std::string& split) {
         Image image;
         image.data = image.display = {0, 0, 3, 2};
-        for (const std::string& c : parts) image.parts.push_back({c, {Channel::make(c + ".R", ChannelType::Half, 6)}, {}});
+        for (const std::string& c : parts)
+            image.parts.push_back({c, {Channel::make(c + ".R", ChannelType::Half, 6)}, {}});
         if (!split.empty()) image.attributes["velatura/split"] = split;
         ASSERT_TRUE(write_exr(folder + "/" + name, image).has_value());
     };
@@ -203,16 +216,19 @@ TEST(StripReader, FilesOfASplitSetHaveTheirChannelsToThemselves) {
     write("b.exr", {"b"}, "");
     write("again.exr", {"a"}, "");
     write("two.exr", {"c", "d"}, "");
+
     const struct {
         const char* split;
         const char* why;
     } cases[] = {
         {R"({"a": "a.exr", "b": "b.exr"})", nullptr},
-        {R"({"a": "a.exr", "b": "again.exr"})", "again.exr: another file of the layout has channel a.R"},
+        {R"({"a": "a.exr", "b": "again.exr"})",
+         "again.exr: another file of the layout has channel a.R"},
         {R"({"a": "a.exr", "b": "a.exr"})", "a.exr: another file of the layout has channel a.R"},
         {R"({"a": "main.exr"})", "main.exr: another file of the layout has channel rgba.R"},
         {R"({"a": "two.exr"})", "two.exr: a file of a split layout has one part, this one has 2"},
     };
+
     for (const auto& c : cases) {
         write("main.exr", {"rgba"}, c.split);
         const auto file = StripReader::open(folder + "/main.exr");
@@ -245,7 +261,9 @@ TEST(StripReader, OpensNoMoreFilesThanAProcessMayHave) {
         std::vector<ChannelPlace> places;
         for (size_t i = 0; i < layers; ++i) {
             Image one = all;
-            one.parts = {{fmt::format("l{:03}", i), {Channel::make(fmt::format("l{:03}.R", i), ChannelType::Half, 120)}, {}}};
+            one.parts = {{fmt::format("l{:03}", i),
+                          {Channel::make(fmt::format("l{:03}.R", i), ChannelType::Half, 120)},
+                          {}}};
             fill(one, static_cast<unsigned char>(i));
             image.parts.push_back(one.parts[0]);
             places.push_back({i, 0});

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exact sums in a file: they come back as they were, and what cannot be right is refused, even where its digest is.
+// Exact sums in a file: they come back as they were, and what cannot be right is refused, even
+// where its digest is.
 #include "image/sums_part.h"
 
 #include "base/hash.h"
@@ -29,26 +30,36 @@ double number(uint64_t seed, uint64_t i) {
     return double(hash_combine(seed, i) >> 11) * 0x1p-53;
 }
 
-/// Pixels with ranges of several nodes, from other samples on, with no samples; many things in one pixel.
+/// Pixels with ranges of several nodes, from other samples on, with no samples; many things in one
+/// pixel.
 SampleSums some_sums() {
     const LayerSet set = some_set();
     SampleSums sums(window, set);
     for (int y = window.y0; y < window.y1; ++y) {
         for (int x = window.x0; x < window.x1; ++x) {
             const uint64_t i = window.index(x, y), first = i % 3;
-            const PixelRecord record{.first = first, .end = first + i % 12, .prim_id = uint32_t(i), .has_ids = i % 2 == 0, .rate = uint8_t(i % 4)};
+            const PixelRecord record{.first = first,
+                                     .end = first + i % 12,
+                                     .prim_id = uint32_t(i),
+                                     .has_ids = i % 2 == 0,
+                                     .rate = uint8_t(i % 4)};
             const size_t nodes = DyadicRule(first).nodes(first, record.end).size();
             std::vector<NodeSums> list;
-            for (const uint32_t a : {AccumulatorTable::beauty, AccumulatorTable::coverage, sums.table().bounce(1), sums.table().half_of(AccumulatorTable::beauty)}) {
+            for (const uint32_t a :
+                 {AccumulatorTable::beauty, AccumulatorTable::coverage, sums.table().bounce(1),
+                  sums.table().half_of(AccumulatorTable::beauty)}) {
                 NodeSums one{a, {}};
-                for (size_t n = 0; n < nodes; ++n) one.nodes.push_back({number(a, 50 * i + n), 1.0, -number(a + 1, 50 * i + n)});
+                for (size_t n = 0; n < nodes; ++n)
+                    one.nodes.push_back({number(a, 50 * i + n), 1.0, -number(a + 1, 50 * i + n)});
                 list.push_back(std::move(one));
             }
             sums.append(x, y, record, list);
             if (record.end == first) continue;
             std::vector<MatteWeight> things;
             for (uint32_t m = 0; m < i % 20; ++m)
-                things.push_back({uint8_t(m % 2), 7 * m, m % 5 == 0 ? -matte_weight(0.25) : matte_weight(number(m, i) + 0.125)});
+                things.push_back(
+                    {uint8_t(m % 2), 7 * m,
+                     m % 5 == 0 ? -matte_weight(0.25) : matte_weight(number(m, i) + 0.125)});
             join_matte_weights(things);
             sums.mattes()->add(x, y, things);
         }
@@ -104,7 +115,8 @@ TEST(SumsPart, ComesBackAsItWas) {
             ASSERT_EQ(a.rate, b.rate);
             for (const uint32_t accumulator : sums.used_accumulators()) {
                 for (size_t n = 0; n < sums.nodes_of(x, y).size(); ++n)
-                    ASSERT_EQ(sums.node_sum(x, y, accumulator, n), back->node_sum(x, y, accumulator, n));
+                    ASSERT_EQ(sums.node_sum(x, y, accumulator, n),
+                              back->node_sum(x, y, accumulator, n));
             }
             ASSERT_EQ(sums.mattes()->at(x, y), back->mattes()->at(x, y));
         }
@@ -116,29 +128,47 @@ TEST(SumsPart, ComesBackAsItWas) {
 
 TEST(SumsPart, HasTheChannelsOfItsContract) {
     Image image = image_of(some_sums());
-    for (const char* name : {"sums_first", "sums_end", "sums_invalid", "sums_primId", "sums_instanceId", "sums_hasIds", "sums_rate", "sums0_0.x1", "sums1_1.y1", "sums_matte0.kind", "sums_matte18.w1"})
+    for (const char* name :
+         {"sums_first", "sums_end", "sums_invalid", "sums_primId", "sums_instanceId", "sums_hasIds",
+          "sums_rate", "sums0_0.x1", "sums1_1.y1", "sums_matte0.kind", "sums_matte18.w1"})
         EXPECT_NE(image.find(name), nullptr) << name;
 }
 
 TEST(SumsPart, RefusesWhatCannotBe) {
     const auto add = [](const std::string& name) {
-        return [name](Image& image) { image.parts[0].channels.push_back(Channel::make(name, ChannelType::Uint, window.pixel_count())); };
+        return [name](Image& image) {
+            image.parts[0].channels.push_back(
+                Channel::make(name, ChannelType::Uint, window.pixel_count()));
+        };
     };
     const auto drop = [](const std::string& name) {
-        return [name](Image& image) { std::erase_if(image.parts[0].channels, [&](const Channel& c) { return c.name == name; }); };
+        return [name](Image& image) {
+            std::erase_if(image.parts[0].channels,
+                          [&](const Channel& c) { return c.name == name; });
+        };
     };
-    for (const char* name : {"sums_end", "sums_hasIds", "sums_matte0.id", "sums_matte3.w1"}) expect_damaged(name, drop(name));
+    for (const char* name : {"sums_end", "sums_hasIds", "sums_matte0.id", "sums_matte3.w1"})
+        expect_damaged(name, drop(name));
     // Nodes, accumulators and words that there are not, and what is no number at all
-    for (const char* name : {"sums64_0.x0", "sums99999999999_0.x0", "sums0_100000.x0", "sums0_4294967296.x0", "sums0_0.x2", "sums0_0.", "sums0_0", "sums_other", "sums-1_0.x0", "sums", "sums_matte99.kind"})
+    for (const char* name : {"sums64_0.x0", "sums99999999999_0.x0", "sums0_100000.x0",
+                             "sums0_4294967296.x0", "sums0_0.x2", "sums0_0.", "sums0_0",
+                             "sums_other", "sums-1_0.x0", "sums", "sums_matte99.kind"})
         expect_damaged(name, add(name));
     for (const char* name : {"sums_first", "sums_rate", "sums0_0.x1", "sums_matte0.w0"}) {
-        expect_damaged("as floats", [&](Image& image) { channel(image, name).data = std::vector<float>(window.pixel_count()); });
+        expect_damaged("as floats", [&](Image& image) {
+            channel(image, name).data = std::vector<float>(window.pixel_count());
+        });
         expect_damaged("too few", [&](Image& image) { words(image, name).pop_back(); });
     }
-    expect_damaged("an end before the beginning", [](Image& image) { words(image, "sums_end")[40] = 0; words(image, "sums_first")[40] = 1; });
+    expect_damaged("an end before the beginning", [](Image& image) {
+        words(image, "sums_end")[40] = 0;
+        words(image, "sums_first")[40] = 1;
+    });
     // Of a pixel with 15 things and 11 samples
-    expect_damaged("a kind that there is not", [](Image& image) { words(image, "sums_matte0.kind")[35] = 256; });
-    expect_damaged("a weight of too many samples", [](Image& image) { words(image, "sums_matte0.w1")[35] = 0x7fffffff; });
+    expect_damaged("a kind that there is not",
+                   [](Image& image) { words(image, "sums_matte0.kind")[35] = 256; });
+    expect_damaged("a weight of too many samples",
+                   [](Image& image) { words(image, "sums_matte0.w1")[35] = 0x7fffffff; });
     expect_damaged("more of them than fit together", [](Image& image) {
         // Eight times the samples of the pixel each, of sixteen times at most
         for (const char* name : {"sums_matte0.", "sums_matte1."}) {
@@ -147,7 +177,8 @@ TEST(SumsPart, RefusesWhatCannotBe) {
             words(image, name + std::string("w1"))[35] = 2;
         }
     });
-    expect_damaged("a negative one", [](Image& image) { words(image, "sums_matte0.w1")[35] = 0x80000000; });
+    expect_damaged("a negative one",
+                   [](Image& image) { words(image, "sums_matte0.w1")[35] = 0x80000000; });
 }
 
 TEST(SumsPart, CountsOfSamplesAreThoseOfTheRanges) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where further samples go: in proportion, in powers of two, and whatever the pixel itself has seen.
+// Where further samples go: in proportion, in powers of two, and whatever the pixel itself has
+// seen.
 #include "image/top_up.h"
 
 #include "base/atomic_file.h"
@@ -86,15 +87,19 @@ TEST(TopUpPlaces, WhatAPixelHasSeenDoesNotDecideOnItsSamples) {
     const std::vector<uint64_t> present = some_present();
     const auto counts = place_samples(window, priority, present, 120);
     size_t changed = 0;
-    for (const auto& [px, py] : {std::pair(-5, 3), {10, 18}, {11, 19}, {26, 34}, {43, 50}, {90, 66}}) {
+    for (const auto& [px, py] :
+         {std::pair(-5, 3), {10, 18}, {11, 19}, {26, 34}, {43, 50}, {90, 66}}) {
         for (const float factor : {0.0f, 30.0f, 1e30f, std::numeric_limits<float>::infinity()}) {
             std::vector<float> other = priority;
-            for (int y = std::max(py - top_up_reach, window.y0); y <= std::min(py + top_up_reach, window.y1 - 1); ++y) {
-                for (int x = std::max(px - top_up_reach, window.x0); x <= std::min(px + top_up_reach, window.x1 - 1); ++x)
+            for (int y = std::max(py - top_up_reach, window.y0);
+                 y <= std::min(py + top_up_reach, window.y1 - 1); ++y) {
+                for (int x = std::max(px - top_up_reach, window.x0);
+                     x <= std::min(px + top_up_reach, window.x1 - 1); ++x)
                     if (x != px || y != py) other[window.index(x, y)] *= factor;
             }
             const auto others = place_samples(window, other, present, 120);
-            EXPECT_EQ(others[window.index(px, py)], counts[window.index(px, py)]) << px << ", " << py;
+            EXPECT_EQ(others[window.index(px, py)], counts[window.index(px, py)])
+                << px << ", " << py;
             for (size_t i = 0; i < counts.size(); ++i) changed += size_t(others[i] != counts[i]);
         }
     }
@@ -104,7 +109,8 @@ TEST(TopUpPlaces, WhatAPixelHasSeenDoesNotDecideOnItsSamples) {
 TEST(TopUpPlaces, PicturesWithoutNoiseOrNeighboursAreEven) {
     const Window tiny{0, 0, 4, 3};
     const std::vector<float> priority(12, 0.3f);
-    EXPECT_EQ(place_samples(tiny, priority, std::vector<uint64_t>(12, 8), 20), std::vector<uint64_t>(12, 20));
+    EXPECT_EQ(place_samples(tiny, priority, std::vector<uint64_t>(12, 8), 20),
+              std::vector<uint64_t>(12, 20));
     // Nothing to do where nothing is noisy
     const std::vector<float> none(window.pixel_count(), 0.0f);
     const std::vector<uint64_t> present = some_present();
@@ -112,19 +118,26 @@ TEST(TopUpPlaces, PicturesWithoutNoiseOrNeighboursAreEven) {
 }
 
 TEST(TopUpPlaces, NumbersThatAreNoneAddNoSamples) {
-    constexpr float nan = std::numeric_limits<float>::quiet_NaN(), infinite = std::numeric_limits<float>::infinity();
+    constexpr float nan = std::numeric_limits<float>::quiet_NaN(),
+                    infinite = std::numeric_limits<float>::infinity();
     const std::vector<float> priority = some_priority(6);
     const std::vector<uint64_t> present = some_present();
     for (const double mean : {double(nan), -5.0, 0.0, -double(infinite)})
         EXPECT_EQ(place_samples(window, priority, present, mean), present) << mean;
     for (const double mean : {double(infinite), 1e300})
-        EXPECT_EQ(place_samples(window, priority, present, mean), place_samples(window, priority, present, 0xffffffffu)) << mean;
+        EXPECT_EQ(place_samples(window, priority, present, mean),
+                  place_samples(window, priority, present, 0xffffffffu))
+            << mean;
 
-    // Pixels whose priority says nothing stay as they are; so do those that have more than any may get
+    // Pixels whose priority says nothing stay as they are; so do those that have more than any may
+    // get
     std::vector<float> holes = priority;
     std::vector<uint64_t> more = present;
-    for (size_t i = 0; i < holes.size(); i += 5) holes[i] = std::array{nan, infinite, -infinite, -1.0f, 0.0f}[i / 5 % 5];
-    for (size_t i = 2; i < more.size(); i += 5) more[i] = std::array{uint64_t(1) << 20, uint64_t(0xffffffffu), (uint64_t(1) << 31) + 1}[i / 5 % 3];
+    for (size_t i = 0; i < holes.size(); i += 5)
+        holes[i] = std::array{nan, infinite, -infinite, -1.0f, 0.0f}[i / 5 % 5];
+    for (size_t i = 2; i < more.size(); i += 5)
+        more[i] = std::array{uint64_t(1) << 20, uint64_t(0xffffffffu),
+                             (uint64_t(1) << 31) + 1}[i / 5 % 3];
     const auto counts = place_samples(window, holes, more, 1e9);
     const auto few = place_samples(window, holes, more, 40);
     size_t grown = 0;
@@ -169,7 +182,8 @@ TEST(TopUpRequests, DamagedMapsAreErrors) {
     request.window = window;
     request.priority = some_priority(7);
     request.present = some_present();
-    const std::string path = temporary("damaged_map.json"), map_path = temporary("damaged_map.priority.exr");
+    const std::string path = temporary("damaged_map.json"),
+                      map_path = temporary("damaged_map.priority.exr");
     ASSERT_TRUE(write_top_up(path, request).has_value());
     const Image good = *read_exr(map_path);
     ASSERT_EQ(good.parts.size(), 1u);
@@ -179,8 +193,11 @@ TEST(TopUpRequests, DamagedMapsAreErrors) {
         {"no priority", {*good.find("present")}},
         {"no counts", {*good.find("priority")}},
         {"halves", {Channel::make("priority", ChannelType::Half, pixels), *good.find("present")}},
-        {"counts with fractions", {*good.find("priority"), Channel::make("present", ChannelType::Float, pixels)}},
-        {"other names", {Channel::make("a.priority", ChannelType::Float, pixels), Channel::make("a.present", ChannelType::Uint, pixels)}},
+        {"counts with fractions",
+         {*good.find("priority"), Channel::make("present", ChannelType::Float, pixels)}},
+        {"other names",
+         {Channel::make("a.priority", ChannelType::Float, pixels),
+          Channel::make("a.present", ChannelType::Uint, pixels)}},
     };
     for (const auto& [why, channels] : bad) {
         Image map = good;
@@ -189,7 +206,8 @@ TEST(TopUpRequests, DamagedMapsAreErrors) {
         EXPECT_EQ(read_top_up(path).error().code, "bad-request") << why;
     }
     // Parts over other pixels, a file that ends too early, no picture, none at all
-    make_exr(map_path, {{"a", window, {}, {"priority"}, {}}, {"b", {-5, 3, 91, 60}, {}, {}, {"present"}}});
+    make_exr(map_path,
+             {{"a", window, {}, {"priority"}, {}}, {"b", {-5, 3, 91, 60}, {}, {}, {"present"}}});
     EXPECT_EQ(read_top_up(path).error().code, "io-read");
     ASSERT_TRUE(write_exr(map_path, good).has_value());
     const std::string bytes = *read_file(map_path);
@@ -221,8 +239,11 @@ TEST(TopUpRequests, MoreSamplesThanTheMapHasRoomForAreNotWritten) {
 
 TEST(TopUpRequests, DamagedOnesAreErrors) {
     const std::string path = temporary("bad.json");
-    for (const char* text : {"", "[]", "{}", R"({"schema": "velatura.look/1", "controls": []})", R"({"schema": "velatura.topup/1"})",
-                             R"({"schema": "velatura.topup/1", "sceneHash": 1, "settingsHash": "", "samples": 1, "map": "x.exr", "look": {}})"}) {
+    for (const char* text :
+         {"", "[]", "{}", R"({"schema": "velatura.look/1", "controls": []})",
+          R"({"schema": "velatura.topup/1"})",
+          R"({"schema": "velatura.topup/1", "sceneHash": 1, "settingsHash": "", "samples": 1,
+             "map": "x.exr", "look": {}})"}) {
         ASSERT_TRUE(write_file_atomically(path, text).has_value());
         const auto read = read_top_up(path);
         ASSERT_FALSE(read.has_value()) << text;
@@ -230,9 +251,20 @@ TEST(TopUpRequests, DamagedOnesAreErrors) {
     }
     // Nested so deeply that printing it again would take all of the stack
     const std::string deep = std::string(200000, '[') + std::string(200000, ']');
-    ASSERT_TRUE(write_file_atomically(path, R"({"schema": "velatura.topup/1", "sceneHash": "", "settingsHash": "", "samples": 1, "map": "x.exr", "look": )" + deep + "}").has_value());
+    ASSERT_TRUE(
+        write_file_atomically(
+            path,
+            R"({"schema": "velatura.topup/1", "sceneHash": "", "settingsHash": "", "samples": 1,
+                "map": "x.exr", "look": )" +
+                deep + "}")
+            .has_value());
     EXPECT_EQ(read_top_up(path).error().code, "bad-request");
-    ASSERT_TRUE(write_file_atomically(path, R"({"schema": "velatura.topup/1", "sceneHash": "", "settingsHash": "", "samples": 1, "map": "nowhere.exr", "look": {}})").has_value());
+    ASSERT_TRUE(
+        write_file_atomically(
+            path,
+            R"({"schema": "velatura.topup/1", "sceneHash": "", "settingsHash": "", "samples": 1,
+                "map": "nowhere.exr", "look": {}})")
+            .has_value());
     EXPECT_FALSE(read_top_up(path).has_value());
 }
 

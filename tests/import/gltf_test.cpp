@@ -301,7 +301,8 @@ TEST_F(GltfTest, FilesThatAreNoneAreLeftToTheReader) {
 
 TEST_F(GltfTest, NestingTakesNoStack) {
     constexpr size_t depth = 1000000;
-    const std::string bytes = R"({"materials":[{"extras":)" + std::string(depth, '[') + std::string(depth, ']') + "}]}";
+    const std::string bytes =
+        R"({"materials":[{"extras":)" + std::string(depth, '[') + std::string(depth, ']') + "}]}";
     Diagnostics diagnostics;
     EXPECT_FALSE(prepare_gltf(bytes, folder_, diagnostics, {}));
     EXPECT_EQ(diagnostics.warning_count(), 1u);
@@ -310,7 +311,8 @@ TEST_F(GltfTest, NestingTakesNoStack) {
 TEST_F(GltfTest, NamesOfBuffersMayBeNoText) {
     write("\xff.bin", "1234");
     Diagnostics diagnostics;
-    const auto better = prepare_gltf(R"({"buffers":[{"uri":"%ff.bin","byteLength":4}]})", folder_, diagnostics, {});
+    const auto better =
+        prepare_gltf(R"({"buffers":[{"uri":"%ff.bin","byteLength":4}]})", folder_, diagnostics, {});
     ASSERT_TRUE(better);
     EXPECT_FALSE(json::parse(*better, nullptr, false).is_discarded());
 }

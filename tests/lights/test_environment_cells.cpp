@@ -48,7 +48,8 @@ std::vector<double> cell_weights(const EnvironmentImage& image, size_t row) {
     std::vector<double> weights(static_cast<size_t>(width));
     for (size_t column = 0; column < weights.size(); ++column) {
         const size_t right = (column + 1) % size_t(width);
-        weights[column] = share * 0.25 * (above[column] + above[right] + below[column] + below[right]);
+        weights[column] =
+            share * 0.25 * (above[column] + above[right] + below[column] + below[right]);
     }
     return weights;
 }
@@ -91,7 +92,8 @@ Deviations deviations(const EnvironmentImage& image,
             w.mass = hardcase::larger(w.mass, std::abs(probability / ideal - 1.0));
             if (row % density_stride != 0) continue;
             const Vec3d d(sine * across[column].x, cosine, sine * across[column].y);
-            w.density = hardcase::larger(w.density, std::abs(map.pdf(d) * area / probability - 1.0));
+            w.density =
+                hardcase::larger(w.density, std::abs(map.pdf(d) * area / probability - 1.0));
         }
     });
     Deviations result;

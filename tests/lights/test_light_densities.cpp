@@ -3,8 +3,8 @@
 // receivers: near, far, grazing, inside, under affine maps (RIGOR 2.1, H24-H27).
 #include "../sampling/chi_square.h"
 #include "emissive_fixtures.h"
-#include "lights/emitter.h"
 #include "hard_case.h"
+#include "lights/emitter.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ struct Chart {
     std::function<Vec3d(const Vec2d&)> point;  ///< direction for lights at infinity
     std::function<Vec2d(const Vec3d&)> coordinates;
     bool is_infinite = false;
-    bool is_closed = false;  ///< seen on its outside only, unless p is inside
+    bool is_closed = false;         ///< seen on its outside only, unless p is inside
     bool has_hard_outline = false;  ///< the density does not fall to 0 towards it
 
     Vec3d normal(const Vec2d& st) const {
@@ -158,12 +158,17 @@ bool is_inside(const Chart& chart, const Vec3& p) {
     return true;
 }
 
-/// Integral over [a, b] by Gauss and Kronrod's rules of 7 and 15 points, halved where they differ by
-/// more than the tolerance, as they do at outlines. Ref: Piessens et al. 1983, "QUADPACK", QK15.
+/// Integral over [a, b] by Gauss and Kronrod's rules of 7 and 15 points, halved where they differ
+/// by more than the tolerance, as they do at outlines. Ref: Piessens et al. 1983, "QUADPACK", QK15.
 template <typename F>
 double integral(const F& f, double a, double b, double tolerance, int halvings = 40) {
-    constexpr double at[] = {0.0, 0.207784955007898468, 0.405845151377397167, 0.586087235467691130,
-                             0.741531185599394440, 0.864864423359769073, 0.949107912342758525,
+    constexpr double at[] = {0.0,
+                             0.207784955007898468,
+                             0.405845151377397167,
+                             0.586087235467691130,
+                             0.741531185599394440,
+                             0.864864423359769073,
+                             0.949107912342758525,
                              0.991455371120812640};
     constexpr double kronrod[] = {0.209482141084727828, 0.204432940075298892, 0.190350578064785410,
                                   0.169004726639267903, 0.140653259715525919, 0.104790010322250184,
@@ -173,19 +178,21 @@ double integral(const F& f, double a, double b, double tolerance, int halvings =
     const double middle = (a + b) / 2, half = (b - a) / 2;
     double fine = 0, coarse = 0;
     for (int i = 0; i < 8; ++i) {
-        const double both = i == 0 ? f(middle) : f(middle - half * at[i]) + f(middle + half * at[i]);
+        const double both =
+            i == 0 ? f(middle) : f(middle - half * at[i]) + f(middle + half * at[i]);
         fine += kronrod[i] * both;
         coarse += gauss[i] * both;
     }
     // Densities in floats are not smooth beyond their rounding
     const double error = std::abs(fine - coarse), rounding = 1e-6 * std::abs(fine);
-    if (halvings == 0 || error * half <= tolerance || error <= rounding)
-        return fine * half;
-    return integral(f, a, middle, tolerance, halvings - 1) + integral(f, middle, b, tolerance, halvings - 1);
+    if (halvings == 0 || error * half <= tolerance || error <= rounding) return fine * half;
+    return integral(f, a, middle, tolerance, halvings - 1) +
+           integral(f, middle, b, tolerance, halvings - 1);
 }
 
 /// Integral of the density over each cell, from p; their sum to about `tolerance`.
-std::vector<double> masses(const LightSet& lights, LightId id, const Chart& chart, const Vec3& p, double tolerance) {
+std::vector<double> masses(
+    const LightSet& lights, LightId id, const Chart& chart, const Vec3& p, double tolerance) {
     const bool shows_outside_only = chart.is_closed && !is_inside(chart, p);
     const auto density = [&](const Vec2d& st) {
         const Vec3d q = chart.point(st), n = chart.normal(st);
@@ -201,7 +208,11 @@ std::vector<double> masses(const LightSet& lights, LightId id, const Chart& char
     for (int i = 0; i < cells; ++i) {
         for (int j = 0; j < cells; ++j) {
             const auto row = [&](double s) {
-                return integral([&](double t) { return density({s, t}); }, j * side, (j + 1) * side, tolerance);
+                return integral(
+                    [&](double t) {
+                        return density({s, t});
+                    },
+                    j * side, (j + 1) * side, tolerance);
             };
             result.push_back(integral(row, i * side, (i + 1) * side, tolerance * side));
         }
@@ -210,8 +221,8 @@ std::vector<double> masses(const LightSet& lights, LightId id, const Chart& char
 }
 
 /// Share of the samples of a round body of about one unit whose directions pass it by in floats, at
-/// most: half of those within that rounding of its outline, which is as wide as the root of it on the
-/// body.
+/// most: half of those within that rounding of its outline, which is as wide as the root of it on
+/// the body.
 double passed_by(const Chart& chart, const Vec3& p) {
     if (!chart.has_hard_outline) return 0.0;
     const Vec3d v = chart.point({0.5, 0.5}) - Vec3d(p);
@@ -237,8 +248,7 @@ Result compare(const LightSet& lights, LightId id, const Chart& chart, const Vec
         size_t cell = found.size() - 1;
         if (s) {
             const Vec3d wi(s->wi);
-            const Vec3d q =
-                chart.is_infinite ? normalize(wi) : Vec3d(p) + wi * double(s->distance);
+            const Vec3d q = chart.is_infinite ? normalize(wi) : Vec3d(p) + wi * double(s->distance);
             cell = size_t(cell_of(chart.coordinates(q)));
         }
         found[cell] += 1.0;
@@ -343,9 +353,10 @@ TEST(H24Densities, SamplesFollowThemForEveryLightFromEverywhere) {
         EXPECT_GE(r.degrees, 1) << "light " << what;
     }
     hardcase::expect_within(
-        {fmt::format("worst chi-square deviate of {} lights and receivers", results.size()), worst, critical, 0,
-         "the density, integrated over cells",
-         fmt::format("a cell wrong by {:.0f} %", 100 * sampling::testing::smallest_detectable(count, 64))});
+        {fmt::format("worst chi-square deviate of {} lights and receivers", results.size()), worst,
+         critical, 0, "the density, integrated over cells",
+         fmt::format("a cell wrong by {:.0f} %",
+                     100 * sampling::testing::smallest_detectable(count, 64))});
     EXPECT_LE(largest, 1.0 + 2e-3);
     EXPECT_GT(results.size(), 100u);
 }

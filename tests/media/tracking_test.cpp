@@ -2,8 +2,8 @@
 // Ways of light through matter against closed forms, and two ways to find them against each other
 // (H34 to H37).
 #include "grid_fixtures.h"
-#include "media/volume_set.h"
 #include "hard_case.h"
+#include "media/volume_set.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -48,7 +48,10 @@ class Mean {
     Vec3d sum_ = Vec3d(0.0), squares_ = Vec3d(0.0);
 };
 
-void expect_mean(const Mean& mean, const Rgb& expected, const std::string& what, double relative = 0.02) {
+void expect_mean(const Mean& mean,
+                 const Rgb& expected,
+                 const std::string& what,
+                 double relative = 0.02) {
     for (int c = 0; c < 3; ++c) {
         std::printf("%s, channel %d: %.6g, expected %.6g, error %.2g\n", what.c_str(), c,
                     mean.mean(c), double(expected[c]), mean.error(c));
@@ -57,8 +60,9 @@ void expect_mean(const Mean& mean, const Rgb& expected, const std::string& what,
             << what << " " << c;
         if (expected[c] <= 0.0f) continue;
         const double truth = double(expected[c]);
-        hardcase::expect_in_hard_case({fmt::format("{}, channel {}, relative", what, c), std::abs(mean.mean(c) / truth - 1),
-                          relative, 5.28 * mean.error(c) / truth, "closed form"});
+        hardcase::expect_in_hard_case({fmt::format("{}, channel {}, relative", what, c),
+                                       std::abs(mean.mean(c) / truth - 1), relative,
+                                       5.28 * mean.error(c) / truth, "closed form"});
     }
 }
 
@@ -121,12 +125,15 @@ TEST(H35ThickMedia, TransmittanceOfOneNumberIsTheClosedForm) {
         for (int c = 0; c < 3; ++c) {
             EXPECT_GE(passed[c], 0.0f);
             // A float of depth tau is known to tau 2^-24; e^-1e4 is none
-            if (expected > 1e-38) worst = hardcase::larger(worst, std::abs(double(passed[c]) / expected - 1) / std::max(1.0, tau));
-            else EXPECT_EQ(passed[c], 0.0f);
+            if (expected > 1e-38)
+                worst = hardcase::larger(
+                    worst, std::abs(double(passed[c]) / expected - 1) / std::max(1.0, tau));
+            else
+                EXPECT_EQ(passed[c], 0.0f);
         }
     }
-    hardcase::expect_within({"transmittance for tau 1e-6 to 1e4, relative, over max(1, tau)", worst, 1e-6, 0,
-                             "closed form"});
+    hardcase::expect_within({"transmittance for tau 1e-6 to 1e4, relative, over max(1, tau)", worst,
+                             1e-6, 0, "closed form"});
 }
 
 TEST(H34ThinMedia, CollideAsOftenAsTheyShould) {
@@ -163,9 +170,12 @@ TEST(H37Trackers, OfAWaveHaveTheMeanOfTheWave) {
             TrackingCounts counts;
             const uint64_t rays = hardcase::sized(200000, 10000000, 100000000);
             const double bound = sigma0 < 1.0f ? 0.02 : 0.06;
-            expect_mean(by_flights(set, along_wave, rays, counts), expected, "wave by flights", bound);
-            expect_mean(by_ratios(set, along_wave, rays, counts), expected, "wave by ratios", bound);
-            hardcase::expect_within({"numbers above the bound", double(counts.violations), 0, 0, "counter"});
+            expect_mean(by_flights(set, along_wave, rays, counts), expected, "wave by flights",
+                        bound);
+            expect_mean(by_ratios(set, along_wave, rays, counts), expected, "wave by ratios",
+                        bound);
+            hardcase::expect_within(
+                {"numbers above the bound", double(counts.violations), 0, 0, "counter"});
             EXPECT_EQ(counts.capped, 0u);
         }
     }
@@ -220,8 +230,7 @@ TEST(H37Trackers, OfOneVoxelIsThatOfItsInterpolation) {
     TrackingCounts counts;
     const Ray ray{Vec3(-5.0f, 0.0f, 0.0f), Vec3(1, 0, 0)};
     const uint64_t rays = hardcase::sized(400000, 20000000, 200000000);
-    expect_mean(by_flights(set, ray, rays, counts), Rgb(std::exp(-sigma)),
-                "one voxel by flights");
+    expect_mean(by_flights(set, ray, rays, counts), Rgb(std::exp(-sigma)), "one voxel by flights");
     expect_mean(by_ratios(set, ray, rays, counts), Rgb(std::exp(-sigma)), "one voxel by ratios");
     // A quarter of a cell aside in y and z it is 9/16 of that
     const Ray aside{Vec3(-5.0f, 0.25f, -0.25f), Vec3(1, 0, 0)};
@@ -239,9 +248,11 @@ TEST(H37Trackers, OfNothingChangesNothing) {
     set.fly(Vec3(1, 1, 5), Vec3(0, 0, -1), far_away, Rgb(1.0f), FreeWay{}, numbers, flight, counts);
     EXPECT_EQ(flight.medium, nullptr);
     EXPECT_EQ(flight.weight, Rgb(1.0f));
-    const Rgb passed = set.transmittance(Vec3(1, 1, 5), Vec3(0, 0, -1), far_away, nullptr, numbers, counts);
+    const Rgb passed =
+        set.transmittance(Vec3(1, 1, 5), Vec3(0, 0, -1), far_away, nullptr, numbers, counts);
     EXPECT_EQ(passed, Rgb(1.0f));
-    hardcase::expect_within({"what an empty grid takes", double(1.0f - passed.x), 0, 0, "closed form"});
+    hardcase::expect_within(
+        {"what an empty grid takes", double(1.0f - passed.x), 0, 0, "closed form"});
 }
 
 TEST(H35ThickMedia, TrackingEnds) {
@@ -250,7 +261,8 @@ TEST(H35ThickMedia, TrackingEnds) {
     const VolumeSet set(scene);
     TrackingCounts counts;
     const Mean mean = by_ratios(set, along_wave, 1000, counts);
-    hardcase::expect_within({"what a wave of depth 1e4 lets through", mean.mean(0), 1e-30, 0, "closed form"});
+    hardcase::expect_within(
+        {"what a wave of depth 1e4 lets through", mean.mean(0), 1e-30, 0, "closed form"});
     EXPECT_GE(mean.mean(0), 0.0);
     EXPECT_EQ(counts.capped, 0u);
 }
@@ -267,8 +279,8 @@ TEST(Emission, IsThatOfTheWay) {
         Mean mean;
         Flight flight;
         for (uint64_t i = 0; i < 20000; ++i) {
-            set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), FreeWay{.extinction = sigma_a}, RandomStream(i, -1.0),
-                    flight, counts);
+            set.fly(along_wave.o, along_wave.d, far_away, Rgb(1.0f), FreeWay{.extinction = sigma_a},
+                    RandomStream(i, -1.0), flight, counts);
             mean.add(flight.emitted);
         }
         expect_mean(mean, expected, what);

@@ -7,8 +7,9 @@
 namespace velatura::meta {
 
 const std::map<std::string, std::set<std::string>>& tier_table() {
-    static const std::set<std::string> core = {"image",  "sampling", "guiding", "scene",  "geometry", "accel",
-                                               "camera", "shading",  "media",   "lights", "film"};
+    static const std::set<std::string> core = {"image",    "sampling", "guiding", "scene",
+                                               "geometry", "accel",    "camera",  "shading",
+                                               "media",    "lights",   "film"};
     static const auto with = [](std::set<std::string> more) {
         more.insert(core.begin(), core.end());
         return more;
@@ -39,8 +40,9 @@ const std::map<std::string, std::set<std::string>>& tier_table() {
         {"integrator", core},
         {"selftest", with({"integrator"})},
         {"study", {"image"}},
-        {"app", with({"plugin", "import", "usd/layer", "usd/text", "usd/crate", "usd/package", "usd/materialx", "usd/compose",
-                      "usd/stage", "translate", "integrator", "selftest", "study"})},
+        {"app", with({"plugin", "import", "usd/layer", "usd/text", "usd/crate", "usd/package",
+                      "usd/materialx", "usd/compose", "usd/stage", "translate", "integrator",
+                      "selftest", "study"})},
         {"compositor", {"image"}},
         {"compositor/window", {"compositor", "image"}},
     };
@@ -79,9 +81,9 @@ const std::vector<Library>& library_table() {
 
 bool is_system_header(std::string_view header) {
     static constexpr std::array<std::string_view, 18> posix = {
-        "cxxabi.h",  "dirent.h", "dlfcn.h",    "fcntl.h",  "fnmatch.h", "immintrin.h", "poll.h",
-        "pthread.h", "pwd.h",    "sched.h",    "signal.h", "spawn.h",     "termios.h",
-        "unistd.h",  "limits.h", "execinfo.h", "fenv.h", "malloc.h"};
+        "cxxabi.h",  "dirent.h",  "dlfcn.h",  "fcntl.h",    "fnmatch.h", "immintrin.h",
+        "poll.h",    "pthread.h", "pwd.h",    "sched.h",    "signal.h",  "spawn.h",
+        "termios.h", "unistd.h",  "limits.h", "execinfo.h", "fenv.h",    "malloc.h"};
     if (header.starts_with("sys/") || header.starts_with("linux/")) return true;
     if (std::find(posix.begin(), posix.end(), header) != posix.end()) return true;
     return header.find('.') == std::string_view::npos && header.find('/') == std::string_view::npos;

@@ -288,7 +288,8 @@ std::vector<std::string> check_machine_paths(const SourceFile& file) {
 std::vector<std::string> check_banned_words(const SourceFile& file) {
     if (!file.is_cpp_or_header() || file.is_below("tests/meta/")) return {};
     static const std::regex pattern(
-        R"(\b(TODO|FIXME|XXX|HACK)\b|^\s*#\s*if\s+0\b|std::format\(|std::expected<|<source_location>|\bviews::|\bDISABLED_\w|-ffast-math|using namespace std\b)");
+        R"(\b(TODO|FIXME|XXX|HACK)\b|^\s*#\s*if\s+0\b|std::format\(|std::expected<)"
+        R"(|<source_location>|\bviews::|\bDISABLED_\w|-ffast-math|using namespace std\b)");
     return lines_matching(file, pattern, "not in this house");
 }
 
@@ -305,8 +306,8 @@ std::vector<std::string> check_silence(const SourceFile& file) {
 std::vector<std::string> check_test_is_real(const SourceFile& file) {
     if (!file.is_below("tests/") || file.is_below("tests/meta/") || !file.ends_with(".cpp"))
         return {};
-    static const std::regex pattern(
-        R"((EXPECT|ASSERT)_TRUE\(\s*true\s*\)|\bSUCCEED\(\)|(EXPECT|ASSERT)_EQ\(\s*(\w+)\s*,\s*\3\s*\))");
+    static const std::regex pattern(R"((EXPECT|ASSERT)_TRUE\(\s*true\s*\)|\bSUCCEED\(\)|)"
+                                    R"((EXPECT|ASSERT)_EQ\(\s*(\w+)\s*,\s*\3\s*\))");
     return lines_matching(file, pattern, "an assertion that cannot fail");
 }
 
@@ -319,8 +320,12 @@ std::vector<std::string> check_test_assets(const SourceFile& file) {
 }
 
 std::vector<std::string> check_worst_of_numbers(const SourceFile& file) {
-    const auto includes_hard_case = [](const std::string& line) { return line.starts_with("#include") && line.find("hard_case.h\"") != std::string::npos; };
-    if (!file.is_below("tests/") || std::none_of(file.lines.begin(), file.lines.end(), includes_hard_case)) return {};
+    const auto includes_hard_case = [](const std::string& line) {
+        return line.starts_with("#include") && line.find("hard_case.h\"") != std::string::npos;
+    };
+    if (!file.is_below("tests/") ||
+        std::none_of(file.lines.begin(), file.lines.end(), includes_hard_case))
+        return {};
     static const std::regex pattern(R"(\bworst\w*(\[\w+\])? = std::max\(worst)");
     return lines_matching(file, pattern, "std::max forgets NaN: hardcase::larger");
 }

@@ -208,10 +208,14 @@ TEST(Rules, TestAssets) {
 }
 
 TEST(Rules, WorstOfNumbers) {
-    const std::string line = "worst_loss = std::max(worst_loss, error);\n", header = "#include \"hard_case.h\"\n";
+    const std::string line = "worst_loss = std::max(worst_loss, error);\n",
+                      header = "#include \"hard_case.h\"\n";
     EXPECT_EQ(check_worst_of_numbers(make_file("tests/film/a.cpp", header + line)).size(), 1u);
     EXPECT_TRUE(check_worst_of_numbers(make_file("tests/film/a.cpp", line)).empty());
-    EXPECT_TRUE(check_worst_of_numbers(make_file("tests/film/a.cpp", header + "worst = hardcase::larger(worst, error);\n")).empty());
+    EXPECT_TRUE(
+        check_worst_of_numbers(
+            make_file("tests/film/a.cpp", header + "worst = hardcase::larger(worst, error);\n"))
+            .empty());
 }
 
 TEST(Rules, TierReadmes) {

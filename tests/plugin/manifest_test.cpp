@@ -72,9 +72,11 @@ TEST(Manifest, ErrorsNameLineAndColumn) {
         {"abi: 1", "abi: 99999999999", "p/plugin.txt:3:6: error: expected a number"},
         {"abi: 1", "abi:", "p/plugin.txt:3:5: error: expected a value of abi, found nothing"},
         {"abi: 1", "abi: 1\nabi: 1", "p/plugin.txt:4:1: error: expected one abi, found another"},
-        {"abi: 1", "abi: 1\nmemory: much", "p/plugin.txt:4:9: error: expected megabytes from 1 to 100000, found"},
+        {"abi: 1", "abi: 1\nmemory: much",
+         "p/plugin.txt:4:9: error: expected megabytes from 1 to 100000, found"},
         {"abi: 1", "abi: 1\nmemory: 0", "p/plugin.txt:4:9: error: expected megabytes"},
-        {"abi: 1", "abi: 1\nmemory: 1\nmemory: 2", "p/plugin.txt:5:1: error: expected one memory, found another"},
+        {"abi: 1", "abi: 1\nmemory: 1\nmemory: 2",
+         "p/plugin.txt:5:1: error: expected one memory, found another"},
         {"abi: 1", "abi 1", "p/plugin.txt:3:1: error: expected \"key: value\", found \"abi 1\""},
         {"name: clouds", "name: ../clouds",
          "p/plugin.txt:2:7: error: expected a name of letters, digits, _ and -, found "
@@ -82,7 +84,8 @@ TEST(Manifest, ErrorsNameLineAndColumn) {
         {"name: clouds", "name: clouds\nlibrary: ../evil.so",
          "p/plugin.txt:3:10: error: expected a file name without folders, found \"../evil.so\""},
         {"name: clouds", "  colour: red",
-         "p/plugin.txt:2:3: error: expected one of name, abi, library, provides, trigger, memory, summary, "
+         "p/plugin.txt:2:3: error: expected one of name, abi, library, provides, trigger, memory, "
+         "summary, "
          "found \"colour\""},
         {"provides: field", "provides: volume_source",
          "p/plugin.txt:5:11: error: expected another interface, found \"volume_source\" again"},

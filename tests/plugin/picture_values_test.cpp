@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures and textures have the same values, to the last bit, whether their decoders run in a process of their own or in this one.
+// Pictures and textures have the same values, to the last bit, whether their decoders run in a
+// process of their own or in this one.
+#include "base/hash.h"
 #include "image/picture_library.h"
 #include "plugin/registry.h"
 #include "shading/texture_cache.h"
 #include "shading/texture_source.h"
 #include "stored_zip.h"
 #include "texture_files.h"
-
-#include "base/hash.h"
 
 #include <OpenImageIO/imagebufalgo.h>
 #include <gtest/gtest.h>
@@ -35,7 +35,8 @@ struct Plugin {
         const plugin::Registry registry({{folder}}, diagnostics);
         const auto object = [&](const char* name, uint32_t version, const char* trigger) {
             const plugin::Manifest* manifest = registry.find(name, {"asset", trigger});
-            return manifest ? plugin::open_interface(*manifest, name, version, diagnostics) : nullptr;
+            return manifest ? plugin::open_interface(*manifest, name, version, diagnostics)
+                            : nullptr;
         };
         textures = static_cast<const TextureSourceFactory*>(
             object(texture_interface, texture_interface_version, "texture"));
@@ -56,16 +57,23 @@ const Plugin& within() {
 }
 
 /// Bits of texels all over a texture, at all widths, and what went wrong.
-std::string texels(const Plugin& plugin, const std::string& file, SourceColorSpace space, Wrap wrap) {
+std::string texels(const Plugin& plugin,
+                   const std::string& file,
+                   SourceColorSpace space,
+                   Wrap wrap) {
     const auto source = plugin.textures->make(size_t(64) << 20, {});
     const auto opened = (*source)->open(file, space, wrap, Wrap::Mirror, max_side);
     if (!opened) return opened.error().message;
     std::string bits;
     for (uint64_t i = 0; i < 3000; ++i) {
-        const auto random = [i](uint64_t which) { return float(mix64(i * 4 + which) >> 40) * 0x1p-24f; };
-        const Vec2 st(3 * random(0) - 1, 3 * random(1) - 1), extent(random(2) * random(2), random(3) * random(3) * random(3));
+        const auto random = [i](uint64_t which) {
+            return float(mix64(i * 4 + which) >> 40) * 0x1p-24f;
+        };
+        const Vec2 st(3 * random(0) - 1, 3 * random(1) - 1),
+            extent(random(2) * random(2), random(3) * random(3) * random(3));
         TexelRgba texel = {};
-        if (!(*opened)->lookup(st, i % 3 == 0 ? Vec2(0.0f) : extent, texel)) return (*source)->lookup_error();
+        if (!(*opened)->lookup(st, i % 3 == 0 ? Vec2(0.0f) : extent, texel))
+            return (*source)->lookup_error();
         bits.append(reinterpret_cast<const char*>(texel.data()), sizeof texel);
     }
     return bits;
@@ -81,22 +89,26 @@ std::string values(const Plugin& plugin, const std::string& file) {
     const Result<void> read = (*opened)->read(channels, all);
     if (!read) return read.error().message;
     std::string bits(reinterpret_cast<const char*>(all.data()), all.size() * sizeof(float));
-    return bits + facts.color_space + (facts.is_floating_point ? " floats " : " integers ") + std::to_string(facts.channels);
+    return bits + facts.color_space + (facts.is_floating_point ? " floats " : " integers ") +
+           std::to_string(facts.channels);
 }
 
 /// Returns: whether the file can be read at all.
 bool expect_same(const std::string& file, size_t most_ways = 4) {
     const std::string here = values(within(), file), there = values(apart(), file);
-    EXPECT_TRUE(here == there) << file << ": " << there.substr(0, 200) << " instead of " << here.substr(0, 200);
+    EXPECT_TRUE(here == there) << file << ": " << there.substr(0, 200) << " instead of "
+                               << here.substr(0, 200);
     bool is_read = false;
     const std::pair<SourceColorSpace, Wrap> ways[] = {{SourceColorSpace::Raw, Wrap::Black},
-                                                     {SourceColorSpace::Srgb, Wrap::Clamp},
-                                                     {SourceColorSpace::Auto, Wrap::Repeat},
-                                                     {SourceColorSpace::Raw, Wrap::UseMetadata}};
+                                                      {SourceColorSpace::Srgb, Wrap::Clamp},
+                                                      {SourceColorSpace::Auto, Wrap::Repeat},
+                                                      {SourceColorSpace::Raw, Wrap::UseMetadata}};
     for (size_t i = 0; i < most_ways; ++i) {
         const auto [space, wrap] = ways[i];
-        const std::string a = texels(within(), file, space, wrap), b = texels(apart(), file, space, wrap);
-        EXPECT_TRUE(a == b) << file << ": " << b.substr(0, 200) << " instead of " << a.substr(0, 200);
+        const std::string a = texels(within(), file, space, wrap),
+                          b = texels(apart(), file, space, wrap);
+        EXPECT_TRUE(a == b) << file << ": " << b.substr(0, 200) << " instead of "
+                            << a.substr(0, 200);
         is_read = a.size() > 10000;
     }
     return is_read;
@@ -115,9 +127,15 @@ class PictureValues : public ::testing::Test {
         return all;
     }
 
-    std::string write(const std::string& name, int channels, OIIO::TypeDesc format, int width = 150, int height = 131,
+    std::string write(const std::string& name,
+                      int channels,
+                      OIIO::TypeDesc format,
+                      int width = 150,
+                      int height = 131,
                       const std::map<std::string, std::string>& attributes = {}) {
-        return folder.write(name, width, height, channels, format, pixels(width, height, channels, format.is_floating_point()), attributes);
+        return folder.write(name, width, height, channels, format,
+                            pixels(width, height, channels, format.is_floating_point()),
+                            attributes);
     }
 
     /// Tiled, or with another window, or with lines compressed together.
@@ -125,7 +143,8 @@ class PictureValues : public ::testing::Test {
         const std::string path = folder.file(name);
         const auto out = OIIO::ImageOutput::create(path);
         EXPECT_TRUE(out && out->open(path, spec)) << path;
-        EXPECT_TRUE(out->write_image(OIIO::TypeFloat, pixels(spec.width, spec.height, spec.nchannels, false).data()));
+        EXPECT_TRUE(out->write_image(
+            OIIO::TypeFloat, pixels(spec.width, spec.height, spec.nchannels, false).data()));
         EXPECT_TRUE(out->close());
         return path;
     }
@@ -134,7 +153,8 @@ class PictureValues : public ::testing::Test {
 };
 
 TEST_F(PictureValues, AreTheSameInEveryFormat) {
-    const OIIO::TypeDesc byte = OIIO::TypeUInt8, word = OIIO::TypeUInt16, half = OIIO::TypeHalf, single = OIIO::TypeFloat;
+    const OIIO::TypeDesc byte = OIIO::TypeUInt8, word = OIIO::TypeUInt16, half = OIIO::TypeHalf,
+                         single = OIIO::TypeFloat;
     std::vector<std::string> files;
     for (int channels = 1; channels <= 4; ++channels) {
         const std::string c = std::to_string(channels);
@@ -156,7 +176,8 @@ TEST_F(PictureValues, AreTheSameInEveryFormat) {
     files.push_back(write("s.sgi", 3, word));
     files.push_back(write("d.dpx", 3, word));
     files.push_back(write("n.ppm", 3, byte));
-    files.push_back(write("w.exr", 3, half, 40, 30, {{"wrapS", "mirror"}, {"wrapmodes", "periodic,clamp"}}));
+    files.push_back(
+        write("w.exr", 3, half, 40, 30, {{"wrapS", "mirror"}, {"wrapmodes", "periodic,clamp"}}));
     for (const std::string& file : files) EXPECT_TRUE(expect_same(file)) << file;
 }
 
@@ -179,7 +200,8 @@ TEST_F(PictureValues, AreTheSameInTilesWindowsAndLevels) {
     EXPECT_TRUE(expect_same(write_spec("strips.tif", strips)));
     for (const char* name : {"levels.tx", "levels.exr"}) {
         OIIO::ImageBuf picture(write("source.tif", 3, OIIO::TypeUInt8));
-        ASSERT_TRUE(OIIO::ImageBufAlgo::make_texture(OIIO::ImageBufAlgo::MakeTxTexture, picture, folder.file(name), OIIO::ImageSpec()));
+        ASSERT_TRUE(OIIO::ImageBufAlgo::make_texture(OIIO::ImageBufAlgo::MakeTxTexture, picture,
+                                                     folder.file(name), OIIO::ImageSpec()));
         EXPECT_TRUE(expect_same(folder.file(name)));
     }
 }
@@ -201,23 +223,31 @@ TEST_F(PictureValues, AreTheSameInPackages) {
     const std::vector<std::string> names = {"a.png", "a.jpg", "a.exr", "a.hdr", "a.tif"};
     for (const std::string& name : names) {
         const bool is_float = name == "a.exr" || name == "a.hdr";
-        std::ifstream in(write(name, 3, is_float ? OIIO::TypeFloat : OIIO::TypeUInt8), std::ios::binary);
+        std::ifstream in(write(name, 3, is_float ? OIIO::TypeFloat : OIIO::TypeUInt8),
+                         std::ios::binary);
         entries.push_back({name, std::string(std::istreambuf_iterator<char>(in), {})});
     }
-    const std::string package = folder.write_text("p.usdz", velatura::testing::stored_zip(std::move(entries)));
-    for (const std::string& name : names) EXPECT_TRUE(expect_same(package + '[' + name + ']')) << name;
+    const std::string package =
+        folder.write_text("p.usdz", velatura::testing::stored_zip(std::move(entries)));
+    for (const std::string& name : names)
+        EXPECT_TRUE(expect_same(package + '[' + name + ']')) << name;
     EXPECT_FALSE(expect_same(package + "[b.png]"));
 }
 
-/// Files that are cut somewhere, with a wrong byte, or no pictures: the same values or the same reason.
+/// Files that are cut somewhere, with a wrong byte, or no pictures: the same values or the same
+/// reason.
 TEST_F(PictureValues, AreRefusedInTheSameWords) {
-    for (const std::string& good : {write("c.png", 3, OIIO::TypeUInt8), write("c.jpg", 3, OIIO::TypeUInt8), write("c.exr", 3, OIIO::TypeHalf),
-                                    write("c.tif", 3, OIIO::TypeUInt16), write("c.hdr", 3, OIIO::TypeFloat)}) {
+    for (const std::string& good :
+         {write("c.png", 3, OIIO::TypeUInt8), write("c.jpg", 3, OIIO::TypeUInt8),
+          write("c.exr", 3, OIIO::TypeHalf), write("c.tif", 3, OIIO::TypeUInt16),
+          write("c.hdr", 3, OIIO::TypeFloat)}) {
         std::ifstream in(good, std::ios::binary);
         const std::string bytes(std::istreambuf_iterator<char>(in), {});
         const std::string end = good.substr(good.size() - 4);
-        for (const size_t size : {size_t(0), size_t(3), size_t(20), bytes.size() / 2, bytes.size() - 5})
-            (void)expect_same(folder.write_text("cut" + std::to_string(size) + end, bytes.substr(0, size)));
+        for (const size_t size :
+             {size_t(0), size_t(3), size_t(20), bytes.size() / 2, bytes.size() - 5})
+            (void)expect_same(
+                folder.write_text("cut" + std::to_string(size) + end, bytes.substr(0, size)));
         for (const size_t at : {size_t(9), size_t(30), bytes.size() / 2}) {
             std::string wrong = bytes;
             wrong[at] = char(~wrong[at]);
@@ -227,7 +257,8 @@ TEST_F(PictureValues, AreRefusedInTheSameWords) {
     EXPECT_FALSE(expect_same(folder.write_text("text.png", "this is no picture")));
     EXPECT_FALSE(expect_same(folder.file("nowhere.png")));
     EXPECT_FALSE(expect_same("/dev/zero"));
-    EXPECT_FALSE(expect_same(folder.write_text("wide.pgm", "P5\n2000000 1\n255\n" + std::string(2000000, 'x'))));
+    EXPECT_FALSE(expect_same(
+        folder.write_text("wide.pgm", "P5\n2000000 1\n255\n" + std::string(2000000, 'x'))));
 }
 
 }  // namespace

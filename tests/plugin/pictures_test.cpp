@@ -160,9 +160,9 @@ TEST_F(PicturePlugin, SaysThatItsProgramIsMissing) {
     const CommandResult texture = w.velatura(std::string("render textured.usda -o x.exr") + quick);
     const CommandResult map = w.velatura(std::string("render mapped.usda -o y.exr") + quick);
     ::unsetenv("VELATURA_PLUGIN_PATH");
-    const std::string why = fmt::format(
-        "the program {}, which reads pictures, is missing: No such file or directory",
-        w.path("cut/openimageio/velatura-pictures"));
+    const std::string why =
+        fmt::format("the program {}, which reads pictures, is missing: No such file or directory",
+                    w.path("cut/openimageio/velatura-pictures"));
     EXPECT_NE(texture.output.find("cannot read texture 'picture.exr': " + why), std::string::npos)
         << texture.output;
     EXPECT_NE(map.output.find("light emits without its texture"), std::string::npos) << map.output;
@@ -182,22 +182,27 @@ TEST_F(PicturePlugin, ACrashOfADecoderCostsItsTextureOnly) {
         std::string ball = textured_ball(what + ".png");
         for (size_t at = 0; (at = ball.find("</M", at)) != std::string::npos; at += what.size() + 2)
             ball.insert(at + 2, what + "/");
-        scene += fmt::format("def Xform \"{}\"\n{{\n double3 xformOp:translate = ({}, 0, 0)\n", what, 3 * place++);
+        scene += fmt::format("def Xform \"{}\"\n{{\n double3 xformOp:translate = ({}, 0, 0)\n",
+                             what, 3 * place++);
         scene += " uniform token[] xformOpOrder = [\"xformOp:translate\"]\n" + ball + "}\n";
     }
     w.write("balls.usda", scene);
     ::setenv("VELATURA_PLUGIN_PATH", w.path("double").c_str(), 1);
-    const CommandResult r = w.velatura(std::string("render balls.usda --stats s.json -o x.exr") + quick);
-    const CommandResult strict = w.velatura(std::string("render balls.usda --texture-failure error -o y.exr") + quick);
+    const CommandResult r =
+        w.velatura(std::string("render balls.usda --stats s.json -o x.exr") + quick);
+    const CommandResult strict =
+        w.velatura(std::string("render balls.usda --texture-failure error -o y.exr") + quick);
     ::unsetenv("VELATURA_PLUGIN_PATH");
     EXPECT_EQ(r.exit_code, 0) << r.output;
     for (const auto& [what, signal] : {std::pair("segv", SIGSEGV), std::pair("abort", SIGABRT)}) {
-        const std::string said = fmt::format("cannot read texture '{}.png': reading ended with signal {}", what, signal);
+        const std::string said =
+            fmt::format("cannot read texture '{}.png': reading ended with signal {}", what, signal);
         EXPECT_NE(r.output.find(said), std::string::npos) << r.output;
         EXPECT_NE(r.output.find(std::string("/") + what), std::string::npos) << r.output;
     }
     EXPECT_EQ(r.output.find("plain.png"), std::string::npos) << r.output;
-    EXPECT_NE(w.velatura("--version >/dev/null; cat s.json").output.find("\"unread_textures\": 2"), std::string::npos);
+    EXPECT_NE(w.velatura("--version >/dev/null; cat s.json").output.find("\"unread_textures\": 2"),
+              std::string::npos);
     EXPECT_EQ(strict.exit_code, 1) << strict.output;
 }
 

@@ -118,7 +118,8 @@ TEST_F(RegistryTest, RefusesAnotherPluginsObject) {
 TEST_F(RegistryTest, RefusesAnotherVersionOfTheInterface) {
     place("wrong_version");
     expect_refused("wrong_version", "plugin-abi",
-                   "expected version " + std::to_string(accel::accelerator_interface_version) + " of accelerator, found 4711");
+                   "expected version " + std::to_string(accel::accelerator_interface_version) +
+                       " of accelerator, found 4711");
 }
 
 TEST_F(RegistryTest, RefusesAPromiseThatIsNotKept) {

@@ -44,7 +44,8 @@ TEST(PixelFilter, SamplesItsValueOverTheWeight) {
         const double r = double(filter.radius());
         // A quarter of the samples where the filter subtracts
         const double adding = (filter.absolute_integral() + 1) / 2, taking = adding - 1;
-        const double positive = filter.has_negative_lobes() ? adding / 0.75 : 1.0, negative = -taking / 0.25;
+        const double positive = filter.has_negative_lobes() ? adding / 0.75 : 1.0,
+                     negative = -taking / 0.25;
         testing::TestRandom random(101);
         std::vector<double> counts(cells * cells, 0.0), expected(cells * cells, 0.0);
         for (int i = 0; i < count; ++i) {
@@ -54,8 +55,10 @@ TEST(PixelFilter, SamplesItsValueOverTheWeight) {
             ASSERT_LE(std::abs(x), r);
             ASSERT_LE(std::abs(y), r);
             // Within a step of the table of where it changes sign the filter is hardly anything
-            if (std::abs(filter.evaluate(x, y)) > 0.02 * (std::abs(filter.evaluate(0, y)) + std::abs(filter.evaluate(x, 0)))) {
-                ASSERT_NEAR(double(s.weight), filter.evaluate(x, y) < 0.0 ? negative : positive, 1e-5);
+            if (std::abs(filter.evaluate(x, y)) >
+                0.02 * (std::abs(filter.evaluate(0, y)) + std::abs(filter.evaluate(x, 0)))) {
+                ASSERT_NEAR(double(s.weight), filter.evaluate(x, y) < 0.0 ? negative : positive,
+                            1e-5);
             }
             const int c = std::min(cells - 1, int((x / r + 1) / 2 * cells));
             const int d = std::min(cells - 1, int((y / r + 1) / 2 * cells));
@@ -109,25 +112,33 @@ TEST(H49NegativeLobes, WeightsOfFourStratifiedSamplesSumToFour) {
     constexpr int n = 1 << 12;
     for (int i = 0; i < n; ++i) {
         double sum = 0;
-        for (int k = 0; k < 4; ++k) sum += double(filter.sample(Vec2(0.5f), (float(k) + (float(i) + 0.5f) / n) / 4).weight);
+        for (int k = 0; k < 4; ++k)
+            sum += double(filter.sample(Vec2(0.5f), (float(k) + (float(i) + 0.5f) / n) / 4).weight);
         worst = hardcase::larger(worst, std::abs(sum / 4 - 1));
     }
-    hardcase::expect_within({"mean weight of four stratified samples of Mitchell's filter, less 1", worst, 1e-6, 0, "integral of the filter"});
+    hardcase::expect_within({"mean weight of four stratified samples of Mitchell's filter, less 1",
+                             worst, 1e-6, 0, "integral of the filter"});
     EXPECT_GT(filter.absolute_integral(), 1.05);
 }
 
-/// ∫ of Mitchell's filter (B = C = 1/3) from -2 to x, by its polynomials. Ref: Mitchell & Netravali 1988, section 4.
+/// ∫ of Mitchell's filter (B = C = 1/3) from -2 to x, by its polynomials. Ref: Mitchell & Netravali
+/// 1988, section 4.
 double mitchell_integral(double x) {
     // Of the halves [0, 1] and [1, 2], from 0 on
-    const auto inner = [](double y) { return (7.0 / 4 * std::pow(y, 4) - 4 * std::pow(y, 3) + 16.0 / 3 * y) / 6; };
-    const auto outer = [](double y) { return (-7.0 / 12 * std::pow(y, 4) + 4 * std::pow(y, 3) - 10 * y * y + 32.0 / 3 * y) / 6; };
+    const auto inner = [](double y) {
+        return (7.0 / 4 * std::pow(y, 4) - 4 * std::pow(y, 3) + 16.0 / 3 * y) / 6;
+    };
+    const auto outer = [](double y) {
+        return (-7.0 / 12 * std::pow(y, 4) + 4 * std::pow(y, 3) - 10 * y * y + 32.0 / 3 * y) / 6;
+    };
     const double y = std::min(std::abs(x), 2.0);
     const double half = y < 1 ? inner(y) : inner(1) + outer(y) - outer(1);
     return 0.5 + std::copysign(half, x);
 }
 
 TEST(H49NegativeLobes, OvershootOfAStepIsThatOfTheFilter) {
-    // A pixel x away from the step sees ∫ of the filter up to there: less than 0 and more than 1 beside it
+    // A pixel x away from the step sees ∫ of the filter up to there: less than 0 and more than 1
+    // beside it
     const PixelFilter filter(FilterKind::Mitchell);
     constexpr int n = 1 << 9;
     double worst = 0, most = 0;
@@ -144,8 +155,10 @@ TEST(H49NegativeLobes, OvershootOfAStepIsThatOfTheFilter) {
         worst = hardcase::larger(worst, std::abs(seen / weights - mitchell_integral(x)));
         most = hardcase::larger(most, seen / weights);
     }
-    hardcase::expect_within({"a step by Mitchell's filter, at 41 places, from its integral", worst, 2e-3, 0, "closed form"});
-    hardcase::expect_within({"overshoot of a step by Mitchell's filter, from 0.0174", std::abs(most - mitchell_integral(9.0 / 8)), 2e-3, 0, "closed form"});
+    hardcase::expect_within({"a step by Mitchell's filter, at 41 places, from its integral", worst,
+                             2e-3, 0, "closed form"});
+    hardcase::expect_within({"overshoot of a step by Mitchell's filter, from 0.0174",
+                             std::abs(most - mitchell_integral(9.0 / 8)), 2e-3, 0, "closed form"});
 }
 
 TEST(PixelFilter, NamesRoundTrip) {

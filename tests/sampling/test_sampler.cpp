@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "hard_case.h"
 #include "sampling/owen.h"
 #include "sampling/sampler.h"
-#include "hard_case.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -63,8 +63,7 @@ TEST(H43UnitFloat, StaysBelowOneForEveryBitPattern) {
         largest = std::max(largest, unit_float(uint32_t(v)));
     // Half a step below it would be 1 - 2^-23
     hardcase::expect_within({fmt::format("largest of 2^32 / {} patterns from 1 - 2^-24", step),
-                             std::abs(double(largest) - 0x1.fffffep-1), 0, 0,
-                             "bit patterns"});
+                             std::abs(double(largest) - 0x1.fffffep-1), 0, 0, "bit patterns"});
 }
 
 /// Every elementary interval of area 1/n holds one of the n = 2^k points.
@@ -128,15 +127,16 @@ TEST(PixelSampler, BranchesOfAnAlignedBlockOfSamplesAreANet) {
 
 // Of any sampler, and where their points lie beyond the sequence's 2^32
 TEST(PixelSampler, BranchesAreDistinct) {
-    for (const SamplerKind kind : {SamplerKind::Sobol, SamplerKind::Independent,
-                                   SamplerKind::BlueNoise, SamplerKind::SobolHalves,
-                                   SamplerKind::Stratified}) {
+    for (const SamplerKind kind :
+         {SamplerKind::Sobol, SamplerKind::Independent, SamplerKind::BlueNoise,
+          SamplerKind::SobolHalves, SamplerKind::Stratified}) {
         std::set<std::pair<float, float>> seen;
         for (const uint64_t first : {uint64_t(0), (uint64_t(1) << 30) - 50}) {
             for (uint64_t s = first; s < first + 100; ++s) {
                 for (uint32_t b = 0; b < 4; ++b) {
-                    const Vec2 u = PixelSampler(7, 3, 4, s, kind).branch(b, 4).get_2d(
-                        2, Purpose::BsdfDirection);
+                    const Vec2 u = PixelSampler(7, 3, 4, s, kind)
+                                       .branch(b, 4)
+                                       .get_2d(2, Purpose::BsdfDirection);
                     seen.insert({u.x, u.y});
                 }
             }
@@ -170,7 +170,8 @@ TEST(PixelSampler, StratifiedSamplesAreJitteredSquares) {
         constexpr double n = double(blocks * side * side);
         EXPECT_NEAR(sum / n, 0.5, 4 * std::sqrt(1.0 / 12 / n));
         EXPECT_NEAR(squares / n, 1.0 / 3, 4 * std::sqrt(4.0 / 45 / n));
-        // A column of 1/64 is missed by its 8 squares with probability (1 − 1/8)^8; a net misses none
+        // A column of 1/64 is missed by its 8 squares with probability (1 − 1/8)^8; a net misses
+        // none
         EXPECT_NEAR(double(empty_columns) / n, std::pow(7.0 / 8, 8), 0.05);
     }
 }
@@ -264,15 +265,19 @@ TEST(H44Streams, AreUncorrelatedOverSamples) {
 
 // Two of 2^16 random points of 48 bits are alike with a probability of 1e-5
 TEST(H44Streams, PixelsShareNoPoint) {
-    for (const SamplerKind kind : {SamplerKind::Sobol, SamplerKind::SobolHalves, SamplerKind::BlueNoise,
-                                   SamplerKind::BlueNoiseHalves, SamplerKind::Independent, SamplerKind::Stratified}) {
+    for (const SamplerKind kind :
+         {SamplerKind::Sobol, SamplerKind::SobolHalves, SamplerKind::BlueNoise,
+          SamplerKind::BlueNoiseHalves, SamplerKind::Independent, SamplerKind::Stratified}) {
         std::set<std::pair<float, float>> seen;
         for (int i = 0; i < 1 << 16; ++i) {
-            const Vec2 u = PixelSampler(11, i % 128, i / 128 % 128, uint64_t(i >> 14), kind).get_2d(1, Purpose::LightSurface);
+            const Vec2 u = PixelSampler(11, i % 128, i / 128 % 128, uint64_t(i >> 14), kind)
+                               .get_2d(1, Purpose::LightSurface);
             seen.insert({u.x, u.y});
         }
-        hardcase::expect_within({fmt::format("points that two of 128 by 128 pixels share, 4 samples, sampler {}", int(kind)),
-                                 65536.0 - double(seen.size()), 0, 0, "points of independent draws are distinct"});
+        hardcase::expect_within(
+            {fmt::format("points that two of 128 by 128 pixels share, 4 samples, sampler {}",
+                         int(kind)),
+             65536.0 - double(seen.size()), 0, 0, "points of independent draws are distinct"});
     }
 }
 
@@ -372,9 +377,10 @@ TEST(H44Streams, MeansOverSeedsSpreadAsPredicted) {
         sum2 += (mean - 0.5) * (mean - 0.5);
     }
     const double ratio = sum2 / seeds * 12 * pixels;  // expectation 1, variance 2 / seeds
-    hardcase::expect_within({"variance of the means of 64 seeds over its prediction, less 1, within 4 standard errors",
-                             std::abs(ratio - 1), 4 * std::sqrt(2.0 / seeds), 0, "closed form",
-                             fmt::format("{:.2g}", 5.28 * std::sqrt(2.0 / seeds))});
+    hardcase::expect_within(
+        {"variance of the means of 64 seeds over its prediction, less 1, within 4 standard errors",
+         std::abs(ratio - 1), 4 * std::sqrt(2.0 / seeds), 0, "closed form",
+         fmt::format("{:.2g}", 5.28 * std::sqrt(2.0 / seeds))});
 }
 
 TEST(H44Streams, OneChangedKeyBitChangesHalfTheBits) {

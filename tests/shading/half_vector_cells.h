@@ -20,8 +20,7 @@ struct HalfVectorCells {
     template <class Alpha>
     static size_t of(const Vec3d& m, const Alpha& alpha) {
         const double x = m.x / ggx_detail::along_x(alpha), y = m.y / ggx_detail::along_y(alpha);
-        const int r =
-            std::min(rows - 1, int(rows / std::sqrt(1 + (x * x + y * y) / (m.z * m.z))));
+        const int r = std::min(rows - 1, int(rows / std::sqrt(1 + (x * x + y * y) / (m.z * m.z))));
         const int c = std::min(columns - 1, int((std::atan2(y, x) / (2 * pi_d) + 0.5) * columns));
         return size_t(r * columns + c);
     }
@@ -32,9 +31,11 @@ struct HalfVectorCells {
 template <class Alpha>
 std::vector<double> cell_probabilities(const Vec3d& wo, const Alpha& alpha) {
     using Cells = HalfVectorCells;
+
     struct Steps {
         int rows, columns;
     };
+
     // Where reflections leave the hemisphere the density breaks off: fine steps across it
     constexpr Steps coarse = {40, 8}, fine = {200, 24};
     const auto normal_at = [&](double y, double phi) {
@@ -58,7 +59,8 @@ std::vector<double> cell_probabilities(const Vec3d& wo, const Alpha& alpha) {
         for (int r = 0; r <= coarse.rows; ++r) {
             for (int c = 0; c <= coarse.columns; ++c) {
                 const double y = y_of(cell, double(r) / coarse.rows);
-                if (!reflects_up(normal_at(y, phi_of(cell, double(c) / coarse.columns)))) return true;
+                if (!reflects_up(normal_at(y, phi_of(cell, double(c) / coarse.columns))))
+                    return true;
             }
         }
         return false;

@@ -140,7 +140,8 @@ TEST(AnisotropicAlbedo, AgreesWithQuadratureBetweenItsNodes) {
             const ExactGgxAlbedo e = albedo_by_normals(direction_d(mu, phi), Vec2d(alpha));
             const GgxAlbedo a = curve.at(direction(mu, phi));
             worst_loss = hardcase::larger(worst_loss, std::abs(e.loss - double(a.loss)));
-            worst_schlick = hardcase::larger(worst_schlick, std::abs(e.schlick - double(a.schlick)));
+            worst_schlick =
+                hardcase::larger(worst_schlick, std::abs(e.schlick - double(a.schlick)));
         }
     }
     std::printf("one pair: worst error of loss %.1e, schlick %.1e\n", worst_loss, worst_schlick);
@@ -177,10 +178,12 @@ TEST(AnisotropicAlbedo, RangesAgreeWithQuadratureToo) {
             const ExactGgxAlbedo e = albedo_by_normals(direction_d(mu, phi), Vec2d(alpha));
             const GgxAlbedo a = curve.at(direction(mu, phi));
             worst_loss = hardcase::larger(worst_loss, std::abs(e.loss - double(a.loss)));
-            worst_schlick = hardcase::larger(worst_schlick, std::abs(e.schlick - double(a.schlick)));
+            worst_schlick =
+                hardcase::larger(worst_schlick, std::abs(e.schlick - double(a.schlick)));
             if (i % 30 != 0) continue;
             const float mean = albedo_of(alpha).curve(alpha).average().loss;
-            worst_mean = hardcase::larger(worst_mean, double(std::abs(mean - curve.average().loss)));
+            worst_mean =
+                hardcase::larger(worst_mean, double(std::abs(mean - curve.average().loss)));
         }
         std::printf("%s: worst error of loss %.1e, schlick %.1e, mean loss %.1e\n", k.name,
                     worst_loss, worst_schlick, worst_mean);

@@ -103,7 +103,8 @@ TEST(AlbedoTables, AgreeWithQuadratureBetweenTheirNodes) {
         const auto e = albedo_by_quadrature(mu, alpha, rule, 96);
         const GgxAlbedo table = ggx_albedo(float(mu), float(alpha));
         worst_loss = hardcase::larger(worst_loss, std::abs(1 - e.one - double(table.loss)));
-        worst_schlick = hardcase::larger(worst_schlick, std::abs(e.schlick - double(table.schlick)));
+        worst_schlick =
+            hardcase::larger(worst_schlick, std::abs(e.schlick - double(table.schlick)));
     }
     std::printf("worst table error: loss %.1e, schlick %.1e\n", worst_loss, worst_schlick);
     EXPECT_LT(worst_loss, 6e-4);
@@ -152,12 +153,16 @@ TEST(H19VisibleNormals, BoundedSamplingFollowsItsDensity) {
             const Vec3d wo = direction(mu);
             const std::vector<double> probabilities = cell_probabilities(wo, alpha);
             constexpr int count = 60000;
-            const auto seed = static_cast<unsigned long long>(mu * 1e6) + static_cast<unsigned long long>(alpha * 1e4);
-            std::vector<testing::ChiSquareRun> runs = {run_chi_square<double>(wo, alpha, probabilities, count, seed)};
+            const auto seed = static_cast<unsigned long long>(mu * 1e6) +
+                              static_cast<unsigned long long>(alpha * 1e4);
+            std::vector<testing::ChiSquareRun> runs = {
+                run_chi_square<double>(wo, alpha, probabilities, count, seed)};
             // Rounding a direction moves the half vector that it is told by, by so much of a width
-            if (0x1p-24 / (mu * alpha) < 0.1) runs.push_back(run_chi_square<float>(wo, alpha, probabilities, count, seed));
+            if (0x1p-24 / (mu * alpha) < 0.1)
+                runs.push_back(run_chi_square<float>(wo, alpha, probabilities, count, seed));
             for (const testing::ChiSquareRun& run : runs) {
-                // 3.74: family-wise 1 % over 106 tests (Šidák), one-sided, 1 − 0.99^(1/106) = 9.5e-5
+                // 3.74: family-wise 1 % over 106 tests (Šidák), one-sided, 1 − 0.99^(1/106)
+                // = 9.5e-5
                 worst = hardcase::larger(worst, run.z);
                 EXPECT_LE(run.heaviest, 1 + 1e-5);
                 // The density integrates to 1 less what falls below the surface; lost is a count of
@@ -168,8 +173,8 @@ TEST(H19VisibleNormals, BoundedSamplingFollowsItsDensity) {
         }
     }
     hardcase::expect_within(
-        {"worst chi-square deviate of 54 settings in double and 52 in float", hardcase::larger(0.0, worst), 3.74, 0,
-         "the density, integrated over cells",
+        {"worst chi-square deviate of 54 settings in double and 52 in float",
+         hardcase::larger(0.0, worst), 3.74, 0, "the density, integrated over cells",
          fmt::format("a cell wrong by {:.0f} %",
                      100 * sampling::testing::smallest_detectable(60000, 120))});
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "geometry/tessellate.h"
 #include "geometry/triangle_mesh.h"
+#include "hard_case.h"
 #include "image/exr.h"
 #include "shading/material_evaluator.h"
 #include "temporary_folder.h"
-#include "hard_case.h"
 
 #include <gtest/gtest.h>
 
@@ -92,7 +92,8 @@ TEST(MaterialEvaluator, PatternsMoveWithTheirMesh) {
     stage.material().diffuse_color.pattern = 0;
     const MaterialEvaluator e(stage.scene, stage.diagnostics);
     SurfacePoint p = stage.point(0.25f, 0.5f);
-    const Vec3 at_first = stage.mesh.corner(0, 0) * 0.25f + stage.mesh.corner(0, 1) * 0.25f + stage.mesh.corner(0, 2) * 0.5f;
+    const Vec3 at_first = stage.mesh.corner(0, 0) * 0.25f + stage.mesh.corner(0, 1) * 0.25f +
+                          stage.mesh.corner(0, 2) * 0.5f;
     for (const float time : {0.0f, 0.5f, 1.0f}) {
         p.time = time;
         p.p = at_first + Vec3(3, 5, 7) * time;
@@ -262,7 +263,8 @@ TEST(MaterialEvaluator, TexturesFollowStAndItsTransform) {
             const MaterialEvaluator turned(stage.scene, stage.diagnostics);
             EXPECT_NEAR(double(turned.emission(p, up, 0).x) + double(c.x), 1.0, 1e-5);
             stage.scene.textures[0].st_matrix = {1, 0, 0, 1};
-            // A footprint as large as the square sees the mean; one of a 256th sees what no footprint sees
+            // A footprint as large as the square sees the mean; one of a 256th sees what no
+            // footprint sees
             EXPECT_NEAR(double(e.emission(p, up, 1.0f).x), 0.5, 0.01);
             const MaterialEvaluator sharp(stage.scene, stage.diagnostics, {}, -8.0f);
             const MaterialEvaluator blurred(stage.scene, stage.diagnostics, {}, 8.0f);
@@ -341,9 +343,10 @@ TEST(H08Mirrored, NormalMapsTiltTowardsTheTangents) {
     Stage mirrored(true);
     mirrored.material().normal = Input(Rgb(0.0f, 0.6f, 0.8f));
     const MaterialEvaluator m(mirrored.scene, mirrored.diagnostics);
-    hardcase::expect_within({"normal of a map on mirrored coordinates",
-                             double((m.make_bsdf(mirrored.point(), up, 0).ns() - Vec3(0, -0.6f, 0.8f)).length()), 1e-6,
-                             0, "closed form"});
+    hardcase::expect_within(
+        {"normal of a map on mirrored coordinates",
+         double((m.make_bsdf(mirrored.point(), up, 0).ns() - Vec3(0, -0.6f, 0.8f)).length()), 1e-6,
+         0, "closed form"});
     // From behind, the normal is turned over as a whole
     EXPECT_NEAR(double((e.make_bsdf(stage.point(), -up, 0).ns() - Vec3(0, -0.6f, -0.8f)).length()),
                 0, 1e-6);

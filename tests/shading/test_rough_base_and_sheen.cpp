@@ -112,7 +112,10 @@ TEST(Sheen, IsTheFormulaOfThePapers) {
             for (const double mu_o : cosines) {
                 for (const double mu_i : cosines) {
                     const double expected = d / (4 * (mu_o + mu_i - mu_o * mu_i));
-                    EXPECT_NEAR(double(sheen_f(float(mu_o), float(mu_i), float(mu), float(roughness))), expected, 1e-3 * expected + 1e-5) << roughness << " " << mu << " " << mu_o << " " << mu_i;
+                    EXPECT_NEAR(
+                        double(sheen_f(float(mu_o), float(mu_i), float(mu), float(roughness))),
+                        expected, 1e-3 * expected + 1e-5)
+                        << roughness << " " << mu << " " << mu_o << " " << mu_i;
                 }
             }
         }
@@ -133,7 +136,9 @@ TEST(Sheen, AlbedoIsItsIntegral) {
                     const float cos_m = across.z / std::sqrt(across.dot(across));
                     return double(sheen_f(wo.z, wi.z, std::min(cos_m, 1.0f), roughness));
                 });
-            worst = std::max(worst, std::abs(exact - double(SheenAlbedo::of_process().at(float(mu), roughness))));
+            worst = std::max(
+                worst,
+                std::abs(exact - double(SheenAlbedo::of_process().at(float(mu), roughness))));
             EXPECT_LE(exact, 1.001) << roughness << " " << mu;
         }
     }

@@ -172,8 +172,10 @@ TEST(RoughInterface, TablesAgreeWithQuadrature) {
                 const auto exact = rough_interface::exact_shares(double(mu), double(alpha),
                                                                  double(ior), side, 28657);
                 const auto table = interface.curve(alpha, side).at(mu);
-                worst[0] = hardcase::larger(worst[0], std::abs(exact.passed - double(table.passed)));
-                worst[1] = hardcase::larger(worst[1], std::abs(exact.excess - double(table.excess)));
+                worst[0] =
+                    hardcase::larger(worst[0], std::abs(exact.passed - double(table.passed)));
+                worst[1] =
+                    hardcase::larger(worst[1], std::abs(exact.excess - double(table.excess)));
             }
         }
     }

@@ -258,7 +258,8 @@ TEST_F(Textures, PicturesUnderAWrongNameAreReadByWhatTheyBeginWith) {
 
 /// OpenEXR would take the memory before it finds that the file ends.
 TEST_F(Textures, AttributesLongerThanTheirFileAreRefused) {
-    const std::string path = folder.write("long.exr", 2, 1, 3, OIIO::TypeFloat, {0, 0, 0, 8, 4, 2}, {{"note", "text"}});
+    const std::string path =
+        folder.write("long.exr", 2, 1, 3, OIIO::TypeFloat, {0, 0, 0, 8, 4, 2}, {{"note", "text"}});
     std::ifstream in(path, std::ios::binary);
     std::string bytes{std::istreambuf_iterator<char>(in), {}};
     const size_t at = bytes.find(std::string("note\0string", 11));
@@ -267,7 +268,8 @@ TEST_F(Textures, AttributesLongerThanTheirFileAreRefused) {
     std::ofstream(path, std::ios::binary) << bytes;
     open(texture(path));
     ASSERT_EQ(diagnostics.error_count(), 1u);
-    EXPECT_NE(diagnostics.all()[0].message.find("an attribute is longer than the file"), std::string::npos);
+    EXPECT_NE(diagnostics.all()[0].message.find("an attribute is longer than the file"),
+              std::string::npos);
 }
 
 /// Tiles that fill such a window are more than OpenImageIO counts: it ended the process.

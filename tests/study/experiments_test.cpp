@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "study/fake_render.h"
+
 #include <gtest/gtest.h>
 
 #include <thread>
-
-#include "study/fake_render.h"
 
 namespace velatura::test {
 
@@ -15,7 +15,10 @@ const std::vector<Knob> one_choice = {{"way", "--way", {{"a"}, {"b"}}}};
 
 Facts usual_facts() {
     Facts facts;
-    facts.now = {{"--max-depth", "6"}, {"--sampler", "sobol"}, {"--light-selection", "tree"}, {"--dicing-rate", "1"}};
+    facts.now = {{"--max-depth", "6"},
+                 {"--sampler", "sobol"},
+                 {"--light-selection", "tree"},
+                 {"--dicing-rate", "1"}};
     return facts;
 }
 
@@ -30,7 +33,8 @@ TEST(Knobs, WhatTheSceneDoesNotHoldIsNotStudied) {
     facts.effects = {"textures"};
     names.clear();
     for (const Knob& k : knobs_for(facts, {})) names.insert(k.name);
-    EXPECT_EQ(names, (std::set<std::string>{"max bounces", "sampler", "light selection", "dicing rate", "effect textures"}));
+    EXPECT_EQ(names, (std::set<std::string>{"max bounces", "sampler", "light selection",
+                                            "dicing rate", "effect textures"}));
     EXPECT_EQ(knobs_for(facts, {"sampler"}).size(), 1u);
     EXPECT_EQ(knobs_for(facts, {"max-depth"}).size(), 1u);
 }
@@ -99,8 +103,10 @@ TEST(Experiments, GoOnFromWhatWasStored) {
     (void)parts.run(fake);
     for (size_t i = 0; i < whole.settings.size(); ++i) {
         EXPECT_EQ(whole.tallies.settings[i].rounds, parts.tallies.settings[i].rounds);
-        EXPECT_EQ(whole.tallies.settings[i].at(64)->picture.sum, parts.tallies.settings[i].at(64)->picture.sum);
-        EXPECT_EQ(whole.tallies.settings[i].difference.square, parts.tallies.settings[i].difference.square);
+        EXPECT_EQ(whole.tallies.settings[i].at(64)->picture.sum,
+                  parts.tallies.settings[i].at(64)->picture.sum);
+        EXPECT_EQ(whole.tallies.settings[i].difference.square,
+                  parts.tallies.settings[i].difference.square);
     }
 }
 
@@ -117,7 +123,8 @@ TEST(Experiments, WhatCannotBeRenderedIsLeftOutWithAReason) {
 }
 
 TEST(Experiments, WhatIsSettledLeavesTheTimeToTheRest) {
-    FakeStudy s({{"way", "--way", {{"a"}, {"b"}, {"c"}}}, {"kind", "--kind", {{"a", Promise::Changes}, {"b", Promise::Changes}}}});
+    FakeStudy s({{"way", "--way", {{"a"}, {"b"}, {"c"}}},
+                 {"kind", "--kind", {{"a", Promise::Changes}, {"b", Promise::Changes}}}});
     FakeRenderer fake;
     fake.settings["--way b"] = {.noise = 2};
     const Report report = s.run(fake);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/fake_render.h"
 
-#include <cmath>
-#include <random>
+#include "base/hash.h"
 
 #include <gtest/gtest.h>
 
-#include "base/hash.h"
+#include <cmath>
+#include <random>
 
 namespace velatura::test {
 
@@ -18,18 +18,22 @@ Result<study::RenderRun> FakeRenderer::operator()(const study::RenderRequest& re
     study::RenderRun run;
     run.setup_s = s.setup_s;
     // The same picture: the numbers of the render as it is
-    std::mt19937_64 numbers(hash_combine(request.seed, hash_string(s.is_same ? std::string() : request.options)));
+    std::mt19937_64 numbers(
+        hash_combine(request.seed, hash_string(s.is_same ? std::string() : request.options)));
     std::mt19937_64 times(hash_combine(request.seed + 1, hash_string(request.options)));
     std::normal_distribution<double> normal;
-    const double slow = (1 + machine_drift * double(request.seed % 2)) * std::exp(0.1 * std::normal_distribution<double>()(times));
+    const double slow = (1 + machine_drift * double(request.seed % 2)) *
+                        std::exp(0.1 * std::normal_distribution<double>()(times));
     for (const uint64_t spp : request.spp) {
         study::Reading r{.spp = spp, .means = {}};
         const double ratio = double(spp) / 64;
         for (size_t p = 0; p < pixels; ++p) {
             const double at = double(p) / double(pixels);
             for (int c = 0; c < 3; ++c) {
-                const double mean = 0.2 + at + 0.1 * c, tilt = at < 0.5 ? s.tilt * 0.7 : -s.tilt * 0.7;
-                const double sigma = noise * s.noise * (0.5 + at) * std::pow(ratio, s.slope) * std::sqrt(mean * mean + 0.01);
+                const double mean = 0.2 + at + 0.1 * c,
+                             tilt = at < 0.5 ? s.tilt * 0.7 : -s.tilt * 0.7;
+                const double sigma = noise * s.noise * (0.5 + at) * std::pow(ratio, s.slope) *
+                                     std::sqrt(mean * mean + 0.01);
                 r.means.push_back(float(mean * s.scale + tilt + sigma * normal(numbers)));
             }
         }
@@ -55,12 +59,15 @@ FakeStudy::FakeStudy(std::vector<study::Knob> k) : knobs(std::move(k)) {
 }
 
 study::Report FakeStudy::run(FakeRenderer& renderer) {
-    const Result<void> done = study::run_experiments(settings, options, std::ref(renderer), {}, tallies);
+    const Result<void> done =
+        study::run_experiments(settings, options, std::ref(renderer), {}, tallies);
     EXPECT_TRUE(done.has_value());
     return study::make_report(subject, knobs, facts, settings, tallies);
 }
 
-const study::SettingResult& result_of(const study::Report& report, const std::string& knob, const std::string& value) {
+const study::SettingResult& result_of(const study::Report& report,
+                                      const std::string& knob,
+                                      const std::string& value) {
     for (const study::SettingResult& r : report.settings)
         if (r.setting.knob == knob && r.setting.value == value) return r;
     ADD_FAILURE() << "no setting " << knob << ' ' << value;

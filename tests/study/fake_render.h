@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <map>
-#include <string>
-
 #include "study/experiments.h"
 #include "study/report.h"
+
+#include <map>
+#include <string>
 
 namespace velatura::test {
 
@@ -20,12 +20,12 @@ struct FakeSetting {
     double setup_s = 0;
 };
 
-/// Renders by known means, noise and times: pixels of different brightness and noise, log-normal time with a spread of
-/// 10 %, and a machine that is slower in some rounds.
+/// Renders by known means, noise and times: pixels of different brightness and noise, log-normal
+/// time with a spread of 10 %, and a machine that is slower in some rounds.
 struct FakeRenderer {
     std::map<std::string, FakeSetting> settings;  ///< by options
-    double noise = 0.05;      ///< relative, of the render as it is at 64 samples
-    double cpu_s = 0.01;      ///< of the grid at 64 samples
+    double noise = 0.05;       ///< relative, of the render as it is at 64 samples
+    double cpu_s = 0.01;       ///< of the grid at 64 samples
     double machine_drift = 0;  ///< how much slower odd seeds are
     int calls = 0;
 
@@ -46,6 +46,8 @@ struct FakeStudy {
     study::Report run(FakeRenderer& renderer);
 };
 
-const study::SettingResult& result_of(const study::Report& report, const std::string& knob, const std::string& value);
+const study::SettingResult& result_of(const study::Report& report,
+                                      const std::string& knob,
+                                      const std::string& value);
 
 }  // namespace velatura::test

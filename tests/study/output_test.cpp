@@ -1,13 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdlib>
-#include <memory>
-
-#include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
-
 #include "image/formats.h"
 #include "study/compare.h"
 #include "study/fake_render.h"
@@ -15,6 +6,15 @@
 #include "study/png.h"
 #include "study/raster.h"
 #include "study/report_plots.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <memory>
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wall"
@@ -38,7 +38,8 @@ using namespace velatura::study;
 namespace {
 
 Report some_report(double way_b_time) {
-    FakeStudy s({{"way", "--way", {{"a"}, {"b"}}}, {"depth", "--depth", {{"4", Promise::Approximates}, {"0"}}, "0"}});
+    FakeStudy s({{"way", "--way", {{"a"}, {"b"}}},
+                 {"depth", "--depth", {{"4", Promise::Approximates}, {"0"}}, "0"}});
     FakeRenderer r;
     r.settings["--way b"] = {.time = way_b_time};
     r.settings["--depth 0"] = {.scale = 1.02};
@@ -62,9 +63,12 @@ TEST(Html, IsOneFileThatAsksForNoOther) {
     EXPECT_EQ(count(html, "url("), 0u);
     EXPECT_EQ(count(html, " src="), count(html, " src=\"data:image/png;base64,"));
     EXPECT_EQ(count(html, " href="), count(html, " href=\"data:,\""));
-    for (const char* tag : {"table", "figure", "svg", "tr", "td", "div", "ul", "li", "p", "h2", "span"}) {
+    for (const char* tag :
+         {"table", "figure", "svg", "tr", "td", "div", "ul", "li", "p", "h2", "span"}) {
         const std::string name = tag;
-        EXPECT_EQ(count(html, "<" + name + ">") + count(html, "<" + name + " "), count(html, "</" + name + ">")) << tag;
+        EXPECT_EQ(count(html, "<" + name + ">") + count(html, "<" + name + " "),
+                  count(html, "</" + name + ">"))
+            << tag;
     }
     EXPECT_EQ(count(html, "nan"), 0u);
     EXPECT_EQ(count(html, "<b>&"), 0u) << "names are not markup";
@@ -100,12 +104,17 @@ TEST(Compare, SaysWhatDiffers) {
     EXPECT_EQ(count(*same, "differs"), 0u);
     const size_t line = other->find("--way b");
     ASSERT_NE(line, std::string::npos);
-    EXPECT_NE(other->substr(line, other->find('\n', line) - line).find("differs"), std::string::npos) << *other;
+    EXPECT_NE(other->substr(line, other->find('\n', line) - line).find("differs"),
+              std::string::npos)
+        << *other;
     EXPECT_FALSE(compare_reports(a, "{}").has_value());
     EXPECT_FALSE(compare_reports("no json", b).has_value());
     EXPECT_FALSE(compare_reports(a, R"({"schema":"velatura.study/1"})").has_value());
     EXPECT_FALSE(compare_reports(a, R"({"schema":1})").has_value());
-    const std::string deep = R"({"schema":"velatura.study/1","noise":{"value":0,"low":0,"high":0},"bias":0,"settings":[{"cpu_s":1,"knob":)" + std::string(1000000, '[') + std::string(1000000, ']') + "}]}";
+    const std::string deep =
+        R"({"schema":"velatura.study/1","noise":{"value":0,"low":0,"high":0},"bias":0,
+            "settings":[{"cpu_s":1,"knob":)" +
+        std::string(1000000, '[') + std::string(1000000, ']') + "}]}";
     EXPECT_FALSE(compare_reports(deep, deep).has_value());
 }
 
@@ -114,10 +123,14 @@ TEST(Png, HoldsThePixels) {
     for (int i = 0; i < 3 * 7 * 5; ++i) rgb.push_back(float((i * 37) % 101) / 90.0f - 0.05f);
     const std::string png = to_png(7, 5, rgb);
     int width = 0, height = 0, channels = 0;
-    const std::unique_ptr<uint8_t, decltype(&std::free)> bytes(stbi_load_from_memory(reinterpret_cast<const uint8_t*>(png.data()), int(png.size()), &width, &height, &channels, 0), &std::free);
+    const std::unique_ptr<uint8_t, decltype(&std::free)> bytes(
+        stbi_load_from_memory(reinterpret_cast<const uint8_t*>(png.data()), int(png.size()), &width,
+                              &height, &channels, 0),
+        &std::free);
     ASSERT_TRUE(bytes);
     ASSERT_EQ((std::array<int, 3>{width, height, channels}), (std::array<int, 3>{7, 5, 3}));
-    for (size_t i = 0; i < rgb.size(); ++i) EXPECT_EQ(bytes.get()[i], image::display_byte(rgb[i])) << i;
+    for (size_t i = 0; i < rgb.size(); ++i)
+        EXPECT_EQ(bytes.get()[i], image::display_byte(rgb[i])) << i;
 }
 
 TEST(Plots, ArePicturesOfTheirOwn) {
@@ -127,7 +140,10 @@ TEST(Plots, ArePicturesOfTheirOwn) {
     for (const ReportPlot& plot : plots) {
         const std::string png = to_png(plot);
         int width = 0, height = 0, channels = 0;
-        const std::unique_ptr<uint8_t, decltype(&std::free)> bytes(stbi_load_from_memory(reinterpret_cast<const uint8_t*>(png.data()), int(png.size()), &width, &height, &channels, 3), &std::free);
+        const std::unique_ptr<uint8_t, decltype(&std::free)> bytes(
+            stbi_load_from_memory(reinterpret_cast<const uint8_t*>(png.data()), int(png.size()),
+                                  &width, &height, &channels, 3),
+            &std::free);
         ASSERT_TRUE(bytes);
         EXPECT_EQ(width, 1200);
         // Where the page has a dot, the picture has its color
@@ -135,28 +151,41 @@ TEST(Plots, ArePicturesOfTheirOwn) {
         for (const PlotDrawing::Dot& d : drawing.dots) {
             if (d.color != 0) continue;
             const double scale = 1200.0 / drawing.width;
-            const uint8_t* const pixel = bytes.get() + 3 * (size_t(scale * (d.y + 24)) * 1200 + size_t(scale * d.x));
-            EXPECT_EQ((std::array<int, 3>{pixel[0], pixel[1], pixel[2]}), (std::array<int, 3>{0x1b, 0x1b, 0x1a})) << plot.name;
+            const uint8_t* const pixel =
+                bytes.get() + 3 * (size_t(scale * (d.y + 24)) * 1200 + size_t(scale * d.x));
+            EXPECT_EQ((std::array<int, 3>{pixel[0], pixel[1], pixel[2]}),
+                      (std::array<int, 3>{0x1b, 0x1b, 0x1a}))
+                << plot.name;
         }
     }
 }
 
 TEST(Raster, LinesCoverWhatTheyAreLongAndWide) {
     Raster raster(100, 60);
-    PlotDrawing drawing{.width = 50, .height = 30, .lines = {{{{5, 5}, {45, 25}}, 1, 2.0, false}}, .dots = {}, .texts = {}};
+    PlotDrawing drawing{.width = 50,
+                        .height = 30,
+                        .lines = {{{{5, 5}, {45, 25}}, 1, 2.0, false}},
+                        .dots = {},
+                        .texts = {}};
     const std::vector<float> before = raster.rgb();
     raster.draw(drawing, 2, 0, 0);
     double covered = 0;
-    for (size_t i = 0; i < before.size(); i += 3) covered += double((before[i] - raster.rgb()[i]) / (before[i] - 42 / 255.0f));
+    for (size_t i = 0; i < before.size(); i += 3)
+        covered += double((before[i] - raster.rgb()[i]) / (before[i] - 42 / 255.0f));
     // As wide as two thirds of the plot's units, with a round end of half a circle each
     const double width = 2 * 2.0 * 0.7, length = 2 * std::hypot(40, 20);
     EXPECT_NEAR(covered, width * length + 3.14159 / 4 * width * width, 0.03 * width * length);
 }
 
 TEST(Raster, LettersStandWhereTheyAreAnchored) {
-    for (const auto anchor : {PlotDrawing::Anchor::Start, PlotDrawing::Anchor::Middle, PlotDrawing::Anchor::End}) {
+    for (const auto anchor :
+         {PlotDrawing::Anchor::Start, PlotDrawing::Anchor::Middle, PlotDrawing::Anchor::End}) {
         Raster raster(400, 60);
-        const PlotDrawing drawing{.width = 400, .height = 60, .lines = {}, .dots = {}, .texts = {{200, 40, "HHHHHHHH", anchor}}};
+        const PlotDrawing drawing{.width = 400,
+                                  .height = 60,
+                                  .lines = {},
+                                  .dots = {},
+                                  .texts = {{200, 40, "HHHHHHHH", anchor}}};
         const std::vector<float> before = raster.rgb();
         raster.draw(drawing, 1, 0, 0);
         int left = 400, right = 0, top = 60, bottom = 0;
@@ -172,7 +201,9 @@ TEST(Raster, LettersStandWhereTheyAreAnchored) {
         ASSERT_LT(left, right);
         EXPECT_EQ(bottom, 39) << "on the base line";
         EXPECT_NEAR(bottom - top, 14, 4);
-        const int at = anchor == PlotDrawing::Anchor::Start ? left : anchor == PlotDrawing::Anchor::End ? right : (left + right) / 2;
+        const int at = anchor == PlotDrawing::Anchor::Start ? left
+                       : anchor == PlotDrawing::Anchor::End ? right
+                                                            : (left + right) / 2;
         EXPECT_NEAR(at, 200, 6) << "but for the space behind a letter";
     }
 }

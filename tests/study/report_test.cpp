@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests of the test: what is planted in renders of known mean, noise and time is found, and nothing else.
-#include <algorithm>
-#include <cmath>
+// Tests of the test: what is planted in renders of known mean, noise and time is found, and nothing
+// else.
+#include "study/fake_render.h"
+#include "study/rows.h"
 
 #include <gtest/gtest.h>
 
-#include "study/fake_render.h"
-#include "study/rows.h"
+#include <algorithm>
+#include <cmath>
 
 namespace velatura::test {
 
@@ -16,12 +17,16 @@ using study::Knob;
 using study::Promise;
 using study::Verdict;
 
-const std::vector<Knob> two_choices = {{"way", "--way", {{"a"}, {"b"}, {"c"}}}, {"tree", "--tree", {{"good"}, {"other"}}}};
+const std::vector<Knob> two_choices = {{"way", "--way", {{"a"}, {"b"}, {"c"}}},
+                                       {"tree", "--tree", {{"good"}, {"other"}}}};
 
 }  // namespace
 
 TEST(Report, NoiseBiasAndTimeAreThoseOfTheRenders) {
-    FakeStudy s({{"depth", "--depth", {{"4", Promise::Approximates}, {"2", Promise::Approximates}, {"0"}}, "0"}});
+    FakeStudy s({{"depth",
+                  "--depth",
+                  {{"4", Promise::Approximates}, {"2", Promise::Approximates}, {"0"}},
+                  "0"}});
     FakeRenderer r;
     r.settings["--depth 0"] = {.noise = 1.2, .time = 1.5, .scale = 1.02};
     r.settings["--depth 2"] = {.noise = 0.8, .time = 0.5, .scale = 0.9};
@@ -66,7 +71,9 @@ TEST(Report, NothingIsFoundWhereNothingIs) {
         FakeRenderer r;
         r.machine_drift = 0.5;
         const study::Report report = s.run(r);
-        for (size_t i = 1; i < report.settings.size(); ++i) EXPECT_EQ(report.settings[i].verdict, Verdict::NoDifference) << report.settings[i].setting.options;
+        for (size_t i = 1; i < report.settings.size(); ++i)
+            EXPECT_EQ(report.settings[i].verdict, Verdict::NoDifference)
+                << report.settings[i].setting.options;
         EXPECT_EQ(report.bias, 0.0);
     }
 }
@@ -105,15 +112,23 @@ TEST(Report, APlantedBiasIsFound) {
 }
 
 TEST(Report, LightThatIsMetTooRarelyIsNoBrokenPromise) {
-    FakeStudy s({{"way", "--way", {{"a"}, {"b", Promise::SameMean, true}, {"c", Promise::SameMean, true}, {"d", Promise::SameMean, true}}}});
+    FakeStudy s({{"way",
+                  "--way",
+                  {{"a"},
+                   {"b", Promise::SameMean, true},
+                   {"c", Promise::SameMean, true},
+                   {"d", Promise::SameMean, true}}}});
     FakeRenderer r;
     r.settings["--way d"] = {.tilt = 0.2};
     r.settings["--way b"] = {.scale = 0.8};
     r.settings["--way c"] = {.scale = 1.2};
     const study::Report report = s.run(r);
-    EXPECT_EQ(result_of(report, "way", "b").verdict, Verdict::Worse) << "what it misses is its error";
-    EXPECT_EQ(result_of(report, "way", "d").verdict, Verdict::Worse) << "as much too dark here as too bright there";
-    EXPECT_EQ(result_of(report, "way", "c").verdict, Verdict::Suspect) << "nobody finds more light than there is";
+    EXPECT_EQ(result_of(report, "way", "b").verdict, Verdict::Worse)
+        << "what it misses is its error";
+    EXPECT_EQ(result_of(report, "way", "d").verdict, Verdict::Worse)
+        << "as much too dark here as too bright there";
+    EXPECT_EQ(result_of(report, "way", "c").verdict, Verdict::Suspect)
+        << "nobody finds more light than there is";
 }
 
 TEST(Report, LessNoiseInTheSameTimeIsTheBestBuy) {
@@ -139,7 +154,8 @@ TEST(Report, PreparationCountsAsTime) {
 }
 
 TEST(Report, ABiasThatWouldNotBeSeenIsReckonedWith) {
-    FakeStudy s({{"depth", "--depth", {{"0"}, {"8", Promise::Approximates}}, "0"}, {"way", "--way", {{"a"}, {"b"}}}});
+    FakeStudy s({{"depth", "--depth", {{"0"}, {"8", Promise::Approximates}}, "0"},
+                 {"way", "--way", {{"a"}, {"b"}}}});
     s.options.rounds = 3;
     FakeRenderer r;
     const study::Report report = s.run(r);
@@ -147,7 +163,8 @@ TEST(Report, ABiasThatWouldNotBeSeenIsReckonedWith) {
     EXPECT_NEAR(skew(result_of(report, "way", "b").equal_time), 1.0, 1e-9);
     const study::SettingResult& cut = result_of(report, "depth", "8");
     ASSERT_FALSE(cut.difference.is_seen);
-    EXPECT_NEAR(skew(cut.equal_time), std::hypot(1.0, cut.difference.bias_limit / report.noise.value), 0.02);
+    EXPECT_NEAR(skew(cut.equal_time),
+                std::hypot(1.0, cut.difference.bias_limit / report.noise.value), 0.02);
 }
 
 TEST(Report, WideIntervalsAreToldAndNotTakenForEquality) {
@@ -156,11 +173,14 @@ TEST(Report, WideIntervalsAreToldAndNotTakenForEquality) {
         s.options.rounds = rounds;
         FakeRenderer r;
         const study::Report report = s.run(r);
-        const auto row = std::find_if(report.rows.begin(), report.rows.end(), [](const study::KnobRow& k) { return k.knob == "way"; });
+        const auto row = std::find_if(report.rows.begin(), report.rows.end(),
+                                      [](const study::KnobRow& k) { return k.knob == "way"; });
         ASSERT_NE(row, report.rows.end());
         ASSERT_EQ(row->verdict, Verdict::NoDifference);
-        EXPECT_EQ(row->advice.starts_with("not told apart at equal time: -"), rounds == 2) << row->advice;
-        EXPECT_EQ(row->advice.starts_with("no difference at equal time, to "), rounds == 100) << row->advice;
+        EXPECT_EQ(row->advice.starts_with("not told apart at equal time: -"), rounds == 2)
+            << row->advice;
+        EXPECT_EQ(row->advice.starts_with("no difference at equal time, to "), rounds == 100)
+            << row->advice;
         EXPECT_EQ(study::advised_options(report, *row), "");
     }
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "study/statistics.h"
+
 #include <gtest/gtest.h>
 
 #include <random>
-
-#include "study/statistics.h"
 
 namespace velatura::test {
 
@@ -33,7 +33,8 @@ TEST(Statistics, IntervalsOfNoiseHoldTheTruthAsOftenAsTheySay) {
 
 TEST(Statistics, EqualPicturesAreTheSamePicture) {
     Moments d;
-    for (int r = 0; r < 4; ++r) d.add_difference({1.0f + float(r), 2.0f, 3.0f}, {1.0f + float(r), 2.0f, 3.0f});
+    for (int r = 0; r < 4; ++r)
+        d.add_difference({1.0f + float(r), 2.0f, 3.0f}, {1.0f + float(r), 2.0f, 3.0f});
     const DifferenceTest t = test_difference(d, {{1, 2, 3}});
     EXPECT_TRUE(t.is_same_picture);
     EXPECT_FALSE(t.is_seen);

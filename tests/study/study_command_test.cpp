@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // velatura study from the outside, on a scene of a few pixels.
-#include <cstdlib>
-#include <filesystem>
-#include <map>
-
-#include <sys/wait.h>
+#include "app/command.h"
+#include "base/atomic_file.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <sys/wait.h>
 
-#include "app/command.h"
-#include "base/atomic_file.h"
+#include <cstdlib>
+#include <filesystem>
+#include <map>
 
 namespace velatura::test {
 
@@ -20,7 +19,9 @@ class StudyCommand : public testing::Test {
   protected:
     void SetUp() override { w.write("s.usda", small_scene()); }
 
-    CommandResult study(const std::string& arguments) const { return w.velatura("study s.usda -q --res 20 16 --spp 8 --rounds 3 --time 60s " + arguments); }
+    CommandResult study(const std::string& arguments) const {
+        return w.velatura("study s.usda -q --res 20 16 --spp 8 --rounds 3 --time 60s " + arguments);
+    }
 
     nlohmann::json report(const std::string& folder) const {
         const Result<std::string> text = read_file(w.path(folder + "/report.json"));
@@ -41,7 +42,9 @@ class StudyCommand : public testing::Test {
 }  // namespace
 
 TEST_F(StudyCommand, WritesAReportOfWhatTheSceneCallsFor) {
-    const CommandResult r = study("-o out --knobs sampler,max-depth,light-sampling,bvh-quality,light-selection --max-depth 2 --splitting off");
+    const CommandResult r = study(
+        "-o out --knobs sampler,max-depth,light-sampling,bvh-quality,light-selection --max-depth 2 "
+        "--splitting off");
     ASSERT_EQ(r.exit_code, 0) << r.output;
     EXPECT_TRUE(w.exists("out/report.html"));
     EXPECT_TRUE(w.exists("out/report.csv"));
@@ -55,9 +58,12 @@ TEST_F(StudyCommand, WritesAReportOfWhatTheSceneCallsFor) {
     EXPECT_GT(j["bias"], 0.0);
     EXPECT_GT(setting(j, "--max-depth 1")["bias"], j["bias"]);
     EXPECT_EQ(setting(j, "--max-depth 0")["bias"], 0.0);
-    EXPECT_LT(setting(j, "--max-depth 1")["rays_per_sample"], setting(j, "--max-depth 0")["rays_per_sample"]);
+    EXPECT_LT(setting(j, "--max-depth 1")["rays_per_sample"],
+              setting(j, "--max-depth 0")["rays_per_sample"]);
     EXPECT_EQ(setting(j, "--bvh-quality fast")["difference"]["same_picture"], true);
-    for (const char* unbiased : {"--sampler independent", "--light-sampling light", "--light-sampling bsdf"}) EXPECT_EQ(setting(j, unbiased)["difference"]["seen"], false) << unbiased;
+    for (const char* unbiased :
+         {"--sampler independent", "--light-sampling light", "--light-sampling bsdf"})
+        EXPECT_EQ(setting(j, unbiased)["difference"]["seen"], false) << unbiased;
     double energy = 0;
     for (const auto& l : j["layers"])
         if (l["by"] == "bounce") energy += l["energy"].get<double>();
@@ -85,13 +91,17 @@ TEST_F(StudyCommand, ShowsImagesAndFiles) {
 
 /// The height of arcs over chords falls with the square of the chord: by four a level.
 TEST_F(StudyCommand, OutlinesOfSubdivisionSurfacesComeCloserByTheSquare) {
-    if (!std::filesystem::exists(VELATURA_BIN_DIR "/../plugins/subdivision/velatura_subdivision.so")) GTEST_SKIP() << "built without the plugin subdivision";
+    if (!std::filesystem::exists(VELATURA_BIN_DIR
+                                 "/../plugins/subdivision/velatura_subdivision.so"))
+        GTEST_SKIP() << "built without the plugin subdivision";
     w.write("s.usda", small_scene() + R"usda(
 def Mesh "Round"
 {
-    point3f[] points = [(-1, -1, -1), (1, -1, -1), (-1, 1, -1), (1, 1, -1), (-1, -1, 1), (1, -1, 1), (-1, 1, 1), (1, 1, 1)]
+    point3f[] points = [(-1, -1, -1), (1, -1, -1), (-1, 1, -1), (1, 1, -1), (-1, -1, 1), (1, -1,
+        1), (-1, 1, 1), (1, 1, 1)]
     int[] faceVertexCounts = [4, 4, 4, 4, 4, 4]
-    int[] faceVertexIndices = [0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5]
+    int[] faceVertexIndices = [0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3,
+        7, 5]
     uniform token subdivisionScheme = "catmullClark"
 }
 )usda");
@@ -115,7 +125,8 @@ TEST_F(StudyCommand, GoesOnFromItsFolder) {
     EXPECT_EQ(parts["noise"], whole["noise"]);
     EXPECT_EQ(w.velatura(usual + "-o parts --rounds 4 --resume --max-depth 3").exit_code, 5);
     EXPECT_EQ(w.velatura(usual + "-o parts --rounds 4 --resume --seed 9").exit_code, 5);
-    const CommandResult compared = w.velatura("study --compare parts/report.json whole/report.json");
+    const CommandResult compared =
+        w.velatura("study --compare parts/report.json whole/report.json");
     EXPECT_EQ(compared.exit_code, 0) << compared.output;
     EXPECT_NE(compared.output.find("--sampler independent"), std::string::npos);
 }
@@ -124,15 +135,21 @@ TEST_F(StudyCommand, GoesOnFromItsFolder) {
 TEST_F(StudyCommand, LearnsWhatRendersLearn) {
     ASSERT_EQ(study("-o out --knobs roulette").exit_code, 0);
     const nlohmann::json j = report("out");
-    EXPECT_NE(setting(j, "--roulette efficiency")["rays_per_sample"], setting(j, "")["rays_per_sample"]);
+    EXPECT_NE(setting(j, "--roulette efficiency")["rays_per_sample"],
+              setting(j, "")["rays_per_sample"]);
 }
 
 /// Values that contradict other options are named with the reason; the study goes on.
 TEST_F(StudyCommand, SaysWhatContradicts) {
-    ASSERT_EQ(study("-o out --light-sampling bsdf --light-selection power --knobs integrator,light-sampling,sampler").exit_code, 0);
+    ASSERT_EQ(study("-o out --light-sampling bsdf --light-selection power --knobs "
+                    "integrator,light-sampling,sampler")
+                  .exit_code,
+              0);
     const nlohmann::json j = report("out");
-    EXPECT_EQ(setting(j, "--integrator whitted")["refused"], "--integrator whitted means --light-sampling light, not bsdf");
-    EXPECT_EQ(setting(j, "--light-sampling global-area")["refused"], "--light-sampling global-area means --light-selection area, not power");
+    EXPECT_EQ(setting(j, "--integrator whitted")["refused"],
+              "--integrator whitted means --light-sampling light, not bsdf");
+    EXPECT_EQ(setting(j, "--light-sampling global-area")["refused"],
+              "--light-sampling global-area means --light-selection area, not power");
     EXPECT_EQ(setting(j, "--light-sampling area")["difference"]["seen"], false);
 }
 
@@ -149,10 +166,15 @@ TEST_F(StudyCommand, SaysWhatItCannotDo) {
 }
 
 TEST_F(StudyCommand, AnInterruptLeavesTheReport) {
-    // It would go on for an hour; the shell's signal comes after some rounds, on a busy machine later
+    // It would go on for an hour; the shell's signal comes after some rounds, on a busy machine
+    // later
     int status = 0, rounds = 0;
     for (const char* seconds : {"6", "20", "60"}) {
-        const std::string line = "cd '" + w.path("") + "' && timeout --preserve-status -s INT " + seconds + " '" VELATURA_BIN_DIR "/velatura' study s.usda -q --res 20 16 --spp 8 --rounds 100000 --time 1h --knobs sampler -o out";
+        const std::string line = "cd '" + w.path("") + "' && timeout --preserve-status -s INT " +
+                                 seconds +
+                                 " '" VELATURA_BIN_DIR
+                                 "/velatura' study s.usda -q --res 20 16 --spp 8 --rounds 100000 "
+                                 "--time 1h --knobs sampler -o out";
         status = std::system(line.c_str());
         const Result<std::string> text = read_file(w.path("out/report.json"));
         rounds = text ? nlohmann::json::parse(*text)["rounds"].get<int>() : 0;

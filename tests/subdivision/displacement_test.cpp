@@ -7,8 +7,8 @@
 #include "base/tasks.h"
 #include "cages.h"
 #include "geometry/refinement.h"
-#include "leaks.h"
 #include "hard_case.h"
+#include "leaks.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -150,9 +150,10 @@ TEST_F(H13Displacement, LeavesNoCrackAtSeamsCreasesAndUnevenRates) {
         for (const auto& count : counts) all += count;
     }
     EXPECT_GT(all.rays, 0u);
-    hardcase::expect_within({fmt::format("leaks of {} rays at displaced seams and creases", all.rays),
-                             double(all.misses + all.unseen), 0, 0, "a closed surface has no gaps",
-                             fmt::format("a share of {:.1g}", 3.0 / double(all.rays))});
+    hardcase::expect_within(
+        {fmt::format("leaks of {} rays at displaced seams and creases", all.rays),
+         double(all.misses + all.unseen), 0, 0, "a closed surface has no gaps",
+         fmt::format("a share of {:.1g}", 3.0 / double(all.rays))});
 }
 
 TEST_F(Displacement, MakesNormalsOfWhatComesOut) {

@@ -116,7 +116,8 @@ double largest_difference(const DicedMesh& diced, const scene::Primvar& primvar)
     double worst = 0;
     for (size_t v = 0; v < diced.data.positions.size(); ++v)
         for (size_t k = 0; k < 3; ++k)
-            worst = hardcase::larger(worst, std::abs(double(primvar.values[3 * v + k] - diced.data.positions[v][int(k)])));
+            worst = hardcase::larger(worst, std::abs(double(primvar.values[3 * v + k] -
+                                                            diced.data.positions[v][int(k)])));
     return worst;
 }
 
@@ -226,7 +227,8 @@ TEST_F(Sharing, WhatIsNoSurfaceIsRefused) {
 
 TEST_F(Sharing, CreasesWhereFacesMeetAlongTwoEdgesAreLeftToALaterOpenSubdiv) {
     // Vertex 3 is inside and has two faces only
-    scene::Mesh pocket = make_cage(scene::SubdivisionScheme::CatmullClark, {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0.5f, 0.5f, 1}, {0, 1, 0}},
+    scene::Mesh pocket = make_cage(scene::SubdivisionScheme::CatmullClark,
+                                   {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0.5f, 0.5f, 1}, {0, 1, 0}},
                                    {{0, 1, 2, 3}, {4, 0, 3, 2}});
     EXPECT_EQ(complaint_about(pocket), "");
     // At the boundary a crease changes nothing, and a weight of 0 makes none
@@ -234,8 +236,10 @@ TEST_F(Sharing, CreasesWhereFacesMeetAlongTwoEdgesAreLeftToALaterOpenSubdiv) {
     pocket.rules.crease_sharpnesses = {2.0f, 0.0f};
     EXPECT_EQ(complaint_about(pocket), "");
     pocket.rules.crease_sharpnesses = {2.0f, 2.0f};
-    if (OPENSUBDIV_VERSION_NUMBER >= 30501) EXPECT_EQ(complaint_about(pocket), "");
-    else EXPECT_NE(complaint_about(pocket).find("needs OpenSubdiv 3.5.1"), std::string::npos);
+    if (OPENSUBDIV_VERSION_NUMBER >= 30501)
+        EXPECT_EQ(complaint_about(pocket), "");
+    else
+        EXPECT_NE(complaint_about(pocket).find("needs OpenSubdiv 3.5.1"), std::string::npos);
     // Elsewhere it does no harm
     scene::Mesh beside = cube();
     beside.rules.creases = {{0, 1}};

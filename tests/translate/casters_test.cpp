@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What things are called in shadows by caster: by a name that the scene gives, by models, by themselves.
+// What things are called in shadows by caster: by a name that the scene gives, by models, by
+// themselves.
 #include "support.h"
 
 #include <fmt/format.h>
@@ -22,9 +23,12 @@ std::string casters_of(const std::string& text, Translated& out) {
     translate_text(text + camera(), out, options);
     std::string names;
     const scene::Casters& casters = out.scene.casters;
-    for (uint32_t s = 0; s < out.scene.shapes.size(); ++s) names += name_of(casters, casters.of(scene::none, s)) + " ";
+    for (uint32_t s = 0; s < out.scene.shapes.size(); ++s)
+        names += name_of(casters, casters.of(scene::none, s)) + " ";
     for (uint32_t i = 0; i < out.scene.instances.size(); ++i) {
-        for (uint32_t s = 0; s < out.scene.prototypes[out.scene.instances[i].prototype].shapes.size(); ++s) names += name_of(casters, casters.of(i, s)) + " ";
+        for (uint32_t s = 0;
+             s < out.scene.prototypes[out.scene.instances[i].prototype].shapes.size(); ++s)
+            names += name_of(casters, casters.of(i, s)) + " ";
     }
     return names;
 }
@@ -34,41 +38,54 @@ std::string casters_of(const std::string& text) {
     return casters_of(text, out);
 }
 
-std::string xform(const std::string& name, const std::string& metadata, const std::string& body) { return "def Xform \"" + name + "\" (" + metadata + ") {\n" + body + "\n}\n"; }
+std::string xform(const std::string& name, const std::string& metadata, const std::string& body) {
+    return "def Xform \"" + name + "\" (" + metadata + ") {\n" + body + "\n}\n";
+}
 
 }  // namespace
 
 TEST(Casters, AreTheNearestComponentsElseModelsElsePrims) {
     EXPECT_EQ(casters_of(quad("Wall")), "/Wall ");
     EXPECT_EQ(casters_of(xform("Set", "", quad("Wall"))), "/Set/Wall ");
-    const std::string chair = xform("Chair", "kind = \"component\"", quad("Leg") + xform("Seat", "kind = \"subcomponent\"", quad("Cushion")));
+    const std::string chair =
+        xform("Chair", "kind = \"component\"",
+              quad("Leg") + xform("Seat", "kind = \"subcomponent\"", quad("Cushion")));
     EXPECT_EQ(casters_of(chair), "/Chair /Chair ");
-    EXPECT_EQ(casters_of(xform("Set", "kind = \"group\"", chair + quad("Wall"))), "/Set/Chair /Set/Chair /Set ");
+    EXPECT_EQ(casters_of(xform("Set", "kind = \"group\"", chair + quad("Wall"))),
+              "/Set/Chair /Set/Chair /Set ");
     // A component below what is no model is none
     EXPECT_EQ(casters_of(xform("Set", "", chair)), "/Set/Chair/Leg /Set/Chair/Seat/Cushion ");
 }
 
 TEST(Casters, AreCalledAsTheSceneSays) {
-    const std::string chair = xform("Chair", "kind = \"component\"", "string velatura:shadow:caster = \"seats\"\n" + quad("Leg") + quad("Back", "token velatura:shadow:caster = \"backs\""));
-    EXPECT_EQ(casters_of(chair + quad("Stool", "string velatura:shadow:caster = \"seats\"")), "'backs' 'seats' 'seats' ");
+    const std::string chair = xform("Chair", "kind = \"component\"",
+                                    "string velatura:shadow:caster = \"seats\"\n" + quad("Leg") +
+                                        quad("Back", "token velatura:shadow:caster = \"backs\""));
+    EXPECT_EQ(casters_of(chair + quad("Stool", "string velatura:shadow:caster = \"seats\"")),
+              "'backs' 'seats' 'seats' ");
     Translated out;
     casters_of(chair + quad("Stool", "string velatura:shadow:caster = \"seats\""), out);
     EXPECT_EQ(out.scene.casters.list.size(), 2u);
 }
 
 TEST(Casters, OfInstancesGoByTheirPlace) {
-    const std::string prototype = "class \"_Tree\" {\n" + quad("Leaf") + quad("Stem", "string velatura:shadow:caster = \"stems\"") + "}\n";
+    const std::string prototype = "class \"_Tree\" {\n" + quad("Leaf") +
+                                  quad("Stem", "string velatura:shadow:caster = \"stems\"") + "}\n";
     const std::string tree = "instanceable = true\n inherits = </_Tree>\n kind = \"component\"";
-    EXPECT_EQ(casters_of(prototype + xform("A", tree, "") + xform("B", tree, "")), "/A 'stems' /B 'stems' ");
+    EXPECT_EQ(casters_of(prototype + xform("A", tree, "") + xform("B", tree, "")),
+              "/A 'stems' /B 'stems' ");
     const auto swarm = [](const std::string& more) {
-        return "def PointInstancer \"Swarm\" (kind = \"component\") {\n int[] protoIndices = [0, 0]\n point3f[] positions = [(0, 0, 0), (1, 0, 0)]\n rel prototypes = </Protos/Bee>\n" + more + "}\n" +
-               "def Scope \"Protos\" {\n" + xform("Bee", "", quad("Wing")) + "}\n";
+        return "def PointInstancer \"Swarm\" (kind = \"component\") {\n int[] protoIndices = [0, "
+               "0]\n point3f[] positions = [(0, 0, 0), (1, 0, 0)]\n rel prototypes = "
+               "</Protos/Bee>\n" +
+               more + "}\n" + "def Scope \"Protos\" {\n" + xform("Bee", "", quad("Wing")) + "}\n";
     };
     // The prototype says nothing of its own; the instancer is a component
     Translated out;
     const std::string bees = casters_of(swarm(""), out);
     EXPECT_NE(bees.find("/Swarm /Swarm"), std::string::npos) << bees;
-    EXPECT_NE(casters_of(swarm("string velatura:shadow:caster = \"bees\"\n")).find("'bees' 'bees'"), std::string::npos);
+    EXPECT_NE(casters_of(swarm("string velatura:shadow:caster = \"bees\"\n")).find("'bees' 'bees'"),
+              std::string::npos);
 }
 
 TEST(Casters, AreWarnedOfWhenTheyAreMany) {
@@ -86,7 +103,10 @@ TEST(Casters, BeyondAThousandAreTheRest) {
     std::string text;
     for (int i = 0; i < 1030; ++i) text += quad(fmt::format("Q{:04}", i));
     Translated out;
-    const std::string names = casters_of(text + quad("Same", "string velatura:shadow:caster = \"last\"") + quad("Then", "string velatura:shadow:caster = \"last\""), out);
+    const std::string names =
+        casters_of(text + quad("Same", "string velatura:shadow:caster = \"last\"") +
+                       quad("Then", "string velatura:shadow:caster = \"last\""),
+                   out);
     EXPECT_EQ(out.scene.casters.list.size(), 1024u);
     EXPECT_NE(names.find("/Q1023 - - - - - - - - "), std::string::npos);
     EXPECT_EQ(out.count("many-casters"), 1u);

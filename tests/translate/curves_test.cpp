@@ -179,7 +179,8 @@ TEST(BasisCurves, SayWhatIsNotRenderedOfThem) {
     translate_text(camera("double shutter:open = 0\ndouble shutter:close = 0.5\n") + R"(
 def BasisCurves "Moving" (prepend apiSchemas = ["LightAPI"]) {
     int[] curveVertexCounts = [4]
-    point3f[] points.timeSamples = {0: [(0,0,0),(1,0,0),(2,0,0),(3,0,0)], 1: [(0,1,0),(1,1,0),(2,1,0),(3,1,0)]}
+    point3f[] points.timeSamples = {0: [(0,0,0),(1,0,0),(2,0,0),(3,0,0)],
+        1: [(0,1,0),(1,1,0),(2,1,0),(3,1,0)]}
     float[] widths = [1]
     vector3f[] velocities = [(0,0,0),(0,0,0),(0,0,0),(0,0,0)]
     uniform bool primvars:screenSpaceWidths = true

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "support.h"
 #include "hard_case.h"
+#include "support.h"
 
 #include <gtest/gtest.h>
 
@@ -160,7 +160,8 @@ def Mesh "M" {
     EXPECT_EQ(mesh.face_vertex_counts, (std::vector<uint32_t>{3, 3}));
     EXPECT_EQ(mesh.face_vertex_indices, (std::vector<uint32_t>{0, 1, 2, 0, 2, 3}));
     hardcase::expect_within({"broken faces of four that stay or whose numbers stay",
-                             std::abs(2.0 - double(mesh.face_vertex_counts.size())), 0, 0, "the mesh without them"});
+                             std::abs(2.0 - double(mesh.face_vertex_counts.size())), 0, 0,
+                             "the mesh without them"});
     EXPECT_EQ(t.count("bad-topology"), 3u);
     ASSERT_EQ(mesh.primvars.size(), 2u);
     EXPECT_EQ(mesh.primvars[0].values, (std::vector<float>{1, 0, 0, 5, 0, 0}));
@@ -189,7 +190,8 @@ static std::string two_quads(const std::string& extra) {
     point3f[] points = [(0,0,0),(1,0,0),(1,1,0),(0,1,0),(2,0,0),(2,1,0)]
     int[] faceVertexCounts = [4, 4]
     int[] faceVertexIndices = [0,1,2,3, 1,4,5,2]
-)" + extra + "\n}\n";
+)" + extra +
+           "\n}\n";
 }
 
 TEST(Mesh, SubdivisionIsTheFallback) {
@@ -201,7 +203,8 @@ TEST(Mesh, SubdivisionIsTheFallback) {
     EXPECT_EQ(rules.boundary, scene::BoundaryInterpolation::EdgeAndCorner);
     EXPECT_EQ(rules.face_varying, scene::FaceVaryingInterpolation::CornersPlus1);
     EXPECT_EQ(rules.triangles, scene::TriangleRule::CatmullClark);
-    // The polygons that may stand for the surface are smooth: all normals of a flat pair are its own
+    // The polygons that may stand for the surface are smooth: all normals of a flat pair are its
+    // own
     ASSERT_EQ(t.mesh(0).normals.size(), 6u);
     for (const Vec3& n : t.mesh(0).normals) EXPECT_EQ(n, Vec3(0, 0, 1));
 }
@@ -260,10 +263,10 @@ TEST(Mesh, CreasesOfWrongCountsAreLeftOut) {
     for (const char* counts : {"[2, 3]", "[9]", "[-2]", "[1, 1]", "[]"}) {
         Translated t;
         translate_text(camera() + two_quads(std::string("int[] creaseIndices = [1, 2]\n"
-                                                   "float[] creaseSharpnesses = [1]\n"
-                                                   "int[] cornerIndices = [1]\n"
-                                                   "int[] creaseLengths = ") +
-                                       counts),
+                                                        "float[] creaseSharpnesses = [1]\n"
+                                                        "int[] cornerIndices = [1]\n"
+                                                        "int[] creaseLengths = ") +
+                                            counts),
                        t);
         EXPECT_TRUE(t.mesh(0).rules.creases.empty()) << counts;
         EXPECT_TRUE(t.mesh(0).rules.corners.empty());
@@ -296,7 +299,8 @@ TEST(H09SingularMatrices, FlatSheetsLiveAndLinesDie) {
                    t);
     ASSERT_EQ(t.scene.shapes.size(), 1u);
     hardcase::expect_within({"prims with a line, a point or NaN for a matrix that are not named",
-                             std::abs(3.0 - double(t.count("bad-transform"))), 0, 0, "one message each"});
+                             std::abs(3.0 - double(t.count("bad-transform"))), 0, 0,
+                             "one message each"});
 }
 
 TEST(Gprims, AxesTurnTheSpine) {

@@ -79,7 +79,8 @@ TEST(InstancerMotion, IsTheSameByVelocitiesAndBySamples) {
 )")),
                  by_velocities);
     translate_at(1, stage_text(0.5, instancer(head + R"(
-    point3f[] positions.timeSamples = { 1: [(1, 2, -9), (5, 0, -9)], 2: [(2, 2.25, -9.5), (5, -2, -9)] }
+    point3f[] positions.timeSamples = { 1: [(1, 2, -9), (5, 0, -9)], 2: [(2, 2.25, -9.5), (5, -2,
+        -9)] }
 )")),
                  by_samples);
     ASSERT_EQ(by_velocities.scene.instances.size(), 2u);
@@ -87,7 +88,8 @@ TEST(InstancerMotion, IsTheSameByVelocitiesAndBySamples) {
     EXPECT_EQ(different_keys(by_velocities.scene, by_samples.scene), 0u);
     // A sample in between on the same line adds keys and nothing else
     translate_at(1, stage_text(0.5, instancer(head + R"(
-    point3f[] positions.timeSamples = { 1: [(1, 2, -9), (5, 0, -9)], 1.25: [(1.25, 2.0625, -9.125), (5, -0.5, -9)], 2: [(2, 2.25, -9.5), (5, -2, -9)] }
+    point3f[] positions.timeSamples = { 1: [(1, 2, -9), (5, 0, -9)], 1.25: [(1.25, 2.0625,
+        -9.125), (5, -0.5, -9)], 2: [(2, 2.25, -9.5), (5, -2, -9)] }
 )")),
                  by_many);
     for (const scene::Instance& instance : by_many.scene.instances) {
@@ -155,7 +157,8 @@ TEST(InstancerMotion, ByVelocitiesDoesNotMindOtherNumbersOfInstances) {
     const std::string rows = R"(
     int[] protoIndices.timeSamples = { 1: [0, 0], 2: [0, 0, 0] }
     int64[] ids.timeSamples = { 1: [4, 5], 2: [5, 6, 7] }
-    point3f[] positions.timeSamples = { 1: [(0, 0, -9), (4, 0, -9)], 2: [(9, 0, -9), (9, 1, -9), (9, 2, -9)] }
+    point3f[] positions.timeSamples = { 1: [(0, 0, -9), (4, 0, -9)], 2: [(9, 0, -9), (9, 1, -9),
+        (9, 2, -9)] }
 )";
     const std::string velocities =
         "vector3f[] velocities.timeSamples = { 1: [(32, 0, 0), (0, 32, 0)], 2: [(0, 0, 0), (0, 0, "

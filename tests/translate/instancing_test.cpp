@@ -171,8 +171,8 @@ def Xform "T2" (instanceable = true
     EXPECT_EQ(capped.count("too-many-instances"), 2u);
     // What asks for most is left out, and the rest lives
     Translated rest;
-    translate_text(text + "def Xform \"T3\" (instanceable = true\n inherits = </Leaf>) {\n}\n", rest,
-                   options);
+    translate_text(text + "def Xform \"T3\" (instanceable = true\n inherits = </Leaf>) {\n}\n",
+                   rest, options);
     EXPECT_EQ(rest.scene.instances.size(), 1u);
     EXPECT_EQ(rest.count("too-many-instances"), 2u);
     options.max_instances = 6;
@@ -185,16 +185,21 @@ def Xform "T2" (instanceable = true
 // Copies within copies would come to a million
 TEST(NativeInstancing, CopiesInOnePlaceAreOne) {
     std::string text = camera() + "class Xform \"P0\" {\n" + quad("Q") + "}\n";
-    const auto instance = [](const std::string& name, const std::string& of, const std::string& more) {
-        return "def Xform \"" + name + "\" (instanceable = true\ninherits = </" + of + ">) {\n" + more + "}\n";
+    const auto instance = [](const std::string& name, const std::string& of,
+                             const std::string& more) {
+        return "def Xform \"" + name + "\" (instanceable = true\ninherits = </" + of + ">) {\n" +
+               more + "}\n";
     };
     for (int level = 1; level <= 6; ++level) {
         text += "class Xform \"P" + std::to_string(level) + "\" {\n";
-        for (char i = 'a'; i < 'k'; ++i) text += instance(std::string(1, i), "P" + std::to_string(level - 1), "");
+        for (char i = 'a'; i < 'k'; ++i)
+            text += instance(std::string(1, i), "P" + std::to_string(level - 1), "");
         text += "}\n";
     }
     text += instance("First", "P6", "") + instance("Second", "P6", "") +
-            instance("Third", "P6", "double3 xformOp:translate = (1, 0, 0)\nuniform token[] xformOpOrder = [\"xformOp:translate\"]\n");
+            instance("Third", "P6",
+                     "double3 xformOp:translate = (1, 0, 0)\nuniform token[] xformOpOrder = "
+                     "[\"xformOp:translate\"]\n");
     TranslateOptions options;
     options.max_instances = 20;
     Translated t;
@@ -208,19 +213,37 @@ TEST(NativeInstancing, CopiesInOnePlaceAreOne) {
 TEST(PointInstancer, CopiesInOnePlaceAreOneUnlessTheyDiffer) {
     const auto instances = [](const std::string& prototypes, const std::string& more) {
         Translated t;
-        translate_text(camera() + "def PointInstancer \"I\" {\n rel prototypes = [</I/A>, </I/B>]\n" + more + prototypes + "}\n", t);
+        translate_text(camera() +
+                           "def PointInstancer \"I\" {\n rel prototypes = [</I/A>, </I/B>]\n" +
+                           more + prototypes + "}\n",
+                       t);
         return t.scene.instances.size() + 100 * t.count("duplicate-instances");
     };
     const std::string plain = "def Sphere \"A\" {}\ndef Cube \"B\" {}\n";
     const std::string four = "int[] protoIndices = [0, 1, 0, 0]\n";
-    const std::string one_place = "point3f[] positions = [(1, 2, 3), (1, 2, 3), (1, 2, 3), (1, 2, 3)]\n";
+    const std::string one_place =
+        "point3f[] positions = [(1, 2, 3), (1, 2, 3), (1, 2, 3), (1, 2, 3)]\n";
     EXPECT_EQ(instances(plain, four + one_place), 102u);
-    EXPECT_EQ(instances(plain, four + "point3f[] positions = [(0, 2, 3), (0, 2, 3), (-0, 2, 3), (1, 2, 3)]\n"), 103u);
-    EXPECT_EQ(instances(plain, four + one_place + "float3[] scales = [(1, 1, 1), (1, 1, 1), (1, 1, 1), (1, 1, 1.0000001)]\n"), 103u);
-    EXPECT_EQ(instances(plain, four + one_place + "color3f[] primvars:displayColor = [(1, 0, 0), (1, 0, 0), (1, 0, 0), (0, 1, 0)] (interpolation = \"vertex\")\n"), 103u);
-    EXPECT_EQ(instances(plain, "int[] protoIndices = [0, 0, 0, 0]\n" + one_place + "color3f[] primvars:displayColor = [(1, 0, 0), (0, 1, 0), (1, 0, 0), (0, 1, 0)] (interpolation = \"vertex\")\n"), 102u);
+    EXPECT_EQ(
+        instances(plain,
+                  four + "point3f[] positions = [(0, 2, 3), (0, 2, 3), (-0, 2, 3), (1, 2, 3)]\n"),
+        103u);
+    EXPECT_EQ(
+        instances(plain,
+                  four + one_place +
+                      "float3[] scales = [(1, 1, 1), (1, 1, 1), (1, 1, 1), (1, 1, 1.0000001)]\n"),
+        103u);
+    EXPECT_EQ(instances(plain, four + one_place +
+                                   "color3f[] primvars:displayColor = [(1, 0, 0), (1, 0, 0), (1, "
+                                   "0, 0), (0, 1, 0)] (interpolation = \"vertex\")\n"),
+              103u);
+    EXPECT_EQ(instances(plain, "int[] protoIndices = [0, 0, 0, 0]\n" + one_place +
+                                   "color3f[] primvars:displayColor = [(1, 0, 0), (0, 1, 0), (1, "
+                                   "0, 0), (0, 1, 0)] (interpolation = \"vertex\")\n"),
+              102u);
     // What adds up is kept
-    const std::string glowing = "def Xform \"A\" {\ndef Sphere \"S\" {}\ndef SphereLight \"L\" {}\n}\ndef Cube \"B\" {}\n";
+    const std::string glowing =
+        "def Xform \"A\" {\ndef Sphere \"S\" {}\ndef SphereLight \"L\" {}\n}\ndef Cube \"B\" {}\n";
     EXPECT_EQ(instances(glowing, four + one_place), 4u);
 }
 
@@ -235,7 +258,8 @@ TEST(NativeInstancing, CopiesThatLightsTellApartAreKept) {
         return t.scene.instances.size();
     };
     EXPECT_EQ(instances("def DomeLight \"D\" {\n}\n"), 1u);
-    EXPECT_EQ(instances("def DomeLight \"D\" {\nrel collection:shadowLink:excludes = </A>\n}\n"), 2u);
+    EXPECT_EQ(instances("def DomeLight \"D\" {\nrel collection:shadowLink:excludes = </A>\n}\n"),
+              2u);
 }
 
 // Little of what asks for too much is shown, so that it does not fill the memory up to the limit
@@ -252,17 +276,20 @@ TEST(PointInstancer, TheRestOfTooManyIsSmall) {
             few_indices += i ? ",0" : "0";
             few_points += fmt::format("{}(0,{},0)", i ? "," : "", i);
         }
-        return "def PointInstancer \"" + name + "\" {\n rel prototypes = </" + name + "/In>\n int[] protoIndices = [" + indices +
-               "]\n point3f[] positions = [" + points + "]\n def PointInstancer \"In\" {\n rel prototypes = </" + name +
-               "/In/S>\n int[] protoIndices = [" + few_indices + "]\n point3f[] positions = [" + few_points +
-               "]\n def Sphere \"S\" {}\n }\n}\n";
+        return "def PointInstancer \"" + name + "\" {\n rel prototypes = </" + name +
+               "/In>\n int[] protoIndices = [" + indices + "]\n point3f[] positions = [" + points +
+               "]\n def PointInstancer \"In\" {\n rel prototypes = </" + name +
+               "/In/S>\n int[] protoIndices = [" + few_indices + "]\n point3f[] positions = [" +
+               few_points + "]\n def Sphere \"S\" {}\n }\n}\n";
     };
     TranslateOptions options;
     options.max_instances = 4'000'000;
     Translated within, beyond;
     translate_text(camera() + nested("A", 1000) + nested("B", 1200), within, options);
     EXPECT_EQ(within.scene.instances.size(), 1100u * 2200u);
-    translate_text(camera() + nested("A", 1000) + nested("B", 1200) + nested("C", 1500) + nested("D", 10), beyond, options);
+    translate_text(
+        camera() + nested("A", 1000) + nested("B", 1200) + nested("C", 1500) + nested("D", 10),
+        beyond, options);
     EXPECT_EQ(beyond.count("too-many-instances"), 3u);
     EXPECT_EQ(beyond.scene.instances.size(), 1100u * 10u);
 }
@@ -283,11 +310,12 @@ TEST(Instancing, WhatInstancesBringHasALimitOfItsOwn) {
     TranslateOptions options;
     options.max_copies = 2500;
     options.max_instances = SIZE_MAX;
-    translate_text(camera() + thousand("A", "/A/B") + thousand("B", "/A/B/C") + thousand("C", "/A/B/C/Leaf") +
-                       "def Xform \"Leaf\" {\n def SphereLight \"L\" {\n }\n def Volume \"V\" {\n rel "
-                       "field:density = </D>\n }\n }\n }\n }\n }\n def OpenVDBAsset \"D\" {\n asset "
-                       "filePath = @d.vdb@\n }\n",
-                   t, options);
+    translate_text(
+        camera() + thousand("A", "/A/B") + thousand("B", "/A/B/C") + thousand("C", "/A/B/C/Leaf") +
+            "def Xform \"Leaf\" {\n def SphereLight \"L\" {\n }\n def Volume \"V\" {\n rel "
+            "field:density = </D>\n }\n }\n }\n }\n }\n def OpenVDBAsset \"D\" {\n asset "
+            "filePath = @d.vdb@\n }\n",
+        t, options);
     EXPECT_EQ(t.count("too-many-instances"), 1u);
     EXPECT_EQ(t.scene.volumes.size(), 1250u);
     EXPECT_EQ(t.scene.lights.size(), 1250u);
@@ -301,11 +329,15 @@ TEST(Instancing, LargeFlatMeshesAreFewer) {
         indices += fmt::format("{}{},{},{}", i ? "," : "", i, i + 1, i + 2);
     }
     for (int i = 0; i < 82; ++i) points += fmt::format("{}({},{},0)", i ? "," : "", i, i % 2);
-    const std::string text = camera() +
+    const std::string text =
+        camera() +
         "def PointInstancer \"P\" {\n rel prototypes = </P/M>\n int[] protoIndices = [0, 0, 0]\n"
-        " point3f[] positions = [(1, 0, 0), (2, 0, 0), (3, 0, 0)]\n float3[] scales = [(1, 1, 0), (1, 1, 0), (1, 1, 0)]\n"
-        " def Mesh \"M\" {\n uniform token subdivisionScheme = \"none\"\n int[] faceVertexCounts = [" + counts +
-        "]\n int[] faceVertexIndices = [" + indices + "]\n point3f[] points = [" + points + "]\n }\n}\n";
+        " point3f[] positions = [(1, 0, 0), (2, 0, 0), (3, 0, 0)]\n float3[] scales = [(1, 1, 0), "
+        "(1, 1, 0), (1, 1, 0)]\n"
+        " def Mesh \"M\" {\n uniform token subdivisionScheme = \"none\"\n int[] faceVertexCounts = "
+        "[" +
+        counts + "]\n int[] faceVertexIndices = [" + indices + "]\n point3f[] points = [" + points +
+        "]\n }\n}\n";
     TranslateOptions options;
     for (const auto& [limit, shapes] : {std::pair<size_t, size_t>{33, 3}, {32, 2}}) {
         options.max_copies = limit;  // 1 + 240 / 24 each

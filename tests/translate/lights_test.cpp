@@ -220,8 +220,8 @@ def Xform "D" {
                    t);
     std::vector<std::string> names;
     for (const auto& group : t.scene.groups) names.push_back(group.name);
-    EXPECT_EQ(names, (std::vector<std::string>{"Lamp1", "Lamp12", "b", "bL", "hero", "aov1", "oldtag",
-                                               "b2L", "envL", "emissive"}));
+    EXPECT_EQ(names, (std::vector<std::string>{"Lamp1", "Lamp12", "b", "bL", "hero", "aov1",
+                                               "oldtag", "b2L", "envL", "emissive"}));
     ASSERT_EQ(t.scene.groups.size(), 10u);
     EXPECT_EQ(t.scene.groups[4].prims, (std::vector<std::string>{"/Fill", "/Key"}));
     EXPECT_TRUE(t.scene.groups[8].is_environment);

@@ -115,8 +115,8 @@ TEST(Materials, OwnInputsThatMeanNothingAreNamed) {
                                 "bool inputs:velatura:thinWalled = 1\n"
                                 "float inputs:velatura:transmissionDepth = 3") +
                        "}\n" + quad("Q", binding("/M/A")) + quad("R", binding("/M/B")) +
-                       "def Cube \"S\" {\n" + binding("/M/A") + "}\n" +
-                       "def Sphere \"Own\" {\n" + binding("/M/A") + "}\n",
+                       "def Cube \"S\" {\n" + binding("/M/A") + "}\n" + "def Sphere \"Own\" {\n" +
+                       binding("/M/A") + "}\n",
                    t);
     // The sphere has tangents of its own
     EXPECT_EQ(t.count("missing-tangents"), 2u);
@@ -362,11 +362,12 @@ TEST(Materials, PrioritiesAreWholeNumbers) {
     for (const auto& [authored, expected, warnings] :
          {std::tuple("3", 3, 0u), std::tuple("-2", -2, 0u), std::tuple("1e9", 0, 1u)}) {
         Translated t;
-        translate_text(camera() + "def Scope \"M\" {\n" +
-                           material("A", std::string("double inputs:velatura:dielectricPriority = ") +
-                                             authored) +
-                           "}\n" + quad("Q", binding("/M/A")),
-                       t);
+        translate_text(
+            camera() + "def Scope \"M\" {\n" +
+                material("A",
+                         std::string("double inputs:velatura:dielectricPriority = ") + authored) +
+                "}\n" + quad("Q", binding("/M/A")),
+            t);
         EXPECT_EQ(material_of(t, 0).dielectric_priority, expected);
         EXPECT_EQ(t.count("bad-priority"), warnings);
     }
@@ -376,9 +377,10 @@ TEST(Materials, ScatterBelowTheSurface) {
     Translated t;
     translate_text(
         camera() + "def Scope \"M\" {\n" +
-            material("A",
-                     "float inputs:velatura:subsurface = 0.7\ncolor3f inputs:velatura:subsurfaceRadius "
-                     "= (1, 0.5, -1)\nfloat inputs:velatura:subsurfaceAnisotropy = 2") +
+            material(
+                "A",
+                "float inputs:velatura:subsurface = 0.7\ncolor3f inputs:velatura:subsurfaceRadius "
+                "= (1, 0.5, -1)\nfloat inputs:velatura:subsurfaceAnisotropy = 2") +
             material("B",
                      "bool inputs:velatura:thinWalled = 1\nfloat inputs:velatura:subsurface = 1\n"
                      "color3f inputs:velatura:subsurfaceColor = (0.9, 0.6, 0.5)") +

@@ -160,13 +160,15 @@ TEST(MeshLights, InstancesShareTheLightOfTheirPrototype) {
     const auto instance = [](const std::string& name, const std::string& at) {
         return "def Xform \"" + name + R"(" (instanceable = true
     inherits = </Proto>) {
-    double3 xformOp:translate = )" + at + R"(
+    double3 xformOp:translate = )" +
+               at + R"(
     uniform token[] xformOpOrder = ["xformOp:translate"]
 }
 )";
     };
     Translated t;
-    translate_text(camera() + prototype + instance("A", "(1, 0, 0)") + instance("B", "(2, 0, 0)"), t);
+    translate_text(camera() + prototype + instance("A", "(1, 0, 0)") + instance("B", "(2, 0, 0)"),
+                   t);
     ASSERT_EQ(t.scene.instances.size(), 2u);
     ASSERT_EQ(t.scene.mesh_lights.size(), 1u);
     EXPECT_EQ(t.scene.prototypes[0].shapes[0].light, 0u);
@@ -224,9 +226,9 @@ TEST(MeshLights, SayWhatTheyCannot) {
     expect_warning(lamp("\"VolumeLightAPI\"", ""), "unsupported-light");
     // Neither do prims without geometry, whatever lies below them
     for (const char* type : {"Xform ", "Scope ", ""}) {
-        expect_warning(std::string("def ") + type +
-                           "\"X\" (prepend apiSchemas = [\"LightAPI\"]) {}\n",
-                       "unsupported-light");
+        expect_warning(
+            std::string("def ") + type + "\"X\" (prepend apiSchemas = [\"LightAPI\"]) {}\n",
+            "unsupported-light");
     }
     expect_warning("def Points \"P\" (prepend apiSchemas = [\"LightAPI\"]) {}\n",
                    "unsupported-light");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "support.h"
 #include "hard_case.h"
+#include "support.h"
 
 #include <gtest/gtest.h>
 
@@ -143,7 +143,8 @@ TEST(H47Motion, OfWholeTurnsIsNoRest) {
         EXPECT_EQ(t.scene.instances[0].later_render_from_prototype.size(), 16u) << turns;
         fewest = std::min(fewest, double(t.scene.instances[0].later_render_from_prototype.size()));
     }
-    hardcase::expect_within({"segments that turns by 360 degrees lack of 16", 16 - fewest, 0, 0, "keys"});
+    hardcase::expect_within(
+        {"segments that turns by 360 degrees lack of 16", 16 - fewest, 0, 0, "keys"});
 }
 
 TEST(Motion, TurnsNormalsAsWell) {
@@ -169,7 +170,8 @@ TEST(Motion, TurnsNormalsAsWell) {
 
 TEST(Motion, LeavesOutTheNormalsOfFacesThatAreLeftOut) {
     const std::string text = R"(def Mesh "M" {
-    point3f[] points.timeSamples = { 1: [(0,0,0),(1,0,0),(1,1,0),(0,1,0)], 2: [(0,0,1),(1,0,1),(1,1,1),(0,1,1)] }
+    point3f[] points.timeSamples = { 1: [(0,0,0),(1,0,0),(1,1,0),(0,1,0)],
+        2: [(0,0,1),(1,0,1),(1,1,1),(0,1,1)] }
     int[] faceVertexCounts = [3, 3]
     int[] faceVertexIndices = [0,1,2, 0,2,3]
     int[] holeIndices = [0]
@@ -293,13 +295,14 @@ def "Still" (instanceable = true; prepend references = </Cart>) {}
 // To and fro, and back at rest wherever straight lines are asked for.
 TEST(Motion, OfInstancesBetweenSamplesIsSeen) {
     Translated t;
-    translate_at(0, "double shutter:close = 1\n",
-                 "class Xform \"Model\" {\n" + quad("Q") +
-                     "}\ndef \"A\" (instanceable = true; prepend references = </Model>) {\n"
-                     "double3 xformOp:translate.timeSamples = { 0: (0, 0, -9), 0.2: (5, 0, -9), 0.35: "
-                     "(0, 0, -9), 1: (0, 0, -9) }\nuniform token[] xformOpOrder = "
-                     "[\"xformOp:translate\"]\n}\n",
-                 t);
+    translate_at(
+        0, "double shutter:close = 1\n",
+        "class Xform \"Model\" {\n" + quad("Q") +
+            "}\ndef \"A\" (instanceable = true; prepend references = </Model>) {\n"
+            "double3 xformOp:translate.timeSamples = { 0: (0, 0, -9), 0.2: (5, 0, -9), 0.35: "
+            "(0, 0, -9), 1: (0, 0, -9) }\nuniform token[] xformOpOrder = "
+            "[\"xformOp:translate\"]\n}\n",
+        t);
     ASSERT_EQ(t.scene.instances.size(), 1u);
     const auto& later = t.scene.instances[0].later_render_from_prototype;
     ASSERT_EQ(later.size(), 16u);
@@ -372,7 +375,8 @@ TEST(Motion, LeavesWhatStaysAsItIs) {
 }
 
 TEST(Motion, OfACameraFollowsItsCurve) {
-    // Half a turn about Y at a distance of 3 from the axis, and a joint that is there at one instant only
+    // Half a turn about Y at a distance of 3 from the axis, and a joint that is there at one
+    // instant only
     const std::string turn =
         "double3 xformOp:translate = (0, 0, 3)\nfloat xformOp:rotateY.timeSamples = { 1: 0, 2: 360 "
         "}\nuniform token[] xformOpOrder = [\"xformOp:rotateY\", \"xformOp:translate\"]\n";
@@ -389,7 +393,8 @@ TEST(Motion, OfACameraFollowsItsCurve) {
             const double angle = pi_d * (double(k) + f) / double(segments);
             // Row vectors: the axes are rows
             const Vec3d right = Vec3d(m[0][0], m[0][1], m[0][2]).normalized();
-            worst = hardcase::larger(worst, right.cross(Vec3d(std::cos(angle), 0, -std::sin(angle))).length());
+            worst = hardcase::larger(
+                worst, right.cross(Vec3d(std::cos(angle), 0, -std::sin(angle))).length());
             const Vec3d place(3 * std::sin(angle), 0, 3 * std::cos(angle) - 3);
             EXPECT_NEAR((Vec3d(m[3][0], m[3][1], m[3][2]) - place).length(), 0, 2e-3);
         }

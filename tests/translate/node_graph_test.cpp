@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pattern nodes against values worked out by hand from the specification, and what graphs become.
-#include "support.h"
-
 #include "translate/node_graph.h"
+
+#include "support.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -23,9 +23,11 @@ using Source = scene::Input::Source;
 std::string stage_of(const std::string& nodes,
                      const std::string& surface,
                      const std::string& shader = "ND_UsdPreviewSurface_surfaceshader") {
-    return quad("Quad", "texCoord2f[] primvars:st = [(0,0),(1,0),(1,1),(0,1)] (interpolation = "
-                        "\"vertex\")\nrel material:binding = </Mat>") +
-           camera() + fmt::format(R"(
+    return quad("Quad",
+                "texCoord2f[] primvars:st = [(0,0),(1,0),(1,1),(0,1)] (interpolation = "
+                "\"vertex\")\nrel material:binding = </Mat>") +
+           camera() +
+           fmt::format(R"(
 def Material "Mat" {{
     token outputs:mtlx:surface.connect = </Mat/S.outputs:out>
     def Shader "S" {{
@@ -36,21 +38,23 @@ def Material "Mat" {{
     {}
 }}
 )",
-                                  shader, surface, nodes);
+                       shader, surface, nodes);
 }
 
 std::string shader(const std::string& name,
                    const std::string& id,
                    const std::string& inputs,
                    const std::string& outputs = "color3f outputs:out") {
-    return fmt::format("def Shader \"{}\" {{\nuniform token info:id = \"{}\"\n{}\n{}\n}}\n", name, id,
-                       inputs, outputs);
+    return fmt::format("def Shader \"{}\" {{\nuniform token info:id = \"{}\"\n{}\n{}\n}}\n", name,
+                       id, inputs, outputs);
 }
 
 /// A colour that can be a constant.
 struct E {
     constexpr explicit E(float v) : c{v, v, v} {}
+
     constexpr E(float r, float g, float b) : c{r, g, b} {}
+
     float c[3];
 };
 
@@ -65,8 +69,9 @@ void expect_value(const NodeCase& k) {
     const std::string type = std::string(k.output) == "out" ? "color3f" : "float";
     Translated t;
     translate_text(
-        stage_of(shader("n", k.id, k.inputs, fmt::format("{} outputs:{}", type, k.output)),
-                 fmt::format("color3f inputs:emissiveColor.connect = </Mat/n.outputs:{}>", k.output)),
+        stage_of(
+            shader("n", k.id, k.inputs, fmt::format("{} outputs:{}", type, k.output)),
+            fmt::format("color3f inputs:emissiveColor.connect = </Mat/n.outputs:{}>", k.output)),
         t);
     ASSERT_EQ(t.error, "") << t.error_message;
     ASSERT_EQ(t.scene.materials.size(), 1u);
@@ -80,12 +85,16 @@ void expect_value(const NodeCase& k) {
 
 constexpr NodeCase cases[] = {
     {"ND_constant_color3", "color3f inputs:value = (1, 2, 3)", E(1, 2, 3)},
-    {"ND_add_color3", "color3f inputs:in1 = (1, 2, 3)\ncolor3f inputs:in2 = (4, 5, 7)", E(5, 7, 10)},
-    {"ND_add_color3FA", "color3f inputs:in1 = (1, 2, 3)\nfloat inputs:in2 = 0.5", E(1.5f, 2.5f, 3.5f)},
+    {"ND_add_color3", "color3f inputs:in1 = (1, 2, 3)\ncolor3f inputs:in2 = (4, 5, 7)",
+     E(5, 7, 10)},
+    {"ND_add_color3FA", "color3f inputs:in1 = (1, 2, 3)\nfloat inputs:in2 = 0.5",
+     E(1.5f, 2.5f, 3.5f)},
     {"ND_subtract_float", "float inputs:in1 = 1\nfloat inputs:in2 = 0.25", E(0.75f)},
-    {"ND_multiply_vector3", "float3 inputs:in1 = (1, 2, 3)\nfloat3 inputs:in2 = (2, 3, -4)", E(2, 6, -12)},
+    {"ND_multiply_vector3", "float3 inputs:in1 = (1, 2, 3)\nfloat3 inputs:in2 = (2, 3, -4)",
+     E(2, 6, -12)},
     {"ND_multiply_color3", "color3f inputs:in1 = (1, 2, 3)", E(1, 2, 3)},
-    {"ND_divide_color3", "color3f inputs:in1 = (1, 2, 3)\ncolor3f inputs:in2 = (2, 4, 0)", E(0.5f, 0.5f, 0)},
+    {"ND_divide_color3", "color3f inputs:in1 = (1, 2, 3)\ncolor3f inputs:in2 = (2, 4, 0)",
+     E(0.5f, 0.5f, 0)},
     {"ND_modulo_float", "float inputs:in1 = -1.25\nfloat inputs:in2 = 1", E(0.75f)},
     {"ND_power_color3FA", "color3f inputs:in1 = (4, 9, 16)\nfloat inputs:in2 = 0.5", E(2, 3, 4)},
     {"ND_min_color3", "color3f inputs:in1 = (1, 5, 3)\ncolor3f inputs:in2 = (2, 4, 3)", E(1, 4, 3)},
@@ -106,51 +115,103 @@ constexpr NodeCase cases[] = {
     {"ND_atan2_float", "float inputs:iny = 1\nfloat inputs:inx = -1", E(2.356194490f)},
     {"ND_invert_color3", "color3f inputs:in = (0.25, 0, 1)", E(0.75f, 1, 0)},
     {"ND_clamp_color3", "color3f inputs:in = (-1, 0.5, 3)", E(0, 0.5f, 1)},
-    {"ND_clamp_color3FA", "color3f inputs:in = (-1, 0.5, 3)\nfloat inputs:low = 0.6\nfloat inputs:high = 2", E(0.6f, 0.6f, 2)},
+    {"ND_clamp_color3FA",
+     "color3f inputs:in = (-1, 0.5, 3)\nfloat inputs:low = 0.6\nfloat inputs:high = 2",
+     E(0.6f, 0.6f, 2)},
     {"ND_smoothstep_float", "float inputs:in = 0.25", E(0.15625f)},
-    {"ND_remap_float", "float inputs:in = 3\nfloat inputs:inlow = 1\nfloat inputs:inhigh = 5\nfloat inputs:outlow = 10\nfloat inputs:outhigh = 20", E(15)},
-    {"ND_range_float", "float inputs:in = 0.25\nfloat inputs:gamma = 2\nfloat inputs:outhigh = 4\nbool inputs:doclamp = 1", E(2)},
-    {"ND_contrast_float", "float inputs:in = 0.75\nfloat inputs:amount = 2\nfloat inputs:pivot = 0.5", E(1)},
-    {"ND_mix_color3", "color3f inputs:bg = (0, 1, 2)\ncolor3f inputs:fg = (4, 5, 6)\nfloat inputs:mix = 0.25", E(1, 2, 3)},
-    {"ND_mix_color3_color3", "color3f inputs:bg = (0, 0, 0)\ncolor3f inputs:fg = (4, 4, 4)\ncolor3f inputs:mix = (0, 0.5, 1)", E(0, 2, 4)},
+    {"ND_remap_float",
+     "float inputs:in = 3\nfloat inputs:inlow = 1\nfloat inputs:inhigh = 5\nfloat inputs:outlow = "
+     "10\nfloat inputs:outhigh = 20",
+     E(15)},
+    {"ND_range_float",
+     "float inputs:in = 0.25\nfloat inputs:gamma = 2\nfloat inputs:outhigh = 4\nbool "
+     "inputs:doclamp = 1",
+     E(2)},
+    {"ND_contrast_float",
+     "float inputs:in = 0.75\nfloat inputs:amount = 2\nfloat inputs:pivot = 0.5", E(1)},
+    {"ND_mix_color3",
+     "color3f inputs:bg = (0, 1, 2)\ncolor3f inputs:fg = (4, 5, 6)\nfloat inputs:mix = 0.25",
+     E(1, 2, 3)},
+    {"ND_mix_color3_color3",
+     "color3f inputs:bg = (0, 0, 0)\ncolor3f inputs:fg = (4, 4, 4)\ncolor3f inputs:mix = (0, 0.5, "
+     "1)",
+     E(0, 2, 4)},
     {"ND_normalize_vector3", "float3 inputs:in = (2, 3, 6)", E(2 / 7.0f, 3 / 7.0f, 6 / 7.0f)},
     {"ND_magnitude_vector2", "float2 inputs:in = (3, 4)", E(5)},
     {"ND_distance_vector3", "float3 inputs:in1 = (1, 1, 1)\nfloat3 inputs:in2 = (3, 4, 7)", E(7)},
-    {"ND_dotproduct_vector3", "float3 inputs:in1 = (1, 2, 3)\nfloat3 inputs:in2 = (4, 5, 6)", E(32)},
-    {"ND_crossproduct_vector3", "float3 inputs:in1 = (1, 0, 0)\nfloat3 inputs:in2 = (0, 1, 0)", E(0, 0, 1)},
-    {"ND_rotate3d_vector3", "float3 inputs:in = (1, 0, 0)\nfloat inputs:amount = 90\nfloat3 inputs:axis = (0, 0, 2)", E(0, -1, 0)},
+    {"ND_dotproduct_vector3", "float3 inputs:in1 = (1, 2, 3)\nfloat3 inputs:in2 = (4, 5, 6)",
+     E(32)},
+    {"ND_crossproduct_vector3", "float3 inputs:in1 = (1, 0, 0)\nfloat3 inputs:in2 = (0, 1, 0)",
+     E(0, 0, 1)},
+    {"ND_rotate3d_vector3",
+     "float3 inputs:in = (1, 0, 0)\nfloat inputs:amount = 90\nfloat3 inputs:axis = (0, 0, 2)",
+     E(0, -1, 0)},
     {"ND_luminance_color3", "color3f inputs:in = (1, 0, 0)", E(0.2722287f)},
     {"ND_saturate_color3", "color3f inputs:in = (1, 0, 0)\nfloat inputs:amount = 0", E(0.2722287f)},
     {"ND_rgbtohsv_color3", "color3f inputs:in = (0.2, 0.8, 0.2)", E(1 / 3.0f, 0.75f, 0.8f)},
     {"ND_hsvtorgb_color3", "color3f inputs:in = (0.33333334, 0.75, 0.8)", E(0.2f, 0.8f, 0.2f)},
-    {"ND_hsvadjust_color3", "color3f inputs:in = (0.2, 0.8, 0.2)\nfloat3 inputs:amount = (0.33333334, 1, 0.5)", E(0.1f, 0.1f, 0.4f)},
+    {"ND_hsvadjust_color3",
+     "color3f inputs:in = (0.2, 0.8, 0.2)\nfloat3 inputs:amount = (0.33333334, 1, 0.5)",
+     E(0.1f, 0.1f, 0.4f)},
     {"ND_extract_color3", "color3f inputs:in = (1, 2, 3)\nint inputs:index = 1", E(2)},
     {"ND_separate3_color3", "color3f inputs:in = (1, 2, 3)", E(3), "outb"},
     {"ND_separate4_vector4", "float4 inputs:in = (1, 2, 3, 4)", E(4), "outw"},
-    {"ND_combine3_color3", "float inputs:in1 = 1\nfloat inputs:in2 = 2\nfloat inputs:in3 = 3", E(1, 2, 3)},
-    {"ND_swizzle_color3_color3", "color3f inputs:in = (1, 2, 3)\nstring inputs:channels = \"b1r\"", E(3, 1, 1)},
+    {"ND_combine3_color3", "float inputs:in1 = 1\nfloat inputs:in2 = 2\nfloat inputs:in3 = 3",
+     E(1, 2, 3)},
+    {"ND_swizzle_color3_color3", "color3f inputs:in = (1, 2, 3)\nstring inputs:channels = \"b1r\"",
+     E(3, 1, 1)},
     {"ND_convert_float_color3", "float inputs:in = 0.4", E(0.4f)},
     {"ND_convert_color4_color3", "color4f inputs:in = (1, 2, 3, 4)", E(1, 2, 3)},
     {"ND_convert_vector2_vector3", "float2 inputs:in = (1, 2)", E(1, 2, 0)},
-    {"ND_plus_color3", "color3f inputs:fg = (1, 2, 3)\ncolor3f inputs:bg = (1, 1, 1)\nfloat inputs:mix = 0.5", E(1.5f, 2, 2.5f)},
-    {"ND_minus_color3", "color3f inputs:fg = (1, 2, 3)\ncolor3f inputs:bg = (1, 1, 1)", E(0, -1, -2)},
-    {"ND_difference_color3", "color3f inputs:fg = (1, 2, 3)\ncolor3f inputs:bg = (2, 2, 2)", E(1, 0, 1)},
-    {"ND_screen_color3", "color3f inputs:fg = (0.5, 0, 1)\ncolor3f inputs:bg = (0.5, 0.5, 0.5)", E(0.75f, 0.5f, 1)},
-    {"ND_ifgreater_color3", "float inputs:value1 = 2\nfloat inputs:value2 = 1\ncolor3f inputs:in1 = (1, 2, 3)", E(1, 2, 3)},
-    {"ND_ifgreatereq_float", "float inputs:value1 = 1\nfloat inputs:value2 = 1\nfloat inputs:in1 = 5", E(5)},
-    {"ND_ifequal_float", "float inputs:value1 = 1\nfloat inputs:value2 = 2\nfloat inputs:in1 = 5\nfloat inputs:in2 = 6", E(6)},
-    {"ND_switch_float", "float inputs:in1 = 5\nfloat inputs:in2 = 6\nfloat inputs:in3 = 7\nfloat inputs:which = 1", E(6)},
-    {"ND_switch_float", "float inputs:in1 = 5\nfloat inputs:in2 = 6\nfloat inputs:which = -0.5", E(5)},
+    {"ND_plus_color3",
+     "color3f inputs:fg = (1, 2, 3)\ncolor3f inputs:bg = (1, 1, 1)\nfloat inputs:mix = 0.5",
+     E(1.5f, 2, 2.5f)},
+    {"ND_minus_color3", "color3f inputs:fg = (1, 2, 3)\ncolor3f inputs:bg = (1, 1, 1)",
+     E(0, -1, -2)},
+    {"ND_difference_color3", "color3f inputs:fg = (1, 2, 3)\ncolor3f inputs:bg = (2, 2, 2)",
+     E(1, 0, 1)},
+    {"ND_screen_color3", "color3f inputs:fg = (0.5, 0, 1)\ncolor3f inputs:bg = (0.5, 0.5, 0.5)",
+     E(0.75f, 0.5f, 1)},
+    {"ND_ifgreater_color3",
+     "float inputs:value1 = 2\nfloat inputs:value2 = 1\ncolor3f inputs:in1 = (1, 2, 3)",
+     E(1, 2, 3)},
+    {"ND_ifgreatereq_float",
+     "float inputs:value1 = 1\nfloat inputs:value2 = 1\nfloat inputs:in1 = 5", E(5)},
+    {"ND_ifequal_float",
+     "float inputs:value1 = 1\nfloat inputs:value2 = 2\nfloat inputs:in1 = 5\nfloat inputs:in2 = 6",
+     E(6)},
+    {"ND_switch_float",
+     "float inputs:in1 = 5\nfloat inputs:in2 = 6\nfloat inputs:in3 = 7\nfloat inputs:which = 1",
+     E(6)},
+    {"ND_switch_float", "float inputs:in1 = 5\nfloat inputs:in2 = 6\nfloat inputs:which = -0.5",
+     E(5)},
     {"ND_switch_float", "float inputs:in1 = 5\nfloat inputs:which = 10", E(0)},
-    {"ND_ramplr_color3", "color3f inputs:valuel = (0, 0, 0)\ncolor3f inputs:valuer = (1, 2, 4)\nfloat2 inputs:texcoord = (0.25, 0)", E(0.25f, 0.5f, 1)},
-    {"ND_ramptb_float", "float inputs:valuet = 1\nfloat inputs:valueb = 3\nfloat2 inputs:texcoord = (0, 0.75)", E(1.5f)},
-    {"ND_ramp4_float", "float inputs:valuetl = 1\nfloat inputs:valuetr = 2\nfloat inputs:valuebl = 3\nfloat inputs:valuebr = 5\nfloat2 inputs:texcoord = (0.5, 0.5)", E(2.75f)},
-    {"ND_splitlr_float", "float inputs:valuel = 1\nfloat inputs:valuer = 2\nfloat inputs:center = 0.3\nfloat2 inputs:texcoord = (0.4, 0)", E(2)},
-    {"ND_splittb_float", "float inputs:valuet = 1\nfloat inputs:valueb = 2\nfloat2 inputs:texcoord = (0.4, 0.2)", E(2)},
+    {"ND_ramplr_color3",
+     "color3f inputs:valuel = (0, 0, 0)\ncolor3f inputs:valuer = (1, 2, 4)\nfloat2 inputs:texcoord "
+     "= (0.25, 0)",
+     E(0.25f, 0.5f, 1)},
+    {"ND_ramptb_float",
+     "float inputs:valuet = 1\nfloat inputs:valueb = 3\nfloat2 inputs:texcoord = (0, 0.75)",
+     E(1.5f)},
+    {"ND_ramp4_float",
+     "float inputs:valuetl = 1\nfloat inputs:valuetr = 2\nfloat inputs:valuebl = 3\nfloat "
+     "inputs:valuebr = 5\nfloat2 inputs:texcoord = (0.5, 0.5)",
+     E(2.75f)},
+    {"ND_splitlr_float",
+     "float inputs:valuel = 1\nfloat inputs:valuer = 2\nfloat inputs:center = 0.3\nfloat2 "
+     "inputs:texcoord = (0.4, 0)",
+     E(2)},
+    {"ND_splittb_float",
+     "float inputs:valuet = 1\nfloat inputs:valueb = 2\nfloat2 inputs:texcoord = (0.4, 0.2)", E(2)},
     // Gradient noise is 0 at integer points
-    {"ND_noise2d_float", "float inputs:amplitude = 3\nfloat inputs:pivot = 0.5\nfloat2 inputs:texcoord = (3, -7)", E(0.5f)},
-    {"ND_noise3d_color3FA", "float inputs:amplitude = 3\nfloat inputs:pivot = 0.25\nfloat3 inputs:position = (3, -7, 12)", E(0.25f)},
-    {"ND_fractal3d_float", "float inputs:amplitude = 3\nfloat3 inputs:position = (3, -7, 12)", E(0)},
+    {"ND_noise2d_float",
+     "float inputs:amplitude = 3\nfloat inputs:pivot = 0.5\nfloat2 inputs:texcoord = (3, -7)",
+     E(0.5f)},
+    {"ND_noise3d_color3FA",
+     "float inputs:amplitude = 3\nfloat inputs:pivot = 0.25\nfloat3 inputs:position = (3, -7, 12)",
+     E(0.25f)},
+    {"ND_fractal3d_float", "float inputs:amplitude = 3\nfloat3 inputs:position = (3, -7, 12)",
+     E(0)},
 };
 
 TEST(NodeGraph, NodesGiveWhatTheSpecificationSays) {
@@ -158,14 +219,20 @@ TEST(NodeGraph, NodesGiveWhatTheSpecificationSays) {
 }
 
 /// What one channel of a node of constants is.
-float number_of(const std::string& id, const std::string& type, const std::string& inputs, int channel) {
+float number_of(const std::string& id,
+                const std::string& type,
+                const std::string& inputs,
+                int channel) {
     Translated t;
     translate_text(
-        stage_of(shader("v", id, inputs, type + " outputs:out") +
-                     shader("n", "ND_extract_" + parse_node_name(id).types.back(),
-                            fmt::format("{} inputs:in.connect = </Mat/v.outputs:out>\nint inputs:index = {}", type, channel),
-                            "float outputs:out"),
-                 "float inputs:roughness.connect = </Mat/n.outputs:out>"),
+        stage_of(
+            shader("v", id, inputs, type + " outputs:out") +
+                shader("n", "ND_extract_" + parse_node_name(id).types.back(),
+                       fmt::format(
+                           "{} inputs:in.connect = </Mat/v.outputs:out>\nint inputs:index = {}",
+                           type, channel),
+                       "float outputs:out"),
+            "float inputs:roughness.connect = </Mat/n.outputs:out>"),
         t);
     EXPECT_EQ(t.scene.materials.size(), 1u) << t.error_message;
     const scene::Input& r = t.scene.materials.at(0).roughness;
@@ -175,14 +242,20 @@ float number_of(const std::string& id, const std::string& type, const std::strin
 
 // As in NG_saturate_color4, NG_convert_vector3_vector4, NG_convert_float_color4 of stdlib_ng.mtlx
 TEST(NodeGraph, FourthChannelsAreThoseOfTheLibrary) {
-    EXPECT_EQ(number_of("ND_saturate_color4", "color4f", "color4f inputs:in = (1, 0, 0, 0.5)\nfloat inputs:amount = 0", 3), 0.5f);
-    EXPECT_EQ(number_of("ND_luminance_color4", "color4f", "color4f inputs:in = (1, 0, 0, 0.5)", 3), 0.5f);
-    EXPECT_EQ(number_of("ND_convert_vector3_vector4", "float4", "float3 inputs:in = (2, 3, 4)", 3), 1.0f);
-    EXPECT_EQ(number_of("ND_convert_color3_color4", "color4f", "color3f inputs:in = (2, 3, 4)", 3), 1.0f);
+    EXPECT_EQ(number_of("ND_saturate_color4", "color4f",
+                        "color4f inputs:in = (1, 0, 0, 0.5)\nfloat inputs:amount = 0", 3),
+              0.5f);
+    EXPECT_EQ(number_of("ND_luminance_color4", "color4f", "color4f inputs:in = (1, 0, 0, 0.5)", 3),
+              0.5f);
+    EXPECT_EQ(number_of("ND_convert_vector3_vector4", "float4", "float3 inputs:in = (2, 3, 4)", 3),
+              1.0f);
+    EXPECT_EQ(number_of("ND_convert_color3_color4", "color4f", "color3f inputs:in = (2, 3, 4)", 3),
+              1.0f);
     EXPECT_EQ(number_of("ND_convert_float_color4", "color4f", "float inputs:in = 0.25", 3), 0.25f);
 }
 
-// mx_fractal3d_noise_vec2 and _vec4 of MaterialX read one of their channels at (19, 193, 17) from the place
+// mx_fractal3d_noise_vec2 and _vec4 of MaterialX read one of their channels at (19, 193, 17) from
+// the place
 TEST(NodeGraph, FractalsOfTwoAndFourReadOneElsewhere) {
     const auto at = [](const char* id, const char* type, const char* place, int channel) {
         return number_of(id, type, fmt::format("float3 inputs:position = {}", place), channel);
@@ -190,15 +263,18 @@ TEST(NodeGraph, FractalsOfTwoAndFourReadOneElsewhere) {
     const char *here = "(0.3, 1.7, -2.2)", *there = "(19.3, 194.7, 14.8)";
     const auto one = [&](const char* place) {
         Translated t;
-        translate_text(stage_of(shader("n", "ND_fractal3d_float", fmt::format("float3 inputs:position = {}", place), "float outputs:out"),
-                                "float inputs:roughness.connect = </Mat/n.outputs:out>"),
-                       t);
+        translate_text(
+            stage_of(shader("n", "ND_fractal3d_float",
+                            fmt::format("float3 inputs:position = {}", place), "float outputs:out"),
+                     "float inputs:roughness.connect = </Mat/n.outputs:out>"),
+            t);
         return t.scene.materials.at(0).roughness.value.x;
     };
     EXPECT_EQ(at("ND_fractal3d_vector2", "float2", here, 0), one(here));
     EXPECT_NEAR(at("ND_fractal3d_vector2", "float2", here, 1), one(there), 1e-4f);
     EXPECT_NEAR(at("ND_fractal3d_vector4", "float4", here, 3), one(there), 1e-4f);
-    EXPECT_EQ(at("ND_fractal3d_vector4", "float4", here, 1), at("ND_fractal3d_vector3", "float3", here, 1));
+    EXPECT_EQ(at("ND_fractal3d_vector4", "float4", here, 1),
+              at("ND_fractal3d_vector3", "float3", here, 1));
     EXPECT_GT(std::abs(one(here) - one(there)), 1e-2f);
 }
 
@@ -206,9 +282,10 @@ TEST(NodeGraph, FractalsOfTwoAndFourReadOneElsewhere) {
 TEST(NodeGraph, EveryNodeHasACase) {
     // These read a surface or a file, or pass on what they are given
     const std::set<std::string_view> elsewhere = {
-        "image",    "tiledimage",  "UsdUVTexture", "texcoord",       "geompropvalue", "geomcolor",
-        "position", "normal",      "place2d",      "UsdTransform2d", "rotate2d",      "combine2",
-        "combine4", "separate2",   "cellnoise2d",  "cellnoise3d",    "dot",           "UsdPrimvarReader"};
+        "image",       "tiledimage", "UsdUVTexture",    "texcoord",  "geompropvalue",
+        "geomcolor",   "position",   "normal",          "place2d",   "UsdTransform2d",
+        "rotate2d",    "combine2",   "combine4",        "separate2", "cellnoise2d",
+        "cellnoise3d", "dot",        "UsdPrimvarReader"};
     std::set<std::string> covered;
     for (const NodeCase& k : cases) covered.insert(parse_node_name(k.id).category);
     for (const std::string_view category : node_categories())
@@ -253,12 +330,14 @@ std::string picture(const std::string& name, const std::string& extra = "") {
 TEST(NodeGraph, WhatComesDownToATextureIsOne) {
     Translated t;
     translate_text(
-        stage_of(picture("p") +
-                     shader("one", "ND_multiply_color3",
-                            "color3f inputs:in1.connect = </Mat/p.outputs:out>\ncolor3f inputs:in2 = (1, 1, 1)") +
-                     shader("n", "ND_add_color3FA",
-                            "color3f inputs:in1.connect = </Mat/one.outputs:out>\nfloat inputs:in2 = 0"),
-                 "color3f inputs:diffuseColor.connect = </Mat/n.outputs:out>"),
+        stage_of(
+            picture("p") +
+                shader("one", "ND_multiply_color3",
+                       "color3f inputs:in1.connect = </Mat/p.outputs:out>\ncolor3f inputs:in2 = "
+                       "(1, 1, 1)") +
+                shader("n", "ND_add_color3FA",
+                       "color3f inputs:in1.connect = </Mat/one.outputs:out>\nfloat inputs:in2 = 0"),
+            "color3f inputs:diffuseColor.connect = </Mat/n.outputs:out>"),
         t);
     ASSERT_EQ(t.scene.materials.size(), 1u) << t.error_message;
     const scene::Input& d = t.scene.materials[0].diffuse_color;
@@ -275,7 +354,8 @@ TEST(NodeGraph, PlacesOfPicturesAreOneMatrix) {
     Translated t;
     translate_text(
         stage_of(shader("place", "ND_place2d_vector2",
-                        "float2 inputs:pivot = (0.5, 0.5)\nfloat2 inputs:scale = (2, 4)\nfloat inputs:rotate = 90\nfloat2 inputs:offset = (0.1, 0.2)",
+                        "float2 inputs:pivot = (0.5, 0.5)\nfloat2 inputs:scale = (2, 4)\nfloat "
+                        "inputs:rotate = 90\nfloat2 inputs:offset = (0.1, 0.2)",
                         "float2 outputs:out") +
                      picture("n", "float2 inputs:texcoord.connect = </Mat/place.outputs:out>"),
                  "color3f inputs:diffuseColor.connect = </Mat/n.outputs:out>"),
@@ -284,8 +364,9 @@ TEST(NodeGraph, PlacesOfPicturesAreOneMatrix) {
     const scene::Input& d = t.scene.materials[0].diffuse_color;
     ASSERT_EQ(d.source, Source::Texture);
     const scene::Texture& x = t.scene.textures[d.texture];
-    // By hand for st = (0.7, 0.1): less the pivot (0.2, -0.4), over the scale (0.1, -0.1), clockwise by
-    // 90 degrees (-0.1, -0.1), less the offset (-0.2, -0.3), and the pivot again: (0.3, 0.2)
+    // By hand for st = (0.7, 0.1): less the pivot (0.2, -0.4), over the scale (0.1, -0.1),
+    // clockwise by 90 degrees (-0.1, -0.1), less the offset (-0.2, -0.3), and the pivot again:
+    // (0.3, 0.2)
     const float s = 0.7f, v = 0.1f;
     EXPECT_NEAR(s * x.st_matrix[0] + v * x.st_matrix[2] + x.st_offset.x, 0.3f, 1e-6f);
     EXPECT_NEAR(s * x.st_matrix[1] + v * x.st_matrix[3] + x.st_offset.y, 0.2f, 1e-6f);
@@ -294,11 +375,16 @@ TEST(NodeGraph, PlacesOfPicturesAreOneMatrix) {
 TEST(NodeGraph, NormalMapsAreDecodedByTheirTexture) {
     Translated t;
     translate_text(
-        stage_of(shader("image", "ND_image_vector3", "asset inputs:file = @none.png@ (colorSpace = \"srgb_texture\")", "float3 outputs:out") +
-                     shader("n", "ND_normalmap",
-                            "float3 inputs:in.connect = </Mat/image.outputs:out>\nfloat inputs:scale = 0.5",
-                            "float3 outputs:out"),
-                 "float3 inputs:normal.connect = </Mat/n.outputs:out>", "ND_standard_surface_surfaceshader"),
+        stage_of(
+            shader("image", "ND_image_vector3",
+                   "asset inputs:file = @none.png@ (colorSpace = \"srgb_texture\")",
+                   "float3 outputs:out") +
+                shader(
+                    "n", "ND_normalmap",
+                    "float3 inputs:in.connect = </Mat/image.outputs:out>\nfloat inputs:scale = 0.5",
+                    "float3 outputs:out"),
+            "float3 inputs:normal.connect = </Mat/n.outputs:out>",
+            "ND_standard_surface_surfaceshader"),
         t);
     ASSERT_EQ(t.scene.materials.size(), 1u) << t.error_message;
     const scene::Input& n = t.scene.materials[0].normal;
@@ -314,12 +400,14 @@ TEST(NodeGraph, NormalMapsAreDecodedByTheirTexture) {
 TEST(NodeGraph, WhatCannotBeReadIsNamedAndKeepsItsDefault) {
     Translated t;
     translate_text(
-        stage_of(shader("n", "ND_blur_color3", "") + shader("m", "ND_add_vector2", "float2 inputs:in1 = (1, 2)", "float2 outputs:out") +
-                     shader("a", "ND_add_color3", "color3f inputs:in1.connect = </Mat/b.outputs:out>") +
-                     shader("b", "ND_add_color3", "color3f inputs:in1.connect = </Mat/a.outputs:out>"),
-                 "color3f inputs:diffuseColor.connect = </Mat/n.outputs:out>\n"
-                 "color3f inputs:emissiveColor.connect = </Mat/m.outputs:out>\n"
-                 "color3f inputs:specularColor.connect = </Mat/a.outputs:out>\nfloat inputs:extra = 1"),
+        stage_of(
+            shader("n", "ND_blur_color3", "") +
+                shader("m", "ND_add_vector2", "float2 inputs:in1 = (1, 2)", "float2 outputs:out") +
+                shader("a", "ND_add_color3", "color3f inputs:in1.connect = </Mat/b.outputs:out>") +
+                shader("b", "ND_add_color3", "color3f inputs:in1.connect = </Mat/a.outputs:out>"),
+            "color3f inputs:diffuseColor.connect = </Mat/n.outputs:out>\n"
+            "color3f inputs:emissiveColor.connect = </Mat/m.outputs:out>\n"
+            "color3f inputs:specularColor.connect = </Mat/a.outputs:out>\nfloat inputs:extra = 1"),
         t);
     ASSERT_EQ(t.scene.materials.size(), 1u) << t.error_message;
     EXPECT_EQ(t.scene.materials[0].diffuse_color.value, Rgb(0.18f));
@@ -332,11 +420,16 @@ TEST(NodeGraph, WhatCannotBeReadIsNamedAndKeepsItsDefault) {
 
 TEST(NodeGraph, GraphsThatAreTooLargeAreRefused) {
     std::string nodes = shader("n0", "ND_texcoord_vector2", "", "float2 outputs:out");
-    nodes += shader("x0", "ND_extract_vector2", "float2 inputs:in.connect = </Mat/n0.outputs:out>", "float outputs:out");
+    nodes += shader("x0", "ND_extract_vector2", "float2 inputs:in.connect = </Mat/n0.outputs:out>",
+                    "float outputs:out");
     for (int i = 1; i < 100; ++i)
-        nodes += shader(fmt::format("x{}", i), "ND_range_float",
-                        fmt::format("float inputs:in.connect = </Mat/x{0}.outputs:out>\nfloat inputs:inlow.connect = </Mat/x{1}.outputs:out>\nfloat inputs:gamma = {2}.5\nfloat inputs:outlow = {2}\nfloat inputs:outhigh = 99.5", i - 1, i / 2, i),
-                        "float outputs:out");
+        nodes +=
+            shader(fmt::format("x{}", i), "ND_range_float",
+                   fmt::format("float inputs:in.connect = </Mat/x{0}.outputs:out>\nfloat "
+                               "inputs:inlow.connect = </Mat/x{1}.outputs:out>\nfloat inputs:gamma "
+                               "= {2}.5\nfloat inputs:outlow = {2}\nfloat inputs:outhigh = 99.5",
+                               i - 1, i / 2, i),
+                   "float outputs:out");
     Translated t;
     translate_text(stage_of(nodes, "float inputs:roughness.connect = </Mat/x99.outputs:out>"), t);
     ASSERT_EQ(t.scene.materials.size(), 1u) << t.error_message;
@@ -351,17 +444,21 @@ TEST(NodeGraph, WhatHasNoEndOfStepsIsRefusedWhole) {
     PatternBuilder builder(scene);
     const Port x = builder.position(true);
     Port sum = x;
-    for (int i = 1; i < 40000; ++i) sum = builder.add(builder.multiply(x, builder.constant(float(i))), sum);
+    for (int i = 1; i < 40000; ++i)
+        sum = builder.add(builder.multiply(x, builder.constant(float(i))), sum);
     EXPECT_FALSE(builder.input(sum, Rgb(0.5f)).has_value());
-    EXPECT_FALSE(builder.input(builder.multiply(x, builder.constant(-1.0f)), Rgb(0.5f)).has_value());
+    EXPECT_FALSE(
+        builder.input(builder.multiply(x, builder.constant(-1.0f)), Rgb(0.5f)).has_value());
 }
 
 TEST(NodeGraph, ColorsAreBroughtIntoTheWorkingSpace) {
     Translated t;
-    translate_text(stage_of("", "color3f inputs:diffuseColor = (0.5, 0.5, 0.5) (colorSpace = \"srgb_texture\")\n"
-                                "color3f inputs:emissiveColor = (1, 1, 1) (colorSpace = \"acescg\")\n"
-                                "color3f inputs:specularColor = (0.5, 1, 0) (colorSpace = \"gamma22\")"),
-                   t);
+    translate_text(
+        stage_of("",
+                 "color3f inputs:diffuseColor = (0.5, 0.5, 0.5) (colorSpace = \"srgb_texture\")\n"
+                 "color3f inputs:emissiveColor = (1, 1, 1) (colorSpace = \"acescg\")\n"
+                 "color3f inputs:specularColor = (0.5, 1, 0) (colorSpace = \"gamma22\")"),
+        t);
     ASSERT_EQ(t.scene.materials.size(), 1u) << t.error_message;
     const scene::Material& m = t.scene.materials[0];
     EXPECT_NEAR(m.diffuse_color.value.x, 0.21404114f, 1e-6f);

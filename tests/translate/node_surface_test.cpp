@@ -198,11 +198,12 @@ TEST(NodeSurface, ThinWallsPassWhatLiesDeeper) {
 
 TEST(NodeSurface, SubsurfaceHasItsRadius) {
     Translated t, o;
-    translate_surface(standard,
-                      "float inputs:subsurface = 0.4\ncolor3f inputs:subsurface_color = (0.9, 0.5, 0.2)\n"
-                      "color3f inputs:subsurface_radius = (1, 0.5, 0.1)\nfloat inputs:subsurface_scale = 0.2\n"
-                      "float inputs:subsurface_anisotropy = 0.3\ncolor3f inputs:base_color = (0.1, 0.1, 0.1)",
-                      t);
+    translate_surface(
+        standard,
+        "float inputs:subsurface = 0.4\ncolor3f inputs:subsurface_color = (0.9, 0.5, 0.2)\n"
+        "color3f inputs:subsurface_radius = (1, 0.5, 0.1)\nfloat inputs:subsurface_scale = 0.2\n"
+        "float inputs:subsurface_anisotropy = 0.3\ncolor3f inputs:base_color = (0.1, 0.1, 0.1)",
+        t);
     const scene::Material& m = t.scene.materials[0];
     EXPECT_TRUE(scene::may_scatter_below(m));
     EXPECT_EQ(m.subsurface.value.x, 0.4f);
@@ -210,7 +211,8 @@ TEST(NodeSurface, SubsurfaceHasItsRadius) {
     EXPECT_NEAR(m.subsurface_radius.value.y, 0.1f, 1e-7f);
     EXPECT_EQ(m.subsurface_anisotropy, 0.3f);
     EXPECT_EQ(m.diffuse_color.value, Rgb(0.1f));
-    translate_surface(open_pbr, "float inputs:subsurface_weight = 1\nfloat inputs:subsurface_radius = 0.5", o);
+    translate_surface(
+        open_pbr, "float inputs:subsurface_weight = 1\nfloat inputs:subsurface_radius = 0.5", o);
     EXPECT_NEAR(o.scene.materials[0].subsurface_radius.value.z, 0.125f, 1e-7f);
     EXPECT_EQ(o.scene.materials[0].subsurface_color->value, Rgb(0.8f));
     EXPECT_EQ(t.count("unsupported-input") + o.count("unsupported-input"), 0u);
@@ -245,7 +247,8 @@ def Material "Mat" {
         token outputs:out
     }
     def Shader "D" {
-        uniform token info:id = ")" + id + R"("
+        uniform token info:id = ")" +
+               id + R"("
         float inputs:displacement = 0.2
         float inputs:scale = 0.5
         token outputs:out

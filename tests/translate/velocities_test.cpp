@@ -86,9 +86,12 @@ TEST(Velocities, DoNotMindOtherTopology) {
     translate_at(1.5, stage_text(1, R"(def Mesh "M" {
     int[] faceVertexCounts.timeSamples = { 1: [3], 2: [4] }
     int[] faceVertexIndices.timeSamples = { 1: [0, 1, 2], 2: [0, 1, 2, 3] }
-    point3f[] points.timeSamples = { 1: [(0, 0, -9), (1, 0, -9), (0, 1, -9)], 2: [(7, 0, -9), (8, 0, -9), (7, 1, -9), (7, 2, -9)] }
-    vector3f[] velocities.timeSamples = { 1: [(32, 0, 0), (32, 0, 0), (32, 0, 0)], 2: [(0, 0, 0), (0, 0, 0), (0, 0, 0), (0, 0, 0)] }
-    normal3f[] normals.timeSamples = { 1: [(0, 0, 1), (0, 1, 0), (0, 0, 1)], 2: [(1, 0, 0), (1, 0, 0), (1, 0, 0), (1, 0, 0)] }
+    point3f[] points.timeSamples = { 1: [(0, 0, -9), (1, 0, -9), (0, 1, -9)], 2: [(7, 0, -9), (8,
+        0, -9), (7, 1, -9), (7, 2, -9)] }
+    vector3f[] velocities.timeSamples = { 1: [(32, 0, 0), (32, 0, 0), (32, 0, 0)], 2: [(0, 0, 0),
+        (0, 0, 0), (0, 0, 0), (0, 0, 0)] }
+    normal3f[] normals.timeSamples = { 1: [(0, 0, 1), (0, 1, 0), (0, 0, 1)], 2: [(1, 0, 0), (1, 0,
+        0), (1, 0, 0), (1, 0, 0)] }
     uniform token subdivisionScheme = "none"
 }
 )"),

@@ -1,30 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-// Estimators of one integral have one mean: every technique against the defaults, scene by scene. This is the second
-// independent method that finds a wrong density, a missing cosine or a strategy that counts twice (H33).
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
+// Estimators of one integral have one mean: every technique against the defaults, scene by scene.
+// This is the second independent method that finds a wrong density, a missing cosine or a strategy
+// that counts twice (H33).
+#include "hard_case.h"
+#include "transport/transport_scene.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "transport/transport_scene.h"
-#include "hard_case.h"
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
 
 namespace velatura::test {
 
 namespace {
 
-constexpr int size_px = 24;      ///< pictures are size_px × size_px
-constexpr int block_px = 8;      ///< compared in blocks of block_px × block_px
-constexpr int run_count = 24;    ///< independent seeds per technique
+constexpr int size_px = 24;    ///< pictures are size_px × size_px
+constexpr int block_px = 8;    ///< compared in blocks of block_px × block_px
+constexpr int run_count = 24;  ///< independent seeds per technique
 constexpr uint64_t sample_count = 16;
-constexpr uint64_t blind_factor = 5;  ///< as many more samples without light sampling, which meets lamps seldom
+constexpr uint64_t blind_factor =
+    5;  ///< as many more samples without light sampling, which meets lamps seldom
 constexpr double family_alpha = 0.01;  ///< of all comparisons of one scene together
-/// A technique can be judged on a scene when the test sees a deviation of the whole picture's mean of this size.
+/// A technique can be judged on a scene when the test sees a deviation of the whole picture's mean
+/// of this size.
 constexpr double largest_detectable = 0.15;
 
-/// Techniques that practically never find some lamp of a scene: their few samples say nothing about their mean.
+/// Techniques that practically never find some lamp of a scene: their few samples say nothing about
+/// their mean.
 struct Hopeless {
     const char* scene;
     const char* technique;
@@ -32,20 +36,31 @@ struct Hopeless {
 };
 
 constexpr Hopeless hopeless[] = {
-    {"transport/sun", "BSDF sampling alone", "a sun of 0.53 degrees; wide_sun has the same code on a target that is met"},
+    {"transport/sun", "BSDF sampling alone",
+     "a sun of 0.53 degrees; wide_sun has the same code on a target that is met"},
     {"transport/doorway", "BSDF sampling alone", "the same sun"},
     {"transport/many_lights", "BSDF sampling alone", "lamps of 10 mm; cornell judges it"},
-    {"transport/wide_sun", "hemisphere sampling", "few directions meet so small a target; by the cosine it is judged"},
-    {"transport/many_lights", "area of all lights", "few points fall on the small lamps; analytic/classic_estimators_test judges them"},
-    {"transport/glowing_mesh", "area of all lights", "points by area near a large mesh are rare and bright; window and linked judge it"},
+    {"transport/wide_sun", "hemisphere sampling",
+     "few directions meet so small a target; by the cosine it is judged"},
+    {"transport/many_lights", "area of all lights",
+     "few points fall on the small lamps; analytic/classic_estimators_test judges them"},
+    {"transport/glowing_mesh", "area of all lights",
+     "points by area near a large mesh are rare and bright; window and linked judge it"},
     {"transport/gloss", "area of all lights", "the same on narrow lobes"},
-    {"transport/gloss", "hemisphere sampling", "highlights of a narrow lobe are rare and bright; by the cosine it is judged"},
-    {"transport/sheets", "lights by area", "a panel 10 cm from a wall: points near by are rare and bright; lens and linked judge it"},
+    {"transport/gloss", "hemisphere sampling",
+     "highlights of a narrow lobe are rare and bright; by the cosine it is judged"},
+    {"transport/sheets", "lights by area",
+     "a panel 10 cm from a wall: points near by are rare and bright; lens and linked judge it"},
     {"transport/sheets", "area of all lights", "the same panel"},
-    {"transport/gloss", "light sampling alone", "highlights of a narrow lobe are rare and bright; cornell and glass judge it"},
-    {"transport/glass", "caustics solved for", "a large panel: solutions near the focus are rare and bright; analytic/specular_chain_test judges them"},
-    {"transport/sheets", "caustics solved for", "large panels as in glass; analytic/absorption_test judges chains that absorb"},
-    {"transport/baffle", "BSDF sampling alone", "a small lamp out of reach of most paths; cornell judges it"},
+    {"transport/gloss", "light sampling alone",
+     "highlights of a narrow lobe are rare and bright; cornell and glass judge it"},
+    {"transport/glass", "caustics solved for",
+     "a large panel: solutions near the focus are rare and bright; analytic/specular_chain_test "
+     "judges them"},
+    {"transport/sheets", "caustics solved for",
+     "large panels as in glass; analytic/absorption_test judges chains that absorb"},
+    {"transport/baffle", "BSDF sampling alone",
+     "a small lamp out of reach of most paths; cornell judges it"},
 };
 
 const Hopeless* find_hopeless(const std::string& scene, const std::string& technique) {
@@ -58,23 +73,30 @@ const Hopeless* find_hopeless(const std::string& scene, const std::string& techn
     return nullptr;
 }
 
-/// Upper quantile of the normal distribution: x with P(X > x) = p. Ref: Abramowitz & Stegun 26.2.23 (error < 4.5e-4).
+/// Upper quantile of the normal distribution: x with P(X > x) = p. Ref: Abramowitz & Stegun 26.2.23
+/// (error < 4.5e-4).
 double normal_quantile(double p) {
     const double t = std::sqrt(-2.0 * std::log(p));
-    return t - (2.515517 + t * (0.802853 + t * 0.010328)) / (1.0 + t * (1.432788 + t * (0.189269 + t * 0.001308)));
+    return t - (2.515517 + t * (0.802853 + t * 0.010328)) /
+                   (1.0 + t * (1.432788 + t * (0.189269 + t * 0.001308)));
 }
 
-/// Upper quantile of Student's t with n degrees of freedom. Ref: Abramowitz & Stegun 26.7.5, three terms.
+/// Upper quantile of Student's t with n degrees of freedom. Ref: Abramowitz & Stegun 26.7.5, three
+/// terms.
 double student_quantile(double p, double n) {
     const double x = normal_quantile(p);
     const double x3 = x * x * x, x5 = x3 * x * x, x7 = x5 * x * x;
-    return x + (x3 + x) / (4 * n) + (5 * x5 + 16 * x3 + 3 * x) / (96 * n * n) + (3 * x7 + 19 * x5 + 17 * x3 - 15 * x) / (384 * n * n * n);
+    return x + (x3 + x) / (4 * n) + (5 * x5 + 16 * x3 + 3 * x) / (96 * n * n) +
+           (3 * x7 + 19 * x5 + 17 * x3 - 15 * x) / (384 * n * n * n);
 }
 
 /// Mean luminance-like sum of each block, [run][block].
-std::vector<std::vector<double>> block_means(const scene::Scene& scene, const Technique& technique, uint64_t first_seed) {
+std::vector<std::vector<double>> block_means(const scene::Scene& scene,
+                                             const Technique& technique,
+                                             uint64_t first_seed) {
     TransportRenderer renderer(scene, technique);
-    const uint64_t samples = technique.instead_of == "light sampling" ? sample_count * blind_factor : sample_count;
+    const uint64_t samples =
+        technique.instead_of == "light sampling" ? sample_count * blind_factor : sample_count;
     constexpr int blocks = size_px / block_px;
     std::vector<std::vector<double>> out;
     for (int run = 0; run < run_count; ++run) {
@@ -83,7 +105,8 @@ std::vector<std::vector<double>> block_means(const scene::Scene& scene, const Te
         for (int y = 0; y < size_px; ++y) {
             for (int x = 0; x < size_px; ++x) {
                 const double* p = &pixels[size_t(y * size_px + x) * 3];
-                means[size_t(y / block_px * blocks + x / block_px)] += (p[0] + p[1] + p[2]) / (3.0 * block_px * block_px);
+                means[size_t(y / block_px * blocks + x / block_px)] +=
+                    (p[0] + p[1] + p[2]) / (3.0 * block_px * block_px);
             }
         }
         out.push_back(means);
@@ -118,7 +141,8 @@ TEST_P(H33Agreement, EveryTechniqueHasTheMeanOfTheDefaults) {
     for (const Technique& technique : techniques()) {
         if (technique.instead_of.empty()) continue;
         if (const Hopeless* h = find_hopeless(GetParam(), technique.name)) {
-            std::printf("%-24s %-22s not judged here: %s\n", GetParam().c_str(), technique.name.c_str(), h->reason);
+            std::printf("%-24s %-22s not judged here: %s\n", GetParam().c_str(),
+                        technique.name.c_str(), h->reason);
             continue;
         }
         const auto other = block_means(scene, technique, seed);
@@ -135,23 +159,31 @@ TEST_P(H33Agreement, EveryTechniqueHasTheMeanOfTheDefaults) {
                 continue;
             }
             const double n = double(run_count - 1);
-            const double freedom = v * v / (x.variance_of_mean * x.variance_of_mean / n + y.variance_of_mean * y.variance_of_mean / n);
+            const double freedom = v * v /
+                                   (x.variance_of_mean * x.variance_of_mean / n +
+                                    y.variance_of_mean * y.variance_of_mean / n);
             const double t = std::abs(x.mean - y.mean) / std::sqrt(v);
             const double limit = student_quantile(alpha / 2, freedom);
             worst = hardcase::larger(worst, t / limit);
-            EXPECT_LT(t, limit) << technique.name << ": block " << b << " has " << y.mean << ", by default " << x.mean;
+            EXPECT_LT(t, limit) << technique.name << ": block " << b << " has " << y.mean
+                                << ", by default " << x.mean;
         }
-        const double detectable = (student_quantile(alpha / 2, run_count - 1) + 1.2816) * std::sqrt(variance) / mean;
-        std::printf("%-24s %-22s worst t %4.2f of its limit; 90 %% power from %5.2f %% of the picture's mean\n", GetParam().c_str(), technique.name.c_str(),
-                    worst, 100 * detectable);
+        const double detectable =
+            (student_quantile(alpha / 2, run_count - 1) + 1.2816) * std::sqrt(variance) / mean;
+        std::printf(
+            "%-24s %-22s worst t %4.2f of its limit; 90 %% power from %5.2f %% of the picture's "
+            "mean\n",
+            GetParam().c_str(), technique.name.c_str(), worst, 100 * detectable);
         EXPECT_LT(detectable, largest_detectable) << technique.name << " is too noisy to be judged";
-        hardcase::expect_within({fmt::format("{}: worst t of a block of the picture, over its limit", technique.name), worst, 1, 0, "the default technique",
-                                 fmt::format("{:.1f} % of the picture's mean", 100 * detectable)});
+        hardcase::expect_within(
+            {fmt::format("{}: worst t of a block of the picture, over its limit", technique.name),
+             worst, 1, 0, "the default technique",
+             fmt::format("{:.1f} % of the picture's mean", 100 * detectable)});
     }
 }
 
-/// Those where the estimators settle soon: caustics of small lamps, by glass or by plates of metal, take more samples than a
-/// test can.
+/// Those where the estimators settle soon: caustics of small lamps, by glass or by plates of metal,
+/// take more samples than a test can.
 std::vector<std::string> judged_scenes() {
     std::vector<std::string> scenes;
     for (const std::string& s : transport_scenes()) {
@@ -160,7 +192,9 @@ std::vector<std::string> judged_scenes() {
     return scenes;
 }
 
-std::string test_name(const testing::TestParamInfo<std::string>& info) { return info.param.substr(info.param.find('/') + 1); }
+std::string test_name(const testing::TestParamInfo<std::string>& info) {
+    return info.param.substr(info.param.find('/') + 1);
+}
 
 INSTANTIATE_TEST_SUITE_P(Scenes, H33Agreement, testing::ValuesIn(judged_scenes()), test_name);
 

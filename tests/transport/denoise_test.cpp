@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // What denoising is worth to mixes of real renders: error before and after, against many samples.
-#include <cstdio>
-#include <vector>
-
-#include <gtest/gtest.h>
-
 #include "compositor/denoise.h"
+
 #include "compositor/mix.h"
 #include "compositor/noise.h"
 #include "transport/mixes.h"
 #include "transport/transport_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <vector>
 
 namespace velatura::test {
 
@@ -21,7 +22,9 @@ using compositor::Look;
 constexpr int width = 144, height = 108;
 constexpr uint64_t samples = 16, reference_samples = 256;
 
-image::Image mixed(const LayerStack& stack, const Look& look) { return compositor::apply_mix(stack, *compositor::plan_mix(stack, look), look, false); }
+image::Image mixed(const LayerStack& stack, const Look& look) {
+    return compositor::apply_mix(stack, *compositor::plan_mix(stack, look), look, false);
+}
 
 /// What is left of the noise in the mix itself, as relMSE, from its half images.
 double noise_of(const LayerStack& stack, const Look& look) {
@@ -66,22 +69,30 @@ TEST_P(DenoiseOfMixes, IsThreeTimesBetter) {
     const auto clean = LayerStack::from_image(std::move(*filtered));
     ASSERT_TRUE(clean.has_value());
     layers.data_layers = false;
-    const LayerStack reference = through_file(renderer.render_film(2, reference_samples, {}, layers));
+    const LayerStack reference =
+        through_file(renderer.render_film(2, reference_samples, {}, layers));
 
-    for (const std::vector<compositor::Control>& controls : {std::vector{gain("indirect", 2)}, std::vector{gain("indirect", 2), gain("direct", -3)}}) {
+    for (const std::vector<compositor::Control>& controls :
+         {std::vector{gain("indirect", 2)}, std::vector{gain("indirect", 2), gain("direct", -3)}}) {
         Look look;
         look.controls = controls;
         const image::Image truth = mixed(reference, look);
         // The reference has noise of its own, which both errors contain
         const double rest = noise_of(reference, look);
-        const double before = error(mixed(noisy, look), truth) - rest, after = error(mixed(*clean, look), truth) - rest;
-        std::printf("%s: relMSE %.2e before, %.2e after (reference %.1e): %.1f times better\n", GetParam(), before, after, rest, before / after);
+        const double before = error(mixed(noisy, look), truth) - rest,
+                     after = error(mixed(*clean, look), truth) - rest;
+        std::printf("%s: relMSE %.2e before, %.2e after (reference %.1e): %.1f times better\n",
+                    GetParam(), before, after, rest, before / after);
         EXPECT_LT(rest, 0.7 * (after + rest));
         EXPECT_GT(before, 3 * after);
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, DenoiseOfMixes, testing::Values("cornell/cornell", "transport/gloss", "transport/lens", "transport/window"), name_of);
+INSTANTIATE_TEST_SUITE_P(
+    Scenes,
+    DenoiseOfMixes,
+    testing::Values("cornell/cornell", "transport/gloss", "transport/lens", "transport/window"),
+    name_of);
 
 }  // namespace
 

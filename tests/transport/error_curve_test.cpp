@@ -4,11 +4,11 @@
 
 #include "image/picture_change.h"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <cstdio>
 #include <random>
-
-#include <gtest/gtest.h>
 
 namespace velatura::test {
 
@@ -32,7 +32,8 @@ ErrorObservation seen(uint64_t samples, double error, double deviation = 1e-4) {
 ErrorCurve curve_of(double level, double slope, uint64_t last) {
     ErrorCurve curve;
     for (uint64_t n = 2; n <= last; n *= 2) {
-        const double error = level * std::pow(double(n), -slope), before = level * std::pow(double(n) / 2, -slope);
+        const double error = level * std::pow(double(n), -slope),
+                     before = level * std::pow(double(n) / 2, -slope);
         curve.add(seen(n, std::sqrt(before * before - error * error)));
     }
     return curve;
@@ -81,12 +82,14 @@ TEST(ErrorCurve, SaysWhereItsKnowledgeEnds) {
     EXPECT_GT(f.samples_high, 4);
 }
 
-/// Light that a pixel meets once in thousands of samples: each doubling finds as much new noise as it averages away.
+/// Light that a pixel meets once in thousands of samples: each doubling finds as much new noise as
+/// it averages away.
 TEST(ErrorCurve, ErrorsThatDoNotFallAreNotForecast) {
     ErrorCurve curve;
     for (uint64_t n = 2; n <= 64; n *= 2) curve.add(seen(n, 0.2, 0.05));
     EXPECT_TRUE(curve.is_rare());
-    for (const double target : {0.5, 0.1, 0.01}) EXPECT_EQ(curve.forecast(target).kind, ErrorForecast::Kind::Rare);
+    for (const double target : {0.5, 0.1, 0.01})
+        EXPECT_EQ(curve.forecast(target).kind, ErrorForecast::Kind::Rare);
     EXPECT_FALSE(curve_of(0.08, 0.45, 64).is_rare());
     EXPECT_FALSE(ErrorCurve().is_rare());
 }
@@ -119,19 +122,24 @@ TEST(ErrorCurve, OtherPlacementOfSamplesIsNoSlope) {
     EXPECT_NEAR(curve.slope().value, 0.5, 0.01);
 }
 
-/// Made-up renders whose errors scatter as much as they say: intervals of forecasts hold the truth as often as they claim.
+/// Made-up renders whose errors scatter as much as they say: intervals of forecasts hold the truth
+/// as often as they claim.
 TEST(ErrorCurve, IntervalsOfForecastsHoldTheTruth) {
     std::mt19937 random(7);
     std::normal_distribution<double> normal;
     constexpr int renders = 2000;
     int inside = 0, known = 0;
     for (int i = 0; i < renders; ++i) {
-        const double slope = image::usual_slope + image::usual_slope_deviation * normal(random), deviation = 0.04;
+        const double slope = image::usual_slope + image::usual_slope_deviation * normal(random),
+                     deviation = 0.04;
         const auto error_at = [&](double n) { return 0.05 * std::pow(n, -slope); };
         ErrorCurve curve;
         for (uint64_t n = 2; n <= 64; n *= 2) {
             const double error = error_at(double(n)), before = error_at(0.5 * double(n));
-            curve.add(seen(n, std::sqrt(before * before - error * error) * std::exp(deviation * normal(random)), deviation));
+            curve.add(seen(
+                n,
+                std::sqrt(before * before - error * error) * std::exp(deviation * normal(random)),
+                deviation));
         }
         const ErrorForecast f = curve.forecast(error_at(256));
         if (f.kind != ErrorForecast::Kind::Known) continue;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a render says of its error, and of the samples that a smaller one needs, against what many renders show.
-#include <cmath>
-#include <cstdio>
-
-#include <gtest/gtest.h>
-
+// What a render says of its error, and of the samples that a smaller one needs, against what many
+// renders show.
 #include "image/block_errors.h"
 #include "image/relative_error.h"
 #include "transport/transport_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
 
 namespace velatura::test {
 
@@ -26,7 +27,8 @@ double error_of(const std::vector<Pixels>& renders) {
     for (size_t i = 0; i < mean.size(); ++i) {
         double variance = 0;
         for (const Pixels& r : renders) variance += (r[i] - mean[i]) * (r[i] - mean[i]) / (n - 1);
-        sum += variance / (std::max(0.0, mean[i] * mean[i] - variance / n) + 0.01) / double(mean.size());
+        sum += variance / (std::max(0.0, mean[i] * mean[i] - variance / n) + 0.01) /
+               double(mean.size());
     }
     return std::sqrt(sum);
 }
@@ -46,7 +48,8 @@ TEST_P(ErrorOfScenes, IsAsForetold) {
         curves.push_back(renderer.curve());
         late.push_back(renderer.render_scheduled(seed, many, placement));
     }
-    const double found = error_of(early), target = error_of(late), samples_late = renderer.curve().points().back().samples_mean;
+    const double found = error_of(early), target = error_of(late),
+                 samples_late = renderer.curve().points().back().samples_mean;
     double stated = 0, logarithm = 0;
     int inside = 0;
     for (const integrator::ErrorCurve& curve : curves) {
@@ -59,9 +62,14 @@ TEST_P(ErrorOfScenes, IsAsForetold) {
         inside += f.samples_low <= samples_late && samples_late <= f.samples_high;
     }
     const integrator::ErrorSlope slope = curves[0].slope();
-    std::printf("%s%s: error %.4f, stated %.4f (%+.1f %%), slope %.3f +- %.3f; error %.4f at %.0f spp, forecast at %.0f spp (%+.1f %%), inside %d of %d\n", name, is_adaptive ? ", adaptive" : "", found, stated,
-                100 * (stated / found - 1), slope.value, slope.deviation, target, samples_late, samples_late * std::exp(logarithm), 100 * (std::exp(logarithm) - 1), inside, int(seeds));
-    // What five renders of this size show of the error is itself no better known than to a tenth, and the samples go with its square
+    std::printf(
+        "%s%s: error %.4f, stated %.4f (%+.1f %%), slope %.3f +- %.3f; error %.4f at %.0f spp, "
+        "forecast at %.0f spp (%+.1f %%), inside %d of %d\n",
+        name, is_adaptive ? ", adaptive" : "", found, stated, 100 * (stated / found - 1),
+        slope.value, slope.deviation, target, samples_late, samples_late * std::exp(logarithm),
+        100 * (std::exp(logarithm) - 1), inside, int(seeds));
+    // What five renders of this size show of the error is itself no better known than to a tenth,
+    // and the samples go with its square
     EXPECT_NEAR(stated / found, 1, 0.2);
     EXPECT_NEAR(std::exp(logarithm), 1, 0.4);
     EXPECT_GE(inside, 3);
@@ -69,14 +77,16 @@ TEST_P(ErrorOfScenes, IsAsForetold) {
 
 class CoverageOfScenes : public testing::TestWithParam<const char*> {};
 
-/// Samples placed by noise, one Sobol' sequence for each pixel: 95 % intervals against the mean of all other renders.
+/// Samples placed by noise, one Sobol' sequence for each pixel: 95 % intervals against the mean of
+/// all other renders.
 TEST_P(CoverageOfScenes, IntervalsOfBlocksHoldTheTruth) {
     constexpr uint64_t runs = 16, samples = 128;
     const scene::Scene scene = load_scene(GetParam(), width, height);
     TransportRenderer renderer(scene, default_technique());
     std::vector<std::vector<image::BlockError>> renders;
     for (uint64_t seed = 0; seed < runs; ++seed) {
-        const film::Film film = renderer.render_film(seed, samples, {true, integrator::Guiding::Off, false}, renderer.beauty_layers());
+        const film::Film film = renderer.render_film(
+            seed, samples, {true, integrator::Guiding::Off, false}, renderer.beauty_layers());
         renders.push_back(image::block_errors(film.sums(), renderer.curve().slope().value).value());
     }
     int inside = 0, count = 0;
@@ -89,8 +99,10 @@ TEST_P(CoverageOfScenes, IntervalsOfBlocksHoldTheTruth) {
             }
             for (const auto& r : renders) {
                 if (r[b].error[c] == 0) continue;
-                const double own = r[b].error[c] * r[b].error[c], others = (mean * double(runs) - r[b].mean[c]) / double(runs - 1);
-                const double error = std::sqrt(own + (square - own) / double((runs - 1) * (runs - 1)));
+                const double own = r[b].error[c] * r[b].error[c],
+                             others = (mean * double(runs) - r[b].mean[c]) / double(runs - 1);
+                const double error =
+                    std::sqrt(own + (square - own) / double((runs - 1) * (runs - 1)));
                 inside += std::abs(r[b].mean[c] - others) <= r[b].quantile(c) * error;
                 ++count;
             }
@@ -104,33 +116,39 @@ TEST_P(CoverageOfScenes, IntervalsOfBlocksHoldTheTruth) {
 
 class TargetsOfScenes : public testing::TestWithParam<const char*> {};
 
-/// Where a render stops by itself, its error is what was asked for, against the mean of other renders.
+/// Where a render stops by itself, its error is what was asked for, against the mean of other
+/// renders.
 TEST_P(TargetsOfScenes, AreReached) {
     const scene::Scene scene = load_scene(GetParam(), width, height);
     TransportRenderer renderer(scene, default_technique());
     TransportRenderer::Placement placement = {true, integrator::Guiding::Off, false};
     std::vector<Pixels> others;
-    for (uint64_t seed = 100; seed < 100 + seeds; ++seed) others.push_back(renderer.render_scheduled(seed, 2 * many, placement));
+    for (uint64_t seed = 100; seed < 100 + seeds; ++seed)
+        others.push_back(renderer.render_scheduled(seed, 2 * many, placement));
     const Pixels truth = mean_of(others);
     const double own_error = error_of(others);
     constexpr double target = 0.06;
     placement.target_error = target;
     double square = 0, samples = 0;
     for (uint64_t seed = 0; seed < seeds; ++seed) {
-        const film::Film film = renderer.render_film(seed, 4096, placement, renderer.beauty_layers());
+        const film::Film film =
+            renderer.render_film(seed, 4096, placement, renderer.beauty_layers());
         samples += film.noise().samples_mean / double(seeds);
         const std::vector<float> rgba = film.snapshot().rgba;
         for (size_t i = 0; i < truth.size(); ++i) {
             const double difference = double(rgba[i / 3 * 4 + i % 3]) - truth[i];
-            square += difference * difference / (truth[i] * truth[i] + 0.01) / double(truth.size() * seeds);
+            square += difference * difference / (truth[i] * truth[i] + 0.01) /
+                      double(truth.size() * seeds);
         }
     }
     const double reached = std::sqrt(square - own_error * own_error / double(seeds));
-    std::printf("%s: target %.3f, reached %.4f at %.0f spp in the mean\n", GetParam(), target, reached, samples);
+    std::printf("%s: target %.3f, reached %.4f at %.0f spp in the mean\n", GetParam(), target,
+                reached, samples);
     EXPECT_NEAR(reached, target, 0.12 * target);
 }
 
-const auto scenes = testing::Values("cornell/cornell", "transport/window", "transport/sheets", "transport/gloss");
+const auto scenes =
+    testing::Values("cornell/cornell", "transport/window", "transport/sheets", "transport/gloss");
 
 INSTANTIATE_TEST_SUITE_P(Scenes, ErrorOfScenes, testing::Combine(scenes, testing::Bool()));
 INSTANTIATE_TEST_SUITE_P(Scenes, CoverageOfScenes, scenes);

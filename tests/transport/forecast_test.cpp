@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // What `velatura-comp noise` forecasts of a mix, from one render, against what many renders show.
-#include <cmath>
-#include <cstdio>
-
-#include <gtest/gtest.h>
-
 #include "base/hash.h"
 #include "compositor/noise.h"
 #include "transport/mixes.h"
 #include "transport/transport_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
 
 namespace velatura::test {
 
@@ -63,7 +63,8 @@ class Spread {
 
     double found_variance() const {
         double result = 0;
-        for (size_t k = 0; k < sum_.size(); ++k) result += (square_[k] - sum_[k] * sum_[k] / runs_) / (runs_ - 1);
+        for (size_t k = 0; k < sum_.size(); ++k)
+            result += (square_[k] - sum_[k] * sum_[k] / runs_) / (runs_ - 1);
         return result;
     }
 
@@ -77,13 +78,16 @@ class Spread {
 
 class Forecast : public testing::TestWithParam<const char*> {
   protected:
-    Forecast() : scene_(load_scene(GetParam(), size_px, size_px)), renderer_(scene_, default_technique()) {
+    Forecast()
+        : scene_(load_scene(GetParam(), size_px, size_px)), renderer_(scene_, default_technique()) {
         layers_ = renderer_.beauty_layers();
         layers_.matrix_layers = layers_.halves = true;
         layers_.last_bounce = 3;
     }
 
-    LayerStack render(uint64_t seed, uint64_t samples) { return through_file(renderer_.render_film(seed, samples, even, layers_)); }
+    LayerStack render(uint64_t seed, uint64_t samples) {
+        return through_file(renderer_.render_film(seed, samples, even, layers_));
+    }
 
     scene::Scene scene_;
     TransportRenderer renderer_;
@@ -130,14 +134,27 @@ TEST_P(ForecastOfSamples, HoldTheError) {
     const auto more = uint64_t(std::ceil(double(samples) * ratio * ratio));
     for (uint64_t run = 0; run < runs; ++run) advised.add(mix_of(render(runs + run, more), lifted));
     const double reached = advised.forecast_error() / rendered.forecast_error();
-    std::printf("%s: error %.4f, with indirect light two stops up %.4f; %.2f times the samples: %.3f of the first\n", GetParam(),
-                rendered.forecast_error(), mixed.forecast_error(), double(more) / double(samples), reached);
+    std::printf(
+        "%s: error %.4f, with indirect light two stops up %.4f; %.2f times the samples: %.3f of "
+        "the first\n",
+        GetParam(), rendered.forecast_error(), mixed.forecast_error(),
+        double(more) / double(samples), reached);
     EXPECT_NEAR(reached, 1.0, 0.15);
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, ForecastOfMixes, testing::Values("cornell/cornell", "transport/sun", "transport/gloss", "transport/linked"), name_of);
-INSTANTIATE_TEST_SUITE_P(Scenes, ForecastOfSamples,
-                         testing::Values("cornell/cornell", "transport/lens", "transport/gloss", "transport/window", "transport/sheets"), name_of);
+INSTANTIATE_TEST_SUITE_P(
+    Scenes,
+    ForecastOfMixes,
+    testing::Values("cornell/cornell", "transport/sun", "transport/gloss", "transport/linked"),
+    name_of);
+INSTANTIATE_TEST_SUITE_P(Scenes,
+                         ForecastOfSamples,
+                         testing::Values("cornell/cornell",
+                                         "transport/lens",
+                                         "transport/gloss",
+                                         "transport/window",
+                                         "transport/sheets"),
+                         name_of);
 
 }  // namespace
 

@@ -2,22 +2,23 @@
 // Renders as the compositor gets them, and looks.
 #pragma once
 
-#include <cmath>
-#include <filesystem>
-#include <string>
+#include "compositor/controls.h"
+#include "compositor/layer_stack.h"
+#include "film/film.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "compositor/controls.h"
-#include "compositor/layer_stack.h"
-#include "film/film.h"
+#include <cmath>
+#include <filesystem>
+#include <string>
 
 namespace velatura::test {
 
 /// A render through a file.
 inline compositor::LayerStack through_file(const film::Film& film) {
-    const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / ("velatura_mix_" + std::to_string(getpid()) + ".exr");
+    const std::filesystem::path path = std::filesystem::path(testing::TempDir()) /
+                                       ("velatura_mix_" + std::to_string(getpid()) + ".exr");
     EXPECT_TRUE(film.write(path.string(), {}).has_value());
     auto stack = compositor::LayerStack::load(path.string());
     EXPECT_TRUE(stack.has_value());

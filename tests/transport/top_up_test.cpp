@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples that follow a mix: the mean stays, the error falls as forecast, and however often the work is stopped the bits stay.
-#include <algorithm>
-#include <atomic>
-#include <cmath>
+// Samples that follow a mix: the mean stays, the error falls as forecast, and however often the
+// work is stopped the bits stay.
+#include "compositor/top_up.h"
+
+#include "base/hash.h"
+#include "image/sums_part.h"
+#include "integrator/schedule.h"
+#include "transport/mixes.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "base/hash.h"
-#include "compositor/top_up.h"
-#include "image/sums_part.h"
-#include "integrator/schedule.h"
-#include "transport/mixes.h"
+#include <algorithm>
+#include <atomic>
+#include <cmath>
 
 namespace velatura::test {
 
@@ -39,9 +41,11 @@ double number(uint64_t seed, int x, int y, uint64_t sample) {
     return double(h >> 11) * 0x1p-53;
 }
 
-/// A lamp of mean 1 that few samples meet, on the left more seldom looked for; other light of mean 1 with some noise.
+/// A lamp of mean 1 that few samples meet, on the left more seldom looked for; other light of mean
+/// 1 with some noise.
 integrator::SampleFunction lamp_and_fill(uint64_t seed, double chance = rare) {
-    return [seed, chance](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) {
+    return [seed, chance](int x, int y, uint64_t s, film::SampleRadiance& out,
+                          integrator::RayCounts& counts) {
         ++counts.camera;
         out.alpha = 1;
         const double p = x < size_px / 2 ? chance : std::min(1.0, 5 * chance);
@@ -78,13 +82,20 @@ std::vector<uint64_t> counts_of(const film::Film& film) {
 }
 
 compositor::TopUpPlan plan_for(const film::Film& film, const Look& look, double samples) {
-    auto plan = compositor::plan_top_up(through_file(film), counts_of(film), look, {.target = {}, .samples = samples});
+    auto plan = compositor::plan_top_up(through_file(film), counts_of(film), look,
+                                        {.target = {}, .samples = samples});
     EXPECT_TRUE(plan.has_value());
     return std::move(*plan);
 }
 
-integrator::RenderResult top_up(film::Film& film, const image::TopUpRequest& request, uint64_t samples, const integrator::SampleFunction& sample, const std::atomic<bool>* stop = nullptr) {
-    const integrator::TopUpCounts counts(film, image::place_samples(window, request.priority, request.present, double(samples)), samples);
+integrator::RenderResult top_up(film::Film& film,
+                                const image::TopUpRequest& request,
+                                uint64_t samples,
+                                const integrator::SampleFunction& sample,
+                                const std::atomic<bool>* stop = nullptr) {
+    const integrator::TopUpCounts counts(
+        film, image::place_samples(window, request.priority, request.present, double(samples)),
+        samples);
     integrator::RenderCallbacks callbacks;
     callbacks.stop = stop;
     return integrator::run_schedule(film, options_of(samples), sample, callbacks, &counts);
@@ -95,7 +106,8 @@ double lamp_mean(const film::Film& film) {
     double mean = 0;
     const uint32_t row = film.sums().table().group(0);
     for (int y = 0; y < size_px; ++y) {
-        for (int x = 0; x < size_px; ++x) mean += film.sums().total(x, y, row).x / double(film.next_sample(x, y));
+        for (int x = 0; x < size_px; ++x)
+            mean += film.sums().total(x, y, row).x / double(film.next_sample(x, y));
     }
     return mean / (size_px * size_px);
 }
@@ -111,7 +123,11 @@ struct Mean {
     }
 
     double value() const { return sum / count; }
-    double error() const { return std::sqrt(std::max(0.0, square / count - value() * value()) / (count - 1)); }
+
+    double error() const {
+        return std::sqrt(std::max(0.0, square / count - value() * value()) / (count - 1));
+    }
+
     /// Smallest deviation that a test at 99 % would see with 90 % power.
     double detectable() const { return (2.58 + 1.28) * error(); }
 };
@@ -130,11 +146,14 @@ TEST(TopUp, TheMeanOfAllSamplesStays) {
         if (seed >= 24) continue;
         film::Film biased = first_render(seed, 8);
         image::TopUpRequest own = plan.request;
-        for (size_t i = 0; i < window.pixel_count(); ++i) own.priority[i] = float(std::sqrt(plan.forecast.error.relative_square(0, i)) + 0.05);
+        for (size_t i = 0; i < window.pixel_count(); ++i)
+            own.priority[i] = float(std::sqrt(plan.forecast.error.relative_square(0, i)) + 0.05);
         top_up(biased, own, 40, lamp_and_fill(seed));
         by_own_noise.add(lamp_mean(biased));
     }
-    fmt::print("mean {:.5f} of 1, detectable {:.2g}; by own noise {:.4f}, detectable {:.2g}\n", placed.value(), placed.detectable(), by_own_noise.value(), by_own_noise.detectable());
+    fmt::print("mean {:.5f} of 1, detectable {:.2g}; by own noise {:.4f}, detectable {:.2g}\n",
+               placed.value(), placed.detectable(), by_own_noise.value(),
+               by_own_noise.detectable());
     ASSERT_LT(placed.detectable(), 0.01);
     EXPECT_NEAR(placed.value(), 1, 2.58 * placed.error());
     EXPECT_GT(std::abs(by_own_noise.value() - 1), 10 * by_own_noise.error());
@@ -149,11 +168,13 @@ TEST(TopUp, BringsTheErrorThatItForecasts) {
         const compositor::TopUpPlan plan = plan_for(film, lamp_by(2), 256);
         top_up(film, plan.request, 256, lamp_and_fill(seed + 1000, usual));
         samples += film.noise().samples_mean / runs;
-        const auto error = compositor::mix_error(through_file(film), *compositor::plan_mix(through_file(film), lamp_by(2)), lamp_by(2));
+        const auto error = compositor::mix_error(
+            through_file(film), *compositor::plan_mix(through_file(film), lamp_by(2)), lamp_by(2));
         ASSERT_TRUE(error.has_value());
         double relative = 0, relative_before = 0;
         for (size_t i = 0; i < window.pixel_count(); ++i) {
-            relative += double(error->mean[0][i] - 5) * double(error->mean[0][i] - 5) / 25 / double(window.pixel_count());
+            relative += double(error->mean[0][i] - 5) * double(error->mean[0][i] - 5) / 25 /
+                        double(window.pixel_count());
             const double old = double(plan.forecast.error.mean[0][i] - 5);
             relative_before += old * old / 25 / double(window.pixel_count());
         }
@@ -161,9 +182,11 @@ TEST(TopUp, BringsTheErrorThatItForecasts) {
         before.add(relative_before);
         forecast.add(plan.error_after * plan.error_after);
     }
-    fmt::print("relMSE {:.3g} before, {:.3g} after {:.1f} samples; forecast {:.3g}\n", before.value(), after.value(), samples, forecast.value());
+    fmt::print("relMSE {:.3g} before, {:.3g} after {:.1f} samples; forecast {:.3g}\n",
+               before.value(), after.value(), samples, forecast.value());
     EXPECT_NEAR(samples, 256, 0.03 * 256);
-    // All noise of the lamp is on the left: evenly placed samples leave a quarter, these hardly more than an eighth
+    // All noise of the lamp is on the left: evenly placed samples leave a quarter, these hardly
+    // more than an eighth
     EXPECT_LT(after.value(), 0.65 * before.value() / 4);
     EXPECT_NEAR(std::sqrt(forecast.value() / after.value()), 1, 0.1);
 }
@@ -172,35 +195,42 @@ TEST(TopUp, HoweverOftenItIsStoppedTheBitsAreTheSame) {
     film::Film whole = first_render(5, 20);
     const compositor::TopUpPlan plan = plan_for(whole, lamp_by(2), 60);
     top_up(whole, plan.request, 60, lamp_and_fill(5));
-    EXPECT_EQ(counts_of(whole), image::place_samples(window, plan.request.priority, counts_of(first_render(5, 20)), 60));
+    EXPECT_EQ(counts_of(whole), image::place_samples(window, plan.request.priority,
+                                                     counts_of(first_render(5, 20)), 60));
 
     film::Film part = first_render(5, 20);
     std::atomic<bool> stop = false;
     std::atomic<int> left = 0;
     const integrator::SampleFunction value = lamp_and_fill(5);
-    const integrator::SampleFunction counted = [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) {
-        if (left.fetch_sub(1) <= 0) stop = true;
-        value(x, y, s, out, counts);
-    };
+    const integrator::SampleFunction counted =
+        [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) {
+            if (left.fetch_sub(1) <= 0) stop = true;
+            value(x, y, s, out, counts);
+        };
     int runs = 0;
     for (;; ++runs) {
         stop = false;
         left = 9000 + 1777 * runs;
-        if (top_up(part, plan.request, 60, counted, &stop).reason == integrator::StopReason::Complete) break;
+        if (top_up(part, plan.request, 60, counted, &stop).reason ==
+            integrator::StopReason::Complete)
+            break;
     }
     EXPECT_GT(runs, 3);
     ASSERT_EQ(counts_of(part), counts_of(whole));
     for (const uint32_t a : whole.sums().used_accumulators()) {
         for (int y = 0; y < size_px; ++y) {
-            for (int x = 0; x < size_px; ++x) ASSERT_EQ(part.sums().total(x, y, a), whole.sums().total(x, y, a));
+            for (int x = 0; x < size_px; ++x)
+                ASSERT_EQ(part.sums().total(x, y, a), whole.sums().total(x, y, a));
         }
     }
 }
 
-// A render that was stopped in the middle of a pass, with pixels that have nothing at all, goes on to the same bits
+// A render that was stopped in the middle of a pass, with pixels that have nothing at all, goes on
+// to the same bits
 TEST(Stopped, RendersGoOnWhereEveryPixelIs) {
     for (const bool is_adaptive : {false, true}) {
-        for (const auto mode : {integrator::RenderMode::Tile, integrator::RenderMode::Progressive}) {
+        for (const auto mode :
+             {integrator::RenderMode::Tile, integrator::RenderMode::Progressive}) {
             integrator::RenderOptions options = options_of(48);
             options.adaptive = is_adaptive;
             options.mode = mode;
@@ -219,7 +249,8 @@ TEST(Stopped, RendersGoOnWhereEveryPixelIs) {
                 const integrator::SampleFunction value = lamp_and_fill(3);
                 const auto result = integrator::run_schedule(
                     part, options,
-                    [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) {
+                    [&](int x, int y, uint64_t s, film::SampleRadiance& out,
+                        integrator::RayCounts& counts) {
                         if (left.fetch_sub(1) <= 0) stop = true;
                         value(x, y, s, out, counts);
                     },
@@ -241,7 +272,8 @@ TEST(Stopped, RendersGoOnWhereEveryPixelIs) {
                 for (int x = 0; x < size_px; ++x) {
                     ASSERT_EQ(part.next_sample(x, y), whole.next_sample(x, y)) << x << ", " << y;
                     ASSERT_EQ(part.sums().record(x, y).rate, whole.sums().record(x, y).rate);
-                    for (const uint32_t a : whole.sums().used_accumulators()) ASSERT_EQ(part.sums().total(x, y, a), whole.sums().total(x, y, a));
+                    for (const uint32_t a : whole.sums().used_accumulators())
+                        ASSERT_EQ(part.sums().total(x, y, a), whole.sums().total(x, y, a));
                 }
             }
         }

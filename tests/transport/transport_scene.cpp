@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transport/transport_scene.h"
 
-#include <array>
-
-#include <fmt/format.h>
-
 #include "app/light_images.h"
 #include "base/check.h"
 #include "base/tasks.h"
@@ -13,6 +9,10 @@
 #include "integrator/schedule.h"
 #include "translate/translate.h"
 #include "usd/stage/stage.h"
+
+#include <fmt/format.h>
+
+#include <array>
 
 namespace velatura::test {
 
@@ -56,33 +56,58 @@ const std::vector<Technique>& techniques() {
              p.estimator.light_sampling = LightSampling::Cosine;
              w.compensate_mis = false;
          }},
-        {"no MIS compensation", "MIS compensation", [](WorldOptions& w, PathTracerOptions&) { w.compensate_mis = false; }},
-        {"lights by power", "light tree", [](WorldOptions& w, PathTracerOptions&) { w.light_selection = lights::SelectionKind::Power; }},
-        {"lights uniformly", "light tree", [](WorldOptions& w, PathTracerOptions&) { w.light_selection = lights::SelectionKind::Uniform; }},
-        {"constant roulette", "roulette by throughput", [](WorldOptions&, PathTracerOptions& p) { p.estimator.roulette = Roulette::Constant; }},
-        {"roulette by albedo", "roulette by throughput", [](WorldOptions&, PathTracerOptions& p) { p.estimator.roulette = Roulette::Albedo; }},
-        {"roulette by efficiency", "roulette by throughput", [](WorldOptions&, PathTracerOptions& p) { p.estimator.roulette = Roulette::Efficiency; }},
-        {"stratified samples", "Owen-Sobol' points", [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::Stratified; }},
-        {"independent samples", "Owen-Sobol' points", [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::Independent; }},
-        {"blue noise", "white noise", [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::BlueNoise; }},
-        {"two halves", "one sequence per pixel", [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::SobolHalves; }},
+        {"no MIS compensation", "MIS compensation",
+         [](WorldOptions& w, PathTracerOptions&) { w.compensate_mis = false; }},
+        {"lights by power", "light tree",
+         [](WorldOptions& w, PathTracerOptions&) {
+             w.light_selection = lights::SelectionKind::Power;
+         }},
+        {"lights uniformly", "light tree",
+         [](WorldOptions& w, PathTracerOptions&) {
+             w.light_selection = lights::SelectionKind::Uniform;
+         }},
+        {"constant roulette", "roulette by throughput",
+         [](WorldOptions&, PathTracerOptions& p) { p.estimator.roulette = Roulette::Constant; }},
+        {"roulette by albedo", "roulette by throughput",
+         [](WorldOptions&, PathTracerOptions& p) { p.estimator.roulette = Roulette::Albedo; }},
+        {"roulette by efficiency", "roulette by throughput",
+         [](WorldOptions&, PathTracerOptions& p) { p.estimator.roulette = Roulette::Efficiency; }},
+        {"stratified samples", "Owen-Sobol' points",
+         [](WorldOptions&, PathTracerOptions& p) {
+             p.sampler = sampling::SamplerKind::Stratified;
+         }},
+        {"independent samples", "Owen-Sobol' points",
+         [](WorldOptions&, PathTracerOptions& p) {
+             p.sampler = sampling::SamplerKind::Independent;
+         }},
+        {"blue noise", "white noise",
+         [](WorldOptions&, PathTracerOptions& p) { p.sampler = sampling::SamplerKind::BlueNoise; }},
+        {"two halves", "one sequence per pixel",
+         [](WorldOptions&, PathTracerOptions& p) {
+             p.sampler = sampling::SamplerKind::SobolHalves;
+         }},
         {"paths in four", "paths go on by one",
          [](WorldOptions&, PathTracerOptions& p) {
              static const integrator::BranchMap four(4);
              p.branches = &four;
          }},
-        {"caustics solved for", "caustics by paths", [](WorldOptions&, PathTracerOptions&) {}, integrator::Caustics::Manifold},
+        {"caustics solved for", "caustics by paths", [](WorldOptions&, PathTracerOptions&) {},
+         integrator::Caustics::Manifold},
     };
     return table;
 }
 
-const Technique& default_technique() { return techniques().front(); }
+const Technique& default_technique() {
+    return techniques().front();
+}
 
 const std::vector<std::string>& transport_scenes() {
     static const std::vector<std::string> table = {
-        "cornell/cornell",  "transport/sun",   "transport/wide_sun", "transport/many_lights", "transport/lamp_sizes", "transport/lens",
-        "transport/glass",  "transport/caustic", "transport/baffle",   "transport/glowing_mesh", "transport/gloss",
-        "transport/window", "transport/sheets", "transport/linked", "transport/doorway",
+        "cornell/cornell",        "transport/sun",        "transport/wide_sun",
+        "transport/many_lights",  "transport/lamp_sizes", "transport/lens",
+        "transport/glass",        "transport/caustic",    "transport/baffle",
+        "transport/glowing_mesh", "transport/gloss",      "transport/window",
+        "transport/sheets",       "transport/linked",     "transport/doorway",
     };
     return table;
 }
@@ -97,17 +122,20 @@ scene::Scene load_scene(const std::string& name, int width, int height) {
     options.time = stage->start_time_code();
     Result<scene::Scene> scene = translate::translate_stage(*stage, options, diagnostics);
     for (const Diagnostic& d : diagnostics.all()) fmt::print(stderr, "{}\n", diagnostics.format(d));
-    VELATURA_CHECK(scene.has_value() && diagnostics.error_count() == 0, "a scene of the project has errors");
+    VELATURA_CHECK(scene.has_value() && diagnostics.error_count() == 0,
+                   "a scene of the project has errors");
     return std::move(*scene);
 }
 
-TransportRenderer::TransportRenderer(const scene::Scene& scene, const Technique& technique) : scene_(scene) {
+TransportRenderer::TransportRenderer(const scene::Scene& scene, const Technique& technique)
+    : scene_(scene) {
     integrator::WorldOptions world;
     world.width = scene.settings.width;
     world.height = scene.settings.height;
     technique.change(world, options_);
     Diagnostics diagnostics;
-    world_ = std::make_unique<integrator::World>(scene, world, app::make_light_image_loader(), diagnostics);
+    world_ = std::make_unique<integrator::World>(scene, world, app::make_light_image_loader(),
+                                                 diagnostics);
     for (const Diagnostic& d : diagnostics.all()) fmt::print(stderr, "{}\n", diagnostics.format(d));
     caustics_ = integrator::make_caustic_sampler(technique.caustics, *world_);
     options_.caustics = caustics_.get();
@@ -119,20 +147,30 @@ TransportRenderer::TransportRenderer(const scene::Scene& scene, const Technique&
 
 film::LayerSet TransportRenderer::beauty_layers() const {
     film::LayerSet layers;
-    layers.matrix_layers = layers.shadow_layers = layers.bounce_layers = layers.group_layers = layers.data_layers = false;
-    for (const scene::LightGroup& g : scene_.groups) layers.groups.push_back({g.name, g.prims, g.is_environment});
+    layers.matrix_layers = layers.shadow_layers = layers.bounce_layers = layers.group_layers =
+        layers.data_layers = false;
+    for (const scene::LightGroup& g : scene_.groups)
+        layers.groups.push_back({g.name, g.prims, g.is_environment});
     layers.normalise_names();
     return layers;
 }
 
-film::Film TransportRenderer::render_film(uint64_t seed, uint64_t samples, const Placement& placement, const film::LayerSet& layers) {
+film::Film TransportRenderer::render_film(uint64_t seed,
+                                          uint64_t samples,
+                                          const Placement& placement,
+                                          const film::LayerSet& layers) {
     integrator::PathTracerOptions tracer_options = options_;
     tracer_options.seed = seed;
     if (layers.halves) tracer_options.sampler = sampling::SamplerKind::SobolHalves;
-    const integrator::GuideTraining training = integrator::train_guide(*world_, tracer_options, placement.guiding);
+    const integrator::GuideTraining training =
+        integrator::train_guide(*world_, tracer_options, placement.guiding);
     was_guided_ = training.is_used;
     if (training.is_used) tracer_options.guide = &training.field;
-    const integrator::BranchTrial branches = placement.splits ? integrator::try_branches(*world_, tracer_options, {0, 0, scene_.settings.width, scene_.settings.height}) : integrator::BranchTrial();
+    const integrator::BranchTrial branches =
+        placement.splits
+            ? integrator::try_branches(*world_, tracer_options,
+                                       {0, 0, scene_.settings.width, scene_.settings.height})
+            : integrator::BranchTrial();
     mean_branches_ = branches.map.mean();
     tracer_options.branches = &branches.map;
     const integrator::PathTracer tracer(*world_, layers, tracer_options);
@@ -146,9 +184,14 @@ film::Film TransportRenderer::render_film(uint64_t seed, uint64_t samples, const
     callbacks.snapshot = placement.after_pass;
     callbacks.snapshot_requested = [] { return true; };
     const int width = scene_.settings.width, height = scene_.settings.height;
-    film::Film film({0, 0, width, height}, layers, {.final_sample_end = integrator::most_samples(options)});
+    film::Film film({0, 0, width, height}, layers,
+                    {.final_sample_end = integrator::most_samples(options)});
     const integrator::RenderResult result = integrator::run_schedule(
-        film, options, [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); }, callbacks);
+        film, options,
+        [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) {
+            tracer.trace(x, y, s, out, counts);
+        },
+        callbacks);
     curve_ = result.curve;
     rays_ += result.rays;
     rays_ += training.rays;
@@ -157,11 +200,15 @@ film::Film TransportRenderer::render_film(uint64_t seed, uint64_t samples, const
     return film;
 }
 
-Pixels TransportRenderer::render_scheduled(uint64_t seed, uint64_t samples, const Placement& placement) {
-    const std::vector<float> rgba = render_film(seed, samples, placement, beauty_layers()).snapshot().rgba;
+Pixels TransportRenderer::render_scheduled(uint64_t seed,
+                                           uint64_t samples,
+                                           const Placement& placement) {
+    const std::vector<float> rgba =
+        render_film(seed, samples, placement, beauty_layers()).snapshot().rgba;
     Pixels pixels;
     pixels.reserve(rgba.size() / 4 * 3);
-    for (size_t i = 0; i < rgba.size(); i += 4) pixels.insert(pixels.end(), {double(rgba[i]), double(rgba[i + 1]), double(rgba[i + 2])});
+    for (size_t i = 0; i < rgba.size(); i += 4)
+        pixels.insert(pixels.end(), {double(rgba[i]), double(rgba[i + 1]), double(rgba[i + 2])});
     return pixels;
 }
 
@@ -188,7 +235,8 @@ Pixels TransportRenderer::render(uint64_t seed, uint64_t samples) {
                     continue;
                 }
                 const Rgb L = out.radiance();
-                for (int c = 0; c < 3; ++c) pixel[c] += double(out.weight) * double(L[c]) / double(samples);
+                for (int c = 0; c < 3; ++c)
+                    pixel[c] += double(out.weight) * double(L[c]) / double(samples);
             }
         }
     });

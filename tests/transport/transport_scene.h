@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
-#include <functional>
-#include <memory>
-#include <string>
-#include <vector>
-
 #include "integrator/error_curve.h"
 #include "integrator/guide_training.h"
 #include "integrator/path_tracer.h"
 #include "integrator/world.h"
 #include "scene/scene.h"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
 
 namespace velatura::test {
 
@@ -32,10 +32,12 @@ const Technique& default_technique();
 /// The scenes of scenes/transport and the Cornell box: paths below scenes/, and what to call them.
 const std::vector<std::string>& transport_scenes();
 
-/// scenes/<name>.usda, composed and translated. Ends the program when it cannot be read: the scenes are the project's own.
+/// scenes/<name>.usda, composed and translated. Ends the program when it cannot be read: the scenes
+/// are the project's own.
 scene::Scene load_scene(const std::string& name, int width, int height);
 
-/// What one estimate of a whole picture is: mean radiance per pixel, [height][width][3], row 0 = top.
+/// What one estimate of a whole picture is: mean radiance per pixel, [height][width][3], row 0 =
+/// top.
 using Pixels = std::vector<double>;
 
 /// A scene made ready for one technique.
@@ -44,8 +46,8 @@ class TransportRenderer {
     /// The scene must outlive this.
     TransportRenderer(const scene::Scene& scene, const Technique& technique);
 
-    /// Mean of the samples [0, samples) of every pixel, in parallel over rows. Samples that are not finite or negative are
-    /// left out and counted in bad_samples().
+    /// Mean of the samples [0, samples) of every pixel, in parallel over rows. Samples that are not
+    /// finite or negative are left out and counted in bad_samples().
     Pixels render(uint64_t seed, uint64_t samples);
 
     /// What `velatura render` does by default around the technique.
@@ -58,16 +60,21 @@ class TransportRenderer {
         std::function<void(const film::Film&, const integrator::ErrorCurve&)> after_pass = {};
     };
 
-    /// The same by the render schedule, `samples` in the mean where it is adaptive, after training and trials.
+    /// The same by the render schedule, `samples` in the mean where it is adaptive, after training
+    /// and trials.
     Pixels render_scheduled(uint64_t seed, uint64_t samples, const Placement& placement);
 
     /// As that, into the layers; with halves, from two sequences.
-    film::Film render_film(uint64_t seed, uint64_t samples, const Placement& placement, const film::LayerSet& layers);
+    film::Film render_film(uint64_t seed,
+                           uint64_t samples,
+                           const Placement& placement,
+                           const film::LayerSet& layers);
 
     /// The scene's light groups, and no layers but the beauty.
     film::LayerSet beauty_layers() const;
 
-    /// Of the last of these: whether it was guided, and into how many branches its paths divided in the mean.
+    /// Of the last of these: whether it was guided, and into how many branches its paths divided in
+    /// the mean.
     bool was_guided() const { return was_guided_; }
 
     double mean_branches() const { return mean_branches_; }

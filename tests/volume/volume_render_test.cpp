@@ -106,16 +106,20 @@ TEST_F(VolumeRender, DrawsThemWhateverTheThreads) {
 
 TEST_F(VolumeRender, HasOneMeanWhateverTheBounds) {
     EXPECT_NE(hash_of("smoke.usda"), hash_of("smoke.usda", "--volume-bounds one"));
-    const std::string many = "render smoke.usda --res 24 18 --spp 256 --guiding off --splitting off --progress none --layers none";
+    const std::string many =
+        "render smoke.usda --res 24 18 --spp 256 --guiding off --splitting off --progress none "
+        "--layers none";
     ASSERT_EQ(w.velatura(many + " -o bricks.exr").exit_code, 0);
     ASSERT_EQ(w.velatura(many + " -o one.exr --volume-bounds one").exit_code, 0);
     // Two renders by other seeds differ by as much
     ASSERT_EQ(w.velatura(many + " -o seed.exr --seed 5").exit_code, 0);
     const auto mean_and_error = [&](const char* name) {
-        const auto picture = image::read_exr(w.path(name)), reference = image::read_exr(w.path("bricks.exr"));
+        const auto picture = image::read_exr(w.path(name)),
+                   reference = image::read_exr(w.path("bricks.exr"));
         std::array<double, 3> sums{};
         for (size_t i = 0; i < picture->data.pixel_count(); ++i) {
-            const double a = double(picture->find("G")->value(i)), b = double(reference->find("G")->value(i));
+            const double a = double(picture->find("G")->value(i)),
+                         b = double(reference->find("G")->value(i));
             sums = {sums[0] + a, sums[1] + b, sums[2] + (a - b) * (a - b)};
         }
         return sums;

@@ -26,11 +26,13 @@ struct LevelSpec {
     bool operator==(const LevelSpec&) const = default;
 };
 
-/// Whether decoding one tile takes about what the picture has, or little: a file of bytes may say that its tiles have gigabytes.
+/// Whether decoding one tile takes about what the picture has, or little: a file of bytes may say
+/// that its tiles have gigabytes.
 inline bool has_sane_tiles(const LevelSpec& finest) {
     constexpr int64_t little = int64_t(1) << 20;  // pixels
     const int64_t pixels = int64_t(finest.width) * finest.height;
-    return int64_t(finest.tile_width) * finest.tile_height <= (pixels > little / 4 ? 4 * pixels : little);
+    return int64_t(finest.tile_width) * finest.tile_height <=
+           (pixels > little / 4 ? 4 * pixels : little);
 }
 
 /// What a file says of its first picture.

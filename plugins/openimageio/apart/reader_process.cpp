@@ -92,7 +92,8 @@ Result<size_t> ReaderProcess::take_answer(const Request& request, const PayloadS
     if (!wait_to_read(socket_, patience, goes_on)) {
         const double limit_s = is_lost_in_thought ? limits_.cpu_seconds : limits_.wall_seconds;
         (void)how_it_ended();
-        return Error{"reader-slow", fmt::format("reading took more than {} s (--limit decode-time)", limit_s)};
+        return Error{"reader-slow",
+                     fmt::format("reading took more than {} s (--limit decode-time)", limit_s)};
     }
     std::array<char, sizeof(Reply) + 1> reply = {};
     const ssize_t length = ::recv(socket_.get(), reply.data(), reply.size(), 0);

@@ -55,13 +55,15 @@ Result<LayerPtr> read_layer(const AssetBytesPtr& asset,
     for (const LayerFormat& format : formats) {
         if (!start.starts_with(format.magic)) continue;
         if (!reads_materialx && format.read == &materialx::read_materialx_layer)
-            return Error{"usd-format-unknown",
-                         fmt::format("\"{}\" is a MaterialX document, which is not read here", file)};
+            return Error{
+                "usd-format-unknown",
+                fmt::format("\"{}\" is a MaterialX document, which is not read here", file)};
         return format.read(asset, file, diagnostics);
     }
     return Error{
         "usd-format-unknown",
-        fmt::format("\"{}\" is not a USD layer: expected #usda, PXR-USDC, XML or a zip archive", file)};
+        fmt::format("\"{}\" is not a USD layer: expected #usda, PXR-USDC, XML or a zip archive",
+                    file)};
 }
 
 }  // namespace
@@ -201,8 +203,9 @@ Result<LayerPtr> LayerRegistry::open(const std::string& file) {
         const std::lock_guard lock(mutex_);
         if (const auto* known = find(file)) return *known;
         if (order_.size() >= max_layers_) {
-            return Error{"usd-too-many-layers",
-                         fmt::format("more than {} layers, limit reached (--limit layers)", max_layers_)};
+            return Error{
+                "usd-too-many-layers",
+                fmt::format("more than {} layers, limit reached (--limit layers)", max_layers_)};
         }
         if (auto ready = ready_.extract(file)) loaded = std::move(ready.mapped());
     }

@@ -178,9 +178,11 @@ std::shared_ptr<const layer::ArrayData> make_array(const CrateFilePtr& file,
         }
     }
     if (!file->reserve_memory(n * sizeof(T))) {
-        problem = {count_at, fmt::format("found arrays that take more than {} bytes when decoded, "
-                                         "expected less in a file of {} bytes, limit reached (--limit array-bytes)",
-                                         file->max_copied_bytes(), file->bytes().size())};
+        problem = {
+            count_at,
+            fmt::format("found arrays that take more than {} bytes when decoded, "
+                        "expected less in a file of {} bytes, limit reached (--limit array-bytes)",
+                        file->max_copied_bytes(), file->bytes().size())};
         return nullptr;
     }
     return std::make_shared<const DecodedArray<T>>(file, stored, size_t(n), is_compressed);

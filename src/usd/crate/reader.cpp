@@ -297,9 +297,10 @@ bool LayerBuilder::build() {
                         bad_specs_));
     }
     if (structure_.bad_paths > 0) {
-        warn(fmt::format("found {} paths with names that none may have, expected identifiers; what "
-                         "they stand for is left out",
-                         structure_.bad_paths));
+        warn(
+            fmt::format("found {} paths with names that none may have, expected identifiers; what "
+                        "they stand for is left out",
+                        structure_.bad_paths));
     }
     if (bad_children_ > 0) {
         warn(

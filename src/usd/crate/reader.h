@@ -17,7 +17,8 @@ namespace velatura::usd::crate {
 /// A value that is corrupt is left out, with an error that names its place; a corrupt structure
 /// costs the layer: Error "usd-crate". Data found corrupt on first use is reported to `diagnostics`
 /// if it still exists. Limits: a table holds at most two million items plus one per byte of the
-/// file; copies and decoded arrays take at most limits().array_bytes plus 1024 bytes per byte of the file.
+/// file; copies and decoded arrays take at most limits().array_bytes plus 1024 bytes per byte of
+/// the file.
 Result<std::shared_ptr<layer::Layer>> read_crate_layer(const AssetBytesPtr& bytes,
                                                        const std::string& identifier,
                                                        Diagnostics& diagnostics);

@@ -329,8 +329,12 @@ constexpr CodePointRange continue_ranges[] = {
 
 }  // namespace
 
-std::span<const CodePointRange> xid_start_ranges() { return start_ranges; }
+std::span<const CodePointRange> xid_start_ranges() {
+    return start_ranges;
+}
 
-std::span<const CodePointRange> xid_continue_ranges() { return continue_ranges; }
+std::span<const CodePointRange> xid_continue_ranges() {
+    return continue_ranges;
+}
 
 }  // namespace velatura::usd::layer

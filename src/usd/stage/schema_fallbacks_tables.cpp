@@ -333,6 +333,7 @@ std::span<const SchemaAttribute> schema_attributes() {
     };
     return attributes;
 }
+
 // clang-format on
 
 }  // namespace velatura::usd::stage

@@ -274,7 +274,8 @@ TEST(Session, APresetOfAnotherShotSaysWhatItCannotFind) {
     const uint64_t good = session.picture(0)->version;
     const std::string path = film::temporary_file("other_shot.json");
     ASSERT_TRUE(write_file_atomically(path, R"({"schema": "velatura.look/1", "controls": [
-        {"do": "gain", "name": "moon", "value": "2"}, {"do": "gain", "name": "key", "value": "2"}]})")
+        {"do": "gain", "name": "moon", "value": "2"}, {"do": "gain", "name": "key",
+            "value": "2"}]})")
                     .has_value());
     session.load_preset(path);
     EXPECT_NE(session.look_error().find("moon"), std::string::npos);

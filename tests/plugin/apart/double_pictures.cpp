@@ -69,7 +69,8 @@ void do_to_oneself(std::string_view what) {
     if (what == "liar") answer_nonsense();
     try_what_is_forbidden(what);
     const double limit_s = what == "spin" ? 1e9 : what == "busy" ? 0.2 : 0;
-    for (const std::clock_t begin = std::clock(); double(std::clock() - begin) < limit_s * CLOCKS_PER_SEC;) {
+    for (const std::clock_t begin = std::clock();
+         double(std::clock() - begin) < limit_s * CLOCKS_PER_SEC;) {
     }
 }
 
@@ -81,8 +82,10 @@ class DoublePicture final : public SourcePicture {
         const size_t end = asset_.find(is_of_scene ? '.' : '/', folder);
         const std::string_view name = std::string_view(asset_).substr(folder, end - folder);
         what_ = name.substr(0, name.find(':'));
-        if (name.ends_with(":open")) do_to_oneself(what_);
-        else at_reading_ = what_;
+        if (name.ends_with(":open"))
+            do_to_oneself(what_);
+        else
+            at_reading_ = what_;
         LevelSpec level;
         level.width = level.full_width = DoublePictures::width;
         level.height = level.full_height = DoublePictures::height;
@@ -98,8 +101,7 @@ class DoublePicture final : public SourcePicture {
 
     const PictureSpec& spec() const override { return spec_; }
 
-    Result<void> read_lines(
-        int, int y, int y_end, int channels, std::span<float> values) override {
+    Result<void> read_lines(int, int y, int y_end, int channels, std::span<float> values) override {
         return read(0, y, DoublePictures::width, y_end, channels, values);
     }
 

@@ -10,8 +10,8 @@
 namespace velatura::plugins::openimageio::testing {
 
 /// Pictures whose values are known without a file, for a program that does to itself what broken
-/// decoders do. The asset's name is `what[:when][/anything]`, or `[folder/]what.png` as scenes have it; `when` is "open" or
-/// "read" (else).
+/// decoders do. The asset's name is `what[:when][/anything]`, or `[folder/]what.png` as scenes have
+/// it; `when` is "open" or "read" (else).
 /// - plain: is what it says.
 /// - segv, kill, abort, exit: the process ends so.
 /// - stop, spin, memory: it is stopped, computes for ever, takes all memory.
@@ -20,7 +20,8 @@ namespace velatura::plugins::openimageio::testing {
 /// - poison: the next request for another picture ends in a crash.
 /// - liar: answers of another length are sent.
 /// - other: the file is another one each time it is opened.
-/// - write, remove, socket, fork, signal, limit: is tried, and ends the process where that is not refused.
+/// - write, remove, socket, fork, signal, limit: is tried, and ends the process where that is not
+/// refused.
 /// - thread: starts one.
 class DoublePictures final : public PictureSource {
   public:

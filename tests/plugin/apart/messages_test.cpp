@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a reader may answer: anything.
 #include "plugins/openimageio/apart/messages.h"
-#include "plugins/openimageio/apart/shared_area.h"
 
 #include "base/hash.h"
+#include "plugins/openimageio/apart/shared_area.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -30,13 +30,20 @@ TEST(Reply, IsTheAnswerToItsRequestAndOfTheLengthAskedFor) {
     EXPECT_EQ(judged({.serial = 77, .bytes = 600}), "600");
     EXPECT_EQ(judged({.serial = 77, .bytes = 5}, {0, 1000}), "5");
     EXPECT_EQ(judged({.serial = 76, .bytes = 600}), "reader-answer: it answers another question");
-    EXPECT_EQ(judged({.serial = 77, .bytes = 599}), "reader-answer: it has more or less than was asked for");
-    EXPECT_EQ(judged({.serial = 77, .bytes = 601}), "reader-answer: it has more or less than was asked for");
-    EXPECT_EQ(judged({.serial = 77, .bytes = 1001}, {0, size_t(-1)}), "reader-answer: it is longer than the area");
-    EXPECT_EQ(judged({.serial = 77, .bytes = uint64_t(-1)}, {0, size_t(-1)}), "reader-answer: it is longer than the area");
-    EXPECT_EQ(judged({.version = 9, .serial = 77, .bytes = 600}), "reader-answer: it is of another version");
-    EXPECT_EQ(judged({.status = ReplyStatus(0), .serial = 77, .bytes = 600}), "reader-answer: it is neither yes nor no");
-    EXPECT_EQ(judged({.status = ReplyStatus::Refused, .serial = 77, .bytes = 3}), "image-read: aaa");
+    EXPECT_EQ(judged({.serial = 77, .bytes = 599}),
+              "reader-answer: it has more or less than was asked for");
+    EXPECT_EQ(judged({.serial = 77, .bytes = 601}),
+              "reader-answer: it has more or less than was asked for");
+    EXPECT_EQ(judged({.serial = 77, .bytes = 1001}, {0, size_t(-1)}),
+              "reader-answer: it is longer than the area");
+    EXPECT_EQ(judged({.serial = 77, .bytes = uint64_t(-1)}, {0, size_t(-1)}),
+              "reader-answer: it is longer than the area");
+    EXPECT_EQ(judged({.version = 9, .serial = 77, .bytes = 600}),
+              "reader-answer: it is of another version");
+    EXPECT_EQ(judged({.status = ReplyStatus(0), .serial = 77, .bytes = 600}),
+              "reader-answer: it is neither yes nor no");
+    EXPECT_EQ(judged({.status = ReplyStatus::Refused, .serial = 77, .bytes = 3}),
+              "image-read: aaa");
     const std::string whole = bytes({.serial = 77, .bytes = 600});
     for (size_t size = 0; size < whole.size(); ++size)
         EXPECT_FALSE(payload_length(request, {600, 600}, whole.substr(0, size), area));
@@ -110,10 +117,13 @@ TEST(SharedArea, IsNeverShortened) {
 
 TEST(PlainReason, HasNoControlCharactersAndIsUtf8) {
     EXPECT_EQ(plain_reason("a\nb\x1b[0m\n \n"), "a b [0m");
-    EXPECT_EQ(plain_reason("\xc3\xa4\xe2\x82\xac\xf0\x9f\x98\x80"), "\xc3\xa4\xe2\x82\xac\xf0\x9f\x98\x80");
+    EXPECT_EQ(plain_reason("\xc3\xa4\xe2\x82\xac\xf0\x9f\x98\x80"),
+              "\xc3\xa4\xe2\x82\xac\xf0\x9f\x98\x80");
     // Cut, overlong, a surrogate, beyond Unicode, a control character of two bytes
     EXPECT_EQ(plain_reason("x\xc3"), "x");
-    EXPECT_EQ(plain_reason("\xc0\xaf" "x"), "  x");
+    EXPECT_EQ(plain_reason("\xc0\xaf"
+                           "x"),
+              "  x");
     EXPECT_EQ(plain_reason("\xe0\x80\xafx"), "   x");
     EXPECT_EQ(plain_reason("\xed\xa0\x80x"), "   x");
     EXPECT_EQ(plain_reason("\xf4\x90\x80\x80x"), "    x");

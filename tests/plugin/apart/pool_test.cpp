@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures that other processes read: what a reader does to itself costs its picture and nothing else.
+// Pictures that other processes read: what a reader does to itself costs its picture and nothing
+// else.
+#include "base/process_limits.h"
 #include "double_pictures.h"
 #include "plugins/openimageio/apart/picture_pool.h"
-
-#include "base/process_limits.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -74,7 +74,8 @@ std::string text_of(const std::string& file) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// What follows the name of "number (name) state parent": what a process is called may have anything in it.
+/// What follows the name of "number (name) state parent": what a process is called may have
+/// anything in it.
 std::string state_of(const std::string& process) {
     const std::string stat = text_of("/proc/" + process + "/stat");
     const size_t name_end = stat.rfind(')');
@@ -181,13 +182,15 @@ TEST(PicturePool, SaysWhatItsSourceSays) {
     expect_right(*open(pool, "plain"), "plain");
 }
 
-/// By a signal or an exit, while it is opened or read; the other picture of that reader notices nothing.
+/// By a signal or an exit, while it is opened or read; the other picture of that reader notices
+/// nothing.
 TEST(PicturePool, ACrashCostsItsPictureOnly) {
     PicturePool pool(options());
     const Picture other = open(pool, "plain/other");
-    for (const auto& [what, why] :
-         {std::pair("segv", fmt::format("signal {}", SIGSEGV)), std::pair("kill", fmt::format("signal {}", SIGKILL)),
-          std::pair("abort", fmt::format("signal {}", SIGABRT)), std::pair("exit", std::string("code 7"))}) {
+    for (const auto& [what, why] : {std::pair("segv", fmt::format("signal {}", SIGSEGV)),
+                                    std::pair("kill", fmt::format("signal {}", SIGKILL)),
+                                    std::pair("abort", fmt::format("signal {}", SIGABRT)),
+                                    std::pair("exit", std::string("code 7"))}) {
         expect_right(*other, "plain/other");
         const Picture bad = open(pool, what);
         EXPECT_EQ(failure(*bad), "reading ended with " + why);
@@ -211,7 +214,8 @@ TEST(PicturePool, WhatEndedAReaderIsNotTriedAgain) {
     EXPECT_EQ(pool.processes(), before);
 }
 
-/// The reader dies of what another picture did to it: the one that was asked for is tried again, alone.
+/// The reader dies of what another picture did to it: the one that was asked for is tried again,
+/// alone.
 TEST(PicturePool, TheCrashOfANeighbourIsNotOnesOwn) {
     PicturePool pool(options());
     const Picture poison = open(pool, "poison"), other = open(pool, "plain");
@@ -282,13 +286,15 @@ TEST(PicturePool, ReadersHaveNoRightsTheyDoNotNeed) {
 
 /// Also those that a library has opened without a thought of programs that are started.
 TEST(PicturePool, ReadersHaveNoFilesOfTheRenderer) {
-    const FileDescriptor low(::open("/proc/self/status", O_RDONLY)), file(::fcntl(low.get(), F_DUPFD, 20));
+    const FileDescriptor low(::open("/proc/self/status", O_RDONLY)),
+        file(::fcntl(low.get(), F_DUPFD, 20));
     PicturePool pool(options());
     const Picture picture = open(pool, "plain");
     std::vector<std::string> found;
     const std::string folder = fmt::format("/proc/{}/fd", pool.processes().at(0));
     for (const auto& entry : std::filesystem::directory_iterator(folder))
-        found.push_back(std::regex_replace(std::filesystem::read_symlink(entry.path()).string(), std::regex("\\[.*"), ""));
+        found.push_back(std::regex_replace(std::filesystem::read_symlink(entry.path()).string(),
+                                           std::regex("\\[.*"), ""));
     std::sort(found.begin(), found.end());
     const std::vector<std::string> expected = {"/dev/null", "/dev/null", "/dev/null", "socket:"};
     EXPECT_EQ(found, expected);
@@ -311,7 +317,8 @@ TEST(PicturePool, ReadersCanDoNothingButRead) {
     expect_right(*open(pool, "thread"), "thread");
 }
 
-/// Who asks a whole group or job to end means the renderer, which may have to read on for what it writes.
+/// Who asks a whole group or job to end means the renderer, which may have to read on for what it
+/// writes.
 TEST(PicturePool, SignalsThatAskToEndAreTheRenderersAffair) {
     PicturePool pool(options());
     const Picture picture = open(pool, "plain");
@@ -418,7 +425,8 @@ TEST(PicturePool, EndsWithARendererThatIsKilled) {
         for (;;) ::pause();
     }
     std::array<pid_t, 3> processes = {};
-    ASSERT_EQ(::read(ends_of_pipe[0], processes.data(), sizeof processes), ssize_t(sizeof processes));
+    ASSERT_EQ(::read(ends_of_pipe[0], processes.data(), sizeof processes),
+              ssize_t(sizeof processes));
     ::kill(renderer, SIGKILL);
     ::waitpid(renderer, nullptr, 0);
     for (const pid_t process : processes) EXPECT_TRUE(ends(process)) << process;
@@ -431,11 +439,13 @@ TEST(PicturePool, WithoutItsProgramItReadsNothing) {
         const Result<Picture> opened = lone.open("plain", PictureUse::Texture);
         ASSERT_FALSE(opened);
         EXPECT_EQ(opened.error().message,
-                  "the program /nowhere/velatura-pictures, which reads pictures, is missing: No such file or directory");
+                  "the program /nowhere/velatura-pictures, which reads pictures, is missing: No "
+                  "such file or directory");
     }
     PicturePool wrong(other_program("/bin/true"));
     EXPECT_EQ(wrong.open("plain", PictureUse::Texture).error().message,
-              "the program /bin/true, which reads pictures, cannot be started: it says nothing, or is of another version");
+              "the program /bin/true, which reads pictures, cannot be started: it says nothing, or "
+              "is of another version");
     PicturePool text(other_program("/etc/hostname"));
     EXPECT_FALSE(text.open("plain", PictureUse::Texture));
     EXPECT_TRUE(children_of({::getpid()}).empty());

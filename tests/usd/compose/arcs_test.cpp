@@ -100,7 +100,8 @@ TEST_F(ArcsTest, ExpressionsChooseLayersReferencesAndVariants) {
     write("root.usda",
           R"(( expressionVariables = { string SUB = "sub"; string ASSET = "b"; string V = "x" }
 subLayers = [@`"${SUB}.usda"`@, @`if(defined("NONE"), "none.usda", "")`@] )
-def "P" ( references = @`"${ASSET}.usda"`@</R>; variantSets = "v"; variants = { string v = "`${V}`" } )
+def "P" ( references = @`"${ASSET}.usda"`@</R>; variantSets = "v";
+variants = { string v = "`${V}`" } )
 { variantSet "v" = { "x" {} "y" {} } }
 )");
     write("sub.usda", "over \"P\" {}\n");

@@ -29,7 +29,8 @@ TEST_F(ComposerTest, StrengthOrderIsLIVRPS) {
     write("root.usda", R"(
 def "I" {}
 def "S" {}
-def "P" ( specializes = </S>; payload = @pay.usda@</Pay>; references = @ref.usda@</Ref>; inherits = </I>
+def "P" ( specializes = </S>; payload = @pay.usda@</Pay>; references = @ref.usda@</Ref>;
+inherits = </I>
           variants = { string v = "a" } variantSets = "v" )
 { variantSet "v" = { "a" { } } }
 )");
@@ -103,7 +104,8 @@ def "A" ( variantSets = "v"; variants = { string v = "x" } )
 TEST_F(ComposerTest, VariantFallbackCountsOnlyWithoutSelection) {
     write("root.usda", R"(
 def "P" ( variantSets = "v" ) { variantSet "v" = { "x" { } "y" { } } }
-def "Q" ( variantSets = "v"; variants = { string v = "x" } ) { variantSet "v" = { "x" { } "y" { } } }
+def "Q" ( variantSets = "v";
+variants = { string v = "x" } ) { variantSet "v" = { "x" { } "y" { } } }
 )");
     EXPECT_EQ(stack("/P"), (Lines{"root /P"}));
     options_.variant_fallbacks["v"] = {"nope", "y"};

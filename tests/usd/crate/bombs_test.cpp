@@ -50,7 +50,8 @@ class CrateBombs : public ::testing::Test {
     static int arrays_read(const std::string& bytes, Diagnostics& diagnostics) {
         const size_t before = peak_resident_bytes();
         const auto read = read_crate_layer(make_asset_bytes(bytes), "bomb.usdc", diagnostics);
-        EXPECT_LT(peak_resident_bytes(), before + (size_t(64) << 20)) << "taken for what is refused";
+        EXPECT_LT(peak_resident_bytes(), before + (size_t(64) << 20))
+            << "taken for what is refused";
         if (!read) {
             ADD_FAILURE() << read.error().message;
             return -1;

@@ -68,8 +68,8 @@ class ValueTable {
     }
 
   private:
-    size_t entry_ = 0;    // of the section in the table of contents
-    std::string names_;   // the section in front of the values
+    size_t entry_ = 0;   // of the section in the table of contents
+    std::string names_;  // the section in front of the values
     std::string values_;
 };
 

@@ -63,7 +63,8 @@ TEST_F(MaterialXTest, AMaterialHasItsShaderInterfaceAndGraph) {
 
 TEST_F(MaterialXTest, NodesOfTheDocumentAreAGraphOfTheirOwn) {
     const LayerPtr layer = layer_of(R"xml(
-      <constant name="red" type="color3"><input name="value" type="color3" value="1,0,0"/></constant>
+      <constant name="red" type="color3"><input name="value" type="color3" value="1,0,0"/>
+      </constant>
       <open_pbr_surface name="S" type="surfaceshader">
         <input name="base_color" type="color3" nodename="red"/>
       </open_pbr_surface>
@@ -140,7 +141,8 @@ TEST_F(MaterialXTest, IncludesAreRead) {
     write("lib/nodes.mtlx", R"xml(<?xml version="1.0"?>
       <materialx version="1.38" fileprefix="tex/">
         <xi:include href="nodes.mtlx"/>
-        <image name="picture" type="color3"><input name="file" type="filename" value="a.png"/></image>
+        <image name="picture" type="color3"><input name="file" type="filename" value="a.png"/>
+        </image>
       </materialx>)xml");
     const LayerPtr layer = layer_of("<xi:include href=\"lib/nodes.mtlx\"/>");
     ASSERT_TRUE(layer);

@@ -88,7 +88,8 @@ TEST_F(MaterialXTest, NodesThatStandForThemselvesEnd) {
 TEST_F(MaterialXTest, BrokenBytesEndInALayerOrAnError) {
     const std::string good = R"xml(<?xml version="1.0"?>
 <materialx version="1.38" colorspace="lin_rec709" fileprefix="tex/">
-  <nodedef name="ND_a" node="a"><input name="x" type="float" value="1"/><output name="out" type="color3"/></nodedef>
+  <nodedef name="ND_a" node="a"><input name="x" type="float" value="1"/>
+  <output name="out" type="color3"/></nodedef>
   <nodegraph name="NG_a" nodedef="ND_a">
     <convert name="c" type="color3"><input name="in" type="float" interfacename="x"/></convert>
     <output name="out" type="color3" nodename="c"/>
@@ -96,11 +97,14 @@ TEST_F(MaterialXTest, BrokenBytesEndInALayerOrAnError) {
   <nodegraph name="G">
     <a name="n" type="color3"/>
     <image name="i" type="color3"><input name="file" type="filename" value="p.png"/></image>
-    <mix name="m" type="color3"><input name="fg" type="color3" nodename="n"/><input name="bg" type="color3" nodename="i"/></mix>
+    <mix name="m" type="color3"><input name="fg" type="color3" nodename="n"/>
+    <input name="bg" type="color3" nodename="i"/></mix>
     <output name="o" type="color3" nodename="m"/>
   </nodegraph>
-  <standard_surface name="S" type="surfaceshader"><input name="base_color" type="color3" nodegraph="G" output="o"/></standard_surface>
-  <surfacematerial name="M" type="material"><input name="surfaceshader" type="surfaceshader" nodename="S"/></surfacematerial>
+  <standard_surface name="S" type="surfaceshader">
+  <input name="base_color" type="color3" nodegraph="G" output="o"/></standard_surface>
+  <surfacematerial name="M" type="material">
+  <input name="surfaceshader" type="surfaceshader" nodename="S"/></surfacematerial>
 </materialx>)xml";
     std::mt19937 random(20);
     const auto below = [&](size_t n) { return size_t(random() % n); };

@@ -158,7 +158,8 @@ def "P" (
 ) {
     def "C" (
         clips = { dictionary default = {
-            asset[] assetPaths = [@./near.usda@]; string primPath = "/N"; double2[] active = [(0, 0)]
+            asset[] assetPaths = [@./near.usda@]; string primPath = "/N"; double2[] active = [(0,
+                0)]
         } }
     ) { double a }
 }
@@ -260,10 +261,14 @@ TEST_F(ClipsTest, BadSetsAreNamedAndIgnored) {
     open(R"(
 def "P" (
     clips = {
-        dictionary twice = { asset[] assetPaths = [@./a.usda@]; string primPath = "/M"; double2[] active = [(0, 0), (0, 0)] }
-        dictionary where = { asset[] assetPaths = [@./a.usda@]; string primPath = "M"; double2[] active = [(0, 0)] }
-        dictionary which = { asset[] assetPaths = [@./a.usda@]; string primPath = "/M"; double2[] active = [(0, 3)] }
-        dictionary huge = { string templateAssetPath = "./a.#.usda"; string primPath = "/M"; double templateStartTime = 0; double templateEndTime = 1e12; double templateStride = 0.001 }
+        dictionary twice = { asset[] assetPaths = [@./a.usda@]; string primPath = "/M";
+        double2[] active = [(0, 0), (0, 0)] }
+        dictionary where = { asset[] assetPaths = [@./a.usda@]; string primPath = "M";
+        double2[] active = [(0, 0)] }
+        dictionary which = { asset[] assetPaths = [@./a.usda@]; string primPath = "/M";
+        double2[] active = [(0, 3)] }
+        dictionary huge = { string templateAssetPath = "./a.#.usda"; string primPath = "/M";
+        double templateStartTime = 0; double templateEndTime = 1e12; double templateStride = 0.001 }
     }
 ) { double a = 1 }
 )");

@@ -23,7 +23,8 @@ TEST_F(DumpTest, ListsOfUnknownMetadataPrintTheirEdits) {
     const std::string dump = dump_stage(stage());
     constexpr const char* expected[] = {
         R"(/P meta mine = <prepend=[<SdfUnregisteredValue>"1", <SdfUnregisteredValue>"2"]>)",
-        R"(/P meta nameChildren = <order=[<SdfUnregisteredValue>"\"c\"", <SdfUnregisteredValue>"\"a\""]>)"};
+        R"(/P meta nameChildren = <order=[<SdfUnregisteredValue>"\"c\"", )"
+        R"(<SdfUnregisteredValue>"\"a\""]>)"};
     for (const char* line : expected)
         EXPECT_NE(dump.find(line), std::string::npos) << line << "\n" << dump;
     EXPECT_EQ(dump.find('?'), std::string::npos) << dump;

@@ -71,7 +71,8 @@ def Xform "Up" {
     def Xform "Pivot" {
         double3 xformOp:translate:pivot = (1, 2, 3)
         float xformOp:rotateZ = 180
-        uniform token[] xformOpOrder = ["xformOp:translate:pivot", "xformOp:rotateZ", "!invert!xformOp:translate:pivot"]
+        uniform token[] xformOpOrder = ["xformOp:translate:pivot", "xformOp:rotateZ",
+            "!invert!xformOp:translate:pivot"]
     }
     def Xform "Missing" { uniform token[] xformOpOrder = ["xformOp:scale"] }
 }
@@ -127,7 +128,8 @@ TEST_F(ViewsTest, OnlyConstantPrimvarsInherit) {
     open(R"(
 def Xform "A" { color3f[] primvars:displayColor = [(1, 0, 0)] ( interpolation = "constant" )
     float[] primvars:w = [1] ( interpolation = "vertex" )
-    def Mesh "M" { texCoord2f[] primvars:st = [(0, 0), (1, 1)] ( interpolation = "faceVarying"; elementSize = 1 )
+    def Mesh "M" { texCoord2f[] primvars:st = [(0, 0), (1, 1)] ( interpolation = "faceVarying";
+    elementSize = 1 )
         int[] primvars:st:indices = [0, 1, 1] } }
 )");
     const Prim mesh = stage().prim_at("/A/M");
@@ -150,7 +152,8 @@ def Xform "A" ( apiSchemas = ["MaterialBindingAPI", "CollectionAPI:some"] ) {
     def Mesh "Plain" {}
     def Mesh "Own" { rel material:binding = </Looks/Blue> }
     def Mesh "InSome" {}
-    def Mesh "WithFull" { rel material:binding:full = </Looks/Full>; rel material:binding = </Looks/Blue> }
+    def Mesh "WithFull" { rel material:binding:full = </Looks/Full>;
+    rel material:binding = </Looks/Blue> }
 }
 def Xform "S" { rel material:binding = </Looks/Red> ( bindMaterialAs = "strongerThanDescendants" )
     def Mesh "Own" { rel material:binding = </Looks/Blue> } }
