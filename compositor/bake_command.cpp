@@ -9,7 +9,6 @@
 #include "compositor/look_command_options.h"
 #include "compositor/render_like.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -169,38 +168,37 @@ int run_bake(const BakeOptions& o) {
 
 }  // namespace
 
-void add_bake_command(CLI::App& app, std::function<int()>& run) {
+void add_bake_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<BakeOptions>();
-    CLI::App* command = app.add_subcommand(
+    Command command = app.add_subcommand(
         "bake", "Write a mix as a USD layer of light intensities, exposures and colours");
-    command->add_option("input", o->input, "File of light layers")->required();
-    command->add_option("-o,--output", o->output, "USD layer, .usda, to put above the scene")
-        ->required();
-    o->look.add_to(*command);
-    CLI::Option* prove = command->add_flag(
-        "--prove", o->prove,
-        "Render the scene with the layer and compare it with the mix, against the "
-        "noise of both; needs --scene and a file with --halves");
+    command.add_option("input", o->input, "File of light layers").required();
+    command.add_option("-o,--output", o->output, "USD layer, .usda, to put above the scene")
+        .required();
+    o->look.add_to(command);
+    Option prove =
+        command.add_flag("--prove", o->prove,
+                         "Render the scene with the layer and compare it with the mix, against the "
+                         "noise of both; needs --scene and a file with --halves");
     // Of the proof alone: without it they would change nothing
-    command->add_option("--scene", o->scene, "Scene that the file was rendered from")->needs(prove);
+    command.add_option("--scene", o->scene, "Scene that the file was rendered from").needs(prove);
     command
-        ->add_option("--crop", o->crop,
-                     "Part of the picture to prove: X0 X1 Y0 Y1 as fractions from the bottom left")
-        ->expected(4)
-        ->needs(prove);
+        .add_option("--crop", o->crop,
+                    "Part of the picture to prove: X0 X1 Y0 Y1 as fractions from the bottom left")
+        .expected(4)
+        .needs(prove);
     command
-        ->add_option("--spp", o->spp, "Samples per pixel of the proof (default: those of the file)")
-        ->needs(prove);
+        .add_option("--spp", o->spp, "Samples per pixel of the proof (default: those of the file)")
+        .needs(prove);
     command
-        ->add_option("--velatura", o->program,
-                     "The renderer (default: the one beside this program)")
-        ->needs(prove);
+        .add_option("--velatura", o->program, "The renderer (default: the one beside this program)")
+        .needs(prove);
     command
-        ->add_option("--render-args", o->more_arguments,
-                     "Options of velatura render in place of what the file tells, or beside it: "
-                     "--search-path ...")
-        ->needs(prove);
-    command->callback([&run, o] { run = [o] { return run_bake(*o); }; });
+        .add_option("--render-args", o->more_arguments,
+                    "Options of velatura render in place of what the file tells, or beside it: "
+                    "--search-path ...")
+        .needs(prove);
+    command.callback([&run, o] { run = [o] { return run_bake(*o); }; });
 }
 
 }  // namespace velatura::compositor

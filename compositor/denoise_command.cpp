@@ -6,7 +6,6 @@
 #include "compositor/picture_name.h"
 #include "image/layer_file.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -38,26 +37,26 @@ int run_denoise(const DenoiseOptions& o) {
 
 }  // namespace
 
-void add_denoise_command(CLI::App& app, std::function<int()>& run) {
+void add_denoise_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<DenoiseOptions>();
-    CLI::App* command = app.add_subcommand("denoise",
-                                           "Take the noise out of all layers at once, so that they "
-                                           "still add up and any gain may follow");
+    Command command = app.add_subcommand("denoise",
+                                         "Take the noise out of all layers at once, so that they "
+                                         "still add up and any gain may follow");
     command
-        ->add_option("input", o->input,
-                     "File of light layers, rendered with --halves and --layers ...,data")
-        ->required();
+        .add_option("input", o->input,
+                    "File of light layers, rendered with --halves and --layers ...,data")
+        .required();
     command
-        ->add_option("-o,--output", o->output,
-                     "Denoised .exr: the same layers, which verify accepts")
-        ->required();
-    command->footer(
+        .add_option("-o,--output", o->output,
+                    "Denoised .exr: the same layers, which verify accepts")
+        .required();
+    command.footer(
         "Every pixel becomes one linear combination of the pixels around it, with the same weights "
         "in every layer;\n"
         "the weights come from the half images of the beauty and from albedo, N, Z and b0.\n"
         "Without --halves: coarser, and said. Half images of the result hold the noise that is "
         "left, for `noise`.");
-    command->callback([&run, o] { run = [o] { return run_denoise(*o); }; });
+    command.callback([&run, o] { run = [o] { return run_denoise(*o); }; });
 }
 
 }  // namespace velatura::compositor

@@ -14,7 +14,7 @@ struct LayerDifference {
     std::string layer;
     double largest = 0;    ///< max |a − b|
     double mean = 0;       ///< mean |a − b|
-    double rel_mse = 0;    ///< mean((a − b)² / (b² + 0.01)), DESIGN §8
+    double rel_mse = 0;    ///< mean((a − b)² / (b² + 0.01)), docs/numerics.md
     size_t different = 0;  ///< pixels with a different value
     int x = 0, y = 0;      ///< where `largest` is
     bool only_in_a = false, only_in_b = false;

@@ -6,7 +6,6 @@
 #include "compositor/picture_name.h"
 #include "image/layer_file.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -105,21 +104,21 @@ int run_diff(const DiffOptions& o) {
 
 }  // namespace
 
-void add_diff_command(CLI::App& app, std::function<int()>& run) {
+void add_diff_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<DiffOptions>();
-    CLI::App* command = app.add_subcommand("diff", "Differences per layer; B is the reference");
-    command->add_option("a", o->a, "File A")->required();
-    command->add_option("b", o->b, "File B, the reference")->required();
-    command->add_option("--threshold", o->threshold,
-                        "Largest relMSE of any layer that counts as equal; default 0");
-    command->add_option(
+    Command command = app.add_subcommand("diff", "Differences per layer; B is the reference");
+    command.add_option("a", o->a, "File A").required();
+    command.add_option("b", o->b, "File B, the reference").required();
+    command.add_option("--threshold", o->threshold,
+                       "Largest relMSE of any layer that counts as equal; default 0");
+    command.add_option(
         "-o,--output", o->output,
         "Write A - B as .exr, or what the eye sees of it as .png or .jpg (map of --flip)");
-    command->add_flag("--flip", o->flip,
-                      "How visible the difference of the beauties is, 0 to 1 (HDR-FLIP)");
-    auto* json = command->add_flag("--json", o->json, "As JSON");
-    command->add_flag("-q,--quiet", o->quiet, "Only the exit code")->excludes(json);
-    command->callback([&run, o] { run = [o] { return run_diff(*o); }; });
+    command.add_flag("--flip", o->flip,
+                     "How visible the difference of the beauties is, 0 to 1 (HDR-FLIP)");
+    Option json = command.add_flag("--json", o->json, "As JSON");
+    command.add_flag("-q,--quiet", o->quiet, "Only the exit code").excludes(json);
+    command.callback([&run, o] { run = [o] { return run_diff(*o); }; });
 }
 
 }  // namespace velatura::compositor

@@ -5,7 +5,6 @@
 #include "compositor/export.h"
 #include "compositor/look_command_options.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <map>
@@ -50,22 +49,21 @@ int run_export(const ExportOptions& o) {
 
 }  // namespace
 
-void add_export_command(CLI::App& app, std::function<int()>& run) {
+void add_export_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<ExportOptions>();
-    CLI::App* command =
+    Command command =
         app.add_subcommand("export", "A script that rebuilds a mix in another program");
     std::vector<std::string> programs;
     for (const auto& [name, writer] : writers()) programs.push_back(name);
-    command
-        ->add_option("program", o->program, "nuke, oiio (a shell script for oiiotool) or blender")
-        ->required()
-        ->check(CLI::IsMember(programs));
-    command->add_option("input", o->input, "File of light layers")->required();
-    command->add_option("-o,--output", o->output, "The script (default: print it)");
-    command->add_option("--file", o->file,
-                        "What the script reads, where that is not the input: shot.####.exr");
-    o->look.add_to(*command);
-    command->callback([&run, o] { run = [o] { return run_export(*o); }; });
+    command.add_option("program", o->program, "nuke, oiio (a shell script for oiiotool) or blender")
+        .required()
+        .one_of(programs);
+    command.add_option("input", o->input, "File of light layers").required();
+    command.add_option("-o,--output", o->output, "The script (default: print it)");
+    command.add_option("--file", o->file,
+                       "What the script reads, where that is not the input: shot.####.exr");
+    o->look.add_to(command);
+    command.callback([&run, o] { run = [o] { return run_export(*o); }; });
 }
 
 }  // namespace velatura::compositor

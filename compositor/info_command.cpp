@@ -6,7 +6,6 @@
 #include "image/digest.h"
 #include "image/layer_file.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <memory>
@@ -36,14 +35,14 @@ int run_info(const InfoOptions& o) {
 
 }  // namespace
 
-void add_info_command(CLI::App& app, std::function<int()>& run) {
+void add_info_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<InfoOptions>();
-    CLI::App* command =
+    Command command =
         app.add_subcommand("info", "What a file holds: layers, groups, energy, samples, closure");
-    command->add_option("file", o->file, "File of light layers")->required();
-    auto* hash = command->add_flag("--hash", o->hash, "Print only the SHA-256 of all pixel data");
-    command->add_flag("--json", o->json, "As JSON, the SHA-256 with it")->excludes(hash);
-    command->callback([&run, o] { run = [o] { return run_info(*o); }; });
+    command.add_option("file", o->file, "File of light layers").required();
+    Option hash = command.add_flag("--hash", o->hash, "Print only the SHA-256 of all pixel data");
+    command.add_flag("--json", o->json, "As JSON, the SHA-256 with it").excludes(hash);
+    command.callback([&run, o] { run = [o] { return run_info(*o); }; });
 }
 
 }  // namespace velatura::compositor

@@ -4,6 +4,7 @@
 #include "image/display.h"
 #include "image/image.h"
 
+#include <cstdint>
 #include <string>
 #include <vector>
 

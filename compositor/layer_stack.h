@@ -6,6 +6,7 @@
 #include "image/layer_header.h"
 #include "image/strip_reader.h"
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <unordered_map>

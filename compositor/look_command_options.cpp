@@ -5,13 +5,11 @@
 #include "compositor/command_outcome.h"
 #include "compositor/fit_look.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <map>
 
 namespace velatura::compositor {
 
@@ -41,16 +39,16 @@ constexpr std::array control_options = {
 constexpr const char* matte_option = "--matte";
 constexpr const char* rows_option = "--rows";
 
-void add_repeatable(CLI::App& command, const char* name, const char* help) {
-    // Values are taken from the option itself: it is the order among options that counts
-    const std::string text(help);
-    command.add_option(name, text)->expected(1)->take_all()->type_name("TEXT");
+void add_repeatable(Command& command, const char* name, const char* help) {
+    // Without a destination: values are read by typed_options(), since the order among options
+    // counts
+    command.add_option(name, help).expected(1).take_all().type_name("TEXT");
 }
 
 }  // namespace
 
-void LookOptions::add_to(CLI::App& command) {
-    command_ = &command;
+void LookOptions::add_to(Command& command) {
+    command_ = command;
     for (const ControlOption& o : control_options) add_repeatable(command, o.name, o.help);
     add_repeatable(command, matte_option,
                    "LAYER:PATTERN of a Cryptomatte or FILE.exr:CHANNEL; with ! before it, all "
@@ -58,7 +56,7 @@ void LookOptions::add_to(CLI::App& command) {
     add_repeatable(command, rows_option,
                    "NAME=ROW,ROW: a name for several rows, whose gain is their master");
     command.add_option("--exposure", exposure, "Stops on everything, from -64 to 64")
-        ->check(CLI::Range(-largest_stops, largest_stops));
+        .range(-largest_stops, largest_stops);
     command.add_option("--preset", preset, "Look to start from (JSON)");
     command.add_option("--frame", frame, "Frame at which keys are read");
     command.add_flag("--lenient", is_lenient,
@@ -79,13 +77,8 @@ Result<Look> LookOptions::look() const {
         if (!loaded) return Error{loaded.error().code, preset + ": " + loaded.error().message};
         look = std::move(*loaded);
     }
-    std::map<const CLI::Option*, size_t> taken;
     Control* last = nullptr;
-    for (const CLI::Option* option : command_->parse_order()) {
-        const std::string name = option->get_name();
-        const std::string text =
-            taken[option] < option->results().size() ? option->results()[taken[option]] : "";
-        ++taken[option];
+    for (const auto& [name, text] : command_->typed_options()) {
         if (name == rows_option) {
             if (auto added = add_rows(look, text); !added) return added.error();
         } else if (name == matte_option) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/command_line.h"
 #include "base/result.h"
 #include "compositor/controls.h"
 #include "compositor/layer_stack.h"
@@ -8,10 +9,6 @@
 #include <optional>
 #include <string>
 #include <vector>
-
-namespace CLI {
-class App;
-}
 
 namespace velatura::compositor {
 
@@ -22,7 +19,7 @@ struct LookOptions {
     bool is_lenient = false;
     std::optional<double> frame;  ///< at which keys are read
 
-    void add_to(CLI::App& command);
+    void add_to(Command& command);
 
     /// The preset with the controls after it, in the order typed. Errors: "bad-gain", "bad-matte",
     /// "bad-preset", those of read_file.
@@ -35,7 +32,7 @@ struct LookOptions {
     Look fitted(const LayerStack& stack, const Look& look) const;
 
   private:
-    const CLI::App* command_ = nullptr;
+    std::optional<Command> command_;
 };
 
 }  // namespace velatura::compositor

@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "base/command_line.h"
 #include "base/memory_limit.h"
 #include "compositor/command_outcome.h"
 #include "compositor/commands.h"
 
-#include <CLI/CLI.hpp>
-
 #include <cstdio>
 #include <exception>
 #include <functional>
+#include <optional>
+#include <string>
 
 namespace velatura::compositor {
 
 namespace {
 
 int run_command(int argc, char** argv) {
-    CLI::App app("Recombines the light layers of a Velatura render.", "velatura-comp");
-    app.require_subcommand(1);
+    CommandLine app("Recombines the light layers of a Velatura render.", "velatura-comp");
+    app.add_version_flag(std::string("velatura-comp ") + VELATURA_VERSION);
+    app.require_subcommand();
     app.footer(
         "Exit codes: 0 done, 1 file or output error, 2 usage, 3 done in part, 4 check failed or "
         "files differ, 5 merge refused.");
@@ -33,10 +35,9 @@ int run_command(int argc, char** argv) {
     add_denoise_command(app, run);
     add_preset_command(app, run);
     add_bake_command(app, run);
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& e) {
-        return app.exit(e) == 0 ? int(done) : int(usage);
+    if (const std::optional<CommandExit> ended = app.parse(argc, argv)) {
+        std::fputs(ended->text.c_str(), ended->code == done ? stdout : stderr);
+        return ended->code;
     }
     return run ? run() : int(usage);
 }

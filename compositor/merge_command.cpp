@@ -3,7 +3,6 @@
 #include "compositor/commands.h"
 #include "compositor/merge.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <memory>
@@ -29,14 +28,14 @@ int run_merge(const MergeOptions& o) {
 
 }  // namespace
 
-void add_merge_command(CLI::App& app, std::function<int()>& run) {
+void add_merge_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<MergeOptions>();
-    CLI::App* command = app.add_subcommand(
+    Command command = app.add_subcommand(
         "merge", "Join renders of adjacent sample ranges into the single render");
-    command->add_option("inputs", o->inputs, "Files rendered with --samples A:B")->required();
-    command->add_option("-o,--output", o->output, "Merged file")->required();
-    command->add_flag("--keep-sums", o->keep_sums, "Keep the exact sums, for another merge");
-    command->callback([&run, o] { run = [o] { return run_merge(*o); }; });
+    command.add_option("inputs", o->inputs, "Files rendered with --samples A:B").required();
+    command.add_option("-o,--output", o->output, "Merged file").required();
+    command.add_flag("--keep-sums", o->keep_sums, "Keep the exact sums, for another merge");
+    command.callback([&run, o] { run = [o] { return run_merge(*o); }; });
 }
 
 }  // namespace velatura::compositor

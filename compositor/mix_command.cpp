@@ -7,7 +7,6 @@
 #include "compositor/picture_name.h"
 #include "compositor/sequence.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -156,36 +155,36 @@ int run_mix(const MixOptions& o) {
 
 }  // namespace
 
-void add_mix_command(CLI::App& app, std::function<int()>& run) {
+void add_mix_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<MixOptions>();
-    CLI::App* command = app.add_subcommand("mix", "Gains, tints, mute, solo and shadow lift");
+    Command command = app.add_subcommand("mix", "Gains, tints, mute, solo and shadow lift");
     command
-        ->add_option("input", o->input,
-                     "File of light layers, or shot.####.exr; of another renderer: each layer.RGB "
-                     "is a row, `rest` what they leave of the beauty")
-        ->required();
+        .add_option("input", o->input,
+                    "File of light layers, or shot.####.exr; of another renderer: each layer.RGB "
+                    "is a row, `rest` what they leave of the beauty")
+        .required();
     command
-        ->add_option("-o,--output", o->output,
-                     "Scene-linear .exr, or .png / .jpg through OpenColorIO")
-        ->required();
-    o->look.add_to(*command);
-    command->add_option("--save-preset", o->save_preset, "Write the look as JSON");
-    command->add_option("--display", o->display, "OpenColorIO display for .png and .jpg");
-    command->add_option("--view", o->view,
-                        "OpenColorIO view: ACES, sRGB or Raw in the built-in config");
-    command->add_flag("--with-layers", o->with_layers,
-                      "Store the gained layers in the .exr as well");
-    command->add_option("--frames", o->frames,
-                        "Frames of a sequence, 1-100x2 or 1,5,9; without: all there are");
+        .add_option("-o,--output", o->output,
+                    "Scene-linear .exr, or .png / .jpg through OpenColorIO")
+        .required();
+    o->look.add_to(command);
+    command.add_option("--save-preset", o->save_preset, "Write the look as JSON");
+    command.add_option("--display", o->display, "OpenColorIO display for .png and .jpg");
+    command.add_option("--view", o->view,
+                       "OpenColorIO view: ACES, sRGB or Raw in the built-in config");
+    command.add_flag("--with-layers", o->with_layers,
+                     "Store the gained layers in the .exr as well");
+    command.add_option("--frames", o->frames,
+                       "Frames of a sequence, 1-100x2 or 1,5,9; without: all there are");
     command
-        ->add_option("--memory", o->memory_gb,
-                     "GB to mix in (4): decides how many frames of a sequence are at work at once, "
-                     "and what readers take")
-        ->check(CLI::Range(0.1, 4096.0));
-    command->add_flag("--strict", o->is_strict,
-                      "Refuse NaN and infinite values (exit code 4) instead of taking them as 0");
-    command->add_flag("-q,--quiet", o->is_quiet, "No progress");
-    command->callback([&run, o] { run = [o] { return run_mix(*o); }; });
+        .add_option("--memory", o->memory_gb,
+                    "GB to mix in (4): decides how many frames of a sequence are at work at once, "
+                    "and what readers take")
+        .range(0.1, 4096.0);
+    command.add_flag("--strict", o->is_strict,
+                     "Refuse NaN and infinite values (exit code 4) instead of taking them as 0");
+    command.add_flag("-q,--quiet", o->is_quiet, "No progress");
+    command.callback([&run, o] { run = [o] { return run_mix(*o); }; });
 }
 
 }  // namespace velatura::compositor

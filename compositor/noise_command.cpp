@@ -8,7 +8,6 @@
 #include "compositor/picture_name.h"
 #include "image/layer_file.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -146,22 +145,21 @@ int run_noise(const NoiseOptions& o) {
 
 }  // namespace
 
-void add_noise_command(CLI::App& app, std::function<int()>& run) {
+void add_noise_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<NoiseOptions>();
-    CLI::App* command = app.add_subcommand(
+    Command command = app.add_subcommand(
         "noise", "What a mix brings of noise, from half images: error, samples to hold it, rows");
-    command->add_option("input", o->input, "File of light layers, rendered with --halves")
-        ->required();
-    o->look.add_to(*command);
-    command->add_option("--target", o->target,
-                        "Error to reach, e.g. 1%; default: that of the render as it is");
-    command->add_option("--stats", o->stats,
-                        "Statistics of the render (velatura render --stats), for times");
-    command->add_option(
-        "-o,--output", o->output,
-        "Where it is noisy: .exr (standard error per channel), .png or .jpg (heat)");
-    command->add_flag("--json", o->json, "As JSON");
-    command->callback([&run, o] { run = [o] { return run_noise(*o); }; });
+    command.add_option("input", o->input, "File of light layers, rendered with --halves")
+        .required();
+    o->look.add_to(command);
+    command.add_option("--target", o->target,
+                       "Error to reach, e.g. 1%; default: that of the render as it is");
+    command.add_option("--stats", o->stats,
+                       "Statistics of the render (velatura render --stats), for times");
+    command.add_option("-o,--output", o->output,
+                       "Where it is noisy: .exr (standard error per channel), .png or .jpg (heat)");
+    command.add_flag("--json", o->json, "As JSON");
+    command.callback([&run, o] { run = [o] { return run_noise(*o); }; });
 }
 
 }  // namespace velatura::compositor

@@ -8,7 +8,6 @@
 #include "image/layer_file.h"
 #include "image/sums_part.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <memory>
@@ -94,28 +93,28 @@ int run_plan(const PlanOptions& o) {
 
 }  // namespace
 
-void add_plan_command(CLI::App& app, std::function<int()>& run) {
+void add_plan_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<PlanOptions>();
-    CLI::App* command = app.add_subcommand(
+    Command command = app.add_subcommand(
         "plan", "Ask for further samples where a mix is noisy: for velatura render --for-mix");
-    command->add_option("input", o->input, "File rendered with --halves --keep-sums")->required();
-    o->look.add_to(*command);
-    command->add_option("-o,--output", o->output, "Request, .json; STEM.priority.exr beside it")
-        ->required();
-    auto* how = command->add_option_group(
+    command.add_option("input", o->input, "File rendered with --halves --keep-sums").required();
+    o->look.add_to(command);
+    command.add_option("-o,--output", o->output, "Request, .json; STEM.priority.exr beside it")
+        .required();
+    Command how = command.add_group(
         "How far (default: --target the error of the render "
         "as it is)");
-    how->add_option("--target", o->target, "Error to reach, e.g. 1%");
-    how->add_option("--samples-factor", o->factor, "Times as many samples as there are")
-        ->check(CLI::Range(1.0, 1e6));
-    how->add_option("--spp", o->samples, "Samples per pixel in the mean, with those there are")
-        ->check(CLI::Range(1.0, 0x1p31));
-    auto* time = how->add_option("--time", o->time, "Further time to render, e.g. 90s, 10m");
-    how->require_option(0, 1);
-    auto* stats = command->add_option("--stats", o->stats, "Statistics of the render, for --time");
-    time->needs(stats);
-    stats->needs(time);
-    command->callback([&run, o] { run = [o] { return run_plan(*o); }; });
+    how.add_option("--target", o->target, "Error to reach, e.g. 1%");
+    how.add_option("--samples-factor", o->factor, "Times as many samples as there are")
+        .range(1.0, 1e6);
+    how.add_option("--spp", o->samples, "Samples per pixel in the mean, with those there are")
+        .range(1.0, 0x1p31);
+    Option time = how.add_option("--time", o->time, "Further time to render, e.g. 90s, 10m");
+    how.require_options(0, 1);
+    Option stats = command.add_option("--stats", o->stats, "Statistics of the render, for --time");
+    time.needs(stats);
+    stats.needs(time);
+    command.callback([&run, o] { run = [o] { return run_plan(*o); }; });
 }
 
 }  // namespace velatura::compositor

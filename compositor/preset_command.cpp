@@ -4,7 +4,6 @@
 #include "compositor/commands.h"
 #include "compositor/controls.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <memory>
@@ -38,15 +37,15 @@ int run_diff(const PresetOptions& o) {
 
 }  // namespace
 
-void add_preset_command(CLI::App& app, std::function<int()>& run) {
+void add_preset_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<PresetOptions>();
-    CLI::App* command = app.add_subcommand("preset", "Looks as files");
-    command->require_subcommand(1);
-    CLI::App* diff = command->add_subcommand(
+    Command command = app.add_subcommand("preset", "Looks as files");
+    command.require_subcommand();
+    Command diff = command.add_subcommand(
         "diff", "What makes of one look the other; exit code 4 if they differ");
-    diff->add_option("a", o->a, "Look (JSON)")->required();
-    diff->add_option("b", o->b, "Another one")->required();
-    diff->callback([&run, o] { run = [o] { return run_diff(*o); }; });
+    diff.add_option("a", o->a, "Look (JSON)").required();
+    diff.add_option("b", o->b, "Another one").required();
+    diff.callback([&run, o] { run = [o] { return run_diff(*o); }; });
 }
 
 }  // namespace velatura::compositor

@@ -6,6 +6,7 @@
 #include "compositor/noise.h"
 #include "image/top_up.h"
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 

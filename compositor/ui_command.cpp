@@ -2,7 +2,6 @@
 #include "compositor/command_outcome.h"
 #include "compositor/commands.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -60,14 +59,14 @@ int run_ui(const UiOptions& o) {
 
 }  // namespace
 
-void add_ui_command(CLI::App& app, std::function<int()>& run) {
+void add_ui_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<UiOptions>();
-    CLI::App* command = app.add_subcommand("ui", "Mix in a window");
-    command->add_option("input", o->input, "File of light layers, or a look (.json)");
-    command->add_option("--preset", o->preset, "Look to start with (JSON)");
-    command->add_option("--frame", o->frame, "Frame at which keys are read (default: the file's)");
-    command->add_option("--size", o->size, "Width and height of the window")->expected(2);
-    command->callback([&run, o] { run = [o] { return run_ui(*o); }; });
+    Command command = app.add_subcommand("ui", "Mix in a window");
+    command.add_option("input", o->input, "File of light layers, or a look (.json)");
+    command.add_option("--preset", o->preset, "Look to start with (JSON)");
+    command.add_option("--frame", o->frame, "Frame at which keys are read (default: the file's)");
+    command.add_option("--size", o->size, "Width and height of the window").expected(2);
+    command.callback([&run, o] { run = [o] { return run_ui(*o); }; });
 }
 
 }  // namespace velatura::compositor

@@ -4,7 +4,6 @@
 #include "compositor/layer_stack.h"
 #include "image/layer_check.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -43,13 +42,13 @@ int run_verify(const VerifyOptions& o) {
 
 }  // namespace
 
-void add_verify_command(CLI::App& app, std::function<int()>& run) {
+void add_verify_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<VerifyOptions>();
-    CLI::App* command =
+    Command command =
         app.add_subcommand("verify", "Check closure, names, values and digests of a file");
-    command->add_option("file", o->file, "File of light layers")->required();
-    command->add_flag("-q,--quiet", o->quiet, "Print problems only");
-    command->callback([&run, o] { run = [o] { return run_verify(*o); }; });
+    command.add_option("file", o->file, "File of light layers").required();
+    command.add_flag("-q,--quiet", o->quiet, "Print problems only");
+    command.callback([&run, o] { run = [o] { return run_verify(*o); }; });
 }
 
 }  // namespace velatura::compositor

@@ -7,8 +7,6 @@
 #include "image/formats.h"
 #include "image/layer_file.h"
 
-#include <CLI/CLI.hpp>
-
 #include <memory>
 #include <string>
 
@@ -35,30 +33,30 @@ int run_view(const ViewOptions& o) {
 
 }  // namespace
 
-void add_view_command(CLI::App& app, std::function<int()>& run) {
+void add_view_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<ViewOptions>();
-    CLI::App* command = app.add_subcommand("view", "All layers with their names on one picture");
-    command->add_option("input", o->input, "Any EXR file")->required();
-    command->add_option("-o,--output", o->output, ".png or .jpg")->required();
-    command->add_option("--layers", o->sheet.patterns,
-                        "Only these; patterns with * and ?, may be repeated");
-    command->add_flag("--halves", o->sheet.halves,
-                      "Half images as well, of the layers that --layers names");
-    command->add_flag("--fit", o->sheet.fit,
-                      "Each layer at the exposure that shows it best, in the caption");
-    command->add_option("--exposure", o->sheet.exposure_stops, "Stops, on every light layer")
-        ->check(CLI::Range(-largest_stops, largest_stops));
+    Command command = app.add_subcommand("view", "All layers with their names on one picture");
+    command.add_option("input", o->input, "Any EXR file").required();
+    command.add_option("-o,--output", o->output, ".png or .jpg").required();
+    command.add_option("--layers", o->sheet.patterns,
+                       "Only these; patterns with * and ?, may be repeated");
+    command.add_flag("--halves", o->sheet.halves,
+                     "Half images as well, of the layers that --layers names");
+    command.add_flag("--fit", o->sheet.fit,
+                     "Each layer at the exposure that shows it best, in the caption");
+    command.add_option("--exposure", o->sheet.exposure_stops, "Stops, on every light layer")
+        .range(-largest_stops, largest_stops);
     command
-        ->add_option("--columns", o->sheet.columns,
-                     "Layers side by side (default: as wide as a monitor)")
-        ->check(CLI::Range(1, 1000));
+        .add_option("--columns", o->sheet.columns,
+                    "Layers side by side (default: as wide as a monitor)")
+        .range(1, 1000);
     command
-        ->add_option("--width", o->sheet.cell_width,
-                     "Pixels of a layer, fewer where there are very many; default 320")
-        ->check(CLI::Range(32, 4096));
-    command->add_option("--display", o->sheet.display, "OpenColorIO display");
-    command->add_option("--view", o->sheet.view, "OpenColorIO view");
-    command->callback([&run, o] { run = [o] { return run_view(*o); }; });
+        .add_option("--width", o->sheet.cell_width,
+                    "Pixels of a layer, fewer where there are very many; default 320")
+        .range(32, 4096);
+    command.add_option("--display", o->sheet.display, "OpenColorIO display");
+    command.add_option("--view", o->sheet.view, "OpenColorIO view");
+    command.callback([&run, o] { run = [o] { return run_view(*o); }; });
 }
 
 }  // namespace velatura::compositor

@@ -7,6 +7,7 @@
 #include "compositor/window/jobs.h"
 #include "compositor/window/worker.h"
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>

@@ -9,6 +9,7 @@
 #include "compositor/window/theme.h"
 #include "image/display.h"
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // velatura-comp-ui: the window that `velatura-comp ui` opens.
 #include "base/atomic_file.h"
+#include "base/command_line.h"
 #include "base/memory_limit.h"
 #include "compositor/window/desktop.h"
 #include "compositor/window/glfw_window.h"
 #include "compositor/window/script_player.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -145,19 +145,18 @@ int run(const Options& o) {
 }
 
 int run_command(int argc, char** argv) {
-    CLI::App app("The light mixer of Velatura: docs/window.md.", "velatura-comp-ui");
+    CommandLine app("The light mixer of Velatura: docs/window.md.", "velatura-comp-ui");
     Options o;
     app.add_option("input", o.input, "File of light layers, or a look (.json)");
     app.add_option("--preset", o.preset, "Look to start with (JSON)");
     app.add_option("--frame", o.frame, "Frame at which keys are read (default: the file's)");
     std::vector<int> size = {o.width, o.height};
-    app.add_option("--size", size, "Width and height of the window")->expected(2);
+    app.add_option("--size", size, "Width and height of the window").expected(2);
     app.add_option("--script", o.script, "Play mouse and keys from a file, then quit");
     app.add_flag("--times", o.prints_times, "Print how long frames and mixes took");
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& e) {
-        return app.exit(e) == 0 ? int(done) : int(usage);
+    if (const std::optional<CommandExit> ended = app.parse(argc, argv)) {
+        std::fputs(ended->text.c_str(), ended->code == done ? stdout : stderr);
+        return ended->code;
     }
     o.width = std::clamp(size[0], 320, 16384);
     o.height = std::clamp(size[1], 240, 16384);

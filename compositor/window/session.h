@@ -10,6 +10,7 @@
 #include "compositor/window/worker.h"
 
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>

@@ -6,6 +6,7 @@
 #include "image/picture_change.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -6,10 +6,11 @@
 #include "integrator/error_curve.h"
 #include "integrator/schedule.h"
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace velatura::app {
 

@@ -6,8 +6,6 @@
 #include "base/package_path.h"
 #include "usd/compose/layer_registry.h"
 
-#include <CLI/CLI.hpp>
-
 #include <cstdlib>
 #include <filesystem>
 #include <system_error>
@@ -16,27 +14,27 @@ namespace velatura::app {
 
 namespace fs = std::filesystem;
 
-void add_search_path_option(CLI::App& command, std::vector<std::string>& folders) {
+void add_search_path_option(Command& command, std::vector<std::string>& folders) {
     command
         .add_option("--search-path", folders,
                     "folder for assets without ./ or ../, before $PXR_AR_DEFAULT_SEARCH_PATH; may "
                     "be repeated")
-        ->type_name("DIR")
-        ->check(CLI::ExistingDirectory)
-        ->take_all()
-        ->allow_extra_args(false);
+        .type_name("DIR")
+        .existing_directory()
+        .take_all()
+        .allow_extra_args(false);
 }
 
-void add_root_options(CLI::App& command, AssetOptions& options) {
+void add_root_options(Command& command, AssetOptions& options) {
     command
         .add_option("--asset-root", options.roots,
                     "read files only beneath this folder and the scene's own, links followed; "
                     "others are errors and the rest goes on; may be repeated, and "
                     "$VELATURA_ASSET_ROOTS adds more, apart by ':' (default: anywhere)")
-        ->type_name("DIR")
-        ->check(CLI::ExistingDirectory)
-        ->take_all()
-        ->allow_extra_args(false);
+        .type_name("DIR")
+        .existing_directory()
+        .take_all()
+        .allow_extra_args(false);
     command.add_flag("--confine", options.is_confined,
                      "read files only beneath the scene's own folder, and each --asset-root: for "
                      "scenes from people you do not trust");

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/command_line.h"
 #include "base/limits.h"
 
 #include <string>
 #include <vector>
-
-namespace CLI {
-class App;
-}
 
 namespace velatura::app {
 
@@ -21,10 +18,10 @@ struct AssetOptions {
 };
 
 /// Adds --search-path, which may come several times.
-void add_search_path_option(CLI::App& command, std::vector<std::string>& folders);
+void add_search_path_option(Command& command, std::vector<std::string>& folders);
 
 /// Adds what a scene is allowed: --asset-root, which may come several times, --confine and --limit.
-void add_root_options(CLI::App& command, AssetOptions& options);
+void add_root_options(Command& command, AssetOptions& options);
 
 /// Sets the limits, and says where the files of `scene` may lie, from here on: anywhere, unless
 /// --confine, --asset-root or $VELATURA_ASSET_ROOTS asks otherwise: then beneath the folder of the

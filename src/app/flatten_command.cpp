@@ -9,7 +9,6 @@
 #include "usd/stage/flatten.h"
 #include "usd/text/writer.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -101,23 +100,22 @@ int run_flatten(const FlattenArguments& arguments) {
 
 }  // namespace
 
-void add_flatten_command(CLI::App& app, std::function<int()>& run) {
-    CLI::App* command = app.add_subcommand("flatten", "The composed stage as one USD layer");
+void add_flatten_command(Command& app, std::function<int()>& run) {
+    Command command = app.add_subcommand("flatten", "The composed stage as one USD layer");
     auto arguments = std::make_shared<FlattenArguments>();
-    command->add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")
-        ->required();
-    add_search_path_option(*command, arguments->assets.search_paths);
-    add_root_options(*command, arguments->assets);
-    add_memory_option(*command, arguments->memory_limit);
-    add_materialx_option(*command, arguments->reads_materialx);
+    command.add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")
+        .required();
+    add_search_path_option(command, arguments->assets.search_paths);
+    add_root_options(command, arguments->assets);
+    add_memory_option(command, arguments->memory_limit);
+    add_materialx_option(command, arguments->reads_materialx);
     command
-        ->add_option("-o,--output", arguments->output,
-                     "file to write; text on the terminal when left out")
-        ->type_name("FILE");
-    command->add_flag("--layer", arguments->layer_only,
-                      "that one layer as it stands, not composed");
-    command->add_flag("--usdc", arguments->crate, "binary (crate), as for a FILE.usdc");
-    command->callback([arguments, &run] {
+        .add_option("-o,--output", arguments->output,
+                    "file to write; text on the terminal when left out")
+        .type_name("FILE");
+    command.add_flag("--layer", arguments->layer_only, "that one layer as it stands, not composed");
+    command.add_flag("--usdc", arguments->crate, "binary (crate), as for a FILE.usdc");
+    command.callback([arguments, &run] {
         run = [arguments] {
             return run_in_memory(arguments->memory_limit, [&] { return run_flatten(*arguments); });
         };

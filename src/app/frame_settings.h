@@ -3,8 +3,9 @@
 
 #include "app/render_frame.h"
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>

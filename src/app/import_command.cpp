@@ -5,7 +5,6 @@
 #include "app/scene_loader.h"
 #include "import/import.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -50,19 +49,19 @@ int run_import(const ImportArguments& arguments) {
 
 }  // namespace
 
-void add_import_command(CLI::App& app, std::function<int()>& run) {
-    CLI::App* command = app.add_subcommand(
+void add_import_command(Command& app, std::function<int()>& run) {
+    Command command = app.add_subcommand(
         "import", "Turn a .dae, .obj, .gltf, .glb, .ply or .fbx file into .usda");
     auto arguments = std::make_shared<ImportArguments>();
-    command->add_option("file", arguments->file, "scene or model")->required();
-    command->add_option("-o,--output", arguments->output, "layer to write")
-        ->required()
-        ->type_name("OUT.usda");
-    add_root_options(*command, arguments->assets);
-    add_memory_option(*command, arguments->memory_limit);
-    command->add_flag("-q,--quiet", arguments->quiet, "only errors");
-    command->add_flag("-v,--verbose", arguments->verbose, "notes too");
-    command->callback([arguments, &run] {
+    command.add_option("file", arguments->file, "scene or model").required();
+    command.add_option("-o,--output", arguments->output, "layer to write")
+        .required()
+        .type_name("OUT.usda");
+    add_root_options(command, arguments->assets);
+    add_memory_option(command, arguments->memory_limit);
+    command.add_flag("-q,--quiet", arguments->quiet, "only errors");
+    command.add_flag("-v,--verbose", arguments->verbose, "notes too");
+    command.callback([arguments, &run] {
         run = [arguments] {
             return run_in_memory(arguments->memory_limit, [&] { return run_import(*arguments); });
         };

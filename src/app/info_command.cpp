@@ -6,7 +6,6 @@
 #include "usd/stage/dump.h"
 #include "usd/stage/explain.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <cmath>
@@ -111,28 +110,28 @@ int run_info(const InfoArguments& arguments) {
 
 }  // namespace
 
-void add_info_command(CLI::App& app, std::function<int()>& run) {
-    CLI::App* command = app.add_subcommand("info", "What a USD scene holds");
+void add_info_command(Command& app, std::function<int()>& run) {
+    Command command = app.add_subcommand("info", "What a USD scene holds");
     auto arguments = std::make_shared<InfoArguments>();
-    command->add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")
-        ->required();
-    add_search_path_option(*command, arguments->assets.search_paths);
-    add_root_options(*command, arguments->assets);
-    add_memory_option(*command, arguments->memory_limit);
-    add_materialx_option(*command, arguments->reads_materialx);
-    command->add_flag("--dump", arguments->dump, "every fact of the composed stage, one per line");
-    command->add_flag("--tree", arguments->tree, "the prims a renderer sees");
-    command
-        ->add_option("--explain", arguments->explain,
-                     "every opinion about /Prim, /Prim.property or a metadatum (/Prim#kind), "
-                     "strongest first")
-        ->type_name("PATH")
-        ->each([arguments](const std::string&) { arguments->has_explain = true; });
-    command
-        ->add_option("--time", arguments->time,
-                     "time code of --explain; the default time when left out")
-        ->each([arguments](const std::string&) { arguments->has_time = true; });
-    command->callback([arguments, &run] {
+    command.add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")
+        .required();
+    add_search_path_option(command, arguments->assets.search_paths);
+    add_root_options(command, arguments->assets);
+    add_memory_option(command, arguments->memory_limit);
+    add_materialx_option(command, arguments->reads_materialx);
+    command.add_flag("--dump", arguments->dump, "every fact of the composed stage, one per line");
+    command.add_flag("--tree", arguments->tree, "the prims a renderer sees");
+    const Option explain =
+        command
+            .add_option("--explain", arguments->explain,
+                        "every opinion about /Prim, /Prim.property or a metadatum (/Prim#kind), "
+                        "strongest first")
+            .type_name("PATH");
+    const Option time = command.add_option(
+        "--time", arguments->time, "time code of --explain; the default time when left out");
+    command.callback([arguments, explain, time, &run] {
+        arguments->has_explain = explain.count() > 0;
+        arguments->has_time = time.count() > 0;
         run = [arguments] {
             return run_in_memory(arguments->memory_limit, [&] { return run_info(*arguments); });
         };

@@ -5,7 +5,6 @@
 #include "base/memory_limit.h"
 #include "base/result.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <charconv>
@@ -93,24 +92,22 @@ Result<void> set_limit(Limits& limits, const std::string& text) {
 
 }  // namespace
 
-void add_limit_option(CLI::App& command, Limits& limits) {
+void add_limit_option(Command& command, Limits& limits) {
     std::string meanings;
     for (const LimitOption& option : limit_options)
         meanings +=
             fmt::format("{}{} ({})", meanings.empty() ? "" : ", ", option.name, option.meaning);
-    const auto set = [&limits](const std::vector<std::string>& texts) {
-        for (const std::string& text : texts)
-            if (const Result<void> done = set_limit(limits, text); !done)
-                throw CLI::ValidationError("--limit", done.error().message);
-        return true;
+    const auto set = [&limits](const std::string& text) {
+        const Result<void> done = set_limit(limits, text);
+        return done ? std::string() : done.error().message;
     };
     command
-        .add_option(
-            "--limit", set,
-            "how much a scene may ask for before it is refused: " + meanings + "; may be repeated")
-        ->type_name("NAME=VALUE")
-        ->expected(1)
-        ->take_all();
+        .add_option("--limit", "how much a scene may ask for before it is refused: " + meanings +
+                                   "; may be repeated")
+        .type_name("NAME=VALUE")
+        .expected(1)
+        .take_all()
+        .check(set);
 }
 
 }  // namespace velatura::app

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/commands.h"
 #include "app/exit_codes.h"
+#include "base/command_line.h"
 #include "base/lost_pages.h"
 #include "base/memory_limit.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <cstdio>
 #include <exception>
 #include <functional>
 #include <new>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,9 +32,9 @@ bool report_lost_pages() {
 }
 
 int run_command(int argc, char** argv) {
-    CLI::App app("Velatura: a path tracer for USD scenes that keeps light in layers");
-    app.set_version_flag("--version", std::string("velatura ") + VELATURA_VERSION);
-    app.require_subcommand(1);
+    CommandLine app("Velatura: a path tracer for USD scenes that keeps light in layers");
+    app.add_version_flag(std::string("velatura ") + VELATURA_VERSION);
+    app.require_subcommand();
     app.footer(
         "Exit codes: 0 done, 1 scene, file or render error, 2 usage, 3 stopped before its target, "
         "4 check failed, 5 resume refused or output taken by another render, 6 memory limit too "
@@ -46,11 +47,9 @@ int run_command(int argc, char** argv) {
     add_selftest_command(app, run);
     add_flatten_command(app, run);
     add_import_command(app, run);
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& e) {
-        const int code = app.exit(e);
-        return code == 0 ? Done : UsageError;
+    if (const std::optional<CommandExit> ended = app.parse(argc, argv)) {
+        std::fputs(ended->text.c_str(), ended->code == Done ? stdout : stderr);
+        return ended->code;
     }
     read_lost_pages_as_zeros();
     const int code = run ? run() : UsageError;

@@ -6,20 +6,19 @@
 #include "app/progress.h"
 #include "base/memory_limit.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <new>
 
 namespace velatura::app {
 
-void add_memory_option(CLI::App& command, std::string& limit) {
+void add_memory_option(Command& command, std::string& limit) {
     command
         .add_option("--memory-limit", limit,
                     "memory that the process may have resident, e.g. 8G, 800M or 50% of the "
                     "machine's; what does not fit is refused before it is taken (exit 6), and a "
                     "render that comes near stops with what it has (exit 3)")
-        ->type_name("SIZE");
+        .type_name("SIZE");
 }
 
 int run_in_memory(const std::string& limit, const std::function<int()>& work) {

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/command_line.h"
+
 #include <functional>
 #include <string>
-
-namespace CLI {
-class App;
-}
 
 namespace velatura::app {
 
 /// Adds --memory-limit; its text goes to run_in_memory.
-void add_memory_option(CLI::App& command, std::string& limit);
+void add_memory_option(Command& command, std::string& limit);
 
 /// Does the work while the process keeps below the limit, as typed; empty = none.
 /// Returns: what the work returns, UsageError for what is no size, MemoryReached, with a message on

@@ -4,8 +4,8 @@
 #include "app/plan_report.h"
 #include "app/prepare_frame.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <memory>
 
@@ -34,15 +34,15 @@ int print_plan(const RenderJob& job,
 
 }  // namespace
 
-void add_plan_command(CLI::App& app, std::function<int()>& run) {
-    CLI::App* command = app.add_subcommand("plan",
-                                           "Say what a render with these options would simulate, "
-                                           "and why; takes all options of render");
+void add_plan_command(Command& app, std::function<int()>& run) {
+    Command command = app.add_subcommand("plan",
+                                         "Say what a render with these options would simulate, "
+                                         "and why; takes all options of render");
     auto arguments = std::make_shared<RenderArguments>();
     auto as_json = std::make_shared<bool>(false);
-    declare_render_options(*command, *arguments);
-    command->add_flag("--json", *as_json, "print JSON");
-    command->callback([arguments, as_json, &run] {
+    declare_render_options(command, *arguments);
+    command.add_flag("--json", *as_json, "print JSON");
+    command.callback([arguments, as_json, &run] {
         run = [arguments, as_json] {
             return for_each_frame(*arguments, [&](const RenderJob& job, const FrameInput& input,
                                                   Diagnostics& diagnostics) {

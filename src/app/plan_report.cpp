@@ -7,6 +7,7 @@
 #include "plugin/registry.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 

@@ -5,8 +5,9 @@
 #include "app/render_frame.h"
 #include "integrator/effect_plan.h"
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
+#include <cstdint>
 #include <string>
 #include <vector>
 

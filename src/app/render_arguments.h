@@ -2,6 +2,7 @@
 #pragma once
 
 #include "app/asset_options.h"
+#include "base/command_line.h"
 #include "base/result.h"
 #include "film/deep_film.h"
 
@@ -9,10 +10,6 @@
 #include <optional>
 #include <string>
 #include <vector>
-
-namespace CLI {
-class App;
-}
 
 namespace velatura::app {
 
@@ -88,6 +85,6 @@ struct RenderArguments {
 };
 
 /// Declares the options on a subcommand; the strings are the text of --help.
-void declare_render_options(CLI::App& command, RenderArguments& arguments);
+void declare_render_options(Command& command, RenderArguments& arguments);
 
 }  // namespace velatura::app

@@ -2,18 +2,16 @@
 #include "app/commands.h"
 #include "app/prepare_frame.h"
 
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 namespace velatura::app {
 
-void add_render_command(CLI::App& app, std::function<int()>& run) {
-    CLI::App* command =
+void add_render_command(Command& app, std::function<int()>& run) {
+    Command command =
         app.add_subcommand("render", "Render a USD scene into light layers (OpenEXR)");
     auto arguments = std::make_shared<RenderArguments>();
-    declare_render_options(*command, *arguments);
-    command->callback([arguments, &run] {
+    declare_render_options(command, *arguments);
+    command.callback([arguments, &run] {
         run = [arguments] { return for_each_frame(*arguments, render_frame); };
     });
 }

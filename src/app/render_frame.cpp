@@ -21,6 +21,7 @@
 #include "integrator/world.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 #include <unistd.h>
 
 #include <algorithm>

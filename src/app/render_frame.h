@@ -16,6 +16,7 @@
 #include "integrator/roulette_trial.h"
 #include "scene/scene.h"
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>

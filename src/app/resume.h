@@ -7,6 +7,7 @@
 #include "image/sample_sums.h"
 #include "image/top_up.h"
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>

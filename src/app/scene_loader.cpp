@@ -6,7 +6,6 @@
 #include "base/limits.h"
 #include "usd/compose/layer_registry.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <chrono>
@@ -57,7 +56,7 @@ void print_diagnostics(Diagnostics& diagnostics, bool quiet, bool verbose) {
     });
 }
 
-void add_materialx_option(CLI::App& command, bool& reads_materialx) {
+void add_materialx_option(Command& command, bool& reads_materialx) {
     command.add_flag("--materialx", reads_materialx,
                      "compose .mtlx files too, as render does; without it they are errors, as for "
                      "OpenUSD without its MaterialX plugin");

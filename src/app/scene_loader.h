@@ -2,6 +2,7 @@
 #pragma once
 
 #include "app/asset_options.h"
+#include "base/command_line.h"
 #include "base/diagnostics.h"
 #include "base/result.h"
 #include "usd/stage/stage.h"
@@ -9,10 +10,6 @@
 #include <cstdint>
 #include <string>
 #include <vector>
-
-namespace CLI {
-class App;
-}
 
 namespace velatura::app {
 
@@ -30,7 +27,7 @@ struct LoadedStage {
 };
 
 /// Adds --materialx to a command that shows what OpenUSD without its MaterialX plugin composes.
-void add_materialx_option(CLI::App& command, bool& reads_materialx);
+void add_materialx_option(Command& command, bool& reads_materialx);
 
 /// Opens and composes. Assets are looked for in the search paths, then in
 /// $PXR_AR_DEFAULT_SEARCH_PATH, and read where apply_asset_roots says. Errors: those of

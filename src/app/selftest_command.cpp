@@ -3,7 +3,6 @@
 #include "app/exit_codes.h"
 #include "selftest/checks.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -55,17 +54,16 @@ int run_checks(uint64_t amount, bool as_json) {
 
 }  // namespace
 
-void add_selftest_command(CLI::App& app, std::function<int()>& run) {
-    CLI::App* command =
+void add_selftest_command(Command& app, std::function<int()>& run) {
+    Command command =
         app.add_subcommand("selftest",
                            "Check on this machine what has a known answer: intersection, energy, "
                            "sums, bit-identity; exit code 4 if something fails");
     auto amount = std::make_shared<uint64_t>(1);
     auto as_json = std::make_shared<bool>(false);
-    command->add_option("--amount", *amount, "how many times as much is sampled")
-        ->check(CLI::Range(1, 1000000));
-    command->add_flag("--json", *as_json, "print JSON");
-    command->callback([amount, as_json, &run] {
+    command.add_option("--amount", *amount, "how many times as much is sampled").range(1, 1000000);
+    command.add_flag("--json", *as_json, "print JSON");
+    command.callback([amount, as_json, &run] {
         run = [amount, as_json] { return run_checks(*amount, *as_json); };
     });
 }

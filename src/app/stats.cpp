@@ -10,6 +10,7 @@
 #include "image/pixel_means.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 namespace velatura::app {
 

@@ -7,13 +7,13 @@
 #include "integrator/schedule.h"
 #include "integrator/world.h"
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include <string>
 
 namespace velatura::app {
 
-/// Statistics of a frame by the schema velatura.stats/1 (docs/statistics.md): units in names,
+/// Statistics of a frame by the schema velatura.stats/1: units in names,
 /// stable key order. Keys of what was not measured are left out. noise: that of the film.
 nlohmann::ordered_json make_stats(const RenderJob& job,
                                   const FrameInput& input,

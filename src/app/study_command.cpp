@@ -16,7 +16,6 @@
 #include "study/report.h"
 #include "study/report_plots.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -47,7 +46,7 @@ int fail(const Error& error, int code) {
 }
 
 /// Options of a render that a study has no use for. Returns: the first that was given; empty: none.
-std::string useless_option(const CLI::App& command) {
+std::string useless_option(const Command& command) {
     for (const char* name : {"--frames",
                              "--samples",
                              "--keep-sums",
@@ -68,7 +67,7 @@ std::string useless_option(const CLI::App& command) {
                              "--exr-layout",
                              "--mode",
                              "--tile"})
-        if (command.get_option(name)->count() > 0) return name;
+        if (command.find_option(name).count() > 0) return name;
     return {};
 }
 
@@ -340,7 +339,7 @@ int compare_reports(const StudyArguments& arguments) {
     return Done;
 }
 
-int run_study(StudyArguments arguments, const CLI::App& command) {
+int run_study(StudyArguments arguments, const Command& command) {
     if (!arguments.compare.empty())
         return arguments.render.scene.empty()
                    ? compare_reports(arguments)
@@ -371,35 +370,35 @@ int run_study(StudyArguments arguments, const CLI::App& command) {
 
 }  // namespace
 
-void add_study_command(CLI::App& app, std::function<int()>& run) {
-    CLI::App* command = app.add_subcommand(
+void add_study_command(Command& app, std::function<int()>& run) {
+    Command command = app.add_subcommand(
         "study",
         "Say what accuracy costs in time: which setting of a render leaves how much error, takes "
         "how long, and what another would buy; takes the options of render");
     auto arguments = std::make_shared<StudyArguments>();
-    declare_render_options(*command, arguments->render);
-    command->get_option("scene")->required(false);
-    command->get_option("--output")
-        ->description(
+    declare_render_options(command, arguments->render);
+    command.find_option("scene").required(false);
+    command.find_option("--output")
+        .description(
             "folder for report.html, report.json, report.csv and plot-*.png, and for what --resume "
             "goes on from");
-    command->get_option("--time")->description(
+    command.find_option("--time").description(
         "the study takes no longer, e.g. 90s, 10m (default 3m)");
-    command->get_option("--resume")
-        ->description("add rounds to the study in the folder, if one is there");
-    auto* what = command->add_option_group("Study");
-    what->add_option("--knobs", arguments->knobs,
-                     "only these, by the names in the report or as options: sampler,max-depth")
-        ->delimiter(',');
-    what->add_option("--rounds", arguments->rounds,
-                     "renders of every setting, each with a seed of its own, at most")
-        ->check(CLI::Range(1, 100000));
-    what->add_option("--compare", arguments->compare,
-                     "say what differs between two report.json, and render nothing")
-        ->expected(2)
-        ->type_name("A.json B.json");
-    command->callback([arguments, command, &run] {
-        run = [arguments, command] { return run_study(*arguments, *command); };
+    command.find_option("--resume")
+        .description("add rounds to the study in the folder, if one is there");
+    Command what = command.add_group("Study");
+    what.add_option("--knobs", arguments->knobs,
+                    "only these, by the names in the report or as options: sampler,max-depth")
+        .delimiter(',');
+    what.add_option("--rounds", arguments->rounds,
+                    "renders of every setting, each with a seed of its own, at most")
+        .range(1, 100000);
+    what.add_option("--compare", arguments->compare,
+                    "say what differs between two report.json, and render nothing")
+        .expected(2)
+        .type_name("A.json B.json");
+    command.callback([arguments, command, &run] {
+        run = [arguments, command] { return run_study(*arguments, command); };
     });
 }
 

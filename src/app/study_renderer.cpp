@@ -7,11 +7,11 @@
 #include "app/stop_signals.h"
 #include "app/study_outlines.h"
 #include "app/world_options.h"
+#include "base/command_line.h"
 #include "base/hash.h"
 #include "image/pixel_means.h"
 #include "integrator/schedule.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -132,16 +132,12 @@ Result<RenderJob> StudyRenderer::job_with(const std::string& options) const {
     RenderArguments arguments = job_.arguments;
     if (!options.empty()) {
         // The options of the study's render stay where these do not say otherwise
-        CLI::App parser;
+        CommandLine parser("");
         declare_render_options(parser, arguments);
         const size_t gap = options.find(' ');
-        std::vector<std::string> words = {options.substr(0, gap) + "=" + options.substr(gap + 1),
-                                          arguments.scene};
-        try {
-            parser.parse(words);
-        } catch (const CLI::ParseError& e) {
-            return Error{"usage", e.what()};
-        }
+        const std::string option = options.substr(0, gap) + "=" + options.substr(gap + 1);
+        if (const auto ended = parser.parse({arguments.scene, option}))
+            return Error{"usage", ended->message};
     }
     Result<RenderJob> job = make_render_job(arguments);
     if (job) job->accelerator = job_.accelerator;

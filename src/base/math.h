@@ -8,6 +8,7 @@
 #include <Imath/ImathMatrix.h>
 #include <Imath/ImathVec.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -20,7 +21,6 @@ using Vec3 = Imath::V3f;
 using Vec2d = Imath::V2d;
 using Vec3d = Imath::V3d;
 using Vec2i = Imath::V2i;
-using Mat3 = Imath::M33f;
 using Mat3d = Imath::M33d;
 using Mat4 = Imath::M44f;   ///< row vectors: v' = v · M, translation in row 3
 using Mat4d = Imath::M44d;  ///< the same in double; USD's convention

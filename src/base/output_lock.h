@@ -4,6 +4,7 @@
 #include "base/result.h"
 
 #include <string>
+#include <utility>
 
 namespace velatura {
 

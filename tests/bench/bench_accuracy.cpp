@@ -2,9 +2,10 @@
 // What renders say of their error, against what many of them show: the error stated, the samples
 // forecast for smaller ones, intervals of blocks of 8×8 pixels, and where --target-error stops.
 #include "image/block_errors.h"
+#include "image/pixel_means.h"
+#include "parse_options.h"
 #include "transport/transport_scene.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,7 +31,7 @@ struct Options {
 };
 
 Pixels pixels_of(const film::Film& film) {
-    const std::vector<float> rgba = film.snapshot().rgba;
+    const std::vector<float> rgba = image::resolve_rgba(film.sums());
     Pixels pixels;
     for (size_t i = 0; i < rgba.size(); i += 4)
         pixels.insert(pixels.end(), {double(rgba[i]), double(rgba[i + 1]), double(rgba[i + 2])});
@@ -253,12 +254,12 @@ void measure(const std::string& name, const Options& options) {
 
 int main(int argc, char** argv) {
     velatura::test::Options options;
-    CLI::App app("What renders say of their error, against what many of them show");
+    velatura::CommandLine app("What renders say of their error, against what many of them show");
     app.add_option("scenes", options.scenes, "scenes below scenes/, without .usda");
-    app.add_option("--size", options.size, "pixels")->expected(2);
-    app.add_option("--seeds", options.seeds, "renders of each scene")->check(CLI::Range(3, 1000));
+    app.add_option("--size", options.size, "pixels").expected(2);
+    app.add_option("--seeds", options.seeds, "renders of each scene").range(3, 1000);
     app.add_option("--target-seeds", options.target_seeds, "renders that stop at a target");
-    CLI11_PARSE(app, argc, argv);
+    if (const auto code = velatura::bench::parse_options(app, argc, argv)) return *code;
     for (const std::string& scene : options.scenes) velatura::test::measure(scene, options);
     return 0;
 }

@@ -6,8 +6,8 @@
 #include "cpu_clock.h"
 #include "geometry/ribbons.h"
 #include "geometry/round_curves.h"
+#include "parse_options.h"
 
-#include <CLI/CLI.hpp>
 #include <embree3/rtcore.h>
 #include <fmt/format.h>
 
@@ -222,14 +222,14 @@ void run(bool are_ribbons, uint32_t count, size_t ray_count, int rounds) {
 }  // namespace velatura::bench
 
 int main(int argc, char** argv) {
-    CLI::App app("Rays per second at hair, in Mrays/s of one core");
+    velatura::CommandLine app("Rays per second at hair, in Mrays/s of one core");
     uint32_t curves = 100000;
     size_t rays = 500000;
     int rounds = 3;
     app.add_option("--curves", curves, "strands of the tuft");
     app.add_option("--rays", rays, "of each kind, about");
     app.add_option("--rounds", rounds, "the best of so many");
-    CLI11_PARSE(app, argc, argv);
+    if (const auto code = velatura::bench::parse_options(app, argc, argv)) return *code;
     for (const bool are_ribbons : {false, true})
         velatura::bench::run(are_ribbons, curves, rays, rounds);
     return 0;

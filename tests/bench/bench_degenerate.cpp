@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What degenerate input costs: time to build and to trace scenes of RIGOR H07 and H09–H12, against
-// ordinary scenes with as many triangles that count. No ratio should be above 3. That the hits are
-// right is shown by tests/hardcases.
+// What degenerate input costs: time to build and to trace scenes of docs/hard_cases.md H07 and
+// H09 … H12, against ordinary scenes with as many triangles that count. No ratio should be above 3.
+// That the hits are right is shown by tests/hardcases.
 #include "accel/bvh.h"
 #include "base/tasks.h"
 #include "cpu_clock.h"
+#include "parse_options.h"
 #include "soups.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -263,16 +263,14 @@ void run(Table& table, size_t n) {
 int main(int argc, char** argv) {
     using namespace velatura;
     using namespace velatura::bench;
-    CLI::App app("Time to build and trace degenerate scenes against ordinary ones");
+    CommandLine app("Time to build and trace degenerate scenes against ordinary ones");
     size_t triangles = 1'000'000;
     int rounds = 3;
     app.add_option("--triangles", triangles, "of each scene")
-        ->check(CLI::Range(size_t(10000), size_t(100'000'000)))
-        ->capture_default_str();
-    app.add_option("--rounds", rounds, "how often each is timed")
-        ->check(CLI::Range(1, 99))
-        ->capture_default_str();
-    CLI11_PARSE(app, argc, argv);
+        .range(size_t(10000), size_t(100'000'000))
+        .show_default();
+    app.add_option("--rounds", rounds, "how often each is timed").range(1, 99).show_default();
+    if (const auto code = bench::parse_options(app, argc, argv)) return *code;
     const ThreadLimit one(1);
     Table table(rounds);
     run(table, triangles);

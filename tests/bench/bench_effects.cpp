@@ -3,9 +3,9 @@
 // without it in turns. Usage: velatura_bench_effects [--rounds N] [--spp N] [SCENE.usda…]; without
 // scenes the hero scenes that are there.
 #include "integrator/effect_plan.h"
+#include "parse_options.h"
 #include "scene/effect.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
@@ -173,14 +173,13 @@ bool print_scene(const Program& program, const std::string& scene, int rounds) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    CLI::App app{"What each effect of a scene costs in time and memory"};
+    CommandLine app{"What each effect of a scene costs in time and memory"};
     std::vector<std::string> scenes;
     int rounds = 5, samples = 32;
     app.add_option("scenes", scenes, "scenes; without any, the hero scenes that are there");
-    app.add_option("--rounds", rounds, "renders with and without each effect")
-        ->check(CLI::Range(1, 99));
-    app.add_option("--spp", samples, "samples per pixel")->check(CLI::Range(1, 1 << 20));
-    CLI11_PARSE(app, argc, argv);
+    app.add_option("--rounds", rounds, "renders with and without each effect").range(1, 99);
+    app.add_option("--spp", samples, "samples per pixel").range(1, 1 << 20);
+    if (const auto code = bench::parse_options(app, argc, argv)) return *code;
     if (scenes.empty()) {
         for (const char* name :
              {"scenes/atelier/atelier", "scenes/sky/sky", "scenes/tuft/tuft",

@@ -8,12 +8,12 @@
 #include "base/tasks.h"
 #include "bench_scenes.h"
 #include "cpu_clock.h"
+#include "parse_options.h"
 #include "ray_sets.h"
 #ifdef VELATURA_HAVE_EMBREE
 #include "embree_peer.h"
 #endif
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -222,18 +222,19 @@ int run(size_t most, int size, int rounds, const std::string& output) {
 }  // namespace velatura::bench
 
 int main(int argc, char** argv) {
-    CLI::App app("Rays per second, build time and memory against the number of triangles");
+    velatura::CommandLine app(
+        "Rays per second, build time and memory against the number of triangles");
     size_t most = 30000000;
     int size = 320, rounds = 3;
     std::string output;
-    app.add_option("--most", most, "triangles of the largest mesh")->capture_default_str();
+    app.add_option("--most", most, "triangles of the largest mesh").show_default();
     app.add_option("--size", size, "edge of the picture; its square is the rays per set")
-        ->check(CLI::Range(16, 4096))
-        ->capture_default_str();
+        .range(16, 4096)
+        .show_default();
     app.add_option("--rounds", rounds, "how often each set is timed; the best counts")
-        ->check(CLI::Range(1, 99))
-        ->capture_default_str();
+        .range(1, 99)
+        .show_default();
     app.add_option("-o,--output", output, "write <output>.csv and <output>.svg");
-    CLI11_PARSE(app, argc, argv);
+    if (const auto code = velatura::bench::parse_options(app, argc, argv)) return *code;
     return velatura::bench::run(most, size / 16 * 16, rounds, output);
 }

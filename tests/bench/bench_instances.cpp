@@ -5,8 +5,8 @@
 #include "base/tasks.h"
 #include "bench_shapes.h"
 #include "cpu_clock.h"
+#include "parse_options.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -107,18 +107,14 @@ int run(size_t count, int rings, size_t ray_count) {
 }  // namespace velatura::bench
 
 int main(int argc, char** argv) {
-    CLI::App app("Build time, memory and rays per second of very many instances");
+    velatura::CommandLine app("Build time, memory and rays per second of very many instances");
     size_t count = 10000000, rays = 400000;
     int rings = 158;
-    app.add_option("--count", count, "instances")
-        ->check(CLI::Range(1, 100000000))
-        ->capture_default_str();
+    app.add_option("--count", count, "instances").range(1, 100000000).show_default();
     app.add_option("--rings", rings, "rings of the mesh; it has 4·rings² − 4·rings triangles")
-        ->check(CLI::Range(3, 2000))
-        ->capture_default_str();
-    app.add_option("--rays", rays, "rays of each kind")
-        ->check(CLI::Range(100, 100000000))
-        ->capture_default_str();
-    CLI11_PARSE(app, argc, argv);
+        .range(3, 2000)
+        .show_default();
+    app.add_option("--rays", rays, "rays of each kind").range(100, 100000000).show_default();
+    if (const auto code = velatura::bench::parse_options(app, argc, argv)) return *code;
     return velatura::bench::run(count, rings, rays);
 }

@@ -8,8 +8,8 @@
 #include "image/exr.h"
 #include "image/layer_file.h"
 #include "image/layer_header.h"
+#include "parse_options.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -199,16 +199,16 @@ double child_megabytes(const std::string& path, const std::string& output) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    CLI::App app("Mix beside plain reading");
+    CommandLine app("Mix beside plain reading");
     std::vector<int> size = {3840, 2160};
     std::vector<std::string> child;
     int rounds = 3;
     std::string folder = std::filesystem::temp_directory_path().string();
-    app.add_option("--size", size, "Width and height")->expected(2);
+    app.add_option("--size", size, "Width and height").expected(2);
     app.add_option("--rounds", rounds, "Rounds");
     app.add_option("--folder", folder, "Where the files are made, and kept");
-    app.add_option("--child", child, "")->expected(2)->group("");
-    CLI11_PARSE(app, argc, argv);
+    app.add_option("--child", child, "").expected(2).hidden();
+    if (const auto code = bench::parse_options(app, argc, argv)) return *code;
     if (!child.empty()) {
         const auto written = image::write_image_file(child[1], mix(child[0]));
         if (!written) give_up(written.error());

@@ -8,12 +8,12 @@
 #include "bench_scenes.h"
 #include "cpu_clock.h"
 #include "geometry/triangle_mesh.h"
+#include "parse_options.h"
 #include "ray_sets.h"
 #ifdef VELATURA_HAVE_EMBREE
 #include "embree_peer.h"
 #endif
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -283,21 +283,21 @@ void run(const Settings& settings) {
 
 int main(int argc, char** argv) {
     using namespace velatura::bench;
-    CLI::App app("What motion costs rays, beside Embree's");
+    velatura::CommandLine app("What motion costs rays, beside Embree's");
     Settings settings;
     std::vector<std::string> names;
     for (const SceneMaker& maker : all_scenes()) names.emplace_back(maker.name);
-    app.add_option("--scene", settings.scenes, "only these scenes")->check(CLI::IsMember(names));
+    app.add_option("--scene", settings.scenes, "only these scenes").one_of(names);
     app.add_option("--size", settings.size, "edge of the picture; its square is the rays per set")
-        ->check(CLI::Range(16, 4096))
-        ->capture_default_str();
+        .range(16, 4096)
+        .show_default();
     app.add_option("--rounds", settings.rounds, "how often each set is timed")
-        ->check(CLI::Range(1, 99))
-        ->capture_default_str();
+        .range(1, 99)
+        .show_default();
     app.add_option("--amount", settings.amount, "of motion, in 2 % of the scene's size")
-        ->capture_default_str();
-    app.add_option("--segments", settings.segments, "of the motion")->capture_default_str();
-    CLI11_PARSE(app, argc, argv);
+        .show_default();
+    app.add_option("--segments", settings.segments, "of the motion").show_default();
+    if (const auto code = velatura::bench::parse_options(app, argc, argv)) return *code;
     settings.size = settings.size / 16 * 16;
     run(settings);
 }

@@ -7,8 +7,8 @@
 #include "app/prepare_frame.h"
 #include "app/study_renderer.h"
 #include "integrator/sample_placement.h"
+#include "parse_options.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -228,15 +228,15 @@ int measure(const std::string& name,
 }  // namespace
 
 int main(int argc, char** argv) {
-    CLI::App parser("What placing samples by noise is worth");
+    CommandLine parser("What placing samples by noise is worth");
     Setup setup;
     std::vector<std::string> scenes;
-    parser.add_option("--size", setup.size, "pixels across")->check(CLI::Range(16, 512));
+    parser.add_option("--size", setup.size, "pixels across").range(16, 512);
     parser.add_option("--spp", setup.spp, "samples per pixel; also measured: four times as many")
-        ->check(CLI::Range(32, 4096));
-    parser.add_option("--rounds", setup.rounds, "renders of each kind")->check(CLI::Range(4, 200));
+        .range(32, 4096);
+    parser.add_option("--rounds", setup.rounds, "renders of each kind").range(4, 200);
     parser.add_option("scenes", scenes, "USD files");
-    CLI11_PARSE(parser, argc, argv);
+    if (const auto code = bench::parse_options(parser, argc, argv)) return *code;
     if (scenes.empty()) {
         for (const char* name :
              {"atelier/atelier", "bonfire/bonfire", "sky/sky", "tuft/tuft", "cornell/cornell",

@@ -7,12 +7,12 @@
 #include "base/tasks.h"
 #include "bench_scenes.h"
 #include "cpu_clock.h"
+#include "parse_options.h"
 #include "ray_sets.h"
 #ifdef VELATURA_HAVE_EMBREE
 #include "embree_peer.h"
 #endif
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -313,23 +313,25 @@ int run(const Settings& settings) {
 
 int main(int argc, char** argv) {
     using namespace velatura::bench;
-    CLI::App app("Rays per second of the own tree, beside Embree's");
+    velatura::CommandLine app("Rays per second of the own tree, beside Embree's");
     Settings settings;
     std::vector<std::string> names;
     for (const SceneMaker& maker : all_scenes()) names.emplace_back(maker.name);
-    app.add_option("--scene", settings.scenes, "only these scenes")->check(CLI::IsMember(names));
+    app.add_option("--scene", settings.scenes, "only these scenes").one_of(names);
     app.add_option("--size", settings.size, "edge of the picture; its square is the rays per set")
-        ->check(CLI::Range(16, 4096))
-        ->capture_default_str();
+        .range(16, 4096)
+        .show_default();
     app.add_option("--rounds", settings.rounds, "how often each set is timed")
-        ->check(CLI::Range(1, 99))
-        ->capture_default_str();
+        .range(1, 99)
+        .show_default();
     using velatura::accel::BvhQuality;
     const std::map<std::string, BvhQuality> qualities = {
         {"fast", BvhQuality::Fast}, {"balanced", BvhQuality::Balanced}, {"high", BvhQuality::High}};
-    app.add_option("--quality", settings.quality, "of the own tree: fast, balanced or high")
-        ->transform(CLI::CheckedTransformer(qualities));
-    CLI11_PARSE(app, argc, argv);
+    std::string quality = "balanced";
+    app.add_option("--quality", quality, "build quality of the own tree")
+        .one_of({"fast", "balanced", "high"});
+    if (const auto code = velatura::bench::parse_options(app, argc, argv)) return *code;
     settings.size = settings.size / 16 * 16;
+    settings.quality = qualities.at(quality);
     return run(settings);
 }

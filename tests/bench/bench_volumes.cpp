@@ -3,6 +3,7 @@
 // whole grid, as delta tracking has it in its simplest form. Usage: velatura_bench_volumes
 // [SCENE.usda [FRAME]]; without arguments the smoke of OpenUSD's tests, and a cloud with dense
 // cores that is made here.
+#include "../media/grid_fixtures.h"
 #include "app/light_images.h"
 #include "app/volume_loading.h"
 #include "base/tasks.h"
@@ -10,7 +11,6 @@
 #include "integrator/path_tracer.h"
 #include "integrator/schedule.h"
 #include "integrator/world.h"
-#include "media/voxel_builder.h"
 #include "test_assets.h"
 #include "translate/translate.h"
 
@@ -115,7 +115,7 @@ scene::Scene cloud() {
         return p.length() < 0.9f ? 0.5f + 100.0f * cores : 0.0f;
     };
     scene.volume_fields.emplace_back().voxels = std::make_shared<const scene::VoxelGrid>(
-        media::make_voxel_grid(scene::Vec3i(n), 2.0f / n, density));
+        media::testing::make_voxel_grid(scene::Vec3i(n), 2.0f / n, density));
     scene::Volume& volume = scene.volumes.emplace_back();
     volume.density = 0;
     volume.optics.albedo = Rgb(0.9f);

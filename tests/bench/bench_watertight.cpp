@@ -9,9 +9,9 @@
 #include "compare.h"
 #include "cpu_clock.h"
 #include "leaks.h"
+#include "parse_options.h"
 #include "soups.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -130,12 +130,12 @@ size_t compare_with_brute_force(size_t rays) {
 
 int main(int argc, char** argv) {
     using namespace velatura::bench;
-    CLI::App app("Shoots at edges and vertices; every count must be 0");
+    velatura::CommandLine app("Shoots at edges and vertices; every count must be 0");
     size_t rays = 100'000'000;
     app.add_option("rays", rays, "rays at edges and vertices; a tenth as many against brute force")
-        ->check(CLI::Range(size_t(10), size_t(1) << 40))
-        ->capture_default_str();
-    CLI11_PARSE(app, argc, argv);
+        .range(size_t(10), size_t(1) << 40)
+        .show_default();
+    if (const auto code = velatura::bench::parse_options(app, argc, argv)) return *code;
     fmt::print("{} kernels, {} threads\n", velatura::accel::best_kernels().name,
                velatura::thread_count());
     const double start = cpu_seconds();

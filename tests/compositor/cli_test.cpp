@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
+#include <regex>
 
 namespace velatura::compositor {
 namespace {
@@ -44,6 +45,10 @@ class Cli : public testing::Test {
 
 TEST_F(Cli, HelpAndUsage) {
     EXPECT_EQ(comp("--help").code, 0);
+    const Outcome version = comp("--version");
+    EXPECT_EQ(version.code, 0);
+    EXPECT_TRUE(std::regex_match(version.output, std::regex("velatura-comp \\d+\\.\\d+\\.\\d+\n")))
+        << version.output;
     EXPECT_EQ(comp("merge").code, 2);
     EXPECT_NE(comp("mix --help").output.find("--shadow"), std::string::npos);
     EXPECT_EQ(comp("").code, 2);

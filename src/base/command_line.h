@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace velatura {
+
+/// An option, flag or positional argument: a handle, valid while its CommandLine lives. Each
+/// function returns the option itself. Wrong declarations (a name used twice, a malformed name)
+/// throw a std::runtime_error.
+class Option {
+  public:
+    Option required(bool is_required = true);
+    /// Exactly this number of values.
+    Option expected(int values);
+    /// Repeatable: the values of all occurrences count. Without it a second occurrence of an
+    /// option that takes one value is a usage error.
+    Option take_all();
+    /// For lists: whether an occurrence takes all words up to the next option, or one word.
+    Option allow_extra_args(bool is_allowed);
+    /// Splits each value at this character; empty parts are dropped.
+    Option delimiter(char separator);
+
+    /// Placeholder of the value in the help, instead of the name of its type.
+    Option type_name(const std::string& name);
+    Option description(const std::string& text);
+    /// Shows the present value of the destination in the help.
+    Option show_default();
+    /// Not listed in the help.
+    Option hidden();
+
+    /// Refuses values outside [min, max]. The values are read, and named in the help, as the type
+    /// of the bounds, not of the destination.
+    Option range(int min, int max);
+    Option range(uint64_t min, uint64_t max);
+    Option range(float min, float max);
+    Option range(double min, double max);
+    Option non_negative();
+    Option one_of(const std::vector<std::string>& values);
+    Option existing_directory();
+    /// `problem` returns what is wrong with a value, or an empty string. Called once per value, in
+    /// the order typed.
+    Option check(const std::function<std::string(const std::string& value)>& problem);
+
+    /// A usage error unless `other` is given too.
+    Option needs(Option other);
+    /// A usage error when both are given.
+    Option excludes(Option other);
+
+    /// Number of values parsed; of a flag, number of occurrences.
+    size_t count() const;
+
+  private:
+    friend class Command;
+
+    explicit Option(CLI::Option* option) : option_(option) {}
+
+    CLI::Option* option_;
+};
+
+/// An occurrence of an option on the command line.
+struct TypedOption {
+    std::string name;   ///< the long name with its dashes if there is one, e.g. "--gain"
+    std::string value;  ///< "true" for a flag
+};
+
+/// A program, subcommand or group of options: a handle, valid while its CommandLine lives.
+class Command {
+  public:
+    Command add_subcommand(const std::string& name, const std::string& help);
+    /// Options under a heading of their own in the help.
+    Command add_group(const std::string& heading);
+
+    /// Names are "-o,--output", or "scene" for a positional argument. `destination` must outlive
+    /// the parsing and keeps its value when the option is absent. Only the types instantiated in
+    /// command_line.cpp: std::string, int, uint32_t, uint64_t, float, double, lists of string, int,
+    /// uint32_t and double, optional string, int, uint64_t and double.
+    template <class T>
+    Option add_option(const std::string& name, T& destination, const std::string& help);
+    /// Without a destination: for check() or typed_options().
+    Option add_option(const std::string& name, const std::string& help);
+    Option add_flag(const std::string& name, bool& destination, const std::string& help);
+    /// Counts occurrences; `count` is set to 0 at once.
+    Option add_flag(const std::string& name, int& count, const std::string& help);
+
+    /// An option of this command or of its groups. It must exist.
+    Option find_option(const std::string& name) const;
+
+    /// Options and positional arguments of this command, without those of groups and subcommands,
+    /// in the order typed. Only meaningful for options that take one value per occurrence.
+    std::vector<TypedOption> typed_options() const;
+
+    /// Exactly one subcommand must be given.
+    void require_subcommand();
+    /// Number of distinct options that may be given; max 0 = any number.
+    void require_options(size_t min, size_t max);
+    /// Text below the help. Subcommands added later inherit it.
+    void footer(const std::string& text);
+    /// Called when the command was given and everything parsed.
+    void callback(std::function<void()> action);
+
+  protected:
+    explicit Command(CLI::App* app) : app_(app) {}
+
+  private:
+    CLI::App* app_;
+};
+
+/// Why a program ends instead of running.
+struct CommandExit {
+    int code = 0;         ///< 0: help or version, for stdout; 2: usage error, for stderr
+    std::string text;     ///< whole lines, to print
+    std::string message;  ///< what is wrong, without the hint at --help; empty for code 0
+};
+
+/// The command line of a program; owns its commands and options. --help is declared everywhere.
+class CommandLine : public Command {
+  public:
+    /// `name` stands in the usage line of the help; empty: as the program was called.
+    explicit CommandLine(const std::string& description, const std::string& name = "");
+    ~CommandLine();
+
+    /// --version, which prints `text`.
+    void add_version_flag(const std::string& text);
+
+    /// Sets the destinations, then runs the callbacks of the commands that were given.
+    /// Returns: nothing when the program is to run.
+    std::optional<CommandExit> parse(int argc, const char* const* argv);
+    /// The same for arguments in order, without the program's name.
+    std::optional<CommandExit> parse(const std::vector<std::string>& arguments);
+
+  private:
+    explicit CommandLine(std::unique_ptr<CLI::App> app);
+
+    std::unique_ptr<CLI::App> owned_;
+};
+
+}  // namespace velatura
