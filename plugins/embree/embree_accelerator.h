@@ -3,6 +3,8 @@
 
 #include "accel/accelerator_factory.h"
 
+#include <memory>
+
 namespace velatura::plugins::embree {
 
 /// Embree 3 in robust mode. README.md says where its hits may differ from those of the own tree.

@@ -7,6 +7,8 @@
 #include "plugins/subdivision/point_layout.h"
 #include "plugins/subdivision/shared_points.h"
 
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>

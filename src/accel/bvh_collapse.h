@@ -5,6 +5,7 @@
 #include "accel/bvh_layout.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <span>
 

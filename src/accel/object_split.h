@@ -4,6 +4,7 @@
 #include "accel/build_prim.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <span>
 

@@ -4,6 +4,7 @@
 #include "base/math.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 

@@ -6,6 +6,7 @@
 #include "geometry/surface_point.h"
 #include "scene/linking.h"
 
+#include <cstdint>
 #include <span>
 #include <vector>
 

@@ -202,13 +202,6 @@ void Film::end_pixel(PixelAccumulator& a) {
     a.bad_.clear();
 }
 
-Snapshot Film::snapshot() const {
-    Snapshot result;
-    result.window = window();
-    result.rgba = image::resolve_rgba(sums_);
-    return result;
-}
-
 Film::TileNoise Film::tile_noise(const Window& tile) const {
     TileNoise noise;
     for (int y = tile.y0; y < tile.y1; ++y) {

@@ -61,18 +61,12 @@ class PixelAccumulator {
 
 /// How noisy the picture is, from its two half images.
 struct NoiseEstimate {
-    double relative_error = 0;  ///< square root of the estimated relMSE of the picture (DESIGN §8)
+    double relative_error = 0;  ///< square root of the estimated relMSE (docs/numerics.md)
     double low = 0, high = 0;   ///< 95 % interval of relative_error
     uint64_t samples_min = 0, samples_max = 0;
     double samples_mean = 0;
     uint64_t invalid = 0;
     bool is_known = false;  ///< false before every pixel has a sample in each half
-};
-
-/// Interim picture, row 0 = top, scene-linear, premultiplied.
-struct Snapshot {
-    Window window;
-    std::vector<float> rgba;  ///< [height][width][4]
 };
 
 struct FilmOptions {
@@ -116,7 +110,6 @@ class Film {
     /// Keeps a pixel's rate beside its samples. Needs all tasks at rest.
     void set_rate(int x, int y, uint8_t rate) { sums_.set_rate(x, y, rate); }
 
-    Snapshot snapshot() const;
     NoiseEstimate noise() const;
     uint64_t invalid_count() const;
     /// The first 16 bad samples by pixel and sample index, whatever order they came in.

@@ -5,7 +5,9 @@
 #include "film/path_symbols.h"
 #include "image/layer_set.h"
 
+#include <cstdint>
 #include <memory>
+#include <string>
 #include <string_view>
 #include <vector>
 

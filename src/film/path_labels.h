@@ -3,6 +3,7 @@
 
 #include "film/path_automaton.h"
 
+#include <cstdint>
 #include <utility>
 #include <vector>
 

@@ -4,6 +4,7 @@
 #include "film/path_event.h"
 #include "image/layer_set.h"
 
+#include <string>
 #include <string_view>
 #include <vector>
 

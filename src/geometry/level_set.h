@@ -6,7 +6,10 @@
 #include "scene/voxel_grid.h"
 
 #include <array>
+#include <cstdint>
 #include <memory>
+#include <optional>
+#include <utility>
 #include <vector>
 
 namespace velatura::geometry {

@@ -4,7 +4,9 @@
 #include "base/math.h"
 #include "geometry/primitive_set.h"
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 
 namespace velatura::geometry {
 

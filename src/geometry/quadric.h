@@ -5,7 +5,9 @@
 #include "geometry/primitive_set.h"
 #include "scene/mesh.h"
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 
 namespace velatura::geometry {
 

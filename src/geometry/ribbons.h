@@ -7,7 +7,9 @@
 #include "geometry/primitive_set.h"
 #include "scene/mesh.h"
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace velatura::geometry {

@@ -8,7 +8,9 @@
 #include "geometry/sweep.h"
 #include "scene/mesh.h"
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace velatura::geometry {

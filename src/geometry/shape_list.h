@@ -4,6 +4,7 @@
 #include "scene/scene.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace velatura::geometry {

@@ -4,6 +4,7 @@
 #include "geometry/triangle_mesh.h"
 #include "scene/mesh.h"
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>

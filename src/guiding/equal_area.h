@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 /// A map between the unit square and the sphere under which equal areas have equal solid angles:
 /// the octahedron's eight faces, unfolded. Cells of the square stay compact on the sphere, also at

@@ -4,10 +4,12 @@
 #include "image/image.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace velatura::image {
 

@@ -153,7 +153,6 @@ Result<std::vector<DisplayViews>> display_views() {
 }
 
 struct DisplayTransform::Impl {
-    std::string display, view;
     ocio::ConstCPUProcessorRcPtr processor;
 };
 
@@ -170,16 +169,17 @@ Result<DisplayTransform> DisplayTransform::make(const std::string& display,
     if (!used) return used.error();
     const auto& [config, is_built_in] = *used;
     try {
-        auto impl = std::make_unique<Impl>();
-        impl->display = display.empty() ? config->getDefaultDisplay() : display;
-        impl->view = view.empty() ? config->getDefaultView(impl->display.c_str()) : view;
+        const std::string known_display = display.empty() ? config->getDefaultDisplay() : display;
+        const std::string known_view =
+            view.empty() ? config->getDefaultView(known_display.c_str()) : view;
         const std::string space = !working_space.empty() ? working_space
                                   : is_built_in          ? std::string("lin_rec709")
                                                          : std::string(ocio::ROLE_SCENE_LINEAR);
         auto transform = ocio::DisplayViewTransform::Create();
         transform->setSrc(space.c_str());
-        transform->setDisplay(impl->display.c_str());
-        transform->setView(impl->view.c_str());
+        transform->setDisplay(known_display.c_str());
+        transform->setView(known_view.c_str());
+        auto impl = std::make_unique<Impl>();
         impl->processor = config->getProcessor(transform)->getDefaultCPUProcessor();
         return DisplayTransform(std::move(impl));
     } catch (const std::exception& e) {
@@ -195,14 +195,6 @@ void DisplayTransform::apply(std::vector<float>& rgb) const {
     if (rgb.empty()) return;
     ocio::PackedImageDesc image(rgb.data(), long(rgb.size() / 3), 1, 3);
     impl_->processor->apply(image);
-}
-
-const std::string& DisplayTransform::display() const {
-    return impl_->display;
-}
-
-const std::string& DisplayTransform::view() const {
-    return impl_->view;
 }
 
 }  // namespace velatura::image

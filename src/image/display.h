@@ -43,9 +43,6 @@ class DisplayTransform {
     /// In place, [pixels][3].
     void apply(std::vector<float>& rgb) const;
 
-    const std::string& display() const;
-    const std::string& view() const;
-
   private:
     struct Impl;
     explicit DisplayTransform(std::unique_ptr<Impl> impl);

@@ -5,6 +5,7 @@
 #include "image/compression.h"
 #include "image/image.h"
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>

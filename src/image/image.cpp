@@ -48,12 +48,6 @@ const Channel* Part::find(std::string_view channel) const {
     return at == channels.end() ? nullptr : &*at;
 }
 
-const Part* Image::find_part(std::string_view name) const {
-    const auto at =
-        std::find_if(parts.begin(), parts.end(), [name](const Part& p) { return p.name == name; });
-    return at == parts.end() ? nullptr : &*at;
-}
-
 const Channel* Image::find(std::string_view channel) const {
     for (const Part& part : parts) {
         if (const Channel* c = part.find(channel)) return c;

@@ -68,7 +68,6 @@ struct Image {
         attributes;  ///< on the first part of the file; chromaticities and matrices on every part
     std::vector<Part> parts;
 
-    const Part* find_part(std::string_view name) const;
     /// The first channel of that full name in any part.
     const Channel* find(std::string_view channel) const;
     /// A string attribute, or an empty text.

@@ -6,6 +6,7 @@
 #include "image/layer_file.h"
 #include "image/resolve.h"
 
+#include <cstdint>
 #include <string>
 #include <vector>
 

@@ -5,6 +5,7 @@
 #include "image/matte_kind.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <string>

@@ -295,20 +295,6 @@ Result<void> StripReader::read(std::span<const ChannelPlace> channels,
     return outcome;
 }
 
-Result<Channel> StripReader::read_channel(ChannelPlace place) const {
-    const Window& window = impl_->description.data;
-    const Channel& described = impl_->description.parts[place.part].channels[place.channel];
-    Channel channel = Channel::make(described.name, described.type(), window.pixel_count());
-    const size_t row_bytes = size_t(window.width()) * value_bytes(channel.type());
-    auto* to = static_cast<std::byte*>(channel.bytes());
-    const auto done = read({&place, 1}, [&](const Strip& strip) {
-        std::memcpy(to + size_t(strip.y0 - window.y0) * row_bytes, strip.channels[0].values,
-                    size_t(strip.y1 - strip.y0) * row_bytes);
-    });
-    if (!done) return done.error();
-    return channel;
-}
-
 Result<Image> StripReader::read_all() const {
     Image image = impl_->description;
     std::optional<ExrReader> reader;  // of the last part's file

@@ -56,9 +56,6 @@ class StripReader {
                       const std::function<void(const Strip&)>& body,
                       size_t memory_bytes = size_t(1) << 30) const;
 
-    /// The channel with its values. Errors: "io-read".
-    Result<Channel> read_channel(ChannelPlace place) const;
-
     /// The whole picture. Errors: "io-read".
     Result<Image> read_all() const;
 

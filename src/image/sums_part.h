@@ -6,6 +6,7 @@
 #include "image/sample_sums.h"
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace velatura::image {

@@ -12,6 +12,7 @@
 #include <memory>
 #include <optional>
 #include <unordered_map>
+#include <variant>
 
 namespace velatura::integrator {
 

@@ -69,9 +69,6 @@ class CausticSampler {
     /// Nothing casts caustics, or no light could: sampling finds nothing and finds() is false.
     bool is_empty() const { return casters_.is_empty() || lights_.empty(); }
 
-    /// Before the path's first scattering by a lobe that is no delta.
-    static SpecularHistory at_camera() { return {}; }
-
     /// The history after scattering. passed: surfaces that the segment before went straight
     /// through.
     SpecularHistory after(const SpecularHistory& before,

@@ -6,6 +6,7 @@
 #include "scene/effect_build.h"
 #include "shading/bsdf.h"
 
+#include <cstdint>
 #include <optional>
 
 namespace velatura::integrator {

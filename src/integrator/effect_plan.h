@@ -9,6 +9,7 @@
 #include "scene/scene.h"
 
 #include <array>
+#include <cstdint>
 #include <string>
 #include <vector>
 

@@ -3,6 +3,7 @@
 
 #include "integrator/effect_plan.h"
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>

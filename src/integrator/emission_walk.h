@@ -6,6 +6,8 @@
 #include "integrator/path_tracer.h"
 #include "integrator/shadow_segment.h"
 
+#include <cstdint>
+
 namespace velatura::integrator {
 
 template <class Visit>

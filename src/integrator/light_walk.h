@@ -6,6 +6,11 @@
 #include "integrator/path_tracer.h"
 #include "integrator/shadow_segment.h"
 
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+
 namespace velatura::integrator {
 
 /// A direction in which to look for lights.

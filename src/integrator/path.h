@@ -7,6 +7,7 @@
 #include "scene/effect_calls.h"
 
 #include <array>
+#include <cstdint>
 
 namespace velatura::integrator {
 

@@ -17,6 +17,7 @@
 #include "scene/effect_build.h"
 
 #include <cstdint>
+#include <optional>
 
 namespace velatura::integrator {
 

@@ -6,6 +6,7 @@
 #include "shading/bsdf.h"
 
 #include <array>
+#include <cstdint>
 #include <optional>
 
 namespace velatura::integrator {

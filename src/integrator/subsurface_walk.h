@@ -9,6 +9,7 @@
 #include "scene/scene.h"
 #include "shading/material_evaluator.h"
 
+#include <cstdint>
 #include <optional>
 
 namespace velatura::integrator {

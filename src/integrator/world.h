@@ -50,7 +50,6 @@ struct WorldOptions {
 struct WorldTimes {
     double tessellate_s = 0;
     double accelerator_s = 0;
-    double materials_s = 0;
     double lights_s = 0;
 };
 

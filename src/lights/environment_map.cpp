@@ -232,15 +232,6 @@ double EnvironmentMap::density(const Patch& p, size_t column, size_t row, double
     return per_uv / (2.0 * pi_d * pi_d * sin_theta);
 }
 
-Rgb EnvironmentMap::radiance(const Vec3d& direction) const {
-    double sin_theta = 0.0;
-    return lookup(patch_at(uv_of(direction, &sin_theta)));
-}
-
-double EnvironmentMap::pdf(const Vec3d& direction) const {
-    return view(direction).pdf;
-}
-
 EnvironmentMap::View EnvironmentMap::view(const Vec3d& direction) const {
     double sin_theta = 0.0;
     const Vec2d uv = uv_of(direction, &sin_theta);

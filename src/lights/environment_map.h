@@ -50,11 +50,7 @@ class EnvironmentMap {
     /// without.
     double sampled_share() const { return sampled_share_; }
 
-    /// Radiance seen in a unit direction.
-    Rgb radiance(const Vec3d& direction) const;
-    double pdf(const Vec3d& direction) const;
-
-    /// Both at once, for little more than the price of one.
+    /// What is seen in a unit direction, and the density with which sample() draws it.
     struct View {
         Rgb radiance;
         double pdf = 0;  ///< [1/sr]

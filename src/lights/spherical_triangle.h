@@ -3,6 +3,8 @@
 
 #include "base/math.h"
 
+#include <cmath>
+
 namespace velatura::lights {
 
 /// A triangle seen from the origin: its first corner and the edges from there to the other two, the

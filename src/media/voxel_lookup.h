@@ -5,6 +5,7 @@
 #include "scene/voxel_grid.h"
 
 #include <algorithm>
+#include <cstdint>
 
 namespace velatura::media {
 

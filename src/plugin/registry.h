@@ -5,6 +5,7 @@
 #include "base/result.h"
 #include "plugin/manifest.h"
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>

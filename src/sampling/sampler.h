@@ -23,7 +23,6 @@ enum class Purpose : uint32_t {
     BsdfDirection = 6,
     Roulette = 7,
     Opacity = 8,
-    LightOpacity = 9,
     FilterSign = 10,
     GuideSelect = 11,
     GuideDirection = 12,

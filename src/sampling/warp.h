@@ -3,6 +3,7 @@
 
 #include "base/math.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -56,8 +57,6 @@ inline Imath::Vec2<T> concentric_disk(const Imath::Vec2<T>& u) {
     return {chosen(x_leads, along, across), chosen(x_leads, across, along)};
 }
 
-inline constexpr float concentric_disk_pdf = inv_pi;
-
 /// Direction with density cosθ/π (Malley's method). cosθ may be as small as 0.
 inline Vec3 cosine_hemisphere(const Vec2& u) {
     const Vec2 d = concentric_disk(u);
@@ -85,27 +84,5 @@ inline Vec3 uniform_sphere(const Vec2& u) {
 }
 
 inline constexpr float uniform_sphere_pdf = inv_4pi;
-
-/// Uniform direction within the cone around +z given by 1 − cosθ_max (2 sin²(θ_max/2): keeps its
-/// digits for tiny cones).
-inline Vec3 uniform_cone(const Vec2& u, float one_minus_cos_max) {
-    const float w = u.x * one_minus_cos_max;
-    const float r = safe_sqrt(w * (2.0f - w));
-    const float phi = 2.0f * pi * u.y;
-    return {r * std::cos(phi), r * std::sin(phi), 1.0f - w};
-}
-
-inline float uniform_cone_pdf(float one_minus_cos_max) {
-    return inv_2pi / one_minus_cos_max;
-}
-
-/// Barycentric weights (b0, b1, b2) of a uniform point in a triangle; all ≥ 0, sum 1 within
-/// rounding. Ref: Heitz 2019, "A Low-Distortion Map Between Triangle and Square".
-inline Vec3 uniform_triangle(const Vec2& u) {
-    const float half_lesser = 0.5f * std::min(u.x, u.y);
-    const float b0 = u.x < u.y ? half_lesser : u.x - half_lesser;
-    const float b1 = u.x < u.y ? u.y - half_lesser : half_lesser;
-    return {b0, b1, std::max(0.0f, 1.0f - b0 - b1)};
-}
 
 }  // namespace velatura::sampling

@@ -4,6 +4,7 @@
 #include "base/math.h"
 #include "scene/ids.h"
 
+#include <cstdint>
 #include <string>
 #include <vector>
 

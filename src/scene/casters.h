@@ -3,6 +3,7 @@
 
 #include "scene/ids.h"
 
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>

@@ -5,8 +5,7 @@ namespace velatura::scene {
 
 size_t segment_count(Curves::Basis basis, Curves::Wrap wrap, size_t vertices) {
     using Basis = Curves::Basis;
-    using Wrap = Curves::Wrap;
-    const bool is_periodic = wrap == Wrap::Periodic;
+    const bool is_periodic = wrap == Curves::Wrap::Periodic;
     switch (basis) {
         case Basis::Linear:
             if (is_periodic) return vertices >= 3 ? vertices : 0;
@@ -16,7 +15,7 @@ size_t segment_count(Curves::Basis basis, Curves::Wrap wrap, size_t vertices) {
             return vertices >= 4 && vertices % 3 == 1 ? vertices / 3 : 0;
         default:
             if (is_periodic) return vertices >= 3 ? vertices : 0;
-            if (wrap == Wrap::Pinned) return vertices >= 2 ? vertices - 1 : 0;
+            if (wrap == Curves::Wrap::Pinned) return vertices >= 2 ? vertices - 1 : 0;
             return vertices >= 4 ? vertices - 3 : 0;
     }
 }

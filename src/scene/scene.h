@@ -17,6 +17,7 @@
 #include "scene/volume.h"
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>

@@ -27,9 +27,6 @@ enum class FaceVaryingInterpolation : uint8_t {
 /// UsdGeomMesh triangleSubdivisionRule; Smooth has weights of its own for triangles.
 enum class TriangleRule : uint8_t { CatmullClark, Smooth };
 
-/// Sharpness from which on a crease or corner stays as sharp as the polygons are.
-inline constexpr float infinite_sharpness = 10.0f;
-
 /// How the limit surface follows from the polygons, with the fallbacks of UsdGeomMesh. Vertices are
 /// those of the mesh, pairs are edges of it: `translate` promises.
 struct SubdivisionRules {

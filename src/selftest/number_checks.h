@@ -3,6 +3,8 @@
 
 #include "selftest/checks.h"
 
+#include <cstdint>
+
 namespace velatura::selftest {
 
 Finding frames(uint64_t amount);

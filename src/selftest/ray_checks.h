@@ -3,6 +3,8 @@
 
 #include "selftest/checks.h"
 
+#include <cstdint>
+
 namespace velatura::selftest {
 
 Finding leaks(uint64_t amount);

@@ -39,14 +39,6 @@ class GgxAlbedoCurve {
     uint32_t row_ = 0;
 };
 
-inline GgxAlbedo ggx_albedo(float mu, float alpha) {
-    return GgxAlbedoCurve(alpha).at(mu);
-}
-
-inline GgxAlbedo ggx_average_albedo(float alpha) {
-    return GgxAlbedoCurve(alpha).average();
-}
-
 /// Fresnel factor of the light that leaves after several microfacets, for the mean reflectance
 /// f_average. Ref: Kulla & Conty 2017, "Revisiting Physically Based Shading at Imageworks"; with
 /// the geometric series' first factor F_average² (one bounce more than the single-scattering lobe

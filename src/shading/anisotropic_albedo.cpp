@@ -44,6 +44,12 @@ Vec3d anisotropy_detail::direction_with(double mu, double along, const Vec2d& al
 
 namespace {
 
+struct ExactGgxAlbedo {
+    double loss = 0, schlick = 0;  ///< as in GgxAlbedo
+};
+
+/// By quadrature over the directions that bounded visible normals reflect to. turns: the lattice.
+/// wo in the frame of the widths, unit, z > 0.
 ExactGgxAlbedo albedo_on(const std::vector<Vec2d>& turns, const Vec3d& wo, const Vec2d& alpha) {
     const double count = double(turns.size());
     const double divisor = ggx_pdf_divisor(wo, alpha);
@@ -69,10 +75,6 @@ ExactGgxAlbedo albedo_on(const std::vector<Vec2d>& turns, const Vec3d& wo, const
 }
 
 }  // namespace
-
-ExactGgxAlbedo exact_ggx_albedo(const Vec3d& wo, const Vec2d& alpha, int count) {
-    return albedo_on(lattice_turns(count), wo, alpha);
-}
 
 AnisotropicAlbedo::AnisotropicAlbedo(const AnisotropyRange& range) : range_(range) {
     const bool varies_alpha = range.alpha_low < range.alpha_high;

@@ -4,6 +4,7 @@
 #include "base/math.h"
 #include "shading/albedo.h"
 
+#include <cmath>
 #include <vector>
 
 namespace velatura::shading {
@@ -15,14 +16,6 @@ Vec2 anisotropic_alpha(float roughness, float anisotropy);
 
 /// Smallest width of facets across the tangent; D from components keeps its digits there.
 inline constexpr float least_alpha = 1e-4f;
-
-/// In double, by quadrature with `count` points of a lattice over the directions that bounded
-/// visible normals reflect to. wo in the frame of the widths, unit, z > 0.
-struct ExactGgxAlbedo {
-    double loss = 0, schlick = 0;  ///< as in GgxAlbedo
-};
-
-ExactGgxAlbedo exact_ggx_albedo(const Vec3d& wo, const Vec2d& alpha, int count);
 
 /// Widths that a material can take on. The ratio is αy / αx before least_alpha.
 struct AnisotropyRange {

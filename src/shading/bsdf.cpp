@@ -143,7 +143,7 @@ void Bsdf::set_interfaces(const Rgb& f_average, const GgxAlbedo& average) {
         lost_average_ = p_.f0 * average.loss + one_minus(p_.f0) * shares.excess;
         specular_average_ = one_minus(one_minus(p_.f0) * shares.passed);
     } else if (is_dense_side()) {
-        // Seen from the dense side, 1 − R_avg shrinks by η² (RIGOR 2.2: 1 − F_in = (1 − F_out)/η²)
+        // Seen from the dense side, 1 − R_avg shrinks by η² (1 − F_in = (1 − F_out)/η²)
         specular_average_ = one_minus(one_minus(specular_average_) * (eta_ * eta_));
     }
     if (has_coat()) set_coat();

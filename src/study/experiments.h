@@ -4,6 +4,7 @@
 #include "study/knobs.h"
 #include "study/tally.h"
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>

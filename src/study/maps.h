@@ -3,6 +3,8 @@
 
 #include "study/report.h"
 
+#include <vector>
+
 namespace velatura::study {
 
 /// A scene-linear value as displays take it, in [0, 1].

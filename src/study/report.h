@@ -3,6 +3,7 @@
 
 #include "study/statistics.h"
 
+#include <cstdint>
 #include <string>
 #include <vector>
 

@@ -3,6 +3,9 @@
 
 #include "study/report.h"
 
+#include <string>
+#include <vector>
+
 namespace velatura::study {
 
 /// The table of knobs from the results of the settings: what to look at first comes first.

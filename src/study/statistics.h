@@ -5,6 +5,7 @@
 #include "study/tally.h"
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <vector>
 

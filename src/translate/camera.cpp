@@ -18,7 +18,7 @@ struct Aperture {
 };
 
 /// Fits the aperture to the picture, or for adjustPixelAspectRatio the pixels to the aperture.
-/// Ref: UsdRenderSettingsBase aspectRatioConformPolicy (USD.md §5d).
+/// Ref: UsdRenderSettingsBase aspectRatioConformPolicy.
 Aperture conform(Context& ctx, const Aperture& authored) {
     scene::RenderSettings& settings = ctx.scene.settings;
     const double image = settings.pixel_aspect_ratio * settings.width / settings.height;

@@ -9,6 +9,7 @@
 #include "usd/stage/skeleton.h"
 #include "usd/stage/stage.h"
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
@@ -17,6 +18,7 @@
 #include <tuple>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
 namespace velatura::translate {

@@ -16,7 +16,7 @@ struct InstanceRows {
     std::vector<double> scales;        ///< [instance][3]
     std::vector<double> orientations;  ///< [instance](x, y, z, w), length not promised
 
-    /// S · R · T of instance i, row vectors. Ref: UsdGeomPointInstancer, USD.md §5b.
+    /// S · R · T of instance i, row vectors. Ref: UsdGeomPointInstancer.
     Mat4d matrix(size_t i) const;
 };
 

@@ -18,7 +18,8 @@ double disk_area(double radius, const Mat4d& m);
 double sphere_area(double radius, const Mat4d& m);
 /// Side of the (maybe oblique, elliptic) cylinder along x, without caps.
 double cylinder_area(double radius, double length, const Mat4d& m);
-/// Divisor of a distant light of this apex angle in degrees; 1 for angle 0. USD.md §5a.
+/// Divisor of a distant light of this apex angle in degrees; 1 for angle 0. Ref:
+/// UsdLux clarification proposal, DistantLight.
 double distant_divisor(double angle_deg);
 
 }  // namespace velatura::translate

@@ -11,7 +11,7 @@ namespace velatura::translate {
 
 namespace {
 
-/// Names that gains and layers give another meaning (DESIGN §5, §6).
+/// Names that gains and layers give another meaning (docs/layers.md, docs/compositing.md).
 bool is_reserved(const std::string& name) {
     static const std::unordered_set<std::string> words = {
         "env", "emissive", "rest", "direct", "indirect", "tail", "shadow", "all"};

@@ -97,7 +97,8 @@ bool give_extent(Context& ctx, Prim prim, scene::Light& light, Vec3d& sizes) {
     return true;
 }
 
-/// Rotation that puts a Y pole on Z, longitude 0 from +Z to −Y. USD.md §5a, DomeLight_1.
+/// Rotation that puts a Y pole on Z, longitude 0 from +Z to −Y. Ref: UsdLuxDomeLight_1
+/// poleAxis.
 Mat4d z_pole() {
     return Mat4d(1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1);
 }

@@ -3,6 +3,9 @@
 
 #include "translate/context.h"
 
+#include <cstdint>
+#include <vector>
+
 namespace velatura::translate {
 
 /// Notes whether the light's collections lightLink and shadowLink say more than "everything", so

@@ -5,6 +5,7 @@
 #include "scene/scene.h"
 #include "translate/context.h"
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>

@@ -4,6 +4,7 @@
 #include "translate/context.h"
 #include "translate/skinning.h"
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>

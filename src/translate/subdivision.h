@@ -5,6 +5,8 @@
 #include "translate/context.h"
 #include "translate/mesh_faces.h"
 
+#include <vector>
+
 namespace velatura::translate {
 
 /// The subdivisionScheme of a mesh; an unknown one is catmullClark, with a warning.

@@ -4,6 +4,7 @@
 #include "base/math.h"
 #include "usd/stage/stage.h"
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>

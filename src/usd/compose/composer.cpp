@@ -109,7 +109,7 @@ void Composer::prefetch_arcs(const LayerStack& stack) {
             add_items(spec.field_as<layer::PayloadListOp>(names.payload));
         });
         for (const std::string& asset : assets)
-            files.insert(registry_.resolve(asset, layer.real_path()));
+            files.insert(registry_.resolve(asset, layer.identifier()));
         assets.clear();
     }
     registry_.prefetch(std::vector<std::string>(files.begin(), files.end()));

@@ -140,13 +140,6 @@ std::string LayerRegistry::resolve(std::string_view asset, const std::string& an
     return resolve_from(asset, anchor_file);
 }
 
-void LayerRegistry::add(LayerPtr layer) {
-    const std::lock_guard lock(mutex_);
-    const std::string identifier = layer->identifier();
-    order_.push_back(identifier);
-    layers_.emplace(identifier, Result<LayerPtr>(std::move(layer)));
-}
-
 std::vector<std::string> LayerRegistry::opened() const {
     const std::lock_guard lock(mutex_);
     return order_;

@@ -64,9 +64,6 @@ class LayerRegistry {
     /// of opening, diagnostics and errors come about as the calls of open() follow one another.
     void prefetch(std::span<const std::string> files);
 
-    /// Adds a layer that no file holds ("anonymous:…"), so that open() finds it by its identifier.
-    void add(LayerPtr layer);
-
     /// Before any layer is opened; see ComposeOptions.
     void set_reads_materialx(bool reads) { reads_materialx_ = reads; }
 

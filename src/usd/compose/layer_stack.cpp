@@ -145,7 +145,7 @@ class LayerStackBuilder {
         std::vector<std::string> files;
         for (const layer::SubLayer& sub : authored) {
             if (!sub.asset.empty() && !layer::is_expression(sub.asset))
-                files.push_back(registry_.resolve(sub.asset, layer->real_path()));
+                files.push_back(registry_.resolve(sub.asset, layer->identifier()));
         }
         registry_.prefetch(files);
         for (const layer::SubLayer& sub : authored)
@@ -170,7 +170,7 @@ class LayerStackBuilder {
                                    "empty asset path in subLayers");
             return;
         }
-        Result<LayerPtr> opened = registry_.open(registry_.resolve(*asset, layer.real_path()));
+        Result<LayerPtr> opened = registry_.open(registry_.resolve(*asset, layer.identifier()));
         if (!opened) {
             report(ErrorKind::InvalidSublayerPath, sub.loc,
                    fmt::format("cannot open sublayer @{}@: {}", *asset, opened.error().message));

@@ -8,6 +8,7 @@
 #include "usd/layer/layer.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 

@@ -80,20 +80,4 @@ std::string PrimIndex::instance_key() const {
     return key;
 }
 
-std::string PrimIndex::to_string() const {
-    std::string text;
-    if (!is_valid()) return text;
-    graph_.visit(0, [&](int i) {
-        const Node& n = graph_[i];
-        int depth = 0;
-        for (int p = n.parent; p >= 0; p = graph_[p].parent) ++depth;
-        text += fmt::format("{:{}}{} {} <{}>{}{}{}{}\n", "", 2 * depth, arc_name(n.arc),
-                            n.stack->identifier(), n.path.to_string(),
-                            n.has_specs ? "" : " no-specs", n.inert ? " inert" : "",
-                            n.culled ? " culled" : "", n.due_to_ancestor ? " ancestral" : "");
-        return true;
-    });
-    return text;
-}
-
 }  // namespace velatura::usd::compose

@@ -42,9 +42,6 @@ class PrimIndex {
     /// such a node, and with specs.
     bool is_instance_node(int node) const;
 
-    /// Text of the graph, one node per line, for debugging and tests.
-    std::string to_string() const;
-
   private:
     friend class PrimIndexer;
 

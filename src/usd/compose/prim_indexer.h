@@ -5,6 +5,7 @@
 #include "usd/compose/site.h"
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>

@@ -5,7 +5,6 @@
 #include "usd/layer/fields.h"
 #include "usd/layer/value.h"
 
-#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -94,7 +93,7 @@ class ReferenceComposer {
                 stack_.evaluate(arc.asset, site_, loc, errors_);
             // An expression that comes to nothing leaves its arc out
             if (!asset || (asset->empty() && !arc.asset.empty())) continue;
-            ReferenceItem item{registry_.resolve(*asset, entry.layer->real_path()), arc.prim_path,
+            ReferenceItem item{registry_.resolve(*asset, entry.layer->identifier()), arc.prim_path,
                                comparable(arc.offset)};
             SiteReference said{*asset, item.file, item.prim_path, item.offset, &entry, loc};
             if (authored) said_.insert_or_assign(item, std::move(said));
@@ -213,12 +212,6 @@ void site_variant_selections(const LayerStack& stack,
                 selections.emplace(selection.first, *value);
         }
     }
-}
-
-bool site_has_variant_selections(const LayerStack& stack, Path site) {
-    return std::any_of(stack.layers().begin(), stack.layers().end(), [&](const StackLayer& entry) {
-        return entry.layer->field(site, layer::fields().variant_selection) != nullptr;
-    });
 }
 
 bool site_has_variant(const LayerStack& stack,

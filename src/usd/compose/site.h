@@ -69,9 +69,6 @@ void site_variant_selections(const LayerStack& stack,
                              layer::Path site,
                              std::map<std::string, std::string>& selections);
 
-/// True when some layer selects a variant of some set at the site.
-bool site_has_variant_selections(const LayerStack& stack, layer::Path site);
-
 /// True when some layer holds this variant.
 bool site_has_variant(const LayerStack& stack,
                       layer::Path site,

@@ -92,8 +92,6 @@ enum class TypeId : uint8_t {
     AnimationBlock = 60,
 };
 
-inline constexpr int type_id_count = 61;
-
 /// Where a value is and what it is: payload of 48 bits (an offset in the file, or the value
 /// itself), type, flags.
 struct ValueRep {
@@ -142,8 +140,6 @@ enum class SpecForm : uint32_t {
     Variant = 10,
     VariantSet = 11,
 };
-
-inline constexpr uint32_t spec_form_count = 12;
 
 /// Ends a run of fields in the table of field sets.
 inline constexpr uint32_t field_set_end = 0xffffffff;

@@ -13,7 +13,6 @@ struct FieldNames {
     Token sub_layer_offsets{"subLayerOffsets"};  ///< std::vector<LayerOffset>, as long as subLayers
     Token layer_relocates{"layerRelocates"};     ///< Relocates
     Token expression_variables{"expressionVariables"};
-    Token custom_layer_data{"customLayerData"};
     Token time_codes_per_second{"timeCodesPerSecond"};
     Token frames_per_second{"framesPerSecond"};
     Token start_time_code{"startTimeCode"};
@@ -39,7 +38,6 @@ struct FieldNames {
     Token api_schemas{"apiSchemas"};              ///< TokenListOp
     Token clips{"clips"};
     Token clip_sets{"clipSets"};
-    Token asset_info{"assetInfo"};
     Token custom_data{"customData"};
     Token permission{"permission"};
     Token documentation{"documentation"};

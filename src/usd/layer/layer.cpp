@@ -65,11 +65,7 @@ void Spec::set_field(Token name, Value value, SourceLoc loc) {
     }
 }
 
-void Spec::erase_field(Token name) {
-    std::erase_if(fields_, [&](const Field& f) { return f.name == name; });
-}
-
-Layer::Layer(std::string identifier) : identifier_(identifier), real_path_(std::move(identifier)) {
+Layer::Layer(std::string identifier) : identifier_(std::move(identifier)) {
     root_ = &add_entry(Path::absolute_root(), SpecKind::PseudoRoot, {});
 }
 

@@ -16,6 +16,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace velatura::usd::layer {
@@ -87,8 +88,6 @@ class Spec {
     /// Replaces all fields; they must be sorted by name, each name once.
     void set_fields(std::vector<Field> fields) { fields_ = std::move(fields); }
 
-    void erase_field(Token name);
-
     void set_loc(SourceLoc loc) { loc_ = loc; }
 
     void add_prim_child(Token name) { children().prims.push_back(name); }
@@ -135,13 +134,8 @@ class Layer {
     Layer(const Layer&) = delete;
     Layer& operator=(const Layer&) = delete;
 
-    /// The name it was opened by.
+    /// The resolved name it was opened by, against which its asset paths are resolved.
     const std::string& identifier() const { return identifier_; }
-
-    /// The file it was read from; equal to the identifier unless set.
-    const std::string& real_path() const { return real_path_; }
-
-    void set_real_path(std::string path) { real_path_ = std::move(path); }
 
     /// Diagnostics id of the file.
     uint32_t file_id() const { return file_id_; }
@@ -216,7 +210,6 @@ class Layer {
     Spec& add_entry(Path path, SpecKind kind, SourceLoc loc);
 
     std::string identifier_;
-    std::string real_path_;
     uint32_t file_id_ = 0;
     std::deque<Entry> entries_;  ///< erased ones have an empty path
     PointerTable<Entry> index_;

@@ -53,10 +53,6 @@ struct ListOp {
     /// over a list that is not known yet).
     std::optional<ListOp> composed_over(const ListOp& weaker) const;
 
-    /// The same edits with no item in two lists: appended beats prepended beats deleted. Explicit
-    /// lists, added and ordered items only lose their duplicates.
-    ListOp reduced() const;
-
     /// The op with every item mapped; items for which `map` gives nullopt are dropped.
     template <class Map>
     ListOp transformed(const Map& map) const;
@@ -151,19 +147,6 @@ std::optional<ListOp<T>> ListOp<T>::composed_over(const ListOp& weaker) const {
     result.deleted.insert(result.deleted.end(), deleted.begin(), deleted.end());
     result.prepended.insert(result.prepended.begin(), prepended.begin(), prepended.end());
     result.appended.insert(result.appended.end(), appended.begin(), appended.end());
-    return result;
-}
-
-template <class T>
-ListOp<T> ListOp<T>::reduced() const {
-    ListOp result = *this;
-    for (std::vector<T>* list : {&result.explicit_items, &result.added, &result.prepended,
-                                 &result.appended, &result.deleted, &result.ordered}) {
-        unique_in_order(*list);
-    }
-    erase_all(result.prepended, result.appended);
-    erase_all(result.deleted, result.prepended);
-    erase_all(result.deleted, result.appended);
     return result;
 }
 

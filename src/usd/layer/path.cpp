@@ -213,12 +213,6 @@ Path Path::prim_path() const {
     return p;
 }
 
-Path Path::prim_or_variant_path() const {
-    Path p = *this;
-    while (p.node_ && p.kind() > PathKind::VariantSelection) p = Path(p.node_->parent);
-    return p;
-}
-
 Path Path::append_child(Token prim_name) const {
     if (kind() > PathKind::VariantSelection) return {};
     return PathTable::append(*this, PathKind::Prim, prim_name);
@@ -257,14 +251,6 @@ Path Path::append_mapper_argument(Token name) const {
 Path Path::append_expression() const {
     if (!is_property()) return {};
     return PathTable::append(*this, PathKind::Expression, {});
-}
-
-Path Path::append_path(Path relative) const {
-    if (is_empty() || relative.is_empty() || relative.is_absolute()) return {};
-    Path result = *this;
-    for (const Node* n : chain(relative.node_, relative_root().node_))
-        result = append_like(result, *n);
-    return result;
 }
 
 bool Path::has_prefix(Path prefix) const {
@@ -314,19 +300,6 @@ Path Path::strip_variant_selections() const {
         if (nodes[i]->kind != PathKind::VariantSelection) result = append_like(result, *nodes[i]);
     }
     return result;
-}
-
-Path Path::common_prefix(Path other) const {
-    const Node* a = node_;
-    const Node* b = other.node_;
-    while (a && b && a != b) {
-        if (a->depth >= b->depth) {
-            a = a->parent;
-        } else {
-            b = b->parent;
-        }
-    }
-    return a && b ? Path(a) : Path();
 }
 
 std::vector<Path> Path::prefixes() const {

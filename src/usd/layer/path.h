@@ -88,8 +88,6 @@ class Path {
     Path target() const;        ///< of a Target or Mapper element, else empty
     /// Nearest prim: without property parts and trailing variant selections; "/" or "." stay.
     Path prim_path() const;
-    /// Nearest prim or variant selection: without property parts.
-    Path prim_or_variant_path() const;
 
     Path append_child(Token prim_name) const;
 
@@ -105,9 +103,6 @@ class Path {
     Path append_mapper(Path target) const;
     Path append_mapper_argument(Token name) const;
     Path append_expression() const;
-    /// Appends a relative path ("." changes nothing, ".." steps up); empty when it is absolute or
-    /// cannot fit.
-    Path append_path(Path relative) const;
 
     /// This path is `prefix` or lies below it (targets are not looked into).
     bool has_prefix(Path prefix) const;
@@ -117,7 +112,6 @@ class Path {
     /// leaves the root.
     Path make_absolute(Path anchor) const;
     Path strip_variant_selections() const;
-    Path common_prefix(Path other) const;
     /// Every prefix from the root element to the path itself ("/A", "/A/B", "/A/B.c").
     std::vector<Path> prefixes() const;
 

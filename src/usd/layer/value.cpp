@@ -57,18 +57,6 @@ bool Value::operator==(const Value& o) const {
     return equal[size_t(type_)](*this, o);
 }
 
-const Value* Dictionary::find_path(std::string_view key_path) const {
-    const Dictionary* dictionary = this;
-    while (true) {
-        const size_t colon = key_path.find(':');
-        const Value* v = dictionary->find(key_path.substr(0, colon));
-        if (!v || colon == std::string_view::npos) return v;
-        dictionary = v->get_if<Dictionary>();
-        if (!dictionary) return nullptr;
-        key_path.remove_prefix(colon + 1);
-    }
-}
-
 Dictionary Dictionary::merged_over(const Dictionary& weaker) const {
     Dictionary result = weaker;
     for (const auto& [key, value] : entries) {

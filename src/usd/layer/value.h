@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstring>
+#include <functional>
 #include <map>
 #include <memory>
 #include <new>
@@ -197,9 +198,6 @@ class Dictionary {
         const auto it = entries.find(key);
         return it == entries.end() ? nullptr : &it->second;
     }
-
-    /// The value under "a:b:c" of nested dictionaries, else nullptr.
-    const Value* find_path(std::string_view key_path) const;
 
     /// This dictionary's entries over `weaker`'s, nested dictionaries merged likewise.
     Dictionary merged_over(const Dictionary& weaker) const;

@@ -8,6 +8,7 @@
 #include "usd/materialx/document.h"
 #include "usd/materialx/node_names.h"
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>

@@ -239,7 +239,7 @@ class DefinitionBuilder {
         for (size_t i = 0; i < count; ++i) {
             const double time = *first + double(i) * *stride;
             const std::string asset = template_file(parts, time);
-            const std::string file = registry_.resolve(asset, draft_->anchor->layer->real_path());
+            const std::string file = registry_.resolve(asset, draft_->anchor->layer->identifier());
             if (!compose::LayerRegistry::exists(file)) continue;
             add_knot(time, times);
             active.emplace_back(draft_->to_stage.apply(time + offset.value_or(0.0)),

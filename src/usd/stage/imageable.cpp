@@ -8,13 +8,6 @@ bool is_visible_itself(Prim prim, TimeCode time) {
     return !visibility || *visibility != "invisible";
 }
 
-bool is_visible(Prim prim, TimeCode time) {
-    for (; prim && !prim.is_pseudo_root(); prim = prim.parent()) {
-        if (!is_visible_itself(prim, time)) return false;
-    }
-    return true;
-}
-
 std::string computed_purpose(Prim prim) {
     for (; prim && !prim.is_pseudo_root(); prim = prim.parent()) {
         if (!prim.is_a("Imageable")) continue;

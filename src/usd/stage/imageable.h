@@ -7,10 +7,7 @@
 
 namespace velatura::usd::stage {
 
-/// False when the prim or an ancestor is "invisible" at this time; nothing below re-shows.
-bool is_visible(Prim prim, TimeCode time = {});
-
-/// False when the prim's own opinion is "invisible"; for callers that walk down and prune.
+/// False when the prim's own opinion is "invisible": then everything below it is invisible too.
 bool is_visible_itself(Prim prim, TimeCode time = {});
 
 /// "default", "render", "proxy" or "guide": authored on this Imageable, else of the nearest

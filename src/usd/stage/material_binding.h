@@ -21,7 +21,7 @@ struct MaterialBinding {
 /// Resolves material bindings for `prim` (a gprim or a GeomSubset): purpose first, then
 /// all-purpose; nearest wins unless an ancestor says strongerThanDescendants; collection bindings
 /// beat direct ones on one prim. `purpose` is "full", "preview" or "" (all-purpose only). Ref:
-/// UsdShadeMaterialBindingAPI; USD.md §5c.
+/// UsdShadeMaterialBindingAPI.
 MaterialBinding resolve_material(Prim prim, std::string_view purpose = "full");
 
 /// GeomSubsets of a mesh that bind materials: familyName "materialBind", elementType "face", in

@@ -152,34 +152,12 @@ std::vector<Token> Prim::property_names() const {
     return names;
 }
 
-std::vector<Attribute> Prim::attributes() const {
-    std::vector<Attribute> result;
-    for (const Token& name : property_names()) {
-        const Attribute attribute(*this, name);
-        if (attribute.is_authored()) result.push_back(attribute);
-    }
-    return result;
-}
-
-std::vector<Relationship> Prim::relationships() const {
-    std::vector<Relationship> result;
-    for (const Token& name : property_names()) {
-        const Relationship relationship(*this, name);
-        if (relationship.is_valid()) result.push_back(relationship);
-    }
-    return result;
-}
-
 Attribute Prim::attribute(std::string_view name) const {
     return Attribute(*this, Token(name));
 }
 
 Relationship Prim::relationship(std::string_view name) const {
     return Relationship(*this, Token(name));
-}
-
-bool Prim::has_property(std::string_view name) const {
-    return !property_specs(*data_, Token(name)).empty();
 }
 
 std::optional<Value> Prim::metadata(std::string_view key) const {

@@ -165,10 +165,6 @@ bool Attribute::has_authored_value() const {
     return source != ValueSource::None && source != ValueSource::Blocked;
 }
 
-bool Attribute::has_value() const {
-    return has_authored_value() || (prim_ && fallback());
-}
-
 std::optional<Value> Attribute::fallback() const {
     const SchemaAttribute* declared = find_declaration(prim_, name_);
     return declared ? schema_fallback(*declared) : std::nullopt;

@@ -154,10 +154,6 @@ std::string_view schema_base(std::string_view type) {
     return found ? found->base : std::string_view();
 }
 
-bool schema_is_known(std::string_view schema) {
-    return find_schema(schema) != nullptr;
-}
-
 bool schema_is_a(std::string_view type, std::string_view base) {
     for (; !type.empty(); type = schema_base(type)) {
         if (type == base) return true;

@@ -22,8 +22,6 @@ struct SchemaAttribute {
 /// Base type of a typed schema; "" for roots and unknown types.
 std::string_view schema_base(std::string_view type);
 bool schema_is_a(std::string_view type, std::string_view base);
-/// True when this table knows the type or API name.
-bool schema_is_known(std::string_view schema);
 /// API schemas that a type has without authoring them ("SphereLight" → "LightAPI").
 std::span<const std::string_view> schema_builtin_apis(std::string_view type);
 /// The declaration of an attribute on one schema or the bases of a typed one; nullptr when there is

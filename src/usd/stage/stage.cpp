@@ -51,12 +51,6 @@ Prim Stage::prim_at(std::string_view path) const {
     return Prim(impl_->find(Path::from(path)));
 }
 
-Attribute Stage::attribute_at(const Path& path) const {
-    if (!path.is_property()) return {};
-    const Prim prim = prim_at(path.prim_path());
-    return prim ? Attribute(prim, path.name()) : Attribute();
-}
-
 Prim Stage::default_prim() const {
     const std::vector<const layer::Layer*> layers = impl_->root_layers();
     const Path path = layers.back()->default_prim();

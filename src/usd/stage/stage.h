@@ -53,8 +53,6 @@ class Stage {
     /// none.
     Prim prim_at(const layer::Path& path) const;
     Prim prim_at(std::string_view path) const;
-    /// Attribute at "/Prim.name"; invalid when the prim does not exist.
-    Attribute attribute_at(const layer::Path& path) const;
     /// Prim that the root layer's defaultPrim names; invalid when none.
     Prim default_prim() const;
     /// One instance of every prototype, in the order found: the prims whose children stand for all
@@ -143,11 +141,8 @@ class Prim {
 
     /// Names of authored properties, sorted.
     std::vector<layer::Token> property_names() const;
-    std::vector<Attribute> attributes() const;        ///< authored ones, sorted by name
-    std::vector<Relationship> relationships() const;  ///< authored ones, sorted by name
     Attribute attribute(std::string_view name) const;
     Relationship relationship(std::string_view name) const;
-    bool has_property(std::string_view name) const;  ///< authored
 
     /// Composed metadata: strongest opinion; list-ops composed, dictionaries merged.
     std::optional<layer::Value> metadata(std::string_view key) const;
@@ -202,7 +197,6 @@ class Attribute {
 
     ValueSource value_source() const;
     bool has_authored_value() const;  ///< default, samples, spline or clips, not blocked
-    bool has_value() const;           ///< authored or fallback
     /// Resolved value, interpolated between samples; an empty Value when there is none or it is
     /// blocked.
     layer::Value value(TimeCode time = {}) const;

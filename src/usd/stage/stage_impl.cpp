@@ -219,7 +219,7 @@ const Value* StageImpl::root_field(Token name) const {
 
 std::string StageImpl::resolve_asset(const std::string& asset, const layer::Layer& layer) {
     const std::lock_guard lock(mutex_);
-    return composer_.registry().resolve(asset, layer.real_path());
+    return composer_.registry().resolve(asset, layer.identifier());
 }
 
 compose::LayerPtr StageImpl::open_asset_layer(const std::string& asset,
@@ -227,7 +227,7 @@ compose::LayerPtr StageImpl::open_asset_layer(const std::string& asset,
                                               const std::string& what,
                                               SourceLoc loc) {
     const std::lock_guard lock(mutex_);
-    const std::string file = composer_.registry().resolve(asset, from.real_path());
+    const std::string file = composer_.registry().resolve(asset, from.identifier());
     const Result<compose::LayerPtr> opened = composer_.registry().open(file);
     if (opened) return *opened;
     diagnostics_.warn(

@@ -3,6 +3,7 @@
 
 #include "usd/layer/value.h"
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>

@@ -21,7 +21,7 @@ struct LocalTransform {
 /// matrix; ops before
 /// "!resetXformStack!" are dropped. A listed op without a value is the identity. Unknown op types,
 /// singular inverts and ops of the wrong value type go to the stage's diagnostics and count as
-/// identity. Ref: UsdGeomXformable, UsdGeomXformOp; USD.md §5b.
+/// identity. Ref: UsdGeomXformable, UsdGeomXformOp.
 LocalTransform local_transform(Prim prim, TimeCode time = {});
 
 /// Transform from the prim's local space to the world of the stage: local matrices from the prim up

@@ -23,11 +23,6 @@ std::vector<layer::Token> tokens(const std::vector<std::string>& texts) {
 
 }  // namespace
 
-bool is_text_layer(std::string_view bytes) {
-    bytes = without_mark(bytes);
-    return bytes.starts_with("#usda ") || bytes.starts_with("#sdf ");
-}
-
 Result<std::shared_ptr<layer::Layer>> read_text_layer(std::string_view bytes,
                                                       std::string identifier,
                                                       Diagnostics& diagnostics,

@@ -7,8 +7,10 @@
 #include "usd/text/scanner.h"
 #include "usd/text/value_parser.h"
 
+#include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace velatura::usd::text {

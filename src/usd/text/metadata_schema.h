@@ -3,6 +3,7 @@
 
 #include "usd/layer/type_name.h"
 
+#include <cstdint>
 #include <string_view>
 
 namespace velatura::usd::text {

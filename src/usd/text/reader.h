@@ -18,9 +18,6 @@ struct TextOptions {
     bool allow_variants_in_arc_paths = false;
 };
 
-/// The bytes start like a text layer ("#usda " or "#sdf ", perhaps after a byte order mark).
-bool is_text_layer(std::string_view bytes);
-
 /// Reads a text layer (.usda). What is wrong goes into `diagnostics` with file:line:column; a layer
 /// with errors is no layer (Error "usd-parse"), but reading goes on to report as much as it can.
 /// Every spec and field keeps its place; relative target, connection and arc paths come out

@@ -122,10 +122,6 @@ class Scanner {
     /// Reports bytes that are not UTF-8; false when there are any.
     bool check_utf8();
 
-    const char* position() const { return at_; }
-
-    std::string_view text_from(const char* begin) const { return {begin, size_t(at_ - begin)}; }
-
   private:
     /// Neither a blank nor the begin of a line end or comment.
     static bool is_plain(char c) { return c > ' ' && c != '#' && c != '/'; }

@@ -6,7 +6,9 @@
 #include "usd/text/scanner.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace velatura::usd::text {

@@ -164,10 +164,4 @@ void append_value(std::string& out, const Value& value) {
     }
 }
 
-std::string write_text_value(const Value& value) {
-    std::string out;
-    append_value(out, value);
-    return out;
-}
-
 }  // namespace velatura::usd::text

@@ -13,9 +13,6 @@ namespace velatura::usd::text {
 /// Specification 1.0.1, 16.2; the layout is that of Pixar's writer.
 std::string write_text_layer(const layer::Layer& layer, std::string_view header = "#usda 1.0");
 
-/// One value as it stands at the right of '='; "None" for blocks.
-std::string write_text_value(const layer::Value& value);
-
 /// Order of names in written layers: letters regardless of case, runs of digits by their number.
 bool dictionary_less(std::string_view a, std::string_view b);
 

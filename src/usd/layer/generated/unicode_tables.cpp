@@ -6,7 +6,6 @@ namespace velatura::usd::layer {
 namespace {
 
 // Unicode 14.0, DerivedCoreProperties.txt: XID_Start and XID_Continue above U+007F.
-// clang-format off
 constexpr CodePointRange start_ranges[] = {
     {0x00aa, 0x00aa}, {0x00b5, 0x00b5}, {0x00ba, 0x00ba}, {0x00c0, 0x00d6}, {0x00d8, 0x00f6},
     {0x00f8, 0x02c1}, {0x02c6, 0x02d1}, {0x02e0, 0x02e4}, {0x02ec, 0x02ec}, {0x02ee, 0x02ee},
@@ -325,7 +324,6 @@ constexpr CodePointRange continue_ranges[] = {
     {0x2b820, 0x2cea1}, {0x2ceb0, 0x2ebe0}, {0x2f800, 0x2fa1d}, {0x30000, 0x3134a},
     {0xe0100, 0xe01ef},
 };
-// clang-format on
 
 }  // namespace
 

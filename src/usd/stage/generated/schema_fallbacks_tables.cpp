@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+// Facts of the schema.usda files of OpenUSD 24.08; meaning in schema_tables.h.
 #include "usd/stage/schema_tables.h"
 
 namespace velatura::usd::stage {
 
-// clang-format off
 std::span<const SchemaType> schema_types() {
     static const std::vector<SchemaType> types = {
         {"Imageable", "", {}},
@@ -333,7 +333,5 @@ std::span<const SchemaAttribute> schema_attributes() {
     };
     return attributes;
 }
-
-// clang-format on
 
 }  // namespace velatura::usd::stage
