@@ -3,6 +3,9 @@
 
 #include "plugins/openimageio/apart/picture_source.h"
 
+#include <memory>
+#include <string>
+
 namespace velatura::plugins::openimageio {
 
 /// Decodes in this process, by OpenImageIO: what a decoder does to memory, and how long it takes,

@@ -3,6 +3,11 @@
 
 #include "image/picture_library.h"
 
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
 namespace velatura::plugins::openimageio {
 
 /// All formats of OpenImageIO.

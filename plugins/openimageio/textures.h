@@ -3,6 +3,8 @@
 
 #include "shading/texture_source.h"
 
+#include <memory>
+
 namespace velatura::plugins::openimageio {
 
 /// OpenImageIO's TextureSystem, one of its own for each source.

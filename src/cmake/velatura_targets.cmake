@@ -8,7 +8,7 @@ target_compile_options(velatura_warnings INTERFACE
   # GCC 12 warns about its own std::string (bug 105329)
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
 
-# Numbers must not depend on how the compiler fuses operations (RIGOR: watertight edge functions, bit-equality).
+# Numbers must not depend on how the compiler fuses operations (docs/numerics.md: watertight edge functions, bit-equality).
 add_library(velatura_numerics INTERFACE)
 # Nobody reads errno or the flags of floating-point exceptions, and no function of ours is replaced when a plugin is loaded:
 # roots become single instructions and calls within a file can be inlined. No result depends on it.
@@ -25,6 +25,8 @@ function(add_tier name)
     add_library(${target} STATIC ${TIER_SOURCES})
     set(scope PUBLIC)
     target_link_libraries(${target} PRIVATE velatura_warnings)
+    string(REPLACE "/" "_" underscored ${name})
+    use_precompiled(${target} ${velatura_set_of_${underscored}})
     if(TIER_HOT)
       target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O3>)
     endif()
@@ -68,10 +70,19 @@ function(add_plugin name)
   add_dependencies(velatura velatura_plugin_${name})
 endfunction()
 
+# add_program_objects(TARGET SET SOURCES...): the sources of a program as an object library TARGET: objects with -fPIC, as
+# tiers have, take the precompiled headers SET of these.
+function(add_program_objects target set)
+  add_library(${target} OBJECT ${ARGN})
+  use_precompiled(${target} ${set})
+  target_link_libraries(${target} PRIVATE velatura_warnings velatura_numerics)
+endfunction()
+
 # add_plugin_library(TARGET FOLDER NAME SOURCES ... DEPENDS ...): FOLDER/velatura_NAME.so, which shows its entry point only.
 function(add_plugin_library target folder name)
   cmake_parse_arguments(LIBRARY "" "" "SOURCES;DEPENDS" ${ARGN})
   add_library(${target} MODULE ${LIBRARY_SOURCES})
+  use_precompiled(${target} base)
   target_link_libraries(${target} PRIVATE velatura_warnings velatura_numerics velatura_plugin ${LIBRARY_DEPENDS})
   target_include_directories(${target} PRIVATE ${CMAKE_SOURCE_DIR})
   # Templates of std are visible whatever the compiler is told: a library would take those of the plugin for its own
@@ -80,19 +91,73 @@ function(add_plugin_library target folder name)
     CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
 endfunction()
 
-# add_tier_test(NAME SOURCES ... DEPENDS ... LABELS ...): GoogleTest program velatura_test_NAME, discovered by ctest.
-function(add_tier_test name)
-  cmake_parse_arguments(T "" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})
-  string(REPLACE "/" "_" target velatura_test_${name})
-  if(NOT T_TIMEOUT)
-    set(T_TIMEOUT 300)
-  endif()
-  if(NOT T_LABELS)
-    set(T_LABELS unit)
-  endif()
-  add_executable(${target} ${T_SOURCES})
-  target_link_libraries(${target} PRIVATE velatura_warnings velatura_numerics ${T_DEPENDS} velatura_hard_case GTest::gtest GTest::gtest_main)
+# add_tier_test(SUITE PROGRAM NAME SOURCES ... DEPENDS ... USES ... FULL ...): the tests of one folder, as objects of the test
+# program velatura_test_NAME (tests/CMakeLists.txt). USES: programs and plugins that the tests start or open. FULL: patterns
+# of GoogleTest for the tests that only `./dev test --full` runs; all others are quick.
+function(add_tier_test suite)
+  cmake_parse_arguments(T "" "PROGRAM" "SOURCES;DEPENDS;USES;FULL" ${ARGN})
+  string(REPLACE "/" "_" target velatura_suite_${suite})
+  add_library(${target} OBJECT ${T_SOURCES})
+  use_precompiled(${target} ${velatura_set_of_program_${T_PROGRAM}})
+  # Half of the time that -O2 takes; the functions of Imath must still be inlined
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1> $<$<AND:$<CONFIG:Release>,$<CXX_COMPILER_ID:GNU>>:-finline-small-functions>)
+  target_link_libraries(${target} PRIVATE velatura_warnings PUBLIC velatura_numerics ${T_DEPENDS} velatura_hard_case GTest::gtest)
+  target_include_directories(${target} PRIVATE ${CMAKE_SOURCE_DIR}/tests ${CMAKE_SOURCE_DIR}/tests/base)
   target_compile_definitions(${target} PRIVATE VELATURA_SOURCE_DIR="${CMAKE_SOURCE_DIR}" VELATURA_BIN_DIR="${CMAKE_BINARY_DIR}/bin")
+  string(REPLACE "/" "_" suite_name ${suite})
+  set_property(GLOBAL APPEND PROPERTY velatura_suites_${T_PROGRAM} ${suite_name})
+  set_property(GLOBAL APPEND PROPERTY velatura_uses_${T_PROGRAM} ${T_USES})
+  set_property(GLOBAL APPEND PROPERTY velatura_full_${T_PROGRAM} ${T_FULL})
+endfunction()
+
+# add_test_program(NAME [TIMEOUT S]): velatura_test_NAME of all suites that name it. ctest discovers its tests when it starts,
+# once for each label: NAME and quick, NAME and full.
+function(add_test_program name)
+  cmake_parse_arguments(P "" "TIMEOUT" "" ${ARGN})
+  if(NOT P_TIMEOUT)
+    set(P_TIMEOUT 300)
+  endif()
+  set(target velatura_test_${name})
+  get_property(suites GLOBAL PROPERTY velatura_suites_${name})
+  get_property(uses GLOBAL PROPERTY velatura_uses_${name})
+  get_property(full GLOBAL PROPERTY velatura_full_${name})
+  if(NOT suites)
+    return()
+  endif()
+  set(source ${CMAKE_CURRENT_BINARY_DIR}/${target}.cpp)
+  file(CONFIGURE OUTPUT ${source} CONTENT "// The tests are objects of their suites\n")
+  add_executable(${target} ${source})
+  list(TRANSFORM suites PREPEND velatura_suite_ OUTPUT_VARIABLE objects)
+  target_link_libraries(${target} PRIVATE ${objects} GTest::gtest_main)
   set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
-  gtest_discover_tests(${target} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT ${T_TIMEOUT} LABELS "${T_LABELS}")
+  foreach(used IN LISTS uses)
+    if(TARGET ${used})
+      add_dependencies(${target} ${used})
+    endif()
+  endforeach()
+  list(JOIN full ":" full)
+  set(options DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60)
+  if(full)
+    gtest_discover_tests(${target} ${options} TEST_FILTER "-${full}" TEST_LIST ${target}_quick
+      PROPERTIES TIMEOUT ${P_TIMEOUT} LABELS "quick;${name}")
+    gtest_discover_tests(${target} ${options} TEST_FILTER "${full}" TEST_LIST ${target}_full
+      PROPERTIES TIMEOUT ${P_TIMEOUT} LABELS "full;${name}")
+  else()
+    gtest_discover_tests(${target} ${options} PROPERTIES TIMEOUT ${P_TIMEOUT} LABELS "quick;${name}")
+  endif()
+  # For tests/mutants/run.py: which program holds which suite
+  foreach(suite IN LISTS suites)
+    set_property(GLOBAL APPEND PROPERTY velatura_suite_lines "${suite} ${name}")
+  endforeach()
+endfunction()
+
+# add_test_helper(NAME SOURCES ... DEPENDS ...): static library velatura_helper_NAME of what several suites share.
+function(add_test_helper name)
+  cmake_parse_arguments(H "" "" "SOURCES;DEPENDS" ${ARGN})
+  set(target velatura_helper_${name})
+  add_library(${target} STATIC ${H_SOURCES})
+  use_precompiled(${target} tests)
+  target_include_directories(${target} PUBLIC ${CMAKE_CURRENT_SOURCE_DIR} PRIVATE ${CMAKE_SOURCE_DIR}/tests ${CMAKE_SOURCE_DIR}/tests/base)
+  target_compile_definitions(${target} PRIVATE VELATURA_SOURCE_DIR="${CMAKE_SOURCE_DIR}" VELATURA_BIN_DIR="${CMAKE_BINARY_DIR}/bin")
+  target_link_libraries(${target} PRIVATE velatura_warnings PUBLIC velatura_numerics GTest::gtest ${H_DEPENDS})
 endfunction()

@@ -35,8 +35,8 @@ TestScene patch_scene() {
     return test;
 }
 
-/// Irradiance of a point below the centre of a square with radiance 1: four times the corner
-/// formula (RIGOR §2.2).
+/// Irradiance of a point below the centre of a square with radiance 1: four times the
+/// irradiance below the corner of a quarter of it.
 double irradiance_of_square(double half_size) {
     const double a = half_size / height, q = std::sqrt(1.0 + a * a);
     return 4.0 * a / q * std::atan(a / q);

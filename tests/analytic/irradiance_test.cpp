@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Irradiance of every light on a matte patch against closed forms, through the whole integrator
-// (RIGOR §2.2).
+// Irradiance of every light on a matte patch against closed forms, through the whole
+// integrator.
 #include "test_scene.h"
 
 #include <fmt/format.h>

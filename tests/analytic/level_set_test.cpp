@@ -24,7 +24,7 @@ void add_ball(TestScene& test, scene::MaterialId material) {
         return std::clamp(d, -3 * h, 3 * h);
     };
     auto grid = std::make_shared<const scene::VoxelGrid>(
-        media::make_voxel_grid(scene::Vec3i(n), h, distance, 3 * h, true));
+        make_voxel_grid(scene::Vec3i(n), h, distance, 3 * h, true));
     const Mat4d map = grid->volume_from_lattice * at(middle - Vec3d(center) * double(h));
     scene::Shape shape;
     shape.geometry = scene::LevelSet{std::move(grid), map, {}};

@@ -12,16 +12,16 @@ namespace velatura::test {
 using media::testing::add_field;
 using media::testing::add_volume;
 using media::testing::constant_box;
+using media::testing::make_voxel_grid;
 using scene::LightKind;
 
 /// Lumps of smoke in a box of edge 2 around z = −4, soft at its sides.
 inline scene::VoxelGrid smoke(float density) {
     constexpr int n = 40;
-    scene::VoxelGrid grid =
-        media::make_voxel_grid(scene::Vec3i(n), 2.0f / n, [&](int x, int y, int z) {
-            return density * std::max(0.0f, std::sin(0.4f * float(x)) * std::sin(0.5f * float(y)) +
-                                                0.6f * std::sin(0.3f * float(z)));
-        });
+    scene::VoxelGrid grid = make_voxel_grid(scene::Vec3i(n), 2.0f / n, [&](int x, int y, int z) {
+        return density * std::max(0.0f, std::sin(0.4f * float(x)) * std::sin(0.5f * float(y)) +
+                                            0.6f * std::sin(0.3f * float(z)));
+    });
     Mat4d moved;
     moved.translate(Vec3d(-1, -1, -5));
     grid.volume_from_lattice = grid.volume_from_lattice * moved;

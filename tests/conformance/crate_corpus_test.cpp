@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every crate at hand against its text twin, and every text at hand through the crate writer.
 #include "test_assets.h"
+#include "text_layer.h"
 #include "usd/crate/crate_format.h"
 #include "usd/crate/reader.h"
 #include "usd/crate/writer.h"
@@ -186,7 +187,7 @@ TEST(CrateWriter, BringsEveryTextBack) {
         if (extension != ".usda" && extension != ".usd" && extension != ".sdf") return false;
         if (file.parent_path().filename() == "baseline") return false;
         const auto bytes = open_asset_bytes(file.string());
-        return bytes && text::is_text_layer((*bytes)->bytes());
+        return bytes && is_text_layer((*bytes)->bytes());
     };
     for (const char* const corpus : {"openusd/sdf_parsing", "usd-wg", "aousd", "openusd/imaging"}) {
         int total = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Composed stages against facts that OpenUSD 24.08 stored (USD.md §6, §9): every stored dump must
-// equal `velatura info --dump`, and a flattened stage must dump like the stage it was made from.
+// Composed stages against facts that OpenUSD 24.08 stored: every stored dump must equal
+// `velatura info --dump`, and a flattened stage must dump like the stage it was made from.
 #include "usd/stage/dump.h"
 
 #include "test_assets.h"

@@ -3,6 +3,7 @@
 // writer.
 #include "base/atomic_file.h"
 #include "test_assets.h"
+#include "text_layer.h"
 #include "usd/text/reader.h"
 #include "usd/text/writer.h"
 
@@ -169,7 +170,7 @@ TEST(OpenUsdImaging, ReadsEveryTextLayer) {
     expect_all_read("OpenUSD imaging", test_assets() / "openusd/imaging");
 }
 
-TEST(Luxtest, ReadsEveryTextLayer) {
+TEST(LuxtestLayers, AreRead) {
     expect_all_read("luxtest", test_assets() / "luxtest");
 }
 

@@ -6,6 +6,7 @@
 #include "hard_case.h"
 #include "image/layer_file.h"
 #include "image/layer_header.h"
+#include "image/pixel_means.h"
 #include "sampling/filter.h"
 #include "sampling/sampler.h"
 
@@ -216,7 +217,7 @@ double farthest_from_one(sampling::FilterKind kind, sampling::SamplerKind number
         film.end_pixel(acc);
     }
     double worst = 0;
-    for (const float v : film.snapshot().rgba)
+    for (const float v : image::resolve_rgba(film.sums()))
         worst = hardcase::larger(worst, std::abs(double(v) - 1));
     return worst;
 }

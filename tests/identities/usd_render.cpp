@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usd_render.h"
 
+#include "../media/grid_fixtures.h"
 #include "base/atomic_file.h"
 #include "base/hash.h"
 #include "base/tasks.h"
@@ -9,7 +10,6 @@
 #include "integrator/schedule.h"
 #include "integrator/world.h"
 #include "media/load_volumes.h"
-#include "media/voxel_builder.h"
 #include "translate/translate.h"
 #include "usd/stage/stage.h"
 
@@ -35,14 +35,14 @@ class NamedGrids final : public media::VolumeSource {
             const auto distance = [](int x, int y, int z) {
                 return 0.1f * (Vec3(float(x), float(y), float(z)) - Vec3(9.3f)).length() - 0.7f;
             };
-            return media::make_voxel_grid(scene::Vec3i(20), 0.1f, distance, 0.3f, true);
+            return media::testing::make_voxel_grid(scene::Vec3i(20), 0.1f, distance, 0.3f, true);
         }
         if (request.grid != "waves" && request.grid != "zeros")
             return Error{"volume-grid", "no such grid"};
         const auto wave = [](int x, int y, int z) {
             return 1.0f + std::sin(0.4f * float(x) + 0.7f * float(y) + 0.9f * float(z));
         };
-        return media::make_voxel_grid(scene::Vec3i(20), 0.1f, [&](int x, int y, int z) {
+        return media::testing::make_voxel_grid(scene::Vec3i(20), 0.1f, [&](int x, int y, int z) {
             return request.grid == "waves" ? wave(x, y, z) : 0.0f;
         });
     }

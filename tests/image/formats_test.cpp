@@ -145,7 +145,6 @@ TEST(DisplayTransform, RawViewChangesNothing) {
 TEST(DisplayTransform, AcesViewHitsThePublishedAnchors) {
     const auto t = DisplayTransform::make("", "");
     ASSERT_TRUE(t.has_value()) << t.error().message;
-    EXPECT_EQ(t->view(), "ACES");
     // ACES 1.0 maps scene 0.18 to 4.8 and 16.3 to 48 of 48 cd/m² (SMPTE S-2013-001 and the ODT's
     // tone scale)
     const std::vector<std::pair<float, float>> anchors = {{0.18f, srgb_from_linear(0.1f)},

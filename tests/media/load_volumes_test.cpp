@@ -17,7 +17,7 @@ class FakeSource final : public VolumeSource {
     Result<scene::VoxelGrid> read(const GridRequest& request) const override {
         asked.push_back(request);
         if (request.file != "good") return Error{"volume-file", "cannot be opened"};
-        return make_voxel_grid(scene::Vec3i(4), 1.0f, [](int, int, int) { return 1.0f; });
+        return testing::make_voxel_grid(scene::Vec3i(4), 1.0f, [](int, int, int) { return 1.0f; });
     }
 
     mutable std::vector<GridRequest> asked;

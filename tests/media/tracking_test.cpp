@@ -22,6 +22,7 @@ using scene::VoxelGrid;
 using testing::add_field;
 using testing::add_volume;
 using testing::constant_box;
+using testing::make_voxel_grid;
 
 constexpr float far_away = 1e6f;
 

@@ -14,6 +14,7 @@ namespace {
 
 using sampling::testing::TestRandom;
 using scene::VoxelGrid;
+using testing::make_voxel_grid;
 
 /// A number for a lattice point; most of space is 0.
 float number_of(int x, int y, int z) {

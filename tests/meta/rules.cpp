@@ -122,8 +122,8 @@ std::vector<SourceFile> read_tree(const std::string& root) {
                                                ".clang-format",
                                                ".clang-tidy",
                                                ".gitignore"};
-    static const std::set<std::string> text = {".h",  ".cpp", ".cmake", ".txt",  ".md",
-                                               ".py", ".sh",  ".usda",  ".json", ""};
+    static const std::set<std::string> text = {".h",  ".cpp", ".inl",  ".cmake", ".txt",  ".md",
+                                               ".py", ".sh",  ".usda", ".toml",  ".json", ""};
     std::vector<SourceFile> files;
     const auto add = [&](const fs::path& path) {
         if (!fs::is_regular_file(path) || !text.contains(path.extension().string())) return;
@@ -138,8 +138,9 @@ std::vector<SourceFile> read_tree(const std::string& root) {
         if (!entry.is_directory()) continue;
         for (auto it = fs::recursive_directory_iterator(entry.path());
              it != fs::recursive_directory_iterator(); ++it) {
-            // What generators of scenes make is not ours to read
-            if (it->is_directory() && it->path().filename() == "generated")
+            // What generators of scenes make is not part of the project
+            if (entry.path().filename() == "scenes" && it->is_directory() &&
+                it->path().filename() == "generated")
                 it.disable_recursion_pending();
             add(it->path());
         }
@@ -212,6 +213,21 @@ std::vector<std::string> check_file_size(const SourceFile& file) {
     const size_t limit = file.ends_with(".h") ? 400 : 800;
     if (file.lines.size() <= limit) return {};
     return {violation(file, file.lines.size(), "more than " + std::to_string(limit) + " lines")};
+}
+
+std::vector<std::string> check_line_length(const SourceFile& file) {
+    constexpr size_t limit = 100;
+    if (!file.is_cpp_or_header() || file.path.find("/generated/") != std::string::npos) return {};
+    std::vector<std::string> out;
+    for (size_t i = 0; i < file.lines.size(); ++i) {
+        // A byte 10xxxxxx goes on with the character before it
+        const auto length = std::count_if(file.lines[i].begin(), file.lines[i].end(),
+                                          [](char c) { return (c & 0xC0) != 0x80; });
+        if (size_t(length) > limit)
+            out.push_back(
+                violation(file, i + 1, "more than " + std::to_string(limit) + " columns"));
+    }
+    return out;
 }
 
 std::vector<std::string> check_spdx(const SourceFile& file) {
@@ -328,6 +344,35 @@ std::vector<std::string> check_worst_of_numbers(const SourceFile& file) {
         return {};
     static const std::regex pattern(R"(\bworst\w*(\[\w+\])? = std::max\(worst)");
     return lines_matching(file, pattern, "std::max forgets NaN: hardcase::larger");
+}
+
+std::vector<std::string> check_pages(const SourceFile& file, const std::vector<SourceFile>& tree) {
+    // It names pages that nobody has written
+    if (file.path == "tests/meta/rules_test.cpp") return {};
+    static const std::regex pattern(R"([\w./:-]+\.md\b)");
+    const auto exists = [&](const fs::path& path) {
+        const std::string name = path.lexically_normal().generic_string();
+        return std::any_of(tree.begin(), tree.end(),
+                           [&](const SourceFile& f) { return f.path == name; });
+    };
+    std::vector<std::string> out;
+    for (size_t i = 0; i < file.lines.size(); ++i) {
+        const std::string& line = file.lines[i];
+        if (line.find(".md") == std::string::npos) continue;
+        for (std::sregex_iterator match(line.begin(), line.end(), pattern), end; match != end;
+             ++match) {
+            std::string page = match->str();
+            if (page.find("://") != std::string::npos) continue;  // elsewhere
+            // As code writes it after the folder of the source tree
+            if (page.starts_with("/")) page.erase(0, 1);
+            const bool is_link =
+                file.ends_with(".md") && line.substr(0, size_t(match->position())).ends_with("](");
+            if (!exists(fs::path(parent_folder(file.path)) / page) &&
+                (is_link || (!exists(fs::path("docs") / page) && !exists(page))))
+                out.push_back(violation(file, i + 1, "there is no page " + page));
+        }
+    }
+    return out;
 }
 
 std::vector<std::string> check_tier_readmes(const std::vector<SourceFile>& tree) {

@@ -35,6 +35,11 @@ std::vector<std::string> check_namespace(const SourceFile&);
 std::vector<std::string> check_pragma_once(const SourceFile&);
 std::vector<std::string> check_own_header_first(const SourceFile&,
                                                 const std::vector<SourceFile>& tree);
+/// Precompiled headers hide a missing include of a standard header: a header includes those that it
+/// uses.
+std::vector<std::string> check_standard_includes(const SourceFile&);
+/// No line of C++ is longer than `ColumnLimit` of .clang-format, in code points.
+std::vector<std::string> check_line_length(const SourceFile&);
 std::vector<std::string> check_machine_paths(const SourceFile&);
 std::vector<std::string> check_banned_words(const SourceFile&);
 std::vector<std::string> check_silence(const SourceFile&);
@@ -43,6 +48,9 @@ std::vector<std::string> check_test_is_real(const SourceFile&);
 std::vector<std::string> check_test_assets(const SourceFile&);
 /// What is no number is not forgotten where tests of hard cases look for the worst.
 std::vector<std::string> check_worst_of_numbers(const SourceFile&);
+/// A page (.md) that is named exists: relative to the file or, unless it is a link, to docs/ or the
+/// root.
+std::vector<std::string> check_pages(const SourceFile&, const std::vector<SourceFile>& tree);
 /// Rules on folders.
 std::vector<std::string> check_tier_readmes(const std::vector<SourceFile>& tree);
 std::vector<std::string> check_listed_in_cmake(const std::vector<SourceFile>& tree);

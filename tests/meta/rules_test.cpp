@@ -15,6 +15,7 @@ const std::string spdx = "SPDX-License-Identifier: Apache-2.0\n";
 TEST(Rules, TierIsTheLongestFolderOfTheTable) {
     EXPECT_EQ(tier_of("src/usd/text/lexer.h"), "usd/text");
     EXPECT_EQ(tier_of("src/usd/text/detail/lexer.h"), "usd/text");
+    EXPECT_EQ(tier_of("src/usd/text/generated/words_tables.cpp"), "usd/text");
     EXPECT_EQ(tier_of("src/base/math.h"), "base");
     EXPECT_EQ(tier_of("compositor/mix.h"), "compositor");
     EXPECT_EQ(tier_of("compositor/window/session.h"), "compositor/window");
@@ -55,6 +56,28 @@ TEST(Rules, TierIncludes) {
             .empty());
 }
 
+TEST(Rules, StandardIncludesOfHeaders) {
+    const auto violations = [](const std::string& path, const std::string& text) {
+        return check_standard_includes(make_file(path, text));
+    };
+    EXPECT_EQ(violations("src/a/b.h", "#include <string>\nstd::vector<std::string> x;\n"),
+              (Violations{"src/a/b.h:2: std::vector needs #include <vector>"}));
+    EXPECT_EQ(violations("src/a/b.h", "void f(uint64_t);\n").size(), 1u);
+    EXPECT_TRUE(violations("src/a/b.h", "#include <string>\nvoid f(std::string_view);\n").empty());
+    EXPECT_TRUE(violations("src/a/b.h", "// std::vector\n").empty());
+    EXPECT_TRUE(violations("src/a/b.cpp", "std::vector<int> x;\n").empty());
+}
+
+TEST(Rules, LineLength) {
+    const std::string just(100, 'x');
+    EXPECT_TRUE(check_line_length(make_file("src/a/b.h", just + "\n")).empty());
+    EXPECT_EQ(check_line_length(make_file("src/a/b.h", "\n" + just + "x\n")),
+              (Violations{"src/a/b.h:2: more than 100 columns"}));
+    std::string wide;
+    for (int i = 0; i < 100; ++i) wide += "\u00d7";
+    EXPECT_TRUE(check_line_length(make_file("src/a/b.h", wide + "\n")).empty());
+}
+
 TEST(Rules, Libraries) {
     EXPECT_EQ(
         check_libraries(make_file("src/film/a.cpp", "#include <OpenEXR/ImfHeader.h>\n")).size(),
@@ -92,7 +115,8 @@ TEST(Rules, FileSize) {
     EXPECT_EQ(check_file_size(make_file("src/base/a.h", lines(401))).size(), 1u);
     EXPECT_TRUE(check_file_size(make_file("src/base/a.cpp", lines(800))).empty());
     EXPECT_TRUE(check_file_size(make_file("src/base/a.h", lines(400))).empty());
-    EXPECT_TRUE(check_file_size(make_file("src/base/sobol_tables.cpp", lines(5000))).empty());
+    EXPECT_TRUE(
+        check_file_size(make_file("src/base/generated/sobol_tables.cpp", lines(5000))).empty());
 }
 
 TEST(Rules, Spdx) {
@@ -218,6 +242,24 @@ TEST(Rules, WorstOfNumbers) {
             .empty());
 }
 
+TEST(Rules, Pages) {
+    const std::vector<SourceFile> tree = {
+        make_file("docs/light.md", ""), make_file("docs/adr/0001-light.md", ""),
+        make_file("src/film/README.md", ""), make_file("README.md", "")};
+    const auto caught = [&](const char* path, const char* text) {
+        return check_pages(make_file(path, text), tree);
+    };
+    EXPECT_EQ(caught("src/film/a.h", "\n/// Format: SHADE.md, section 5.\n"),
+              (Violations{"src/film/a.h:2: there is no page SHADE.md"}));
+    EXPECT_EQ(caught("docs/light.md", "[a](shade.md), [b](adr/0002-shade.md)\n").size(), 2u);
+    EXPECT_EQ(caught("docs/adr/0001-light.md", "[a](light.md#top), [b](../light.md)\n").size(), 1u);
+    EXPECT_EQ(caught("src/film/README.md", "[a](../light.md)\n").size(), 1u);
+    EXPECT_TRUE(caught("src/film/a.h", "// docs/light.md, light.md; adr/0001-light.md\n").empty());
+    EXPECT_TRUE(caught("src/film/README.md", "[a](../../docs/light.md#top), light.md\n").empty());
+    EXPECT_TRUE(caught("tests/a.cpp", "open(root + \"/docs/light.md\");\n").empty());
+    EXPECT_TRUE(caught("docs/light.md", "https://example.org/shade.md\n").empty());
+}
+
 TEST(Rules, TierReadmes) {
     const SourceFile cmake = make_file("src/film/CMakeLists.txt", "");
     EXPECT_EQ(check_tier_readmes({cmake}).size(), 1u);
@@ -240,6 +282,10 @@ TEST(Rules, ListedInCMake) {
     EXPECT_TRUE(check_listed_in_cmake({make_file("src/film/a/b.cpp", ""),
                                        make_file("src/film/CMakeLists.txt", "  a/b.cpp)\n")})
                     .empty());
+    EXPECT_TRUE(
+        check_listed_in_cmake({make_file("src/film/generated/b_tables.cpp", ""),
+                               make_file("src/film/CMakeLists.txt", " generated/b_tables.cpp\n")})
+            .empty());
 }
 
 TEST(Rules, RootEntries) {

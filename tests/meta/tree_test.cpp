@@ -81,6 +81,14 @@ TEST(Tree, HeadersHavePragmaOnce) {
     expect_none(report_all(check_pragma_once));
 }
 
+TEST(Tree, HeadersIncludeTheStandardHeadersThatTheyUse) {
+    expect_none(report_all(check_standard_includes));
+}
+
+TEST(Tree, LinesAreWithinTheColumnLimit) {
+    expect_none(report_all(check_line_length));
+}
+
 TEST(Tree, NoPathOfOneMachine) {
     expect_none(report_all(check_machine_paths));
 }
@@ -103,6 +111,10 @@ TEST(Tree, HardCasesDoNotForgetWhatIsNoNumber) {
 
 TEST(Tree, OneHeaderFindsTheTestAssets) {
     expect_none(report_all(check_test_assets));
+}
+
+TEST(Tree, PagesThatAreNamedExist) {
+    expect_none(report_all([](const SourceFile& f) { return check_pages(f, tree()); }));
 }
 
 TEST(Tree, SourcesIncludeTheirOwnHeaderFirst) {

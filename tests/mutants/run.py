@@ -5,8 +5,8 @@
 
 Bugs are planted in copies of the tree under build/mutants, what is not committed yet included (new files: once git knows
 them). Of each the test that the table names runs first, then the hard cases of every commit; with --size all, which is the
-default, also all tests of the program that the table names and of the bug's tier. --size commit leaves out the bugs that
-the table gives to a test that is no hard case. No test is asked that has not passed without a bug before. Fails when a bug
+default, also all tests of the program that the table names and of the bug's tier. --size commit takes the bugs whose test
+is labelled quick, and runs quick tests only: what `./dev test` must notice. No test is asked that has not passed without a bug before. Fails when a bug
 is not noticed or does not compile, or a test fails without any. --resume takes what earlier runs found of the same bug in
 the same file; --write makes docs/mutants.md of all. --check only holds the table against the tree.
 """
@@ -14,6 +14,7 @@ import argparse
 import concurrent.futures
 import contextlib
 import datetime
+import fnmatch
 import hashlib
 import json
 import os
@@ -45,12 +46,21 @@ def not_on_commit():
 
 
 def test_of(mutant):
-    """Program and filter of the test that should notice."""
+    """Suite (a folder of tests) and filter of the test that should notice."""
     return mutant["catcher"].split(":", 1)
 
 
-def is_hard_case(mutant):
-    return case_of(test_of(mutant)[1]) in CASES
+def full_patterns():
+    """Tests that only `./dev test --full` runs: the arguments FULL of add_tier_test, of all folders."""
+    lists = [p.read_text() for p in (ROOT / "tests").rglob("CMakeLists.txt")]
+    return [pattern.strip('"') for text in lists for words in re.findall(r"^\s+FULL ([^)]*)", text, re.MULTILINE) for pattern in words.split()]
+
+
+def is_quick(mutant):
+    suite, test = test_of(mutant)[1].split(".", 1)
+    # A test with parameters is quick if any of its values is
+    return not any(fnmatch.fnmatchcase(f"{suite}.{test}", pattern) or fnmatch.fnmatchcase(f"X/{suite}.{test}/0", pattern)
+                   for pattern in full_patterns())
 
 
 def check(table):
@@ -147,13 +157,14 @@ class Copy:
         return [(program, test_filter) for program in self.programs()]
 
     def whole_tests(self, mutant):
-        """All tests of the program that should notice and of the tier."""
-        tier = re.sub(r"^(src|plugins)/", "", str(pathlib.PurePath(mutant["file"]).parent)).replace("/", "_")
-        names = dict.fromkeys(f"velatura_test_{name}" for name in (test_of(mutant)[0], tier))
-        return [(name, "*") for name in names if self.has_target(name)]
+        """All tests of the programs of the suite that should notice and of the tier."""
+        tier = re.sub(r"^(src|plugins)/|/generated$", "", str(pathlib.PurePath(mutant["file"]).parent)).replace("/", "_")
+        programs = self.program_of_suite()
+        return [(name, "*") for name in dict.fromkeys(programs[suite] for suite in (test_of(mutant)[0], tier) if suite in programs)]
 
-    def has_target(self, name):
-        return f"build {name}: phony" in (self.build_folder / "build.ninja").read_text()
+    def program_of_suite(self):
+        lines = (self.build_folder / "tests/suites.txt").read_text().splitlines()
+        return {suite: f"velatura_test_{program}" for suite, program in (line.split() for line in lines if line)}
 
 
 def last_test(output, program):
@@ -188,11 +199,12 @@ def planted(copy, mutant):
         path.write_text(sound)
 
 
-def named_step(mutant):
+def named_step(copy, mutant):
     """What to build, and what to run."""
-    program, test_filter = test_of(mutant)
+    suite, test_filter = test_of(mutant)
+    program = copy.program_of_suite()[suite]
     # Tests with parameters have a prefix and a suffix
-    yield [f"velatura_test_{program}"], [(f"velatura_test_{program}", f"{test_filter}:*/{test_filter}/*")]
+    yield [program], [(program, f"{test_filter}:*/{test_filter}/*")]
 
 
 def wider_steps(copy, mutant, size):
@@ -309,7 +321,7 @@ def main():
         parser.error("--write needs all bugs")
     chosen = [m for m in table if not arguments.names or m["name"] in arguments.names]
     if arguments.size == "commit":
-        chosen = [m for m in chosen if is_hard_case(m)]
+        chosen = [m for m in chosen if is_quick(m)]
 
     COPIES.mkdir(parents=True, exist_ok=True)
     commit = commit_of_tree()
@@ -332,7 +344,7 @@ def main():
         copies = [Copy(k + 1, commit, max(1, (os.cpu_count() or 1) // workers)) for k in range(workers)]
         try:
             # The wider search needs more programs: only for what the named tests have missed
-            try_all(copies, left, lambda copy, m: named_step(m), record)
+            try_all(copies, left, lambda copy, m: named_step(copy, m), record)
             missed = [m for m in left if not results[m["name"]]["test"] and not results[m["name"]]["error"]]
             try_all(copies, missed, lambda copy, m: wider_steps(copy, m, arguments.size), record)
         except FailsWithoutBug as failure:

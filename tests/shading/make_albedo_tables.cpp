@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Prints src/shading/albedo_tables.cpp. Run it only when the parametrisation in
+// Prints src/shading/generated/albedo_tables.cpp. Run it only when the parametrisation in
 // src/shading/albedo.h changes.
 #include "albedo_quadrature.h"
 #include "shading/albedo.h"
@@ -55,7 +55,7 @@ void print_table(const char* name, const std::vector<Row>& rows) {
         std::printf("    {");
         for (size_t i = 0; i < row.size(); ++i) {
             std::printf("%.9gf%s", row[i] == 0 ? 0.0 : row[i],
-                        i + 1 == row.size() ? "},\n" : (i % 6 == 5 ? ",\n     " : ", "));
+                        i + 1 == row.size() ? "},\n" : (i % 5 == 4 ? ",\n     " : ", "));
         }
     }
     std::printf("};\n");
@@ -65,7 +65,7 @@ void print_row(const char* name, const Row& row) {
     std::printf("\nconst float %s[average_count] = {\n    ", name);
     for (size_t i = 0; i < row.size(); ++i) {
         std::printf("%.9gf%s", row[i],
-                    i + 1 == row.size() ? "};\n" : (i % 6 == 5 ? ",\n    " : ", "));
+                    i + 1 == row.size() ? "};\n" : (i % 5 == 4 ? ",\n    " : ", "));
     }
 }
 
@@ -102,10 +102,10 @@ int main() {
         "// SPDX-License-Identifier: Apache-2.0\n"
         "// Written by tests/shading/make_albedo_tables.cpp; meaning in albedo.h.\n"
         "#include \"shading/albedo.h\"\n\n"
-        "// clang-format off\nnamespace velatura::shading::albedo_tables {\n");
+        "namespace velatura::shading::albedo_tables {\n");
     print_table("loss", losses);
     print_table("cosine", cosines);
     print_row("average_loss", average_losses);
     print_row("average_schlick", average_schlicks);
-    std::printf("\n}  // namespace velatura::shading::albedo_tables\n// clang-format on\n");
+    std::printf("\n}  // namespace velatura::shading::albedo_tables\n");
 }

@@ -4,6 +4,7 @@
 #include "app/light_images.h"
 #include "base/check.h"
 #include "base/tasks.h"
+#include "image/pixel_means.h"
 #include "integrator/branch_trial.h"
 #include "integrator/roulette_trial.h"
 #include "integrator/schedule.h"
@@ -204,7 +205,7 @@ Pixels TransportRenderer::render_scheduled(uint64_t seed,
                                            uint64_t samples,
                                            const Placement& placement) {
     const std::vector<float> rgba =
-        render_film(seed, samples, placement, beauty_layers()).snapshot().rgba;
+        image::resolve_rgba(render_film(seed, samples, placement, beauty_layers()).sums());
     Pixels pixels;
     pixels.reserve(rgba.size() / 4 * 3);
     for (size_t i = 0; i < rgba.size(); i += 4)

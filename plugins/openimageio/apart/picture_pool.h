@@ -5,10 +5,12 @@
 #include "plugins/openimageio/apart/reader_process.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 

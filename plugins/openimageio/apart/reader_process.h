@@ -6,6 +6,7 @@
 #include "plugins/openimageio/apart/starter_process.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string_view>
 

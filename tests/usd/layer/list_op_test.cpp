@@ -85,6 +85,16 @@ ListOp<int64_t> from_json(const nlohmann::json& j) {
     return op;
 }
 
+/// The same edits with no item in two lists: appended beats prepended beats deleted.
+ListOp<int64_t> reduced(ListOp<int64_t> op) {
+    for (auto* list : {&op.explicit_items, &op.prepended, &op.appended, &op.deleted})
+        unique_in_order(*list);
+    erase_all(op.prepended, op.appended);
+    erase_all(op.deleted, op.prepended);
+    erase_all(op.deleted, op.appended);
+    return op;
+}
+
 TEST(ListOp, PassesTheAousdCombineChains) {
     const std::filesystem::path folder = test_assets() / "aousd/data_types/tests/combine_chain";
     if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no test assets at " << folder;
@@ -101,7 +111,7 @@ TEST(ListOp, PassesTheAousdCombineChains) {
                 ASSERT_TRUE(next.has_value());
                 found = *next;
             }
-            EXPECT_TRUE(found.reduced() == from_json(test["combined_reduced"]))
+            EXPECT_TRUE(reduced(found) == from_json(test["combined_reduced"]))
                 << entry.path().filename() << ": " << test["description"];
             ++cases;
         }

@@ -93,10 +93,12 @@ TEST(Dictionary, MergesNested) {
     weak.entries["d"] = Value(weak_inner);
     weak.entries["x"] = Value(4);
     const Dictionary merged = strong.merged_over(weak);
-    EXPECT_EQ(merged.find_path("d:a")->get_or(0), 1);
-    EXPECT_EQ(merged.find_path("d:b")->get_or(0), 3);
-    EXPECT_EQ(merged.find_path("x")->get_or(0), 4);
-    EXPECT_EQ(merged.find_path("d:a:z"), nullptr);
+    const auto* inner = merged.find("d")->get_if<Dictionary>();
+    ASSERT_NE(inner, nullptr);
+    EXPECT_EQ(inner->find("a")->get_or(0), 1);
+    EXPECT_EQ(inner->find("b")->get_or(0), 3);
+    EXPECT_EQ(merged.find("x")->get_or(0), 4);
+    EXPECT_EQ(merged.find("a"), nullptr);
 }
 
 TEST(TimeSamples, SortsAndLetsTheLastOfEqualTimesWin) {

@@ -26,7 +26,7 @@ TEST_F(RegistryTest, APackageAndItsRootLayerAreOneLayer) {
     ASSERT_TRUE(layer.has_value());
     EXPECT_EQ((*layer)->identifier(), file + "[sub/root.usd]");
     EXPECT_EQ(*registry.open(file + "[sub/root.usd]"), *layer);
-    EXPECT_EQ(registry.resolve("./other.usda", (*layer)->real_path()), file + "[sub/other.usda]");
+    EXPECT_EQ(registry.resolve("./other.usda", (*layer)->identifier()), file + "[sub/other.usda]");
     EXPECT_TRUE(registry.open(file + "[sub/other.usda]").has_value());
     EXPECT_EQ(registry.opened().size(), 2u);
     EXPECT_EQ(registry.open(file + "[none.usda]").error().code, "file-not-found");

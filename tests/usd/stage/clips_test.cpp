@@ -74,11 +74,16 @@ const Expected other_values[] = {
     {"clip_timings", "/Model.size", -1, 10},
 };
 
+Attribute attribute_at(const Stage& stage, const char* text) {
+    const layer::Path path = layer::Path::from(text);
+    return {stage.prim_at(path.prim_path()), path.name()};
+}
+
 void expect(const Expected& one) {
     Diagnostics diagnostics;
     const auto stage = Stage::open((suite() / one.layers / "entry.usd").string(), {}, diagnostics);
     ASSERT_TRUE(stage.has_value()) << one.layers;
-    const Attribute attribute = stage->attribute_at(layer::Path::from(one.attribute));
+    const Attribute attribute = attribute_at(*stage, one.attribute);
     const auto value = attribute.get<double>(one.time);
     ASSERT_TRUE(value.has_value()) << one.layers << " " << one.attribute;
     EXPECT_NEAR(*value, one.value, 1e-6) << one.layers << " " << one.attribute << " " << one.time;
@@ -91,10 +96,10 @@ TEST(AousdValueResolution, HasTheExpectedNumbers) {
     Diagnostics diagnostics;
     const auto plain = Stage::open((suite() / "default/entry.usd").string(), {}, diagnostics);
     ASSERT_TRUE(plain.has_value());
-    EXPECT_EQ(plain->attribute_at(layer::Path::from("/Root.root")).get<double>(), 2.0);
+    EXPECT_EQ(attribute_at(*plain, "/Root.root").get<double>(), 2.0);
     const auto samples = Stage::open((suite() / "timesamples/entry.usd").string(), {}, diagnostics);
     ASSERT_TRUE(samples.has_value());
-    EXPECT_FALSE(samples->attribute_at(layer::Path::from("/Root.root")).get<double>().has_value());
+    EXPECT_FALSE(attribute_at(*samples, "/Root.root").get<double>().has_value());
 }
 
 // ---- Rules of clips one by one ----
@@ -102,7 +107,7 @@ TEST(AousdValueResolution, HasTheExpectedNumbers) {
 using ClipsTest = StageTest;
 
 double at(const Stage& stage, const char* attribute, double time) {
-    return stage.attribute_at(layer::Path::from(attribute)).get<double>(time).value_or(-999.0);
+    return attribute_at(stage, attribute).get<double>(time).value_or(-999.0);
 }
 
 TEST_F(ClipsTest, ComeRightBelowTheLayerThatAnchorsThem) {
@@ -127,7 +132,7 @@ def "P" (
     EXPECT_EQ(at(stage(), "/P.b", 0), 5);
     EXPECT_EQ(at(stage(), "/P.c", 0), 6);
     // Clips say nothing at the default time
-    EXPECT_EQ(stage().attribute_at(layer::Path::from("/P.a")).get<double>(), 100.0);
+    EXPECT_EQ(stage().prim_at("/P").attribute("a").get<double>(), 100.0);
     EXPECT_EQ(stage().prim_at("/P").attribute("a").value_source(), ValueSource::Clips);
 }
 

@@ -147,7 +147,12 @@ TEST_F(FlattenTest, TimeCodesOfMetadataAreRetimed) {
     ASSERT_TRUE(data);
     const auto* dictionary = data->get_if<layer::Dictionary>();
     EXPECT_EQ(dictionary->find("t")->get_if<layer::TimeCodeValue>()->value, 106.0);
-    EXPECT_EQ(dictionary->find_path("d:u")->as_array<layer::TimeCodeValue>()[1].value, 14.0);
+    EXPECT_EQ(dictionary->find("d")
+                  ->get_if<layer::Dictionary>()
+                  ->find("u")
+                  ->as_array<layer::TimeCodeValue>()[1]
+                  .value,
+              14.0);
     EXPECT_TRUE(flat_has("timecode t = 106"));
     EXPECT_TRUE(flat_has("timecode t = 18"));
     EXPECT_TRUE(flat_has("timecode x = 106"));

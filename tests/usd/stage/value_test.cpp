@@ -85,7 +85,7 @@ TEST_F(ValueTest, BlocksUncoverTheFallback) {
     const Prim prim = stage().prim_at("/S");
     EXPECT_DOUBLE_EQ(*prim.attribute("radius").get<double>(), 1.0);
     EXPECT_FALSE(prim.attribute("radius").has_authored_value());
-    EXPECT_FALSE(prim.attribute("other").has_value());
+    EXPECT_FALSE(prim.attribute("other").get<double>().has_value());
 }
 
 TEST_F(ValueTest, OffsetsAndRatesRetimeSamples) {

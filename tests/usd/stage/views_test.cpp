@@ -118,7 +118,7 @@ def Xform "A" { token visibility = "invisible"; uniform token purpose = "proxy"
     def Xform "B" { token visibility = "inherited"
         def Xform "C" { uniform token purpose = "render" } } }
 )");
-    EXPECT_FALSE(is_visible(stage().prim_at("/A/B")));
+    EXPECT_FALSE(is_visible_itself(stage().prim_at("/A")));
     EXPECT_TRUE(is_visible_itself(stage().prim_at("/A/B")));
     EXPECT_EQ(computed_purpose(stage().prim_at("/A/B")), "proxy");
     EXPECT_EQ(computed_purpose(stage().prim_at("/A/B/C")), "render");

@@ -197,8 +197,10 @@ TEST_F(Reader, ReadsLayerMetadata) {
     EXPECT_TRUE((*l.relocates())[1].second.is_empty());
     const Spec& root = l.pseudo_root();
     EXPECT_EQ(*root.field_as<double>(fields().meters_per_unit), 1.0);
-    EXPECT_EQ(root.field_as<Dictionary>(fields().custom_layer_data)
-                  ->find_path("d:s")
+    EXPECT_EQ(root.field_as<Dictionary>(Token("customLayerData"))
+                  ->find("d")
+                  ->get_if<Dictionary>()
+                  ->find("s")
                   ->as_array<std::string>()[0],
               "x");
     EXPECT_EQ(root.field_as<UnregisteredValue>(Token("unheardOf"))->text, "[1, (2.5, \"x\"), @p@]");
@@ -241,13 +243,6 @@ TEST_F(Reader, AllowsVariantsInArcPathsWhenAsked) {
     TextOptions options;
     options.allow_variants_in_arc_paths = true;
     EXPECT_TRUE(read_text_layer(text, "a.usda", diagnostics_, options));
-}
-
-TEST(IsTextLayer, LooksAtTheCookie) {
-    EXPECT_TRUE(is_text_layer("#usda 1.0\n"));
-    EXPECT_TRUE(is_text_layer("\xef\xbb\xbf#sdf 1.4.32\n"));
-    EXPECT_FALSE(is_text_layer("PXR-USDC"));
-    EXPECT_FALSE(is_text_layer(""));
 }
 
 TEST_F(Reader, SamplesAtNoTimeAreLeftOutWithAWarning) {

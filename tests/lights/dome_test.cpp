@@ -53,7 +53,7 @@ double quadrature(const EnvironmentMap& map, int width, int height, const Vec3d&
             const double longitude = 2 * pi_d * (0.5 - (i + 0.5) / nx);
             const Vec3d d(std::sin(theta) * std::sin(longitude), std::cos(theta),
                           std::sin(theta) * std::cos(longitude));
-            sum += double(map.radiance(d).x) * std::max(0.0, n.dot(d)) * std::sin(theta);
+            sum += double(map.view(d).radiance.x) * std::max(0.0, n.dot(d)) * std::sin(theta);
         }
     }
     return sum * 2 * pi_d * pi_d / (double(nx) * ny);
@@ -95,8 +95,9 @@ TEST(EnvironmentMap, DensityIntegratesToOneAndMatchesItsSamples) {
             const double theta = pi_d * (j + 0.5) / ny;
             for (int i = 0; i < nx; ++i) {
                 const double a = 2 * pi_d * (i + 0.5) / nx;
-                sum += std::sin(theta) * map.pdf({std::sin(theta) * std::sin(a), std::cos(theta),
-                                                  std::sin(theta) * std::cos(a)});
+                sum += std::sin(theta) * map.view({std::sin(theta) * std::sin(a), std::cos(theta),
+                                                   std::sin(theta) * std::cos(a)})
+                                             .pdf;
             }
         }
         EXPECT_NEAR(sum * 2 * pi_d * pi_d / (double(nx) * ny), 1.0, 1e-5);
@@ -108,7 +109,7 @@ TEST(EnvironmentMap, DensityIntegratesToOneAndMatchesItsSamples) {
             const sampling::PixelSampler sampler(3, 1, 1, uint64_t(i));
             const auto s = map.sample(sampler.get_2d(0, sampling::Purpose::LightSurface));
             ASSERT_TRUE(s);
-            EXPECT_NEAR(s->pdf, map.pdf(s->direction), 1e-6 * s->pdf);
+            EXPECT_NEAR(s->pdf, map.view(s->direction).pdf, 1e-6 * s->pdf);
             const double v = std::acos(s->direction.y) / pi_d;
             const double u = 0.5 - std::atan2(s->direction.x, s->direction.z) / (2 * pi_d);
             const int bx = std::min(int(u * blocks), blocks - 1);
@@ -118,8 +119,9 @@ TEST(EnvironmentMap, DensityIntegratesToOneAndMatchesItsSamples) {
             const double theta = pi_d * (j + 0.5) / ny;
             for (int i = 0; i < nx; ++i) {
                 const double u = (i + 0.5) / nx, a = 2 * pi_d * (0.5 - u);
-                const double p = map.pdf({std::sin(theta) * std::sin(a), std::cos(theta),
-                                          std::sin(theta) * std::cos(a)});
+                const double p = map.view({std::sin(theta) * std::sin(a), std::cos(theta),
+                                           std::sin(theta) * std::cos(a)})
+                                     .pdf;
                 const size_t block = size_t((j * blocks / ny) * blocks + i * blocks / nx);
                 expected[block] += p * std::sin(theta) * 2 * pi_d * pi_d / (double(nx) * ny);
             }
@@ -306,7 +308,7 @@ TEST(DomeLight, OtherLayoutsShowTheSameDirections) {
         // Near +Z, the rim of the picture, a mirrored ball has hardly any texels
         for (const Vec3d& d : {Vec3d(0, 0, -1), Vec3d(1, 0, 0), Vec3d(0, 1, 0),
                                Vec3d(0, -0.8, -0.6), Vec3d(-0.6, 0.48, 0.64)}) {
-            const Rgb found = map.radiance(d), expected = colour(d);
+            const Rgb found = map.view(d).radiance, expected = colour(d);
             for (int i = 0; i < 3; ++i) EXPECT_NEAR(found[i], expected[i], 0.03f);
         }
     }
@@ -323,12 +325,12 @@ TEST(DomeLight, OtherLayoutsShowTheSameDirections) {
     paint(1, 2, Rgb(0, 0.5f, 0));
     paint(1, 3, Rgb(0, 0, 0.5f));
     const EnvironmentMap map(to_latlong(cross, scene::DomeFormat::CubeMapVerticalCross), false);
-    EXPECT_NEAR(map.radiance({0, 1, 0}).y, 1.0f, 1e-5f);
-    EXPECT_NEAR(map.radiance({0, -1, 0}).y, 0.5f, 1e-5f);
-    EXPECT_NEAR(map.radiance({1, 0, 0}).x, 1.0f, 1e-5f);
-    EXPECT_NEAR(map.radiance({-1, 0, 0}).x, 0.5f, 1e-5f);
-    EXPECT_NEAR(map.radiance({0, 0, 1}).z, 1.0f, 1e-5f);
-    EXPECT_NEAR(map.radiance({0, 0, -1}).z, 0.5f, 1e-5f);
+    EXPECT_NEAR(map.view({0, 1, 0}).radiance.y, 1.0f, 1e-5f);
+    EXPECT_NEAR(map.view({0, -1, 0}).radiance.y, 0.5f, 1e-5f);
+    EXPECT_NEAR(map.view({1, 0, 0}).radiance.x, 1.0f, 1e-5f);
+    EXPECT_NEAR(map.view({-1, 0, 0}).radiance.x, 0.5f, 1e-5f);
+    EXPECT_NEAR(map.view({0, 0, 1}).radiance.z, 1.0f, 1e-5f);
+    EXPECT_NEAR(map.view({0, 0, -1}).radiance.z, 0.5f, 1e-5f);
 }
 
 TEST(RectLight, TextureReadsUprightFromTheLitSide) {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "shading/ggx.h"
+
 #include "../sampling/chi_square.h"
 #include "albedo_quadrature.h"
 #include "half_vector_cells.h"
@@ -6,7 +8,6 @@
 #include "shading/albedo.h"
 #include "shading/bsdf.h"
 #include "shading/fresnel.h"
-#include "shading/ggx.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -48,7 +49,7 @@ TEST(H18GgxDistribution, AgreesWithLongDouble) {
     hardcase::expect_within({"D, relative, alpha 1 to 1e-4", worst, 1e-5, 0, "long double"});
 }
 
-// RIGOR 2.2: Smith-GGX, F = 1, without compensation
+// Smith-GGX, F = 1, without compensation
 TEST(Ggx, SingleScatteringAlbedoIsThatOfTheLiterature) {
     const GaussLegendre rule(128);
     EXPECT_NEAR(albedo_by_quadrature(1, 1, rule, 32).one, 1 - std::log(2.0), 1e-4);
@@ -63,7 +64,7 @@ TEST(Ggx, SingleScatteringAlbedoIsThatOfTheLiterature) {
     };
     EXPECT_NEAR(mean(1), 0.409, 2e-3);
     EXPECT_NEAR(mean(0.5), 0.700, 2e-3);
-    EXPECT_NEAR(double(1 - ggx_average_albedo(1.0f).loss), 0.409, 2e-3);
+    EXPECT_NEAR(double(1 - GgxAlbedoCurve(1.0f).average().loss), 0.409, 2e-3);
 }
 
 // A quadrature that shares no change of variables with ggx_sample: over (μ_i, φ) for wide lobes
@@ -101,7 +102,7 @@ TEST(AlbedoTables, AgreeWithQuadratureBetweenTheirNodes) {
         const double alpha = root * root;
         const double mu = std::pow(double(random.uniform()), 2) * 0.99 + 0.01;
         const auto e = albedo_by_quadrature(mu, alpha, rule, 96);
-        const GgxAlbedo table = ggx_albedo(float(mu), float(alpha));
+        const GgxAlbedo table = GgxAlbedoCurve(float(alpha)).at(float(mu));
         worst_loss = hardcase::larger(worst_loss, std::abs(1 - e.one - double(table.loss)));
         worst_schlick =
             hardcase::larger(worst_schlick, std::abs(e.schlick - double(table.schlick)));
@@ -138,8 +139,8 @@ TEST(H18SpecularSwitch, MirrorAndNarrowestLobeSeeTheSame) {
 
 TEST(H18SpecularSwitch, AlbedoIsTheSame) {
     for (const float mu : {0.1f, 0.3f, 0.7f, 1.0f}) {
-        const GgxAlbedo rough = ggx_albedo(mu, specular_switch_alpha);
-        const GgxAlbedo mirror = ggx_albedo(mu, 0.0f);
+        const GgxAlbedo rough = GgxAlbedoCurve(specular_switch_alpha).at(mu);
+        const GgxAlbedo mirror = GgxAlbedoCurve(0.0f).at(mu);
         EXPECT_NEAR(double(rough.schlick), double(mirror.schlick), 1e-3);
         EXPECT_EQ(mirror.loss, 0.0f);
     }

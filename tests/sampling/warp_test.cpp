@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "chi_square.h"
 #include "sampling/warp.h"
+
+#include "chi_square.h"
 
 #include <gtest/gtest.h>
 
@@ -65,26 +66,6 @@ TEST(Warp, UniformSphere) {
                    [](double) { return double(uniform_sphere_pdf); }, -1);
 }
 
-TEST(Warp, UniformCone) {
-    expect_density([](const Vec2& u) { return uniform_cone(u, 0.25f); },
-                   [](double) { return double(uniform_cone_pdf(0.25f)); }, 0.75);
-}
-
-TEST(Warp, TinyConeKeepsItsAngle) {
-    // 1e-4 rad: 1 − cos = 5e-9 is lost in a float cosine, the sine of the direction is not
-    const double theta = 1e-4;
-    const float one_minus_cos = float(2 * std::sin(theta / 2) * std::sin(theta / 2));
-    TestRandom random(5);
-    double sum = 0;
-    for (int i = 0; i < 20000; ++i) {
-        const Vec3 w = uniform_cone(Vec2(random.uniform(), random.uniform()), one_minus_cos);
-        const double r = std::hypot(double(w.x), double(w.y));
-        ASSERT_LE(r, theta * (1 + 1e-6));
-        sum += r * r;
-    }
-    EXPECT_NEAR(sum / 20000 / (theta * theta), 0.5, 4 * std::sqrt(1.0 / 12 / 20000));
-}
-
 TEST(Warp, ConcentricDiskIsUniform) {
     TestRandom random(23);
     std::vector<double> counts(rows * columns, 0.0);
@@ -122,26 +103,6 @@ TEST(Warp, ConcentricDiskInFloatFollowsDouble) {
     EXPECT_NEAR(concentric_disk(Vec2d(0.75, 0.75)).length(), 0.5, 1e-15);
 }
 
-TEST(Warp, TriangleIsUniform) {
-    // The map (b0, b1) → (b0/(1−b2'), …) flattens the triangle: 1 − (1 − b0)² and b1/(1 − b0) are
-    // uniform
-    TestRandom random(29);
-    std::vector<double> counts(rows * columns, 0.0);
-    const std::vector<double> expected(rows * columns, double(count) / (rows * columns));
-    for (int i = 0; i < count; ++i) {
-        const Vec3 b = uniform_triangle(Vec2(random.uniform(), random.uniform()));
-        ASSERT_GE(b.x, 0.0f);
-        ASSERT_GE(b.y, 0.0f);
-        ASSERT_GE(b.z, 0.0f);
-        ASSERT_NEAR(double(b.x) + double(b.y) + double(b.z), 1.0, 2e-7);
-        const double q = 1 - double(b.x);
-        const double v = 1 - q * q, w = q > 0 ? double(b.y) / q : 0;
-        counts[size_t(std::min(rows - 1, int(v * rows)) * columns +
-                      std::min(columns - 1, int(w * columns)))] += 1;
-    }
-    EXPECT_LT(chi_square(counts, expected).z, 4.0);
-}
-
 TEST(Warp, CornersOfTheSquareAreFinite) {
     const float last = 0x1.fffffep-1f;
     for (const float x : {0.0f, 0.5f, last}) {
@@ -150,8 +111,6 @@ TEST(Warp, CornersOfTheSquareAreFinite) {
             EXPECT_TRUE(is_finite(cosine_hemisphere(u)));
             EXPECT_TRUE(is_finite(uniform_hemisphere(u)));
             EXPECT_TRUE(is_finite(uniform_sphere(u)));
-            EXPECT_TRUE(is_finite(uniform_cone(u, 1e-12f)));
-            EXPECT_TRUE(is_finite(uniform_triangle(u)));
         }
     }
 }

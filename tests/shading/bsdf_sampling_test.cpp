@@ -60,7 +60,7 @@ std::vector<Case> cases() {
     return list;
 }
 
-/// Cells: slope of the half vector in units of alpha × azimuth, as in test_ggx.cpp; the last cell
+/// Cells: slope of the half vector in units of alpha × azimuth, as in ggx_test.cpp; the last cell
 /// holds everything that is not a smooth reflection.
 void expect_samples_match_pdf(const Case& k, double mu, float side) {
     constexpr int rows = 8, columns = 10, count = 20000;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solid angles of triangles and points uniform in them (RIGOR H25).
+// Solid angles of triangles and points uniform in them (docs/hard_cases.md H25).
+#include "lights/spherical_triangle.h"
+
 #include "../sampling/chi_square.h"
 #include "hard_case.h"
-#include "lights/spherical_triangle.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "shading/fresnel.h"
+
 #include "albedo_quadrature.h"
 #include "hard_case.h"
-#include "shading/fresnel.h"
 
 #include <gtest/gtest.h>
 
@@ -32,7 +33,6 @@ double hemispherical_mean(float eta) {
     return sum;
 }
 
-// RIGOR 2.2
 TEST(H22Fresnel, Table) {
     EXPECT_NEAR(double(fresnel_dielectric(1.0f, 1.5f)), 0.04, 1e-6);
     EXPECT_NEAR(double(fresnel_dielectric(1.0f, 1 / 1.5f)), 0.04, 1e-6);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Level sets against the sphere that they sample, against their own numbers along rays, and rays
 // that aim at the edges of voxels and bricks.
+#include "../media/grid_fixtures.h"
 #include "accel/bvh.h"
 #include "brute_force.h"
 #include "compare.h"
 #include "geometry/geometry_set.h"
 #include "geometry/level_set.h"
 #include "geometry/mapped_set.h"
-#include "media/voxel_builder.h"
 #include "soups.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,8 @@ std::shared_ptr<const VoxelGrid> sampled(int n, const Field& field) {
         const double f = field(Vec3d(x, y, z) * h - Vec3d(1.5));
         return float(std::clamp(f, -3 * h, 3 * h));
     };
-    VoxelGrid grid = media::make_voxel_grid(scene::Vec3i(n), float(h), number, float(3 * h), true);
+    VoxelGrid grid =
+        media::testing::make_voxel_grid(scene::Vec3i(n), float(h), number, float(3 * h), true);
     Mat4d moved;
     moved.translate(Vec3d(-1.5));
     grid.volume_from_lattice = grid.volume_from_lattice * moved;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Environment maps of the size and range of real ones (RIGOR H27), every texel checked.
+// Environment maps of the size and range of real ones (docs/hard_cases.md H27), every texel
+// checked.
 #include "base/tasks.h"
 #include "hard_case.h"
 #include "light_fixtures.h"
@@ -93,7 +94,7 @@ Deviations deviations(const EnvironmentImage& image,
             if (row % density_stride != 0) continue;
             const Vec3d d(sine * across[column].x, cosine, sine * across[column].y);
             w.density =
-                hardcase::larger(w.density, std::abs(map.pdf(d) * area / probability - 1.0));
+                hardcase::larger(w.density, std::abs(map.view(d).pdf * area / probability - 1.0));
         }
     });
     Deviations result;
@@ -165,7 +166,7 @@ TEST(H27EnvironmentMap, SunTakesNoMassFromTheSky) {
             const double y = 999.5 + (j + 0.5) / 16, x = 2999.5 + (i + 0.5) / 16;
             const double t = pi_d * y / height, l = 2.0 * pi_d * (0.5 - x / width);
             const Vec3d d(std::sin(t) * std::sin(l), std::cos(t), std::sin(t) * std::cos(l));
-            sun += (double(map.radiance(d).x) - 1.0) * n.dot(d) * std::sin(t);
+            sun += (double(map.view(d).radiance.x) - 1.0) * n.dot(d) * std::sin(t);
         }
     }
     sun *= 2.0 * pi_d * pi_d / (double(width) * height * 256);
