@@ -117,13 +117,22 @@ std::vector<SourceFile> read_tree(const std::string& root) {
                                                ".ci",
                                                "dev",
                                                "README.md",
+                                               "CONTRIBUTING.md",
+                                               "CHANGELOG.md",
+                                               "SECURITY.md",
+                                               "NOTICE",
                                                "CMakeLists.txt",
                                                "CMakePresets.json",
+                                               ".github",
+                                               ".clangd",
+                                               ".editorconfig",
+                                               ".git-blame-ignore-revs",
                                                ".clang-format",
                                                ".clang-tidy",
                                                ".gitignore"};
-    static const std::set<std::string> text = {".h",  ".cpp", ".inl",  ".cmake", ".txt",  ".md",
-                                               ".py", ".sh",  ".usda", ".toml",  ".json", ""};
+    static const std::set<std::string> text = {".h",    ".cpp", ".inl", ".cmake", ".txt",
+                                               ".md",   ".py",  ".sh",  ".usda",  ".toml",
+                                               ".json", ".yml", ""};
     std::vector<SourceFile> files;
     const auto add = [&](const fs::path& path) {
         if (!fs::is_regular_file(path) || !text.contains(path.extension().string())) return;
@@ -422,14 +431,35 @@ std::vector<std::string> check_listed_in_cmake(const std::vector<SourceFile>& tr
 }
 
 std::vector<std::string> check_root_entries(const std::vector<std::string>& names) {
-    static const std::set<std::string> house = {
-        "src",         "compositor", "plugins",
-        "tests",       "scenes",     "docs",
-        ".ci",         "dev",        "CMakeLists.txt",
-        "README.md",   "LICENSE",    "CMakePresets.json",
-        ".git",        ".gitignore", ".clang-format",
-        ".clang-tidy", "build",      "out",
-        ".cache",      ".vscode",    "compile_commands.json"};
+    static const std::set<std::string> house = {"src",
+                                                "compositor",
+                                                "plugins",
+                                                "tests",
+                                                "scenes",
+                                                "docs",
+                                                ".ci",
+                                                ".github",
+                                                "dev",
+                                                "CMakeLists.txt",
+                                                "CMakePresets.json",
+                                                "README.md",
+                                                "CONTRIBUTING.md",
+                                                "CHANGELOG.md",
+                                                "SECURITY.md",
+                                                "LICENSE",
+                                                "NOTICE",
+                                                ".git",
+                                                ".gitignore",
+                                                ".git-blame-ignore-revs",
+                                                ".clang-format",
+                                                ".clang-tidy",
+                                                ".clangd",
+                                                ".editorconfig",
+                                                "build",
+                                                "out",
+                                                ".cache",
+                                                ".vscode",
+                                                "compile_commands.json"};
     std::vector<std::string> out;
     for (const std::string& name : names) {
         if (!house.contains(name)) out.push_back(name + ": does not belong into the root");

@@ -290,7 +290,11 @@ TEST(Rules, ListedInCMake) {
 
 TEST(Rules, RootEntries) {
     EXPECT_EQ(check_root_entries({"src", "notes.txt"}).size(), 1u);
-    EXPECT_TRUE(check_root_entries({"src", "README.md", "build"}).empty());
+    EXPECT_TRUE(check_root_entries({"src", "README.md", "build", "compile_commands.json"}).empty());
+    EXPECT_TRUE(
+        check_root_entries({"CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md", "NOTICE", ".github",
+                            ".clangd", ".editorconfig", ".git-blame-ignore-revs"})
+            .empty());
 }
 
 }  // namespace
