@@ -66,6 +66,7 @@ function(add_plugin name)
   set(folder ${CMAKE_BINARY_DIR}/plugins/${name})
   add_plugin_library(velatura_plugin_${name} ${folder} ${name} SOURCES ${PLUGIN_SOURCES} DEPENDS ${PLUGIN_DEPENDS})
   configure_file(plugin.txt ${folder}/plugin.txt COPYONLY)
+  install_plugin(${name})
   # Whoever builds the program gets the plugins that it can open
   add_dependencies(velatura velatura_plugin_${name})
 endfunction()
