@@ -4,6 +4,7 @@
 #include "base/command_line.h"
 #include "base/lost_pages.h"
 #include "base/memory_limit.h"
+#include "plugin/registry.h"
 
 #include <fmt/format.h>
 
@@ -31,6 +32,14 @@ bool report_lost_pages() {
     return !files.empty();
 }
 
+/// Reports the plugins that the scene needed and that could not be opened; whether there are any.
+bool report_unavailable_plugins() {
+    const std::vector<Error> reasons = plugin::unavailable_plugins();
+    for (const Error& why : reasons)
+        fmt::print(stderr, "error: the scene needs a plugin: {} [{}]\n", why.message, why.code);
+    return !reasons.empty();
+}
+
 int run_command(int argc, char** argv) {
     CommandLine app("Velatura: a path tracer for USD scenes that keeps light in layers");
     app.add_version_flag(std::string("velatura ") + VELATURA_VERSION);
@@ -53,7 +62,10 @@ int run_command(int argc, char** argv) {
     }
     read_lost_pages_as_zeros();
     const int code = run ? run() : UsageError;
-    return report_lost_pages() && (code == Done || code == BudgetReached) ? RenderError : code;
+    const bool has_lost = report_lost_pages();
+    const bool lacks_plugins = report_unavailable_plugins();
+    return (has_lost || lacks_plugins) && (code == Done || code == BudgetReached) ? RenderError
+                                                                                  : code;
 }
 
 }  // namespace

@@ -195,7 +195,8 @@ std::string needs_text(const PlanNeeds& needs) {
     std::string text = "plugins\n";
     for (const PlanNeeds::Plugin& p : needs.plugins)
         text += fmt::format(" {} {:21}{}\n", p.is_opened ? "open" : "shut", p.name, p.why);
-    if (needs.plugins.empty()) text += " none is known\n";
+    if (needs.plugins.empty())
+        text += fmt::format(" none found; searched: {}\n", needs.plugin_folders);
     text += fmt::format(
         "memory: {} geometry ({} triangles, {} instances), about {} for the tree over it, about {} "
         "for the picture at most and {} more while it is written; textures as they are read\n",
@@ -224,6 +225,8 @@ PlanNeeds plan_needs(const RenderJob& job, const FrameInput& input, Diagnostics&
     const geometry::GeometrySet geometry(input.scene);
     PlanNeeds needs;
     needs.plugins = expected_plugins(job, input, diagnostics);
+    for (const plugin::PluginFolder& f : plugin::plugin_folders())
+        needs.plugin_folders += (needs.plugin_folders.empty() ? "" : ", ") + f.path;
     needs.is_before_refinement = is_on(input.plan.of(Effect::Subdivision));
     needs.geometry_bytes = geometry.bytes();
     for (const scene::VolumeField& f : input.scene.volume_fields)

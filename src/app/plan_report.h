@@ -22,6 +22,7 @@ struct PlanNeeds {
     };
 
     std::vector<Plugin> plugins;
+    std::string plugin_folders;  ///< searched, for people
     bool is_before_refinement =
         false;  ///< geometry and tree are those of the cages, which will be cut finer
     uint64_t geometry_bytes = 0;     ///< as it will be

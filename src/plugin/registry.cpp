@@ -11,6 +11,8 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
+#include <mutex>
 #include <new>
 #include <system_error>
 
@@ -45,6 +47,23 @@ void* open_library(const std::string& path, size_t bytes) {
     if (MemoryLimit::is_set() && bytes > MemoryLimit::left()) throw std::bad_alloc();
     const MemoryLimit::Lifted lifted;
     return ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+}
+
+struct UnavailablePlugins {
+    std::mutex mutex;
+    std::map<std::string, Error> by_name;
+};
+
+UnavailablePlugins& unavailable() {
+    static UnavailablePlugins plugins;
+    return plugins;
+}
+
+/// Keeps the first reason per plugin, and passes it on.
+Error note_unavailable(const Need& need, Error why) {
+    const std::lock_guard lock(unavailable().mutex);
+    unavailable().by_name.emplace(need.usual_plugin, why);
+    return why;
 }
 
 // Loads the shared object and returns what its entry point says; nullptr once reported.
@@ -99,8 +118,11 @@ std::vector<PluginFolder> plugin_folders() {
     if (!error) {
         const fs::path root = program.parent_path().parent_path();
         folders.push_back({(root / "plugins").string()});
-        folders.push_back({(root / "lib" / "velatura" / "plugins").string()});
+        folders.push_back({(root / VELATURA_PLUGIN_DIR).string()});
     }
+    // Of an installed program it is the folder before
+    if (folders.empty() || folders.back().path != VELATURA_INSTALLED_PLUGINS)
+        folders.push_back({VELATURA_INSTALLED_PLUGINS});
     return folders;
 }
 
@@ -180,7 +202,7 @@ Result<const void*> open_needed(const Need& need) {
             open_interface(*manifest, need.interface_name, need.version, diagnostics);
         if (object) return object;
         const Diagnostic why = diagnostics.all().back();
-        return Error{why.code, why.message};
+        return note_unavailable(need, {why.code, why.message});
     }
     std::string message = fmt::format("the plugin {} is missing: nothing brings {} in {}",
                                       need.usual_plugin, need.interface_name, registry.searched());
@@ -188,7 +210,14 @@ Result<const void*> open_needed(const Need& need) {
     for (const Diagnostic& d : diagnostics.all()) {
         if (d.severity != Severity::Note) message += "; " + diagnostics.format(d);
     }
-    return Error{"plugin-missing", message};
+    return note_unavailable(need, {"plugin-missing", message});
+}
+
+std::vector<Error> unavailable_plugins() {
+    const std::lock_guard lock(unavailable().mutex);
+    std::vector<Error> reasons;
+    for (const auto& [name, why] : unavailable().by_name) reasons.push_back(why);
+    return reasons;
 }
 
 }  // namespace velatura::plugin

@@ -18,8 +18,9 @@ struct PluginFolder {
     bool is_required = false;  ///< warn when it is not there
 };
 
-/// Folders of $VELATURA_PLUGIN_PATH (apart by `:`), then those that belong to the running program:
-/// ../plugins of a build and ../lib/velatura/plugins of an installation.
+/// Search path, first match wins: the folders of $VELATURA_PLUGIN_PATH (separated by `:`), then,
+/// relative to the program's own folder, ../plugins (build tree) and ../lib/velatura/plugins
+/// (installed tree, wherever it was moved to), then that of the configured install prefix.
 std::vector<PluginFolder> plugin_folders();
 
 /// The plugins that are known. Knowing one loads none.
@@ -65,5 +66,9 @@ struct Need {
 /// Errors: "plugin-missing", else those of open_interface; the message names the plugin.
 /// Thread-safe.
 Result<const void*> open_needed(const Need& need);
+
+/// Why open_needed failed in this process, once per plugin: an image that needed one of them is
+/// incomplete. Thread-safe.
+std::vector<Error> unavailable_plugins();
 
 }  // namespace velatura::plugin

@@ -133,6 +133,12 @@ TEST_F(PicturePlugin, IsNamedWhereItIsMissing) {
     EXPECT_NE(texture.output.find("its fallback value is used"), std::string::npos);
     EXPECT_NE(texture.output.find("textured.usda:23:"), std::string::npos) << texture.output;
     EXPECT_NE(texture.output.find("lib/velatura/plugins"), std::string::npos) << texture.output;
+    // Once more at the end, and in the exit code; the image is there all the same
+    EXPECT_NE(texture.output.find("error: the scene needs a plugin: the plugin openimageio"),
+              std::string::npos)
+        << texture.output;
+    EXPECT_EQ(texture.exit_code, 1);
+    EXPECT_TRUE(w.exists("x.exr"));
     EXPECT_EQ(run_copy("lone", render + "-o y.exr --strict").exit_code, 1);
     EXPECT_FALSE(w.exists("y.exr"));
 
@@ -141,6 +147,7 @@ TEST_F(PicturePlugin, IsNamedWhereItIsMissing) {
     EXPECT_NE(map.output.find(fmt::format("picture.exr: {}pictures in ", missing)),
               std::string::npos)
         << map.output;
+    EXPECT_EQ(map.exit_code, 1);
 
     ASSERT_EQ(
         run_copy("lone", std::string("velatura render plain.usda -o plain.exr") + quick).output,

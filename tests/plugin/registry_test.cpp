@@ -162,6 +162,11 @@ TEST(OpenNeeded, SaysWhatIsMissingAndWhere) {
         << said;
     EXPECT_NE(said.find(VELATURA_BUILT_PLUGINS), std::string::npos) << said;
     EXPECT_NE(said.find("/nowhere/plugins is no folder"), std::string::npos) << said;
+    // Who asked may have gone on without it: the program reports it at its end
+    const std::vector<Error> reasons = unavailable_plugins();
+    EXPECT_EQ(std::count_if(reasons.begin(), reasons.end(),
+                            [&](const Error& why) { return why.message == said; }),
+              1);
 }
 
 TEST(OpenNeeded, OpensWhatIsThereInTheVersionThatIsNeeded) {
@@ -190,7 +195,7 @@ TEST(PluginFolders, AreThoseOfTheEnvironmentAndOfTheProgram) {
     } else {
         ::unsetenv("VELATURA_PLUGIN_PATH");
     }
-    ASSERT_EQ(folders.size(), 4u);
+    ASSERT_EQ(folders.size(), 5u);
     EXPECT_EQ(folders[0].path, "one");
     EXPECT_TRUE(folders[0].is_required);
     EXPECT_EQ(folders[1].path, "two");
@@ -198,6 +203,9 @@ TEST(PluginFolders, AreThoseOfTheEnvironmentAndOfTheProgram) {
     EXPECT_EQ(folders[2].path, VELATURA_BUILT_PLUGINS);
     EXPECT_FALSE(folders[2].is_required);
     EXPECT_TRUE(folders[3].path.ends_with("/lib/velatura/plugins"));
+    // That of the configured prefix
+    EXPECT_TRUE(folders[4].path.ends_with("/lib/velatura/plugins"));
+    EXPECT_NE(folders[4].path, folders[3].path);
 }
 
 }  // namespace

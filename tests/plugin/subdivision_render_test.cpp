@@ -102,7 +102,7 @@ TEST_F(SubdivisionRender, DrawsPolygonsWithAWarningWhereItIsMissing) {
     ASSERT_EQ(made.exit_code, 0) << made.output;
     const CommandResult r = w.velatura("--version >/dev/null && '" + copy +
                                        "/velatura' render smooth.usda -o x.exr" + quick);
-    EXPECT_EQ(r.exit_code, 0) << r.output;
+    EXPECT_EQ(r.exit_code, 1) << r.output;
     EXPECT_NE(r.output.find("smooth.usda:10:"), std::string::npos) << r.output;
     EXPECT_NE(r.output.find("the plugin subdivision is missing: nothing brings subdivider"),
               std::string::npos)

@@ -214,7 +214,7 @@ TEST_F(VolumeRender, IsAnErrorWithoutThePlugin) {
     const CommandResult r = w.velatura("--version >/dev/null && mkdir -p '" + copy + "' && cp '" +
                                        VELATURA_BIN_DIR + "/velatura' '" + copy + "' && '" + copy +
                                        "/velatura' render smoke.usda -o x.exr" + quick);
-    EXPECT_EQ(r.exit_code, 0) << r.output;
+    EXPECT_EQ(r.exit_code, 1) << r.output;
     EXPECT_NE(r.output.find("the plugin volume is missing: nothing brings volume_source"),
               std::string::npos)
         << r.output;
