@@ -221,8 +221,8 @@ def Xform "Root"
     {
         int[] faceVertexCounts = [4]
         int[] faceVertexIndices = [0, 1, 2, 3]
-        point3f[] points = [(-2.75, 1, -2.5), (-2.75, 1, -1.5), (-2.5, 2.5, -1.5), (-2.5, 2.5,
-            -2.5)]
+        point3f[] points = [(-2.75, 1, -2.5), (-2.75, 1, -1.5),
+            (-2.5, 2.5, -1.5), (-2.5, 2.5, -2.5)]
         uniform token subdivisionScheme = "none"
         rel material:binding = </Root/Glow>
     }
@@ -309,8 +309,8 @@ std::string soft_room() {
     replace(text, "inputs:angle = 2", "inputs:angle = 60");
     replace(text, "inputs:intensity = 20", "inputs:intensity = 5");
     replace(text, "inputs:radius = 0.25", "inputs:radius = 0.75");
-    replace(text, "[(-2.75, 1, -2.5), (-2.75, 1, -1.5), (-2.5, 2.5, -1.5), (-2.5, 2.5, -2.5)]",
-            "[(-2.75, 1, -1.5), (-2.75, 1, 1.5), (-2.5, 3.5, 1.5), (-2.5, 3.5, -1.5)]");
+    replace(text, "(-2.75, 1, -2.5), (-2.75, 1, -1.5)", "(-2.75, 1, -1.5), (-2.75, 1, 1.5)");
+    replace(text, "(-2.5, 2.5, -1.5), (-2.5, 2.5, -2.5)", "(-2.5, 3.5, 1.5), (-2.5, 3.5, -1.5)");
     replace(text, "inputs:roughness = 0.2\n", "inputs:roughness = 0.6\n");
     return text;
 }
