@@ -201,6 +201,11 @@ TEST(GuidedPicture, HasTheMeanOfTheUnguidedOneInARoomBehindABaffle) {
     expect_same_mean(baffle_usda(), 0.03, 24, 64);
 }
 
+/// The small twin of the tests of GuidedPicture.
+TEST(GuidedSmallPicture, HasTheMeanOfTheUnguidedOne) {
+    expect_same_mean(baffle_usda(), 0.08, 12, 32);
+}
+
 TEST(GuidedPicture, HasTheMeanOfTheUnguidedOneUnderGlass) {
     expect_same_mean(glass_usda(), 0.02, 24, 64);
 }

@@ -171,7 +171,7 @@ TEST_P(TargetsOfScenes, AreReached) {
 
 /// The small twin of TargetsOfScenes.
 TEST(TargetOfASmallRender, IsReached) {
-    EXPECT_NEAR(reached_of(load_scene("transport/sheets", 32, 24), 0.12, 4, 512), 1, 0.2);
+    EXPECT_NEAR(reached_of(load_scene("transport/sheets", 24, 18), 0.14, 4, 256), 1, 0.25);
 }
 
 const auto scenes =
