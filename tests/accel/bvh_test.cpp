@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accel/bvh.h"
+
 #include "accel/ray_stream.h"
 #include "accel/traverse.h"
 #include "base/tasks.h"

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "geometry/motion.h"
+
 #include "accel/bvh.h"
 #include "accel/traverse.h"
 #include "base/tasks.h"
 #include "brute_force.h"
 #include "compare.h"
-#include "geometry/motion.h"
 #include "soups.h"
 
 #include <gtest/gtest.h>

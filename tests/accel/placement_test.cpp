@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Boxes of placed prototypes: they hold what a ray can be found to meet, and fit turned prototypes
 // closely.
+#include "accel/placement.h"
+
 #include "accel/bvh_builder.h"
 #include "accel/bvh_collapse.h"
-#include "accel/placement.h"
 #include "soups.h"
 
 #include <gtest/gtest.h>

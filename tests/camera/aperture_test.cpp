@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Openings of lenses against the closed forms of regular polygons.
 #include "camera/aperture.h"
+
 #include "camera/camera_model.h"
 #include "sampling/warp.h"
 

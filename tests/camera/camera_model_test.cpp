@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "camera/camera_model.h"
+
 #include "hard_case.h"
 
 #include <gtest/gtest.h>

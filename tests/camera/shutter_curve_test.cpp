@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "camera/camera_model.h"
 #include "camera/shutter_curve.h"
+
+#include "camera/camera_model.h"
 
 #include <gtest/gtest.h>
 

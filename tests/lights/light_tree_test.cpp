@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "lights/light_tree.h"
+
 #include "hard_case.h"
 #include "light_fixtures.h"
 #include "lights/cluster_weights.h"
 #include "lights/light_selector.h"
-#include "lights/light_tree.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Choosing among lights of which some shine on some geometry only.
+#include "lights/linked_selector.h"
+
 #include "emissive_fixtures.h"
 #include "light_fixtures.h"
 #include "lights/light_tree.h"
-#include "lights/linked_selector.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hard_case.h"
 #include "lights/spherical_rectangle.h"
+
+#include "hard_case.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

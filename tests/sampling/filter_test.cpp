@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sampling/filter.h"
+
 #include "chi_square.h"
 #include "hard_case.h"
-#include "sampling/filter.h"
 
 #include <gtest/gtest.h>
 

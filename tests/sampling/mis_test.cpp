@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hard_case.h"
 #include "sampling/mis.h"
+
+#include "hard_case.h"
 
 #include <gtest/gtest.h>
 

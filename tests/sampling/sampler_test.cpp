@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sampling/sampler.h"
+
 #include "hard_case.h"
 #include "sampling/owen.h"
-#include "sampling/sampler.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

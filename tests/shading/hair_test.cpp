@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lobes of fibres against light traced through a cylinder, quadrature and samples.
+#include "shading/hair.h"
+
 #include "../sampling/chi_square.h"
 #include "shading/bsdf.h"
 #include "shading/fresnel.h"
-#include "shading/hair.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "shading/material_evaluator.h"
+
 #include "geometry/tessellate.h"
 #include "geometry/triangle_mesh.h"
 #include "hard_case.h"
 #include "image/exr.h"
-#include "shading/material_evaluator.h"
 #include "temporary_folder.h"
 
 #include <gtest/gtest.h>

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Thin walls: closed forms, energy, reciprocity, sampling of glass and paper without thickness.
+#include "shading/sheet.h"
+
 #include "../sampling/chi_square.h"
 #include "bsdf_quadrature.h"
 #include "shading/fresnel.h"
-#include "shading/sheet.h"
 
 #include <gtest/gtest.h>
 
