@@ -6,8 +6,10 @@ HEADER = "# Completion of {name} for {shell}; generated from the output of {name
 
 
 def brief(text):
-    """The first clause: shells show one line per candidate."""
-    clause = re.split(r"[;:(]|\. ", text, maxsplit=1)[0].strip()
+    """The first clause: shells show one line per candidate. A clause of one word before a colon says too little."""
+    clause = re.split(r"\s*(?:;|\(|:\s|\.\s+(?=[A-Z]))", text, maxsplit=1)[0].strip()
+    if " " not in clause:
+        clause = re.split(r"\s*[;(]", text, maxsplit=1)[0].strip()
     return clause if len(clause) <= 72 else clause[:72].rsplit(" ", 1)[0] + "…"
 
 

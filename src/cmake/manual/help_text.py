@@ -46,9 +46,11 @@ class Command:
 
 def parse_option(head, text):
     names, _, value = head.partition(" ")
-    value = value.replace("REQUIRED", "").strip()
-    # CLI11 writes TYPE:CHECK; the check says more, and repeats the type where it is a range
-    value = re.sub(r"^\w+:(?=\{|\w+ in \[)", "", value)
+    value, conditions = re.match(r"(.*?)\s*((?:(?:Needs|Excludes):.*)?)$", value.replace("REQUIRED", "").strip()).groups()
+    text = f"{text}; {conditions[:1].lower()}{conditions[1:]}" if conditions else text
+    # CLI11 writes TYPE:CHECK, and how many words it takes; the check says more, and names of words say how many
+    value = re.sub(r"^(\w+):(?=\{|\w+ in \[|\1\b)", "", value)
+    value = re.sub(r"(?<=\S) x \d+$", "", value) if " " in value.partition(" x ")[0] else value
     return Option(names.split(","), value, text)
 
 
@@ -103,8 +105,9 @@ def parse(name, text):
 def help_of(program, *arguments):
     # Sanitizers look for leaks at the end of a process, which is not what is asked here
     environment = dict(os.environ, ASAN_OPTIONS="detect_leaks=0", LC_ALL="C.UTF-8")
-    return subprocess.run([program, *arguments, "--help"], check=True, stdin=subprocess.DEVNULL, capture_output=True,
-                          encoding="utf-8", env=environment).stdout
+    # By its name alone, which stands in the usage line
+    return subprocess.run([os.path.basename(program), *arguments, "--help"], executable=program, check=True,
+                          stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", env=environment).stdout
 
 
 def read_program(program):
