@@ -7,6 +7,7 @@ find_dependency(OpenEXR 3.1 CONFIG)
 find_dependency(TBB)
 find_dependency(fmt)
 find_dependency(nlohmann_json)
+find_dependency(CLI11)
 # Debian puts OpenColorIO's CMake files directly into share/cmake, where CMake does not look by itself
 find_dependency(OpenColorIO 2.1 CONFIG PATHS /usr/share/cmake)
 find_dependency(OpenSSL COMPONENTS Crypto)

@@ -46,6 +46,8 @@ function(install_libraries)
   foreach(tier warnings numerics ${ARGN})
     set_target_properties(velatura_${tier} PROPERTIES EXPORT_NAME ${tier})
   endforeach()
+  # Programs that use them may have another default
+  target_compile_features(velatura_numerics INTERFACE cxx_std_20)
   install(TARGETS velatura_warnings velatura_numerics EXPORT velatura COMPONENT development)
   foreach(tier IN LISTS ARGN)
     install(TARGETS velatura_${tier} EXPORT velatura
