@@ -15,8 +15,8 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS fonts-dejavu-core)  # of the window
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "path tracer for USD scenes that writes light layers
- velatura renders a USD scene into an OpenEXR file that holds every bounce and
- every light as a layer of its own; the layers sum to the beauty.
- velatura-comp regrades, denoises, compares and merges such files without
- another render; velatura-comp-ui is a light mixer with a window.")
+velatura renders a USD scene into an OpenEXR file that holds every bounce and
+every light as a layer of its own; the layers sum to the beauty.
+velatura-comp regrades, denoises, compares and merges such files without
+another render; velatura-comp-ui is a light mixer with a window.")
 include(CPack)
