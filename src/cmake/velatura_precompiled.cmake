@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 # Precompiled headers: half of the compile time of a small file is the standard library, Imath and fmt. One set for each
 # group of tiers, which holds headers of the lowest tier of the group only, so that a tier cannot use a header of a tier
-# that it does not include. That each file includes what it uses is proven without them: preset tidy (clang), and the
-# tests meta.headers.
-# GCC takes one precompiled header for -O1, -O2 and -O3, but not for code with and without -fPIC or -Wpedantic.
+# that it does not include. What they could hide is tested without them (docs/adr/0046-quick-builds-and-tests.md).
+# GCC takes one precompiled header for -O1, -O2 and -O3 and any further macros, but not for code with and without -fPIC or
+# -Wpedantic. Clang wants the same macros as well: it has none, and so proves that each file includes what it uses.
 
 set(velatura_standard_headers
   <algorithm> <array> <atomic> <bit> <charconv> <chrono> <cmath> <cstdint> <cstring> <functional> <limits> <map> <memory>
   <mutex> <numeric> <optional> <set> <span> <string> <string_view> <unordered_map> <unordered_set> <utility> <variant>
   <vector>)
+
+if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  set(CMAKE_DISABLE_PRECOMPILE_HEADERS ON)
+endif()
 
 # ccache reads precompiled headers by their content only where the preprocessor says which they are
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_LAUNCHER MATCHES "ccache")

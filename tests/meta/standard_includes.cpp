@@ -59,6 +59,7 @@ const std::vector<StandardHeader>& standard_headers() {
             {"vector", R"(std::vector\b)", ""},
         }};
         std::vector<StandardHeader> headers;
+        headers.reserve(rows.size());
         for (const auto& row : rows) headers.push_back({row[0], std::regex(row[1]), row[2]});
         return headers;
     }();
