@@ -15,7 +15,7 @@ BUILD = pathlib.Path(sys.argv.pop(1)).resolve()
 QUICK = ["--res", "16", "12", "--spp", "1", "--guiding", "off", "--progress", "none"]
 
 sys.path.insert(0, str(HERE))
-from make_picture import picture  # noqa: E402
+from make_image import image  # noqa: E402
 
 
 def run(*command, **options):
@@ -40,7 +40,7 @@ class Installation(unittest.TestCase):
         cls.scene = top / "scene" / "surface.usda"
         cls.scene.parent.mkdir()
         shutil.copy(HERE / "surface.usda", cls.scene)
-        (cls.scene.parent / "picture.hdr").write_bytes(picture())
+        (cls.scene.parent / "image.hdr").write_bytes(image())
         cls.top = top
 
     @classmethod

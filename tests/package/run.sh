@@ -83,7 +83,7 @@ say "programs, man pages, completions and copyright are there"
 mkdir "$root/srv/artist/surface"
 cp -r scenes/cornell scenes/sky scenes/bonfire "$root/srv/artist/"
 cp tests/package/surface.usda "$root/srv/artist/surface/"
-/usr/bin/python3 -B tests/package/make_picture.py "$root/srv/artist/surface/picture.hdr"
+/usr/bin/python3 -B tests/package/make_image.py "$root/srv/artist/surface/image.hdr"
 as_root chown -R artist:artist /srv/artist
 
 small=(--res 64 48 --spp 4)
@@ -94,7 +94,7 @@ renders surface surface/surface.usda "${small[@]}"
 if [[ -f $root/srv/artist/bonfire/generated/bonfire.vdb ]]; then
     renders bonfire bonfire/bonfire.usda "${small[@]}"
 else
-    say "bonfire is left out: python3-openvdb is not installed here"
+    say "bonfire is skipped: python3-openvdb is not installed here"
 fi
 as_user velatura-comp mix sky.exr -o sky.png >/dev/null
 as_user velatura-comp-ui --help >/dev/null
