@@ -4,6 +4,7 @@
 #include <openvdb/io/File.h>
 #include <openvdb/openvdb.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -65,6 +66,33 @@ inline openvdb::FloatGrid::Ptr blobs(const std::string& name, double voxel = 0.2
                         accessor.setValue(centre.offsetBy(x, y, z),
                                           float(1 + (x + 2 * y + 3 * z + 40) % 7));
                 }
+    return grid;
+}
+
+/// A ball as a level set: distances to its surface up to three voxels away, as OpenVDB's
+/// createLevelSetSphere writes them, whose templates take half a minute to compile.
+inline openvdb::FloatGrid::Ptr level_set_ball(const std::string& name,
+                                              double radius,
+                                              const openvdb::Vec3d& centre,
+                                              double voxel) {
+    const double band = 3.0 * voxel;
+    const openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(float(band));
+    grid->setName(name);
+    grid->setGridClass(openvdb::GRID_LEVEL_SET);
+    grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
+    auto accessor = grid->getAccessor();
+    const auto first = openvdb::Coord::floor((centre - openvdb::Vec3d(radius + band)) / voxel);
+    const auto last = openvdb::Coord::ceil((centre + openvdb::Vec3d(radius + band)) / voxel);
+    for (int z = first.z(); z <= last.z(); ++z)
+        for (int y = first.y(); y <= last.y(); ++y)
+            for (int x = first.x(); x <= last.x(); ++x) {
+                const double distance =
+                    (openvdb::Vec3d(x, y, z) * voxel - centre).length() - radius;
+                if (std::abs(distance) < band)
+                    accessor.setValue({x, y, z}, float(distance));
+                else if (distance < 0)
+                    accessor.setValueOff({x, y, z}, float(-band));
+            }
     return grid;
 }
 

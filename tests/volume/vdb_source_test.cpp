@@ -12,7 +12,6 @@
 
 #include <gtest/gtest.h>
 #include <openvdb/tools/Interpolation.h>
-#include <openvdb/tools/LevelSetSphere.h>
 
 #include <algorithm>
 #include <chrono>
@@ -128,9 +127,7 @@ TEST(VdbSource, ReadsColours) {
 
 TEST(VdbSource, KeepsWhatIsInsideOfALevelSet) {
     const VdbFolder folder;
-    const auto ball = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(
-        2.0f, openvdb::Vec3f(1.0f, -2.0f, 0.5f), 0.125f);
-    ball->setName("surface");
+    const auto ball = level_set_ball("surface", 2.0, {1.0, -2.0, 0.5}, 0.125);
     const std::string file = folder.write("ball.vdb", {ball, blobs("density")});
     using scene::GridKind;
     for (const GridKind kind : {GridKind::AsStored, GridKind::LevelSet}) {

@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <openvdb/tools/LevelSetSphere.h>
 
 #include <array>
 #include <cmath>
@@ -143,9 +142,7 @@ TEST_F(VolumeRender, OfZerosIsThePictureWithout) {
 }
 
 TEST_F(VolumeRender, DrawsLevelSetsAsSurfaces) {
-    const auto ball = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(
-        1.2f, openvdb::Vec3f(0.0f, 0.5f, 0.0f), 0.1f);
-    ball->setName("density");
+    const auto ball = level_set_ball("density", 1.2, {0.0, 0.5, 0.0}, 0.1);
     openvdb::io::File(w.path("ball.vdb")).write({ball});
     const std::string bytes = VdbFolder::bytes_of(w.path("ball.vdb"));
     w.write("cut_ball.vdb", bytes.substr(0, bytes.size() / 2));
