@@ -28,14 +28,17 @@ constexpr KeyPress ctrl_shift(int key) {
 }
 
 /// Keys without a letter.
-constexpr std::array<std::pair<const char*, int>, 8> special_keys = {{{"Up", key_up},
-                                                                      {"Down", key_down},
-                                                                      {"Left", key_left},
-                                                                      {"Right", key_right},
-                                                                      {"F1", key_f1},
-                                                                      {"Enter", key_enter},
-                                                                      {"Escape", key_escape},
-                                                                      {"Tab", key_tab}}};
+constexpr std::array<std::pair<const char*, int>, 11> special_keys = {{{"Up", key_up},
+                                                                       {"Down", key_down},
+                                                                       {"Left", key_left},
+                                                                       {"Right", key_right},
+                                                                       {"F1", key_f1},
+                                                                       {"F5", key_f5},
+                                                                       {"PageUp", key_page_up},
+                                                                       {"PageDown", key_page_down},
+                                                                       {"Enter", key_enter},
+                                                                       {"Escape", key_escape},
+                                                                       {"Tab", key_tab}}};
 
 std::string lower(std::string text) {
     std::transform(text.begin(), text.end(), text.begin(),
@@ -54,6 +57,9 @@ std::string text_of(const KeyPress& press) {
 std::vector<KeyBinding> make_bindings() {
     std::vector<KeyBinding> bindings = {
         {ctrl('O'), Action::OpenFile, "Open a file of light layers", {}},
+        {plain(key_f5), Action::Reload, "Read the file again, the look stays", {}},
+        {plain(key_page_up), Action::PreviousFrame, "The frame before, the look stays", {}},
+        {plain(key_page_down), Action::NextFrame, "The next frame, the look stays", {}},
         {ctrl('L'), Action::OpenPreset, "Load a preset", {}},
         {ctrl('S'), Action::SavePreset, "Save the look as a preset", {}},
         {ctrl('E'), Action::SavePicture, "Save the picture (.png, .jpg, .exr)", {}},

@@ -10,6 +10,9 @@ namespace velatura::compositor::window {
 /// What a key or a menu entry does.
 enum class Action {
     OpenFile,
+    Reload,
+    PreviousFrame,
+    NextFrame,
     OpenPreset,
     SavePreset,
     SavePicture,
@@ -46,6 +49,9 @@ enum SpecialKey : int {
     key_left,
     key_right,
     key_f1,
+    key_f5,
+    key_page_up,
+    key_page_down,
     key_enter,
     key_escape,
     key_tab

@@ -57,7 +57,7 @@ class Panel {
 
 Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
     : frame_(frame),
-      session_(RecentFiles(recent_list_path())),
+      session_(RecentFiles(recent_list_path()), KeptLooks(kept_looks_folder())),
       drawing_{session_, textures_, {}, window.fonts(), {}, {}, true, {}, false, {}, {}, {}},
       worker_(GlfwWindow::wake),
       loading_(GlfwWindow::wake),
@@ -185,7 +185,11 @@ void Desktop::draw() {
     draw_desk();
     dialogs_.draw(drawing_);
     // A drag and a key that is held are one step of undo each
-    if (!ImGui::IsAnyItemActive() && !GlfwWindow::is_key_held()) session_.seal();
+    if (!ImGui::IsAnyItemActive() && !GlfwWindow::is_key_held()) {
+        session_.seal();
+        session_.keep_looks();
+    }
+    if (const auto wanted = session_.take_wanted_file()) open(*wanted);
     request();
 }
 

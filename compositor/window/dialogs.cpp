@@ -59,13 +59,18 @@ void Dialogs::draw(Drawing& drawing) {
     const ImVec2 screen = ImGui::GetIO().DisplaySize;
     const float unit = ImGui::GetFontSize();
     ImGui::SetNextWindowPos({screen.x / 2, screen.y / 2}, ImGuiCond_Always, {0.5f, 0.5f});
-    ImGui::SetNextWindowSize(
-        {std::min(42 * unit, screen.x - 2 * unit), std::min(40 * unit, screen.y - 2 * unit)});
+    const bool is_question = shown_ == Dialog::Replace || shown_ == Dialog::Quit;
+    ImGui::SetNextWindowSize({std::min(42 * unit, screen.x - 2 * unit),
+                              std::min((is_question ? 10 : 40) * unit, screen.y - 2 * unit)});
     if (ImGui::BeginPopupModal(
             "dialog", nullptr,
             ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove)) {
         if (shown_ == Dialog::Help)
             draw_help(drawing);
+        else if (shown_ == Dialog::Replace)
+            draw_replace(drawing);
+        else if (shown_ == Dialog::Quit)
+            draw_quit(drawing);
         else
             draw_files(drawing);
         if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape)))
@@ -101,6 +106,46 @@ void Dialogs::draw_help(Drawing& drawing) {
     ImGui::EndChild();
     if (ImGui::Button("Close")) drawing.session.set_dialog(Dialog::None);
     note_item(drawing, "close");
+}
+
+void Dialogs::draw_replace(Drawing& drawing) {
+    Session& session = drawing.session;
+    const auto& [what, path] = session.replaced();
+    ImGui::PushTextWrapPos(0);
+    text(fs::path(path).filename().string() + " is there already.");
+    text(path, colour::dim);
+    if (session.replaces_layers())
+        text("It is the file that is open: its layers would be lost.", colour::error);
+    ImGui::PopTextWrapPos();
+    ImGui::Spacing();
+    const bool is_confirmed = ImGui::Button("Replace");
+    note_item(drawing, "replace");
+    ImGui::SameLine();
+    if (ImGui::Button("Cancel")) session.set_dialog(Dialog::None);
+    note_item(drawing, "cancel");
+    if (!is_confirmed) return;
+    session.set_dialog(Dialog::None);
+    save(drawing, what, path);
+}
+
+void Dialogs::draw_quit(Drawing& drawing) {
+    Session& session = drawing.session;
+    ImGui::PushTextWrapPos(0);
+    text("The look is not saved as a preset.");
+    text("It is kept beside the recent files and comes back with this file.", colour::dim);
+    ImGui::PopTextWrapPos();
+    ImGui::Spacing();
+    if (ImGui::Button("Save preset …")) session.set_dialog(Dialog::SavePreset);
+    note_item(drawing, "save first");
+    ImGui::SameLine();
+    if (ImGui::Button("Quit")) {
+        session.set_dialog(Dialog::None);
+        session.quit();
+    }
+    note_item(drawing, "quit");
+    ImGui::SameLine();
+    if (ImGui::Button("Cancel")) session.set_dialog(Dialog::None);
+    note_item(drawing, "cancel");
 }
 
 void Dialogs::draw_list(Drawing& drawing) {
@@ -161,18 +206,14 @@ void Dialogs::accept(Drawing& drawing) {
     }
     path = with_extension(path, file_dialog(shown_).extension);
     session.set_dialog(Dialog::None);
-    switch (shown_) {
-        case Dialog::OpenFile:
-            return drawing.open_file(path);
-        case Dialog::OpenPreset:
-            return session.load_preset(path);
-        case Dialog::SavePreset:
-            return session.save_preset(path);
-        case Dialog::SavePicture:
-            return drawing.save_picture(path);
-        default:
-            return;
-    }
+    if (shown_ == Dialog::OpenFile) return drawing.open_file(path);
+    if (shown_ == Dialog::OpenPreset) return session.load_preset(path);
+    if (!session.ask_to_replace(shown_, path)) save(drawing, shown_, path);
+}
+
+void Dialogs::save(Drawing& drawing, Dialog what, const std::string& path) {
+    if (what == Dialog::SavePicture) return drawing.save_picture(path);
+    drawing.session.save_preset(path);
 }
 
 }  // namespace velatura::compositor::window

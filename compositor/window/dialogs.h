@@ -18,6 +18,9 @@ class Dialogs {
     void begin(Drawing& drawing);
     void draw_help(Drawing& drawing);
     void draw_files(Drawing& drawing);
+    void draw_replace(Drawing& drawing);
+    void draw_quit(Drawing& drawing);
+    void save(Drawing& drawing, Dialog what, const std::string& path);
     void draw_list(Drawing& drawing);
     void accept(Drawing& drawing);
     void go_to(const std::string& folder);

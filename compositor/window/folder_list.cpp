@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/window/folder_list.h"
 
+#include "compositor/sequence.h"
+
 #include <algorithm>
+#include <charconv>
 #include <cstdlib>
 #include <filesystem>
 
@@ -43,6 +46,30 @@ std::string path_in(const std::string& folder, const std::string& path) {
 
 std::string with_extension(const std::string& path, std::string_view extension) {
     return fs::path(path).has_extension() ? path : path + std::string(extension);
+}
+
+std::optional<std::string> frame_beside(const std::string& path, int step) {
+    const std::string name = fs::path(path).filename().string();
+    const size_t last = name.find_last_of("0123456789", name.rfind('.'));
+    if (last == std::string::npos) return std::nullopt;
+    size_t first = last;
+    while (first > 0 && name[first - 1] >= '0' && name[first - 1] <= '9') --first;
+    const size_t digits = last + 1 - first;
+    int frame = 0;
+    if (std::from_chars(name.data() + first, name.data() + last + 1, frame).ec != std::errc())
+        return std::nullopt;
+    // A number without leading zeros may have more digits than its neighbour
+    const size_t width = name[first] == '0' ? digits : 1;
+    const std::string pattern =
+        (fs::path(path).parent_path() /
+         (name.substr(0, first) + std::string(width, '#') + name.substr(last + 1)))
+            .string();
+    const std::vector<int> frames = frames_on_disk(pattern);
+    const auto here = std::lower_bound(frames.begin(), frames.end(), frame);
+    const long there = (here - frames.begin()) + step +
+                       (step > 0 && here != frames.end() && *here != frame ? -1 : 0);
+    if (there < 0 || there >= long(frames.size())) return std::nullopt;
+    return frame_path(pattern, frames[size_t(there)]);
 }
 
 }  // namespace velatura::compositor::window

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,5 +26,9 @@ std::string path_in(const std::string& folder, const std::string& path);
 
 /// With the extension if it has none.
 std::string with_extension(const std::string& path, std::string_view extension);
+
+/// The frame that is `step` frames on the disk after (before, if negative) a file like
+/// `shot.0007.exr`: the last number of its name is that of the frame. None: there is no such file.
+std::optional<std::string> frame_beside(const std::string& path, int step);
 
 }  // namespace velatura::compositor::window

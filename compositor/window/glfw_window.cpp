@@ -89,14 +89,17 @@ std::vector<std::string> GlfwWindow::take_dropped() {
 }
 
 int GlfwWindow::key_index(int key) {
-    constexpr std::array<std::pair<int, int>, 8> special = {{{key_up, GLFW_KEY_UP},
-                                                             {key_down, GLFW_KEY_DOWN},
-                                                             {key_left, GLFW_KEY_LEFT},
-                                                             {key_right, GLFW_KEY_RIGHT},
-                                                             {key_f1, GLFW_KEY_F1},
-                                                             {key_enter, GLFW_KEY_ENTER},
-                                                             {key_escape, GLFW_KEY_ESCAPE},
-                                                             {key_tab, GLFW_KEY_TAB}}};
+    constexpr std::array<std::pair<int, int>, 11> special = {{{key_up, GLFW_KEY_UP},
+                                                              {key_down, GLFW_KEY_DOWN},
+                                                              {key_left, GLFW_KEY_LEFT},
+                                                              {key_right, GLFW_KEY_RIGHT},
+                                                              {key_f1, GLFW_KEY_F1},
+                                                              {key_f5, GLFW_KEY_F5},
+                                                              {key_page_up, GLFW_KEY_PAGE_UP},
+                                                              {key_page_down, GLFW_KEY_PAGE_DOWN},
+                                                              {key_enter, GLFW_KEY_ENTER},
+                                                              {key_escape, GLFW_KEY_ESCAPE},
+                                                              {key_tab, GLFW_KEY_TAB}}};
     const auto at =
         std::find_if(special.begin(), special.end(), [&](const auto& s) { return s.first == key; });
     // GLFW calls letters, digits and signs by their ASCII codes

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 
 namespace velatura::compositor::window {
@@ -213,6 +214,33 @@ bool same_look(const Look& a, const Look& b) {
            a.rows == b.rows &&
            std::equal(a.controls.begin(), a.controls.end(), b.controls.begin(), b.controls.end(),
                       same_control);
+}
+
+std::optional<float> stops_of_text(std::string_view text) {
+    const auto strip_blanks = [&] {
+        while (text.starts_with(' ')) text.remove_prefix(1);
+        while (text.ends_with(' ')) text.remove_suffix(1);
+    };
+    strip_blanks();
+    bool is_factor = false;
+    for (const std::string_view sign : {"x", "X", "×"}) {
+        if (text.starts_with(sign)) {
+            text.remove_prefix(sign.size());
+            is_factor = true;
+        } else if (text.ends_with(sign)) {
+            text.remove_suffix(sign.size());
+            is_factor = true;
+        }
+    }
+    if (!is_factor && text.ends_with("st")) text.remove_suffix(2);
+    strip_blanks();
+    if (text.starts_with('+')) text.remove_prefix(1);
+    float value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+        return std::nullopt;
+    if (!is_factor) return value;
+    return value < 0 ? std::nullopt : std::optional(std::log2(value));
 }
 
 }  // namespace velatura::compositor::window

@@ -7,6 +7,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace velatura::compositor::window {
@@ -70,5 +71,9 @@ std::string control_text(const Control& control);
 
 /// True if they are saved as the same text.
 bool same_look(const Look& a, const Look& b);
+
+/// What a box of stops takes: `1.5`, `+1.5`, `1.5 st` are stops, `2x`, `x2`, `×2` a multiplier.
+/// Returns: stops, −∞ for a multiplier of 0; none for anything else, as while it is being typed.
+std::optional<float> stops_of_text(std::string_view text);
 
 }  // namespace velatura::compositor::window

@@ -16,9 +16,16 @@ void entry(Drawing& drawing, const char* label, Action action, bool is_enabled =
     note_item(drawing, std::string("menu ") + label);
 }
 
+/// Whether the menu is open; Escape closes it.
+bool begin_menu(const char* label, bool is_enabled = true) {
+    if (!ImGui::BeginMenu(label, is_enabled)) return false;
+    if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape))) ImGui::CloseCurrentPopup();
+    return true;
+}
+
 void draw_recent(Drawing& drawing) {
     const std::vector<std::string>& recent = drawing.session.recent().paths();
-    if (!ImGui::BeginMenu("Open recent", !recent.empty())) return;
+    if (!begin_menu("Open recent", !recent.empty())) return;
     for (const std::string& path : recent) {
         if (ImGui::MenuItem(path.c_str())) drawing.open_file(path);
     }
@@ -28,9 +35,12 @@ void draw_recent(Drawing& drawing) {
 void draw_menus(Drawing& drawing) {
     const Session& session = drawing.session;
     const bool has_file = session.has_file();
-    if (ImGui::BeginMenu("File")) {
+    if (begin_menu("File")) {
         entry(drawing, "Open …", Action::OpenFile);
         draw_recent(drawing);
+        entry(drawing, "Read again", Action::Reload, has_file);
+        entry(drawing, "Previous frame", Action::PreviousFrame, has_file);
+        entry(drawing, "Next frame", Action::NextFrame, has_file);
         ImGui::Separator();
         entry(drawing, "Load preset …", Action::OpenPreset);
         entry(drawing, "Save preset …", Action::SavePreset, has_file);
@@ -40,7 +50,7 @@ void draw_menus(Drawing& drawing) {
         ImGui::EndMenu();
     }
     note_item(drawing, "menu File");
-    if (ImGui::BeginMenu("Edit", has_file)) {
+    if (begin_menu("Edit", has_file)) {
         entry(drawing, "Undo", Action::Undo, session.can_undo());
         entry(drawing, "Redo", Action::Redo, session.can_redo());
         ImGui::Separator();
@@ -50,14 +60,14 @@ void draw_menus(Drawing& drawing) {
         entry(drawing, "Copy over the other look", Action::CopyLook);
         ImGui::EndMenu();
     }
-    if (ImGui::BeginMenu("View", has_file)) {
+    if (begin_menu("View", has_file)) {
         entry(drawing, "Fit", Action::ZoomFit);
         entry(drawing, "1:1", Action::ZoomOne);
         entry(drawing, "Wipe A | B", Action::ToggleWipe);
         entry(drawing, "Edit the other look", Action::SwitchLook);
         ImGui::EndMenu();
     }
-    if (ImGui::BeginMenu("Help")) {
+    if (begin_menu("Help")) {
         entry(drawing, "Keys", Action::ShowHelp);
         ImGui::EndMenu();
     }

@@ -3,12 +3,16 @@
 
 #include "base/atomic_file.h"
 #include "compositor/file_frame.h"
+#include "compositor/fit_look.h"
+#include "compositor/window/folder_list.h"
 #include "image/layer_file.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <utility>
 
 namespace velatura::compositor::window {
 
@@ -19,6 +23,18 @@ constexpr float coarse_step = 0.25f, fine_step = 0.05f;  // stops
 constexpr float most_stops = 20;
 constexpr double zoom_step = 1.25;
 
+/// The light as it was rendered, on that look's monitor.
+Look as_rendered(const Look& look) {
+    Look fresh;
+    fresh.display = look.display;
+    fresh.view = look.view;
+    return fresh;
+}
+
+bool is_plain(const Look& look) {
+    return same_look(look, as_rendered(look));
+}
+
 /// Looks of a frame that say the same, at the same values of their keys.
 bool same_picture(const Look& a, const Look& b) {
     return same_look(a, b) &&
@@ -28,33 +44,81 @@ bool same_picture(const Look& a, const Look& b) {
 
 }  // namespace
 
-Session::Session(RecentFiles recent) : recent_(std::move(recent)) {}
+Session::Session(RecentFiles recent, KeptLooks kept)
+    : recent_(std::move(recent)), kept_(std::move(kept)) {}
 
 void Session::show(std::string path,
                    std::shared_ptr<const Levels> levels,
                    std::optional<double> frame) {
-    path_ = std::move(path);
+    keep_looks();
+    const bool is_first = !has_file();
     levels_ = std::move(levels);
     rows_ = mixer_rows(stack());
-    recent_.add(path_);
-    // Another file, another look; the monitor stays
-    Look fresh;
-    fresh.display = look().display;
-    fresh.view = look().view;
-    history_.reset({fresh, fresh});
-    active_ = 0;
+    recent_.add(path);
+    begin_with(path);
+    path_ = std::move(path);
+    last_kept_.reset();
+    if (is_first) active_ = 0;
     frame_ = frame ? *frame : frame_of(stack().image()).value_or(0);
     pictures_ = {};
     transforms_.clear();
-    set_page(Page::Lights);
+    set_page(is_first ? Page::Lights : page_);
     const size_t rows_of_file = stack().header().lights.size();
     const image::Window& display = stack().image().display;
     view_.set_picture(display.width(), display.height());
     after_change();
     tell(fmt::format(
-        "{} layers, {} {}", stack().header().layers.size(), rows_of_file,
-        stack().is_plain() ? "rows of a file without a header of Velatura" : "light groups"));
+             "{} layers, {} {}", stack().header().layers.size(), rows_of_file,
+             stack().is_plain() ? "rows of a file without a header of Velatura" : "light groups") +
+         (is_plain(look()) ? "" : "; the look is the one from before (Ctrl+R: as rendered)"));
     if (waiting_) take_over(*std::exchange(waiting_, std::nullopt));
+}
+
+/// The looks of the file before go on; else those that were kept for this one come back. The last
+/// step of undo leads to the others.
+void Session::begin_with(const std::string& path) {
+    const bool goes_on = !is_plain(look(0)) || !is_plain(look(1));
+    const auto kept = path == path_ ? std::nullopt : kept_.find(path);
+    is_fitted_.fill(goes_on || kept);
+    if (!goes_on) history_.reset({as_rendered(look()), as_rendered(look())});
+    if (!kept) return;
+    Looks earlier = *kept;
+    for (Look& l : earlier) {
+        l.display = look().display;
+        l.view = look().view;
+    }
+    const Looks now = history_.now();
+    history_.change(std::move(earlier), "");
+    if (goes_on) history_.change(now, "");
+}
+
+bool Session::is_saved(const Look& look) const {
+    if (is_plain(look)) return true;
+    return std::any_of(saved_.begin(), saved_.end(), [&](Look preset) {
+        // The monitor is no part of it
+        preset.display = look.display;
+        preset.view = look.view;
+        return same_look(preset, look);
+    });
+}
+
+void Session::remember_saved(const Look& look) {
+    if (!is_saved(look)) saved_.push_back(look);
+}
+
+bool Session::has_unsaved_look() const {
+    return !is_saved(look(0)) || !is_saved(look(1));
+}
+
+void Session::keep_looks() {
+    if (!has_file()) return;
+    const Looks& now = history_.now();
+    if (last_kept_ && same_look(now[0], (*last_kept_)[0]) && same_look(now[1], (*last_kept_)[1]))
+        return;
+    last_kept_ = now;
+    if (!has_unsaved_look()) return kept_.drop(path_);
+    if (const auto written = kept_.keep(path_, now); !written)
+        tell("the look is not kept: " + written.error().message, true);
 }
 
 void Session::edit(const std::string& gesture, const std::function<void(Look&)>& change) {
@@ -93,9 +157,15 @@ void Session::after_change() {
 }
 
 void Session::refresh(size_t index) {
-    const Look wanted = look_at(look(index), frame_);
+    Look wanted = look_at(look(index), frame_);
     std::shared_ptr<const PictureTask>& picture = pictures_[index];
     look_errors_[index].clear();
+    left_out_[index].clear();
+    if (is_fitted_[index]) {
+        FittedLook fitted = fit_look(stack(), wanted);
+        wanted = std::move(fitted.look);
+        left_out_[index] = std::move(fitted.left_out);
+    }
     if (picture && same_picture(picture->look, wanted)) return;
     auto plan = plan_for(wanted);
     if (!plan) {
@@ -140,10 +210,12 @@ Result<MixPlan> Session::plan_for(const Look& look) const {
     return plan;
 }
 
-std::span<const std::string> Session::notes() const {
+std::vector<std::string> Session::notes() const {
     const auto& picture = pictures_[active_];
     if (!picture || !look_errors_[active_].empty()) return {};
-    return picture->plans[0]->notes;
+    std::vector<std::string> notes = picture->plans[0]->notes;
+    for (const std::string& line : left_out_[active_]) notes.push_back("left out " + line);
+    return notes;
 }
 
 std::string Session::look_error() const {
@@ -244,8 +316,7 @@ void Session::perform(Action action) {
         case Action::ShowHelp:
             return set_dialog(Dialog::Help);
         case Action::Quit:
-            wants_to_quit_ = true;
-            return;
+            return has_unsaved_look() ? set_dialog(Dialog::Quit) : quit();
         default:
             break;
     }
@@ -256,6 +327,13 @@ void Session::perform(Action action) {
             return set_dialog(Dialog::SavePreset);
         case Action::SavePicture:
             return set_dialog(Dialog::SavePicture);
+        case Action::Reload:
+            wanted_file_ = path_;
+            return;
+        case Action::PreviousFrame:
+            return want_neighbour(-1);
+        case Action::NextFrame:
+            return want_neighbour(1);
         case Action::Undo:
             if (history_.undo()) after_change();
             return;
@@ -302,6 +380,12 @@ void Session::perform(Action action) {
     }
 }
 
+void Session::want_neighbour(int step) {
+    wanted_file_ = frame_beside(path_, step);
+    if (!wanted_file_)
+        tell(fmt::format("there is no frame {} {}", step < 0 ? "before" : "after", path_), true);
+}
+
 void Session::press(const KeyPress& key, bool is_repeat) {
     const auto action = action_of(key);
     if (!action || (is_repeat && !repeats(*action))) return;
@@ -314,6 +398,7 @@ void Session::load_preset(const std::string& path) {
     if (!text) return tell(text.error().message, true);
     const auto loaded = look_from_json(*text);
     if (!loaded) return tell(path + ": " + loaded.error().message, true);
+    remember_saved(*loaded);
     const Preset preset = {path, *loaded};
     if (has_file()) return take_over(preset);
     waiting_ = preset;
@@ -321,6 +406,7 @@ void Session::load_preset(const std::string& path) {
 }
 
 void Session::take_over(const Preset& preset) {
+    is_fitted_[active_] = false;
     edit("", [&](Look& l) { l = preset.look; });
     tell(fmt::format("look {} is that of {}{}", active_ == 0 ? "A" : "B", preset.path,
                      has_keys(preset.look) ? fmt::format(", its keys at frame {}", frame_) : ""));
@@ -329,7 +415,23 @@ void Session::take_over(const Preset& preset) {
 void Session::save_preset(const std::string& path) {
     const auto saved = write_file_atomically(path, look_to_json(look()));
     if (!saved) return tell(saved.error().message, true);
+    remember_saved(look());
+    last_kept_.reset();
+    keep_looks();
     tell("saved " + path);
+}
+
+bool Session::ask_to_replace(Dialog what, const std::string& path) {
+    std::error_code unknown;
+    if (!std::filesystem::exists(path, unknown)) return false;
+    replaced_ = {what, path};
+    set_dialog(Dialog::Replace);
+    return true;
+}
+
+bool Session::replaces_layers() const {
+    std::error_code unknown;
+    return std::filesystem::equivalent(replaced_.second, path_, unknown);
 }
 
 std::function<Result<void>()> Session::picture_writer(const std::string& path) const {

@@ -3,6 +3,7 @@
 
 #include "compositor/window/actions.h"
 #include "compositor/window/history.h"
+#include "compositor/window/kept_looks.h"
 #include "compositor/window/levels.h"
 #include "compositor/window/look_rows.h"
 #include "compositor/window/picture_view.h"
@@ -15,7 +16,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,17 +32,18 @@ struct Message {
 enum class Page { Lights, Bounces, Cells, Shadows };
 
 /// What stands before the mixer and waits for an answer.
-enum class Dialog { None, OpenFile, OpenPreset, SavePreset, SavePicture, Help };
+enum class Dialog { None, OpenFile, OpenPreset, SavePreset, SavePicture, Replace, Quit, Help };
 
 /// Everything that the window is about, without a window: the file, both looks and what was done to
 /// them, what is selected and seen. Drawing reads it and calls it; it calls nothing that draws.
 class Session {
   public:
-    explicit Session(RecentFiles recent);
+    explicit Session(RecentFiles recent, KeptLooks kept = KeptLooks());
 
     // The file
 
-    /// frame: at which keys are read; none: that of the file.
+    /// The looks go on with another file, which leaves out what it lacks; the first file begins
+    /// with the looks that were kept for it. frame: at which keys are read; none: that of the file.
     void show(std::string path,
               std::shared_ptr<const Levels> levels,
               std::optional<double> frame = std::nullopt);
@@ -71,6 +72,13 @@ class Session {
 
     /// Ends the gesture.
     void seal() { history_.seal(); }
+
+    /// True if a look would be lost that is neither a preset nor that of the render.
+    bool has_unsaved_look() const;
+
+    /// Keeps such looks for the next time that this file is opened, beside the presets; called when
+    /// no gesture goes on.
+    void keep_looks();
 
     bool can_undo() const { return history_.can_undo(); }
 
@@ -124,11 +132,29 @@ class Session {
 
     bool wants_to_quit() const { return wants_to_quit_; }
 
+    /// Quits, whatever is not saved.
+    void quit() { wants_to_quit_ = true; }
+
+    /// A file that keys or menus ask to open, once.
+    std::optional<std::string> take_wanted_file() {
+        return std::exchange(wanted_file_, std::nullopt);
+    }
+
     // Files
 
     /// Of the active look; without a file the preset waits for one.
     void load_preset(const std::string& path);
+    /// Over whatever is there; ask_to_replace() asks before.
     void save_preset(const std::string& path);
+
+    /// Whether a preset or picture saved there takes the place of a file. Then the dialog Replace
+    /// asks, and replaced() says what for: SavePreset or SavePicture, and where.
+    bool ask_to_replace(Dialog what, const std::string& path);
+
+    const std::pair<Dialog, std::string>& replaced() const { return replaced_; }
+
+    /// Whether the file to be replaced is the one whose layers are open.
+    bool replaces_layers() const;
     /// What to run, in a thread of its own if need be, to write the picture of the active look.
     std::function<Result<void>()> picture_writer(const std::string& path) const;
 
@@ -140,8 +166,8 @@ class Session {
     /// look before. Empty: nothing.
     std::string look_error() const;
 
-    /// What the active look asks for and the file has no need of.
-    std::span<const std::string> notes() const;
+    /// What the active look asks for and the file has no need of, or lacks.
+    std::vector<std::string> notes() const;
 
   private:
     struct Preset {
@@ -150,6 +176,10 @@ class Session {
     };
 
     void after_change();
+    void begin_with(const std::string& path);
+    bool is_saved(const Look& look) const;
+    void remember_saved(const Look& look);
+    void want_neighbour(int step);
     void take_over(const Preset& preset);
     void refresh(size_t index);
     Result<MixPlan> plan_for(const Look& look) const;
@@ -160,6 +190,9 @@ class Session {
     void perform_on_row(Action action);
 
     RecentFiles recent_;
+    KeptLooks kept_;
+    std::vector<Look> saved_;  ///< presets that were loaded or saved
+    std::optional<Looks> last_kept_;  ///< of this file
     std::string path_;
     std::shared_ptr<const Levels> levels_;
     MixerRows rows_;
@@ -168,6 +201,11 @@ class Session {
     double frame_ = 0;
 
     std::optional<Preset> waiting_;  ///< for a file
+    std::optional<std::string> wanted_file_;
+    std::pair<Dialog, std::string> replaced_ = {Dialog::None, {}};
+    /// Looks made for another file leave out what this one lacks; what they left out, line by line
+    std::array<bool, 2> is_fitted_ = {false, false};
+    std::array<std::vector<std::string>, 2> left_out_;
     std::array<std::shared_ptr<const PictureTask>, 2> pictures_;
     std::array<std::string, 2> look_errors_;
     uint64_t last_version_ = 0;

@@ -75,12 +75,14 @@ std::optional<float> drag_slider(
 
 std::optional<float> stops_box(const char* id, float stops, float width) {
     constexpr float most = 20;
-    float value = stops;
+    std::array<char, 32> typed{};
+    fmt::format_to_n(typed.data(), typed.size() - 1, "{:+.2f} st", stops);
     ImGui::SetNextItemWidth(width);
-    if (!ImGui::InputFloat(id, &value, 0, 0, "%+.2f", ImGuiInputTextFlags_AutoSelectAll))
+    if (!ImGui::InputText(id, typed.data(), typed.size(), ImGuiInputTextFlags_AutoSelectAll))
         return std::nullopt;
-    if (!std::isfinite(value)) return std::nullopt;
-    return std::clamp(value, -most, most);
+    const auto value = stops_of_text(typed.data());
+    if (!value) return std::nullopt;
+    return std::clamp(*value, -most, most);
 }
 
 bool switch_button(const char* id, const char* label, bool is_on, const ImVec4& on_colour) {

@@ -177,5 +177,21 @@ TEST(LookRows, SoloAloneTogglesOneSolo) {
     EXPECT_EQ(look.controls.size(), 1u);
 }
 
+TEST(LookRows, ABoxTakesStopsOrAMultiplier) {
+    const std::pair<const char*, float> good[] = {
+        {"1.5", 1.5f},      {"+1.5", 1.5f}, {"-2", -2}, {"1.5 st", 1.5f},
+        {"+0.25st", 0.25f}, {"2x", 1},      {"x4", 2},  {"×0.5", -1},
+        {"0.5×", -1},       {" 8 x ", 3},   {"1x", 0},  {".5", 0.5f},
+    };
+    for (const auto& [text, stops] : good) {
+        const auto value = stops_of_text(text);
+        ASSERT_TRUE(value.has_value()) << text;
+        EXPECT_FLOAT_EQ(*value, stops) << text;
+    }
+    for (const char* text : {"", "x", "st", "two", "2xx2", "-1x", "1,5", "nan", "inf", "2 stx"})
+        EXPECT_FALSE(stops_of_text(text).has_value()) << text;
+    EXPECT_EQ(stops_of_text("0x"), -std::numeric_limits<float>::infinity());
+}
+
 }  // namespace
 }  // namespace velatura::compositor::window

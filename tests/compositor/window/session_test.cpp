@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <limits>
 
 namespace velatura::compositor::window {
@@ -170,6 +171,7 @@ TEST(Session, APresetWaitsForAFile) {
     EXPECT_FLOAT_EQ(row_state(session.look(), "key").stops, 2);
     EXPECT_FALSE(row_state(session.look(1), "key").stops > 0);
     // For the first file only
+    press(session, "ctrl+r");
     session.show("small.exr", small_levels());
     EXPECT_EQ(row_state(session.look(), "key"), RowState());
 }
@@ -291,6 +293,132 @@ TEST(Session, APresetOfAnotherShotSaysWhatItCannotFind) {
     session.load_preset(film::temporary_file("missing.json"));
     EXPECT_TRUE(session.message().is_error);
     EXPECT_FLOAT_EQ(row_state(session.look(), "key").stops, 1);
+}
+
+TEST(Session, TheLookGoesOnWithTheNextFile) {
+    Session session = session_of_small();
+    session.edit("", [](Look& l) {
+        set_stops(l, "key", 1.5f);
+        set_muted(l, "sky", true);
+    });
+    press(session, "b");
+    session.edit("", [](Look& l) { set_stops(l, "fill", -1); });
+    const Looks before = {session.look(0), session.look(1)};
+    // A file that lacks a light: its picture is the look without that light, and says so
+    const std::string path = film::temporary_file("fewer_lights.exr");
+    film::LayerSet set = film::test_layer_set();
+    for (film::LightGroup& group : set.groups) {
+        if (group.name == "fill") group.name = "lamp";
+    }
+    film::Film film({0, 0, 12, 9}, set);
+    film::render(film, 0, 2);
+    ASSERT_TRUE(film.write(path, {}).has_value());
+    session.show(path, levels_of(path));
+    EXPECT_TRUE(same_look(session.look(0), before[0]));
+    EXPECT_TRUE(same_look(session.look(1), before[1])) << "nothing of a look is lost";
+    EXPECT_EQ(session.active(), 1u);
+    EXPECT_TRUE(session.look_error().empty()) << session.look_error();
+    ASSERT_EQ(session.notes().size(), 1u);
+    EXPECT_NE(session.notes()[0].find("left out --gain fill"), std::string::npos);
+    // Back: all of it acts again, and undo leads to where it came from
+    session.show("small.exr", small_levels());
+    EXPECT_TRUE(session.notes().empty());
+    press(session, "ctrl+z");
+    EXPECT_EQ(row_state(session.look(1), "fill"), RowState());
+    press(session, "ctrl+z");
+    EXPECT_EQ(row_state(session.look(0), "key"), RowState());
+}
+
+TEST(Session, LooksOutliveAWindowThatIsKilled) {
+    const KeptLooks kept(film::temporary_file("kept_looks"));
+    const auto begin = [&] {
+        Session session{RecentFiles(""), kept};
+        session.show("small.exr", small_levels());
+        return session;
+    };
+    {
+        Session session = begin();
+        session.edit("", [](Look& l) { set_stops(l, "key", 1.5f); });
+        press(session, "b");
+        session.edit("", [](Look& l) { set_muted(l, "fill", true); });
+        session.keep_looks();
+        EXPECT_TRUE(session.has_unsaved_look());
+        // Killed here: nothing of it is told that the end is near
+    }
+    Session again = begin();
+    EXPECT_FLOAT_EQ(row_state(again.look(0), "key").stops, 1.5f);
+    EXPECT_TRUE(row_state(again.look(1), "fill").is_muted);
+    EXPECT_NE(again.message().text.find("from before"), std::string::npos);
+    Session other{RecentFiles(""), kept};
+    other.show("another.exr", small_levels());
+    EXPECT_EQ(row_state(other.look(), "key"), RowState()) << "of its own file only";
+    // The last step of undo is the light as rendered
+    press(again, "ctrl+z");
+    EXPECT_EQ(row_state(again.look(0), "key"), RowState());
+    again.keep_looks();
+    EXPECT_FALSE(kept.find("small.exr")) << "as rendered, there is nothing to keep";
+    press(again, "ctrl+shift+z");
+    again.keep_looks();
+    EXPECT_TRUE(kept.find("small.exr"));
+    again.edit("", [](Look& l) { l = Look(); });
+    press(again, "b");
+    again.edit("", [](Look& l) { l = Look(); });
+    again.edit("", [](Look& l) { set_stops(l, "key", 0.5f); });
+    again.keep_looks();
+    again.save_preset(film::temporary_file("kept_as_preset.json"));
+    EXPECT_FALSE(again.has_unsaved_look());
+    EXPECT_FALSE(kept.find("small.exr")) << "a preset holds it";
+}
+
+TEST(Session, AsksBeforeALookOrAFileIsLost) {
+    Session session = session_of_small();
+    press(session, "ctrl+q");
+    EXPECT_TRUE(session.wants_to_quit()) << "nothing would be lost";
+    Session edited = session_of_small();
+    edited.edit("", [](Look& l) { set_stops(l, "key", 1); });
+    press(edited, "ctrl+q");
+    EXPECT_FALSE(edited.wants_to_quit());
+    EXPECT_EQ(edited.dialog(), Dialog::Quit);
+    edited.set_dialog(Dialog::None);
+    const std::string preset = film::temporary_file("asked.json");
+    EXPECT_FALSE(edited.ask_to_replace(Dialog::SavePreset, preset)) << "there is no such file yet";
+    edited.save_preset(preset);
+    EXPECT_TRUE(edited.ask_to_replace(Dialog::SavePreset, preset));
+    EXPECT_EQ(edited.dialog(), Dialog::Replace);
+    EXPECT_EQ(edited.replaced(), std::pair(Dialog::SavePreset, preset));
+    EXPECT_FALSE(edited.replaces_layers());
+    press(edited, "ctrl+q");
+    EXPECT_TRUE(edited.wants_to_quit()) << "a preset holds the look";
+    // By another name: what counts is the file
+    const std::string layers = window_file("asked_layers.exr", {0, 0, 8, 6}, {}, 1);
+    const std::string link = film::temporary_file("asked_link.exr");
+    std::filesystem::remove(link);
+    std::filesystem::create_symlink(layers, link);
+    Session own{RecentFiles("")};
+    own.show(layers, levels_of(layers));
+    ASSERT_TRUE(own.ask_to_replace(Dialog::SavePicture, link));
+    EXPECT_TRUE(own.replaces_layers());
+}
+
+TEST(Session, FramesBesideAndTheFileAgainAreAskedFor) {
+    const std::string first = window_file("shot.0009.exr", {0, 0, 8, 6}, {}, 1);
+    const std::string second = window_file("shot.0010.exr", {0, 0, 8, 6}, {}, 1);
+    const std::string last = window_file("shot.0012.exr", {0, 0, 8, 6}, {}, 1);
+    Session session{RecentFiles("")};
+    session.show(second, levels_of(second));
+    const auto asked = [&](const char* keys) {
+        press(session, keys);
+        return session.take_wanted_file();
+    };
+    EXPECT_EQ(asked("f5"), second);
+    EXPECT_EQ(asked("pageup"), first);
+    EXPECT_EQ(asked("pagedown"), last) << "over a frame that is not there";
+    EXPECT_EQ(session.take_wanted_file(), std::nullopt) << "once";
+    session.show(last, levels_of(last));
+    EXPECT_EQ(asked("pagedown"), std::nullopt);
+    EXPECT_TRUE(session.message().is_error);
+    session.show("small.exr", small_levels());
+    EXPECT_EQ(asked("pageup"), std::nullopt) << "its name has no number";
 }
 
 TEST(Session, WritesTheMixedFile) {

@@ -31,6 +31,7 @@ class WindowTest : public testing::Test {
         if (!VirtualScreen::is_installed()) GTEST_SKIP() << "there is no Xvfb";
         screen_ = VirtualScreen::start(1920, 1080);
         ASSERT_TRUE(screen_) << "Xvfb does not start";
+        fs::remove_all(file("state"));
         layers_ = window_file("window_layers.exr", {4, 6, 190, 107}, {0, 0, 192, 108}, 2);
 #endif
     }
@@ -313,6 +314,44 @@ TEST_F(WindowTest, SavesDoNotWaitForEachOtherAndAreDoneBeforeTheEnd) {
         EXPECT_TRUE(fs::exists(file(name))) << name;
     const auto one = read_file(file("one.exr")), three = read_file(file("three.exr"));
     EXPECT_TRUE(one && three && *one == *three) << "m twice";
+}
+
+TEST_F(WindowTest, AsksBeforeItReplacesAFile) {
+    const std::string picture = file("replaced.png");
+    ASSERT_TRUE(write_file_atomically(picture, "no picture").has_value());
+    const std::string save = "wait\nkey ctrl+e\ntype " + picture + "\nkey enter\nframes 2\n";
+    const Outcome cancelled =
+        play(layers_, save + "screenshot " + file("question.png") + "\nclick cancel\nwait\n");
+    EXPECT_EQ(cancelled.code, 0) << cancelled.output;
+    EXPECT_EQ(read_file(picture).value(), "no picture");
+    const Outcome replaced = play(layers_, save + "click replace\nwait\n");
+    EXPECT_EQ(replaced.code, 0) << replaced.output;
+    EXPECT_TRUE(image::read_rgb_image(picture).has_value());
+}
+
+TEST_F(WindowTest, AKilledWindowHasLostNoLook) {
+    const std::string preset = file("of_the_killed.json"), hang = "frames 10000\n";
+    const std::string script = file("killed.txt");
+    ASSERT_TRUE(
+        write_file_atomically(script, "wait\nclick \"name key\"\nkey right\nkey m\nwait\n" + hang)
+            .has_value());
+    const std::string kept = file("state") + "/velatura/looks";
+    // Killed as soon as both changes are on the disk
+    const Outcome killed =
+        run("env DISPLAY=" + screen_->display() + " LIBGL_ALWAYS_SOFTWARE=1 OCIO= XDG_STATE_HOME=" +
+            file("state") + " sh -c '" + bin + "/velatura-comp-ui " + layers_ + " --script " +
+            script + " & i=0; until grep -qs mute " + kept +
+            "/*.json || [ $i -gt 600 ]; do sleep 0.1; i=$((i+1)); done; kill -9 $!'");
+    EXPECT_EQ(killed.code, 0) << killed.output;
+    const Outcome again = play(layers_, "wait\nkey ctrl+s\ntype " + preset + "\nkey enter\nwait\n");
+    ASSERT_EQ(again.code, 0) << again.output;
+    const auto text = read_file(preset);
+    ASSERT_TRUE(text.has_value());
+    const auto look = look_from_json(*text);
+    ASSERT_TRUE(look.has_value());
+    EXPECT_TRUE(row_state(*look, "key").is_muted);
+    EXPECT_FLOAT_EQ(row_state(*look, "key").stops, 0.25f);
+    EXPECT_TRUE(fs::is_empty(kept)) << "the preset holds it";
 }
 
 TEST_F(WindowTest, WhatCannotBeOpenedIsSaid) {
