@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdint>
 #include <utility>
 
 namespace velatura {
@@ -59,6 +60,45 @@ std::vector<std::string> nearest_names(std::string_view misspelt,
     std::vector<std::string> found;
     for (size_t i = 0; i < std::min(most, near.size()); ++i) found.push_back(near[i].second);
     return found;
+}
+
+std::string nearest_spelling(std::string_view written, std::span<const std::string> names) {
+    const auto tail_of = [](std::string_view text) {
+        const size_t colon = text.rfind(':');
+        return colon == std::string_view::npos ? text : text.substr(colon + 1);
+    };
+    const auto allowed = [](size_t letters) {
+        return letters <= 4 ? size_t(1) : std::max<size_t>(2, letters / 3);
+    };
+    std::string nearest;
+    size_t least = SIZE_MAX;
+    const std::string_view tail = tail_of(written);
+    for (const std::string& name : names) {
+        if (name == written) return {};
+        const std::string_view name_tail = tail_of(name);
+        const size_t head = written.size() - tail.size();
+        const bool has_same_head =
+            head == name.size() - name_tail.size() &&
+            edit_distance(written.substr(0, head), name.substr(0, head)) == 0;
+        const size_t letters = std::min(tail.size(), name_tail.size());
+        size_t distance = SIZE_MAX;
+        if (has_same_head) {
+            const size_t edits = edit_distance(tail, name_tail);
+            if (edits <= allowed(letters) && edits < letters) distance = edits;
+        }
+        if (head == 0 && name.size() > name_tail.size() && edit_distance(tail, name_tail) == 0)
+            distance = 1;
+        const size_t whole = std::min(written.size(), name.size());
+        if (distance > 1 && whole > 4) {
+            const size_t edits = edit_distance(written, name);
+            if (edits <= 2) distance = std::min(distance, edits);
+        }
+        if (distance < least) {
+            least = distance;
+            nearest = name;
+        }
+    }
+    return nearest;
 }
 
 std::string did_you_mean(std::string_view misspelt, std::span<const std::string> names) {

@@ -19,6 +19,12 @@ std::vector<std::string> nearest_names(std::string_view misspelt,
                                        std::span<const std::string> names,
                                        size_t most = 3);
 
+/// The name that a typing error may have made of: at most two letters away or a third of them, one
+/// where there are but four. Of names with ':' the parts behind the last one are compared where
+/// what is before it is the same, and `name` is near to `prefix:name`. Empty: none is near, or
+/// `written` is one of the names.
+std::string nearest_spelling(std::string_view written, std::span<const std::string> names);
+
 /// ` (did you mean 'key' or 'kick'?)`, or an empty text where no name is near.
 std::string did_you_mean(std::string_view misspelt, std::span<const std::string> names);
 

@@ -29,5 +29,24 @@ TEST(NearestNames, NamesWhatWasMeant) {
     EXPECT_TRUE(nearest_names("x", {}).empty());
 }
 
+TEST(NearestNames, TypingErrorsAreNearAndOtherNamesAreNot) {
+    const std::vector<std::string> names = {
+        "inputs:intensity", "inputs:color",  "focalLength",          "fStop", "size", "velocities",
+        "resolution",       "focusDistance", "primvars:displayColor"};
+    const auto nearest = [&](const char* written) { return nearest_spelling(written, names); };
+    EXPECT_EQ(nearest("inputs:intensty"), "inputs:intensity");
+    EXPECT_EQ(nearest("input:intensity"), "inputs:intensity");
+    EXPECT_EQ(nearest("intensity"), "inputs:intensity");
+    EXPECT_EQ(nearest("inputs:colour"), "inputs:color");
+    EXPECT_EQ(nearest("focallength"), "focalLength");
+    EXPECT_EQ(nearest("fstop"), "fStop");
+    EXPECT_EQ(nearest("resoltion"), "resolution");
+    EXPECT_EQ(nearest("displayColor"), "primvars:displayColor");
+    // Nothing of these is one of the names with letters wrong
+    for (const char* other : {"type", "axis", "color", "inputs:angle", "userProperties:size",
+                              "focus", "primvars:st", "inputs:intensity", ""})
+        EXPECT_EQ(nearest(other), other == std::string("color") ? "inputs:color" : "") << other;
+}
+
 }  // namespace
 }  // namespace velatura
