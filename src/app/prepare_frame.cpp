@@ -235,7 +235,9 @@ int prepare_all(const RenderArguments& arguments, const FrameFunction& use) {
     Result<RenderJob> job = make_render_job(arguments);
     if (!job) return fail(job.error(), UsageError);
     std::vector<double> frames;
-    if (!arguments.frames.empty()) {
+    if (arguments.frames == "default") {
+        frames = {usd::stage::TimeCode::default_time().value()};
+    } else if (!arguments.frames.empty()) {
         const auto parsed = parse_frames(arguments.frames);
         if (!parsed) return fail(parsed.error(), UsageError);
         frames = *parsed;
@@ -255,11 +257,8 @@ int prepare_all(const RenderArguments& arguments, const FrameFunction& use) {
     MemoryLimit::enforce("while the scene was read");
     const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.assets);
     if (!loaded) return fail(loaded.error(), RenderError);
-    // Without frames: the start of an animated stage, else the default time, which is no number
-    const bool is_animated = loaded->stage.has_time_code_range();
-    if (frames.empty())
-        frames = {is_animated ? loaded->stage.start_time_code()
-                              : usd::stage::TimeCode::default_time().value()};
+    // As usdrecord does: the start of the stage, which is time 0 where none is authored
+    if (frames.empty()) frames = {loaded->stage.start_time_code()};
 
     int worst = Done;
     for (const double frame : frames) {

@@ -39,8 +39,8 @@ void declare_render_options(Command& command, RenderArguments& a) {
     what.add_option("-s,--settings", a.settings,
                     "prim path of the RenderSettings (default: renderSettingsPrimPath)");
     what.add_option("-f,--frames", a.frames,
-                    "frames such as 1-10x2,15 (default: startTimeCode of a stage with a time "
-                    "range, else the default time)");
+                    "frames such as 1-10x2,15, or `default` for the default time, where samples "
+                    "do not count (default: the stage's startTimeCode, else 0)");
     what.add_option("--res", a.resolution, "width and height in pixels")
         .expected(2)
         .type_name("W H");

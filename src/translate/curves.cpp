@@ -2,6 +2,7 @@
 #include "scene/curves.h"
 
 #include "translate/mesh_surface.h"
+#include "translate/missing_values.h"
 #include "translate/pose.h"
 #include "translate/shader_inputs.h"
 #include "translate/strands.h"
@@ -179,7 +180,10 @@ std::optional<scene::Shape> read_curves(Context& ctx,
     if (!read_kind(ctx, prim, curves)) return std::nullopt;
     const std::vector<Vec3d> points = read_points(ctx, prim, pose);
     CurveTable table = read_table(ctx, prim, curves, points);
-    if (points.empty() || table.curves.empty()) return std::nullopt;
+    if (points.empty() || table.curves.empty()) {
+        lacks_array(ctx, prim, {"points", "curveVertexCounts"}, "empty-curves");
+        return std::nullopt;
+    }
     const ElementCounts counts{table.curves.size(), points.size(), 0, table.varying_count()};
     const Mat4d& from = pose && pose->skin ? pose->matrix : matrix;
     const auto placement = place_round(ctx, prim, from, points[0]);

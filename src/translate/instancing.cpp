@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/hash.h"
 #include "translate/instancer_places.h"
+#include "translate/missing_values.h"
 #include "translate/motion.h"
 #include "translate/parts.h"
 #include "translate/pose.h"
@@ -181,12 +182,15 @@ void read_point_instancer(Context& ctx, Prim prim, const Mat4d& matrix, Placeabl
                      fmt::format("prototype <{}> {}, its instances are left out", path.to_string(),
                                  root ? "contains this instancer" : "is not there"));
     }
+    if (lacks_array(ctx, prim, {"protoIndices"}, "bad-instancer")) return;
     const InstancerArrays in = read_arrays(ctx, prim);
     const size_t n = in.prototype_indices.size();
     const InstancerPlaces places(ctx, prim, n);
     const InstanceRows rows = places.at(ctx.frame);
     if (rows.positions.empty() && n > 0)
-        ctx.warn("bad-instancer", prim, "no positions, all instances stand at the origin");
+        ctx.warn("bad-instancer", prim,
+                 fmt::format("{}; all instances stand at the origin",
+                             missing_array(prim.attribute("positions"), ctx.frame)));
     const std::vector<Rgb> colors = instance_colors(ctx, prim, n);
     const scene::ProvenanceId provenance = ctx.provenance(prim);
     const size_t first = out.placements.size();

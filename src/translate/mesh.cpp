@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/mesh_faces.h"
 #include "translate/mesh_surface.h"
+#include "translate/missing_values.h"
 #include "translate/motion.h"
 #include "translate/parts.h"
 #include "translate/pose.h"
@@ -134,6 +135,10 @@ void note_face_subsets(Context& ctx,
 std::optional<scene::Shape> read_mesh(
     Context& ctx, Prim prim, const Placeable& holder, const Mat4d& matrix, const Pose* pose) {
     const std::vector<Vec3d> points = read_points(ctx, prim, pose);
+    const bool is_missing =
+        (points.empty() && lacks_array(ctx, prim, {"points"}, "empty-mesh")) ||
+        lacks_array(ctx, prim, {"faceVertexCounts", "faceVertexIndices"}, "empty-mesh");
+    if (is_missing) return std::nullopt;
     FaceTable table = read_faces(ctx, prim, points);
     scene::Mesh mesh;
     mesh.subdivision = read_scheme(ctx, prim);
@@ -144,7 +149,7 @@ std::optional<scene::Shape> read_mesh(
             table.faces[face].is_kept = false;
     }
     if (table.kept_count() == 0) {
-        ctx.warn("empty-mesh", prim, "mesh has no face to render");
+        ctx.warn("empty-mesh", prim, "mesh has no face to render, the prim is skipped");
         return std::nullopt;
     }
     const ElementCounts counts{table.faces.size(), points.size(), table.indices.size()};

@@ -2,6 +2,7 @@
 #include "translate/strands.h"
 
 #include "translate/mesh_surface.h"
+#include "translate/missing_values.h"
 #include "translate/pose.h"
 #include "translate/shader_inputs.h"
 #include "translate/values.h"
@@ -138,7 +139,10 @@ std::optional<scene::Shape> read_point_cloud(Context& ctx,
                                              const Mat4d& matrix,
                                              const Pose* pose) {
     const std::vector<Vec3d> points = read_points(ctx, prim, pose);
-    if (points.empty()) return std::nullopt;
+    if (points.empty()) {
+        lacks_array(ctx, prim, {"points"}, "empty-points");
+        return std::nullopt;
+    }
     const ElementCounts counts{1, points.size(), 0};
     std::optional<ElementRows> widths;
     if (!read_element_rows(ctx, prim, "widths", 1, counts, widths)) return std::nullopt;

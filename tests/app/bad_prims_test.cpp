@@ -92,7 +92,7 @@ TEST_F(BadPrims, CostThemselvesAndNotTheFrame) {
          "[bad-topology]",
          ""},
         {"no points", mesh(polygons + quad_faces),
-         "bad.usda:14:1: warning: mesh has no face to render [empty-mesh]", ""},
+         "bad.usda:14:1: warning: points is not authored; the Mesh is skipped [empty-mesh]", ""},
         {"a topology that changes",
          mesh(polygons +
               "int[] faceVertexCounts.timeSamples = { 0: [4], 1: [3] }\nint[] "
