@@ -37,7 +37,8 @@ void declare_render_options(Command& command, RenderArguments& a) {
                     "prim path of the camera (default: the render settings', else the first "
                     "camera, else one that frames everything)");
     what.add_option("-s,--settings", a.settings,
-                    "prim path of the RenderSettings (default: renderSettingsPrimPath)");
+                    "prim path of the RenderSettings, or of a RenderPass that names them (default: "
+                    "renderSettingsPrimPath)");
     what.add_option("-f,--frames", a.frames,
                     "frames such as 1-10x2,15, or `default` for the default time, where samples "
                     "do not count (default: the stage's startTimeCode, else 0)");

@@ -209,18 +209,28 @@ void read_shutter(Context& ctx, Prim prim, scene::Camera& camera) {
     if (const auto seen = shutter_of(ctx, prim)) read_motion(ctx, prim, *seen, camera);
 }
 
+/// Tenths of a scene unit that lens and film are measured in. Ref: UsdGeomCamera, units (OpenUSD's
+/// development branch of 2026).
+double tenths_per_unit(Context& ctx, Prim prim) {
+    const bool is_metric = read_text(prim.attribute("units"), "", ctx.time) == "millimeters";
+    return is_metric ? 0.001 / ctx.stage.meters_per_unit() * 10 : 1.0;
+}
+
+/// What radiance is multiplied by. Ref: UsdGeomCamera "Camera Exposure Model" (OpenUSD 25.05),
+/// ComputeLinearExposureScale.
+double read_exposure(Context& ctx, Prim prim) {
+    const double time = positive(ctx, prim, "exposure:time", 1.0);
+    const double iso = positive(ctx, prim, "exposure:iso", 100.0);
+    const double f_stop = positive(ctx, prim, "exposure:fStop", 1.0);
+    const double responsivity = positive(ctx, prim, "exposure:responsivity", 1.0);
+    return responsivity * time * (iso / 100.0) * std::exp2(finite(ctx, prim, "exposure", 0.0)) /
+           (f_stop * f_stop);
+}
+
 void warn_camera_features(Context& ctx, Prim prim) {
     if (prim.attribute("clippingPlanes").value(ctx.time).array_size() > 0) {
         ctx.warn("unsupported-clipping-planes", prim.attribute("clippingPlanes"),
                  "clippingPlanes are not supported, nothing is cut");
-    }
-    for (const char* name :
-         {"exposure:iso", "exposure:time", "exposure:fStop", "exposure:responsivity"}) {
-        const Attribute attribute = prim.attribute(name);
-        if (attribute.has_authored_value()) {
-            ctx.warn("unsupported-camera-exposure", attribute,
-                     fmt::format("{} is not supported, only exposure counts", name));
-        }
     }
 }
 
@@ -241,11 +251,13 @@ Result<scene::Camera> read_camera(Context& ctx, Prim prim) {
     const std::string projection = read_text(prim.attribute("projection"), "perspective", ctx.time);
     const bool is_ortho = projection == "orthographic";
     if (is_ortho) camera.projection = scene::Camera::Projection::Orthographic;
-    const Aperture aperture = conform(ctx, {positive(ctx, prim, "horizontalAperture", 20.955),
-                                            positive(ctx, prim, "verticalAperture", 15.2908)});
-    const double offset_x = finite(ctx, prim, "horizontalApertureOffset", 0.0);
-    const double offset_y = finite(ctx, prim, "verticalApertureOffset", 0.0);
-    const double focal = positive(ctx, prim, "focalLength", 50.0);
+    const double tenths = tenths_per_unit(ctx, prim);
+    const Aperture aperture =
+        conform(ctx, {tenths * positive(ctx, prim, "horizontalAperture", 20.955),
+                      tenths * positive(ctx, prim, "verticalAperture", 15.2908)});
+    const double offset_x = tenths * finite(ctx, prim, "horizontalApertureOffset", 0.0);
+    const double offset_y = tenths * finite(ctx, prim, "verticalApertureOffset", 0.0);
+    const double focal = tenths * positive(ctx, prim, "focalLength", 50.0);
     // Tenths of scene units cancel in a perspective window
     const double unit = is_ortho ? 0.1 : 1.0 / focal;
     camera.window_left = (offset_x - aperture.width / 2) * unit;
@@ -278,7 +290,7 @@ Result<scene::Camera> read_camera(Context& ctx, Prim prim) {
                              camera.clip_near, camera.clip_far));
         camera.clip_near = camera.clip_far = 0.0;
     }
-    camera.exposure_scale = std::exp2(finite(ctx, prim, "exposure", 0.0));
+    camera.exposure_scale = read_exposure(ctx, prim);
     warn_camera_features(ctx, prim);
     return camera;
 }

@@ -6,6 +6,8 @@
 #include "base/unique_names.h"
 #include "scene/scene.h"
 #include "translate/translate.h"
+#include "usd/stage/collection.h"
+#include "usd/stage/imageable.h"
 #include "usd/stage/skeleton.h"
 #include "usd/stage/stage.h"
 
@@ -32,6 +34,11 @@ using usd::stage::TimeCode;
 struct LightSite {
     Prim prim;
     Mat4d matrix;
+};
+
+/// What a RenderPass renders of the stage.
+struct RenderPass {
+    usd::stage::CollectionQuery visible, pruned;
 };
 
 struct Placeable;
@@ -111,6 +118,7 @@ struct Context {
     Vec3d origin = Vec3d(0.0);       ///< world position of render space's origin
     std::string material_purpose = "full";
     std::unordered_set<std::string> purposes;
+    std::optional<RenderPass> render_pass;
     std::unordered_set<std::string> wanted_primvars;  ///< beside those that materials read
     std::unordered_map<std::string, MaterialEntry> materials;
     std::unordered_map<std::string, scene::TextureId> textures;
@@ -146,6 +154,13 @@ struct Context {
     /// Of meshes, by Shape::provenance.
     std::unordered_map<scene::ProvenanceId, std::vector<FaceSubset>> face_subsets;
     int point_prototype_depth = 0;  ///< > 0: instances may hand a displayColor to what is walked
+
+    /// Whether prims of the computed purpose, of the render pass, are rendered.
+    bool is_rendered(Prim prim) const {
+        const std::string purpose = usd::stage::computed_purpose(prim);
+        return purposes.contains(purpose) && usd::stage::is_purpose_visible(prim, purpose) &&
+               (!render_pass || render_pass->visible.includes(prim.path()));
+    }
 
     void warn(std::string code, Prim prim, std::string message) {
         if (is_quiet) return;

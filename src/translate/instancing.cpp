@@ -24,7 +24,11 @@ namespace {
 /// What an instance hands down to its prototype's prims: two instances share geometry only if this
 /// is the same.
 std::string inherited_signature(Context& ctx, Prim instance) {
-    std::string signature = "|" + usd::stage::computed_purpose(instance);
+    const std::string purpose = usd::stage::computed_purpose(instance);
+    std::string signature = "|" + purpose;
+    if (!usd::stage::is_purpose_visible(instance, purpose)) signature += " invisible";
+    // What a render pass shows may depend on where the instance stands
+    if (ctx.render_pass) signature += "|" + instance.path_string();
     const auto binding = usd::stage::resolve_material(instance, ctx.material_purpose);
     if (binding.is_bound()) {
         signature += "|" + (binding.material ? binding.material.path_string() : "no material");

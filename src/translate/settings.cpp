@@ -157,8 +157,33 @@ void read_products(Context& ctx,
     }
 }
 
+/// The settings of a render pass, whose collections say what is rendered.
+Prim read_render_pass(Context& ctx, Prim pass) {
+    using usd::stage::CollectionQuery;
+    ctx.render_pass =
+        RenderPass{CollectionQuery(pass, "renderVisibility"), CollectionQuery(pass, "prune")};
+    const CollectionQuery seen(pass, "cameraVisibility"), matte(pass, "matte");
+    const bool hides = seen.has_expression() || seen.rule_paths().size() > 1 ||
+                       !seen.includes(ctx.stage.pseudo_root().path());
+    if (hides)
+        ctx.warn("unsupported-render-pass", pass,
+                 "collection cameraVisibility is not supported: the camera sees its prims, too");
+    if (!matte.is_empty())
+        ctx.warn("unsupported-render-pass", pass,
+                 "collection matte is not supported: its prims are rendered with their alpha");
+    const auto sources = pass.relationship("renderSource").forwarded_targets();
+    const Prim settings = sources.empty() ? Prim() : ctx.stage.prim_at(sources.front());
+    if (settings && settings.is_a("RenderSettings")) return settings;
+    ctx.warn("unknown-settings", pass,
+             "renderSource names no RenderSettings of the stage, fallbacks are used");
+    return Prim();
+}
+
 Prim settings_prim(Context& ctx) {
-    if (!ctx.options.settings.empty()) return ctx.stage.prim_at(ctx.options.settings);
+    if (!ctx.options.settings.empty()) {
+        const Prim prim = ctx.stage.prim_at(ctx.options.settings);
+        return prim && prim.is_a("RenderPass") ? read_render_pass(ctx, prim) : prim;
+    }
     const auto value = ctx.stage.metadata("renderSettingsPrimPath");
     if (!value) return Prim();
     std::string path;
@@ -207,9 +232,10 @@ std::optional<Error> check_resolution(Context& ctx,
 Result<void> read_render_settings(Context& ctx) {
     scene::RenderSettings& out = ctx.scene.settings;
     const Prim prim = settings_prim(ctx);
-    if (!ctx.options.settings.empty() && !(prim && prim.is_a("RenderSettings"))) {
-        return Error{"unknown-settings",
-                     fmt::format("<{}> is not a RenderSettings prim", ctx.options.settings)};
+    if (!ctx.options.settings.empty() && !ctx.render_pass &&
+        !(prim && prim.is_a("RenderSettings"))) {
+        return Error{"unknown-settings", fmt::format("<{}> is no RenderSettings and no RenderPass",
+                                                     ctx.options.settings)};
     }
     std::optional<AuthoredResolution> resolution;
     if (prim) {

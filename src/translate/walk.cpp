@@ -69,7 +69,7 @@ void draw(Context& ctx, Prim prim, const Mat4d& matrix, Pose* pose, Placeable& o
         warn_light_without_geometry(ctx, prim);
         return;
     }
-    if (!ctx.purposes.contains(usd::stage::computed_purpose(prim))) return;
+    if (!ctx.is_rendered(prim)) return;
     if (!out.is_stage && !out.is_origin_fixed)
         propose_origin(out, representative_point(ctx, prim, matrix, pose));
     const Mat4d placed = relative_to(matrix, out.origin);
@@ -191,6 +191,7 @@ void propose_origin(Placeable& out, const Vec3d& position) {
 
 void walk(Context& ctx, Prim prim, const Mat4d& parent_matrix, Placeable& out) {
     if (!usd::stage::is_visible_itself(prim, ctx.time)) return;
+    if (ctx.render_pass && ctx.render_pass->pruned.includes(prim.path())) return;
     const std::string_view type = prim.type_name().view();
     if (has_no_picture_below(type)) return;
     const auto local = usd::stage::local_transform(prim, ctx.time);
@@ -212,8 +213,7 @@ void walk(Context& ctx, Prim prim, const Mat4d& parent_matrix, Placeable& out) {
         return;
     }
     if (type == "PointInstancer") {
-        if (ctx.purposes.contains(usd::stage::computed_purpose(prim)))
-            read_point_instancer(ctx, prim, matrix, out);
+        if (ctx.is_rendered(prim)) read_point_instancer(ctx, prim, matrix, out);
         return;
     }
     draw(ctx, prim, matrix, pose ? &*pose : nullptr, out);

@@ -78,6 +78,41 @@ TEST(Camera, LensAndOrthographicWindowAreInSceneUnits) {
     EXPECT_DOUBLE_EQ(ortho.scene.camera.window_top, 0.5);
 }
 
+/// linearExposureScale = responsivity · time · (iso / 100) · 2^exposure / fStop²
+/// (UsdGeomCamera, Camera Exposure Model, OpenUSD 25.05).
+TEST(Camera, ExposureIsThatOfAPhotograph) {
+    struct Case {
+        const char* authored;
+        double scale;
+    };
+
+    const Case cases[] = {
+        {"", 1},
+        {"float exposure = -2\n", 0.25},
+        {"float exposure:time = 0.5\n", 0.5},
+        {"float exposure:iso = 400\n", 4},
+        {"float exposure:fStop = 4\n", 1 / 16.},
+        {"float exposure:responsivity = 3\n", 3},
+        {"float exposure:time = 0.0078125\nfloat exposure:iso = 400\nfloat exposure:fStop = 2\n",
+         0.0078125},
+        // The aperture of the lens is another one
+        {"float fStop = 4\nfloat focusDistance = 3\n", 1},
+    };
+    for (const Case& c : cases) {
+        Translated t;
+        translate_text(camera(c.authored), t);
+        EXPECT_DOUBLE_EQ(t.scene.camera.exposure_scale, c.scale) << c.authored;
+        EXPECT_EQ(t.count("bad-camera-value"), 0u) << c.authored;
+    }
+    for (const char* bad : {"float exposure:iso = 0\n", "float exposure:time = -1\n",
+                            "float exposure:fStop = 0\n", "float exposure:responsivity = nan\n"}) {
+        Translated t;
+        translate_text(camera(bad), t);
+        EXPECT_DOUBLE_EQ(t.scene.camera.exposure_scale, 1) << bad;
+        EXPECT_EQ(t.count("bad-camera-value"), 1u) << bad;
+    }
+}
+
 TEST(Camera, LensMayHaveBlades) {
     const std::string lens = "float fStop = 2\nfloat focusDistance = 5\n";
     Translated t;

@@ -52,6 +52,61 @@ TEST(Settings, ProductsOverrideOnlyWhatTheyAuthor) {
     EXPECT_EQ(t.count("unknown-render-var"), 1u);
 }
 
+namespace {
+
+/// Two balls, of which a pass shows one.
+std::string pass(const std::string& rules) {
+    return camera() + R"(def Xform "A" {
+    def Sphere "S" {}
+}
+def Sphere "B" {}
+def RenderSettings "R" {
+    uniform int2 resolution = (40, 30)
+}
+def RenderPass "P" {
+    rel renderSource = </R>
+)" + rules +
+           "}\n";
+}
+
+}  // namespace
+
+TEST(Settings, RenderPassesShowWhatTheirCollectionsHold) {
+    struct Case {
+        const char* rules;
+        size_t shapes;
+        size_t warnings;
+    };
+
+    const Case cases[] = {
+        {"", 2, 0},
+        {"uniform bool collection:renderVisibility:includeRoot = 0\n", 0, 0},
+        {"uniform bool collection:renderVisibility:includeRoot = 0\nrel "
+         "collection:renderVisibility:includes = </A>\n",
+         1, 0},
+        {"rel collection:renderVisibility:excludes = </B>\n", 1, 0},
+        {"rel collection:prune:includes = </A>\n", 1, 0},
+        {"rel collection:matte:includes = </A>\n", 2, 1},
+        {"rel collection:cameraVisibility:excludes = </A>\n", 2, 1},
+    };
+    TranslateOptions options;
+    options.settings = "/P";
+    for (const Case& c : cases) {
+        Translated t;
+        translate_text(pass(c.rules), t, options);
+        ASSERT_EQ(t.error, "") << t.error_message;
+        EXPECT_EQ(t.scene.shapes.size(), c.shapes) << c.rules;
+        EXPECT_EQ(t.count("unsupported-render-pass"), c.warnings) << c.rules;
+        EXPECT_EQ(t.scene.settings.width, 40) << c.rules;
+        EXPECT_EQ(t.scene.settings.name, "/R") << c.rules;
+    }
+    Translated lost;
+    translate_text(camera() + "def RenderPass \"P\" { rel renderSource = </Nope>\n}\n", lost,
+                   options);
+    EXPECT_EQ(lost.error, "");
+    EXPECT_EQ(lost.count("unknown-settings"), 1u);
+}
+
 TEST(Settings, OptionsBeatSettings) {
     TranslateOptions options;
     options.resolution = {32, 16};

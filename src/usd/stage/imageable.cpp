@@ -18,4 +18,20 @@ std::string computed_purpose(Prim prim) {
     return "default";
 }
 
+bool is_purpose_visible(Prim prim, std::string_view purpose) {
+    const char* name = purpose == "guide"    ? "guideVisibility"
+                       : purpose == "proxy"  ? "proxyVisibility"
+                       : purpose == "render" ? "renderVisibility"
+                                             : nullptr;
+    if (name == nullptr) return true;
+    for (; prim && !prim.is_pseudo_root(); prim = prim.parent()) {
+        if (!prim.has_api("VisibilityAPI")) continue;
+        const Attribute attribute = prim.attribute(name);
+        if (!attribute.has_authored_value()) continue;
+        const auto value = attribute.get<std::string>();
+        if (value && *value != "inherited") return *value != "invisible";
+    }
+    return true;
+}
+
 }  // namespace velatura::usd::stage

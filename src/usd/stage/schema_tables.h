@@ -16,9 +16,15 @@ struct SchemaType {
     std::vector<std::string_view> apis;
 };
 
-/// Facts of OpenUSD 24.08's schema.usda files (UsdGeom, UsdLux, UsdShade, UsdRender, UsdVol,
-/// UsdSkel names).
+/// A relationship that a schema declares.
+struct SchemaRelationship {
+    std::string_view schema, name;
+};
+
+/// Facts of OpenUSD 24.08 to 26.03's schema.usda files (UsdGeom, UsdLux, UsdShade, UsdRender,
+/// UsdVol, UsdSkel names).
 std::span<const SchemaType> schema_types();
 std::span<const SchemaAttribute> schema_attributes();
+std::span<const SchemaRelationship> schema_relationships();
 
 }  // namespace velatura::usd::stage

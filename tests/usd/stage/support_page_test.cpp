@@ -74,7 +74,9 @@ Names literals() {
     std::vector<fs::path> files;
     const fs::path source = fs::path(VELATURA_SOURCE_DIR) / "src";
     for (const auto& entry : fs::directory_iterator(source / "translate")) {
-        if (entry.path().extension() == ".cpp") files.push_back(entry.path());
+        // A table of what is not done
+        const bool is_asking = entry.path().filename() != "support_tables.cpp";
+        if (entry.path().extension() == ".cpp" && is_asking) files.push_back(entry.path());
     }
     for (const char* view :
          {"xform", "imageable", "primvars", "material_binding", "collection", "skeleton"}) {
@@ -156,9 +158,9 @@ TEST(SupportPage, SaysWhatTheSourcesDo) {
         const auto row = rows.find(std::string(a.schema));
         if (row == rows.end()) continue;
         const std::string name(a.name);
-        const bool promised =
-            row->second.used.count(name) != 0 || row->second.warned.count(name) != 0;
-        if (promised) {
+        if (row->second.warned.count(name) != 0)
+            continue;  // tests/translate holds them to its table
+        if (row->second.used.count(name) != 0) {
             EXPECT_TRUE(is_asked_for(name, asked))
                 << a.schema << "." << name << " is not in the code";
         } else if (in_use.count(name) == 0) {
