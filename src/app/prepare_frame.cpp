@@ -14,6 +14,7 @@
 #include "base/memory_limit.h"
 #include "base/tasks.h"
 #include "scene/effect_build.h"
+#include "translate/authored_names.h"
 #include "translate/light_values.h"
 #include "translate/translate.h"
 
@@ -257,6 +258,7 @@ int prepare_all(const RenderArguments& arguments, const FrameFunction& use) {
     MemoryLimit::enforce("while the scene was read");
     const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.assets);
     if (!loaded) return fail(loaded.error(), RenderError);
+    translate::report_authored_names(loaded->stage, diagnostics);
     // As usdrecord does: the start of the stage, which is time 0 where none is authored
     if (frames.empty()) frames = {loaded->stage.start_time_code()};
 

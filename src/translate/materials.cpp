@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "base/nearest_names.h"
 #include "translate/body_matter.h"
 #include "translate/node_surface.h"
 #include "translate/parts.h"
@@ -37,6 +38,14 @@ constexpr std::array own_inputs = {
     "velatura:subsurfaceColor",     "velatura:subsurfaceRadius",
     "velatura:subsurfaceAnisotropy"};
 
+/// A hint at the input that was meant, if one is near.
+std::string nearest_input(std::string_view input) {
+    std::vector<std::string> names(known_inputs.begin(), known_inputs.end());
+    names.insert(names.end(), own_inputs.begin(), own_inputs.end());
+    const std::string nearest = nearest_spelling(input, names);
+    return nearest.empty() ? nearest : fmt::format(" (did you mean '{}'?)", nearest);
+}
+
 void warn_shader_features(Context& ctx, Prim shader) {
     const Attribute occlusion = shader.attribute("inputs:occlusion");
     if (occlusion.has_authored_connections())
@@ -50,7 +59,8 @@ void warn_shader_features(Context& ctx, Prim shader) {
         };
         if (!is_in(known_inputs) && !is_in(own_inputs)) {
             ctx.warn("unknown-shader-input", shader.attribute(text),
-                     fmt::format("UsdPreviewSurface has no input {}, it is left out", input));
+                     fmt::format("UsdPreviewSurface has no input {}{}, it is left out", input,
+                                 nearest_input(input)));
         }
     }
 }

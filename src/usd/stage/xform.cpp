@@ -173,6 +173,11 @@ OpOrder op_order(const Prim& prim) {
 
 }  // namespace
 
+bool is_xform_op(std::string_view name) {
+    Mat4d m;
+    return op_matrix(op_type(name), Attribute(), {}, m) != OpState::UnknownType;
+}
+
 std::optional<Mat4d> xform_op_matrix(Prim prim, const std::string& op_name, TimeCode time) {
     std::string_view name = op_name;
     const bool invert = name.starts_with(invert_prefix);

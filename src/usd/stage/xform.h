@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace velatura::usd::stage {
@@ -30,6 +31,9 @@ Mat4d world_transform(Prim prim, TimeCode time = {});
 
 /// Times of all samples of the ops that count, ascending, without repeats.
 std::vector<double> transform_sample_times(Prim prim);
+
+/// Whether an op of this full name may be, without "!invert!": "xformOp:rotateXYZ:pivot".
+bool is_xform_op(std::string_view name);
 
 /// Matrix of one op given its full name ("xformOp:rotateXYZ:pivot", "!invert!xformOp:translate"):
 /// nullopt when the op type is unknown. The attribute is looked up on the prim.
