@@ -399,13 +399,17 @@ bool primvar(const scene::Scene& scene,
              scene::PrimvarId id,
              float out[4]) {
     if (id == scene::none || point.mesh == nullptr) return false;
-    if (point.mesh->primvar(id, point.triangle, point.b1, point.b2, out)) return true;
-    if (point.instance == scene::none) return false;
-    const scene::Instance& instance = scene.instances[point.instance];
-    if (!instance.display_color || scene.primvar_names[id] != scene::display_color_primvar)
-        return false;
-    for (int i = 0; i < 3; ++i) out[i] = (*instance.display_color)[i];
-    return true;
+    const bool may_be_handed_down =
+        point.instance != scene::none && scene.instances[point.instance].value_count > 0;
+    if (may_be_handed_down && point.mesh->yields_to_instance(id)) {
+        const scene::InstanceValue* value =
+            scene::find_value(scene, scene.instances[point.instance], id);
+        if (value != nullptr) {
+            std::copy_n(value->values.begin(), value->width, out);
+            return true;
+        }
+    }
+    return point.mesh->primvar(id, point.triangle, point.b1, point.b2, out);
 }
 
 Vec3 offset_ray_origin(const SurfacePoint& point, const Vec3& w) {

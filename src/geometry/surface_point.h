@@ -99,7 +99,7 @@ std::optional<SurfacePoint> lifted(const GeometrySet& geometry,
 PrimitiveSurface primitive_surface(
     const GeometrySet& geometry, const Hit& hit, const Vec3d& o, const Vec3d& d, float time = 0);
 
-/// Primvar at the point: the mesh's own, else for displayColor that of the instance.
+/// Primvar at the point: the mesh's own, else what the instance hands down.
 /// Writes the floats that the primvar has and leaves the rest of `out` alone; false when there is
 /// none.
 bool primvar(const scene::Scene& scene,

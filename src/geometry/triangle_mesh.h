@@ -112,6 +112,12 @@ class TriangleMesh {
 
     bool has_primvar(scene::PrimvarId id) const { return find(id) != nullptr; }
 
+    /// Whether what an instance hands down under this name counts: the mesh has none of its own.
+    bool yields_to_instance(scene::PrimvarId id) const {
+        const scene::Primvar* primvar = find(id);
+        return primvar == nullptr || primvar->yields_to_instance;
+    }
+
     /// Interpolates a primvar; writes its `width` floats and leaves the rest of `out` alone.
     /// Returns: false when the mesh has no such primvar or its numbers do not reach this triangle.
     /// Of primitives: b1, b2 are PrimitiveHit::u, v.

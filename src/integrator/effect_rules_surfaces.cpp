@@ -104,7 +104,8 @@ void find_varying(EffectFindings& found) {
             found.on(found.prim_of(shape.provenance), "its displayColor");
     });
     for (const scene::Instance& i : s.instances)
-        if (i.display_color) found.on(found.prim_of(i.provenance), "its displayColor");
+        if (color != scene::none && scene::find_value(s, i, color))
+            found.on(found.prim_of(i.provenance), "its displayColor");
 }
 
 void find_textures(EffectFindings& found) {
@@ -172,6 +173,8 @@ void fill_cutouts(scene::Scene& scene) {
     for (scene::Shape& shape : scene.shapes) fill(shape);
     for (scene::Prototype& prototype : scene.prototypes)
         for (scene::Shape& shape : prototype.shapes) fill(shape);
+    for (scene::InstanceValue& value : scene.instance_values)
+        if (value.name == name) value.values[0] = 1.0f;
 }
 
 void find_transmission(EffectFindings& found) {
@@ -199,14 +202,16 @@ void find_rough_transmission(EffectFindings& found) {
 void find_thin_walls(EffectFindings& found) {
     find_materials(
         found, [](const Material& m) { return m.thin_walled; },
-        [](const Material&) { return "thinWalled"; });
+        [](const Material& m) {
+            return m.is_open_sheet ? "mesh with boundary edges" : "thinWalled";
+        });
 }
 
 void thicken_walls(scene::Scene& scene) {
     change_materials(scene, [](Material& m) {
         // A wall has no depth: as a body it does not begin to have one
         if (m.thin_walled) m.transmission_depth = 0;
-        m.thin_walled = false;
+        m.thin_walled = m.is_open_sheet = false;
     });
 }
 

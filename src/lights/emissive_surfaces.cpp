@@ -35,19 +35,18 @@ int lookup_steps(size_t triangles) {
     return triangles <= 65536 ? 4 : 2;
 }
 
-/// Whether emission depends on the colour that an instance brings along.
-bool reads_display_color(const scene::Scene& scene) {
-    const scene::PrimvarId color = scene::find_primvar(scene, scene::display_color_primvar);
-    if (color == scene::none) return false;
-    return std::any_of(scene.materials.begin(), scene.materials.end(), [&](const auto& material) {
-        const scene::Input& e = material.emissive_color;
-        if (e.source == scene::Input::Source::Primvar) return e.primvar == color;
-        if (e.source != scene::Input::Source::Pattern) return false;
-        const auto& steps = scene.patterns[e.pattern].steps;
-        return std::any_of(steps.begin(), steps.end(), [&](const scene::PatternStep& step) {
-            return step.op == scene::PatternOp::Primvar && step.data == color;
+/// Primvars that emission depends on, of those that instances hand down.
+std::vector<scene::PrimvarId> emission_primvars(const scene::Scene& scene) {
+    std::vector<scene::PrimvarId> names;
+    for (const scene::InstanceValue& value : scene.instance_values) names.push_back(value.name);
+    std::sort(names.begin(), names.end());
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+    std::erase_if(names, [&](scene::PrimvarId name) {
+        return std::none_of(scene.materials.begin(), scene.materials.end(), [&](const auto& m) {
+            return scene::reads_primvar(scene, m.emissive_color, name);
         });
     });
+    return names;
 }
 
 template <class MayLight>
@@ -90,18 +89,19 @@ void EmissiveSurfaces::list_direct() {
 }
 
 void EmissiveSurfaces::list_instances() {
-    // Prototype, override, colour → group; a group without triangles is not kept
-    using Key = std::array<uint32_t, 6>;
-    std::map<Key, uint32_t> groups;
-    const bool by_color = reads_display_color(scene_);
+    // Prototype, override and the values that emission reads → group; a group without triangles
+    // is not kept
+    std::map<std::vector<uint32_t>, uint32_t> groups;
+    const std::vector<scene::PrimvarId> read = emission_primvars(scene_);
     for (uint32_t i = 0; i < scene_.instances.size(); ++i) {
         const scene::Instance& instance = scene_.instances[i];
         if (!geometry_.instances()[i].is_invertible) continue;
-        Key key{instance.prototype, instance.material_override, 0, 0, 0, 0};
-        if (by_color && instance.display_color) {
-            key[5] = 1;
-            for (int c = 0; c < 3; ++c)
-                key[size_t(c) + 2] = std::bit_cast<uint32_t>((*instance.display_color)[c]);
+        std::vector<uint32_t> key{instance.prototype, instance.material_override};
+        for (const scene::PrimvarId name : read) {
+            const scene::InstanceValue* value = scene::find_value(scene_, instance, name);
+            if (value == nullptr) continue;
+            key.push_back(name);
+            for (const float v : value->values) key.push_back(std::bit_cast<uint32_t>(v));
         }
         const auto [at, is_new] = groups.try_emplace(key, scene::none);
         if (is_new) at->second = add_group(i);

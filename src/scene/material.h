@@ -94,6 +94,8 @@ struct Material {
     /// A sheet without thickness instead of the boundary of a body: light passes straight, both
     /// sides are alike.
     bool thin_walled = false;
+    bool is_solid = false;       ///< said to be no thin wall, also on meshes that are open
+    bool is_open_sheet = false;  ///< thin-walled only because the geometry has boundary edges
     /// Thin-walled only: share of the diffuse light that goes to the other side, and its albedo;
     /// none = diffuse_color.
     Input diffuse_transmission = Input(0.0f);

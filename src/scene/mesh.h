@@ -22,7 +22,10 @@ enum class Interpolation : uint8_t { Constant, Uniform, Varying, Vertex, FaceVar
 struct Primvar {
     PrimvarId name = none;
     Interpolation interpolation = Interpolation::Constant;
-    uint8_t width = 1;              ///< floats per row: 1, 2, 3 or 4
+    uint8_t width = 1;  ///< floats per row: 1, 2, 3 or 4
+    /// Inherited from above the prototype of a point instancer: what the instance hands down under
+    /// the same name counts before it.
+    bool yields_to_instance = false;
     std::vector<float> values;      ///< [row][width]
     std::vector<uint32_t> indices;  ///< [element]; empty = identity
 };

@@ -29,8 +29,14 @@ bool may_cut_display(const Scene& scene) {
     const PrimvarId name = find_primvar(scene, display_opacity_primvar);
     if (name == none) return false;
     bool is_found = false;
+    // Which instances bring one along is not worth a search: some shape shows it
+    const bool is_handed_down =
+        std::any_of(scene.instance_values.begin(), scene.instance_values.end(),
+                    [&](const auto& v) { return v.name == name && !(v.values[0] >= 1.0f); });
     for_each_shape(scene, [&](const Shape& shape) {
         if (is_found || !shows_display_color(shape)) return;
+        is_found = is_handed_down;
+        if (is_found) return;
         const Primvar* opacity = find_primvar(shape, name);
         is_found = opacity && std::any_of(opacity->values.begin(), opacity->values.end(),
                                           [](float v) { return !(v >= 1.0f); });
@@ -60,6 +66,44 @@ bool has_shadow_links(const Scene& scene) {
                        [&](const Light& light) { return has_shadow_links(scene, light.links); }) ||
            std::any_of(scene.mesh_lights.begin(), scene.mesh_lights.end(),
                        [](const MeshLight& light) { return light.links.casters != none; });
+}
+
+const InstanceValue* find_value(const Scene& scene, const Instance& instance, PrimvarId name) {
+    for (const InstanceValue& value : values_of(scene, instance))
+        if (value.name == name) return &value;
+    return nullptr;
+}
+
+void set_value(Scene& scene, Instance& instance, const InstanceValue& value) {
+    std::vector<InstanceValue> values;
+    for (const InstanceValue& old : values_of(scene, instance))
+        if (old.name != value.name) values.push_back(old);
+    values.push_back(value);
+    std::ranges::sort(values, {}, &InstanceValue::name);
+    instance.first_value = uint32_t(scene.instance_values.size());
+    instance.value_count = uint32_t(values.size());
+    scene.instance_values.insert(scene.instance_values.end(), values.begin(), values.end());
+}
+
+bool reads_primvar(const Scene& scene, const Input& input, PrimvarId name) {
+    const auto is_at = [&](TextureId texture) {
+        return texture < scene.textures.size() && scene.textures[texture].st == name;
+    };
+    switch (input.source) {
+        case Input::Source::Constant:
+            return false;
+        case Input::Source::Primvar:
+            return input.primvar == name;
+        case Input::Source::Texture:
+            return is_at(input.texture);
+        case Input::Source::Pattern:
+            break;
+    }
+    const std::vector<PatternStep>& steps = scene.patterns[input.pattern].steps;
+    return std::any_of(steps.begin(), steps.end(), [&](const PatternStep& step) {
+        return (step.op == PatternOp::Primvar && step.data == name) ||
+               (step.op == PatternOp::Texture && is_at(step.data));
+    });
 }
 
 PrimvarId intern_primvar(Scene& scene, std::string_view name) {

@@ -19,6 +19,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,6 +38,19 @@ struct Prototype {
     std::vector<Shape> shapes;  ///< in prototype space
 };
 
+/// A constant primvar that an instance gives to its prototype: of a point instancer, its element.
+/// A primvar that a shape of the prototype has by itself counts before it.
+struct InstanceValue {
+    PrimvarId name = none;
+    uint8_t width = 1;  ///< numbers of `values`: 1, 2, 3 or 4
+    /// Inherited from above the prototype that its point instancer stands in: what the instance of
+    /// that prototype hands down counts before it.
+    bool yields_to_outer = false;
+    std::array<float, 4> values = {0, 0, 0, 0};  ///< those past the width are 0
+
+    bool operator==(const InstanceValue&) const = default;
+};
+
 /// One placement of a prototype. Nested instancing is resolved to leaves by `translate`.
 struct Instance {
     uint32_t prototype = 0;
@@ -48,7 +62,7 @@ struct Instance {
     MaterialId material_override = none;
     uint32_t link_row =
         none;  ///< LinkClasses of its shapes, index into Linking::rows; none = all of class 0
-    std::optional<Rgb> display_color;  ///< per-instance constant primvar of a point instancer
+    uint32_t first_value = 0, value_count = 0;  ///< of Scene::instance_values
     ProvenanceId provenance = none;
 };
 
@@ -76,6 +90,7 @@ struct Scene {
     std::vector<EffectNote> effect_notes;
     double meters_per_unit = 0.01;
     double frames_per_second = 24.0;
+    std::vector<InstanceValue> instance_values;  ///< what instances hand down; ranges may be shared
 
     GroupId emissive_group() const { return GroupId(groups.size() - 1); }
 };
@@ -114,6 +129,20 @@ void for_each_shape(const Scene& scene, Visitor visit) {
     for (const Prototype& prototype : scene.prototypes)
         for (const Shape& shape : prototype.shapes) visit(shape);
 }
+
+/// What the instance hands down, in the order of names' ids.
+inline std::span<const InstanceValue> values_of(const Scene& scene, const Instance& instance) {
+    return std::span(scene.instance_values).subspan(instance.first_value, instance.value_count);
+}
+
+/// The value of that name which the instance hands down; null when it has none.
+const InstanceValue* find_value(const Scene& scene, const Instance& instance, PrimvarId name);
+
+/// Gives the instance a value of its own, in place of one of the same name.
+void set_value(Scene& scene, Instance& instance, const InstanceValue& value);
+
+/// Whether the input depends on the primvar, by itself, as coordinates or in a pattern.
+bool reads_primvar(const Scene& scene, const Input& input, PrimvarId name);
 
 /// The primvar of the shape; null when it has none of that name.
 const Primvar* find_primvar(const Shape& shape, PrimvarId name);

@@ -49,8 +49,14 @@ struct Placement {
     Mat4d matrix;  ///< from around the prototype's origin to around the holder's
     /// [key − 1] the same at the later keys of its motion, 1, 2, 4, 8 or 16 of them; empty: stays.
     std::vector<Mat4d> later = {};
-    std::optional<Rgb> display_color;
+    uint32_t first_value = 0, value_count = 0;  ///< of Scene::instance_values, handed down
     scene::ProvenanceId provenance = scene::none;
+};
+
+/// A prototype of a point instancer that is being walked.
+struct OpenPrototype {
+    usd::layer::Path root;
+    std::unordered_set<std::string> handed_down;  ///< primvars that its instances may bring along
 };
 
 /// What a walk through the namespace collects: the whole stage, or a prototype that is placed many
@@ -153,7 +159,7 @@ struct Context {
     std::vector<PlacedLight> light_sites;  ///< of Scene::lights
     /// Of meshes, by Shape::provenance.
     std::unordered_map<scene::ProvenanceId, std::vector<FaceSubset>> face_subsets;
-    int point_prototype_depth = 0;  ///< > 0: instances may hand a displayColor to what is walked
+    std::vector<OpenPrototype> point_prototypes;  ///< that are being walked, the innermost last
 
     /// Whether prims of the computed purpose, of the render pass, are rendered.
     bool is_rendered(Prim prim) const {
@@ -171,6 +177,12 @@ struct Context {
         if (is_quiet) return;
         diagnostics.warn(std::move(code), attribute.loc(), attribute.prim().path_string(),
                          std::move(message));
+    }
+
+    /// Whether the prim stands outside the innermost point instancer's prototype that is walked:
+    /// what is inherited from there yields to what instances hand down.
+    bool is_outside_prototype(const Prim& prim) const {
+        return !point_prototypes.empty() && !prim.path().has_prefix(point_prototypes.back().root);
     }
 
     /// The prim authors the effect so that it does nothing.

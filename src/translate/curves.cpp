@@ -57,26 +57,42 @@ struct CurveTable {
     }
 };
 
+/// The value of a token; the first of `names`, the schema's fallback, with a warning for unknown
+/// ones.
+template <class Value>
+Value read_token(Context& ctx,
+                 Prim prim,
+                 const char* name,
+                 const std::vector<std::pair<std::string_view, Value>>& names) {
+    const Attribute attribute = prim.attribute(name);
+    const std::string token = read_text(attribute, names[0].first, ctx.time);
+    for (const auto& [known, value] : names)
+        if (token == known) return value;
+    ctx.warn("unsupported-curves", attribute,
+             fmt::format("{} \"{}\" of curves is unknown; it falls back to {}", name, token,
+                         names[0].first));
+    return names[0].second;
+}
+
 bool read_kind(Context& ctx, Prim prim, scene::Curves& curves) {
-    const std::string type = read_text(prim.attribute("type"), "cubic", ctx.time);
+    const bool is_linear =
+        read_token<bool>(ctx, prim, "type", {{"cubic", false}, {"linear", true}});
     const std::string basis = read_text(prim.attribute("basis"), "bezier", ctx.time);
-    const std::string wrap = read_text(prim.attribute("wrap"), "nonperiodic", ctx.time);
-    const std::map<std::string, Basis> bases = {
-        {"bezier", Basis::Bezier}, {"bspline", Basis::Bspline}, {"catmullRom", Basis::CatmullRom}};
-    const std::map<std::string, Wrap> wraps = {
-        {"nonperiodic", Wrap::Nonperiodic}, {"periodic", Wrap::Periodic}, {"pinned", Wrap::Pinned}};
-    const bool is_linear = type == "linear";
-    const bool is_known =
-        (is_linear || (type == "cubic" && bases.contains(basis))) && wraps.contains(wrap);
-    if (!is_known) {
-        ctx.warn("unsupported-curves", prim,
-                 fmt::format("curves of type {}, basis {}, wrap {} are not supported, the prim is "
-                             "left out",
-                             type, basis, wrap));
+    // Points of other kinds: nothing that is known stands for them
+    if (!is_linear && (basis == "hermite" || basis == "power")) {
+        ctx.warn("unsupported-curves", prim.attribute("basis"),
+                 fmt::format("curves of basis {} are not supported, the prim is skipped", basis));
         return false;
     }
-    curves.basis = is_linear ? Basis::Linear : bases.at(basis);
-    curves.wrap = wraps.at(wrap);
+    curves.wrap = read_token<Wrap>(ctx, prim, "wrap",
+                                   {{"nonperiodic", Wrap::Nonperiodic},
+                                    {"periodic", Wrap::Periodic},
+                                    {"pinned", Wrap::Pinned}});
+    curves.basis = is_linear ? Basis::Linear
+                             : read_token<Basis>(ctx, prim, "basis",
+                                                 {{"bezier", Basis::Bezier},
+                                                  {"bspline", Basis::Bspline},
+                                                  {"catmullRom", Basis::CatmullRom}});
     return true;
 }
 
@@ -101,16 +117,15 @@ CurveTable read_table(Context& ctx,
         table.curves.push_back(curve);
     }
     if (vertex < points.size() && !table.curves.empty())
-        ctx.warn("bad-topology", attribute,
-                 fmt::format("{} points belong to no curve", points.size() - vertex));
+        ctx.warn(
+            "bad-topology", attribute,
+            fmt::format("{} points belong to no curve and are ignored", points.size() - vertex));
     return table;
 }
 
-/// Marks curves whose points or widths make no curve.
-void find_faults(const std::vector<Vec3>& points, const ElementRows& widths, CurveTable& table) {
-    const auto is_bad_width = [](double w) { return !(w >= 0.0) || !std::isfinite(float(w)); };
-    for (size_t i = 0; i < table.curves.size(); ++i) {
-        CurveTable::Curve& c = table.curves[i];
+/// Marks curves whose points make no curve.
+void find_faults(const std::vector<Vec3>& points, CurveTable& table) {
+    for (CurveTable::Curve& c : table.curves) {
         if (c.fault) continue;
         const auto begin = points.begin() + std::ptrdiff_t(c.vertex);
         const auto end = begin + std::ptrdiff_t(c.vertices);
@@ -120,28 +135,18 @@ void find_faults(const std::vector<Vec3>& points, const ElementRows& widths, Cur
         }
         if (std::all_of(begin, end, [&](const Vec3& p) { return p == *begin; })) {
             c.fault = "no length";
-            continue;
         }
-        size_t first = 0, count = 1;
-        if (widths.interpolation == Interpolation::Uniform) first = i;
-        if (widths.interpolation == Interpolation::Vertex)
-            std::tie(first, count) = std::pair(c.vertex, c.vertices);
-        if (widths.interpolation == Interpolation::Varying)
-            std::tie(first, count) = std::pair(c.varying, c.varyings);
-        const auto width = widths.values.begin() + std::ptrdiff_t(first);
-        if (std::any_of(width, width + std::ptrdiff_t(count), is_bad_width))
-            c.fault = "a width that is negative or not a finite number";
     }
 }
 
 /// One warning for every kind of fault.
-void tell_faults(Context& ctx, Prim prim, const CurveTable& table) {
+void report_faults(Context& ctx, Prim prim, const CurveTable& table) {
     std::map<std::string, size_t> faults;
     for (const CurveTable::Curve& curve : table.curves)
         if (curve.fault) ++faults[curve.fault];
     for (const auto& [fault, count] : faults)
         ctx.warn("bad-curves", prim.attribute("curveVertexCounts"),
-                 fmt::format("{} of {} curves left out: {}", count, table.curves.size(), fault));
+                 fmt::format("{} of {} curves are skipped: {}", count, table.curves.size(), fault));
 }
 
 /// Drops the elements of curves that are left out.
@@ -188,18 +193,17 @@ std::optional<scene::Shape> read_curves(Context& ctx,
     const Mat4d& from = pose && pose->skin ? pose->matrix : matrix;
     const auto placement = place_round(ctx, prim, from, points[0]);
     std::optional<ElementRows> widths, normals;
-    if (!placement || !read_element_rows(ctx, prim, "widths", 1, counts, widths))
-        return std::nullopt;
-    if (!widths) {
+    if (!placement) return std::nullopt;
+    if (read_widths(ctx, prim, counts, widths) && !widths)
         ctx.warn("missing-widths", prim, "curves without widths are taken to be 1 wide");
-        widths = ElementRows{{1.0}, Interpolation::Constant};
-    }
-    read_element_rows(ctx, prim, "normals", 3, counts, normals);
+    if (!widths) widths = ElementRows{{1.0}, Interpolation::Constant};
+    read_element_rows(ctx, prim, "normals", 3, counts, "normals are ignored, the curves are round",
+                      normals);
 
     for (const Vec3d& p : points)
         curves.points.push_back(to_float(transform_point(p, placement->holder_from_points)));
-    find_faults(curves.points, *widths, table);
-    tell_faults(ctx, prim, table);
+    find_faults(curves.points, table);
+    report_faults(ctx, prim, table);
     const MaterialEntry& material = bound_material(ctx, prim);
     warn_if_displaced(ctx, prim, material);
     curves.primvars = read_primvars(ctx, prim, counts, {&material});

@@ -84,7 +84,7 @@ std::optional<scene::Shape> read_gprim(Context& ctx, Prim prim, const Mat4d& mat
     scene::Gprim gprim;
     gprim.kind = *kind;
     if (!read_sizes(ctx, prim, gprim)) {
-        ctx.warn("bad-gprim-size", prim, "sizes are not positive numbers, the prim is left out");
+        ctx.warn("bad-gprim-size", prim, "sizes are not positive numbers, the prim is skipped");
         return std::nullopt;
     }
     const std::string axis = read_text(prim.attribute("axis"), "Z", ctx.time);

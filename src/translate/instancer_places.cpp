@@ -13,15 +13,27 @@ namespace velatura::translate {
 namespace {
 
 /// Rows of an array attribute; empty with a warning when their number is not that of the instances.
-std::vector<double> read_array(
-    Context& ctx, const Attribute& attribute, TimeCode time, int wanted_width, size_t instances) {
+std::vector<double> read_array(Context& ctx,
+                               const Attribute& attribute,
+                               TimeCode time,
+                               int wanted_width,
+                               size_t instances,
+                               const char* fallback) {
     std::vector<double> rows;
     int width = 0;
-    if (!read_rows(attribute.value(time), rows, width) || rows.empty()) return {};
+    if (!read_rows(attribute.value(time), rows, width)) {
+        const usd::layer::Value value = attribute.value(time);
+        if (!value.is_empty() && !value.is_block())
+            ctx.warn("bad-instancer", attribute,
+                     fmt::format("{} holds no numbers; it is ignored, instances {}",
+                                 attribute.name().str(), fallback));
+        return {};
+    }
+    if (rows.empty()) return {};
     if (width == wanted_width && rows.size() == instances * size_t(width)) return rows;
     ctx.warn("bad-instancer", attribute,
-             fmt::format("{} has {} elements, expected {}; they are left out",
-                         attribute.name().str(), rows.size() / size_t(width), instances));
+             fmt::format("{} has {} elements, expected {}; it is ignored, instances {}",
+                         attribute.name().str(), rows.size() / size_t(width), instances, fallback));
     return {};
 }
 
@@ -90,11 +102,12 @@ InstancerPlaces::InstancerPlaces(Context& ctx, Prim prim, size_t instances)
         orientations_ = prim.attribute("orientations");
     velocities_ = read_velocities(ctx, positions_, instances, "velocities", "accelerations");
     turning_ = read_velocities(ctx, orientations_, instances, "angularVelocities");
-    const auto read = [&](const Attribute& attribute, int width) {
+    const auto read = [&](const Attribute& attribute, int width, const char* fallback) {
         const TimeCode time = has_velocities() ? held_time(attribute, frame_) : frame_;
-        return read_array(ctx, attribute, time, width, instances);
+        return read_array(ctx, attribute, time, width, instances, fallback);
     };
-    base_ = {read(positions_, 3), read(scales_, 3), read(orientations_, 4)};
+    base_ = {read(positions_, 3, "stand at the origin"), read(scales_, 3, "are not scaled"),
+             read(orientations_, 4, "are not turned")};
     if (base_.positions.empty()) velocities_.reset();
     if (base_.orientations.empty()) turning_.reset();
 }

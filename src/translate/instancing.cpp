@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/hash.h"
 #include "translate/instancer_places.h"
+#include "translate/instancer_primvars.h"
 #include "translate/missing_values.h"
 #include "translate/motion.h"
 #include "translate/parts.h"
@@ -51,7 +52,11 @@ std::string inherited_signature(Context& ctx, Prim instance) {
         read_rows(primvar.attribute.value(ctx.time), rows, width);
         uint64_t hash = uint64_t(width);
         for (const double v : rows) hash = hash_combine(hash, std::bit_cast<uint64_t>(v));
-        signature += fmt::format("|{}={:x}", primvar.name, hash);
+        if (primvar.is_indexed())
+            for (const int i : primvar.index_values(ctx.time))
+                hash = hash_combine(hash, uint64_t(uint32_t(i)));
+        const bool yields = ctx.is_outside_prototype(primvar.attribute.prim());
+        signature += fmt::format("|{}={:x}{}", primvar.name, hash, yields ? "^" : "");
     }
     for (const char* scale : {"motion:blurScale", "motion:velocityScale"})
         signature += fmt::format("|{}", inherited_number(ctx, instance, scale, 1.0));
@@ -80,7 +85,9 @@ InstancerArrays read_arrays(Context& ctx, Prim prim) {
     if (!in.ids.empty() && in.ids.size() != n) {
         ctx.warn(
             "bad-instancer", prim.attribute("ids"),
-            fmt::format("ids has {} elements, expected {}; indices are used", in.ids.size(), n));
+            fmt::format("ids has {} elements, expected {}; it is ignored, instances go by their "
+                        "index",
+                        in.ids.size(), n));
         in.ids.clear();
     }
     for (const int64_t id : read_ints(prim.attribute("invisibleIds").value(ctx.time)))
@@ -90,55 +97,6 @@ InstancerArrays read_arrays(Context& ctx, Prim prim) {
             for (const int64_t id : op->applied()) in.hidden_ids.insert(id);
     }
     return in;
-}
-
-/// Colours per instance from the instancer's displayColor; constant gives every instance the same.
-std::vector<Rgb> instance_colors(Context& ctx, Prim prim, size_t n) {
-    std::vector<Rgb> colors;
-    const auto primvar = usd::stage::find_primvar(prim, scene::display_color_primvar);
-    if (!primvar) return colors;
-    std::vector<float> rows;
-    int width = 0;
-    if (!read_rows(primvar->attribute.value(ctx.time), rows, width) || width != 3) return colors;
-    const size_t count = rows.size() / 3;
-    const auto color = [&](size_t row) {
-        return Rgb(rows[3 * row], rows[3 * row + 1], rows[3 * row + 2]);
-    };
-    const std::vector<int> indices =
-        primvar->is_indexed() ? primvar->index_values(ctx.time) : std::vector<int>();
-    const bool is_constant = primvar->interpolation == usd::stage::Interpolation::Constant;
-    for (size_t i = 0; i < n; ++i) {
-        size_t row = is_constant ? 0 : i;
-        if (!indices.empty())
-            row = row < indices.size() && indices[row] >= 0 ? size_t(indices[row]) : count;
-        if (row >= count) {
-            ctx.warn(
-                "bad-primvar", primvar->attribute,
-                fmt::format("displayColor has {} values, expected {}; it is left out", count, n));
-            return {};
-        }
-        colors.push_back(color(row));
-    }
-    return colors;
-}
-
-bool is_read_by_a_material(const Context& ctx, const std::string& primvar) {
-    return std::any_of(ctx.materials.begin(), ctx.materials.end(), [&](const auto& entry) {
-        const std::vector<std::string>& names = entry.second.primvars;
-        return std::find(names.begin(), names.end(), primvar) != names.end();
-    });
-}
-
-void warn_instancer_features(Context& ctx, Prim prim) {
-    for (const auto& primvar : usd::stage::find_primvars(prim)) {
-        if (primvar.name == scene::display_color_primvar ||
-            primvar.attribute.prim().path() != prim.path() ||
-            !is_read_by_a_material(ctx, primvar.name))
-            continue;
-        ctx.warn("unsupported-primvar", primvar.attribute,
-                 fmt::format("primvar {} of a point instancer is not supported, only displayColor",
-                             primvar.name));
-    }
 }
 
 }  // namespace
@@ -159,7 +117,7 @@ Placeable* native_prototype(Context& ctx, Prim instance) {
     return placeable;
 }
 
-Placeable* point_prototype(Context& ctx, Prim root) {
+Placeable* point_prototype(Context& ctx, Prim root, const Prim& instancer) {
     const auto [placeable, is_new] = placeable_of(ctx, "point " + root.path_string());
     if (placeable->is_being_built) return nullptr;
     if (is_new) {
@@ -167,9 +125,9 @@ Placeable* point_prototype(Context& ctx, Prim root) {
         placeable->frame = root.parent();
         placeable->is_point_prototype = true;
         placeable->is_being_built = true;
-        ++ctx.point_prototype_depth;
+        ctx.point_prototypes.push_back({root.path(), primvar_names(instancer)});
         walk(ctx, root, Mat4d(), *placeable);
-        --ctx.point_prototype_depth;
+        ctx.point_prototypes.pop_back();
         placeable->is_being_built = false;
     }
     return placeable;
@@ -179,11 +137,11 @@ void read_point_instancer(Context& ctx, Prim prim, const Mat4d& matrix, Placeabl
     std::vector<Placeable*> prototypes;
     for (const auto& path : prim.relationship("prototypes").forwarded_targets()) {
         const Prim root = ctx.stage.prim_at(path);
-        Placeable* placeable = root ? point_prototype(ctx, root) : nullptr;
+        Placeable* placeable = root ? point_prototype(ctx, root, prim) : nullptr;
         prototypes.push_back(placeable);
         if (placeable == nullptr)
             ctx.warn("bad-instancer", prim,
-                     fmt::format("prototype <{}> {}, its instances are left out", path.to_string(),
+                     fmt::format("prototype <{}> {}, its instances are skipped", path.to_string(),
                                  root ? "contains this instancer" : "is not there"));
     }
     if (lacks_array(ctx, prim, {"protoIndices"}, "bad-instancer")) return;
@@ -195,7 +153,8 @@ void read_point_instancer(Context& ctx, Prim prim, const Mat4d& matrix, Placeabl
         ctx.warn("bad-instancer", prim,
                  fmt::format("{}; all instances stand at the origin",
                              missing_array(prim.attribute("positions"), ctx.frame)));
-    const std::vector<Rgb> colors = instance_colors(ctx, prim, n);
+    InstancerPrimvars primvars(ctx, prim, n);
+    primvars.warn_displacement(prototypes);
     const scene::ProvenanceId provenance = ctx.provenance(prim);
     const size_t first = out.placements.size();
     std::vector<size_t> placed;  // the instance of each placement from `first` on
@@ -218,16 +177,19 @@ void read_point_instancer(Context& ctx, Prim prim, const Mat4d& matrix, Placeabl
                            transform_point(Vec3d(local[3][0], local[3][1], local[3][2]), matrix));
         placement.matrix = local * relative_to(matrix, out.origin);
         placement.provenance = provenance;
-        if (!colors.empty()) placement.display_color = colors[i];
+        const ValueRange values = primvars.of(i);
+        placement.first_value = values.first;
+        placement.value_count = values.count;
         out.placements.push_back(std::move(placement));
         placed.push_back(i);
         out.is_origin_fixed = true;
     }
     if (outside > 0)
-        ctx.warn("bad-instancer", prim.attribute("protoIndices"),
-                 fmt::format("{} of {} protoIndices name none of the {} prototypes", outside, n,
-                             prototypes.size()));
-    warn_instancer_features(ctx, prim);
+        ctx.warn(
+            "bad-instancer", prim.attribute("protoIndices"),
+            fmt::format("{} of {} protoIndices name none of the {} prototypes, these instances "
+                        "are skipped",
+                        outside, n, prototypes.size()));
     read_instancer_motion(ctx, prim, matrix, places, out,
                           {std::span(out.placements).subspan(first), placed});
 }

@@ -55,7 +55,7 @@ FaceTable read_faces(Context& ctx, Prim prim, const std::vector<Vec3d>& points) 
     const auto complain = [&](size_t count, const char* what) {
         if (count > 0)
             ctx.warn("bad-topology", prim.attribute("faceVertexCounts"),
-                     fmt::format("{} of {} faces left out: {}", count, counts.size(), what));
+                     fmt::format("{} of {} faces are skipped: {}", count, counts.size(), what));
     };
     complain(few, "fewer than 3 corners");
     complain(outside, "vertex index outside the points");
@@ -63,7 +63,8 @@ FaceTable read_faces(Context& ctx, Prim prim, const std::vector<Vec3d>& points) 
     complain(missing, "faceVertexCounts add up to more than faceVertexIndices holds");
     if (first < indices.size())
         ctx.warn("bad-topology", prim.attribute("faceVertexIndices"),
-                 fmt::format("{} faceVertexIndices belong to no face", indices.size() - first));
+                 fmt::format("{} faceVertexIndices belong to no face and are ignored",
+                             indices.size() - first));
     return table;
 }
 
@@ -98,7 +99,8 @@ std::vector<scene::MaterialId> read_face_materials(Context& ctx,
         if (outside + twice > 0)
             ctx.warn(
                 "bad-subset", subset.attribute("indices"),
-                fmt::format("{} indices are no face of the mesh, {} belong to an earlier subset",
+                fmt::format("{} indices are no face of the mesh and are ignored, {} belong to an "
+                            "earlier subset and keep its material",
                             outside, twice));
     }
     // A material that subsets cover everywhere reads nothing

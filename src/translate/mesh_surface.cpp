@@ -79,11 +79,14 @@ bool read_normals(Context& ctx,
         return i >= 0 && size_t(i) < rows.size() / 3;
     });
     if (!is_readable || found != expected || !has_good_indices) {
-        if (found > 0)
-            ctx.warn(
-                "bad-normals", source->attribute,
-                fmt::format("{} normals or indices, expected {} ({}); they are left out", found,
-                            expected, usd::stage::interpolation_name(source->interpolation)));
+        if (found > 0 || !rows.empty())
+            ctx.warn("bad-normals", source->attribute,
+                     fmt::format(
+                         "{} normals or indices{}, expected {} ({}); they are ignored, the "
+                         "mesh falls back to the normals of its {}",
+                         found, has_good_indices ? "" : " (some out of range)", expected,
+                         usd::stage::interpolation_name(source->interpolation),
+                         mesh.subdivision == scene::SubdivisionScheme::None ? "faces" : "surface"));
         return false;
     }
     std::vector<Vec3d> normals;
@@ -213,7 +216,7 @@ bool set_surface(Context& ctx,
     }
     if (overflown > 0)
         ctx.warn("bad-transform", prim,
-                 fmt::format("{} points do not fit a float, the mesh is left out", overflown));
+                 fmt::format("{} points do not fit a float, the prim is skipped", overflown));
     return overflown == 0;
 }
 

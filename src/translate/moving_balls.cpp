@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/another_time.h"
+#include "translate/instancer_primvars.h"
 #include "translate/mesh_surface.h"
 #include "translate/motion.h"
 #include "translate/parts.h"
@@ -71,7 +72,9 @@ class BallRows final : public MovingRows {
         InstanceRows rows;
         for (const Vec3d& p : points) rows.positions.insert(rows.positions.end(), {p.x, p.y, p.z});
         std::optional<ElementRows> widths;
-        if (!read_element_rows(ctx_, prim_, "widths", 1, {1, points.size(), 0}, widths))
+        // Without widths that fit this time has none of its own
+        if (!read_widths(ctx_, prim_, {1, points.size(), 0}, widths) &&
+            time.value() != ctx_.frame.value())
             return rows;
         for (size_t i = 0; i < points.size(); ++i) {
             double width = 1.0;
@@ -87,10 +90,10 @@ class BallRows final : public MovingRows {
 };
 
 /// The ball of width 1 that all are instances of; nothing where each has something of its own that
-/// an instance cannot hand down. colors: displayColor by point, if it is not one for all.
+/// an instance cannot hand down. by_point: primvars that are not one for all.
 std::optional<scene::Shape> shared_ball(const Context& ctx,
                                         const scene::Shape& still,
-                                        std::vector<Rgb>& colors) {
+                                        std::vector<const scene::Primvar*>& by_point) {
     const auto& cloud = std::get<scene::Points>(still.geometry);
     scene::Points ball;
     ball.points = {Vec3(0.0f)};
@@ -105,16 +108,26 @@ std::optional<scene::Shape> shared_ball(const Context& ctx,
             ball.primvars.push_back(primvar);
             continue;
         }
-        if (name != scene::display_color_primvar || primvar.width != 3) return std::nullopt;
-        for (size_t i = 0; i < cloud.points.size(); ++i) {
-            const size_t row = primvar.indices.empty() ? i : primvar.indices[i];
-            const float* c = &primvar.values[3 * row];
-            colors.emplace_back(c[0], c[1], c[2]);
-        }
+        by_point.push_back(&primvar);
     }
+    std::ranges::sort(by_point, {}, &scene::Primvar::name);
     scene::Shape shape = still;
     shape.geometry = std::move(ball);
     return shape;
+}
+
+/// What each ball has of the primvars by point.
+ValueRange values_of(Context& ctx, const std::vector<const scene::Primvar*>& by_point, size_t i) {
+    std::vector<scene::InstanceValue> values;
+    for (const scene::Primvar* primvar : by_point) {
+        const size_t row = primvar->indices.empty() ? i : primvar->indices[i];
+        scene::InstanceValue value;
+        value.name = primvar->name;
+        value.width = primvar->width;
+        std::copy_n(&primvar->values[row * primvar->width], primvar->width, value.values.begin());
+        values.push_back(value);
+    }
+    return add_values(ctx.scene, values);
 }
 
 }  // namespace
@@ -124,8 +137,8 @@ bool place_moving_balls(
     const std::optional<Shutter> shutter = shutter_of(ctx, prim);
     if (!shutter || !changes_shape(ctx, prim, holder.frame)) return false;
     if (carried_by(ctx, prim, holder.frame, ctx.frame) != matrix) return false;
-    std::vector<Rgb> colors;
-    std::optional<scene::Shape> ball = shared_ball(ctx, still, colors);
+    std::vector<const scene::Primvar*> by_point;
+    std::optional<scene::Shape> ball = shared_ball(ctx, still, by_point);
     const BallRows balls(ctx, prim);
     if (!ball || balls.count() > most_balls || !balls.keeps_its_points(*shutter)) return false;
 
@@ -146,7 +159,9 @@ bool place_moving_balls(
         placement.what = own.get();
         placement.matrix = local * holder_from_prim;
         placement.provenance = still.provenance;
-        if (!colors.empty()) placement.display_color = colors[i];
+        const ValueRange values = values_of(ctx, by_point, i);
+        placement.first_value = values.first;
+        placement.value_count = values.count;
         holder.placements.push_back(std::move(placement));
         placed.push_back(i);
     }

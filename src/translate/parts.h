@@ -82,7 +82,7 @@ void read_point_instancer(Context& ctx, Prim prim, const Mat4d& matrix, Placeabl
 /// Prototype of a native instance, walked on first use; nullptr inside itself.
 Placeable* native_prototype(Context& ctx, Prim instance);
 /// Prototype of a point instancer: the prim with its own transform and everything below.
-Placeable* point_prototype(Context& ctx, Prim root);
+Placeable* point_prototype(Context& ctx, Prim root, const Prim& instancer);
 /// Turns what the walk of the stage collected into Scene::shapes, prototypes, instances, lights.
 void place_all(Context& ctx, Placeable& stage_content);
 

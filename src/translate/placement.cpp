@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "translate/instancer_primvars.h"
 #include "translate/linking.h"
 #include "translate/motion.h"
 #include "translate/parts.h"
@@ -32,21 +33,6 @@ void warn_at(Context& ctx, scene::ProvenanceId id, const char* code, const std::
     ctx.diagnostics.warn(code, p.loc, p.prim_path, message);
 }
 
-/// Gives the shape the instance's displayColor where it has none of its own, as a hit on an
-/// instance reads it.
-void hand_down_color(Context& ctx, const Rgb& color, scene::Shape& shape) {
-    std::vector<scene::Primvar>& primvars =
-        std::visit([](auto& geometry) -> std::vector<scene::Primvar>& { return geometry.primvars; },
-                   shape.geometry);
-    scene::Primvar primvar;
-    primvar.name = scene::intern_primvar(ctx.scene, scene::display_color_primvar);
-    for (const scene::Primvar& own : primvars)
-        if (own.name == primvar.name) return;
-    primvar.width = 3;
-    primvar.values = {color.x, color.y, color.z};
-    primvars.push_back(std::move(primvar));
-}
-
 /// What a copy of the shapes comes to beside lights and volumes: one for each, and one for every so
 /// many corners.
 size_t copies_of(const std::vector<scene::Shape>& shapes) {
@@ -62,13 +48,13 @@ size_t copies_of(const std::vector<scene::Shape>& shapes) {
 void bake(Context& ctx,
           uint32_t prototype,
           const Mat4d& matrix,
-          const std::optional<Rgb>& display_color,
+          const ValueRange& values,
           uint32_t link_place) {
     for (const scene::Shape& shape : ctx.scene.prototypes[prototype].shapes) {
         if (std::holds_alternative<scene::Curves>(shape.geometry) ||
             std::holds_alternative<scene::Points>(shape.geometry)) {
             warn_at(ctx, shape.provenance, "bad-transform",
-                    "transform of an instance flattens widths, the prim is left out of it");
+                    "transform of an instance flattens widths, the prim is skipped in it");
             continue;
         }
         ctx.scene.shapes.push_back(baked(shape, matrix));
@@ -82,7 +68,8 @@ void bake(Context& ctx,
             ctx.scene.mesh_lights.push_back(std::move(placed));
             ctx.mesh_light_prims.push_back(ctx.mesh_light_prims[shape.light]);
         }
-        if (display_color) hand_down_color(ctx, *display_color, ctx.scene.shapes.back());
+        std::visit([&](auto& geometry) { hand_down(ctx.scene, values, geometry.primvars); },
+                   ctx.scene.shapes.back().geometry);
     }
 }
 
@@ -108,7 +95,7 @@ void place_volume(Context& ctx, scene::Volume volume, const Mat4d& matrix, uint3
     volume.render_from_volume = volume.render_from_volume * matrix;
     if (determinant3(volume.render_from_volume) == 0.0) {
         warn_at(ctx, volume.provenance, "bad-transform",
-                "transform of an instance flattens the volume, it is left out of it");
+                "transform of an instance flattens the volume, it is skipped in it");
         return;
     }
     // Rows of the map to the prim's own space, for the surface that it may be
@@ -215,7 +202,7 @@ void place(Context& ctx,
     if (!is_finite(matrix) || !is_finite(Mat4d(cast_matrix)) || !keeps_a_surface(matrix)) {
         warn_at(ctx, provenance, "bad-transform",
                 "instances whose transform is infinite or flattens everything to a line or a point "
-                "are left out");
+                "are skipped");
         return;
     }
     if (!count_copies(ctx, provenance, what.lights.size() + what.volumes.size())) return;
@@ -225,7 +212,8 @@ void place(Context& ctx,
         if (determinant3(Mat4d(cast_matrix)) == 0.0) {
             const size_t copies = copies_of(ctx.scene.prototypes[prototype].shapes);
             if (!count_copies(ctx, provenance, copies)) return;
-            bake(ctx, prototype, matrix, placement.display_color, link_place);
+            bake(ctx, prototype, matrix, {placement.first_value, placement.value_count},
+                 link_place);
             if (!later.empty())
                 warn_at(ctx, provenance, "unsupported-motion-blur",
                         "an instance that moves while the shutter is open is flat at its opening: "
@@ -234,7 +222,8 @@ void place(Context& ctx,
             scene::Instance instance;
             instance.prototype = prototype;
             instance.render_from_prototype = cast_matrix;
-            instance.display_color = placement.display_color;
+            instance.first_value = placement.first_value;
+            instance.value_count = placement.value_count;
             instance.provenance = provenance;
             for (const Mat4d& key : later)
                 instance.later_render_from_prototype.push_back(to_float(key));
@@ -251,11 +240,18 @@ void place(Context& ctx,
     }
     for (const LightSite& site : what.lights)
         read_light(ctx, site, site.matrix * matrix, link_place);
-    for (const scene::Volume& volume : what.volumes) place_volume(ctx, volume, matrix, link_place);
+    for (scene::Volume volume : what.volumes) {
+        hand_down(ctx.scene, {placement.first_value, placement.value_count},
+                  volume.surface_primvars);
+        place_volume(ctx, std::move(volume), matrix, link_place);
+    }
     for (const Placement& nested : what.placements) {
         if (counter.of(*nested.what) == 0) continue;
         Placement inner = nested;
-        if (!inner.display_color) inner.display_color = placement.display_color;
+        const ValueRange values =
+            handed_on(ctx.scene, nested, {placement.first_value, placement.value_count});
+        inner.first_value = values.first;
+        inner.value_count = values.count;
         place(ctx, counter, inner, nested.matrix * matrix, composed_motion(nested, matrix, later),
               link_place);
     }

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <span>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
@@ -57,22 +58,27 @@ class CopyRemover {
         });
     }
 
+    std::span<const scene::InstanceValue> values_of(const Placement& placement) const {
+        return std::span(ctx_.scene.instance_values)
+            .subspan(placement.first_value, placement.value_count);
+    }
+
     uint64_t hash(const Placement& placement) const {
         uint64_t h = std::bit_cast<uintptr_t>(placement.what);
         // +0 and -0 are the same place
         for (int r = 0; r < 4; ++r)
             for (int c = 0; c < 3; ++c)
                 h = hash_combine(h, std::bit_cast<uint64_t>(placement.matrix[r][c] + 0.0));
-        if (placement.display_color)
-            for (int k = 0; k < 3; ++k)
-                h = hash_combine(h, std::bit_cast<uint32_t>((*placement.display_color)[k] + 0.0f));
+        for (const scene::InstanceValue& value : values_of(placement))
+            for (const float v : value.values)
+                h = hash_combine(h, std::bit_cast<uint32_t>(v + 0.0f));
         if (ctx_.has_linking) h = hash_combine(h, placement.provenance);
         return h;
     }
 
     bool is_copy(const Placement& a, const Placement& b) {
         return a.what == b.what && a.matrix == b.matrix && a.later == b.later &&
-               a.display_color == b.display_color &&
+               std::ranges::equal(values_of(a), values_of(b)) &&
                (a.provenance == b.provenance || !ctx_.has_linking) && !adds_up(*a.what);
     }
 

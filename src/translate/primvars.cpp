@@ -81,16 +81,19 @@ bool take_indices(Context& ctx,
     if (indices.empty() && expected > 0 && !source.is_indexed()) return true;
     if (out.interpolation != scene::Interpolation::Constant && indices.size() != expected) {
         ctx.warn("bad-primvar", source.indices,
-                 fmt::format("primvar {} has {} indices, expected {}; it is left out", source.name,
-                             indices.size(), expected));
+                 fmt::format("primvar {} has {} indices, expected {}; it is ignored, its fallback "
+                             "is used",
+                             source.name, indices.size(), expected));
         return false;
     }
     out.indices.reserve(indices.size());
     for (const int i : indices) {
         if (i < 0 || size_t(i) >= rows) {
-            ctx.warn("bad-primvar", source.indices,
-                     fmt::format("primvar {} has the index {}, expected 0 to {}; it is left out",
-                                 source.name, i, int64_t(rows) - 1));
+            ctx.warn(
+                "bad-primvar", source.indices,
+                fmt::format("primvar {} has the index {}, expected 0 to {}; it is ignored, its "
+                            "fallback is used",
+                            source.name, i, int64_t(rows) - 1));
             return false;
         }
         out.indices.push_back(uint32_t(i));
@@ -105,13 +108,15 @@ std::optional<scene::Primvar> read_primvar(Context& ctx,
     int width = 0;
     if (!read_rows(source.attribute.value(ctx.time), out.values, width)) {
         ctx.warn("unsupported-primvar", source.attribute,
-                 fmt::format("primvar {} of type {} is not supported and is left out", source.name,
-                             source.attribute.type_name().str()));
+                 fmt::format("primvar {} of type {} is not supported; it is ignored, its fallback "
+                             "is used",
+                             source.name, source.attribute.type_name().str()));
         return std::nullopt;
     }
     if (source.element_size != 1) {
         ctx.warn("unsupported-primvar", source.attribute,
-                 fmt::format("primvar {} has elementSize {}, only 1 is supported; it is left out",
+                 fmt::format("primvar {} has elementSize {}, only 1 is supported; it is ignored, "
+                             "its fallback is used",
                              source.name, source.element_size));
         return std::nullopt;
     }
@@ -123,14 +128,22 @@ std::optional<scene::Primvar> read_primvar(Context& ctx,
     const bool is_constant = out.interpolation == scene::Interpolation::Constant;
     if (!source.is_indexed() && !is_constant && rows != expected) {
         // One value for everything is what many exporters mean by it
-        ctx.warn("bad-primvar", source.attribute,
-                 fmt::format("primvar {} has {} values, expected {}; {}", source.name, rows,
-                             expected, rows == 1 ? "it is taken as constant" : "it is left out"));
+        ctx.warn(
+            "bad-primvar", source.attribute,
+            fmt::format(
+                "primvar {} has {} values, expected {}; {}", source.name, rows, expected,
+                rows == 1 ? "it is taken as constant" : "it is ignored, its fallback is used"));
         if (rows != 1) return std::nullopt;
         out.interpolation = scene::Interpolation::Constant;
     }
+    if (is_constant && !source.is_indexed() && rows > 1)
+        ctx.warn("bad-primvar", source.attribute,
+                 fmt::format("primvar {} is constant and has {} values, expected 1; the first is "
+                             "used everywhere",
+                             source.name, rows));
     if (source.is_indexed() && !take_indices(ctx, source, rows, expected, out)) return std::nullopt;
     out.name = scene::intern_primvar(ctx.scene, source.name);
+    out.yields_to_instance = ctx.is_outside_prototype(source.attribute.prim());
     return out;
 }
 
@@ -150,8 +163,9 @@ void warn_missing(Context& ctx,
     std::set<std::pair<std::string, std::string>> missing;
     for (const MaterialEntry* material : materials) {
         for (const std::string& name : material->needed) {
-            const bool is_of_instances =
-                ctx.point_prototype_depth > 0 && name == scene::display_color_primvar;
+            const bool is_of_instances = std::any_of(
+                ctx.point_prototypes.begin(), ctx.point_prototypes.end(),
+                [&](const OpenPrototype& open) { return open.handed_down.contains(name); });
             if (!told.contains(name) && !is_of_instances) missing.emplace(material->name, name);
         }
     }

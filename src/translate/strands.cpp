@@ -15,12 +15,32 @@
 
 namespace velatura::translate {
 
+namespace {
+
+/// The interpolation by which there are as many rows as elements; the authored one if it does.
+std::optional<scene::Interpolation> fitting_interpolation(size_t rows,
+                                                          scene::Interpolation authored,
+                                                          const ElementCounts& counts,
+                                                          bool is_lenient) {
+    using scene::Interpolation;
+    if (rows == element_count(counts, authored)) return authored;
+    if (rows == 1) return Interpolation::Constant;
+    if (!is_lenient) return std::nullopt;
+    for (const auto other : {Interpolation::Vertex, Interpolation::Varying, Interpolation::Uniform})
+        if (rows == element_count(counts, other)) return other;
+    return std::nullopt;
+}
+
+}  // namespace
+
 bool read_element_rows(Context& ctx,
                        Prim prim,
                        const std::string& name,
                        int width,
                        const ElementCounts& counts,
-                       std::optional<ElementRows>& out) {
+                       std::string_view fallback,
+                       std::optional<ElementRows>& out,
+                       bool is_lenient) {
     const Attribute primvar = prim.attribute("primvars:" + name);
     const Attribute plain = prim.attribute(name);
     std::optional<usd::stage::Primvar> source;
@@ -29,37 +49,73 @@ bool read_element_rows(Context& ctx,
     else if (plain.has_authored_value())
         source = usd::stage::as_primvar(plain, usd::stage::Interpolation::Vertex);
     if (!source) return true;
+    const auto refuse = [&](const std::string& what) {
+        ctx.warn("bad-" + name, source->attribute, fmt::format("{}; {}", what, fallback));
+        return false;
+    };
     std::vector<double> rows;
     int found_width = 0;
-    const bool is_readable =
-        read_rows(source->attribute.value(ctx.time), rows, found_width) && found_width == width;
+    const usd::layer::Value value = source->attribute.value(ctx.time);
+    if (value.is_empty() || value.is_block()) return true;
+    if (!read_rows(value, rows, found_width))
+        return refuse(fmt::format("{} hold no numbers", name));
+    if (found_width != width)
+        return refuse(fmt::format("{} hold rows of {}, expected {}", name, found_width, width));
     // Nothing at this time
-    if (is_readable && rows.empty()) return true;
-    // usd and scene list their interpolations in one order
-    ElementRows result{{}, scene::Interpolation(int(source->interpolation))};
+    if (rows.empty()) return true;
+    ElementRows result;
     const std::vector<int> indices =
         source->is_indexed() ? source->index_values(ctx.time) : std::vector<int>();
     const size_t stored = rows.size() / size_t(width);
-    const bool has_good_indices = std::all_of(indices.begin(), indices.end(),
-                                              [&](int i) { return i >= 0 && size_t(i) < stored; });
-    if (is_readable && has_good_indices && !indices.empty()) {
-        for (const int i : indices)
-            for (int k = 0; k < width; ++k)
-                result.values.push_back(rows[size_t(i) * size_t(width) + size_t(k)]);
-    } else {
-        result.values = std::move(rows);
+    for (const int i : indices) {
+        if (i < 0 || size_t(i) >= stored)
+            return refuse(
+                fmt::format("{} has the index {}, expected 0 to {}", name, i, stored - 1));
+        for (int k = 0; k < width; ++k)
+            result.values.push_back(rows[size_t(i) * size_t(width) + size_t(k)]);
     }
+    if (indices.empty()) result.values = std::move(rows);
     const size_t found = result.values.size() / size_t(width);
-    const size_t expected = element_count(counts, result.interpolation);
+    // usd and scene list their interpolations in one order
+    const auto authored = scene::Interpolation(int(source->interpolation));
+    const auto fitting = fitting_interpolation(found, authored, counts, is_lenient);
+    const std::string counted = fmt::format("{} {} or indices, expected {} ({})", found, name,
+                                            element_count(counts, authored),
+                                            usd::stage::interpolation_name(source->interpolation));
+    if (!fitting) return refuse(counted);
+    result.interpolation = *fitting;
+    if (found != 1 && *fitting != authored)
+        ctx.warn(
+            "bad-" + name, source->attribute,
+            fmt::format("{}; they are taken as {}", counted,
+                        usd::stage::interpolation_name(usd::stage::Interpolation(int(*fitting)))));
+    // One for everything, whatever it is called
     if (found == 1) result.interpolation = scene::Interpolation::Constant;
-    if (!is_readable || !has_good_indices || (found != expected && found != 1)) {
-        ctx.warn("bad-" + name, source->attribute,
-                 fmt::format("{} {} or indices, expected {} ({})", found, name, expected,
-                             usd::stage::interpolation_name(source->interpolation)));
-        return false;
-    }
     out = std::move(result);
     return true;
+}
+
+bool read_widths(Context& ctx,
+                 Prim prim,
+                 const ElementCounts& counts,
+                 std::optional<ElementRows>& out) {
+    constexpr std::string_view fallback = "widths fall back to 1";
+    if (!read_element_rows(ctx, prim, "widths", 1, counts, fallback, out, true)) return false;
+    if (!out) return true;
+    const size_t all = out->values.size();
+    size_t bad = 0;
+    for (double& width : out->values) {
+        if (width >= 0.0 && std::isfinite(float(width))) continue;
+        width = 0.0;
+        ++bad;
+    }
+    if (bad == 0) return true;
+    const Attribute primvar = prim.attribute("primvars:widths");
+    ctx.warn("bad-widths", primvar.has_authored_value() ? primvar : prim.attribute("widths"),
+             fmt::format("{} of {} widths are negative or not finite; {}", bad, all,
+                         bad == all ? fallback : "these count as 0"));
+    if (bad == all) out.reset();
+    return bad < all;
 }
 
 bool keeps_balls(const Mat4d& matrix) {
@@ -83,7 +139,7 @@ std::optional<RoundPlacement> place_round(Context& ctx,
     // Widths of less than float accuracy are not worth an ellipse
     constexpr double evenness = 0x1p-20;
     if (!keeps_balls(matrix)) {
-        ctx.warn("bad-transform", prim, "transform flattens widths, the prim is left out");
+        ctx.warn("bad-transform", prim, "transform flattens widths, the prim is skipped");
         return std::nullopt;
     }
     RoundPlacement placement;
@@ -145,7 +201,7 @@ std::optional<scene::Shape> read_point_cloud(Context& ctx,
     }
     const ElementCounts counts{1, points.size(), 0};
     std::optional<ElementRows> widths;
-    if (!read_element_rows(ctx, prim, "widths", 1, counts, widths)) return std::nullopt;
+    read_widths(ctx, prim, counts, widths);
     const Mat4d& from = pose && pose->skin ? pose->matrix : matrix;
     const auto placement = place_round(ctx, prim, from, points[0]);
     if (!placement) return std::nullopt;
@@ -172,10 +228,9 @@ std::optional<scene::Shape> read_point_cloud(Context& ctx,
         cloud.widths.push_back(stored);
     }
     if (bad > 0)
-        ctx.warn(
-            "bad-points", prim,
-            fmt::format("{} of {} points left out: no finite point or width, or a negative one",
-                        bad, points.size()));
+        ctx.warn("bad-points", prim,
+                 fmt::format("{} of {} points are not finite and are skipped{}", bad, points.size(),
+                             bad == points.size() ? ": the prim is skipped" : ""));
     if (bad == points.size()) return std::nullopt;
     scene::Shape shape = round_shape(ctx, prim, material);
     shape.geometry = std::move(cloud);

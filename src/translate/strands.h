@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace velatura::translate {
@@ -19,14 +20,25 @@ struct ElementRows {
     scene::Interpolation interpolation = scene::Interpolation::Constant;
 };
 
-/// `primvars:<name>` before `<name>`; nothing when neither is authored. False, with a warning, when
-/// they do not fit. One row stands for all elements whatever the interpolation says.
+/// `primvars:<name>` before `<name>`; nothing when neither is authored. False and nothing, with a
+/// warning that ends in `fallback`, when they do not fit. One row stands for all elements whatever
+/// the interpolation says. is_lenient: rows that do not fit their interpolation are taken by one
+/// that they fit, with a warning.
 bool read_element_rows(Context& ctx,
                        Prim prim,
                        const std::string& name,
                        int width,
                        const ElementCounts& counts,
-                       std::optional<ElementRows>& out);
+                       std::string_view fallback,
+                       std::optional<ElementRows>& out,
+                       bool is_lenient = false);
+
+/// Widths of curves or points. Those that are negative or not finite count as 0. False and nothing,
+/// with a warning, when they are of no use.
+bool read_widths(Context& ctx,
+                 Prim prim,
+                 const ElementCounts& counts,
+                 std::optional<ElementRows>& out);
 
 /// Where points with a width around them stand.
 struct RoundPlacement {

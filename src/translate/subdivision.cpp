@@ -75,7 +75,7 @@ void read_creases(Context& ctx, Prim prim, const FaceTable& table, scene::Subdiv
         (!is_by_crease && sharpnesses.size() != edge_count)) {
         ctx.warn("bad-subdivision", attribute,
                  fmt::format("{} creaseIndices, {} creaseLengths, {} creaseSharpnesses do not "
-                             "belong together: all creases are left out",
+                             "belong together: all creases are ignored",
                              indices.size(), lengths.size(), sharpnesses.size()));
         return;
     }
@@ -94,8 +94,9 @@ void read_creases(Context& ctx, Prim prim, const FaceTable& table, scene::Subdiv
         first += size_t(lengths[c]);
     }
     if (absent > 0)
-        ctx.warn("bad-subdivision", attribute,
-                 fmt::format("{} of {} creases left out: no edge of the mesh", absent, edge_count));
+        ctx.warn(
+            "bad-subdivision", attribute,
+            fmt::format("{} of {} creases are ignored: no edge of the mesh", absent, edge_count));
 }
 
 void read_corners(Context& ctx, Prim prim, size_t point_count, scene::SubdivisionRules& rules) {
@@ -105,7 +106,7 @@ void read_corners(Context& ctx, Prim prim, size_t point_count, scene::Subdivisio
     if (indices.empty()) return;
     if (sharpnesses.size() != indices.size()) {
         ctx.warn("bad-subdivision", attribute,
-                 fmt::format("{} cornerIndices and {} cornerSharpnesses: all corners are left out",
+                 fmt::format("{} cornerIndices and {} cornerSharpnesses: all corners are ignored",
                              indices.size(), sharpnesses.size()));
         return;
     }
@@ -118,9 +119,9 @@ void read_corners(Context& ctx, Prim prim, size_t point_count, scene::Subdivisio
         rules.corner_sharpnesses.push_back(sharpnesses[i]);
     }
     if (absent > 0)
-        ctx.warn(
-            "bad-subdivision", attribute,
-            fmt::format("{} of {} corners left out: no point of the mesh", absent, indices.size()));
+        ctx.warn("bad-subdivision", attribute,
+                 fmt::format("{} of {} corners are ignored: no point of the mesh", absent,
+                             indices.size()));
 }
 
 }  // namespace
@@ -137,8 +138,9 @@ std::vector<size_t> read_holes(Context& ctx, Prim prim, size_t face_count) {
     std::vector<size_t> holes;
     for (const int64_t face : read_ints(attribute.value(ctx.time))) {
         if (face < 0 || size_t(face) >= face_count)
-            ctx.warn("bad-topology", attribute,
-                     fmt::format("hole index {} is no face of {}", face, face_count));
+            ctx.warn(
+                "bad-topology", attribute,
+                fmt::format("hole index {} is no face of {} and is ignored", face, face_count));
         else
             holes.push_back(size_t(face));
     }

@@ -92,8 +92,8 @@ void warn_if_it_deforms(Context& ctx, Prim prim, Prim frame) {
     ctx.warn("unsupported-motion-blur", prim,
              fmt::format("a {} that changes its shape while the shutter is open has that of the "
                          "frame's instant: only meshes change theirs, and Points, up to a million, "
-                         "that are the same ones all the time, have no more of their own than "
-                         "displayColor and are not bound to a skeleton",
+                         "that are the same ones all the time, whose material does not "
+                         "read their position and that are not bound to a skeleton",
                          prim.type_name().str()));
 }
 

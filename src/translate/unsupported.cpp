@@ -21,7 +21,7 @@ void warn_unsupported(Context& ctx, Prim prim) {
     const bool is_light = is_any_light(prim);
     if (is_shown || is_light) {
         ctx.warn(is_light ? "unsupported-light" : "unsupported-geometry", prim,
-                 fmt::format("{} is not supported, the prim is left out", type));
+                 fmt::format("{} is not supported, the prim is skipped", type));
     }
 }
 

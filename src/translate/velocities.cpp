@@ -45,7 +45,8 @@ std::vector<double> read_aligned(Context& ctx,
     if (!read_rows(attribute.value(held), rows, width) || rows.empty()) return {};
     const auto refuse = [&](const std::string& why) {
         ctx.warn("unused-velocities", attribute,
-                 fmt::format("{} {}; they are left out", attribute.name().str(), why));
+                 fmt::format("{} {}; they are ignored, {} goes from sample to sample",
+                             attribute.name().str(), why, carried.name().str()));
         return std::vector<double>();
     };
     const auto own = bracket(attribute, ctx.frame.value());

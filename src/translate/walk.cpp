@@ -140,7 +140,7 @@ void place_instance(Context& ctx, Prim instance, const Mat4d& matrix, Placeable&
     Placeable* prototype = native_prototype(ctx, instance);
     if (prototype == nullptr) {
         ctx.warn("instance-cycle", instance,
-                 "instance lies inside its own prototype, it is left out");
+                 "instance lies inside its own prototype, it is skipped");
         return;
     }
     Placement placement;
@@ -204,16 +204,18 @@ void walk(Context& ctx, Prim prim, const Mat4d& parent_matrix, Placeable& out) {
     if (!is_finite(matrix) || !keeps_a_surface(matrix)) {
         ctx.warn("bad-transform", prim,
                  "transform is infinite or flattens everything to a line or a point, the prim and "
-                 "what is below are left out");
-        return;
-    }
-    const bool is_geometry = prim.is_a("Gprim");
-    if (prim.is_instance() && !is_geometry) {
-        place_instance(ctx, prim, matrix, out);
+                 "what is below are skipped");
         return;
     }
     if (type == "PointInstancer") {
         if (ctx.is_rendered(prim)) read_point_instancer(ctx, prim, matrix, out);
+        return;
+    }
+    const bool is_geometry = prim.is_a("Gprim");
+    if (prim.is_instance() && !is_geometry) {
+        // The root of an instance is no part of its prototype: a light is one itself
+        if (is_light_type(type)) draw(ctx, prim, matrix, pose ? &*pose : nullptr, out);
+        place_instance(ctx, prim, matrix, out);
         return;
     }
     draw(ctx, prim, matrix, pose ? &*pose : nullptr, out);

@@ -82,13 +82,13 @@ TEST_F(BadPrims, CostThemselvesAndNotTheFrame) {
         {"a point that is no number",
          mesh(polygons + quad_faces +
               "point3f[] points = [(2, 0, 0), (nan, 0, 0), (3, 1, 0), (2, 1, 0)]"),
-         "bad.usda:16:26: warning: 1 of 1 faces left out: point that is not a finite number "
+         "bad.usda:16:26: warning: 1 of 1 faces are skipped: point that is not a finite number "
          "[bad-topology]",
          ""},
         {"a point that is not there",
          mesh(polygons + "int[] faceVertexCounts = [4]\nint[] faceVertexIndices = [0, 1, 2, 9]\n" +
               quad_points),
-         "bad.usda:16:26: warning: 1 of 1 faces left out: vertex index outside the points "
+         "bad.usda:16:26: warning: 1 of 1 faces are skipped: vertex index outside the points "
          "[bad-topology]",
          ""},
         {"no points", mesh(polygons + quad_faces),
@@ -113,11 +113,12 @@ TEST_F(BadPrims, CostThemselvesAndNotTheFrame) {
         {"curves of too few points",
          "def BasisCurves \"Wrong\" {\nint[] curveVertexCounts = [4]\npoint3f[] points = [(2, 0, "
          "0), (3, 0, 0)]\nfloat[] widths = [0.1]\n}\n",
-         "bad.usda:15:27: warning: 1 of 1 curves left out: curveVertexCounts add up to more than "
+         "bad.usda:15:27: warning: 1 of 1 curves are skipped: curveVertexCounts add up to more "
+         "than "
          "there are points [bad-curves]",
          ""},
         {"a sphere of no size", "def Sphere \"Wrong\" {\ndouble radius = -1\n}\n",
-         "bad.usda:14:1: warning: sizes are not positive numbers, the prim is left out "
+         "bad.usda:14:1: warning: sizes are not positive numbers, the prim is skipped "
          "[bad-gprim-size]",
          ""},
     };

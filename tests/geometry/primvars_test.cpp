@@ -116,7 +116,7 @@ TEST(Primvars, InstanceColourStandsInWhereTheMeshHasNone) {
     prototype.shapes[1].geometry = coloured;
     scene.prototypes = {prototype};
     scene::Instance instance;
-    instance.display_color = Rgb(0.75f, 0.5f, 0.25f);
+    scene::set_value(scene, instance, {color, 3, false, {0.75f, 0.5f, 0.25f, 0}});
     scene.instances = {instance};
     const GeometrySet geometry(scene);
     Hit hit{1.0f, 0.25f, 0.25f, 0, 0, 0};
@@ -125,6 +125,16 @@ TEST(Primvars, InstanceColourStandsInWhereTheMeshHasNone) {
     EXPECT_EQ(out[0], 0.75f);
     hit.shape = 1;
     ASSERT_TRUE(primvar(scene, make_surface_point(scene, geometry, Ray(), hit), color, out));
+    EXPECT_EQ(out[0], 0.125f);
+
+    // What the mesh inherits from above the prototype is further away than the instance
+    auto& inherited = std::get<scene::Mesh>(scene.prototypes[0].shapes[1].geometry).primvars[0];
+    inherited.yields_to_instance = true;
+    const GeometrySet yielding(scene);
+    ASSERT_TRUE(primvar(scene, make_surface_point(scene, yielding, Ray(), hit), color, out));
+    EXPECT_EQ(out[0], 0.75f);
+    scene.instances[0].value_count = 0;
+    ASSERT_TRUE(primvar(scene, make_surface_point(scene, yielding, Ray(), hit), color, out));
     EXPECT_EQ(out[0], 0.125f);
 }
 

@@ -181,7 +181,9 @@ TEST(EmissiveSurfaces, InstancesShareTrianglesUnlessTheyShineDifferently) {
         stage.add_instance(0, Mat4(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, float(i), 0, 1));
     stage.scene.instances[7].material_override = dark;
     stage.scene.instances[8].material_override = glow;
-    stage.scene.instances[9].display_color = Rgb(1, 0, 0);  // which this material does not read
+    const scene::PrimvarId color = scene::intern_primvar(stage.scene, scene::display_color_primvar);
+    // This material does not read it
+    scene::set_value(stage.scene, stage.scene.instances[9], {color, 3, false, {1, 0, 0, 0}});
     const LightSet& lights = stage.prepare();
     EXPECT_EQ(lights.item_count(), 2999u);
     EXPECT_EQ(lights.surfaces()->group_count(), 2u) << "with and without override";
@@ -193,10 +195,13 @@ TEST(EmissiveSurfaces, InstancesShareTrianglesUnlessTheyShineDifferently) {
     const auto colored = stage.add_material(Rgb(0.0f));
     scene::Input& emission = stage.scene.materials[colored].emissive_color;
     emission.source = scene::Input::Source::Primvar;
-    emission.primvar = scene::intern_primvar(stage.scene, scene::display_color_primvar);
+    emission.primvar = color;
     stage.scene.prototypes[0].shapes[0].material = colored;
-    for (uint32_t i = 0; i < stage.scene.instances.size(); ++i)
-        stage.scene.instances[i].display_color = i % 3 ? Rgb(0, float(i % 3), 0) : Rgb(4.0f);
+    for (uint32_t i = 0; i < stage.scene.instances.size(); ++i) {
+        const Rgb value = i % 3 ? Rgb(0, float(i % 3), 0) : Rgb(4.0f);
+        scene::set_value(stage.scene, stage.scene.instances[i],
+                         {color, 3, false, {value.x, value.y, value.z, 0}});
+    }
     const LightSet& by_color = stage.prepare();
     EXPECT_EQ(by_color.surfaces()->group_count(), 4u);
     EXPECT_NEAR(by_color.power(0, 1.0) / by_color.power(1, 1.0), 4.0 / 0.7152, 1e-4);

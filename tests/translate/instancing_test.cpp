@@ -379,7 +379,7 @@ def PointInstancer "P" (inactiveIds = [13]) {
     // The cube's own move of (0, 1, 0), scaled by 2, went from its shape into the instance
     EXPECT_EQ(position(t.scene.instances[0]), Vec3(101, 2, 0));
     EXPECT_EQ(t.scene.instances[0].render_from_prototype[1][1], 2.0f);
-    EXPECT_EQ(*t.scene.instances[1].display_color, Rgb(0, 0, 1));
+    EXPECT_EQ(t.handed_down(1, "displayColor"), (std::vector<float>{0, 0, 1}));
     // Scale (1, 3, 1), then a quarter turn about z: the prototype's y goes to −3x
     const Mat4& m = t.scene.instances[1].render_from_prototype;
     EXPECT_NEAR(m[1][0], -3.0f, 1e-3f);

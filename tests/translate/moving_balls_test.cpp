@@ -45,7 +45,8 @@ TEST(MovingBalls, FollowTheirVelocities) {
         ASSERT_EQ(instance.later_render_from_prototype.size(), i < 2 ? 1u : 0u);
         EXPECT_EQ(position(key(instance, i < 2)) - position(key(instance, 0)), ways[i]);
         EXPECT_EQ(key(instance, 0)[1][1], widths[i]);
-        EXPECT_EQ(*instance.display_color, Rgb(i == 0, i == 1, i == 2));
+        EXPECT_EQ(t.handed_down(i, "displayColor"),
+                  (std::vector<float>{float(i == 0), float(i == 1), float(i == 2)}));
     }
     const auto& ball = std::get<scene::Points>(t.scene.prototypes[0].shapes[0].geometry);
     EXPECT_EQ(ball.widths, std::vector<float>{1.0f});
@@ -92,30 +93,12 @@ TEST(MovingBalls, ThatCannotBeInstancesAreNamed) {
     }
 }
 )";
-    const std::string reads = R"(def Material "M" {
-    token outputs:surface.connect = </M/S.outputs:surface>
-    def Shader "S" {
-        uniform token info:id = "UsdPreviewSurface"
-        float inputs:roughness.connect = </M/R.outputs:result>
-        token outputs:surface
-    }
-    def Shader "R" {
-        uniform token info:id = "UsdPrimvarReader_float"
-        string inputs:varname = "age"
-        float outputs:result
-    }
-}
-)";
 
     const struct {
         const char* what;
         std::string rows, more;
     } cases[] = {
         {"what gives light", dust + "rel material:binding = </M>\n", glow},
-        {"a primvar of each",
-         dust + "rel material:binding = </M>\nfloat[] primvars:age = [0, 0.5, 1] (interpolation = "
-                "\"vertex\")\n",
-         reads},
         {"other points",
          "point3f[] points.timeSamples = { 1: [(0, 0, -9)], 2: [(1, 0, -9)] }\nint64[] "
          "ids.timeSamples = { 1: [1], 2: [2] }\nfloat[] widths = [1]\n",
@@ -133,6 +116,35 @@ TEST(MovingBalls, ThatCannotBeInstancesAreNamed) {
         EXPECT_EQ(t.scene.shapes.size(), 1u) << c.what;
         EXPECT_TRUE(t.scene.instances.empty()) << c.what;
     }
+}
+
+/// Each ball is an instance that hands its element down.
+TEST(MovingBalls, BringTheirPrimvarsAlong) {
+    const std::string reads = R"(def Material "M" {
+    token outputs:surface.connect = </M/S.outputs:surface>
+    def Shader "S" {
+        uniform token info:id = "UsdPreviewSurface"
+        float inputs:roughness.connect = </M/R.outputs:result>
+        token outputs:surface
+    }
+    def Shader "R" {
+        uniform token info:id = "UsdPrimvarReader_float"
+        string inputs:varname = "age"
+        float outputs:result
+    }
+}
+)";
+    Translated t;
+    translate_at(1,
+                 stage_text(0.5,
+                            dust + "rel material:binding = </M>\nfloat[] primvars:age = [0, 0.5, "
+                                   "1] (interpolation = \"vertex\")\n",
+                            reads),
+                 t);
+    EXPECT_EQ(t.count("unsupported-motion-blur"), 0u);
+    ASSERT_EQ(t.scene.instances.size(), 3u);
+    for (size_t i = 0; i < 3; ++i)
+        EXPECT_EQ(t.handed_down(i, "age"), std::vector<float>{0.5f * float(i)});
 }
 
 TEST(MovingBalls, WithoutPlaceOrWidthAreLeftOut) {

@@ -17,6 +17,20 @@ size_t Translated::count(const std::string& code) const {
     return n;
 }
 
+std::vector<float> Translated::handed_down(size_t instance, const std::string& primvar) const {
+    const scene::PrimvarId name = scene::find_primvar(scene, primvar);
+    const scene::InstanceValue* value = scene::find_value(scene, scene.instances[instance], name);
+    if (value == nullptr || name == scene::none) return {};
+    return {value->values.begin(), value->values.begin() + value->width};
+}
+
+std::string Translated::messages(const std::string& code) const {
+    std::string text;
+    for (const Diagnostic& d : diagnostics.all())
+        if (d.code == code) text += d.prim_path + ": " + d.message + "\n";
+    return text;
+}
+
 void translate_text(const std::string& text, Translated& out, const TranslateOptions& options) {
     static std::atomic<int> counter{0};
     const auto file =

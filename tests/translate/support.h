@@ -5,6 +5,7 @@
 #include "translate/translate.h"
 
 #include <string>
+#include <vector>
 
 namespace velatura::translate {
 
@@ -20,6 +21,12 @@ struct Translated {
     const scene::Mesh& mesh(size_t i) const {
         return std::get<scene::Mesh>(scene.shapes[i].geometry);
     }
+
+    /// What the instance hands down under the name; empty when it is nothing.
+    std::vector<float> handed_down(size_t instance, const std::string& primvar) const;
+
+    /// Messages of the code, one a line.
+    std::string messages(const std::string& code) const;
 
     const scene::Gprim& gprim(size_t i) const {
         return std::get<scene::Gprim>(scene.shapes[i].geometry);
