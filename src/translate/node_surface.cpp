@@ -60,6 +60,11 @@ bool SurfaceReader::may_be_positive(Port p) const {
     return false;
 }
 
+bool SurfaceReader::is_authored(std::string_view name) const {
+    const Attribute input = shader.attribute("inputs:" + std::string(name));
+    return input.has_authored_value() || input.has_authored_connections();
+}
+
 void SurfaceReader::refuse(std::string_view name, float neutral) {
     const Port p = graph.any_input(shader, name, builder().constant(neutral));
     if (builder().is_constant(p, neutral)) return;

@@ -43,6 +43,8 @@ struct SurfaceReader {
     }
 
     bool may_be_positive(Port p) const;
+    /// Whether the shader says something of the input, be it the default.
+    bool is_authored(std::string_view name) const;
     /// Warns when an input that nothing is made of says something.
     void refuse(std::string_view name, float neutral);
     /// Tells the plan of an effect that the shader authors so that it does nothing.

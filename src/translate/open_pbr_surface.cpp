@@ -155,6 +155,7 @@ scene::Material read_open_pbr_surface(SurfaceReader& s) {
     scene::Material m;
     m.extras.emplace();
     m.thin_walled = s.graph.constant_number(s.shader, "geometry_thin_walled", 0.0) != 0.0;
+    m.is_solid = !m.thin_walled && s.is_authored("geometry_thin_walled");
     const Port tint = read_coat(s, m);
     const Port metalness = s.number("base_metalness", 0.0f);
     const Port base_color =

@@ -172,6 +172,7 @@ scene::Material read_standard_surface(SurfaceReader& s) {
     Port diffuse = b.multiply(under_coat(base_color), base);
     const Port subsurface = s.number("subsurface", 0.0f);
     m.thin_walled = s.graph.constant_number(s.shader, "thin_walled", 0.0) != 0.0;
+    m.is_solid = !m.thin_walled && s.is_authored("thin_walled");
     s.note_neutral("subsurface", subsurface, scene::Effect::Subsurface);
     if (s.may_be_positive(subsurface)) {
         const Port color = under_coat(s.color("subsurface_color", Rgb(1.0f)));

@@ -4,6 +4,7 @@
 #include "translate/linking.h"
 #include "translate/parts.h"
 #include "translate/shadow_casters.h"
+#include "translate/thin_walls.h"
 #include "translate/values.h"
 #include "usd/stage/xform.h"
 
@@ -249,6 +250,7 @@ Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,
     ctx.scene.settings.camera = ctx.scene.camera.name;
     ctx.origin = ctx.scene.camera.world_position;
     translate_content(ctx);
+    find_thin_walls(ctx);
     link_all(ctx);
     find_casters(ctx);
     if (ctx.scene.lights.empty() && !ctx.has_emissive_material && !holds_light(ctx))
