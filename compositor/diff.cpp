@@ -2,12 +2,15 @@
 #include "compositor/diff.h"
 
 #include "image/layer_check.h"
+#include "image/relative_error.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 
 namespace velatura::compositor {
 
@@ -25,6 +28,35 @@ const image::Channel* named(const Channels& channels, const std::string& name) {
 bool has_same_bits(const image::Channel& a, const image::Channel& b) {
     return a.type() == b.type() && a.byte_count() == b.byte_count() &&
            std::memcmp(a.bytes(), b.bytes(), a.byte_count()) == 0;
+}
+
+bool is_colour(const image::Channel& channel) {
+    const std::string suffix = channel.name.substr(channel.name.rfind('.') + 1);
+    return suffix == "R" || suffix == "G" || suffix == "B";
+}
+
+bool is_alpha(const image::Channel& channel) {
+    return channel.name.substr(channel.name.rfind('.') + 1) == "A";
+}
+
+/// With the alphas of layers with colour apart.
+std::map<std::string, Channels> compared_layers(const image::Image& image) {
+    std::map<std::string, Channels> layers;
+    for (auto& [name, channels] : image::channels_by_layer(image)) {
+        const bool has_colour = std::any_of(channels.begin(), channels.end(),
+                                            [](const image::Channel* c) { return is_colour(*c); });
+        for (const image::Channel* c : channels)
+            layers[has_colour && is_alpha(*c) ? name + ".A" : name].push_back(c);
+    }
+    return layers;
+}
+
+/// relative_square of the difference of a value and its reference.
+double square_of(double difference, double reference) {
+    if (difference == 0) return 0;
+    if (!std::isfinite(difference) || !std::isfinite(reference))
+        return std::numeric_limits<double>::infinity();
+    return image::relative_square(difference * difference, reference);
 }
 
 LayerDifference compare_layer(const image::Window& w,
@@ -54,13 +86,13 @@ LayerDifference compare_layer(const image::Window& w,
                 d.y = w.y0 + int(i / size_t(w.width()));
             }
             sum += difference;
-            squares += difference * difference / (v * v + 0.01);
+            squares += square_of(difference, v);
         }
     }
     if (a.size() < b.size()) d.only_in_b = true;
     const double terms = double(pixels) * double(a.size());
-    d.mean = sum / terms;
-    d.rel_mse = squares / terms;
+    d.mean = terms > 0 ? sum / terms : 0;
+    d.rel_mse = terms > 0 ? squares / terms : 0;
     for (const bool different : is_different) d.different += different;
     return d;
 }
@@ -76,7 +108,7 @@ Result<Difference> compare(const image::Image& a, const image::Image& b) {
     }
     Difference result;
     result.is_equal = true;
-    const auto in_a = image::channels_by_layer(a), in_b = image::channels_by_layer(b);
+    const auto in_a = compared_layers(a), in_b = compared_layers(b);
     for (const auto& [name, channels] : in_a) {
         const auto other = in_b.find(name);
         LayerDifference d;

@@ -9,12 +9,15 @@
 
 namespace velatura::compositor {
 
-/// How far one channel group of two files is apart; B is the reference.
+/// How far one layer of two files is apart; B is the reference. The alpha of a layer with colour is
+/// an entry of its own, "rgba.A": errors are those of RGB, as a render states them.
 struct LayerDifference {
     std::string layer;
-    double largest = 0;    ///< max |a − b|
-    double mean = 0;       ///< mean |a − b|
-    double rel_mse = 0;    ///< mean((a − b)² / (b² + 0.01)), docs/numerics.md
+    double largest = 0;  ///< max |a − b|
+    double mean = 0;     ///< mean |a − b|
+    /// mean((a − b)² / (b² + 0.01)) over pixels and channels, docs/numerics.md; infinite where a
+    /// value is finite in one file only
+    double rel_mse = 0;
     size_t different = 0;  ///< pixels with a different value
     int x = 0, y = 0;      ///< where `largest` is
     bool only_in_a = false, only_in_b = false;

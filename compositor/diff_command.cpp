@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
@@ -36,14 +37,18 @@ void print_difference(const Difference& difference, const std::optional<Flip>& f
                                    {"max", d.largest},
                                    {"mean", d.mean},
                                    {"relMse", d.rel_mse},
+                                   {"error", std::sqrt(d.rel_mse)},
                                    {"pixels", d.different},
                                    {"at", {d.x, d.y}},
                                    {"only", only}});
         } else if (*only != '\0') {
             fmt::print("{:<24} {}\n", d.layer, only);
         } else {
-            fmt::print("{:<24} max {:.6g} at {},{}  mean {:.6g}  relMSE {:.6g}  pixels {}\n",
-                       d.layer, d.largest, d.x, d.y, d.mean, d.rel_mse, d.different);
+            fmt::print(
+                "{:<24} max {:.6g} at {},{}  mean {:.6g}  relMSE {:.6g} (error {:.3g} %)  pixels "
+                "{}\n",
+                d.layer, d.largest, d.x, d.y, d.mean, d.rel_mse, 100 * std::sqrt(d.rel_mse),
+                d.different);
         }
     }
     if (flip && json) {
@@ -110,7 +115,8 @@ void add_diff_command(Command& app, std::function<int()>& run) {
     command.add_option("a", o->a, "File A").required();
     command.add_option("b", o->b, "File B, the reference").required();
     command.add_option("--threshold", o->threshold,
-                       "Largest relMSE of any layer that counts as equal; default 0");
+                       "Largest relMSE of any layer that counts as equal; default 0. relMSE is "
+                       "that of RGB, alpha has a line of its own");
     command.add_option(
         "-o,--output", o->output,
         "Write A - B as .exr, or what the eye sees of it as .png or .jpg (map of --flip)");

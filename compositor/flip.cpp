@@ -225,7 +225,9 @@ Planes to_opponents(const Planes& rgb) {
 struct ToneCurve {
     float a = 0.36f * 2.51f, b = 0.6f * 0.03f, c = 0.36f * 2.43f, d = 0.6f * 0.59f, e = 0.14f;
 
-    float operator()(float x) const {
+    float operator()(float value) const {
+        // Where the curve is flat; beyond, its squares are not finite
+        const float x = std::min(value, 1e6f);
         return std::clamp(x * (a * x + b) / (x * (c * x + d) + e), 0.0f, 1.0f);
     }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -153,6 +154,21 @@ TEST(Flip, BlackPicturesAndBadPixelsAreNoTrouble) {
     const Flip flip = hdr_flip(bad, uniform(0.5, 0.5, 0.5));
     EXPECT_TRUE(std::isfinite(flip.mean));
     EXPECT_GT(flip.mean, 0.5);
+}
+
+TEST(Flip, IsZeroOfAPictureAndItself) {
+    const float infinite = std::numeric_limits<float>::infinity();
+    for (const double value : {0.0, 1e-30, 0.5, 1e30, double(infinite), std::nan("")}) {
+        Planes picture = uniform(0.1, 0.2, 0.3);
+        for (size_t i = 0; i < 40; ++i) picture.values[i % 3][i] = float(value);
+        const Flip same = hdr_flip(picture, picture);
+        EXPECT_EQ(same.mean, 0.0) << value;
+        EXPECT_EQ(same.largest, 0.0) << value;
+        // Nor is what differs lost where a value is huge
+        const Flip other = hdr_flip(picture, uniform(0.3, 0.2, 0.1));
+        EXPECT_GT(other.mean, 0.0) << value;
+        EXPECT_LE(other.largest, 1.0) << value;
+    }
 }
 
 }  // namespace

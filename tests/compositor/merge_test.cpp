@@ -10,8 +10,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <functional>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace velatura::compositor {
 namespace {
@@ -129,6 +134,52 @@ TEST(Merge, RefusesDamagedSums) {
               "merge-refused");
 }
 
+image::Image image_of(const std::vector<std::pair<std::string, std::vector<float>>>& channels) {
+    image::Image image;
+    image.data = image.display = {0, 0, int(channels[0].second.size()), 1};
+    image::Part part;
+    for (const auto& [name, values] : channels) {
+        part.channels.push_back(
+            image::Channel::make(name, image::ChannelType::Float, values.size()));
+        std::get<std::vector<float>>(part.channels.back().data) = values;
+    }
+    image.parts.push_back(part);
+    return image;
+}
+
+/// The error of a render is one of RGB: an alpha that agrees must not dilute it, one that does not
+/// must not be missed.
+TEST(Diff, ErrorsAreOfRgbAndAlphaHasItsOwn) {
+    const image::Image a = image_of({{"R", {0.5f}}, {"G", {0.5f}}, {"B", {0.5f}}, {"A", {1.0f}}}),
+                       b = image_of({{"R", {0.4f}}, {"G", {0.4f}}, {"B", {0.4f}}, {"A", {1.0f}}}),
+                       c = image_of({{"R", {0.5f}}, {"G", {0.5f}}, {"B", {0.5f}}, {"A", {0.5f}}});
+    const auto color = compare(a, b), alpha = compare(a, c);
+    ASSERT_TRUE(color.has_value() && alpha.has_value());
+    ASSERT_EQ(color->layers.size(), 2u);
+    EXPECT_EQ(color->layers[0].layer, "rgba");
+    // 0.1² / (0.4² + 0.01) in each of three channels; a fourth without difference made it 3/4
+    EXPECT_NEAR(color->layers[0].rel_mse, 0.01 / 0.17, 1e-7);
+    EXPECT_EQ(color->layers[1].layer, "rgba.A");
+    EXPECT_EQ(color->layers[1].rel_mse, 0.0);
+    EXPECT_EQ(alpha->layers[0].rel_mse, 0.0);
+    EXPECT_NEAR(alpha->layers[1].rel_mse, 0.25 / 0.26, 1e-7);
+    EXPECT_NEAR(alpha->worst_rel_mse, 0.25 / 0.26, 1e-7);
+}
+
+TEST(Diff, IsZeroOfAFileAndItselfAndNeverNan) {
+    const float infinite = std::numeric_limits<float>::infinity(), nan = std::nanf("");
+    const image::Image a = image_of({{"R", {infinite, nan, 0, -0.0f, 3e38f}}}),
+                       b = image_of({{"R", {1, nan, 0, 0, 3e38f}}}),
+                       c = image_of({{"R", {infinite, 1, 0, 0, -3e38f}}});
+    EXPECT_EQ(compare(a, a)->layers[0].rel_mse, 0.0);
+    EXPECT_EQ(compare(a, a)->layers[0].mean, 0.0);
+    // Finite in one file only
+    EXPECT_EQ(compare(a, b)->layers[0].rel_mse, infinite);
+    EXPECT_EQ(compare(b, a)->layers[0].rel_mse, infinite);
+    EXPECT_EQ(compare(a, c)->layers[0].rel_mse, infinite);
+    EXPECT_EQ(compare(a, c)->layers[0].different, 2u);
+}
+
 TEST(Diff, MeasuresInClosedForm) {
     image::Image a, b;
     a.data = a.display = {0, 0, 2, 1};
@@ -147,6 +198,7 @@ TEST(Diff, MeasuresInClosedForm) {
     EXPECT_DOUBLE_EQ(difference->layers[0].rel_mse, 0.5 * 4.0 / 4.01);
     EXPECT_EQ(difference_image(a, b).find("b0.R")->value(1), 2.0f);
     EXPECT_TRUE(compare(a, a)->is_equal);
+    EXPECT_EQ(compare(a, a)->layers[0].rel_mse, 0.0);
     b.data = {0, 0, 1, 2};
     EXPECT_EQ(compare(a, b).error().code, "diff-window");
 }
