@@ -9,6 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include <fstream>
+#include <iterator>
+#include <string>
 
 namespace velatura::test {
 namespace {
@@ -176,6 +178,24 @@ TEST_F(EffectsCommand, RefusesNamesThatMeanNothing) {
     EXPECT_NE(render("-o a.exr --effects -roulette").output.find("option of its own"),
               std::string::npos);
     EXPECT_FALSE(w.exists("a.exr"));
+}
+
+/// The example of docs/effects.md is a scene of the tree: what it counts is counted here.
+TEST(EffectsDocs, TheExampleCountsAsThePlanDoes) {
+    const Workplace w;
+    const CommandResult plan =
+        w.velatura("plan '" VELATURA_SOURCE_DIR "/scenes/atelier/atelier.usda'");
+    ASSERT_EQ(plan.exit_code, 0) << plan.output;
+    std::ifstream file(VELATURA_SOURCE_DIR "/docs/effects.md");
+    const std::string docs((std::istreambuf_iterator<char>(file)), {});
+    const auto line = [](const std::string& text, const std::string& begin) {
+        const size_t at = text.find(begin);
+        return at == std::string::npos ? "" : text.substr(at, text.find('\n', at) - at);
+    };
+    for (const char* begin : {"atelier.usda, frame", "effect plan:", "file: atelier.exr"}) {
+        EXPECT_NE(line(plan.output, begin), "") << begin;
+        EXPECT_EQ(line(docs, begin), line(plan.output, begin));
+    }
 }
 
 }  // namespace
