@@ -7,6 +7,8 @@
 #include "base/memory_limit.h"
 #include "base/udim.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -38,7 +40,9 @@ struct TextureCache::State {
             ++*failures;
             diagnostics->error(
                 "texture-unreadable", loc, prim_path,
-                "cannot read texture '" + file + "': " + why + "; its fallback value is used");
+                fmt::format("cannot read texture '{}': {}; using its fallback value ({:g}, {:g}, "
+                            "{:g}, {:g})",
+                            file, why, fallback[0], fallback[1], fallback[2], fallback[3]));
         }
     };
 

@@ -23,7 +23,7 @@ std::shared_ptr<const scene::IesProfile> read_ies(Context& ctx, const Attribute&
     if (const auto known = ctx.ies_profiles.find(name); known != ctx.ies_profiles.end())
         return known->second;
     const auto fail = [&](const Error& error) {
-        ctx.diagnostics.error(error.code, file.loc(), file.prim().path_string(),
+        ctx.diagnostics.error("ies-unreadable", file.loc(), file.prim().path_string(),
                               fmt::format("IES profile \"{}\": {}; the light shines without it",
                                           authored, error.message));
         return ctx.ies_profiles[name] = nullptr;

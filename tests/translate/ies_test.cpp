@@ -134,7 +134,7 @@ TEST(Ies, AMissingProfileIsAnErrorOfItsLight) {
                    t);
     ASSERT_EQ(t.scene.lights.size(), 1u);
     EXPECT_EQ(t.scene.lights[0].shaping.ies, nullptr);
-    EXPECT_EQ(t.count("file-not-found"), 1u);
+    EXPECT_EQ(t.count("ies-unreadable"), 1u);
 }
 
 }  // namespace velatura::translate

@@ -275,7 +275,7 @@ def SphereLight "None" { float inputs:radius = 0; }
 )",
                    t);
     for (const char* code :
-         {"file-not-found", "unsupported-light-filter", "unsupported-light", "light-without-size"})
+         {"ies-unreadable", "unsupported-light-filter", "unsupported-light", "light-without-size"})
         EXPECT_EQ(t.count(code), 1u) << code;
     EXPECT_EQ(t.scene.lights.size(), 1u);
 }

@@ -220,7 +220,7 @@ TEST(MeshLights, SayWhatTheyCannot) {
                         "uniform token light:materialSyncMode = \"nonsense\""),
                    "unsupported-light-input");
     expect_warning(lamp("\"MeshLightAPI\"", "asset inputs:shaping:ies:file = @a.ies@"),
-                   "file-not-found");
+                   "ies-unreadable");
     expect_warning("def Volume \"V\" (prepend apiSchemas = [\"VolumeLightAPI\"]) {}\n",
                    "unsupported-light");
     expect_warning(lamp("\"VolumeLightAPI\"", ""), "unsupported-light");

@@ -230,7 +230,7 @@ compose::LayerPtr StageImpl::open_asset_layer(const std::string& asset,
     const std::string file = composer_.registry().resolve(asset, from.identifier());
     const Result<compose::LayerPtr> opened = composer_.registry().open(file);
     if (opened) return *opened;
-    diagnostics_.warn(
+    diagnostics_.error(
         "usd-missing-layer", loc, "",
         fmt::format("{} layer @{}@ cannot be opened: {}", what, asset, opened.error().message));
     return nullptr;
