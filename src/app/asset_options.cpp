@@ -2,6 +2,7 @@
 #include "app/asset_options.h"
 
 #include "app/limit_options.h"
+#include "app/missing_assets.h"
 #include "base/asset_roots.h"
 #include "base/package_path.h"
 #include "usd/compose/layer_registry.h"
@@ -38,11 +39,18 @@ void add_root_options(Command& command, AssetOptions& options) {
     command.add_flag("--confine", options.is_confined,
                      "read files only beneath the scene's own folder, and each --asset-root: for "
                      "scenes from people you do not trust");
+    command
+        .add_option("--missing-assets", options.missing,
+                    "a layer, texture, IES profile, volume file or plugin that the scene names and "
+                    "that cannot be read: fail (the rest is done and written, then exit code 1), "
+                    "or ignore (exit code 0; messages stay)")
+        .one_of({"fail", "ignore"});
     add_limit_option(command, options.limits);
 }
 
 void apply_asset_roots(const std::string& scene, const AssetOptions& options) {
     set_limits(options.limits);
+    set_missing_assets(options.missing == "ignore" ? MissingAssets::Ignore : MissingAssets::Fail);
     std::vector<std::string> folders = options.roots;
     const char* const environment = std::getenv("VELATURA_ASSET_ROOTS");
     for (std::string& folder : usd::compose::split_search_path(environment ? environment : ""))

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/commands.h"
 #include "app/exit_codes.h"
+#include "app/missing_assets.h"
 #include "base/command_line.h"
 #include "base/lost_pages.h"
 #include "base/memory_limit.h"
-#include "plugin/registry.h"
 
 #include <fmt/format.h>
 
@@ -32,22 +32,11 @@ bool report_lost_pages() {
     return !files.empty();
 }
 
-/// Reports the plugins that the scene needed and that could not be opened; whether there are any.
-bool report_unavailable_plugins() {
-    const std::vector<Error> reasons = plugin::unavailable_plugins();
-    for (const Error& why : reasons)
-        fmt::print(stderr, "error: the scene needs a plugin: {} [{}]\n", why.message, why.code);
-    return !reasons.empty();
-}
-
 int run_command(int argc, char** argv) {
     CommandLine app("Velatura: a path tracer for USD scenes that keeps light in layers");
     app.add_version_flag(std::string("velatura ") + VELATURA_VERSION);
     app.require_subcommand();
-    app.footer(
-        "Exit codes: 0 done, 1 scene, file or render error, 2 usage, 3 stopped before its target, "
-        "4 check failed, 5 resume refused or output taken by another render, 6 memory limit too "
-        "low, 128+n signal n");
+    app.footer(exit_codes_text());
     std::function<int()> run;
     add_render_command(app, run);
     add_study_command(app, run);
@@ -61,11 +50,8 @@ int run_command(int argc, char** argv) {
         return ended->code;
     }
     read_lost_pages_as_zeros();
-    const int code = run ? run() : UsageError;
-    const bool has_lost = report_lost_pages();
-    const bool lacks_plugins = report_unavailable_plugins();
-    return (has_lost || lacks_plugins) && (code == Done || code == BudgetReached) ? RenderError
-                                                                                  : code;
+    const int code = exit_code_with_missing_assets(run ? run() : UsageError);
+    return report_lost_pages() ? worse_exit_code(code, RenderError) : code;
 }
 
 }  // namespace

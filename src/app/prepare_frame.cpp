@@ -266,8 +266,7 @@ int prepare_all(const RenderArguments& arguments, const FrameFunction& use) {
     for (const double frame : frames) {
         const int code = prepare_one(*job, *loaded, frame, frames.size() > 1, use, diagnostics);
         if (code == UsageError || code >= SignalBase) return code;
-        if (worst == Done || (code != Done && code != BudgetReached))
-            worst = code == Done ? worst : code;
+        worst = worse_exit_code(worst, code);
     }
     return worst;
 }

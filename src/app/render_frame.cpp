@@ -596,7 +596,7 @@ class FrameRenderer {
                     "the memory limit of {} ended the render after {:g} of {} samples per pixel",
                     format_bytes(MemoryLimit::allowed()), noise.samples_mean,
                     job_.schedule.end_sample));
-            return BudgetReached;
+            return TargetMissed;
         }
         if (result.reason == integrator::StopReason::Interrupted)
             return SignalBase + StopSignals::signal_number();
@@ -630,7 +630,7 @@ class FrameRenderer {
                       "{} before the target of {:g} %: the error is {}",
                       is_out_of_time ? "the time budget ended the render" : "the samples ran out",
                       job_.schedule.target_error * 100.0, reached_text(error)));
-        return BudgetReached;
+        return TargetMissed;
     }
 
     bool write_deep(const film::DeepFilm& film) {

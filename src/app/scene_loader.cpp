@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/scene_loader.h"
 
+#include "app/missing_assets.h"
 #include "base/asset_bytes.h"
 #include "base/hash.h"
 #include "base/limits.h"
@@ -49,6 +50,7 @@ class RepeatedCodes {
 void print_diagnostics(Diagnostics& diagnostics, bool quiet, bool verbose) {
     const auto repeats = std::make_shared<RepeatedCodes>();
     diagnostics.set_listener([&diagnostics, repeats, quiet, verbose](const Diagnostic& d) {
+        note_missing_asset(d);
         const bool is_wanted =
             d.severity == Severity::Error || (d.severity == Severity::Warning ? !quiet : verbose);
         if (is_wanted && (verbose || repeats->may_print(d.code)))

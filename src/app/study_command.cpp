@@ -47,26 +47,13 @@ int fail(const Error& error, int code) {
 
 /// Options of a render that a study has no use for. Returns: the first that was given; empty: none.
 std::string useless_option(const Command& command) {
-    for (const char* name : {"--frames",
-                             "--samples",
-                             "--keep-sums",
-                             "--for-mix",
-                             "--target-error",
-                             "--halves",
-                             "--deep",
-                             "--deep-samples",
-                             "--checkpoint",
-                             "--snapshot",
-                             "--stats",
-                             "--strict",
-                             "--replay",
-                             "--cryptomatte",
-                             "--cryptomatte-levels",
-                             "--clamp-direct",
-                             "--clamp-indirect",
-                             "--exr-layout",
-                             "--mode",
-                             "--tile"})
+    for (const char* name :
+         {"--frames",       "--samples",        "--keep-sums",   "--for-mix",
+          "--target-error", "--require-target", "--halves",      "--deep",
+          "--deep-samples", "--checkpoint",     "--snapshot",    "--stats",
+          "--strict",       "--replay",         "--cryptomatte", "--cryptomatte-levels",
+          "--clamp-direct", "--clamp-indirect", "--exr-layout",  "--mode",
+          "--tile"})
         if (command.find_option(name).count() > 0) return name;
     return {};
 }
@@ -193,7 +180,7 @@ class FrameStudy {
         progress_.finish();
         if (!done)
             return fail(done.error(),
-                        done.error().code == "stopped" ? stop_code(BudgetReached) : RenderError);
+                        done.error().code == "stopped" ? stop_code(TargetMissed) : RenderError);
         if (const Result<void> kept = keep(); !kept) return fail(kept.error(), RenderError);
         study::Report report = study::make_report(subject_, knobs_, facts_, settings_, tallies_);
         if (!StopSignals::stop_flag()) {
@@ -310,7 +297,7 @@ class FrameStudy {
                        settings_.size(), tallies_.rounds, tallies_.grid.width,
                        tallies_.grid.height);
         }
-        return stop_code(tallies_.rounds >= 2 ? Done : BudgetReached);
+        return stop_code(tallies_.rounds >= 2 ? Done : TargetMissed);
     }
 
     const StudyArguments& arguments_;

@@ -54,7 +54,7 @@ TEST(BadInput, TextureThatIsNoImage) {
     w.write("bad.png", "not an image");
     w.write("t.usda", "#usda 1.0\n" + textured_ball("bad.png"));
     const CommandResult r = w.velatura(std::string("render t.usda -o x.exr") + quick);
-    expect_failure(r, 0, "bad.png");
+    expect_failure(r, 1, "bad.png");
     EXPECT_NE(r.output.find("t.usda:15:"), std::string::npos)
         << "the message names the prim's place: " << r.output;
     EXPECT_TRUE(w.exists("x.exr"));
@@ -82,7 +82,7 @@ TEST(BadInput, TexturesThatCannotBeReadAreCountedOrTheEnd) {
                                    ".usda --res 16 12 --spp 1 --progress none --guiding off "
                                    "--splitting off --roulette throughput";
         const CommandResult counted = w.velatura(render + " --stats s.json -o x.exr");
-        EXPECT_EQ(counted.exit_code, 0) << counted.output;
+        EXPECT_EQ(counted.exit_code, is_fine ? 0 : 1) << counted.output;
         EXPECT_EQ(
             counted.output.find("pictures of 1 textures could not be read") == std::string::npos,
             is_fine)
@@ -110,7 +110,7 @@ TEST(BadInput, TextureThatIsNoRegularFile) {
     ASSERT_EQ(::mkfifo(w.path("pipe.png").c_str(), 0600), 0);
     for (const char* name : {"pipe.png", "/dev/zero", "."}) {
         w.write("t.usda", "#usda 1.0\n" + textured_ball(name));
-        expect_failure(w.velatura(std::string("render t.usda -o x.exr") + quick), 0,
+        expect_failure(w.velatura(std::string("render t.usda -o x.exr") + quick), 1,
                        std::string("cannot read texture '") + name);
     }
 }

@@ -155,7 +155,7 @@ TEST_F(VolumeRender, DrawsLevelSetsAsSurfaces) {
     EXPECT_NE(plan.find("on   level-sets           </Smoke>"), std::string::npos) << plan;
     w.write("bad.usda", stage(volume(" = @cut_ball.vdb@")));
     const CommandResult r = w.velatura(std::string("render bad.usda -o x.exr") + quick);
-    EXPECT_EQ(r.exit_code, 0) << r.output;
+    EXPECT_EQ(r.exit_code, 1) << r.output;
     EXPECT_NE(r.output.find("[volume-file]"), std::string::npos) << r.output;
     EXPECT_EQ(w.hash("x.exr"), hash_of("none.usda"));
 }
@@ -183,7 +183,12 @@ TEST_F(VolumeRender, LosesAVolumeWithABadFileAndNoMore) {
     for (const auto& c : cases) {
         w.write("bad.usda", stage(c.volume));
         const CommandResult r = w.velatura(std::string("render bad.usda -o x.exr") + quick);
-        EXPECT_EQ(r.exit_code, 0) << r.output;
+        EXPECT_EQ(r.exit_code, 1) << r.output;
+        EXPECT_NE(r.output.find("[missing-assets]"), std::string::npos) << r.output;
+        EXPECT_EQ(
+            w.velatura(std::string("render bad.usda --missing-assets ignore -o x.exr") + quick)
+                .exit_code,
+            0);
         EXPECT_NE(r.output.find(c.message), std::string::npos) << r.output;
         EXPECT_NE(r.output.find("bad.usda:22:"), std::string::npos) << r.output;
         EXPECT_NE(r.output.find("</Smoke/Field>"), std::string::npos) << r.output;

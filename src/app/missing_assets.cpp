@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/missing_assets.h"
+
+#include "app/exit_codes.h"
+#include "base/result.h"
+#include "plugin/registry.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <atomic>
+#include <cstdio>
+#include <iterator>
+#include <map>
+#include <vector>
+
+namespace velatura::app {
+
+namespace {
+
+struct Found {
+    std::atomic<MissingAssets> policy{MissingAssets::Fail};
+    std::array<std::atomic<size_t>, std::size(missing_asset_codes)> counts{};
+};
+
+Found& found() {
+    static Found instance;
+    return instance;
+}
+
+}  // namespace
+
+void set_missing_assets(MissingAssets policy) {
+    found().policy = policy;
+}
+
+void note_missing_asset(const Diagnostic& diagnostic) {
+    if (diagnostic.severity != Severity::Error) return;
+    for (size_t i = 0; i < std::size(missing_asset_codes); ++i)
+        if (missing_asset_codes[i].code == diagnostic.code) ++found().counts[i];
+}
+
+std::string missing_assets_text() {
+    std::map<std::string_view, size_t> by_kind;
+    for (size_t i = 0; i < std::size(missing_asset_codes); ++i)
+        if (const size_t count = found().counts[i]; count > 0)
+            by_kind[missing_asset_codes[i].kind] += count;
+    std::string text;
+    for (const auto& [kind, count] : by_kind)
+        text +=
+            fmt::format("{}{} {}{}", text.empty() ? "" : ", ", count, kind, count == 1 ? "" : "s");
+    return text;
+}
+
+int exit_code_with_missing_assets(int code) {
+    const bool is_ignored = found().policy == MissingAssets::Ignore;
+    const std::vector<Error> plugins = plugin::unavailable_plugins();
+    for (const Error& why : plugins)
+        fmt::print(stderr, "{}: the scene needs a plugin: {} [{}]\n",
+                   is_ignored ? "warning" : "error", why.message, why.code);
+    if (is_ignored) return code;
+    const std::string text = missing_assets_text();
+    if (!text.empty())
+        fmt::print(stderr,
+                   "error: missing assets: {}; what was written lacks them, exit code {} "
+                   "(--missing-assets ignore: not an error) [missing-assets]\n",
+                   text, worse_exit_code(code, RenderError));
+    return plugins.empty() && text.empty() ? code : worse_exit_code(code, RenderError);
+}
+
+}  // namespace velatura::app

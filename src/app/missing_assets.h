@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/diagnostics.h"
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace velatura::app {
+
+/// Diagnostics that mean that the stage names something that could not be had, and that the result
+/// lacks.
+struct MissingAssetCode {
+    std::string_view code;
+    std::string_view kind;
+};
+
+inline constexpr MissingAssetCode missing_asset_codes[] = {
+    {"usd-unresolved-asset", "layer"},    {"usd-unresolved-sublayer", "layer"},
+    {"usd-unresolved-prim-path", "prim"}, {"usd-unresolved-default-prim", "prim"},
+    {"usd-missing-layer", "value clip"},  {"mtlx-include", "MaterialX document"},
+    {"texture-unreadable", "texture"},    {"light-texture", "light texture"},
+    {"ies-unreadable", "IES profile"},    {"volume-file", "volume file"},
+    {"volume-grid", "volume grid"},
+};
+
+enum class MissingAssets : unsigned char { Fail, Ignore };
+
+/// What missing assets do to the exit code of this process; Fail until it is called.
+void set_missing_assets(MissingAssets policy);
+
+/// Counts the diagnostic if it is an error of missing_asset_codes. Thread-safe.
+void note_missing_asset(const Diagnostic& diagnostic);
+
+/// "2 textures, 1 layer": what note_missing_asset counted; empty: nothing.
+std::string missing_assets_text();
+
+/// Prints, as an error, which assets and plugins the command missed. Returns: the exit code of a
+/// command that ended with `code`.
+int exit_code_with_missing_assets(int code);
+
+}  // namespace velatura::app
