@@ -491,6 +491,7 @@ void MaterialEvaluator::add_thin_wall(const scene::Material& m,
     count_call(Effect::ThinWalls);
     p.is_thin = true;
     p.is_thin_rough = m.rough_transmission;
+    if (p.is_thin_rough && p.alpha > 0.0f) count_call(Effect::RoughTransmission);
     if (!may_transmit_diffusely(m)) return;
     count_call(Effect::DiffuseTransmission);
     const float share = unit_interval(scalar(m.diffuse_transmission, point, footprint));

@@ -47,7 +47,8 @@ Context make_context(const usd::stage::Stage& stage,
                 .place_of_instance = {},
                 .place_of_baked = {},
                 .light_sites = {},
-                .face_subsets = {}};
+                .face_subsets = {},
+                .point_prototypes = {}};
     // Casters go by where things stand, as links do
     ctx.has_linking = options.finds_casters;
     ctx.scene.meters_per_unit = stage.meters_per_unit();
