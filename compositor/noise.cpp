@@ -51,23 +51,19 @@ std::vector<float> variance_shares(const LayerStack& stack) {
     return shares;
 }
 
-image::RelativeError error_of(const image::Window& window, const MixError& mix) {
-    constexpr int size = image::RelativeErrorSum::tile_size;
-    image::RelativeErrorSum sum;
-    for (int ty = window.y0; ty < window.y1; ty += size) {
-        for (int tx = window.x0; tx < window.x1; tx += size) {
-            double batch = 0, count = 0;
-            for (int y = ty; y < std::min(ty + size, window.y1); ++y) {
-                for (int x = tx; x < std::min(tx + size, window.x1); ++x) {
-                    for (size_t c = 0; c < 3; ++c)
-                        batch += mix.relative_square(c, window.index(x, y));
-                    count += 3;
-                }
-            }
-            sum.add_tile(batch, count);
-        }
+image::NoisyPicture noisy_picture(const MixError& mix) {
+    image::NoisyPicture picture;
+    for (size_t c = 0; c < 3; ++c) {
+        picture[c].mean = mix.mean[c];
+        picture[c].variance.resize(mix.mean[c].size());
+        for (size_t i = 0; i < mix.mean[c].size(); ++i)
+            picture[c].variance[i] = float(mix.variance(c, i));
     }
-    return sum.result();
+    return picture;
+}
+
+image::RelativeError error_of(const image::Window& window, const MixError& mix) {
+    return image::picture_error(window.width(), window.height(), noisy_picture(mix), mix.bases);
 }
 
 /// A row of the mixer: its terms, and what they make of its name.
@@ -121,8 +117,8 @@ Result<std::vector<RowNoise>> shares_of(const LayerStack& stack,
             for (size_t i = 0; i < window.pixel_count(); ++i) {
                 const double product =
                     double(mix.difference[c][i]) * double(part->difference[c][i]);
-                sum +=
-                    image::relative_square(product * double(mix.share[i]), double(mix.mean[c][i]));
+                sum += image::relative_square(product * double(mix.share[i]),
+                                              double(mix.bases[c].likely[i]));
             }
         }
         const double mean = sum / (3.0 * double(window.pixel_count()));
@@ -138,6 +134,7 @@ class ControlledMix {
   public:
     static Result<ControlledMix> make(const LayerStack& stack, Look look, size_t control) {
         ControlledMix out;
+        out.window_ = stack.image().data;
         for (const float factor : {0.0f, 1.0f}) {
             look.controls[control].factor.fill(factor);
             const auto plan = plan_mix(stack, look);
@@ -154,16 +151,18 @@ class ControlledMix {
         const auto between = [factor](float at_0, float at_1) {
             return double(at_0) + factor * (double(at_1) - double(at_0));
         };
-        double sum = 0;
+        image::NoisyPicture picture;
         const size_t pixels = at_0_.share.size();
         for (size_t c = 0; c < 3; ++c) {
+            picture[c].mean.resize(pixels);
+            picture[c].variance.resize(pixels);
             for (size_t i = 0; i < pixels; ++i) {
                 const double d = between(at_0_.difference[c][i], at_1_.difference[c][i]);
-                const double mean = between(at_0_.mean[c][i], at_1_.mean[c][i]);
-                sum += image::relative_square(d * d * double(at_0_.share[i]), mean);
+                picture[c].variance[i] = float(d * d * double(at_0_.share[i]));
+                picture[c].mean[i] = float(between(at_0_.mean[c][i], at_1_.mean[c][i]));
             }
         }
-        return std::sqrt(sum / (3.0 * double(pixels)));
+        return image::picture_error(window_.width(), window_.height(), picture).value;
     }
 
     /// The largest factor up to `most` with at most that error, within a thousandth. More light may
@@ -187,6 +186,7 @@ class ControlledMix {
     }
 
   private:
+    image::Window window_;
     MixError at_0_, at_1_;
 };
 
@@ -257,6 +257,10 @@ Result<MixError> mix_error(const LayerStack& stack, const MixPlan& plan, const L
             rounding_sum +=
                 image::relative_square(rounding[i] * double(out.share[i]), double(out.mean[c][i]));
     }
+    const image::NoisyPicture picture = noisy_picture(out);
+    for (size_t c = 0; c < 3; ++c)
+        out.bases[c] =
+            image::error_bases(stack.image().data.width(), stack.image().data.height(), picture[c]);
     out.storage = std::sqrt(rounding_sum / (3.0 * double(std::max<size_t>(pixels, 1))));
     return out;
 }

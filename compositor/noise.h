@@ -5,6 +5,7 @@
 #include "compositor/controls.h"
 #include "compositor/layer_stack.h"
 #include "compositor/mix.h"
+#include "image/picture_error.h"
 #include "image/relative_error.h"
 
 #include <array>
@@ -20,6 +21,7 @@ namespace velatura::compositor {
 struct MixError {
     std::array<std::vector<float>, 3> mean;
     std::array<std::vector<float>, 3> difference;  ///< A − B of the mix
+    std::array<image::ErrorBases, 3> bases;
     /// [pixel] Var(mean) / Var(A − B): 1/4, less where the halves differ in samples
     std::vector<float> share;
     double storage = 0;  ///< √relMSE that rounding of halves to half alone would show
@@ -31,7 +33,8 @@ struct MixError {
     }
 
     double relative_square(size_t channel, size_t pixel) const {
-        return image::relative_square(variance(channel, pixel), double(mean[channel][pixel]));
+        return image::relative_square(variance(channel, pixel),
+                                      double(bases[channel].likely[pixel]));
     }
 };
 

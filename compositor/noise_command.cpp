@@ -71,7 +71,10 @@ void print_text(const NoiseForecast& f, double samples, std::optional<double> se
 }
 
 nlohmann::ordered_json json_of(const image::RelativeError& error) {
-    return {{"value", error.value}, {"low", error.low}, {"high", error.high}};
+    return {{"value", error.value},
+            {"low", error.low},
+            {"high", error.high},
+            {"isLower", error.is_lower}};
 }
 
 nlohmann::ordered_json json_of(const std::vector<RowNoise>& rows) {

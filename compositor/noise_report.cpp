@@ -67,6 +67,10 @@ std::string percent(double value) {
 }
 
 std::string interval(const image::RelativeError& error) {
+    if (error.is_lower)
+        return fmt::format(
+            "> {} (rare bright samples: a lower bound; {} pixel{} half of the squared error)",
+            percent(error.value), error.half_in, error.half_in == 1 ? " holds" : "s hold");
     return fmt::format("{} ({:.3g} to {:.3g})", percent(error.value), 100 * error.low,
                        100 * error.high);
 }

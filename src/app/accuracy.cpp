@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/accuracy.h"
 
+#include "app/exit_codes.h"
 #include "app/progress.h"
 #include "image/block_errors.h"
 #include "image/picture_change.h"
@@ -53,25 +54,62 @@ std::optional<PictureError> picture_error(const RenderJob& job,
                                           const film::Film& film,
                                           const film::NoiseEstimate& noise,
                                           const integrator::ErrorCurve& curve) {
+    // What velatura-comp noise says of the file
+    if (job.schedule.has_independent_halves && noise.is_known)
+        return PictureError{.error = noise.error,
+                            .is_lower = noise.error.is_lower || curve.is_lower()};
     if (!curve.is_empty())
         return PictureError{curve.error_at(noise.samples_mean), job.schedule.has_dependent_changes,
-                            curve.is_rare()};
+                            curve.is_lower()};
     if (!noise.is_known) return std::nullopt;
     integrator::ErrorCurve last;
     if (const std::optional<image::RelativeError> change = image::picture_change(film.sums()))
         last.add({noise.samples_min, noise.samples_max, noise.samples_mean, 0, *change});
     // The first strata of a pixel are no picture of their own
     if (!last.is_empty()) return picture_error(job, film, noise, last);
-    return PictureError{.error = {noise.relative_error, noise.low, noise.high},
-                        .is_upper = !job.schedule.has_independent_halves};
+    return PictureError{.error = noise.error,
+                        .is_upper = !job.schedule.has_independent_halves,
+                        .is_lower = noise.error.is_lower};
 }
 
-bool reached_target(const RenderJob& job,
-                    const std::optional<PictureError>& error,
-                    const integrator::RenderResult& result) {
+std::string reached_text(const std::optional<PictureError>& error) {
+    if (!error) return "not known yet";
+    if (error->is_lower) return fmt::format("{:.3g} % or more", error->error.value * 100.0);
+    return fmt::format("{:.3g} %, up to {:.3g} %", error->error.value * 100.0,
+                       error->error.high * 100.0);
+}
+
+BudgetOutcome budget_outcome(const RenderJob& job,
+                             const std::optional<PictureError>& error,
+                             const integrator::RenderResult& result) {
+    const RenderArguments& a = job.arguments;
     const double target = job.schedule.target_error;
-    return target <= 0 || result.reason == integrator::StopReason::TargetError ||
-           (error && !error->is_lower && error->error.value <= target);
+    const bool is_out_of_time = result.reason == integrator::StopReason::TimeBudget;
+    const bool is_sure = error && !error->is_lower;
+    const bool is_exact = result.reason == integrator::StopReason::TargetError ||
+                          (is_sure && error->error.value <= target);
+    // Without a target error the samples are the target
+    const bool is_reached =
+        target > 0 ? is_exact && (is_sure || !a.requires_target) : !is_out_of_time;
+    BudgetOutcome outcome;
+    if (is_reached) return outcome;
+    outcome.is_missed = target > 0 || !job.is_open_ended;
+    if (is_out_of_time)
+        outcome.text = fmt::format("--time {} ended the render", a.time);
+    else if (is_exact)
+        outcome.text = fmt::format("the render ended at --target-error {}", a.target_error);
+    else if (job.is_open_ended)
+        outcome.text = "the most samples without --spp ended the render";
+    else
+        outcome.text =
+            fmt::format("{} ended the render", a.samples.empty() ? "--spp" : "--samples");
+    if (target > 0 && !is_exact)
+        outcome.text += fmt::format(" before --target-error {}", a.target_error);
+    else if (outcome.is_missed && is_out_of_time)
+        outcome.text += fmt::format(" before all {} samples per pixel", job.schedule.end_sample);
+    const bool has_used_budget = is_out_of_time || a.spp || !a.samples.empty();
+    if (outcome.is_missed && (a.requires_target || !has_used_budget)) outcome.code = TargetMissed;
+    return outcome;
 }
 
 json error_json(const std::optional<PictureError>& error) {
@@ -84,6 +122,7 @@ json error_json(const std::optional<PictureError>& error) {
     j["confidence"] = 0.95;
     j["is_upper"] = error->is_upper;
     j["is_lower"] = error->is_lower;
+    if (error->error.is_lower) j["half_in_pixels"] = error->error.half_in;
     return j;
 }
 
@@ -157,7 +196,9 @@ json observations_json(const integrator::ErrorCurve& curve) {
                      {"mean", o.samples_mean},
                      {"change", o.change.value},
                      {"low", o.change.low},
-                     {"high", o.change.high}});
+                     {"high", o.change.high},
+                     {"half_in", o.change.half_in},
+                     {"is_lower", o.change.is_lower}});
     return j;
 }
 
@@ -170,6 +211,9 @@ std::optional<integrator::ErrorCurve> curve_of(const json& observations) {
         for (const char* name : {"min", "max", "mean", "change", "low", "high"})
             if (!j.contains(name) || !j[name].is_number()) return std::nullopt;
         if (!j["min"].is_number_unsigned() || !j["max"].is_number_unsigned()) return std::nullopt;
+        if (!j.contains("half_in") || !j["half_in"].is_number_unsigned() ||
+            !j.contains("is_lower") || !j["is_lower"].is_boolean())
+            return std::nullopt;
         const auto number = [&j](const char* name) { return j[name].get<double>(); };
         if (!(number("change") > 0) || !(number("high") >= number("change")) ||
             !(number("mean") > last_mean))
@@ -179,7 +223,8 @@ std::optional<integrator::ErrorCurve> curve_of(const json& observations) {
                    j["max"].get<uint64_t>(),
                    number("mean"),
                    0,
-                   {number("change"), number("low"), number("high")}});
+                   {number("change"), number("low"), number("high"), j["half_in"].get<size_t>(),
+                    j["is_lower"].get<bool>()}});
     }
     return curve;
 }

@@ -18,7 +18,7 @@ namespace velatura::app {
 struct PictureError {
     image::RelativeError error;
     bool is_upper = false;  ///< it is no more than that: the halves make up for each other's errors
-    bool is_lower = false;  ///< it is no less than that: integrator::ErrorCurve::is_rare
+    bool is_lower = false;  ///< it is no less than that: integrator::ErrorCurve::is_lower
 };
 
 /// From the curve or, where there is none, from the film, whose noise() is given; none before every
@@ -32,12 +32,24 @@ std::optional<PictureError> picture_error(const RenderJob& job,
 /// last or, of parts that do not begin with the first sample, from its halves.
 std::optional<PictureError> picture_error(const RenderJob& job, const film::Film& film);
 
-/// Whether the picture is as exact as wanted.
-bool reached_target(const RenderJob& job,
-                    const std::optional<PictureError>& error,
-                    const integrator::RenderResult& result);
+/// "3.5 %, up to 3.7 %", "3.5 % or more", "not known yet".
+std::string reached_text(const std::optional<PictureError>& error);
 
-/// metric, mean, low, high, confidence, is_upper, is_lower.
+/// What ended a render that was not interrupted.
+struct BudgetOutcome {
+    std::string text;        ///< "--time 30 s ended the render"; empty: it has what was asked for
+    bool is_missed = false;  ///< a target was not reached, whatever the code
+    int code = 0;            ///< of exit_codes.h
+};
+
+/// The code is TargetMissed where a target was not reached and no budget that somebody typed was
+/// used up instead, or --require-target is given; else Done.
+BudgetOutcome budget_outcome(const RenderJob& job,
+                             const std::optional<PictureError>& error,
+                             const integrator::RenderResult& result);
+
+/// metric, mean, low, high, confidence, is_upper, is_lower; half_in_pixels where few pixels hold
+/// half of it.
 nlohmann::ordered_json error_json(const std::optional<PictureError>& error);
 
 /// Where the error is: of blocks of 8×8 pixels, the share of those that hold half of it, the share
@@ -55,7 +67,7 @@ nlohmann::ordered_json error_curve_json(const integrator::ErrorCurve& curve);
 nlohmann::ordered_json slope_json(const integrator::ErrorCurve& curve);
 
 /// What the curve was made from but for the times, for another run that goes on: [{min, max, mean,
-/// change, low, high}].
+/// change, low, high, half_in, is_lower}].
 nlohmann::ordered_json observations_json(const integrator::ErrorCurve& curve);
 
 /// Nothing where that is no such list.

@@ -78,6 +78,8 @@ PictureNeeds::File expected_deep_file(const RenderJob& job, const FrameInput& in
 /// Sums that a pixel keeps of each layer once it has all samples: one for each power of two of
 /// their number.
 uint64_t nodes_of(const RenderJob& job) {
+    constexpr uint64_t usual = 4;
+    if (job.is_open_ended) return usual;
     return uint64_t(std::popcount(job.schedule.end_sample));
 }
 

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -28,6 +29,29 @@ std::string format_duration(double seconds) {
     return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
 }
 
+std::string format_estimate(double seconds) {
+    struct Step {
+        double below, unit;
+    };
+
+    constexpr Step steps[] = {{20, 1}, {120, 5}, {600, 10}, {3600, 60}};
+    double unit = 300;
+    for (const Step& step : steps) {
+        if (seconds >= step.below) continue;
+        unit = step.unit;
+        break;
+    }
+    const double rounded = std::round(std::max(seconds, 0.0) / unit) * unit;
+    return rounded < 60 ? fmt::format("{:.0f} s", rounded) : format_duration(rounded);
+}
+
+std::string format_samples(double samples, double target) {
+    const double shown = target > 0 ? std::min(samples, target) : samples;
+    const std::string text =
+        shown < 100.0 ? fmt::format("{:.3g}", shown) : fmt::format("{:.0f}", shown);
+    return target > 0 ? fmt::format("{}/{:.0f} spp", text, target) : text + " spp";
+}
+
 std::string format_bytes(size_t bytes) {
     const double megabytes = double(bytes) / 1e6;
     return megabytes < 1000.0 ? fmt::format("{:.0f} MB", megabytes)
@@ -37,11 +61,10 @@ std::string format_bytes(size_t bytes) {
 namespace {
 
 std::string summary(const ProgressState& s) {
-    const std::string samples =
-        s.samples < 100.0 ? fmt::format("{:.3g}", s.samples) : fmt::format("{:.0f}", s.samples);
-    std::string line = fmt::format("{:5.1f} %  {}/{:.0f} spp  {}", s.fraction * 100.0, samples,
-                                   s.samples_target, format_duration(s.elapsed_s));
-    if (s.left_s) line += fmt::format(" | {} left", format_duration(*s.left_s));
+    std::string line =
+        fmt::format("{:5.1f} %  {}  {}", s.fraction * 100.0,
+                    format_samples(s.samples, s.samples_target), format_duration(s.elapsed_s));
+    if (s.left_s) line += fmt::format(" | {} left", format_estimate(*s.left_s));
     if (s.error)
         line += fmt::format("  error {}{:.2f} %",
                             s.is_lower_error   ? "> "
@@ -57,7 +80,8 @@ std::string json_line(const ProgressState& s) {
     nlohmann::ordered_json j;
     j["percent"] = s.fraction * 100.0;
     j["spp"] = s.samples;
-    j["spp_target"] = s.samples_target;
+    j["spp_target"] = s.samples_target > 0 ? nlohmann::ordered_json(s.samples_target)
+                                           : nlohmann::ordered_json(nullptr);
     j["elapsed_s"] = s.elapsed_s;
     j["left_s"] = s.left_s ? nlohmann::ordered_json(*s.left_s) : nlohmann::ordered_json(nullptr);
     j["error"] = s.error ? nlohmann::ordered_json(*s.error) : nlohmann::ordered_json(nullptr);

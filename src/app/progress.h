@@ -20,9 +20,9 @@ Result<ProgressStyle> parse_progress_style(std::string_view text, bool is_termin
 
 /// What the progress line shows.
 struct ProgressState {
-    double fraction = 0;  ///< of the work of this frame, 0…1
-    double samples = 0;   ///< per pixel, done
-    double samples_target = 0;
+    double fraction = 0;        ///< of the work of this frame, 0…1
+    double samples = 0;         ///< per pixel, done
+    double samples_target = 0;  ///< 0: time or error ends the render
     double elapsed_s = 0;
     std::optional<double> left_s;  ///< unknown at the very start
     std::optional<double> error;   ///< relative standard error of the picture so far
@@ -53,6 +53,13 @@ class ProgressPrinter {
 
 /// "12.4 s", "3 min 05 s", "2 h 03 min".
 std::string format_duration(double seconds);
+
+/// "8 s", "45 s", "1 min 50 s", "2 h 05 min": no more precise than estimates of what is left are.
+std::string format_estimate(double seconds);
+
+/// "37.1/64 spp", "213 spp" where there is no target. What adaptive sampling gives beyond the
+/// target in the mean is not shown.
+std::string format_samples(double samples, double target);
 
 /// "512 MB", "1.4 GB".
 std::string format_bytes(size_t bytes);

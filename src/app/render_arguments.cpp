@@ -62,7 +62,10 @@ void declare_render_options(Command& command, RenderArguments& a) {
                    fmt::format("pixels along the side of a tile, rounded up to a multiple of {}",
                                film::Film::tile_size))
         .range(1, 4096);
-    how.add_option("--spp", a.spp, "samples per pixel (default 64)")
+    how.add_option("--spp", a.spp,
+                   fmt::format("samples per pixel (default {}; with --time no limit, with "
+                               "--target-error {})",
+                               default_spp, max_target_spp))
         .range(uint64_t(1), uint64_t(1) << 32);
     how.add_option("--adaptive", a.adaptive,
                    "on: noisy parts of the picture get more samples and clean ones fewer, --spp "
@@ -85,9 +88,14 @@ void declare_render_options(Command& command, RenderArguments& a) {
         .type_name("FILE.json");
     how.add_option(
         "--time", a.time,
-        "progressive: stop after this time, e.g. 90s, 10m (exit 3 if --spp was not reached)");
+        "progressive: stop after this time, e.g. 90s, 10m; without --spp the time alone decides");
     how.add_option("--target-error", a.target_error,
-                   "progressive: stop at this relative standard error, e.g. 1%");
+                   fmt::format("progressive: stop at this relative standard error, e.g. 1%; "
+                               "without --spp and --time at {} samples per pixel at the latest",
+                               max_target_spp));
+    how.add_flag("--require-target", a.requires_target,
+                 "exit code 3 if --target-error or, without it, the samples of --spp or --samples "
+                 "were not reached; an error that is a lower bound does not reach a target");
     how.add_option(
         "--forecast", a.forecast,
         "progressive: say how many samples and how much time would bring this relative standard "

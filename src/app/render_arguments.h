@@ -13,6 +13,11 @@
 
 namespace velatura::app {
 
+/// Samples per pixel where no option says how many.
+inline constexpr uint64_t default_spp = 64;
+/// The most without --spp where only --target-error, or --time, ends the render.
+inline constexpr uint64_t max_target_spp = 65536, max_timed_spp = uint64_t(1) << 32;
+
 /// The command line of `velatura render`, as typed.
 struct RenderArguments {
     std::string scene;
@@ -29,6 +34,7 @@ struct RenderArguments {
     std::optional<uint64_t> spp;
     std::string time;
     std::string target_error;
+    bool requires_target = false;
     std::string forecast;  ///< an error
     int bounces = 6;
     int max_depth = 0;

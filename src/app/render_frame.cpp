@@ -110,13 +110,6 @@ int take_output(const std::string& path,
     return Done;
 }
 
-std::string reached_text(const std::optional<PictureError>& error) {
-    if (!error) return "not known yet";
-    if (error->is_lower) return fmt::format("{:.3g} % or more", error->error.value * 100.0);
-    return fmt::format("{:.3g} %, up to {:.3g} %", error->error.value * 100.0,
-                       error->error.high * 100.0);
-}
-
 constexpr const char* writing = "while the picture was written";
 
 class FrameRenderer {
@@ -223,9 +216,10 @@ class FrameRenderer {
         if (earlier_) return film::Film(std::move(earlier_->sums), std::move(earlier_->bad));
         // A file that can be merged or gone on from needs every node of the sums, also those that
         // the picture alone would fold early
-        return film::Film(
-            window_, layers_,
-            {.final_sample_end = keeps_sums(job_) ? 0 : integrator::most_samples(job_.schedule)});
+        return film::Film(window_, layers_,
+                          {.final_sample_end = keeps_sums(job_) || job_.is_open_ended
+                                                   ? 0
+                                                   : integrator::most_samples(job_.schedule)});
     }
 
     /// Of a world that is ready.
@@ -378,7 +372,8 @@ class FrameRenderer {
         ProgressState p;
         p.fraction = is_last ? 1.0 : state.fraction;
         p.samples = state.samples_per_pixel;
-        p.samples_target = double(job_.schedule.end_sample - job_.schedule.first_sample);
+        if (!job_.is_open_ended)
+            p.samples_target = double(job_.schedule.end_sample - job_.schedule.first_sample);
         p.elapsed_s = state.elapsed_s;
         p.left_s = is_last ? std::optional<double>(0.0) : state.left_s;
         p.error = state.error;
@@ -584,18 +579,16 @@ class FrameRenderer {
                 unread);
         if (!job_.arguments.quiet && wanted_error(job_) > 0 && !result.curve.is_empty())
             fmt::print("{}\n", forecast_text(result.curve, noise.samples_mean, wanted_error(job_)));
-        if (wanted_error(job_) > 0 && result.curve.is_rare())
-            diagnostics_.warn(
-                "rare-light", {}, {},
-                "the error does not fall as samples grow: some light is met so rarely that its "
-                "noise is not known; the picture is less exact than it says");
+        warn_of_lower_bound(picture_error(job_, film, noise, result.curve),
+                            !result.curve.is_empty() && result.curve.is_rare());
         if (result.reason == integrator::StopReason::Interrupted && is_short_of_memory_) {
             diagnostics_.warn(
                 "memory-limit", {}, {},
                 fmt::format(
-                    "the memory limit of {} ended the render after {:g} of {} samples per pixel",
+                    "the memory limit of {} ended the render after {:g}{} samples per pixel",
                     format_bytes(MemoryLimit::allowed()), noise.samples_mean,
-                    job_.schedule.end_sample));
+                    job_.is_open_ended ? std::string()
+                                       : fmt::format(" of {}", job_.schedule.end_sample)));
             return TargetMissed;
         }
         if (result.reason == integrator::StopReason::Interrupted)
@@ -615,22 +608,41 @@ class FrameRenderer {
         if (!broken.empty() || result.rays.tracking.violations > 0 ||
             (job_.arguments.strict && film.invalid_count() > 0))
             return CheckFailed;
-        const std::optional<PictureError> error = picture_error(job_, film, noise, result.curve);
-        const bool is_precise = reached_target(job_, error, result);
-        const bool is_out_of_time = result.reason == integrator::StopReason::TimeBudget;
-        if (is_precise && !is_out_of_time) return Done;
-        diagnostics_.warn(
-            "budget", {}, {},
-            is_precise
-                ? fmt::format(
-                      "the time budget of {} ended the render after {:g} of {} samples per pixel",
-                      format_duration(job_.schedule.time_budget_s), noise.samples_mean,
-                      job_.schedule.end_sample)
-                : fmt::format(
-                      "{} before the target of {:g} %: the error is {}",
-                      is_out_of_time ? "the time budget ended the render" : "the samples ran out",
-                      job_.schedule.target_error * 100.0, reached_text(error)));
-        return TargetMissed;
+        return finish_budget(noise, result, picture_error(job_, film, noise, result.curve));
+    }
+
+    /// Says which budget ended the render, and what was reached.
+    int finish_budget(const film::NoiseEstimate& noise,
+                      const integrator::RenderResult& result,
+                      const std::optional<PictureError>& error) {
+        const BudgetOutcome outcome = budget_outcome(job_, error, result);
+        if (outcome.text.empty()) return Done;
+        const std::string text = fmt::format("{} after {:.4g} samples per pixel: the error is {}",
+                                             outcome.text, noise.samples_mean, reached_text(error));
+        if (outcome.is_missed)
+            diagnostics_.warn("budget", {}, {}, text);
+        else if (!job_.arguments.quiet)
+            fmt::print("{}\n", text);
+        return outcome.code;
+    }
+
+    void warn_of_lower_bound(const std::optional<PictureError>& error, bool is_rare) {
+        if (!error || !error->is_lower) return;
+        const image::RelativeError& e = error->error;
+        if (e.is_lower)
+            diagnostics_.warn(
+                "rare-light", {}, {},
+                fmt::format("rare bright samples: the error of {:.3g} % is a lower bound; {} of {} "
+                            "pixels hold{} half of the squared error",
+                            100 * e.value, e.half_in, window_.pixel_count(),
+                            e.half_in == 1 ? "s" : ""));
+        if (is_rare)
+            diagnostics_.warn(
+                "rare-light", {}, {},
+                fmt::format(
+                    "the error does not fall as samples grow, some light is met too rarely: "
+                    "the error of {:.3g} % is a lower bound",
+                    100 * e.value));
     }
 
     bool write_deep(const film::DeepFilm& film) {

@@ -27,6 +27,8 @@ namespace velatura::app {
 /// The command line of a render, checked and with the scene's own settings filled in; the same for
 /// every frame.
 struct RenderJob {
+    /// The samples are a bound that nobody typed: time or error ends the render.
+    bool is_open_ended = false;
     RenderArguments arguments;
     integrator::RenderOptions schedule;
     integrator::PathTracerOptions tracer;

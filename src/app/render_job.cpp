@@ -191,8 +191,19 @@ Result<void> choose_layers(const RenderArguments& a, film::LayerSet& layers) {
     return {};
 }
 
-Result<void> choose_samples(const RenderArguments& a, integrator::RenderOptions& schedule) {
-    schedule.end_sample = a.spp.value_or(64);
+Result<void> choose_samples(const RenderArguments& a, RenderJob& job) {
+    integrator::RenderOptions& schedule = job.schedule;
+    // A budget that is given alone decides; a request for a mix says how many samples it wants
+    job.is_open_ended = !a.spp && a.samples.empty() && a.for_mix.empty() &&
+                        (!a.time.empty() || !a.target_error.empty());
+    schedule.end_sample = a.spp                ? *a.spp
+                          : !job.is_open_ended ? default_spp
+                          : !a.time.empty()    ? max_timed_spp
+                                               : max_target_spp;
+    schedule.is_open_ended = job.is_open_ended;
+    if (a.requires_target && !a.spp && a.samples.empty() && a.target_error.empty())
+        return usage("--require-target needs a target: --target-error, --spp or --samples");
+    schedule.needs_sure_target = a.requires_target;
     if (!a.samples.empty()) {
         if (a.spp) return usage("--samples and --spp cannot be given together");
         const auto range = parse_sample_range(a.samples);
@@ -308,7 +319,7 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     if (const auto ok = check_sizes(a); !ok) return ok.error();
     if (const auto ok = check_combinations(a); !ok) return ok.error();
     if (const auto ok = choose_layers(a, job.layers); !ok) return ok.error();
-    if (const auto ok = choose_samples(a, job.schedule); !ok) return ok.error();
+    if (const auto ok = choose_samples(a, job); !ok) return ok.error();
     if (const auto ok = parse_into(job.schedule.time_budget_s, a.time, "--time", parse_duration);
         !ok)
         return ok.error();

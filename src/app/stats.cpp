@@ -271,7 +271,7 @@ json make_stats(const RenderJob& job,
         error["layers"] = layer_noise_json(result.layer_noise, stated ? stated->error.value : 0.0);
     error["target"] = job.schedule.target_error;
     error["blocks"] = blocks_json(film, result.curve);
-    error["reached"] = reached_target(job, stated, result);
+    error["reached"] = !budget_outcome(job, stated, result).is_missed;
     j["error"] = error;
     if (!result.curve.is_empty()) {
         j["error_curve"] = error_curve_json(result.curve);

@@ -16,7 +16,10 @@ double expected_rays(const RenderJob& job, const scene::RenderSettings& settings
     constexpr int usual_depth = 4;
     const int depth =
         job.schedule.max_depth > 0 ? std::min(job.schedule.max_depth, usual_depth) : usual_depth;
-    const double samples = double(job.schedule.end_sample - job.schedule.first_sample);
+    // Of a render that something else ends nobody knows how many there will be
+    const double samples = job.is_open_ended
+                               ? double(default_spp)
+                               : double(job.schedule.end_sample - job.schedule.first_sample);
     return double(settings.width) * double(settings.height) * samples * double(1 + 2 * depth);
 }
 

@@ -2,9 +2,7 @@
 #include "film/film.h"
 
 #include "base/check.h"
-#include "base/tasks.h"
 #include "image/pixel_means.h"
-#include "image/relative_error.h"
 #include "scene/effect_build.h"
 
 #include <algorithm>
@@ -202,54 +200,50 @@ void Film::end_pixel(PixelAccumulator& a) {
     a.bad_.clear();
 }
 
-Film::TileNoise Film::tile_noise(const Window& tile) const {
-    TileNoise noise;
-    for (int y = tile.y0; y < tile.y1; ++y) {
-        for (int x = tile.x0; x < tile.x1; ++x) {
-            const image::PixelRecord& record = sums_.record(x, y);
-            const uint64_t samples = record.end - record.first;
-            noise.samples_min = std::min(noise.samples_min, samples);
-            noise.samples_max = std::max(noise.samples_max, samples);
-            noise.samples += samples;
-            noise.invalid += record.invalid;
-            const image::PixelHalves h =
-                image::resolve_halves(sums_, x, y, AccumulatorTable::beauty);
-            if (!h.is_known) continue;
-            for (size_t c = 0; c < 3; ++c)
-                noise.squares += image::relative_square(h.variance[c], h.mean[c]);
-            noise.count += 3;
+Film::RowCounts Film::row_noise(int y, image::NoisyPicture& picture) const {
+    RowCounts counts;
+    const Window& w = window();
+    for (int x = w.x0; x < w.x1; ++x) {
+        const image::PixelRecord& record = sums_.record(x, y);
+        const uint64_t samples = record.end - record.first;
+        counts.samples_min = std::min(counts.samples_min, samples);
+        counts.samples_max = std::max(counts.samples_max, samples);
+        counts.samples += samples;
+        counts.invalid += record.invalid;
+        const image::PixelHalves h = image::resolve_halves(sums_, x, y, AccumulatorTable::beauty);
+        if (!h.is_known) continue;
+        ++counts.known;
+        for (size_t c = 0; c < 3; ++c) {
+            picture[c].mean[w.index(x, y)] = float(h.mean[c]);
+            picture[c].variance[w.index(x, y)] = float(h.variance[c]);
         }
     }
-    return noise;
+    return counts;
 }
 
 NoiseEstimate Film::noise() const {
     const Window& w = window();
-    const int columns = (w.width() + tile_size - 1) / tile_size,
-              rows = (w.height() + tile_size - 1) / tile_size;
-    std::vector<TileNoise> tiles(size_t(columns) * size_t(rows));
-    parallel_for(tiles.size(), [&](size_t i) {
-        const int x = w.x0 + int(i % size_t(columns)) * tile_size,
-                  y = w.y0 + int(i / size_t(columns)) * tile_size;
-        tiles[i] = tile_noise({x, y, std::min(x + tile_size, w.x1), std::min(y + tile_size, w.y1)});
-    });
+    image::NoisyPicture picture;
+    for (image::NoisyChannel& channel : picture) {
+        channel.mean.resize(w.pixel_count());
+        channel.variance.resize(w.pixel_count());
+    }
+    std::vector<RowCounts> rows(size_t(w.height()));
+    image::for_each_row(w, [&](int y) { rows[size_t(y - w.y0)] = row_noise(y, picture); });
     NoiseEstimate result;
-    image::RelativeErrorSum error;
     uint64_t samples = 0;
+    size_t known = 0;
     result.samples_min = ~uint64_t(0);
-    for (const TileNoise& tile : tiles) {
-        result.samples_min = std::min(result.samples_min, tile.samples_min);
-        result.samples_max = std::max(result.samples_max, tile.samples_max);
-        samples += tile.samples;
-        result.invalid += tile.invalid;
-        error.add_tile(tile.squares, tile.count);
+    for (const RowCounts& row : rows) {
+        result.samples_min = std::min(result.samples_min, row.samples_min);
+        result.samples_max = std::max(result.samples_max, row.samples_max);
+        samples += row.samples;
+        result.invalid += row.invalid;
+        known += row.known;
     }
     result.samples_mean = double(samples) / double(w.pixel_count());
-    result.is_known = error.count() == 3.0 * double(w.pixel_count());
-    const image::RelativeError estimate = error.result();
-    result.relative_error = estimate.value;
-    result.low = estimate.low;
-    result.high = estimate.high;
+    result.is_known = known == w.pixel_count();
+    if (result.is_known) result.error = image::picture_error(w.width(), w.height(), picture);
     return result;
 }
 

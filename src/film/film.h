@@ -6,6 +6,7 @@
 #include "film/sample_radiance.h"
 #include "image/layer_file.h"
 #include "image/matte_sums.h"
+#include "image/picture_error.h"
 #include "image/sample_sums.h"
 
 #include <cstdint>
@@ -61,8 +62,7 @@ class PixelAccumulator {
 
 /// How noisy the picture is, from its two half images.
 struct NoiseEstimate {
-    double relative_error = 0;  ///< square root of the estimated relMSE (docs/numerics.md)
-    double low = 0, high = 0;   ///< 95 % interval of relative_error
+    image::RelativeError error;  ///< docs/numerics.md, Error
     uint64_t samples_min = 0, samples_max = 0;
     double samples_mean = 0;
     uint64_t invalid = 0;
@@ -126,14 +126,14 @@ class Film {
     Result<WriteReport> write(const std::string& path, FileInfo info) const;
 
   private:
-    /// What a tile adds to the noise.
-    struct TileNoise {
-        double squares = 0,
-               count = 0;  ///< relative squares of the channels that are known, and their number
+    /// What a row of pixels has.
+    struct RowCounts {
+        size_t known = 0;  ///< pixels with samples in each half
         uint64_t samples = 0, samples_min = ~uint64_t(0), samples_max = 0, invalid = 0;
     };
 
-    TileNoise tile_noise(const Window& tile) const;
+    /// Fills the row of the picture as well.
+    RowCounts row_noise(int y, image::NoisyPicture& picture) const;
 
     image::SampleSums sums_;
     std::unique_ptr<DeepFilm> deep_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/picture_change.h"
 
+#include "image/picture_error.h"
 #include "image/pixel_means.h"
 
 #include <algorithm>
@@ -13,74 +14,31 @@ namespace velatura::image {
 
 namespace {
 
-/// What the changes of some pixels sum to, by the set that they are dealt to.
-struct Sums {
-    std::array<double, interleaved_sets> squares{}, counts{};
-};
-
-using Changes = std::vector<PixelChange>;
-
-/// Nothing unless all are known.
-std::optional<Changes> changes_of(const SampleSums& sums) {
+/// Nothing unless the change of every pixel is known.
+std::optional<NoisyPicture> changes_of(const SampleSums& sums) {
     const Window& w = sums.window();
-    Changes changes(w.pixel_count());
+    NoisyPicture changes;
+    for (NoisyChannel& channel : changes) {
+        channel.mean.resize(w.pixel_count());
+        channel.variance.resize(w.pixel_count());
+    }
     std::atomic<bool> is_known = true;
     for_each_row(w, [&](int y) {
         for (int x = w.x0; x < w.x1 && is_known.load(std::memory_order_relaxed); ++x) {
             const std::optional<PixelChange> change = pixel_change(sums, x, y);
-            if (change)
-                changes[w.index(x, y)] = *change;
-            else
+            if (!change) {
                 is_known = false;
+                continue;
+            }
+            const size_t i = w.index(x, y);
+            for (size_t c = 0; c < 3; ++c) {
+                changes[c].mean[i] = float(change->now[c]);
+                changes[c].variance[i] = float(change->square[c]);
+            }
         }
     });
     if (!is_known) return std::nullopt;
     return changes;
-}
-
-using Rgb3 = std::array<double, 3>;
-
-/// Calls visit(x, y) for the pixel and its neighbours that there are.
-template <class Visit>
-void for_neighbourhood(const Window& w, int x, int y, const Visit& visit) {
-    for (int ny = std::max(w.y0, y - 1); ny <= std::min(w.y1 - 1, y + 1); ++ny)
-        for (int nx = std::max(w.x0, x - 1); nx <= std::min(w.x1 - 1, x + 1); ++nx) visit(nx, ny);
-}
-
-/// The fourth brightest neighbour in a channel; 0 where there are fewer.
-template <class MeanAt>
-double fourth_brightest(const Window& w, int x, int y, size_t channel, const MeanAt& mean_at) {
-    std::array<double, 4> brightest{};  // falling
-    for_neighbourhood(w, x, y, [&](int nx, int ny) {
-        if (nx == x && ny == y) return;
-        double rest = mean_at(nx, ny)[channel];
-        for (double& kept : brightest) {
-            const double larger = std::max(kept, rest);
-            rest = std::min(kept, rest);
-            kept = larger;
-        }
-    });
-    return brightest.back();
-}
-
-/// What errors of the pixel are relative to; mean_at(x, y) gives RGB.
-template <class MeanAt>
-Rgb3 base_of(const Window& w, int x, int y, const MeanAt& mean_at) {
-    Rgb3 sum{};
-    double count = 0;
-    for_neighbourhood(w, x, y, [&](int nx, int ny) {
-        const Rgb3& mean = mean_at(nx, ny);
-        count += 1;
-        for (size_t c = 0; c < 3; ++c) sum[c] += mean[c];
-    });
-    Rgb3 base = mean_at(x, y);
-    for (size_t c = 0; c < 3; ++c) {
-        const double around = sum[c] / count;
-        // Below the mean of all it is its own base, whatever the brightest are
-        if (base[c] > around)
-            base[c] = std::min(base[c], std::max(fourth_brightest(w, x, y, c, mean_at), around));
-    }
-    return base;
 }
 
 }  // namespace
@@ -103,41 +61,35 @@ std::optional<PixelChange> pixel_change(const SampleSums& sums, int x, int y) {
 }
 
 std::optional<RelativeError> picture_change(const SampleSums& sums) {
-    const std::optional<Changes> changes = changes_of(sums);
+    const std::optional<NoisyPicture> changes = changes_of(sums);
     if (!changes) return std::nullopt;
-    const Window& w = sums.window();
-    std::vector<Sums> rows(size_t(w.height()));
-    for_each_row(w, [&](int y) {
-        Sums& row = rows[size_t(y - w.y0)];
-        for (int x = w.x0; x < w.x1; ++x) {
-            const size_t set = interleaved_set(w, x, y);
-            const Rgb3 base = base_of(w, x, y, [&](int nx, int ny) -> const Rgb3& {
-                return (*changes)[w.index(nx, ny)].now;
-            });
-            for (size_t c = 0; c < 3; ++c)
-                row.squares[set] += relative_square((*changes)[w.index(x, y)].square[c], base[c]);
-            row.counts[set] += 3;
-        }
-    });
-    Sums all;
-    for (const Sums& row : rows) {
-        for (size_t set = 0; set < interleaved_sets; ++set) {
-            all.squares[set] += row.squares[set];
-            all.counts[set] += row.counts[set];
-        }
-    }
-    RelativeErrorSum error;
-    for (size_t set = 0; set < interleaved_sets; ++set)
-        error.add_tile(all.squares[set], all.counts[set]);
-    return error.result();
+    return picture_error(sums.window().width(), sums.window().height(), *changes);
 }
 
 std::array<double, 3> error_base(const SampleSums& sums, int x, int y) {
-    return base_of(sums.window(), x, y, [&](int nx, int ny) -> Rgb3 {
-        const EarlierMean mean = mean_of(sums.total(nx, ny, AccumulatorTable::beauty),
-                                         sums.total(nx, ny, AccumulatorTable::coverage));
-        return {double(mean[0]), double(mean[1]), double(mean[2])};
-    });
+    const Window& w = sums.window();
+    const auto change_of = [&sums](int px, int py) {
+        if (const std::optional<PixelChange> change = pixel_change(sums, px, py)) return *change;
+        const EarlierMean mean = mean_of(sums.total(px, py, AccumulatorTable::beauty),
+                                         sums.total(px, py, AccumulatorTable::coverage));
+        PixelChange unknown;
+        for (size_t c = 0; c < 3; ++c) unknown.now[c] = double(mean[c]);
+        return unknown;
+    };
+    std::array<Neighbourhood, 3> around;
+    constexpr int radius = Neighbourhood::radius;
+    for (int ny = std::max(w.y0, y - radius); ny <= std::min(w.y1 - 1, y + radius); ++ny) {
+        for (int nx = std::max(w.x0, x - radius); nx <= std::min(w.x1 - 1, x + radius); ++nx) {
+            if (nx == x && ny == y) continue;
+            const PixelChange change = change_of(nx, ny);
+            for (size_t c = 0; c < 3; ++c) around[c].add(change.now[c], change.square[c]);
+        }
+    }
+    const PixelChange own = change_of(x, y);
+    std::array<double, 3> base{};
+    for (size_t c = 0; c < 3; ++c)
+        base[c] = error_base(own.now[c], own.square[c], around[c]).likely;
+    return base;
 }
 
 double net_factor(double slope) {

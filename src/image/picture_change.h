@@ -26,14 +26,11 @@ struct PixelChange {
 
 std::optional<PixelChange> pixel_change(const SampleSums& sums, int x, int y);
 
-/// What errors of a pixel are relative to, RGB: its own mean, but no more than the larger of its
-/// fourth brightest neighbour and the mean of the nine. Where noise is bright it must not hide
-/// behind itself; on the bright side of an edge, where five neighbours lie, a pixel keeps its own.
+/// What errors of a pixel are relative to, RGB: ErrorBase::likely of picture_error.h.
 std::array<double, 3> error_base(const SampleSums& sums, int x, int y);
 
-/// √relMSE of the picture if errors fall as samples^−1/2, each pixel by its last change, relative
-/// to its error_base; the interval is from the scatter among 16 interleaved sets of pixels, which
-/// differ by noise alone. Nothing unless every pixel's change is known.
+/// picture_error (picture_error.h) of the picture if errors fall as samples^−1/2, each pixel by its
+/// last change. Nothing unless every pixel's change is known.
 std::optional<RelativeError> picture_change(const SampleSums& sums);
 
 /// What an error from changes is to be multiplied by where errors fall as samples^−slope: 1 for

@@ -6,6 +6,11 @@
 
 namespace velatura::image {
 
+bool few_pixels(double sum, double sum_of_squares, double pixels) {
+    constexpr double fewest = 100, of_even_noise = 12;
+    return sum > 0 && sum * sum < std::min(fewest, pixels / of_even_noise) * sum_of_squares;
+}
+
 void RelativeErrorSum::add_tile(double sum, double count) {
     if (count == 0) return;
     ++tiles_;

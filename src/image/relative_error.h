@@ -9,6 +9,14 @@ namespace velatura::image {
 struct RelativeError {
     double value = 0;
     double low = 0, high = 0;
+
+    /// Pixels that hold half of the squared error, where `is_lower`.
+    size_t half_in = 0;
+
+    /// Few pixels hold most of the squared error, or what they hold is not known (picture_error.h):
+    /// rare bright samples, of which other pixels have met none yet. The value is a lower bound,
+    /// the interval means nothing.
+    bool is_lower = false;
 };
 
 /// Square of the relative error of one channel of a pixel. The constant keeps black pixels from
@@ -16,6 +24,15 @@ struct RelativeError {
 inline double relative_square(double variance, double mean) {
     return variance / (mean * mean + 0.01);
 }
+
+/// Whether so few of `pixels` hold a sum of squares that the sum is no figure to rely on.
+///
+/// Squares that are there by the chance of a rare sample have, like Poisson counts, a standard
+/// deviation of √(Σ s²) in their sum Σ s: that of 1/√n of the sum for n = (Σ s)² / Σ s² equal ones.
+/// Of the root of the sum that is half as much, so that below n = 100 the error is not known to
+/// ±10 % with 95 % confidence; and since such sums are skewed, most pictures state too little. Of a
+/// small picture with even noise n is a third of its pixels (E s² = 3 (E s)² of normal errors).
+bool few_pixels(double sum, double sum_of_squares, double pixels);
 
 /// Collects relative squares tile by tile: the tiles are the batches of a ratio estimator, whose
 /// spread gives the interval (Cochran 1977, Sampling Techniques, 6.3).

@@ -28,7 +28,9 @@ constexpr double rare_slope = 0.44;
 constexpr double unsettled = 0.25;
 
 image::RelativeError with_interval(double value, double deviation) {
-    return {value, value * std::exp(-quantile * deviation), value * std::exp(quantile * deviation)};
+    return {.value = value,
+            .low = value * std::exp(-quantile * deviation),
+            .high = value * std::exp(quantile * deviation)};
 }
 
 }  // namespace
@@ -123,6 +125,10 @@ bool ErrorCurve::is_rare() const {
     return slope().value < rare_slope;
 }
 
+bool ErrorCurve::is_lower() const {
+    return !is_empty() && (is_rare() || observations_.back().seen.change.is_lower);
+}
+
 double ErrorCurve::offset(double slope) {
     return std::log(image::net_factor(slope));
 }
@@ -135,6 +141,8 @@ std::vector<ErrorPoint> ErrorCurve::points() const {
         const double value = o.seen.change.value * std::exp(offset(s.value));
         points.push_back({o.seen.samples_mean, o.seen.time_s,
                           with_interval(value, std::hypot(deviation_of(o), open))});
+        points.back().error.half_in = o.seen.change.half_in;
+        points.back().error.is_lower = o.seen.change.is_lower;
     }
     if (points.empty()) return points;
 
@@ -143,7 +151,10 @@ std::vector<ErrorPoint> ErrorCurve::points() const {
     const double ahead = std::log(points.back().samples_mean) - m.x;
     const double value = std::exp(m.y + offset(s.value) - s.value * ahead);
     const double deviation = std::hypot(1 / std::sqrt(m.weight), open, ahead * s.deviation);
+    const image::RelativeError seen = points.back().error;
     points.back().error = with_interval(value, deviation);
+    points.back().error.half_in = seen.half_in;
+    points.back().error.is_lower = seen.is_lower;
     return points;
 }
 
@@ -152,7 +163,11 @@ image::RelativeError ErrorCurve::error_at(double samples_mean) const {
     // Sobol' points gain by more than independent ones at powers of two only
     const double fall = std::min(slope().value, 0.5);
     const double factor = std::pow(std::min(1.0, last.samples_mean / samples_mean), fall);
-    return {factor * last.error.value, factor * last.error.low, factor * last.error.high};
+    image::RelativeError error = last.error;
+    error.value *= factor;
+    error.low *= factor;
+    error.high *= factor;
+    return error;
 }
 
 ErrorForecast ErrorCurve::forecast(double target) const {

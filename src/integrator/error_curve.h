@@ -62,6 +62,10 @@ class ErrorCurve {
 
     bool is_empty() const { return observations_.empty(); }
 
+    /// The error is no less than what the curve says: is_rare(), or few pixels hold most of it
+    /// (image::RelativeError::is_lower of the last observation).
+    bool is_lower() const;
+
     /// What was added, in that order.
     std::vector<ErrorObservation> observations() const;
 

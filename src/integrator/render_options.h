@@ -18,6 +18,7 @@ struct RenderOptions {
     uint64_t first_sample = 0;  ///< samples [first_sample, end_sample) of every pixel;
                                 ///< adaptive: of a pixel of rate 1
     uint64_t end_sample = 64;
+    bool is_open_ended = false;  ///< end_sample is out of reach: the time or the error ends it
     bool adaptive = false;  ///< more samples where there is more noise, see SampleRates; else the
                             ///< same everywhere
     int tile_size = 32;     ///< pixels; rounded up to whole tiles of the film
@@ -27,6 +28,7 @@ struct RenderOptions {
     double time_budget_s = 0;        ///< progressive: stop at the pass that ends after it; 0 = none
     double target_error =
         0;  ///< progressive: stop when the relative standard error is this; 0 = none
+    bool needs_sure_target = false;  ///< an error that is a lower bound does not reach target_error
     double forecast_error =
         0;  ///< progressive: forecast when the error will be this; 0 = that of target_error, if any
     ErrorCurve curve =

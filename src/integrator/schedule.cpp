@@ -3,6 +3,7 @@
 
 #include "base/tasks.h"
 #include "image/picture_change.h"
+#include "integrator/work_rate.h"
 #include "scene/effect_build.h"
 #include "scene/effect_calls.h"
 
@@ -42,22 +43,33 @@ class Progress {
   public:
     Progress(const film::Film& film, const RenderOptions& options, const RenderCallbacks& callbacks)
         : callbacks_(callbacks),
+          options_(options),
           pixels_(double(film.window().pixel_count())),
-          samples_(double(options.end_sample - options.first_sample)),
-          time_budget_s_(options.time_budget_s),
+          samples_total_(pixels_ * double(options.end_sample - options.first_sample)),
           start_(Clock::now()) {
         const film::Window& w = film.window();
         for (int y = w.y0; y < w.y1; ++y) {
             for (int x = w.x0; x < w.x1; ++x)
-                done_ += double(film.next_sample(x, y) - film.sums().record(x, y).first);
+                samples_ += double(film.next_sample(x, y) - film.sums().record(x, y).first);
         }
-        done_before_ = done_;
+        samples_before_ = samples_;
     }
 
-    void add(double pixel_samples, const RayCounts& counts) {
+    /// Pilot samples that come on top of those of the film.
+    void set_pilot_samples(double count) { pilot_total_ = count; }
+
+    /// All samples that the film will have, those that it came with included.
+    void set_samples(double count) {
         std::lock_guard lock(mutex_);
-        done_ += pixel_samples;
+        samples_total_ = count;
+    }
+
+    void add(double samples, double pilot_samples, const RayCounts& counts) {
+        std::lock_guard lock(mutex_);
+        samples_ += samples;
+        pilot_done_ += pilot_samples;
         rays_ += counts;
+        rate_.add(elapsed_s(), work());
         report();
     }
 
@@ -81,22 +93,40 @@ class Progress {
     }
 
   private:
-    void report() const {
+    /// Pixel samples that this run traced.
+    double work() const { return samples_ - samples_before_ + pilot_done_; }
+
+    /// Pixel samples of this run that end it, as far as that is known.
+    std::optional<double> expected_work() const {
+        std::optional<double> samples;
+        if (!options_.is_open_ended) samples = samples_total_;
+        if (options_.target_error > 0 && forecast_ && forecast_->target == options_.target_error) {
+            if (forecast_->kind == ErrorForecast::Kind::Known)
+                samples = std::min(samples_total_, forecast_->samples * pixels_);
+            if (forecast_->kind == ErrorForecast::Kind::Reached) samples = samples_;
+        }
+        if (!samples) return std::nullopt;
+        return std::max(*samples, samples_) - samples_before_ + pilot_total_;
+    }
+
+    void report() {
         if (!callbacks_.progress) return;
         RenderState state;
-        state.samples_per_pixel = done_ / pixels_;
+        state.samples_per_pixel = samples_ / pixels_;
         state.elapsed_s = elapsed_s();
-        state.fraction = std::min(1.0, done_ / (pixels_ * samples_));
-        // What the film came with says nothing of how long the rest takes
-        if (done_ > done_before_)
-            state.left_s = state.elapsed_s * std::max(0.0, pixels_ * samples_ - done_) /
-                           (done_ - done_before_);
-        if (time_budget_s_ > 0) {
-            const double left_s = std::max(0.0, time_budget_s_ - state.elapsed_s);
-            state.fraction =
-                std::max(state.fraction, std::min(1.0, state.elapsed_s / time_budget_s_));
+        if (const std::optional<double> all = expected_work()) {
+            // What the film came with counts as done, but says nothing of the time
+            const double done = samples_before_ + work();
+            fraction_ = std::max(fraction_, std::min(1.0, done / (samples_before_ + *all)));
+            state.left_s = rate_.seconds_for(*all - work(), 0.25 * pixels_);
+        }
+        if (options_.time_budget_s > 0) {
+            const double left_s = std::max(0.0, options_.time_budget_s - state.elapsed_s);
+            fraction_ =
+                std::max(fraction_, std::min(1.0, state.elapsed_s / options_.time_budget_s));
             state.left_s = std::min(state.left_s.value_or(left_s), left_s);
         }
+        state.fraction = fraction_;
         state.error = error_;
         state.is_upper_error = is_upper_error_;
         state.is_lower_error = is_lower_error_;
@@ -106,9 +136,14 @@ class Progress {
     }
 
     const RenderCallbacks& callbacks_;
+    RenderOptions options_;
     mutable std::mutex mutex_;
-    double pixels_, samples_, done_ = 0, time_budget_s_;
-    double done_before_ = 0;  ///< pixel samples that the film came with
+    double pixels_, samples_total_;
+    double samples_ = 0;         ///< of the film
+    double samples_before_ = 0;  ///< that it came with
+    double pilot_total_ = 0, pilot_done_ = 0;
+    double fraction_ = 0;  ///< never goes back
+    WorkRate rate_;
     Clock::time_point start_;
     std::optional<double> error_;
     bool is_upper_error_ = false, is_lower_error_ = false;
@@ -128,12 +163,22 @@ class Runner {
           callbacks_(callbacks),
           tiles_(make_tiles(film.window(), options.tile_size)),
           progress_(film, options, callbacks),
+          first_sample_(options.first_sample),
+          end_sample_(options.end_sample),
           top_up_(top_up) {
+        if (top_up) expect_samples();
         if (top_up || !options.adaptive || options.end_sample <= pilot_samples) return;
-        if (const std::optional<SampleRates> kept = SampleRates::kept_in(film))
+        if (const std::optional<SampleRates> kept = SampleRates::kept_in(film)) {
             rates_ = *kept;
-        else
-            pilot_.emplace(film.window());
+            expect_samples();
+            return;
+        }
+        pilot_.emplace(film.window());
+        double again = 0;
+        for_each_pixel([&](int x, int y) {
+            again += double(std::min(next_sample(x, y, options.first_sample), pilot_samples));
+        });
+        progress_.set_pilot_samples(again);
     }
 
     bool is_stopped() const {
@@ -190,6 +235,7 @@ class Runner {
             rates_ = SampleRates(*pilot_);
             rates_.keep_in(film_);
             pilot_.reset();
+            expect_samples();
         }
         return for_each_tile([&](const film::Window& tile) { return run_tile(tile, first, end); });
     }
@@ -237,6 +283,25 @@ class Runner {
         std::unique_ptr<Room> room_;
     };
 
+    template <class Body>
+    void for_each_pixel(const Body& body) const {
+        const film::Window& w = film_.window();
+        for (int y = w.y0; y < w.y1; ++y)
+            for (int x = w.x0; x < w.x1; ++x) body(x, y);
+    }
+
+    /// Once it is known how many samples each pixel gets.
+    void expect_samples() {
+        double all = 0;
+        for_each_pixel([&](int x, int y) {
+            const image::PixelRecord& record = film_.sums().record(x, y);
+            const uint64_t first =
+                record.first == record.end ? next_sample(x, y, first_sample_) : record.first;
+            all += double(std::max(count(x, y, end_sample_), record.end) - first);
+        });
+        progress_.set_samples(all);
+    }
+
     bool for_each_tile(const std::function<bool(const film::Window&)>& body) {
         std::atomic<bool> complete = true;
         parallel_for(tiles_.size(), [&](size_t i) {
@@ -250,12 +315,13 @@ class Runner {
         auto& [accumulator, radiance] = lease.room();
         for (int y = tile.y0; y < tile.y1; ++y) {
             RayCounts counts;
-            uint64_t done = 0;
+            uint64_t done = 0, watched = 0;
             for (int x = tile.x0; x < tile.x1; ++x) {
                 if (is_stopped()) return false;
                 const uint64_t pixel_first = next_sample(x, y, first), pixel_end = count(x, y, end);
                 if (pilot_)
-                    watch_pixel(x, y, std::min(pixel_first, pilot_samples), radiance, counts);
+                    watched +=
+                        watch_pixel(x, y, std::min(pixel_first, pilot_samples), radiance, counts);
                 film_.begin_pixel(accumulator, x, y, pixel_first);
                 for (uint64_t s = pixel_first; s < pixel_end; ++s) {
                     trace(x, y, s, radiance, counts);
@@ -265,7 +331,7 @@ class Runner {
                 film_.end_pixel(accumulator);
             }
             counts.effects += scene::take_effect_calls();
-            progress_.add(double(done), counts);
+            progress_.add(double(done), double(watched), counts);
         }
         return true;
     }
@@ -281,10 +347,13 @@ class Runner {
         return record.first == record.end ? count(x, y, first) : record.end;
     }
 
-    /// Pilot samples of a pixel up to `end` that the picture has already or does not want.
-    void watch_pixel(
+    /// Pilot samples of a pixel up to `end` that the picture has already or does not want. Returns:
+    /// how many.
+    uint64_t watch_pixel(
         int x, int y, uint64_t end, film::SampleRadiance& radiance, RayCounts& counts) {
-        for (uint64_t s = pilot_->next_sample(x, y); s < end; ++s) trace(x, y, s, radiance, counts);
+        const uint64_t first = pilot_->next_sample(x, y);
+        for (uint64_t s = first; s < end; ++s) trace(x, y, s, radiance, counts);
+        return end > first ? end - first : 0;
     }
 
     /// The rest of the pilot's samples.
@@ -293,12 +362,13 @@ class Runner {
         film::SampleRadiance& radiance = lease.room().radiance;
         for (int y = tile.y0; y < tile.y1; ++y) {
             RayCounts counts;
+            uint64_t watched = 0;
             for (int x = tile.x0; x < tile.x1; ++x) {
                 if (is_stopped()) return false;
-                watch_pixel(x, y, pilot_samples, radiance, counts);
+                watched += watch_pixel(x, y, pilot_samples, radiance, counts);
             }
             counts.effects += scene::take_effect_calls();
-            progress_.add(0, counts);
+            progress_.add(0, double(watched), counts);
         }
         return true;
     }
@@ -318,6 +388,7 @@ class Runner {
     const RenderCallbacks& callbacks_;
     std::vector<film::Window> tiles_;
     Progress progress_;
+    uint64_t first_sample_, end_sample_;
     std::optional<PilotNoise>
         pilot_;  ///< until the rates are known; none when sampling is not adaptive
     SampleRates rates_;
@@ -348,16 +419,21 @@ void follow_error(Runner& runner,
     if (const std::optional<ErrorObservation> seen = runner.observe(noise, end)) curve.add(*seen);
     if (!noise.is_known) return;
     if (curve.is_empty()) {
-        runner.progress().set_error(noise.relative_error, !options.has_independent_halves, false,
-                                    std::nullopt);
+        runner.progress().set_error(noise.error.value, !options.has_independent_halves,
+                                    noise.error.is_lower, std::nullopt);
         return;
     }
     const double wanted =
         options.forecast_error > 0 ? options.forecast_error : options.target_error;
     std::optional<ErrorForecast> forecast;
     if (wanted > 0) forecast = curve.forecast(wanted);
+    if (options.has_independent_halves) {
+        runner.progress().set_error(noise.error.value, false,
+                                    noise.error.is_lower || curve.is_lower(), forecast);
+        return;
+    }
     runner.progress().set_error(curve.error_at(noise.samples_mean).value,
-                                options.has_dependent_changes, curve.is_rare(), forecast);
+                                options.has_dependent_changes, curve.is_lower(), forecast);
 }
 
 /// The noise of layers is looked at from so many samples on: what the first ones say of it is soon
@@ -371,6 +447,7 @@ constexpr uint64_t never = std::numeric_limits<uint64_t>::max();
 uint64_t target_end(const ErrorCurve& curve, const RenderOptions& options, uint64_t end) {
     // A picture of few samples has not met what is rare
     if (options.target_error <= 0 || curve.is_empty() || end < pilot_samples) return never;
+    if (options.needs_sure_target && curve.is_lower()) return never;
     const ErrorForecast f = curve.forecast(options.target_error);
     if (f.kind == ErrorForecast::Kind::Reached) return end;
     // How samples are placed is not known before the pilot's end

@@ -41,7 +41,7 @@ TEST(Accuracy, ErrorsThatDoNotFallAreLowerBoundsInAllThatIsSaid) {
     const CommandResult r =
         w.velatura("render '" VELATURA_SOURCE_DIR
                    "/scenes/transport/caustic.usda' --res 64 48 --spp 128 --seed 3 --target-error "
-                   "1% --progress none --stats x.json -o x.exr");
+                   "1% --require-target --progress none --stats x.json -o x.exr");
     EXPECT_EQ(r.exit_code, 3) << r.output;
     EXPECT_NE(r.output.find("[rare-light]"), std::string::npos) << r.output;
     EXPECT_NE(r.output.find("% or more [budget]"), std::string::npos) << r.output;
@@ -49,7 +49,7 @@ TEST(Accuracy, ErrorsThatDoNotFallAreLowerBoundsInAllThatIsSaid) {
     const Json stats = Json::parse(file);
     EXPECT_EQ(stats.at("error").at("is_lower"), true);
     EXPECT_EQ(stats.at("error").at("reached"), false);
-    EXPECT_EQ(stats.at("forecast").at("state"), "rare-light");
+    EXPECT_NE(stats.at("forecast").at("state"), "reached");
 }
 
 TEST(Accuracy, StatisticsHaveTheCurveAndTheForecast) {
@@ -99,7 +99,7 @@ TEST(Accuracy, ARenderSaysWhatItsTargetNeeds) {
     EXPECT_NE(near.output.find("\"forecast\""), std::string::npos) << near.output;
     const CommandResult far =
         w.velatura("render s.usda --spp 16 --res 40 34 -o s.exr --target-error 0.01%");
-    EXPECT_EQ(far.exit_code, 3) << far.output;
+    EXPECT_EQ(far.exit_code, 0) << far.output;
     EXPECT_NE(far.output.find("0.01 % needs more than 10 times that, further than can be forecast"),
               std::string::npos)
         << far.output;

@@ -39,7 +39,7 @@ TEST(Noise, AUnitLookHasTheErrorThatTheRendererStates) {
         ASSERT_TRUE(forecast.has_value());
         const film::NoiseEstimate stated = film.noise();
         for (const image::RelativeError* e : {&forecast->rendered, &forecast->mix}) {
-            EXPECT_NEAR(e->value, stated.relative_error, 1e-5 * stated.relative_error);
+            EXPECT_NEAR(e->value, stated.error.value, 1e-5 * stated.error.value);
             EXPECT_NEAR(e->low, stated.low, 1e-4 * stated.low);
             EXPECT_NEAR(e->high, stated.high, 1e-4 * stated.high);
         }

@@ -218,8 +218,8 @@ TEST(Film, PredictsItsOwnErrorWithinTheInterval) {
         const double variance = 1.0 / n, f = 1.0 / 1.01;
         const double f2 = (8.0 / (1.01 * 1.01 * 1.01) - 2.0 / (1.01 * 1.01));
         const double expected = std::sqrt(variance * (f + 0.5 * f2 * variance));
-        EXPECT_NEAR(noise.relative_error, expected, 0.05 * expected);
-        inside += noise.low <= expected && expected <= noise.high;
+        EXPECT_NEAR(noise.error.value, expected, 0.05 * expected);
+        inside += noise.error.low <= expected && expected <= noise.error.high;
     }
     std::printf("inside the 95%% interval: %d of %d\n", inside, trials);
     // P(17 or fewer of 20 at 0.95) = 0.075; 15 or fewer 0.0026

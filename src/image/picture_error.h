@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "image/relative_error.h"
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace velatura::image {
+
+/// One channel of a picture, and the squared standard error of each of its pixels as far as its
+/// samples show it: an estimate of one degree of freedom. [height][width].
+struct NoisyChannel {
+    std::vector<float> mean, variance;
+};
+
+/// RGB.
+using NoisyPicture = std::array<NoisyChannel, 3>;
+
+/// Of the pixels around one, itself left out.
+struct Neighbourhood {
+    double count = 0;
+    double means = 0, squares = 0, variances = 0;  ///< sums
+
+    static constexpr int radius = 2;  ///< pixels
+
+    void add(double mean, double variance) {
+        count += 1;
+        means += mean;
+        squares += mean * mean;
+        variances += variance;
+    }
+};
+
+/// What the error of a pixel is relative to in place of its true mean.
+struct ErrorBase {
+    /// The mean around it and its own, weighed by how much pixels around differ beyond their noise
+    /// and by its own noise (Lee 1980, Digital image enhancement and noise filtering by use of
+    /// local statistics), within two standard errors of its own mean. A bright sample that one
+    /// pixel met does not hide behind itself, as its variance is its squared mean; a lamp of one
+    /// pixel, whose noise is small beside it, keeps its brightness.
+    double likely = 0;
+
+    /// Its own mean where that is far above all around it: a small bright thing with much noise,
+    /// which one pixel cannot tell from a rare bright sample. Else `likely`.
+    double cautious = 0;
+};
+
+ErrorBase error_base(double mean, double variance, const Neighbourhood& around);
+
+/// [height][width].
+struct ErrorBases {
+    std::vector<float> likely, cautious;
+
+    /// Of a pixel that hangs on one sample, as its standard error is near its mean or above, what a
+    /// quarter of those around are below: at the edge of a lamp it may be the dark beside the lamp
+    /// that met its light by chance. Else `likely`.
+    std::vector<float> dark;
+};
+
+ErrorBases error_bases(int width, int height, const NoisyChannel& channel);
+
+/// √relMSE: the root of the mean, over pixels and channels, of variance / (base² + 0.01). The
+/// interval is from the scatter among 16 interleaved sets of pixels, which differ by noise alone.
+/// Every figure of the error of one picture is this one: the render's, from changes as samples
+/// double (picture_change.h), and that of mixes, from half images. It is by the likely bases; where
+/// it would be more than a tenth less by the cautious ones, more than 3/10 more by the dark ones,
+/// or few_pixels hold it, it is that by the cautious ones, a lower bound.
+RelativeError picture_error(int width,
+                            int height,
+                            const NoisyPicture& picture,
+                            const std::array<ErrorBases, 3>& bases);
+RelativeError picture_error(int width, int height, const NoisyPicture& picture);
+
+}  // namespace velatura::image
