@@ -104,7 +104,10 @@ Result<std::vector<RowNoise>> shares_of(const LayerStack& stack,
                                         const std::vector<Row>& rows) {
     std::vector<RowNoise> out;
     const image::Window& window = stack.image().data;
-    const double whole = error_of(window, mix).value;
+    double squares = 0;
+    for (size_t c = 0; c < 3; ++c)
+        for (size_t i = 0; i < window.pixel_count(); ++i) squares += mix.relative_square(c, i);
+    const double whole = squares / (3.0 * double(window.pixel_count()));
     for (const Row& row : rows) {
         MixPlan plan;
         plan.terms = row.terms;
@@ -122,7 +125,7 @@ Result<std::vector<RowNoise>> shares_of(const LayerStack& stack,
             }
         }
         const double mean = sum / (3.0 * double(window.pixel_count()));
-        out.push_back({row.name, whole > 0 ? mean / (whole * whole) : 0.0});
+        out.push_back({row.name, whole > 0 ? mean / whole : 0.0});
     }
     std::stable_sort(out.begin(), out.end(),
                      [](const RowNoise& a, const RowNoise& b) { return a.share > b.share; });

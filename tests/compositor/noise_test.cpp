@@ -40,8 +40,8 @@ TEST(Noise, AUnitLookHasTheErrorThatTheRendererStates) {
         const film::NoiseEstimate stated = film.noise();
         for (const image::RelativeError* e : {&forecast->rendered, &forecast->mix}) {
             EXPECT_NEAR(e->value, stated.error.value, 1e-5 * stated.error.value);
-            EXPECT_NEAR(e->low, stated.low, 1e-4 * stated.low);
-            EXPECT_NEAR(e->high, stated.high, 1e-4 * stated.high);
+            EXPECT_NEAR(e->low, stated.error.low, 1e-4 * stated.error.low);
+            EXPECT_NEAR(e->high, stated.error.high, 1e-4 * stated.error.high);
         }
         EXPECT_EQ(forecast->advice.sample_factor, 1.0);
         EXPECT_TRUE(forecast->advice.caps.empty());
@@ -85,7 +85,8 @@ TEST(Noise, ACapHoldsTheTarget) {
     const auto capped = forecast_noise(stack, look, std::nullopt);
     ASSERT_TRUE(capped.has_value());
     EXPECT_LE(capped->mix.value, advice.target * (1 + 1e-6));
-    EXPECT_GT(capped->mix.value, advice.target * 0.97);
+    // The figure steps down where it becomes a lower bound
+    EXPECT_GT(capped->mix.value, advice.target * 0.9);
     // Out of reach of any gain
     const auto hopeless = forecast_noise(stack, look, 1e-6);
     ASSERT_TRUE(hopeless.has_value());

@@ -19,8 +19,6 @@
 #include <cstdio>
 #include <functional>
 #include <map>
-#include <numeric>
-#include <random>
 #include <string>
 
 namespace velatura::film {
@@ -119,25 +117,6 @@ TEST(PictureChange, StoredSumsKnowIt) {
     }
 }
 
-/// √ of the mean of 1.01 / (base² + 0.01) where means scatter around 1 by this much, normally
-/// distributed: by how much errors are stated too large because what they are relative to is noisy
-/// itself, and cut at its neighbours.
-double excess_by_base(double deviation) {
-    std::mt19937_64 engine(7);
-    std::normal_distribution<double> mean(1.0, deviation);
-    double sum = 0;
-    constexpr int trials = 200'000;
-    for (int t = 0; t < trials; ++t) {
-        std::array<double, 9> means;
-        for (double& m : means) m = mean(engine);
-        const double own = means[0], average = std::accumulate(means.begin(), means.end(), 0.0) / 9;
-        std::sort(means.begin() + 1, means.end(), std::greater<>());
-        const double base = std::min(own, std::max(means[4], average));
-        sum += 1.01 / (base * base + 0.01) / trials;
-    }
-    return std::sqrt(sum);
-}
-
 TEST(PictureChange, StatesTheErrorOfIndependentSamples) {
     for (const uint64_t samples : {256u, 384u}) {
         double square = 0;
@@ -153,8 +132,7 @@ TEST(PictureChange, StatesTheErrorOfIndependentSamples) {
             EXPECT_NEAR(std::log(change->high / change->value), 1.96 * 0.0064, 0.006);
         }
         const double stated = std::sqrt(square);
-        const double expected = std::sqrt(1.0 / double(samples) / 1.01) *
-                                excess_by_base(1.0 / std::sqrt(double(samples)));
+        const double expected = std::sqrt(1.0 / double(samples) / 1.01);
         // 49152 squares of one degree of freedom
         std::printf("%u samples: %.5f of %.5f, detectable 1 %%\n", unsigned(samples), stated,
                     expected);

@@ -105,10 +105,10 @@ TEST(PictureError, DoesNotHideBrightSamplesBehindThemselves) {
         const RelativeError stated = p.stated();
         std::printf("bright samples of %g: stated %.3f, found %.3f\n", bright, stated.value,
                     p.relative);
-        EXPECT_FALSE(stated.is_lower);
-        // What is around them has some of them: of 1/32 of 10, 0.3 beside 0.2
-        EXPECT_LT(stated.value, 1.1 * p.relative);
-        if (bright <= 1) EXPECT_GT(stated.value, 0.85 * p.relative);
+        // One pixel cannot tell them from small bright things: no more than a lower bound
+        EXPECT_TRUE(stated.is_lower);
+        EXPECT_LT(stated.value, p.relative);
+        EXPECT_GT(stated.value, 0.1);
     }
 }
 
