@@ -8,6 +8,15 @@
 
 namespace velatura::usd::text {
 
+bool LayerParser::accept_none(ListEdit edit, bool& is_none) {
+    const SourceLoc where = s_.loc();
+    is_none = s_.accept_word("None");
+    if (!is_none || edit == ListEdit::Explicit) return true;
+    return s_.error("usd-empty-list-edit", where,
+                    "found None, expected items for an edit of a list: only a list without add, "
+                    "prepend, append, delete or reorder can be None");
+}
+
 bool LayerParser::layer_offset(layer::LayerOffset& offset, layer::Dictionary* custom_data) {
     return values_.statements('(', ')', [&] {
         const SourceLoc where = s_.loc();
@@ -71,7 +80,12 @@ bool LayerParser::prim_path(layer::Path owner, bool may_be_empty, layer::Path& o
 template <class Arc>
 bool LayerParser::arc(layer::Path owner, Arc& out) {
     if (s_.peek() == '@') {
+        const SourceLoc where = s_.loc();
         if (!s_.asset(out.asset)) return false;
+        if (out.asset.empty())
+            return s_.error("usd-value", where,
+                            "found an empty asset path, expected a file, or the path of a prim of "
+                            "this layer without @@ before it");
         s_.skip_inline();
         if (s_.peek() == '<' && !prim_path(owner, true, out.prim_path)) return false;
     } else if (s_.peek() == '<') {
@@ -98,7 +112,9 @@ bool LayerParser::arc_list(
         arcs.push_back(std::move(item));
         return true;
     };
-    if (!s_.accept_word("None")) {
+    bool is_none = false;
+    if (!accept_none(edit, is_none)) return false;
+    if (!is_none) {
         const bool ok = s_.peek() == '[' ? values_.bracketed('[', ']', one) : one();
         if (!ok) return false;
     }
@@ -119,7 +135,9 @@ bool LayerParser::path_list(
         paths.push_back(path);
         return true;
     };
-    if (!s_.accept_word("None")) {
+    bool is_none = false;
+    if (!accept_none(edit, is_none)) return false;
+    if (!is_none) {
         const bool ok = s_.peek() == '[' ? values_.bracketed('[', ']', one) : one();
         if (!ok) return false;
     }
@@ -135,11 +153,11 @@ bool LayerParser::relocate_path(layer::Path owner, bool may_be_empty, layer::Pat
     const auto parsed = layer::Path::parse(text);
     if (!parsed) return s_.error("usd-path", where, parsed.error().message);
     out = parsed->make_absolute(owner.strip_variant_selections());
-    if (out.is_empty() || out.has_variant_selection()) {
-        return s_.error(
-            "usd-path", where,
-            fmt::format("found relocation path <{}>, expected a path without variant selections",
-                        text));
+    if (!out.is_prim() || out.has_variant_selection()) {
+        return s_.error("usd-path", where,
+                        fmt::format("found relocation path <{}>, expected the path of a prim "
+                                    "without variant selections",
+                                    text));
     }
     return true;
 }

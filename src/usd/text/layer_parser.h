@@ -107,6 +107,12 @@ class LayerParser {
 
     template <class T>
     bool list_op_metadata(layer::Spec& spec, layer::Token field, ListEdit edit, SourceLoc where);
+    /// The same of integers; those that do not fit make it unknown metadata.
+    template <class T>
+    bool integer_list_metadata(layer::Spec& spec,
+                               layer::Token field,
+                               ListEdit edit,
+                               SourceLoc where);
 
     /// Puts items into the edit's list of a spec's list-op field.
     template <class T>
@@ -117,6 +123,8 @@ class LayerParser {
                     SourceLoc where);
 
     ListEdit accept_list_edit();
+    /// Reads None for a list of arcs, if it is no edit of another list; an error where it is.
+    bool accept_none(ListEdit edit, bool& is_none);
     bool expect_assignment();
 
     Scanner s_;

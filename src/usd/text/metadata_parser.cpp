@@ -4,6 +4,10 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
+#include <limits>
+#include <system_error>
+
 namespace velatura::usd::text {
 
 namespace {
@@ -158,6 +162,38 @@ bool LayerParser::list_op_metadata(layer::Spec& spec,
     return store_list(spec, field, edit, std::move(items), where);
 }
 
+template <class T>
+bool LayerParser::integer_list_metadata(layer::Spec& spec,
+                                        layer::Token field,
+                                        ListEdit edit,
+                                        SourceLoc where) {
+    std::vector<layer::UnregisteredValue> texts;
+    std::vector<T> items;
+    bool all_fit = true;
+    const auto one = [&] {
+        layer::UnregisteredValue text;
+        if (!values_.untyped(text.text)) return false;
+        T item{};
+        const char* end = text.text.data() + text.text.size();
+        const auto [at, problem] = std::from_chars(text.text.data(), end, item);
+        all_fit = all_fit && at == end && problem == std::errc();
+        items.push_back(item);
+        texts.push_back(std::move(text));
+        return true;
+    };
+    if (!s_.accept_word("None")) {
+        const bool ok = s_.peek() == '[' ? values_.bracketed('[', ']', one) : one();
+        if (!ok) return false;
+    }
+    if (all_fit) return store_list(spec, field, edit, std::move(items), where);
+    // Declared by Sdf's tests: elsewhere it is an unknown field, which may hold anything
+    s_.warn("usd-value", where,
+            fmt::format("found what is no integer of {} to {} in {}; the field is kept as text",
+                        int64_t(std::numeric_limits<T>::min()),
+                        uint64_t(std::numeric_limits<T>::max()), field.str()));
+    return store_list(spec, field, edit, std::move(texts), where);
+}
+
 bool LayerParser::plain_metadata(layer::Spec& spec,
                                  const std::string& key,
                                  ListEdit edit,
@@ -172,13 +208,15 @@ bool LayerParser::plain_metadata(layer::Spec& spec,
         case MetadataKind::StringList:
             return list_op_metadata<std::string>(spec, field, edit, where);
         case MetadataKind::IntList:
-            return list_op_metadata<int32_t>(spec, field, edit, where);
+            return integer_list_metadata<int32_t>(spec, field, edit, where);
         case MetadataKind::Int64List:
-            return list_op_metadata<int64_t>(spec, field, edit, where);
+            // The only one that USD itself declares
+            if (key == "inactiveIds") return list_op_metadata<int64_t>(spec, field, edit, where);
+            return integer_list_metadata<int64_t>(spec, field, edit, where);
         case MetadataKind::UIntList:
-            return list_op_metadata<uint32_t>(spec, field, edit, where);
+            return integer_list_metadata<uint32_t>(spec, field, edit, where);
         case MetadataKind::UInt64List:
-            return list_op_metadata<uint64_t>(spec, field, edit, where);
+            return integer_list_metadata<uint64_t>(spec, field, edit, where);
         case MetadataKind::Typed:
         case MetadataKind::Dictionary:
             break;

@@ -39,6 +39,31 @@ class Reader : public ::testing::Test {
     std::shared_ptr<Layer> layer_;
 };
 
+/// Fields that only Sdf's own tests declare are unknown ones elsewhere: they hold anything.
+TEST_F(Reader, IntegersThatDoNotFitMakeAFieldUnknown) {
+    const Layer& l = read(
+        "def \"A\" (\n prepend intListOpTest = [5000000000, 1]\n uintListOpTest = [-1]\n "
+        "append int64ListOpTest = [9223372036854775808]\n uint64ListOpTest = [\"a\"]\n other = "
+        "[5000000000]\n) {}\ndef \"B\" (prepend intListOpTest = [2147483647, -2147483648]) {}\n");
+    const auto texts = [&](const char* key) {
+        const Value* v = l.field(Path::from("/A"), Token(key));
+        return v != nullptr && v->holds<ListOp<UnregisteredValue>>()
+                   ? *v->get_if<ListOp<UnregisteredValue>>()
+                   : ListOp<UnregisteredValue>();
+    };
+    ASSERT_EQ(texts("intListOpTest").prepended.size(), 2u);
+    EXPECT_EQ(texts("intListOpTest").prepended[0].text, "5000000000");
+    ASSERT_EQ(texts("uintListOpTest").explicit_items.size(), 1u);
+    EXPECT_EQ(texts("uintListOpTest").explicit_items[0].text, "-1");
+    EXPECT_EQ(texts("int64ListOpTest").appended.size(), 1u);
+    EXPECT_EQ(texts("uint64ListOpTest").explicit_items.size(), 1u);
+    EXPECT_EQ(diagnostics_.warning_count(), 4u);
+    EXPECT_EQ(diagnostics_.error_count(), 0u);
+    const Value* typed = l.field(Path::from("/B"), Token("intListOpTest"));
+    ASSERT_NE(typed, nullptr);
+    EXPECT_TRUE(typed->holds<ListOp<int32_t>>()) << "what fits keeps its type";
+}
+
 TEST_F(Reader, ReadsEveryScalarType) {
     EXPECT_EQ(value<bool>("bool a = true"), true);
     EXPECT_EQ(value<bool>("bool a = 0"), false);

@@ -38,6 +38,22 @@ TEST_P(Reject, NamesThePlace) {
 }
 
 const BadCase bad_cases[] = {
+    // None empties a list; an edit of a list by nothing is none. Ref: Sdf's text parser. Targets
+    // and connections may: the files of AOUSD Core Specification 1.0.1 have such
+    {"added_payload_none", "def \"A\" (add payload = None) {}\n", 2, 24, "usd-empty-list-edit"},
+    {"added_inherits_none", "def \"A\" (add inherits = None) {}\n", 2, 25, "usd-empty-list-edit"},
+    {"appended_references_none", "def \"A\" (append references = None) {}\n", 2, 30,
+     "usd-empty-list-edit"},
+    {"deleted_specializes_none", "def \"A\" (delete specializes = None) {}\n", 2, 31,
+     "usd-empty-list-edit"},
+    {"empty_reference", "def \"A\" (references = @@) {}\n", 2, 23, "usd-value"},
+    {"empty_reference_in_list", "def \"A\" (references = [</B>, @@</C>]) {}\n", 2, 30, "usd-value"},
+    {"empty_payload", "def \"A\" (payload = @@@@@@) {}\n", 2, 20, "usd-value"},
+    {"root_relocated", "def \"A\" (relocates = {</>: </B>}) {}\n", 2, 23, "usd-path"},
+    {"relocated_to_the_root", "def \"A\" (relocates = {<B>: </>}) {}\n", 2, 28, "usd-path"},
+    {"root_relocated_by_layer", "(\nrelocates = {\n</>: </B>\n}\n)\n", 4, 1, "usd-path"},
+    {"property_relocated", "(\nrelocates = {</A.x>: </B>}\n)\n", 3, 14, "usd-path"},
+    {"root_inherited", "def \"A\" (inherits = </>) {}\n", 2, 21, "usd-path"},
     {"unclosed_prim", "def \"A\"\n{\n", 4, 1, "usd-syntax"},
     {"no_specifier", "foo \"A\" {}\n", 2, 1, "usd-syntax"},
     {"empty_prim_name", "def \"\" {}\n", 2, 5, "usd-prim-name"},
