@@ -19,19 +19,19 @@ namespace velatura::app {
 
 namespace {
 
-/// Data layers by the names that others have for them (Hydra's tokens, RenderMan, Arnold); empty:
-/// what every file holds.
+/// Data layers, and the beauty and its alpha, by the names that others have for them (Hydra's
+/// tokens, RenderMan, Arnold).
 std::optional<std::string> data_layer(const std::string& name) {
     static const std::map<std::string, std::string> names = {
-        {"color", ""},
-        {"Ci", ""},
-        {"C", ""},
-        {"RGBA", ""},
-        {"rgba", ""},
-        {"beauty", ""},
-        {"alpha", ""},
-        {"a", ""},
-        {"A", ""},
+        {"color", "beauty"},
+        {"Ci", "beauty"},
+        {"C", "beauty"},
+        {"RGBA", "beauty"},
+        {"rgba", "beauty"},
+        {"beauty", "beauty"},
+        {"alpha", "alpha"},
+        {"a", "alpha"},
+        {"A", "alpha"},
         {"depth", "Z"},
         {"Z", "Z"},
         {"cameraDepth", "Z"},
@@ -130,9 +130,11 @@ class LayerChoice {
     std::string add_data(const std::string& name, const std::string& source) {
         const std::optional<std::string> of = data_layer(source.empty() ? name : source);
         if (!of) return "there is no such layer";
-        if (of->empty() || *of == name)
-            return of->empty() || set_.data_layers ? "" : "--layers leaves data out";
-        if (!set_.data_layers) return "--layers leaves data out";
+        // Every file holds these, as R, G, B, A
+        const bool is_beauty = *of == "beauty" || *of == "alpha";
+        if (is_beauty && data_layer(name) == of) return "";
+        if (!is_beauty && !set_.data_layers) return "--layers leaves data out";
+        if (*of == name) return "";
         image::DataAlias alias{name, *of};
         const std::string note = find_name(alias.name);
         taken_.emplace(alias.name, "");

@@ -44,7 +44,7 @@ struct PathLayer {
     bool operator==(const PathLayer&) const = default;
 };
 
-/// A data layer under another name, as well.
+/// A data layer, `beauty` or `alpha` under another name, as well.
 struct DataAlias {
     std::string name, of;
 
@@ -69,9 +69,9 @@ struct LayerSet {
     std::vector<PathLayer> path_layers;
     bool has_strict_paths = false;  ///< G is rough and S a mirror; else each is any specular
     bool data_layers = true;  ///< albedo N P Z st primId instanceId sampleCount variance invalid
-    std::vector<DataAlias> data_aliases;  ///< only with data_layers
-    bool halves = false;                  ///< <layer>_hA, <layer>_hB of every light layer
-    bool float_layers = false;            ///< store light layers as float instead of half
+    std::vector<DataAlias> data_aliases;
+    bool halves = false;        ///< <layer>_hA, <layer>_hB of every light layer
+    bool float_layers = false;  ///< store light layers as float instead of half
     std::array<bool, matte_kinds.size()> mattes = {};  ///< Cryptomattes, by MatteKind
     int matte_levels = 6;  ///< things per pixel that a Cryptomatte stores, the largest ones; 1 … 64
 

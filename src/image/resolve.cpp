@@ -42,6 +42,7 @@ class Resolver {
     bool store_layer(
         Part& part, LayerEntry entry, Planes planes, bool may_be_left_out, bool as_float = false);
     ChannelType stored_type(const Extent& extent, bool as_float) const;
+    void store_beauty_aliases();
     void fold_family(const Part& part, FamilyClosure& closure);
     void fail(size_t pixel, const std::string& what);
 
@@ -131,6 +132,27 @@ bool Resolver::store_layer(
     }
     out_.layers.push_back(std::move(entry));
     return is_stored;
+}
+
+/// The beauty, or its alpha, once more under the names that render vars have for them.
+void Resolver::store_beauty_aliases() {
+    Part& rgba = out_.image.parts[0];
+    for (const DataAlias& alias : set_.data_aliases) {
+        const bool is_alpha = alias.of == "alpha";
+        if (!is_alpha && alias.of != "beauty") continue;
+        for (const char* name : {"R", "G", "B", "A"}) {
+            if (is_alpha && std::string_view(name) != "A") continue;
+            Channel copy = *rgba.find(name);
+            copy.name = is_alpha ? alias.name : fmt::format("{}.{}", alias.name, name);
+            rgba.channels.push_back(std::move(copy));
+        }
+        LayerEntry entry;
+        entry.name = alias.name;
+        entry.family = "data";
+        entry.part = rgba.name;
+        entry.type = "float";
+        out_.layers.push_back(entry);
+    }
 }
 
 void Resolver::fold_family(const Part& part, FamilyClosure& closure) {
@@ -325,6 +347,7 @@ ResolvedLayers Resolver::run() {
     clamps_.name = "clamp";
     store_halves(clamps_, clamp_sources_);
     if (!clamps_.channels.empty()) out_.image.parts.push_back(std::move(clamps_));
+    store_beauty_aliases();
     if (set_.data_layers) out_.image.parts.push_back(data_part(sums_, out_.layers));
     if (set_.halves) {
         LayerSource beauty;
