@@ -214,6 +214,8 @@ Result<GroupGain> Baker::bake_prim(const std::string& path, const GroupGain& gai
     };
     BakedLight light;
     light.path = path;
+    light.connected = v.connected;
+    light.has_color_space = v.has_color_space;
     if (gain.is_muted) {
         light.intensity = 0;
         out_.lights.push_back(std::move(light));

@@ -16,7 +16,9 @@ namespace velatura::compositor {
 struct BakedLight {
     std::string path;  ///< prim path
     std::optional<double> intensity, exposure;
-    std::optional<std::array<double, 3>> color;
+    std::optional<std::array<double, 3>> color;  ///< linear Rec.709
+    std::vector<std::string> connected = {};     ///< inputs whose connections have to go
+    bool has_color_space = false;                ///< the scene's color is in another space
 };
 
 /// A look as opinions over light prims, and what of it lights cannot say.

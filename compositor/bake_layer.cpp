@@ -51,16 +51,20 @@ void print(std::string& text, const std::string& name, const OverPrim& prim, int
     const std::string indent(size_t(4 * depth), ' ');
     text += fmt::format("{0}over \"{1}\"\n{0}{{\n", indent, name);
     if (const BakedLight* light = prim.light) {
-        if (light->intensity)
-            text += fmt::format("{}    float inputs:intensity = {}\n", indent,
-                                number(*light->intensity));
-        if (light->exposure)
-            text +=
-                fmt::format("{}    float inputs:exposure = {}\n", indent, number(*light->exposure));
+        // A connection would win over the value
+        const auto add = [&](const char* type, const std::string& input, const std::string& value) {
+            text += fmt::format("{}    {} inputs:{} = {}\n", indent, type, input, value);
+            if (std::find(light->connected.begin(), light->connected.end(), input) !=
+                light->connected.end())
+                text += fmt::format("{}    {} inputs:{}.connect = None\n", indent, type, input);
+        };
+        if (light->intensity) add("float", "intensity", number(*light->intensity));
+        if (light->exposure) add("float", "exposure", number(*light->exposure));
         if (light->color) {
             const auto& c = *light->color;
-            text += fmt::format("{}    color3f inputs:color = ({}, {}, {})\n", indent, number(c[0]),
-                                number(c[1]), number(c[2]));
+            add("color3f", "color",
+                fmt::format("({}, {}, {}){}", number(c[0]), number(c[1]), number(c[2]),
+                            light->has_color_space ? " (colorSpace = \"lin_rec709_scene\")" : ""));
         }
     }
     for (const auto& [child, below] : prim.children) print(text, child, below, depth + 1);

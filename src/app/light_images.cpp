@@ -3,11 +3,30 @@
 
 #include "image/formats.h"
 
+#include <algorithm>
+
 namespace velatura::app {
+
+namespace {
+
+image::SourceColorSpace curve_of(scene::SourceColorSpace space) {
+    switch (space) {
+        case scene::SourceColorSpace::Raw:
+            return image::SourceColorSpace::Raw;
+        case scene::SourceColorSpace::Srgb:
+            return image::SourceColorSpace::Srgb;
+        case scene::SourceColorSpace::Auto:
+            break;
+    }
+    return image::SourceColorSpace::Auto;
+}
+
+}  // namespace
 
 lights::ImageLoader make_light_image_loader() {
     return [](const scene::Light& light) -> Result<lights::EnvironmentImage> {
-        Result<image::RgbImage> read = image::read_rgb_image(light.texture_file);
+        Result<image::RgbImage> read =
+            image::read_rgb_image(light.texture_file, curve_of(light.texture_colors.curve));
         if (!read) return read.error();
         lights::EnvironmentImage out;
         out.width = read->width;
@@ -16,6 +35,14 @@ lights::ImageLoader make_light_image_loader() {
         for (size_t i = 0; i < out.texels.size(); ++i)
             out.texels[i] =
                 Rgb(read->pixels[3 * i], read->pixels[3 * i + 1], read->pixels[3 * i + 2]);
+        const scene::ColorDecoding& decoding = light.texture_colors.decoding;
+        if (decoding.is_identity()) return out;
+        // No light takes light away: what lies outside Rec.709 is clipped
+        for (Rgb& texel : out.texels) {
+            const Vec3d color = decoding({texel.x, texel.y, texel.z});
+            texel = Rgb(std::max(float(color.x), 0.0f), std::max(float(color.y), 0.0f),
+                        std::max(float(color.z), 0.0f));
+        }
         return out;
     };
 }

@@ -107,6 +107,7 @@ translate::TranslateOptions translate_options(const RenderJob& job, double frame
     options.time = frame;
     if (a.resolution.size() == 2)
         options.resolution = std::array<int, 2>{a.resolution[0], a.resolution[1]};
+    options.material_purpose = a.material_purpose;
     if (!a.purposes.empty()) {
         options.purposes = a.purposes;
         options.purposes.emplace_back("default");
@@ -182,7 +183,8 @@ std::vector<image::LightValues> light_values(const LoadedStage& loaded,
     for (const translate::LightPrimValues& v :
          translate::light_prim_values(loaded.stage, scene, frame))
         out.push_back({v.path, v.type, v.intensity, v.exposure, v.color, v.uses_color_temperature,
-                       v.color_temperature, v.varying, v.is_in_instance, v.shows_material});
+                       v.color_temperature, v.varying, v.connected, v.has_color_space,
+                       v.is_in_instance, v.shows_material});
     return out;
 }
 

@@ -52,6 +52,10 @@ void declare_render_options(Command& command, RenderArguments& a) {
                     "purposes to include besides default: render, proxy, guide")
         .delimiter(',')
         .one_of({"default", "render", "proxy", "guide"});
+    what.add_option("--material-purpose", a.material_purpose,
+                    "material bindings to render: full, preview, allPurpose; those of all purposes "
+                    "where a prim has no such one (default: the render settings', else full)")
+        .one_of({"full", "preview", "allPurpose"});
 
     Command how = command.add_group("How long and how well");
     how.add_option(

@@ -86,6 +86,7 @@ struct RenderArguments {
     std::string texture_failure = "colour";
     std::string replay;  ///< x,y,s
     std::vector<std::string> purposes;
+    std::string material_purpose;
     bool quiet = false;
     int verbosity = 0;
 };

@@ -74,6 +74,8 @@ Json values_json(const LightValues& v) {
     j["enableColorTemperature"] = v.uses_color_temperature;
     j["colorTemperature"] = v.color_temperature;
     if (!v.varying.empty()) j["varying"] = v.varying;
+    if (!v.connected.empty()) j["connected"] = v.connected;
+    if (v.has_color_space) j["hasColorSpace"] = true;
     if (v.is_in_instance) j["inInstance"] = true;
     if (v.shows_material) j["showsMaterial"] = true;
     return j;
@@ -89,6 +91,8 @@ void parse_values(const Json& j, const std::string& path, std::vector<LightValue
     v.uses_color_temperature = j.at("enableColorTemperature").get<bool>();
     v.color_temperature = j.at("colorTemperature").get<double>();
     v.varying = j.value("varying", std::vector<std::string>());
+    v.connected = j.value("connected", std::vector<std::string>());
+    v.has_color_space = j.value("hasColorSpace", false);
     v.is_in_instance = j.value("inInstance", false);
     v.shows_material = j.value("showsMaterial", false);
     values.push_back(std::move(v));

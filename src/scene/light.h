@@ -5,6 +5,7 @@
 #include "scene/ids.h"
 #include "scene/ies_profile.h"
 #include "scene/linking.h"
+#include "scene/texture.h"
 
 #include <cstdint>
 #include <memory>
@@ -49,6 +50,7 @@ struct Light {
     float angle_deg = 0.53f;            ///< Distant: full apex angle
     Shaping shaping;
     std::string texture_file;  ///< Rect, Dome: resolved path; empty = none
+    TexelColors texture_colors;
     DomeFormat dome_format = DomeFormat::Automatic;
     /// Dome: windows through which it is seen, unit squares around the origin of their xy planes;
     /// light comes through them towards −Z. They guide sampling and change no picture.

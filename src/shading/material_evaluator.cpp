@@ -299,6 +299,11 @@ TexelRgba MaterialEvaluator::texture(scene::TextureId id,
                                      float footprint) const {
     count_call(Effect::Textures);
     const scene::Texture& t = scene_.textures[id];
+    if (t.fallback_primvar != scene::none && !textures_.is_valid(texture_handles_[id])) {
+        TexelRgba out = t.fallback;
+        geometry::primvar(scene_, point, t.fallback_primvar, out.data());
+        return out;
+    }
     float st[4] = {t.st_constant.x, t.st_constant.y, 0, 0};
     Vec2 width(0.0f);
     if (t.st != scene::none) {

@@ -13,6 +13,7 @@
 #include <atomic>
 #include <cmath>
 #include <deque>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -29,6 +30,7 @@ struct TextureCache::State {
         std::vector<std::unique_ptr<TextureFile>> tiles;  // one, or [udim_count] with gaps
         bool is_udim = false;
         TexelRgba scale{}, bias{}, fallback{};
+        std::optional<scene::ColorDecoding> decoding;
         std::string file, prim_path;
         SourceLoc loc;
         Diagnostics* diagnostics = nullptr;
@@ -69,8 +71,7 @@ struct TextureCache::State {
             if (!made) return made.error();
             source = std::move(*made);
         }
-        return source->open(*admitted, texture.source_color_space, wrap_s, wrap_t,
-                            limits().picture_side);
+        return source->open(*admitted, texture.colors.curve, wrap_s, wrap_t, limits().picture_side);
     }
 
     void open_file(Entry& entry, const scene::Texture& texture);
@@ -123,6 +124,7 @@ TextureCache::Handle TextureCache::open(const scene::Texture& texture,
     entry.scale = texture.scale;
     entry.bias = texture.bias;
     entry.fallback = texture.fallback;
+    if (!texture.colors.decoding.is_identity()) entry.decoding = texture.colors.decoding;
     entry.file = texture.authored.empty() ? texture.file : texture.authored;
     entry.prim_path = prim_path;
     entry.loc = loc;
@@ -186,6 +188,10 @@ TexelRgba TextureCache::lookup(Handle handle, const Vec2& st, const Vec2& width)
     if (!tile->lookup(Vec2(s, t), Vec2(width_s, width_t), texel)) {
         entry.fail(state_->source->lookup_error());
         return entry.fallback;
+    }
+    if (entry.decoding) {
+        const Vec3d color = (*entry.decoding)({texel[0], texel[1], texel[2]});
+        for (size_t c = 0; c < 3; ++c) texel[c] = float(color[int(c)]);
     }
     for (size_t c = 0; c < 4; ++c) texel[c] = texel[c] * entry.scale[c] + entry.bias[c];
     return texel;

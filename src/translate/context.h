@@ -5,6 +5,7 @@
 #include "base/math.h"
 #include "base/unique_names.h"
 #include "scene/scene.h"
+#include "translate/named_color_space.h"
 #include "translate/translate.h"
 #include "usd/stage/collection.h"
 #include "usd/stage/imageable.h"
@@ -122,7 +123,7 @@ struct Context {
     std::optional<Shutter> shutter;  ///< nothing: closed, the picture is of one instant
     bool is_quiet = false;           ///< reads again, at another time, what was complained about
     Vec3d origin = Vec3d(0.0);       ///< world position of render space's origin
-    std::string material_purpose = "full";
+    std::vector<std::string> material_purposes = {"full"};  ///< the first that binds wins
     std::unordered_set<std::string> purposes;
     std::optional<RenderPass> render_pass;
     std::unordered_set<std::string> wanted_primvars;  ///< beside those that materials read
@@ -136,6 +137,9 @@ struct Context {
     std::unordered_map<std::string, scene::GroupId> light_groups;
     UniqueNames group_names{""};  ///< of Scene::groups
     std::unordered_map<std::string, usd::stage::SkeletonPose> skeleton_poses;
+    /// Said by ColorSpaceAPI on a prim or above it.
+    std::unordered_map<const usd::stage::PrimData*, std::optional<ColorSpace>> color_spaces;
+    std::unordered_set<std::string> told_bindings;  ///< of another purpose, by path
     bool has_emissive_material = false;
     bool has_light_prim = false;  ///< a light was met, whether it shines or not
     bool instance_cap_hit = false;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/instancer_primvars.h"
 
+#include "translate/color_space.h"
 #include "translate/values.h"
 #include "usd/stage/primvars.h"
 
@@ -120,7 +121,7 @@ InstancerPrimvars::InstancerPrimvars(Context& ctx, Prim instancer, size_t instan
         if (!is_wanted(primvar.name)) continue;
         Source source;
         int width = 0;
-        if (!read_rows(primvar.attribute.value(ctx.time), source.numbers, width)) {
+        if (!read_color_rows(ctx, primvar.attribute, source.numbers, width)) {
             ctx.warn("unsupported-primvar", primvar.attribute,
                      fmt::format("primvar {} of type {} is not supported; {}", primvar.name,
                                  primvar.attribute.type_name().str(), ignored));

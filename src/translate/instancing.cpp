@@ -30,7 +30,7 @@ std::string inherited_signature(Context& ctx, Prim instance) {
     if (!usd::stage::is_purpose_visible(instance, purpose)) signature += " invisible";
     // What a render pass shows may depend on where the instance stands
     if (ctx.render_pass) signature += "|" + instance.path_string();
-    const auto binding = usd::stage::resolve_material(instance, ctx.material_purpose);
+    const auto binding = usd::stage::resolve_material(instance, ctx.material_purposes);
     if (binding.is_bound()) {
         signature += "|" + (binding.material ? binding.material.path_string() : "no material");
         const auto strength = binding.relation.metadata("bindMaterialAs");

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "translate/ascii_letters.h"
 #include "translate/parts.h"
 #include "translate/values.h"
 
@@ -21,13 +22,15 @@ bool is_reserved(const std::string& name) {
                        [](unsigned char c) { return std::isdigit(c); });
 }
 
-/// Letters and digits only. Short enough for `b12_<name>_hA.R` to fit the 31 bytes of a channel.
+/// A name of ASCII letters and digits, as layers have it. Short enough for `b12_<name>_hA.R` to fit
+/// the 31 bytes of a channel.
 std::string clean_name(std::string_view name) {
     constexpr size_t longest = 18;
     std::string out;
-    for (const char c : name) {
-        const auto byte = static_cast<unsigned char>(c);
-        if (byte < 128 && std::isalnum(byte) && out.size() < longest) out.push_back(c);
+    for (size_t at = 0; at < name.size();) {
+        const std::string letters = ascii_letters(name, at);
+        if (out.size() + letters.size() > longest) break;
+        out += letters;
     }
     return out.empty() ? "light" : out;
 }

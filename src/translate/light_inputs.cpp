@@ -3,12 +3,16 @@
 
 #include "base/asset_bytes.h"
 #include "translate/blackbody.h"
+#include "translate/color_space.h"
 #include "translate/ies_file.h"
+#include "translate/parts.h"
+#include "translate/shader_inputs.h"
 #include "translate/values.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace velatura::translate {
@@ -36,13 +40,60 @@ std::shared_ptr<const scene::IesProfile> read_ies(Context& ctx, const Attribute&
     return ctx.ies_profiles[name] = std::make_shared<const scene::IesProfile>(*std::move(profile));
 }
 
+/// What lights had without `inputs:` before USD 21.02, and OpenUSD reads no more.
+constexpr std::array light_names = {"intensity",
+                                    "exposure",
+                                    "diffuse",
+                                    "specular",
+                                    "normalize",
+                                    "color",
+                                    "enableColorTemperature",
+                                    "colorTemperature",
+                                    "shaping:focus",
+                                    "shaping:focusTint",
+                                    "shaping:cone:angle",
+                                    "shaping:cone:softness",
+                                    "shaping:ies:file",
+                                    "shaping:ies:angleScale",
+                                    "shaping:ies:normalize",
+                                    "shadow:enable",
+                                    "shadow:color",
+                                    "shadow:distance",
+                                    "shadow:falloff",
+                                    "shadow:falloffGamma",
+                                    "texture:file",
+                                    "texture:format"};
+
+/// The same of lights that are no geometry of another kind.
+constexpr std::array shape_names = {"radius", "width", "height", "length", "angle"};
+
+void warn_old_names(Context& ctx, Prim prim) {
+    const auto warn = [&](const char* name) {
+        const Attribute old = prim.attribute(name);
+        if (!old.is_authored()) return;
+        ctx.warn("old-light-attribute", old,
+                 fmt::format("{0} of a light is left out, as OpenUSD does since 21.02; expected "
+                             "inputs:{0}",
+                             name));
+    };
+    for (const char* name : light_names) warn(name);
+    if (is_light_type(prim.type_name().view()) || prim.type_name() == "PortalLight")
+        for (const char* name : shape_names) warn(name);
+}
+
 }  // namespace
 
-Attribute light_input(Prim prim, std::string_view name) {
-    const Attribute modern = prim.attribute("inputs:" + std::string(name));
-    if (modern.has_authored_value()) return modern;
-    const Attribute old = prim.attribute(name);
-    return old.has_authored_value() ? old : modern;
+Attribute light_input(Context& ctx, Prim prim, std::string_view name) {
+    const Attribute own = prim.attribute("inputs:" + std::string(name));
+    if (!own.has_authored_connections()) return own;
+    const ShaderSource source = shader_source(ctx, own);
+    if (!source.shader) return source.value.is_valid() ? source.value : own;
+    ctx.warn("unsupported-light-shader", own,
+             fmt::format("inputs:{} is connected to <{}>, a light takes values of interfaces only; "
+                         "{} is used",
+                         name, source.shader.path_string(),
+                         own.has_authored_value() ? "its own value" : "its default"));
+    return own;
 }
 
 double default_intensity(std::string_view type) {
@@ -50,18 +101,17 @@ double default_intensity(std::string_view type) {
 }
 
 double input_number(Context& ctx, Prim prim, std::string_view name, double fallback) {
-    return read_number(light_input(prim, name), fallback, ctx.time);
+    return read_number(light_input(ctx, prim, name), fallback, ctx.time);
 }
 
 Vec3d read_radiance(Context& ctx, Prim prim, double default_intensity) {
     const double intensity = input_number(ctx, prim, "intensity", default_intensity);
     const double exposure = input_number(ctx, prim, "exposure", 0.0);
-    const auto color = read_vector(light_input(prim, "color"), 3, ctx.time);
-    Vec3d Le = color ? Vec3d((*color)[0], (*color)[1], (*color)[2]) : Vec3d(1.0);
-    if (read_bool(light_input(prim, "enableColorTemperature"), false, ctx.time)) {
+    Vec3d Le = read_light_color(ctx, light_input(ctx, prim, "color")).value_or(Vec3d(1.0));
+    if (read_bool(light_input(ctx, prim, "enableColorTemperature"), false, ctx.time)) {
         const double kelvin = input_number(ctx, prim, "colorTemperature", 6500.0);
         if (kelvin < 1000.0 || kelvin > 10000.0) {
-            ctx.warn("color-temperature-clamped", light_input(prim, "colorTemperature"),
+            ctx.warn("color-temperature-clamped", light_input(ctx, prim, "colorTemperature"),
                      fmt::format("colorTemperature {} K is outside [1000, 10000] and is clamped",
                                  kelvin));
         }
@@ -82,24 +132,25 @@ bool is_good_radiance(Context& ctx, Prim prim, const Vec3d& Le) {
 }
 
 scene::Shaping read_shaping(Context& ctx, Prim prim) {
-    const Attribute angle = light_input(prim, "shaping:cone:angle");
-    const Attribute focus = light_input(prim, "shaping:focus");
+    const Attribute angle = light_input(ctx, prim, "shaping:cone:angle");
+    const Attribute focus = light_input(ctx, prim, "shaping:focus");
     scene::Shaping shaping;
     shaping.cone_softness =
         std::clamp(float(input_number(ctx, prim, "shaping:cone:softness", 0.0)), 0.0f, 1.0f);
     shaping.focus = float(read_number(focus, 0.0, ctx.time));
-    if (const auto tint = read_vector(light_input(prim, "shaping:focusTint"), 3, ctx.time))
-        shaping.focus_tint = Rgb(float((*tint)[0]), float((*tint)[1]), float((*tint)[2]));
+    if (const auto tint = read_light_color(ctx, light_input(ctx, prim, "shaping:focusTint")))
+        shaping.focus_tint = to_float(*tint);
     if (angle.has_authored_value() || shaping.cone_softness > 0.0f)
         shaping.cone_angle_deg = float(read_number(angle, 90.0, ctx.time));
     const bool has_cone = shaping.cone_angle_deg * (1.0f - shaping.cone_softness) < 180.0f;
     shaping.is_active = has_cone || shaping.focus > 0.0f;
     if (!shaping.is_active && (angle.has_authored_value() || focus.has_authored_value()))
         ctx.note_zero(scene::Effect::LightShaping, prim, "no cone below 180 degrees, focus 0");
-    shaping.ies = read_ies(ctx, light_input(prim, "shaping:ies:file"));
+    shaping.ies = read_ies(ctx, light_input(ctx, prim, "shaping:ies:file"));
     if (!shaping.ies) return shaping;
     shaping.ies_angle_scale = float(input_number(ctx, prim, "shaping:ies:angleScale", 0.0));
-    shaping.ies_normalize = read_bool(light_input(prim, "shaping:ies:normalize"), false, ctx.time);
+    shaping.ies_normalize =
+        read_bool(light_input(ctx, prim, "shaping:ies:normalize"), false, ctx.time);
     return shaping;
 }
 
@@ -110,12 +161,7 @@ void warn_light_features(Context& ctx, Prim prim) {
         ctx.warn("unsupported-light-filter", prim,
                  "light filters are not supported, the light is unfiltered");
     }
-    for (const char* name : {"inputs:intensity", "inputs:exposure", "inputs:color"}) {
-        const Attribute attribute = prim.attribute(name);
-        if (attribute.has_authored_connections())
-            ctx.warn("unsupported-light-shader", attribute,
-                     fmt::format("connection of {} is not supported, its own value is used", name));
-    }
+    warn_old_names(ctx, prim);
 }
 
 }  // namespace velatura::translate

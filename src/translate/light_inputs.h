@@ -11,8 +11,8 @@ namespace velatura::translate {
 
 /// What prims of type Light and prims with LightAPI have in common.
 
-/// Attribute `inputs:<name>`; files from before USD 21.02 leave the prefix out.
-Attribute light_input(Prim prim, std::string_view name);
+/// Attribute that gives `inputs:<name>` its value: itself, or what it is connected to.
+Attribute light_input(Context& ctx, Prim prim, std::string_view name);
 /// Intensity of a light of that USD type where nothing is authored.
 double default_intensity(std::string_view type);
 double input_number(Context& ctx, Prim prim, std::string_view name, double fallback);
@@ -25,7 +25,7 @@ bool is_good_radiance(Context& ctx, Prim prim, const Vec3d& Le);
 /// ShapingAPI. A profile that cannot be read is left out with an error.
 scene::Shaping read_shaping(Context& ctx, Prim prim);
 
-/// Names features of the light that are not honoured: filters, linking, shadow controls, shaders.
+/// Names features of the light that are not honoured: filters, attributes of old schemas.
 void warn_light_features(Context& ctx, Prim prim);
 
 }  // namespace velatura::translate

@@ -1,27 +1,44 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/light_values.h"
 
+#include "translate/color_space.h"
 #include "translate/light_inputs.h"
+#include "translate/shader_inputs.h"
 #include "translate/values.h"
 
+#include <algorithm>
 #include <unordered_set>
 
 namespace velatura::translate {
 
 namespace {
 
-LightPrimValues values_of(Prim prim, TimeCode time) {
+LightPrimValues values_of(const usd::stage::Stage& stage, Prim prim, TimeCode time) {
     LightPrimValues v;
+    const auto input = [&](const std::string& name) {
+        const Attribute own = prim.attribute("inputs:" + name);
+        const ShaderSource source = shader_source(stage, own);
+        return source.shader || !source.value.is_valid() ? own : source.value;
+    };
     v.path = prim.path_string();
     v.type = prim.type_name().str();
-    v.intensity = read_number(light_input(prim, "intensity"), default_intensity(v.type), time);
-    v.exposure = read_number(light_input(prim, "exposure"), 0.0, time);
-    if (const auto color = read_vector(light_input(prim, "color"), 3, time))
-        v.color = {(*color)[0], (*color)[1], (*color)[2]};
-    v.uses_color_temperature = read_bool(light_input(prim, "enableColorTemperature"), false, time);
-    v.color_temperature = read_number(light_input(prim, "colorTemperature"), 6500.0, time);
+    v.intensity = read_number(input("intensity"), default_intensity(v.type), time);
+    v.exposure = read_number(input("exposure"), 0.0, time);
+    const Attribute color = input("color");
+    const auto space = color_space_of(color, [](auto&&...) {});
+    if (const auto authored = read_vector(color, 3, time)) {
+        Vec3d linear((*authored)[0], (*authored)[1], (*authored)[2]);
+        if (space) linear = space->decoding(linear);
+        for (int c = 0; c < 3; ++c)
+            v.color[size_t(c)] = space ? std::max(linear[c], 0.0) : linear[c];
+    }
+    v.has_color_space = space && !space->decoding.is_identity();
+    v.uses_color_temperature = read_bool(input("enableColorTemperature"), false, time);
+    v.color_temperature = read_number(input("colorTemperature"), 6500.0, time);
     for (const char* name : {"intensity", "exposure", "color"}) {
-        if (light_input(prim, name).might_be_time_varying()) v.varying.emplace_back(name);
+        if (input(name).might_be_time_varying()) v.varying.emplace_back(name);
+        if (prim.attribute(std::string("inputs:") + name).has_authored_connections())
+            v.connected.emplace_back(name);
     }
     v.is_in_instance = prim.is_instance_proxy();
     return v;
@@ -41,7 +58,7 @@ std::vector<LightPrimValues> light_prim_values(const usd::stage::Stage& stage,
         for (const std::string& path : group.prims) {
             const Prim prim = stage.prim_at(path);
             if (!prim) continue;
-            out.push_back(values_of(prim, time));
+            out.push_back(values_of(stage, prim, time));
             out.back().shows_material = material_shown.contains(path);
         }
     }

@@ -19,6 +19,8 @@ struct LightPrimValues {
     bool uses_color_temperature = false;
     double color_temperature = 6500;
     std::vector<std::string> varying;  ///< of intensity, exposure, color: those that change in time
+    std::vector<std::string> connected;  ///< of those: the ones with connections
+    bool has_color_space = false;        ///< the color is authored in another than linear Rec.709
     bool is_in_instance = false;  ///< below a native instance, where no opinion can be authored
     bool shows_material = false;  ///< the camera sees the material's emission, not the light's
 };

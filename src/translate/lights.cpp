@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "translate/color_space.h"
 #include "translate/light_area.h"
 #include "translate/light_inputs.h"
 #include "translate/linking.h"
@@ -90,7 +91,7 @@ bool give_extent(Context& ctx, Prim prim, scene::Light& light, Vec3d& sizes) {
     if (!is_round || sizes.x != 0.0 || !(distance > 0.0) || !(scale > 0.0)) return false;
     sizes.x = distance / 1024 / scale;
     light.radius = float(sizes.x);
-    ctx.warn("light-without-size", light_input(prim, "radius"),
+    ctx.warn("light-without-size", light_input(ctx, prim, "radius"),
              fmt::format("radius 0 with normalize on: point lights are not supported, a radius of "
                          "{:.6g} (1/1024 of the distance from the camera) is used",
                          sizes.x));
@@ -121,9 +122,16 @@ void read_portals(Context& ctx, Prim prim, scene::Light& light) {
     }
 }
 
+/// UsdLux has no sourceColorSpace: the space is that of the file's attribute, else auto.
+void read_light_texture(Context& ctx, Prim prim, const Attribute& file, scene::Light& light) {
+    light.texture_file = file.resolved_asset_path(ctx.time);
+    light.texture_colors = texel_colors_of(ctx, {prim.attribute("inputs:texture:file"), file})
+                               .value_or(scene::TexelColors());
+}
+
 void read_dome(Context& ctx, Prim prim, scene::Light& light) {
     const std::string format =
-        read_text(light_input(prim, "texture:format"), "automatic", ctx.time);
+        read_text(light_input(ctx, prim, "texture:format"), "automatic", ctx.time);
     if (format == "latlong") {
         light.dome_format = scene::DomeFormat::LatLong;
     } else if (format == "mirroredBall") {
@@ -133,7 +141,7 @@ void read_dome(Context& ctx, Prim prim, scene::Light& light) {
     } else if (format == "cubeMapVerticalCross") {
         light.dome_format = scene::DomeFormat::CubeMapVerticalCross;
     } else if (format != "automatic") {
-        ctx.warn("unsupported-light-input", light_input(prim, "texture:format"),
+        ctx.warn("unsupported-light-input", light_input(ctx, prim, "texture:format"),
                  fmt::format("texture format {} is unknown, automatic is used", format));
     }
     if (prim.type_name() == "DomeLight_1") {
@@ -173,7 +181,7 @@ bool read_light(Context& ctx,
     }
     Vec3d sizes = read_sizes(ctx, prim, light);
     Vec3d Le = read_radiance(ctx, prim, default_intensity(prim.type_name().view()));
-    const bool is_normalized = read_bool(light_input(prim, "normalize"), false, ctx.time);
+    const bool is_normalized = read_bool(light_input(ctx, prim, "normalize"), false, ctx.time);
     double size = world_size(light, sizes, render_from_light);
     if (is_area && !(size > 0.0) && is_normalized && give_extent(ctx, prim, light, sizes))
         size = world_size(light, sizes, render_from_light);
@@ -192,10 +200,10 @@ bool read_light(Context& ctx,
         light.shaping = scene::Shaping();
     }
     if (light.kind == LightKind::Dome) read_dome(ctx, prim, light);
-    const Attribute texture = light_input(prim, "texture:file");
+    const Attribute texture = light_input(ctx, prim, "texture:file");
     if (!read_text(texture, "", ctx.time).empty()) {
         if (light.kind == LightKind::Rect || light.kind == LightKind::Dome)
-            light.texture_file = texture.resolved_asset_path(ctx.time);
+            read_light_texture(ctx, prim, texture, light);
         else
             ctx.warn("unsupported-light-input", texture,
                      "only rect and dome lights take a texture, it is left out");
@@ -203,8 +211,8 @@ bool read_light(Context& ctx,
     light.diffuse_multiplier = float(input_number(ctx, prim, "diffuse", 1.0));
     light.specular_multiplier = float(input_number(ctx, prim, "specular", 1.0));
     if (light.diffuse_multiplier == 1.0f && light.specular_multiplier == 1.0f &&
-        (light_input(prim, "diffuse").has_authored_value() ||
-         light_input(prim, "specular").has_authored_value()))
+        (light_input(ctx, prim, "diffuse").has_authored_value() ||
+         light_input(ctx, prim, "specular").has_authored_value()))
         ctx.note_zero(scene::Effect::LobeMultipliers, prim, "inputs:diffuse and inputs:specular 1");
     light.links = read_shadow(ctx, prim);
     warn_light_features(ctx, prim);

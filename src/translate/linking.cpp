@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/linking.h"
 
+#include "translate/color_space.h"
 #include "translate/light_inputs.h"
 #include "translate/link_subsets.h"
 #include "translate/values.h"
@@ -98,7 +99,8 @@ class Linker {
         request.light = light;
         request.lit = read_collection(light, "lightLink");
         request.casters = read_collection(light, "shadowLink");
-        request.casts_nothing = !read_bool(light_input(light, "shadow:enable"), true, ctx_.time);
+        request.casts_nothing =
+            !read_bool(light_input(ctx_, light, "shadow:enable"), true, ctx_.time);
         return request;
     }
 
@@ -261,7 +263,7 @@ bool note_linking(Context& ctx, Prim light) {
 scene::LightLinks read_shadow(Context& ctx, Prim light) {
     scene::LightLinks links;
     const auto number = [&](const char* name, double fallback, double least) {
-        const Attribute attribute = light_input(light, name);
+        const Attribute attribute = light_input(ctx, light, name);
         const double value = read_number(attribute, fallback, ctx.time);
         // Written so that NaN is caught
         if (value >= least && value <= double(std::numeric_limits<float>::max())) return value;
@@ -278,9 +280,9 @@ scene::LightLinks read_shadow(Context& ctx, Prim light) {
         if (falloff > 0.0)
             links.shadow_falloff_gamma = float(number("shadow:falloffGamma", 1.0, 0.0));
     }
-    const Attribute color = light_input(light, "shadow:color");
-    if (const auto rgb = read_vector(color, 3, ctx.time)) {
-        const Rgb value = to_float(Vec3d((*rgb)[0], (*rgb)[1], (*rgb)[2]));
+    const Attribute color = light_input(ctx, light, "shadow:color");
+    if (const auto rgb = read_light_color(ctx, color)) {
+        const Rgb value = to_float(*rgb);
         if (value.x >= 0.0f && value.y >= 0.0f && value.z >= 0.0f && velatura::is_finite(value))
             links.shadow_color = value;
         else
@@ -288,7 +290,8 @@ scene::LightLinks read_shadow(Context& ctx, Prim light) {
                      "shadow:color is negative or not finite, shadows are black");
     }
     if (!links.has_own_shadows() &&
-        (light_input(light, "shadow:distance").has_authored_value() || color.has_authored_value()))
+        (light_input(ctx, light, "shadow:distance").has_authored_value() ||
+         color.has_authored_value()))
         ctx.note_zero(scene::Effect::ShadowControls, light, "shadows of any reach, black");
     return links;
 }

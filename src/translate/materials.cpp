@@ -341,10 +341,27 @@ const MaterialEntry& material_entry(Context& ctx, Prim material) {
     return add_material(ctx, material, std::move(out), entry);
 }
 
+/// Names a binding that counts under another purpose only.
+void warn_other_purpose(Context& ctx, Prim prim) {
+    for (const char* purpose : {"full", "preview"}) {
+        const auto& asked = ctx.material_purposes;
+        if (std::find(asked.begin(), asked.end(), purpose) != asked.end()) continue;
+        const auto binding = usd::stage::resolve_material(prim, purpose);
+        if (!binding.is_bound() || !ctx.told_bindings.insert(binding.relation.path_string()).second)
+            continue;
+        if (ctx.is_quiet) return;
+        ctx.diagnostics.warn(
+            "other-material-purpose", binding.relation.loc(), prim.path_string(),
+            fmt::format("{} is a binding of the purpose {} alone, which is not rendered here: what "
+                        "it binds shows its displayColor; --material-purpose {} renders it",
+                        binding.relation.path_string(), purpose, purpose));
+    }
+}
+
 }  // namespace
 
 bool has_binding(Context& ctx, Prim prim) {
-    return usd::stage::resolve_material(prim, ctx.material_purpose).is_bound();
+    return usd::stage::resolve_material(prim, ctx.material_purposes).is_bound();
 }
 
 void warn_if_displaced(Context& ctx, Prim prim, const MaterialEntry& material) {
@@ -355,7 +372,8 @@ void warn_if_displaced(Context& ctx, Prim prim, const MaterialEntry& material) {
 }
 
 const MaterialEntry& bound_material(Context& ctx, Prim prim) {
-    const auto binding = usd::stage::resolve_material(prim, ctx.material_purpose);
+    const auto binding = usd::stage::resolve_material(prim, ctx.material_purposes);
+    if (!binding.is_bound()) warn_other_purpose(ctx, prim);
     // The stage has warned about a binding that names no Material; it still wins
     if (!binding.material) return no_material;
     const MaterialEntry& entry = material_entry(ctx, binding.material);

@@ -75,7 +75,7 @@ void make_mesh_light(Context& ctx, Prim prim, const Mat4d& holder_from_light, sc
     const Vec3d Le = read_radiance(ctx, prim, 1.0);
     if (!is_good_radiance(ctx, prim, Le)) return;
     light.Le = to_float(Le);
-    light.is_normalized = read_bool(light_input(prim, "normalize"), false, ctx.time);
+    light.is_normalized = read_bool(light_input(ctx, prim, "normalize"), false, ctx.time);
     light.shaping = read_shaping(ctx, prim);
     light.holder_from_light = holder_from_light;
     light.diffuse_multiplier = float(input_number(ctx, prim, "diffuse", 1.0));

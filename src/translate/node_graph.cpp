@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/node_graph.h"
 
+#include "translate/color_space.h"
 #include "translate/values.h"
 
 #include <fmt/format.h>
@@ -70,17 +71,13 @@ Port NodeGraphReader::any_input(Prim node, std::string_view name, Port otherwise
     if (!attribute.is_valid()) return otherwise;
     const ShaderSource source = shader_source(ctx, attribute);
     if (source.shader) return output_of(source, otherwise);
-    std::vector<double> rows;
+    std::vector<float> rows;
     int width = 0;
-    if (!read_rows(source.value.value(ctx.time), rows, width) || rows.empty() || width > 4)
+    if (!read_color_rows(ctx, source.value, rows, width) || rows.empty() || width > 4)
         return otherwise;
     scene::PatternValue value(0.0f);
-    for (int i = 0; i < width; ++i) value[i] = float(rows[size_t(i)]);
-    const Port constant = builder.constant(value, width);
-    const bool is_color = source.value.type_name().view().starts_with("color");
-    const auto space = source.value.metadata("colorSpace");
-    const auto* named = is_color && space ? space->get_if<usd::layer::Token>() : nullptr;
-    return named ? to_working_space(*this, node, constant, named->view()) : constant;
+    for (int i = 0; i < width; ++i) value[i] = rows[size_t(i)];
+    return builder.constant(value, width);
 }
 
 Port NodeGraphReader::input(Prim node, std::string_view name, Port otherwise) {

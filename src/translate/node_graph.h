@@ -109,7 +109,4 @@ Port make_image(const GraphNode& node);
 Port make_tiled_image(const GraphNode& node);
 Port make_uv_texture(const GraphNode& node);
 
-/// Colour in a named space as scene-linear Rec.709; a warning for names that are not known.
-Port to_working_space(NodeGraphReader& graph, Prim prim, Port color, std::string_view space);
-
 }  // namespace velatura::translate

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Nodes that read pictures, and the colours in them.
+#include "translate/color_space.h"
 #include "translate/node_graph.h"
 #include "translate/values.h"
 
@@ -14,110 +15,23 @@ namespace {
 using scene::PatternOp;
 using scene::PatternValue;
 
-/// What has to be done to numbers in a colour space to have linear Rec.709.
-struct ColorSpace {
-    std::string_view name;
-    enum class Curve : uint8_t { None, Srgb, Power } curve = Curve::None;
-    float exponent = 1;
-    enum class Primaries : uint8_t {
-        Rec709,
-        Ap1,
-        DisplayP3,
-        AdobeRgb
-    } primaries = Primaries::Rec709;
-};
-
-using Curve = ColorSpace::Curve;
-using Primaries = ColorSpace::Primaries;
-
-/// Ref: MaterialX Specification 1.38 and 1.39, "Color Spaces and Color Management Systems".
-constexpr ColorSpace color_spaces[] = {
-    {"", Curve::None},
-    {"none", Curve::None},
-    {"raw", Curve::None},
-    {"Raw", Curve::None},
-    {"data", Curve::None},
-    {"identity", Curve::None},
-    {"lin_rec709", Curve::None},
-    {"lin_rec709_scene", Curve::None},
-    {"lin_srgb", Curve::None},
-    {"srgb_texture", Curve::Srgb},
-    {"sRGB", Curve::Srgb},
-    {"srgb_rec709_scene", Curve::Srgb},
-    {"gamma18", Curve::Power, 1.8f},
-    {"gamma22", Curve::Power, 2.2f},
-    {"gamma24", Curve::Power, 2.4f},
-    {"rec709_display", Curve::Power, 2.4f},
-    {"g18_rec709", Curve::Power, 1.8f},
-    {"g22_rec709", Curve::Power, 2.2f},
-    {"acescg", Curve::None, 1, Primaries::Ap1},
-    {"lin_ap1", Curve::None, 1, Primaries::Ap1},
-    {"g22_ap1", Curve::Power, 2.2f, Primaries::Ap1},
-    {"lin_displayp3", Curve::None, 1, Primaries::DisplayP3},
-    {"srgb_displayp3", Curve::Srgb, 1, Primaries::DisplayP3},
-    {"lin_adobergb", Curve::None, 1, Primaries::AdobeRgb},
-    {"adobergb", Curve::Power, 563.0f / 256.0f, Primaries::AdobeRgb},
-};
-
-/// Rows that give linear Rec.709 from the other primaries; Bradford from the white of ACES. From
-/// the chromaticities of SMPTE ST 2065-1 / S-2014-004, SMPTE EG 432-1 and Adobe RGB (1998).
-constexpr float to_rec709[3][3][3] = {
-    {{1.70505099f, -0.62179212f, -0.08325887f},
-     {-0.13025642f, 1.14080474f, -0.01054832f},
-     {-0.02400336f, -0.12896898f, 1.15297233f}},
-    {{1.22494018f, -0.22494018f, 0.0f},
-     {-0.04205695f, 1.04205695f, 0.0f},
-     {-0.01963755f, -0.07863605f, 1.09827360f}},
-    {{1.39835574f, -0.39835574f, 0.0f}, {0.0f, 1.0f, 0.0f}, {0.0f, -0.04293288f, 1.04293288f}}};
-
-const ColorSpace* find_space(std::string_view name) {
-    for (const ColorSpace& space : color_spaces) {
-        if (space.name == name) return &space;
-    }
-    return nullptr;
-}
-
-Port in_rec709(NodeGraphReader& graph, Port color, Primaries primaries) {
-    if (primaries == Primaries::Rec709) return color;
-    PatternBuilder& b = graph.builder;
-    const auto& m = to_rec709[int(primaries) - 1];
-    Port rows[3];
-    for (int i = 0; i < 3; ++i)
-        rows[i] = b.dot({color.step, 3}, b.constant({m[i][0], m[i][1], m[i][2], 0.0f}, 3));
-    const Port alpha = color.width == 4 ? b.channel(color, 3) : b.constant(0.0f);
-    return b.apply(PatternOp::Combine, color.width, {rows[0], rows[1], rows[2], alpha});
-}
-
-/// The colours without the curve; alpha has none.
-Port decoded(NodeGraphReader& graph, Port color, const ColorSpace& space) {
-    if (space.curve == Curve::None) return color;
-    PatternBuilder& b = graph.builder;
-    const Port linear =
-        space.curve == Curve::Srgb
-            ? b.apply(PatternOp::DecodeSrgb, color.width, {color})
-            : b.apply(PatternOp::Power, color.width, {color, b.constant(space.exponent)});
-    if (color.width < 4) return linear;
-    return b.apply(
-        PatternOp::Combine, 4,
-        {b.channel(linear, 0), b.channel(linear, 1), b.channel(linear, 2), b.channel(color, 3)});
-}
-
-const ColorSpace& known_space(NodeGraphReader& graph, Prim prim, std::string_view name) {
-    if (const ColorSpace* space = find_space(name)) return *space;
-    graph.ctx.warn("unknown-color-space", prim,
-                   fmt::format("colour space {} is unknown, the numbers stay as they are", name));
-    return color_spaces[0];
-}
-
 scene::Wrap address_mode(const GraphNode& node, const char* name) {
     const std::string text = node.graph.constant_text(node.prim, name, "periodic");
-    if (text == "constant") return scene::Wrap::Black;
-    if (text == "clamp") return scene::Wrap::Clamp;
-    if (text == "mirror") return scene::Wrap::Mirror;
-    if (text != "periodic")
-        node.graph.ctx.warn("unknown-wrap-mode", node.prim,
-                            fmt::format("{} {} is unknown, periodic is used", name, text));
+    if (const auto wrap = named_wrap(text)) return *wrap;
+    node.graph.ctx.warn("unknown-wrap-mode", node.prim,
+                        fmt::format("{} {} is unknown, periodic is used", name, text));
     return scene::Wrap::Repeat;
+}
+
+/// MaterialX has what a picture without a file gives also around one that is there.
+void warn_border(const GraphNode& node, const scene::Texture& texture) {
+    const bool has_border =
+        texture.wrap_s == scene::Wrap::Black || texture.wrap_t == scene::Wrap::Black;
+    const auto& d = texture.fallback;
+    if (has_border && (d[0] != 0.0f || d[1] != 0.0f || d[2] != 0.0f))
+        node.graph.ctx.warn("unsupported-input", node.prim,
+                            "beyond its borders the picture is black, what it gives without a "
+                            "file is for missing files only");
 }
 
 void warn_features(const GraphNode& node, const scene::Texture& texture) {
@@ -131,40 +45,34 @@ void warn_features(const GraphNode& node, const scene::Texture& texture) {
             ctx.warn("unsupported-input", node.prim,
                      fmt::format("inputs:{} is not supported and is left out", name));
     }
-    const bool has_border =
-        texture.wrap_s == scene::Wrap::Black || texture.wrap_t == scene::Wrap::Black;
-    const auto& d = texture.fallback;
-    if (has_border && (d[0] != 0.0f || d[1] != 0.0f || d[2] != 0.0f))
-        ctx.warn(
-            "unsupported-input", node.prim,
-            "beyond its borders the picture is black, inputs:default is for missing files only");
+    warn_border(node, texture);
 }
 
-/// The file of an image node and how it is read, but for the coordinates.
-scene::Texture image_file(const GraphNode& node, const ColorSpace*& space) {
+/// The name of the file; gives the space of its texels, if one is named.
+std::optional<scene::TexelColors> read_file(const GraphNode& node, scene::Texture& texture) {
     Context& ctx = node.graph.ctx;
-    scene::Texture texture;
     texture.provenance = ctx.provenance(node.prim);
     const Attribute own = node.prim.attribute("inputs:file");
     const ShaderSource source = shader_source(ctx, own);
-    std::string space_name;
     if (!source.shader && source.value.is_valid()) {
         texture.authored = read_text(source.value, "", ctx.time);
         texture.file = source.value.resolved_asset_path(ctx.time);
-        // The node's own mark is nearer than that of the interface which hands the file in
-        for (const Attribute& attribute : {source.value, own}) {
-            const auto mark = attribute.metadata("colorSpace");
-            const auto* token = mark ? mark->get_if<usd::layer::Token>() : nullptr;
-            if (token != nullptr) space_name = token->str();
-        }
     }
+    // The node's own mark is nearer than that of the interface which hands the file in
+    return texel_colors_of(ctx, {own, source.value});
+}
+
+/// The file of an image node and how it is read, but for the coordinates.
+scene::Texture image_file(const GraphNode& node) {
+    Context& ctx = node.graph.ctx;
+    scene::Texture texture;
+    const auto colors = read_file(node, texture);
     if (texture.authored.empty())
         ctx.warn("no-texture-file", node.prim, "image without a file gives its default");
     // Without a mark the numbers are taken as they are; only colours have a space at all
     const bool is_color = !node.name.types.empty() && node.name.types[0].starts_with("color");
-    space = &known_space(node.graph, node.prim, is_color ? space_name : "");
-    texture.source_color_space =
-        space->curve == Curve::Srgb ? scene::SourceColorSpace::Srgb : scene::SourceColorSpace::Raw;
+    texture.colors.curve = scene::SourceColorSpace::Raw;
+    if (is_color && colors) texture.colors = *colors;
     texture.wrap_s = address_mode(node, "uaddressmode");
     texture.wrap_t = address_mode(node, "vaddressmode");
     const Port otherwise = node.in("default", 0.0f);
@@ -174,6 +82,20 @@ scene::Texture image_file(const GraphNode& node, const ColorSpace*& space) {
         ctx.warn("unsupported-connection", node.prim,
                  "inputs:default must be a value here, its connection is left out");
     }
+    return texture;
+}
+
+/// The same of a UsdUVTexture of MaterialX, whose defaults are not those of USD. Ref:
+/// ND_UsdUVTexture in usd_preview_surface.mtlx.
+scene::Texture uv_texture_file(const GraphNode& node) {
+    Context& ctx = node.graph.ctx;
+    scene::Texture texture = read_texture_file(ctx, node.prim, node.graph.entry);
+    if (!node.graph.is_authored(node.prim, "wrapS")) texture.wrap_s = scene::Wrap::Repeat;
+    if (!node.graph.is_authored(node.prim, "wrapT")) texture.wrap_t = scene::Wrap::Repeat;
+    // Its image has no guess at a space: what names none is taken as it is
+    if (!node.graph.is_authored(node.prim, "sourceColorSpace") &&
+        texture.colors.curve == scene::SourceColorSpace::Auto)
+        texture.colors.curve = scene::SourceColorSpace::Raw;
     return texture;
 }
 
@@ -204,27 +126,18 @@ Port channels_of(const GraphNode& node, Port texel) {
 }
 
 Port image_at(const GraphNode& node, Port coordinates) {
-    const ColorSpace* space = nullptr;
-    const scene::Texture texture = image_file(node, space);
+    const scene::Texture texture = image_file(node);
     warn_features(node, texture);
-    const Port color = channels_of(node, placed(node, texture, coordinates));
-    // The texture decodes sRGB before it filters; other curves come after
-    const Port linear = space->curve == Curve::Power ? decoded(node.graph, color, *space) : color;
-    return in_rec709(node.graph, linear, space->primaries);
+    return channels_of(node, placed(node, texture, coordinates));
 }
 
-Port coordinates_of(const GraphNode& node) {
-    if (!node.graph.is_authored(node.prim, "texcoord")) return node.graph.texture_coordinates(0);
-    return node.in("texcoord", node.builder().constant(PatternValue(0.0f), 2));
+/// What an input of texture coordinates reads; UV0 where it is not authored.
+Port coordinates_of(const GraphNode& node, const char* name = "texcoord") {
+    if (!node.graph.is_authored(node.prim, name)) return node.graph.texture_coordinates(0);
+    return node.in(name, node.builder().constant(PatternValue(0.0f), 2));
 }
 
 }  // namespace
-
-Port to_working_space(NodeGraphReader& graph, Prim prim, Port color, std::string_view name) {
-    if (color.width < 3) return color;
-    const ColorSpace& space = known_space(graph, prim, name);
-    return in_rec709(graph, decoded(graph, color, space), space.primaries);
-}
 
 Port make_image(const GraphNode& node) {
     return image_at(node, coordinates_of(node));
@@ -243,8 +156,14 @@ Port make_tiled_image(const GraphNode& node) {
 
 Port make_uv_texture(const GraphNode& node) {
     PatternBuilder& b = node.builder();
-    scene::Texture texture = read_texture_file(node.graph.ctx, node.prim);
-    const Port st = node.in("st", b.constant(PatternValue(0.0f), 2));
+    // Without the prefix it is USD's node of that name, with USD's defaults
+    const bool is_materialx = node.graph.id_of(node.prim).starts_with("ND_");
+    scene::Texture texture = is_materialx
+                                 ? uv_texture_file(node)
+                                 : read_texture_file(node.graph.ctx, node.prim, node.graph.entry);
+    if (is_materialx) warn_border(node, texture);
+    const Port st = is_materialx ? coordinates_of(node, "st")
+                                 : node.in("st", b.constant(PatternValue(0.0f), 2));
     const Port texel = placed(node, std::move(texture), st);
     if (node.output == "r") return b.channel(texel, 0);
     if (node.output == "g") return b.channel(texel, 1);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usd/stage/primvars.h"
 
+#include "translate/color_space.h"
 #include "translate/parts.h"
 #include "translate/values.h"
 
@@ -106,7 +107,7 @@ std::optional<scene::Primvar> read_primvar(Context& ctx,
                                            const ElementCounts& counts) {
     scene::Primvar out;
     int width = 0;
-    if (!read_rows(source.attribute.value(ctx.time), out.values, width)) {
+    if (!read_color_rows(ctx, source.attribute, out.values, width)) {
         ctx.warn("unsupported-primvar", source.attribute,
                  fmt::format("primvar {} of type {} is not supported; it is ignored, its fallback "
                              "is used",

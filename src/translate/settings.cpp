@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "translate/named_color_space.h"
 #include "translate/parts.h"
 #include "translate/values.h"
 
@@ -248,7 +249,8 @@ Result<void> read_render_settings(Context& ctx) {
             out.material_binding_purposes =
                 read_texts(prim.attribute("materialBindingPurposes"), ctx.time);
         const std::string space = read_text(prim.attribute("renderingColorSpace"), "", ctx.time);
-        if (!space.empty()) {
+        const ColorSpace* named = named_color_space(space);
+        if (named == nullptr || !named->decoding.is_identity()) {
             ctx.warn("unsupported-color-space", prim.attribute("renderingColorSpace"),
                      fmt::format("renderingColorSpace {} is not supported, linear Rec.709 is used",
                                  space));
@@ -258,8 +260,11 @@ Result<void> read_render_settings(Context& ctx) {
     if (auto error = check_resolution(ctx, resolution)) return *std::move(error);
     if (!ctx.options.purposes.empty()) out.included_purposes = ctx.options.purposes;
     ctx.purposes.insert(out.included_purposes.begin(), out.included_purposes.end());
-    const auto& bindings = out.material_binding_purposes;
-    ctx.material_purpose = bindings.empty() ? "" : bindings[0];
+    auto& bindings = out.material_binding_purposes;
+    if (!ctx.options.material_purpose.empty()) bindings = {ctx.options.material_purpose};
+    ctx.material_purposes.clear();
+    for (const std::string& purpose : bindings)
+        ctx.material_purposes.push_back(purpose == "allPurpose" ? "" : purpose);
     return {};
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/shader_inputs.h"
 
+#include "translate/color_space.h"
 #include "translate/values.h"
 
 #include <fmt/format.h>
@@ -14,14 +15,14 @@ std::string shader_id(Context& ctx, Prim shader) {
 }
 
 /// One number or three as a colour; false for other values.
-bool read_rgb(const Attribute& attribute, TimeCode time, Rgb& out) {
-    std::vector<double> rows;
+bool read_rgb(Context& ctx, const Attribute& attribute, Rgb& out) {
+    std::vector<float> rows;
     int width = 0;
-    if (!read_rows(attribute.value(time), rows, width) || rows.empty()) return false;
+    if (!read_color_rows(ctx, attribute, rows, width) || rows.empty()) return false;
     if (width >= 3 && rows.size() >= 3)
-        out = Rgb(float(rows[0]), float(rows[1]), float(rows[2]));
+        out = Rgb(rows[0], rows[1], rows[2]);
     else
-        out = Rgb(float(rows[0]));
+        out = Rgb(rows[0]);
     return true;
 }
 
@@ -38,34 +39,58 @@ scene::TextureOutput texture_output(Context& ctx, const ShaderSource& source, bo
     return is_color ? scene::TextureOutput::Rgb : scene::TextureOutput::R;
 }
 
-}  // namespace
-
-ShaderSource shader_source(Context& ctx, const Attribute& attribute) {
+/// As shader_source; complain(code, attribute, message).
+template <class Complain>
+ShaderSource follow(const usd::stage::Stage& stage,
+                    const Attribute& attribute,
+                    const Complain& complain) {
     constexpr int deepest = 64;
     Attribute current = attribute;
+    // The deepest that has a value serves where the end of the connections has none
+    Attribute with_value;
+    const auto what_is_used = [&] {
+        return with_value.is_valid() ? "the value on the way there is used"
+                                     : "the input keeps its default";
+    };
     for (int depth = 0; depth < deepest; ++depth) {
+        if (current.has_authored_value()) with_value = current;
         const auto connections = current.connections();
-        if (connections.empty()) return {Prim(), "", current};
-        if (connections.size() > 1) {
-            ctx.warn("several-connections", current,
+        const ShaderSource end{Prim(), "", with_value.is_valid() ? with_value : current};
+        if (connections.empty()) return end;
+        if (connections.size() > 1)
+            complain("several-connections", current,
                      fmt::format("{} has {} connections, the first is used", current.path_string(),
                                  connections.size()));
-        }
         const usd::layer::Path target = connections[0];
-        const Prim prim = ctx.stage.prim_at(target.prim_path());
+        const Prim prim = stage.prim_at(target.prim_path());
         const std::string name = target.name().str();
         if (!prim || !target.is_property()) {
-            ctx.warn("unresolved-connection", current,
-                     fmt::format("connection target <{}> is not there", target.to_string()));
-            return {Prim(), "", current};
+            complain("unresolved-connection", current,
+                     fmt::format("connection target <{}> is not there, {}", target.to_string(),
+                                 what_is_used()));
+            return end;
         }
         const bool is_output = name.rfind("outputs:", 0) == 0;
         if (is_output && prim.type_name() == "Shader") return {prim, name.substr(8), {}};
         current = prim.attribute(name);
     }
-    ctx.warn("connection-cycle", attribute,
-             fmt::format("connections of {} are deeper than {}", attribute.path_string(), deepest));
-    return {Prim(), "", attribute};
+    complain("connection-cycle", attribute,
+             fmt::format("connections of {} are deeper than {}, {}", attribute.path_string(),
+                         deepest, what_is_used()));
+    return {Prim(), "", with_value.is_valid() ? with_value : attribute};
+}
+
+}  // namespace
+
+ShaderSource shader_source(Context& ctx, const Attribute& attribute) {
+    return follow(ctx.stage, attribute,
+                  [&](const char* code, const Attribute& where, std::string message) {
+                      ctx.warn(code, where, std::move(message));
+                  });
+}
+
+ShaderSource shader_source(const usd::stage::Stage& stage, const Attribute& attribute) {
+    return follow(stage, attribute, [](const char*, const Attribute&, const std::string&) {});
 }
 
 bool has_fallback(Prim reader) {
@@ -87,11 +112,11 @@ scene::Input InputReader::read(std::string_view name, const scene::Input& fallba
     if (!attribute.is_valid()) return input;
     const ShaderSource source = shader_source(ctx, attribute);
     if (!source.shader) {
-        read_rgb(source.value, ctx.time, input.value);
+        read_rgb(ctx, source.value, input.value);
         return input;
     }
     // What the input holds itself serves where the connected node cannot be read
-    read_rgb(attribute, ctx.time, input.value);
+    read_rgb(ctx, attribute, input.value);
     const std::string id = shader_id(ctx, source.shader);
     if (id == "UsdUVTexture") {
         input.source = scene::Input::Source::Texture;
@@ -102,7 +127,7 @@ scene::Input InputReader::read(std::string_view name, const scene::Input& fallba
         const ShaderSource otherwise =
             shader_source(ctx, source.shader.attribute("inputs:fallback"));
         input.value = Rgb(0.0f);
-        if (!otherwise.shader) read_rgb(otherwise.value, ctx.time, input.value);
+        if (!otherwise.shader) read_rgb(ctx, otherwise.value, input.value);
         if (primvar.empty()) return input;
         input.source = scene::Input::Source::Primvar;
         input.primvar = scene::intern_primvar(ctx.scene, primvar);

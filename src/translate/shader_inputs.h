@@ -4,6 +4,7 @@
 #include "scene/material.h"
 #include "translate/context.h"
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -18,8 +19,11 @@ struct ShaderSource {
 };
 
 /// Follows the first connection of an attribute to its end; an attribute without connections is its
-/// own end. Warns about cycles and targets that are not there.
+/// own end. An end without a value leaves the last value on the way. Warns about cycles and targets
+/// that are not there.
 ShaderSource shader_source(Context& ctx, const Attribute& attribute);
+/// The same without a word.
+ShaderSource shader_source(const usd::stage::Stage& stage, const Attribute& attribute);
 
 /// Reads inputs of one shader as scene inputs, translating textures and noting primvars on the way.
 struct InputReader {
@@ -44,7 +48,10 @@ scene::Material read_hair(Context& ctx, Prim shader, MaterialEntry& entry);
 scene::TextureId read_texture(Context& ctx, Prim shader, MaterialEntry& entry);
 
 /// What a UsdUVTexture says of its file: all but the coordinates.
-scene::Texture read_texture_file(Context& ctx, Prim shader);
+scene::Texture read_texture_file(Context& ctx, Prim shader, MaterialEntry& entry);
+
+/// A wrap mode by its name in USD or MaterialX; nothing: unknown.
+std::optional<scene::Wrap> named_wrap(std::string_view name);
 
 /// Whether the reader says what to give where the primvar is missing.
 bool has_fallback(Prim reader);

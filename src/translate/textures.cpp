@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "translate/color_space.h"
 #include "translate/pattern_builder.h"
 #include "translate/shader_inputs.h"
 #include "translate/values.h"
@@ -34,37 +35,43 @@ void input_floats(Context& ctx, Prim shader, const char* name, std::array<float,
 
 scene::Wrap wrap_mode(Context& ctx, Prim shader, const char* name) {
     const std::string text = input_text(ctx, shader, name, "useMetadata");
-    if (text == "black") return scene::Wrap::Black;
-    if (text == "clamp") return scene::Wrap::Clamp;
-    // MaterialX calls it periodic
-    if (text == "repeat" || text == "periodic") return scene::Wrap::Repeat;
-    if (text == "mirror") return scene::Wrap::Mirror;
-    if (text != "useMetadata") {
-        ctx.warn("unknown-wrap-mode", shader.attribute(std::string("inputs:") + name),
-                 fmt::format("{} {} is unknown, useMetadata is used", name, text));
-    }
+    if (const auto wrap = named_wrap(text)) return *wrap;
+    ctx.warn("unknown-wrap-mode", shader.attribute(std::string("inputs:") + name),
+             fmt::format("{} {} is unknown, useMetadata is used", name, text));
     return scene::Wrap::UseMetadata;
 }
 
-scene::SourceColorSpace color_space(Context& ctx, Prim shader) {
-    std::string text = input_text(ctx, shader, "sourceColorSpace", "auto");
-    if (text == "auto") {
-        // A colour space on the file's own value is what older exporters write
-        const auto metadata = shader.attribute("inputs:file").metadata("colorSpace");
-        if (metadata) {
-            if (const auto* token = metadata->get_if<usd::layer::Token>()) text = token->str();
-        }
-    }
-    if (text == "sRGB" || text == "srgb_texture" || text == "srgb_rec709_scene")
-        return scene::SourceColorSpace::Srgb;
-    if (text == "raw" || text == "Raw" || text == "data" || text == "lin_rec709" ||
-        text == "lin_rec709_scene")
-        return scene::SourceColorSpace::Raw;
+/// What sourceColorSpace names, else what is said of the file, else auto.
+scene::TexelColors texture_colors(Context& ctx, Prim shader) {
+    const std::string text = input_text(ctx, shader, "sourceColorSpace", "auto");
     if (text != "auto") {
-        ctx.warn("unknown-color-space", shader,
-                 fmt::format("source colour space {} is unknown, auto is used", text));
+        if (const auto named = texel_colors_of(ctx, shader, text)) return *named;
+        ctx.warn("unknown-color-space", shader.attribute("inputs:sourceColorSpace"),
+                 fmt::format("source color space {} is unknown, auto is used", text));
     }
-    return scene::SourceColorSpace::Auto;
+    const Attribute own = shader.attribute("inputs:file");
+    return texel_colors_of(ctx, {own, shader_source(ctx, own).value})
+        .value_or(scene::TexelColors());
+}
+
+/// The fallback, and the primvar of a reader that it is connected to.
+void read_fallback(Context& ctx, Prim shader, MaterialEntry& entry, scene::Texture& texture) {
+    const Attribute attribute = shader.attribute("inputs:fallback");
+    const ShaderSource source = shader_source(ctx, attribute);
+    if (!source.shader) return input_floats(ctx, shader, "fallback", texture.fallback);
+    const std::string id = read_text(source.shader.attribute("info:id"), "", ctx.time);
+    if (id.find("UsdPrimvarReader_") == std::string::npos) {
+        ctx.warn("unsupported-connection", attribute,
+                 fmt::format("fallback comes from a node of type {}, expected a primvar reader; "
+                             "its connection is left out",
+                             id.empty() ? "unknown" : id));
+        return;
+    }
+    input_floats(ctx, source.shader, "fallback", texture.fallback);
+    const std::string name = primvar_name(ctx, source.shader);
+    if (name.empty()) return;
+    texture.fallback_primvar = scene::intern_primvar(ctx.scene, name);
+    entry.primvars.push_back(name);
 }
 
 /// Scale, then counter-clockwise rotation, then translation.
@@ -108,7 +115,7 @@ void read_coordinates(
             continue;
         }
         if (node == "UsdPrimvarReader_float2") {
-            const Attribute fallback = source.shader.attribute("inputs:fallback");
+            const Attribute fallback = input_value(ctx, source.shader, "fallback");
             if (const auto st = read_vector(fallback, 2, ctx.time))
                 texture.st_constant = Vec2(float((*st)[0]), float((*st)[1]));
             const std::string name = primvar_name(ctx, source.shader);
@@ -136,20 +143,23 @@ scene::TextureId read_texture(Context& ctx, Prim shader, MaterialEntry& entry) {
     const scene::TextureId id = it->second;
     if (!is_new) {
         // Another material that shares the node reads the same primvar
+        const scene::PrimvarId otherwise = ctx.scene.textures[id].fallback_primvar;
+        if (otherwise != scene::none) entry.primvars.push_back(ctx.scene.primvar_names[otherwise]);
         const scene::PrimvarId st = ctx.scene.textures[id].st;
         if (st == scene::none) return id;
         entry.primvars.push_back(ctx.scene.primvar_names[st]);
         if (ctx.needs_coordinates.contains(id)) entry.needed.push_back(entry.primvars.back());
         return id;
     }
-    scene::Texture texture = read_texture_file(ctx, shader);
+    scene::Texture texture = read_texture_file(ctx, shader, entry);
     read_coordinates(ctx, shader, entry, id, texture);
-    if (ctx.needs_coordinates.contains(id)) entry.needed.push_back(entry.primvars.back());
+    if (ctx.needs_coordinates.contains(id))
+        entry.needed.push_back(ctx.scene.primvar_names[texture.st]);
     ctx.scene.textures.push_back(std::move(texture));
     return id;
 }
 
-scene::Texture read_texture_file(Context& ctx, Prim shader) {
+scene::Texture read_texture_file(Context& ctx, Prim shader, MaterialEntry& entry) {
     scene::Texture texture;
     texture.provenance = ctx.provenance(shader);
     const Attribute file = input_value(ctx, shader, "file");
@@ -161,11 +171,21 @@ scene::Texture read_texture_file(Context& ctx, Prim shader) {
         ctx.warn("no-texture-file", shader, "texture without a file gives its fallback");
     texture.wrap_s = wrap_mode(ctx, shader, "wrapS");
     texture.wrap_t = wrap_mode(ctx, shader, "wrapT");
-    texture.source_color_space = color_space(ctx, shader);
+    texture.colors = texture_colors(ctx, shader);
     input_floats(ctx, shader, "scale", texture.scale);
     input_floats(ctx, shader, "bias", texture.bias);
-    input_floats(ctx, shader, "fallback", texture.fallback);
+    read_fallback(ctx, shader, entry, texture);
     return texture;
+}
+
+std::optional<scene::Wrap> named_wrap(std::string_view name) {
+    // Those of USD, then what MaterialX calls the same
+    if (name == "useMetadata") return scene::Wrap::UseMetadata;
+    if (name == "black" || name == "constant") return scene::Wrap::Black;
+    if (name == "clamp") return scene::Wrap::Clamp;
+    if (name == "repeat" || name == "periodic") return scene::Wrap::Repeat;
+    if (name == "mirror") return scene::Wrap::Mirror;
+    return std::nullopt;
 }
 
 }  // namespace velatura::translate

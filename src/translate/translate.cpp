@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/translate.h"
 
+#include "translate/color_space.h"
 #include "translate/linking.h"
 #include "translate/parts.h"
 #include "translate/shadow_casters.h"
@@ -41,6 +42,8 @@ Context make_context(const usd::stage::Stage& stage,
                 .placeables = {},
                 .light_groups = {},
                 .skeleton_poses = {},
+                .color_spaces = {},
+                .told_bindings = {},
                 .mesh_light_prims = {},
                 .known_link_places = {},
                 .place_of_volume = {},
@@ -243,6 +246,7 @@ Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,
                                      const TranslateOptions& options,
                                      Diagnostics& diagnostics) {
     Context ctx = make_context(stage, options, diagnostics);
+    note_color_configuration(ctx);
     const Result<void> settings = read_render_settings(ctx);
     if (!settings) return settings.error();
     Result<scene::Camera> camera = make_camera(ctx);

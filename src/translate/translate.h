@@ -28,6 +28,7 @@ struct TranslateOptions {
     usd::stage::TimeCode time;
     std::optional<std::array<int, 2>> resolution;  ///< width, height in pixels
     std::vector<std::string> purposes;             ///< instead of the settings' includedPurposes
+    std::string material_purpose;  ///< full, preview, allPurpose; instead of the settings' purposes
     LightGrouping light_grouping = LightGrouping::PerLight;
     bool finds_casters = false;  ///< fills Scene::casters
     /// Instances, those nested in others counted as often as they are placed. If there are more,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "translate/blackbody.h"
+#include "translate/color_space.h"
 #include "translate/shader_inputs.h"
 #include "translate/values.h"
 #include "translate/volumes.h"
@@ -82,7 +83,9 @@ class OpticsReader {
         int width = 0;
         if (!from.is_valid() || !read_rows(from.value(ctx_.time), rows, width) || rows.empty())
             return fallback;
-        const Vec3d read = rows.size() >= 3 ? Vec3d(rows[0], rows[1], rows[2]) : Vec3d(rows[0]);
+        const Vec3d read = rows.size() >= 3
+                               ? read_color(ctx_, from).value_or(Vec3d(rows[0], rows[1], rows[2]))
+                               : Vec3d(rows[0]);
         Vec3d value;
         for (int c = 0; c < 3; ++c)
             value[c] = std::isfinite(read[c]) ? std::clamp(read[c], least, most) : fallback[c];
@@ -95,7 +98,7 @@ class OpticsReader {
 
   private:
     Prim volume_shader() {
-        const auto binding = usd::stage::resolve_material(volume_, ctx_.material_purpose);
+        const auto binding = usd::stage::resolve_material(volume_, ctx_.material_purposes);
         if (!binding.material) return Prim();
         for (const char* name : {"outputs:velatura:volume", "outputs:volume"}) {
             const Attribute output = binding.material.attribute(name);
@@ -140,9 +143,14 @@ class OpticsReader {
                 source.shader ? read_text(source.shader.attribute("info:id"), "", ctx_.time) : "";
             if (reader.rfind("HwFieldReader_", 0) != 0) continue;
             const std::string field =
-                read_text(source.shader.attribute("inputs:fieldname"), "", ctx_.time);
+                read_text(value_of(source.shader, "fieldname"), "", ctx_.time);
             if (!field.empty()) roles_[field] = input.role;
         }
+    }
+
+    /// The attribute that gives an input of a reader its value.
+    Attribute value_of(Prim reader, std::string_view name) {
+        return shader_source(ctx_, reader.attribute(fmt::format("inputs:{}", name))).value;
     }
 
     /// What the input holds, or the primvar of the volume that it reads; invalid: it says nothing.
@@ -161,7 +169,7 @@ class OpticsReader {
             return Attribute();
         }
         const auto primvar = usd::stage::find_primvar(volume_, primvar_name(ctx_, source.shader));
-        return primvar ? primvar->attribute : source.shader.attribute("inputs:fallback");
+        return primvar ? primvar->attribute : value_of(source.shader, "fallback");
     }
 
     void warn_unknown_attributes() {
@@ -188,14 +196,15 @@ Rgb rgb(const Vec3d& v) {
 
 /// displayColor, if it is one colour, as far as it can be an albedo, else a middle grey.
 Vec3d usual_albedo(Context& ctx, Prim prim) {
-    std::vector<double> rows;
+    std::vector<float> rows;
     int width = 0;
     const auto primvar = usd::stage::find_primvar(prim, scene::display_color_primvar);
-    const bool is_one = primvar && read_rows(primvar->attribute.value(ctx.time), rows, width) &&
+    const bool is_one = primvar && read_color_rows(ctx, primvar->attribute, rows, width) &&
                         width == 3 && rows.size() == 3;
     Vec3d color(0.5);
     for (int c = 0; is_one && c < 3; ++c)
-        if (std::isfinite(rows[size_t(c)])) color[c] = std::clamp(rows[size_t(c)], 0.0, 1.0);
+        if (std::isfinite(rows[size_t(c)]))
+            color[c] = std::clamp(double(rows[size_t(c)]), 0.0, 1.0);
     return color;
 }
 

@@ -113,7 +113,7 @@ Box3d read_extent(Context& ctx, Prim prim) {
 
 /// Whether the material has a surface and nothing that fills a volume.
 bool is_surface_material(Context& ctx, Prim volume) {
-    const auto binding = usd::stage::resolve_material(volume, ctx.material_purpose);
+    const auto binding = usd::stage::resolve_material(volume, ctx.material_purposes);
     return binding.material && has_surface_output(binding.material) &&
            !has_volume_output(binding.material);
 }

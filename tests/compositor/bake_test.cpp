@@ -79,6 +79,26 @@ TEST(BakeLook, FactorsGoToIntensityStopsToExposureTintsToColour) {
     EXPECT_TRUE(bake->left.empty());
 }
 
+TEST(BakeLook, OpinionsWinOverConnectionsAndColorSpaces) {
+    // A connection is stronger than a value, and the scene's colorSpace would count for the
+    // baked color too, which is linear
+    Bake bake;
+    BakedLight& key = bake.lights.emplace_back();
+    key.path = "/Key";
+    key.intensity = 2;
+    key.color = {1, 0.5, 0.25};
+    key.connected = {"color"};
+    key.has_color_space = true;
+    const auto text = bake_layer_text(bake, "shot.exr");
+    ASSERT_TRUE(text.has_value());
+    for (const char* line :
+         {"    float inputs:intensity = 2\n",
+          "    color3f inputs:color = (1, 0.5, 0.25) (colorSpace = \"lin_rec709_scene\")\n",
+          "    color3f inputs:color.connect = None\n"})
+        EXPECT_NE(text->find(line), std::string::npos) << *text;
+    EXPECT_EQ(text->find("intensity.connect"), std::string::npos);
+}
+
 TEST(BakeLook, GainsOfALightMultiplyItsRadiance) {
     // Whatever inputs they end up in: colour × intensity × 2^exposure is the base times the gains
     const LayerStack stack = make_stack();

@@ -171,7 +171,7 @@ void expect_like(const scene::Scene& a,
     const scene::Texture &s = a.textures[x.texture], &t = b.textures[y.texture];
     EXPECT_EQ(s.wrap_s, t.wrap_s);
     EXPECT_EQ(s.wrap_t, t.wrap_t);
-    EXPECT_EQ(s.source_color_space, t.source_color_space);
+    EXPECT_EQ(s.colors.curve, t.colors.curve);
     expect_near(s.scale, t.scale, 1e-6f);
     expect_near(s.bias, t.bias, 1e-6f);
     expect_near(s.st_matrix, t.st_matrix, 1e-5f);

@@ -234,7 +234,7 @@ TEST(MaterialEvaluator, TexturesFollowStAndItsTransform) {
     std::get<std::vector<float>>(part.channels[0].data) = {0.1f, 0.9f, 0.1f, 0.9f};
     std::get<std::vector<float>>(part.channels[1].data) = {0.9f, 0.9f, 0.1f, 0.1f};
     ASSERT_TRUE(image::write_exr(t.file, xy));
-    t.source_color_space = scene::SourceColorSpace::Raw;
+    t.colors.curve = scene::SourceColorSpace::Raw;
     t.wrap_s = t.wrap_t = scene::Wrap::Repeat;
     t.st = scene::find_primvar(stage.scene, "st");
     stage.scene.textures.push_back(t);

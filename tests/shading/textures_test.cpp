@@ -24,7 +24,7 @@ scene::Texture texture(const std::string& file,
                        Wrap wrap = Wrap::Repeat) {
     scene::Texture t;
     t.file = t.authored = file;
-    t.source_color_space = space;
+    t.colors.curve = space;
     t.wrap_s = t.wrap_t = wrap;
     t.fallback = {0.25f, 0.5f, 0.75f, 1.0f};
     return t;
@@ -44,6 +44,22 @@ class Textures : public ::testing::Test {
     Diagnostics diagnostics;
     TextureCache cache{size_t(64) << 20};
 };
+
+/// Without the curve, in other primaries, then scale and bias: 0.5² = 0.25; the primaries hand red
+/// to green; 2 · 0.25 + 1.
+TEST_F(Textures, ColorsOfOtherSpacesAreDecodedBeforeScaleAndBias) {
+    scene::Texture t =
+        texture(folder.write("space.exr", 1, 1, 3, OIIO::TypeFloat, {0.5f, 0.0f, 0.0f}));
+    t.colors.decoding.exponent = 2;
+    t.colors.decoding.to_rec709 = {0, 0, 0, 1, 0, 0, 0, 0, 0};
+    t.scale = {2, 2, 2, 2};
+    t.bias = {1, 1, 1, 0};
+    const TexelRgba texel = at(open(t), 0.5, 0.5);
+    EXPECT_FLOAT_EQ(texel[0], 1.0f);
+    EXPECT_NEAR(texel[1], 1.5f, 1e-4f);
+    EXPECT_FLOAT_EQ(texel[2], 1.0f);
+    EXPECT_FLOAT_EQ(texel[3], 2.0f) << "alpha has no curve";
+}
 
 /// 8-bit codes 0 … 255 spread over an image.
 std::vector<float> codes(size_t count) {

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace velatura::translate {
@@ -93,8 +94,95 @@ TEST(Lights, RadianceIsIntensityTimesExposureTimesColour) {
     EXPECT_EQ(l.Le, Rgb(12, 6, 3));
     EXPECT_EQ(l.width, 4.0f);
     EXPECT_EQ(l.kind, scene::LightKind::Rect);
-    // Files from before USD 21.02
-    EXPECT_EQ(light("RectLight", "float intensity = 7").Le, Rgb(7.0f));
+}
+
+TEST(Lights, NamesOfOldSchemasAreLeftOutAndSaid) {
+    Translated t;
+    // OpenUSD reads none of them since 21.02; a prim that is no light keeps its own radius
+    translate_text(camera() + R"(
+def SphereLight "L" (prepend apiSchemas = ["ShapingAPI"]) {
+    float intensity = 7
+    float radius = 3
+    float shaping:focus = 2
+}
+def Sphere "S" (prepend apiSchemas = ["LightAPI"]) { double radius = 2; }
+)",
+                   t);
+    ASSERT_EQ(t.scene.lights.size(), 1u);
+    EXPECT_EQ(t.scene.lights[0].Le, Rgb(1.0f));
+    EXPECT_EQ(t.scene.lights[0].radius, 0.5f);
+    EXPECT_EQ(t.scene.lights[0].shaping.focus, 0.0f);
+    EXPECT_EQ(t.count("old-light-attribute"), 3u);
+    for (const Diagnostic& d : t.diagnostics.all()) {
+        if (d.code != "old-light-attribute") continue;
+        EXPECT_NE(d.message.find("expected inputs:"), std::string::npos) << d.message;
+    }
+}
+
+TEST(Lights, ConnectedInputsHaveTheValueAtTheEnd) {
+    Translated t;
+    translate_text(camera() + R"(
+def Material "rig" {
+    color3f inputs:key = (0.5, 0.4, 0.3)
+    float inputs:power = 4
+    float inputs:wide = 6
+    def Shader "noise" {
+        uniform token info:id = "ND_noise2d_float"
+        float outputs:out
+    }
+    def NodeGraph "inner" {
+        float inputs:power.connect = </rig.inputs:power>
+        float outputs:power.connect = </rig/inner.inputs:power>
+    }
+}
+def DomeLight "A" { color3f inputs:color.connect = </rig.inputs:key>; }
+def SphereLight "B" {
+    float inputs:intensity = 9
+    float inputs:intensity.connect = </rig/inner.outputs:power>
+    def NodeGraph "graph" { color3f inputs:c = (0.25, 0.5, 1); }
+    color3f inputs:color.connect = </B/graph.inputs:c>
+}
+def RectLight "C" { float inputs:width.connect = </rig.inputs:wide>; }
+def RectLight "D" {
+    float inputs:intensity = 3
+    float inputs:intensity.connect = </rig.inputs:nothing>
+}
+def RectLight "E" {
+    float inputs:intensity = 2
+    float inputs:intensity.connect = </rig/noise.outputs:out>
+}
+)",
+                   t);
+    // The order of paths
+    ASSERT_EQ(t.scene.lights.size(), 5u);
+    EXPECT_EQ(t.scene.lights[0].Le, Rgb(0.5f, 0.4f, 0.3f));
+    EXPECT_EQ(t.scene.lights[1].Le, Rgb(1, 2, 4)) << "4 · (0.25, 0.5, 1)";
+    EXPECT_EQ(t.scene.lights[2].width, 6.0f);
+    EXPECT_EQ(t.scene.lights[3].Le, Rgb(3.0f)) << "an end without a value leaves its own";
+    EXPECT_EQ(t.scene.lights[4].Le, Rgb(2.0f)) << "a shader is not run";
+    EXPECT_EQ(t.count("unsupported-light-shader"), 1u);
+}
+
+TEST(Lights, NamesKeepTheirLettersInLayers) {
+    Translated t;
+    translate_text(camera() + R"(
+def SphereLight "schlüssel" {}
+def SphereLight "Éclair" {}
+def SphereLight "灯" {}
+def SphereLight "燈" {}
+def SphereLight "schluessel" {}
+)",
+                   t);
+    std::vector<std::string> names, labels;
+    for (const auto& group : t.scene.groups) {
+        names.push_back(group.name);
+        labels.push_back(group.label);
+    }
+    // Accents as German and French write without them, else code points; the scene's name beside
+    std::sort(names.begin(), names.end());
+    EXPECT_EQ(names, (std::vector<std::string>{"Eclair", "emissive", "schluessel", "schluessel2",
+                                               "u706F", "u71C8"}));
+    EXPECT_NE(std::find(labels.begin(), labels.end(), "schlüssel"), labels.end());
 }
 
 TEST(Lights, NormalizeDividesByTheWorldArea) {

@@ -234,7 +234,7 @@ TEST(Materials, TexturesThroughNodeGraphsTransformsAndInterfaces) {
     EXPECT_NE(texture.file.find("/tex/a.png"), std::string::npos);
     EXPECT_EQ(texture.wrap_s, scene::Wrap::Repeat);
     EXPECT_EQ(texture.wrap_t, scene::Wrap::Mirror);
-    EXPECT_EQ(texture.source_color_space, scene::SourceColorSpace::Raw);
+    EXPECT_EQ(texture.colors.curve, scene::SourceColorSpace::Raw);
     EXPECT_EQ(texture.scale[0], 2.0f);
     EXPECT_EQ(texture.bias[2], -1.0f);
     EXPECT_EQ(t.scene.primvar_names[texture.st], "map7");
@@ -266,6 +266,95 @@ TEST(Materials, BindingsByNearestStrengthPurposeAndSubset) {
     EXPECT_EQ(t.scene.shapes[4].material, scene::none);
     EXPECT_EQ(t.scene.shapes[5].material, scene::none);
     EXPECT_EQ(t.count("usd-binding-target"), 1u);
+}
+
+TEST(Materials, BindingsOfAnotherPurposeAreNamedAndChosenByOption) {
+    const std::string text = camera() + "def Scope \"M\" {\n" +
+                             material("A", "float inputs:metallic = 0.25") +
+                             material("B", "float inputs:metallic = 0.5") + "}\n" +
+                             quad("Alone", binding("/M/A", ":preview")) +
+                             quad("Both", binding("/M/A", ":preview") + binding("/M/B")) +
+                             quad("Full", binding("/M/B", ":full"));
+
+    struct Case {
+        const char* option;
+        float metallic[3];  ///< of Alone, Both, Full; below 0: its displayColor
+        size_t warnings;
+    };
+
+    const Case cases[] = {{"", {-1, 0.5f, 0.5f}, 1},
+                          {"full", {-1, 0.5f, 0.5f}, 1},
+                          {"preview", {0.25f, 0.25f, -1}, 1},
+                          {"allPurpose", {-1, 0.5f, -1}, 2}};
+    for (const Case& k : cases) {
+        Translated t;
+        TranslateOptions options;
+        options.material_purpose = k.option;
+        translate_text(text, t, options);
+        ASSERT_EQ(t.scene.shapes.size(), 3u);
+        for (size_t i = 0; i < 3; ++i) {
+            const bool is_bound = t.scene.shapes[i].material != scene::none;
+            ASSERT_EQ(is_bound, k.metallic[i] >= 0.0f) << k.option << i;
+            if (!is_bound) continue;
+            EXPECT_EQ(material_of(t, i).metallic.value.x, k.metallic[i]) << k.option;
+        }
+        EXPECT_EQ(t.count("other-material-purpose"), k.warnings) << k.option;
+    }
+    // As the settings' list has it: the first purpose that something is bound for
+    Translated t;
+    translate_text(
+        "#usda 1.0\n( renderSettingsPrimPath = \"/R\" )\ndef RenderSettings \"R\" { "
+        "uniform token[] materialBindingPurposes = [\"full\", \"preview\"]; }\n" +
+            text,
+        t);
+    ASSERT_EQ(t.scene.shapes.size(), 3u);
+    for (size_t i = 0; i < 3; ++i) EXPECT_NE(t.scene.shapes[i].material, scene::none) << i;
+    EXPECT_EQ(material_of(t, 1).metallic.value.x, 0.25f) << "preview before all purposes";
+}
+
+TEST(Materials, FallbacksOfTexturesMayComeFromReaders) {
+    Translated t;
+    translate_text(
+        camera() + R"(
+def Material "M" {
+    token outputs:surface.connect = </M/S.outputs:surface>
+    def Shader "S" { uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>
+        token outputs:surface; }
+    def Shader "T" { uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @none.png@
+        float2 inputs:st = (0, 0)
+        float4 inputs:fallback.connect = </M/R.outputs:result>
+        float3 outputs:rgb; }
+    def Shader "R" { uniform token info:id = "UsdPrimvarReader_float4"
+        string inputs:varname = "tint"
+        float4 inputs:fallback = (0.5, 0.25, 0.125, 1)
+        float4 outputs:result; }
+}
+)" +
+            quad("Q", binding("/M") + "float4[] primvars:tint = [(1, 2, 3, 1)] (interpolation = "
+                                      "\"constant\")"),
+        t);
+    ASSERT_EQ(t.scene.textures.size(), 1u);
+    const scene::Texture& x = t.scene.textures[0];
+    EXPECT_EQ(x.fallback, (std::array<float, 4>{0.5f, 0.25f, 0.125f, 1.0f}));
+    ASSERT_NE(x.fallback_primvar, scene::none);
+    EXPECT_EQ(t.scene.primvar_names[x.fallback_primvar], "tint");
+    ASSERT_EQ(t.mesh(0).primvars.size(), 1u) << "the mesh brings what the texture may need";
+    EXPECT_EQ(t.count("unsupported-connection"), 0u);
+}
+
+/// UsdShade: where connections end without a value, the nearest value on the way counts.
+TEST(Materials, EndsWithoutAValueLeaveTheInputItsOwn) {
+    Translated t;
+    translate_text(camera() + "def Scope \"M\" {\n" +
+                       material("A",
+                                "float inputs:metallic = 0.25\nfloat inputs:metallic.connect = "
+                                "</M/A.inputs:shine>",
+                                "float inputs:shine\n") +
+                       "}\n" + quad("Q", binding("/M/A")),
+                   t);
+    EXPECT_EQ(material_of(t, 0).metallic.value.x, 0.25f);
 }
 
 TEST(Materials, SubsetsBindFaces) {

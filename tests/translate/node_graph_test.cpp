@@ -344,10 +344,55 @@ TEST(NodeGraph, WhatComesDownToATextureIsOne) {
     EXPECT_EQ(d.source, Source::Texture);
     EXPECT_TRUE(t.scene.patterns.empty());
     const scene::Texture& texture = t.scene.textures[d.texture];
-    EXPECT_EQ(texture.source_color_space, scene::SourceColorSpace::Srgb);
+    EXPECT_EQ(texture.colors.curve, scene::SourceColorSpace::Srgb);
     EXPECT_EQ(texture.wrap_s, scene::Wrap::Repeat);
     EXPECT_EQ(t.scene.primvar_names[texture.st], "st");
     EXPECT_EQ(texture.st_matrix, (std::array<float, 4>{1, 0, 0, 1}));
+}
+
+/// ND_UsdUVTexture of usd_preview_surface.mtlx: st is UV0, wrapS and wrapT periodic, and what has
+/// no color space is taken as it is. USD's own node of that name reads (0, 0), useMetadata and
+/// auto.
+TEST(NodeGraph, NodesThatShareANameHaveTheirOwnDefaults) {
+    const auto texture_of = [](const std::string& id, const std::string& inputs) {
+        Translated t;
+        translate_text(stage_of(shader("n", id, "asset inputs:file = @none.png@\n" + inputs,
+                                       "color3f outputs:rgb"),
+                                "color3f inputs:diffuseColor.connect = </Mat/n.outputs:rgb>"),
+                       t);
+        EXPECT_EQ(t.scene.textures.size(), 1u) << id << inputs;
+        return t.scene.textures.empty() ? scene::Texture() : t.scene.textures[0];
+    };
+    for (const char* id : {"ND_UsdUVTexture_23", "ND_UsdUVTexture"}) {
+        const scene::Texture x = texture_of(id, "");
+        EXPECT_EQ(x.wrap_s, scene::Wrap::Repeat) << id;
+        EXPECT_EQ(x.wrap_t, scene::Wrap::Repeat) << id;
+        EXPECT_NE(x.st, scene::none) << id;
+        EXPECT_EQ(x.colors.curve, scene::SourceColorSpace::Raw) << id;
+    }
+    const scene::Texture usd = texture_of("UsdUVTexture", "");
+    EXPECT_EQ(usd.wrap_s, scene::Wrap::UseMetadata);
+    EXPECT_EQ(usd.st, scene::none);
+    EXPECT_EQ(usd.colors.curve, scene::SourceColorSpace::Auto);
+    const std::pair<const char*, scene::Wrap> modes[] = {{"constant", scene::Wrap::Black},
+                                                         {"black", scene::Wrap::Black},
+                                                         {"clamp", scene::Wrap::Clamp},
+                                                         {"periodic", scene::Wrap::Repeat},
+                                                         {"repeat", scene::Wrap::Repeat},
+                                                         {"mirror", scene::Wrap::Mirror},
+                                                         {"useMetadata", scene::Wrap::UseMetadata}};
+    for (const auto& [name, wrap] : modes) {
+        const scene::Texture x =
+            texture_of("ND_UsdUVTexture_23", fmt::format("string inputs:wrapS = \"{}\"", name));
+        EXPECT_EQ(x.wrap_s, wrap) << name;
+        EXPECT_EQ(x.wrap_t, scene::Wrap::Repeat) << name;
+    }
+    const scene::Texture marked =
+        texture_of("ND_UsdUVTexture_23",
+                   "token inputs:sourceColorSpace = \"sRGB\"\nfloat2 inputs:st = (2, 3)");
+    EXPECT_EQ(marked.colors.curve, scene::SourceColorSpace::Srgb);
+    EXPECT_EQ(marked.st, scene::none);
+    EXPECT_EQ(marked.st_constant, Vec2(2.0f, 3.0f));
 }
 
 TEST(NodeGraph, PlacesOfPicturesAreOneMatrix) {
@@ -390,7 +435,7 @@ TEST(NodeGraph, NormalMapsAreDecodedByTheirTexture) {
     const scene::Input& n = t.scene.materials[0].normal;
     ASSERT_EQ(n.source, Source::Texture);
     const scene::Texture& x = t.scene.textures[n.texture];
-    EXPECT_EQ(x.source_color_space, scene::SourceColorSpace::Raw) << "vectors have no colour space";
+    EXPECT_EQ(x.colors.curve, scene::SourceColorSpace::Raw) << "vectors have no colour space";
     EXPECT_EQ(x.scale[0], 1.0f);
     EXPECT_EQ(x.bias[1], -0.5f);
     EXPECT_EQ(x.scale[2], 2.0f);

@@ -82,23 +82,33 @@ MaterialBinding binding_on(const Prim& owner, const Prim& target, std::string_vi
     return make_binding(relation, targets.front());
 }
 
+/// The binding that reaches the prim under one purpose alone.
+MaterialBinding resolve_one(const Prim& prim, std::string_view purpose) {
+    MaterialBinding winner;
+    for (Prim owner = prim; owner && !owner.is_pseudo_root(); owner = owner.parent()) {
+        const MaterialBinding binding = binding_on(owner, prim, purpose);
+        if (!binding.is_bound()) continue;
+        if (!winner.is_bound() || is_stronger_than_descendants(binding.relation)) winner = binding;
+    }
+    return winner;
+}
+
 }  // namespace
 
 MaterialBinding resolve_material(Prim prim, std::string_view purpose) {
-    std::vector<std::string_view> purposes;
-    if (!purpose.empty()) purposes.push_back(purpose);
-    purposes.push_back("");
-    for (const std::string_view wanted : purposes) {
-        MaterialBinding winner;
-        for (Prim owner = prim; owner && !owner.is_pseudo_root(); owner = owner.parent()) {
-            const MaterialBinding binding = binding_on(owner, prim, wanted);
-            if (!binding.is_bound()) continue;
-            if (!winner.is_bound() || is_stronger_than_descendants(binding.relation))
-                winner = binding;
-        }
-        if (winner.is_bound()) return winner;
+    if (!purpose.empty()) {
+        const MaterialBinding binding = resolve_one(prim, purpose);
+        if (binding.is_bound()) return binding;
     }
-    return {};
+    return resolve_one(prim, "");
+}
+
+MaterialBinding resolve_material(Prim prim, std::span<const std::string> purposes) {
+    for (const std::string& purpose : purposes) {
+        const MaterialBinding binding = resolve_one(prim, purpose);
+        if (binding.is_bound()) return binding;
+    }
+    return resolve_one(prim, "");
 }
 
 std::vector<Prim> material_subsets(Prim mesh) {

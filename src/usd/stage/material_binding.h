@@ -3,6 +3,7 @@
 
 #include "usd/stage/stage.h"
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,6 +24,8 @@ struct MaterialBinding {
 /// beat direct ones on one prim. `purpose` is "full", "preview" or "" (all-purpose only). Ref:
 /// UsdShadeMaterialBindingAPI.
 MaterialBinding resolve_material(Prim prim, std::string_view purpose = "full");
+/// The same by the first of several purposes that something is bound for, then all-purpose.
+MaterialBinding resolve_material(Prim prim, std::span<const std::string> purposes);
 
 /// GeomSubsets of a mesh that bind materials: familyName "materialBind", elementType "face", in
 /// namespace order.
