@@ -191,7 +191,7 @@ class Session {
 
     RecentFiles recent_;
     KeptLooks kept_;
-    std::vector<Look> saved_;  ///< presets that were loaded or saved
+    std::vector<Look> saved_;         ///< presets that were loaded or saved
     std::optional<Looks> last_kept_;  ///< of this file
     std::string path_;
     std::shared_ptr<const Levels> levels_;

@@ -629,7 +629,9 @@ class FrameRenderer {
     void warn_of_lower_bound(const std::optional<PictureError>& error, bool is_rare) {
         if (!error || !error->is_lower) return;
         const image::RelativeError& e = error->error;
-        if (e.is_lower)
+        // The few pixels of an image that is exact elsewhere are its edges
+        constexpr double negligible = 0.005;
+        if (e.is_lower && e.value >= negligible)
             diagnostics_.warn(
                 "rare-light", {}, {},
                 fmt::format("rare bright samples: the error of {:.3g} % is a lower bound; {} of {} "

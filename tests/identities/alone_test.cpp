@@ -187,7 +187,8 @@ def Mesh "Window" {
     const std::string pane = R"(
 def Mesh "Window" {
     int[] faceVertexCounts = [4, 4, 4, 4, 4, 4]
-    int[] faceVertexIndices = [0, 1, 2, 3, 7, 6, 5, 4, 0, 4, 5, 1, 1, 5, 6, 2, 2, 6, 7, 3, 3, 7, 4, 0]
+    int[] faceVertexIndices = [0, 1, 2, 3, 7, 6, 5, 4, 0, 4, 5, 1,
+        1, 5, 6, 2, 2, 6, 7, 3, 3, 7, 4, 0]
     point3f[] points = [(-5, -3, 0), (5, -3, 0), (5, 3, 0), (-5, 3, 0), (-5, -3, -0.01),
         (5, -3, -0.01), (5, 3, -0.01), (-5, 3, -0.01)]
     uniform token subdivisionScheme = "none"

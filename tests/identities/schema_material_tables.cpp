@@ -153,9 +153,8 @@ void add_textures(Rows& rows) {
                [](const T& t) { return double(t.scale[0]); });
     of_texture("inputs:bias", "float4 inputs:bias = (0.25, 0, 0.2, 0)", 0.25,
                [](const T& t) { return double(t.bias[0]); });
-    of_texture(
-        "inputs:sourceColorSpace", "token inputs:sourceColorSpace = \"sRGB\"", 1,
-        [](const T& t) { return t.source_color_space == T().source_color_space ? 0.0 : 1.0; });
+    of_texture("inputs:sourceColorSpace", "token inputs:sourceColorSpace = \"sRGB\"", 1,
+               [](const T& t) { return t.colors.curve == T().colors.curve ? 0.0 : 1.0; });
     of_texture("inputs:st", "float2 inputs:st = (0.625, 0.5)", 0.625,
                [](const T& t) { return double(looked_up(t).x); });
     of_texture("inputs:wrapS", "token inputs:wrapS = \"repeat\"", double(scene::Wrap::Repeat),
