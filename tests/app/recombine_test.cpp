@@ -282,7 +282,7 @@ def DomeLight "D"
 }
 )usda");
     const std::string common = std::string(" --res 9 9 --spp 2") + small;
-    ASSERT_EQ(w.velatura("render t.usda -o d.exr" + common).exit_code, 0);
+    ASSERT_EQ(w.velatura("render t.usda -o d.exr -f default" + common).exit_code, 0);
     ASSERT_EQ(w.velatura("render t.usda -o f.exr -f 0" + common).exit_code, 0);
     const size_t middle = 40;
     EXPECT_EQ(channel(read(w, "d.exr"), "albedo.R")[middle], 0.0f);

@@ -135,7 +135,7 @@ const Case cases[] = {
     {"def GenerativeProcedural \"G\" { token proceduralSystem = \"x\" }",
      "proceduralSystem of GenerativeProcedural is not supported"},
     {"def ParticleField3DGaussianSplat \"G\" { point3f[] positions = [(0, 0, 0)] }",
-     "ParticleField3DGaussianSplat is not supported, the prim is left out"},
+     "ParticleField3DGaussianSplat is not supported, the prim is skipped"},
     // What says nothing of the image, or says what is done anyway
     {"def Sphere \"S\" { custom string userProperties:raduis = \"mine\"\n float primvars:rim = 1\n "
      "string note = \"a\"\n float3[] extentsHint = []\n bool primvars:arnold:matte = 0\n bool "

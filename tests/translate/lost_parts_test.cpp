@@ -86,9 +86,9 @@ std::vector<Case> cases() {
          curves("float[] widths = [1]\nuniform token wrap = \"loop\"\n")},
         {"unsupported-curves", "basis hermite are not supported, the prim is skipped",
          "def BasisCurves \"P\" {\nuniform token basis = \"hermite\"\n}\n", false},
-        {"bad-curves", "curves without curveVertexCounts, the prim is skipped",
+        {"empty-curves", "curveVertexCounts is not authored; the BasisCurves is skipped",
          "def BasisCurves \"P\" {\n" + balls + "}\n", false},
-        {"bad-curves", "curves without points, the prim is skipped",
+        {"empty-curves", "points is not authored; the BasisCurves is skipped",
          "def BasisCurves \"P\" {\nint[] curveVertexCounts = [4]\n}\n", false},
         {"bad-curves", "1 of 2 curves are skipped",
          "def BasisCurves \"P\" {\nuniform token type = \"linear\"\nint[] curveVertexCounts = "
@@ -119,7 +119,7 @@ std::vector<Case> cases() {
         {"bad-subdivision", "all corners are ignored", smooth_quad("int[] cornerIndices = [0]\n")},
         {"bad-topology", "hole index 7 is no face of 1 and is ignored",
          quad("P", "int[] holeIndices = [7]\n")},
-        {"empty-mesh", "mesh has no face to render, the prim is skipped",
+        {"empty-mesh", "points is not authored; the Mesh is skipped",
          "def Mesh \"P\" {\nint[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0,1,2]\n}\n",
          false},
         // Instancers
@@ -142,9 +142,9 @@ std::vector<Case> cases() {
          "the origin",
          "def PointInstancer \"P\" {\n" + without(two, "    int[] protoIndices") +
              "int[] protoIndices = [0, 0, 0]\n}\n"},
-        {"bad-instancer", "no positions, all instances stand at the origin",
+        {"bad-instancer", "positions is not authored; all instances stand at the origin",
          "def PointInstancer \"P\" {\n" + without(two, "    point3f[] positions") + "}\n"},
-        {"bad-instancer", "positions without protoIndices make no instance, the prim is skipped",
+        {"bad-instancer", "protoIndices is not authored; the PointInstancer is skipped",
          "def PointInstancer \"P\" {\n" + without(two, "    int[] protoIndices") + "}\n", false},
         {"bad-instancer", "these instances are skipped",
          "def PointInstancer \"P\" {\n" + without(two, "    int[] protoIndices") +
