@@ -249,18 +249,18 @@ TEST_F(Resume, RefusesAnotherTextureInAPackage) {
     };
     w.write("s.usda", small_scene() + textured_ball("t.usdz[t.png]"));
     pack("what is no picture gives its fallback");
-    render("--spp 2 --keep-sums -o whole.exr");
+    render("--missing-assets ignore --spp 2 --keep-sums -o whole.exr");
     pack("what is no picture gives the same one");
-    const CommandResult r = try_render("--spp 4 --resume -o whole.exr");
+    const CommandResult r = try_render("--missing-assets ignore --spp 4 --resume -o whole.exr");
     EXPECT_EQ(r.exit_code, 5) << r.output;
 }
 
 TEST_F(Resume, RefusesOtherTilesOfATexture) {
     w.write("s.usda", small_scene() + textured_ball("t.<UDIM>.png"));
     w.write("t.1001.png", "what is no picture gives its fallback");
-    render("--spp 2 --keep-sums -o whole.exr");
+    render("--missing-assets ignore --spp 2 --keep-sums -o whole.exr");
     const auto expect_code = [&](int code) {
-        const CommandResult r = try_render("--spp 4 --resume -o whole.exr");
+        const CommandResult r = try_render("--missing-assets ignore --spp 4 --resume -o whole.exr");
         EXPECT_EQ(r.exit_code, code) << r.output;
     };
     w.write("t.1001.png", "what is no picture gives the same one");
