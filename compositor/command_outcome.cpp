@@ -12,7 +12,7 @@ int report(const Error& error) {
     const auto is = [&](const char* code) { return error.code == code; };
     for (const char* code :
          {"bad-gain", "bad-matte", "unknown-name", "matte-layer", "matte-name", "matte-channel",
-          "bad-output", "bad-target", "bad-frames", "no-frame"}) {
+          "bad-output", "bad-target", "bad-frames", "no-frame", "unknown-space"}) {
         if (is(code)) return usage;
     }
     if (is("closure-failed") || is("verify-failed") || is("not-finite") || is("proof-failed"))

@@ -106,6 +106,12 @@ struct Cell {
     std::vector<float> rgb;
 };
 
+/// Of a beauty that is all but black, or where light and its negative cancel, shares say nothing.
+std::string share_note(double share) {
+    constexpr double largest = 1e4;
+    return std::abs(share) < largest ? fmt::format("{:.1f} %", 100 * share) : std::string("- %");
+}
+
 Cell make_cell(const image::Image& image,
                const LayerChannels& layer,
                bool is_light,
@@ -118,8 +124,7 @@ Cell make_cell(const image::Image& image,
     float stops = options.exposure_stops;
     // The header may name as light what has lost channels since
     const bool has_light = layer.kind() == LayerChannels::Kind::Light;
-    if (is_light && has_light && whole > 0)
-        cell.note = fmt::format("{:.1f} %", 100 * mean_luminance(layer) / whole);
+    if (is_light && has_light && whole > 0) cell.note = share_note(mean_luminance(layer) / whole);
     if (options.fit && has_light) {
         stops += fitting_stops(layer);
         cell.note += (cell.note.empty() ? "" : "  ") + stops_text(stops);
@@ -142,7 +147,9 @@ std::vector<std::string> lines_of(const std::vector<std::string>& words, int wid
 
 }  // namespace
 
-Result<Canvas> contact_sheet(const image::Image& image, const SheetOptions& options) {
+Result<Canvas> contact_sheet(const image::Image& image,
+                             const SheetOptions& options,
+                             std::vector<std::string>* warnings) {
     auto layers = layers_of(image);
     std::erase_if(layers, [&](const LayerChannels& l) { return !is_wanted(l.name, options); });
     if (layers.empty())
@@ -162,9 +169,11 @@ Result<Canvas> contact_sheet(const image::Image& image, const SheetOptions& opti
             fmt::format("{} layers do not fit on one sheet; choose some with --layers PATTERN",
                         layers.size())};
     }
-    const auto transform = image::DisplayTransform::make(options.display, options.view,
-                                                         image::working_space_of(image));
+    const auto color = image::color_of(image, options.input_space);
+    if (!color) return color.error();
+    const auto transform = image::DisplayTransform::make(options.display, options.view, *color);
     if (!transform) return transform.error();
+    if (warnings) *warnings = transform->warnings();
 
     const auto beauty = layers_of(image);
     const auto rgba = std::find_if(beauty.begin(), beauty.end(),

@@ -17,13 +17,17 @@ struct SheetOptions {
     bool fit = false;  ///< light layers each at the exposure that shows them, said in the caption
     float exposure_stops = 0;
     std::string display, view;          ///< OpenColorIO; empty: the config's defaults
+    std::string input_space;            ///< empty: what the file says (image/file_color.h)
     std::vector<std::string> patterns;  ///< only layers that match one of them, `*` and `?`
 };
 
 /// All layers of a file side by side, each with its name and, where a light layer, its share of the
 /// beauty. Colours go through the display transform; normals, positions, depths, ids and counts are
 /// shown as false colours. Any EXR will do. Layers that are listed and black are named at the end.
-/// Errors: "no-layers", "ocio-config", "ocio-view", "sheet-too-large".
-Result<Canvas> contact_sheet(const image::Image& image, const SheetOptions& options);
+/// What is not known of the colours is added to `warnings` when it is given.
+/// Errors: "no-layers", "unknown-space", "ocio-config", "ocio-view", "sheet-too-large".
+Result<Canvas> contact_sheet(const image::Image& image,
+                             const SheetOptions& options,
+                             std::vector<std::string>* warnings = nullptr);
 
 }  // namespace velatura::compositor

@@ -56,19 +56,37 @@ std::array<double, 3> planckian_rec709(double kelvin) {
         y = ((3.0817580 * x - 5.87338670) * x + 3.75112997) * x - 0.37001483;
     }
     const double X = x / y, Z = (1.0 - x - y) / y;
-    return {std::max(0.0, 3.2404542 * X - 1.5371385 - 0.4985314 * Z),
-            std::max(0.0, -0.9692660 * X + 1.8760108 + 0.0415560 * Z),
-            std::max(0.0, 0.0556434 * X - 0.2040259 + 1.0572252 * Z)};
+    return {3.2404542 * X - 1.5371385 - 0.4985314 * Z, -0.9692660 * X + 1.8760108 + 0.0415560 * Z,
+            0.0556434 * X - 0.2040259 + 1.0572252 * Z};
+}
+
+/// Against 6504 K, of luminance 1.
+std::array<double, 3> relative_to_white(std::array<double, 3> rgb) {
+    const auto white = planckian_rec709(6504.0);
+    for (size_t c = 0; c < 3; ++c) rgb[c] /= white[c];
+    const double luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+    for (double& v : rgb) v /= luminance;
+    return rgb;
 }
 
 }  // namespace
 
 std::array<float, 3> kelvin_tint(float kelvin) {
-    const auto white = planckian_rec709(6504.0);
     auto rgb = planckian_rec709(double(kelvin));
-    for (size_t c = 0; c < 3; ++c) rgb[c] /= white[c];
-    const double luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
-    return {float(rgb[0] / luminance), float(rgb[1] / luminance), float(rgb[2] / luminance)};
+    for (double& v : rgb) v = std::max(0.0, v);
+    rgb = relative_to_white(rgb);
+    return {float(rgb[0]), float(rgb[1]), float(rgb[2])};
+}
+
+std::array<float, 3> kelvin_tint(float kelvin, const image::ColorMatrix& m) {
+    if (m == image::ColorMatrix{1, 0, 0, 0, 1, 0, 0, 0, 1}) return kelvin_tint(kelvin);
+    // A wider gamut may hold what Rec.709 has to cut
+    const auto rgb = relative_to_white(planckian_rec709(double(kelvin)));
+    std::array<float, 3> tint{};
+    for (size_t c = 0; c < 3; ++c)
+        tint[c] =
+            float(std::max(0.0, m[3 * c] * rgb[0] + m[3 * c + 1] * rgb[1] + m[3 * c + 2] * rgb[2]));
+    return tint;
 }
 
 Result<float> parse_gain(const std::string& text) {
@@ -175,7 +193,7 @@ Result<void> parse_keys(Control& control) {
     return {};
 }
 
-std::array<float, 3> factor_at(const Control& control, double frame) {
+Numbers numbers_at(const Control& control, double frame) {
     const std::vector<Keyframe>& keys = control.keys;
     const auto after =
         std::find_if(keys.begin(), keys.end(), [&](const Keyframe& k) { return k.frame > frame; });
@@ -183,7 +201,7 @@ std::array<float, 3> factor_at(const Control& control, double frame) {
     numbers.are_stops = control.keys_are_stops;
     if (after == keys.begin() || after == keys.end()) {
         numbers.of = after == keys.begin() ? keys.front().numbers : keys.back().numbers;
-        return factor_of(control.kind, numbers);
+        return numbers;
     }
     const Keyframe& before = *(after - 1);
     const double t = (frame - before.frame) / (after->frame - before.frame);
@@ -191,7 +209,12 @@ std::array<float, 3> factor_at(const Control& control, double frame) {
         numbers.of[c] = float(double(before.numbers[c]) +
                               t * (double(after->numbers[c]) - double(before.numbers[c])));
     }
-    return factor_of(control.kind, numbers);
+    return numbers;
+}
+
+void set_factor(Control& control, const Numbers& numbers) {
+    control.factor = factor_of(control.kind, numbers);
+    if (control.kind == Control::Kind::Kelvin) control.kelvin = numbers.of[0];
 }
 
 }  // namespace
@@ -201,48 +224,66 @@ const char* name_of(Control::Kind kind) {
 }
 
 Result<Control> parse_control(Control::Kind kind, const std::string& text) {
+    const bool has_value = kind != Control::Kind::Mute && kind != Control::Kind::Solo;
+    // No value holds one, a name may
+    const size_t equals = has_value ? text.rfind('=') : std::string::npos;
+    if (text.empty() || equals == 0 || (equals != std::string::npos) != has_value)
+        return bad(text, has_value ? "NAME=VALUE" : "NAME");
+    return make_control(kind, text.substr(0, equals), has_value ? text.substr(equals + 1) : "");
+}
+
+Result<Control> make_control(Control::Kind kind,
+                             const std::string& target,
+                             const std::string& value) {
     Control control;
     control.kind = kind;
+    control.target = target;
+    control.value = value;
     const bool has_value = kind != Control::Kind::Mute && kind != Control::Kind::Solo;
-    const size_t equals = text.find('=');
-    if (text.empty() || equals == 0 || (equals != std::string::npos) != has_value) {
-        return bad(text, has_value ? "NAME=VALUE" : "NAME");
-    }
-    control.target = text.substr(0, equals);
-    const bool is_caster = kind == Control::Kind::Caster;
-    if (is_caster && control.target.find(':') == std::string::npos)
-        return bad(text, "GROUP:CASTER=X");
+    if (target.empty() || value.empty() == has_value)
+        return bad(target + "=" + value, has_value ? "NAME=VALUE" : "NAME");
+    if (kind == Control::Kind::Caster && target.find(':') == std::string::npos)
+        return bad(target, "GROUP:CASTER=X");
     if (!has_value) return control;
-    control.value = text.substr(equals + 1);
-    if (control.value.find('@') != std::string::npos) {
+    if (value.find('@') != std::string::npos) {
         if (auto parsed = parse_keys(control); !parsed) return parsed.error();
-        control.factor = factor_at(control, control.keys.front().frame);
+        set_factor(control, numbers_at(control, control.keys.front().frame));
         return control;
     }
-    const auto numbers = parse_value(kind, control.value);
+    const auto numbers = parse_value(kind, value);
     if (!numbers) return numbers.error();
-    control.factor = factor_of(kind, *numbers);
+    set_factor(control, *numbers);
     return control;
 }
 
+std::vector<std::string> split_at_commas(std::string_view text) {
+    std::vector<std::string> pieces(1);
+    for (size_t i = 0; i < text.size(); ++i) {
+        const bool is_escaped = text[i] == '\\' && text.substr(i + 1).starts_with(',');
+        if (text[i] == ',') {
+            pieces.emplace_back();
+        } else {
+            pieces.back() += is_escaped ? text[++i] : text[i];
+        }
+    }
+    return pieces;
+}
+
 Result<void> add_rows(Look& look, const std::string& text) {
-    constexpr const char* expected = "NAME=ROW,ROW";
     const size_t equals = text.find('=');
-    if (equals == 0 || equals == std::string::npos) return bad(text, expected);
-    const std::string name = text.substr(0, equals);
+    if (equals == 0 || equals == std::string::npos) return bad(text, "NAME=ROW,ROW");
+    return add_rows(look, text.substr(0, equals),
+                    split_at_commas(std::string_view(text).substr(equals + 1)));
+}
+
+Result<void> add_rows(Look& look, const std::string& name, std::vector<std::string> rows) {
     constexpr std::array words = {"all", "direct", "indirect", "tail", "env", "shadow"};
     const bool is_word = std::find(words.begin(), words.end(), name) != words.end();
     if (is_word || name.find(':') != std::string::npos)
         return bad(name, "a name of your own for several rows");
-    std::vector<std::string> rows;
-    std::string_view rest = std::string_view(text).substr(equals + 1);
-    for (;;) {
-        const size_t comma = rest.find(',');
-        rows.emplace_back(rest.substr(0, comma));
-        if (rows.back().empty()) return bad(text, expected);
-        if (comma == std::string_view::npos) break;
-        rest.remove_prefix(comma + 1);
-    }
+    const bool has_gap =
+        std::any_of(rows.begin(), rows.end(), [](const std::string& r) { return r.empty(); });
+    if (name.empty() || rows.empty() || has_gap) return bad(name + "=", "NAME=ROW,ROW");
     look.rows[name] = std::move(rows);
     return {};
 }
@@ -254,7 +295,7 @@ bool has_keys(const Look& look) {
 
 Look look_at(Look look, double frame) {
     for (Control& control : look.controls) {
-        if (!control.keys.empty()) control.factor = factor_at(control, frame);
+        if (!control.keys.empty()) set_factor(control, numbers_at(control, frame));
     }
     return look;
 }

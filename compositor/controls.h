@@ -2,11 +2,13 @@
 #pragma once
 
 #include "base/result.h"
+#include "image/primaries.h"
 
 #include <array>
 #include <cstdint>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace velatura::compositor {
@@ -38,6 +40,7 @@ struct Control {
     std::string matte = {};           ///< where it acts (mattes.h); empty = everywhere
     std::vector<Keyframe> keys = {};  ///< by frame; empty = the same in every frame
     bool keys_are_stops = false;
+    float kelvin = 0;  ///< of Kelvin, as factor; that one is for linear Rec.709
 };
 
 /// A look: what `--preset` loads and `--save-preset` saves.
@@ -45,6 +48,9 @@ struct Look {
     std::vector<Control> controls;
     float exposure_stops = 0;  ///< at most largest_stops either way
     std::string display, view;
+    /// Colour space of the file, where that is not to say it (image/file_color.h). Not in presets:
+    /// it is no matter of the look.
+    std::string input_space = {};
     /// Names that stand for several rows: a control of one of them is their master.
     std::map<std::string, std::vector<std::string>> rows = {};
 };
@@ -52,15 +58,27 @@ struct Look {
 /// `2`, `0.5`, `+1.5st`, `-1st` as a factor, of largest_stops at most. Errors: "bad-gain".
 Result<float> parse_gain(const std::string& text);
 
-/// Reads `NAME=VALUE` (`NAME` for mute and solo); a value may be `VALUE@FRAME,VALUE@FRAME …`.
-/// Errors: "bad-gain".
+/// Reads `NAME=VALUE` (`NAME` for mute and solo); a value may be `VALUE@FRAME,VALUE@FRAME …`. A
+/// name may hold `=` itself: the last one counts. Errors: "bad-gain".
 Result<Control> parse_control(Control::Kind kind, const std::string& text);
+
+/// The same of a name, whatever it holds, and a value (empty for mute and solo).
+Result<Control> make_control(Control::Kind kind,
+                             const std::string& target,
+                             const std::string& value);
 
 /// `gain`, `tint` … `clamp`.
 const char* name_of(Control::Kind kind);
 
-/// Reads `NAME=ROW,ROW …` into the look's rows. Errors: "bad-gain".
+/// Reads `NAME=ROW,ROW …` into the look's rows; `\,` is a comma within a row's name.
+/// Errors: "bad-gain".
 Result<void> add_rows(Look& look, const std::string& text);
+
+/// The same of a name and rows. Errors: "bad-gain".
+Result<void> add_rows(Look& look, const std::string& name, std::vector<std::string> rows);
+
+/// `a,b\,c` → `a` and `b,c`: at commas without a backslash, which is taken off before commas alone.
+std::vector<std::string> split_at_commas(std::string_view text);
 
 /// True if a control has keys: the look needs a frame.
 bool has_keys(const Look& look);
@@ -72,6 +90,9 @@ Look look_at(Look look, double frame);
 /// Linear Rec.709 tint of a black body against 6504 K, luminance 1; kelvin in [1667, 25000].
 /// Ref: Kim et al. 2002, US patent 7024034 (cubic approximation of the Planckian locus).
 std::array<float, 3> kelvin_tint(float kelvin);
+
+/// The same colour in the numbers of a file.
+std::array<float, 3> kelvin_tint(float kelvin, const image::ColorMatrix& file_from_rec709);
 
 std::string look_to_json(const Look& look);
 /// Errors: "bad-preset".

@@ -1,34 +1,106 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/export.h"
 
+#include "base/unique_names.h"
 #include "image/layer_header.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <string_view>
+#include <tuple>
 
 namespace velatura::compositor {
 
 namespace {
 
-/// The name of the part that holds a channel; empty where the file has one part, or none holds it.
-std::string part_of(const image::Image& image, const std::string& channel) {
-    if (image.parts.size() < 2) return "";
-    for (const image::Part& part : image.parts) {
-        if (part.find(channel)) return part.name;
+using image::ChannelPlace;
+
+/// Empty where the file has one part.
+std::string part_of(const image::Image& image, const ChannelPlace& place) {
+    return image.parts.size() < 2 ? std::string() : image.parts[place.part].name;
+}
+
+const std::string& name_of(const image::Image& image, const ChannelPlace& place) {
+    return image.parts[place.part].channels[place.channel].name;
+}
+
+/// Where OpenImageIO lists a suffix among those of its layer.
+size_t rank_of(std::string suffix) {
+    constexpr std::array<std::array<std::string_view, 2>, 10> order = {{{"r", "red"},
+                                                                        {"g", "green"},
+                                                                        {"b", "blue"},
+                                                                        {"real", "real"},
+                                                                        {"imag", "imag"},
+                                                                        {"a", "alpha"},
+                                                                        {"ar", "ra"},
+                                                                        {"ag", "ga"},
+                                                                        {"ab", "ba"},
+                                                                        {"z", "depth"}}};
+    for (char& c : suffix) c = char(std::tolower(static_cast<unsigned char>(c)));
+    const auto at = std::find_if(order.begin(), order.end(), [&](const auto& names) {
+        return suffix == names[0] || suffix == names[1];
+    });
+    return size_t(at - order.begin());
+}
+
+/// The number of a channel as OpenImageIO counts those of a part: by layer, there R G B A first,
+/// then as the file has them, by name. Numbers are what oiiotool takes for any name.
+size_t number_of(const image::Part& part, const std::string& channel) {
+    struct Key {
+        std::string layer;
+        size_t rank;
+        std::string name;
+
+        bool operator<(const Key& k) const {
+            return std::tie(layer, rank, name) < std::tie(k.layer, k.rank, k.name);
+        }
+    };
+
+    const auto key_of = [](const std::string& name) {
+        const size_t dot = name.rfind('.');
+        const bool is_bare = dot == std::string::npos;
+        return Key{is_bare ? "" : name.substr(0, dot),
+                   rank_of(is_bare ? name : name.substr(dot + 1)), name};
+    };
+    const Key key = key_of(channel);
+    return size_t(std::count_if(part.channels.begin(), part.channels.end(),
+                                [&](const image::Channel& c) { return key_of(c.name) < key; }));
+}
+
+/// Letters, digits and `_`, which every program takes for a name.
+std::string plain_name(const std::string& layer) {
+    std::string name = layer;
+    for (char& c : name) {
+        const bool is_plain =
+            (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+        if (!is_plain) c = '_';
     }
-    return "";
+    return name;
 }
 
 bool is_silent(const std::array<float, 3>& gain) {
     return gain[0] == 0.0f && gain[1] == 0.0f && gain[2] == 0.0f;
 }
 
-std::string channel_list(const std::string& layer) {
-    return layer == "rgba" ? "R,G,B" : fmt::format("{0}.R,{0}.G,{0}.B", layer);
+/// By name where oiiotool takes it for one, else by number.
+std::string channel_list(const MixRecipe::Term& term) {
+    std::string names, numbers;
+    bool is_plain = true;
+    for (size_t c = 0; c < 3; ++c) {
+        const char* const comma = c == 0 ? "" : ",";
+        const std::string& name = term.channels[c];
+        names += comma + name;
+        numbers += fmt::format("{}{}", comma, term.places[c]);
+        is_plain = is_plain && !name.empty() && std::isdigit(uint8_t(name[0])) == 0 &&
+                   std::all_of(name.begin(), name.end(), [](char k) {
+                       return k == '.' || plain_name(std::string(1, k))[0] == k;
+                   });
+    }
+    return is_plain ? names : numbers;
 }
 
 std::array<float, 3> scaled(std::array<float, 3> gain, float factor) {
@@ -41,9 +113,16 @@ void add_term(const LayerStack& stack,
               const std::string& layer,
               const std::array<float, 3>& gain,
               MixRecipe& recipe) {
-    const image::Channel* red = stack.channel(layer, 0);
-    if (!red || is_silent(gain)) return;
-    recipe.terms.push_back({layer, part_of(stack.image(), red->name), gain});
+    MixRecipe::Term term{layer, {}, gain};
+    if (is_silent(gain)) return;
+    for (size_t c = 0; c < 3; ++c) {
+        const auto place = stack.place(layer, c);
+        if (!place) return;
+        term.channels[c] = name_of(stack.image(), *place);
+        term.part = part_of(stack.image(), *place);
+        term.places[c] = number_of(stack.image().parts[place->part], term.channels[c]);
+    }
+    recipe.terms.push_back(std::move(term));
 }
 
 /// For a POSIX shell.
@@ -65,6 +144,24 @@ std::string tcl_quoted(const std::string& text) {
         quoted += c;
     }
     return quoted + "\"";
+}
+
+/// What Nuke calls a layer of an EXR: the channel's layer, or the part's of bare channels, of
+/// letters, digits and `_`.
+std::string nuke_layer(const MixRecipe::Term& term) {
+    if (term.layer == "rgba" && term.channels[0] == "R") return "rgba";
+    const size_t dot = term.channels[0].rfind('.');
+    if (dot == std::string::npos) return term.part.empty() ? "rgba" : plain_name(term.part);
+    return plain_name(term.channels[0].substr(0, dot));
+}
+
+/// What Blender calls a layer: the last word before the channel.
+std::string blender_pass(const MixRecipe::Term& term) {
+    const size_t dot = term.channels[0].rfind('.');
+    if (dot == std::string::npos) return "Combined";
+    const std::string layer = term.channels[0].substr(0, dot);
+    const size_t before = layer.rfind('.');
+    return before == std::string::npos ? layer : layer.substr(before + 1);
 }
 
 /// JSON strings are Python strings as well.
@@ -97,8 +194,16 @@ Result<MixRecipe> mix_recipe(const LayerStack& stack,
     recipe.width = image.display.width();
     recipe.height = image.display.height();
     recipe.look = nlohmann::json::parse(look_to_json(look)).dump();
-    recipe.has_alpha = image.find("A") != nullptr;
-    recipe.alpha_part = part_of(image, "A");
+    recipe.pixel_aspect = image.pixel_aspect_ratio;
+    const image::Window &all = image.display, &stored = image.data;
+    recipe.offset = {(double(stored.x0) + stored.x1 - all.x0 - all.x1) / 2,
+                     (double(all.y0) + all.y1 - stored.y0 - stored.y1) / 2};
+    if (const auto alpha = stack.place("rgba", 3)) {
+        recipe.has_alpha = true;
+        recipe.alpha_part = part_of(image, *alpha);
+        recipe.alpha_channel = name_of(image, *alpha);
+        recipe.alpha_place = number_of(image.parts[alpha->part], recipe.alpha_channel);
+    }
     const float exposure = std::exp2(look.exposure_stops);
     for (const MixPlan::Term& term : plan.all_terms()) {
         if (has_mattes(term)) {
@@ -114,7 +219,10 @@ Result<MixRecipe> mix_recipe(const LayerStack& stack,
         add_term(stack, term.clamp_layer, scaled(gain, plan.clamp_share(term, 0)), recipe);
     }
     // All muted: black, of the right size
-    if (recipe.terms.empty()) recipe.terms.push_back({"rgba", part_of(image, "R"), {0, 0, 0}});
+    if (recipe.terms.empty()) {
+        add_term(stack, "rgba", {1, 1, 1}, recipe);
+        for (MixRecipe::Term& term : recipe.terms) term.gain = {0, 0, 0};
+    }
     return recipe;
 }
 
@@ -142,20 +250,26 @@ std::string oiio_script(const MixRecipe& recipe) {
     for (size_t i = 0; i < recipe.terms.size(); ++i) {
         const MixRecipe::Term& term = recipe.terms[i];
         script += fmt::format(" \\\n  {} --ch {} --chnames R,G,B --mulc {},{},{}{}",
-                              label_of(term.part), channel_list(term.layer), term.gain[0],
-                              term.gain[1], term.gain[2], i == 0 ? "" : " --add");
+                              label_of(term.part), channel_list(term), term.gain[0], term.gain[1],
+                              term.gain[2], i == 0 ? "" : " --add");
     }
     if (recipe.has_alpha)
-        script += fmt::format(" \\\n  {} --ch A --chappend", label_of(recipe.alpha_part));
+        script +=
+            fmt::format(" \\\n  {} --ch {} --chnames A --chappend", label_of(recipe.alpha_part),
+                        recipe.alpha_channel == "A" ? "A" : std::to_string(recipe.alpha_place));
     return script + " \\\n  --eraseattrib '^velatura/.*' -d float -o \"$out\"\n";
 }
 
 std::string nuke_script(const MixRecipe& recipe) {
     std::string script = "#! nuke\n" + comment(recipe) + "version 12.0 v1\n";
+    UniqueNames nodes;
+    std::vector<std::string> names;
     for (const MixRecipe::Term& term : recipe.terms) {
-        if (term.layer != "rgba")
+        const std::string layer = nuke_layer(term);
+        names.push_back(nodes.make(plain_name(term.layer)));
+        if (layer != "rgba")
             script +=
-                fmt::format("add_layer {{{0} {0}.red {0}.green {0}.blue {0}.alpha}}\n", term.layer);
+                fmt::format("add_layer {{{0} {0}.red {0}.green {0}.blue {0}.alpha}}\n", layer);
     }
     script += fmt::format(
         "Read {{\n inputs 0\n file {}\n raw true\n name Layers\n}}\nset layers [stack 0]\n",
@@ -163,15 +277,14 @@ std::string nuke_script(const MixRecipe& recipe) {
     for (size_t i = 0; i < recipe.terms.size(); ++i) {
         const MixRecipe::Term& term = recipe.terms[i];
         if (i > 0) script += "push $layers\n";
-        script += fmt::format("Shuffle {{\n in {}\n alpha black\n name take_{}\n}}\n", term.layer,
-                              term.layer);
+        script += fmt::format("Shuffle {{\n in {}\n alpha black\n name take_{}\n}}\n",
+                              nuke_layer(term), names[i]);
         script +=
             fmt::format("Multiply {{\n channels rgb\n value {{{} {} {} 1}}\n name gain_{}\n}}\n",
-                        term.gain[0], term.gain[1], term.gain[2], term.layer);
+                        term.gain[0], term.gain[1], term.gain[2], names[i]);
         if (i > 0)
             script += fmt::format(
-                "Merge2 {{\n inputs 2\n operation plus\n output rgb\n name add_{}\n}}\n",
-                term.layer);
+                "Merge2 {{\n inputs 2\n operation plus\n output rgb\n name add_{}\n}}\n", names[i]);
     }
     if (recipe.has_alpha) {
         script += "set mix [stack 0]\npush $layers\npush $mix\n";
@@ -186,10 +299,13 @@ std::string blender_script(const MixRecipe& recipe) {
                          "-b -P SCRIPT -- [IN.exr [OUT.exr]]\n"
                          "import os\nimport sys\n\nimport bpy\n\n";
     script += fmt::format(
-        "FILE = {}\nWIDTH, HEIGHT = {}, {}\n# Layer, factor of red, green, blue\nTERMS = [\n",
-        python_quoted(recipe.file), recipe.width, recipe.height);
+        "FILE = {}\nWIDTH, HEIGHT, PIXEL_ASPECT = {}, {}, {}\n"
+        "# From the middle of the picture to that of the stored pixels, right and up\n"
+        "OFFSET = ({}, {})\n# Layer, factor of red, green, blue\nTERMS = [\n",
+        python_quoted(recipe.file), recipe.width, recipe.height, recipe.pixel_aspect,
+        recipe.offset[0], recipe.offset[1]);
     for (const MixRecipe::Term& term : recipe.terms) {
-        const std::string output = term.layer == "rgba" ? "Combined" : term.layer;
+        const std::string output = blender_pass(term);
         script += fmt::format("    ({}, ({}, {}, {})),\n", python_quoted(output), term.gain[0],
                               term.gain[1], term.gain[2]);
     }
@@ -217,16 +333,36 @@ def mixed(kind, first, second, name, column):
     return node.outputs[0]
 
 
+def socket(layer):
+    """Of a layer; a file without further ones has its picture under another name."""
+    found = source.outputs.get(layer) or (layer == "Combined" and source.outputs.get("Image"))
+    if not found:
+        sys.exit(f"Blender has no pass {layer!r} of {FILE}")
+    return found
+
+
 total = None
 for row, (layer, gain) in enumerate(TERMS):
-    term = mixed("MULTIPLY", source.outputs[layer], gain, layer, 2)
-    total = term if total is None else mixed("ADD", total, term, "+ " + layer, 3)
+    # Factors of sockets are cut at 0: what is taken away is subtracted
+    for kind, sign in (("ADD", 1), ("SUBTRACT", -1)):
+        part = tuple(max(sign * g, 0.0) for g in gain)
+        if total is not None and not any(part):
+            continue
+        term = mixed("MULTIPLY", socket(layer), part, layer, 2)
+        total = term if total is None else mixed(kind, total, term, kind.lower() + " " + layer, 3)
 if HAS_ALPHA:
     alpha = tree.nodes.new("CompositorNodeSetAlpha")
     alpha.mode, alpha.location = "REPLACE_ALPHA", (1000, 0)
     tree.links.new(total, alpha.inputs[0])
     tree.links.new(source.outputs["Alpha"], alpha.inputs[1])
     total = alpha.outputs[0]
+if OFFSET != (0, 0):
+    # Blender centres a picture that is smaller than the frame, whatever its data window
+    moved = tree.nodes.new("CompositorNodeTranslate")
+    moved.location = (1125, 0)
+    moved.inputs["X"].default_value, moved.inputs["Y"].default_value = OFFSET
+    tree.links.new(total, moved.inputs[0])
+    total = moved.outputs[0]
 for place, kind in enumerate(("CompositorNodeComposite", "CompositorNodeViewer")):
     output = tree.nodes.new(kind)
     output.use_alpha, output.location = HAS_ALPHA, (1250, -200 * place)
@@ -235,6 +371,7 @@ for place, kind in enumerate(("CompositorNodeComposite", "CompositorNodeViewer")
 if len(arguments) > 1:
     render = scene.render
     render.resolution_x, render.resolution_y, render.resolution_percentage = WIDTH, HEIGHT, 100
+    render.pixel_aspect_x, render.pixel_aspect_y = max(PIXEL_ASPECT, 1), max(1 / PIXEL_ASPECT, 1)
     render.image_settings.file_format, render.image_settings.color_depth = "OPEN_EXR", "32"
     render.image_settings.color_mode = "RGBA" if HAS_ALPHA else "RGB"
     render.use_compositing, render.use_sequencer = True, False

@@ -15,17 +15,24 @@ namespace velatura::compositor {
 /// float, alpha of the beauty.
 struct MixRecipe {
     struct Term {
-        std::string layer;
-        std::string part;  ///< of the file; empty where it has one
+        std::string layer;  ///< as controls name it
+        std::string part;   ///< of the file; empty where it has one
         std::array<float, 3> gain = {1, 1, 1};
+        std::array<std::string, 3> channels = {};  ///< full names in the file; empty: layer.R …
+        std::array<size_t, 3> places = {};         ///< of these in the part, as OpenImageIO counts
     };
 
     std::string file;         ///< as the user names it
     std::vector<Term> terms;  ///< at least one
     std::string alpha_part;
     bool has_alpha = false;
+    std::string alpha_channel = "A";  ///< full name in the file
+    size_t alpha_place = 0;
     int width = 0, height = 0;  ///< of the whole picture
-    std::string look;           ///< JSON, one line
+    /// From its middle to that of the pixels that are stored, right and up.
+    std::array<double, 2> offset = {};
+    float pixel_aspect = 1;
+    std::string look;  ///< JSON, one line
 };
 
 /// Errors: "export-split" (a file whose layers lie in files beside it), "export-matte" (gains that

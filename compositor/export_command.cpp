@@ -31,11 +31,12 @@ const std::map<std::string, Writer>& writers() {
 int run_export(const ExportOptions& o) {
     const auto asked = o.look.look_of_frame();
     if (!asked) return report(asked.error());
-    const auto stack = LayerStack::load(o.input);
+    const auto stack = LayerStack::load(o.input, ForeignFiles::Plain);
     if (!stack) return report(stack.error());
     const Look look = o.look.fitted(*stack, *asked);
     const auto plan = plan_mix(*stack, look);
     if (!plan) return report(plan.error());
+    for (const std::string& note : plan->notes) warn(o.input + ": " + note);
     const auto recipe = mix_recipe(*stack, *plan, look, o.file.empty() ? o.input : o.file);
     if (!recipe) return report(recipe.error());
     const std::string script = writers().at(o.program)(*recipe);

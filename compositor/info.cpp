@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/info.h"
 
+#include "compositor/fold.h"
+#include "compositor/stack_color.h"
+#include "image/cryptomatte.h"
 #include "image/digest.h"
 
 #include <fmt/format.h>
@@ -9,29 +12,79 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <optional>
 
 namespace velatura::compositor {
 
 namespace {
 
-/// Sum of the luminance (linear Rec.709) of a layer.
-double energy(const LayerStack& stack, const std::string& layer) {
+/// Sum of the luminance (linear Rec.709) of a layer, and of what it is made from; values that are
+/// not finite count as 0.
+struct Energy {
+    double sum = 0, absolute = 0;
+};
+
+Energy energy(const LayerStack& stack, const std::string& layer) {
     constexpr double weights[] = {0.2126, 0.7152, 0.0722};
-    double sum = 0;
+    Energy energy;
     for (size_t c = 0; c < 3; ++c) {
         const image::Channel* channel = stack.channel(layer, c);
         if (!channel) continue;
-        double channel_sum = 0;
-        for (size_t i = 0; i < channel->size(); ++i) channel_sum += double(channel->value(i));
-        sum += weights[c] * channel_sum;
+        Energy of_channel;
+        image::for_each_value(*channel, [&](size_t, float v) {
+            if (!std::isfinite(v)) return;
+            of_channel.sum += double(v);
+            of_channel.absolute += std::abs(double(v));
+        });
+        energy.sum += weights[c] * of_channel.sum;
+        energy.absolute += weights[c] * of_channel.absolute;
     }
-    return sum;
+    return energy;
 }
 
 using Json = nlohmann::ordered_json;
 
-double share_of(const LayerStack& stack, const std::string& layer, double whole) {
-    return whole == 0.0 ? 0.0 : energy(stack, layer) / whole;
+/// None where the whole is nothing, or what is left where light and its negative cancel.
+std::optional<double> share_of(const LayerStack& stack,
+                               const std::string& layer,
+                               const Energy& whole) {
+    constexpr double rounding = 1e-6;
+    const Energy part = energy(stack, layer);
+    if (std::abs(whole.sum) <= rounding * std::max(whole.absolute, part.absolute))
+        return std::nullopt;
+    return part.sum / whole.sum;
+}
+
+/// Values of a layer that are not finite.
+size_t not_finite_of(const LayerStack& stack, const std::string& layer) {
+    size_t count = 0;
+    for (size_t c = 0; c < 4; ++c) {
+        if (const image::Channel* channel = stack.channel(layer, c))
+            count += find_not_finite({channel->type(), channel->bytes()}, 0, channel->size()).count;
+    }
+    return count;
+}
+
+std::string color_text(const LayerStack& stack) {
+    const auto color = color_of_stack(stack, {});
+    if (!color) return fmt::format("colour     not known: {}\n", color.error().message);
+    std::string text = fmt::format("colour     {} ({})\n", color->label, color->reason);
+    for (const std::string& warning : color->warnings)
+        text += fmt::format("  warning  {}\n", warning);
+    return text;
+}
+
+/// Cryptomattes with their names.
+std::string mattes_text(const LayerStack& stack) {
+    std::string text;
+    for (const image::Cryptomatte& m : image::cryptomattes_of(stack.image(), stack.path())) {
+        text += fmt::format("matte      {} {} names\n", m.layer, m.names.size());
+        if (!m.fault.empty()) text += fmt::format("  warning  its manifest: {}\n", m.fault);
+        for (const image::MatteName& n : m.names)
+            text += fmt::format("  {:08x} {}\n", n.id, n.name);
+    }
+    return text;
 }
 
 bool has_share(const image::LayerEntry& e) {
@@ -130,6 +183,7 @@ std::string info_text(const LayerStack& stack) {
         text +=
             fmt::format("  warning  more than {} channels: some programs take no more than 1023\n",
                         many_channels);
+    text += color_text(stack);
     text += origin_text(image);
     if (stack.is_plain()) text += "plain      no header of Velatura: colour layers are rows\n";
     if (!stack.is_plain()) {
@@ -153,15 +207,20 @@ std::string info_text(const LayerStack& stack) {
         text += fmt::format("group      {:<21} {}{}\n", g.name, g.is_dome ? "dome " : "",
                             fmt::join(g.prims, " "));
     }
-    const double whole = energy(stack, "rgba");
+    const Energy whole = energy(stack, "rgba");
     for (const image::LayerEntry& e : header.layers) {
         text += fmt::format("layer      {:<24} {:<11} {:<6}", e.name, e.family,
                             e.is_empty ? "black" : e.type);
-        if (has_share(e)) text += fmt::format(" {:6.2f} %", 100.0 * share_of(stack, e.name, whole));
+        if (has_share(e)) {
+            const auto share = share_of(stack, e.name, whole);
+            text += share ? fmt::format(" {:6.2f} %", 100.0 * *share) : std::string("      – %");
+        }
         if (!e.lpe.empty()) text += "  " + e.lpe;
         text += "\n";
+        if (const size_t bad = not_finite_of(stack, e.name); bad > 0)
+            text += fmt::format("  warning  {} values of {} are not finite\n", bad, e.name);
     }
-    return text;
+    return text + mattes_text(stack);
 }
 
 std::string info_json(const LayerStack& stack) {
@@ -191,7 +250,19 @@ std::string info_json(const LayerStack& stack) {
         nlohmann::ordered_json::parse(image.text(image::lights_attribute), nullptr, false);
     j["bounces"] = stack.column_names();
     j["layers"] = nlohmann::ordered_json::array();
-    const double whole = energy(stack, "rgba");
+    if (const auto color = color_of_stack(stack, {})) {
+        j["color"] = {
+            {"space", color->label}, {"from", color->reason}, {"warnings", color->warnings}};
+    }
+    j["mattes"] = nlohmann::ordered_json::array();
+    for (const image::Cryptomatte& m : image::cryptomattes_of(image, stack.path())) {
+        nlohmann::ordered_json matte = {{"name", m.layer}, {"fault", m.fault}};
+        matte["names"] = nlohmann::ordered_json::object();
+        for (const image::MatteName& n : m.names)
+            matte["names"][n.name] = fmt::format("{:08x}", n.id);
+        j["mattes"].push_back(std::move(matte));
+    }
+    const Energy whole = energy(stack, "rgba");
     for (const image::LayerEntry& e : header.layers) {
         nlohmann::ordered_json l;
         l["name"] = e.name;
@@ -199,10 +270,12 @@ std::string info_json(const LayerStack& stack) {
         l["type"] = e.type;
         l["empty"] = e.is_empty;
         l["inSum"] = e.in_sum;
-        if (has_share(e)) l["energyShare"] = share_of(stack, e.name, whole);
+        if (const auto share = has_share(e) ? share_of(stack, e.name, whole) : std::nullopt)
+            l["energyShare"] = *share;
+        if (const size_t bad = not_finite_of(stack, e.name); bad > 0) l["notFinite"] = bad;
         j["layers"].push_back(std::move(l));
     }
-    return j.dump(2) + "\n";
+    return j.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace velatura::compositor

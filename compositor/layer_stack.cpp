@@ -45,6 +45,7 @@ Result<LayerStack> LayerStack::describe(const image::StripReader& file,
                                         ForeignFiles foreign) {
     auto stack = from_image(file.description(), foreign);
     if (!stack) return Error{stack.error().code, path + ": " + stack.error().message};
+    stack->path_ = path;
     return stack;
 }
 
@@ -55,6 +56,7 @@ Result<LayerStack> LayerStack::load(const std::string& path, ForeignFiles foreig
     if (!image) return image.error();
     auto stack = from_image(std::move(*image), foreign);
     if (!stack) return Error{stack.error().code, path + ": " + stack.error().message};
+    stack->path_ = path;
     return stack;
 }
 

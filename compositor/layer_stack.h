@@ -42,6 +42,9 @@ class LayerStack {
     /// True for a file without a header of Velatura.
     bool is_plain() const { return is_plain_; }
 
+    /// Of the file; empty where it came from memory.
+    const std::string& path() const { return path_; }
+
     /// R, G or B (c = 0, 1, 2) of a light layer or of `rgba`; c = 3 is the alpha of `rgba`.
     std::optional<image::ChannelPlace> place(const std::string& layer, size_t c) const;
     /// The same; null when it is not stored.
@@ -64,6 +67,7 @@ class LayerStack {
     image::LayerHeader header_;
     std::unordered_map<std::string, image::ChannelPlace> channels_;  ///< by full name
     bool is_plain_ = false;
+    std::string path_;
 };
 
 }  // namespace velatura::compositor

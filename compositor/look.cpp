@@ -35,13 +35,8 @@ Result<Control> control_from_json(const nlohmann::json& c) {
     int kind = 0;
     while (kind < kinds && name != name_of(Control::Kind(kind))) ++kind;
     if (kind == kinds) return bad_preset(fmt::format("unknown control '{}'", name));
-    std::string typed = c.at("name").get<std::string>();
-    if (c.contains("keys")) {
-        typed += "=" + keys_as_value(c["keys"]);
-    } else if (c.contains("value")) {
-        typed += "=" + c["value"].get<std::string>();
-    }
-    auto control = parse_control(Control::Kind(kind), typed);
+    const std::string value = c.contains("keys") ? keys_as_value(c["keys"]) : c.value("value", "");
+    auto control = make_control(Control::Kind(kind), c.at("name").get<std::string>(), value);
     if (!control) return bad_preset(control.error().message);
     control->matte = c.value("matte", "");
     return control;
@@ -105,8 +100,7 @@ Result<Look> look_from_json(const std::string& text) {
         Look look;
         const auto rows = j.value("rows", nlohmann::json::object());
         for (const auto& [name, list] : rows.items()) {
-            const auto names = list.get<std::vector<std::string>>();
-            const auto added = add_rows(look, fmt::format("{}={}", name, fmt::join(names, ",")));
+            const auto added = add_rows(look, name, list.get<std::vector<std::string>>());
             if (!added) return bad_preset(added.error().message);
         }
         for (const auto& c : j.at("controls")) {

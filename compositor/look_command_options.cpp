@@ -59,12 +59,18 @@ void LookOptions::add_to(Command& command) {
         .range(-largest_stops, largest_stops);
     command.add_option("--preset", preset, "Look to start from (JSON)");
     command.add_option("--frame", frame, "Frame at which keys are read");
+    command.add_option("--input-space", input_space,
+                       "Colour space of the file, where it does not say it or is wrong: one of "
+                       "$OCIO, or lin_rec709, ACEScg, ACES2065-1, lin_p3d65, lin_rec2020");
     command.add_flag("--lenient", is_lenient,
                      "Leave out, with a warning, what the look asks for and the file lacks");
     command.footer(
         "NAME is a light group, b0, b1, ..., tail, direct (b1), indirect (b2 to tail), env (all "
         "domes), emissive,\n"
         "shadow (a gain on it is the strength that is left), all, GROUP:BOUNCE, or one of --rows.\n"
+        "A row that is called like one of these words is that row; commas within the names of "
+        "rows\n"
+        "and mattes are typed as \\,.\n"
         "A VALUE may have keys, VALUE@FRAME,VALUE@FRAME: linear between them.");
 }
 
@@ -98,6 +104,7 @@ Result<Look> LookOptions::look() const {
         }
     }
     look.exposure_stops += exposure;
+    look.input_space = input_space;
     if (std::abs(look.exposure_stops) > largest_stops)
         return Error{"bad-gain",
                      fmt::format("the preset's exposure and --exposure come to {:+} stops; {} are "

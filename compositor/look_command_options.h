@@ -14,7 +14,7 @@ namespace velatura::compositor {
 
 /// The look that a command line asks for.
 struct LookOptions {
-    std::string preset;
+    std::string preset, input_space;
     float exposure = 0;
     bool is_lenient = false;
     std::optional<double> frame;  ///< at which keys are read

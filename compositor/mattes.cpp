@@ -2,13 +2,16 @@
 #include "compositor/mattes.h"
 
 #include "base/nearest_names.h"
+#include "compositor/controls.h"
 #include "compositor/fold.h"
 #include "image/cryptomatte.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
+#include <span>
 
 namespace velatura::compositor {
 
@@ -21,10 +24,17 @@ struct Request {
     bool is_picture = false;
 };
 
-Result<Request> parse_request(const std::string& text) {
+Result<Request> parse_request(const LayerStack& stack, const std::string& text) {
     Request request;
     request.is_inverted = text.starts_with('!');
     const std::string rest = text.substr(request.is_inverted ? 1 : 0);
+    // A layer of the file as it stands, whatever its name and those of its objects hold
+    for (const image::Cryptomatte& matte : image::cryptomattes_of(stack.image())) {
+        if (!rest.starts_with(matte.layer + ":") || rest.size() == matte.layer.size() + 1) continue;
+        request.source = matte.layer;
+        request.choice = rest.substr(matte.layer.size() + 1);
+        return request;
+    }
     // A path may hold a colon itself, a prim path never ends in .exr
     const size_t picture = rest.rfind(".exr:");
     request.is_picture = picture != std::string::npos;
@@ -37,16 +47,6 @@ Result<Request> parse_request(const std::string& text) {
     request.source = rest.substr(0, colon);
     request.choice = rest.substr(colon + 1);
     return request;
-}
-
-std::vector<std::string> split(const std::string& text) {
-    std::vector<std::string> pieces;
-    size_t begin = 0;
-    for (size_t comma = 0; comma != std::string::npos; begin = comma + 1) {
-        comma = text.find(',', begin);
-        pieces.push_back(text.substr(begin, comma - begin));
-    }
-    return pieces;
 }
 
 /// `CryptoObject00.R` belongs to `CryptoObject`.
@@ -87,25 +87,54 @@ image::Image strip_image(const image::Image& of,
     return image;
 }
 
+/// A name as it stands, or several patterns.
+std::vector<std::string> patterns_of(const image::Cryptomatte& matte, const std::string& choice) {
+    const bool is_name = std::any_of(matte.names.begin(), matte.names.end(),
+                                     [&](const image::MatteName& n) { return n.name == choice; });
+    return is_name ? std::vector<std::string>{choice} : split_at_commas(choice);
+}
+
+/// Whether any of the places holds one of the ids.
+bool has_id(const image::Strip& strip, size_t values, std::span<const uint32_t> ids) {
+    return std::any_of(strip.channels.begin(), strip.channels.end(), [&](const auto& channel) {
+        const auto* bits = static_cast<const std::byte*>(channel.values);
+        for (size_t i = 0; i < values; ++i) {
+            uint32_t id = 0;
+            std::memcpy(&id, bits + 4 * i, 4);
+            if (std::binary_search(ids.begin(), ids.end(), id)) return true;
+        }
+        return false;
+    });
+}
+
 Result<std::vector<float>> cut_cryptomatte(const LayerStack& stack,
                                            const image::StripReader* file,
                                            const Request& request,
-                                           size_t strip_bytes) {
+                                           size_t strip_bytes,
+                                           std::vector<std::string>& notes) {
     const image::Image& image = stack.image();
-    const std::vector<image::Cryptomatte> mattes = image::cryptomattes_of(image);
+    const std::vector<image::Cryptomatte> mattes = image::cryptomattes_of(image, stack.path());
     const auto found = image::find_matte(mattes, request.source);
     if (!found) return found.error();
     const image::Cryptomatte& matte = **found;
-    const auto ids = image::matte_ids(matte, split(request.choice));
+    if (!matte.fault.empty())
+        notes.push_back(fmt::format("the manifest of {}: {}{}", matte.layer, matte.fault,
+                                    matte.names.empty() ? "; names count by their hash" : ""));
+    const auto ids = image::matte_ids(matte, patterns_of(matte, request.choice));
     if (!ids) return ids.error();
     const auto places = level_channels(image, matte.layer);
-    if (places.empty())
-        return Error{"matte-layer", fmt::format("there are no channels {}00.R …", matte.layer)};
+    if (places.empty()) return image::no_ids(image, matte.layer);
+    if (image.parts[places[0].part].is_lossy)
+        notes.push_back(fmt::format(
+            "{} is stored with lossy compression, which changes ids: mattes of it have holes",
+            matte.layer));
 
     std::vector<float> values(image.data.pixel_count());
+    std::atomic<bool> is_seen = false;
     const auto cut = [&](const image::Strip& strip) {
-        const auto part =
-            image::matte_coverage(strip_image(image, places, strip), matte.layer, *ids);
+        const image::Image rows = strip_image(image, places, strip);
+        if (!is_seen && has_id(strip, rows.data.pixel_count(), *ids)) is_seen = true;
+        const auto part = image::matte_coverage(rows, matte.layer, *ids);
         if (!part) return;
         std::copy(part->begin(), part->end(),
                   values.begin() + std::ptrdiff_t(image.data.index(image.data.x0, strip.y0)));
@@ -115,6 +144,9 @@ Result<std::vector<float>> cut_cryptomatte(const LayerStack& stack,
     } else {
         image::for_each_strip(image, places, cut);
     }
+    if (!is_seen)
+        notes.push_back(fmt::format("no pixel of {} shows \"{}\": the matte is empty", matte.layer,
+                                    request.choice));
     return values;
 }
 
@@ -162,16 +194,18 @@ Result<Matte> load_matte(const LayerStack& stack,
                          const image::StripReader* file,
                          const std::string& text,
                          size_t strip_bytes) {
-    const auto request = parse_request(text);
+    const auto request = parse_request(stack, text);
     if (!request) return request.error();
+    std::vector<std::string> notes;
     auto values = request->is_picture ? read_picture(stack, *request, strip_bytes)
-                                      : cut_cryptomatte(stack, file, *request, strip_bytes);
+                                      : cut_cryptomatte(stack, file, *request, strip_bytes, notes);
     if (!values) return values.error();
     for (float& v : *values) {
         v = std::clamp(v, 0.0f, 1.0f);
         if (request->is_inverted) v = 1.0f - v;
     }
-    return Matte{text, std::make_shared<const std::vector<float>>(std::move(*values))};
+    return Matte{text, std::make_shared<const std::vector<float>>(std::move(*values)),
+                 std::move(notes)};
 }
 
 }  // namespace velatura::compositor

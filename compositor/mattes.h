@@ -15,10 +15,13 @@ namespace velatura::compositor {
 struct Matte {
     std::string text;                                  ///< as typed
     std::shared_ptr<const std::vector<float>> values;  ///< [pixel of the data window]
+    /// What is wrong with the Cryptomatte, or that no pixel has what was asked for.
+    std::vector<std::string> notes = {};
 };
 
 /// Reads what `--matte` names: `LAYER:PATTERN,PATTERN …` cuts a Cryptomatte of the file
-/// (image/cryptomatte.h; LAYER may be `object` or `material`), `FILE.exr:CHANNEL` takes a channel
+/// (image/cryptomatte.h; LAYER may be `object` or `material`; a comma within a name is `\,` unless
+/// the name is all there is), `FILE.exr:CHANNEL` takes a channel
 /// of a picture over the same pixels; `!` before either turns it inside out. Values are clamped to
 /// [0, 1]; those that are not finite count as 0. `file` is needed where the stack has no pixels.
 /// Files are read in strips of at most `strip_bytes`.

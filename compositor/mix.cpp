@@ -202,6 +202,8 @@ image::Image Mixer::picture(const Look& look) {
     out.data = layout_.image().data;
     image::Part rgba, layers;
     rgba.name = "rgba";
+    if (const auto beauty = layout_.place("rgba", 0))
+        rgba.attributes = image::carried_attributes(layout_.image().parts[beauty->part].attributes);
     layers.name = plan_.family;
     for (size_t c = 0; c < 3; ++c)
         rgba.channels.push_back(float_channel(rgb_names[c], std::move(fold_[c])));
@@ -247,6 +249,17 @@ image::Image Mixer::picture(const Look& look) {
 void Mixer::list_not_finite(std::vector<NotFiniteLayer>& out) const {
     const image::Window& window = layout_.image().data;
     const auto width = size_t(window.width());
+    NotFinite overflow{0, window.pixel_count()};
+    for (const std::vector<float>& fold : fold_) {
+        const NotFinite found = find_not_finite(
+            {image::ChannelType::Float, static_cast<const void*>(fold.data())}, 0, fold.size());
+        if (found.count == 0) continue;
+        overflow.count += found.count;
+        overflow.first = std::min(overflow.first, found.first);
+    }
+    if (overflow.count > 0)
+        out.push_back({"", overflow.count, window.x0 + int(overflow.first % width),
+                       window.y0 + int(overflow.first / width)});
     for (const auto& [layer, found] : not_finite_) {
         out.push_back({layer, found.count, window.x0 + int(found.first % width),
                        window.y0 + int(found.first / width)});
@@ -282,10 +295,17 @@ Result<image::Image> mix_file(const image::StripReader& file,
     return mixer.picture(look);
 }
 
-Result<void> write_display(const std::string& path, const image::Image& mixed, const Look& look) {
-    const auto transform =
-        image::DisplayTransform::make(look.display, look.view, image::working_space_of(mixed));
+Result<void> write_display(const std::string& path,
+                           const image::Image& mixed,
+                           const Look& look,
+                           std::vector<std::string>* warnings) {
+    const auto color = image::color_of(mixed, look.input_space);
+    if (!color) return color.error();
+    const auto transform = image::DisplayTransform::make(look.display, look.view, *color);
     if (!transform) return transform.error();
+    if (warnings)
+        warnings->insert(warnings->end(), transform->warnings().begin(),
+                         transform->warnings().end());
     const image::Window& frame = mixed.display;
     std::vector<float> rgb(3 * frame.pixel_count(), 0.0f);
     for (size_t c = 0; c < 3; ++c) {
@@ -299,7 +319,8 @@ Result<void> write_display(const std::string& path, const image::Image& mixed, c
         }
     }
     transform->apply(rgb);
-    return image::write_display_image(path, frame.width(), frame.height(), rgb);
+    return image::write_display_image(path, frame.width(), frame.height(), rgb,
+                                      mixed.pixel_aspect_ratio);
 }
 
 }  // namespace velatura::compositor

@@ -11,9 +11,10 @@
 
 namespace velatura::compositor {
 
-/// A layer whose NaN and infinite values a mix took as 0.
+/// A layer whose NaN and infinite values a mix took as 0, or the mix itself, whose gains went
+/// beyond what floats hold.
 struct NotFiniteLayer {
-    std::string layer;
+    std::string layer;  ///< empty: the mix
     size_t values = 0;
     int x = 0, y = 0;  ///< the first of them, row by row
 };
@@ -22,7 +23,8 @@ struct NotFiniteLayer {
 /// of the beauty) and, when asked for, the gained layers as float, with a header that `verify`
 /// accepts. Unit gains give the beauty bit for bit, since the fold is the one that defines it.
 /// Exposure is a gain on everything. Values that are not finite count as 0 and are told in
-/// `not_finite` when it is given.
+/// `not_finite` when it is given, as are those of the mix. Attributes of the file are kept,
+/// whatever their type; none is made up.
 image::Image apply_mix(const LayerStack& stack,
                        const MixPlan& plan,
                        const Look& look,
@@ -41,7 +43,11 @@ Result<image::Image> mix_file(const image::StripReader& file,
                               size_t strip_bytes = size_t(1) << 30);
 
 /// Shows a mixed picture through the look's display and view and writes .png or .jpg of the display
-/// window. Errors: "ocio-config", "ocio-view", "io-write".
-Result<void> write_display(const std::string& path, const image::Image& mixed, const Look& look);
+/// window, with its pixel aspect. What is not known of the colours is added to `warnings` when it
+/// is given. Errors: "unknown-space", "ocio-config", "ocio-view", "io-write".
+Result<void> write_display(const std::string& path,
+                           const image::Image& mixed,
+                           const Look& look,
+                           std::vector<std::string>* warnings = nullptr);
 
 }  // namespace velatura::compositor

@@ -33,6 +33,10 @@ constexpr size_t matte_bytes_per_pixel = 4;
 constexpr size_t fewest_strip_bytes = size_t(64) << 20;
 
 std::string describe(const NotFiniteLayer& layer) {
+    if (layer.layer.empty())
+        return fmt::format(
+            "gains take {} values of the mix beyond what floats hold (the first at pixel {},{})",
+            layer.values, layer.x, layer.y);
     return fmt::format("{} values of {} are not finite (the first at pixel {},{})", layer.values,
                        layer.layer, layer.x, layer.y);
 }
@@ -113,7 +117,7 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
     if (!layout) return layout.error();
     for (const std::string& part : file->foreign_parts())
         warnings.push_back(
-            fmt::format("{}: part {} has other pixels and is left out", input, part));
+            fmt::format("{}: part {} lies too far from the others and is left out", input, part));
     if (layout->is_plain() && job.with_layers)
         return Error{"not-layers",
                      fmt::format("{} has no light layers of Velatura to store again", input)};
@@ -143,11 +147,18 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
     if (!not_finite.empty() && job.is_strict)
         return Error{"not-finite", fmt::format("{}: {}", input, describe(not_finite[0]))};
     for (const NotFiniteLayer& layer : not_finite)
-        warnings.push_back(fmt::format("{}: {} and count as 0", input, describe(layer)));
+        warnings.push_back(fmt::format("{}: {} and {}", input, describe(layer),
+                                       layer.layer.empty() ? "are infinite" : "count as 0"));
 
-    const auto written =
-        is_linear ? image::write_image_file(output, *mixed) : write_display(output, *mixed, look);
+    std::vector<std::string> of_display;
+    const auto written = is_linear ? image::write_image_file(output, *mixed)
+                                   : write_display(output, *mixed, look, &of_display);
     if (!written) return written.error();
+    for (const std::string& warning : of_display) {
+        const std::string line = input + ": " + warning;
+        if (std::find(warnings.begin(), warnings.end(), line) == warnings.end())
+            warnings.push_back(line);
+    }
     return warnings;
 }
 

@@ -2,6 +2,7 @@
 #include "compositor/mix_plan.h"
 
 #include "compositor/row_names.h"
+#include "compositor/stack_color.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -50,6 +51,7 @@ class Planner {
     Result<void> apply_shadow(const Control& control);
     Result<void> apply_caster(const Control& control);
     Result<void> apply_control(const Control& control);
+    Result<void> learn_color();
     Result<void> apply_controls();
     Result<void> choose_family();
     Result<void> add_family(const image::FamilyClosure& family);
@@ -83,6 +85,7 @@ class Planner {
     std::map<std::string, std::vector<MattedShare>> caster_lifts_;  ///< per layer
     std::map<size_t, std::vector<Selection>> solos_;                ///< per matte
     bool gives_back_ = false;
+    image::ColorMatrix file_from_rec709_ = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     MixPlan plan_;
 };
 
@@ -96,7 +99,10 @@ size_t Planner::matte_number(const std::string& text) {
 }
 
 void Planner::apply_gain(const Control& control, const Selection& selected) {
-    const Gain factor = control.kind == Control::Kind::Mute ? Gain{0, 0, 0} : control.factor;
+    const Gain factor = control.kind == Control::Kind::Mute ? Gain{0, 0, 0}
+                        : control.kind == Control::Kind::Kelvin
+                            ? kelvin_tint(control.kelvin, file_from_rec709_)
+                            : control.factor;
     const size_t matte = matte_number(control.matte);
     for (size_t i = 0; i < cells_.size(); ++i) {
         if (!selected[i]) continue;
@@ -169,7 +175,8 @@ Result<void> Planner::apply_caster(const Control& control) {
 Result<void> Planner::apply_control(const Control& control) {
     using Kind = Control::Kind;
     if (control.kind == Kind::Caster) return apply_caster(control);
-    if (control.kind == Kind::Shadow || control.target == "shadow") {
+    const bool is_shadow_word = control.target == "shadow" && !rows_.is_row("shadow");
+    if (control.kind == Kind::Shadow || is_shadow_word) {
         if (control.kind == Kind::Tint || control.kind == Kind::Kelvin ||
             control.kind == Kind::Solo || control.kind == Kind::Clamp) {
             return Error{"unknown-name", "shadow takes --shadow, --gain and --mute only"};
@@ -185,6 +192,25 @@ Result<void> Planner::apply_control(const Control& control) {
     } else {
         apply_gain(control, *selected);
     }
+    return {};
+}
+
+/// What a colour temperature is in the file's primaries.
+Result<void> Planner::learn_color() {
+    const bool has_kelvin =
+        std::any_of(look_.controls.begin(), look_.controls.end(),
+                    [](const Control& c) { return c.kind == Control::Kind::Kelvin; });
+    if (!has_kelvin && look_.input_space.empty()) return {};
+    const auto color = color_of_stack(stack_, look_);
+    if (!color) return color.error();
+    if (has_kelvin)
+        plan_.notes.insert(plan_.notes.end(), color->warnings.begin(), color->warnings.end());
+    if (has_kelvin && !color->aces_from_file)
+        plan_.notes.push_back(
+            fmt::format("--kelvin takes the file as linear Rec.709: the primaries of {} are not "
+                        "known",
+                        color->label));
+    file_from_rec709_ = image::file_from_rec709(*color);
     return {};
 }
 
@@ -356,6 +382,7 @@ Result<void> Planner::add_shadows() {
 }
 
 Result<MixPlan> Planner::run() {
+    if (auto done = learn_color(); !done) return done.error();
     if (auto done = apply_controls(); !done) return done.error();
     if (auto done = choose_family(); !done) return done.error();
     if (auto done = add_shadows(); !done) return done.error();
@@ -443,6 +470,7 @@ Result<MixPlan> plan_mix(const LayerStack& stack,
     for (Matte& matte : plan->mattes) {
         auto loaded = load_matte(stack, file, matte.text, strip_bytes);
         if (!loaded) return loaded.error();
+        plan->notes.insert(plan->notes.end(), loaded->notes.begin(), loaded->notes.end());
         matte = std::move(*loaded);
     }
     return plan;

@@ -60,9 +60,18 @@ std::vector<NamedLayer> colour_layers(const image::Image& image) {
     return layers;
 }
 
-/// What comes after the view layer: Cycles' `ViewLayer.DiffDir` → `diffdir`.
+/// What comes after the view layer: `ViewLayer.DiffDir` of Cycles → `DiffDir`. All of a name whose
+/// dots mean something else, as those of a light path expression do.
+std::string end_of(const std::string& name) {
+    const size_t dot = name.rfind('.');
+    const bool is_expression = name.find_first_of("<>[](){}'\"|*+^") != std::string::npos;
+    return is_expression || dot == std::string::npos || dot + 1 == name.size()
+               ? name
+               : name.substr(dot + 1);
+}
+
 std::string last_word(const std::string& name) {
-    return lower(name.substr(name.rfind('.') + 1));
+    return lower(end_of(name));
 }
 
 bool is_beauty_name(const std::string& name) {
@@ -102,10 +111,9 @@ const NamedLayer* find_beauty(const std::vector<NamedLayer>& layers) {
 
 /// Names that a control can be typed with: the last word where that is enough to tell rows apart.
 std::string row_name(const NamedLayer& layer, const std::vector<NamedLayer>& layers) {
-    const std::string last = layer.name.substr(layer.name.rfind('.') + 1);
-    const auto same = std::count_if(layers.begin(), layers.end(), [&](const NamedLayer& l) {
-        return l.name.substr(l.name.rfind('.') + 1) == last;
-    });
+    const std::string last = end_of(layer.name);
+    const auto same = std::count_if(layers.begin(), layers.end(),
+                                    [&](const NamedLayer& l) { return end_of(l.name) == last; });
     return same == 1 ? last : layer.name;
 }
 

@@ -64,10 +64,13 @@ bool RowNames::select_columns(const std::string& name, std::vector<bool>& select
 }
 
 bool RowNames::select_groups(const std::string& name, std::vector<bool>& selected) const {
-    selected.assign(groups_.size(), name == "all");
-    bool is_known = name == "all" || name == "env";
+    // A row that is called like a word is that row
+    const bool is_row_name = is_row(name);
+    const bool is_all = name == "all" && !is_row_name, is_env = name == "env" && !is_row_name;
+    selected.assign(groups_.size(), is_all);
+    bool is_known = is_all || is_env;
     for (size_t g = 0; g < groups_.size() && names_groups_; ++g) {
-        if (groups_[g] == name || (name == "env" && stack_.header().lights[g].is_dome)) {
+        if (groups_[g] == name || (is_env && stack_.header().lights[g].is_dome)) {
             selected[g] = true;
             is_known = true;
         }
@@ -96,23 +99,33 @@ Error RowNames::unknown(const std::vector<Error>& errors) const {
                         text, list(groups_, names_groups_), list(columns_, names_columns_))};
 }
 
-Result<Selection> RowNames::select_of_file(const std::string& target) const {
-    std::vector<bool> columns(columns_.size(), true), groups(groups_.size(), true);
-    const size_t colon = target.find(':');
-    if (colon != std::string::npos) {
-        const std::string group = target.substr(0, colon), bounce = target.substr(colon + 1);
-        if (!select_groups(group, groups)) return unknown_name(group);
-        if (!select_columns(bounce, columns)) return unknown_name(bounce);
-    } else if (!select_groups(target, groups)) {
-        groups.assign(groups_.size(), true);
-        if (!select_columns(target, columns)) return unknown_name(target);
-    }
+bool RowNames::is_row(const std::string& name) const {
+    return names_groups_ && std::find(groups_.begin(), groups_.end(), name) != groups_.end();
+}
+
+Selection RowNames::cells_of(const std::vector<bool>& columns,
+                             const std::vector<bool>& groups) const {
     Selection cells(columns_.size() * groups_.size());
     for (size_t c = 0; c < columns_.size(); ++c) {
         for (size_t g = 0; g < groups_.size(); ++g)
             cells[c * groups_.size() + g] = columns[c] && groups[g];
     }
     return cells;
+}
+
+Result<Selection> RowNames::select_of_file(const std::string& target) const {
+    std::vector<bool> columns(columns_.size(), true), groups(groups_.size(), true);
+    if (select_groups(target, groups)) return cells_of(columns, groups);
+    groups.assign(groups_.size(), true);
+    if (select_columns(target, columns)) return cells_of(columns, groups);
+    // GROUP:BOUNCE, of which the group may hold colons
+    const size_t colon = target.rfind(':');
+    if (colon == std::string::npos) return unknown_name(target);
+    const std::string group = target.substr(0, colon), bounce = target.substr(colon + 1);
+    if (!select_groups(group, groups))
+        return unknown_name(select_columns(bounce, columns) ? group : target);
+    if (!select_columns(bounce, columns)) return unknown_name(bounce);
+    return cells_of(columns, groups);
 }
 
 Result<Selection> RowNames::select_set(const std::vector<std::string>& rows,
@@ -123,17 +136,19 @@ Result<Selection> RowNames::select_set(const std::vector<std::string>& rows,
         if (!one) return one;
         for (size_t i = 0; i < cells.size(); ++i) cells[i] = cells[i] || (*one)[i];
     }
-    std::vector<bool> columns;
-    if (!select_columns(bounce, columns)) return unknown_name(bounce);
+    std::vector<bool> columns(columns_.size(), true);
+    if (!bounce.empty() && !select_columns(bounce, columns)) return unknown_name(bounce);
     for (size_t i = 0; i < cells.size(); ++i) cells[i] = cells[i] && columns[i / groups_.size()];
     return cells;
 }
 
 Result<Selection> RowNames::select(const std::string& target) const {
-    const size_t colon = target.find(':');
-    const auto set = sets_.find(target.substr(0, colon));
-    if (set == sets_.end()) return select_of_file(target);
-    return select_set(set->second, colon == std::string::npos ? "all" : target.substr(colon + 1));
+    const auto whole = sets_.find(target);
+    if (whole != sets_.end()) return select_set(whole->second, "");
+    const size_t colon = target.rfind(':');
+    const auto set = colon == std::string::npos ? sets_.end() : sets_.find(target.substr(0, colon));
+    if (set == sets_.end() || is_row(target)) return select_of_file(target);
+    return select_set(set->second, target.substr(colon + 1));
 }
 
 Result<std::vector<bool>> RowNames::groups(const std::string& name) const {

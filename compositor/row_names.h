@@ -33,6 +33,10 @@ class RowNames {
     /// The one that direct light is in: `b1`, or `tail` where bounces are not counted (K = 0).
     size_t direct_column() const;
 
+    /// True for a row of the file, which comes before what the name would mean as a word.
+    bool is_row(const std::string& name) const;
+
+    /// A set of the look, a row, a word, a bounce, GROUP:BOUNCE: the first that fits.
     /// Errors of these: "unknown-name", with the names that may have been meant.
     Result<Selection> select(const std::string& target) const;
     Result<std::vector<bool>> groups(const std::string& name) const;
@@ -43,6 +47,7 @@ class RowNames {
     Error unknown(const std::vector<Error>& errors) const;
 
   private:
+    Selection cells_of(const std::vector<bool>& columns, const std::vector<bool>& groups) const;
     bool select_columns(const std::string& name, std::vector<bool>& selected) const;
     bool select_groups(const std::string& name, std::vector<bool>& selected) const;
     Result<Selection> select_set(const std::vector<std::string>& rows,

@@ -9,6 +9,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace velatura::compositor {
 
@@ -24,8 +25,10 @@ int run_view(const ViewOptions& o) {
         return report({"bad-output", o.output + " is not .png or .jpg"});
     const auto image = image::read_layer_file(o.input);
     if (!image) return report(image.error());
-    const auto sheet = contact_sheet(*image, o.sheet);
+    std::vector<std::string> warnings;
+    const auto sheet = contact_sheet(*image, o.sheet, &warnings);
     if (!sheet) return report(sheet.error());
+    for (const std::string& warning : warnings) warn(o.input + ": " + warning);
     const auto written =
         image::write_display_image(o.output, sheet->width(), sheet->height(), sheet->rgb());
     return written ? done : report(written.error());
@@ -56,6 +59,8 @@ void add_view_command(Command& app, std::function<int()>& run) {
         .range(32, 4096);
     command.add_option("--display", o->sheet.display, "OpenColorIO display");
     command.add_option("--view", o->sheet.view, "OpenColorIO view");
+    command.add_option("--input-space", o->sheet.input_space,
+                       "Colour space of the file, where it does not say it or is wrong");
     command.callback([&run, o] { run = [o] { return run_view(*o); }; });
 }
 

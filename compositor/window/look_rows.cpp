@@ -44,7 +44,7 @@ void take_away(Look& look, Kind kind, const std::string& target) {
 
 /// The control as if it had been typed, so that the window and a preset mean the same number.
 void put(Look& look, Kind kind, const std::string& target, const std::string& value) {
-    auto control = parse_control(kind, value.empty() ? target : target + "=" + value);
+    auto control = make_control(kind, target, value);
     VELATURA_CHECK(control.has_value(), "the mixer wrote a control that cannot be read");
     const auto at = first_control(look, kind, target);
     if (at == look.controls.end()) {
@@ -76,8 +76,9 @@ bool MixerRows::has_place(Control::Kind kind, const std::string& target) const {
     if (kind == Kind::Shadow) return contains(shadows, target);
     if (kind == Kind::Caster) return contains(casters, target);
     if (kind == Kind::Clamp) return contains(clamps, target);
-    const size_t colon = target.find(':');
-    if (colon == std::string::npos) return contains(lights, target) || contains(bounces, target);
+    if (contains(lights, target) || contains(bounces, target)) return true;
+    const size_t colon = target.rfind(':');
+    if (colon == std::string::npos) return false;
     return contains(groups, target.substr(0, colon)) && contains(columns, target.substr(colon + 1));
 }
 

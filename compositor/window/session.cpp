@@ -4,6 +4,7 @@
 #include "base/atomic_file.h"
 #include "compositor/file_frame.h"
 #include "compositor/fit_look.h"
+#include "compositor/stack_color.h"
 #include "compositor/window/folder_list.h"
 #include "image/layer_file.h"
 
@@ -226,11 +227,13 @@ std::string Session::look_error() const {
 }
 
 Result<std::shared_ptr<const image::DisplayTransform>> Session::transform_for(const Look& look) {
-    auto& known = transforms_[{look.display, look.view}];
+    auto& known = transforms_[{look.display, look.view, look.input_space}];
     if (known) return known;
-    auto made = image::DisplayTransform::make(look.display, look.view,
-                                              image::working_space_of(stack().image()));
+    const auto color = color_of_stack(stack(), look);
+    if (!color) return color.error();
+    auto made = image::DisplayTransform::make(look.display, look.view, *color);
     if (!made) return made.error();
+    if (!made->warnings().empty()) tell(made->warnings().front());
     known = std::make_shared<const image::DisplayTransform>(std::move(*made));
     return known;
 }

@@ -209,8 +209,8 @@ class Session {
     std::array<std::shared_ptr<const PictureTask>, 2> pictures_;
     std::array<std::string, 2> look_errors_;
     uint64_t last_version_ = 0;
-    std::map<std::pair<std::string, std::string>, std::shared_ptr<const image::DisplayTransform>>
-        transforms_;  ///< by display and view
+    std::map<std::array<std::string, 3>, std::shared_ptr<const image::DisplayTransform>>
+        transforms_;  ///< by display, view and input space
     PictureView view_;
     bool is_wiping_ = false, wants_to_quit_ = false;
     double wipe_ = 0.5;

@@ -104,7 +104,8 @@ void Pictures::limit(const DecodeLimits& limits) const {
 Result<void> Pictures::write(const std::string& file,
                              int width,
                              int height,
-                             std::span<const uint8_t> rgb) const {
+                             std::span<const uint8_t> rgb,
+                             float pixel_aspect) const {
     const auto error = [](const std::string& why) { return Error{"io-write", one_line(why)}; };
     try {
         const auto output = OIIO::ImageOutput::create(file);
@@ -112,6 +113,7 @@ Result<void> Pictures::write(const std::string& file,
         OIIO::ImageSpec spec(width, height, 3, OIIO::TypeDesc::UINT8);
         spec.attribute("oiio:ColorSpace", "sRGB");
         spec.attribute("Compression", "jpeg:95");
+        if (pixel_aspect != 1.0f) spec.attribute("PixelAspectRatio", pixel_aspect);
         if (!output->open(file, spec)) return error(output->geterror());
         if (!output->write_image(OIIO::TypeDesc::UINT8, rgb.data()))
             return error(output->geterror());

@@ -17,7 +17,8 @@ class Pictures final : public image::PictureLibrary {
     Result<void> write(const std::string& file,
                        int width,
                        int height,
-                       std::span<const uint8_t> rgb) const override;
+                       std::span<const uint8_t> rgb,
+                       float pixel_aspect) const override;
     void limit(const DecodeLimits& limits) const override;
 };
 

@@ -2,6 +2,7 @@
 #include "image/cryptomatte.h"
 
 #include "base/nearest_names.h"
+#include "image/matte_manifest.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -9,7 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
+#include <cctype>
 #include <map>
 
 namespace velatura::image {
@@ -22,6 +23,12 @@ constexpr std::string_view prefix = "cryptomatte/";
 constexpr std::array<std::array<std::string_view, 3>, 4> channel_names = {
     {{"R", "r", "red"}, {"G", "g", "green"}, {"B", "b", "blue"}, {"A", "a", "alpha"}}};
 
+/// A backslash before * ? or another one takes it as it is.
+bool is_escape(std::string_view pattern, size_t p) {
+    return pattern[p] == '\\' && p + 1 < pattern.size() &&
+           (pattern[p + 1] == '*' || pattern[p + 1] == '?' || pattern[p + 1] == '\\');
+}
+
 /// Whether the whole text is what the pattern says. Linear in text times stars.
 bool is_match(std::string_view text, std::string_view pattern) {
     size_t t = 0, p = 0, star = std::string_view::npos, after_star = 0;
@@ -29,8 +36,10 @@ bool is_match(std::string_view text, std::string_view pattern) {
         if (p < pattern.size() && pattern[p] == '*') {
             star = p++;
             after_star = t;
-        } else if (p < pattern.size() && (pattern[p] == '?' || pattern[p] == text[t])) {
-            ++p;
+        } else if (p < pattern.size() && is_escape(pattern, p)
+                       ? pattern[p + 1] == text[t]
+                       : p < pattern.size() && (pattern[p] == '?' || pattern[p] == text[t])) {
+            p += is_escape(pattern, p) ? 2 : 1;
             ++t;
         } else if (star != std::string_view::npos) {
             p = star + 1;
@@ -53,6 +62,15 @@ bool is_chosen(std::string_view name, std::string_view pattern) {
     return false;
 }
 
+/// `View Layer.CryptoObject` and `crypto_object` → `cryptoobject`.
+std::string short_name(std::string_view layer) {
+    std::string name;
+    for (const char c : layer.substr(layer.rfind('.') + 1)) {
+        if (c != '_') name += char(std::tolower(static_cast<unsigned char>(c)));
+    }
+    return name;
+}
+
 Error unknown_name(const Cryptomatte& matte, const std::string& pattern) {
     std::vector<std::string> names, leaves;
     for (const MatteName& n : matte.names) {
@@ -73,21 +91,6 @@ void read_strings(const Attributes& attributes,
         if (!text || !name.starts_with(prefix) || end == std::string::npos) continue;
         by_key[name.substr(prefix.size(), end - prefix.size())][name.substr(end + 1)] = *text;
     }
-}
-
-std::vector<MatteName> read_manifest(const std::string& text) {
-    std::vector<MatteName> names;
-    const auto j = nlohmann::json::parse(text, nullptr, false);
-    if (!j.is_object()) return names;
-    for (const auto& [name, value] : j.items()) {
-        if (!value.is_string()) continue;
-        const auto& hex = value.get_ref<const std::string&>();
-        uint32_t id = 0;
-        const auto parsed = std::from_chars(hex.data(), hex.data() + hex.size(), id, 16);
-        if (parsed.ec == std::errc() && parsed.ptr == hex.data() + hex.size())
-            names.push_back({name, id});
-    }
-    return names;
 }
 
 const std::vector<float>* find_floats(const Image& image,
@@ -154,14 +157,24 @@ void describe_cryptomatte(const Cryptomatte& matte, Attributes& attributes) {
         manifest.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-std::vector<Cryptomatte> cryptomattes_of(const Image& image) {
+std::vector<Cryptomatte> cryptomattes_of(const Image& image, const std::string& path) {
     std::map<std::string, std::map<std::string, std::string>> by_key;
     for (const Part& part : image.parts) read_strings(part.attributes, by_key);
     read_strings(image.attributes, by_key);
     std::vector<Cryptomatte> mattes;
     for (auto& [key, strings] : by_key) {
         if (strings["name"].empty()) continue;
-        mattes.push_back({strings["name"], read_manifest(strings["manifest"])});
+        const std::string& file = strings["manif_file"];
+        const bool is_beside = strings["manifest"].empty() && !file.empty();
+        Manifest manifest;
+        if (is_beside && !path.empty()) {
+            manifest = read_manifest_file(path, file);
+        } else if (!is_beside) {
+            manifest = read_manifest(strings["manifest"]);
+        } else {
+            manifest.fault = fmt::format("it is in {}, which was not read", file);
+        }
+        mattes.push_back({strings["name"], std::move(manifest.names), std::move(manifest.fault)});
     }
     std::sort(mattes.begin(), mattes.end(),
               [](const Cryptomatte& a, const Cryptomatte& b) { return a.layer < b.layer; });
@@ -173,10 +186,16 @@ Result<const Cryptomatte*> find_matte(std::span<const Cryptomatte> mattes, std::
     for (const MatteKind kind : matte_kinds) {
         if (name == matte_word(kind)) layer = matte_layer(kind);
     }
+    const auto at = std::find_if(mattes.begin(), mattes.end(),
+                                 [&](const Cryptomatte& m) { return m.layer == name; });
+    if (at != mattes.end()) return &*at;
+    // Of other renderers: `View Layer.CryptoObject`, `crypto_object`
+    for (const Cryptomatte& m : mattes) {
+        if (short_name(m.layer) == short_name(layer)) return &m;
+    }
     std::vector<std::string> names;
     std::string list;
     for (const Cryptomatte& m : mattes) {
-        if (m.layer == layer) return &m;
         names.push_back(m.layer);
         list += " " + m.layer;
     }
@@ -190,8 +209,12 @@ Result<std::vector<uint32_t>> matte_ids(const Cryptomatte& matte,
     std::vector<uint32_t> ids;
     for (const std::string& pattern : patterns) {
         const size_t before = ids.size();
+        // A name as it stands is no pattern, but may be a path
+        const bool is_name = std::any_of(matte.names.begin(), matte.names.end(),
+                                         [&](const MatteName& n) { return n.name == pattern; });
         for (const MatteName& n : matte.names) {
-            if (is_chosen(n.name, pattern)) ids.push_back(n.id);
+            const bool is_it = n.name == pattern || n.name.starts_with(pattern + "/");
+            if (is_name ? is_it : is_chosen(n.name, pattern)) ids.push_back(n.id);
         }
         if (ids.size() > before) continue;
         const bool is_plain = pattern.find_first_of("*?") == std::string::npos;
@@ -201,6 +224,22 @@ Result<std::vector<uint32_t>> matte_ids(const Cryptomatte& matte,
     std::sort(ids.begin(), ids.end());
     ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
     return ids;
+}
+
+Error no_ids(const Image& image, std::string_view layer) {
+    const std::string first = fmt::format("{}00", layer);
+    for (const Part& part : image.parts) {
+        for (const Channel& c : part.channels) {
+            if (c.name.starts_with(first) && c.type() != ChannelType::Float)
+                return {
+                    "matte-layer",
+                    fmt::format("{} is stored as {}, which cannot hold the 32 bits of an id: "
+                                "write Cryptomattes as float",
+                                c.name, c.type() == ChannelType::Half ? "half" : "whole numbers")};
+        }
+    }
+    return {"matte-layer",
+            fmt::format("there are no channels {}.R …, which the header promises", first)};
 }
 
 Result<std::vector<float>> matte_coverage(const Image& image,
@@ -230,8 +269,7 @@ Result<std::vector<float>> matte_coverage(const Image& image,
         }
         if (!has_pair) break;
     }
-    if (levels == 0)
-        return Error{"matte-layer", fmt::format("there are no float channels {}00.R …", layer)};
+    if (levels == 0) return no_ids(image, layer);
     return matte;
 }
 

@@ -34,6 +34,7 @@ struct MatteName {
 struct Cryptomatte {
     std::string layer;             ///< "CryptoObject"; the channels are CryptoObject00.R …
     std::vector<MatteName> names;  ///< its manifest, by name; may be empty
+    std::string fault = {};        ///< of the manifest, where it is missing or not as it should be
 };
 
 /// Sets the strings cryptomatte/<key>/name, hash, conversion and manifest. Bytes that are no UTF-8
@@ -41,23 +42,27 @@ struct Cryptomatte {
 void describe_cryptomatte(const Cryptomatte& matte, Attributes& attributes);
 
 /// Those that the header describes, by layer. Of an image without pixels as well. A manifest in a
-/// file of its own is not read, damaged ones are empty.
-std::vector<Cryptomatte> cryptomattes_of(const Image& image);
+/// file beside the image (manif_file) is read where `path`, that of the image, is given.
+std::vector<Cryptomatte> cryptomattes_of(const Image& image, const std::string& path = "");
 
-/// The one over a layer; `name` may be "object" or "material" for short. Errors: "matte-layer" (the
-/// message lists those there are).
+/// The one over a layer; `name` may be "object" or "material" for short, or its last word in any
+/// case, without `_`. Errors: "matte-layer" (the message lists those there are).
 Result<const Cryptomatte*> find_matte(std::span<const Cryptomatte> mattes, std::string_view name);
 
 /// The ids that the patterns choose: a name as it stands, a name with * (any text) or ? (any
-/// character), or a prim path, which stands for all below it as well. A text without * and ? that
-/// the manifest does not have counts by its hash if there is no manifest.
+/// character; \* and \? are these themselves), or a prim path, which stands for all below it as
+/// well. A text without * and ? that the manifest does not have counts by its hash if there is no
+/// manifest.
 /// Errors: "matte-name" (a pattern chooses nothing; the message names the most similar names).
 Result<std::vector<uint32_t>> matte_ids(const Cryptomatte& matte,
                                         std::span<const std::string> patterns);
 
+/// "matte-layer": why the ids of a layer cannot be had, of an image without pixels as well.
+Error no_ids(const Image& image, std::string_view layer);
+
 /// How much of each pixel the ids cover, in [0, 1] by filters without negative lobes: [height]
 /// [width], row 0 = top. The image needs the channels layer00.R … alone.
-/// Errors: "matte-layer" (the image does not have that Cryptomatte as floats).
+/// Errors: that of no_ids.
 Result<std::vector<float>> matte_coverage(const Image& image,
                                           std::string_view layer,
                                           std::span<const uint32_t> ids);

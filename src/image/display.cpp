@@ -2,84 +2,18 @@
 #include "image/display.h"
 
 #include "base/nearest_names.h"
+#include "image/ocio_config.h"
 
 #include <OpenColorIO/OpenColorIO.h>
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdlib>
 
 namespace velatura::image {
 
 namespace ocio = OCIO_NAMESPACE;
 
 namespace {
-
-/// Row-major 4×4 matrix of a 3×3 one.
-ocio::MatrixTransformRcPtr matrix_transform(const std::array<double, 9>& m) {
-    const double full[16] = {m[0], m[1], m[2], 0, m[3], m[4], m[5], 0,
-                             m[6], m[7], m[8], 0, 0,    0,    0,    1};
-    auto transform = ocio::MatrixTransform::Create();
-    transform->setMatrix(full);
-    return transform;
-}
-
-ocio::BuiltinTransformRcPtr builtin(const char* style) {
-    auto transform = ocio::BuiltinTransform::Create();
-    transform->setStyle(style);
-    return transform;
-}
-
-ocio::ColorSpaceRcPtr scene_space(const char* name, const ocio::ConstTransformRcPtr& to_reference) {
-    auto space = ocio::ColorSpace::Create(ocio::REFERENCE_SPACE_SCENE);
-    space->setName(name);
-    if (to_reference) space->setTransform(to_reference, ocio::COLORSPACE_DIR_TO_REFERENCE);
-    return space;
-}
-
-/// Reference: scene ACES2065-1, display CIE XYZ D65. The matrices are products of the published
-/// primaries (SMPTE ST 2065-1, ITU-R BT.709) with Bradford adaptation D65 → ACES white.
-ocio::ConstConfigRcPtr built_in_config() {
-    auto config = ocio::Config::Create();
-    config->setMajorVersion(2);
-    config->addColorSpace(scene_space("ACES2065-1", nullptr));
-    config->addColorSpace(scene_space("ACEScg", builtin("ACEScg_to_ACES2065-1")));
-    config->addColorSpace(scene_space(
-        "lin_rec709", matrix_transform({0.439632981919, 0.382988698152, 0.177378319929,
-                                        0.089776442959, 0.813439428749, 0.096784128292,
-                                        0.017541170383, 0.111546553302, 0.870912276315})));
-    auto raw = scene_space("raw", nullptr);
-    raw->setIsData(true);
-    config->addColorSpace(raw);
-    config->setRole(ocio::ROLE_SCENE_LINEAR, "lin_rec709");
-    config->setRole(ocio::ROLE_DEFAULT, "raw");
-
-    auto srgb = ocio::ColorSpace::Create(ocio::REFERENCE_SPACE_DISPLAY);
-    srgb->setName("sRGB - Display");
-    srgb->setTransform(builtin("DISPLAY - CIE-XYZ-D65_to_sRGB"),
-                       ocio::COLORSPACE_DIR_FROM_REFERENCE);
-    config->addColorSpace(srgb);
-
-    auto aces = ocio::ViewTransform::Create(ocio::REFERENCE_SPACE_SCENE);
-    aces->setName("ACES 1.0 SDR-video");
-    aces->setTransform(builtin("ACES-OUTPUT - ACES2065-1_to_CIE-XYZ-D65 - SDR-VIDEO_1.0"),
-                       ocio::VIEWTRANSFORM_DIR_FROM_REFERENCE);
-    config->addViewTransform(aces);
-    auto plain = ocio::ViewTransform::Create(ocio::REFERENCE_SPACE_SCENE);
-    plain->setName("Un-tone-mapped");
-    plain->setTransform(builtin("UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD"),
-                        ocio::VIEWTRANSFORM_DIR_FROM_REFERENCE);
-    config->addViewTransform(plain);
-    config->setDefaultViewTransformName("Un-tone-mapped");
-
-    config->addDisplayView("sRGB", "ACES", "ACES 1.0 SDR-video", "sRGB - Display", "", "", "");
-    config->addDisplayView("sRGB", "sRGB", "Un-tone-mapped", "sRGB - Display", "", "", "");
-    config->addDisplayView("sRGB", "Raw", "raw", "");
-    config->validate();
-    return config;
-}
 
 /// ` (did you mean 'ACES'?)` for a display or view that the config lacks.
 std::string nearest_view(const ocio::ConstConfigRcPtr& config,
@@ -108,32 +42,39 @@ std::string list_of_views(const ocio::ConstConfigRcPtr& config) {
     return list;
 }
 
-struct UsedConfig {
-    ocio::ConstConfigRcPtr config;
-    bool is_built_in = false;
+/// Where the numbers of a file enter a config.
+struct Source {
+    std::string space;
+    std::optional<ColorMatrix> space_from_file;
+    std::string warning;
 };
 
-/// That of $OCIO, else the built-in one.
-Result<UsedConfig> used_config() {
-    try {
-        // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody changes the environment
-        const char* path = std::getenv("OCIO");
-        const bool is_built_in = path == nullptr || *path == '\0';
-        return UsedConfig{is_built_in ? built_in_config() : ocio::Config::CreateFromEnv(),
-                          is_built_in};
-    } catch (const std::exception& e) {
-        return Error{"ocio-config", fmt::format("cannot use the OpenColorIO config: {}", e.what())};
+Source source_of(const UsedConfig& used, const FileColor& color) {
+    const auto& [config, is_built_in] = used;
+    if (!color.space.empty()) return {color.space, {}, {}};
+    if (color.known) {
+        for (const std::string_view name : color.known->names) {
+            const auto space = config->getColorSpace(std::string(name).c_str());
+            if (space && !space->isData()) return {space->getName(), {}, {}};
+        }
     }
+    if (color.aces_from_file) {
+        if (const auto anchor = anchor_of(config))
+            return {anchor->space,
+                    product(*inverse(anchor->aces_from_space), *color.aces_from_file),
+                    {}};
+    }
+    Source linear{ocio::ROLE_SCENE_LINEAR, {}, {}};
+    if (is_built_in) linear.space = "lin_rec709";
+    if (color.aces_from_file)
+        linear.warning = fmt::format(
+            "the OpenColorIO config has no colour space for {}, nor the role aces_interchange to "
+            "convert by: shown as if it were scene_linear",
+            color.label);
+    return linear;
 }
 
 }  // namespace
-
-std::string working_space_of(const Image& image) {
-    const auto at = image.attributes.find("chromaticities");
-    const auto* primaries =
-        at == image.attributes.end() ? nullptr : std::get_if<Chromaticities>(&at->second);
-    return primaries && std::abs((*primaries)[0] - 0.713f) < 0.002f ? "ACEScg" : "";
-}
 
 Result<std::vector<DisplayViews>> display_views() {
     const auto used = used_config();
@@ -154,6 +95,7 @@ Result<std::vector<DisplayViews>> display_views() {
 
 struct DisplayTransform::Impl {
     ocio::ConstCPUProcessorRcPtr processor;
+    std::vector<std::string> warnings;
 };
 
 DisplayTransform::DisplayTransform(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -164,23 +106,32 @@ DisplayTransform& DisplayTransform::operator=(DisplayTransform&&) noexcept = def
 
 Result<DisplayTransform> DisplayTransform::make(const std::string& display,
                                                 const std::string& view,
-                                                const std::string& working_space) {
+                                                const FileColor& color) {
     const auto used = used_config();
     if (!used) return used.error();
-    const auto& [config, is_built_in] = *used;
+    const ocio::ConstConfigRcPtr& config = used->config;
     try {
         const std::string known_display = display.empty() ? config->getDefaultDisplay() : display;
         const std::string known_view =
             view.empty() ? config->getDefaultView(known_display.c_str()) : view;
-        const std::string space = !working_space.empty() ? working_space
-                                  : is_built_in          ? std::string("lin_rec709")
-                                                         : std::string(ocio::ROLE_SCENE_LINEAR);
+        const Source source = source_of(*used, color);
         auto transform = ocio::DisplayViewTransform::Create();
-        transform->setSrc(space.c_str());
+        transform->setSrc(source.space.c_str());
         transform->setDisplay(known_display.c_str());
         transform->setView(known_view.c_str());
+        auto chain = ocio::GroupTransform::Create();
+        const char* shown =
+            config->getDisplayViewColorSpaceName(known_display.c_str(), known_view.c_str());
+        const auto shown_space = config->getColorSpace(shown);
+        // A view of data shows the numbers as they are
+        const bool is_raw = shown_space && shown_space->isData();
+        if (source.space_from_file && !is_raw)
+            chain->appendTransform(matrix_transform(*source.space_from_file));
+        chain->appendTransform(transform);
         auto impl = std::make_unique<Impl>();
-        impl->processor = config->getProcessor(transform)->getDefaultCPUProcessor();
+        impl->processor = config->getProcessor(chain)->getDefaultCPUProcessor();
+        impl->warnings = color.warnings;
+        if (!source.warning.empty()) impl->warnings.push_back(source.warning);
         return DisplayTransform(std::move(impl));
     } catch (const std::exception& e) {
         return Error{
@@ -189,6 +140,10 @@ Result<DisplayTransform> DisplayTransform::make(const std::string& display,
                         display, view, nearest_view(config, display, view), e.what(),
                         list_of_views(config))};
     }
+}
+
+const std::vector<std::string>& DisplayTransform::warnings() const {
+    return impl_->warnings;
 }
 
 void DisplayTransform::apply(std::vector<float>& rgb) const {

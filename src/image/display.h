@@ -2,17 +2,13 @@
 #pragma once
 
 #include "base/result.h"
-#include "image/image.h"
+#include "image/file_color.h"
 
 #include <memory>
 #include <string>
 #include <vector>
 
 namespace velatura::image {
-
-/// The working space of a file for DisplayTransform: ACEScg is told by its red primary; all else is
-/// taken as linear Rec.709, which is empty.
-std::string working_space_of(const Image& image);
 
 /// A display of the config in use and its views, in the config's order.
 struct DisplayViews {
@@ -26,19 +22,23 @@ Result<std::vector<DisplayViews>> display_views();
 
 /// Turns scene-linear pictures into what a monitor shows, through OpenColorIO: the config of $OCIO,
 /// else a small built-in one with display `sRGB` and the views `ACES` (SDR video output transform),
-/// `sRGB` (no tone mapping) and `Raw`, for linear Rec.709 and ACEScg.
+/// `sRGB` (no tone mapping) and `Raw`.
 class DisplayTransform {
   public:
-    /// Empty names mean the config's defaults. `working_space`: `lin_rec709` or `ACEScg` for the
-    /// built-in config; for another config a colour space or role of it, empty = role scene_linear.
-    /// Errors: "ocio-config" (config cannot be read), "ocio-view" (no such display, view or colour
-    /// space; the message lists what there is).
+    /// Empty names mean the config's defaults. What the file's numbers mean, `color` says: they
+    /// enter the config as its own space of that name, else by a matrix into one that it has. An
+    /// empty `color` is the role scene_linear. Errors: "ocio-config" (config cannot be read),
+    /// "ocio-view" (no such display or view; the message lists what there is).
     static Result<DisplayTransform> make(const std::string& display,
                                          const std::string& view,
-                                         const std::string& working_space = "");
+                                         const FileColor& color = {});
     ~DisplayTransform();
     DisplayTransform(DisplayTransform&&) noexcept;
     DisplayTransform& operator=(DisplayTransform&&) noexcept;
+
+    /// What is not known of the colours and what was assumed: those of the FileColor, and of the
+    /// config.
+    const std::vector<std::string>& warnings() const;
 
     /// In place, [pixels][3].
     void apply(std::vector<float>& rgb) const;

@@ -94,6 +94,12 @@ Imf::Compression exr_compression(Compression compression) {
     return Imf::ZIP_COMPRESSION;
 }
 
+/// Of those that change floats.
+bool is_lossy(Imf::Compression compression) {
+    return compression == Imf::PXR24_COMPRESSION || compression == Imf::DWAA_COMPRESSION ||
+           compression == Imf::DWAB_COMPRESSION;
+}
+
 std::vector<Imf::Header> headers_of(const Image& image, Compression compression) {
     std::vector<Imf::Header> headers;
     for (const Part& part : image.parts) {
@@ -190,6 +196,7 @@ Result<ExrReader> ExrReader::open(const std::string& path, Chunks chunks) {
             impl->chunk_rows.push_back(rows_per_chunk_of(header));
             Part part;
             part.name = header.hasName() ? header.name() : std::string();
+            part.is_lossy = is_lossy(header.compression());
             if (i == 0) {
                 impl->header.data = data;
                 impl->header.display = window_of(header.displayWindow());

@@ -7,25 +7,87 @@
 #include <OpenEXR/ImfDoubleAttribute.h>
 #include <OpenEXR/ImfFloatAttribute.h>
 #include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfIO.h>
 #include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfMatrixAttribute.h>
+#include <OpenEXR/ImfOpaqueAttribute.h>
 #include <OpenEXR/ImfRationalAttribute.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfVecAttribute.h>
+#include <OpenEXR/ImfVersion.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 #include <iterator>
+#include <memory>
 #include <stdexcept>
+#include <string_view>
 
 namespace velatura::image {
 
 namespace {
 
+/// What an attribute writes, in memory.
+class ByteSink : public Imf::OStream {
+  public:
+    ByteSink() : Imf::OStream("attribute") {}
+
+    void write(const char* c, int n) override {
+        bytes.resize(std::max(bytes.size(), at_ + size_t(n)));
+        std::memcpy(bytes.data() + at_, c, size_t(n));
+        at_ += size_t(n);
+    }
+
+    uint64_t tellp() override { return at_; }
+
+    void seekp(uint64_t position) override { at_ = size_t(position); }
+
+    std::string bytes;
+
+  private:
+    size_t at_ = 0;
+};
+
+class ByteSource : public Imf::IStream {
+  public:
+    explicit ByteSource(const std::string& bytes) : Imf::IStream("attribute"), bytes_(bytes) {}
+
+    bool read(char* c, int n) override {
+        if (size_t(n) > bytes_.size() - at_) throw std::invalid_argument("attribute too short");
+        std::memcpy(c, bytes_.data() + at_, size_t(n));
+        at_ += size_t(n);
+        return at_ < bytes_.size();
+    }
+
+    uint64_t tellg() override { return at_; }
+
+    void seekg(uint64_t position) override { at_ = std::min(size_t(position), bytes_.size()); }
+
+  private:
+    const std::string& bytes_;
+    size_t at_ = 0;
+};
+
+OtherAttribute other_attribute(const Imf::Attribute& from) {
+    ByteSink sink;
+    from.writeValueTo(sink, Imf::EXR_VERSION);
+    return {from.typeName(), std::move(sink.bytes)};
+}
+
+void insert_other(Imf::Header& header, const std::string& name, const OtherAttribute& other) {
+    std::unique_ptr<Imf::Attribute> attribute(Imf::Attribute::knownType(other.type.c_str())
+                                                  ? Imf::Attribute::newAttribute(other.type.c_str())
+                                                  : new Imf::OpaqueAttribute(other.type.c_str()));
+    ByteSource source(other.bytes);
+    attribute->readValueFrom(source, int(other.bytes.size()), Imf::EXR_VERSION);
+    header.insert(name, *attribute);
+}
+
 void read_attribute(const Imf::Attribute& from, const std::string& name, Attributes& to) {
     if (const auto* s = dynamic_cast<const Imf::StringAttribute*>(&from)) {
-        const bool is_json = name.starts_with("velatura/") || name.starts_with("cryptomatte/");
-        if (is_json && is_json_too_deep(s->value()))
+        // Manifests of Cryptomattes are read by who does not mind
+        if (name.starts_with("velatura/") && is_json_too_deep(s->value()))
             throw std::invalid_argument(
                 fmt::format("the header string {} is nested too deeply", name));
         to[name] = s->value();
@@ -35,7 +97,8 @@ void read_attribute(const Imf::Attribute& from, const std::string& name, Attribu
         to[name] = f->value();
     } else if (const auto* d = dynamic_cast<const Imf::DoubleAttribute*>(&from)) {
         to[name] = d->value();
-    } else if (const auto* r = dynamic_cast<const Imf::RationalAttribute*>(&from)) {
+    } else if (const auto* r = dynamic_cast<const Imf::RationalAttribute*>(&from);
+               r && name == "framesPerSecond") {
         to[name] = double(r->value());
     } else if (const auto* v = dynamic_cast<const Imf::V2fAttribute*>(&from)) {
         to[name] = std::array<float, 2>{v->value().x, v->value().y};
@@ -49,6 +112,8 @@ void read_attribute(const Imf::Attribute& from, const std::string& name, Attribu
         const Imf::Chromaticities& c = p->value();
         to[name] = Chromaticities{c.red.x,  c.red.y,  c.green.x, c.green.y,
                                   c.blue.x, c.blue.y, c.white.x, c.white.y};
+    } else {
+        to[name] = other_attribute(from);
     }
 }
 
@@ -60,14 +125,14 @@ bool is_structural(const std::string& name) {
                                    "displayWindow",
                                    "lineOrder",
                                    "pixelAspectRatio",
-                                   "screenWindowCenter",
-                                   "screenWindowWidth",
                                    "name",
                                    "type",
                                    "version",
                                    "chunkCount",
                                    "tiles",
-                                   "view"};
+                                   "view",
+                                   "maxSamplesPerPixel",
+                                   "deepImageState"};
     return std::any_of(std::begin(own), std::end(own), [&](const char* n) { return name == n; });
 }
 
@@ -107,12 +172,18 @@ void insert_attribute(Imf::Header& header, const std::string& name, const Attrib
         const auto& c = *p;
         header.insert(name, Imf::ChromaticitiesAttribute(Imf::Chromaticities(
                                 {c[0], c[1]}, {c[2], c[3]}, {c[4], c[5]}, {c[6], c[7]})));
+    } else if (const auto* o = std::get_if<OtherAttribute>(&attribute)) {
+        insert_other(header, name, *o);
     }
 }
 
 void read_attributes(const Imf::Header& header, Attributes& to) {
+    const bool is_usual_screen =
+        header.screenWindowCenter() == Imath::V2f(0, 0) && header.screenWindowWidth() == 1.0f;
     for (auto a = header.begin(); a != header.end(); ++a) {
-        if (!is_structural(a.name())) read_attribute(a.attribute(), a.name(), to);
+        const bool is_screen = std::string_view(a.name()).starts_with("screenWindow");
+        if (!is_structural(a.name()) && !(is_screen && is_usual_screen))
+            read_attribute(a.attribute(), a.name(), to);
     }
 }
 

@@ -86,7 +86,8 @@ Result<RgbImage> read_rgb_image(const std::string& path,
 Result<void> write_display_image(const std::string& path,
                                  int width,
                                  int height,
-                                 const std::vector<float>& rgb) {
+                                 const std::vector<float>& rgb,
+                                 float pixel_aspect) {
     std::vector<uint8_t> bytes(rgb.size());
     std::transform(rgb.begin(), rgb.end(), bytes.begin(), display_byte);
     const auto error = [&path](const std::string& why) {
@@ -95,7 +96,8 @@ Result<void> write_display_image(const std::string& path,
     const Result<const PictureLibrary*> library = picture_library();
     if (!library) return error(library.error().message);
     return write_atomically(path, [&](const std::string& temporary) -> Result<void> {
-        const Result<void> written = (*library)->write(temporary, width, height, bytes);
+        const Result<void> written =
+            (*library)->write(temporary, width, height, bytes, pixel_aspect);
         if (!written) return error(written.error().message);
         return {};
     });

@@ -46,11 +46,13 @@ inline uint8_t display_byte(float v) {
     return uint8_t(std::lround(clamped * 255.0f));
 }
 
-/// Writes display-referred RGB (display_byte), [height][width][3], as .png
-/// or .jpg, under a temporary name and renamed. Opens the picture library. Errors: "io-write".
+/// Writes display-referred RGB (display_byte), [height][width][3], as .png or .jpg, under a
+/// temporary name and renamed. `pixel_aspect` is the width of a pixel in its heights. Opens the
+/// picture library. Errors: "io-write".
 Result<void> write_display_image(const std::string& path,
                                  int width,
                                  int height,
-                                 const std::vector<float>& rgb);
+                                 const std::vector<float>& rgb,
+                                 float pixel_aspect = 1.0f);
 
 }  // namespace velatura::image

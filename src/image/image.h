@@ -46,8 +46,23 @@ void for_each_value(const Channel& channel, F f) {
 
 using Matrix44 = std::array<float, 16>;       ///< rows; row vectors
 using Chromaticities = std::array<float, 8>;  ///< red, green, blue, white: x y
-using Attribute =
-    std::variant<std::string, int, float, double, std::array<float, 2>, Matrix44, Chromaticities>;
+
+/// An attribute of any other type (time codes, boxes, lists …), as the bytes that the file has.
+struct OtherAttribute {
+    std::string type;  ///< EXR's name of it: `timecode`, `v3f`, `stringvector` …
+    std::string bytes;
+
+    bool operator==(const OtherAttribute&) const = default;
+};
+
+using Attribute = std::variant<std::string,
+                               int,
+                               float,
+                               double,
+                               std::array<float, 2>,
+                               Matrix44,
+                               Chromaticities,
+                               OtherAttribute>;
 using Attributes = std::map<std::string, Attribute>;
 
 /// A group of channels that a file stores together.
@@ -55,6 +70,7 @@ struct Part {
     std::string name;
     std::vector<Channel> channels;
     Attributes attributes;  ///< beside those of the image
+    bool is_lossy = false;  ///< read from a compression that changes floats; writing ignores it
 
     const Channel* find(std::string_view channel) const;
 };

@@ -11,6 +11,7 @@
 #include "image/layer_check.h"
 #include "image/layer_header.h"
 #include "image/resolve.h"
+#include "image/strip_reader.h"
 #include "image/sums_part.h"
 
 #include <fmt/format.h>
@@ -353,25 +354,9 @@ Result<void> SplitChannels::add(const std::string& path, const Image& file) {
 }
 
 Result<Image> read_layer_file(const std::string& path) {
-    auto image = read_exr(path);
-    if (!image) return image;
-    const auto layers = split_layers(path, *image);
-    if (!layers) return layers.error();
-    SplitChannels channels(*image);
-    for (const SplitLayer& split : *layers) {
-        auto one = read_exr(split.path);
-        if (!one) return one;
-        if (auto added = channels.add(split.path, *one); !added) return added.error();
-        if (one->data != image->data) {
-            return Error{"io-read",
-                         fmt::format("cannot read {}: its data window differs", split.path)};
-        }
-        for (Part& part : one->parts) {
-            part.name = split.layer;
-            image->parts.push_back(std::move(part));
-        }
-    }
-    return image;
+    const auto reader = StripReader::open(path);
+    if (!reader) return reader.error();
+    return reader->read_all();
 }
 
 }  // namespace velatura::image

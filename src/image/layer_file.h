@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -54,6 +55,9 @@ struct FileInfo {
     std::vector<BadSample> bad_samples;     ///< goes into velatura/samples
     MatteNames matte_names;                 ///< only used with LayerSet::mattes
     std::vector<LightValues> light_values;  ///< goes into velatura/lights
+    /// Of the file that this one is made from: stands in place of software, rate, cameras and
+    /// chromaticities above, which are not written then.
+    std::optional<Attributes> carried;
 };
 
 /// What the writer measured.
@@ -110,7 +114,8 @@ class SplitChannels {
 /// "io-read".
 Result<Image> read_sums_image(const std::string& path);
 
-/// Reads a file of light layers whole, with the files beside it for the split layout.
+/// Reads a file of light layers whole, with the files beside it for the split layout; parts over
+/// windows of their own are placed (strip_reader.h).
 /// Errors: "io-open", "io-read".
 Result<Image> read_layer_file(const std::string& path);
 

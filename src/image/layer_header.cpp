@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <utility>
 
 namespace velatura::image {
 
@@ -183,6 +184,11 @@ void parse_samples(const Json& j, SampleInfo& s) {
     }
 }
 
+/// Names of other programs' files may be no UTF-8.
+std::string text_of(const Json& j) {
+    return j.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
 template <class T>
 T attribute_or(const Image& image, const char* name, const T& fallback) {
     const auto at = image.attributes.find(name);
@@ -234,20 +240,38 @@ void write_layer_header(Image& image,
     if (!info.display.is_empty()) image.display = info.display;
     image.pixel_aspect_ratio = float(info.pixel_aspect_ratio);
     Attributes& a = image.attributes;
-    a["software"] = info.software;
-    a["framesPerSecond"] = info.frames_per_second;
-    a["chromaticities"] = info.chromaticities;
-    a["worldToCamera"] = info.world_to_camera;
-    a["worldToNDC"] = info.world_to_ndc;
-    a[closure_attribute] = closure_json(resolved.closure).dump();
-    a[layers_attribute] = layers_json(resolved.layers).dump();
-    a[lights_attribute] = lights_json(set, info.light_values).dump();
-    if (set.caster_layers) a[casters_attribute] = casters_json(set).dump();
-    a[samples_attribute] = samples_json(samples).dump();
-    a[scene_attribute] = info.scene_json;
-    a[stats_attribute] = info.stats_json;
-    a[plan_attribute] = info.plan_json;
-    a[settings_attribute] = info.settings_json;
+    if (info.carried) {
+        for (const auto& [name, attribute] : *info.carried) a[name] = attribute;
+    } else {
+        a["software"] = info.software;
+        a["framesPerSecond"] = info.frames_per_second;
+        a["chromaticities"] = info.chromaticities;
+        a["worldToCamera"] = info.world_to_camera;
+        a["worldToNDC"] = info.world_to_ndc;
+    }
+    a[closure_attribute] = text_of(closure_json(resolved.closure));
+    a[layers_attribute] = text_of(layers_json(resolved.layers));
+    a[lights_attribute] = text_of(lights_json(set, info.light_values));
+    if (set.caster_layers) a[casters_attribute] = text_of(casters_json(set));
+    a[samples_attribute] = text_of(samples_json(samples));
+    for (const auto& [name, text] : {std::pair{scene_attribute, &info.scene_json},
+                                     {stats_attribute, &info.stats_json},
+                                     {plan_attribute, &info.plan_json},
+                                     {settings_attribute, &info.settings_json}}) {
+        if (!text->empty()) a[name] = *text;
+    }
+}
+
+Attributes carried_attributes(const Attributes& attributes) {
+    Attributes carried;
+    for (const auto& [name, attribute] : attributes) {
+        const auto* other = std::get_if<OtherAttribute>(&attribute);
+        const bool is_of_pixels =
+            other && (other->type == "preview" || other->type == "idmanifest");
+        if (!name.starts_with("velatura/") && !name.starts_with("cryptomatte/") && !is_of_pixels)
+            carried[name] = attribute;
+    }
+    return carried;
 }
 
 Result<LayerHeader> read_layer_header(const Image& image) {
@@ -302,6 +326,7 @@ FileInfo file_info_of(const Image& image, const LayerHeader& header) {
     }
     info.frames_per_second = attribute_or<double>(image, "framesPerSecond", info.frames_per_second);
     info.pixel_aspect_ratio = double(image.pixel_aspect_ratio);
+    info.carried = carried_attributes(image.attributes);
     info.world_to_camera = attribute_or<Matrix44>(image, "worldToCamera", info.world_to_camera);
     info.world_to_ndc = attribute_or<Matrix44>(image, "worldToNDC", info.world_to_ndc);
     info.chromaticities =

@@ -60,7 +60,11 @@ void write_layer_header(Image& image,
 /// be understood).
 Result<LayerHeader> read_layer_header(const Image& image);
 
-/// The caller's part of the header, for writing a merged file.
+/// Those that still hold for a file that is made from another: all but our own, and what describes
+/// pixels that are gone (previews, manifests of ids).
+Attributes carried_attributes(const Attributes& attributes);
+
+/// The caller's part of the header, for a file that is made from this one.
 FileInfo file_info_of(const Image& image, const LayerHeader& header);
 
 }  // namespace velatura::image

@@ -14,7 +14,7 @@ namespace velatura::image {
 /// Under this name and version a plugin hands out a `const PictureLibrary*`. The version changes
 /// whenever this header or a type that it mentions does.
 inline constexpr const char* picture_interface = "pictures";
-inline constexpr uint32_t picture_interface_version = 2;
+inline constexpr uint32_t picture_interface_version = 3;
 
 /// What a picture says of itself before its pixels are read.
 struct PictureFacts {
@@ -45,12 +45,14 @@ class PictureLibrary {
     /// be read from memory).
     virtual Result<std::unique_ptr<Picture>> open(const std::string& asset) const = 0;
 
-    /// Writes 8-bit sRGB, [height][width][3], in the format that the name ends in. Errors:
-    /// "io-write"; what was written until then stays.
+    /// Writes 8-bit sRGB, [height][width][3], in the format that the name ends in, with the width
+    /// of a pixel in its heights (PNG's pHYs). Errors: "io-write"; what was written until then
+    /// stays.
     virtual Result<void> write(const std::string& file,
                                int width,
                                int height,
-                               std::span<const uint8_t> rgb) const = 0;
+                               std::span<const uint8_t> rgb,
+                               float pixel_aspect) const = 0;
 
     /// For pictures that are opened from here on.
     virtual void limit(const DecodeLimits& limits) const = 0;

@@ -2,6 +2,7 @@
 #include "image/strip_reader.h"
 
 #include "base/tasks.h"
+#include "image/digest.h"
 #include "image/exr.h"
 #include "image/layer_file.h"
 
@@ -24,6 +25,9 @@ constexpr size_t chunk_copies = 3;
 /// Files that are open at the same time in a read(), whatever it asks for; processes may often have
 /// no more than 1024.
 constexpr size_t max_open_files = 256;
+
+/// A data window may be so many times larger than the pixels that are stored.
+constexpr int64_t most_empty_space = 16, most_pixels = int64_t(1) << 30;
 
 size_t value_bytes(ChannelType type) {
     return type == ChannelType::Half ? 2 : 4;
@@ -87,6 +91,7 @@ struct PartRequest {
     int part = 0;
     std::vector<size_t> wanted;  ///< positions in the request
     std::vector<RowTarget> targets;
+    Window window;  ///< of the part
 };
 
 /// How a request is read: strips of whole chunks, by so many readers.
@@ -126,12 +131,60 @@ class OpenFiles {
     std::vector<Open> open_;
 };
 
+Window united(const Window& a, const Window& b) {
+    return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
+}
+
+int64_t area_of(const Window& w) {
+    return (int64_t(w.x1) - w.x0) * (int64_t(w.y1) - w.y0);
+}
+
+/// A channel of a part's window over that of the picture.
+template <class T>
+std::vector<T> placed(const std::vector<T>& values, const Window& own, const Window& all) {
+    std::vector<T> wide(all.pixel_count(), T(0));
+    for (int y = own.y0; y < own.y1; ++y)
+        std::copy_n(values.begin() + std::ptrdiff_t(own.index(own.x0, y)), own.width(),
+                    wide.begin() + std::ptrdiff_t(all.index(own.x0, y)));
+    return wide;
+}
+
+/// Reads the rows of a strip that a part over another window has, and puts them in their place.
+Result<void> read_placed(const ExrReader& reader,
+                         const PartRequest& request,
+                         const std::vector<RowTarget>& targets,
+                         const Window& all,
+                         const Strip& strip) {
+    const Window& own = request.window;
+    const auto rows = size_t(strip.y1 - strip.y0), width = size_t(all.width());
+    for (const RowTarget& t : targets) std::memset(t.values, 0, rows * width * value_bytes(t.type));
+    const int y0 = std::max(strip.y0, own.y0), y1 = std::min(strip.y1, own.y1);
+    if (y0 >= y1) return {};
+    std::vector<std::vector<std::byte>> buffers;
+    std::vector<RowTarget> own_targets = targets;
+    for (RowTarget& t : own_targets) {
+        buffers.emplace_back(size_t(y1 - y0) * size_t(own.width()) * value_bytes(t.type));
+        t.values = buffers.back().data();
+    }
+    if (auto done = reader.read_rows(request.part, y0, y1, own_targets); !done) return done;
+    for (size_t i = 0; i < targets.size(); ++i) {
+        const size_t bytes = value_bytes(targets[i].type), row = size_t(own.width()) * bytes;
+        for (int y = y0; y < y1; ++y) {
+            const size_t at = size_t(y - strip.y0) * width + size_t(own.x0 - all.x0);
+            std::memcpy(static_cast<std::byte*>(targets[i].values) + at * bytes,
+                        buffers[i].data() + size_t(y - y0) * row, row);
+        }
+    }
+    return {};
+}
+
 }  // namespace
 
 struct StripReader::Impl {
     struct Source {
         size_t file = 0;
         int part = 0;
+        Window window;
     };
 
     std::vector<SourceFile> files;
@@ -142,6 +195,7 @@ struct StripReader::Impl {
     Result<void> add_file(const std::string& path,
                           const std::string& part_name,
                           SplitChannels* channels);
+    void unite_windows();
     ReadPlan plan(std::span<const ChannelPlace> channels, size_t memory_bytes) const;
     Result<void> read_strip(const ReadPlan& plan,
                             OpenFiles& open_files,
@@ -167,18 +221,39 @@ Result<void> StripReader::Impl::add_file(const std::string& path,
     for (int p = 0; p < reader->part_count(); ++p) {
         Part part = reader->header().parts[size_t(p)];
         if (!is_first) part.name = part_name;
-        if (reader->data_window(p) != description.data) {
-            foreign_parts.push_back(part.name);
-            part.channels.clear();
-        }
         size_t pixel_bytes = 0;
         for (const Channel& c : part.channels) pixel_bytes += value_bytes(c.type());
         file.parts.push_back({reader->rows_per_chunk(p), pixel_bytes});
         description.parts.push_back(std::move(part));
-        sources.push_back({files.size(), p});
+        sources.push_back({files.size(), p, reader->data_window(p)});
     }
     files.push_back(std::move(file));
     return {};
+}
+
+/// Makes room for every part that does not lie far off.
+void StripReader::Impl::unite_windows() {
+    int64_t stored = area_of(description.data);
+    for (size_t p = 0; p < sources.size(); ++p) {
+        const Window& window = sources[p].window;
+        if (window == description.data) continue;
+        const Window both = united(description.data, window);
+        stored = std::max(stored, area_of(window));
+        // In 64 bits: the sides of a window may be far apart
+        const bool is_near = int64_t(both.x1) - both.x0 <= INT32_MAX / 2 &&
+                             int64_t(both.y1) - both.y0 <= INT32_MAX / 2 &&
+                             area_of(both) <= std::min(most_empty_space * stored, most_pixels);
+        // Exact sums belong to the pixels of the beauty, each to its own
+        const auto& channels = description.parts[p].channels;
+        const bool has_sums = std::any_of(channels.begin(), channels.end(),
+                                          [](const Channel& c) { return is_bookkeeping(c.name); });
+        if (is_near && !has_sums) {
+            description.data = both;
+        } else {
+            foreign_parts.push_back(description.parts[p].name);
+            description.parts[p].channels.clear();
+        }
+    }
 }
 
 ReadPlan StripReader::Impl::plan(std::span<const ChannelPlace> channels,
@@ -190,7 +265,8 @@ ReadPlan StripReader::Impl::plan(std::span<const ChannelPlace> channels,
         auto at = std::find_if(plan.parts.begin(), plan.parts.end(), [&](const PartRequest& p) {
             return p.file == source.file && p.part == source.part;
         });
-        if (at == plan.parts.end()) at = plan.parts.insert(at, {source.file, source.part, {}, {}});
+        if (at == plan.parts.end())
+            at = plan.parts.insert(at, {source.file, source.part, {}, {}, source.window});
         at->wanted.push_back(i);
         const Channel& channel = description.parts[channels[i].part].channels[channels[i].channel];
         at->targets.push_back({channel.name, channel.type(), nullptr});
@@ -234,7 +310,10 @@ Result<void> StripReader::Impl::read_strip(const ReadPlan& plan,
             targets[i].values = buffer + plan.offsets[plan.parts[p].wanted[i]];
         const auto reader = open_files.reader(plan.parts[p].file);
         if (!reader) return reader.error();
-        const auto done = (*reader)->read_rows(plan.parts[p].part, strip.y0, strip.y1, targets);
+        const auto done =
+            plan.parts[p].window == description.data
+                ? (*reader)->read_rows(plan.parts[p].part, strip.y0, strip.y1, targets)
+                : read_placed(**reader, plan.parts[p], targets, description.data, strip);
         if (!done) return done;
     }
     return {};
@@ -255,6 +334,7 @@ Result<StripReader> StripReader::open(const std::string& path) {
     for (const SplitLayer& s : *split) {
         if (auto added = impl->add_file(s.path, s.layer, &channels); !added) return added.error();
     }
+    impl->unite_windows();
     return StripReader(std::move(impl));
 }
 
@@ -309,6 +389,11 @@ Result<Image> StripReader::read_all() const {
         auto part = reader->read_part(source.part);
         if (!part) return part.error();
         image.parts[p].channels = std::move(part->channels);
+        if (source.window == image.data) continue;
+        for (Channel& c : image.parts[p].channels) {
+            std::visit([&](auto& values) { values = placed(values, source.window, image.data); },
+                       c.data);
+        }
     }
     for (const SourceFile& file : impl_->files)
         if (auto same = file.check(); !same) return same.error();

@@ -42,11 +42,13 @@ class StripReader {
     StripReader(StripReader&&) noexcept;
     StripReader& operator=(StripReader&&) noexcept;
 
-    /// The file as read_layer_file gives it, with channels that have no values. A part over another
-    /// data window than the first has no channels here.
+    /// The file as read_layer_file gives it, with channels that have no values. The data window
+    /// holds those of all parts: a part is 0 outside its own.
     const Image& description() const;
 
-    /// Names of the parts that were left out for their data window.
+    /// Names of the parts that were left out and have no channels here: exact sums over other
+    /// pixels than the first part's, and parts so far off that the picture would be many times
+    /// larger than what is stored.
     const std::vector<std::string>& foreign_parts() const;
 
     /// Calls body for all strips of the data window, in any order and from several threads at once;

@@ -44,7 +44,9 @@ TEST(Control, SaysWhatItExpected) {
     for (const char* text : {"key=1.5", "key=-0.1", "key=x"}) {
         EXPECT_FALSE(parse_control(Control::Kind::Shadow, text).has_value()) << text;
     }
-    EXPECT_FALSE(parse_control(Control::Kind::Mute, "key=1").has_value());
+    // A name may hold what parts names from values elsewhere
+    EXPECT_EQ(parse_control(Control::Kind::Mute, "key=1")->target, "key=1");
+    EXPECT_FALSE(parse_control(Control::Kind::Mute, "").has_value());
     EXPECT_FALSE(parse_control(Control::Kind::Kelvin, "key=100").has_value());
 }
 

@@ -2,6 +2,7 @@
 // Files that no program of ours writes: an error that says why, never a crash or memory without
 // bounds.
 #include "base/atomic_file.h"
+#include "image/cryptomatte.h"
 #include "image/deep_file.h"
 #include "image/exr.h"
 #include "image/layer_file.h"
@@ -55,12 +56,17 @@ TEST(BadExr, PartsOverOtherPixelsAreNotMixedUp) {
     for (const Window& other : {Window{0, 0, 8, 3}, {2, 0, 10, 6}, {0, 0, 6, 8}}) {
         make_exr(path, {{"rgba", window, {"R", "G", "B"}, {}, {}},
                         {"sums", other, {}, {}, record_channels}});
-        for (const auto& image : {read_exr(path), read_layer_file(path), read_sums_image(path)}) {
+        for (const auto& image : {read_exr(path), read_sums_image(path)}) {
             ASSERT_FALSE(image.has_value()) << other.x1 << " " << other.y1;
             EXPECT_EQ(image.error().code, "io-read");
             EXPECT_NE(image.error().message.find("data window"), std::string::npos)
                 << image.error().message;
         }
+        // Layers are placed, sums are not
+        const auto layers = read_layer_file(path);
+        ASSERT_TRUE(layers.has_value()) << layers.error().message;
+        EXPECT_EQ(layers->data, window);
+        EXPECT_TRUE(layers->parts[1].channels.empty());
     }
     make_exr(path, {{"rgba", window, {"R", "G", "B"}, {}, {}},
                     {"sums", window, {}, {}, record_channels}});
@@ -158,8 +164,8 @@ TEST(BadExr, AttributesEndWithTheFileAndWithTheirType) {
 TEST(BadExr, HeaderStringsOfDeepJsonAreRefused) {
     const std::string path = temporary("deep_json.exr");
     const std::string deep = std::string(200000, '[') + std::string(200000, ']');
-    for (const char* name : {"velatura/sums", "velatura/split", "velatura/settings",
-                             "velatura/layers", "cryptomatte/1234567/manifest"}) {
+    for (const char* name :
+         {"velatura/sums", "velatura/split", "velatura/settings", "velatura/layers"}) {
         Image image;
         image.data = image.display = {0, 0, 2, 1};
         image.parts.push_back({"", {Channel::make("R", ChannelType::Float, 2)}, {}});
@@ -174,6 +180,24 @@ TEST(BadExr, HeaderStringsOfDeepJsonAreRefused) {
         ASSERT_TRUE(write_exr(path, image).has_value());
         EXPECT_TRUE(read_exr(path).has_value());
     }
+}
+
+/// A manifest costs names, not the picture: its reader does not parse what is nested deeply.
+TEST(BadExr, ManifestsOfDeepJsonAreToldWithoutTheirNames) {
+    const std::string path = temporary("deep_manifest.exr");
+    const std::string deep = std::string(200000, '[') + std::string(200000, ']');
+    Image image;
+    image.data = image.display = {0, 0, 2, 1};
+    image.parts.push_back({"", {Channel::make("R", ChannelType::Float, 2)}, {}});
+    image.attributes["cryptomatte/1234567/name"] = std::string("CryptoObject");
+    image.attributes["cryptomatte/1234567/manifest"] = "{\"rock\": " + deep + "}";
+    ASSERT_TRUE(write_exr(path, image).has_value());
+    const auto read = read_exr(path);
+    ASSERT_TRUE(read.has_value()) << read.error().message;
+    const auto mattes = cryptomattes_of(*read);
+    ASSERT_EQ(mattes.size(), 1u);
+    EXPECT_TRUE(mattes[0].names.empty());
+    EXPECT_EQ(mattes[0].fault, "it cannot be read");
 }
 
 }  // namespace velatura::image

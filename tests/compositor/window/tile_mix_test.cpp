@@ -91,8 +91,8 @@ TEST(TileMix, ShowsTheBytesOfTheWrittenPicture) {
     ASSERT_TRUE(write_display(path, apply_mix(stack, *plan, look, false), look).has_value());
     const auto picture = image::read_rgb_image(path, image::SourceColorSpace::Raw);
     ASSERT_TRUE(picture.has_value());
-    const auto transform = image::DisplayTransform::make(look.display, look.view,
-                                                         image::working_space_of(stack.image()));
+    const auto transform =
+        image::DisplayTransform::make(look.display, look.view, *image::color_of(stack.image()));
     ASSERT_TRUE(transform.has_value());
     const auto rgba =
         display_rgba(mix_tile(stack, *plan, look.exposure_stops, {0, 0, 48, 33}), *transform);

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/stack_color.h"
+
+namespace velatura::compositor {
+
+Result<image::FileColor> color_of_stack(const LayerStack& stack, const Look& look) {
+    const auto beauty = stack.place("rgba", 0);
+    return image::color_of(stack.image(), look.input_space, beauty ? beauty->part : 0);
+}
+
+}  // namespace velatura::compositor
