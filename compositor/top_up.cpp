@@ -25,6 +25,17 @@ std::vector<double> squares_of(const MixError& mix) {
     return squares;
 }
 
+/// The same, each relative to what the pixel itself has. MixError::base has a part of the pixels
+/// around it: by that, a pixel's own samples would take part in those around it, and in what they
+/// ask for it. Samples that go by what a pixel met bias its mean.
+std::vector<double> own_squares_of(const MixError& mix) {
+    std::vector<double> squares(mix.share.size());
+    for (size_t i = 0; i < squares.size(); ++i)
+        for (size_t c = 0; c < 3; ++c)
+            squares[i] += image::relative_square(mix.variance(c, i), double(mix.mean[c][i])) / 3;
+    return squares;
+}
+
 /// What a request for some number of samples leaves of the error.
 class Outlook {
   public:
@@ -73,7 +84,7 @@ std::vector<float> top_up_priority(const image::Window& window,
                                    const std::vector<uint64_t>& counts) {
     const int width = window.width(), height = window.height();
     constexpr int reach = image::top_up_reach;
-    std::vector<double> errors = squares_of(mix);
+    std::vector<double> errors = own_squares_of(mix);
     for (size_t i = 0; i < errors.size(); ++i) errors[i] *= double(counts[i]);
     std::vector<float> priority(errors.size());
     parallel_for(size_t(height), [&](size_t row) {

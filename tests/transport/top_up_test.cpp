@@ -134,6 +134,27 @@ struct Mean {
 
 }  // namespace
 
+/// Samples that go by what a pixel met bias its mean. So its priority is the same to the last bit
+/// whatever it met, and that of the pixel beside it is not.
+TEST(TopUp, WhatAPixelMetDoesNotDecideOnItsOwnPriority) {
+    constexpr int px = 20, py = 17;
+    const auto with = [](double light) {
+        film::Film film(window, two_rows());
+        const integrator::SampleFunction made = lamp_and_fill(3, usual);
+        const integrator::SampleFunction changed = [&](int x, int y, uint64_t s,
+                                                       film::SampleRadiance& out,
+                                                       integrator::RayCounts& counts) {
+            made(x, y, s, out, counts);
+            if (x == px && y == py && s == 5) out.add(0, 0, Rgb(float(light)));
+        };
+        integrator::run_schedule(film, options_of(8), changed, {});
+        return plan_for(film, lamp_by(2), 40).request.priority;
+    };
+    const std::vector<float> dark = with(0), bright = with(400);
+    EXPECT_EQ(dark[window.index(px, py)], bright[window.index(px, py)]);
+    EXPECT_LT(dark[window.index(px + 1, py)], bright[window.index(px + 1, py)]);
+}
+
 TEST(TopUp, TheMeanOfAllSamplesStays) {
     Mean placed, by_own_noise;
     for (uint64_t seed = 0; seed < 120; ++seed) {
