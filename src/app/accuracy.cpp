@@ -238,6 +238,7 @@ json forecast_json(const ErrorForecast& f) {
     json j;
     j["target"] = f.target;
     j["state"] = state_name(f.kind);
+    j["is_lower"] = f.is_lower;
     if (f.kind != ErrorForecast::Kind::Known) return j;
     j["spp"] = f.samples;
     j["spp_low"] = f.samples_low;
@@ -255,19 +256,24 @@ double wanted_error(const RenderJob& job) {
 
 std::string forecast_text(const integrator::ErrorCurve& curve, double samples_mean, double target) {
     const ErrorForecast f = curve.forecast(target);
-    const std::string reached = fmt::format("{} spp reached {}", rounded(samples_mean),
-                                            percent(curve.error_at(samples_mean).value));
+    const std::string reached =
+        fmt::format("{} spp reached {}{}", rounded(samples_mean),
+                    percent(curve.error_at(samples_mean).value), f.is_lower ? " or more" : "");
     if (f.kind == ErrorForecast::Kind::Reached ||
         (f.kind == ErrorForecast::Kind::Known && f.samples <= 1.01 * samples_mean))
         return fmt::format("{}, {} was asked for", reached, percent(target));
     if (f.kind == ErrorForecast::Kind::Rare)
         return fmt::format(
-            "{} or more: the error does not fall as samples grow, some light is met too rarely; no "
+            "{}: the error does not fall as samples grow, some light is met too rarely; no "
             "forecast",
             reached);
     if (f.kind == ErrorForecast::Kind::TooFar)
         return fmt::format("{}; {} needs more than {:g} times that, further than can be forecast",
                            reached, percent(target), integrator::ErrorCurve::farthest);
+    // Of what is a lower bound the intervals are of no use
+    if (f.is_lower)
+        return fmt::format("{}; {} needs {} spp or more, {}", reached, percent(target),
+                           rounded(f.samples), format_duration(f.time_s));
     return fmt::format("{}; {} needs about {} spp ({} to {}), {} ({} to {})", reached,
                        percent(target), rounded(f.samples), rounded(f.samples_low),
                        rounded(f.samples_high), format_duration(f.time_s),
@@ -285,8 +291,8 @@ std::string short_forecast(const ErrorForecast& f) {
         case ErrorForecast::Kind::Known:
             break;
     }
-    return fmt::format("{} at {} spp, {}", percent(f.target), rounded(f.samples),
-                       format_duration(f.time_s));
+    return fmt::format("{} at {}{} spp, {}", percent(f.target), f.is_lower ? ">" : "",
+                       rounded(f.samples), format_duration(f.time_s));
 }
 
 }  // namespace velatura::app

@@ -73,8 +73,8 @@ nlohmann::ordered_json observations_json(const integrator::ErrorCurve& curve);
 /// Nothing where that is no such list.
 std::optional<integrator::ErrorCurve> curve_of(const nlohmann::ordered_json& observations);
 
-/// target, state: reached, forecast, too-far or rare-light; a forecast's spp and time_s with their
-/// 95 % intervals.
+/// target, state: reached, forecast, too-far or rare-light, is_lower; a forecast's spp and time_s
+/// with their 95 % intervals.
 nlohmann::ordered_json forecast_json(const integrator::ErrorForecast& forecast);
 
 /// The error that a render aims at or is asked about; 0 = none.

@@ -181,6 +181,7 @@ ErrorForecast ErrorCurve::forecast(double target) const {
     };
     ErrorForecast f;
     f.target = target;
+    f.is_lower = is_lower();
     if (is_rare()) {
         f.kind = ErrorForecast::Kind::Rare;
         return f;

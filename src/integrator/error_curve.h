@@ -41,6 +41,8 @@ struct ErrorForecast {
 
     Kind kind = Kind::Known;
     double target = 0;
+    /// ErrorCurve::is_lower: the error is no less than that, and what it needs no fewer.
+    bool is_lower = false;
     double samples = 0, samples_low = 0, samples_high = 0;  ///< per pixel, in the mean
     double time_s = 0, time_low_s = 0, time_high_s = 0;     ///< since the first sample
 };

@@ -94,6 +94,25 @@ TEST(ErrorCurve, ErrorsThatDoNotFallAreNotForecast) {
     EXPECT_FALSE(ErrorCurve().is_rare());
 }
 
+/// What few pixels hold is met too rarely to be known: the error is more than it says, by a factor
+/// that stays as samples grow, so that a target needs more than the line says.
+TEST(ErrorCurve, OfALowerBoundTheForecastIsOneToo) {
+    ErrorCurve sure, bound;
+    for (uint64_t n = 2; n <= 64; n *= 2) {
+        ErrorObservation o = seen(n, 0.4 / std::sqrt(double(n)));
+        sure.add(o);
+        o.change.is_lower = n == 64;
+        bound.add(o);
+    }
+    for (const double target : {0.5, 0.03, 0.001}) {
+        const ErrorForecast a = sure.forecast(target), b = bound.forecast(target);
+        EXPECT_FALSE(a.is_lower);
+        EXPECT_TRUE(b.is_lower);
+        EXPECT_EQ(a.kind, b.kind);
+        EXPECT_EQ(a.samples, b.samples);
+    }
+}
+
 TEST(ErrorCurve, PicturesWithoutNoiseHaveNoCurve) {
     ErrorCurve curve;
     curve.add(seen(2, 0));
