@@ -62,10 +62,6 @@ image::NoisyPicture noisy_picture(const MixError& mix) {
     return picture;
 }
 
-image::RelativeError error_of(const image::Window& window, const MixError& mix) {
-    return image::picture_error(window.width(), window.height(), noisy_picture(mix), mix.bases);
-}
-
 /// A row of the mixer: its terms, and what they make of its name.
 struct Row {
     std::string name;
@@ -97,39 +93,43 @@ std::vector<Row> shadow_rows(const MixPlan& plan) {
     return rows;
 }
 
-Result<std::vector<RowNoise>> shares_of(const LayerStack& stack,
-                                        const Look& look,
-                                        const MixPlan& whole_plan,
-                                        const MixError& mix,
-                                        const std::vector<Row>& rows) {
-    std::vector<RowNoise> out;
-    const image::Window& window = stack.image().data;
-    double squares = 0;
-    for (size_t c = 0; c < 3; ++c)
-        for (size_t i = 0; i < window.pixel_count(); ++i) squares += mix.relative_square(c, i);
-    const double whole = squares / (3.0 * double(window.pixel_count()));
+/// Means and differences of the halves; not what errors are relative to.
+Result<MixError> add_up(const LayerStack& stack, const MixPlan& plan, const Look& look);
+
+/// Pixels [first, end) of a strip.
+struct PixelRange {
+    size_t first = 0, end = 0;
+};
+
+/// Adds to `sums` what each row has of the squared error of the mix.
+Result<void> add_rows(const LayerStack& stack,
+                      const Look& look,
+                      const MixPlan& whole_plan,
+                      const MixError& mix,
+                      const std::vector<Row>& rows,
+                      const PixelRange& pixels,
+                      std::vector<RowNoise>& sums) {
     for (const Row& row : rows) {
         MixPlan plan;
         plan.terms = row.terms;
         plan.mattes = whole_plan.mattes;
-        const auto part = mix_error(stack, plan, look);
+        const auto part = add_up(stack, plan, look);
         if (!part) return part.error();
         // E[D·D_row]: with half of every covariance, so that rows add up
         double sum = 0;
         for (size_t c = 0; c < 3; ++c) {
-            for (size_t i = 0; i < window.pixel_count(); ++i) {
+            for (size_t i = pixels.first; i < pixels.end; ++i) {
                 const double product =
                     double(mix.difference[c][i]) * double(part->difference[c][i]);
-                sum += image::relative_square(product * double(mix.share[i]),
-                                              double(mix.bases[c].likely[i]));
+                sum +=
+                    image::relative_square(product * double(mix.share[i]), double(mix.base[c][i]));
             }
         }
-        const double mean = sum / (3.0 * double(window.pixel_count()));
-        out.push_back({row.name, whole > 0 ? mean / whole : 0.0});
+        const auto at = std::find_if(sums.begin(), sums.end(),
+                                     [&](const RowNoise& s) { return s.name == row.name; });
+        (at == sums.end() ? sums.emplace_back(RowNoise{row.name, 0}) : *at).share += sum;
     }
-    std::stable_sort(out.begin(), out.end(),
-                     [](const RowNoise& a, const RowNoise& b) { return a.share > b.share; });
-    return out;
+    return {};
 }
 
 /// A mix as a function of the factor of one of its controls, which it is affine in.
@@ -142,7 +142,7 @@ class ControlledMix {
             look.controls[control].factor.fill(factor);
             const auto plan = plan_mix(stack, look);
             if (!plan) return plan.error();
-            auto mix = mix_error(stack, *plan, look);
+            auto mix = add_up(stack, *plan, look);
             if (!mix) return mix.error();
             (factor == 0.0f ? out.at_0_ : out.at_1_) = std::move(*mix);
         }
@@ -214,9 +214,7 @@ Result<NoiseAdvice> advise(const LayerStack& stack, const Look& look, double err
     return advice;
 }
 
-}  // namespace
-
-Result<MixError> mix_error(const LayerStack& stack, const MixPlan& plan, const Look& look) {
+Result<MixError> add_up(const LayerStack& stack, const MixPlan& plan, const Look& look) {
     const size_t pixels = stack.image().data.pixel_count();
     const float exposure = std::exp2(look.exposure_stops);
     MixError out;
@@ -260,45 +258,64 @@ Result<MixError> mix_error(const LayerStack& stack, const MixPlan& plan, const L
             rounding_sum +=
                 image::relative_square(rounding[i] * double(out.share[i]), double(out.mean[c][i]));
     }
-    const image::NoisyPicture picture = noisy_picture(out);
-    for (size_t c = 0; c < 3; ++c)
-        out.bases[c] =
-            image::error_bases(stack.image().data.width(), stack.image().data.height(), picture[c]);
     out.storage = std::sqrt(rounding_sum / (3.0 * double(std::max<size_t>(pixels, 1))));
     return out;
 }
 
-Result<NoiseForecast> forecast_noise(const LayerStack& stack,
-                                     const MixPlan& plan,
-                                     const Look& look) {
+/// Sets what errors of the mix are relative to. Returns: all of that.
+std::array<image::ErrorBases, 3> set_base(const LayerStack& stack,
+                                          const image::NoisyPicture& picture,
+                                          MixError& mix) {
+    const image::Window& window = stack.image().data;
+    auto bases = image::error_bases(window.width(), window.height(), picture);
+    for (size_t c = 0; c < 3; ++c) mix.base[c] = bases[c].likely;
+    return bases;
+}
+
+}  // namespace
+
+Result<MixError> mix_error(const LayerStack& stack, const MixPlan& plan, const Look& look) {
+    auto mix = add_up(stack, plan, look);
+    if (mix) set_base(stack, noisy_picture(*mix), *mix);
+    return mix;
+}
+
+Result<MixError> NoiseSum::add(
+    const LayerStack& strip, const MixPlan& plan, const Look& look, int top, int first, int end) {
     // The same layers, so that a unit look has the error of the render to the last bit
     MixPlan unit;
     unit.terms = plan.terms;
     for (Term& term : unit.terms) term = {term.layer};
-    const auto rendered = mix_error(stack, unit, {});
-    if (!rendered) return rendered.error();
-    auto mix = mix_error(stack, plan, look);
-    if (!mix) return mix.error();
-
-    NoiseForecast out;
-    const image::Window& window = stack.image().data;
-    out.rendered = error_of(window, *rendered);
-    out.mix = error_of(window, *mix);
-
-    const auto add = [&](const std::vector<Row>& rows,
-                         std::vector<RowNoise>& shares) -> Result<void> {
-        auto found = shares_of(stack, look, plan, *mix, rows);
-        if (!found) return found.error();
-        shares = std::move(*found);
-        return {};
+    auto rendered = add_up(strip, unit, {}), mix = add_up(strip, plan, look);
+    if (!rendered) return rendered;
+    if (!mix) return mix;
+    const int width = strip.image().data.width();
+    const auto add = [&](MixError& error, image::PictureErrorSum& sum) {
+        const image::NoisyPicture picture = noisy_picture(error);
+        sum.add(width, top, first, end, picture, set_base(strip, picture, error));
     };
-    for (const auto& done : {add(rows_by(stack, plan, &image::LayerEntry::group), out.groups),
-                             add(rows_by(stack, plan, &image::LayerEntry::bounce), out.bounces),
-                             add(shadow_rows(plan), out.shadows)}) {
-        if (!done) return done.error();
+    add(*rendered, rendered_);
+    add(*mix, mix_);
+
+    const PixelRange pixels{size_t(first) * size_t(width), size_t(end) * size_t(width)};
+    for (size_t c = 0; c < 3; ++c)
+        for (size_t i = pixels.first; i < pixels.end; ++i) squares_ += mix->relative_square(c, i);
+    for (const auto& added :
+         {add_rows(strip, look, plan, *mix, rows_by(strip, plan, &image::LayerEntry::group), pixels,
+                   groups_),
+          add_rows(strip, look, plan, *mix, rows_by(strip, plan, &image::LayerEntry::bounce),
+                   pixels, bounces_),
+          add_rows(strip, look, plan, *mix, shadow_rows(plan), pixels, shadows_)}) {
+        if (!added) return added.error();
     }
-    out.error = std::move(*mix);
-    return out;
+    return mix;
+}
+
+std::vector<RowNoise> NoiseSum::shares_of(std::vector<RowNoise> sums) const {
+    for (RowNoise& row : sums) row.share = squares_ > 0 ? row.share / squares_ : 0.0;
+    std::stable_sort(sums.begin(), sums.end(),
+                     [](const RowNoise& a, const RowNoise& b) { return a.share > b.share; });
+    return sums;
 }
 
 Result<NoiseForecast> forecast_noise(const LayerStack& stack,
@@ -306,11 +323,19 @@ Result<NoiseForecast> forecast_noise(const LayerStack& stack,
                                      std::optional<double> target) {
     const auto plan = plan_mix(stack, look);
     if (!plan) return plan.error();
-    auto out = forecast_noise(stack, *plan, look);
-    if (!out) return out;
-    auto advice = advise(stack, look, out->mix.value, target.value_or(out->rendered.value));
+    NoiseSum sum;
+    auto mix = sum.add(stack, *plan, look, 0, 0, stack.image().data.height());
+    if (!mix) return mix.error();
+    NoiseForecast out;
+    out.rendered = sum.rendered();
+    out.mix = sum.mix();
+    out.error = std::move(*mix);
+    out.groups = sum.groups();
+    out.bounces = sum.bounces();
+    out.shadows = sum.shadows();
+    auto advice = advise(stack, look, out.mix.value, target.value_or(out.rendered.value));
     if (!advice) return advice.error();
-    out->advice = std::move(*advice);
+    out.advice = std::move(*advice);
     return out;
 }
 

@@ -21,7 +21,7 @@ namespace velatura::compositor {
 struct MixError {
     std::array<std::vector<float>, 3> mean;
     std::array<std::vector<float>, 3> difference;  ///< A − B of the mix
-    std::array<image::ErrorBases, 3> bases;
+    std::array<std::vector<float>, 3> base;        ///< image::ErrorBases::likely
     /// [pixel] Var(mean) / Var(A − B): 1/4, less where the halves differ in samples
     std::vector<float> share;
     double storage = 0;  ///< √relMSE that rounding of halves to half alone would show
@@ -33,8 +33,7 @@ struct MixError {
     }
 
     double relative_square(size_t channel, size_t pixel) const {
-        return image::relative_square(variance(channel, pixel),
-                                      double(bases[channel].likely[pixel]));
+        return image::relative_square(variance(channel, pixel), double(base[channel][pixel]));
     }
 };
 
@@ -70,15 +69,42 @@ struct NoiseForecast {
     NoiseAdvice advice;
 };
 
+/// The noise of a mix from strips: runs of rows of its file, in any order.
+class NoiseSum {
+  public:
+    /// Rows [first, end) of a strip whose row 0 is row `top` of the file, as for
+    /// image::PictureErrorSum; the plan is that of the look, with mattes over the strip. Returns:
+    /// the strip's error of the mix, pixel by pixel. Errors: "halves-not-stored".
+    Result<MixError> add(const LayerStack& strip,
+                         const MixPlan& plan,
+                         const Look& look,
+                         int top,
+                         int first,
+                         int end);
+
+    image::RelativeError rendered() const { return rendered_.result(); }
+
+    image::RelativeError mix() const { return mix_.result(); }
+
+    /// As in NoiseForecast.
+    std::vector<RowNoise> groups() const { return shares_of(groups_); }
+
+    std::vector<RowNoise> bounces() const { return shares_of(bounces_); }
+
+    std::vector<RowNoise> shadows() const { return shares_of(shadows_); }
+
+  private:
+    std::vector<RowNoise> shares_of(std::vector<RowNoise> sums) const;
+
+    image::PictureErrorSum rendered_, mix_;
+    double squares_ = 0;                                ///< of the mix
+    std::vector<RowNoise> groups_, bounces_, shadows_;  ///< what they have of squares_
+};
+
 /// target: of √relMSE; none: that of the render with every gain at 1. Errors: those of plan_mix,
 /// "halves-not-stored".
 Result<NoiseForecast> forecast_noise(const LayerStack& stack,
                                      const Look& look,
                                      std::optional<double> target);
-
-/// The same of a plan at hand, without advice. Errors: "halves-not-stored".
-Result<NoiseForecast> forecast_noise(const LayerStack& stack,
-                                     const MixPlan& plan,
-                                     const Look& look);
 
 }  // namespace velatura::compositor

@@ -10,8 +10,8 @@
 
 namespace velatura::compositor::window {
 
-/// The noise of a mix as it becomes known: from every k-th row of the picture first, then from more
-/// and more of them. What is shown is the mean over the rows so far, which for all of them is what
+/// The noise of a mix as it becomes known: from some strips of the picture first, then from more
+/// and more of them. What is shown is that of the rows so far, which for all of them is what
 /// forecast_noise says of the whole file.
 class LiveNoise {
   public:
@@ -28,29 +28,32 @@ class LiveNoise {
     /// Takes up one more part; the plan is that of the look.
     void advance(const LayerStack& stack, const MixPlan& plan, const Look& look);
 
-    /// Share of the rows that went in.
+    /// Share of the parts that went in.
     double share() const { return double(done_) / double(parts_); }
 
-    double rendered() const;  ///< √relMSE with every gain at 1
-    double mix() const;       ///< √relMSE of the mix
+    double rendered() const { return sum_.rendered().value; }  ///< √relMSE with every gain at 1
+
+    double mix() const { return sum_.mix().value; }  ///< √relMSE of the mix
+
     /// Of the squared error, largest first; empty where the stored layers do not tell.
-    std::vector<RowNoise> groups() const;
-    std::vector<RowNoise> bounces() const;
+    std::vector<RowNoise> groups() const { return sum_.groups(); }
+
+    std::vector<RowNoise> bounces() const { return sum_.bounces(); }
 
     /// Why there is none: no half images.
     const std::string& error() const { return error_; }
 
   private:
     size_t parts_ = 1, done_ = 0;
-    double pixels_ = 0, rendered_ = 0, mix_ = 0;  ///< sums of squares times pixels
-    std::vector<RowNoise> groups_, bounces_;      ///< shares times those of the mix
+    int rows_ = 1;  ///< of a part
+    NoiseSum sum_;
     std::string error_;
 };
 
-/// Rows first, first + step, … of a file as a file of their own.
-image::Image every_nth_row(const image::Image& image, size_t first, size_t step);
+/// Rows [first, end) of a file as a file of their own.
+image::Image rows_of(const image::Image& image, int first, int end);
 
-/// The plan for them: with the same rows of its mattes. window: of the whole file.
-MixPlan every_nth_row(const MixPlan& plan, const image::Window& window, size_t first, size_t step);
+/// The plan for them: with the same rows of its mattes. width: of the whole file.
+MixPlan rows_of(const MixPlan& plan, int width, int first, int end);
 
 }  // namespace velatura::compositor::window

@@ -6,6 +6,7 @@
 #include "scene/effect_build.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <tuple>
@@ -200,50 +201,40 @@ void Film::end_pixel(PixelAccumulator& a) {
     a.bad_.clear();
 }
 
-Film::RowCounts Film::row_noise(int y, image::NoisyPicture& picture) const {
-    RowCounts counts;
-    const Window& w = window();
-    for (int x = w.x0; x < w.x1; ++x) {
-        const image::PixelRecord& record = sums_.record(x, y);
-        const uint64_t samples = record.end - record.first;
-        counts.samples_min = std::min(counts.samples_min, samples);
-        counts.samples_max = std::max(counts.samples_max, samples);
-        counts.samples += samples;
-        counts.invalid += record.invalid;
-        const image::PixelHalves h = image::resolve_halves(sums_, x, y, AccumulatorTable::beauty);
-        if (!h.is_known) continue;
-        ++counts.known;
-        for (size_t c = 0; c < 3; ++c) {
-            picture[c].mean[w.index(x, y)] = float(h.mean[c]);
-            picture[c].variance[w.index(x, y)] = float(h.variance[c]);
-        }
-    }
-    return counts;
-}
-
 NoiseEstimate Film::noise() const {
     const Window& w = window();
-    image::NoisyPicture picture;
-    for (image::NoisyChannel& channel : picture) {
-        channel.mean.resize(w.pixel_count());
-        channel.variance.resize(w.pixel_count());
-    }
-    std::vector<RowCounts> rows(size_t(w.height()));
-    image::for_each_row(w, [&](int y) { rows[size_t(y - w.y0)] = row_noise(y, picture); });
     NoiseEstimate result;
     uint64_t samples = 0;
-    size_t known = 0;
     result.samples_min = ~uint64_t(0);
-    for (const RowCounts& row : rows) {
-        result.samples_min = std::min(result.samples_min, row.samples_min);
-        result.samples_max = std::max(result.samples_max, row.samples_max);
-        samples += row.samples;
-        result.invalid += row.invalid;
-        known += row.known;
+    for (int y = w.y0; y < w.y1; ++y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+            const image::PixelRecord& record = sums_.record(x, y);
+            const uint64_t own = record.end - record.first;
+            result.samples_min = std::min(result.samples_min, own);
+            result.samples_max = std::max(result.samples_max, own);
+            samples += own;
+            result.invalid += record.invalid;
+        }
     }
     result.samples_mean = double(samples) / double(w.pixel_count());
-    result.is_known = known == w.pixel_count();
-    if (result.is_known) result.error = image::picture_error(w.width(), w.height(), picture);
+    std::atomic<bool> is_known = true;
+    const auto fill = [&](int y, size_t at, image::NoisyPicture& strip) {
+        for (int x = w.x0; x < w.x1; ++x, ++at) {
+            const image::PixelHalves h =
+                image::resolve_halves(sums_, x, y, AccumulatorTable::beauty);
+            if (!h.is_known) {
+                is_known = false;
+                return;
+            }
+            for (size_t c = 0; c < 3; ++c) {
+                strip[c].mean[at] = float(h.mean[c]);
+                strip[c].variance[at] = float(h.variance[c]);
+            }
+        }
+    };
+    const image::RelativeError error = image::picture_error(w, fill);
+    result.is_known = is_known;
+    if (result.is_known) result.error = error;
     return result;
 }
 

@@ -126,15 +126,6 @@ class Film {
     Result<WriteReport> write(const std::string& path, FileInfo info) const;
 
   private:
-    /// What a row of pixels has.
-    struct RowCounts {
-        size_t known = 0;  ///< pixels with samples in each half
-        uint64_t samples = 0, samples_min = ~uint64_t(0), samples_max = 0, invalid = 0;
-    };
-
-    /// Fills the row of the picture as well.
-    RowCounts row_noise(int y, image::NoisyPicture& picture) const;
-
     image::SampleSums sums_;
     std::unique_ptr<DeepFilm> deep_;
     mutable std::unique_ptr<std::mutex> bad_mutex_;

@@ -8,40 +8,8 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
-#include <vector>
 
 namespace velatura::image {
-
-namespace {
-
-/// Nothing unless the change of every pixel is known.
-std::optional<NoisyPicture> changes_of(const SampleSums& sums) {
-    const Window& w = sums.window();
-    NoisyPicture changes;
-    for (NoisyChannel& channel : changes) {
-        channel.mean.resize(w.pixel_count());
-        channel.variance.resize(w.pixel_count());
-    }
-    std::atomic<bool> is_known = true;
-    for_each_row(w, [&](int y) {
-        for (int x = w.x0; x < w.x1 && is_known.load(std::memory_order_relaxed); ++x) {
-            const std::optional<PixelChange> change = pixel_change(sums, x, y);
-            if (!change) {
-                is_known = false;
-                continue;
-            }
-            const size_t i = w.index(x, y);
-            for (size_t c = 0; c < 3; ++c) {
-                changes[c].mean[i] = float(change->now[c]);
-                changes[c].variance[i] = float(change->square[c]);
-            }
-        }
-    });
-    if (!is_known) return std::nullopt;
-    return changes;
-}
-
-}  // namespace
 
 std::optional<PixelChange> pixel_change(const SampleSums& sums, int x, int y) {
     const EarlierMean* earlier = sums.earlier_mean(x, y);
@@ -61,9 +29,22 @@ std::optional<PixelChange> pixel_change(const SampleSums& sums, int x, int y) {
 }
 
 std::optional<RelativeError> picture_change(const SampleSums& sums) {
-    const std::optional<NoisyPicture> changes = changes_of(sums);
-    if (!changes) return std::nullopt;
-    return picture_error(sums.window().width(), sums.window().height(), *changes);
+    const Window& w = sums.window();
+    std::atomic<bool> is_known = true;
+    const RelativeError error = picture_error(w, [&](int y, size_t at, NoisyPicture& strip) {
+        for (int x = w.x0; x < w.x1 && is_known.load(std::memory_order_relaxed); ++x, ++at) {
+            const std::optional<PixelChange> change = pixel_change(sums, x, y);
+            if (!change) {
+                is_known = false;
+                return;
+            }
+            for (size_t c = 0; c < 3; ++c) {
+                strip[c].mean[at] = float(change->now[c]);
+                strip[c].variance[at] = float(change->square[c]);
+            }
+        }
+    });
+    return is_known ? std::optional(error) : std::nullopt;
 }
 
 std::array<double, 3> error_base(const SampleSums& sums, int x, int y) {

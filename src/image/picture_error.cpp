@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/picture_error.h"
 
-#include "image/pixel_means.h"
+#include "base/tasks.h"
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
 #include <functional>
+#include <numeric>
 
 namespace velatura::image {
 
@@ -35,23 +39,6 @@ std::vector<Sums> column_sums(int width, int height, int y, const NoisyChannel& 
     }
     return columns;
 }
-
-/// What the pixels of some rows sum to.
-struct RowSums {
-    /// By the set that pixels are dealt to.
-    std::array<double, interleaved_sets> likely{}, cautious{}, dark{}, counts{};
-    double sum_of_squares = 0;  ///< of pixels, by the likely bases
-
-    void add(const RowSums& r) {
-        for (size_t set = 0; set < interleaved_sets; ++set) {
-            likely[set] += r.likely[set];
-            cautious[set] += r.cautious[set];
-            dark[set] += r.dark[set];
-            counts[set] += r.counts[set];
-        }
-        sum_of_squares += r.sum_of_squares;
-    }
-};
 
 /// The sum of the relative squares of a pixel's channels.
 double relative_of(const NoisyPicture& picture,
@@ -85,14 +72,11 @@ float lower_quarter(const NoisyChannel& channel, int width, int height, int x, i
     return *quarter;
 }
 
-/// How many of the largest values make half of their sum.
-size_t count_half(std::vector<double> values) {
-    std::sort(values.begin(), values.end(), std::greater<>());
-    double all = 0, so_far = 0;
-    for (const double v : values) all += v;
-    size_t count = 0;
-    while (count < values.size() && so_far < 0.5 * all) so_far += values[count++];
-    return count;
+constexpr size_t bin_bits = 18, bin_count = size_t(1) << (31 - bin_bits);
+
+/// Of a square, which has no sign.
+size_t bin_of(double square) {
+    return std::bit_cast<uint32_t>(float(square)) >> bin_bits;
 }
 
 }  // namespace
@@ -141,46 +125,115 @@ ErrorBases error_bases(int width, int height, const NoisyChannel& channel) {
     return bases;
 }
 
-RelativeError picture_error(int width,
-                            int height,
-                            const NoisyPicture& picture,
-                            const std::array<ErrorBases, 3>& bases) {
-    const Window w{0, 0, width, height};
-    std::vector<RowSums> rows(size_t(std::max(height, 0)));
-    for_each_row(w, [&](int y) {
-        RowSums& row = rows[size_t(y)];
+std::array<ErrorBases, 3> error_bases(int width, int height, const NoisyPicture& picture) {
+    return {error_bases(width, height, picture[0]), error_bases(width, height, picture[1]),
+            error_bases(width, height, picture[2])};
+}
+
+void PictureErrorSum::add(int width,
+                          int top,
+                          int first,
+                          int end,
+                          const NoisyPicture& strip,
+                          const std::array<ErrorBases, 3>& bases) {
+    bins_.resize(bin_count);
+    const Window picture{0, 0, width, top + end};
+    for (int row = first; row < end; ++row) {
         for (int x = 0; x < width; ++x) {
-            const size_t i = w.index(x, y), set = interleaved_set(w, x, y);
-            const double likely = relative_of(picture, bases, &ErrorBases::likely, i);
-            row.likely[set] += likely;
-            row.cautious[set] += relative_of(picture, bases, &ErrorBases::cautious, i);
-            row.dark[set] += relative_of(picture, bases, &ErrorBases::dark, i);
-            row.counts[set] += 3;
-            row.sum_of_squares += likely * likely;
+            const size_t i = size_t(row) * size_t(width) + size_t(x),
+                         set = interleaved_set(picture, x, top + row);
+            const double likely = relative_of(strip, bases, &ErrorBases::likely, i),
+                         dark = relative_of(strip, bases, &ErrorBases::dark, i);
+            likely_[set] += likely;
+            cautious_[set] += relative_of(strip, bases, &ErrorBases::cautious, i);
+            dark_[set] += dark;
+            counts_[set] += 3;
+            sum_of_squares_ += likely * likely;
+            Bin& bin = bins_[bin_of(dark)];
+            ++bin.count;
+            bin.sum += dark;
         }
-    });
-    RowSums all;
-    for (const RowSums& row : rows) all.add(row);
-    const RelativeError likely = error_of(all.likely, all.counts);
-    RelativeError cautious = error_of(all.cautious, all.counts);
-    const auto pixels = double(w.pixel_count());
-    const RelativeError dark = error_of(all.dark, all.counts);
+    }
+}
+
+void PictureErrorSum::add(const PictureErrorSum& other) {
+    for (size_t set = 0; set < interleaved_sets; ++set) {
+        likely_[set] += other.likely_[set];
+        cautious_[set] += other.cautious_[set];
+        dark_[set] += other.dark_[set];
+        counts_[set] += other.counts_[set];
+    }
+    sum_of_squares_ += other.sum_of_squares_;
+    bins_.resize(bin_count);
+    for (size_t i = 0; i < other.bins_.size(); ++i) {
+        bins_[i].count += other.bins_[i].count;
+        bins_[i].sum += other.bins_[i].sum;
+    }
+}
+
+/// How many of the largest squares make half of their sum.
+size_t PictureErrorSum::half_in() const {
+    double all = 0;
+    for (const Bin& bin : bins_) all += bin.sum;
+    double left = 0.5 * all;
+    size_t count = 0;
+    for (auto bin = bins_.rbegin(); bin != bins_.rend() && left > 0; ++bin) {
+        if (bin->count == 0) continue;
+        if (bin->sum >= left)
+            return count +
+                   std::max<size_t>(size_t(std::lround(left * double(bin->count) / bin->sum)), 1);
+        left -= bin->sum;
+        count += bin->count;
+    }
+    return count;
+}
+
+RelativeError PictureErrorSum::result() const {
+    RelativeError stated = error_of(likely_, counts_);
+    const RelativeError cautious = error_of(cautious_, counts_), dark = error_of(dark_, counts_);
+    const double pixels = std::accumulate(counts_.begin(), counts_.end(), 0.0) / 3;
     constexpr double agreement = 1.1, darkest = 1.3;
-    if (!few_pixels(3 * pixels * likely.value * likely.value, all.sum_of_squares, pixels) &&
-        likely.value <= agreement * cautious.value && dark.value <= darkest * likely.value)
-        return likely;
-    cautious.is_lower = true;
-    std::vector<double> squares(w.pixel_count());
-    for (size_t i = 0; i < squares.size(); ++i)
-        squares[i] = relative_of(picture, bases, &ErrorBases::dark, i);
-    cautious.half_in = count_half(std::move(squares));
-    return cautious;
+    stated.is_lower = stated.value > agreement * cautious.value ||
+                      dark.value > darkest * stated.value ||
+                      few_pixels(3 * pixels * stated.value * stated.value, sum_of_squares_, pixels);
+    if (!stated.is_lower) return stated;
+    // No step where bases begin to disagree: a search for a target goes by the figure
+    const double share = std::min(1.0, agreement * cautious.value / stated.value);
+    for (double* part : {&stated.value, &stated.low, &stated.high}) *part *= share;
+    stated.half_in = half_in();
+    return stated;
+}
+
+RelativeError picture_error(const Window& window, const FillRow& fill) {
+    constexpr int rows = 64, radius = Neighbourhood::radius;
+    const int width = window.width(), height = std::max(window.height(), 0);
+    std::vector<PictureErrorSum> strips(size_t((height + rows - 1) / rows));
+    parallel_for(strips.size(), [&](size_t s) {
+        const int first = int(s) * rows, end = std::min(first + rows, height);
+        const int top = std::max(first - radius, 0), bottom = std::min(end + radius, height);
+        NoisyPicture strip;
+        for (NoisyChannel& channel : strip) {
+            channel.mean.resize(size_t(width) * size_t(bottom - top));
+            channel.variance.resize(channel.mean.size());
+        }
+        for (int y = top; y < bottom; ++y)
+            fill(window.y0 + y, size_t(y - top) * size_t(width), strip);
+        strips[s].add(width, top, first - top, end - top, strip,
+                      error_bases(width, bottom - top, strip));
+    });
+    PictureErrorSum sum;
+    for (const PictureErrorSum& strip : strips) sum.add(strip);
+    return sum.result();
 }
 
 RelativeError picture_error(int width, int height, const NoisyPicture& picture) {
-    std::array<ErrorBases, 3> bases;
-    for (size_t c = 0; c < 3; ++c) bases[c] = error_bases(width, height, picture[c]);
-    return picture_error(width, height, picture, bases);
+    return picture_error({0, 0, width, height}, [&](int y, size_t at, NoisyPicture& strip) {
+        const size_t from = size_t(y) * size_t(width);
+        for (size_t c = 0; c < 3; ++c) {
+            std::copy_n(&picture[c].mean[from], width, &strip[c].mean[at]);
+            std::copy_n(&picture[c].variance[from], width, &strip[c].variance[at]);
+        }
+    });
 }
 
 }  // namespace velatura::image

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "image/pixel_means.h"
 #include "image/relative_error.h"
+#include "image/window.h"
 
 #include <array>
-#include <cmath>
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 namespace velatura::image {
@@ -61,17 +63,57 @@ struct ErrorBases {
 };
 
 ErrorBases error_bases(int width, int height, const NoisyChannel& channel);
+std::array<ErrorBases, 3> error_bases(int width, int height, const NoisyPicture& picture);
 
-/// √relMSE: the root of the mean, over pixels and channels, of variance / (base² + 0.01). The
-/// interval is from the scatter among 16 interleaved sets of pixels, which differ by noise alone.
+/// √relMSE: the root of the mean, over pixels and channels, of variance / (base² + 0.01), from
+/// strips: runs of rows of the picture, each row in one of them. The interval is from the scatter
+/// among 16 interleaved sets of pixels, which differ by noise alone.
+///
 /// Every figure of the error of one picture is this one: the render's, from changes as samples
-/// double (picture_change.h), and that of mixes, from half images. It is by the likely bases; where
-/// it would be more than a tenth less by the cautious ones, more than 3/10 more by the dark ones,
-/// or few_pixels hold it, it is that by the cautious ones, a lower bound.
-RelativeError picture_error(int width,
-                            int height,
-                            const NoisyPicture& picture,
-                            const std::array<ErrorBases, 3>& bases);
+/// double (picture_change.h), and that of mixes, from half images. It is by the likely bases, and
+/// never more than a tenth above that by the cautious ones. It is a lower bound where the likely
+/// bases would give more than that, where it would be more than 3/10 more by the dark ones, and
+/// where few_pixels hold it.
+class PictureErrorSum {
+  public:
+    /// Rows [first, end) of a strip. Its other rows are what these are judged by: `radius` of
+    /// Neighbourhood to either side, less at the edge of the picture. top: row of the picture that
+    /// is row 0 of the strip; picture, bases: [height of the strip][width].
+    void add(int width,
+             int top,
+             int first,
+             int end,
+             const NoisyPicture& strip,
+             const std::array<ErrorBases, 3>& bases);
+
+    /// Strips that another sum took.
+    void add(const PictureErrorSum& other);
+
+    RelativeError result() const;
+
+  private:
+    /// By the set that pixels are dealt to.
+    using BySet = std::array<double, interleaved_sets>;
+
+    /// Squares that share the first bits of their logarithm, to within a thirtieth.
+    struct Bin {
+        size_t count = 0;
+        double sum = 0;
+    };
+
+    size_t half_in() const;
+
+    BySet likely_{}, cautious_{}, dark_{}, counts_{};
+    double sum_of_squares_ = 0;  ///< of pixels, by the likely bases
+    std::vector<Bin> bins_;      ///< of pixels, by the dark bases; [float bits / 2^18]
+};
+
+/// Writes the pixels of row y of a picture into a strip, from index `at` of each channel on. Called
+/// by several threads, for some rows twice.
+using FillRow = std::function<void(int y, size_t at, NoisyPicture& strip)>;
+
+/// PictureErrorSum of a picture that is made strip by strip.
+RelativeError picture_error(const Window& window, const FillRow& fill);
 RelativeError picture_error(int width, int height, const NoisyPicture& picture);
 
 }  // namespace velatura::image

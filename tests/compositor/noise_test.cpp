@@ -70,11 +70,16 @@ TEST(Noise, SharesOfRowsAddUp) {
 TEST(Noise, ACapHoldsTheTarget) {
     const LayerStack stack = through_file(make_film(true, 0, 8));
     Look look = look_of({{Gain, "key=0.5"}, {Gain, "tail=+4st"}, {Shadow, "fill=1"}});
-    const auto forecast = forecast_noise(stack, look, std::nullopt);
+    // Slightly above the render's error, which the lifted shadow of `fill` exceeds by itself
+    const auto rendered = forecast_noise(stack, {}, std::nullopt);
+    ASSERT_TRUE(rendered.has_value());
+    const double target = 1.05 * rendered->rendered.value;
+    const auto forecast = forecast_noise(stack, look, target);
     ASSERT_TRUE(forecast.has_value());
     const NoiseAdvice& advice = forecast->advice;
+    EXPECT_EQ(advice.target, target);
     EXPECT_GT(advice.sample_factor, 1.5);
-    const double ratio = forecast->mix.value / forecast->rendered.value;
+    const double ratio = forecast->mix.value / target;
     EXPECT_NEAR(advice.sample_factor, ratio * ratio, 1e-9 * ratio * ratio);
     // A gain below 1 is none to take back
     ASSERT_EQ(advice.caps.size(), 2u);
@@ -85,8 +90,7 @@ TEST(Noise, ACapHoldsTheTarget) {
     const auto capped = forecast_noise(stack, look, std::nullopt);
     ASSERT_TRUE(capped.has_value());
     EXPECT_LE(capped->mix.value, advice.target * (1 + 1e-6));
-    // The figure steps down where it becomes a lower bound
-    EXPECT_GT(capped->mix.value, advice.target * 0.9);
+    EXPECT_GT(capped->mix.value, advice.target * 0.97);
     // Out of reach of any gain
     const auto hopeless = forecast_noise(stack, look, 1e-6);
     ASSERT_TRUE(hopeless.has_value());

@@ -37,13 +37,12 @@ TEST(LiveNoise, AllItsPartsAreTheForecastOfTheFile) {
     EXPECT_EQ(noise.share(), 1);
     const auto forecast = forecast_noise(*stack, look, 1e30);
     ASSERT_TRUE(forecast.has_value());
-    // Rows of a part are apart in the picture, so that other pixels lie around each
-    EXPECT_NEAR(noise.mix(), forecast->mix.value, 0.15 * forecast->mix.value);
-    EXPECT_NEAR(noise.rendered(), forecast->rendered.value, 0.15 * forecast->rendered.value);
+    EXPECT_NEAR(noise.mix(), forecast->mix.value, 1e-9 * forecast->mix.value);
+    EXPECT_NEAR(noise.rendered(), forecast->rendered.value, 1e-9 * forecast->rendered.value);
     for (const RowNoise& row : forecast->groups)
-        EXPECT_NEAR(share_of(noise.groups(), row.name), row.share, 0.2);
+        EXPECT_NEAR(share_of(noise.groups(), row.name), row.share, 1e-9);
     for (const RowNoise& row : forecast->bounces)
-        EXPECT_NEAR(share_of(noise.bounces(), row.name), row.share, 0.2);
+        EXPECT_NEAR(share_of(noise.bounces(), row.name), row.share, 1e-9);
     // A part of the rows tells about the whole
     EXPECT_NEAR(first, noise.mix(), 0.5 * noise.mix());
     noise.begin();
@@ -67,7 +66,7 @@ TEST(LiveNoise, KnowsAMatteFromAnotherFile) {
     EXPECT_EQ(noise.error(), "");
     const auto forecast = forecast_noise(*stack, look, 1e30);
     ASSERT_TRUE(forecast.has_value());
-    EXPECT_NEAR(noise.mix(), forecast->mix.value, 0.6 * forecast->mix.value);
+    EXPECT_NEAR(noise.mix(), forecast->mix.value, 1e-9 * forecast->mix.value);
     EXPECT_GT(noise.mix(), 1.01 * noise.rendered());
 }
 
