@@ -6,7 +6,6 @@
 #include "scene/effect_build.h"
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <cmath>
 #include <tuple>
@@ -217,24 +216,21 @@ NoiseEstimate Film::noise() const {
         }
     }
     result.samples_mean = double(samples) / double(w.pixel_count());
-    std::atomic<bool> is_known = true;
     const auto fill = [&](int y, size_t at, image::NoisyPicture& strip) {
         for (int x = w.x0; x < w.x1; ++x, ++at) {
             const image::PixelHalves h =
                 image::resolve_halves(sums_, x, y, AccumulatorTable::beauty);
-            if (!h.is_known) {
-                is_known = false;
-                return;
-            }
+            if (!h.is_known) return false;
             for (size_t c = 0; c < 3; ++c) {
                 strip[c].mean[at] = float(h.mean[c]);
                 strip[c].variance[at] = float(h.variance[c]);
             }
         }
+        return true;
     };
-    const image::RelativeError error = image::picture_error(w, fill);
-    result.is_known = is_known;
-    if (result.is_known) result.error = error;
+    const std::optional<image::RelativeError> error = image::picture_error(w, fill);
+    result.is_known = error.has_value();
+    if (error) result.error = *error;
     return result;
 }
 

@@ -5,7 +5,6 @@
 #include "image/pixel_means.h"
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <cmath>
 
@@ -30,21 +29,17 @@ std::optional<PixelChange> pixel_change(const SampleSums& sums, int x, int y) {
 
 std::optional<RelativeError> picture_change(const SampleSums& sums) {
     const Window& w = sums.window();
-    std::atomic<bool> is_known = true;
-    const RelativeError error = picture_error(w, [&](int y, size_t at, NoisyPicture& strip) {
-        for (int x = w.x0; x < w.x1 && is_known.load(std::memory_order_relaxed); ++x, ++at) {
+    return picture_error(w, [&](int y, size_t at, NoisyPicture& strip) {
+        for (int x = w.x0; x < w.x1; ++x, ++at) {
             const std::optional<PixelChange> change = pixel_change(sums, x, y);
-            if (!change) {
-                is_known = false;
-                return;
-            }
+            if (!change) return false;
             for (size_t c = 0; c < 3; ++c) {
                 strip[c].mean[at] = float(change->now[c]);
                 strip[c].variance[at] = float(change->square[c]);
             }
         }
+        return true;
     });
-    return is_known ? std::optional(error) : std::nullopt;
 }
 
 std::array<double, 3> error_base(const SampleSums& sums, int x, int y) {

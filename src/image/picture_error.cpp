@@ -4,6 +4,7 @@
 #include "base/tasks.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -204,10 +205,11 @@ RelativeError PictureErrorSum::result() const {
     return stated;
 }
 
-RelativeError picture_error(const Window& window, const FillRow& fill) {
+std::optional<RelativeError> picture_error(const Window& window, const FillRow& fill) {
     constexpr int rows = 64, radius = Neighbourhood::radius;
     const int width = window.width(), height = std::max(window.height(), 0);
     std::vector<PictureErrorSum> strips(size_t((height + rows - 1) / rows));
+    std::atomic<bool> is_known = true;
     parallel_for(strips.size(), [&](size_t s) {
         const int first = int(s) * rows, end = std::min(first + rows, height);
         const int top = std::max(first - radius, 0), bottom = std::min(end + radius, height);
@@ -216,24 +218,29 @@ RelativeError picture_error(const Window& window, const FillRow& fill) {
             channel.mean.resize(size_t(width) * size_t(bottom - top));
             channel.variance.resize(channel.mean.size());
         }
-        for (int y = top; y < bottom; ++y)
-            fill(window.y0 + y, size_t(y - top) * size_t(width), strip);
+        for (int y = top; y < bottom; ++y) {
+            if (!is_known.load(std::memory_order_relaxed)) return;
+            if (!fill(window.y0 + y, size_t(y - top) * size_t(width), strip)) is_known = false;
+        }
         strips[s].add(width, top, first - top, end - top, strip,
                       error_bases(width, bottom - top, strip));
     });
+    if (!is_known) return std::nullopt;
     PictureErrorSum sum;
     for (const PictureErrorSum& strip : strips) sum.add(strip);
     return sum.result();
 }
 
 RelativeError picture_error(int width, int height, const NoisyPicture& picture) {
-    return picture_error({0, 0, width, height}, [&](int y, size_t at, NoisyPicture& strip) {
+    const auto copy_row = [&](int y, size_t at, NoisyPicture& strip) {
         const size_t from = size_t(y) * size_t(width);
         for (size_t c = 0; c < 3; ++c) {
             std::copy_n(&picture[c].mean[from], width, &strip[c].mean[at]);
             std::copy_n(&picture[c].variance[from], width, &strip[c].variance[at]);
         }
-    });
+        return true;
+    };
+    return *picture_error({0, 0, width, height}, copy_row);
 }
 
 }  // namespace velatura::image

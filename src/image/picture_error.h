@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <vector>
 
 namespace velatura::image {
@@ -77,8 +78,8 @@ std::array<ErrorBases, 3> error_bases(int width, int height, const NoisyPicture&
 class PictureErrorSum {
   public:
     /// Rows [first, end) of a strip. Its other rows are what these are judged by: `radius` of
-    /// Neighbourhood to either side, less at the edge of the picture. top: row of the picture that
-    /// is row 0 of the strip; picture, bases: [height of the strip][width].
+    /// Neighbourhood to either side, less at the edge of the image. top: row of the image that is
+    /// row 0 of the strip; strip, bases: [height of the strip][width].
     void add(int width,
              int top,
              int first,
@@ -108,12 +109,14 @@ class PictureErrorSum {
     std::vector<Bin> bins_;      ///< of pixels, by the dark bases; [float bits / 2^18]
 };
 
-/// Writes the pixels of row y of a picture into a strip, from index `at` of each channel on. Called
-/// by several threads, for some rows twice.
-using FillRow = std::function<void(int y, size_t at, NoisyPicture& strip)>;
+/// Writes the pixels of row y of an image into a strip, from index `at` of each channel on.
+/// Returns: whether the noise of all of them is known. Called by several threads, for some rows
+/// twice.
+using FillRow = std::function<bool(int y, size_t at, NoisyPicture& strip)>;
 
-/// PictureErrorSum of a picture that is made strip by strip.
-RelativeError picture_error(const Window& window, const FillRow& fill);
+/// PictureErrorSum of an image that is made strip by strip. Returns: nothing unless the noise of
+/// every row is known; ends soon where it is not.
+std::optional<RelativeError> picture_error(const Window& window, const FillRow& fill);
 RelativeError picture_error(int width, int height, const NoisyPicture& picture);
 
 }  // namespace velatura::image
