@@ -4,6 +4,7 @@
 #include "base/tasks.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -16,23 +17,12 @@ double mean_of(const std::vector<uint64_t>& counts) {
     return sum / double(std::max<size_t>(counts.size(), 1));
 }
 
-/// Squared relative error of each pixel, mean of its channels.
-std::vector<double> squares_of(const MixError& mix) {
-    std::vector<double> squares(mix.share.size());
-    for (size_t i = 0; i < squares.size(); ++i) {
-        for (size_t c = 0; c < 3; ++c) squares[i] += mix.relative_square(c, i) / 3;
-    }
-    return squares;
-}
-
-/// The same, each relative to what the pixel itself has. MixError::base has a part of the pixels
-/// around it: by that, a pixel's own samples would take part in those around it, and in what they
-/// ask for it. Samples that go by what a pixel met bias its mean.
-std::vector<double> own_squares_of(const MixError& mix) {
+/// Squared error of each pixel relative to `base`, mean of its channels.
+std::vector<double> squares_of(const MixError& mix, const std::array<std::vector<float>, 3>& base) {
     std::vector<double> squares(mix.share.size());
     for (size_t i = 0; i < squares.size(); ++i)
         for (size_t c = 0; c < 3; ++c)
-            squares[i] += image::relative_square(mix.variance(c, i), double(mix.mean[c][i])) / 3;
+            squares[i] += image::relative_square(mix.variance(c, i), double(base[c][i])) / 3;
     return squares;
 }
 
@@ -43,7 +33,10 @@ class Outlook {
             const MixError& mix,
             const std::vector<uint64_t>& counts,
             const std::vector<float>& priority)
-        : window_(window), counts_(counts), priority_(priority), squares_(squares_of(mix)) {}
+        : window_(window),
+          counts_(counts),
+          priority_(priority),
+          squares_(squares_of(mix, mix.base)) {}
 
     /// √relMSE with `samples` per pixel in the mean.
     double error_at(double samples) const {
@@ -84,7 +77,9 @@ std::vector<float> top_up_priority(const image::Window& window,
                                    const std::vector<uint64_t>& counts) {
     const int width = window.width(), height = window.height();
     constexpr int reach = image::top_up_reach;
-    std::vector<double> errors = own_squares_of(mix);
+    // Relative to each pixel's own mean. MixError::base depends on the pixels around: by that, a
+    // pixel's own samples would decide on its priority, which biases its mean
+    std::vector<double> errors = squares_of(mix, mix.mean);
     for (size_t i = 0; i < errors.size(); ++i) errors[i] *= double(counts[i]);
     std::vector<float> priority(errors.size());
     parallel_for(size_t(height), [&](size_t row) {
