@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <map>
+#include <mutex>
 
 namespace velatura::image {
 
@@ -26,17 +28,14 @@ ocio::ColorSpaceRcPtr scene_space(const char* name, const ocio::ConstTransformRc
     return space;
 }
 
-/// Reference: scene ACES2065-1, display CIE XYZ D65. The matrices are products of the published
-/// primaries (SMPTE ST 2065-1, ITU-R BT.709) with Bradford adaptation D65 → ACES white.
+/// Reference: scene ACES2065-1, display CIE XYZ D65.
 ocio::ConstConfigRcPtr built_in_config() {
     auto config = ocio::Config::Create();
     config->setMajorVersion(2);
     config->addColorSpace(scene_space("ACES2065-1", nullptr));
     config->addColorSpace(scene_space("ACEScg", builtin("ACEScg_to_ACES2065-1")));
-    config->addColorSpace(scene_space(
-        "lin_rec709", matrix_transform({0.439632981919, 0.382988698152, 0.177378319929,
-                                        0.089776442959, 0.813439428749, 0.096784128292,
-                                        0.017541170383, 0.111546553302, 0.870912276315})));
+    config->addColorSpace(
+        scene_space("lin_rec709", matrix_transform(*aces_from_rgb(linear_rec709().primaries))));
     auto raw = scene_space("raw", nullptr);
     raw->setIsData(true);
     config->addColorSpace(raw);
@@ -135,12 +134,17 @@ ocio::MatrixTransformRcPtr matrix_transform(const ColorMatrix& m) {
 }
 
 Result<UsedConfig> used_config() {
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody changes the environment
+    const char* const variable = std::getenv("OCIO");
+    const std::string path = variable ? variable : "";
+    // Configs of studios take tenths of a second to read, and each frame of a sequence asks
+    static std::mutex mutex;
+    static std::map<std::string, ocio::ConstConfigRcPtr> read;
+    const std::scoped_lock lock(mutex);
     try {
-        // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody changes the environment
-        const char* path = std::getenv("OCIO");
-        const bool is_built_in = path == nullptr || *path == '\0';
-        return UsedConfig{is_built_in ? built_in_config() : ocio::Config::CreateFromEnv(),
-                          is_built_in};
+        ocio::ConstConfigRcPtr& config = read[path];
+        if (!config) config = path.empty() ? built_in_config() : ocio::Config::CreateFromEnv();
+        return UsedConfig{config, path.empty()};
     } catch (const std::exception& e) {
         return Error{"ocio-config", fmt::format("cannot use the OpenColorIO config: {}", e.what())};
     }

@@ -20,13 +20,13 @@ struct UsedConfig {
     bool is_built_in = false;
 };
 
-/// That of $OCIO, else the built-in one. Errors: "ocio-config".
+/// That of $OCIO, read once, else the built-in one. Thread-safe. Errors: "ocio-config".
 Result<UsedConfig> used_config();
 
-/// Names of its colour spaces, in its order.
+/// Names of its color spaces, in its order.
 std::vector<std::string> space_names(const OCIO_NAMESPACE::Config& config);
 
-/// A space of a config whose colours are known: what others are computed into.
+/// A space of a config whose colors are known: what others are computed into.
 struct Anchor {
     std::string space;
     ColorMatrix aces_from_space{};
