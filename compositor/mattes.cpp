@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cstring>
 #include <span>
 
@@ -24,12 +23,12 @@ struct Request {
     bool is_picture = false;
 };
 
-Result<Request> parse_request(const LayerStack& stack, const std::string& text) {
+Result<Request> parse_request(std::span<const image::Cryptomatte> mattes, const std::string& text) {
     Request request;
     request.is_inverted = text.starts_with('!');
     const std::string rest = text.substr(request.is_inverted ? 1 : 0);
     // A layer of the file as it stands, whatever its name and those of its objects hold
-    for (const image::Cryptomatte& matte : image::cryptomattes_of(stack.image())) {
+    for (const image::Cryptomatte& matte : mattes) {
         if (!rest.starts_with(matte.layer + ":") || rest.size() == matte.layer.size() + 1) continue;
         request.source = matte.layer;
         request.choice = rest.substr(matte.layer.size() + 1);
@@ -94,26 +93,13 @@ std::vector<std::string> patterns_of(const image::Cryptomatte& matte, const std:
     return is_name ? std::vector<std::string>{choice} : split_at_commas(choice);
 }
 
-/// Whether any of the places holds one of the ids.
-bool has_id(const image::Strip& strip, size_t values, std::span<const uint32_t> ids) {
-    return std::any_of(strip.channels.begin(), strip.channels.end(), [&](const auto& channel) {
-        const auto* bits = static_cast<const std::byte*>(channel.values);
-        for (size_t i = 0; i < values; ++i) {
-            uint32_t id = 0;
-            std::memcpy(&id, bits + 4 * i, 4);
-            if (std::binary_search(ids.begin(), ids.end(), id)) return true;
-        }
-        return false;
-    });
-}
-
 Result<std::vector<float>> cut_cryptomatte(const LayerStack& stack,
                                            const image::StripReader* file,
+                                           std::span<const image::Cryptomatte> mattes,
                                            const Request& request,
                                            size_t strip_bytes,
                                            std::vector<std::string>& notes) {
     const image::Image& image = stack.image();
-    const std::vector<image::Cryptomatte> mattes = image::cryptomattes_of(image, stack.path());
     const auto found = image::find_matte(mattes, request.source);
     if (!found) return found.error();
     const image::Cryptomatte& matte = **found;
@@ -130,11 +116,9 @@ Result<std::vector<float>> cut_cryptomatte(const LayerStack& stack,
             matte.layer));
 
     std::vector<float> values(image.data.pixel_count());
-    std::atomic<bool> is_seen = false;
     const auto cut = [&](const image::Strip& strip) {
-        const image::Image rows = strip_image(image, places, strip);
-        if (!is_seen && has_id(strip, rows.data.pixel_count(), *ids)) is_seen = true;
-        const auto part = image::matte_coverage(rows, matte.layer, *ids);
+        const auto part =
+            image::matte_coverage(strip_image(image, places, strip), matte.layer, *ids);
         if (!part) return;
         std::copy(part->begin(), part->end(),
                   values.begin() + std::ptrdiff_t(image.data.index(image.data.x0, strip.y0)));
@@ -144,7 +128,7 @@ Result<std::vector<float>> cut_cryptomatte(const LayerStack& stack,
     } else {
         image::for_each_strip(image, places, cut);
     }
-    if (!is_seen)
+    if (std::all_of(values.begin(), values.end(), [](float v) { return v == 0.0f; }))
         notes.push_back(fmt::format("no pixel of {} shows \"{}\": the matte is empty", matte.layer,
                                     request.choice));
     return values;
@@ -194,11 +178,14 @@ Result<Matte> load_matte(const LayerStack& stack,
                          const image::StripReader* file,
                          const std::string& text,
                          size_t strip_bytes) {
-    const auto request = parse_request(stack, text);
+    const std::vector<image::Cryptomatte> mattes =
+        image::cryptomattes_of(stack.image(), stack.path());
+    const auto request = parse_request(mattes, text);
     if (!request) return request.error();
     std::vector<std::string> notes;
-    auto values = request->is_picture ? read_picture(stack, *request, strip_bytes)
-                                      : cut_cryptomatte(stack, file, *request, strip_bytes, notes);
+    auto values = request->is_picture
+                      ? read_picture(stack, *request, strip_bytes)
+                      : cut_cryptomatte(stack, file, mattes, *request, strip_bytes, notes);
     if (!values) return values.error();
     for (float& v : *values) {
         v = std::clamp(v, 0.0f, 1.0f);
