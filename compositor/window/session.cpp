@@ -9,6 +9,7 @@
 #include "image/layer_file.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -233,7 +234,7 @@ Result<std::shared_ptr<const image::DisplayTransform>> Session::transform_for(co
     if (!color) return color.error();
     auto made = image::DisplayTransform::make(look.display, look.view, *color);
     if (!made) return made.error();
-    if (!made->warnings().empty()) tell(made->warnings().front());
+    if (!made->warnings().empty()) tell(fmt::format("{}", fmt::join(made->warnings(), "; ")));
     known = std::make_shared<const image::DisplayTransform>(std::move(*made));
     return known;
 }
