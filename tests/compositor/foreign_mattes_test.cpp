@@ -1,66 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cryptomattes as others write them, against a decoder of the test's own.
+// Cryptomattes as others write them, against a decoder that shares nothing with ours.
 #include "base/atomic_file.h"
 #include "compositor/info.h"
 #include "compositor/made_layers.h"
 #include "compositor/mattes.h"
 #include "compositor/mix_job.h"
 #include "compositor/test_stack.h"
+#include "film/cryptomatte_decoder.h"
 #include "image/cryptomatte.h"
 #include "image/exr.h"
 
 #include <gtest/gtest.h>
 
 #include <bit>
-#include <cstring>
 
 namespace velatura::compositor {
 namespace {
 
 using enum Control::Kind;
-
-/// MurmurHash3 of the specification, written from its description a second time: words are read
-/// by memcpy, tails by a switch.
-uint32_t hash_again(const std::string& text) {
-    uint32_t h = 0;
-    const auto mix = [](uint32_t k) {
-        k *= 0xcc9e2d51u;
-        k = (k << 15) | (k >> 17);
-        return k * 0x1b873593u;
-    };
-    size_t i = 0;
-    for (; i + 4 <= text.size(); i += 4) {
-        uint32_t k = 0;
-        std::memcpy(&k, text.data() + i, 4);
-        h ^= mix(k);
-        h = (h << 13) | (h >> 19);
-        h = h * 5 + 0xe6546b64u;
-    }
-    uint32_t tail = 0;
-    switch (text.size() & 3) {
-        case 3:
-            tail ^= uint32_t(uint8_t(text[i + 2])) << 16;
-            [[fallthrough]];
-        case 2:
-            tail ^= uint32_t(uint8_t(text[i + 1])) << 8;
-            [[fallthrough]];
-        case 1:
-            tail ^= uint8_t(text[i]);
-            h ^= mix(tail);
-            break;
-        default:
-            break;
-    }
-    h ^= uint32_t(text.size());
-    h ^= h >> 16;
-    h *= 0x85ebca6bu;
-    h ^= h >> 13;
-    h *= 0xc2b2ae35u;
-    h ^= h >> 16;
-    const uint32_t exponent = h >> 23 & 255;
-    if (exponent == 0 || exponent == 255) h ^= 1u << 23;
-    return h;
-}
 
 const std::vector<std::string>& objects() {
     static const std::vector<std::string> names = {"floor",
@@ -84,10 +41,12 @@ image::Image scene(const std::string& layer, const std::string& manifest) {
         auto& values = std::get<std::vector<float>>(channel.data);
         for (size_t i = 0; i < values.size(); ++i) {
             const size_t object = i % 7;  // the last is nowhere
-            values[i] = *c == 'R'   ? std::bit_cast<float>(hash_again(objects()[object]))
-                        : *c == 'G' ? 0.75f
-                        : *c == 'B' ? std::bit_cast<float>(hash_again(objects()[(object + 1) % 7]))
-                                    : 0.25f;
+            values[i] =
+                *c == 'R' ? std::bit_cast<float>(test::CryptomatteDecoder::id_of(objects()[object]))
+                : *c == 'G' ? 0.75f
+                : *c == 'B' ? std::bit_cast<float>(
+                                  test::CryptomatteDecoder::id_of(objects()[(object + 1) % 7]))
+                            : 0.25f;
         }
         image.parts[0].channels.push_back(std::move(channel));
     }
@@ -103,7 +62,7 @@ std::string blender_manifest() {
     std::string text = "{";
     for (const std::string& name : objects()) {
         char hex[9];
-        std::snprintf(hex, sizeof hex, "%08x", hash_again(name));
+        std::snprintf(hex, sizeof hex, "%08x", test::CryptomatteDecoder::id_of(name));
         text += (text.size() > 1 ? ",\"" : "\"") + name + "\":\"" + hex + "\"";
     }
     return text + "}";
