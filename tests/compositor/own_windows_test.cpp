@@ -105,7 +105,10 @@ TEST(OwnWindows, APartFarAwayIsLeftOutByName) {
         const auto warnings = mix_one(job, path, path_of("near.exr"), {}, 1);
         ASSERT_TRUE(warnings.has_value());
         ASSERT_EQ(warnings->size(), 1u);
-        EXPECT_NE((*warnings)[0].find("part key lies too far"), std::string::npos);
+        EXPECT_NE((*warnings)[0].find("part key skipped: its data window is too far"),
+                  std::string::npos);
+        job.look = look_of({{Gain, "key=2"}});
+        EXPECT_EQ(mix_one(job, path, path_of("near.exr"), {}, 1).error().code, "unknown-name");
     }
 }
 
