@@ -48,7 +48,7 @@ struct Look {
     std::vector<Control> controls;
     float exposure_stops = 0;  ///< at most largest_stops either way
     std::string display, view;
-    /// Colour space of the file, where that is not to say it (image/file_color.h). Not in presets:
+    /// Color space of the file, where that is not to say it (image/file_color.h). Not in presets:
     /// it is no matter of the look.
     std::string input_space = {};
     /// Names that stand for several rows: a control of one of them is their master.
@@ -91,7 +91,7 @@ Look look_at(Look look, double frame);
 /// Ref: Kim et al. 2002, US patent 7024034 (cubic approximation of the Planckian locus).
 std::array<float, 3> kelvin_tint(float kelvin);
 
-/// The same colour in the numbers of a file.
+/// The same color in the numbers of a file.
 std::array<float, 3> kelvin_tint(float kelvin, const image::ColorMatrix& file_from_rec709);
 
 std::string look_to_json(const Look& look);

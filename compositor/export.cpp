@@ -300,7 +300,7 @@ std::string blender_script(const MixRecipe& recipe) {
                          "import os\nimport sys\n\nimport bpy\n\n";
     script += fmt::format(
         "FILE = {}\nWIDTH, HEIGHT, PIXEL_ASPECT = {}, {}, {}\n"
-        "# From the middle of the picture to that of the stored pixels, right and up\n"
+        "# Center of the data window minus center of the display window, in pixels, right and up\n"
         "OFFSET = ({}, {})\n# Layer, factor of red, green, blue\nTERMS = [\n",
         python_quoted(recipe.file), recipe.width, recipe.height, recipe.pixel_aspect,
         recipe.offset[0], recipe.offset[1]);
@@ -334,7 +334,7 @@ def mixed(kind, first, second, name, column):
 
 
 def socket(layer):
-    """Of a layer; a file without further ones has its picture under another name."""
+    """Output of a layer; a file with a single layer has the output Image."""
     found = source.outputs.get(layer) or (layer == "Combined" and source.outputs.get("Image"))
     if not found:
         sys.exit(f"Blender has no pass {layer!r} of {FILE}")
@@ -357,7 +357,7 @@ if HAS_ALPHA:
     tree.links.new(source.outputs["Alpha"], alpha.inputs[1])
     total = alpha.outputs[0]
 if OFFSET != (0, 0):
-    # Blender centres a picture that is smaller than the frame, whatever its data window
+    # Blender centers an image that is smaller than the frame and ignores its data window
     moved = tree.nodes.new("CompositorNodeTranslate")
     moved.location = (1125, 0)
     moved.inputs["X"].default_value, moved.inputs["Y"].default_value = OFFSET

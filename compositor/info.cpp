@@ -68,8 +68,8 @@ size_t not_finite_of(const LayerStack& stack, const std::string& layer) {
 
 std::string color_text(const LayerStack& stack) {
     const auto color = color_of_stack(stack, {});
-    if (!color) return fmt::format("colour     not known: {}\n", color.error().message);
-    std::string text = fmt::format("colour     {} ({})\n", color->label, color->reason);
+    if (!color) return fmt::format("color      not known: {}\n", color.error().message);
+    std::string text = fmt::format("color      {} ({})\n", color->label, color->reason);
     for (const std::string& warning : color->warnings)
         text += fmt::format("  warning  {}\n", warning);
     return text;

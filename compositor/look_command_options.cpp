@@ -60,7 +60,7 @@ void LookOptions::add_to(Command& command) {
     command.add_option("--preset", preset, "Look to start from (JSON)");
     command.add_option("--frame", frame, "Frame at which keys are read");
     command.add_option("--input-space", input_space,
-                       "Colour space of the file, where it does not say it or is wrong: one of "
+                       "Color space of the file, where it does not say it or is wrong: one of "
                        "$OCIO, or lin_rec709, ACEScg, ACES2065-1, lin_p3d65, lin_rec2020");
     command.add_flag("--lenient", is_lenient,
                      "Leave out, with a warning, what the look asks for and the file lacks");

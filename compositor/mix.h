@@ -43,7 +43,7 @@ Result<image::Image> mix_file(const image::StripReader& file,
                               size_t strip_bytes = size_t(1) << 30);
 
 /// Shows a mixed picture through the look's display and view and writes .png or .jpg of the display
-/// window, with its pixel aspect. What is not known of the colours is added to `warnings` when it
+/// window, with its pixel aspect. What is not known of the colors is added to `warnings` when it
 /// is given. Errors: "unknown-space", "ocio-config", "ocio-view", "io-write".
 Result<void> write_display(const std::string& path,
                            const image::Image& mixed,

@@ -116,8 +116,8 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
     const auto layout = LayerStack::describe(*file, input, ForeignFiles::Plain);
     if (!layout) return layout.error();
     for (const std::string& part : file->foreign_parts())
-        warnings.push_back(
-            fmt::format("{}: part {} lies too far from the others and is left out", input, part));
+        warnings.push_back(fmt::format(
+            "{}: part {} skipped: its data window is too far from the others", input, part));
     if (layout->is_plain() && job.with_layers)
         return Error{"not-layers",
                      fmt::format("{} has no light layers of Velatura to store again", input)};

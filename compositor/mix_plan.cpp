@@ -195,7 +195,7 @@ Result<void> Planner::apply_control(const Control& control) {
     return {};
 }
 
-/// What a colour temperature is in the file's primaries.
+/// What a color temperature is in the file's primaries.
 Result<void> Planner::learn_color() {
     const bool has_kelvin =
         std::any_of(look_.controls.begin(), look_.controls.end(),

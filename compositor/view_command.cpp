@@ -60,7 +60,7 @@ void add_view_command(Command& app, std::function<int()>& run) {
     command.add_option("--display", o->sheet.display, "OpenColorIO display");
     command.add_option("--view", o->sheet.view, "OpenColorIO view");
     command.add_option("--input-space", o->sheet.input_space,
-                       "Colour space of the file, where it does not say it or is wrong");
+                       "Color space of the file, where it does not say it or is wrong");
     command.callback([&run, o] { run = [o] { return run_view(*o); }; });
 }
 

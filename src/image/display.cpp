@@ -68,7 +68,7 @@ Source source_of(const UsedConfig& used, const FileColor& color) {
     if (is_built_in) linear.space = "lin_rec709";
     if (color.aces_from_file)
         linear.warning = fmt::format(
-            "the OpenColorIO config has no colour space for {}, nor the role aces_interchange to "
+            "the OpenColorIO config has no color space for {}, nor the role aces_interchange to "
             "convert by: shown as if it were scene_linear",
             color.label);
     return linear;

@@ -36,7 +36,7 @@ class DisplayTransform {
     DisplayTransform(DisplayTransform&&) noexcept;
     DisplayTransform& operator=(DisplayTransform&&) noexcept;
 
-    /// What is not known of the colours and what was assumed: those of the FileColor, and of the
+    /// What is not known of the colors and what was assumed: those of the FileColor, and of the
     /// config.
     const std::vector<std::string>& warnings() const;
 

@@ -86,7 +86,7 @@ void insert_other(Imf::Header& header, const std::string& name, const OtherAttri
 
 void read_attribute(const Imf::Attribute& from, const std::string& name, Attributes& to) {
     if (const auto* s = dynamic_cast<const Imf::StringAttribute*>(&from)) {
-        // Manifests of Cryptomattes are read by who does not mind
+        // The reader of Cryptomatte manifests checks their depth itself
         if (name.starts_with("velatura/") && is_json_too_deep(s->value()))
             throw std::invalid_argument(
                 fmt::format("the header string {} is nested too deeply", name));

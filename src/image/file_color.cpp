@@ -57,15 +57,15 @@ Result<FileColor> asked_color(const std::string& input_space) {
     std::vector<std::string> names = space_names(*used->config);
     const std::string near = did_you_mean(input_space, names);
     for (const KnownSpace& known : known_spaces()) names.emplace_back(known.names[0]);
-    return Error{"unknown-space", fmt::format("no colour space '{}'{}; there are: {}", input_space,
+    return Error{"unknown-space", fmt::format("no color space '{}'{}; there are: {}", input_space,
                                               near, fmt::join(names, ", "))};
 }
 
-/// True where colorInteropID says what the colours are.
+/// True where colorInteropID says what the colors are.
 Result<bool> take_id(FileColor& color, const std::string& id) {
     if (id.empty() || id == "unknown") return false;
     if (id == "data") {
-        color.warnings.emplace_back("colorInteropID says data, which are no colours");
+        color.warnings.emplace_back("colorInteropID says data, which are no colors");
         return false;
     }
     if (const KnownSpace* known = known_space(id)) {
@@ -89,7 +89,7 @@ bool take_primaries(FileColor& color, const Chromaticities& primaries) {
     color.reason = "chromaticities";
     color.label = fmt::format("primaries {:.4g}", fmt::join(primaries, " "));
     if (!color.aces_from_file)
-        color.warnings.push_back(fmt::format("chromaticities {:.4g} are no primaries of colours",
+        color.warnings.push_back(fmt::format("chromaticities {:.4g} are no primaries of colors",
                                              fmt::join(primaries, " ")));
     return color.aces_from_file.has_value();
 }
@@ -104,7 +104,7 @@ Result<void> take_default(FileColor& color) {
         color.label = "scene_linear, which the OpenColorIO config does not have";
     }
     color.warnings.push_back(
-        fmt::format("the file does not say its colour space; taken as {}{}; --input-space says it",
+        fmt::format("the file does not say its color space; taken as {}{}; --input-space says it",
                     color.label, used->is_built_in ? "" : " (scene_linear of $OCIO)"));
     return {};
 }

@@ -22,7 +22,7 @@ std::optional<ColorMatrix> inverse(const ColorMatrix& m);
 /// Ref: SMPTE RP 177 (RGB to XYZ); Lindbloom, "Chromatic Adaptation" (Bradford).
 std::optional<ColorMatrix> aces_from_rgb(const Chromaticities& primaries);
 
-/// A linear colour space that files and OpenColorIO configs name.
+/// A linear color space that files and OpenColorIO configs name.
 struct KnownSpace {
     std::string_view label;  ///< for people
     Chromaticities primaries;

@@ -161,7 +161,7 @@ std::vector<File> files() {
     return all;
 }
 
-/// Greys and saturated colours from black to above white.
+/// Greys and saturated colors from black to above white.
 image::Image chart() {
     image::Image image = made_foreign({{"", {"R", "G", "B"}}});
     for (size_t c = 0; c < 3; ++c) {
@@ -368,11 +368,11 @@ TEST(FileColor, SaysWhatItDoesNotKnow) {
         EXPECT_EQ(color->known, &image::linear_rec709());
         return color->warnings.empty() ? std::string() : color->warnings[0];
     };
-    EXPECT_NE(warning_of().find("does not say its colour space"), std::string::npos);
+    EXPECT_NE(warning_of().find("does not say its color space"), std::string::npos);
     image.attributes["colorInteropID"] = std::string("lin_hal9000_scene");
     EXPECT_NE(warning_of().find("'lin_hal9000_scene' is neither known"), std::string::npos);
     image.attributes["colorInteropID"] = std::string("data");
-    EXPECT_NE(warning_of().find("no colours"), std::string::npos);
+    EXPECT_NE(warning_of().find("no colors"), std::string::npos);
     image.attributes.erase("colorInteropID");
     for (const image::Chromaticities bad : {image::Chromaticities{},
                                             {.64f, .33f, .64f, .33f, .15f, .06f, .3127f, .329f},
@@ -392,9 +392,9 @@ TEST(FileColor, SaysWhatItDoesNotKnow) {
     EXPECT_EQ(image::color_of(image, "", 1)->label, "ACES2065-1");
 }
 
-/// 3200 K against 6504 K: the cubic of Kim et al. in linear Rec.709, and that colour in ACEScg by
+/// 3200 K against 6504 K: the cubic of Kim et al. in linear Rec.709, and that color in ACEScg by
 /// the published matrix (0.6131 0.3395 0.0474; 0.0702 0.9164 0.0135; 0.0206 0.1096 0.8698).
-TEST(FileColor, ColourTemperaturesAreThoseOfTheFilesPrimaries) {
+TEST(FileColor, ColorTemperaturesAreThoseOfTheFilesPrimaries) {
     unsetenv("OCIO");
 
     struct Case {
