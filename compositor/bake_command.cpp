@@ -189,6 +189,7 @@ void add_bake_command(Command& app, std::function<int()>& run) {
         .needs(prove);
     command
         .add_option("--spp", o->spp, "Samples per pixel of the proof (default: those of the file)")
+        .range(uint64_t(1), uint64_t(1) << 32)
         .needs(prove);
     command
         .add_option("--velatura", o->program, "The renderer (default: the one beside this program)")

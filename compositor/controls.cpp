@@ -99,6 +99,12 @@ Result<float> parse_gain(const std::string& text) {
             return bad(text, expected);
         return std::exp2(value);
     }
+    // Where a sign means stops, a number with a sign and without `st` may mean either
+    const bool is_signed = text.starts_with('+') || text.starts_with('-');
+    if (is_signed && parse_number(text, value))
+        return Error{"bad-gain",
+                     fmt::format("'{0}' is ambiguous: {0}st is a gain in stops, {1:g} a factor",
+                                 text, std::abs(value))};
     if (!parse_number(text, value) || value < 0.0f || value > largest_factor)
         return bad(text, expected);
     return value;

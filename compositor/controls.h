@@ -55,7 +55,8 @@ struct Look {
     std::map<std::string, std::vector<std::string>> rows = {};
 };
 
-/// `2`, `0.5`, `+1.5st`, `-1st` as a factor, of largest_stops at most. Errors: "bad-gain".
+/// `2`, `0.5`, `+1.5st`, `-1st` as a factor, of largest_stops at most. `+1.5` may mean either and
+/// is refused. Errors: "bad-gain".
 Result<float> parse_gain(const std::string& text);
 
 /// Reads `NAME=VALUE` (`NAME` for mute and solo); a value may be `VALUE@FRAME,VALUE@FRAME …`. A

@@ -114,9 +114,11 @@ void add_diff_command(Command& app, std::function<int()>& run) {
     Command command = app.add_subcommand("diff", "Differences per layer; B is the reference");
     command.add_option("a", o->a, "File A").required();
     command.add_option("b", o->b, "File B, the reference").required();
-    command.add_option("--threshold", o->threshold,
-                       "Largest relMSE of any layer that counts as equal; default 0. relMSE is "
-                       "that of RGB, alpha has a line of its own");
+    command
+        .add_option("--threshold", o->threshold,
+                    "Largest relMSE of any layer that counts as equal; default 0. relMSE is "
+                    "that of RGB, alpha has a line of its own")
+        .non_negative();
     command.add_option(
         "-o,--output", o->output,
         "Write A - B as .exr, or what the eye sees of it as .png or .jpg (map of --flip)");

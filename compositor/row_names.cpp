@@ -18,6 +18,13 @@ size_t index_of(const std::vector<std::string>& names, const std::string& name) 
     return at == names.end() ? 0 : size_t(at - names.begin());
 }
 
+/// `direct`, `indirect`, `tail`, `b0`, `b12` …
+bool is_bounce_word(const std::string& name) {
+    if (name == "direct" || name == "indirect" || name == "tail") return true;
+    return name.size() > 1 && name[0] == 'b' &&
+           name.find_first_not_of("0123456789", 1) == std::string::npos;
+}
+
 }  // namespace
 
 RowNames::RowNames(const LayerStack& stack, const Look& look)
@@ -40,6 +47,10 @@ size_t RowNames::direct_column() const {
     return b1 != columns_.end() ? size_t(b1 - columns_.begin()) : column_of("tail");
 }
 
+bool RowNames::has_column(const std::string& name) const {
+    return names_columns_ && std::find(columns_.begin(), columns_.end(), name) != columns_.end();
+}
+
 size_t RowNames::group_of(const std::string& name) const {
     return index_of(groups_, name);
 }
@@ -54,8 +65,7 @@ bool RowNames::select_columns(const std::string& name, std::vector<bool>& select
     for (size_t c = 0; c < columns_.size() && names_columns_; ++c) {
         const bool is_indirect = columns_[c] != "b0" && columns_[c] != "b1";
         // With K = 0 the tail holds the direct light as well, so neither word can be told apart
-        const bool tells_direct =
-            std::find(columns_.begin(), columns_.end(), "b1") != columns_.end();
+        const bool tells_direct = has_column("b1");
         selected[c] = columns_[c] == name || (name == "direct" && columns_[c] == "b1") ||
                       (name == "indirect" && is_indirect && tells_direct);
         is_known = is_known || selected[c];
@@ -79,10 +89,19 @@ bool RowNames::select_groups(const std::string& name, std::vector<bool>& selecte
 }
 
 Error RowNames::unknown_name(const std::string& name) const {
+    const auto no = [&](const char* why) {
+        return Error{"unknown-name", fmt::format("no '{}' in this file: {}", name, why)};
+    };
+    const bool tells_direct = has_column("b1");
+    if (is_bounce_word(name) && !names_columns_)
+        return no("it stores no bounces; render with --layers bounce or matrix");
+    if ((name == "direct" || name == "indirect") && !tells_direct)
+        return no("`tail` holds all light after b0; render with --bounces 1 or more");
     std::vector<std::string> names = names_groups_ ? groups_ : std::vector<std::string>();
     if (names_columns_) names.insert(names.end(), columns_.begin(), columns_.end());
-    for (const char* word : {"all", "env", "direct", "indirect", "shadow"})
-        names.emplace_back(word);
+    names.insert(names.end(), {"all", "env"});
+    if (tells_direct) names.insert(names.end(), {"direct", "indirect"});
+    if (stack_.has_family("shadow")) names.emplace_back("shadow");
     for (const auto& [set, rows] : sets_) names.push_back(set);
     return {"unknown-name", fmt::format("no '{}' in this file{}", name, did_you_mean(name, names))};
 }

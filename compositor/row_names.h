@@ -53,6 +53,7 @@ class RowNames {
     Result<Selection> select_set(const std::vector<std::string>& rows,
                                  const std::string& bounce) const;
     Result<Selection> select_of_file(const std::string& target) const;
+    bool has_column(const std::string& name) const;
     Error unknown_name(const std::string& name) const;
 
     const LayerStack& stack_;

@@ -65,7 +65,7 @@ void add_ui_command(Command& app, std::function<int()>& run) {
     command.add_option("input", o->input, "File of light layers, or a look (.json)");
     command.add_option("--preset", o->preset, "Look to start with (JSON)");
     command.add_option("--frame", o->frame, "Frame at which keys are read (default: the file's)");
-    command.add_option("--size", o->size, "Width and height of the window").expected(2);
+    command.add_option("--size", o->size, "Width and height of the window").size(16384);
     command.callback([&run, o] { run = [o] { return run_ui(*o); }; });
 }
 

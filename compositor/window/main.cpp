@@ -151,7 +151,7 @@ int run_command(int argc, char** argv) {
     app.add_option("--preset", o.preset, "Look to start with (JSON)");
     app.add_option("--frame", o.frame, "Frame at which keys are read (default: the file's)");
     std::vector<int> size = {o.width, o.height};
-    app.add_option("--size", size, "Width and height of the window").expected(2);
+    app.add_option("--size", size, "Width and height of the window").size(16384);
     app.add_option("--script", o.script, "Play mouse and keys from a file, then quit");
     app.add_flag("--times", o.prints_times, "Print how long frames and mixes took");
     if (const std::optional<CommandExit> ended = app.parse(argc, argv)) {

@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <exception>
 #include <functional>
@@ -32,8 +34,18 @@ bool report_lost_pages() {
     return !files.empty();
 }
 
+/// A word that can only be a scene: `velatura scene.usda` renders it.
+bool is_scene_name(const std::string& word) {
+    std::string end = word.substr(word.rfind('.') == std::string::npos ? 0 : word.rfind('.'));
+    std::transform(end.begin(), end.end(), end.begin(),
+                   [](unsigned char c) { return char(std::tolower(c)); });
+    return end == ".usda" || end == ".usdc" || end == ".usd" || end == ".usdz";
+}
+
 int run_command(int argc, char** argv) {
-    CommandLine app("Velatura: a path tracer for USD scenes that keeps light in layers");
+    CommandLine app(
+        "Velatura: a path tracer for USD scenes that keeps light in layers; `velatura SCENE` is "
+        "`velatura render SCENE`");
     app.add_version_flag(std::string("velatura ") + VELATURA_VERSION);
     app.require_subcommand();
     app.footer(exit_codes_text());
@@ -45,6 +57,7 @@ int run_command(int argc, char** argv) {
     add_selftest_command(app, run);
     add_flatten_command(app, run);
     add_import_command(app, run);
+    app.set_default_subcommand("render", is_scene_name);
     if (const std::optional<CommandExit> ended = app.parse(argc, argv)) {
         std::fputs(ended->text.c_str(), ended->code == Done ? stdout : stderr);
         return ended->code;

@@ -18,7 +18,8 @@ void add_memory_option(Command& command, std::string& limit) {
                     "memory that the process may have resident, e.g. 8G, 800M or 50% of the "
                     "machine's; what does not fit is refused before it is taken (exit 6), and a "
                     "render that comes near stops with what it has (exit 3)")
-        .type_name("SIZE");
+        .type_name("SIZE")
+        .not_empty();
 }
 
 int run_in_memory(const std::string& limit, const std::function<int()>& work) {

@@ -242,7 +242,8 @@ int prepare_all(const RenderArguments& arguments, const FrameFunction& use) {
         frames = {usd::stage::TimeCode::default_time().value()};
     } else if (!arguments.frames.empty()) {
         const auto parsed = parse_frames(arguments.frames);
-        if (!parsed) return fail(parsed.error(), UsageError);
+        if (!parsed)
+            return fail({parsed.error().code, "--frames: " + parsed.error().message}, UsageError);
         frames = *parsed;
     }
 

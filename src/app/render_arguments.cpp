@@ -41,10 +41,10 @@ void declare_render_options(Command& command, RenderArguments& a) {
                     "renderSettingsPrimPath)");
     what.add_option("-f,--frames", a.frames,
                     "frames such as 1-10x2,15, or `default` for the default time, where samples "
-                    "do not count (default: the stage's startTimeCode, else 0)");
-    what.add_option("--res", a.resolution, "width and height in pixels")
-        .expected(2)
-        .type_name("W H");
+                    "do not count (default: the stage's startTimeCode, else 0)")
+        .not_empty();
+    what.add_option("--res", a.resolution, "width and height in pixels; 320x180 is 320 180")
+        .size(65536);
     what.add_option("--crop", a.crop, "part of the picture as fractions, origin bottom left")
         .expected(4)
         .type_name("X0 X1 Y0 Y1");
@@ -78,7 +78,8 @@ void declare_render_options(Command& command, RenderArguments& a) {
     how.add_option(
            "--samples", a.samples,
            "only samples A:B of each pixel; the file can be merged with `velatura-comp merge`")
-        .type_name("A:B");
+        .type_name("A:B")
+        .not_empty();
     how.add_flag("--keep-sums", a.keep_sums,
                  "keep the exact sums in the file, so that --resume can go on from it (about 3 "
                  "times the size)");
@@ -91,19 +92,22 @@ void declare_render_options(Command& command, RenderArguments& a) {
                    "says that `velatura-comp plan` wrote; --spp, in the mean, beats the request's")
         .type_name("FILE.json");
     how.add_option(
-        "--time", a.time,
-        "progressive: stop after this time, e.g. 90s, 10m; without --spp the time alone decides");
+           "--time", a.time,
+           "progressive: stop after this time, e.g. 90s, 10m; without --spp the time alone decides")
+        .not_empty();
     how.add_option("--target-error", a.target_error,
                    fmt::format("progressive: stop at this relative standard error, e.g. 1%; "
                                "without --spp and --time at {} samples per pixel at the latest",
-                               max_target_spp));
+                               max_target_spp))
+        .not_empty();
     how.add_flag("--require-target", a.requires_target,
                  "exit code 3 if --target-error or, without it, the samples of --spp or --samples "
                  "were not reached; an error that is a lower bound does not reach a target");
     how.add_option(
-        "--forecast", a.forecast,
-        "progressive: say how many samples and how much time would bring this relative standard "
-        "error, without stopping at it; up to 8 times the samples (docs/accuracy.md)");
+           "--forecast", a.forecast,
+           "progressive: say how many samples and how much time would bring this relative standard "
+           "error, without stopping at it; up to 8 times the samples (docs/accuracy.md)")
+        .not_empty();
     how.add_option(
            "--max-depth", a.max_depth,
            "cut paths after this many scatterings, a bias; 0 = only Russian roulette ends paths")
@@ -263,11 +267,15 @@ void declare_render_options(Command& command, RenderArguments& a) {
         .one_of(compression_names());
 
     Command report = command.add_group("Reports");
-    report.add_option("--checkpoint", a.checkpoint,
-                      "progressive: keep the sums and write the file this often, e.g. 5m, for "
-                      "--resume after whatever may happen");
-    report.add_option("--snapshot", a.snapshot,
-                      "progressive: write an interim picture this often, e.g. 10s");
+    report
+        .add_option("--checkpoint", a.checkpoint,
+                    "progressive: keep the sums and write the file this often, e.g. 5m, for "
+                    "--resume after whatever may happen")
+        .not_empty();
+    report
+        .add_option("--snapshot", a.snapshot,
+                    "progressive: write an interim picture this often, e.g. 10s")
+        .not_empty();
     report
         .add_option("--progress", a.progress,
                     "bar (lines when not on a terminal), json, openjd or none")
@@ -281,7 +289,8 @@ void declare_render_options(Command& command, RenderArguments& a) {
                     "error (no render, or exit code 1 where it is found later)")
         .one_of({"colour", "error"});
     report.add_option("--replay", a.replay, "trace one sample of one pixel and print its path")
-        .type_name("x,y,s");
+        .type_name("x,y,s")
+        .not_empty();
     report.add_flag("-q,--quiet", a.quiet, "print errors only");
     report.add_flag("-v,--verbose", a.verbosity, "print more");
 }

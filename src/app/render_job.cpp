@@ -241,13 +241,6 @@ Result<std::array<uint64_t, 3>> parse_replay(const std::string& text) {
 }
 
 Result<void> check_sizes(const RenderArguments& a) {
-    constexpr int largest = 1 << 16;
-    if (!a.resolution.empty() && (a.resolution[0] < 1 || a.resolution[1] < 1 ||
-                                  a.resolution[0] > largest || a.resolution[1] > largest)) {
-        return usage(
-            fmt::format("--res: {} x {} is not a picture: expected 1 to {} pixels on each side",
-                        a.resolution[0], a.resolution[1], largest));
-    }
     if (!a.crop.empty() && !(a.crop[0] < a.crop[1] && a.crop[2] < a.crop[3]))
         return usage("--crop: expected X0 < X1 and Y0 < Y1");
     return {};

@@ -2,23 +2,182 @@
 #include "base/command_line.h"
 
 #include "base/check.h"
+#include "base/frames.h"
+#include "base/input_guard.h"
+#include "base/nearest_names.h"
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <sstream>
+#include <system_error>
+#include <type_traits>
 #include <utility>
 
 namespace velatura {
+
+/// What CLI11 does not keep of the options.
+struct Declarations {
+    struct Entry {
+        CLI::App* app;
+        CLI::Option* option;
+        bool is_number = false, reads = false, writes = false;
+        size_t values = 1;  ///< of an occurrence
+    };
+
+    std::vector<Entry> options;
+    std::map<CLI::App*, CLI::Option*> overwrite_flags;  ///< by command
+
+    /// Of an option that a Command declared.
+    Entry& of(const CLI::Option* option) {
+        const auto at = std::find_if(options.begin(), options.end(),
+                                     [&](const Entry& e) { return e.option == option; });
+        VELATURA_CHECK(at != options.end(), "an option that was not declared by a Command");
+        return *at;
+    }
+
+    void add_overwrite_flag(CLI::App* command);
+    /// Where the last occurrence wins, CLI11 takes too few values as well. Returns: what is wrong.
+    std::string miscount() const;
+    /// Of the command that was given, guards what it reads. Returns: which of its outputs is one of
+    /// its inputs, or nothing.
+    std::string guard_inputs() const;
+};
 
 namespace {
 
 constexpr int usage_error = 2;
 
+/// Groups of options have no name.
+CLI::App* command_of(CLI::App* app) {
+    while (app->get_name().empty() && app->get_parent() != nullptr) app = app->get_parent();
+    return app;
+}
+
+/// The subcommand that was given, or the program.
+const CLI::App& given_command(const CLI::App& app) {
+    const std::vector<CLI::App*> given = app.get_subcommands();
+    return given.empty() ? app : given_command(*given.back());
+}
+
+/// Subcommands of an option group's kind have no name.
+std::vector<const CLI::App*> named_subcommands(const CLI::App& app) {
+    return app.get_subcommands([](const CLI::App* sub) { return !sub->get_name().empty(); });
+}
+
+/// Long names of a command and its groups, without dashes and without hidden ones.
+void add_long_names(const CLI::App& app, std::vector<std::string>& names) {
+    for (const CLI::Option* const option : app.get_options())
+        if (!option->get_group().empty())
+            names.insert(names.end(), option->get_lnames().begin(), option->get_lnames().end());
+    for (const CLI::App* const group :
+         app.get_subcommands([](const CLI::App* sub) { return sub->get_name().empty(); }))
+        add_long_names(*group, names);
+}
+
+bool is_option_word(const std::string& word) {
+    return word.size() > 1 && word[0] == '-' && word != "--" && (word[1] < '0' || word[1] > '9') &&
+           word[1] != '.';
+}
+
+/// "--ssp (did you mean '--spp'?)".
+std::string option_problem(const CLI::App& command, const std::string& word) {
+    const std::string name = word.substr(0, word.find('='));
+    std::vector<std::string> known;
+    add_long_names(command, known);
+    const std::string bare = name.substr(std::min(name.find_first_not_of('-'), name.size()));
+    if (bare.size() < 2) return name;
+    std::string text;
+    for (const std::string& near : nearest_names(bare, known))
+        text += (text.empty() ? " (did you mean '--" : " or '--") + near + "'";
+    return name + text + (text.empty() ? "" : "?)");
+}
+
+/// Why words were left over, in terms of what was meant; empty: nothing better to say than CLI11.
+std::string problem_of_extras(const CLI::App& app) {
+    const CLI::App& command = given_command(app);
+    const std::vector<const CLI::App*> subcommands = named_subcommands(command);
+    if (!subcommands.empty()) {
+        for (const std::string& word : app.remaining(true)) {
+            if (is_option_word(word)) continue;
+            std::vector<std::string> names;
+            for (const CLI::App* const sub : subcommands) names.push_back(sub->get_name());
+            return "unknown command '" + word + "'" + did_you_mean(word, names);
+        }
+    }
+    for (const std::string& word :
+         &command == &app ? std::vector<std::string>() : app.remaining()) {
+        std::vector<std::string> known;
+        add_long_names(command, known);
+        const std::string name = word.substr(0, word.find('='));
+        if (name.starts_with("--") &&
+            std::find(known.begin(), known.end(), name.substr(2)) != known.end())
+            return name + " is an option of " + command.get_name() + " and follows it: `" +
+                   command.get_name() + " " + name + " ...`";
+    }
+    std::string text;
+    size_t count = 0;
+    for (const std::string& word : command.remaining()) {
+        if (!is_option_word(word)) continue;
+        text += (count++ == 0 ? "" : ", ") + option_problem(command, word);
+    }
+    return count == 0 ? text : (count == 1 ? "unknown option " : "unknown options ") + text;
+}
+
 CommandExit exit_of(const CLI::App& app, const CLI::ParseError& error) {
     std::ostringstream out, err;
     if (app.exit(error, out, err) == 0) return {0, out.str(), {}};
-    return {usage_error, err.str(), error.what()};
+    // Of a misspelt option its value takes the place of another argument: that one is no news
+    const std::string problem = problem_of_extras(app);
+    if (problem.empty()) return {usage_error, err.str(), error.what()};
+    return {usage_error, problem + "\nRun with --help for more information.\n", problem};
+}
+
+template <class T>
+struct ElementType {
+    using Type = T;
+    static constexpr bool is_list = false;
+};
+
+template <class T>
+struct ElementType<std::optional<T>> : ElementType<T> {};
+
+template <class T>
+struct ElementType<std::vector<T>> {
+    using Type = T;
+    static constexpr bool is_list = true;
+};
+
+/// Makes a number one that CLI11 reads as it is typed: strtoull takes -1 for 2^64 - 1 and 010 for
+/// 8, strtod takes nan. Returns: what is wrong with it, or nothing.
+template <class T>
+std::string normalise_number(std::string& text) {
+    const auto found = ", found \"" + text + "\"";
+    std::string_view digits = text;
+    // from_chars takes no leading plus
+    if (digits.size() > 1 && digits[0] == '+' && digits[1] != '-') digits.remove_prefix(1);
+    std::conditional_t<std::is_floating_point_v<T>, double, T> value{};
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    const bool is_whole_text = end == digits.data() + digits.size();
+    if constexpr (std::is_floating_point_v<T>) {
+        if (error != std::errc() || !is_whole_text || !std::isfinite(T(value)))
+            return "expected a finite number" + found;
+        text = std::string(digits);
+    } else {
+        if (error == std::errc::result_out_of_range && is_whole_text)
+            return "expected a whole number of at most " +
+                   std::to_string(std::numeric_limits<T>::max()) + " in size" + found;
+        if (error != std::errc() || !is_whole_text)
+            return (std::is_unsigned_v<T> ? "expected a whole number from 0"
+                                          : "expected a whole number") +
+                   found;
+        text = std::to_string(value);
+    }
+    return {};
 }
 
 }  // namespace
@@ -30,7 +189,21 @@ Option Option::required(bool is_required) {
 
 Option Option::expected(int values) {
     option_->expected(values);
+    option_->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+    all_->of(option_).values = size_t(values);
     return *this;
+}
+
+Option Option::size(int most) {
+    option_->delimiter('x');
+    option_->type_name("W H");
+    option_->check([most](const std::string& text) {
+        int value = 0;
+        const auto parsed = std::from_chars(text.data(), text.data() + text.size(), value);
+        if (parsed.ec == std::errc() && value >= 1 && value <= most) return std::string();
+        return "expected a size from 1 to " + std::to_string(most) + ", found \"" + text + "\"";
+    });
+    return expected(2);
 }
 
 Option Option::take_all() {
@@ -103,8 +276,29 @@ Option Option::existing_directory() {
     return *this;
 }
 
+Option Option::not_empty() {
+    option_->check([](const std::string& text) {
+        return std::string(text.empty() ? "expected a value, found \"\"" : "");
+    });
+    return *this;
+}
+
 Option Option::check(const std::function<std::string(const std::string& value)>& problem) {
     option_->check(problem);
+    return *this;
+}
+
+Option Option::reads() {
+    Declarations::Entry& entry = all_->of(option_);
+    entry.reads = true;
+    all_->add_overwrite_flag(command_of(entry.app));
+    return *this;
+}
+
+Option Option::writes() {
+    Declarations::Entry& entry = all_->of(option_);
+    entry.writes = true;
+    all_->add_overwrite_flag(command_of(entry.app));
     return *this;
 }
 
@@ -122,17 +316,76 @@ size_t Option::count() const {
     return option_->count();
 }
 
+/// Once the command has options of both kinds.
+void Declarations::add_overwrite_flag(CLI::App* command) {
+    bool reads = false, writes = false;
+    for (const Entry& entry : options) {
+        if (command_of(entry.app) != command) continue;
+        reads = reads || entry.reads;
+        writes = writes || entry.writes;
+    }
+    if (reads && writes && !overwrite_flags.contains(command))
+        overwrite_flags[command] = command->add_flag("--overwrite-input")
+                                       ->description("write even to a file that the command reads");
+}
+
+std::string Declarations::miscount() const {
+    for (const Entry& entry : options) {
+        const size_t found = entry.option->results().size();
+        if (found % entry.values != 0)
+            return entry.option->get_name() + ": expected " + std::to_string(entry.values) +
+                   " values, found " + std::to_string(found % entry.values);
+    }
+    return {};
+}
+
+std::string Declarations::guard_inputs() const {
+    stop_guarding_inputs();
+    const auto given = std::find_if(overwrite_flags.begin(), overwrite_flags.end(),
+                                    [](const auto& flag) { return flag.first->parsed(); });
+    if (given == overwrite_flags.end() || given->second->count() > 0) return {};
+    start_guarding_inputs();
+    const auto for_each_value = [&](bool Entry::*use, const auto& action) {
+        for (const Entry& entry : options)
+            if (entry.*use && command_of(entry.app) == given->first)
+                for (const std::string& value : entry.option->results())
+                    for (const std::string& file : files_of(value))
+                        action(entry.option->get_name(), file);
+    };
+    for_each_value(&Entry::reads,
+                   [](const std::string&, const std::string& value) { guard_input(value); });
+    std::string problem;
+    for_each_value(&Entry::writes, [&](const std::string& name, const std::string& value) {
+        const Result<void> checked = check_output(value);
+        if (!checked && problem.empty()) problem = name + ": " + checked.error().message;
+    });
+    return problem;
+}
+
 Command Command::add_subcommand(const std::string& name, const std::string& help) {
-    return Command(app_->add_subcommand(name, help));
+    return {app_->add_subcommand(name, help), all_};
 }
 
 Command Command::add_group(const std::string& heading) {
-    return Command(app_->add_option_group(heading));
+    return {app_->add_option_group(heading), all_};
+}
+
+Option Command::add(CLI::Option* option, bool is_number) {
+    all_->options.push_back({app_, option, is_number});
+    return {option, all_};
 }
 
 template <class T>
 Option Command::add_option(const std::string& name, T& destination, const std::string& help) {
-    return Option(app_->add_option(name, destination, help));
+    CLI::Option* const option = app_->add_option(name, destination, help);
+    using Element = typename ElementType<T>::Type;
+    if constexpr (std::is_arithmetic_v<Element>)
+        option->transform(CLI::Validator(
+            [](std::string& text) { return normalise_number<Element>(text); }, std::string()));
+    // A list that is no positional argument would take the positional ones that follow
+    if (ElementType<T>::is_list && !option->get_positional()) option->allow_extra_args(false);
+    if (!ElementType<T>::is_list) option->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+    return add(option, std::is_arithmetic_v<Element>);
 }
 
 template Option Command::add_option(const std::string&, std::string&, const std::string&);
@@ -157,21 +410,21 @@ template Option Command::add_option(const std::string&,
 template Option Command::add_option(const std::string&, std::optional<double>&, const std::string&);
 
 Option Command::add_option(const std::string& name, const std::string& help) {
-    return Option(app_->add_option(name, help));
+    return add(app_->add_option(name, help), false);
 }
 
 Option Command::add_flag(const std::string& name, bool& destination, const std::string& help) {
-    return Option(app_->add_flag(name, destination, help));
+    return {app_->add_flag(name, destination, help), all_};
 }
 
 Option Command::add_flag(const std::string& name, int& count, const std::string& help) {
-    return Option(app_->add_flag(name, count, help));
+    return {app_->add_flag(name, count, help), all_};
 }
 
 Option Command::find_option(const std::string& name) const {
     CLI::Option* const option = app_->get_option_no_throw(name);
     VELATURA_CHECK(option != nullptr, "Command::find_option() of an option that was not declared");
-    return Option(option);
+    return {option, all_};
 }
 
 std::vector<TypedOption> Command::typed_options() const {
@@ -203,10 +456,11 @@ void Command::callback(std::function<void()> action) {
 }
 
 CommandLine::CommandLine(const std::string& description, const std::string& name)
-    : CommandLine(std::make_unique<CLI::App>(description, name)) {}
+    : CommandLine(std::make_unique<CLI::App>(description, name), std::make_unique<Declarations>()) {
+}
 
-CommandLine::CommandLine(std::unique_ptr<CLI::App> app)
-    : Command(app.get()), owned_(std::move(app)) {}
+CommandLine::CommandLine(std::unique_ptr<CLI::App> app, std::unique_ptr<Declarations> all)
+    : Command(app.get(), all.get()), owned_(std::move(app)), declarations_(std::move(all)) {}
 
 CommandLine::~CommandLine() = default;
 
@@ -214,23 +468,71 @@ void CommandLine::add_version_flag(const std::string& text) {
     owned_->set_version_flag("--version", text);
 }
 
-std::optional<CommandExit> CommandLine::parse(int argc, const char* const* argv) {
-    try {
-        owned_->parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        return exit_of(*owned_, error);
+void CommandLine::set_default_subcommand(const std::string& name,
+                                         std::function<bool(const std::string&)> is_its_argument) {
+    default_subcommand_ = name;
+    is_of_default_ = std::move(is_its_argument);
+}
+
+std::vector<DeclaredOption> CommandLine::declared_options() const {
+    std::vector<DeclaredOption> declared;
+    for (const Declarations::Entry& entry : declarations_->options) {
+        std::string command;
+        for (const CLI::App* app = command_of(entry.app); app != owned_.get();
+             app = app->get_parent())
+            if (!app->get_name().empty())
+                command = app->get_name() + (command.empty() ? "" : " ") + command;
+        declared.push_back({command, entry.option->get_name(), entry.is_number,
+                            entry.option->get_items_expected_min(), entry.reads, entry.writes});
     }
-    return std::nullopt;
+    return declared;
+}
+
+bool CommandLine::means_default(const std::vector<std::string>& arguments) const {
+    if (default_subcommand_.empty() || arguments.empty()) return false;
+    const auto is_subcommand = [&](const std::string& word) {
+        const std::vector<const CLI::App*> known = named_subcommands(*owned_);
+        return std::any_of(known.begin(), known.end(),
+                           [&](const CLI::App* sub) { return sub->get_name() == word; });
+    };
+    if (is_of_default_(arguments.front())) return true;
+    return is_option_word(arguments.front()) &&
+           std::any_of(arguments.begin(), arguments.end(), is_of_default_) &&
+           std::none_of(arguments.begin(), arguments.end(), is_subcommand);
+}
+
+std::optional<CommandExit> CommandLine::parse(int argc, const char* const* argv) {
+    if (argc > 0 && owned_->get_name().empty()) owned_->name(argv[0]);
+    return parse(argc > 1 ? std::vector<std::string>(argv + 1, argv + argc)
+                          : std::vector<std::string>());
 }
 
 std::optional<CommandExit> CommandLine::parse(const std::vector<std::string>& arguments) {
+    std::vector<std::string> words;
+    for (const std::string& word : arguments) {
+        // After --name= it would take the next word for the value
+        const bool has_no_value =
+            word.size() > 3 && word.starts_with("--") && word.find('=') == word.size() - 1;
+        words.push_back(has_no_value ? word.substr(0, word.size() - 1) : word);
+        if (has_no_value) words.emplace_back();
+    }
+    // CLI11 takes them from the back
+    std::reverse(words.begin(), words.end());
+    // It reads -.5 as options of one letter, and -5 as a number
+    for (std::string& word : words)
+        if (word.size() > 2 && word.starts_with("-.") && word[2] >= '0' && word[2] <= '9')
+            word.insert(1, "0");
+    if (means_default(arguments)) words.push_back(default_subcommand_);
     try {
-        // CLI11 takes them from the back
-        owned_->parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
+        owned_->parse(std::move(words));
     } catch (const CLI::ParseError& error) {
         return exit_of(*owned_, error);
     }
-    return std::nullopt;
+    if (const std::string wrong = declarations_->miscount(); !wrong.empty())
+        return CommandExit{usage_error, wrong + "\nRun with --help for more information.\n", wrong};
+    const std::string problem = declarations_->guard_inputs();
+    if (problem.empty()) return std::nullopt;
+    return CommandExit{usage_error, "error: " + problem + " [overwrites-input]\n", problem};
 }
 
 }  // namespace velatura

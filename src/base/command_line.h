@@ -16,6 +16,8 @@ class Option;
 
 namespace velatura {
 
+struct Declarations;
+
 /// An option, flag or positional argument: a handle, valid while its CommandLine lives. Each
 /// function returns the option itself. Wrong declarations (a name used twice, a malformed name)
 /// throw a std::runtime_error.
@@ -24,10 +26,13 @@ class Option {
     Option required(bool is_required = true);
     /// Exactly this number of values.
     Option expected(int values);
-    /// Repeatable: the values of all occurrences count. Without it a second occurrence of an
-    /// option that takes one value is a usage error.
+    /// A width and a height from 1 to `most`, as "320 180" or "320x180".
+    Option size(int most);
+    /// Repeatable: the values of all occurrences count. Without it the last occurrence of an option
+    /// with a fixed number of values wins.
     Option take_all();
-    /// For lists: whether an occurrence takes all words up to the next option, or one word.
+    /// For lists: an occurrence takes all words up to the next option. By default it takes one, so
+    /// that positional arguments can follow any option.
     Option allow_extra_args(bool is_allowed);
     /// Splits each value at this character; empty parts are dropped.
     Option delimiter(char separator);
@@ -49,9 +54,16 @@ class Option {
     Option non_negative();
     Option one_of(const std::vector<std::string>& values);
     Option existing_directory();
+    Option not_empty();
     /// `problem` returns what is wrong with a value, or an empty string. Called once per value, in
     /// the order typed.
     Option check(const std::function<std::string(const std::string& value)>& problem);
+
+    /// Its values name files that the command reads, or writes. A command with both refuses to
+    /// write over what it reads and has the flag
+    /// --overwrite-input (base/input_guard.h).
+    Option reads();
+    Option writes();
 
     /// A usage error unless `other` is given too.
     Option needs(Option other);
@@ -64,9 +76,19 @@ class Option {
   private:
     friend class Command;
 
-    explicit Option(CLI::Option* option) : option_(option) {}
+    Option(CLI::Option* option, Declarations* all) : option_(option), all_(all) {}
 
     CLI::Option* option_;
+    Declarations* all_;
+};
+
+/// An option as it was declared: for tests that go through all of them.
+struct DeclaredOption {
+    std::string command;     ///< names of the subcommands, e.g. "preset diff"; empty: the program
+    std::string name;        ///< "--gain", "-q", or "scene" for a positional argument
+    bool is_number = false;  ///< the values are numbers
+    int values = 1;          ///< of an occurrence, at least
+    bool reads = false, writes = false;
 };
 
 /// An occurrence of an option on the command line.
@@ -83,9 +105,10 @@ class Command {
     Command add_group(const std::string& heading);
 
     /// Names are "-o,--output", or "scene" for a positional argument. `destination` must outlive
-    /// the parsing and keeps its value when the option is absent. Only the types instantiated in
-    /// command_line.cpp: std::string, int, uint32_t, uint64_t, float, double, lists of string, int,
-    /// uint32_t and double, optional string, int, uint64_t and double.
+    /// the parsing and keeps its value when the option is absent. Numbers are decimal, finite and
+    /// within the range of their type: anything else is a usage error. Only the types instantiated
+    /// in command_line.cpp: std::string, int, uint32_t, uint64_t, float, double, lists of string,
+    /// int, uint32_t and double, optional string, int, uint64_t and double.
     template <class T>
     Option add_option(const std::string& name, T& destination, const std::string& help);
     /// Without a destination: for check() or typed_options().
@@ -111,10 +134,13 @@ class Command {
     void callback(std::function<void()> action);
 
   protected:
-    explicit Command(CLI::App* app) : app_(app) {}
+    Command(CLI::App* app, Declarations* all) : app_(app), all_(all) {}
 
   private:
+    Option add(CLI::Option* option, bool is_number);
+
     CLI::App* app_;
+    Declarations* all_;
 };
 
 /// Why a program ends instead of running.
@@ -133,6 +159,14 @@ class CommandLine : public Command {
 
     /// --version, which prints `text`.
     void add_version_flag(const std::string& text);
+    /// The subcommand meant when none is named: `velatura scene.usda`. It is taken if the first
+    /// argument is one that `is_its_argument` accepts, or if options come first, one of them is
+    /// accepted and none is a subcommand.
+    void set_default_subcommand(const std::string& name,
+                                std::function<bool(const std::string&)> is_its_argument);
+
+    /// Of all commands, without flags.
+    std::vector<DeclaredOption> declared_options() const;
 
     /// Sets the destinations, then runs the callbacks of the commands that were given.
     /// Returns: nothing when the program is to run.
@@ -141,9 +175,14 @@ class CommandLine : public Command {
     std::optional<CommandExit> parse(const std::vector<std::string>& arguments);
 
   private:
-    explicit CommandLine(std::unique_ptr<CLI::App> app);
+    CommandLine(std::unique_ptr<CLI::App> app, std::unique_ptr<Declarations> all);
+
+    bool means_default(const std::vector<std::string>& arguments) const;
 
     std::unique_ptr<CLI::App> owned_;
+    std::unique_ptr<Declarations> declarations_;
+    std::string default_subcommand_;
+    std::function<bool(const std::string&)> is_of_default_;
 };
 
 }  // namespace velatura

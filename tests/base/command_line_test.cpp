@@ -45,10 +45,10 @@ TEST(CommandLine, ParsesEveryTypeOfDestination) {
               std::numeric_limits<uint64_t>::max());
     EXPECT_EQ(parsed<float>({"-v0.1"}), 0.1f);
     EXPECT_EQ(parsed<double>({"--value", "1e-3"}), 1e-3);
-    EXPECT_EQ(parsed<Words>({"--value", "a", "b"}), (Words{"a", "b"}));
-    EXPECT_EQ(parsed<std::vector<int>>({"--value", "1", "-2"}), (std::vector<int>{1, -2}));
+    EXPECT_EQ(parsed<Words>({"--value", "a", "--value=b"}), (Words{"a", "b"}));
+    EXPECT_EQ(parsed<std::vector<int>>({"--value", "1", "-v", "-2"}), (std::vector<int>{1, -2}));
     EXPECT_EQ(parsed<std::vector<uint32_t>>({"-v", "3"}), (std::vector<uint32_t>{3}));
-    EXPECT_EQ(parsed<std::vector<double>>({"-v", "0.5", "2"}), (std::vector<double>{0.5, 2}));
+    EXPECT_EQ(parsed<std::vector<double>>({"-v", "0.5", "-v2"}), (std::vector<double>{0.5, 2}));
     EXPECT_EQ(parsed<std::optional<std::string>>({"--value", "1%"}), "1%");
     EXPECT_EQ(parsed<std::optional<int>>({"--value", "0"}), 0);
     EXPECT_EQ(parsed<std::optional<uint64_t>>({"--value", "4294967296"}), uint64_t(1) << 32);
@@ -63,10 +63,41 @@ TEST(CommandLine, KeepsDestinationsOfAbsentOptions) {
 }
 
 TEST(CommandLine, RefusesWhatIsNoNumber) {
-    EXPECT_EQ(refused<int>("3.5"), "Could not convert: --value = 3.5");
-    EXPECT_EQ(refused<uint64_t>("1e3"), "Could not convert: --value = 1e3");
-    EXPECT_EQ(refused<double>("far"), "Could not convert: --value = far");
-    EXPECT_EQ(refused<std::optional<int>>("x"), "Could not convert: --value = x");
+    EXPECT_EQ(refused<int>("3.5"), "--value: expected a whole number, found \"3.5\"");
+    EXPECT_EQ(refused<uint64_t>("1e3"), "--value: expected a whole number from 0, found \"1e3\"");
+    EXPECT_EQ(refused<double>("far"), "--value: expected a finite number, found \"far\"");
+    EXPECT_EQ(refused<std::optional<int>>("x"), "--value: expected a whole number, found \"x\"");
+}
+
+/// strtoull reads -1 as 2^64 - 1, 010 as 8 and 2^64 as 2^64 - 1; strtod reads nan and inf, which
+/// lie in every range that is tested with < and >.
+TEST(CommandLine, NumbersAreDecimalFiniteAndFitTheirType) {
+    EXPECT_EQ(refused<uint64_t>("-1"), "--value: expected a whole number from 0, found \"-1\"");
+    EXPECT_EQ(refused<uint64_t>("18446744073709551616"),
+              "--value: expected a whole number of at most 18446744073709551615 in size, found "
+              "\"18446744073709551616\"");
+    for (const char* bad : {"", " 1", "1 ", "+-1", "--1", "0x10", "1,5", "1.", "nan"}) {
+        EXPECT_NE(refused<uint64_t>(bad), "") << bad;
+        EXPECT_NE(refused<std::optional<uint64_t>>(bad), "") << bad;
+        EXPECT_NE(refused<uint32_t>(bad), "") << bad;
+        EXPECT_NE(refused<int>(bad), "") << bad;
+        EXPECT_NE(refused<std::vector<int>>(bad), "") << bad;
+    }
+    EXPECT_NE(refused<uint32_t>("4294967296"), "");
+    EXPECT_NE(refused<int>("2147483648"), "");
+    for (const char* bad : {"", "nan", "-nan", "inf", "-inf", "infinity", "NAN", "1e999", "0x1p3",
+                            " 1", "1 ", "+-1", "1,5", "1e"}) {
+        EXPECT_NE(refused<float>(bad), "") << bad;
+        EXPECT_NE(refused<double>(bad), "") << bad;
+        EXPECT_NE(refused<std::optional<double>>(bad), "") << bad;
+        EXPECT_NE(refused<std::vector<double>>(bad), "") << bad;
+    }
+    EXPECT_NE(refused<float>("1e39"), "");
+    EXPECT_EQ(parsed<uint64_t>({"--value", "010"}), 10u);
+    EXPECT_EQ(parsed<int>({"--value", "+5"}), 5);
+    EXPECT_EQ(parsed<int>({"--value", "-08"}), -8);
+    EXPECT_EQ(parsed<double>({"--value", "+1.5"}), 1.5);
+    EXPECT_EQ(parsed<double>({"--value", "-.5"}), -0.5);
 }
 
 TEST(CommandLine, FlagsAreSetOrCounted) {
@@ -102,7 +133,7 @@ TEST(CommandLine, RangesIncludeTheirBounds) {
         EXPECT_EQ(refusal(line, good), "") << good[0];
     EXPECT_EQ(refusal(line, {"--tile", "0"}), "--tile: Value 0 not in range 1 to 64");
     EXPECT_EQ(refusal(line, {"--tile", "65"}), "--tile: Value 65 not in range 1 to 64");
-    EXPECT_EQ(refusal(line, {"--tile", "x"}), "--tile: Value x not in range 1 to 64");
+    EXPECT_EQ(refusal(line, {"--tile", "x"}), "--tile: expected a whole number, found \"x\"");
     EXPECT_EQ(refusal(line, {"--spp", "4294967297"}),
               "--spp: Value 4294967297 not in range 1 to 4294967296");
     EXPECT_EQ(refusal(line, {"--stops", "65"}),
@@ -159,19 +190,135 @@ TEST(CommandLine, NumbersOfValues) {
     std::vector<int> resolution;
     line.add_option("scene", scene, "").required();
     line.add_option("--camera", camera, "");
-    line.add_option("--res", resolution, "").expected(2);
+    line.add_option("--res", resolution, "").size(100000);
     EXPECT_EQ(refusal(line, {}), "scene is required");
     EXPECT_EQ(refusal(line, {"--res", "640", "480", "a.usda"}), "");
     EXPECT_EQ(scene, "a.usda");
     EXPECT_EQ(resolution, (std::vector<int>{640, 480}));
-    EXPECT_EQ(refusal(line, {"a.usda", "--res", "640"}),
-              "--res: At least 2 required but received 1");
+    EXPECT_EQ(refusal(line, {"a.usda", "--res", "640"}), "--res: expected 2 values, found 1");
     EXPECT_EQ(refusal(line, {"a.usda", "b.usda"}),
               "The following argument was not expected: b.usda");
-    EXPECT_EQ(refusal(line, {"a.usda", "--camera", "/A", "--camera", "/B"}),
-              "--camera: At Most 1 required but received 2");
     line.find_option("scene").required(false);
     EXPECT_EQ(refusal(line, {"--camera", "/A"}), "");
+}
+
+/// Lists and options of several values, in a group too, leave the positional arguments behind them.
+TEST(CommandLine, OptionsMayStandBeforePositionalArguments) {
+    for (const Words& typed : {Words{"--res", "64", "48", "--only", "b*", "a.usda", "-o", "x"},
+                               Words{"--only", "b*", "--res=64x48", "a.usda", "-o", "x"},
+                               Words{"a.usda", "-o", "x", "--res", "64x48", "--only", "b*"},
+                               Words{"--res", "64x48", "a.usda", "--only", "b*", "-o", "x"}}) {
+        CommandLine line("", "test");
+        std::string scene, output;
+        std::vector<int> resolution;
+        Words only;
+        line.add_option("scene", scene, "").required();
+        line.add_option("-o", output, "");
+        Command what = line.add_group("What");
+        what.add_option("--res", resolution, "").expected(2).delimiter('x');
+        what.add_option("--only", only, "");
+        EXPECT_EQ(refusal(line, typed), "");
+        EXPECT_EQ(scene, "a.usda");
+        EXPECT_EQ(resolution, (std::vector<int>{64, 48}));
+        EXPECT_EQ(only, (Words{"b*"}));
+    }
+}
+
+/// The value of --name= is empty, not the next word.
+TEST(CommandLine, AnEmptyValueIsOne) {
+    CommandLine line("", "test");
+    std::string time = "before", camera = "before";
+    uint64_t spp = 0;
+    line.add_option("--time", time, "").not_empty();
+    line.add_option("--camera", camera, "");
+    line.add_option("--spp", spp, "");
+    EXPECT_EQ(refusal(line, {"--camera=", "--spp", "4"}), "");
+    EXPECT_EQ(camera, "");
+    EXPECT_EQ(spp, 4u);
+    for (const Words& typed : {Words{"--time=", "--spp", "4"}, Words{"--time", ""}})
+        EXPECT_EQ(refusal(line, typed), "--time: expected a value, found \"\"");
+    EXPECT_EQ(refusal(line, {"--spp=", "4"}), "--spp: expected a whole number from 0, found \"\"");
+}
+
+TEST(CommandLine, TheLastOccurrenceWins) {
+    CommandLine line("", "test");
+    std::string camera;
+    std::optional<uint64_t> spp;
+    std::vector<int> resolution;
+    Words lists;
+    bool quiet = false;
+    line.add_option("--camera", camera, "");
+    line.add_option("--spp", spp, "");
+    line.add_option("--res", resolution, "").expected(2).delimiter('x');
+    line.add_option("--limit", lists, "").expected(1).take_all();
+    line.add_flag("-q", quiet, "");
+    EXPECT_EQ(refusal(line, {"--camera", "/A", "--spp", "4", "--res", "64x48", "--limit", "a", "-q",
+                             "--camera", "/B", "--spp=8", "--res", "6", "4", "--limit", "b", "-q"}),
+              "");
+    EXPECT_EQ(camera, "/B");
+    EXPECT_EQ(spp, 8u);
+    EXPECT_EQ(resolution, (std::vector<int>{6, 4}));
+    EXPECT_EQ(lists, (Words{"a", "b"}));
+    EXPECT_TRUE(quiet);
+}
+
+TEST(CommandLine, NamesWhatAMisspeltWordMayMean) {
+    const auto said = [](const Words& typed) {
+        CommandLine line("", "test");
+        line.require_subcommand();
+        std::string scene, secret;
+        uint64_t spp = 0;
+        std::vector<int> resolution;
+        Command render = line.add_subcommand("render", "");
+        line.add_subcommand("plan", "");
+        render.add_option("scene", scene, "").required();
+        Command how = render.add_group("How");
+        how.add_option("--spp", spp, "");
+        how.add_option("--res", resolution, "").expected(2);
+        render.add_option("--secrets", secret, "").hidden();
+        return refusal(line, typed);
+    };
+    EXPECT_EQ(said({"rendr", "a.usda"}), "unknown command 'rendr' (did you mean 'render'?)");
+    EXPECT_EQ(said({"zzzzzz"}), "unknown command 'zzzzzz'");
+    EXPECT_EQ(said({"render", "--ssp", "4", "a.usda"}),
+              "unknown option --ssp (did you mean '--spp'?)");
+    EXPECT_EQ(said({"render", "--ssp=4"}), "unknown option --ssp (did you mean '--spp'?)");
+    EXPECT_EQ(said({"render", "a.usda", "--rez", "4", "4", "--sppp", "1"}),
+              "unknown options --rez (did you mean '--res'?), --sppp (did you mean '--spp'?)");
+    EXPECT_EQ(said({"render", "a.usda", "--secret", "x"}), "unknown option --secret");
+    EXPECT_EQ(said({"render", "a.usda", "-z"}), "unknown option -z");
+    EXPECT_EQ(said({"--spp", "4", "render", "a.usda"}),
+              "--spp is an option of render and follows it: `render --spp ...`");
+    EXPECT_EQ(said({"render", "a.usda", "b.usda"}),
+              "The following argument was not expected: b.usda");
+}
+
+TEST(CommandLine, ACommandCanBeLeftOut) {
+    std::string scene, output, ran;
+    const auto said = [&](const Words& typed) {
+        scene = output = ran = {};
+        CommandLine line("", "test");
+        line.add_version_flag("1");
+        line.require_subcommand();
+        for (const char* const name : {"render", "info"}) {
+            Command command = line.add_subcommand(name, "");
+            command.add_option("scene", scene, "").required();
+            command.add_option("-o", output, "");
+            command.callback([&ran, name] { ran = name; });
+        }
+        line.set_default_subcommand(
+            "render", [](const std::string& word) { return word.ends_with(".usda"); });
+        return refusal(line, typed);
+    };
+    EXPECT_EQ(said({"a.usda", "-o", "info"}), "");
+    EXPECT_EQ(ran + " " + scene + " " + output, "render a.usda info");
+    EXPECT_EQ(said({"-o", "x.exr", "a.usda"}), "");
+    EXPECT_EQ(ran + " " + scene + " " + output, "render a.usda x.exr");
+    EXPECT_EQ(said({"info", "a.usda"}), "");
+    EXPECT_EQ(ran, "info");
+    EXPECT_EQ(said({"rendr", "a.usda"}), "unknown command 'rendr' (did you mean 'render'?)");
+    EXPECT_EQ(said({"a.exr"}), "unknown command 'a.exr'");
+    EXPECT_EQ(said({}), "A subcommand is required");
 }
 
 TEST(CommandLine, NeedsAndExcludes) {
@@ -230,7 +377,7 @@ TEST(CommandLine, RunsTheCallbackOfTheSubcommand) {
     EXPECT_EQ(called, "info a.exr");
     EXPECT_EQ(refusal(line, {}), "A subcommand is required");
     EXPECT_EQ(refusal(line, {"info"}), "file is required");
-    EXPECT_EQ(refusal(line, {"paint"}), "A subcommand is required");
+    EXPECT_EQ(refusal(line, {"paint"}), "unknown command 'paint'");
     EXPECT_EQ(refusal(line, {"mix", "paint"}), "The following argument was not expected: paint");
     EXPECT_EQ(called, "info a.exr");
 }
@@ -302,7 +449,7 @@ TEST(CommandLine, EndsWithAVersionOrAnErrorByTheNameOfTheProgram) {
     ASSERT_TRUE(error.has_value());
     EXPECT_EQ(error->code, 2);
     EXPECT_EQ(error->text,
-              "The following argument was not expected: --colour\n"
+              "unknown option --colour\n"
               "Run with --help for more information.\n");
 
     const char* const nothing[] = {"./paint"};

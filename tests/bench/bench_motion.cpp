@@ -287,7 +287,9 @@ int main(int argc, char** argv) {
     Settings settings;
     std::vector<std::string> names;
     for (const SceneMaker& maker : all_scenes()) names.emplace_back(maker.name);
-    app.add_option("--scene", settings.scenes, "only these scenes").one_of(names);
+    app.add_option("--scene", settings.scenes, "only these scenes")
+        .allow_extra_args(true)
+        .one_of(names);
     app.add_option("--size", settings.size, "edge of the picture; its square is the rays per set")
         .range(16, 4096)
         .show_default();
@@ -296,7 +298,9 @@ int main(int argc, char** argv) {
         .show_default();
     app.add_option("--amount", settings.amount, "of motion, in 2 % of the scene's size")
         .show_default();
-    app.add_option("--segments", settings.segments, "of the motion").show_default();
+    app.add_option("--segments", settings.segments, "of the motion")
+        .allow_extra_args(true)
+        .show_default();
     if (const auto code = velatura::bench::parse_options(app, argc, argv)) return *code;
     settings.size = settings.size / 16 * 16;
     run(settings);

@@ -317,7 +317,9 @@ int main(int argc, char** argv) {
     Settings settings;
     std::vector<std::string> names;
     for (const SceneMaker& maker : all_scenes()) names.emplace_back(maker.name);
-    app.add_option("--scene", settings.scenes, "only these scenes").one_of(names);
+    app.add_option("--scene", settings.scenes, "only these scenes")
+        .allow_extra_args(true)
+        .one_of(names);
     app.add_option("--size", settings.size, "edge of the picture; its square is the rays per set")
         .range(16, 4096)
         .show_default();

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
 
 namespace velatura::compositor {
 namespace {
@@ -20,6 +21,23 @@ TEST(Gain, IsAFactorOrStops) {
     for (const char* text : {"", "st", "-1", "two", "1.5stops", "nan", "inf", "1,5", "++1"}) {
         EXPECT_EQ(parse_gain(text).has_value(), false) << text;
     }
+}
+
+/// In this grammar +1st is a gain in stops and 1 a factor: of +1.5, 2.83 and 1.5 are both meant by
+/// somebody.
+TEST(Gain, WithASignAndWithoutStIsRefusedWithBothSpellings) {
+    for (const auto& [text, stops, factor] :
+         {std::tuple{"+1.5", "+1.5st", "1.5"}, std::tuple{"-1", "-1st", "1"},
+          std::tuple{"+0", "+0st", "0"}, std::tuple{"-.5", "-.5st", "0.5"}}) {
+        const auto gain = parse_gain(text);
+        ASSERT_FALSE(gain.has_value()) << text;
+        EXPECT_EQ(gain.error().code, "bad-gain");
+        EXPECT_EQ(gain.error().message, std::string("'") + text + "' is ambiguous: " + stops +
+                                            " is a gain in stops, " + factor + " a factor");
+        EXPECT_TRUE(parse_gain(stops).has_value()) << stops;
+        EXPECT_TRUE(parse_gain(factor).has_value()) << factor;
+    }
+    EXPECT_FALSE(parse_control(Control::Kind::Gain, "key=+1@1,+2@24").has_value());
 }
 
 TEST(Gain, IsOfSixtyFourStopsAtMost) {

@@ -122,6 +122,36 @@ TEST(Rows, ASetOfRowsHasAMaster) {
     }
 }
 
+/// A word that means nothing in a file is no suggestion for itself, and says what is not stored.
+TEST(Rows, WordsForBouncesThatAreNotStoredSaySo) {
+    const auto stack_of = [](int bounces, bool has_bounces) {
+        film::LayerSet set = film::test_layer_set();
+        set.last_bounce = bounces;
+        set.group_layers = true;
+        set.bounce_layers = has_bounces;
+        set.matrix_layers = set.shadow_layers = false;
+        film::Film film({0, 0, 4, 4}, set);
+        film::render(film, 0, 2);
+        return through_file(film);
+    };
+    const auto said = [](const LayerStack& stack, const char* gain) {
+        const auto plan = plan_mix(stack, look_of({{Gain, gain}}));
+        return plan ? std::string() : plan.error().message;
+    };
+    const LayerStack without = stack_of(3, false), all_in_tail = stack_of(0, true);
+    for (const char* word : {"indirect", "direct", "tail", "b2", "key:indirect"}) {
+        const std::string message = said(without, (word + std::string("=2")).c_str());
+        EXPECT_NE(message.find("it stores no bounces; render with --layers bounce or matrix"),
+                  std::string::npos)
+            << message;
+        EXPECT_EQ(message.find("did you mean"), std::string::npos) << message;
+    }
+    EXPECT_NE(said(all_in_tail, "indirect=2").find("`tail` holds all light after b0"),
+              std::string::npos)
+        << said(all_in_tail, "indirect=2");
+    EXPECT_NE(said(without, "kye=2").find("did you mean 'key'"), std::string::npos);
+}
+
 TEST(Rows, UnknownNamesAreToldTogetherWithTheNearest) {
     const Look look =
         look_of({{Gain, "kye=2"}, {Mute, "moon"}, {Gain, "fill:b9=2"}, {Gain, "key=2"}});

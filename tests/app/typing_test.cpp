@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// What people type on the command line of velatura, and what they meant.
+#include "app/commands.h"
+#include "base/command_line.h"
+#include "base/number_options.h"
+#include "command.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+#include <utility>
+
+namespace velatura::test {
+
+namespace {
+
+constexpr const char* quick = " --spp 1 --layers none --progress none -q";
+
+}  // namespace
+
+TEST(Typing, EveryNumberOptionRefusesWhatMakesNoSense) {
+    CommandLine line("", "velatura");
+    line.require_subcommand();
+    std::function<int()> run;
+    app::add_render_command(line, run);
+    app::add_study_command(line, run);
+    app::add_plan_command(line, run);
+    app::add_info_command(line, run);
+    app::add_selftest_command(line, run);
+    app::add_flatten_command(line, run);
+    app::add_import_command(line, run);
+    std::set<std::string> below_zero = {"info --time"}, unbounded = {"info --time"};
+    for (const std::string command : {"render", "plan", "study"}) {
+        // Windows larger than the frame are cut to it; textures are sharpened below 0
+        for (const char* name : {" --crop", " --texture-bias"}) below_zero.insert(command + name);
+        for (const char* name : {" --crop", " --clamp-direct", " --clamp-indirect"})
+            unbounded.insert(command + name);
+    }
+    const std::set<std::string> tried = expect_numbers_checked(line, below_zero, unbounded);
+    for (const char* name : {"render --spp", "render --res", "plan --seed", "study --rounds",
+                             "selftest --amount", "info --time"})
+        EXPECT_TRUE(tried.contains(name)) << name;
+}
+
+/// Numbers within texts: times, errors, sizes, ranges.
+TEST(Typing, TextsThatHoldNumbersAreCheckedByTheirOptions) {
+    const Workplace w;
+    w.write("s.usda", small_scene());
+    for (const char* option :
+         {"--time", "--target-error", "--forecast", "--checkpoint", "--snapshot", "--memory-limit",
+          "--samples", "--replay", "--frames", "--limit"}) {
+        for (const char* value : {"nan", "-1m", ""}) {
+            const CommandResult r =
+                w.velatura(std::string("render s.usda ") + option + "='" + value + "'" + quick);
+            EXPECT_EQ(r.exit_code, 2) << option << " '" << value << "': " << r.output;
+            EXPECT_NE(r.output.find(option), std::string::npos) << r.output;
+        }
+    }
+    EXPECT_EQ(w.files_beside("s.usda"), "");
+}
+
+TEST(Typing, OrderRepetitionAndFormsOfSizes) {
+    const Workplace w;
+    w.write("s.usda", small_scene());
+    for (const std::string typed :
+         {"render --res 16 12 s.usda -o x.exr", "render --res 16x12 s.usda -o x.exr",
+          "render -o x.exr --purpose proxy --res 64 64 --res 16x12 s.usda",
+          "s.usda --res 16x12 -o x.exr", "-o x.exr --res=16x12 s.usda",
+          "render s.usda -o y.exr -o x.exr --res 8 8 --res 16 12"}) {
+        const CommandResult r = w.velatura(typed + quick);
+        EXPECT_EQ(r.exit_code, 0) << typed << ": " << r.output;
+        EXPECT_EQ(w.files_beside("s.usda"), "x.exr") << typed;
+        EXPECT_NE(w.comp("info x.exr").output.find("16×12"), std::string::npos)
+            << w.comp("info x.exr").output;
+        w.velatura("--version; rm x.exr");
+    }
+}
+
+TEST(Typing, MisspeltWordsGetTheNearest) {
+    const Workplace w;
+    w.write("s.usda", small_scene());
+    for (const auto& [typed, said] : std::vector<std::pair<const char*, const char*>>{
+             {"render --ssp 4 s.usda", "unknown option --ssp (did you mean '--spp'?)"},
+             {"render s.usda --ssp=4", "unknown option --ssp (did you mean '--spp'?)"},
+             {"s.usda --ssp 4", "unknown option --ssp (did you mean '--spp'?)"},
+             {"render s.usda --bounce 4", "did you mean '--bounces'"},
+             {"rendr s.usda", "unknown command 'rendr' (did you mean 'render'?)"},
+             {"inof", "unknown command 'inof' (did you mean 'info'?)"},
+             {"--spp 4 render s.usda", "--spp is an option of render and follows it"},
+             {"render s.usda --res 0 0", "--res: expected a size from 1 to 65536, found \"0\""},
+             {"render s.usda --res 320", "--res: "},
+             {"render s.usda --res 320x", "--res: "},
+             {"render s.usda --res axb", "--res: expected a whole number, found \"a\""},
+             {"render s.usda --res 1x2x3", "--res: "},
+             {"render s.usda --spp -1", "--spp: expected a whole number from 0, found \"-1\""}}) {
+        const CommandResult r = w.velatura(typed);
+        EXPECT_EQ(r.exit_code, 2) << typed << ": " << r.output;
+        EXPECT_NE(r.output.find(said), std::string::npos) << typed << ": " << r.output;
+    }
+    EXPECT_EQ(w.files_beside("s.usda"), "");
+}
+
+}  // namespace velatura::test

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// What people type on the command line of velatura-comp, and what they meant.
+#include "base/command_line.h"
+#include "base/number_options.h"
+#include "compositor/commands.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace velatura::compositor {
+namespace {
+
+/// The program with all its commands.
+struct Program {
+    CommandLine line{"", "velatura-comp"};
+    std::function<int()> run;
+
+    Program() {
+        line.require_subcommand();
+        for (const auto& add :
+             {add_info_command, add_mix_command, add_noise_command, add_plan_command,
+              add_ui_command, add_verify_command, add_diff_command, add_merge_command,
+              add_view_command, add_export_command, add_denoise_command, add_preset_command,
+              add_bake_command})
+            add(line, run);
+    }
+};
+
+TEST(Typing, EveryNumberOptionRefusesWhatMakesNoSense) {
+    Program program;
+    std::set<std::string> below_zero = {"view --exposure", "ui --frame", "bake --crop"},
+                          unbounded = {"ui --frame", "bake --crop", "diff --threshold"};
+    for (const std::string command : {"mix", "noise", "plan", "export", "bake"}) {
+        for (const char* name : {" --exposure", " --frame"}) below_zero.insert(command + name);
+        unbounded.insert(command + " --frame");
+    }
+    const std::set<std::string> tried = expect_numbers_checked(program.line, below_zero, unbounded);
+    for (const char* name : {"mix --memory", "noise --exposure", "plan --spp", "ui --size",
+                             "diff --threshold", "view --columns", "bake --spp"})
+        EXPECT_TRUE(tried.contains(name)) << name;
+}
+
+TEST(Typing, MisspeltWordsGetTheNearest) {
+    Program program;
+    for (const auto& [typed, said] : std::vector<std::pair<std::vector<std::string>, std::string>>{
+             {{"mxi", "a.exr"}, "unknown command 'mxi' (did you mean 'mix' or 'ui'?)"},
+             {{"mix", "a.exr", "--gian", "key=2"},
+              "unknown option --gian (did you mean '--gain'?)"},
+             {{"mix", "a.exr", "--ouput", "b.exr"},
+              "unknown option --ouput (did you mean '--output'?)"},
+             {{"preset", "dif", "a.json"}, "unknown command 'dif' (did you mean 'diff'?)"}}) {
+        const auto ended = program.line.parse(typed);
+        ASSERT_TRUE(ended.has_value());
+        EXPECT_EQ(ended->code, 2);
+        EXPECT_EQ(ended->message, said);
+    }
+}
+
+TEST(Typing, OptionsStandWhereverPeoplePutThem) {
+    for (const std::vector<std::string>& typed : std::vector<std::vector<std::string>>{
+             {"mix", "--gain", "key=2", "a.exr", "-o", "b.exr"},
+             {"mix", "-o", "x.exr", "--exposure", "3", "--exposure", "-.5", "a.exr", "-o", "b.exr"},
+             {"view", "--layers", "b*", "--layers", "tail", "a.exr", "-o", "b.png"},
+             {"ui", "--size", "1000x700", "a.exr"}}) {
+        Program program;
+        const auto ended = program.line.parse(typed);
+        EXPECT_FALSE(ended.has_value()) << ended->message;
+    }
+}
+
+}  // namespace
+}  // namespace velatura::compositor
