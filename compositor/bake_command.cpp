@@ -146,12 +146,14 @@ int run_bake(const BakeOptions& o) {
     if (o.prove && o.scene.empty()) return report({"bad-output", "--prove needs --scene SCENE"});
     const auto asked = o.look.look_of_frame();
     if (!asked) return report(asked.error());
-    const auto stack = LayerStack::load(o.input);
+    const auto input = o.look.input_of_frame(o.input);
+    if (!input) return report(input.error());
+    const auto stack = LayerStack::load(*input);
     if (!stack) return report(stack.error());
     const Look look = o.look.fitted(*stack, *asked);
     const auto bake = bake_look(*stack, look);
     if (!bake) return report(bake.error());
-    const auto text = bake_layer_text(*bake, fs::path(o.input).filename().string());
+    const auto text = bake_layer_text(*bake, fs::path(*input).filename().string());
     if (!text) return report(text.error());
     if (auto written = write_file_atomically(o.output, *text); !written)
         return report(written.error());
@@ -172,7 +174,8 @@ void add_bake_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<BakeOptions>();
     Command command = app.add_subcommand(
         "bake", "Write a mix as a USD layer of light intensities, exposures and colours");
-    command.add_option("input", o->input, "File of light layers").required();
+    command.add_option("input", o->input, "File of light layers, or shot.####.exr with --frame")
+        .required();
     command.add_option("-o,--output", o->output, "USD layer, .usda, to put above the scene")
         .required();
     o->look.add_to(command);

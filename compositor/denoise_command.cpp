@@ -2,6 +2,7 @@
 #include "compositor/command_outcome.h"
 #include "compositor/commands.h"
 #include "compositor/denoise.h"
+#include "compositor/frame_runs.h"
 #include "compositor/layer_stack.h"
 #include "compositor/picture_name.h"
 #include "image/layer_file.h"
@@ -17,11 +18,10 @@ namespace velatura::compositor {
 namespace {
 
 struct DenoiseOptions {
-    std::string input, output;
+    std::string input, output, frames;
 };
 
-int run_denoise(const DenoiseOptions& o) {
-    if (!is_exr(o.output)) return report(Error{"bad-output", o.output + " is not .exr"});
+int denoise_one(const DenoiseOptions& o) {
     const auto stack = LayerStack::load(o.input);
     if (!stack) return report(stack.error());
     DenoiseReport told;
@@ -35,6 +35,13 @@ int run_denoise(const DenoiseOptions& o) {
     return done;
 }
 
+int run_denoise(const DenoiseOptions& o) {
+    if (!is_exr(o.output)) return report(Error{"bad-output", o.output + " is not .exr"});
+    return run_frames({{o.input}, {o.output}, o.frames}, [&](const FrameNames& names) {
+        return denoise_one({names.input(o.input), names.output(o.output), {}});
+    });
+}
+
 }  // namespace
 
 void add_denoise_command(Command& app, std::function<int()>& run) {
@@ -44,12 +51,14 @@ void add_denoise_command(Command& app, std::function<int()>& run) {
                                          "still add up and any gain may follow");
     command
         .add_option("input", o->input,
-                    "File of light layers, rendered with --halves and --layers ...,data")
+                    "File of light layers, or shot.####.exr, rendered with --halves and --layers "
+                    "...,data")
         .required();
     command
         .add_option("-o,--output", o->output,
                     "Denoised .exr: the same layers, which verify accepts")
         .required();
+    add_frames_option(command, o->frames);
     command.footer(
         "Every pixel becomes one linear combination of the pixels around it, with the same weights "
         "in every layer;\n"

@@ -3,6 +3,7 @@
 #include "compositor/commands.h"
 #include "compositor/diff.h"
 #include "compositor/flip.h"
+#include "compositor/frame_runs.h"
 #include "compositor/picture_name.h"
 #include "image/layer_file.h"
 
@@ -19,14 +20,19 @@ namespace velatura::compositor {
 namespace {
 
 struct DiffOptions {
-    std::string a, b, output;
+    std::string a, b, output, frames;
     double threshold = 0;
     bool flip = false, json = false, quiet = false;
 };
 
-void print_difference(const Difference& difference, const std::optional<Flip>& flip, bool json) {
+void print_difference(const Difference& difference,
+                      const std::optional<Flip>& flip,
+                      std::optional<int> frame,
+                      bool json) {
     nlohmann::ordered_json j;
     j["schema"] = "velatura.diff/1";
+    if (frame && json) j["frame"] = *frame;
+    if (frame && !json) fmt::print("frame {}\n", *frame);
     j["equal"] = difference.is_equal;
     j["worstRelMse"] = difference.worst_rel_mse;
     j["layers"] = nlohmann::ordered_json::array();
@@ -73,9 +79,7 @@ Result<Flip> beauty_flip(const image::Image& a, const image::Image& b) {
     return hdr_flip(*reference, *test);
 }
 
-int run_diff(const DiffOptions& o) {
-    if (!o.output.empty() && !is_exr(o.output) && !is_display_picture(o.output))
-        return report({"bad-output", o.output + " is not .exr, .png or .jpg"});
+int diff_one(const DiffOptions& o, std::optional<int> frame) {
     const auto a = image::read_layer_file(o.a);
     if (!a) return report(a.error());
     const auto b = image::read_layer_file(o.b);
@@ -91,7 +95,7 @@ int run_diff(const DiffOptions& o) {
         if (!seen) return report(seen.error());
         flip = std::move(*seen);
     }
-    if (!o.quiet) print_difference(*difference, flip, o.json);
+    if (!o.quiet) print_difference(*difference, flip, frame, o.json);
     if (!o.output.empty()) {
         const auto written = is_display_picture(o.output)
                                  ? write_flip_picture(o.output, a->data, flip->map)
@@ -107,12 +111,24 @@ int run_diff(const DiffOptions& o) {
     return is_close ? done : check_failed;
 }
 
+int run_diff(const DiffOptions& o) {
+    if (!o.output.empty() && !is_exr(o.output) && !is_display_picture(o.output))
+        return report({"bad-output", o.output + " is not .exr, .png or .jpg"});
+    return run_frames({{o.a, o.b}, {o.output}, o.frames}, [&](const FrameNames& names) {
+        DiffOptions one = o;
+        one.a = names.input(o.a);
+        one.b = names.input(o.b);
+        one.output = names.output(o.output);
+        return diff_one(one, names.frame());
+    });
+}
+
 }  // namespace
 
 void add_diff_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<DiffOptions>();
     Command command = app.add_subcommand("diff", "Differences per layer; B is the reference");
-    command.add_option("a", o->a, "File A").required();
+    command.add_option("a", o->a, "File A, or shot.####.exr").required();
     command.add_option("b", o->b, "File B, the reference").required();
     command
         .add_option("--threshold", o->threshold,
@@ -122,6 +138,7 @@ void add_diff_command(Command& app, std::function<int()>& run) {
     command.add_option(
         "-o,--output", o->output,
         "Write A - B as .exr, or what the eye sees of it as .png or .jpg (map of --flip)");
+    add_frames_option(command, o->frames);
     command.add_flag("--flip", o->flip,
                      "How visible the difference of the beauties is, 0 to 1 (HDR-FLIP)");
     Option json = command.add_flag("--json", o->json, "As JSON");

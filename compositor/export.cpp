@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/export.h"
 
+#include "base/frames.h"
 #include "base/unique_names.h"
 #include "image/layer_header.h"
 
@@ -169,6 +170,26 @@ std::string python_quoted(const std::string& text) {
     return nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
 }
 
+/// Names the file, in the one form that the programs share, and the frames that are there.
+Result<void> name_file(const std::string& file, const std::string& loaded, MixRecipe& recipe) {
+    recipe.file = with_hashes(file);
+    recipe.is_sequence = is_sequence(file);
+    if (!recipe.is_sequence) return {};
+    const size_t end = recipe.file.rfind('#') + 1;
+    const size_t begin = recipe.file.find_last_not_of('#', end - 1) + 1;
+    std::string number = fmt::format("{:0{}}", 7, end - begin);
+    if (recipe.file.substr(0, begin) + number + recipe.file.substr(end) != frame_path(file, 7))
+        return Error{"export-sequence",
+                     fmt::format("{}: the number of the frame stands in a folder or more than "
+                                 "once, which other programs do not read; name the files with "
+                                 "one ####",
+                                 file)};
+    const std::vector<int> frames = frames_on_disk(file);
+    recipe.first_frame = frames.empty() ? frame_in_name(loaded).value_or(1) : frames.front();
+    recipe.last_frame = frames.empty() ? recipe.first_frame : frames.back();
+    return {};
+}
+
 /// The look on one line of a comment.
 std::string comment(const MixRecipe& recipe) {
     // Quoted, so that no name ends the line
@@ -190,7 +211,7 @@ Result<MixRecipe> mix_recipe(const LayerStack& stack,
                                          "file (--exr-layout multipart or single)"};
     }
     MixRecipe recipe;
-    recipe.file = file;
+    if (const auto named = name_file(file, stack.path(), recipe); !named) return named.error();
     recipe.width = image.display.width();
     recipe.height = image.display.height();
     recipe.look = nlohmann::json::parse(look_to_json(look)).dump();
@@ -226,12 +247,53 @@ Result<MixRecipe> mix_recipe(const LayerStack& stack,
     return recipe;
 }
 
+namespace {
+
+/// Calls mix() for the file, or for each frame that is there.
+constexpr const char* oiio_frame_loop =
+    R"SH(# The last #### of a name, as $before, $hashes and $after
+split() {
+  after=${1##*#}
+  before=${1%"#$after"}
+  while [ "${before%#}" != "$before" ]; do before=${before%#}; done
+  hashes=${1#"$before"}
+  hashes=${hashes%"$after"}
+}
+case ${in##*/} in
+  *'##'* | *'#'.*) ;;
+  *) mix "$in" "$out"; exit ;;
+esac
+if [ -e "$in" ]; then mix "$in" "$out"; exit; fi
+case $out in
+  *'#'*) ;;
+  *) echo "OUT needs #### for the frame: $out" >&2; exit 2 ;;
+esac
+split "$out"
+out_before=$before out_after=$after found=
+split "$in"
+for file in "$before"*"$after"; do
+  number=${file#"$before"}
+  number=${number%"$after"}
+  case ${number#-} in '' | *[!0-9]*) continue ;; esac
+  [ ${#number} -ge ${#hashes} ] || continue
+  case $number in 0*) [ ${#number} -eq ${#hashes} ] || continue ;; esac
+  mix "$file" "$out_before$number$out_after"
+  found=yes
+done
+[ "$found" ] || { echo "there is no frame of $in" >&2; exit 1; }
+)SH";
+
+}  // namespace
+
 std::string oiio_script(const MixRecipe& recipe) {
     std::string script =
         "#!/bin/sh\n" + comment(recipe) +
-        "# Usage: sh SCRIPT [IN.exr [OUT.exr]]; needs oiiotool 2.4 or newer.\nset -eu\n";
-    script += fmt::format("in=${{1:-{}}}\nout=${{2:-mix.exr}}\n", shell_quoted(recipe.file));
-    script += "exec oiiotool";
+        "# Usage: sh SCRIPT [IN.exr [OUT.exr]], #### in both for the frames of a sequence; needs "
+        "oiiotool 2.4 or\n# newer.\nset -eu\n";
+    script += fmt::format("in=${{1:-{}}}\nout=${{2:-mix{}.exr}}\n", shell_quoted(recipe.file),
+                          recipe.is_sequence ? ".####" : "");
+    // oiiotool's own # are four digits each
+    script += "mix() {\n  case $2 in */*) mkdir -p \"${2%/*}\" ;; esac\n  oiiotool --wildcardoff";
     // Each part is read once and has a label; a label stands for an image like a file name
     std::vector<std::string> parts;
     const auto label_of = [&parts](const std::string& part) {
@@ -243,7 +305,7 @@ std::string oiio_script(const MixRecipe& recipe) {
     for (const MixRecipe::Term& term : recipe.terms) label_of(term.part);
     if (recipe.has_alpha) label_of(recipe.alpha_part);
     for (size_t i = 0; i < parts.size(); ++i) {
-        script += " \\\n  \"$in\"";
+        script += " \\\n  \"$1\"";
         if (!parts[i].empty()) script += " --subimage " + shell_quoted(parts[i]);
         script += fmt::format(" --label part{} --pop", i);
     }
@@ -257,7 +319,7 @@ std::string oiio_script(const MixRecipe& recipe) {
         script +=
             fmt::format(" \\\n  {} --ch {} --chnames A --chappend", label_of(recipe.alpha_part),
                         recipe.alpha_channel == "A" ? "A" : std::to_string(recipe.alpha_place));
-    return script + " \\\n  --eraseattrib '^velatura/.*' -d float -o \"$out\"\n";
+    return script + " \\\n  --eraseattrib '^velatura/.*' -d float -o \"$2\"\n}\n" + oiio_frame_loop;
 }
 
 std::string nuke_script(const MixRecipe& recipe) {
@@ -272,8 +334,11 @@ std::string nuke_script(const MixRecipe& recipe) {
                 fmt::format("add_layer {{{0} {0}.red {0}.green {0}.blue {0}.alpha}}\n", layer);
     }
     script += fmt::format(
-        "Read {{\n inputs 0\n file {}\n raw true\n name Layers\n}}\nset layers [stack 0]\n",
-        tcl_quoted(recipe.file));
+        "Read {{\n inputs 0\n file {}\n{} raw true\n name Layers\n}}\nset layers [stack 0]\n",
+        tcl_quoted(recipe.file),
+        recipe.is_sequence ? fmt::format(" first {0}\n last {1}\n origfirst {0}\n origlast {1}\n",
+                                         recipe.first_frame, recipe.last_frame)
+                           : std::string());
     for (size_t i = 0; i < recipe.terms.size(); ++i) {
         const MixRecipe::Term& term = recipe.terms[i];
         if (i > 0) script += "push $layers\n";
@@ -294,10 +359,11 @@ std::string nuke_script(const MixRecipe& recipe) {
 }
 
 std::string blender_script(const MixRecipe& recipe) {
-    std::string script = comment(recipe) +
-                         "# In Blender: open in the text editor and run. Without a window: blender "
-                         "-b -P SCRIPT -- [IN.exr [OUT.exr]]\n"
-                         "import os\nimport sys\n\nimport bpy\n\n";
+    std::string script =
+        comment(recipe) +
+        "# In Blender: open in the text editor and run. Without a window: blender "
+        "-b -P SCRIPT -- [IN.exr [OUT.exr]],\n# #### in both for the frames of a sequence.\n"
+        "import os\nimport re\nimport sys\n\nimport bpy\n\n";
     script += fmt::format(
         "FILE = {}\nWIDTH, HEIGHT, PIXEL_ASPECT = {}, {}, {}\n"
         "# Center of the data window minus center of the display window, in pixels, right and up\n"
@@ -317,7 +383,43 @@ scene.use_nodes = True
 tree = scene.node_tree
 tree.nodes.clear()
 source = tree.nodes.new("CompositorNodeImage")
-source.image = bpy.data.images.load(os.path.abspath(arguments[0] if arguments else FILE))
+
+
+def split(path):
+    """A name before, at and after its last ####; None for the name of one file."""
+    folder, name = os.path.split(path)
+    places = list(re.finditer("#+", name))
+    if not places or os.path.exists(path) or not re.search("##|#[.]", name):
+        return None
+    place = places[-1]
+    return os.path.join(folder, name[:place.start()]), place.group(), name[place.end():]
+
+
+def frames_of(path):
+    """Numbers, as they are written, and files that are there, by number."""
+    if not split(path):
+        return [("", path)]
+    before, hashes, after = split(path)
+    folder, start = os.path.split(before)
+    name = re.compile(re.escape(start) + "(-?[0-9]+)" + re.escape(after))
+    found = [(name.fullmatch(file), file) for file in os.listdir(folder or ".")]
+    found = [(match.group(1), os.path.join(folder, file)) for match, file in found if match]
+    found = [(n, file) for n, file in found
+             if len(n) >= len(hashes) and (n[0] != "0" or len(n) == len(hashes))]
+    if not found:
+        sys.exit(f"there is no frame of {path}")
+    return sorted(found, key=lambda frame: int(frame[0]))
+
+
+frames = frames_of(arguments[0] if arguments else FILE)
+source.image = bpy.data.images.load(os.path.abspath(frames[0][1]))
+if frames[0][0]:
+    # In the window; Blender plays no frames below 0
+    first, last = int(frames[0][0]), int(frames[-1][0])
+    source.image.source = "SEQUENCE"
+    source.frame_start, source.frame_offset = first, first - 1
+    source.frame_duration = last - first + 1
+    scene.frame_start, scene.frame_end = max(first, 0), max(last, 0)
 
 
 def mixed(kind, first, second, name, column):
@@ -375,8 +477,18 @@ if len(arguments) > 1:
     render.image_settings.file_format, render.image_settings.color_depth = "OPEN_EXR", "32"
     render.image_settings.color_mode = "RGBA" if HAS_ALPHA else "RGB"
     render.use_compositing, render.use_sequencer = True, False
-    render.filepath = os.path.abspath(arguments[1])
-    bpy.ops.render.render(write_still=True)
+    if frames[0][0] and not split(arguments[1]):
+        sys.exit(f"OUT needs #### for the frame: {arguments[1]}")
+    source.image.source = "FILE"
+    for number, file in frames:
+        source.image.filepath = os.path.abspath(file)
+        source.image.reload()
+        output = arguments[1]
+        if number:
+            before, hashes, after = split(output)
+            output = before + number + after
+        render.filepath = os.path.abspath(output)
+        bpy.ops.render.render(write_still=True)
 )PY";
     return script;
 }

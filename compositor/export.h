@@ -22,8 +22,10 @@ struct MixRecipe {
         std::array<size_t, 3> places = {};         ///< of these in the part, as OpenImageIO counts
     };
 
-    std::string file;         ///< as the user names it
-    std::vector<Term> terms;  ///< at least one
+    std::string file;  ///< as the user names it; of a sequence with #### for the frame
+    bool is_sequence = false;
+    int first_frame = 1, last_frame = 1;  ///< of a sequence, as far as its files are here
+    std::vector<Term> terms;              ///< at least one
     std::string alpha_part;
     bool has_alpha = false;
     std::string alpha_channel = "A";  ///< full name in the file
@@ -35,14 +37,16 @@ struct MixRecipe {
     std::string look;  ///< JSON, one line
 };
 
-/// Errors: "export-split" (a file whose layers lie in files beside it), "export-matte" (gains that
-/// are not the same for every pixel).
+/// `file`: what the script reads, a file or a sequence (base/frames.h). Errors: "export-split" (a
+/// file whose layers lie in files beside it), "export-matte" (gains that are not the same for every
+/// pixel), "export-sequence" (a sequence that other programs have no name for).
 Result<MixRecipe> mix_recipe(const LayerStack& stack,
                              const MixPlan& plan,
                              const Look& look,
                              const std::string& file);
 
-/// A shell script for oiiotool 2.4 or newer: `sh mix.sh [IN.exr [OUT.exr]]`.
+/// A shell script for oiiotool 2.4 or newer: `sh mix.sh [IN.exr [OUT.exr]]`, #### in both for a
+/// sequence.
 std::string oiio_script(const MixRecipe& recipe);
 
 /// A Nuke script: Read, then Shuffle, Multiply and Merge2 per layer, each named by its layer.

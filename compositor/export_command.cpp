@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/atomic_file.h"
+#include "base/frames.h"
 #include "compositor/command_outcome.h"
 #include "compositor/commands.h"
 #include "compositor/export.h"
@@ -28,10 +29,20 @@ const std::map<std::string, Writer>& writers() {
     return table;
 }
 
+/// Of a sequence, that which says what its frames hold: the one of --frame, else the first.
+Result<std::string> layout_file(const ExportOptions& o) {
+    if (!is_sequence(o.input) || o.look.frame) return o.look.input_of_frame(o.input);
+    const std::vector<int> frames = frames_on_disk(o.input);
+    if (frames.empty()) return Error{"frame-missing", "there is no frame of " + o.input};
+    return frame_file(o.input, frames.front());
+}
+
 int run_export(const ExportOptions& o) {
     const auto asked = o.look.look_of_frame();
     if (!asked) return report(asked.error());
-    const auto stack = LayerStack::load(o.input, ForeignFiles::Plain);
+    const auto input = layout_file(o);
+    if (!input) return report(input.error());
+    const auto stack = LayerStack::load(*input, ForeignFiles::Plain);
     if (!stack) return report(stack.error());
     const Look look = o.look.fitted(*stack, *asked);
     const auto plan = plan_mix(*stack, look);
@@ -59,7 +70,7 @@ void add_export_command(Command& app, std::function<int()>& run) {
     command.add_option("program", o->program, "nuke, oiio (a shell script for oiiotool) or blender")
         .required()
         .one_of(programs);
-    command.add_option("input", o->input, "File of light layers").required();
+    command.add_option("input", o->input, "File of light layers, or shot.####.exr").required();
     command.add_option("-o,--output", o->output, "The script (default: print it)");
     command.add_option("--file", o->file,
                        "What the script reads, where that is not the input: shot.####.exr");

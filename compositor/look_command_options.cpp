@@ -2,6 +2,7 @@
 #include "compositor/look_command_options.h"
 
 #include "base/atomic_file.h"
+#include "base/frames.h"
 #include "compositor/command_outcome.h"
 #include "compositor/fit_look.h"
 
@@ -15,6 +16,7 @@ namespace velatura::compositor {
 
 namespace {
 
+constexpr double largest_frame = 1e7;
 constexpr size_t longest_preset = size_t(1) << 24;  // bytes
 
 struct ControlOption {
@@ -38,6 +40,11 @@ constexpr std::array control_options = {
 };
 constexpr const char* matte_option = "--matte";
 constexpr const char* rows_option = "--rows";
+
+/// Which option it was, with the value as it was typed.
+Error named(const std::string& option, const std::string& text, const Error& error) {
+    return {error.code, fmt::format("{} {}: {}", option, text, error.message)};
+}
 
 void add_repeatable(Command& command, const char* name, const char* help) {
     // Without a destination: values are read by typed_options(), since the order among options
@@ -86,7 +93,7 @@ Result<Look> LookOptions::look() const {
     Control* last = nullptr;
     for (const auto& [name, text] : command_->typed_options()) {
         if (name == rows_option) {
-            if (auto added = add_rows(look, text); !added) return added.error();
+            if (auto added = add_rows(look, text); !added) return named(name, text, added.error());
         } else if (name == matte_option) {
             if (!last) return Error{"bad-matte", "--matte " + text + " has no control before it"};
             if (!last->matte.empty())
@@ -98,7 +105,7 @@ Result<Look> LookOptions::look() const {
         for (const ControlOption& o : control_options) {
             if (name != o.name) continue;
             auto control = parse_control(o.kind, text);
-            if (!control) return control.error();
+            if (!control) return named(name, text, control.error());
             look.controls.push_back(std::move(*control));
             last = &look.controls.back();
         }
@@ -118,6 +125,19 @@ Result<Look> LookOptions::look_of_frame() const {
     if (!asked || !has_keys(*asked)) return asked;
     if (!frame) return Error{"no-frame", "the look has keys; say at which --frame"};
     return look_at(std::move(*asked), *frame);
+}
+
+Result<Look> LookOptions::look_at_frame(int frame_of_sequence) const {
+    auto asked = look();
+    if (!asked || !has_keys(*asked)) return asked;
+    return look_at(std::move(*asked), frame_of_sequence);
+}
+
+Result<std::string> LookOptions::input_of_frame(const std::string& input) const {
+    if (!is_sequence(input)) return input;
+    if (!frame || *frame != std::floor(*frame) || std::abs(*frame) > largest_frame)
+        return Error{"no-frame", input + " is a sequence: say which --frame of it, a whole number"};
+    return frame_file(input, int(*frame));
 }
 
 Look LookOptions::fitted(const LayerStack& stack, const Look& look) const {

@@ -28,6 +28,13 @@ struct LookOptions {
     /// The look at `--frame`. Errors: "no-frame" (it has keys and there is no frame).
     Result<Look> look_of_frame() const;
 
+    /// The look at a frame of a sequence.
+    Result<Look> look_at_frame(int frame_of_sequence) const;
+
+    /// The file that is read: of a sequence, that of `--frame`. Errors: "no-frame",
+    /// "frame-missing".
+    Result<std::string> input_of_frame(const std::string& input) const;
+
     /// The look as it stands, or, with `--lenient`, without what the file lacks, which is printed.
     Look fitted(const LayerStack& stack, const Look& look) const;
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/atomic_file.h"
+#include "base/frames.h"
 #include "compositor/command_outcome.h"
 #include "compositor/commands.h"
+#include "compositor/frame_runs.h"
 #include "compositor/look_command_options.h"
 #include "compositor/mix_job.h"
 #include "compositor/picture_name.h"
-#include "compositor/sequence.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -80,26 +81,8 @@ class FrameProgress {
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// Frames between the first and the last whose file is not there.
-std::vector<int> gaps_of(const std::vector<int>& frames) {
-    std::vector<int> gaps;
-    for (size_t i = 1; i < frames.size(); ++i) {
-        for (int f = frames[i - 1] + 1; f < frames[i]; ++f) gaps.push_back(f);
-    }
-    return gaps;
-}
-
-Result<std::vector<int>> frames_of(const MixOptions& o) {
-    if (o.look.frame)
-        return Error{"bad-frames", "--frame is for one file: a frame of a sequence has its number"};
-    if (!is_sequence(o.output))
-        return Error{"bad-output", o.output + " needs #### for the frame, as the input has"};
-    if (!o.frames.empty()) return parse_frames(o.frames);
-    std::vector<int> frames = frames_on_disk(o.input);
-    if (frames.empty()) return Error{"frame-missing", "there is no frame of " + o.input};
-    if (const auto gaps = gaps_of(frames); !gaps.empty())
-        warn(fmt::format("{} has no frames {}", o.input, frame_list(gaps)));
-    return frames;
+FrameRuns runs_of(const MixOptions& o) {
+    return {{o.input}, {o.output}, o.frames};
 }
 
 void warn_of_memory(const MixJob& job, const MemoryShare& share) {
@@ -110,7 +93,10 @@ void warn_of_memory(const MixJob& job, const MemoryShare& share) {
 }
 
 int mix_frames(const MixOptions& o, const MixJob& job) {
-    const auto frames = frames_of(o);
+    if (o.look.frame)
+        return report(
+            {"bad-frames", "--frame is for one file: a frame of a sequence has its number"});
+    const auto frames = frames_of(runs_of(o));
     if (!frames) return report(frames.error());
     warn_of_memory(job, share_memory(job, *frames));
     FrameProgress progress(frames->size(), o.is_quiet);
@@ -119,15 +105,18 @@ int mix_frames(const MixOptions& o, const MixJob& job) {
 }
 
 int mix_file(const MixOptions& o, const MixJob& job) {
-    if (!o.frames.empty())
-        return report({"bad-frames", o.input + " is one file: --frames needs #### in its name"});
     const MemoryShare share = share_memory(job, {0});
     warn_of_memory(job, share);
-    const auto mixed = mix_one(job, o.input, o.output, o.look.frame,
-                               std::min(share.strip_bytes, job.memory_bytes / 4));
-    if (!mixed) return report(mixed.error());
-    for (const std::string& warning : *mixed) warn(warning);
-    return done;
+    return run_frames(runs_of(o), [&](const FrameNames& names) {
+        const bool has_frame = o.look.frame && is_plainly_sequence(o.output);
+        const std::string output =
+            has_frame ? frame_path(o.output, *o.look.frame) : names.output(o.output);
+        const auto mixed = mix_one(job, o.input, output, o.look.frame,
+                                   std::min(share.strip_bytes, job.memory_bytes / 4));
+        if (!mixed) return report(mixed.error());
+        for (const std::string& warning : *mixed) warn(warning);
+        return int(done);
+    });
 }
 
 int run_mix(const MixOptions& o) {
@@ -174,8 +163,7 @@ void add_mix_command(Command& app, std::function<int()>& run) {
                        "OpenColorIO view: ACES, sRGB or Raw in the built-in config");
     command.add_flag("--with-layers", o->with_layers,
                      "Store the gained layers in the .exr as well");
-    command.add_option("--frames", o->frames,
-                       "Frames of a sequence, 1-100x2 or 1,5,9; without: all there are");
+    add_frames_option(command, o->frames);
     command
         .add_option("--memory", o->memory_gb,
                     "GB to mix in (4): decides how many frames of a sequence are at work at once, "

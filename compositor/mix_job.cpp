@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/mix_job.h"
 
+#include "base/frames.h"
 #include "base/tasks.h"
 #include "compositor/fit_look.h"
 #include "compositor/mix.h"
 #include "compositor/mix_plan.h"
 #include "compositor/picture_name.h"
-#include "compositor/sequence.h"
 #include "image/layer_file.h"
 
 #include <fmt/format.h>
@@ -62,7 +62,7 @@ FrameOutcome mix_frame(const MixJob& job, int frame, size_t strip_bytes) {
     FrameOutcome outcome;
     outcome.frame = frame;
     outcome.output = frame_path(job.output, frame);
-    const std::string input = frame_path(job.input, frame);
+    const std::string input = frame_file(job.input, frame);
     std::error_code error;
     if (!std::filesystem::exists(input, error)) {
         outcome.error =
@@ -88,7 +88,7 @@ FrameOutcome mix_frame(const MixJob& job, int frame, size_t strip_bytes) {
 MemoryShare share_memory(const MixJob& job, const std::vector<int>& frames) {
     MemoryShare share;
     for (const int frame : frames) {
-        const std::string input = frame_path(job.input, frame);
+        const std::string input = frame_file(job.input, frame);
         const auto file = image::StripReader::open(input);
         if (!file) continue;
         const auto layout = LayerStack::describe(*file, input, ForeignFiles::Plain);

@@ -14,7 +14,8 @@ namespace velatura::compositor {
 
 /// What `velatura-comp mix` does with a file, or with each frame of a sequence.
 struct MixJob {
-    std::string input, output;  ///< .exr → .exr, .png or .jpg; both may be sequences (sequence.h)
+    std::string input,
+        output;  ///< .exr → .exr, .png or .jpg; both may be sequences (base/frames.h)
     Look look;
     bool with_layers = false;               ///< only to .exr
     bool is_lenient = false;                ///< leaves out what the file lacks

@@ -2,6 +2,7 @@
 #include "compositor/command_outcome.h"
 #include "compositor/commands.h"
 #include "compositor/error_map.h"
+#include "compositor/frame_runs.h"
 #include "compositor/layer_stack.h"
 #include "compositor/look_command_options.h"
 #include "compositor/noise_report.h"
@@ -21,7 +22,7 @@ namespace velatura::compositor {
 namespace {
 
 struct NoiseOptions {
-    std::string input, output, stats;
+    std::string input, output, stats, frames;
     std::optional<std::string> target;
     LookOptions look;
     bool json = false;
@@ -53,7 +54,11 @@ double mean_samples(const LayerStack& stack) {
     return sum / double(counts->size());
 }
 
-void print_text(const NoiseForecast& f, double samples, std::optional<double> seconds) {
+void print_text(const NoiseForecast& f,
+                double samples,
+                std::optional<double> seconds,
+                std::optional<int> frame) {
+    if (frame) fmt::print("frame {}\n", *frame);
     fmt::print("as rendered  {}\nthis mix     {}\n", interval(f.rendered), interval(f.mix));
     if (f.error.storage > f.mix.value / 3)
         fmt::print("Half floats round by {}: render with --float-layers to see what is below.\n",
@@ -83,9 +88,13 @@ nlohmann::ordered_json json_of(const std::vector<RowNoise>& rows) {
     return j;
 }
 
-void print_json(const NoiseForecast& f, double samples, std::optional<double> seconds) {
+void print_json(const NoiseForecast& f,
+                double samples,
+                std::optional<double> seconds,
+                std::optional<int> frame) {
     nlohmann::ordered_json j;
     j["schema"] = "velatura.noise/1";
+    if (frame) j["frame"] = *frame;
     j["rendered"] = json_of(f.rendered);
     j["mix"] = json_of(f.mix);
     j["storage"] = f.error.storage;
@@ -117,9 +126,8 @@ Result<void> write_map(const std::string& path,
     return image::write_image_file(path, errors);
 }
 
-int run_noise(const NoiseOptions& o) {
-    if (!o.output.empty() && !is_display_picture(o.output) && !is_exr(o.output))
-        return report({"bad-output", o.output + " is not .exr, .png or .jpg"});
+/// Of one file; `frame` is that of a sequence.
+int noise_one(const NoiseOptions& o, std::optional<int> frame) {
     std::optional<double> target, seconds;
     if (o.target) {
         const auto parsed = parse_target(*o.target);
@@ -131,7 +139,7 @@ int run_noise(const NoiseOptions& o) {
         if (!read) return report(read.error());
         seconds = *read;
     }
-    const auto asked = o.look.look_of_frame();
+    const auto asked = frame ? o.look.look_at_frame(*frame) : o.look.look_of_frame();
     if (!asked) return report(asked.error());
     const auto stack = LayerStack::load(o.input);
     if (!stack) return report(stack.error());
@@ -142,8 +150,24 @@ int run_noise(const NoiseOptions& o) {
         if (const auto written = write_map(o.output, *stack, *forecast); !written)
             return report(written.error());
     }
-    (o.json ? print_json : print_text)(*forecast, mean_samples(*stack), seconds);
+    (o.json ? print_json : print_text)(*forecast, mean_samples(*stack), seconds, frame);
     return done;
+}
+
+int run_noise(const NoiseOptions& o) {
+    if (!o.output.empty() && !is_display_picture(o.output) && !is_exr(o.output))
+        return report({"bad-output", o.output + " is not .exr, .png or .jpg"});
+    const FrameRuns runs = {{o.input, o.stats}, {o.output}, o.frames};
+    if (o.look.frame && has_sequence(runs))
+        return report(
+            {"bad-frames", "--frame is for one file: a frame of a sequence has its number"});
+    return run_frames(runs, [&](const FrameNames& names) {
+        NoiseOptions one = o;
+        one.input = names.input(o.input);
+        one.stats = names.input(o.stats);
+        one.output = names.output(o.output);
+        return noise_one(one, names.frame());
+    });
 }
 
 }  // namespace
@@ -152,8 +176,11 @@ void add_noise_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<NoiseOptions>();
     Command command = app.add_subcommand(
         "noise", "What a mix brings of noise, from half images: error, samples to hold it, rows");
-    command.add_option("input", o->input, "File of light layers, rendered with --halves")
+    command
+        .add_option("input", o->input,
+                    "File of light layers, or shot.####.exr, rendered with --halves")
         .required();
+    add_frames_option(command, o->frames);
     o->look.add_to(command);
     command.add_option("--target", o->target,
                        "Error to reach, e.g. 1%; default: that of the render as it is");

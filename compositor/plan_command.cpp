@@ -71,16 +71,18 @@ int run_plan(const PlanOptions& o) {
     if (!o.output.ends_with(".json")) return report({"bad-output", o.output + " is not .json"});
     const auto asked = o.look.look_of_frame();
     if (!asked) return report(asked.error());
-    const auto stack = LayerStack::load(o.input);
+    const auto input = o.look.input_of_frame(o.input);
+    if (!input) return report(input.error());
+    const auto stack = LayerStack::load(*input);
     if (!stack) return report(stack.error());
     const Look look = o.look.fitted(*stack, *asked);
-    const auto sums = image::read_sums_image(o.input);
+    const auto sums = image::read_sums_image(*input);
     if (!sums) return report(sums.error());
     const auto counts = image::stored_counts(*sums);
     if (!counts)
         return report({counts.error().code, fmt::format("{}: {}; render with --keep-sums, so that "
                                                         "--resume can go on from it",
-                                                        o.input, counts.error().message)});
+                                                        *input, counts.error().message)});
     const auto wish = wish_of(o, *counts);
     if (!wish) return report(wish.error());
     const auto plan = plan_top_up(*stack, *counts, look, *wish);
@@ -97,7 +99,10 @@ void add_plan_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<PlanOptions>();
     Command command = app.add_subcommand(
         "plan", "Ask for further samples where a mix is noisy: for velatura render --for-mix");
-    command.add_option("input", o->input, "File rendered with --halves --keep-sums").required();
+    command
+        .add_option("input", o->input,
+                    "File rendered with --halves --keep-sums, or shot.####.exr with --frame")
+        .required();
     o->look.add_to(command);
     command.add_option("-o,--output", o->output, "Request, .json; STEM.priority.exr beside it")
         .required();

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "base/frames.h"
 #include "compositor/command_outcome.h"
 #include "compositor/commands.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -38,7 +40,24 @@ Result<std::string> window_program() {
                              self.filename().string())};
 }
 
+/// Of a sequence the frame of --frame, else the first that is there.
+Result<std::string> opened_file(const UiOptions& o) {
+    if (!is_sequence(o.input)) return o.input;
+    const std::vector<int> frames = frames_on_disk(o.input);
+    const auto at = o.frame ? std::find_if(frames.begin(), frames.end(),
+                                           [&](int f) { return double(f) == *o.frame; })
+                            : frames.begin();
+    if (at == frames.end())
+        return Error{"frame-missing",
+                     o.frame ? fmt::format("there is no frame {:g} of {}; there are {}", *o.frame,
+                                           o.input, frame_list(frames))
+                             : "there is no frame of " + o.input};
+    return frame_file(o.input, *at);
+}
+
 int run_ui(const UiOptions& o) {
+    const auto input = opened_file(o);
+    if (!input) return report(input.error());
     const auto program = window_program();
     if (!program) return report(program.error());
     std::vector<std::string> arguments = {*program};
@@ -49,7 +68,7 @@ int run_ui(const UiOptions& o) {
         for (const int v : o.size) arguments.push_back(std::to_string(v));
     }
     // What follows is no option, whatever a file is called
-    if (!o.input.empty()) arguments.insert(arguments.end(), {"--", o.input});
+    if (!input->empty()) arguments.insert(arguments.end(), {"--", *input});
     std::vector<char*> pointers;
     for (std::string& a : arguments) pointers.push_back(a.data());
     pointers.push_back(nullptr);
@@ -62,7 +81,7 @@ int run_ui(const UiOptions& o) {
 void add_ui_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<UiOptions>();
     Command command = app.add_subcommand("ui", "Mix in a window");
-    command.add_option("input", o->input, "File of light layers, or a look (.json)");
+    command.add_option("input", o->input, "File of light layers, shot.####.exr, or a look (.json)");
     command.add_option("--preset", o->preset, "Look to start with (JSON)");
     command.add_option("--frame", o->frame, "Frame at which keys are read (default: the file's)");
     command.add_option("--size", o->size, "Width and height of the window").size(16384);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/command_outcome.h"
 #include "compositor/commands.h"
+#include "compositor/frame_runs.h"
 #include "compositor/layer_stack.h"
 #include "image/layer_check.h"
 
@@ -15,11 +16,11 @@ namespace velatura::compositor {
 namespace {
 
 struct VerifyOptions {
-    std::string file;
+    std::string file, frames;
     bool quiet = false;
 };
 
-int run_verify(const VerifyOptions& o) {
+int verify_one(const VerifyOptions& o) {
     const auto stack = LayerStack::load(o.file);
     if (!stack) {
         const int code = report(stack.error());
@@ -40,13 +41,20 @@ int run_verify(const VerifyOptions& o) {
     return done;
 }
 
+int run_verify(const VerifyOptions& o) {
+    return run_frames({{o.file}, {}, o.frames}, [&](const FrameNames& names) {
+        return verify_one({names.input(o.file), {}, o.quiet});
+    });
+}
+
 }  // namespace
 
 void add_verify_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<VerifyOptions>();
     Command command =
         app.add_subcommand("verify", "Check closure, names, values and digests of a file");
-    command.add_option("file", o->file, "File of light layers").required();
+    command.add_option("file", o->file, "File of light layers, or shot.####.exr").required();
+    add_frames_option(command, o->frames);
     command.add_flag("-q,--quiet", o->quiet, "Print problems only");
     command.callback([&run, o] { run = [o] { return run_verify(*o); }; });
 }

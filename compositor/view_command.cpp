@@ -3,6 +3,7 @@
 #include "compositor/commands.h"
 #include "compositor/contact_sheet.h"
 #include "compositor/controls.h"
+#include "compositor/frame_runs.h"
 #include "compositor/picture_name.h"
 #include "image/formats.h"
 #include "image/layer_file.h"
@@ -16,13 +17,11 @@ namespace velatura::compositor {
 namespace {
 
 struct ViewOptions {
-    std::string input, output;
+    std::string input, output, frames;
     SheetOptions sheet;
 };
 
-int run_view(const ViewOptions& o) {
-    if (!is_display_picture(o.output))
-        return report({"bad-output", o.output + " is not .png or .jpg"});
+int view_one(const ViewOptions& o) {
     const auto image = image::read_layer_file(o.input);
     if (!image) return report(image.error());
     std::vector<std::string> warnings;
@@ -34,13 +33,25 @@ int run_view(const ViewOptions& o) {
     return written ? done : report(written.error());
 }
 
+int run_view(const ViewOptions& o) {
+    if (!is_display_picture(o.output))
+        return report({"bad-output", o.output + " is not .png or .jpg"});
+    return run_frames({{o.input}, {o.output}, o.frames}, [&](const FrameNames& names) {
+        ViewOptions one = o;
+        one.input = names.input(o.input);
+        one.output = names.output(o.output);
+        return view_one(one);
+    });
+}
+
 }  // namespace
 
 void add_view_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<ViewOptions>();
     Command command = app.add_subcommand("view", "All layers with their names on one picture");
-    command.add_option("input", o->input, "Any EXR file").required();
+    command.add_option("input", o->input, "Any EXR file, or shot.####.exr").required();
     command.add_option("-o,--output", o->output, ".png or .jpg").required();
+    add_frames_option(command, o->frames);
     command.add_option("--layers", o->sheet.patterns,
                        "Only these; patterns with * and ?, may be repeated");
     command.add_flag("--halves", o->sheet.halves,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/window/folder_list.h"
 
-#include "compositor/sequence.h"
+#include "base/frames.h"
 
 #include <algorithm>
 #include <charconv>
@@ -69,7 +69,7 @@ std::optional<std::string> frame_beside(const std::string& path, int step) {
     const long there = (here - frames.begin()) + step +
                        (step > 0 && here != frames.end() && *here != frame ? -1 : 0);
     if (there < 0 || there >= long(frames.size())) return std::nullopt;
-    return frame_path(pattern, frames[size_t(there)]);
+    return frame_file(pattern, frames[size_t(there)]);
 }
 
 }  // namespace velatura::compositor::window

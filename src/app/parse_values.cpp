@@ -6,7 +6,6 @@
 #include <charconv>
 #include <cmath>
 #include <optional>
-#include <set>
 #include <string>
 
 namespace velatura::app {
@@ -24,49 +23,7 @@ std::optional<T> number(std::string_view text) {
     return value;
 }
 
-Error frames_error(std::string_view text) {
-    return {"bad-frames",
-            fmt::format("cannot read frames \"{}\": expected a list such as 1-10x2,15", text)};
-}
-
-/// The '-' between first and last frame; not the sign of a negative frame.
-size_t range_dash(std::string_view part) {
-    return part.find('-', 1);
-}
-
 }  // namespace
-
-Result<std::vector<double>> parse_frames(std::string_view text) {
-    constexpr size_t frame_limit = 1'000'000;
-    std::vector<double> frames;
-    size_t begin = 0;
-    while (begin <= text.size()) {
-        const size_t comma = std::min(text.find(',', begin), text.size());
-        const std::string_view part = text.substr(begin, comma - begin);
-        begin = comma + 1;
-        const size_t dash = part.empty() ? std::string_view::npos : range_dash(part);
-        if (dash == std::string_view::npos) {
-            const auto frame = number<double>(part);
-            if (!frame) return frames_error(text);
-            frames.push_back(*frame);
-            continue;
-        }
-        const size_t x = std::min(part.find('x', dash), part.size());
-        const auto first = number<double>(part.substr(0, dash));
-        const auto last = number<double>(part.substr(dash + 1, x - dash - 1));
-        const auto step =
-            x < part.size() ? number<double>(part.substr(x + 1)) : std::optional<double>(1.0);
-        if (!first || !last || !step || *step <= 0.0) return frames_error(text);
-        const double direction = *last >= *first ? *step : -*step;
-        const double count = std::floor((*last - *first) / direction + 1e-9) + 1.0;
-        if (count + double(frames.size()) > double(frame_limit)) return frames_error(text);
-        for (double i = 0; i < count; ++i) frames.push_back(*first + i * direction);
-    }
-    // A frame named twice is rendered once
-    std::set<double> seen;
-    std::erase_if(frames, [&](double frame) { return !seen.insert(frame).second; });
-    return frames;
-}
 
 Result<double> parse_duration(std::string_view text) {
     const Error bad{

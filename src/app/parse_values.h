@@ -11,10 +11,6 @@
 
 namespace velatura::app {
 
-/// Frames of "1-10x2,15": 1 3 5 7 9 15, in the order written, each once. Frames may be fractional
-/// ("1.5"). Errors: "bad-frames" (syntax, step 0, more than 10^6 frames).
-Result<std::vector<double>> parse_frames(std::string_view text);
-
 /// Seconds of "90", "90s", "10m", "1.5h". Errors: "bad-duration".
 Result<double> parse_duration(std::string_view text);
 

@@ -10,6 +10,7 @@
 #include "app/stop_signals.h"
 #include "app/volume_loading.h"
 #include "base/asset_roots.h"
+#include "base/frames.h"
 #include "base/lost_pages.h"
 #include "base/memory_limit.h"
 #include "base/tasks.h"
@@ -37,24 +38,16 @@ int fail(const Error& error, int code) {
     return code;
 }
 
-/// "shot.####.exr" with the frame filled in; of several frames each needs a name of its own.
-std::string frame_path(const std::string& pattern, double frame, bool has_many) {
-    const size_t begin = pattern.find('#');
+/// The file of a frame; of several frames each needs one of its own.
+std::string file_of_frame(const std::string& name, double frame, bool has_many) {
+    if (name.empty()) return name;
     if (std::isnan(frame)) frame = 0.0;  // the default time
-    const bool is_whole = frame == std::floor(frame);
-    const auto number = [&](int width) {
-        return is_whole ? fmt::format("{:0{}}", int64_t(frame), width)
-                        : fmt::format("{:0{}.3f}", frame, width + 4);
-    };
-    if (begin != std::string::npos) {
-        const size_t end = std::min(pattern.find_first_not_of('#', begin), pattern.size());
-        return pattern.substr(0, begin) + number(int(end - begin)) + pattern.substr(end);
-    }
-    if (!has_many) return pattern;
-    const std::filesystem::path path(pattern);
-    return (path.parent_path() /
-            (path.stem().string() + "." + number(4) + path.extension().string()))
-        .string();
+    if (!has_many || is_sequence(name)) return frame_path(name, frame);
+    const std::filesystem::path path(name);
+    return frame_path(
+        (path.parent_path() / (path.stem().string() + ".####" + path.extension().string()))
+            .string(),
+        frame);
 }
 
 /// The file that the scene's product asks for. A confined scene does not choose the folder.
@@ -221,7 +214,9 @@ int prepare_one(const RenderJob& job,
     leave_out_effects(plan, *scene);
     FrameInput input(*scene);
     input.plan = std::move(plan);
-    input.output = frame_path(output_pattern(job.arguments, *scene, diagnostics), frame, has_many);
+    input.output =
+        file_of_frame(output_pattern(job.arguments, *scene, diagnostics), frame, has_many);
+    input.stats_file = file_of_frame(job.arguments.stats, frame, has_many);
     input.scene_name = std::filesystem::path(job.arguments.scene).filename().string();
     input.content_hash = loaded.content_hash;
     input.layer_names = loaded.layer_names;

@@ -30,7 +30,9 @@ void declare_render_options(Command& command, RenderArguments& a) {
     add_memory_option(command, a.memory_limit);
     command.add_option(
         "-o,--output", a.output,
-        "file, .exr; #### stands for the frame (default: the scene's productName, else SCENE.exr)");
+        "file, .exr; #### (or %04d, $F4, <F4>) stands for the frame, which several frames get "
+        "before "
+        "the extension without it (default: the scene's productName, else SCENE.exr)");
 
     Command what = command.add_group("What to render");
     what.add_option("-c,--camera", a.camera,
@@ -280,7 +282,7 @@ void declare_render_options(Command& command, RenderArguments& a) {
         .add_option("--progress", a.progress,
                     "bar (lines when not on a terminal), json, openjd or none")
         .one_of({"bar", "json", "openjd", "none"});
-    report.add_option("--stats", a.stats, "write statistics as JSON");
+    report.add_option("--stats", a.stats, "write statistics as JSON, of each frame as -o");
     report.add_flag("--strict", a.strict,
                     "an error in the scene or a bad sample stops the render with an exit code");
     report

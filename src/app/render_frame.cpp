@@ -14,6 +14,7 @@
 #include "app/stop_signals.h"
 #include "app/world_options.h"
 #include "base/atomic_file.h"
+#include "base/frames.h"
 #include "base/memory_limit.h"
 #include "base/output_lock.h"
 #include "image/exr.h"
@@ -670,7 +671,7 @@ class FrameRenderer {
                      const film::NoiseEstimate& noise,
                      const integrator::RenderResult& result,
                      const image::WriteReport& written) {
-        if (job_.arguments.stats.empty()) return true;
+        if (input_.stats_file.empty()) return true;
         nlohmann::ordered_json stats =
             make_stats(job_, input_, world_, training_, branches_, film, noise, result);
         if (roulette_) {
@@ -691,7 +692,7 @@ class FrameRenderer {
             stats["files"].push_back(
                 {{"path",
                   std::filesystem::path(film::deep_path(input_.output)).filename().string()}});
-        const Result<void> ok = write_file_atomically(job_.arguments.stats, stats.dump(2) + "\n");
+        const Result<void> ok = write_file_atomically(input_.stats_file, stats.dump(2) + "\n");
         if (!ok) diagnostics_.error(ok.error().code, {}, {}, ok.error().message);
         return ok.has_value();
     }
@@ -779,7 +780,8 @@ int render_frame(const RenderJob& job, const FrameInput& input, Diagnostics& dia
     if (!*earlier)
         return refuse_to_resume(input.output, "there is no such file, and --for-mix adds to one",
                                 diagnostics);
-    Result<image::TopUpRequest> request = read_request(job.arguments.for_mix, input, window);
+    Result<image::TopUpRequest> request =
+        read_request(frame_path(job.arguments.for_mix, input.frame), input, window);
     if (!request && request.error().code == "resume-refused")
         return refuse_to_resume(input.output, request.error().message, diagnostics);
     if (!request) {

@@ -2,6 +2,7 @@
 #include "base/atomic_file.h"
 
 #include "base/file_descriptor.h"
+#include "base/input_guard.h"
 
 #include <dirent.h>
 #include <fcntl.h>
@@ -101,6 +102,18 @@ class Temporary {
 
 }  // namespace
 
+Result<void> make_folder_of(const std::string& path) {
+    // A file with another's name in the place of a folder is what open() will complain of
+    for (size_t slash = path.find('/', 1); slash != std::string::npos;
+         slash = path.find('/', slash + 1)) {
+        const std::string folder = path.substr(0, slash);
+        if (::access(folder.c_str(), F_OK) == 0) continue;
+        if (::mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST)
+            return write_error(path, reason());
+    }
+    return {};
+}
+
 void sweep_temporaries(const std::string& path) {
     const std::filesystem::path target(path);
     const std::string stem = target.stem().string();
@@ -126,6 +139,8 @@ void sweep_temporaries(const std::string& path) {
 Result<void> write_atomically(const std::string& path,
                               const std::function<Result<void>(const std::string&)>& write) {
     namespace fs = std::filesystem;
+    if (auto allowed = check_output(path); !allowed) return allowed;
+    if (auto made = make_folder_of(path); !made) return made;
     const fs::path target(path);
     const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
 

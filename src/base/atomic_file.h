@@ -13,10 +13,15 @@ namespace velatura {
 /// a temporary file in the same folder (its path is the argument), which is then flushed to disk
 /// and renamed over `path`. On any failure the temporary is removed and the old file stays; after
 /// the rename only the folder can fail to be flushed, and then the new file stands there whole.
-/// Messages name `path`, not the temporary. Errors: "io-write", "io-flush" (that).
+/// Folders of `path` that are missing are made. Messages name `path`, not the temporary. Errors:
+/// "io-write", "io-flush" (that), "overwrites-input" (base/input_guard.h).
 Result<void> write_atomically(
     const std::string& path,
     const std::function<Result<void>(const std::string& temporary)>& write);
+
+/// Makes the folders of a file that is to be written, as far as they are missing. Errors:
+/// "io-write".
+Result<void> make_folder_of(const std::string& path);
 
 /// Removes temporary files that write_atomically of this path left when its process was killed.
 /// Those that somebody is writing are locked (flock) and stay.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/output_lock.h"
 
+#include "base/atomic_file.h"
+
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
@@ -49,6 +51,7 @@ bool is_same_file(int fd, const std::string& path) {
 }  // namespace
 
 Result<OutputLock> OutputLock::take(const std::string& path) {
+    if (auto made = make_folder_of(path); !made) return made.error();
     const std::filesystem::path target(path);
     const std::string lock_path =
         (target.parent_path() / fmt::format(".{}.lock", target.filename().string())).string();

@@ -7,20 +7,6 @@
 
 namespace velatura::app {
 
-TEST(ParseFrames, ListsAndRanges) {
-    EXPECT_EQ(*parse_frames("1-10x3,15"), (std::vector<double>{1, 4, 7, 10, 15}));
-    EXPECT_EQ(*parse_frames("5-3"), (std::vector<double>{5, 4, 3}));
-    EXPECT_EQ(*parse_frames("-2--1"), (std::vector<double>{-2, -1}));
-    EXPECT_EQ(*parse_frames("1-3x2,1"), (std::vector<double>{1, 3}));
-    EXPECT_EQ(*parse_frames("1.5"), (std::vector<double>{1.5}));
-    EXPECT_EQ(parse_frames("0-1x0.1")->size(), 11u);
-}
-
-TEST(ParseFrames, RefusesNonsense) {
-    for (const char* text : {"", "a", "1-", "1-2x0", "1-2x-1", "1,,2", "1-1e12", "nan", "inf"})
-        EXPECT_FALSE(parse_frames(text)) << text;
-}
-
 TEST(ParseDuration, Units) {
     EXPECT_EQ(*parse_duration("90"), 90.0);
     EXPECT_EQ(*parse_duration("1.5m"), 90.0);

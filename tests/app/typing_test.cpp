@@ -77,6 +77,28 @@ TEST(Typing, OrderRepetitionAndFormsOfSizes) {
     }
 }
 
+/// Pictures and statistics of each frame, in folders that are made.
+TEST(Typing, NamesOfOutputsHaveTheFrame) {
+    const Workplace w;
+    w.write("s.usda", small_scene());
+    for (const auto& [typed, files] : std::vector<std::pair<const char*, const char*>>{
+             {"-f -1-0 -o 'o/m.####.exr' --stats 'o/st.$F4.json'",
+              "m.-001.exr m.0000.exr st.-001.json st.0000.json"},
+             {"-f 1 -o 'o/m.%04d.exr' --stats 'o/<F4>.json' --deep",
+              "0001.json m.0001.deep.exr m.0001.exr"},
+             {"-f 7,9 -o o/take#2.exr --stats o/st.json",
+              "st.0007.json st.0009.json take#2.0007.exr take#2.0009.exr"},
+             {"-f 1.5 -o 'o/$F4.exr'", "0001.500.exr"},
+             {"-o 'o/50%done.exr'", "50%done.exr"},
+             {"-f 3 -o 'o/f.####/b.####.exr'", "f.0003"}}) {
+        const CommandResult r = w.velatura(std::string("render s.usda --res 8 8 ") + typed + quick);
+        EXPECT_EQ(r.exit_code, 0) << typed << ": " << r.output;
+        EXPECT_EQ(w.comp("--version > /dev/null; ls o | sort | tr '\\n' ' '; rm -r o").output,
+                  std::string(files) + " ")
+            << typed;
+    }
+}
+
 TEST(Typing, MisspeltWordsGetTheNearest) {
     const Workplace w;
     w.write("s.usda", small_scene());

@@ -104,7 +104,13 @@ TEST_F(AtomicFile, NewFilesHaveTheModeOfTheUmask) {
     EXPECT_EQ(info.st_mode & 0777, mode_t(0644));
 }
 
-TEST_F(AtomicFile, FailsInAMissingFolderWithItsName) {
+TEST_F(AtomicFile, MakesMissingFolders) {
+    ASSERT_TRUE(write_file_atomically(path("new/and//deeper/x"), "y"));
+    EXPECT_EQ(*read_file(path("new/and/deeper/x")), "y");
+}
+
+TEST_F(AtomicFile, FailsBeneathAFileWithItsName) {
+    ASSERT_TRUE(write_file_atomically(path("no"), "a file"));
     const Result<void> done = write_file_atomically(path("no/such/x"), "y");
     ASSERT_FALSE(done);
     EXPECT_EQ(done.error().code, "io-write");

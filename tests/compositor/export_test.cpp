@@ -2,6 +2,7 @@
 #include "compositor/export.h"
 
 #include "base/atomic_file.h"
+#include "base/frames.h"
 #include "compositor/made_layers.h"
 #include "compositor/mix.h"
 #include "compositor/test_stack.h"
@@ -11,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <sstream>
 
@@ -97,6 +99,7 @@ class NukeScript {
     const Pixels& top() const { return stack_.back(); }
 
     std::string file;
+    std::string range;  ///< "first last" of the Read, if it has them
 
   private:
     using Knobs = std::map<std::string, std::string>;
@@ -147,6 +150,7 @@ class NukeScript {
     void node(const std::string& kind, const Knobs& k) {
         if (kind == "Read") {
             file = k.at("file");
+            if (k.contains("first")) range = k.at("first") + " " + k.at("last");
             stack_.push_back(layer("rgba"));
         } else if (kind == "Shuffle") {
             pop();
@@ -204,6 +208,116 @@ TEST(Export, BlenderScriptIsPythonAndNamesEveryLayer) {
         EXPECT_NE(script.find("(\"" + term.layer + "\", ("), std::string::npos) << term.layer;
 }
 
+/// Frames -3, 7 and 12345 of one film with other samples, and the recipe of a name for them.
+struct MixedSequence {
+    std::string folder = file("sequence");
+    std::map<int, image::Image> expected;
+    LayerStack stack;
+    MixPlan plan;
+    Look look = look_of({{Gain, "indirect=+1.5st"}, {Mute, "env"}});
+
+    MixedSequence()
+        : stack([&] {
+              std::filesystem::remove_all(folder);
+              std::filesystem::create_directories(folder);
+              for (const int frame : {-3, 7, 12345}) {
+                  film::LayerSet set = film::test_layer_set();
+                  set.matrix_layers = true;
+                  film::Film film({0, 0, 12, 9}, set);
+                  film::render(film, uint64_t(frame + 3) % 64, uint64_t(frame + 3) % 64 + 4);
+                  EXPECT_TRUE(film.write(name(frame), {}).has_value());
+              }
+              return std::move(*LayerStack::load(name(7)));
+          }()) {
+        plan = *plan_mix(stack, look);
+        for (const int frame : {-3, 7, 12345}) {
+            const auto one = LayerStack::load(name(frame));
+            expected[frame] = apply_mix(*one, *plan_mix(*one, look), look, false);
+        }
+    }
+
+    std::string name(int frame) const { return frame_path(folder + "/s h.####.exr", frame); }
+
+    MixRecipe recipe(const std::string& pattern) const {
+        return *mix_recipe(stack, plan, look, folder + "/" + pattern);
+    }
+};
+
+/// oiiotool takes each # of its own for four digits, and no frames below 0.
+TEST(Export, OiiotoolRebuildsEveryFrameOfASequence) {
+    if (std::system("oiiotool --version >/dev/null 2>&1") != 0)
+        GTEST_SKIP() << "no oiiotool on this machine";
+    const MixedSequence mixed;
+    const std::string script = oiio_script(mixed.recipe("s h.####.exr"));
+    for (const char* pattern : {"s h.%04d.exr", "s h.$F4.exr", "s h.<F4>.exr"})
+        EXPECT_EQ(oiio_script(mixed.recipe(pattern)), script);
+    ASSERT_TRUE(write_file_atomically(file("frames.sh"), script));
+    // The names that the script has, and names that it is given
+    for (const std::string& arguments :
+         {std::string(), " '" + mixed.folder + "/s h.####.exr' 'new/mix.####.exr'"}) {
+        const std::string command =
+            "cd " + mixed.folder + " && sh " + file("frames.sh") + arguments;
+        ASSERT_EQ(std::system(command.c_str()), 0) << arguments;
+        for (const auto& [frame, image] : mixed.expected) {
+            const auto result = image::read_exr(frame_path(
+                mixed.folder + (arguments.empty() ? "/mix.####.exr" : "/new/mix.####.exr"), frame));
+            ASSERT_TRUE(result.has_value()) << result.error().message;
+            expect_same(*result, image);
+        }
+    }
+    // No frame is no success, and neither is one file for all
+    for (const char* arguments : {" 'none.####.exr' 'mix.####.exr'", " 's h.####.exr' mix.exr"}) {
+        const std::string command =
+            "cd " + mixed.folder + " && sh " + file("frames.sh") + arguments + " 2>/dev/null";
+        EXPECT_NE(std::system(command.c_str()), 0) << arguments;
+    }
+}
+
+TEST(Export, NukeReadsASequenceWithItsRange) {
+    const MixedSequence mixed;
+    const NukeScript nuke(nuke_script(mixed.recipe("s h.%04d.exr")), mixed.stack.image());
+    EXPECT_EQ(nuke.file, "\"" + mixed.folder + "/s h.####.exr\"");
+    EXPECT_EQ(nuke.range, "-3 12345");
+    for (size_t i = 0; i < mixed.expected.at(7).data.pixel_count(); ++i)
+        ASSERT_EQ(nuke.top()[1][i], mixed.expected.at(7).find("G")->value(i));
+    // Frames that are not here: that of the file that was looked at
+    const MixRecipe elsewhere = mixed.recipe("farm/s.####.exr");
+    EXPECT_EQ(NukeScript(nuke_script(elsewhere), mixed.stack.image()).range, "7 7");
+    const auto folders = mix_recipe(mixed.stack, mixed.plan, mixed.look, "new.####/s.####.exr");
+    EXPECT_EQ(folders.error().code, "export-sequence");
+}
+
+/// A stand-in for bpy records what is loaded and rendered.
+TEST(Export, BlenderScriptRendersEveryFrameOfASequence) {
+    const MixedSequence mixed;
+    ASSERT_TRUE(write_file_atomically(mixed.folder + "/bpy.py",
+                                      "from unittest.mock import MagicMock\n"
+                                      "data, context, ops = MagicMock(), MagicMock(), MagicMock()\n"
+                                      "image = data.images.load.return_value\n"
+                                      "def render(write_still):\n"
+                                      "    print(image.filepath, image.source, '->',\n"
+                                      "          context.scene.render.filepath)\n"
+                                      "ops.render.render = render\n"));
+    ASSERT_TRUE(write_file_atomically(mixed.folder + "/mix.py",
+                                      blender_script(mixed.recipe("s h.%04d.exr"))));
+    const auto played = [&](const std::string& arguments) {
+        const std::string command = "cd " + mixed.folder + " && PYTHONPATH=. python3 mix.py -- " +
+                                    arguments + " > log.txt 2>&1";
+        const int status = std::system(command.c_str());
+        return std::pair(status, *read_file(mixed.folder + "/log.txt"));
+    };
+    const auto [code, log] = played("'s h.####.exr' 'out/mix.####.exr'");
+    EXPECT_EQ(code, 0) << log;
+    std::string expected;
+    for (const char* number : {"-003", "0007", "12345"})
+        expected += mixed.folder + "/s h." + number + ".exr FILE -> " + mixed.folder + "/out/mix." +
+                    number + ".exr\n";
+    EXPECT_EQ(log, expected);
+    EXPECT_EQ(played("").first, 0) << "in the window: the sequence that the script names";
+    for (const char* bad : {"'none.####.exr' 'mix.####.exr'", "'s h.####.exr' mix.exr"})
+        EXPECT_NE(played(bad).first, 0) << bad;
+}
+
 TEST(Export, HostileNamesStayInTheirQuotes) {
     MixRecipe recipe;
     recipe.file = "a\nrm \"-rf\" '$(x)' [exit] \\.exr";
@@ -218,8 +332,8 @@ TEST(Export, HostileNamesStayInTheirQuotes) {
     // The shell has the name back as it was
     recipe.file = "it's \"$HOME\" `x` \\";
     ASSERT_TRUE(write_file_atomically(file("name.sh"), oiio_script(recipe)).has_value());
-    const std::string command = "sed 's/^exec oiiotool.*/printf %s \"$in\"; exit/' " +
-                                file("name.sh") + " | sh > " + file("name.txt");
+    const std::string command = "sed 's/^mix() .*/printf %s \"$in\"; exit/' " + file("name.sh") +
+                                " | sh > " + file("name.txt");
     ASSERT_EQ(std::system(command.c_str()), 0);
     const auto name = read_file(file("name.txt"));
     ASSERT_TRUE(name.has_value());

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compositor/sequence.h"
-
 #include "base/atomic_file.h"
+#include "base/frames.h"
 #include "base/tasks.h"
 #include "compositor/mix_job.h"
 #include "compositor/test_stack.h"
@@ -17,36 +16,6 @@ namespace velatura::compositor {
 namespace {
 
 namespace fs = std::filesystem;
-
-TEST(Sequence, NamesFilesByFrame) {
-    EXPECT_TRUE(is_sequence("a/shot.####.exr"));
-    EXPECT_TRUE(is_sequence("shot.%04d.exr"));
-    for (const char* one : {"shot.exr", "a#b/shot.exr", "50%.exr", "%s.exr"})
-        EXPECT_FALSE(is_sequence(one)) << one;
-    EXPECT_EQ(frame_path("a/shot.####.exr", 7), "a/shot.0007.exr");
-    EXPECT_EQ(frame_path("shot.#.exr", 12345), "shot.12345.exr");
-    EXPECT_EQ(frame_path("shot.%03d.exr", 7), "shot.007.exr");
-    EXPECT_EQ(frame_path("shot_%d.png", 7), "shot_7.png");
-}
-
-TEST(Sequence, ReadsListsOfFrames) {
-    EXPECT_EQ(*parse_frames("7"), (std::vector<int>{7}));
-    EXPECT_EQ(*parse_frames("1-9x3"), (std::vector<int>{1, 4, 7}));
-    EXPECT_EQ(*parse_frames("10,1-3,2"), (std::vector<int>{1, 2, 3, 10}));
-    for (const char* bad : {"", "a", "3-1", "1-5x0", "1,,2", "-4", "1-99999999999", "0-9000000"})
-        EXPECT_EQ(parse_frames(bad).error().code, "bad-frames") << bad;
-    EXPECT_EQ(frame_list({1, 2, 3, 7, 9, 10}), "1-3,7,9-10");
-    EXPECT_EQ(frame_list({}), "");
-}
-
-TEST(Sequence, FindsFramesOnDisk) {
-    const std::string pattern = film::temporary_file("found.##.exr");
-    for (const char* name : {"found.03.exr", "found.1.exr", "found.12.exr", "found.100.exr",
-                             "found.xx.exr", "found.07.png"})
-        ASSERT_TRUE(write_file_atomically(film::temporary_file(name), "x").has_value());
-    EXPECT_EQ(frames_on_disk(pattern), (std::vector<int>{3, 12, 100}));
-    EXPECT_TRUE(frames_on_disk("/nonexistent_folder/a.##.exr").empty());
-}
 
 TEST(Keys, AreLinearBetweenFrames) {
     const auto at = [](Control::Kind kind, const char* text, double frame) {

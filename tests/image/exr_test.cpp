@@ -98,7 +98,7 @@ TEST(Exr, SaysWhatIsWrongWithBadFiles) {
     const auto bytes = read_file(whole);
     ASSERT_TRUE(write_file_atomically(cut, bytes->substr(0, bytes->size() * 2 / 3)).has_value());
     EXPECT_FALSE(read_exr(cut).has_value());
-    EXPECT_EQ(write_exr("/nonexistent_folder/a.exr", sample_image(1)).error().code, "io-write");
+    EXPECT_EQ(write_exr("/dev/null/a.exr", sample_image(1)).error().code, "io-write");
 }
 
 TEST(Exr, TakesNoRowsFromTilesOfAPartOfScanlines) {
