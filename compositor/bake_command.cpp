@@ -175,16 +175,20 @@ void add_bake_command(Command& app, std::function<int()>& run) {
     Command command = app.add_subcommand(
         "bake", "Write a mix as a USD layer of light intensities, exposures and colours");
     command.add_option("input", o->input, "File of light layers, or shot.####.exr with --frame")
-        .required();
+        .required()
+        .reads();
     command.add_option("-o,--output", o->output, "USD layer, .usda, to put above the scene")
-        .required();
+        .required()
+        .writes();
     o->look.add_to(command);
     Option prove =
         command.add_flag("--prove", o->prove,
                          "Render the scene with the layer and compare it with the mix, against the "
                          "noise of both; needs --scene and a file with --halves");
     // Of the proof alone: without it they would change nothing
-    command.add_option("--scene", o->scene, "Scene that the file was rendered from").needs(prove);
+    command.add_option("--scene", o->scene, "Scene that the file was rendered from")
+        .needs(prove)
+        .reads();
     command
         .add_option("--crop", o->crop,
                     "Part of the picture to prove: X0 X1 Y0 Y1 as fractions from the bottom left")

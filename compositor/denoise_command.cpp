@@ -53,11 +53,13 @@ void add_denoise_command(Command& app, std::function<int()>& run) {
         .add_option("input", o->input,
                     "File of light layers, or shot.####.exr, rendered with --halves and --layers "
                     "...,data")
-        .required();
+        .required()
+        .reads();
     command
         .add_option("-o,--output", o->output,
                     "Denoised .exr: the same layers, which verify accepts")
-        .required();
+        .required()
+        .writes();
     add_frames_option(command, o->frames);
     command.footer(
         "Every pixel becomes one linear combination of the pixels around it, with the same weights "

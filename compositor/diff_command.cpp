@@ -128,16 +128,18 @@ int run_diff(const DiffOptions& o) {
 void add_diff_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<DiffOptions>();
     Command command = app.add_subcommand("diff", "Differences per layer; B is the reference");
-    command.add_option("a", o->a, "File A, or shot.####.exr").required();
-    command.add_option("b", o->b, "File B, the reference").required();
+    command.add_option("a", o->a, "File A, or shot.####.exr").required().reads();
+    command.add_option("b", o->b, "File B, the reference").required().reads();
     command
         .add_option("--threshold", o->threshold,
                     "Largest relMSE of any layer that counts as equal; default 0. relMSE is "
                     "that of RGB, alpha has a line of its own")
         .non_negative();
-    command.add_option(
-        "-o,--output", o->output,
-        "Write A - B as .exr, or what the eye sees of it as .png or .jpg (map of --flip)");
+    command
+        .add_option(
+            "-o,--output", o->output,
+            "Write A - B as .exr, or what the eye sees of it as .png or .jpg (map of --flip)")
+        .writes();
     add_frames_option(command, o->frames);
     command.add_flag("--flip", o->flip,
                      "How visible the difference of the beauties is, 0 to 1 (HDR-FLIP)");

@@ -70,10 +70,14 @@ void add_export_command(Command& app, std::function<int()>& run) {
     command.add_option("program", o->program, "nuke, oiio (a shell script for oiiotool) or blender")
         .required()
         .one_of(programs);
-    command.add_option("input", o->input, "File of light layers, or shot.####.exr").required();
-    command.add_option("-o,--output", o->output, "The script (default: print it)");
-    command.add_option("--file", o->file,
-                       "What the script reads, where that is not the input: shot.####.exr");
+    command.add_option("input", o->input, "File of light layers, or shot.####.exr")
+        .required()
+        .reads();
+    command.add_option("-o,--output", o->output, "The script (default: print it)").writes();
+    command
+        .add_option("--file", o->file,
+                    "What the script reads, where that is not the input: shot.####.exr")
+        .reads();
     o->look.add_to(command);
     command.callback([&run, o] { run = [o] { return run_export(*o); }; });
 }

@@ -46,7 +46,9 @@ void add_info_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<InfoOptions>();
     Command command =
         app.add_subcommand("info", "What a file holds: layers, groups, energy, samples, closure");
-    command.add_option("file", o->file, "File of light layers, or shot.####.exr").required();
+    command.add_option("file", o->file, "File of light layers, or shot.####.exr")
+        .required()
+        .reads();
     add_frames_option(command, o->frames);
     Option hash = command.add_flag("--hash", o->hash, "Print only the SHA-256 of all pixel data");
     command.add_flag("--json", o->json, "As JSON, the SHA-256 with it").excludes(hash);

@@ -64,7 +64,7 @@ void LookOptions::add_to(Command& command) {
                    "NAME=ROW,ROW: a name for several rows, whose gain is their master");
     command.add_option("--exposure", exposure, "Stops on everything, from -64 to 64")
         .range(-largest_stops, largest_stops);
-    command.add_option("--preset", preset, "Look to start from (JSON)");
+    command.add_option("--preset", preset, "Look to start from (JSON)").reads();
     command.add_option("--frame", frame, "Frame at which keys are read");
     command.add_option("--input-space", input_space,
                        "Color space of the file, where it does not say it or is wrong: one of "

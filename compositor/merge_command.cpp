@@ -58,9 +58,10 @@ void add_merge_command(Command& app, std::function<int()>& run) {
     command
         .add_option("inputs", o->inputs,
                     "Files rendered with --samples A:B; sequences frame by frame where -o is one")
-        .required();
+        .required()
+        .reads();
     add_frames_option(command, o->frames);
-    command.add_option("-o,--output", o->output, "Merged file").required();
+    command.add_option("-o,--output", o->output, "Merged file").required().writes();
     command.add_flag("--keep-sums", o->keep_sums, "Keep the exact sums, for another merge");
     command.callback([&run, o] { run = [o] { return run_merge(*o); }; });
 }

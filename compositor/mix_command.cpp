@@ -151,13 +151,15 @@ void add_mix_command(Command& app, std::function<int()>& run) {
         .add_option("input", o->input,
                     "File of light layers, or shot.####.exr; of another renderer: each layer.RGB "
                     "is a row, `rest` what they leave of the beauty")
-        .required();
+        .required()
+        .reads();
     command
         .add_option("-o,--output", o->output,
                     "Scene-linear .exr, or .png / .jpg through OpenColorIO")
-        .required();
+        .required()
+        .writes();
     o->look.add_to(command);
-    command.add_option("--save-preset", o->save_preset, "Write the look as JSON");
+    command.add_option("--save-preset", o->save_preset, "Write the look as JSON").writes();
     command.add_option("--display", o->display, "OpenColorIO display for .png and .jpg");
     command.add_option("--view", o->view,
                        "OpenColorIO view: ACES, sRGB or Raw in the built-in config");

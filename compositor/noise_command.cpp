@@ -179,15 +179,20 @@ void add_noise_command(Command& app, std::function<int()>& run) {
     command
         .add_option("input", o->input,
                     "File of light layers, or shot.####.exr, rendered with --halves")
-        .required();
+        .required()
+        .reads();
     add_frames_option(command, o->frames);
     o->look.add_to(command);
     command.add_option("--target", o->target,
                        "Error to reach, e.g. 1%; default: that of the render as it is");
-    command.add_option("--stats", o->stats,
-                       "Statistics of the render (velatura render --stats), for times");
-    command.add_option("-o,--output", o->output,
-                       "Where it is noisy: .exr (standard error per channel), .png or .jpg (heat)");
+    command
+        .add_option("--stats", o->stats,
+                    "Statistics of the render (velatura render --stats), for times")
+        .reads();
+    command
+        .add_option("-o,--output", o->output,
+                    "Where it is noisy: .exr (standard error per channel), .png or .jpg (heat)")
+        .writes();
     command.add_flag("--json", o->json, "As JSON");
     command.callback([&run, o] { run = [o] { return run_noise(*o); }; });
 }

@@ -102,10 +102,12 @@ void add_plan_command(Command& app, std::function<int()>& run) {
     command
         .add_option("input", o->input,
                     "File rendered with --halves --keep-sums, or shot.####.exr with --frame")
-        .required();
+        .required()
+        .reads();
     o->look.add_to(command);
     command.add_option("-o,--output", o->output, "Request, .json; STEM.priority.exr beside it")
-        .required();
+        .required()
+        .writes();
     Command how = command.add_group(
         "How far (default: --target the error of the render "
         "as it is)");
@@ -116,7 +118,8 @@ void add_plan_command(Command& app, std::function<int()>& run) {
         .range(1.0, 0x1p31);
     Option time = how.add_option("--time", o->time, "Further time to render, e.g. 90s, 10m");
     how.require_options(0, 1);
-    Option stats = command.add_option("--stats", o->stats, "Statistics of the render, for --time");
+    Option stats =
+        command.add_option("--stats", o->stats, "Statistics of the render, for --time").reads();
     time.needs(stats);
     stats.needs(time);
     command.callback([&run, o] { run = [o] { return run_plan(*o); }; });

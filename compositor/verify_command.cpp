@@ -53,7 +53,9 @@ void add_verify_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<VerifyOptions>();
     Command command =
         app.add_subcommand("verify", "Check closure, names, values and digests of a file");
-    command.add_option("file", o->file, "File of light layers, or shot.####.exr").required();
+    command.add_option("file", o->file, "File of light layers, or shot.####.exr")
+        .required()
+        .reads();
     add_frames_option(command, o->frames);
     command.add_flag("-q,--quiet", o->quiet, "Print problems only");
     command.callback([&run, o] { run = [o] { return run_verify(*o); }; });

@@ -49,8 +49,8 @@ int run_view(const ViewOptions& o) {
 void add_view_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<ViewOptions>();
     Command command = app.add_subcommand("view", "All layers with their names on one picture");
-    command.add_option("input", o->input, "Any EXR file, or shot.####.exr").required();
-    command.add_option("-o,--output", o->output, ".png or .jpg").required();
+    command.add_option("input", o->input, "Any EXR file, or shot.####.exr").required().reads();
+    command.add_option("-o,--output", o->output, ".png or .jpg").required().writes();
     add_frames_option(command, o->frames);
     command.add_option("--layers", o->sheet.patterns,
                        "Only these; patterns with * and ?, may be repeated");

@@ -104,7 +104,8 @@ void add_flatten_command(Command& app, std::function<int()>& run) {
     Command command = app.add_subcommand("flatten", "The composed stage as one USD layer");
     auto arguments = std::make_shared<FlattenArguments>();
     command.add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")
-        .required();
+        .required()
+        .reads();
     add_search_path_option(command, arguments->assets.search_paths);
     add_root_options(command, arguments->assets);
     add_memory_option(command, arguments->memory_limit);
@@ -112,7 +113,8 @@ void add_flatten_command(Command& app, std::function<int()>& run) {
     command
         .add_option("-o,--output", arguments->output,
                     "file to write; text on the terminal when left out")
-        .type_name("FILE");
+        .type_name("FILE")
+        .writes();
     command.add_flag("--layer", arguments->layer_only, "that one layer as it stands, not composed");
     command.add_flag("--usdc", arguments->crate, "binary (crate), as for a FILE.usdc");
     command.callback([arguments, &run] {

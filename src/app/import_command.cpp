@@ -53,10 +53,11 @@ void add_import_command(Command& app, std::function<int()>& run) {
     Command command = app.add_subcommand(
         "import", "Turn a .dae, .obj, .gltf, .glb, .ply or .fbx file into .usda");
     auto arguments = std::make_shared<ImportArguments>();
-    command.add_option("file", arguments->file, "scene or model").required();
+    command.add_option("file", arguments->file, "scene or model").required().reads();
     command.add_option("-o,--output", arguments->output, "layer to write")
         .required()
-        .type_name("OUT.usda");
+        .type_name("OUT.usda")
+        .writes();
     add_root_options(command, arguments->assets);
     add_memory_option(command, arguments->memory_limit);
     command.add_flag("-q,--quiet", arguments->quiet, "only errors");

@@ -114,7 +114,8 @@ void add_info_command(Command& app, std::function<int()>& run) {
     Command command = app.add_subcommand("info", "What a USD scene holds");
     auto arguments = std::make_shared<InfoArguments>();
     command.add_option("scene", arguments->scene, "USD scene (.usda, .usdc, .usd, .usdz)")
-        .required();
+        .required()
+        .reads();
     add_search_path_option(command, arguments->assets.search_paths);
     add_root_options(command, arguments->assets);
     add_memory_option(command, arguments->memory_limit);

@@ -24,15 +24,19 @@ std::vector<std::string> compression_names() {
 }  // namespace
 
 void declare_render_options(Command& command, RenderArguments& a) {
-    command.add_option("scene", a.scene, "USD scene (.usda, .usdc, .usd, .usdz)").required();
+    command.add_option("scene", a.scene, "USD scene (.usda, .usdc, .usd, .usdz)")
+        .required()
+        .reads();
     add_search_path_option(command, a.assets.search_paths);
     add_root_options(command, a.assets);
     add_memory_option(command, a.memory_limit);
-    command.add_option(
-        "-o,--output", a.output,
-        "file, .exr; #### (or %04d, $F4, <F4>) stands for the frame, which several frames get "
-        "before "
-        "the extension without it (default: the scene's productName, else SCENE.exr)");
+    command
+        .add_option(
+            "-o,--output", a.output,
+            "file, .exr; #### (or %04d, $F4, <F4>) stands for the frame, which several frames get "
+            "before "
+            "the extension without it (default: the scene's productName, else SCENE.exr)")
+        .writes();
 
     Command what = command.add_group("What to render");
     what.add_option("-c,--camera", a.camera,
@@ -92,7 +96,8 @@ void declare_render_options(Command& command, RenderArguments& a) {
     how.add_option("--for-mix", a.for_mix,
                    "with --resume: place the further samples where a mix is noisy, as the request "
                    "says that `velatura-comp plan` wrote; --spp, in the mean, beats the request's")
-        .type_name("FILE.json");
+        .type_name("FILE.json")
+        .reads();
     how.add_option(
            "--time", a.time,
            "progressive: stop after this time, e.g. 90s, 10m; without --spp the time alone decides")
@@ -282,7 +287,7 @@ void declare_render_options(Command& command, RenderArguments& a) {
         .add_option("--progress", a.progress,
                     "bar (lines when not on a terminal), json, openjd or none")
         .one_of({"bar", "json", "openjd", "none"});
-    report.add_option("--stats", a.stats, "write statistics as JSON, of each frame as -o");
+    report.add_option("--stats", a.stats, "write statistics as JSON, of each frame as -o").writes();
     report.add_flag("--strict", a.strict,
                     "an error in the scene or a bad sample stops the render with an exit code");
     report

@@ -6,6 +6,7 @@
 #include "app/frame_settings.h"
 #include "app/light_images.h"
 #include "app/memory_needs.h"
+#include "app/output_files.h"
 #include "app/plan_report.h"
 #include "app/render_layers.h"
 #include "app/replay.h"
@@ -89,26 +90,6 @@ image::FileInfo make_file_info(const RenderJob& job,
     info.world_to_camera = to_floats(world.camera.world_to_camera());
     info.world_to_ndc = to_floats(world.camera.world_to_ndc());
     return info;
-}
-
-/// Takes the output for this process, before the render: hours later is too late to find that there
-/// is no place for it. Returns: an exit code, Done when it has it.
-int take_output(const std::string& path,
-                std::optional<OutputLock>& lock,
-                Diagnostics& diagnostics) {
-    Result<OutputLock> taken = OutputLock::take(path);
-    if (!taken) {
-        diagnostics.error(taken.error().code, {}, {}, taken.error().message);
-        return taken.error().code == "output-locked" ? Refused : RenderError;
-    }
-    if (!taken->is_held())
-        diagnostics.warn("output-lock", {}, {},
-                         fmt::format("the folder of {} knows no locks: that no other process "
-                                     "renders to it is not checked",
-                                     path));
-    lock.emplace(std::move(*taken));
-    sweep_temporaries(path);
-    return Done;
 }
 
 constexpr const char* writing = "while the picture was written";
@@ -757,7 +738,14 @@ int render_frame(const RenderJob& job, const FrameInput& input, Diagnostics& dia
             return code;
     }
     FrameSettings settings;
-    if (!job.replay) settings = frame_settings(job, input);
+    if (!job.replay) {
+        settings = frame_settings(job, input);
+        // That has read all files of the scene
+        if (const Result<void> ok = check_outputs(input); !ok) {
+            diagnostics.error(ok.error().code, {}, {}, ok.error().message);
+            return UsageError;
+        }
+    }
     if (!job.arguments.resume)
         return FrameRenderer(job, input, std::move(settings), std::nullopt, std::nullopt,
                              diagnostics)

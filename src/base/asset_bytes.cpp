@@ -2,6 +2,7 @@
 #include "base/asset_bytes.h"
 
 #include "base/asset_roots.h"
+#include "base/input_guard.h"
 #include "base/lost_pages.h"
 #include "base/package_path.h"
 #include "base/zip_archive.h"
@@ -85,6 +86,7 @@ Result<AssetBytesPtr> map_file(const std::string& file) {
     struct stat status {};
 
     if (::fstat(fd->get(), &status) != 0) return unreadable(file, errno);
+    guard_input(file);
     if (status.st_size == 0) return make_asset_bytes({});
 
     const auto size = static_cast<size_t>(status.st_size);

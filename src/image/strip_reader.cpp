@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "image/strip_reader.h"
 
+#include "base/input_guard.h"
 #include "base/tasks.h"
 #include "image/digest.h"
 #include "image/exr.h"
@@ -327,11 +328,13 @@ StripReader& StripReader::operator=(StripReader&&) noexcept = default;
 
 Result<StripReader> StripReader::open(const std::string& path) {
     auto impl = std::make_unique<Impl>();
+    guard_input(path);
     if (auto added = impl->add_file(path, "", nullptr); !added) return added.error();
     const auto split = split_layers(path, impl->description);
     if (!split) return split.error();
     SplitChannels channels(impl->description);
     for (const SplitLayer& s : *split) {
+        guard_input(s.path);
         if (auto added = impl->add_file(s.path, s.layer, &channels); !added) return added.error();
     }
     impl->unite_windows();

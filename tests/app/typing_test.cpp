@@ -3,10 +3,12 @@
 #include "app/commands.h"
 #include "base/command_line.h"
 #include "base/number_options.h"
+#include "base/overwritten_inputs.h"
 #include "command.h"
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <utility>
@@ -41,6 +43,46 @@ TEST(Typing, EveryNumberOptionRefusesWhatMakesNoSense) {
     for (const char* name : {"render --spp", "render --res", "plan --seed", "study --rounds",
                              "selftest --amount", "info --time"})
         EXPECT_TRUE(tried.contains(name)) << name;
+}
+
+TEST(Typing, NoCommandWritesOverWhatItReads) {
+    CommandLine line("", "velatura");
+    line.require_subcommand();
+    std::function<int()> run;
+    app::add_render_command(line, run);
+    app::add_study_command(line, run);
+    app::add_plan_command(line, run);
+    app::add_info_command(line, run);
+    app::add_flatten_command(line, run);
+    app::add_import_command(line, run);
+    std::vector<OverwritingCommand> rows = {{"scene", "--output", {"flatten", "IN", "-o", "IN"}},
+                                            {"file", "--output", {"import", "IN", "-o", "IN"}}};
+    for (const std::string command : {"render", "plan", "study"}) {
+        rows.push_back({"scene", "--output", {command, "IN", "-o", "IN"}});
+        rows.push_back(
+            {"--for-mix", "--stats", {command, "x", "--for-mix", "IN", "--stats", "IN"}});
+    }
+    expect_inputs_guarded(line, rows, testing::TempDir() + "app_inputs");
+}
+
+/// Files that only the scene names: layers and textures.
+TEST(Typing, ARenderWritesOverNoFileOfItsScene) {
+    const Workplace w;
+    w.write("ball.usda", textured_ball("t.exr"));
+    w.write("root.usda", "#usda 1.0\n(\n subLayers = [@ball.usda@]\n)\n");
+    w.write("s.usda", small_scene());
+    ASSERT_EQ(w.velatura(std::string("render s.usda --res 8 8 -o t.exr") + quick).exit_code, 0);
+    w.write("ball.usda", "#usda 1.0\n" + textured_ball("t.exr"));
+    const std::string before = w.hash("t.exr");
+    std::filesystem::create_symlink("t.exr", w.path("link.exr"));
+    for (const char* output : {"-o t.exr", "-o x.exr --stats ball.usda", "-o link.exr"}) {
+        const CommandResult r =
+            w.velatura(std::string("render root.usda --res 8 8 ") + output + quick);
+        EXPECT_EQ(r.exit_code, 2) << output << ": " << r.output;
+        EXPECT_NE(r.output.find("[overwrites-input]"), std::string::npos) << r.output;
+    }
+    EXPECT_EQ(w.hash("t.exr"), before);
+    EXPECT_FALSE(w.exists("x.exr")) << "found before the render";
 }
 
 /// Numbers within texts: times, errors, sizes, ranges.

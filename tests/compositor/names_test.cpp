@@ -182,5 +182,35 @@ TEST_F(Names, EveryCommandTakesASequenceAndMakesFolders) {
     EXPECT_EQ(comp("ui 's.####.exr' --frame 3").code, 1);
 }
 
+/// By whatever name, the file stays as it was; a picture that is called like the EXR too.
+TEST_F(Names, CommandsLeaveTheirInputsAlone) {
+    copy("s.0001.exr");
+    fs::create_hard_link(folder_ + "/s.0001.exr", folder_ + "/hard.exr");
+    fs::create_symlink("s.0001.exr", folder_ + "/soft.png");
+    fs::create_symlink("s.0001.exr", folder_ + "/soft.usda");
+    const std::string hash = comp("info --hash s.0001.exr").output;
+    for (const char* command :
+         {"mix s.0001.exr -o hard.exr", "mix 's.####.exr' -o 's.$F4.exr'",
+          "mix s.0001.exr -o 's.####.exr'", "mix s.0001.exr -o soft.png",
+          "noise s.0001.exr -o s.0001.exr", "noise s.0001.exr -o soft.png",
+          "diff s.0001.exr s.0001.exr -o hard.exr", "denoise s.0001.exr -o ./s.0001.exr",
+          "merge s.0001.exr -o hard.exr", "view s.0001.exr -o soft.png",
+          "bake hard.exr -o soft.usda", "export oiio hard.exr -o s.0001.exr",
+          "mix --gain key=2 --matte soft.png:A none.exr -o soft.png"}) {
+        const Outcome outcome = comp(command);
+        EXPECT_NE(outcome.code, 0) << command << ": " << outcome.output;
+        EXPECT_EQ(comp("info --hash s.0001.exr").output, hash) << command;
+    }
+    // A matte, which is found while it is read
+    copy("other.exr");
+    const Outcome matte = comp("mix other.exr --gain key=2 --matte hard.exr:A -o s.0001.exr");
+    EXPECT_EQ(matte.code, 2) << matte.output;
+    EXPECT_NE(matte.output.find("s.0001.exr is the input hard.exr"), std::string::npos)
+        << matte.output;
+    EXPECT_EQ(comp("info --hash hard.exr").output, hash);
+    EXPECT_EQ(comp("mix --gain all=0 s.0001.exr -o s.0001.exr --overwrite-input").code, 0);
+    EXPECT_NE(comp("info --hash s.0001.exr").output, hash);
+}
+
 }  // namespace
 }  // namespace velatura::compositor

@@ -2,6 +2,7 @@
 // What people type on the command line of velatura-comp, and what they meant.
 #include "base/command_line.h"
 #include "base/number_options.h"
+#include "base/overwritten_inputs.h"
 #include "compositor/commands.h"
 
 #include <gtest/gtest.h>
@@ -43,6 +44,32 @@ TEST(Typing, EveryNumberOptionRefusesWhatMakesNoSense) {
     for (const char* name : {"mix --memory", "noise --exposure", "plan --spp", "ui --size",
                              "diff --threshold", "view --columns", "bake --spp"})
         EXPECT_TRUE(tried.contains(name)) << name;
+}
+
+TEST(Typing, NoCommandWritesOverWhatItReads) {
+    Program program;
+    std::vector<OverwritingCommand> rows = {
+        {"input", "--output", {"mix", "IN", "-o", "IN"}},
+        {"input", "--output", {"mix", "-o", "IN", "IN"}},
+        {"--preset",
+         "--save-preset",
+         {"mix", "x", "-o", "y", "--preset", "IN", "--save-preset", "IN"}},
+        {"--stats", "--output", {"noise", "x", "--stats", "IN", "-o", "IN"}},
+        {"--stats", "--output", {"plan", "x", "--stats", "IN", "--time", "5s", "-o", "IN"}},
+        {"a", "--output", {"diff", "IN", "x", "-o", "IN"}},
+        {"b", "--output", {"diff", "x", "IN", "-o", "IN"}},
+        {"inputs", "--output", {"merge", "x", "IN", "-o", "IN"}},
+        {"input", "--output", {"view", "IN", "-o", "IN"}},
+        {"input", "--output", {"export", "nuke", "IN", "-o", "IN"}},
+        {"--file", "--output", {"export", "oiio", "x", "--file", "IN", "-o", "IN"}},
+        {"input", "--output", {"denoise", "IN", "-o", "IN"}},
+        {"--scene", "--output", {"bake", "x", "--prove", "--scene", "IN", "-o", "IN"}}};
+    for (const std::string command : {"noise", "plan", "bake"})
+        rows.push_back({"input", "--output", {command, "IN", "-o", "IN"}});
+    for (const std::string command : {"noise", "plan", "bake"})
+        rows.push_back({"--preset", "--output", {command, "x", "--preset", "IN", "-o", "IN"}});
+    rows.push_back({"--preset", "--output", {"export", "nuke", "x", "--preset", "IN", "-o", "IN"}});
+    expect_inputs_guarded(program.line, rows, testing::TempDir() + "comp_inputs");
 }
 
 TEST(Typing, MisspeltWordsGetTheNearest) {
