@@ -38,17 +38,67 @@ Result<Input> read_input(const std::string& path) {
                  image::file_info_of(stack->image(), stack->header()), std::move(*sums)};
 }
 
+/// ": --max-depth 4 and 8, halves true and false" of what two objects hold, as JSON pointers
+/// without their first slash; empty if they hold the same.
+std::string differences(const nlohmann::json& a, const nlohmann::json& b) {
+    constexpr size_t most_told = 4;
+    if (!a.is_object() || !b.is_object()) return {};
+    const nlohmann::json flat_a = a.flatten(), flat_b = b.flatten();
+    nlohmann::json all = flat_b;
+    all.update(flat_a);
+    std::string text;
+    size_t count = 0;
+    const auto value_of = [](const nlohmann::json& flat, const std::string& key) {
+        if (!flat.contains(key)) return std::string("nothing");
+        return flat[key].is_string() ? flat[key].get<std::string>() : flat[key].dump();
+    };
+    for (const auto& [key, value] : all.items()) {
+        const std::string in_a = value_of(flat_a, key), in_b = value_of(flat_b, key);
+        if (in_a == in_b || ++count > most_told) continue;
+        text += fmt::format("{} {} {} and {}", count == 1 ? ":" : ",",
+                            key.substr(std::min<size_t>(1, key.size())), in_a, in_b);
+    }
+    return count > most_told ? fmt::format("{}, and {} more", text, count - most_told) : text;
+}
+
+/// What the file says of its settings, beside its first sample.
+nlohmann::json settings_of(const Input& input) {
+    const auto all = nlohmann::json::parse(input.info.settings_json, nullptr, false);
+    if (!all.is_object()) return {};
+    nlohmann::json settings = all.value("settings", nlohmann::json::object());
+    if (settings.is_object() && all.contains("build")) settings["build"] = all["build"];
+    return settings;
+}
+
+std::string text_of(const image::Window& w) {
+    return fmt::format("{},{} to {},{}", w.x0, w.y0, w.x1, w.y1);
+}
+
 /// Why two files are not parts of one render; empty if they are.
 std::string mismatch(const Input& a, const Input& b) {
     const auto differ = [&](const std::string& what) {
         return fmt::format("{} and {} {}", a.path, b.path, what);
     };
-    if (a.samples.scene_hash != b.samples.scene_hash) return differ("show different scenes");
-    if (a.samples.settings_hash != b.samples.settings_hash)
-        return differ("were rendered with different settings");
-    if (a.samples.seed != b.samples.seed) return differ("have different seeds");
-    if (a.sums.window() != b.sums.window()) return differ("have different data windows");
-    if (a.sums.layer_set() != b.sums.layer_set()) return differ("store different layers");
+    if (a.samples.scene_hash != b.samples.scene_hash)
+        return differ(fmt::format("show different scenes: the hashes of their layers are {} and {}",
+                                  a.samples.scene_hash, b.samples.scene_hash));
+    const bool has_same_settings = a.samples.settings_hash == b.samples.settings_hash;
+    const std::string settings =
+        has_same_settings ? std::string() : differences(settings_of(a), settings_of(b));
+    if (!settings.empty()) return differ("were rendered with different settings" + settings);
+    if (a.samples.seed != b.samples.seed)
+        return differ(
+            fmt::format("have different seeds: {} and {}", a.samples.seed, b.samples.seed));
+    if (a.sums.window() != b.sums.window())
+        return differ(fmt::format("have different data windows: pixels {} and {}",
+                                  text_of(a.sums.window()), text_of(b.sums.window())));
+    if (a.sums.layer_set() != b.sums.layer_set())
+        return differ(
+            "store different layers" +
+            differences(nlohmann::json::parse(a.sums.layer_set().to_json(), nullptr, false),
+                        nlohmann::json::parse(b.sums.layer_set().to_json(), nullptr, false)));
+    if (!has_same_settings)
+        return differ("were rendered with different settings, which they do not name");
     return {};
 }
 

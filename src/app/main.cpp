@@ -10,7 +10,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstddef>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <functional>
 #include <new>
@@ -70,6 +72,27 @@ int run_command(int argc, char** argv) {
 }  // namespace
 
 }  // namespace velatura::app
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+/// As that of libstdc++, but says how much it did not find: of std::bad_alloc nobody can tell.
+void* operator new(std::size_t bytes) {
+    for (;;) {
+        if (void* const memory = std::malloc(bytes > 0 ? bytes : 1)) return memory;
+        velatura::MemoryLimit::note_refusal(bytes);
+        const std::new_handler find_memory = std::get_new_handler();
+        if (!find_memory) throw std::bad_alloc();
+        find_memory();
+    }
+}
+
+void operator delete(void* memory) noexcept {
+    std::free(memory);
+}
+
+void operator delete(void* memory, std::size_t) noexcept {
+    std::free(memory);
+}
+#endif
 
 int main(int argc, char** argv) {
     using namespace velatura::app;

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <new>
 
 namespace velatura::app {
@@ -34,10 +35,14 @@ int run_in_memory(const std::string& limit, const std::function<int()>& work) {
         const MemoryLimit limited(*bytes);
         return work();
     } catch (const std::bad_alloc&) {
-        fmt::print(
-            stderr,
-            "error: the memory limit of {} is too low: more was asked for {} [memory-limit]\n",
-            format_bytes(*bytes), MemoryLimit::doing());
+        // What was in use has been given back by now, but for the kernel's own count
+        const size_t used = peak_resident_bytes(), asked = MemoryLimit::refused_bytes();
+        fmt::print(stderr,
+                   "error: --memory-limit: {} is too low: {} in use and {} asked for {}; at least "
+                   "{} needed [memory-limit]\n",
+                   format_bytes(*bytes), format_bytes(used),
+                   asked > 0 ? format_bytes(asked) + " more" : "more", MemoryLimit::doing(),
+                   format_bytes(std::max(*bytes, used + asked + MemoryLimit::kept_bytes)));
         return MemoryReached;
     }
 }

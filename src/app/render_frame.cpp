@@ -567,10 +567,12 @@ class FrameRenderer {
             diagnostics_.warn(
                 "memory-limit", {}, {},
                 fmt::format(
-                    "the memory limit of {} ended the render after {:g}{} samples per pixel",
+                    "--memory-limit {} ended the render after {:g}{} samples per pixel; all of it "
+                    "was expected to take {}",
                     format_bytes(MemoryLimit::allowed()), noise.samples_mean,
                     job_.is_open_ended ? std::string()
-                                       : fmt::format(" of {}", job_.schedule.end_sample)));
+                                       : fmt::format(" of {}", job_.schedule.end_sample),
+                    needs_.text()));
             return TargetMissed;
         }
         if (result.reason == integrator::StopReason::Interrupted)

@@ -23,6 +23,7 @@ constexpr size_t unlimited = std::numeric_limits<size_t>::max();
 
 std::atomic<size_t> limit_bytes = unlimited;
 std::atomic<const char*> now_doing = "";
+std::atomic<size_t> last_refused = 0;
 bool is_enforced = false;
 
 /// What the kernel says of this process, bytes; see proc_pid_status(5).
@@ -154,6 +155,14 @@ MemoryLimit::Lifted::~Lifted() {
 
 void MemoryLimit::give_back() {
     malloc_trim(0);
+}
+
+void MemoryLimit::note_refusal(size_t bytes) {
+    last_refused = bytes;
+}
+
+size_t MemoryLimit::refused_bytes() {
+    return last_refused;
 }
 
 bool MemoryLimit::is_set() {

@@ -81,6 +81,12 @@ class MemoryLimit {
     /// put aside.
     static constexpr size_t kept_bytes = size_t(10) << 20;
 
+    /// For operator new of a program: it found no memory for this many bytes, and will ask for
+    /// more memory or throw.
+    static void note_refusal(size_t bytes);
+    /// Of the last refusal; 0: none, or not of operator new.
+    static size_t refused_bytes();
+
     static bool is_set();
     /// What enforce() was told last.
     static const char* doing();

@@ -40,6 +40,8 @@ std::string part(const std::string& name,
     info.seed = 5;
     info.scene_hash = "scene";
     info.settings_hash = "settings";
+    info.settings_json =
+        R"({"build": "b", "firstSample": 0, "settings": {"--filter": "box", "--max-depth": "4"}})";
     info.matte_names = {film::test_objects(), {"only"}};
     if (change) change(set, info);
     film::Film film(window, set);
@@ -102,10 +104,18 @@ TEST(Merge, RefusesWhatDoesNotFit) {
         {"gap", part("gap", 5, 8)},
         {"different scenes",
          part("scene", 4, 8, [](auto&, auto& info) { info.scene_hash = "other"; })},
-        {"different settings",
+        {"different settings, which they do not name",
          part("settings", 4, 8, [](auto&, auto& info) { info.settings_hash = "other"; })},
-        {"different seeds", part("seed", 4, 8, [](auto&, auto& info) { info.seed = 6; })},
-        {"different layers", part("layers", 4, 8, [](auto& set, auto&) { set.halves = false; })},
+        {"different settings: --filter box and gaussian, --max-depth 4 and nothing",
+         part("named", 4, 8,
+              [](auto&, auto& info) {
+                  info.settings_hash = "other";
+                  info.settings_json =
+                      R"({"build": "b", "firstSample": 4, "settings": {"--filter": "gaussian"}})";
+              })},
+        {"different seeds: 5 and 6", part("seed", 4, 8, [](auto&, auto& info) { info.seed = 6; })},
+        {"different layers: halves true and false",
+         part("layers", 4, 8, [](auto& set, auto&) { set.halves = false; })},
         {"different layers",
          part("lights", 4, 8, [](auto& set, auto&) { set.groups[1].name = "rim"; })},
         {"no sums", part("sums", 4, 8, [](auto&, auto& info) { info.store_sums = false; })},
