@@ -113,7 +113,7 @@ int diff_one(const DiffOptions& o, std::optional<int> frame) {
 
 int run_diff(const DiffOptions& o) {
     if (!o.output.empty() && !is_exr(o.output) && !is_display_picture(o.output))
-        return report({"bad-output", o.output + " is not .exr, .png or .jpg"});
+        return report({"bad-output", o.output + " is not " + picture_names()});
     return run_frames({{o.a, o.b}, {o.output}, o.frames}, [&](const FrameNames& names) {
         DiffOptions one = o;
         one.a = names.input(o.a);

@@ -6,8 +6,11 @@
 #include "image/display.h"
 #include "image/formats.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -37,7 +40,11 @@ struct Rows {
 /// Folds strips into the mixed picture. Strips may come in any order and from several threads.
 class Mixer {
   public:
-    Mixer(const LayerStack& layout, const MixPlan& plan, const Look& look, bool with_layers);
+    Mixer(const LayerStack& layout,
+          const MixPlan& plan,
+          const Look& look,
+          bool with_layers,
+          image::ChannelType type);
 
     /// What strips must hold.
     std::span<const image::ChannelPlace> channels() const { return channels_; }
@@ -60,6 +67,7 @@ class Mixer {
 
     const LayerStack& layout_;
     const MixPlan& plan_;
+    const image::ChannelType type_;
     const bool with_layers_;
     std::vector<MixPlan::Term> terms_;
     std::vector<image::ChannelPlace> channels_;  ///< each once
@@ -74,9 +82,14 @@ class Mixer {
     std::map<std::string, NotFinite> not_finite_;  ///< first: pixel of the data window
 };
 
-Mixer::Mixer(const LayerStack& layout, const MixPlan& plan, const Look& look, bool with_layers)
+Mixer::Mixer(const LayerStack& layout,
+             const MixPlan& plan,
+             const Look& look,
+             bool with_layers,
+             image::ChannelType type)
     : layout_(layout),
       plan_(plan),
+      type_(type),
       with_layers_(with_layers && plan.family != "beauty" && plan.family != "plain"),
       terms_(plan.all_terms()) {
     const size_t pixels = layout.image().data.pixel_count();
@@ -186,6 +199,27 @@ image::Channel float_channel(std::string name, std::vector<float> values) {
     return channel;
 }
 
+image::Channel as_half(const image::Channel& channel) {
+    image::Channel half =
+        image::Channel::make(channel.name, image::ChannelType::Half, channel.size());
+    auto& values = std::get<std::vector<Imath::half>>(half.data);
+    image::for_each_value(channel, [&](size_t i, float v) { values[i] = Imath::half(v); });
+    return half;
+}
+
+/// Values that are infinite once they are stored.
+NotFinite beyond(image::ChannelType type, const std::vector<float>& values) {
+    NotFinite found{0, values.size()};
+    for (size_t i = 0; i < values.size(); ++i) {
+        const bool is_finite = type == image::ChannelType::Half ? Imath::half(values[i]).isFinite()
+                                                                : std::isfinite(values[i]);
+        if (is_finite) continue;
+        ++found.count;
+        found.first = std::min(found.first, i);
+    }
+    return found;
+}
+
 std::string digest_of_layer(const image::Image& image, const std::string& name) {
     std::vector<const image::Channel*> channels;
     for (const image::Part& part : image.parts) {
@@ -202,12 +236,16 @@ image::Image Mixer::picture(const Look& look) {
     out.data = layout_.image().data;
     image::Part rgba, layers;
     rgba.name = "rgba";
+    const auto as_stored = [this](std::string name, std::vector<float> values) {
+        image::Channel channel = float_channel(std::move(name), std::move(values));
+        return type_ == image::ChannelType::Half ? as_half(channel) : channel;
+    };
     if (const auto beauty = layout_.place("rgba", 0))
         rgba.attributes = image::carried_attributes(layout_.image().parts[beauty->part].attributes);
     layers.name = plan_.family;
     for (size_t c = 0; c < 3; ++c)
-        rgba.channels.push_back(float_channel(rgb_names[c], std::move(fold_[c])));
-    if (alpha_) rgba.channels.push_back(float_channel("A", std::move(alpha_values_)));
+        rgba.channels.push_back(as_stored(rgb_names[c], std::move(fold_[c])));
+    if (alpha_) rgba.channels.push_back(as_stored("A", std::move(alpha_values_)));
     out.parts.push_back(std::move(rgba));
 
     image::FamilyClosure closure;
@@ -229,7 +267,7 @@ image::Image Mixer::picture(const Look& look) {
         image::LayerEntry entry = described ? *described : image::LayerEntry{};
         entry.name = name;
         if (!described) entry.family = "beauty";
-        entry.type = "float";
+        entry.type = name == "rgba" && type_ == image::ChannelType::Half ? "half" : "float";
         entry.is_empty = false;
         entry.in_sum = name != "rgba";
         entry.part = name == "rgba" ? "rgba" : closure.family;
@@ -251,8 +289,7 @@ void Mixer::list_not_finite(std::vector<NotFiniteLayer>& out) const {
     const auto width = size_t(window.width());
     NotFinite overflow{0, window.pixel_count()};
     for (const std::vector<float>& fold : fold_) {
-        const NotFinite found = find_not_finite(
-            {image::ChannelType::Float, static_cast<const void*>(fold.data())}, 0, fold.size());
+        const NotFinite found = beyond(type_, fold);
         if (found.count == 0) continue;
         overflow.count += found.count;
         overflow.first = std::min(overflow.first, found.first);
@@ -266,14 +303,50 @@ void Mixer::list_not_finite(std::vector<NotFiniteLayer>& out) const {
     }
 }
 
+/// Of the display window; 1 where the picture has none, 0 beside its data.
+std::vector<float> alpha_of(const image::Image& mixed) {
+    const image::Channel* const stored = mixed.parts[0].find("A");
+    const image::Window& frame = mixed.display;
+    std::vector<float> alpha(frame.pixel_count(), 0.0f);
+    for (int y = std::max(frame.y0, mixed.data.y0); y < std::min(frame.y1, mixed.data.y1); ++y)
+        for (int x = std::max(frame.x0, mixed.data.x0); x < std::min(frame.x1, mixed.data.x1); ++x)
+            alpha[frame.index(x, y)] = stored ? stored->value(mixed.data.index(x, y)) : 1.0f;
+    return alpha;
+}
+
+/// Returns: pixels whose light is lost as their alpha is 0.
+size_t divide_by(const std::vector<float>& alpha, std::vector<float>& rgb) {
+    size_t lost = 0;
+    for (size_t i = 0; i < alpha.size(); ++i) {
+        const std::span<float, 3> pixel(&rgb[3 * i], 3);
+        if (alpha[i] > 0.0f) {
+            for (float& v : pixel) v /= alpha[i];
+        } else {
+            lost += std::any_of(pixel.begin(), pixel.end(), [](float v) { return v > 0.0f; });
+            std::fill(pixel.begin(), pixel.end(), 0.0f);
+        }
+    }
+    return lost;
+}
+
+std::vector<float> with_alpha(const std::vector<float>& rgb, const std::vector<float>& alpha) {
+    std::vector<float> rgba(4 * alpha.size());
+    for (size_t i = 0; i < alpha.size(); ++i) {
+        std::copy_n(&rgb[3 * i], 3, &rgba[4 * i]);
+        rgba[4 * i + 3] = alpha[i];
+    }
+    return rgba;
+}
+
 }  // namespace
 
 image::Image apply_mix(const LayerStack& stack,
                        const MixPlan& plan,
                        const Look& look,
                        bool with_layers,
-                       std::vector<NotFiniteLayer>* not_finite) {
-    Mixer mixer(stack, plan, look, with_layers);
+                       std::vector<NotFiniteLayer>* not_finite,
+                       image::ChannelType type) {
+    Mixer mixer(stack, plan, look, with_layers, type);
     image::for_each_strip(stack.image(), mixer.channels(),
                           [&](const image::Strip& strip) { mixer.fold(strip); });
     if (not_finite) mixer.list_not_finite(*not_finite);
@@ -286,8 +359,9 @@ Result<image::Image> mix_file(const image::StripReader& file,
                               const Look& look,
                               bool with_layers,
                               std::vector<NotFiniteLayer>* not_finite,
-                              size_t strip_bytes) {
-    Mixer mixer(layout, plan, look, with_layers);
+                              size_t strip_bytes,
+                              image::ChannelType type) {
+    Mixer mixer(layout, plan, look, with_layers, type);
     const auto done = file.read(
         mixer.channels(), [&](const image::Strip& strip) { mixer.fold(strip); }, strip_bytes);
     if (!done) return done.error();
@@ -298,6 +372,7 @@ Result<image::Image> mix_file(const image::StripReader& file,
 Result<void> write_display(const std::string& path,
                            const image::Image& mixed,
                            const Look& look,
+                           const PictureStorage& storage,
                            std::vector<std::string>* warnings) {
     const auto color = image::color_of(mixed, look.input_space);
     if (!color) return color.error();
@@ -318,9 +393,22 @@ Result<void> write_display(const std::string& path,
             }
         }
     }
+    if (!storage.has_alpha) {
+        transform->apply(rgb);
+        return image::write_display_image(
+            path, {frame.width(), frame.height(), 3, std::move(rgb), mixed.pixel_aspect_ratio},
+            storage.display);
+    }
+    const std::vector<float> alpha = alpha_of(mixed);
+    const size_t lost = divide_by(alpha, rgb);
+    if (lost > 0 && warnings)
+        warnings->push_back(fmt::format(
+            "{} pixels have light and no alpha, which {} cannot store: they are transparent", lost,
+            std::filesystem::path(path).extension().string()));
     transform->apply(rgb);
-    return image::write_display_image(path, frame.width(), frame.height(), rgb,
-                                      mixed.pixel_aspect_ratio);
+    return image::write_display_image(
+        path, {frame.width(), frame.height(), 4, with_alpha(rgb, alpha), mixed.pixel_aspect_ratio},
+        storage.display);
 }
 
 }  // namespace velatura::compositor

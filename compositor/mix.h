@@ -5,6 +5,7 @@
 #include "compositor/controls.h"
 #include "compositor/layer_stack.h"
 #include "compositor/mix_plan.h"
+#include "compositor/picture_storage.h"
 
 #include <string>
 #include <vector>
@@ -19,7 +20,7 @@ struct NotFiniteLayer {
     int x = 0, y = 0;  ///< the first of them, row by row
 };
 
-/// The mixed picture over the data window: parts `rgba` (float, scene-linear, premultiplied, alpha
+/// The mixed picture over the data window: parts `rgba` (`type`, scene-linear, premultiplied, alpha
 /// of the beauty) and, when asked for, the gained layers as float, with a header that `verify`
 /// accepts. Unit gains give the beauty bit for bit, since the fold is the one that defines it.
 /// Exposure is a gain on everything. Values that are not finite count as 0 and are told in
@@ -29,7 +30,8 @@ image::Image apply_mix(const LayerStack& stack,
                        const MixPlan& plan,
                        const Look& look,
                        bool with_layers,
-                       std::vector<NotFiniteLayer>* not_finite = nullptr);
+                       std::vector<NotFiniteLayer>* not_finite = nullptr,
+                       image::ChannelType type = image::ChannelType::Float);
 
 /// The same bits from a file whose pixels are read strip by strip, by several readers: only the
 /// parts and channels that the mix needs. `layout` is the file's, without pixels. Memory: the mixed
@@ -40,14 +42,17 @@ Result<image::Image> mix_file(const image::StripReader& file,
                               const Look& look,
                               bool with_layers,
                               std::vector<NotFiniteLayer>* not_finite = nullptr,
-                              size_t strip_bytes = size_t(1) << 30);
+                              size_t strip_bytes = size_t(1) << 30,
+                              image::ChannelType type = image::ChannelType::Float);
 
-/// Shows a mixed picture through the look's display and view and writes .png or .jpg of the display
-/// window, with its pixel aspect. What is not known of the colors is added to `warnings` when it
-/// is given. Errors: "unknown-space", "ocio-config", "ocio-view", "io-write".
+/// Shows a mixed picture through the look's display and view and writes the display window of it,
+/// with its pixel aspect. With alpha, colors are divided by it before they are shown; light where
+/// it is 0 cannot be stored and is told. That, and what is not known of the colors, is added to
+/// `warnings` when it is given. Errors: "unknown-space", "ocio-config", "ocio-view", "io-write".
 Result<void> write_display(const std::string& path,
                            const image::Image& mixed,
                            const Look& look,
+                           const PictureStorage& storage = {},
                            std::vector<std::string>* warnings = nullptr);
 
 }  // namespace velatura::compositor

@@ -7,6 +7,7 @@
 #include "compositor/look_command_options.h"
 #include "compositor/mix_job.h"
 #include "compositor/picture_name.h"
+#include "compositor/picture_storage.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -25,6 +26,7 @@ namespace {
 struct MixOptions {
     std::string input, output, save_preset, display, view, frames;
     LookOptions look;
+    PictureStorageOptions storage;
     double memory_gb = 4;
     bool with_layers = false, is_strict = false, is_quiet = false;
 };
@@ -120,10 +122,14 @@ int mix_file(const MixOptions& o, const MixJob& job) {
 }
 
 int run_mix(const MixOptions& o) {
-    if (!is_display_picture(o.output) && !is_exr(o.output))
-        return report({"bad-output", o.output + " is not .exr, .png or .jpg"});
+    const auto storage = o.storage.storage(o.output);
+    if (!storage) return report(storage.error());
     if (o.with_layers && !is_exr(o.output))
         return report({"bad-output", "--with-layers needs an .exr, which " + o.output + " is not"});
+    if (o.with_layers && storage->type == image::ChannelType::Half)
+        return report({"bad-output",
+                       "--with-layers stores floats: as halves the layers would no "
+                       "longer add up to the mix; leave --depth half out"});
     auto look = o.look.look();
     if (!look) return report(look.error());
     if (!o.display.empty()) look->display = o.display;
@@ -133,6 +139,7 @@ int run_mix(const MixOptions& o) {
     job.output = o.output;
     job.look = *look;
     job.with_layers = o.with_layers;
+    job.storage = *storage;
     job.is_lenient = o.look.is_lenient;
     job.is_strict = o.is_strict;
     job.memory_bytes = size_t(o.memory_gb * 0x1p30);
@@ -155,14 +162,15 @@ void add_mix_command(Command& app, std::function<int()>& run) {
         .reads();
     command
         .add_option("-o,--output", o->output,
-                    "Scene-linear .exr, or .png / .jpg through OpenColorIO")
+                    "Scene-linear .exr, or .png, .jpg, .tif or .dpx through OpenColorIO")
         .required()
         .writes();
     o->look.add_to(command);
     command.add_option("--save-preset", o->save_preset, "Write the look as JSON").writes();
-    command.add_option("--display", o->display, "OpenColorIO display for .png and .jpg");
+    command.add_option("--display", o->display, "OpenColorIO display for all but .exr");
     command.add_option("--view", o->view,
                        "OpenColorIO view: ACES, sRGB or Raw in the built-in config");
+    o->storage.add_to(command);
     command.add_flag("--with-layers", o->with_layers,
                      "Store the gained layers in the .exr as well");
     add_frames_option(command, o->frames);

@@ -32,11 +32,12 @@ constexpr size_t matte_bytes_per_pixel = 4;
 /// Readers of a frame need as much again, four times where there is room.
 constexpr size_t fewest_strip_bytes = size_t(64) << 20;
 
-std::string describe(const NotFiniteLayer& layer) {
+std::string describe(const NotFiniteLayer& layer, image::ChannelType type) {
     if (layer.layer.empty())
         return fmt::format(
-            "gains take {} values of the mix beyond what floats hold (the first at pixel {},{})",
-            layer.values, layer.x, layer.y);
+            "gains take {} values of the mix beyond what {} hold (the first at pixel {},{})",
+            layer.values, type == image::ChannelType::Half ? "half floats" : "floats", layer.x,
+            layer.y);
     return fmt::format("{} values of {} are not finite (the first at pixel {},{})", layer.values,
                        layer.layer, layer.x, layer.y);
 }
@@ -142,17 +143,19 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
     const bool is_linear = is_exr(output);
     std::vector<NotFiniteLayer> not_finite;
     const auto mixed = mix_file(*file, *layout, *plan, look, job.with_layers && is_linear,
-                                &not_finite, strip_bytes);
+                                &not_finite, strip_bytes, job.storage.type);
     if (!mixed) return mixed.error();
     if (!not_finite.empty() && job.is_strict)
-        return Error{"not-finite", fmt::format("{}: {}", input, describe(not_finite[0]))};
+        return Error{"not-finite",
+                     fmt::format("{}: {}", input, describe(not_finite[0], job.storage.type))};
     for (const NotFiniteLayer& layer : not_finite)
-        warnings.push_back(fmt::format("{}: {} and {}", input, describe(layer),
+        warnings.push_back(fmt::format("{}: {} and {}", input, describe(layer, job.storage.type),
                                        layer.layer.empty() ? "are infinite" : "count as 0"));
 
     std::vector<std::string> of_display;
-    const auto written = is_linear ? image::write_image_file(output, *mixed)
-                                   : write_display(output, *mixed, look, &of_display);
+    const auto written = is_linear
+                             ? image::write_image_file(output, *mixed, job.storage.compression)
+                             : write_display(output, *mixed, look, job.storage, &of_display);
     if (!written) return written.error();
     for (const std::string& warning : of_display) {
         const std::string line = input + ": " + warning;

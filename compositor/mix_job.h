@@ -3,6 +3,7 @@
 
 #include "base/result.h"
 #include "compositor/controls.h"
+#include "compositor/picture_storage.h"
 
 #include <cstddef>
 #include <functional>
@@ -15,9 +16,10 @@ namespace velatura::compositor {
 /// What `velatura-comp mix` does with a file, or with each frame of a sequence.
 struct MixJob {
     std::string input,
-        output;  ///< .exr → .exr, .png or .jpg; both may be sequences (base/frames.h)
+        output;  ///< .exr → .exr or a display picture; both may be sequences (base/frames.h)
     Look look;
     bool with_layers = false;               ///< only to .exr
+    PictureStorage storage;                 ///< of the output
     bool is_lenient = false;                ///< leaves out what the file lacks
     bool is_strict = false;                 ///< refuses values that are not finite
     size_t memory_bytes = size_t(4) << 30;  ///< for all frames at work, of a sequence

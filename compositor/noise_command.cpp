@@ -156,7 +156,7 @@ int noise_one(const NoiseOptions& o, std::optional<int> frame) {
 
 int run_noise(const NoiseOptions& o) {
     if (!o.output.empty() && !is_display_picture(o.output) && !is_exr(o.output))
-        return report({"bad-output", o.output + " is not .exr, .png or .jpg"});
+        return report({"bad-output", o.output + " is not " + picture_names()});
     const FrameRuns runs = {{o.input, o.stats}, {o.output}, o.frames};
     if (o.look.frame && has_sequence(runs))
         return report(

@@ -35,7 +35,8 @@ int view_one(const ViewOptions& o) {
 
 int run_view(const ViewOptions& o) {
     if (!is_display_picture(o.output))
-        return report({"bad-output", o.output + " is not .png or .jpg"});
+        return report({"bad-output",
+                       o.output + " is not a picture that is looked at: .png, .jpg, .tif or .dpx"});
     return run_frames({{o.input}, {o.output}, o.frames}, [&](const FrameNames& names) {
         ViewOptions one = o;
         one.input = names.input(o.input);

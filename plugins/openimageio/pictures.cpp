@@ -8,9 +8,12 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <exception>
 #include <new>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 namespace velatura::plugins::openimageio {
 
@@ -79,6 +82,17 @@ bool has_lines(const LevelSpec& level) {
            (!is_tiled || (is_side(level.tile_height) && has_sane_tiles(level)));
 }
 
+/// As OpenImageIO takes fewer than 16 bits: the first bits are the value's, the others repeat them,
+/// so that the largest is 65535.
+std::vector<uint16_t> full_range(const image::StoredPicture& picture) {
+    const int missing = 16 - picture.bits;
+    std::vector<uint16_t> words(picture.values.size());
+    std::transform(picture.values.begin(), picture.values.end(), words.begin(), [&](uint16_t v) {
+        return uint16_t((v << missing) | (v >> (picture.bits - missing)));
+    });
+    return words;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<image::Picture>> Pictures::open(const std::string& asset) const {
@@ -101,22 +115,30 @@ void Pictures::limit(const DecodeLimits& limits) const {
     limit_pictures_of_process(limits);
 }
 
-Result<void> Pictures::write(const std::string& file,
-                             int width,
-                             int height,
-                             std::span<const uint8_t> rgb,
-                             float pixel_aspect) const {
+Result<void> Pictures::write(const std::string& file, const image::StoredPicture& picture) const {
     const auto error = [](const std::string& why) { return Error{"io-write", one_line(why)}; };
     try {
         const auto output = OIIO::ImageOutput::create(file);
         if (!output) return error(OIIO::geterror());
-        OIIO::ImageSpec spec(width, height, 3, OIIO::TypeDesc::UINT8);
+        const bool is_wide = picture.bits > 8;
+        OIIO::ImageSpec spec(picture.width, picture.height, picture.channels,
+                             is_wide ? OIIO::TypeDesc::UINT16 : OIIO::TypeDesc::UINT8);
         spec.attribute("oiio:ColorSpace", "sRGB");
-        spec.attribute("Compression", "jpeg:95");
-        if (pixel_aspect != 1.0f) spec.attribute("PixelAspectRatio", pixel_aspect);
+        spec.attribute("oiio:BitsPerSample", picture.bits);
+        spec.attribute("oiio:UnassociatedAlpha", 1);
+        if (output->format_name() == std::string_view("jpeg"))
+            spec.attribute("Compression", "jpeg:95");
+        if (picture.pixel_aspect != 1.0f) spec.attribute("PixelAspectRatio", picture.pixel_aspect);
         if (!output->open(file, spec)) return error(output->geterror());
-        if (!output->write_image(OIIO::TypeDesc::UINT8, rgb.data()))
-            return error(output->geterror());
+        std::vector<uint16_t> words;
+        std::vector<uint8_t> bytes;
+        if (is_wide) {
+            words = full_range(picture);
+        } else {
+            bytes.assign(picture.values.begin(), picture.values.end());
+        }
+        const void* const values = is_wide ? static_cast<const void*>(words.data()) : bytes.data();
+        if (!output->write_image(spec.format, values)) return error(output->geterror());
         if (!output->close()) return error(output->geterror());
         return {};
     } catch (const std::exception& e) {

@@ -3,9 +3,7 @@
 
 #include "image/picture_library.h"
 
-#include <cstdint>
 #include <memory>
-#include <span>
 #include <string>
 
 namespace velatura::plugins::openimageio {
@@ -14,11 +12,7 @@ namespace velatura::plugins::openimageio {
 class Pictures final : public image::PictureLibrary {
   public:
     Result<std::unique_ptr<image::Picture>> open(const std::string& asset) const override;
-    Result<void> write(const std::string& file,
-                       int width,
-                       int height,
-                       std::span<const uint8_t> rgb,
-                       float pixel_aspect) const override;
+    Result<void> write(const std::string& file, const image::StoredPicture& picture) const override;
     void limit(const DecodeLimits& limits) const override;
 };
 

@@ -3,11 +3,13 @@
 
 #include "base/asset_roots.h"
 #include "base/atomic_file.h"
+#include "base/hash.h"
 #include "image/picture_library.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 namespace velatura::image {
@@ -33,6 +35,23 @@ Result<std::unique_ptr<Picture>> open_picture(const std::string& path) {
     const Result<const PictureLibrary*> library = picture_library();
     if (!library) return library.error();
     return (*library)->open(*admitted);
+}
+
+/// In [0, 1).
+double unit_noise(size_t i) {
+    return double(mix64(i) >> 11) * 0x1p-53;
+}
+
+std::vector<uint16_t> stored_values(const std::vector<float>& values, int bits, bool has_dither) {
+    const double most = double((1 << bits) - 1);
+    std::vector<uint16_t> stored(values.size());
+    for (size_t i = 0; i < values.size(); ++i) {
+        const float clamped = values[i] > 0.0f ? std::min(values[i], 1.0f) : 0.0f;
+        const double steps = double(clamped) * most;
+        // The mean of floor(x + u) over u in [0, 1) is x
+        stored[i] = uint16_t(has_dither ? std::floor(steps + unit_noise(i)) : std::round(steps));
+    }
+    return stored;
 }
 
 }  // namespace
@@ -83,24 +102,42 @@ Result<RgbImage> read_rgb_image(const std::string& path,
     return image;
 }
 
+const DisplayFormat* display_format(const std::string& path) {
+    std::string lower = path;
+    std::transform(lower.begin(), lower.end(), lower.begin(),
+                   [](unsigned char c) { return char(std::tolower(c)); });
+    const auto* const at =
+        std::find_if(display_formats.begin(), display_formats.end(),
+                     [&](const DisplayFormat& f) { return lower.ends_with(f.extension); });
+    return at == display_formats.end() ? nullptr : at;
+}
+
 Result<void> write_display_image(const std::string& path,
-                                 int width,
-                                 int height,
-                                 const std::vector<float>& rgb,
-                                 float pixel_aspect) {
-    std::vector<uint8_t> bytes(rgb.size());
-    std::transform(rgb.begin(), rgb.end(), bytes.begin(), display_byte);
+                                 const DisplayPicture& picture,
+                                 const DisplayStorage& storage) {
     const auto error = [&path](const std::string& why) {
         return Error{"io-write", fmt::format("cannot write {}: {}", path, why)};
     };
+    const DisplayFormat* const format = display_format(path);
+    if (!format) return error("its name ends in no known format");
+    const int bits = storage.bits == 0 ? format->bits[0] : storage.bits;
+    const std::vector<uint16_t> stored = stored_values(picture.values, bits, storage.has_dither);
     const Result<const PictureLibrary*> library = picture_library();
     if (!library) return error(library.error().message);
     return write_atomically(path, [&](const std::string& temporary) -> Result<void> {
-        const Result<void> written =
-            (*library)->write(temporary, width, height, bytes, pixel_aspect);
+        const Result<void> written = (*library)->write(
+            temporary,
+            {picture.width, picture.height, picture.channels, bits, stored, picture.pixel_aspect});
         if (!written) return error(written.error().message);
         return {};
     });
+}
+
+Result<void> write_display_image(const std::string& path,
+                                 int width,
+                                 int height,
+                                 const std::vector<float>& rgb) {
+    return write_display_image(path, {width, height, 3, rgb});
 }
 
 }  // namespace velatura::image

@@ -4,9 +4,11 @@
 #include "base/result.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace velatura::image {
@@ -46,13 +48,50 @@ inline uint8_t display_byte(float v) {
     return uint8_t(std::lround(clamped * 255.0f));
 }
 
-/// Writes display-referred RGB (display_byte), [height][width][3], as .png or .jpg, under a
-/// temporary name and renamed. `pixel_aspect` is the width of a pixel in its heights. Opens the
-/// picture library. Errors: "io-write".
+/// A format of display pictures.
+struct DisplayFormat {
+    std::string_view extension;  ///< in small letters, with its dot
+    std::array<int, 4> bits;     ///< per channel, what it can store, the usual first; 0: no more
+    bool has_alpha;
+};
+
+inline constexpr std::array<DisplayFormat, 6> display_formats = {{
+    {".png", {8, 16}, true},
+    {".jpg", {8}, false},
+    {".jpeg", {8}, false},
+    {".tif", {8, 16}, true},
+    {".tiff", {8, 16}, true},
+    {".dpx", {10, 8, 12, 16}, false},
+}};
+
+/// By the end of a file's name, in capitals or not; nullptr: none of them.
+const DisplayFormat* display_format(const std::string& path);
+
+/// A display-referred picture.
+struct DisplayPicture {
+    int width = 0, height = 0;
+    int channels = 3;           ///< 4: with alpha, which RGB is not multiplied by
+    std::vector<float> values;  ///< [height][width][channels], 0 … 1; row 0 = top
+    float pixel_aspect = 1;     ///< width of a pixel in its heights
+};
+
+struct DisplayStorage {
+    int bits = 0;  ///< per channel; 0: the format's usual
+    /// Adds noise of one step, the same in each run, before values are rounded: their mean over
+    /// pixels stays, and no bands show in soft gradients. Whole steps stay as they are.
+    bool has_dither = false;
+};
+
+/// Writes a picture in the format that the name ends in, under a temporary name and renamed. Values
+/// are clamped to [0, 1] and rounded; NaN is 0. Opens the picture library. Errors: "io-write".
+Result<void> write_display_image(const std::string& path,
+                                 const DisplayPicture& picture,
+                                 const DisplayStorage& storage = {});
+
+/// RGB, [height][width][3], at the format's usual bits.
 Result<void> write_display_image(const std::string& path,
                                  int width,
                                  int height,
-                                 const std::vector<float>& rgb,
-                                 float pixel_aspect = 1.0f);
+                                 const std::vector<float>& rgb);
 
 }  // namespace velatura::image

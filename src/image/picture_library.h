@@ -14,7 +14,7 @@ namespace velatura::image {
 /// Under this name and version a plugin hands out a `const PictureLibrary*`. The version changes
 /// whenever this header or a type that it mentions does.
 inline constexpr const char* picture_interface = "pictures";
-inline constexpr uint32_t picture_interface_version = 3;
+inline constexpr uint32_t picture_interface_version = 4;
 
 /// What a picture says of itself before its pixels are read.
 struct PictureFacts {
@@ -35,6 +35,15 @@ class Picture {
     virtual Result<void> read(int channels, std::span<float> values) = 0;
 };
 
+/// A display picture, as a file is to hold it.
+struct StoredPicture {
+    int width = 0, height = 0;
+    int channels = 3;                  ///< RGB; 4: and alpha, which RGB is not multiplied by
+    int bits = 8;                      ///< per channel, at most 16
+    std::span<const uint16_t> values;  ///< [height][width][channels], 0 … 2^bits − 1
+    float pixel_aspect = 1;            ///< width of a pixel in its heights
+};
+
 /// Picture files of all formats. Nothing throws. Thread-safe.
 class PictureLibrary {
   public:
@@ -45,14 +54,9 @@ class PictureLibrary {
     /// be read from memory).
     virtual Result<std::unique_ptr<Picture>> open(const std::string& asset) const = 0;
 
-    /// Writes 8-bit sRGB, [height][width][3], in the format that the name ends in, with the width
-    /// of a pixel in its heights (PNG's pHYs). Errors: "io-write"; what was written until then
+    /// Writes in the format that the name ends in. Errors: "io-write"; what was written until then
     /// stays.
-    virtual Result<void> write(const std::string& file,
-                               int width,
-                               int height,
-                               std::span<const uint8_t> rgb,
-                               float pixel_aspect) const = 0;
+    virtual Result<void> write(const std::string& file, const StoredPicture& picture) const = 0;
 
     /// For pictures that are opened from here on.
     virtual void limit(const DecodeLimits& limits) const = 0;

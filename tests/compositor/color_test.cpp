@@ -251,7 +251,7 @@ TEST_F(Color, OfTwelveFilesUnderFiveConfigsIsThatOfOiiotool) {
                 std::vector<std::string> warnings;
                 const std::string png = path_of("shown.png");
                 const image::Image mixed = apply_mix(*stack, *plan_mix(*stack, look), look, false);
-                const auto done = write_display(png, mixed, look, &warnings);
+                const auto done = write_display(png, mixed, look, {}, &warnings);
                 ASSERT_TRUE(done.has_value()) << done.error().message;
                 const auto shown = image::read_rgb_image(png, image::SourceColorSpace::Raw);
                 ASSERT_TRUE(shown.has_value());
