@@ -70,6 +70,27 @@ Result<double> parse_fraction(std::string_view text) {
     return fraction;
 }
 
+Result<StoredBounces> parse_bounces(std::string_view text) {
+    constexpr int most = 64;
+    constexpr double usual_share = 0.01;
+    const Error wrong = {
+        "bad-bounces",
+        fmt::format("cannot read \"{}\": expected 0 to {}, auto or auto=1%", text, most)};
+    if (!text.starts_with("auto")) {
+        const std::optional<int> last = number<int>(text);
+        if (!last || *last < 0 || *last > most) return wrong;
+        return StoredBounces{*last, std::nullopt};
+    }
+    StoredBounces bounces;
+    bounces.least_share = usual_share;
+    const std::string_view share = text.substr(std::string_view("auto").size());
+    if (share.empty()) return bounces;
+    const Result<double> typed = parse_fraction(share.substr(1));
+    if (share[0] != '=' || !typed || !(*typed > 0) || *typed > 1) return wrong;
+    bounces.least_share = *typed;
+    return bounces;
+}
+
 Result<size_t> parse_size(std::string_view text, size_t whole) {
     const Error bad{"bad-size", fmt::format("cannot read size \"{}\": expected a number with K, M, "
                                             "G, T, KiB, MiB, GiB, TiB or %, above 0",

@@ -4,6 +4,7 @@
 #include "base/result.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -19,6 +20,16 @@ Result<std::pair<uint64_t, uint64_t>> parse_sample_range(std::string_view text);
 
 /// 0.01 of "1%" or "0.01". Errors: "bad-fraction".
 Result<double> parse_fraction(std::string_view text);
+
+/// Of --bounces: b0 … b<last> are stored one by one.
+struct StoredBounces {
+    int last = 6;
+    /// Of "auto": `last` is the last one with this share of the light, and 6 at most.
+    std::optional<double> least_share;
+};
+
+/// "0" to "64", "auto" (1 % of the light), "auto=0.5%". Errors: "bad-bounces".
+Result<StoredBounces> parse_bounces(std::string_view text);
 
 /// Bytes of "800M", "8G", "1.5GiB" or "50%" of `whole`, above 0: K, M, G and T are powers of 1000,
 /// with iB of 1024. Errors: "bad-size".

@@ -221,8 +221,9 @@ void declare_render_options(Command& command, RenderArguments& a) {
     Command layers = command.add_group("Light layers");
     layers
         .add_option("--bounces", a.bounces,
-                    "bounces b0…bK stored one by one; everything past them goes to `tail`")
-        .range(0, 64);
+                    "bounces b0…bK stored one by one, everything past them goes to `tail`; auto: "
+                    "up to the last of b0…b6 with 1 % of the light, or with S of auto=S")
+        .type_name("K|auto[=S]");
     layers.add_option("--lights", a.lights, "rows of the light mixer")
         .one_of({"per-light", "groups", "off"});
     layers.add_option("--layers", a.layers,

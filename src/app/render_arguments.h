@@ -36,7 +36,7 @@ struct RenderArguments {
     std::string target_error;
     bool requires_target = false;
     std::string forecast;  ///< an error
-    int bounces = 6;
+    std::string bounces = "6";
     int max_depth = 0;
     uint64_t seed = 0;
     std::string samples;  ///< A:B

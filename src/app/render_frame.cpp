@@ -108,20 +108,21 @@ class FrameRenderer {
           earlier_(std::move(earlier)),
           request_(std::move(request)),
           window_(data_window(input.scene.settings, job.arguments.crop)),
-          layers_(layers_of(job, input.scene)),
           world_(input.scene,
                  world_options(job, input, input.scene, diagnostics),
                  make_light_image_loader(),
                  diagnostics),
           needs_(allot_memory()),
           caustics_(integrator::make_caustic_sampler(job.caustics, world_)),
-          mattes_(layers_.has_mattes() ? std::make_unique<const integrator::MatteIds>(input.scene)
-                                       : nullptr),
           training_(integrator::train_guide(world_,
                                             tracer_options({}),
                                             is_refused() ? integrator::Guiding::Off : job.guiding,
                                             &StopSignals::stop_flag())),
           roulette_(try_roulette()),
+          bounces_(try_bounces()),
+          layers_(chosen_layers()),
+          mattes_(layers_.has_mattes() ? std::make_unique<const integrator::MatteIds>(input.scene)
+                                       : nullptr),
           branches_(job.splits && !is_refused()
                         ? integrator::try_branches(
                               world_,
@@ -147,6 +148,7 @@ class FrameRenderer {
             return SignalBase + StopSignals::signal_number();
         }
         note_guiding();
+        note_bounces();
         if (earlier_) {
             // Whether paths are guided is known only now
             const std::string why = difference(*earlier_, settings_);
@@ -267,6 +269,25 @@ class FrameRenderer {
                                         &StopSignals::stop_flag());
     }
 
+    std::optional<integrator::BounceTrial> try_bounces() const {
+        // A render that goes on keeps the bounces of its file
+        if (!job_.least_bounce_share || earlier_ || is_refused() || job_.replay)
+            return std::nullopt;
+        return integrator::try_bounces(world_,
+                                       tracer_options({.guide = guide(), .roulette = gains()}),
+                                       job_.layers.last_bounce, &StopSignals::stop_flag());
+    }
+
+    film::LayerSet chosen_layers() const {
+        film::LayerSet layers = layers_of(job_, input_.scene);
+        if (bounces_)
+            layers.last_bounce =
+                bounces_->last_bounce(*job_.least_bounce_share, layers.last_bounce);
+        else if (job_.least_bounce_share && earlier_)
+            layers.last_bounce = earlier_->sums.layer_set().last_bounce;
+        return layers;
+    }
+
     const integrator::RouletteGains* gains() const {
         return roulette_ ? &roulette_->gains : nullptr;
     }
@@ -284,7 +305,8 @@ class FrameRenderer {
     }
 
     double seconds_before() const {
-        return training_.seconds + branches_.seconds + (roulette_ ? roulette_->seconds : 0.0);
+        return training_.seconds + branches_.seconds + (roulette_ ? roulette_->seconds : 0.0) +
+               (bounces_ ? bounces_->seconds : 0.0);
     }
 
     /// What is left of the time after training and trial.
@@ -348,6 +370,19 @@ class FrameRenderer {
             "guiding", {}, {},
             fmt::format("paths are {}guided: {}; --guiding on or off decides otherwise",
                         training_.is_used ? "" : "not ", why));
+    }
+
+    /// What --bounces auto decided: -v prints it.
+    void note_bounces() {
+        if (!bounces_) return;
+        std::string shares;
+        for (size_t b = 0; b + 1 < bounces_->shares.size(); ++b)
+            shares += fmt::format("b{} {:.2g} %, ", b, 100 * bounces_->shares[b]);
+        diagnostics_.note(
+            "bounces", {}, {},
+            fmt::format("b0 to b{} are stored one by one, the rest in tail; shares of "
+                        "the light: {}tail {:.2g} %",
+                        layers_.last_bounce, shares, 100 * bounces_->shares.back()));
     }
 
     void show(const integrator::RenderState& state, bool is_last) {
@@ -661,6 +696,10 @@ class FrameRenderer {
             stats["roulette"] = make_roulette_stats(*roulette_);
             stats["phases_s"]["roulette"] = roulette_->seconds;
         }
+        if (bounces_) {
+            stats["bounces"] = make_bounce_stats(*bounces_, layers_.last_bounce);
+            stats["phases_s"]["bounces"] = bounces_->seconds;
+        }
         add_memory_stats(stats["memory_bytes"]);
         stats["error"]["storage"] = written.storage_error;
         stats["closure"] = {{"family", written.closure_family},
@@ -688,13 +727,14 @@ class FrameRenderer {
     std::optional<image::TopUpRequest> request_;
     std::string top_ups_ = "[]";
     image::Window window_;
-    film::LayerSet layers_;
     integrator::World world_;
     MemoryNeeds needs_;
     std::unique_ptr<const integrator::CausticSampler> caustics_;  ///< null = by paths
-    std::unique_ptr<const integrator::MatteIds> mattes_;          ///< null = no Cryptomattes
     integrator::GuideTraining training_;
     std::optional<integrator::RouletteTrial> roulette_;
+    std::optional<integrator::BounceTrial> bounces_;  ///< of --bounces auto
+    film::LayerSet layers_;
+    std::unique_ptr<const integrator::MatteIds> mattes_;  ///< null = no Cryptomattes
     integrator::BranchTrial branches_;
     FrameSettings settings_;
     integrator::PathTracer tracer_;

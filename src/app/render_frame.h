@@ -32,7 +32,10 @@ struct RenderJob {
     RenderArguments arguments;
     integrator::RenderOptions schedule;
     integrator::PathTracerOptions tracer;
-    film::LayerSet layers;               ///< without groups
+    film::LayerSet layers;  ///< without groups
+    /// Of --bounces auto: layers.last_bounce is the most, and the last bounce with this share of
+    /// the light is stored.
+    std::optional<double> least_bounce_share;
     std::string light_sampling = "mis";  ///< as the option names it
     std::string light_selection_name = "tree";
     lights::SelectionKind light_selection = lights::SelectionKind::Tree;

@@ -148,8 +148,12 @@ Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
     return {};
 }
 
-Result<void> choose_layers(const RenderArguments& a, film::LayerSet& layers) {
-    layers.last_bounce = a.bounces;
+Result<void> choose_layers(const RenderArguments& a, RenderJob& job) {
+    film::LayerSet& layers = job.layers;
+    const Result<StoredBounces> bounces = parse_bounces(a.bounces);
+    if (!bounces) return usage("--bounces: " + bounces.error().message);
+    layers.last_bounce = bounces->last;
+    job.least_bounce_share = bounces->least_share;
     layers.halves = a.halves;
     layers.float_layers = a.float_layers;
     layers.bounce_layers = layers.group_layers = layers.matrix_layers = layers.shadow_layers =
@@ -311,7 +315,7 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
     job.arguments = a;
     if (const auto ok = check_sizes(a); !ok) return ok.error();
     if (const auto ok = check_combinations(a); !ok) return ok.error();
-    if (const auto ok = choose_layers(a, job.layers); !ok) return ok.error();
+    if (const auto ok = choose_layers(a, job); !ok) return ok.error();
     if (const auto ok = choose_samples(a, job); !ok) return ok.error();
     if (const auto ok = parse_into(job.schedule.time_budget_s, a.time, "--time", parse_duration);
         !ok)

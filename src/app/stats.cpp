@@ -93,6 +93,10 @@ json make_roulette_stats(const integrator::RouletteTrial& trial) {
     return {{"gains", trial.gains.gains}, {"trial_paths", trial.rays.paths}};
 }
 
+json make_bounce_stats(const integrator::BounceTrial& trial, int last_bounce) {
+    return {{"last", last_bounce}, {"shares", trial.shares}, {"trial_paths", trial.rays.paths}};
+}
+
 namespace {
 
 /// What --max-depth cuts off, by the fall of the bounces.

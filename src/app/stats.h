@@ -2,6 +2,7 @@
 #pragma once
 
 #include "app/render_frame.h"
+#include "integrator/bounce_trial.h"
 #include "integrator/branch_trial.h"
 #include "integrator/roulette_trial.h"
 #include "integrator/schedule.h"
@@ -41,6 +42,9 @@ nlohmann::ordered_json make_splitting_stats(const integrator::BranchTrial& trial
 
 /// By how much chances to end paths pay, as trial paths said; the same in every run.
 nlohmann::ordered_json make_roulette_stats(const integrator::RouletteTrial& trial);
+
+/// {last, shares, trial_paths}: of the light by bounce, the last of all that follow.
+nlohmann::ordered_json make_bounce_stats(const integrator::BounceTrial& trial, int last_bounce);
 
 /// Approximations in force, with what is known of their effect. Empty = unbiased.
 /// Textures of materials and lights that could not be opened or read so far.
