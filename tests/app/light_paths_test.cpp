@@ -502,6 +502,40 @@ def Scope "Render"
         1);
 }
 
+/// The beauty and its alpha as RenderMan, Arnold and Hydra call them, under names of the scene's
+/// own: the same values as the beauty, in channels of that name.
+TEST_F(LightPathLayers, VarsOfTheBeautyHaveTheirOwnNames) {
+    std::string vars, list;
+    const std::vector<std::pair<std::string, std::string>> names = {{"Picture", "Ci"},
+                                                                    {"Arnold", "RGBA"},
+                                                                    {"Hydra", "color"},
+                                                                    {"cover", "alpha"},
+                                                                    {"Ci", "Ci"}};
+    for (const auto& [name, source] : names) {
+        vars += fmt::format(
+            "    def RenderVar \"{}\"\n    {{\n        string sourceName = \"{}\"\n    }}\n", name,
+            source);
+        list += fmt::format("{}</Render/{}>", list.empty() ? "" : ", ", name);
+    }
+    const image::Image image = render(
+        room(1, 1,
+             fmt::format("def Scope \"Render\"\n{{\n    def RenderSettings \"Settings\"\n    {{\n"
+                         "        rel products = </Render/Product>\n    }}\n    def RenderProduct "
+                         "\"Product\"\n    {{\n        rel orderedVars = [{}]\n    }}\n{}}}\n",
+                         list, vars),
+             "    renderSettingsPrimPath = \"/Render/Settings\""),
+        "--spp 2 --float-layers --bounces 1");
+    const std::vector<std::array<std::string, 2>> twins = {{"Picture.R", "R"}, {"Picture.B", "B"},
+                                                           {"Arnold.G", "G"},  {"Hydra.R", "R"},
+                                                           {"Ci.G", "G"},      {"cover", "A"}};
+    for (const auto& [channel, of] : twins) {
+        const image::Channel* const found = image.find(channel);
+        ASSERT_NE(found, nullptr) << channel;
+        for (size_t i = 0; i < image.data.pixel_count(); ++i)
+            ASSERT_EQ(found->value(i), image.find(of)->value(i)) << channel << " " << i;
+    }
+}
+
 /// Names that files have for other things, that are too long or no names; the light is the same
 /// under all of them.
 TEST_F(LightPathLayers, NamesNeverClash) {
