@@ -99,7 +99,7 @@ TEST(UsdCommands, FlattenThatFailsLeavesNothing) {
     write_five_arcs(place);
     const std::string before = "pay.usda ref.usda root.usda sub.usda";
     EXPECT_EQ(place.velatura("flatten missing.usda -o flat.usda").exit_code, 1);
-    EXPECT_EQ(place.velatura("flatten root.usda -o none/flat.usda").exit_code, 1);
+    EXPECT_EQ(place.velatura("flatten root.usda -o ref.usda/flat.usda").exit_code, 1);
     EXPECT_EQ(place.files_beside(before), "");
 }
 

@@ -115,7 +115,6 @@ def Mesh "Round"
 
 TEST_F(StudyCommand, GoesOnFromItsFolder) {
     const std::string knob = "--knobs sampler ";
-    ASSERT_EQ(study("-o parts " + knob + "--rounds 2").exit_code, 2) << "an option given twice";
     const std::string usual = "study s.usda -q --res 20 16 --spp 8 --time 60s " + knob;
     ASSERT_EQ(w.velatura(usual + "-o parts --rounds 2").exit_code, 0);
     ASSERT_EQ(w.velatura(usual + "-o parts --rounds 4 --resume").exit_code, 0);
