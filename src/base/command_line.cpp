@@ -97,11 +97,37 @@ std::string option_problem(const CLI::App& command, const std::string& word) {
     return name + text + (text.empty() ? "" : "?)");
 }
 
+bool has_option(const CLI::App& command, const std::string& word) {
+    std::vector<std::string> known;
+    add_long_names(command, known);
+    const std::string name = word.substr(0, word.find('='));
+    return name.starts_with("--") &&
+           std::find(known.begin(), known.end(), name.substr(2)) != known.end();
+}
+
+std::string must_follow(const CLI::App& command, const std::string& word) {
+    const std::string name = word.substr(0, word.find('='));
+    return name + " is an option of " + command.get_name() + " and follows it: `" +
+           command.get_name() + " " + name + " ...`";
+}
+
+/// Of an option where a command is due: what follows it may be its value, and no command.
+std::string problem_of_first_option(const CLI::App& app,
+                                    const std::vector<const CLI::App*>& subcommands) {
+    const std::vector<std::string> words = app.remaining(true);
+    if (words.empty() || !is_option_word(words.front())) return {};
+    for (const CLI::App* const sub : subcommands)
+        if (has_option(*sub, words.front())) return must_follow(*sub, words.front());
+    return "unknown option " + option_problem(app, words.front());
+}
+
 /// Why words were left over, in terms of what was meant; empty: nothing better to say than CLI11.
 std::string problem_of_extras(const CLI::App& app) {
     const CLI::App& command = given_command(app);
     const std::vector<const CLI::App*> subcommands = named_subcommands(command);
     if (!subcommands.empty()) {
+        if (const std::string problem = problem_of_first_option(app, subcommands); !problem.empty())
+            return problem;
         for (const std::string& word : app.remaining(true)) {
             if (is_option_word(word)) continue;
             std::vector<std::string> names;
@@ -111,17 +137,11 @@ std::string problem_of_extras(const CLI::App& app) {
     }
     for (const std::string& word :
          &command == &app ? std::vector<std::string>() : app.remaining()) {
-        std::vector<std::string> known;
-        add_long_names(command, known);
-        const std::string name = word.substr(0, word.find('='));
-        if (name.starts_with("--") &&
-            std::find(known.begin(), known.end(), name.substr(2)) != known.end())
-            return name + " is an option of " + command.get_name() + " and follows it: `" +
-                   command.get_name() + " " + name + " ...`";
+        if (has_option(command, word)) return must_follow(command, word);
     }
     std::string text;
     size_t count = 0;
-    for (const std::string& word : command.remaining()) {
+    for (const std::string& word : app.remaining(true)) {
         if (!is_option_word(word)) continue;
         text += (count++ == 0 ? "" : ", ") + option_problem(command, word);
     }

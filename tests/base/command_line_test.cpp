@@ -289,6 +289,9 @@ TEST(CommandLine, NamesWhatAMisspeltWordMayMean) {
     EXPECT_EQ(said({"render", "a.usda", "-z"}), "unknown option -z");
     EXPECT_EQ(said({"--spp", "4", "render", "a.usda"}),
               "--spp is an option of render and follows it: `render --spp ...`");
+    EXPECT_EQ(said({"--spp", "4"}),
+              "--spp is an option of render and follows it: `render --spp ...`");
+    EXPECT_EQ(said({"--hlep", "4"}), "unknown option --hlep (did you mean '--help'?)");
     EXPECT_EQ(said({"render", "a.usda", "b.usda"}),
               "The following argument was not expected: b.usda");
 }

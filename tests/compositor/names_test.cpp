@@ -144,7 +144,7 @@ TEST_F(Names, EveryCommandTakesASequenceAndMakesFolders) {
                                            {"noise 's.####.exr' -o", ".exr"},
                                            {"noise --json 's.####.exr' -o", ".png"},
                                            {"diff 's.%04d.exr' s.0002.exr -o", ".exr"},
-                                           {"view 's.<F4>.exr' -o", ".png"},
+                                           {"view --layers rgba 's.<F4>.exr' -o", ".png"},
                                            {"merge 's.####.exr' -o", ".exr"},
                                            {"mix 's.####.exr' -o", ".png"}}) {
         fs::remove_all(folder_ + "/new");
