@@ -69,13 +69,14 @@ std::vector<KeyBinding> make_bindings() {
         {ctrl('Y'), Action::Redo, "Redo", {}},
         {plain(key_up), Action::PreviousRow, "Select the row above", {}},
         {plain(key_down), Action::NextRow, "Select the row below", {}},
+        {ctrl('F'), Action::SearchRows, "Search rows by name", {}},
         {plain('M'), Action::MuteRow, "Mute the selected row", {}},
         {plain('S'), Action::SoloRow, "Solo the selected row", {}},
         {plain(key_right), Action::GainUp, "Gain of the row up a quarter stop", {}},
         {plain(key_left), Action::GainDown, "Gain of the row down a quarter stop", {}},
         {shift(key_right), Action::GainUpFine, "… up a twentieth of a stop", {}},
         {shift(key_left), Action::GainDownFine, "… down a twentieth of a stop", {}},
-        {plain('R'), Action::ResetRow, "Reset the selected row", {}},
+        {shift('R'), Action::ResetRow, "Reset the selected row", {}},
         {ctrl('R'), Action::ResetAll, "Reset the whole look", {}},
         {plain(']'), Action::ExposureUp, "Exposure up a quarter stop", {}},
         {plain('['), Action::ExposureDown, "Exposure down a quarter stop", {}},
@@ -85,8 +86,16 @@ std::vector<KeyBinding> make_bindings() {
         {plain('='), Action::ZoomIn, "Zoom in (or the wheel)", {}},
         {plain('-'), Action::ZoomOut, "Zoom out", {}},
         {plain('W'), Action::ToggleWipe, "Wipe between look A and look B", {}},
-        {plain('B'), Action::SwitchLook, "Edit the other look", {}},
+        {plain('X'), Action::SwitchLook, "Edit the other look", {}},
         {plain('C'), Action::CopyLook, "Copy this look over the other one", {}},
+        {plain('R'), Action::ShowRed, "Red alone; again: all channels", {}},
+        {plain('G'), Action::ShowGreen, "Green alone", {}},
+        {plain('B'), Action::ShowBlue, "Blue alone", {}},
+        {plain('A'), Action::ShowAlpha, "Alpha alone", {}},
+        {plain('Y'), Action::ShowLuminance, "Luminance", {}},
+        {plain('.'), Action::NextLayer, "Look at the next layer of the file alone", {}},
+        {plain(','), Action::PreviousLayer, "… at the layer before; before the first: the mix", {}},
+        {plain('O'), Action::MarkFaults, "Mark NaN, Inf, clipped and negative pixels", {}},
         {plain(key_f1), Action::ShowHelp, "This help", {}},
         {plain('H'), Action::ShowHelp, "This help", {}},
     };
@@ -135,6 +144,8 @@ bool repeats(Action action) {
         case Action::ExposureDown:
         case Action::ZoomIn:
         case Action::ZoomOut:
+        case Action::PreviousLayer:
+        case Action::NextLayer:
             return true;
         default:
             return false;

@@ -23,6 +23,7 @@ enum class Action {
     ResetAll,
     PreviousRow,
     NextRow,
+    SearchRows,
     MuteRow,
     SoloRow,
     GainUp,
@@ -39,6 +40,15 @@ enum class Action {
     ToggleWipe,
     SwitchLook,
     CopyLook,
+    ShowColor,
+    ShowRed,
+    ShowGreen,
+    ShowBlue,
+    ShowAlpha,
+    ShowLuminance,
+    PreviousLayer,
+    NextLayer,
+    MarkFaults,
     ShowHelp,
 };
 

@@ -54,13 +54,13 @@ void draw_cell(Drawing& drawing, const std::string& target) {
 void draw_name(const std::string& name) {
     ImGui::TableNextColumn();
     ImGui::AlignTextToFramePadding();
-    text(name);
+    fitted_text(name, ImGui::GetContentRegionAvail().x, colour::text);
 }
 
 }  // namespace
 
 void draw_cells(Drawing& drawing) {
-    const std::vector<std::string>& groups = drawing.session.rows().groups;
+    const std::vector<std::string> groups = drawing.session.found(drawing.session.rows().groups);
     std::span<const std::string> columns = drawing.session.rows().columns;
     // Names and whole rows take two
     if (columns.size() + 2 > most_columns) {
@@ -70,7 +70,9 @@ void draw_cells(Drawing& drawing) {
         note_item(drawing, "left out");
         columns = columns.first(most_columns - 2);
     }
+    ImGui::PushTextWrapPos(0);
     text("Stops. Drag, Ctrl-click to type, right click resets, middle click mutes.", colour::dim);
+    ImGui::PopTextWrapPos();
     const float unit = ImGui::GetFontSize();
     if (!ImGui::BeginTable("cells", int(columns.size()) + 2,
                            ImGuiTableFlags_ScrollX | ImGuiTableFlags_ScrollY |

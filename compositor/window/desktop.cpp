@@ -58,7 +58,8 @@ class Panel {
 Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
     : frame_(frame),
       session_(RecentFiles(recent_list_path()), KeptLooks(kept_looks_folder())),
-      drawing_{session_, textures_, {}, window.fonts(), {}, {}, true, {}, false, {}, {}, {}},
+      drawing_{session_, textures_, {}, window.fonts(), {}, {}, {}, {}, 0,
+               {},       true,      {}, false,          {}, {}, {}},
       worker_(GlfwWindow::wake),
       loading_(GlfwWindow::wake),
       saving_(GlfwWindow::wake) {
@@ -100,13 +101,18 @@ void Desktop::take_loaded() {
     const Loaded& file = **loaded;
     textures_.show(file.levels);
     drawing_.noise.reset();
+    drawing_.faults.clear();
     drawing_.cursor.reset();
     session_.show(file.path, file.levels, frame_);
 }
 
 void Desktop::take_news() {
     WorkNews news = worker_.take();
-    for (const FinishedTile& tile : news.tiles) textures_.take(tile);
+    for (const FinishedTile& tile : news.tiles) {
+        textures_.take(tile);
+        if (tile.level == 0)
+            drawing_.faults.take(tile.look, tile.version, tile.window, tile.faults);
+    }
     if (!news.error.empty()) session_.tell("not mixed: " + news.error, true);
     if (news.noise) drawing_.noise = std::move(news.noise);
     const PictureTask* picture =
@@ -139,7 +145,8 @@ void Desktop::request() {
 void Desktop::draw_desk() {
     const ImVec2 screen = ImGui::GetIO().DisplaySize;
     const float unit = ImGui::GetFontSize();
-    const float bar = ImGui::GetFrameHeight(), tools = bar + 1.1f * unit, status = 1.9f * unit;
+    const float bar = ImGui::GetFrameHeight(), status = 1.9f * unit;
+    const float tools = std::max(drawing_.toolbar_height, bar + 1.1f * unit);
     const float mixer = std::clamp(0.36f * screen.x, 32 * unit, 40 * unit);
     const float left = std::max(screen.x - mixer, 1.0f);
     const float numbers = std::clamp(0.27f * screen.y, 10 * unit, 17 * unit);

@@ -60,8 +60,9 @@ void Dialogs::draw(Drawing& drawing) {
     const float unit = ImGui::GetFontSize();
     ImGui::SetNextWindowPos({screen.x / 2, screen.y / 2}, ImGuiCond_Always, {0.5f, 0.5f});
     const bool is_question = shown_ == Dialog::Replace || shown_ == Dialog::Quit;
+    // A question is as high as what it says
     ImGui::SetNextWindowSize({std::min(42 * unit, screen.x - 2 * unit),
-                              std::min((is_question ? 10 : 40) * unit, screen.y - 2 * unit)});
+                              is_question ? 0 : std::min(40 * unit, screen.y - 2 * unit)});
     if (ImGui::BeginPopupModal(
             "dialog", nullptr,
             ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove)) {
@@ -154,16 +155,18 @@ void Dialogs::draw_list(Drawing& drawing) {
         std::copy_n(name.begin(), length, name_.begin());
         name_[length] = '\0';
     };
+    const float width = ImGui::GetContentRegionAvail().x - ImGui::GetFontSize();
     if (ImGui::Selectable("..", false, ImGuiSelectableFlags_DontClosePopups))
         return go_to(fs::path(list_.folder).parent_path().string());
     for (const std::string& folder : list_.folders) {
-        if (ImGui::Selectable((folder + "/").c_str(), false, ImGuiSelectableFlags_DontClosePopups))
+        if (ImGui::Selectable((fitted(folder, width) + "/##" + folder).c_str(), false,
+                              ImGuiSelectableFlags_DontClosePopups))
             return go_to((fs::path(list_.folder) / folder).string());
     }
     for (const std::string& file : list_.files) {
         const bool is_named = file == name_.data();
         if (ImGui::Selectable(
-                file.c_str(), is_named,
+                (fitted(file, width) + "##" + file).c_str(), is_named,
                 ImGuiSelectableFlags_DontClosePopups | ImGuiSelectableFlags_AllowDoubleClick)) {
             put_name(file);
             if (ImGui::IsMouseDoubleClicked(0)) return accept(drawing);

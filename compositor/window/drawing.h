@@ -25,6 +25,10 @@ struct Drawing {
     Fonts fonts;
     std::vector<image::DisplayViews> displays;
 
+    std::string scrolled_to;  ///< row that the mixer shows
+    FaultCounts faults;
+    std::vector<float> tool_widths;  ///< of the last frame
+    float toolbar_height = 0;        ///< of the last frame; 0: not yet drawn
     std::optional<LiveNoise> noise;  ///< of the active look
     bool is_noise_old = true;        ///< of a look before this one
     MixTimes times;

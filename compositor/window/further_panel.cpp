@@ -32,14 +32,16 @@ void draw_further(Drawing& drawing) {
         ImGui::SameLine(0, 2 * ImGui::GetFontSize());
         draw_frame(drawing);
     }
+    ImGui::PushTextWrapPos(0);
     for (const std::string& note : session.notes()) text(note, colour::dim);
+    ImGui::PopTextWrapPos();
     for (const size_t i : further_controls(session.look(), session.rows())) {
         ImGui::PushID(int(i));
         const std::string line = control_text(session.look().controls[i]);
         const bool is_removed = quiet_button("remove", "×", true);
         note_item(drawing, "remove " + line);
         ImGui::SameLine();
-        text(line);
+        fitted_text(line, ImGui::GetContentRegionAvail().x, colour::text);
         ImGui::PopID();
         if (!is_removed) continue;
         session.edit("", [&](Look& l) { l.controls.erase(l.controls.begin() + long(i)); });

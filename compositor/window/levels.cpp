@@ -2,11 +2,13 @@
 #include "compositor/window/levels.h"
 
 #include "base/tasks.h"
+#include "compositor/fold.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <set>
 
 namespace velatura::compositor::window {
@@ -23,14 +25,37 @@ bool is_mixed(const image::LayerEntry& entry) {
     return entry.family != "halves" && entry.family != "data" && !entry.is_empty;
 }
 
-/// Full names of the channels that mixes add up.
-std::set<std::string> mixed_channels(const LayerStack& stack) {
+/// Full names of the channels that mixes add up, or that can be looked at.
+std::set<std::string> used_channels(const LayerStack& stack) {
     std::set<std::string> names;
     for (const image::LayerEntry& entry : stack.header().layers) {
         for (size_t c = 0; c < 3 && is_mixed(entry); ++c) {
             if (const image::Channel* channel = stack.channel(entry.name, c))
                 names.insert(channel->name);
         }
+    }
+    for (const ShownLayer& layer : shown_layers(stack)) {
+        for (const std::string& channel : layer.channels) {
+            if (!channel.empty()) names.insert(channel);
+        }
+    }
+    return names;
+}
+
+std::set<std::string> channels_not_finite(const image::Image& image) {
+    std::vector<const image::Channel*> channels;
+    for (const image::Part& part : image.parts) {
+        for (const image::Channel& channel : part.channels) channels.push_back(&channel);
+    }
+    std::vector<uint8_t> has_some(channels.size(), 0);
+    parallel_for(channels.size(), [&](size_t i) {
+        const image::Channel& c = *channels[i];
+        if (c.type() == image::ChannelType::Uint) return;
+        has_some[i] = find_not_finite({c.type(), c.bytes()}, 0, c.size()).count > 0;
+    });
+    std::set<std::string> names;
+    for (size_t i = 0; i < channels.size(); ++i) {
+        if (has_some[i]) names.insert(channels[i]->name);
     }
     return names;
 }
@@ -101,7 +126,7 @@ image::Image half_size(const LayerStack& stack) {
                 half_down(inside.y1 + 1)};
     if (out.data.is_empty()) out.data = {0, 0, 1, 1};
 
-    const std::set<std::string> wanted = mixed_channels(stack);
+    const std::set<std::string> wanted = used_channels(stack);
     std::vector<std::pair<const image::Channel*, image::Channel*>> pairs;
     for (const image::Part& part : in.parts) {
         image::Part smaller;
@@ -134,6 +159,8 @@ image::Image half_size(const LayerStack& stack) {
 Result<Levels> Levels::make(std::shared_ptr<const LayerStack> stack) {
     Levels levels;
     levels.stacks_.push_back(std::move(stack));
+    levels.not_finite_ = channels_not_finite(levels.stack(0).image());
+    levels.shown_ = shown_layers(levels.stack(0));
     const image::Window whole = levels.frame(0);
     if (whole.pixel_count() > most_pixels)
         return Error{"too-large", fmt::format("a picture of {} x {} pixels is too large to show",

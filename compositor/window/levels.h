@@ -3,9 +3,12 @@
 
 #include "compositor/layer_stack.h"
 #include "compositor/mix_plan.h"
+#include "compositor/window/shown_layers.h"
 
 #include <memory>
+#include <set>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace velatura::compositor::window {
@@ -21,6 +24,12 @@ class Levels {
     /// Level 0 is the file; a pixel of level k covers 2^k × 2^k of its.
     const LayerStack& stack(size_t level) const { return *stacks_[level]; }
 
+    /// Full names of the channels with NaN or infinite values.
+    const std::set<std::string>& not_finite() const { return not_finite_; }
+
+    /// What of the file can be looked at by itself.
+    const std::vector<ShownLayer>& shown() const { return shown_; }
+
     /// The whole picture at that level; x0 = y0 = 0.
     image::Window frame(size_t level) const;
 
@@ -31,6 +40,8 @@ class Levels {
 
   private:
     std::vector<std::shared_ptr<const LayerStack>> stacks_;
+    std::set<std::string> not_finite_;
+    std::vector<ShownLayer> shown_;
 };
 
 using LevelPlans = std::vector<std::shared_ptr<const MixPlan>>;
@@ -41,7 +52,7 @@ LevelPlans plans_by_level(const Levels& levels,
                           MixPlan plan,
                           std::span<const LevelPlans> earlier = {});
 
-/// Half the size: the mean of 2 × 2 pixels of everything that a mix adds up, in the type it is
+/// Half the size: the mean of 2 × 2 pixels of everything that is shown, in the type it is
 /// stored in; pixels that the file does not store are black. The display window starts at 0, 0.
 image::Image half_size(const LayerStack& stack);
 

@@ -110,6 +110,12 @@ MixerRows mixer_rows(const LayerStack& stack) {
     return rows;
 }
 
+std::string row_title(const std::string& target) {
+    if (target == "all") return "all light";
+    if (target == "env") return "env (domes)";
+    return target;
+}
+
 RowState row_state(const Look& look, const std::string& target) {
     RowState row;
     row.is_muted = find_control(look, Kind::Mute, target) != nullptr;

@@ -27,6 +27,9 @@ struct MixerRows {
 
 MixerRows mixer_rows(const LayerStack& stack);
 
+/// A name as the row shows it: `all light` for `all`.
+std::string row_title(const std::string& target);
+
 /// How one target stands in a look. A look is a list of controls; the row of a target shows, and
 /// edits in place, the first control of each kind that names it, acts everywhere and has no keys,
 /// so that whatever else a preset says, and its order, stays as it was.

@@ -6,71 +6,129 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <vector>
 
 namespace velatura::compositor::window {
 
 namespace {
 
-void entry(Drawing& drawing, const char* label, Action action, bool is_enabled = true) {
-    if (ImGui::MenuItem(label, keys_of(action), false, is_enabled)) drawing.session.perform(action);
-    note_item(drawing, std::string("menu ") + label);
-}
-
-/// Whether the menu is open; Escape closes it.
-bool begin_menu(const char* label, bool is_enabled = true) {
-    if (!ImGui::BeginMenu(label, is_enabled)) return false;
-    if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape))) ImGui::CloseCurrentPopup();
-    return true;
-}
-
 void draw_recent(Drawing& drawing) {
     const std::vector<std::string>& recent = drawing.session.recent().paths();
     if (!begin_menu("Open recent", !recent.empty())) return;
     for (const std::string& path : recent) {
-        if (ImGui::MenuItem(path.c_str())) drawing.open_file(path);
+        const float width = 0.6f * ImGui::GetIO().DisplaySize.x;
+        ImGui::PushID(path.c_str());
+        if (ImGui::MenuItem(fitted(path, width).c_str())) drawing.open_file(path);
+        note_item(drawing, "recent " + path);
+        ImGui::PopID();
     }
     ImGui::EndMenu();
 }
 
+bool always(const Session& /*session*/) {
+    return true;
+}
+
+bool has_file(const Session& session) {
+    return session.has_file();
+}
+
+bool can_undo(const Session& session) {
+    return session.can_undo();
+}
+
+bool can_redo(const Session& session) {
+    return session.can_redo();
+}
+
+/// A line of a menu: an action, a menu of its own (`draw`), or a line between others (no label).
+struct Entry {
+    const char* label = nullptr;
+    Action action = Action::ShowHelp;
+    bool (*is_enabled)(const Session&) = has_file;
+    void (*draw)(Drawing&) = nullptr;
+};
+
+struct Menu {
+    const char* label;
+    bool (*is_enabled)(const Session&);
+    std::vector<Entry> entries;
+};
+
+/// All menus. Keys are those of the table of keys.
+const std::vector<Menu>& menus() {
+    static const std::vector<Menu> all = {{"File",
+                                           always,
+                                           {{"Open …", Action::OpenFile, always},
+                                            {"Open recent", Action::OpenFile, always, draw_recent},
+                                            {"Read again", Action::Reload},
+                                            {"Previous frame", Action::PreviousFrame},
+                                            {"Next frame", Action::NextFrame},
+                                            {},
+                                            {"Load preset …", Action::OpenPreset, always},
+                                            {"Save preset …", Action::SavePreset},
+                                            {"Save picture …", Action::SavePicture},
+                                            {},
+                                            {"Quit", Action::Quit, always}}},
+                                          {"Edit",
+                                           has_file,
+                                           {{"Undo", Action::Undo, can_undo},
+                                            {"Redo", Action::Redo, can_redo},
+                                            {},
+                                            {"Search rows", Action::SearchRows},
+                                            {"Reset row", Action::ResetRow},
+                                            {"Reset all", Action::ResetAll},
+                                            {},
+                                            {"Copy over the other look", Action::CopyLook}}},
+                                          {"View",
+                                           has_file,
+                                           {{"Fit", Action::ZoomFit},
+                                            {"1:1", Action::ZoomOne},
+                                            {},
+                                            {"Color", Action::ShowColor},
+                                            {"Red", Action::ShowRed},
+                                            {"Green", Action::ShowGreen},
+                                            {"Blue", Action::ShowBlue},
+                                            {"Alpha", Action::ShowAlpha},
+                                            {"Luminance", Action::ShowLuminance},
+                                            {"Next layer", Action::NextLayer},
+                                            {"Previous layer", Action::PreviousLayer},
+                                            {"Mark NaN and clipping", Action::MarkFaults},
+                                            {},
+                                            {"Wipe A | B", Action::ToggleWipe},
+                                            {"Edit the other look", Action::SwitchLook}}},
+                                          {"Help", always, {{"Keys", Action::ShowHelp, always}}}};
+    return all;
+}
+
+void draw_entry(Drawing& drawing, const Entry& entry) {
+    Session& session = drawing.session;
+    if (!entry.label) return ImGui::Separator();
+    if (entry.draw) return entry.draw(drawing);
+    if (ImGui::MenuItem(entry.label, keys_of(entry.action), false, entry.is_enabled(session)))
+        session.perform(entry.action);
+    note_item(drawing, std::string("menu ") + entry.label);
+}
+
 void draw_menus(Drawing& drawing) {
+    for (const Menu& menu : menus()) {
+        const bool is_open = begin_menu(menu.label, menu.is_enabled(drawing.session));
+        if (is_open) {
+            for (const Entry& entry : menu.entries) draw_entry(drawing, entry);
+            ImGui::EndMenu();
+        }
+        note_item(drawing, std::string("menu ") + menu.label);
+    }
+}
+
+/// Of the look that is edited; empty: none, or not yet counted.
+std::string faults_text(const Drawing& drawing) {
     const Session& session = drawing.session;
-    const bool has_file = session.has_file();
-    if (begin_menu("File")) {
-        entry(drawing, "Open …", Action::OpenFile);
-        draw_recent(drawing);
-        entry(drawing, "Read again", Action::Reload, has_file);
-        entry(drawing, "Previous frame", Action::PreviousFrame, has_file);
-        entry(drawing, "Next frame", Action::NextFrame, has_file);
-        ImGui::Separator();
-        entry(drawing, "Load preset …", Action::OpenPreset);
-        entry(drawing, "Save preset …", Action::SavePreset, has_file);
-        entry(drawing, "Save picture …", Action::SavePicture, has_file);
-        ImGui::Separator();
-        entry(drawing, "Quit", Action::Quit);
-        ImGui::EndMenu();
-    }
-    note_item(drawing, "menu File");
-    if (begin_menu("Edit", has_file)) {
-        entry(drawing, "Undo", Action::Undo, session.can_undo());
-        entry(drawing, "Redo", Action::Redo, session.can_redo());
-        ImGui::Separator();
-        entry(drawing, "Reset row", Action::ResetRow);
-        entry(drawing, "Reset all", Action::ResetAll);
-        ImGui::Separator();
-        entry(drawing, "Copy over the other look", Action::CopyLook);
-        ImGui::EndMenu();
-    }
-    if (begin_menu("View", has_file)) {
-        entry(drawing, "Fit", Action::ZoomFit);
-        entry(drawing, "1:1", Action::ZoomOne);
-        entry(drawing, "Wipe A | B", Action::ToggleWipe);
-        entry(drawing, "Edit the other look", Action::SwitchLook);
-        ImGui::EndMenu();
-    }
-    if (begin_menu("Help")) {
-        entry(drawing, "Keys", Action::ShowHelp);
-        ImGui::EndMenu();
-    }
+    const PictureTask* picture = session.has_file() ? session.picture(session.active()) : nullptr;
+    if (!picture) return {};
+    const image::Window& frame = session.stack().image().display;
+    const auto faults = drawing.faults.of(session.active(), picture->version, frame.pixel_count());
+    return faults ? faults->text() : std::string();
 }
 
 }  // namespace
@@ -82,10 +140,14 @@ void draw_menu_bar(Drawing& drawing) {
     if (session.has_file()) {
         const image::Window& frame = session.stack().image().display;
         const std::string name = std::filesystem::path(session.path()).filename().string();
-        const std::string title = fmt::format("{}   {}×{}", name, frame.width(), frame.height());
-        const float width = ImGui::CalcTextSize(title.c_str()).x;
-        ImGui::SameLine(ImGui::GetWindowWidth() - width - ImGui::GetFontSize());
+        const float unit = ImGui::GetFontSize();
+        const std::string size = fmt::format("   {}×{}", frame.width(), frame.height());
+        const float room = ImGui::GetWindowWidth() - ImGui::GetCursorPosX() - 2 * unit;
+        const std::string title = fitted(name, room - ImGui::CalcTextSize(size.c_str()).x) + size;
+        ImGui::SameLine(ImGui::GetWindowWidth() - ImGui::CalcTextSize(title.c_str()).x - unit);
         text(title, colour::dim);
+        note_item(drawing, "title");
+        if (ImGui::IsItemHovered()) explain(session.path().c_str());
     }
     ImGui::EndMenuBar();
 }
@@ -94,15 +156,28 @@ void draw_status_line(Drawing& drawing) {
     const Session& session = drawing.session;
     const std::string error = session.look_error();
     const bool is_error = !error.empty() || session.message().is_error;
-    text(error.empty() ? session.message().text : error, is_error ? colour::error : colour::dim);
     const MixTimes& t = drawing.times;
     const std::string pace =
         !session.has_file() ? std::string()
         : t.seen > 0 ? fmt::format("mix {:.0f} ms{}", t.seen, drawing.is_working ? " …" : "")
                      : std::string("mixing …");
-    const float width = ImGui::CalcTextSize(pace.c_str()).x;
-    ImGui::SameLine(ImGui::GetWindowWidth() - width - ImGui::GetFontSize());
+    const std::string faults = faults_text(drawing);
+    const float unit = ImGui::GetFontSize();
+    const auto width = [](const std::string& s) { return ImGui::CalcTextSize(s.c_str()).x; };
+    const float gap = faults.empty() ? 0 : unit;
+    const float right = ImGui::GetWindowWidth() - width(pace) - width(faults) - gap - unit;
+    fitted_text(error.empty() ? session.message().text : error,
+                right - ImGui::GetCursorPosX() - unit, is_error ? colour::error : colour::dim);
+    note_item(drawing, "status");
+    ImGui::SameLine(right);
+    if (!faults.empty()) {
+        text(faults, colour::error);
+        note_item(drawing, "faults");
+        explain("Pixels of the picture shown; O marks them");
+        ImGui::SameLine(0, gap);
+    }
     text(pace, colour::dim);
+    note_item(drawing, "pace");
 }
 
 }  // namespace velatura::compositor::window

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <span>
 
 namespace velatura::compositor::window {
@@ -13,13 +14,6 @@ namespace velatura::compositor::window {
 namespace {
 
 constexpr float slider_stops = 6;
-
-/// A name as the row shows it.
-std::string row_title(const std::string& target) {
-    if (target == "all") return "all light";
-    if (target == "env") return "env (domes)";
-    return target;
-}
 
 /// What a row stands for, in a word or two.
 std::string row_note(const LayerStack& stack, const std::string& target) {
@@ -67,6 +61,11 @@ class Row {
         draw_gain();
         draw_colour();
         draw_reset();
+        if (session_.selected() == target_ && drawing_.scrolled_to != target_) {
+            // Keys or a search have moved on
+            if (!ImGui::IsItemVisible()) ImGui::SetScrollHereY(0.5f);
+            drawing_.scrolled_to = target_;
+        }
         ImGui::PopID();
     }
 
@@ -118,13 +117,18 @@ class Row {
         ImGui::PushStyleColor(ImGuiCol_HeaderHovered, ImVec4(0, 0, 0, 0));
         ImGui::AlignTextToFramePadding();
         const ImVec2 size = {ImGui::GetContentRegionAvail().x, ImGui::GetFrameHeight() - 2};
-        if (ImGui::Selectable(row_title(target_).c_str(), false, ImGuiSelectableFlags_None, size)) {
+        const std::string title = row_title(target_), shown = fitted(title, size.x);
+        // What is shown may be the same for two names
+        if (ImGui::Selectable((shown + "##name").c_str(), false, ImGuiSelectableFlags_None, size)) {
             session_.select(target_);
             if (ImGui::GetIO().KeyAlt) solo_only();
         }
         ImGui::PopStyleColor(2);
         note_item(drawing_, mark("name"));
-        if (ImGui::IsItemHovered()) explain(row_note(session_.stack(), target_).c_str());
+        if (ImGui::IsItemHovered()) {
+            const std::string note = row_note(session_.stack(), target_);
+            explain((shown == title ? note : title + "\n" + note).c_str());
+        }
         draw_noise_share();
     }
 
@@ -209,7 +213,7 @@ void draw_rows(Drawing& drawing, const std::vector<std::string>& targets, size_t
     column("", side);
     ImGui::TableSetupColumn("name", ImGuiTableColumnFlags_WidthStretch, 2);
     ImGui::TableSetupColumn("gain, stops", ImGuiTableColumnFlags_WidthStretch, 3);
-    column("", 3.9f * unit);
+    column("", stops_width());
     column("tint", side);
     column("kelvin", 4.4f * unit);
     column("", side);
@@ -222,14 +226,43 @@ void draw_rows(Drawing& drawing, const std::vector<std::string>& targets, size_t
     if (drawing.noise)
         noise = drawing.session.page() == Page::Bounces ? drawing.noise->bounces()
                                                         : drawing.noise->groups();
-    for (size_t i = 0; i < targets.size(); ++i) {
-        if (i == masters && i > 0) {
+    const auto is_master = [&](const std::string& target) {
+        return std::find(targets.begin(), targets.begin() + std::ptrdiff_t(masters), target) !=
+               targets.begin() + std::ptrdiff_t(masters);
+    };
+    bool was_master = false;
+    for (const std::string& target : drawing.session.found(targets)) {
+        if (was_master && !is_master(target)) {
             ImGui::TableNextRow(ImGuiTableRowFlags_None, unit / 2);
             ImGui::TableNextColumn();
         }
-        Row(drawing, targets[i], noise).draw();
+        was_master = is_master(target);
+        Row(drawing, target, noise).draw();
     }
     ImGui::EndTable();
+}
+
+/// The search over rows.
+void draw_search(Drawing& drawing, const std::vector<std::string>& targets) {
+    Session& session = drawing.session;
+    std::array<char, 256> typed{};
+    const std::string& search = session.row_search();
+    std::copy_n(search.begin(), std::min(search.size(), typed.size() - 1), typed.begin());
+    const std::string count =
+        search.empty() ? fmt::format("{} rows", targets.size())
+                       : fmt::format("{} of {}", session.found(targets).size(), targets.size());
+    const float unit = ImGui::GetFontSize();
+    if (session.take_wish_to_search()) ImGui::SetKeyboardFocusHere();
+    ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - 11 * unit);
+    if (ImGui::InputTextWithHint("##search", "Search rows (Ctrl+F)", typed.data(), typed.size()))
+        session.search_rows(typed.data());
+    note_item(drawing, "search");
+    ImGui::SameLine();
+    if (quiet_button("clear", "×", !search.empty())) session.search_rows("");
+    note_item(drawing, "clear search");
+    ImGui::SameLine();
+    text(count, colour::dim);
+    note_item(drawing, "row count");
 }
 
 float further_height_of(const Session& session) {
@@ -253,6 +286,7 @@ void draw_mixer(Drawing& drawing) {
     const MixerRows& rows = session.rows();
     const float further_height = further_height_of(session);
     const auto body = [&](const char* id, const std::function<void()>& draw) {
+        draw_search(drawing, session.targets_of_page());
         if (ImGui::BeginChild(id, {0, -further_height})) draw();
         ImGui::EndChild();
         ImGui::EndTabItem();

@@ -25,7 +25,7 @@ void draw_rows(const char* title, const std::vector<RowNoise>& rows, size_t most
     const float unit = ImGui::GetFontSize();
     text(title, colour::dim);
     for (size_t i = 0; i < std::min(rows.size(), most); ++i) {
-        text(rows[i].name);
+        fitted_text(rows[i].name, 6 * unit, colour::text);
         ImGui::SameLine(6.5f * unit);
         share_bar(rows[i].share, 5 * unit, colour::dim);
         ImGui::SameLine();

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/window/picture_panel.h"
 
+#include "compositor/window/names_shown.h"
 #include "compositor/window/widgets.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace velatura::compositor::window {
@@ -34,7 +36,9 @@ void draw_zoom_tools(Drawing& drawing) {
     ImGui::AlignTextToFramePadding();
     const float start = ImGui::GetCursorPosX();
     text(fmt::format("{:.0f} %", 100 * view.scale()), colour::dim);
+    // As wide for any zoom
     ImGui::SameLine(start + 3.4f * ImGui::GetFontSize());
+    ImGui::Dummy({0, 0});
 }
 
 void draw_exposure(Drawing& drawing) {
@@ -53,8 +57,8 @@ void draw_exposure(Drawing& drawing) {
     note_item(drawing, "exposure");
     explain("Stops on everything ([ and ]); double click: as rendered");
     ImGui::SameLine();
-    if (const auto stops = stops_box("##exposure", now, 3.9f * unit)) set(*stops);
-    ImGui::SameLine(0, unit);
+    if (const auto stops = stops_box("##exposure", now, stops_width())) set(*stops);
+    note_item(drawing, "exposure stops");
 }
 
 void draw_displays(Drawing& drawing) {
@@ -88,14 +92,13 @@ void draw_displays(Drawing& drawing) {
     }
     note_item(drawing, "views");
     explain("View");
-    ImGui::SameLine(0, unit);
 }
 
 void draw_look_tools(Drawing& drawing) {
     Session& session = drawing.session;
     for (size_t i = 0; i < 2; ++i) {
         if (tool_button(drawing, i == 0 ? "A" : "B", session.active() == i,
-                        "The look that the mixer edits (B switches)") &&
+                        "The look that the mixer edits (X switches)") &&
             session.active() != i)
             session.perform(Action::SwitchLook);
     }
@@ -104,8 +107,70 @@ void draw_look_tools(Drawing& drawing) {
     const char* copy = session.active() == 0 ? "A → B" : "B → A";
     if (tool_button(drawing, copy, false, "Copy this look over the other one (C)"))
         session.perform(Action::CopyLook);
-    ImGui::NewLine();
 }
+
+/// The mix or one layer, found by typing.
+void draw_layers(Drawing& drawing) {
+    static std::array<char, 128> search{};
+    Session& session = drawing.session;
+    const float unit = ImGui::GetFontSize();
+    const ViewMode& mode = session.mode();
+    const float width = 7 * unit;
+    const std::string now = mode.layer ? mode.layer->name : "mix";
+    const auto show = [&](std::optional<ShownLayer> layer) {
+        ViewMode other = mode;
+        other.layer = std::move(layer);
+        session.set_mode(std::move(other));
+    };
+    ImGui::SetNextItemWidth(width);
+    if (ImGui::BeginCombo("##layer", fitted(now, width - 2.2f * unit).c_str(),
+                          ImGuiComboFlags_HeightLarge)) {
+        if (ImGui::IsWindowAppearing()) {
+            search[0] = '\0';
+            ImGui::SetKeyboardFocusHere();
+        }
+        ImGui::InputTextWithHint("##search", "Search layers", search.data(), search.size());
+        note_item(drawing, "search layers");
+        if (ImGui::Selectable("mix", !mode.layer)) show(std::nullopt);
+        note_item(drawing, "layer mix");
+        for (const ShownLayer& layer : session.shown()) {
+            if (!is_found(layer.name, search.data())) continue;
+            if (ImGui::Selectable(layer.name.c_str(), mode.layer == layer)) show(layer);
+            note_item(drawing, "layer " + layer.name);
+        }
+        ImGui::EndCombo();
+    }
+    note_item(drawing, "layers");
+    explain("The mix, or one layer of the file alone (. and ,)");
+}
+
+void draw_channels(Drawing& drawing) {
+    Session& session = drawing.session;
+    const ViewMode& mode = session.mode();
+    for (const ChannelChoice& choice : channel_choices()) {
+        if (switch_button(choice.name, choice.label, mode.channel == choice.channel,
+                          colour::accent))
+            session.perform(choice.action);
+        note_item(drawing, std::string("channel ") + choice.name);
+        explain(choice.name);
+        ImGui::SameLine(0, 2);
+    }
+    ImGui::SameLine();
+    if (switch_button("faults", "!", mode.marks_faults, colour::error))
+        session.perform(Action::MarkFaults);
+    note_item(drawing, "mark faults");
+    explain(
+        "Mark pixels (O): NaN or Inf magenta, clipped orange, negative blue; counts are in the "
+        "status line");
+}
+
+/// What stands above the picture, from left to right; a line below where there is no room.
+struct Tool {
+    void (*draw)(Drawing&);
+};
+
+constexpr std::array tools = {Tool{draw_zoom_tools}, Tool{draw_exposure}, Tool{draw_displays},
+                              Tool{draw_layers},     Tool{draw_channels}, Tool{draw_look_tools}};
 
 /// Rectangle of the picture on the screen.
 struct Place {
@@ -185,6 +250,20 @@ void draw_stale(Drawing& drawing, const ImVec2& low) {
     drawing.marks.note("stale", {corner.x, corner.y, end.x, end.y});
 }
 
+/// A picture that is not the mix in colour says so.
+void draw_mode(Drawing& drawing, const ImVec2& low, const ImVec2& high) {
+    const std::string mode = drawing.session.mode().text();
+    if (mode.empty()) return;
+    const std::string words = fitted(mode, std::max(high.x - low.x - 28, 1.0f));
+    const ImVec2 extent = ImGui::CalcTextSize(words.c_str());
+    const ImVec2 corner = {low.x + 8, high.y - extent.y - 16};
+    const ImVec2 end = {corner.x + extent.x + 12, corner.y + extent.y + 8};
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    list.AddRectFilled(corner, end, packed({0, 0, 0, 0.75f}), 3);
+    list.AddText({corner.x + 6, corner.y + 4}, packed(colour::accent), words.c_str());
+    drawing.marks.note("mode", {corner.x, corner.y, end.x, end.y});
+}
+
 void draw_nothing_yet(const ImVec2& low, const ImVec2& size, bool is_working) {
     const char* words =
         is_working ? "Loading …" : "Drop a file of light layers here, or open one with Ctrl+O";
@@ -196,10 +275,17 @@ void draw_nothing_yet(const ImVec2& low, const ImVec2& size, bool is_working) {
 }  // namespace
 
 void draw_toolbar(Drawing& drawing) {
-    draw_zoom_tools(drawing);
-    draw_exposure(drawing);
-    draw_displays(drawing);
-    draw_look_tools(drawing);
+    drawing.tool_widths.resize(tools.size());
+    for (size_t i = 0; i < tools.size(); ++i) {
+        float& width = drawing.tool_widths[i];
+        if (i > 0) next_in_line(width, ImGui::GetFontSize());
+        ImGui::BeginGroup();
+        tools[i].draw(drawing);
+        ImGui::EndGroup();
+        width = ImGui::GetItemRectSize().x;
+    }
+    const ImGuiStyle& style = ImGui::GetStyle();
+    drawing.toolbar_height = ImGui::GetCursorPosY() - style.ItemSpacing.y + style.WindowPadding.y;
 }
 
 void draw_picture(Drawing& drawing) {
@@ -245,6 +331,8 @@ void draw_picture(Drawing& drawing) {
         draw_look(drawing, session.active(), place, place.origin.x, place.end.x);
     }
     draw_stale(drawing, {std::max(place.origin.x, low.x), std::max(place.origin.y, low.y)});
+    draw_mode(drawing, {std::max(place.origin.x, low.x), std::max(place.origin.y, low.y)},
+              {std::min(place.end.x, high.x), std::min(place.end.y, high.y)});
     ImGui::PopClipRect();
     drawing.marks.note("picture", {std::max(place.origin.x, low.x), std::max(place.origin.y, low.y),
                                    std::min(place.end.x, high.x), std::min(place.end.y, high.y)});

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/window/pixel_panel.h"
 
-#include "compositor/window/tile_mix.h"
 #include "compositor/window/widgets.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 namespace velatura::compositor::window {
 
@@ -26,9 +26,9 @@ std::string numbers(const Rgb& rgb) {
     return fmt::format("{} {} {}", number(rgb[0]), number(rgb[1]), number(rgb[2]));
 }
 
-/// A value of the picture as the screen shows it.
-std::string screen_bytes(const PictureTask& picture, const Rgb& mix) {
-    const auto rgba = display_rgba({mix[0], mix[1], mix[2]}, *picture.transform);
+/// A pixel as the screen shows it.
+std::string screen_bytes(const Session& session, int x, int y) {
+    const auto rgba = session.screen_tile(session.active(), {x, y, x + 1, y + 1}).rgba;
     return fmt::format("{} {} {}", rgba[0], rgba[1], rgba[2]);
 }
 
@@ -44,7 +44,7 @@ void draw_line(const std::string& name,
                const std::string& note,
                bool is_dim) {
     const float digit = ImGui::CalcTextSize("0").x;
-    text(name, is_dim ? colour::dim : colour::text);
+    fitted_text(name, 11.5f * digit, is_dim ? colour::dim : colour::text);
     ImGui::SameLine(12 * digit);  // from the left edge of the column
     text(values, is_dim ? colour::dim : colour::text);
     if (note.empty()) return;
@@ -59,27 +59,28 @@ std::string data_text(const std::vector<float>& values) {
     return line;
 }
 
-void draw_head(Drawing& drawing, const PixelReadout* pixel, const PictureTask* picture) {
+void draw_head(Drawing& drawing, const PixelReadout* pixel) {
     ImGui::AlignTextToFramePadding();
     text("Pixel", colour::dim);
     if (!pixel) return;
     ImGui::SameLine();
     text(fmt::format("{}, {}", pixel->x, pixel->y));
     note_item(drawing, "pixel");
-    ImGui::SameLine(0, 14);
-    text("mix", colour::dim);
-    ImGui::SameLine();
+    const std::array<std::array<std::string, 2>, 3> facts = {
+        {{"mix", numbers(pixel->mix)},
+         {"screen", screen_bytes(drawing.session, pixel->x, pixel->y)},
+         {"alpha", fmt::format("{:.3g}", pixel->alpha)}}};
     ImGui::PushFont(drawing.fonts.numbers);
-    text(numbers(pixel->mix));
+    for (const auto& [name, value] : facts) {
+        const auto width = [](const std::string& s) { return ImGui::CalcTextSize(s.c_str()).x; };
+        const float space = ImGui::GetStyle().ItemSpacing.x;
+        next_in_line(width(name) + space + width(value), 2 * space);
+        text(name, colour::dim);
+        ImGui::SameLine();
+        text(value);
+        note_item(drawing, "pixel " + name);
+    }
     ImGui::PopFont();
-    ImGui::SameLine(0, 14);
-    text("screen", colour::dim);
-    ImGui::SameLine();
-    text(screen_bytes(*picture, pixel->mix));
-    ImGui::SameLine(0, 14);
-    text("alpha", colour::dim);
-    ImGui::SameLine();
-    text(fmt::format("{:.3g}", pixel->alpha));
 }
 
 }  // namespace
@@ -92,7 +93,7 @@ void draw_pixel(Drawing& drawing) {
         pixel = read_pixel(session.stack(), *picture->plans[0], picture->look.exposure_stops,
                            (*drawing.cursor)[0], (*drawing.cursor)[1]);
     }
-    draw_head(drawing, pixel ? &*pixel : nullptr, picture);
+    draw_head(drawing, pixel ? &*pixel : nullptr);
     if (!pixel) return;
 
     ImGui::PushFont(drawing.fonts.numbers);

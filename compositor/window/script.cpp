@@ -110,8 +110,8 @@ bool Line::read_arguments() {
         step_.kind = Kind::Frames;
         if (!take_number(value) || value < 1 || value > most_frames) return false;
         step_.count = int(value);
-    } else if (command == "hover") {
-        step_.kind = Kind::Hover;
+    } else if (command == "hover" || command == "whole") {
+        step_.kind = command == "hover" ? Kind::Hover : Kind::Whole;
         return take_word(step_.mark) && at_ == words_.size();
     } else if (command == "click") {
         step_.kind = Kind::Click;

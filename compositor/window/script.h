@@ -17,6 +17,7 @@ class Marks {
   public:
     struct Box {
         float x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< pixels of the screen
+        bool is_cut = false;                   ///< part of it is outside its panel or the screen
     };
 
     void clear() { boxes_.clear(); }
@@ -31,7 +32,7 @@ class Marks {
 
 /// One line of a script. docs/window.md lists the commands.
 struct ScriptStep {
-    enum class Kind { Wait, Frames, Hover, Click, Drag, Wheel, Key, Type, Drop, Screenshot };
+    enum class Kind { Wait, Frames, Hover, Whole, Click, Drag, Wheel, Key, Type, Drop, Screenshot };
     Kind kind = Kind::Wait;
     size_t line = 0;   ///< from 1
     std::string mark;  ///< what the mouse goes to; of a screenshot: what it is cut to

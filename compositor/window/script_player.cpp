@@ -46,8 +46,11 @@ Result<void> ScriptPlayer::begin_step(const Marks& marks, bool is_settled) {
                          fmt::format("line {}: there is no '{}' here", step.line, step.mark)};
         box = *found;
     }
+    if (step.kind == ScriptStep::Kind::Whole && box.is_cut)
+        return Error{"bad-script", fmt::format("line {}: '{}' is cut off", step.line, step.mark)};
     ++at_;
     switch (step.kind) {
+        case ScriptStep::Kind::Whole:
         case ScriptStep::Kind::Wait:
             return {};
         case ScriptStep::Kind::Frames:

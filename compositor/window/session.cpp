@@ -6,6 +6,7 @@
 #include "compositor/fit_look.h"
 #include "compositor/stack_color.h"
 #include "compositor/window/folder_list.h"
+#include "compositor/window/names_shown.h"
 #include "image/layer_file.h"
 
 #include <fmt/format.h>
@@ -14,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <utility>
 
 namespace velatura::compositor::window {
@@ -64,6 +66,7 @@ void Session::show(std::string path,
     frame_ = frame ? *frame : frame_of(stack().image()).value_or(0);
     pictures_ = {};
     transforms_.clear();
+    keep_mode();
     set_page(is_first ? Page::Lights : page_);
     const size_t rows_of_file = stack().header().lights.size();
     const image::Window& display = stack().image().display;
@@ -72,8 +75,23 @@ void Session::show(std::string path,
     tell(fmt::format(
              "{} layers, {} {}", stack().header().layers.size(), rows_of_file,
              stack().is_plain() ? "rows of a file without a header of Velatura" : "light groups") +
+         not_finite_text() +
          (is_plain(look()) ? "" : "; the look is the one from before (Ctrl+R: as rendered)"));
     if (waiting_) take_over(*std::exchange(waiting_, std::nullopt));
+}
+
+/// `; NaN or Inf in key.R, key.G (taken as 0)`, at most three of them; empty: all are finite.
+std::string Session::not_finite_text() const {
+    const std::set<std::string>& channels = levels_->not_finite();
+    if (channels.empty()) return {};
+    std::string list;
+    size_t count = 0;
+    for (const std::string& channel : channels) {
+        if (++count > 3) break;
+        list += (list.empty() ? "" : ", ") + channel;
+    }
+    if (channels.size() > 3) list += fmt::format(" and {} more", channels.size() - 3);
+    return "; NaN or Inf in " + list + " (taken as 0)";
 }
 
 /// The looks of the file before go on; else those that were kept for this one come back. The last
@@ -168,7 +186,7 @@ void Session::refresh(size_t index) {
         wanted = std::move(fitted.look);
         left_out_[index] = std::move(fitted.left_out);
     }
-    if (picture && same_picture(picture->look, wanted)) return;
+    if (picture && same_picture(picture->look, wanted) && picture->mode == mode_) return;
     auto plan = plan_for(wanted);
     if (!plan) {
         look_errors_[index] = plan.error().message;
@@ -185,7 +203,7 @@ void Session::refresh(size_t index) {
     }
     picture = std::make_shared<const PictureTask>(
         PictureTask{++last_version_, wanted, plans_by_level(*levels_, std::move(*plan), earlier),
-                    std::move(*transform)});
+                    std::move(*transform), mode_});
 }
 
 /// As plan_mix, but mattes of the looks as they were are not read again.
@@ -239,6 +257,28 @@ Result<std::shared_ptr<const image::DisplayTransform>> Session::transform_for(co
     return known;
 }
 
+void Session::set_mode(ViewMode mode) {
+    mode_ = std::move(mode);
+    after_change();
+}
+
+/// The layer of that name of the new file, if it has one.
+void Session::keep_mode() {
+    if (!mode_.layer) return;
+    const auto at = std::find_if(shown().begin(), shown().end(),
+                                 [&](const ShownLayer& l) { return l.name == mode_.layer->name; });
+    mode_.layer = at == shown().end() ? std::nullopt : std::optional(*at);
+}
+
+ShownTile Session::screen_tile(size_t index, const image::Window& tile) const {
+    const PictureTask& task = *pictures_[index];
+    ViewMode mode = task.mode;
+    mode.marks_faults = false;
+    return show_tile(
+        {stack(), *task.plans[0], task.look.exposure_stops, *task.transform, levels_->not_finite()},
+        mode, tile);
+}
+
 const PictureTask* Session::picture(size_t index) const {
     return pictures_[index].get();
 }
@@ -260,19 +300,73 @@ void Session::set_wipe(double share) {
     wipe_ = std::clamp(share, 0.0, 1.0);
 }
 
+const std::vector<std::string>& Session::targets_of_page() const {
+    switch (page_) {
+        case Page::Bounces:
+            return rows_.bounces;
+        case Page::Cells:
+            return rows_.groups;
+        case Page::Shadows:
+            return rows_.shadows;
+        default:
+            return rows_.lights;
+    }
+}
+
+/// Rows that keys work on.
+std::vector<std::string> Session::keyed_rows() const {
+    return found(page_ == Page::Bounces ? rows_.bounces : rows_.lights);
+}
+
 void Session::set_page(Page page) {
     page_ = page;
-    const auto& list = page == Page::Bounces ? rows_.bounces : rows_.lights;
+    const std::vector<std::string> list = keyed_rows();
     if (std::find(list.begin(), list.end(), selected_) == list.end())
         selected_ = list.empty() ? std::string() : list.front();
 }
 
+void Session::search_rows(const std::string& words) {
+    row_search_ = words;
+    set_page(page_);
+}
+
+std::vector<std::string> Session::found(const std::vector<std::string>& targets) const {
+    std::vector<std::string> found;
+    std::copy_if(targets.begin(), targets.end(), std::back_inserter(found),
+                 [&](const std::string& t) { return is_found(row_title(t), row_search_); });
+    return found;
+}
+
 void Session::select_neighbour(int step) {
-    const auto& list = page_ == Page::Bounces ? rows_.bounces : rows_.lights;
+    const std::vector<std::string> list = keyed_rows();
     if (list.empty()) return;
     const auto at = std::find(list.begin(), list.end(), selected_);
     const auto index = at == list.end() ? 0 : int(at - list.begin()) + step;
     selected_ = list[size_t(std::clamp(index, 0, int(list.size()) - 1))];
+}
+
+/// The mix stands before the first layer.
+void Session::show_neighbour_layer(int step) {
+    int index = -1;
+    for (size_t i = 0; i < shown().size(); ++i) {
+        if (mode_.layer == shown()[i]) index = int(i);
+    }
+    index = std::clamp(index + step, -1, int(shown().size()) - 1);
+    ViewMode mode = mode_;
+    mode.layer = index < 0 ? std::nullopt : std::optional(shown()[size_t(index)]);
+    set_mode(std::move(mode));
+}
+
+/// False for an action that is about no channel. The channel that is shown already: back to color.
+bool Session::show_channel(Action action) {
+    for (const ChannelChoice& choice : channel_choices()) {
+        if (choice.action != action) continue;
+        ViewMode mode = mode_;
+        mode.channel = mode.channel == choice.channel ? ShownChannel::Color : choice.channel;
+        set_mode(std::move(mode));
+        return true;
+    }
+    return false;
 }
 
 void Session::nudge_gain(float stops) {
@@ -353,6 +447,9 @@ void Session::perform(Action action) {
             return select_neighbour(-1);
         case Action::NextRow:
             return select_neighbour(1);
+        case Action::SearchRows:
+            wants_to_search_ = true;
+            return;
         case Action::ExposureUp:
             return nudge_exposure(coarse_step);
         case Action::ExposureDown:
@@ -370,6 +467,15 @@ void Session::perform(Action action) {
         case Action::ToggleWipe:
             is_wiping_ = !is_wiping_;
             return;
+        case Action::PreviousLayer:
+            return show_neighbour_layer(-1);
+        case Action::NextLayer:
+            return show_neighbour_layer(1);
+        case Action::MarkFaults: {
+            ViewMode mode = mode_;
+            mode.marks_faults = !mode.marks_faults;
+            return set_mode(std::move(mode));
+        }
         case Action::SwitchLook:
             active_ = 1 - active_;
             return;
@@ -380,7 +486,8 @@ void Session::perform(Action action) {
             return after_change();
         }
         default:
-            return perform_on_row(action);
+            if (!show_channel(action)) perform_on_row(action);
+            return;
     }
 }
 

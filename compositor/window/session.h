@@ -8,6 +8,7 @@
 #include "compositor/window/look_rows.h"
 #include "compositor/window/picture_view.h"
 #include "compositor/window/recent_files.h"
+#include "compositor/window/view_mode.h"
 #include "compositor/window/worker.h"
 
 #include <array>
@@ -112,6 +113,17 @@ class Session {
 
     void set_wipe(double share);
 
+    /// What of the picture is looked at; of both looks.
+    const ViewMode& mode() const { return mode_; }
+
+    void set_mode(ViewMode mode);
+
+    /// Layers of the file that a mode may show.
+    const std::vector<ShownLayer>& shown() const { return levels_->shown(); }
+
+    /// One tile of the picture of a look as it is on the screen, without marks.
+    ShownTile screen_tile(size_t index, const image::Window& tile) const;
+
     // What keys and menus do
 
     void perform(Action action);
@@ -121,6 +133,21 @@ class Session {
     Page page() const { return page_; }
 
     void set_page(Page page);
+
+    /// Rows of the page, whether the search finds them or not.
+    const std::vector<std::string>& targets_of_page() const;
+
+    /// Words that names of rows hold; empty: all rows are shown. The first row that is found is
+    /// selected, so that keys work on what is seen.
+    void search_rows(const std::string& words);
+
+    const std::string& row_search() const { return row_search_; }
+
+    /// Those that the search finds, in order.
+    std::vector<std::string> found(const std::vector<std::string>& targets) const;
+
+    /// Whether a key or menu wants to type into the search, once.
+    bool take_wish_to_search() { return std::exchange(wants_to_search_, false); }
 
     const std::string& selected() const { return selected_; }
 
@@ -177,6 +204,8 @@ class Session {
 
     void after_change();
     void begin_with(const std::string& path);
+    void keep_mode();
+    std::string not_finite_text() const;
     bool is_saved(const Look& look) const;
     void remember_saved(const Look& look);
     void want_neighbour(int step);
@@ -184,7 +213,10 @@ class Session {
     void refresh(size_t index);
     Result<MixPlan> plan_for(const Look& look) const;
     Result<std::shared_ptr<const image::DisplayTransform>> transform_for(const Look& look);
+    std::vector<std::string> keyed_rows() const;
     void select_neighbour(int step);
+    void show_neighbour_layer(int step);
+    bool show_channel(Action action);
     void nudge_gain(float stops);
     void nudge_exposure(float stops);
     void perform_on_row(Action action);
@@ -212,10 +244,11 @@ class Session {
     std::map<std::array<std::string, 3>, std::shared_ptr<const image::DisplayTransform>>
         transforms_;  ///< by display, view and input space
     PictureView view_;
-    bool is_wiping_ = false, wants_to_quit_ = false;
+    ViewMode mode_;
+    bool is_wiping_ = false, wants_to_quit_ = false, wants_to_search_ = false;
     double wipe_ = 0.5;
     Page page_ = Page::Lights;
-    std::string selected_;
+    std::string selected_, row_search_;
     Dialog dialog_ = Dialog::None;
     Message message_;
 };

@@ -23,7 +23,7 @@ void draw_share(Drawing& drawing, Kind kind, const std::string& target, const st
     };
     ImGui::PushID(name.c_str());
     ImGui::AlignTextToFramePadding();
-    text(title);
+    fitted_text(title, 9.5f * unit, colour::text);
     ImGui::SameLine(10 * unit);
     const float width = std::max(ImGui::GetContentRegionAvail().x - 6.8f * unit, 3 * unit);
     if (const auto changed = drag_slider("share", now, 0, 1, width)) set(*changed);
@@ -55,7 +55,7 @@ void draw_clamps(Drawing& drawing) {
     ImGui::Spacing();
     ImGui::Separator();
     text("Gives back what the firefly clamp took.", colour::dim);
-    for (const std::string& target : clamps)
+    for (const std::string& target : drawing.session.found(clamps))
         draw_share(drawing, Kind::Clamp, target, target == "all" ? "all light" : target);
 }
 
@@ -69,7 +69,7 @@ void draw_shadows(Drawing& drawing) {
         text("Lifts the shadows that a light casts: 0 as rendered, 100 % none.", colour::dim);
     }
     ImGui::Spacing();
-    for (const std::string& group : groups) {
+    for (const std::string& group : drawing.session.found(groups)) {
         draw_share(drawing, Kind::Shadow, group, group);
         draw_casters(drawing, group);
     }

@@ -65,6 +65,8 @@ Fonts set_up_theme(float scale) {
     style.WindowBorderSize = 0;
     style.PopupBorderSize = 1;
     style.WindowPadding = {10, 8};
+    // The menu bar is lower than ImGui lets a window be, and would lie over the tools
+    style.WindowMinSize = {1, 1};
     style.FramePadding = {6, 3};
     style.ItemSpacing = {6, 5};
     style.CellPadding = {3, 2};

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/window/widgets.h"
 
+#include "compositor/window/names_shown.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,7 +12,12 @@ namespace velatura::compositor::window {
 
 void note_item(Drawing& drawing, const std::string& name) {
     const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
-    drawing.marks.note(name, {low.x, low.y, high.x, high.y});
+    const ImDrawList& list = *ImGui::GetWindowDrawList();
+    const ImVec2 from = list.GetClipRectMin(), to = list.GetClipRectMax();
+    // Frames may reach half a pixel over the edge
+    const bool is_cut =
+        low.x < from.x - 1 || low.y < from.y - 1 || high.x > to.x + 1 || high.y > to.y + 1;
+    drawing.marks.note(name, {low.x, low.y, high.x, high.y, is_cut});
 }
 
 void text(const std::string& line) {
@@ -21,6 +28,33 @@ void text(const std::string& line, const ImVec4& c) {
     ImGui::PushStyleColor(ImGuiCol_Text, c);
     text(line);
     ImGui::PopStyleColor();
+}
+
+void next_in_line(float width, float gap) {
+    ImGui::SameLine(0, gap);
+    if (ImGui::GetCursorPosX() + width > ImGui::GetWindowContentRegionMax().x) ImGui::NewLine();
+}
+
+std::string fitted(const std::string& name, float width) {
+    return shorten_middle(name, [&](const std::string& shorter) {
+        return ImGui::CalcTextSize(shorter.data(), shorter.data() + shorter.size()).x <= width;
+    });
+}
+
+void fitted_text(const std::string& name, float width, const ImVec4& c) {
+    const std::string shown = fitted(name, width);
+    text(shown, c);
+    if (shown != name && ImGui::IsItemHovered()) explain(name.c_str());
+}
+
+bool begin_menu(const char* label, bool is_enabled) {
+    if (!ImGui::BeginMenu(label, is_enabled)) return false;
+    if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape))) ImGui::CloseCurrentPopup();
+    return true;
+}
+
+float stops_width() {
+    return ImGui::CalcTextSize("-20.00 st").x + 2 * ImGui::GetStyle().FramePadding.x;
 }
 
 void explain(const char* what) {

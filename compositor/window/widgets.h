@@ -13,6 +13,20 @@ void note_item(Drawing& drawing, const std::string& name);
 
 void text(const std::string& line);
 void text(const std::string& line, const ImVec4& colour);
+/// The next item stands beside the last one, or on a line of its own where it would be cut off.
+void next_in_line(float width, float gap);
+
+/// A name, its middle left out where it is wider.
+std::string fitted(const std::string& name, float width);
+/// The same as a text that is explained by the whole name.
+void fitted_text(const std::string& name, float width, const ImVec4& colour);
+
+/// Whether the menu is open; Escape closes it.
+bool begin_menu(const char* label, bool is_enabled = true);
+
+/// Of a box for any number of stops.
+float stops_width();
+
 /// The explanation of the last item, after the mouse has rested on it.
 void explain(const char* what);
 

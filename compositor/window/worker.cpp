@@ -3,7 +3,6 @@
 
 #include "base/tasks.h"
 #include "compositor/window/jobs.h"
-#include "compositor/window/tile_mix.h"
 
 #include <algorithm>
 #include <chrono>
@@ -138,10 +137,12 @@ void Worker::mix_batch(const WorkRequest& request, const TileBatch& batch) {
         tile.level = batch.level;
         tile.version = task.version;
         tile.window = order_.grid(batch.level).window(batch.tiles[i]);
-        tile.rgba =
-            display_rgba(mix_tile(request.levels->stack(batch.level), *task.plans[batch.level],
-                                  task.look.exposure_stops, tile.window),
-                         *task.transform);
+        ShownTile shown =
+            show_tile({request.levels->stack(batch.level), *task.plans[batch.level],
+                       task.look.exposure_stops, *task.transform, request.levels->not_finite()},
+                      task.mode, tile.window);
+        tile.rgba = std::move(shown.rgba);
+        tile.faults = shown.faults;
     });
     order_.mark(batch, task.version);
     if (times_.first == 0) times_.first = now_ms() - begun_ms_;

@@ -4,6 +4,7 @@
 #include "compositor/window/levels.h"
 #include "compositor/window/live_noise.h"
 #include "compositor/window/tile_order.h"
+#include "compositor/window/view_mode.h"
 #include "image/display.h"
 
 #include <array>
@@ -25,6 +26,7 @@ struct PictureTask {
     Look look;
     LevelPlans plans;
     std::shared_ptr<const image::DisplayTransform> transform;
+    ViewMode mode = {};
 };
 
 struct WorkRequest {
@@ -42,6 +44,7 @@ struct FinishedTile {
     uint64_t version = 0;
     image::Window window;  ///< of the level
     std::vector<uint8_t> rgba;
+    Faults faults;
 };
 
 /// From the request for a new picture, in ms; 0 while it is not there.

@@ -39,12 +39,37 @@ TEST(Session, KeysWorkOnTheSelectedRow) {
     EXPECT_FALSE(row_state(session.look(), "key").is_soloed);
     press(session, "ctrl+shift+z");
     EXPECT_TRUE(row_state(session.look(), "key").is_soloed);
-    press(session, "r");
+    press(session, "shift+r");
     EXPECT_EQ(row_state(session.look(), "key"), RowState());
     for (int i = 0; i < 20; ++i) press(session, "up");
     EXPECT_EQ(session.selected(), "all");
     session.set_page(Page::Bounces);
     EXPECT_EQ(session.selected(), "direct");
+}
+
+TEST(Session, ASearchKeepsKeysOnWhatIsSeen) {
+    Session session = session_of_small();
+    const std::vector<std::string> all = session.targets_of_page();
+    EXPECT_EQ(session.found(all), all);
+    session.search_rows("KE");
+    EXPECT_EQ(session.found(all), std::vector<std::string>{"key"});
+    EXPECT_EQ(session.selected(), "key");
+    press(session, "down");
+    press(session, "m");
+    EXPECT_TRUE(row_state(session.look(), "key").is_muted);
+    // Nothing found: keys change nothing
+    session.search_rows("no such row");
+    EXPECT_EQ(session.selected(), "");
+    const Look before = session.look();
+    press(session, "m");
+    press(session, "right");
+    EXPECT_TRUE(same_look(session.look(), before));
+    // Rows are found by what they show
+    session.search_rows("all light");
+    EXPECT_EQ(session.selected(), "all");
+    press(session, "ctrl+f");
+    EXPECT_TRUE(session.take_wish_to_search());
+    EXPECT_FALSE(session.take_wish_to_search());
 }
 
 TEST(Session, AHeldKeyStepsOnAndThrowsASwitchOnce) {
@@ -95,7 +120,7 @@ TEST(Session, TheWipeShowsBothLooks) {
     EXPECT_FLOAT_EQ(session.look(1).exposure_stops, 0.25f);
     press(session, "ctrl+z");
     EXPECT_EQ(session.look(1).exposure_stops, 0);
-    press(session, "b");
+    press(session, "x");
     EXPECT_EQ(session.active(), 1u);
     EXPECT_EQ(session.work_request().noise_of, 1u);
     press(session, "w");
@@ -117,10 +142,10 @@ TEST(Session, DisplayAndViewAreThoseOfBothLooks) {
     EXPECT_NE(session.look_error().find("No such view"), std::string::npos) << session.look_error();
     // The other look is seen while both are
     press(session, "w");
-    press(session, "b");
+    press(session, "x");
     session.edit("", [](Look& l) { l.view = "Raw"; });
     EXPECT_EQ(session.look_error().find("look A: "), 0u) << session.look_error();
-    press(session, "b");
+    press(session, "x");
     session.set_display("sRGB", "Raw");
     EXPECT_TRUE(session.look_error().empty());
 }
@@ -301,7 +326,7 @@ TEST(Session, TheLookGoesOnWithTheNextFile) {
         set_stops(l, "key", 1.5f);
         set_muted(l, "sky", true);
     });
-    press(session, "b");
+    press(session, "x");
     session.edit("", [](Look& l) { set_stops(l, "fill", -1); });
     const Looks before = {session.look(0), session.look(1)};
     // A file that lacks a light: its picture is the look without that light, and says so
@@ -339,7 +364,7 @@ TEST(Session, LooksOutliveAWindowThatIsKilled) {
     {
         Session session = begin();
         session.edit("", [](Look& l) { set_stops(l, "key", 1.5f); });
-        press(session, "b");
+        press(session, "x");
         session.edit("", [](Look& l) { set_muted(l, "fill", true); });
         session.keep_looks();
         EXPECT_TRUE(session.has_unsaved_look());
@@ -361,7 +386,7 @@ TEST(Session, LooksOutliveAWindowThatIsKilled) {
     again.keep_looks();
     EXPECT_TRUE(kept.find("small.exr"));
     again.edit("", [](Look& l) { l = Look(); });
-    press(again, "b");
+    press(again, "x");
     again.edit("", [](Look& l) { l = Look(); });
     again.edit("", [](Look& l) { set_stops(l, "key", 0.5f); });
     again.keep_looks();

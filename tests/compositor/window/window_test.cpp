@@ -3,10 +3,12 @@
 #include "base/atomic_file.h"
 #include "compositor/outcome.h"
 #include "compositor/window/look_rows.h"
+#include "image/exr.h"
 #include "image/formats.h"
 #include "virtual_screen.h"
 #include "window_stack.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -153,6 +155,54 @@ TEST_F(WindowTest, MouseAndKeysReachTheMixer) {
     EXPECT_TRUE(row_state(*look, "b2").is_muted);
     EXPECT_GT(row_state(*look, "key:b1").stops, 0.5f);
     EXPECT_GT(share_given(*look, Control::Kind::Shadow, "key"), 0.05f);
+}
+
+/// A file of another program with that many rows, whose names differ at their ends alone.
+std::string file_of_rows(size_t count) {
+    image::Image image;
+    image.data = image.display = {0, 0, 32, 18};
+    image::Part& part = image.parts.emplace_back();
+    const auto add = [&](const std::string& name) {
+        image::Channel channel;
+        channel.name = name;
+        channel.data = std::vector<float>(image.data.pixel_count(), 0.25f);
+        part.channels.push_back(std::move(channel));
+    };
+    for (const char* c : {"R", "G", "B", "A"}) add(c);
+    for (size_t i = 0; i < count; ++i) {
+        for (const char* c : {".R", ".G", ".B"})
+            add(fmt::format("a_light_group_of_the_hero_character_in_this_shot_{:03}{}", i, c));
+    }
+    const std::string path =
+        file(fmt::format("rows{}_with_quite_a_long_name_of_its_own.exr", count));
+    EXPECT_TRUE(image::write_exr(path, image).has_value());
+    return path;
+}
+
+TEST_F(WindowTest, NothingIsCutOffAtAThousandPixels) {
+    const std::string layers = file_of_rows(400);
+    const std::string row = "a_light_group_of_the_hero_character_in_this_shot_";
+    for (const char* size : {"1000 700", "1920 1080"}) {
+        std::string script = "wait\nhover picture\nframes 2\nscreenshot " +
+                             file(std::string("rows_") + std::string(size).substr(0, 4) + ".png") +
+                             "\n";
+        for (const char* mark :
+             {"tool Fit",  "tool 1:1",    "exposure",     "exposure stops", "views",
+              "tool A",    "tool B",      "tool Wipe",    "tool A → B",     "search",
+              "row count", "gain all",    "stops all",    "tint all",       "kelvin all",
+              "reset all", "page Lights", "page Shadows", "title",          "status",
+              "pace",      "pixel",       "pixel mix",    "pixel screen",   "pixel alpha"})
+            script += fmt::format("whole \"{}\"\n", mark);
+        // The last of 400 rows is found by its number, and by keys
+        script += "key ctrl+f\ntype 399\nframes 2\nwhole \"name " + row +
+                  "399\"\nkey enter\nclick \"clear search\"\nframes 3\nwhole \"name " + row +
+                  "399\"\nkey up\nframes 3\nwhole \"name " + row + "398\"\n";
+        const Outcome played = play(layers + " --size " + size, script);
+        EXPECT_EQ(played.code, 0) << size << ": " << played.output;
+    }
+    const Outcome cut = play(layers + " --size 1000 700", "wait\nwhole \"name " + row + "399\"\n");
+    EXPECT_EQ(cut.code, 2);
+    EXPECT_NE(cut.output.find("is cut off"), std::string::npos) << cut.output;
 }
 
 TEST_F(WindowTest, DroppedFilesAreOpenedAndZoomShowsPixels) {

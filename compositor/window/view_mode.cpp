@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compositor/window/view_mode.h"
+
+#include "image/formats.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace velatura::compositor::window {
+
+namespace {
+
+using Rgb = std::array<float, 3>;
+
+constexpr std::array choices = {
+    ChannelChoice{ShownChannel::Color, "RGB", "color", Action::ShowColor},
+    ChannelChoice{ShownChannel::Red, "R", "red", Action::ShowRed},
+    ChannelChoice{ShownChannel::Green, "G", "green", Action::ShowGreen},
+    ChannelChoice{ShownChannel::Blue, "B", "blue", Action::ShowBlue},
+    ChannelChoice{ShownChannel::Alpha, "A", "alpha", Action::ShowAlpha},
+    ChannelChoice{ShownChannel::Luminance, "Y", "luminance", Action::ShowLuminance}};
+
+/// Of linear Rec.709.
+constexpr Rgb luminance = {0.2126f, 0.7152f, 0.0722f};
+constexpr uint8_t is_not_finite = 1;
+
+/// A tile and what is stored of it.
+class Tile {
+  public:
+    Tile(const image::Image& image, const image::Window& tile)
+        : image_(image),
+          tile_({tile.x0 + image.display.x0, tile.y0 + image.display.y0, tile.x1 + image.display.x0,
+                 tile.y1 + image.display.y0}) {}
+
+    size_t pixel_count() const { return tile_.pixel_count(); }
+
+    /// f(pixel of the tile, pixel of the file) for all that are stored.
+    template <class F>
+    void for_stored(F f) const {
+        const image::Window& data = image_.data;
+        for (int y = std::max(tile_.y0, data.y0); y < std::min(tile_.y1, data.y1); ++y) {
+            for (int x = std::max(tile_.x0, data.x0); x < std::min(tile_.x1, data.x1); ++x)
+                f(tile_.index(x, y), data.index(x, y));
+        }
+    }
+
+    /// Values as they are; 0 where there are none, `otherwise` where the channel is missing.
+    std::vector<float> values(const image::Channel* channel, float otherwise = 0) const {
+        std::vector<float> values(pixel_count(), 0.0f);
+        for_stored([&](size_t to, size_t from) {
+            values[to] = channel ? channel->value(from) : otherwise;
+        });
+        return values;
+    }
+
+    void mark_not_finite(const image::Channel& channel, std::vector<uint8_t>& marks) const {
+        for_stored([&](size_t to, size_t from) {
+            if (!std::isfinite(channel.value(from))) marks[to] = is_not_finite;
+        });
+    }
+
+  private:
+    const image::Image& image_;
+    image::Window tile_;
+};
+
+/// Marks pixels where a layer that the mix adds up is not finite; the mix takes those as 0.
+void mark_inputs(const TileSource& source, const Tile& tile, std::vector<uint8_t>& marks) {
+    if (source.not_finite.empty()) return;
+    for (const auto* terms : {&source.plan.terms, &source.plan.shadow_terms}) {
+        for (const MixPlan::Term& term : *terms) {
+            for (const std::string& layer : {term.layer, term.clamp_layer}) {
+                for (size_t c = 0; c < 3 && !layer.empty(); ++c) {
+                    const image::Channel* channel = source.stack.channel(layer, c);
+                    if (channel && term.gain[c] != 0 && source.not_finite.contains(channel->name))
+                        tile.mark_not_finite(*channel, marks);
+                }
+            }
+        }
+    }
+}
+
+/// Takes values that are not finite as 0, and marks them.
+void clean(std::vector<float>& values, size_t per_pixel, std::vector<uint8_t>& marks) {
+    for (size_t i = 0; i < values.size(); ++i) {
+        if (std::isfinite(values[i])) continue;
+        values[i] = 0;
+        marks[i / per_pixel] = is_not_finite;
+    }
+}
+
+/// Scene-linear colours of a layer, exposed.
+std::vector<float> layer_colors(const TileSource& source,
+                                const ShownLayer& layer,
+                                const Tile& tile) {
+    const image::Part& part = source.stack.image().parts[layer.part];
+    const float exposure = std::exp2(source.exposure_stops);
+    std::vector<float> rgb(3 * tile.pixel_count(), 0.0f);
+    for (size_t c = 0; c < 3; ++c) {
+        const image::Channel* channel = part.find(layer.channels[c]);
+        if (!channel) continue;
+        const std::vector<float> values = tile.values(channel);
+        for (size_t i = 0; i < values.size(); ++i) rgb[3 * i + c] = exposure * values[i];
+    }
+    return rgb;
+}
+
+std::vector<float> alphas(const TileSource& source, const ViewMode& mode, const Tile& tile) {
+    if (!mode.layer) return tile.values(source.stack.channel("rgba", 3), 1);
+    const std::string& name = mode.layer->channels[3];
+    const image::Part& part = source.stack.image().parts[mode.layer->part];
+    return tile.values(name.empty() ? nullptr : part.find(name), 1);
+}
+
+void isolate(std::vector<float>& rgb, ShownChannel channel) {
+    if (channel == ShownChannel::Color) return;
+    for (size_t i = 0; i < rgb.size(); i += 3) {
+        float grey = 0;
+        if (channel == ShownChannel::Luminance) {
+            for (size_t c = 0; c < 3; ++c) grey += luminance[c] * rgb[i + c];
+        } else {
+            grey = rgb[i + size_t(channel) - size_t(ShownChannel::Red)];
+        }
+        std::fill_n(rgb.begin() + std::ptrdiff_t(i), 3, grey);
+    }
+}
+
+/// Which of the three channels is worst, as a mark; none: nothing is wrong.
+const std::array<uint8_t, 3>* mark_of(
+    const float* scene, const float* display, bool is_alpha, bool is_bad, Faults& faults) {
+    if (is_bad) {
+        ++faults.not_finite;
+        return &not_finite_mark;
+    }
+    const auto is_above = [&](float v) { return is_alpha ? v > 1 : v >= 1; };
+    if (is_above(display[0]) || is_above(display[1]) || is_above(display[2])) {
+        ++faults.above;
+        return &above_mark;
+    }
+    if (scene[0] < 0 || scene[1] < 0 || scene[2] < 0) {
+        ++faults.below;
+        return &below_mark;
+    }
+    return nullptr;
+}
+
+}  // namespace
+
+std::span<const ChannelChoice> channel_choices() {
+    return choices;
+}
+
+std::string ViewMode::text() const {
+    std::string text = layer ? layer->name : std::string();
+    if (channel != ShownChannel::Color) {
+        const auto at = std::find_if(choices.begin(), choices.end(),
+                                     [&](const ChannelChoice& c) { return c.channel == channel; });
+        text += (text.empty() ? "" : ", ") + std::string(at->name);
+    }
+    return text;
+}
+
+Faults& Faults::operator+=(const Faults& other) {
+    not_finite += other.not_finite;
+    above += other.above;
+    below += other.below;
+    return *this;
+}
+
+std::string Faults::text() const {
+    std::string text;
+    const auto add = [&](size_t count, const char* what) {
+        if (count > 0) text += fmt::format("{}{} px {}", text.empty() ? "" : " · ", count, what);
+    };
+    add(not_finite, "NaN/Inf");
+    add(above, "clipped");
+    add(below, "negative");
+    return text;
+}
+
+ShownTile show_tile(const TileSource& source, const ViewMode& mode, const image::Window& window) {
+    const Tile tile(source.stack.image(), window);
+    std::vector<uint8_t> marks(tile.pixel_count(), 0);
+    const bool is_alpha = mode.channel == ShownChannel::Alpha;
+    std::vector<float> rgb;
+    if (is_alpha) {
+        for (const float v : alphas(source, mode, tile)) rgb.insert(rgb.end(), 3, v);
+    } else if (mode.layer) {
+        rgb = layer_colors(source, *mode.layer, tile);
+    } else {
+        rgb = mix_tile(source.stack, source.plan, source.exposure_stops, window);
+        mark_inputs(source, tile, marks);
+    }
+    if (!is_alpha) isolate(rgb, mode.channel);
+    clean(rgb, 3, marks);
+    std::vector<float> shown = rgb;
+    if (!is_alpha) source.transform.apply(shown);
+    ShownTile out;
+    out.rgba.resize(4 * marks.size());
+    for (size_t i = 0; i < marks.size(); ++i) {
+        for (size_t c = 0; c < 3; ++c) out.rgba[4 * i + c] = image::display_byte(shown[3 * i + c]);
+        out.rgba[4 * i + 3] = 255;
+        const auto* mark = mark_of(&rgb[3 * i], &shown[3 * i], is_alpha, marks[i] != 0, out.faults);
+        if (mark && mode.marks_faults)
+            std::copy(mark->begin(), mark->end(), out.rgba.begin() + std::ptrdiff_t(4 * i));
+    }
+    return out;
+}
+
+void FaultCounts::take(size_t look,
+                       uint64_t version,
+                       const image::Window& tile,
+                       const Faults& faults) {
+    tiles_[look][{tile.x0, tile.y0}] = {version, tile.pixel_count(), faults};
+}
+
+std::optional<Faults> FaultCounts::of(size_t look, uint64_t version, size_t pixels) const {
+    Faults sum;
+    size_t counted = 0;
+    for (const auto& [corner, tile] : tiles_[look]) {
+        if (tile.version != version) continue;
+        sum += tile.faults;
+        counted += tile.pixels;
+    }
+    return counted == pixels ? std::optional(sum) : std::nullopt;
+}
+
+}  // namespace velatura::compositor::window

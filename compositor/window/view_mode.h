@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "compositor/window/actions.h"
+#include "compositor/window/shown_layers.h"
+#include "compositor/window/tile_mix.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace velatura::compositor::window {
+
+/// What of each pixel is on the screen.
+enum class ShownChannel : uint8_t { Color, Red, Green, Blue, Alpha, Luminance };
+
+/// A line of the table of channels, which keys, menus and tools show.
+struct ChannelChoice {
+    ShownChannel channel;
+    const char* label;  ///< of the tool
+    const char* name;
+    Action action;
+};
+
+std::span<const ChannelChoice> channel_choices();
+
+/// What the screen shows instead of the mix: no part of a look, and saved nowhere.
+struct ViewMode {
+    std::optional<ShownLayer> layer;  ///< none: the mix
+    ShownChannel channel = ShownChannel::Color;
+    bool marks_faults = false;  ///< over the image
+
+    bool operator==(const ViewMode&) const = default;
+
+    /// `key, red`; empty for the mix in colour.
+    std::string text() const;
+};
+
+/// Pixels that a screen does not show as they are.
+struct Faults {
+    size_t not_finite = 0;  ///< NaN or infinite, in a layer that is shown or in their mix
+    size_t above = 0;       ///< a channel at the most that the display shows, or beyond
+    size_t below = 0;       ///< a channel that is negative
+
+    Faults& operator+=(const Faults& other);
+    bool operator==(const Faults&) const = default;
+
+    bool is_empty() const { return *this == Faults(); }
+
+    /// `3 px NaN/Inf · 12 px clipped`.
+    std::string text() const;
+};
+
+/// Colours that mark them, as bytes.
+inline constexpr std::array<uint8_t, 3> not_finite_mark = {255, 0, 255}, above_mark = {255, 60, 0},
+                                        below_mark = {0, 90, 255};
+
+struct ShownTile {
+    std::vector<uint8_t> rgba;  ///< [pixel][4], opaque
+    Faults faults;
+};
+
+/// What a tile is shown from.
+struct TileSource {
+    const LayerStack& stack;
+    const MixPlan& plan;
+    float exposure_stops = 0;
+    const image::DisplayTransform& transform;
+    const std::set<std::string>& not_finite;  ///< channels with such values (Levels)
+};
+
+/// A tile of the picture as the mode says. The mix in colour without marks is display_rgba of
+/// mix_tile. Exposure and display transform act on every layer and channel alike but alpha, which
+/// is shown as it is: 0 black, 1 white. NaN and infinite values are shown as 0, as in a mix.
+ShownTile show_tile(const TileSource& source, const ViewMode& mode, const image::Window& tile);
+
+/// Faults of a whole picture, tile by tile.
+class FaultCounts {
+  public:
+    /// Of a tile of the full size, by its corner; an older picture's count of it is replaced.
+    void take(size_t look, uint64_t version, const image::Window& tile, const Faults& faults);
+
+    /// None while tiles are missing: pixels counted must be those of the picture.
+    std::optional<Faults> of(size_t look, uint64_t version, size_t pixels) const;
+
+    void clear() { tiles_ = {}; }
+
+  private:
+    struct Counted {
+        uint64_t version = 0;
+        size_t pixels = 0;
+        Faults faults;
+    };
+
+    std::array<std::map<std::pair<int, int>, Counted>, 2> tiles_;
+};
+
+}  // namespace velatura::compositor::window
