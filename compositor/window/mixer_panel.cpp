@@ -38,6 +38,12 @@ const RowNoise* noise_of(std::span<const RowNoise> rows, const std::string& name
     return at == rows.end() ? nullptr : &*at;
 }
 
+/// A tint as an image of that color is on the screen.
+ImVec4 screen_color(const Session& session, const std::array<float, 3>& tint) {
+    const auto bytes = session.screen_color(tint);
+    return {float(bytes[0]) / 255, float(bytes[1]) / 255, float(bytes[2]) / 255, 1};
+}
+
 /// One row of lights or bounces.
 class Row {
   public:
@@ -161,14 +167,27 @@ class Row {
     void draw_colour() {
         ImGui::TableNextColumn();
         std::array<float, 3> tint = state_.tint;
-        if (ImGui::ColorEdit3("##tint", tint.data(),
-                              ImGuiColorEditFlags_NoInputs | ImGuiColorEditFlags_NoLabel |
-                                  ImGuiColorEditFlags_Float | ImGuiColorEditFlags_NoOptions |
-                                  ImGuiColorEditFlags_NoTooltip))
-            edit("tint", [&](Look& l) { set_tint(l, target_, tint); });
+        const float side = ImGui::GetFrameHeight();
+        if (ImGui::ColorButton("##tint", screen_color(session_, tint),
+                               ImGuiColorEditFlags_NoTooltip | ImGuiColorEditFlags_NoAlpha,
+                               {side, side}))
+            ImGui::OpenPopup("tint");
         note_item(drawing_, mark("tint"));
         if (is_right_clicked()) edit("", [&](Look& l) { set_tint(l, target_, {1, 1, 1}); });
-        explain("Tint, a factor per channel. Right click: none");
+        explain("Tint, a factor per channel, as the display shows it. Right click: none");
+        if (ImGui::BeginPopup("tint")) {
+            ImGui::ColorButton("##shown", screen_color(session_, tint),
+                               ImGuiColorEditFlags_NoTooltip | ImGuiColorEditFlags_NoAlpha,
+                               {ImGui::GetContentRegionAvail().x, 2 * side});
+            if (ImGui::ColorPicker3("##picker", tint.data(),
+                                    ImGuiColorEditFlags_Float | ImGuiColorEditFlags_DisplayRGB |
+                                        ImGuiColorEditFlags_NoSidePreview |
+                                        ImGuiColorEditFlags_NoOptions))
+                edit("tint", [&](Look& l) { set_tint(l, target_, tint); });
+            if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape)))
+                ImGui::CloseCurrentPopup();
+            ImGui::EndPopup();
+        }
         ImGui::TableNextColumn();
         float kelvin = state_.kelvin.value_or(6500.0f);
         ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);

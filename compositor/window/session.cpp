@@ -279,6 +279,13 @@ ShownTile Session::screen_tile(size_t index, const image::Window& tile) const {
         mode, tile);
 }
 
+std::array<uint8_t, 3> Session::screen_color(const std::array<float, 3>& rgb) const {
+    const auto& picture = pictures_[active_];
+    if (!picture) return {255, 255, 255};
+    const auto rgba = display_rgba({rgb[0], rgb[1], rgb[2]}, *picture->transform);
+    return {rgba[0], rgba[1], rgba[2]};
+}
+
 const PictureTask* Session::picture(size_t index) const {
     return pictures_[index].get();
 }

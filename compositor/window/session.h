@@ -124,6 +124,10 @@ class Session {
     /// One tile of the picture of a look as it is on the screen, without marks.
     ShownTile screen_tile(size_t index, const image::Window& tile) const;
 
+    /// The bytes that the screen shows of a scene-linear colour in the numbers of the file, without
+    /// exposure.
+    std::array<uint8_t, 3> screen_color(const std::array<float, 3>& rgb) const;
+
     // What keys and menus do
 
     void perform(Action action);

@@ -205,6 +205,39 @@ TEST_F(WindowTest, NothingIsCutOffAtAThousandPixels) {
     EXPECT_NE(cut.output.find("is cut off"), std::string::npos) << cut.output;
 }
 
+TEST_F(WindowTest, ATintLooksAsAnImageOfItWould) {
+    const std::string preset = file("tinted.json"), image_path = file("tint_image.exr");
+    ASSERT_TRUE(write_file_atomically(preset, R"({"schema": "velatura.look/1", "controls": [
+        {"do": "tint", "name": "key", "value": "0.9,0.5,0.2"}]})")
+                    .has_value());
+    // An image of that color alone, shown by the command
+    image::Image color;
+    color.data = color.display = {0, 0, 8, 8};
+    image::Part& part = color.parts.emplace_back();
+    for (const auto& [name, value] :
+         {std::pair{"R", 0.9f}, std::pair{"G", 0.5f}, std::pair{"B", 0.2f}}) {
+        image::Channel channel;
+        channel.name = name;
+        channel.data = std::vector<float>(64, value);
+        part.channels.push_back(std::move(channel));
+    }
+    ASSERT_TRUE(image::write_exr(image_path, color).has_value());
+    const Outcome shown =
+        run("env OCIO= " + bin + "/velatura-comp mix " + image_path + " -o " + file("tint.png"));
+    ASSERT_EQ(shown.code, 0) << shown.output;
+    const Outcome played = play(layers_ + " --preset " + preset,
+                                "wait\nhover picture\nscreenshot " + file("swatch.png") +
+                                    " \"tint key\"\nclick \"tint key\"\nframes 3\nscreenshot " +
+                                    file("picker.png") + "\nkey escape\n");
+    ASSERT_EQ(played.code, 0) << played.output;
+    const auto expected = image::read_rgb_image(file("tint.png"), image::SourceColorSpace::Raw);
+    const auto swatch = image::read_rgb_image(file("swatch.png"), image::SourceColorSpace::Raw);
+    ASSERT_TRUE(expected.has_value() && swatch.has_value());
+    const size_t middle = 3 * size_t(swatch->height / 2 * swatch->width + swatch->width / 2);
+    for (size_t c = 0; c < 3; ++c)
+        EXPECT_EQ(swatch->pixels[middle + c], expected->pixels[c]) << "channel " << c;
+}
+
 TEST_F(WindowTest, DroppedFilesAreOpenedAndZoomShowsPixels) {
     const std::string preset = file("dropped.json");
     ASSERT_TRUE(write_file_atomically(preset, R"({"schema": "velatura.look/1", "controls": [
