@@ -69,7 +69,7 @@ Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
         session_.tell(displays.error().message, true);
     }
     drawing_.open_file = [this](const std::string& path) { open(path); };
-    drawing_.save_picture = [this](const std::string& path) { save_picture(path); };
+    drawing_.write_output = [this](const std::string& path) { write_output(path); };
 }
 
 void Desktop::open(const std::string& path) {
@@ -86,11 +86,12 @@ void Desktop::press(const KeyPress& key, bool is_repeat) {
     if (session_.dialog() == Dialog::None) session_.press(key, is_repeat);
 }
 
-void Desktop::save_picture(const std::string& path) {
+void Desktop::write_output(const std::string& path) {
     session_.tell("saving " + path);
-    saving_.add([path, write = session_.picture_writer(path)]() -> Result<std::string> {
-        if (const auto written = write(); !written) return written.error();
-        return path;
+    saving_.add([path, write = session_.output_writer(path)]() -> Result<std::string> {
+        const auto written = write();
+        if (!written) return written.error();
+        return "saved " + path + (written->empty() ? "" : ": " + *written);
     });
 }
 
@@ -125,7 +126,7 @@ void Desktop::take_news() {
 void Desktop::take_up() {
     take_loaded();
     if (const auto saved = saving_.take())
-        session_.tell(*saved ? "saved " + **saved : saved->error().message, !*saved);
+        session_.tell(*saved ? **saved : saved->error().message, !*saved);
     take_news();
 }
 

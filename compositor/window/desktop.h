@@ -56,7 +56,7 @@ class Desktop {
     void take_up();
     void take_loaded();
     void take_news();
-    void save_picture(const std::string& path);
+    void write_output(const std::string& path);
     void draw_desk();
     void request();
 
@@ -68,7 +68,7 @@ class Desktop {
     Worker worker_;
     uint64_t asked_ = 0;  ///< digest of the last request
     Jobs<Loaded> loading_;
-    Jobs<std::string> saving_;  ///< the path
+    Jobs<std::string> saving_;  ///< what is said of it
 };
 
 }  // namespace velatura::compositor::window

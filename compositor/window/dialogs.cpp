@@ -19,14 +19,15 @@ struct FileDialog {
     const char* hint;
 };
 
-FileDialog file_dialog(Dialog dialog) {
+FileDialog file_dialog(Dialog dialog, OutputKind kind) {
+    const Output& output = output_of(kind);
     switch (dialog) {
         case Dialog::OpenPreset:
             return {"Load preset", "Load", ".json", "preset.json"};
         case Dialog::SavePreset:
             return {"Save preset", "Save", ".json", "preset.json"};
-        case Dialog::SavePicture:
-            return {"Save picture", "Save", ".png", "picture.png, .jpg or .exr"};
+        case Dialog::WriteOutput:
+            return {output.title, "Save", output.extension, output.hint};
         default:
             return {"Open light layers", "Open", ".exr", "layers.exr"};
     }
@@ -35,11 +36,12 @@ FileDialog file_dialog(Dialog dialog) {
 }  // namespace
 
 void Dialogs::go_to(const std::string& folder) {
-    list_ = list_folder(folder, file_dialog(shown_).extension);
+    list_ = list_folder(folder, file_dialog(shown_, output_).extension);
 }
 
 void Dialogs::begin(Drawing& drawing) {
     shown_ = drawing.session.dialog();
+    output_ = drawing.session.output();
     name_[0] = '\0';
     // Where the artist was last, or where the file is
     const std::string of_file = fs::path(drawing.session.path()).parent_path().string();
@@ -176,7 +178,7 @@ void Dialogs::draw_list(Drawing& drawing) {
 }
 
 void Dialogs::draw_files(Drawing& drawing) {
-    const FileDialog dialog = file_dialog(shown_);
+    const FileDialog dialog = file_dialog(shown_, output_);
     const float unit = ImGui::GetFontSize();
     text(dialog.title);
     ImGui::PushTextWrapPos(0);
@@ -207,7 +209,7 @@ void Dialogs::accept(Drawing& drawing) {
         name_[0] = '\0';
         return go_to(path);
     }
-    path = with_extension(path, file_dialog(shown_).extension);
+    path = with_extension(path, file_dialog(shown_, output_).extension);
     session.set_dialog(Dialog::None);
     if (shown_ == Dialog::OpenFile) return drawing.open_file(path);
     if (shown_ == Dialog::OpenPreset) return session.load_preset(path);
@@ -215,7 +217,7 @@ void Dialogs::accept(Drawing& drawing) {
 }
 
 void Dialogs::save(Drawing& drawing, Dialog what, const std::string& path) {
-    if (what == Dialog::SavePicture) return drawing.save_picture(path);
+    if (what == Dialog::WriteOutput) return drawing.write_output(path);
     drawing.session.save_preset(path);
 }
 

@@ -26,6 +26,7 @@ class Dialogs {
     void go_to(const std::string& folder);
 
     Dialog shown_ = Dialog::None;
+    OutputKind output_ = OutputKind::Picture;
     FolderList list_;
     std::array<char, 4096> name_{};  ///< as typed
 };

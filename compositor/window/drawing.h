@@ -36,7 +36,7 @@ struct Drawing {
     std::optional<std::array<int, 2>> cursor;  ///< pixel of the picture last under the mouse
 
     /// What the window's owner does for a dialog.
-    std::function<void(const std::string&)> open_file, save_picture;
+    std::function<void(const std::string&)> open_file, write_output;
 };
 
 }  // namespace velatura::compositor::window

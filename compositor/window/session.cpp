@@ -427,11 +427,13 @@ void Session::perform(Action action) {
     }
     // All others need something to work on
     if (!has_file()) return;
+    if (const auto output = output_of(action)) {
+        output_ = *output;
+        return set_dialog(Dialog::WriteOutput);
+    }
     switch (action) {
         case Action::SavePreset:
             return set_dialog(Dialog::SavePreset);
-        case Action::SavePicture:
-            return set_dialog(Dialog::SavePicture);
         case Action::Reload:
             wanted_file_ = path_;
             return;
@@ -540,8 +542,13 @@ void Session::save_preset(const std::string& path) {
 }
 
 bool Session::ask_to_replace(Dialog what, const std::string& path) {
-    std::error_code unknown;
-    if (!std::filesystem::exists(path, unknown)) return false;
+    const std::vector<std::string> files =
+        what == Dialog::WriteOutput ? files_of(output_, path) : std::vector<std::string>{path};
+    const auto at = std::find_if(files.begin(), files.end(), [](const std::string& file) {
+        std::error_code unknown;
+        return std::filesystem::exists(file, unknown);
+    });
+    if (at == files.end()) return false;
     replaced_ = {what, path};
     set_dialog(Dialog::Replace);
     return true;
@@ -552,22 +559,15 @@ bool Session::replaces_layers() const {
     return std::filesystem::equivalent(replaced_.second, path_, unknown);
 }
 
-std::function<Result<void>()> Session::picture_writer(const std::string& path) const {
+std::function<Result<std::string>()> Session::output_writer(const std::string& path) const {
     const auto& picture = pictures_[active_];
     // The last picture that could be shown is none of this look
     if (const std::string& why = look_errors_[active_]; !why.empty() || !picture) {
         const std::string message = why.empty() ? "there is no picture" : why;
-        return [message] { return Result<void>(Error{"no-picture", message}); };
+        return [message] { return Result<std::string>(Error{"no-picture", message}); };
     }
-    return [levels = levels_, task = picture, path]() -> Result<void> {
-        const image::Image mixed = apply_mix(levels->stack(0), *task->plans[0], task->look, false);
-        if (path.ends_with(".exr")) {
-            const auto written = image::write_image_file(path, mixed);
-            if (!written) return written.error();
-            return {};
-        }
-        return write_display(path, mixed, task->look);
-    };
+    return [source = OutputSource{path_, levels_, picture}, write = output_of(output_).write,
+            path] { return write(source, path); };
 }
 
 void Session::tell(std::string text, bool is_error) {

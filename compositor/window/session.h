@@ -6,6 +6,7 @@
 #include "compositor/window/kept_looks.h"
 #include "compositor/window/levels.h"
 #include "compositor/window/look_rows.h"
+#include "compositor/window/outputs.h"
 #include "compositor/window/picture_view.h"
 #include "compositor/window/recent_files.h"
 #include "compositor/window/view_mode.h"
@@ -33,7 +34,7 @@ struct Message {
 enum class Page { Lights, Bounces, Cells, Shadows };
 
 /// What stands before the mixer and waits for an answer.
-enum class Dialog { None, OpenFile, OpenPreset, SavePreset, SavePicture, Replace, Quit, Help };
+enum class Dialog { None, OpenFile, OpenPreset, SavePreset, WriteOutput, Replace, Quit, Help };
 
 /// Everything that the window is about, without a window: the file, both looks and what was done to
 /// them, what is selected and seen. Drawing reads it and calls it; it calls nothing that draws.
@@ -179,15 +180,20 @@ class Session {
     void save_preset(const std::string& path);
 
     /// Whether a preset or picture saved there takes the place of a file. Then the dialog Replace
-    /// asks, and replaced() says what for: SavePreset or SavePicture, and where.
+    /// asks, and replaced() says what for: SavePreset or WriteOutput, and where.
     bool ask_to_replace(Dialog what, const std::string& path);
 
     const std::pair<Dialog, std::string>& replaced() const { return replaced_; }
 
     /// Whether the file to be replaced is the one whose layers are open.
     bool replaces_layers() const;
-    /// What to run, in a thread of its own if need be, to write the picture of the active look.
-    std::function<Result<void>()> picture_writer(const std::string& path) const;
+
+    /// What the dialog WriteOutput writes.
+    OutputKind output() const { return output_; }
+
+    /// What to run, in a thread of its own if need be, to write that of the active look. Returns:
+    /// what there is to say, perhaps nothing.
+    std::function<Result<std::string>()> output_writer(const std::string& path) const;
 
     const Message& message() const { return message_; }
 
@@ -254,6 +260,7 @@ class Session {
     Page page_ = Page::Lights;
     std::string selected_, row_search_;
     Dialog dialog_ = Dialog::None;
+    OutputKind output_ = OutputKind::Picture;
     Message message_;
 };
 

@@ -154,13 +154,13 @@ TEST(Session, APictureOfAnotherLookIsNotSaved) {
     Session session = session_of_small();
     const std::string path = film::temporary_file("stale.exr");
     session.set_display("sRGB", "No such view");
-    const auto no_view = session.picture_writer(path)();
+    const auto no_view = session.output_writer(path)();
     ASSERT_FALSE(no_view.has_value());
     EXPECT_NE(no_view.error().message.find("No such view"), std::string::npos);
     session.set_display("sRGB", "Raw");
     session.edit(
         "", [](Look& l) { l.controls.push_back(*parse_control(Control::Kind::Mute, "moon")); });
-    const auto no_row = session.picture_writer(path)();
+    const auto no_row = session.output_writer(path)();
     ASSERT_FALSE(no_row.has_value());
     EXPECT_NE(no_row.error().message.find("moon"), std::string::npos);
     EXPECT_FALSE(read_file(path).has_value());
@@ -421,7 +421,7 @@ TEST(Session, AsksBeforeALookOrAFileIsLost) {
     std::filesystem::create_symlink(layers, link);
     Session own{RecentFiles("")};
     own.show(layers, levels_of(layers));
-    ASSERT_TRUE(own.ask_to_replace(Dialog::SavePicture, link));
+    ASSERT_TRUE(own.ask_to_replace(Dialog::WriteOutput, link));
     EXPECT_TRUE(own.replaces_layers());
 }
 
@@ -450,7 +450,7 @@ TEST(Session, WritesTheMixedFile) {
     Session session = session_of_small();
     session.edit("", [](Look& l) { set_stops(l, "key", 1); });
     const std::string path = film::temporary_file("session_mix.exr");
-    ASSERT_TRUE(session.picture_writer(path)().has_value());
+    ASSERT_TRUE(session.output_writer(path)().has_value());
     const auto written = image::read_layer_file(path);
     ASSERT_TRUE(written.has_value());
     const PictureTask& task = *session.picture(0);

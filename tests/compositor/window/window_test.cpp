@@ -412,6 +412,42 @@ TEST_F(WindowTest, AsksBeforeItReplacesAFile) {
     EXPECT_TRUE(image::read_rgb_image(picture).has_value());
 }
 
+TEST_F(WindowTest, ExportsAndBakesAreThoseOfTheCommands) {
+    struct Case {
+        const char* menu;
+        const char* command;
+        const char* extension;
+    };
+
+    const std::string preset = file("exported.json");
+    ASSERT_TRUE(write_file_atomically(preset, R"({"schema": "velatura.look/1", "controls": [
+        {"do": "gain", "name": "key", "value": "+1st"}, {"do": "mute", "name": "fill"}]})")
+                    .has_value());
+    for (const Case& c : {Case{"Export to Nuke …", "export nuke", ".nk"},
+                          Case{"Export to oiiotool …", "export oiio", ".sh"},
+                          Case{"Export to Blender …", "export blender", ".py"},
+                          Case{"Bake into lights …", "bake", ".usda"}}) {
+        const std::string ours = file(std::string("ours") + c.extension),
+                          theirs = file(std::string("theirs") + c.extension);
+        const Outcome command = run(bin + "/velatura-comp " + c.command + " " + layers_ +
+                                    " --preset " + preset + " -o " + theirs);
+        ASSERT_TRUE(write_file_atomically(ours, "something else").has_value());
+        // Asks for a path, and before it replaces
+        const Outcome played =
+            play(layers_ + " --preset " + preset,
+                 fmt::format("wait\nclick \"menu File\"\nclick \"menu {}\"\ntype {}\nkey enter\n"
+                             "frames 2\nclick replace\nwait\nscreenshot {}\n",
+                             c.menu, ours, file("outputs.png")));
+        ASSERT_EQ(played.code, 0) << c.menu << ": " << played.output;
+        if (command.code != 0) {
+            // What the command cannot do, such as baking a file that does not know its lights
+            EXPECT_EQ(read_file(ours).value(), "something else") << c.menu;
+            continue;
+        }
+        EXPECT_EQ(read_file(ours).value(), read_file(theirs).value()) << c.menu;
+    }
+}
+
 TEST_F(WindowTest, AKilledWindowHasLostNoLook) {
     const std::string preset = file("of_the_killed.json"), hang = "frames 10000\n";
     const std::string script = file("killed.txt");
