@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct UiOptions {
-    std::string input, preset;
+    std::string input, preset, input_space;
     std::optional<double> frame;
     std::vector<int> size;
 };
@@ -63,6 +63,7 @@ int run_ui(const UiOptions& o) {
     std::vector<std::string> arguments = {*program};
     if (!o.preset.empty()) arguments.insert(arguments.end(), {"--preset", o.preset});
     if (o.frame) arguments.insert(arguments.end(), {"--frame", fmt::format("{}", *o.frame)});
+    if (!o.input_space.empty()) arguments.insert(arguments.end(), {"--input-space", o.input_space});
     if (!o.size.empty()) {
         arguments.emplace_back("--size");
         for (const int v : o.size) arguments.push_back(std::to_string(v));
@@ -81,9 +82,12 @@ int run_ui(const UiOptions& o) {
 void add_ui_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<UiOptions>();
     Command command = app.add_subcommand("ui", "Mix in a window");
-    command.add_option("input", o->input, "File of light layers, shot.####.exr, or a look (.json)");
+    command.add_option("input", o->input,
+                       "File of light layers, a sequence (shot.####.exr), or a look (.json)");
     command.add_option("--preset", o->preset, "Look to start with (JSON)");
     command.add_option("--frame", o->frame, "Frame at which keys are read (default: the file's)");
+    command.add_option("--input-space", o->input_space,
+                       "Color space of the file, where it does not say it (see mix)");
     command.add_option("--size", o->size, "Width and height of the window").size(16384);
     command.callback([&run, o] { run = [o] { return run_ui(*o); }; });
 }

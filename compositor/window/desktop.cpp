@@ -2,6 +2,7 @@
 #include "compositor/window/desktop.h"
 
 #include "base/hash.h"
+#include "compositor/window/folder_list.h"
 #include "compositor/window/menu_bar.h"
 #include "compositor/window/mixer_panel.h"
 #include "compositor/window/noise_panel.h"
@@ -58,7 +59,7 @@ class Panel {
 Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
     : frame_(frame),
       session_(RecentFiles(recent_list_path()), KeptLooks(kept_looks_folder())),
-      drawing_{session_, textures_, {}, window.fonts(), {}, {}, {}, {}, 0,
+      drawing_{session_, textures_, {}, window.fonts(), {}, {}, {}, {}, {}, 0,
                {},       true,      {}, false,          {}, {}, {}},
       worker_(GlfwWindow::wake),
       loading_(GlfwWindow::wake),
@@ -68,13 +69,14 @@ Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
     } else {
         session_.tell(displays.error().message, true);
     }
+    if (auto spaces = image::color_spaces()) drawing_.spaces = std::move(*spaces);
     drawing_.open_file = [this](const std::string& path) { open(path); };
     drawing_.write_output = [this](const std::string& path) { write_output(path); };
 }
 
 void Desktop::open(const std::string& path) {
     if (path.ends_with(".json")) return session_.load_preset(path);
-    loading_.replace([path]() -> Result<Loaded> {
+    loading_.replace([path = file_to_open(path, frame_)]() -> Result<Loaded> {
         auto levels = load(path);
         if (!levels) return levels.error();
         return Loaded{path, std::move(*levels)};

@@ -23,6 +23,9 @@ class Desktop {
     /// Layers, which are loaded in the background, or a preset (.json).
     void open(const std::string& path);
 
+    /// Of the file's numbers; empty: what the file says.
+    void set_input_space(const std::string& space) { session_.set_input_space(space); }
+
     void load_preset(const std::string& path) { session_.load_preset(path); }
 
     void press(const KeyPress& key, bool is_repeat);

@@ -24,6 +24,7 @@ struct Drawing {
     Marks marks;
     Fonts fonts;
     std::vector<image::DisplayViews> displays;
+    std::vector<std::string> spaces;  ///< color spaces of the config
 
     std::string scrolled_to;  ///< row that the mixer shows
     FaultCounts faults;

@@ -48,6 +48,16 @@ std::string with_extension(const std::string& path, std::string_view extension) 
     return fs::path(path).has_extension() ? path : path + std::string(extension);
 }
 
+std::string file_to_open(const std::string& path, std::optional<double> frame) {
+    std::error_code unknown;
+    if (fs::exists(path, unknown) || !is_sequence(path)) return path;
+    const std::vector<int> frames = frames_on_disk(path);
+    if (frames.empty()) return path;
+    const bool has_frame =
+        frame && std::find(frames.begin(), frames.end(), int(*frame)) != frames.end();
+    return frame_path(path, has_frame ? int(*frame) : frames.front());
+}
+
 std::optional<std::string> frame_beside(const std::string& path, int step) {
     const std::string name = fs::path(path).filename().string();
     const size_t last = name.find_last_of("0123456789", name.rfind('.'));

@@ -27,6 +27,10 @@ std::string path_in(const std::string& folder, const std::string& path);
 /// With the extension if it has none.
 std::string with_extension(const std::string& path, std::string_view extension);
 
+/// The file of a sequence (`shot.####.exr`) that is opened first: that of the frame if it is there,
+/// else the first on the disk. A file that exists, or a path of none, is itself.
+std::string file_to_open(const std::string& path, std::optional<double> frame);
+
 /// The frame that is `step` frames on the disk after (before, if negative) a file like
 /// `shot.0007.exr`: the last number of its name is that of the frame. None: there is no such file.
 std::optional<std::string> frame_beside(const std::string& path, int step);

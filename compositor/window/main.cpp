@@ -25,7 +25,7 @@ namespace {
 enum ExitCode { done = 0, failed = 1, usage = 2 };
 
 struct Options {
-    std::string input, preset, script;
+    std::string input, preset, script, input_space;
     std::optional<double> frame;
     int width = 1600, height = 960;
     bool prints_times = false;
@@ -98,6 +98,7 @@ int run(const Options& o) {
     auto window = GlfwWindow::open(o.width, o.height);
     if (!window) return report(window.error());
     Desktop desktop(**window, o.frame);
+    desktop.set_input_space(o.input_space);
     if (o.frame && !std::isfinite(*o.frame))
         return report({"bad-arguments", "--frame is no number"});
     for (const std::string& path : {o.preset, is_preset(o.input) ? o.input : std::string()}) {
@@ -147,9 +148,12 @@ int run(const Options& o) {
 int run_command(int argc, char** argv) {
     CommandLine app("The light mixer of Velatura: docs/window.md.", "velatura-comp-ui");
     Options o;
-    app.add_option("input", o.input, "File of light layers, or a look (.json)");
+    app.add_option("input", o.input,
+                   "File of light layers, a sequence (shot.####.exr), or a look (.json)");
     app.add_option("--preset", o.preset, "Look to start with (JSON)");
     app.add_option("--frame", o.frame, "Frame at which keys are read (default: the file's)");
+    app.add_option("--input-space", o.input_space,
+                   "Color space of the file, where it does not say it (velatura-comp mix --help)");
     std::vector<int> size = {o.width, o.height};
     app.add_option("--size", size, "Width and height of the window").size(16384);
     app.add_option("--script", o.script, "Play mouse and keys from a file, then quit");

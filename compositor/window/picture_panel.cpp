@@ -109,6 +109,31 @@ void draw_look_tools(Drawing& drawing) {
         session.perform(Action::CopyLook);
 }
 
+/// What the numbers of the file mean.
+void draw_input_space(Drawing& drawing) {
+    Session& session = drawing.session;
+    const float unit = ImGui::GetFontSize(), width = 7 * unit;
+    const std::string& now = session.input_space();
+    const std::string shown = now.empty() ? "in: " + session.own_space() : now;
+    ImGui::SetNextItemWidth(width);
+    ImGui::PushStyleColor(ImGuiCol_Text, now.empty() ? colour::dim : colour::accent);
+    const bool is_open = ImGui::BeginCombo("##space", fitted(shown, width - 2.2f * unit).c_str(),
+                                           ImGuiComboFlags_HeightLarge);
+    ImGui::PopStyleColor();
+    if (is_open) {
+        if (ImGui::Selectable(("as the file says: " + session.own_space()).c_str(), now.empty()))
+            session.set_input_space("");
+        note_item(drawing, "space of the file");
+        for (const std::string& space : drawing.spaces) {
+            if (ImGui::Selectable(space.c_str(), now == space)) session.set_input_space(space);
+            note_item(drawing, "space " + space);
+        }
+        ImGui::EndCombo();
+    }
+    note_item(drawing, "spaces");
+    explain("Color space of the numbers in the file (--input-space)");
+}
+
 /// The mix or one layer, found by typing.
 void draw_layers(Drawing& drawing) {
     static std::array<char, 128> search{};
@@ -169,8 +194,9 @@ struct Tool {
     void (*draw)(Drawing&);
 };
 
-constexpr std::array tools = {Tool{draw_zoom_tools}, Tool{draw_exposure}, Tool{draw_displays},
-                              Tool{draw_layers},     Tool{draw_channels}, Tool{draw_look_tools}};
+constexpr std::array tools = {Tool{draw_zoom_tools}, Tool{draw_exposure}, Tool{draw_input_space},
+                              Tool{draw_displays},   Tool{draw_layers},   Tool{draw_channels},
+                              Tool{draw_look_tools}};
 
 /// Rectangle of the picture on the screen.
 struct Place {

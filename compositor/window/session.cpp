@@ -41,7 +41,7 @@ bool is_plain(const Look& look) {
 
 /// Looks of a frame that say the same, at the same values of their keys.
 bool same_picture(const Look& a, const Look& b) {
-    return same_look(a, b) &&
+    return same_look(a, b) && a.input_space == b.input_space &&
            std::equal(a.controls.begin(), a.controls.end(), b.controls.begin(), b.controls.end(),
                       [](const Control& c, const Control& d) { return c.factor == d.factor; });
 }
@@ -67,6 +67,8 @@ void Session::show(std::string path,
     pictures_ = {};
     transforms_.clear();
     keep_mode();
+    const auto color = color_of_stack(stack(), {});
+    own_space_ = color ? fmt::format("{} ({})", color->label, color->reason) : std::string("file");
     set_page(is_first ? Page::Lights : page_);
     const size_t rows_of_file = stack().header().lights.size();
     const image::Window& display = stack().image().display;
@@ -164,6 +166,11 @@ void Session::set_display(const std::string& display, const std::string& view) {
     after_change();
 }
 
+void Session::set_input_space(const std::string& space) {
+    input_space_ = space;
+    after_change();
+}
+
 bool Session::is_soloing() const {
     const auto& controls = look().controls;
     return std::any_of(controls.begin(), controls.end(),
@@ -186,6 +193,7 @@ void Session::refresh(size_t index) {
         wanted = std::move(fitted.look);
         left_out_[index] = std::move(fitted.left_out);
     }
+    wanted.input_space = input_space_;
     if (picture && same_picture(picture->look, wanted) && picture->mode == mode_) return;
     auto plan = plan_for(wanted);
     if (!plan) {

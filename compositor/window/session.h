@@ -93,6 +93,16 @@ class Session {
 
     /// Both looks: it is one monitor.
     void set_display(const std::string& display, const std::string& view);
+
+    /// Colour space of the numbers in the file, of both looks and the files that follow; empty: what
+    /// the file says.
+    const std::string& input_space() const { return input_space_; }
+
+    void set_input_space(const std::string& space);
+
+    /// What the file says of itself: `linear Rec.709 (chromaticities)`.
+    const std::string& own_space() const { return own_space_; }
+
     bool is_soloing() const;
 
     // What is shown
@@ -258,7 +268,7 @@ class Session {
     bool is_wiping_ = false, wants_to_quit_ = false, wants_to_search_ = false;
     double wipe_ = 0.5;
     Page page_ = Page::Lights;
-    std::string selected_, row_search_;
+    std::string selected_, row_search_, input_space_, own_space_;
     Dialog dialog_ = Dialog::None;
     OutputKind output_ = OutputKind::Picture;
     Message message_;

@@ -72,6 +72,22 @@ TEST(Session, ASearchKeepsKeysOnWhatIsSeen) {
     EXPECT_FALSE(session.take_wish_to_search());
 }
 
+TEST(Session, AnInputSpaceIsThatOfTheCommand) {
+    Session session = session_of_small();
+    const auto bytes = [&] { return session.screen_tile(0, {0, 0, 48, 33}).rgba; };
+    const auto own = bytes();
+    session.set_input_space("ACEScg");
+    EXPECT_EQ(session.look_error(), "");
+    EXPECT_NE(bytes(), own) << "other numbers";
+    EXPECT_EQ(session.picture(0)->look.input_space, "ACEScg");
+    EXPECT_FALSE(session.has_unsaved_look()) << "no part of a look";
+    session.set_input_space("no such space");
+    EXPECT_NE(session.look_error().find("no such space"), std::string::npos);
+    session.set_input_space("");
+    EXPECT_EQ(session.look_error(), "");
+    EXPECT_EQ(bytes(), own);
+}
+
 TEST(Session, AHeldKeyStepsOnAndThrowsASwitchOnce) {
     Session session = session_of_small();
     session.select("key");

@@ -412,6 +412,54 @@ TEST_F(WindowTest, AsksBeforeItReplacesAFile) {
     EXPECT_TRUE(image::read_rgb_image(picture).has_value());
 }
 
+TEST_F(WindowTest, TheInputSpaceOfTheMenuIsThatOfTheCommand) {
+    const Outcome mixed = run("env OCIO= " + bin + "/velatura-comp mix " + layers_ +
+                              " --input-space ACEScg -o " + file("space.png"));
+    ASSERT_EQ(mixed.code, 0) << mixed.output;
+    const std::string shot =
+        "wait\nkey 1\nwait\nscreenshot " + file("space_window.png") + " picture\n";
+    const Outcome by_option = play(layers_ + " --input-space ACEScg --size 1280 800", shot);
+    ASSERT_EQ(by_option.code, 0) << by_option.output;
+    expect_same_picture(file("space_window.png"), file("space.png"));
+    const Outcome by_menu = play(layers_ + " --size 1280 800",
+                                 "wait\nclick spaces\nframes 3\nscreenshot " + file("spaces.png") +
+                                     "\nclick \"space ACEScg\"\n" + shot);
+    ASSERT_EQ(by_menu.code, 0) << by_menu.output;
+    expect_same_picture(file("space_window.png"), file("space.png"));
+}
+
+TEST_F(WindowTest, ASequenceOpensAndItsNextFrameFollows) {
+    const std::string folder = file("sequence");
+    fs::remove_all(folder);
+    fs::create_directories(folder);
+    const std::string other =
+        window_file("window_later.exr", {4, 6, 190, 107}, {0, 0, 192, 108}, 1);
+    fs::copy_file(layers_, folder + "/shot.0003.exr");
+    fs::copy_file(other, folder + "/shot.0007.exr");
+    const auto shot = [](const std::string& name) {
+        return "wait\nscreenshot " + file(name) + " picture\n";
+    };
+    const Outcome played =
+        play(folder + "/shot.####.exr --size 1280 800",
+             "wait\nkey 1\n" + shot("frame3.png") + "key pagedown\n" + shot("frame7.png"));
+    ASSERT_EQ(played.code, 0) << played.output;
+    const Outcome at_frame = play(folder + "/shot.####.exr --frame 7 --size 1280 800",
+                                  "wait\nkey 1\n" + shot("at_frame7.png"));
+    ASSERT_EQ(at_frame.code, 0) << at_frame.output;
+    for (const auto& [shown, layers] :
+         {std::pair{"frame3.png", layers_}, std::pair{"frame7.png", other},
+          std::pair{"at_frame7.png", other}}) {
+        ASSERT_EQ(run("env OCIO= " + bin + "/velatura-comp mix " + layers + " -o " +
+                      file("frame_mixed.png"))
+                      .code,
+                  0);
+        expect_same_picture(file(shown), file("frame_mixed.png"));
+    }
+    const Outcome none = play(folder + "/other.####.exr", "wait\n");
+    EXPECT_EQ(none.code, 1);
+    EXPECT_NE(none.output.find("other.####.exr"), std::string::npos) << none.output;
+}
+
 TEST_F(WindowTest, ExportsAndBakesAreThoseOfTheCommands) {
     struct Case {
         const char* menu;
