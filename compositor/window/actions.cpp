@@ -96,6 +96,7 @@ std::vector<KeyBinding> make_bindings() {
         {plain('.'), Action::NextLayer, "Look at the next layer of the file alone", {}},
         {plain(','), Action::PreviousLayer, "… at the layer before; before the first: the mix", {}},
         {plain('O'), Action::MarkFaults, "Mark NaN, Inf, clipped and negative pixels", {}},
+        {plain('P'), Action::PickMatte, "Pick objects in the image: rows act within them", {}},
         {plain(key_f1), Action::ShowHelp, "This help", {}},
         {plain('H'), Action::ShowHelp, "This help", {}},
     };

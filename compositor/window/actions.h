@@ -54,6 +54,7 @@ enum class Action {
     PreviousLayer,
     NextLayer,
     MarkFaults,
+    PickMatte,
     ShowHelp,
 };
 

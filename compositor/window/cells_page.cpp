@@ -19,7 +19,8 @@ constexpr size_t most_columns = 64;
 /// A number to drag, coloured by how far it is from 0. The target is a cell, a group or a bounce.
 void draw_cell(Drawing& drawing, const std::string& target) {
     Session& session = drawing.session;
-    const RowState state = row_state(session.look(), target);
+    const RowTarget row(target, session.matte());
+    const RowState state = row_state(session.look(), row);
     ImGui::TableNextColumn();
     ImGui::PushID(target.c_str());
     const float strength = std::min(std::abs(state.stops) / 4, 1.0f) * 0.5f;
@@ -39,14 +40,14 @@ void draw_cell(Drawing& drawing, const std::string& target) {
                          : state.stops == 0 ? "0"
                                             : "%+.2f",
                          ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoRoundToFormat))
-        session.edit("cell " + target, [&](Look& l) { set_stops(l, target, stops); });
+        session.edit("cell " + target, [&](Look& l) { set_stops(l, row, stops); });
     ImGui::PopStyleColor(2);
     note_item(drawing, "cell " + target);
     if (ImGui::IsItemHovered()) {
         if (ImGui::IsMouseClicked(ImGuiMouseButton_Right))
-            session.edit("", [&](Look& l) { reset_row(l, target); });
+            session.edit("", [&](Look& l) { reset_row(l, row); });
         if (ImGui::IsMouseClicked(ImGuiMouseButton_Middle))
-            session.edit("", [&](Look& l) { set_muted(l, target, !state.is_muted); });
+            session.edit("", [&](Look& l) { set_muted(l, row, !state.is_muted); });
     }
     ImGui::PopID();
 }

@@ -35,7 +35,7 @@ void draw_further(Drawing& drawing) {
     ImGui::PushTextWrapPos(0);
     for (const std::string& note : session.notes()) text(note, colour::dim);
     ImGui::PopTextWrapPos();
-    for (const size_t i : further_controls(session.look(), session.rows())) {
+    for (const size_t i : further_controls(session.look(), session.rows(), session.matte())) {
         ImGui::PushID(int(i));
         const std::string line = control_text(session.look().controls[i]);
         const bool is_removed = quiet_button("remove", "×", true);

@@ -22,30 +22,31 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
 }
 
 /// The control that a row shows.
-bool is_of_row(const Control& c, Kind kind, const std::string& target) {
-    return c.kind == kind && c.target == target && c.matte.empty() && c.keys.empty();
+bool is_of_row(const Control& c, Kind kind, const RowTarget& target) {
+    return c.kind == kind && c.target == target.name && c.matte == target.matte && c.keys.empty();
 }
 
-auto first_control(Look& look, Kind kind, const std::string& target) {
+auto first_control(Look& look, Kind kind, const RowTarget& target) {
     return std::find_if(look.controls.begin(), look.controls.end(),
                         [&](const Control& c) { return is_of_row(c, kind, target); });
 }
 
-const Control* find_control(const Look& look, Kind kind, const std::string& target) {
+const Control* find_control(const Look& look, Kind kind, const RowTarget& target) {
     const auto at = std::find_if(look.controls.begin(), look.controls.end(),
                                  [&](const Control& c) { return is_of_row(c, kind, target); });
     return at == look.controls.end() ? nullptr : &*at;
 }
 
-void take_away(Look& look, Kind kind, const std::string& target) {
+void take_away(Look& look, Kind kind, const RowTarget& target) {
     const auto at = first_control(look, kind, target);
     if (at != look.controls.end()) look.controls.erase(at);
 }
 
 /// The control as if it had been typed, so that the window and a preset mean the same number.
-void put(Look& look, Kind kind, const std::string& target, const std::string& value) {
-    auto control = make_control(kind, target, value);
+void put(Look& look, Kind kind, const RowTarget& target, const std::string& value) {
+    auto control = make_control(kind, target.name, value);
     VELATURA_CHECK(control.has_value(), "the mixer wrote a control that cannot be read");
+    control->matte = target.matte;
     const auto at = first_control(look, kind, target);
     if (at == look.controls.end()) {
         look.controls.push_back(std::move(*control));
@@ -54,7 +55,7 @@ void put(Look& look, Kind kind, const std::string& target, const std::string& va
     }
 }
 
-void set_switch(Look& look, Kind kind, const std::string& target, bool is_on) {
+void set_switch(Look& look, Kind kind, const RowTarget& target, bool is_on) {
     if (is_on) {
         put(look, kind, target, "");
     } else {
@@ -116,7 +117,7 @@ std::string row_title(const std::string& target) {
     return target;
 }
 
-RowState row_state(const Look& look, const std::string& target) {
+RowState row_state(const Look& look, const RowTarget& target) {
     RowState row;
     row.is_muted = find_control(look, Kind::Mute, target) != nullptr;
     row.is_soloed = find_control(look, Kind::Solo, target) != nullptr;
@@ -128,7 +129,7 @@ RowState row_state(const Look& look, const std::string& target) {
     return row;
 }
 
-void set_stops(Look& look, const std::string& target, float stops) {
+void set_stops(Look& look, const RowTarget& target, float stops) {
     if (!std::isfinite(stops)) return;
     const float rounded = std::round(std::clamp(stops, -largest_stops, largest_stops) * 100) / 100;
     if (rounded == 0) {
@@ -138,15 +139,15 @@ void set_stops(Look& look, const std::string& target, float stops) {
     }
 }
 
-void set_muted(Look& look, const std::string& target, bool is_muted) {
+void set_muted(Look& look, const RowTarget& target, bool is_muted) {
     set_switch(look, Kind::Mute, target, is_muted);
 }
 
-void set_soloed(Look& look, const std::string& target, bool is_soloed) {
+void set_soloed(Look& look, const RowTarget& target, bool is_soloed) {
     set_switch(look, Kind::Solo, target, is_soloed);
 }
 
-void toggle_only_solo(Look& look, const std::string& target) {
+void toggle_only_solo(Look& look, const RowTarget& target) {
     const auto count = std::count_if(look.controls.begin(), look.controls.end(),
                                      [](const Control& c) { return c.kind == Kind::Solo; });
     const bool was_only = count == 1 && find_control(look, Kind::Solo, target);
@@ -154,7 +155,7 @@ void toggle_only_solo(Look& look, const std::string& target) {
     if (!was_only) put(look, Kind::Solo, target, "");
 }
 
-void set_tint(Look& look, const std::string& target, const std::array<float, 3>& tint) {
+void set_tint(Look& look, const RowTarget& target, const std::array<float, 3>& tint) {
     if (!std::all_of(tint.begin(), tint.end(), [](float t) { return std::isfinite(t); })) return;
     if (tint == std::array<float, 3>{1, 1, 1}) {
         take_away(look, Kind::Tint, target);
@@ -165,7 +166,7 @@ void set_tint(Look& look, const std::string& target, const std::array<float, 3>&
     }
 }
 
-void set_kelvin(Look& look, const std::string& target, std::optional<float> kelvin) {
+void set_kelvin(Look& look, const RowTarget& target, std::optional<float> kelvin) {
     if (kelvin && !std::isfinite(*kelvin)) return;
     if (kelvin) {
         const float rounded = std::clamp(std::round(*kelvin / 10) * 10, coldest, hottest);
@@ -175,12 +176,12 @@ void set_kelvin(Look& look, const std::string& target, std::optional<float> kelv
     }
 }
 
-float share_given(const Look& look, Control::Kind kind, const std::string& target) {
+float share_given(const Look& look, Control::Kind kind, const RowTarget& target) {
     const Control* control = find_control(look, kind, target);
     return control ? control->factor[0] : 0.0f;
 }
 
-void set_share(Look& look, Control::Kind kind, const std::string& target, float share) {
+void set_share(Look& look, Control::Kind kind, const RowTarget& target, float share) {
     if (!std::isfinite(share)) return;
     const float rounded = std::round(std::clamp(share, 0.0f, 1.0f) * 100) / 100;
     if (rounded == 0) {
@@ -190,17 +191,20 @@ void set_share(Look& look, Control::Kind kind, const std::string& target, float 
     }
 }
 
-void reset_row(Look& look, const std::string& target) {
+void reset_row(Look& look, const RowTarget& target) {
     for (const Kind kind : {Kind::Gain, Kind::Tint, Kind::Kelvin, Kind::Mute, Kind::Solo})
         take_away(look, kind, target);
 }
 
-std::vector<size_t> further_controls(const Look& look, const MixerRows& rows) {
+std::vector<size_t> further_controls(const Look& look,
+                                     const MixerRows& rows,
+                                     const std::string& matte) {
     std::vector<size_t> further;
     for (size_t i = 0; i < look.controls.size(); ++i) {
         const Control& c = look.controls[i];
-        const bool is_shown =
-            rows.has_place(c.kind, c.target) && find_control(look, c.kind, c.target) == &c;
+        const bool is_shown = rows.has_place(c.kind, c.target) &&
+                              (c.matte.empty() || c.matte == matte) &&
+                              find_control(look, c.kind, {c.target, c.matte}) == &c;
         if (!is_shown) further.push_back(i);
     }
     return further;

@@ -100,6 +100,7 @@ const std::vector<Menu>& menus() {
                                             {"Next layer", Action::NextLayer},
                                             {"Previous layer", Action::PreviousLayer},
                                             {"Mark NaN and clipping", Action::MarkFaults},
+                                            {"Pick objects", Action::PickMatte},
                                             {},
                                             {"Wipe A | B", Action::ToggleWipe},
                                             {"Edit the other look", Action::SwitchLook}}},

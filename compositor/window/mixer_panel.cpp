@@ -53,7 +53,8 @@ class Row {
           session_(drawing.session),
           target_(target),
           noise_(noise),
-          state_(row_state(drawing.session.look(), target)) {}
+          row_(target, drawing.session.matte()),
+          state_(row_state(drawing.session.look(), row_)) {}
 
     void draw() {
         ImGui::TableNextRow();
@@ -89,7 +90,7 @@ class Row {
     }
 
     void solo_only() {
-        edit("", [&](Look& l) { toggle_only_solo(l, target_); });
+        edit("", [&](Look& l) { toggle_only_solo(l, row_); });
         session_.seal();
     }
 
@@ -99,7 +100,7 @@ class Row {
             if (ImGui::GetIO().KeyAlt) {
                 solo_only();
             } else {
-                edit("mute", [&](Look& l) { set_muted(l, target_, !state_.is_muted); });
+                edit("mute", [&](Look& l) { set_muted(l, row_, !state_.is_muted); });
             }
         }
         note_item(drawing_, mark("mute"));
@@ -109,7 +110,7 @@ class Row {
             if (ImGui::GetIO().KeyAlt) {
                 solo_only();
             } else {
-                edit("solo", [&](Look& l) { set_soloed(l, target_, !state_.is_soloed); });
+                edit("solo", [&](Look& l) { set_soloed(l, row_, !state_.is_soloed); });
             }
         }
         note_item(drawing_, mark("solo"));
@@ -153,15 +154,15 @@ class Row {
         const float width = ImGui::GetContentRegionAvail().x;
         if (const auto stops =
                 drag_slider("gain", state_.stops, -slider_stops, slider_stops, width))
-            edit("gain", [&](Look& l) { set_stops(l, target_, *stops); });
+            edit("gain", [&](Look& l) { set_stops(l, row_, *stops); });
         note_item(drawing_, mark("gain"));
-        if (is_right_clicked()) edit("", [&](Look& l) { set_stops(l, target_, 0); });
+        if (is_right_clicked()) edit("", [&](Look& l) { set_stops(l, row_, 0); });
         explain("Gain in stops: drag (Shift: finer); double click or right click: as rendered");
         ImGui::TableNextColumn();
         if (const auto stops = stops_box("##stops", state_.stops, ImGui::GetContentRegionAvail().x))
-            edit("stops", [&](Look& l) { set_stops(l, target_, *stops); });
+            edit("stops", [&](Look& l) { set_stops(l, row_, *stops); });
         note_item(drawing_, mark("stops"));
-        if (is_right_clicked()) edit("", [&](Look& l) { set_stops(l, target_, 0); });
+        if (is_right_clicked()) edit("", [&](Look& l) { set_stops(l, row_, 0); });
     }
 
     void draw_colour() {
@@ -173,7 +174,7 @@ class Row {
                                {side, side}))
             ImGui::OpenPopup("tint");
         note_item(drawing_, mark("tint"));
-        if (is_right_clicked()) edit("", [&](Look& l) { set_tint(l, target_, {1, 1, 1}); });
+        if (is_right_clicked()) edit("", [&](Look& l) { set_tint(l, row_, {1, 1, 1}); });
         explain("Tint, a factor per channel, as the display shows it. Right click: none");
         if (ImGui::BeginPopup("tint")) {
             ImGui::ColorButton("##shown", screen_color(session_, tint),
@@ -183,7 +184,7 @@ class Row {
                                     ImGuiColorEditFlags_Float | ImGuiColorEditFlags_DisplayRGB |
                                         ImGuiColorEditFlags_NoSidePreview |
                                         ImGuiColorEditFlags_NoOptions))
-                edit("tint", [&](Look& l) { set_tint(l, target_, tint); });
+                edit("tint", [&](Look& l) { set_tint(l, row_, tint); });
             if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape)))
                 ImGui::CloseCurrentPopup();
             ImGui::EndPopup();
@@ -194,10 +195,10 @@ class Row {
         ImGui::PushStyleColor(ImGuiCol_Text, state_.kelvin ? colour::text : colour::dim);
         if (ImGui::DragFloat("##kelvin", &kelvin, 20, 1667, 25000, state_.kelvin ? "%.0f K" : "– K",
                              ImGuiSliderFlags_AlwaysClamp))
-            edit("kelvin", [&](Look& l) { set_kelvin(l, target_, kelvin); });
+            edit("kelvin", [&](Look& l) { set_kelvin(l, row_, kelvin); });
         ImGui::PopStyleColor();
         note_item(drawing_, mark("kelvin"));
-        if (is_right_clicked()) edit("", [&](Look& l) { set_kelvin(l, target_, std::nullopt); });
+        if (is_right_clicked()) edit("", [&](Look& l) { set_kelvin(l, row_, std::nullopt); });
         explain(
             "Tint of a black body against 6504 K: drag, or Ctrl-click to type. Right click: none");
     }
@@ -205,7 +206,7 @@ class Row {
     void draw_reset() {
         ImGui::TableNextColumn();
         if (quiet_button("reset", "↺", state_ != RowState()))
-            edit("", [&](Look& l) { reset_row(l, target_); });
+            edit("", [&](Look& l) { reset_row(l, row_); });
         note_item(drawing_, mark("reset"));
         explain("Reset this row");
     }
@@ -214,6 +215,7 @@ class Row {
     Session& session_;
     const std::string& target_;
     const std::span<const RowNoise> noise_;
+    RowTarget row_;
     RowState state_;
 };
 
@@ -261,6 +263,40 @@ void draw_rows(Drawing& drawing, const std::vector<std::string>& targets, size_t
     ImGui::EndTable();
 }
 
+/// Where the rows act, and what can be picked.
+void draw_matte(Drawing& drawing) {
+    Session& session = drawing.session;
+    if (!session.is_picking() && session.matte().empty()) return;
+    const float unit = ImGui::GetFontSize();
+    const std::vector<std::string>& layers = session.picker().layers();
+    ImGui::AlignTextToFramePadding();
+    text("within", colour::dim);
+    ImGui::SameLine();
+    const float width = 9 * unit;
+    ImGui::SetNextItemWidth(width);
+    if (ImGui::BeginCombo("##mattes", fitted(session.pick_layer(), width - 2.2f * unit).c_str())) {
+        for (const std::string& layer : layers) {
+            if (ImGui::Selectable(layer.c_str(), layer == session.pick_layer()))
+                session.set_pick_layer(layer);
+            note_item(drawing, "pick from " + layer);
+        }
+        ImGui::EndCombo();
+    }
+    note_item(drawing, "mattes");
+    explain("Cryptomatte that objects are picked from");
+    ImGui::SameLine();
+    std::string list;
+    for (const std::string& name : session.picked()) list += (list.empty() ? "" : ", ") + name;
+    const float room = ImGui::GetContentRegionAvail().x - 2 * ImGui::GetFrameHeight();
+    fitted_text(list.empty() ? "click objects in the image" : list, room,
+                list.empty() ? colour::dim : colour::accent);
+    note_item(drawing, "matte");
+    ImGui::SameLine();
+    if (quiet_button("no matte", "×", !session.matte().empty())) session.clear_matte();
+    note_item(drawing, "clear matte");
+    explain("Rows act everywhere again; what they do within the matte stays in the look");
+}
+
 /// The search over rows.
 void draw_search(Drawing& drawing, const std::vector<std::string>& targets) {
     Session& session = drawing.session;
@@ -286,7 +322,8 @@ void draw_search(Drawing& drawing, const std::vector<std::string>& targets) {
 
 float further_height_of(const Session& session) {
     const bool is_empty =
-        further_controls(session.look(), session.rows()).empty() && session.notes().empty();
+        further_controls(session.look(), session.rows(), session.matte()).empty() &&
+        session.notes().empty();
     return is_empty ? 0 : 7 * ImGui::GetFrameHeight();
 }
 
@@ -305,6 +342,7 @@ void draw_mixer(Drawing& drawing) {
     const MixerRows& rows = session.rows();
     const float further_height = further_height_of(session);
     const auto body = [&](const char* id, const std::function<void()>& draw) {
+        draw_matte(drawing);
         draw_search(drawing, session.targets_of_page());
         if (ImGui::BeginChild(id, {0, -further_height})) draw();
         ImGui::EndChild();

@@ -187,6 +187,12 @@ void draw_channels(Drawing& drawing) {
     explain(
         "Mark pixels (O): NaN or Inf magenta, clipped orange, negative blue; counts are in the "
         "status line");
+    if (session.picker().layers().empty()) return;
+    ImGui::SameLine();
+    if (switch_button("pick", "Pick", session.is_picking(), colour::accent))
+        session.perform(Action::PickMatte);
+    note_item(drawing, "tool Pick");
+    explain("Click objects of the Cryptomatte: rows act within them (P)");
 }
 
 /// What stands above the picture, from left to right; a line below where there is no room.
@@ -248,7 +254,7 @@ void handle_mouse(Drawing& drawing, const ImVec2& area, const Place& place, floa
                          double(place.end.x - place.origin.x));
     } else if (is_held && (io.MouseDelta.x != 0 || io.MouseDelta.y != 0)) {
         view.pan(double(io.MouseDelta.x), double(io.MouseDelta.y));
-    } else if (is_over && ImGui::IsMouseDoubleClicked(0)) {
+    } else if (is_over && !session.is_picking() && ImGui::IsMouseDoubleClicked(0)) {
         if (view.is_fit()) {
             view.zoom_at(at, 1 / view.scale());
         } else {
@@ -260,7 +266,30 @@ void handle_mouse(Drawing& drawing, const ImVec2& area, const Place& place, floa
     const PictureView::Point pixel = view.picture_at(at);
     const image::Window& frame = session.stack().image().display;
     const int x = int(std::floor(pixel[0])), y = int(std::floor(pixel[1]));
-    if (x >= 0 && y >= 0 && x < frame.width() && y < frame.height()) drawing.cursor = {{x, y}};
+    if (x < 0 || y < 0 || x >= frame.width() || y >= frame.height()) return;
+    drawing.cursor = {{x, y}};
+    constexpr float still = 9;  // square of the pixels that a hand trembles
+    if (session.is_picking() && ImGui::IsItemDeactivated() && !is_dragging_wipe &&
+        io.MouseDragMaxDistanceSqr[0] < still)
+        session.pick(x, y);
+}
+
+/// What would be picked, beside the mouse.
+void draw_object(Drawing& drawing, bool is_over) {
+    const Session& session = drawing.session;
+    if (!session.is_picking() || !is_over || !drawing.cursor) return;
+    const auto objects = session.objects_at((*drawing.cursor)[0], (*drawing.cursor)[1]);
+    if (objects.empty()) return;
+    const std::string words = objects.front().text();
+    const ImVec2 extent = ImGui::CalcTextSize(words.c_str()), screen = ImGui::GetIO().DisplaySize;
+    const ImVec2 mouse = ImGui::GetIO().MousePos;
+    const ImVec2 corner = {std::clamp(mouse.x + 14, 0.0f, std::max(screen.x - extent.x - 12, 0.0f)),
+                           mouse.y + 14};
+    const ImVec2 end = {corner.x + extent.x + 12, corner.y + extent.y + 8};
+    ImDrawList& list = *ImGui::GetForegroundDrawList();
+    list.AddRectFilled(corner, end, packed({0, 0, 0, 0.8f}), 3);
+    list.AddText({corner.x + 6, corner.y + 4}, packed(colour::text), words.c_str());
+    drawing.marks.note("object " + objects.front().name, {corner.x, corner.y, end.x, end.y});
 }
 
 /// A picture that is not that of the look says so itself, on the screen and in what is cut out of
@@ -343,6 +372,7 @@ void draw_picture(Drawing& drawing) {
     };
     Place place = place_now();
     handle_mouse(drawing, low, place, wipe_at(place));
+    draw_object(drawing, ImGui::IsItemHovered());
     if (was_fit != view.is_fit() || !was_fit) place = place_now();
 
     ImGui::PushClipRect(low, high, true);

@@ -67,6 +67,7 @@ void Session::show(std::string path,
     pictures_ = {};
     transforms_.clear();
     keep_mode();
+    keep_picks();
     const auto color = color_of_stack(stack(), {});
     own_space_ = color ? fmt::format("{} ({})", color->label, color->reason) : std::string("file");
     set_page(is_first ? Page::Lights : page_);
@@ -164,6 +165,49 @@ void Session::set_display(const std::string& display, const std::string& view) {
     }
     history_.change(std::move(looks), "");
     after_change();
+}
+
+RowTarget Session::selected_row() const {
+    return {selected_, matte()};
+}
+
+std::vector<PickedObject> Session::objects_at(int x, int y) const {
+    return picker_.at(stack(), pick_layer_, x, y);
+}
+
+void Session::pick(int x, int y) {
+    const std::vector<PickedObject> objects = objects_at(x, y);
+    if (objects.empty()) return;
+    const PickedObject& object = objects.front();
+    if (object.name.empty())
+        return tell(object.text() + " in the manifest of " + pick_layer_ + ": not picked", true);
+    const auto at = std::find(picked_.begin(), picked_.end(), object.name);
+    if (at == picked_.end()) {
+        picked_.push_back(object.name);
+    } else {
+        picked_.erase(at);
+    }
+    matte_ = matte_text(pick_layer_, picked_);
+    tell(matte_.empty() ? "rows act everywhere" : "rows act within " + matte_);
+}
+
+void Session::set_pick_layer(const std::string& layer) {
+    pick_layer_ = layer;
+    clear_matte();
+}
+
+void Session::clear_matte() {
+    picked_.clear();
+    matte_.clear();
+}
+
+/// Of a new file: the Cryptomatte of that name goes on, else its first.
+void Session::keep_picks() {
+    picker_ = MattePicker(stack());
+    const std::vector<std::string>& layers = picker_.layers();
+    if (std::find(layers.begin(), layers.end(), pick_layer_) != layers.end()) return;
+    is_picking_ = false;
+    set_pick_layer(layers.empty() ? std::string() : layers.front());
 }
 
 void Session::set_input_space(const std::string& space) {
@@ -385,9 +429,9 @@ bool Session::show_channel(Action action) {
 }
 
 void Session::nudge_gain(float stops) {
-    const float now = row_state(look(), selected_).stops;
+    const float now = row_state(look(), selected_row()).stops;
     edit("step " + selected_, [&](Look& l) {
-        set_stops(l, selected_, std::clamp(now + stops, -most_stops, most_stops));
+        set_stops(l, selected_row(), std::clamp(now + stops, -most_stops, most_stops));
     });
 }
 
@@ -399,14 +443,14 @@ void Session::nudge_exposure(float stops) {
 
 void Session::perform_on_row(Action action) {
     if (selected_.empty()) return;
-    const RowState row = row_state(look(), selected_);
+    const RowState row = row_state(look(), selected_row());
     switch (action) {
         case Action::MuteRow:
-            return edit("", [&](Look& l) { set_muted(l, selected_, !row.is_muted); });
+            return edit("", [&](Look& l) { set_muted(l, selected_row(), !row.is_muted); });
         case Action::SoloRow:
-            return edit("", [&](Look& l) { set_soloed(l, selected_, !row.is_soloed); });
+            return edit("", [&](Look& l) { set_soloed(l, selected_row(), !row.is_soloed); });
         case Action::ResetRow:
-            return edit("", [&](Look& l) { reset_row(l, selected_); });
+            return edit("", [&](Look& l) { reset_row(l, selected_row()); });
         case Action::GainUp:
             return nudge_gain(coarse_step);
         case Action::GainDown:
@@ -488,6 +532,11 @@ void Session::perform(Action action) {
             return show_neighbour_layer(-1);
         case Action::NextLayer:
             return show_neighbour_layer(1);
+        case Action::PickMatte:
+            if (picker_.layers().empty())
+                return tell("no Cryptomatte in this file: nothing to pick", true);
+            is_picking_ = !is_picking_;
+            return;
         case Action::MarkFaults: {
             ViewMode mode = mode_;
             mode.marks_faults = !mode.marks_faults;

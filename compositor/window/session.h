@@ -6,6 +6,7 @@
 #include "compositor/window/kept_looks.h"
 #include "compositor/window/levels.h"
 #include "compositor/window/look_rows.h"
+#include "compositor/window/matte_pick.h"
 #include "compositor/window/outputs.h"
 #include "compositor/window/picture_view.h"
 #include "compositor/window/recent_files.h"
@@ -94,8 +95,8 @@ class Session {
     /// Both looks: it is one monitor.
     void set_display(const std::string& display, const std::string& view);
 
-    /// Colour space of the numbers in the file, of both looks and the files that follow; empty: what
-    /// the file says.
+    /// Colour space of the numbers in the file, of both looks and the files that follow; empty:
+    /// what the file says.
     const std::string& input_space() const { return input_space_; }
 
     void set_input_space(const std::string& space);
@@ -104,6 +105,31 @@ class Session {
     const std::string& own_space() const { return own_space_; }
 
     bool is_soloing() const;
+
+    // Mattes
+
+    /// Clicks in the image pick objects.
+    bool is_picking() const { return is_picking_; }
+
+    const MattePicker& picker() const { return picker_; }
+
+    const std::string& pick_layer() const { return pick_layer_; }
+
+    /// Begins another matte.
+    void set_pick_layer(const std::string& layer);
+
+    /// Of the layer that is picked from, at a pixel of the picture; most coverage first.
+    std::vector<PickedObject> objects_at(int x, int y) const;
+
+    /// Takes what covers most of that pixel into the matte, or out of it.
+    void pick(int x, int y);
+
+    const std::vector<std::string>& picked() const { return picked_; }
+
+    /// Where the rows of the mixer act, as --matte takes it; empty: everywhere.
+    const std::string& matte() const { return matte_; }
+
+    void clear_matte();
 
     // What is shown
 
@@ -225,6 +251,8 @@ class Session {
     void after_change();
     void begin_with(const std::string& path);
     void keep_mode();
+    void keep_picks();
+    RowTarget selected_row() const;
     std::string not_finite_text() const;
     bool is_saved(const Look& look) const;
     void remember_saved(const Look& look);
@@ -263,12 +291,14 @@ class Session {
     uint64_t last_version_ = 0;
     std::map<std::array<std::string, 3>, std::shared_ptr<const image::DisplayTransform>>
         transforms_;  ///< by display, view and input space
+    MattePicker picker_;
+    std::vector<std::string> picked_;
     PictureView view_;
     ViewMode mode_;
-    bool is_wiping_ = false, wants_to_quit_ = false, wants_to_search_ = false;
+    bool is_picking_ = false, is_wiping_ = false, wants_to_quit_ = false, wants_to_search_ = false;
     double wipe_ = 0.5;
     Page page_ = Page::Lights;
-    std::string selected_, row_search_, input_space_, own_space_;
+    std::string pick_layer_, matte_, selected_, row_search_, input_space_, own_space_;
     Dialog dialog_ = Dialog::None;
     OutputKind output_ = OutputKind::Picture;
     Message message_;

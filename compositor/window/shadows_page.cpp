@@ -17,9 +17,10 @@ void draw_share(Drawing& drawing, Kind kind, const std::string& target, const st
     Session& session = drawing.session;
     const float unit = ImGui::GetFontSize();
     const std::string name = fmt::format("{} {}", name_of(kind), target);
-    const float now = share_given(session.look(), kind, target);
+    const RowTarget row(target, session.matte());
+    const float now = share_given(session.look(), kind, row);
     const auto set = [&](float to) {
-        session.edit(name, [&](Look& l) { set_share(l, kind, target, to); });
+        session.edit(name, [&](Look& l) { set_share(l, kind, row, to); });
     };
     ImGui::PushID(name.c_str());
     ImGui::AlignTextToFramePadding();
