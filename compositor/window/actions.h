@@ -11,6 +11,8 @@ namespace velatura::compositor::window {
 enum class Action {
     OpenFile,
     Reload,
+    Compare,
+    EndComparison,
     PreviousFrame,
     NextFrame,
     OpenPreset,

@@ -60,9 +60,10 @@ Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
     : frame_(frame),
       session_(RecentFiles(recent_list_path()), KeptLooks(kept_looks_folder())),
       drawing_{session_, textures_, {}, window.fonts(), {}, {}, {}, {}, {}, 0,
-               {},       true,      {}, false,          {}, {}, {}},
+               {},       true,      {}, false,          {}, {}, {}, {}},
       worker_(GlfwWindow::wake),
       loading_(GlfwWindow::wake),
+      comparing_(GlfwWindow::wake),
       saving_(GlfwWindow::wake) {
     if (auto displays = image::display_views()) {
         drawing_.displays = std::move(*displays);
@@ -71,17 +72,27 @@ Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
     }
     if (auto spaces = image::color_spaces()) drawing_.spaces = std::move(*spaces);
     drawing_.open_file = [this](const std::string& path) { open(path); };
+    drawing_.open_compared = [this](const std::string& path) { open_compared(path); };
     drawing_.write_output = [this](const std::string& path) { write_output(path); };
 }
 
 void Desktop::open(const std::string& path) {
     if (path.ends_with(".json")) return session_.load_preset(path);
-    loading_.replace([path = file_to_open(path, frame_)]() -> Result<Loaded> {
-        auto levels = load(path);
-        if (!levels) return levels.error();
-        return Loaded{path, std::move(*levels)};
-    });
+    loading_.replace(
+        [path = file_to_open(path, frame_)]() -> Result<Loaded> { return load_file(path); });
     session_.tell("loading " + path);
+}
+
+void Desktop::open_compared(const std::string& path) {
+    comparing_.replace(
+        [path = file_to_open(path, frame_)]() -> Result<Loaded> { return load_file(path); });
+    session_.tell("loading " + path);
+}
+
+Result<Desktop::Loaded> Desktop::load_file(const std::string& path) {
+    auto levels = load(path);
+    if (!levels) return levels.error();
+    return Loaded{path, std::move(*levels)};
 }
 
 void Desktop::press(const KeyPress& key, bool is_repeat) {
@@ -109,6 +120,13 @@ void Desktop::take_loaded() {
     session_.show(file.path, file.levels, frame_);
 }
 
+void Desktop::take_compared() {
+    const auto loaded = comparing_.take();
+    if (!loaded) return;
+    if (!*loaded) return session_.tell(loaded->error().message, true);
+    session_.compare((*loaded)->path, (*loaded)->levels);
+}
+
 void Desktop::take_news() {
     WorkNews news = worker_.take();
     for (const FinishedTile& tile : news.tiles) {
@@ -122,18 +140,21 @@ void Desktop::take_news() {
         session_.has_file() ? session_.picture(session_.active()) : nullptr;
     drawing_.is_noise_old = !picture || news.noise_version != picture->version;
     drawing_.times = news.times;
-    drawing_.is_working = !news.is_idle || loading_.is_busy() || saving_.is_busy();
+    drawing_.is_working =
+        !news.is_idle || loading_.is_busy() || comparing_.is_busy() || saving_.is_busy();
 }
 
 void Desktop::take_up() {
     take_loaded();
+    take_compared();
     if (const auto saved = saving_.take())
         session_.tell(*saved ? **saved : saved->error().message, !*saved);
     take_news();
 }
 
 bool Desktop::is_settled() const {
-    return !drawing_.is_working && !loading_.is_busy() && !saving_.is_busy();
+    return !drawing_.is_working && !loading_.is_busy() && !comparing_.is_busy() &&
+           !saving_.is_busy();
 }
 
 void Desktop::request() {

@@ -57,7 +57,10 @@ class Desktop {
     };
 
     void take_up();
+    static Result<Loaded> load_file(const std::string& path);
+    void open_compared(const std::string& path);
     void take_loaded();
+    void take_compared();
     void take_news();
     void write_output(const std::string& path);
     void draw_desk();
@@ -71,6 +74,7 @@ class Desktop {
     Worker worker_;
     uint64_t asked_ = 0;  ///< digest of the last request
     Jobs<Loaded> loading_;
+    Jobs<Loaded> comparing_;    ///< what look B is of
     Jobs<std::string> saving_;  ///< what is said of it
 };
 

@@ -26,6 +26,8 @@ FileDialog file_dialog(Dialog dialog, OutputKind kind) {
             return {"Load preset", "Load", ".json", "preset.json"};
         case Dialog::SavePreset:
             return {"Save preset", "Save", ".json", "preset.json"};
+        case Dialog::OpenCompared:
+            return {"Compare with", "Compare", ".exr", "another.exr"};
         case Dialog::WriteOutput:
             return {output.title, "Save", output.extension, output.hint};
         default:
@@ -212,6 +214,7 @@ void Dialogs::accept(Drawing& drawing) {
     path = with_extension(path, file_dialog(shown_, output_).extension);
     session.set_dialog(Dialog::None);
     if (shown_ == Dialog::OpenFile) return drawing.open_file(path);
+    if (shown_ == Dialog::OpenCompared) return drawing.open_compared(path);
     if (shown_ == Dialog::OpenPreset) return session.load_preset(path);
     if (!session.ask_to_replace(shown_, path)) save(drawing, shown_, path);
 }

@@ -37,7 +37,7 @@ struct Drawing {
     std::optional<std::array<int, 2>> cursor;  ///< pixel of the picture last under the mouse
 
     /// What the window's owner does for a dialog.
-    std::function<void(const std::string&)> open_file, write_output;
+    std::function<void(const std::string&)> open_file, open_compared, write_output;
 };
 
 }  // namespace velatura::compositor::window

@@ -41,6 +41,10 @@ bool can_redo(const Session& session) {
     return session.can_redo();
 }
 
+bool is_comparing(const Session& session) {
+    return !session.compared().empty();
+}
+
 /// A line of a menu: an action, a menu of its own (`draw`), or a line between others (no label).
 struct Entry {
     const char* label = nullptr;
@@ -57,54 +61,57 @@ struct Menu {
 
 /// All menus. Keys are those of the table of keys.
 const std::vector<Menu>& menus() {
-    static const std::vector<Menu> all = {{"File",
-                                           always,
-                                           {{"Open …", Action::OpenFile, always},
-                                            {"Open recent", Action::OpenFile, always, draw_recent},
-                                            {"Read again", Action::Reload},
-                                            {"Previous frame", Action::PreviousFrame},
-                                            {"Next frame", Action::NextFrame},
-                                            {},
-                                            {"Load preset …", Action::OpenPreset, always},
-                                            {"Save preset …", Action::SavePreset},
-                                            {"Save picture …", Action::SavePicture},
-                                            {},
-                                            {"Export to Nuke …", Action::ExportNuke},
-                                            {"Export to oiiotool …", Action::ExportOiio},
-                                            {"Export to Blender …", Action::ExportBlender},
-                                            {"Bake into lights …", Action::BakeLook},
-                                            {"Request samples …", Action::RequestSamples},
-                                            {},
-                                            {"Quit", Action::Quit, always}}},
-                                          {"Edit",
-                                           has_file,
-                                           {{"Undo", Action::Undo, can_undo},
-                                            {"Redo", Action::Redo, can_redo},
-                                            {},
-                                            {"Search rows", Action::SearchRows},
-                                            {"Reset row", Action::ResetRow},
-                                            {"Reset all", Action::ResetAll},
-                                            {},
-                                            {"Copy over the other look", Action::CopyLook}}},
-                                          {"View",
-                                           has_file,
-                                           {{"Fit", Action::ZoomFit},
-                                            {"1:1", Action::ZoomOne},
-                                            {},
-                                            {"Color", Action::ShowColor},
-                                            {"Red", Action::ShowRed},
-                                            {"Green", Action::ShowGreen},
-                                            {"Blue", Action::ShowBlue},
-                                            {"Alpha", Action::ShowAlpha},
-                                            {"Luminance", Action::ShowLuminance},
-                                            {"Next layer", Action::NextLayer},
-                                            {"Previous layer", Action::PreviousLayer},
-                                            {"Mark NaN and clipping", Action::MarkFaults},
-                                            {"Pick objects", Action::PickMatte},
-                                            {},
-                                            {"Wipe A | B", Action::ToggleWipe},
-                                            {"Edit the other look", Action::SwitchLook}}},
-                                          {"Help", always, {{"Keys", Action::ShowHelp, always}}}};
+    static const std::vector<Menu> all = {
+        {"File",
+         always,
+         {{"Open …", Action::OpenFile, always},
+          {"Open recent", Action::OpenFile, always, draw_recent},
+          {"Read again", Action::Reload},
+          {"Compare with …", Action::Compare},
+          {"End the comparison", Action::EndComparison, is_comparing},
+          {"Previous frame", Action::PreviousFrame},
+          {"Next frame", Action::NextFrame},
+          {},
+          {"Load preset …", Action::OpenPreset, always},
+          {"Save preset …", Action::SavePreset},
+          {"Save picture …", Action::SavePicture},
+          {},
+          {"Export to Nuke …", Action::ExportNuke},
+          {"Export to oiiotool …", Action::ExportOiio},
+          {"Export to Blender …", Action::ExportBlender},
+          {"Bake into lights …", Action::BakeLook},
+          {"Request samples …", Action::RequestSamples},
+          {},
+          {"Quit", Action::Quit, always}}},
+        {"Edit",
+         has_file,
+         {{"Undo", Action::Undo, can_undo},
+          {"Redo", Action::Redo, can_redo},
+          {},
+          {"Search rows", Action::SearchRows},
+          {"Reset row", Action::ResetRow},
+          {"Reset all", Action::ResetAll},
+          {},
+          {"Copy over the other look", Action::CopyLook}}},
+        {"View",
+         has_file,
+         {{"Fit", Action::ZoomFit},
+          {"1:1", Action::ZoomOne},
+          {},
+          {"Color", Action::ShowColor},
+          {"Red", Action::ShowRed},
+          {"Green", Action::ShowGreen},
+          {"Blue", Action::ShowBlue},
+          {"Alpha", Action::ShowAlpha},
+          {"Luminance", Action::ShowLuminance},
+          {"Next layer", Action::NextLayer},
+          {"Previous layer", Action::PreviousLayer},
+          {"Mark NaN and clipping", Action::MarkFaults},
+          {"Pick objects", Action::PickMatte},
+          {},
+          {"Wipe A | B", Action::ToggleWipe},
+          {"Edit the other look", Action::SwitchLook}}},
+        {"Help", always, {{"Keys", Action::ShowHelp, always}}}};
     return all;
 }
 
@@ -146,7 +153,12 @@ void draw_menu_bar(Drawing& drawing) {
     draw_menus(drawing);
     if (session.has_file()) {
         const image::Window& frame = session.stack().image().display;
-        const std::string name = std::filesystem::path(session.path()).filename().string();
+        const auto name_of = [](const std::string& path) {
+            return std::filesystem::path(path).filename().string();
+        };
+        const std::string name =
+            name_of(session.path()) +
+            (session.compared().empty() ? "" : " | " + name_of(session.compared()));
         const float unit = ImGui::GetFontSize();
         const std::string size = fmt::format("   {}×{}", frame.width(), frame.height());
         const float room = ImGui::GetWindowWidth() - ImGui::GetCursorPosX() - 2 * unit;

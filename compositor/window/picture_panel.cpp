@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 
 namespace velatura::compositor::window {
 
@@ -232,7 +233,11 @@ void draw_wipe_line(const Session& session, const Place& place, float x) {
     const auto name = [&](size_t look) {
         const Look& l = session.look(look);
         const bool is_rendered = l.controls.empty() && l.exposure_stops == 0;
-        return std::string(look == 0 ? "A" : "B") + (is_rendered ? " · as rendered" : "");
+        const std::string file =
+            look == 1 && !session.compared().empty()
+                ? " · " + std::filesystem::path(session.compared()).filename().string()
+                : "";
+        return std::string(look == 0 ? "A" : "B") + file + (is_rendered ? " · as rendered" : "");
     };
     label(name(0), true);
     label(name(1), false);

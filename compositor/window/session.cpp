@@ -57,27 +57,29 @@ void Session::show(std::string path,
     keep_looks();
     const bool is_first = !has_file();
     levels_ = std::move(levels);
-    rows_ = mixer_rows(stack());
+    const LayerStack& file = levels_->stack(0);
+    rows_ = mixer_rows(file);
+    if (compared_ && compared_->frame(0) != levels_->frame(0)) end_comparison();
     recent_.add(path);
     begin_with(path);
     path_ = std::move(path);
     last_kept_.reset();
     if (is_first) active_ = 0;
-    frame_ = frame ? *frame : frame_of(stack().image()).value_or(0);
+    frame_ = frame ? *frame : frame_of(file.image()).value_or(0);
     pictures_ = {};
     transforms_.clear();
     keep_mode();
     keep_picks();
-    const auto color = color_of_stack(stack(), {});
+    const auto color = color_of_stack(file, {});
     own_space_ = color ? fmt::format("{} ({})", color->label, color->reason) : std::string("file");
     set_page(is_first ? Page::Lights : page_);
-    const size_t rows_of_file = stack().header().lights.size();
-    const image::Window& display = stack().image().display;
+    const size_t rows_of_file = file.header().lights.size();
+    const image::Window& display = file.image().display;
     view_.set_picture(display.width(), display.height());
     after_change();
     tell(fmt::format(
-             "{} layers, {} {}", stack().header().layers.size(), rows_of_file,
-             stack().is_plain() ? "rows of a file without a header of Velatura" : "light groups") +
+             "{} layers, {} {}", file.header().layers.size(), rows_of_file,
+             file.is_plain() ? "rows of a file without a header of Velatura" : "light groups") +
          not_finite_text() +
          (is_plain(look()) ? "" : "; the look is the one from before (Ctrl+R: as rendered)"));
     if (waiting_) take_over(*std::exchange(waiting_, std::nullopt));
@@ -172,7 +174,7 @@ RowTarget Session::selected_row() const {
 }
 
 std::vector<PickedObject> Session::objects_at(int x, int y) const {
-    return picker_.at(stack(), pick_layer_, x, y);
+    return picker_.at(levels_->stack(0), pick_layer_, x, y);
 }
 
 void Session::pick(int x, int y) {
@@ -203,7 +205,7 @@ void Session::clear_matte() {
 
 /// Of a new file: the Cryptomatte of that name goes on, else its first.
 void Session::keep_picks() {
-    picker_ = MattePicker(stack());
+    picker_ = MattePicker(levels_->stack(0));
     const std::vector<std::string>& layers = picker_.layers();
     if (std::find(layers.begin(), layers.end(), pick_layer_) != layers.end()) return;
     is_picking_ = false;
@@ -233,38 +235,46 @@ void Session::refresh(size_t index) {
     look_errors_[index].clear();
     left_out_[index].clear();
     if (is_fitted_[index]) {
-        FittedLook fitted = fit_look(stack(), wanted);
+        FittedLook fitted = fit_look(levels_of(index)->stack(0), wanted);
         wanted = std::move(fitted.look);
         left_out_[index] = std::move(fitted.left_out);
     }
     wanted.input_space = input_space_;
-    if (picture && same_picture(picture->look, wanted) && picture->mode == mode_) return;
-    auto plan = plan_for(wanted);
+    const auto mode = mode_of(index);
+    if (!mode) {
+        look_errors_[index] = mode.error().message;
+        return;
+    }
+    if (picture && same_picture(picture->look, wanted) && picture->mode == *mode &&
+        picture->levels == levels_of(index))
+        return;
+    auto plan = plan_for(index, wanted);
     if (!plan) {
         look_errors_[index] = plan.error().message;
         return;
     }
-    auto transform = transform_for(wanted);
+    auto transform = transform_for(index, wanted);
     if (!transform) {
         look_errors_[index] = transform.error().message;
         return;
     }
     std::vector<LevelPlans> earlier;
     for (const auto& known : pictures_) {
-        if (known) earlier.push_back(known->plans);
+        if (known && known->levels == levels_of(index)) earlier.push_back(known->plans);
     }
-    picture = std::make_shared<const PictureTask>(
-        PictureTask{++last_version_, wanted, plans_by_level(*levels_, std::move(*plan), earlier),
-                    std::move(*transform), mode_});
+    picture = std::make_shared<const PictureTask>(PictureTask{
+        ++last_version_, wanted, plans_by_level(*levels_of(index), std::move(*plan), earlier),
+        std::move(*transform), *mode, levels_of(index)});
 }
 
 /// As plan_mix, but mattes of the looks as they were are not read again.
-Result<MixPlan> Session::plan_for(const Look& look) const {
-    auto plan = plan_gains(stack(), look);
+Result<MixPlan> Session::plan_for(size_t index, const Look& look) const {
+    const LayerStack& stack = levels_of(index)->stack(0);
+    auto plan = plan_gains(stack, look);
     if (!plan) return plan;
     const auto is_known = [&](Matte& matte) {
         for (const auto& picture : pictures_) {
-            if (!picture) continue;
+            if (!picture || picture->levels != levels_of(index)) continue;
             for (const Matte& known : picture->plans[0]->mattes) {
                 if (known.text != matte.text) continue;
                 matte = known;
@@ -275,11 +285,51 @@ Result<MixPlan> Session::plan_for(const Look& look) const {
     };
     for (Matte& matte : plan->mattes) {
         if (is_known(matte)) continue;
-        auto loaded = load_matte(stack(), nullptr, matte.text);
+        auto loaded = load_matte(stack, nullptr, matte.text);
         if (!loaded) return loaded.error();
         matte = std::move(*loaded);
     }
     return plan;
+}
+
+/// The mode, whose layer the compared file calls the same but may store elsewhere.
+Result<ViewMode> Session::mode_of(size_t index) const {
+    if (!mode_.layer || levels_of(index) == levels_) return mode_;
+    for (const ShownLayer& layer : compared_->shown()) {
+        if (layer.name != mode_.layer->name) continue;
+        ViewMode mode = mode_;
+        mode.layer = layer;
+        return mode;
+    }
+    return Error{"no-layer",
+                 fmt::format("{} has no layer '{}'", compared_path_, mode_.layer->name)};
+}
+
+void Session::compare(std::string path, std::shared_ptr<const Levels> levels) {
+    if (!has_file()) return;
+    const image::Window a = levels_->frame(0), b = levels->frame(0);
+    if (a != b)
+        return tell(fmt::format("not compared: {} has {}×{} pixels, {} has {}×{}", path, b.width(),
+                                b.height(), path_, a.width(), a.height()),
+                    true);
+    std::erase_if(transforms_, [&](const auto& known) { return known.first[0] == path; });
+    compared_ = std::move(levels);
+    compared_path_ = std::move(path);
+    compared_rows_ = mixer_rows(compared_->stack(0));
+    // What look B has from another file is left out where this one lacks it
+    is_fitted_[1] = true;
+    pictures_[1].reset();
+    is_wiping_ = true;
+    set_page(page_);
+    after_change();
+    tell("B is " + compared_path_);
+}
+
+void Session::end_comparison() {
+    compared_.reset();
+    compared_path_.clear();
+    pictures_[1].reset();
+    after_change();
 }
 
 std::vector<std::string> Session::notes() const {
@@ -297,10 +347,12 @@ std::string Session::look_error() const {
     return fmt::format("look {}: {}", other == 0 ? "A" : "B", look_errors_[other]);
 }
 
-Result<std::shared_ptr<const image::DisplayTransform>> Session::transform_for(const Look& look) {
-    auto& known = transforms_[{look.display, look.view, look.input_space}];
+Result<std::shared_ptr<const image::DisplayTransform>> Session::transform_for(size_t index,
+                                                                              const Look& look) {
+    auto& known = transforms_[{compared_ && index == 1 ? compared_path_ : path_, look.display,
+                               look.view, look.input_space}];
     if (known) return known;
-    const auto color = color_of_stack(stack(), look);
+    const auto color = color_of_stack(levels_of(index)->stack(0), look);
     if (!color) return color.error();
     auto made = image::DisplayTransform::make(look.display, look.view, *color);
     if (!made) return made.error();
@@ -326,9 +378,10 @@ ShownTile Session::screen_tile(size_t index, const image::Window& tile) const {
     const PictureTask& task = *pictures_[index];
     ViewMode mode = task.mode;
     mode.marks_faults = false;
-    return show_tile(
-        {stack(), *task.plans[0], task.look.exposure_stops, *task.transform, levels_->not_finite()},
-        mode, tile);
+    const Levels& levels = *task.levels;
+    return show_tile({levels.stack(0), *task.plans[0], task.look.exposure_stops, *task.transform,
+                      levels.not_finite()},
+                     mode, tile);
 }
 
 std::array<uint8_t, 3> Session::screen_color(const std::array<float, 3>& rgb) const {
@@ -362,19 +415,19 @@ void Session::set_wipe(double share) {
 const std::vector<std::string>& Session::targets_of_page() const {
     switch (page_) {
         case Page::Bounces:
-            return rows_.bounces;
+            return rows().bounces;
         case Page::Cells:
-            return rows_.groups;
+            return rows().groups;
         case Page::Shadows:
-            return rows_.shadows;
+            return rows().shadows;
         default:
-            return rows_.lights;
+            return rows().lights;
     }
 }
 
 /// Rows that keys work on.
 std::vector<std::string> Session::keyed_rows() const {
-    return found(page_ == Page::Bounces ? rows_.bounces : rows_.lights);
+    return found(page_ == Page::Bounces ? rows().bounces : rows().lights);
 }
 
 void Session::set_page(Page page) {
@@ -486,6 +539,10 @@ void Session::perform(Action action) {
     switch (action) {
         case Action::SavePreset:
             return set_dialog(Dialog::SavePreset);
+        case Action::Compare:
+            return set_dialog(Dialog::OpenCompared);
+        case Action::EndComparison:
+            return end_comparison();
         case Action::Reload:
             wanted_file_ = path_;
             return;
@@ -623,8 +680,9 @@ std::function<Result<std::string>()> Session::output_writer(const std::string& p
         const std::string message = why.empty() ? "there is no picture" : why;
         return [message] { return Result<std::string>(Error{"no-picture", message}); };
     }
-    return [source = OutputSource{path_, levels_, picture}, write = output_of(output_).write,
-            path] { return write(source, path); };
+    return [source = OutputSource{compared_ && active_ == 1 ? compared_path_ : path_,
+                                  levels_of(active_), picture},
+            write = output_of(output_).write, path] { return write(source, path); };
 }
 
 void Session::tell(std::string text, bool is_error) {

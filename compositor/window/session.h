@@ -35,7 +35,17 @@ struct Message {
 enum class Page { Lights, Bounces, Cells, Shadows };
 
 /// What stands before the mixer and waits for an answer.
-enum class Dialog { None, OpenFile, OpenPreset, SavePreset, WriteOutput, Replace, Quit, Help };
+enum class Dialog {
+    None,
+    OpenFile,
+    OpenPreset,
+    SavePreset,
+    OpenCompared,
+    WriteOutput,
+    Replace,
+    Quit,
+    Help
+};
 
 /// Everything that the window is about, without a window: the file, both looks and what was done to
 /// them, what is selected and seen. Drawing reads it and calls it; it calls nothing that draws.
@@ -53,11 +63,20 @@ class Session {
 
     bool has_file() const { return levels_ != nullptr; }
 
-    const LayerStack& stack() const { return levels_->stack(0); }
+    /// Of the look that is edited, as rows and numbers are: that of B is the other file while there
+    /// is one.
+    const LayerStack& stack() const { return levels_of(active_)->stack(0); }
+
+    /// What look B is of, beside what look A is of.
+    void compare(std::string path, std::shared_ptr<const Levels> levels);
+    void end_comparison();
+
+    /// Empty: both looks are of one file.
+    const std::string& compared() const { return compared_path_; }
 
     const std::string& path() const { return path_; }
 
-    const MixerRows& rows() const { return rows_; }
+    const MixerRows& rows() const { return compared_ && active_ == 1 ? compared_rows_ : rows_; }
 
     const RecentFiles& recent() const { return recent_; }
 
@@ -248,6 +267,10 @@ class Session {
         Look look;
     };
 
+    const std::shared_ptr<const Levels>& levels_of(size_t look) const {
+        return look == 1 && compared_ ? compared_ : levels_;
+    }
+
     void after_change();
     void begin_with(const std::string& path);
     void keep_mode();
@@ -259,8 +282,10 @@ class Session {
     void want_neighbour(int step);
     void take_over(const Preset& preset);
     void refresh(size_t index);
-    Result<MixPlan> plan_for(const Look& look) const;
-    Result<std::shared_ptr<const image::DisplayTransform>> transform_for(const Look& look);
+    Result<MixPlan> plan_for(size_t index, const Look& look) const;
+    Result<ViewMode> mode_of(size_t index) const;
+    Result<std::shared_ptr<const image::DisplayTransform>> transform_for(size_t index,
+                                                                         const Look& look);
     std::vector<std::string> keyed_rows() const;
     void select_neighbour(int step);
     void show_neighbour_layer(int step);
@@ -276,6 +301,9 @@ class Session {
     std::string path_;
     std::shared_ptr<const Levels> levels_;
     MixerRows rows_;
+    std::string compared_path_;
+    std::shared_ptr<const Levels> compared_;  ///< of look B; null: it is of the same file
+    MixerRows compared_rows_;
     History history_;
     size_t active_ = 0;
     double frame_ = 0;
@@ -289,8 +317,8 @@ class Session {
     std::array<std::shared_ptr<const PictureTask>, 2> pictures_;
     std::array<std::string, 2> look_errors_;
     uint64_t last_version_ = 0;
-    std::map<std::array<std::string, 3>, std::shared_ptr<const image::DisplayTransform>>
-        transforms_;  ///< by display, view and input space
+    std::map<std::array<std::string, 4>, std::shared_ptr<const image::DisplayTransform>>
+        transforms_;  ///< by file, display, view and input space
     MattePicker picker_;
     std::vector<std::string> picked_;
     PictureView view_;

@@ -26,6 +26,11 @@ Wanted wanted_of(const WorkRequest& request) {
     return wanted;
 }
 
+/// Those of the picture's own file. Both files of a comparison are cut into the same tiles.
+const Levels& levels_for(const WorkRequest& request, const PictureTask& task) {
+    return task.levels ? *task.levels : *request.levels;
+}
+
 }  // namespace
 
 Worker::Worker(std::function<void()> wake)
@@ -129,6 +134,7 @@ bool Worker::work_once(const WorkRequest& request) {
 
 void Worker::mix_batch(const WorkRequest& request, const TileBatch& batch) {
     const PictureTask& task = *request.pictures[batch.look];
+    const Levels& levels = levels_for(request, task);
     std::vector<FinishedTile> finished(batch.tiles.size());
     parallel_for(batch.tiles.size(), [&](size_t i) {
         FinishedTile& tile = finished[i];
@@ -138,8 +144,8 @@ void Worker::mix_batch(const WorkRequest& request, const TileBatch& batch) {
         tile.version = task.version;
         tile.window = order_.grid(batch.level).window(batch.tiles[i]);
         ShownTile shown =
-            show_tile({request.levels->stack(batch.level), *task.plans[batch.level],
-                       task.look.exposure_stops, *task.transform, request.levels->not_finite()},
+            show_tile({levels.stack(batch.level), *task.plans[batch.level],
+                       task.look.exposure_stops, *task.transform, levels.not_finite()},
                       task.mode, tile.window);
         tile.rgba = std::move(shown.rgba);
         tile.faults = shown.faults;
@@ -168,10 +174,11 @@ bool Worker::advance_noise(const WorkRequest& request) {
     if (!task) return false;
     if (noise_version_ != task->version) {
         noise_version_ = task->version;
+        noise_ = LiveNoise(levels_for(request, *task).stack(0));
         noise_->begin();
     }
     if (noise_->is_done()) return false;
-    noise_->advance(request.levels->stack(0), *task->plans[0], task->look);
+    noise_->advance(levels_for(request, *task).stack(0), *task->plans[0], task->look);
     {
         const std::lock_guard lock(mutex_);
         news_.noise = noise_;

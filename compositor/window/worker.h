@@ -27,6 +27,7 @@ struct PictureTask {
     LevelPlans plans;
     std::shared_ptr<const image::DisplayTransform> transform;
     ViewMode mode = {};
+    std::shared_ptr<const Levels> levels = {};  ///< of its file; null: that of the request
 };
 
 struct WorkRequest {

@@ -88,6 +88,52 @@ TEST(Session, AnInputSpaceIsThatOfTheCommand) {
     EXPECT_EQ(bytes(), own);
 }
 
+TEST(Session, LookBMayBeOfAnotherFile) {
+    Session session = session_of_small();
+    const auto other = levels_of(window_file("other.exr", {3, 2, 43, 31}, {0, 0, 48, 33}, 3));
+    session.edit("", [](Look& l) { set_muted(l, "fill", true); });
+    session.compare("other.exr", other);
+    EXPECT_TRUE(session.is_wiping());
+    EXPECT_EQ(session.compared(), "other.exr");
+    // B is what the other file alone shows with that look
+    Session alone{RecentFiles("")};
+    alone.show("other.exr", other);
+    const image::Window all = {0, 0, 48, 33};
+    const auto bytes = [&](const Session& s, size_t look) { return s.screen_tile(look, all).rgba; };
+    EXPECT_EQ(bytes(session, 1), bytes(alone, 0));
+    press(session, "c");
+    alone.edit("", [](Look& l) { set_muted(l, "fill", true); });
+    EXPECT_EQ(bytes(session, 1), bytes(alone, 0));
+    EXPECT_NE(bytes(session, 0), bytes(session, 1));
+    // Both in one mode and one display
+    press(session, "g");
+    press(alone, "g");
+    EXPECT_EQ(bytes(session, 1), bytes(alone, 0));
+    session.set_display("sRGB", "Raw");
+    alone.set_display("sRGB", "Raw");
+    EXPECT_EQ(bytes(session, 1), bytes(alone, 0));
+    // What is written from B is of the other file
+    press(session, "x");
+    EXPECT_EQ(&session.stack(), &other->stack(0));
+    session.perform(Action::EndComparison);
+    EXPECT_EQ(session.compared(), "");
+    EXPECT_EQ(bytes(session, 0), bytes(session, 1)) << "the same look of the same file";
+}
+
+TEST(Session, AFileOfAnotherSizeIsNotCompared) {
+    Session session = session_of_small();
+    session.compare("large.exr", levels_of(plain_file("large.exr", {0, 0, 50, 33})));
+    EXPECT_EQ(session.compared(), "");
+    EXPECT_TRUE(session.message().is_error);
+    EXPECT_NE(session.message().text.find("large.exr has 50×33 pixels"), std::string::npos)
+        << session.message().text;
+    // Nor does a comparison outlive a file of another size
+    session.compare("other.exr",
+                    levels_of(window_file("other.exr", {3, 2, 43, 31}, {0, 0, 48, 33})));
+    session.show("large.exr", levels_of(plain_file("large.exr", {0, 0, 50, 33})));
+    EXPECT_EQ(session.compared(), "");
+}
+
 TEST(Session, AHeldKeyStepsOnAndThrowsASwitchOnce) {
     Session session = session_of_small();
     session.select("key");

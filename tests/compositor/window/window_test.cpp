@@ -460,6 +460,27 @@ TEST_F(WindowTest, ASequenceOpensAndItsNextFrameFollows) {
     EXPECT_NE(none.output.find("other.####.exr"), std::string::npos) << none.output;
 }
 
+TEST_F(WindowTest, AnotherFileIsBesideThisOne) {
+    const std::string other =
+        window_file("window_compared.exr", {4, 6, 190, 107}, {0, 0, 192, 108}, 1);
+    // A at the whole width, then B
+    const Outcome played =
+        play(layers_ + " --size 1280 800",
+             "wait\nkey 1\nclick \"menu File\"\nclick \"menu Compare with …\"\ntype " + other +
+                 "\nkey enter\nwait\nhover picture\nscreenshot " + file("compared.png") +
+                 "\nkey w\nwait\nscreenshot " + file("side_a.png") + " picture\nkey x\nwait\n" +
+                 "screenshot " + file("side_b.png") + " picture\n");
+    ASSERT_EQ(played.code, 0) << played.output;
+    for (const auto& [shown, layers] :
+         {std::pair{"side_a.png", layers_}, std::pair{"side_b.png", other}}) {
+        ASSERT_EQ(
+            run("env OCIO= " + bin + "/velatura-comp mix " + layers + " -o " + file("side.png"))
+                .code,
+            0);
+        expect_same_picture(file(shown), file("side.png"));
+    }
+}
+
 TEST_F(WindowTest, ExportsAndBakesAreThoseOfTheCommands) {
     struct Case {
         const char* menu;
