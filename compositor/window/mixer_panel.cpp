@@ -70,7 +70,8 @@ class Row {
         draw_reset();
         if (session_.selected() == target_ && drawing_.scrolled_to != target_) {
             // Keys or a search have moved on
-            if (!ImGui::IsItemVisible()) ImGui::SetScrollHereY(0.5f);
+            const Marks::Box* last = drawing_.marks.find(mark("reset"));
+            if (last && last->is_cut) ImGui::SetScrollHereY(0.5f);
             drawing_.scrolled_to = target_;
         }
         ImGui::PopID();
@@ -183,6 +184,7 @@ class Row {
             if (ImGui::ColorPicker3("##picker", tint.data(),
                                     ImGuiColorEditFlags_Float | ImGuiColorEditFlags_DisplayRGB |
                                         ImGuiColorEditFlags_NoSidePreview |
+                                        ImGuiColorEditFlags_NoSmallPreview |
                                         ImGuiColorEditFlags_NoOptions))
                 edit("tint", [&](Look& l) { set_tint(l, row_, tint); });
             if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape)))
@@ -232,12 +234,12 @@ void draw_rows(Drawing& drawing, const std::vector<std::string>& targets, size_t
     ImGui::TableSetupScrollFreeze(0, 1);
     column("", side);
     column("", side);
-    ImGui::TableSetupColumn("name", ImGuiTableColumnFlags_WidthStretch, 2);
-    ImGui::TableSetupColumn("gain, stops", ImGuiTableColumnFlags_WidthStretch, 3);
+    ImGui::TableSetupColumn("name", ImGuiTableColumnFlags_WidthStretch, 1);
+    ImGui::TableSetupColumn("gain, stops", ImGuiTableColumnFlags_WidthStretch, 1);
     column("", stops_width());
     column("tint", side);
     column("kelvin", 4.4f * unit);
-    column("", side);
+    column("", ImGui::CalcTextSize("↺").x + 2 * ImGui::GetStyle().FramePadding.x);
     ImGui::PushFont(drawing.fonts.small);
     ImGui::PushStyleColor(ImGuiCol_Text, colour::dim);
     ImGui::TableHeadersRow();
@@ -301,19 +303,24 @@ void draw_matte(Drawing& drawing) {
 void draw_search(Drawing& drawing, const std::vector<std::string>& targets) {
     Session& session = drawing.session;
     std::array<char, 256> typed{};
-    const std::string& search = session.row_search();
-    std::copy_n(search.begin(), std::min(search.size(), typed.size() - 1), typed.begin());
+    const std::string words = session.row_search();
+    std::copy_n(words.begin(), std::min(words.size(), typed.size() - 1), typed.begin());
+    const auto search = [&](const std::string& other) {
+        session.search_rows(other);
+        // The rows move: the selected one is shown again
+        drawing.scrolled_to.clear();
+    };
     const std::string count =
-        search.empty() ? fmt::format("{} rows", targets.size())
-                       : fmt::format("{} of {}", session.found(targets).size(), targets.size());
+        words.empty() ? fmt::format("{} rows", targets.size())
+                      : fmt::format("{} of {}", session.found(targets).size(), targets.size());
     const float unit = ImGui::GetFontSize();
     if (session.take_wish_to_search()) ImGui::SetKeyboardFocusHere();
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - 11 * unit);
     if (ImGui::InputTextWithHint("##search", "Search rows (Ctrl+F)", typed.data(), typed.size()))
-        session.search_rows(typed.data());
+        search(typed.data());
     note_item(drawing, "search");
     ImGui::SameLine();
-    if (quiet_button("clear", "×", !search.empty())) session.search_rows("");
+    if (quiet_button("clear", "×", !words.empty())) search("");
     note_item(drawing, "clear search");
     ImGui::SameLine();
     text(count, colour::dim);
