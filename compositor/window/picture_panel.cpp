@@ -113,9 +113,10 @@ void draw_look_tools(Drawing& drawing) {
 /// What the numbers of the file mean.
 void draw_input_space(Drawing& drawing) {
     Session& session = drawing.session;
-    const float unit = ImGui::GetFontSize(), width = 7 * unit;
+    const float unit = ImGui::GetFontSize(), width = 10.5f * unit;
     const std::string& now = session.input_space();
-    const std::string shown = now.empty() ? "in: " + session.own_space() : now;
+    const std::string shown =
+        now.empty() ? "in: " + session.own_space().substr(0, session.own_space().find(" (")) : now;
     ImGui::SetNextItemWidth(width);
     ImGui::PushStyleColor(ImGuiCol_Text, now.empty() ? colour::dim : colour::accent);
     const bool is_open = ImGui::BeginCombo("##space", fitted(shown, width - 2.2f * unit).c_str(),

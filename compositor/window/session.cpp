@@ -25,7 +25,6 @@ namespace {
 constexpr size_t longest_preset_bytes = size_t(1) << 24;
 constexpr float coarse_step = 0.25f, fine_step = 0.05f;  // stops
 constexpr float most_stops = 20;
-constexpr double zoom_step = 1.25;
 
 /// The light as it was rendered, on that look's monitor.
 Look as_rendered(const Look& look) {
@@ -173,45 +172,6 @@ RowTarget Session::selected_row() const {
     return {selected_, matte()};
 }
 
-std::vector<PickedObject> Session::objects_at(int x, int y) const {
-    return picker_.at(levels_->stack(0), pick_layer_, x, y);
-}
-
-void Session::pick(int x, int y) {
-    const std::vector<PickedObject> objects = objects_at(x, y);
-    if (objects.empty()) return;
-    const PickedObject& object = objects.front();
-    if (object.name.empty())
-        return tell(object.text() + " in the manifest of " + pick_layer_ + ": not picked", true);
-    const auto at = std::find(picked_.begin(), picked_.end(), object.name);
-    if (at == picked_.end()) {
-        picked_.push_back(object.name);
-    } else {
-        picked_.erase(at);
-    }
-    matte_ = matte_text(pick_layer_, picked_);
-    tell(matte_.empty() ? "rows act everywhere" : "rows act within " + matte_);
-}
-
-void Session::set_pick_layer(const std::string& layer) {
-    pick_layer_ = layer;
-    clear_matte();
-}
-
-void Session::clear_matte() {
-    picked_.clear();
-    matte_.clear();
-}
-
-/// Of a new file: the Cryptomatte of that name goes on, else its first.
-void Session::keep_picks() {
-    picker_ = MattePicker(levels_->stack(0));
-    const std::vector<std::string>& layers = picker_.layers();
-    if (std::find(layers.begin(), layers.end(), pick_layer_) != layers.end()) return;
-    is_picking_ = false;
-    set_pick_layer(layers.empty() ? std::string() : layers.front());
-}
-
 void Session::set_input_space(const std::string& space) {
     input_space_ = space;
     after_change();
@@ -292,46 +252,6 @@ Result<MixPlan> Session::plan_for(size_t index, const Look& look) const {
     return plan;
 }
 
-/// The mode, whose layer the compared file calls the same but may store elsewhere.
-Result<ViewMode> Session::mode_of(size_t index) const {
-    if (!mode_.layer || levels_of(index) == levels_) return mode_;
-    for (const ShownLayer& layer : compared_->shown()) {
-        if (layer.name != mode_.layer->name) continue;
-        ViewMode mode = mode_;
-        mode.layer = layer;
-        return mode;
-    }
-    return Error{"no-layer",
-                 fmt::format("{} has no layer '{}'", compared_path_, mode_.layer->name)};
-}
-
-void Session::compare(std::string path, std::shared_ptr<const Levels> levels) {
-    if (!has_file()) return;
-    const image::Window a = levels_->frame(0), b = levels->frame(0);
-    if (a != b)
-        return tell(fmt::format("not compared: {} has {}×{} pixels, {} has {}×{}", path, b.width(),
-                                b.height(), path_, a.width(), a.height()),
-                    true);
-    std::erase_if(transforms_, [&](const auto& known) { return known.first[0] == path; });
-    compared_ = std::move(levels);
-    compared_path_ = std::move(path);
-    compared_rows_ = mixer_rows(compared_->stack(0));
-    // What look B has from another file is left out where this one lacks it
-    is_fitted_[1] = true;
-    pictures_[1].reset();
-    is_wiping_ = true;
-    set_page(page_);
-    after_change();
-    tell("B is " + compared_path_);
-}
-
-void Session::end_comparison() {
-    compared_.reset();
-    compared_path_.clear();
-    pictures_[1].reset();
-    after_change();
-}
-
 std::vector<std::string> Session::notes() const {
     const auto& picture = pictures_[active_];
     if (!picture || !look_errors_[active_].empty()) return {};
@@ -361,36 +281,6 @@ Result<std::shared_ptr<const image::DisplayTransform>> Session::transform_for(si
     return known;
 }
 
-void Session::set_mode(ViewMode mode) {
-    mode_ = std::move(mode);
-    after_change();
-}
-
-/// The layer of that name of the new file, if it has one.
-void Session::keep_mode() {
-    if (!mode_.layer) return;
-    const auto at = std::find_if(shown().begin(), shown().end(),
-                                 [&](const ShownLayer& l) { return l.name == mode_.layer->name; });
-    mode_.layer = at == shown().end() ? std::nullopt : std::optional(*at);
-}
-
-ShownTile Session::screen_tile(size_t index, const image::Window& tile) const {
-    const PictureTask& task = *pictures_[index];
-    ViewMode mode = task.mode;
-    mode.marks_faults = false;
-    const Levels& levels = *task.levels;
-    return show_tile({levels.stack(0), *task.plans[0], task.look.exposure_stops, *task.transform,
-                      levels.not_finite()},
-                     mode, tile);
-}
-
-std::array<uint8_t, 3> Session::screen_color(const std::array<float, 3>& rgb) const {
-    const auto& picture = pictures_[active_];
-    if (!picture) return {255, 255, 255};
-    const auto rgba = display_rgba({rgb[0], rgb[1], rgb[2]}, *picture->transform);
-    return {rgba[0], rgba[1], rgba[2]};
-}
-
 const PictureTask* Session::picture(size_t index) const {
     return pictures_[index].get();
 }
@@ -406,10 +296,6 @@ WorkRequest Session::work_request() const {
         if (is_wiping_ || i == active_) request.pictures[i] = pictures_[i];
     }
     return request;
-}
-
-void Session::set_wipe(double share) {
-    wipe_ = std::clamp(share, 0.0, 1.0);
 }
 
 const std::vector<std::string>& Session::targets_of_page() const {
@@ -455,30 +341,6 @@ void Session::select_neighbour(int step) {
     const auto at = std::find(list.begin(), list.end(), selected_);
     const auto index = at == list.end() ? 0 : int(at - list.begin()) + step;
     selected_ = list[size_t(std::clamp(index, 0, int(list.size()) - 1))];
-}
-
-/// The mix stands before the first layer.
-void Session::show_neighbour_layer(int step) {
-    int index = -1;
-    for (size_t i = 0; i < shown().size(); ++i) {
-        if (mode_.layer == shown()[i]) index = int(i);
-    }
-    index = std::clamp(index + step, -1, int(shown().size()) - 1);
-    ViewMode mode = mode_;
-    mode.layer = index < 0 ? std::nullopt : std::optional(shown()[size_t(index)]);
-    set_mode(std::move(mode));
-}
-
-/// False for an action that is about no channel. The channel that is shown already: back to color.
-bool Session::show_channel(Action action) {
-    for (const ChannelChoice& choice : channel_choices()) {
-        if (choice.action != action) continue;
-        ViewMode mode = mode_;
-        mode.channel = mode.channel == choice.channel ? ShownChannel::Color : choice.channel;
-        set_mode(std::move(mode));
-        return true;
-    }
-    return false;
 }
 
 void Session::nudge_gain(float stops) {
@@ -574,34 +436,6 @@ void Session::perform(Action action) {
             return nudge_exposure(-coarse_step);
         case Action::ExposureReset:
             return edit("", [](Look& l) { l.exposure_stops = 0; });
-        case Action::ZoomFit:
-            return view_.fit();
-        case Action::ZoomOne:
-            return view_.set_scale(1);
-        case Action::ZoomIn:
-            return view_.set_scale(view_.scale() * zoom_step);
-        case Action::ZoomOut:
-            return view_.set_scale(view_.scale() / zoom_step);
-        case Action::ToggleWipe:
-            is_wiping_ = !is_wiping_;
-            return;
-        case Action::PreviousLayer:
-            return show_neighbour_layer(-1);
-        case Action::NextLayer:
-            return show_neighbour_layer(1);
-        case Action::PickMatte:
-            if (picker_.layers().empty())
-                return tell("no Cryptomatte in this file: nothing to pick", true);
-            is_picking_ = !is_picking_;
-            return;
-        case Action::MarkFaults: {
-            ViewMode mode = mode_;
-            mode.marks_faults = !mode.marks_faults;
-            return set_mode(std::move(mode));
-        }
-        case Action::SwitchLook:
-            active_ = 1 - active_;
-            return;
         case Action::CopyLook: {
             Looks looks = history_.now();
             looks[1 - active_] = looks[active_];
@@ -609,7 +443,7 @@ void Session::perform(Action action) {
             return after_change();
         }
         default:
-            if (!show_channel(action)) perform_on_row(action);
+            if (!perform_on_view(action)) perform_on_row(action);
             return;
     }
 }
@@ -670,7 +504,8 @@ bool Session::ask_to_replace(Dialog what, const std::string& path) {
 
 bool Session::replaces_layers() const {
     std::error_code unknown;
-    return std::filesystem::equivalent(replaced_.second, path_, unknown);
+    return std::filesystem::equivalent(replaced_.second, path_, unknown) ||
+           (compared_ && std::filesystem::equivalent(replaced_.second, compared_path_, unknown));
 }
 
 std::function<Result<std::string>()> Session::output_writer(const std::string& path) const {

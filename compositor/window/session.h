@@ -240,7 +240,7 @@ class Session {
 
     const std::pair<Dialog, std::string>& replaced() const { return replaced_; }
 
-    /// Whether the file to be replaced is the one whose layers are open.
+    /// Whether the file to be replaced is one whose layers are open.
     bool replaces_layers() const;
 
     /// What the dialog WriteOutput writes.
@@ -293,6 +293,7 @@ class Session {
     void nudge_gain(float stops);
     void nudge_exposure(float stops);
     void perform_on_row(Action action);
+    bool perform_on_view(Action action);
 
     RecentFiles recent_;
     KeptLooks kept_;

@@ -112,6 +112,12 @@ TEST(Session, LookBMayBeOfAnotherFile) {
     session.set_display("sRGB", "Raw");
     alone.set_display("sRGB", "Raw");
     EXPECT_EQ(bytes(session, 1), bytes(alone, 0));
+    // Its file is one that is open
+    const std::string path = film::temporary_file("other.exr");
+    session.compare(path, other);
+    ASSERT_TRUE(session.ask_to_replace(Dialog::WriteOutput, path));
+    EXPECT_TRUE(session.replaces_layers());
+    session.set_dialog(Dialog::None);
     // What is written from B is of the other file
     press(session, "x");
     EXPECT_EQ(&session.stack(), &other->stack(0));
