@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "app/scene_overrides.h"
 #include "base/command_line.h"
 #include "base/limits.h"
 
@@ -9,13 +10,15 @@
 
 namespace velatura::app {
 
-/// Where the files of a scene are looked for, and where they may lie, as typed.
+/// Where the files of a scene are looked for, where they may lie, and what stands above them, as
+/// typed.
 struct AssetOptions {
     std::vector<std::string> search_paths;
     std::vector<std::string> roots;
     bool is_confined = false;  ///< to the scene's own folder, whatever the roots
     Limits limits;
     std::string missing = "fail";  ///< fail or ignore
+    SceneOverrides overrides;
 };
 
 /// Adds --search-path, which may come several times.

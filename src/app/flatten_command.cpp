@@ -34,7 +34,7 @@ struct FlattenArguments {
 
 int fail(const Error& error) {
     fmt::print(stderr, "error: {} [{}]\n", error.message, error.code);
-    return RenderError;
+    return error.code == "usage" ? UsageError : RenderError;
 }
 
 std::string absolute(const std::string& path) {
@@ -73,6 +73,12 @@ int run_flatten(const FlattenArguments& arguments) {
                    arguments.output);
         return UsageError;
     }
+    if (arguments.layer_only && !arguments.assets.overrides.is_empty()) {
+        fmt::print(stderr,
+                   "error: --layer writes one layer as it stands: leave out --session, --variant "
+                   "and --set [usage]\n");
+        return UsageError;
+    }
     const bool as_crate = arguments.crate || extension == ".usdc";
     if (as_crate && arguments.output.empty()) {
         fmt::print(stderr, "error: --usdc needs a file: -o FILE.usdc [usage]\n");
@@ -108,6 +114,7 @@ void add_flatten_command(Command& app, std::function<int()>& run) {
         .reads();
     add_search_path_option(command, arguments->assets.search_paths);
     add_root_options(command, arguments->assets);
+    add_override_options(command, arguments->assets.overrides);
     add_memory_option(command, arguments->memory_limit);
     add_materialx_option(command, arguments->reads_materialx);
     command

@@ -94,7 +94,7 @@ int run_info(const InfoArguments& arguments) {
         load_stage(arguments.scene, diagnostics, arguments.assets, arguments.reads_materialx);
     if (!loaded) {
         fmt::print(stderr, "error: {} [{}]\n", loaded.error().message, loaded.error().code);
-        return RenderError;
+        return loaded.error().code == "usage" ? UsageError : RenderError;
     }
     if (arguments.dump) {
         fmt::print("{}", usd::stage::dump_stage(loaded->stage));
@@ -135,6 +135,7 @@ void add_info_command(Command& app, std::function<int()>& run) {
         arguments->has_time = time.count() > 0;
         run = [arguments] {
             return run_in_memory(arguments->memory_limit, [&] { return run_info(*arguments); });
+    add_override_options(command, arguments->assets.overrides);
         };
     });
 }

@@ -255,7 +255,8 @@ int prepare_all(const RenderArguments& arguments, const FrameFunction& use) {
     job->accelerator = *accelerator;
     MemoryLimit::enforce("while the scene was read");
     const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.assets);
-    if (!loaded) return fail(loaded.error(), RenderError);
+    if (!loaded)
+        return fail(loaded.error(), loaded.error().code == "usage" ? UsageError : RenderError);
     translate::report_authored_names(loaded->stage, diagnostics);
     // As usdrecord does: the start of the stage, which is time 0 where none is authored
     if (frames.empty()) frames = {loaded->stage.start_time_code()};

@@ -29,6 +29,7 @@ void declare_render_options(Command& command, RenderArguments& a) {
         .reads();
     add_search_path_option(command, a.assets.search_paths);
     add_root_options(command, a.assets);
+    add_override_options(command, a.assets.overrides);
     add_memory_option(command, a.memory_limit);
     command
         .add_option(

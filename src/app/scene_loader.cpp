@@ -83,7 +83,14 @@ Result<LoadedStage> load_stage(const std::string& path,
     if (!stage) return stage.error();
     LoadedStage loaded{std::move(*stage), 0, {}, 0};
     for (const std::string& file : loaded.stage.layer_files()) {
-        loaded.layer_names.push_back(std::filesystem::path(file).filename().string());
+        if (file == override_layer_name()) {
+            for (const std::string& text : assets.overrides.variants)
+                loaded.layer_names.push_back("--variant " + text);
+            for (const std::string& text : assets.overrides.values)
+                loaded.layer_names.push_back("--set " + text);
+        } else {
+            loaded.layer_names.push_back(std::filesystem::path(file).filename().string());
+        }
         const Result<AssetBytesPtr> asset = open_asset_bytes(file);
         loaded.content_hash = hash_combine(
             loaded.content_hash, hash_string(asset ? (*asset)->bytes() : std::string_view(file)));
@@ -91,6 +98,7 @@ Result<LoadedStage> load_stage(const std::string& path,
     loaded.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return loaded;
+    if (const auto ok = apply_overrides(assets.overrides, path, options); !ok) return ok.error();
 }
 
 }  // namespace velatura::app
