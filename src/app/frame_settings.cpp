@@ -151,6 +151,7 @@ FrameSettings frame_settings(const RenderJob& job, const FrameInput& input) {
     add("--caustics", a.caustics);
     add("--effects", left_out(input.plan));
     add("--accel", job.accelerator ? a.accel : "bvh");
+    if (!a.casters.empty()) add("--casters", fmt::format("{}", fmt::join(a.casters, " ")));
     const bool is_diced = geometry::first_subdivided(input.scene) != nullptr;
     add("dicing", is_diced ? fmt::format("{} {} {}", job.dicing.rate, job.dicing.level.value_or(-1),
                                          job.dicing.most_triangles)

@@ -108,6 +108,7 @@ translate::TranslateOptions translate_options(const RenderJob& job, double frame
     options.max_instances = instance_limit(a.instance_limit);
     options.max_copies = copy_limit();
     options.finds_casters = job.layers.caster_layers;
+    options.casters = a.casters;
     options.light_grouping = a.lights == "off"      ? translate::LightGrouping::Off
                              : a.lights == "groups" ? translate::LightGrouping::Groups
                                                     : translate::LightGrouping::PerLight;

@@ -230,6 +230,14 @@ void declare_render_options(Command& command, RenderArguments& a) {
     layers.add_option("--layers", a.layers,
                       "families to store, of bounce,light,matrix,shadow,caster,lobe,data; or none");
     layers
+        .add_option("--casters", a.casters,
+                    "with --layers …,caster: prims whose shadows get layers, as a path expression "
+                    "such as /World/Trees/* or //Vase; all else is `rest`; may be repeated "
+                    "(default: by the names, models and prims of the scene)")
+        .type_name("PATTERN")
+        .expected(1)
+        .take_all();
+    layers
         .add_option("--lpe", a.lpe,
                     "one more layer, of the light whose paths match: C<RD>L, C.{2}<L.'key'>, "
                     "unoccluded;C.L … (docs/light_paths.md); may be given again")

@@ -46,7 +46,8 @@ struct RenderArguments {
     std::string checkpoint;
     std::string lights = "per-light";
     std::string layers = "bounce,light,matrix,shadow,data";
-    std::vector<std::string> lpe;  ///< NAME=EXPRESSION
+    std::vector<std::string> casters;  ///< path expressions
+    std::vector<std::string> lpe;      ///< NAME=EXPRESSION
     bool strict_lpe = false;
     bool halves = false;
     bool float_layers = false;

@@ -2,6 +2,7 @@
 #include "app/parse_values.h"
 #include "app/render_frame.h"
 #include "film/lobe_layers.h"
+#include "usd/stage/path_expression.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -180,6 +181,19 @@ Result<void> choose_layers(const RenderArguments& a, RenderJob& job) {
     }
     if (has_lobes) layers.path_layers = film::lobe_layers();
     layers.has_strict_paths = a.strict_lpe;
+    if (!a.casters.empty() && !layers.caster_layers)
+        return usage("--casters needs the family caster in --layers");
+    for (const std::string& text : a.casters) {
+        std::string error;
+        const auto expression = usd::stage::parse_path_expression(
+            text, usd::layer::Path::absolute_root(), [](usd::layer::Path path) { return path; },
+            error);
+        if (error.empty()) {
+            const std::string unknown = usd::stage::unknown_predicate(expression);
+            if (!unknown.empty()) error = "unknown predicate " + unknown;
+        }
+        if (!error.empty()) return usage(fmt::format("--casters {}: {}", text, error));
+    }
     // Shadows by caster are parts of the shadows
     layers.shadow_layers |= layers.caster_layers;
     layers.matte_levels = a.matte_levels.value_or(layers.matte_levels);

@@ -31,6 +31,9 @@ struct TranslateOptions {
     std::string material_purpose;  ///< full, preview, allPurpose; instead of the settings' purposes
     LightGrouping light_grouping = LightGrouping::PerLight;
     bool finds_casters = false;  ///< fills Scene::casters
+    /// Path expressions: casters are the prims that one matches, all else has none. None: by the
+    /// names, models and prims of the scene.
+    std::vector<std::string> casters;
     /// Instances, those nested in others counted as often as they are placed. If there are more,
     /// the prims that ask for most are left out with an error, before anything is made, until at
     /// most a million remain.

@@ -123,6 +123,38 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values("atelier", "bonfire", "cornell", "sky", "transport", "tuft"),
     [](const auto& scene) { return scene.param; });
 
+/// A hero scene: everything below one model. Its shadows are those of its objects.
+TEST(LoneRoot, ClosesBitForBitWithAShadowForEachObject) {
+    const Workplace w;
+    std::string scene = small_scene();
+    scene.replace(scene.find("def Xform \"W\""), 13, "def Xform \"W\" (kind = \"assembly\")");
+    w.write("hero.usda", scene);
+    const auto casters = [&](const std::string& file) {
+        const auto image = image::read_exr(w.path(file));
+        std::string names;
+        if (image)
+            for (const image::Part& part : image->parts)
+                for (const image::Channel& c : part.channels)
+                    if (c.name.starts_with("S_key_") && c.name.ends_with(".R"))
+                        names += c.name.substr(6, c.name.size() - 8) + " ";
+        return names;
+    };
+    expect_closure(w, "hero.usda", "--res 24 16 --spp 3 --bounces 2");
+    // What takes no light has no layer
+    EXPECT_EQ(casters("s.exr"), "Ball ");
+    expect_closure(w, "hero.usda", "--res 24 16 --spp 3 --bounces 2 --halves --casters //Corner");
+    EXPECT_EQ(casters("s.exr").find("Ball"), std::string::npos) << casters("s.exr");
+    // Of other casters no render goes on
+    EXPECT_EQ(w.velatura("render hero.usda -q --progress none --res 12 9 --spp 1 --keep-sums "
+                         "--layers caster --casters //Ball -o k.exr")
+                  .exit_code,
+              0);
+    EXPECT_EQ(w.velatura("render hero.usda -q --progress none --res 12 9 --spp 2 --resume --layers "
+                         "caster -o k.exr")
+                  .exit_code,
+              5);
+}
+
 TEST(ThousandLights, CloseBitForBit) {
     const Workplace w;
     w.write("many.usda", thousand_lights());

@@ -50,11 +50,85 @@ TEST(Casters, AreTheNearestComponentsElseModelsElsePrims) {
     const std::string chair =
         xform("Chair", "kind = \"component\"",
               quad("Leg") + xform("Seat", "kind = \"subcomponent\"", quad("Cushion")));
-    EXPECT_EQ(casters_of(chair), "/Chair /Chair ");
+    EXPECT_EQ(casters_of(chair + quad("Wall")), "/Chair /Chair /Wall ");
     EXPECT_EQ(casters_of(xform("Set", "kind = \"group\"", chair + quad("Wall"))),
               "/Set/Chair /Set/Chair /Set ");
     // A component below what is no model is none
     EXPECT_EQ(casters_of(xform("Set", "", chair)), "/Set/Chair/Leg /Set/Chair/Seat/Cushion ");
+}
+
+// One model around everything would be the only caster, and no shadow could be chosen: its parts
+// are told apart
+TEST(Casters, BelowALoneRootAreItsParts) {
+    const std::string assembly = "kind = \"assembly\"", component = "kind = \"component\"";
+    const std::string vase = xform("Vase", "", quad("Foot") + quad("Neck"));
+    EXPECT_EQ(casters_of(xform("World", assembly, quad("Floor") + vase)),
+              "/World/Floor /World/Vase /World/Vase ");
+    EXPECT_EQ(casters_of(xform("World", component, quad("Floor") + vase)),
+              "/World/Floor /World/Vase /World/Vase ");
+    // Through prims that hold everything, too
+    EXPECT_EQ(casters_of(xform("World", assembly, xform("Geo", "", quad("Floor") + vase))),
+              "/World/Geo/Floor /World/Geo/Vase /World/Geo/Vase ");
+    // Models below it are found as ever, and subcomponents are the models of a component
+    EXPECT_EQ(casters_of(
+                  xform("World", assembly, quad("Floor") + xform("Vase", component, quad("Foot")))),
+              "/World /World/Vase ");
+    EXPECT_EQ(casters_of(xform(
+                  "World", component,
+                  xform("Set", "",
+                        xform("Chair", "kind = \"subcomponent\"", quad("Leg") + quad("Seat")) +
+                            quad("Wall")))),
+              "/World/Set/Chair /World/Set/Chair /World/Set ");
+    // What cannot be divided stays what it is called
+    EXPECT_EQ(casters_of(xform("World", assembly, xform("Geo", "", quad("Floor")))), "/World ");
+    // Instances go by where they are
+    const std::string prototype = "class \"_Tree\" {\n" + quad("Leaf") + quad("Stem") + "}\n";
+    const std::string tree = "instanceable = true\n inherits = </_Tree>";
+    EXPECT_EQ(casters_of(prototype +
+                         xform("World", component, xform("A", tree, "") + xform("B", tree, ""))),
+              "/World/A /World/A /World/B /World/B ");
+    // What the scene names stays as named
+    EXPECT_EQ(
+        casters_of(xform("World", assembly,
+                         quad("Floor") + quad("Vase", "string velatura:shadow:caster = \"vase\""))),
+        "/World 'vase' ");
+}
+
+TEST(Casters, ByPatternsAreThosePrimsAndTheRest) {
+    const std::string world =
+        xform("World", "kind = \"component\"",
+              quad("Floor", "string velatura:shadow:caster = \"ground\"") +
+                  xform("Trees", "", quad("Oak") + xform("Elm", "", quad("Leaf") + quad("Stem"))));
+
+    const struct {
+        std::vector<std::string> patterns;
+        const char* casters;
+        size_t warnings;
+    } cases[] = {
+        {{"/World/Trees/*"}, "- /World/Trees/Elm /World/Trees/Elm /World/Trees/Oak ", 0},
+        {{"/World/Trees"}, "- /World/Trees /World/Trees /World/Trees ", 0},
+        {{"//Stem", "/World/Floor"}, "/World/Floor - /World/Trees/Elm/Stem - ", 0},
+        // The nearest one counts
+        {{"/World", "//Elm"}, "/World /World/Trees/Elm /World/Trees/Elm /World ", 0},
+        {{"/World/Trees/* - //Oak"}, "- /World/Trees/Elm /World/Trees/Elm - ", 0},
+        {{"/World/Trees//{isa:Mesh}"},
+         "- /World/Trees/Elm/Leaf /World/Trees/Elm/Stem /World/Trees/Oak ",
+         0},
+        {{"/World/Rocks", "//Oak"}, "- - - /World/Trees/Oak ", 1},
+    };
+
+    for (const auto& c : cases) {
+        Translated out;
+        TranslateOptions options;
+        options.finds_casters = true;
+        options.casters = c.patterns;
+        translate_text(world + camera(), out, options);
+        std::string names;
+        for (uint32_t s = 0; s < out.scene.shapes.size(); ++s)
+            names += name_of(out.scene.casters, out.scene.casters.of(scene::none, s)) + " ";
+        EXPECT_EQ(names, c.casters) << c.patterns.front();
+        EXPECT_EQ(out.count("casters"), c.warnings) << c.patterns.front();
+    }
 }
 
 TEST(Casters, AreCalledAsTheSceneSays) {
