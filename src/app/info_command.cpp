@@ -3,8 +3,10 @@
 #include "app/exit_codes.h"
 #include "app/memory_options.h"
 #include "app/scene_loader.h"
+#include "translate/translate.h"
 #include "usd/stage/dump.h"
 #include "usd/stage/explain.h"
+#include "usd/stage/material_binding.h"
 
 #include <fmt/format.h>
 
@@ -25,19 +27,29 @@ struct InfoArguments {
     bool reads_materialx = false;
     bool dump = false;
     bool tree = false;
+    std::string material_purpose;  ///< empty: --tree shows no materials
     std::string explain;
     bool has_explain = false;
     double time = 0;
     bool has_time = false;
 };
 
-void print_tree(const usd::stage::Prim& prim, int depth) {
+std::string material_text(const usd::stage::Prim& prim, const std::string& purpose) {
+    if (purpose.empty() || !prim.is_a("Gprim")) return {};
+    const usd::stage::MaterialBinding binding =
+        usd::stage::resolve_material(prim, purpose == "allPurpose" ? "" : purpose);
+    return binding.material ? " -> " + binding.material.path_string() : " -> no material";
+}
+
+void print_tree(const usd::stage::Prim& prim, int depth, const std::string& material_purpose) {
     if (depth >= 0) {
         const std::string type = prim.type_name().str();
-        fmt::print("{:{}}{}{}{}\n", "", depth * 2, prim.name().str(),
-                   type.empty() ? "" : " (" + type + ")", prim.is_instance() ? " [instance]" : "");
+        fmt::print("{:{}}{}{}{}{}\n", "", depth * 2, prim.name().str(),
+                   type.empty() ? "" : " (" + type + ")", prim.is_instance() ? " [instance]" : "",
+                   material_text(prim, material_purpose));
     }
-    for (const usd::stage::Prim& child : prim.children()) print_tree(child, depth + 1);
+    for (const usd::stage::Prim& child : prim.children())
+        print_tree(child, depth + 1, material_purpose);
 }
 
 void count_types(const usd::stage::Prim& prim, std::map<std::string, size_t>& counts) {
@@ -87,6 +99,8 @@ int run_info(const InfoArguments& arguments) {
         return usage("choose one of --dump, --tree and --explain");
     if (arguments.has_explain && arguments.explain.empty()) return usage("--explain needs a path");
     if (arguments.has_time && !arguments.has_explain) return usage("--time belongs to --explain");
+    if (!arguments.material_purpose.empty() && !arguments.tree)
+        return usage("--material-purpose belongs to --tree");
     if (std::isnan(arguments.time)) return usage("--time is not a number");
     Diagnostics diagnostics;
     print_diagnostics(diagnostics, false, false);
@@ -99,11 +113,14 @@ int run_info(const InfoArguments& arguments) {
     if (arguments.dump) {
         fmt::print("{}", usd::stage::dump_stage(loaded->stage));
     } else if (arguments.tree) {
-        print_tree(loaded->stage.pseudo_root(), -1);
+        print_tree(loaded->stage.pseudo_root(), -1, arguments.material_purpose);
     } else if (arguments.has_explain) {
         return explain(loaded->stage, arguments, diagnostics);
     } else {
         print_summary(*loaded);
+        translate::TranslateOptions options;
+        options.time = loaded->stage.start_time_code();
+        translate::report_choices(loaded->stage, options, diagnostics);
     }
     return Done;
 }
@@ -118,10 +135,16 @@ void add_info_command(Command& app, std::function<int()>& run) {
         .reads();
     add_search_path_option(command, arguments->assets.search_paths);
     add_root_options(command, arguments->assets);
+    add_override_options(command, arguments->assets.overrides);
     add_memory_option(command, arguments->memory_limit);
     add_materialx_option(command, arguments->reads_materialx);
     command.add_flag("--dump", arguments->dump, "every fact of the composed stage, one per line");
     command.add_flag("--tree", arguments->tree, "the prims a renderer sees");
+    command
+        .add_option("--material-purpose", arguments->material_purpose,
+                    "with --tree: the material that a render gives each prim by its bindings of "
+                    "this purpose: full, preview, allPurpose")
+        .one_of({"full", "preview", "allPurpose"});
     const Option explain =
         command
             .add_option("--explain", arguments->explain,
@@ -135,7 +158,6 @@ void add_info_command(Command& app, std::function<int()>& run) {
         arguments->has_time = time.count() > 0;
         run = [arguments] {
             return run_in_memory(arguments->memory_limit, [&] { return run_info(*arguments); });
-    add_override_options(command, arguments->assets.overrides);
         };
     });
 }

@@ -4,8 +4,13 @@
 #include "app/render_layers.h"
 #include "base/tasks.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace velatura::app {
 
@@ -35,33 +40,66 @@ LayerCounts layer_counts(const film::LayerSet& l) {
     return n;
 }
 
+/// Channels of a file, by how they are stored.
+struct ChannelCounts {
+    int light_layers = 0;
+    int as_chosen = 0;  ///< half, or float with --float-layers
+    int as_half = 0, as_float = 0;
+
+    int total() const { return as_chosen + as_half + as_float; }
+};
+
+ChannelCounts channel_counts(const film::LayerSet& layers) {
+    constexpr int data_channels = 19, rgba_channels = 4;
+    const LayerCounts counts = layer_counts(layers);
+    // Of a Cryptomatte: a preview, and ids and coverages by pairs
+    const int mattes = int(std::count(layers.mattes.begin(), layers.mattes.end(), true));
+    ChannelCounts n;
+    n.light_layers = counts.as_chosen + counts.as_float;
+    n.as_chosen = 3 * counts.as_chosen;
+    n.as_half = 3 * mattes;
+    n.as_float = rgba_channels + 3 * (counts.as_float + int(layers.data_aliases.size())) +
+                 (layers.data_layers ? data_channels : 0) +
+                 4 * ((layers.matte_levels + 1) / 2) * mattes;
+    return n;
+}
+
 /// Pixels of the data window, of all channels as they are stored before compression.
 PictureNeeds::File expected_file(const RenderJob& job, const FrameInput& input) {
     const film::LayerSet layers = layers_of(job, input.scene);
     const uint64_t pixels =
         uint64_t(data_window(input.scene.settings, job.arguments.crop).pixel_count());
-    constexpr int data_channels = 19, rgba_channels = 4;
+    const ChannelCounts counts = channel_counts(layers);
     PictureNeeds::File file;
     file.name = input.output;
-    const LayerCounts counts = layer_counts(layers);
-    file.layers = counts.as_chosen + counts.as_float;
-    const int float_channels = rgba_channels +
-                               3 * (counts.as_float + int(layers.data_aliases.size())) +
-                               (layers.data_layers ? data_channels : 0);
-    // Of a Cryptomatte: a preview, and ids and coverages by pairs
-    const int mattes = int(std::count(layers.mattes.begin(), layers.mattes.end(), true));
-    const int preview_channels = 3 * mattes,
-              pair_channels = 4 * ((layers.matte_levels + 1) / 2) * mattes;
-    file.channels = 3 * counts.as_chosen + float_channels + preview_channels + pair_channels;
-    file.most_bytes =
-        pixels * (uint64_t(3 * counts.as_chosen) * (layers.float_layers ? 4 : 2) +
-                  uint64_t(preview_channels) * 2 + uint64_t(float_channels + pair_channels) * 4);
+    file.layers = counts.light_layers;
+    file.channels = counts.total();
+    file.most_bytes = pixels * (uint64_t(counts.as_chosen) * (layers.float_layers ? 4 : 2) +
+                                uint64_t(counts.as_half) * 2 + uint64_t(counts.as_float) * 4);
     file.sums_bytes = keeps_sums(job)
                           ? image::SampleSums::expected_bytes(
                                 data_window(input.scene.settings, job.arguments.crop), layers)
                           : 0;
     return file;
 }
+
+/// What could be left out, and how.
+struct Saving {
+    const char* what;
+    void (*leave_out)(film::LayerSet&);
+};
+
+constexpr Saving savings[] = {
+    {"--halves", [](film::LayerSet& l) { l.halves = false; }},
+    {"caster of --layers", [](film::LayerSet& l) { l.caster_layers = false; }},
+    {"matrix of --layers", [](film::LayerSet& l) { l.matrix_layers = false; }},
+    {"shadow (with caster) of --layers",
+     [](film::LayerSet& l) { l.shadow_layers = l.caster_layers = false; }},
+    {"lobe of --layers and --lpe", [](film::LayerSet& l) { l.path_layers.clear(); }},
+    {"bounces past --bounces 2",
+     [](film::LayerSet& l) { l.last_bounce = std::min(l.last_bounce, 2); }},
+    {"--cryptomatte", [](film::LayerSet& l) { l.mattes.fill(false); }},
+};
 
 PictureNeeds::File expected_deep_file(const RenderJob& job, const FrameInput& input) {
     PictureNeeds::File file;
@@ -94,6 +132,30 @@ uint64_t writing_bytes(uint64_t pixel_bytes, int rows) {
 }
 
 }  // namespace
+
+void warn_of_many_channels(const RenderJob& job,
+                           const FrameInput& input,
+                           Diagnostics& diagnostics) {
+    const film::LayerSet layers = layers_of(job, input.scene);
+    const int count = channel_counts(layers).total();
+    if (count <= most_host_channels) return;
+    std::vector<std::pair<int, std::string>> less;
+    for (const Saving& saving : savings) {
+        film::LayerSet fewer = layers;
+        saving.leave_out(fewer);
+        const int saved = count - channel_counts(fewer).total();
+        if (saved > 0) less.emplace_back(saved, fmt::format("{} {}", saved, saving.what));
+    }
+    std::stable_sort(less.begin(), less.end(),
+                     [](const auto& a, const auto& b) { return a.first > b.first; });
+    std::string text;
+    for (const auto& [saved, what] : less) text += (text.empty() ? "" : ", ") + what;
+    diagnostics.warn(
+        "many-channels", {}, {},
+        fmt::format("the file has up to {} channels, and Nuke opens no more than {}: {} could be "
+                    "left out; --lights groups and --casters make fewer rows",
+                    count, most_host_channels, text));
+}
 
 PictureNeeds picture_needs(const RenderJob& job, const FrameInput& input) {
     PictureNeeds needs;

@@ -24,6 +24,12 @@ struct PictureNeeds {
     uint64_t writing_bytes = 0;  ///< expected, beside the film, while it is written
 };
 
+/// Channels that a script of Nuke may have; more of a file are not read.
+inline constexpr int most_host_channels = 1023;
+
+/// Says so if the file may have more, and what to leave out.
+void warn_of_many_channels(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics);
+
 PictureNeeds picture_needs(const RenderJob& job, const FrameInput& input);
 
 }  // namespace velatura::app

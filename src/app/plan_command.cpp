@@ -17,6 +17,7 @@ int print_plan(const RenderJob& job,
                const FrameInput& input,
                bool as_json,
                Diagnostics& diagnostics) {
+    warn_of_many_channels(job, input, diagnostics);
     const PlanNeeds needs = plan_needs(job, input, diagnostics);
     if (as_json) {
         nlohmann::ordered_json j = plan_json(input.plan);

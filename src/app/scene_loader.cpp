@@ -9,16 +9,28 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <string>
+#include <string_view>
 
 namespace velatura::app {
 
 namespace {
+
+/// Notes that say what was chosen where the scene leaves it open: printed unless quiet, others when
+/// verbose.
+constexpr std::string_view choices[] = {"camera-chosen", "framing-camera", "no-lights",
+                                        "no-render-settings", "thin-walls"};
+
+bool is_choice(const Diagnostic& d) {
+    return std::find(std::begin(choices), std::end(choices), d.code) != std::end(choices);
+}
 
 /// Counts what is printed of each code; says in the end how many were not.
 class RepeatedCodes {
@@ -51,8 +63,8 @@ void print_diagnostics(Diagnostics& diagnostics, bool quiet, bool verbose) {
     const auto repeats = std::make_shared<RepeatedCodes>();
     diagnostics.set_listener([&diagnostics, repeats, quiet, verbose](const Diagnostic& d) {
         note_missing_asset(d);
-        const bool is_wanted =
-            d.severity == Severity::Error || (d.severity == Severity::Warning ? !quiet : verbose);
+        const bool is_wanted = d.severity == Severity::Error ||
+                               (d.severity == Severity::Warning || is_choice(d) ? !quiet : verbose);
         if (is_wanted && (verbose || repeats->may_print(d.code)))
             fmt::print(stderr, "{}\n", diagnostics.format(d));
     });
@@ -79,6 +91,7 @@ Result<LoadedStage> load_stage(const std::string& path,
     const char* const environment = std::getenv("PXR_AR_DEFAULT_SEARCH_PATH");
     for (std::string& folder : usd::compose::split_search_path(environment ? environment : ""))
         options.compose.search_paths.push_back(std::move(folder));
+    if (const auto ok = apply_overrides(assets.overrides, path, options); !ok) return ok.error();
     Result<usd::stage::Stage> stage = usd::stage::Stage::open(path, options, diagnostics);
     if (!stage) return stage.error();
     LoadedStage loaded{std::move(*stage), 0, {}, 0};
@@ -98,7 +111,6 @@ Result<LoadedStage> load_stage(const std::string& path,
     loaded.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return loaded;
-    if (const auto ok = apply_overrides(assets.overrides, path, options); !ok) return ok.error();
 }
 
 }  // namespace velatura::app

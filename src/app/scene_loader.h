@@ -13,9 +13,9 @@
 
 namespace velatura::app {
 
-/// Prints diagnostics to stderr as they come: errors always, warnings unless quiet, notes when
-/// verbose. Unless verbose, only the first 20 of a code; when the Diagnostics ends, the number of
-/// the others follows.
+/// Prints diagnostics to stderr as they come: errors always, warnings and what was chosen for the
+/// scene unless quiet, other notes when verbose. Unless verbose, only the first 20 of a code; when
+/// the Diagnostics ends, the number of the others follows.
 void print_diagnostics(Diagnostics& diagnostics, bool quiet, bool verbose);
 
 /// A composed stage with what identifies its content.

@@ -228,6 +228,23 @@ std::optional<Error> check_resolution(Context& ctx,
                                                used.width, used.height, largest_side, place)};
 }
 
+/// Says what a stage is rendered by that names no settings.
+void note_no_settings(Context& ctx) {
+    std::string first;
+    usd::stage::traverse(ctx.stage.pseudo_root(), [&](Prim prim) {
+        if (first.empty() && prim.is_a("RenderSettings")) first = prim.path_string();
+        return first.empty() && !prim.is_instance();
+    });
+    const scene::RenderSettings& out = ctx.scene.settings;
+    const std::string why =
+        first.empty()
+            ? "the stage has no RenderSettings"
+            : fmt::format("renderSettingsPrimPath is not set, --settings {} would choose", first);
+    ctx.diagnostics.note("no-render-settings", {}, "",
+                         fmt::format("{}: {} x {} pixels and the other defaults are used", why,
+                                     out.width, out.height));
+}
+
 }  // namespace
 
 Result<void> read_render_settings(Context& ctx) {
@@ -258,6 +275,9 @@ Result<void> read_render_settings(Context& ctx) {
         read_products(ctx, prim, out, resolution);
     }
     if (auto error = check_resolution(ctx, resolution)) return *std::move(error);
+    // A name that leads nowhere was warned of
+    if (!prim && !ctx.render_pass && !ctx.stage.metadata("renderSettingsPrimPath"))
+        note_no_settings(ctx);
     if (!ctx.options.purposes.empty()) out.included_purposes = ctx.options.purposes;
     ctx.purposes.insert(out.included_purposes.begin(), out.included_purposes.end());
     auto& bindings = out.material_binding_purposes;

@@ -136,6 +136,14 @@ class ThinWalls {
         for (auto& [material, use] : uses_)
             if (use.sheets > 0) make_thin(material, use);
         for (Open& open : open_) set_materials(open);
+        if (open_.empty()) return;
+        ctx_.diagnostics.note(
+            "thin-walls", {}, "",
+            fmt::format(
+                "{} taken as {} of materials that transmit: boundary edges bound no solid; "
+                "-v names them, inputs:velatura:thinWalled decides otherwise",
+                open_.size() == 1 ? "1 mesh is" : fmt::format("{} meshes are", open_.size()),
+                open_.size() == 1 ? "a thin wall" : "thin walls"));
     }
 
   private:

@@ -202,6 +202,18 @@ Error unknown_camera(const usd::stage::Stage& stage, const std::string& wanted, 
     return {"unknown-camera", message};
 }
 
+void note_camera(Context& ctx, const std::vector<std::string>& cameras) {
+    constexpr size_t named = 4;
+    std::string others;
+    for (size_t i = 1; i < std::min(cameras.size(), named); ++i)
+        others += fmt::format("{}<{}>", i == 1 ? "" : ", ", cameras[i]);
+    if (cameras.size() > named) others += fmt::format(" and {} more", cameras.size() - named);
+    ctx.diagnostics.note("camera-chosen", {}, "",
+                         fmt::format("no camera was asked for, the first of {} is used: <{}>; "
+                                     "--camera chooses {}",
+                                     cameras.size(), cameras[0], others));
+}
+
 /// The camera prim to look through; invalid when the stage has none.
 Result<Prim> chosen_camera(Context& ctx) {
     if (!ctx.options.camera.empty()) {
@@ -219,18 +231,20 @@ Result<Prim> chosen_camera(Context& ctx) {
     const std::vector<std::string> cameras = camera_paths(ctx.stage);
     if (cameras.empty()) return Prim();
     const Prim prim = ctx.stage.prim_at(cameras[0]);
-    if (cameras.size() > 1)
-        ctx.note("camera-chosen", prim,
-                 fmt::format("no camera was asked for, the first of {} is used", cameras.size()));
+    if (cameras.size() > 1) note_camera(ctx, cameras);
     return prim;
+}
+
+void note_framing(Context& ctx) {
+    ctx.diagnostics.note("framing-camera", {}, "",
+                         "the stage has no camera, one that frames everything is used");
 }
 
 Result<scene::Camera> make_camera(Context& ctx) {
     Result<Prim> prim = chosen_camera(ctx);
     if (!prim) return prim.error();
     if (*prim) return read_camera(ctx, *prim);
-    ctx.diagnostics.note("framing-camera", ctx.stage.pseudo_root().loc(), "",
-                         "the stage has no camera, one that frames everything is used");
+    note_framing(ctx);
     return framing_camera(ctx, world_bounds(ctx.stage, ctx.options));
 }
 
@@ -240,6 +254,19 @@ std::vector<std::string> camera_paths(const usd::stage::Stage& stage) {
     CameraSearch search;
     search.visit(stage.pseudo_root());
     return std::move(search.found);
+}
+
+void report_choices(const usd::stage::Stage& stage,
+                    const TranslateOptions& options,
+                    Diagnostics& diagnostics) {
+    Context ctx = make_context(stage, options, diagnostics);
+    if (!read_render_settings(ctx)) return;
+    const Result<Prim> camera = chosen_camera(ctx);
+    if (camera && !*camera) note_framing(ctx);
+    if (!holds_light(ctx))
+        diagnostics.note("no-lights", {}, "",
+                         "the stage has no light: unless a material emits, a white dome of "
+                         "radiance 1 lights it");
 }
 
 Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,

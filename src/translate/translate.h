@@ -56,6 +56,12 @@ Result<scene::Scene> translate_stage(const usd::stage::Stage& stage,
                                      const TranslateOptions& options,
                                      Diagnostics& diagnostics);
 
+/// Notes what translate_stage() would choose where the stage leaves it open: settings, camera, a
+/// light. Makes no geometry.
+void report_choices(const usd::stage::Stage& stage,
+                    const TranslateOptions& options,
+                    Diagnostics& diagnostics);
+
 /// Paths of the cameras of a stage that a renderer would see, in traversal order.
 std::vector<std::string> camera_paths(const usd::stage::Stage& stage);
 
