@@ -291,7 +291,8 @@ void declare_render_options(Command& command, RenderArguments& a) {
         .not_empty();
     report
         .add_option("--snapshot", a.snapshot,
-                    "progressive: write an interim picture this often, e.g. 10s")
+                    "progressive: write an interim picture this often, e.g. 10s; keeps the "
+                    "sums, so that --resume can go on")
         .not_empty();
     report
         .add_option("--progress", a.progress,

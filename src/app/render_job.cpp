@@ -290,10 +290,6 @@ Result<void> check_combinations(const RenderArguments& a) {
     if (a.deep_samples && !a.deep) return usage("--deep-samples needs --deep");
     if (a.matte_levels && a.cryptomatte.empty())
         return usage("--cryptomatte-levels needs --cryptomatte");
-    if (!a.snapshot.empty() && !a.checkpoint.empty())
-        return usage(
-            "--snapshot and --checkpoint cannot be given together: a checkpoint is an interim "
-            "picture");
     if (!a.replay.empty() && a.resume)
         return usage("--replay traces one sample: leave out --resume");
     if (!a.for_mix.empty() && !a.resume)
@@ -321,7 +317,8 @@ bool has_exr_extension(const std::string& path) {
 
 bool keeps_sums(const RenderJob& job) {
     const RenderArguments& a = job.arguments;
-    return a.keep_sums || a.resume || !a.checkpoint.empty() || !a.samples.empty();
+    return a.keep_sums || a.resume || !a.checkpoint.empty() || !a.snapshot.empty() ||
+           !a.samples.empty();
 }
 
 Result<RenderJob> make_render_job(const RenderArguments& a) {
@@ -354,8 +351,10 @@ Result<RenderJob> make_render_job(const RenderArguments& a) {
         return ok.error();
     if (checkpoint_s > 0 && a.exr_layout == "split")
         return usage("--checkpoint replaces one file in one step: leave out --exr-layout split");
-    // An interim picture with sums is a checkpoint
-    if (checkpoint_s > 0) job.schedule.snapshot_interval_s = checkpoint_s;
+    // An interim picture has sums, as a checkpoint: of both the more frequent
+    double& interval_s = job.schedule.snapshot_interval_s;
+    if (checkpoint_s > 0)
+        interval_s = interval_s > 0 ? std::min(interval_s, checkpoint_s) : checkpoint_s;
     job.schedule.mode =
         a.mode == "tile" ? integrator::RenderMode::Tile : integrator::RenderMode::Progressive;
     if (job.schedule.mode == integrator::RenderMode::Tile &&

@@ -60,8 +60,8 @@ Result<std::optional<EarlierPart>> read_earlier_part(const std::string& path) {
     Result<image::SampleSums> sums = image::read_sums(*file);
     if (!sums && sums.error().code == "no-sums")
         return refused(
-            "it holds no sums to go on from: render with --keep-sums, --checkpoint or --resume "
-            "from the start");
+            "it holds no sums to go on from: render with --keep-sums, --checkpoint, --snapshot or "
+            "--resume from the start");
     if (!sums) return refused(sums.error().message);
     EarlierPart part{
         std::move(*sums), header->samples.bad, {}, header->samples.scene_hash, 0, {}, "[]", {}};

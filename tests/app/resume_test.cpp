@@ -15,6 +15,8 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -149,6 +151,30 @@ TEST_F(Resume, GoesOnFromWhereverItWasStopped) {
     }
 }
 
+/// An interim picture is a checkpoint: of a render that is killed after one, the rest gives the
+/// bits of one render.
+TEST_F(Resume, GoesOnFromASnapshot) {
+    size = "16 12";
+    render("--spp 600 --keep-sums -o whole.exr");
+    for (const char* often : {"--snapshot 0.01s", "--snapshot 100s --checkpoint 0.01s"}) {
+        std::filesystem::remove(w.path("part.exr"));
+        // Whenever the signal comes: the file that is there is whole
+        const std::string line = fmt::format(
+            "cd {} && ({}/velatura render s.usda --res {} -q --progress none --spp 600 {} -o "
+            "part.exr & p=$!; for i in $(seq 2000); do [ -e part.exr ] && break; sleep 0.005; "
+            "done; kill -KILL $p 2>/dev/null; wait $p 2>/dev/null; true)",
+            w.path(""), VELATURA_BIN_DIR, size, often);
+        ASSERT_EQ(std::system(line.c_str()), 0);
+        ASSERT_TRUE(w.exists("part.exr")) << often;
+        const uint64_t end =
+            image::read_layer_header(*image::read_exr(w.path("part.exr")))->samples.end;
+        std::printf("%s: stopped after %d of 600 samples\n", often, int(end));
+        render(fmt::format("--spp 600 --snapshot 1s --resume -o part.exr"));
+        expect_same_file("part.exr", "whole.exr", often);
+    }
+    EXPECT_EQ(w.comp("verify part.exr").exit_code, 0);
+}
+
 TEST_F(Resume, BudgetsLeaveFilesThatGoOn) {
     const CommandResult stopped = try_render("--spp 100000 --time 0.2s --resume -o part.exr");
     EXPECT_EQ(stopped.exit_code, 0) << stopped.output;
@@ -185,7 +211,7 @@ TEST_F(Resume, ATargetThatWasReachedStays) {
 
 TEST_F(Resume, OptionsThatContradictAreUsageErrors) {
     for (const char* arguments :
-         {"--checkpoint 1s --snapshot 1s", "--deep-samples 4", "--cryptomatte-levels 4",
+         {"--snapshot 1s --mode tile", "--deep-samples 4", "--cryptomatte-levels 4",
           "--checkpoint 1s --mode tile", "--checkpoint 1s --exr-layout split", "--checkpoint soon",
           "--for-mix look.json", "--deep --resume"})
         EXPECT_EQ(try_render(fmt::format("--spp 1 {} -o no.exr", arguments)).exit_code, 2)
