@@ -16,7 +16,7 @@ constexpr float most_stops = 20;
 /// What a table of Dear ImGui takes.
 constexpr size_t most_columns = 64;
 
-/// A number to drag, coloured by how far it is from 0. The target is a cell, a group or a bounce.
+/// A number to drag, colored by how far it is from 0. The target is a cell, a group or a bounce.
 void draw_cell(Drawing& drawing, const std::string& target) {
     Session& session = drawing.session;
     const RowTarget row(target, session.matte());

@@ -311,7 +311,7 @@ void draw_stale(Drawing& drawing, const ImVec2& low) {
     drawing.marks.note("stale", {corner.x, corner.y, end.x, end.y});
 }
 
-/// A picture that is not the mix in colour says so.
+/// A picture that is not the mix in color says so.
 void draw_mode(Drawing& drawing, const ImVec2& low, const ImVec2& high) {
     const std::string mode = drawing.session.mode().text();
     if (mode.empty()) return;

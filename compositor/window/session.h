@@ -114,7 +114,7 @@ class Session {
     /// Both looks: it is one monitor.
     void set_display(const std::string& display, const std::string& view);
 
-    /// Colour space of the numbers in the file, of both looks and the files that follow; empty:
+    /// Color space of the numbers in the file, of both looks and the files that follow; empty:
     /// what the file says.
     const std::string& input_space() const { return input_space_; }
 
@@ -180,7 +180,7 @@ class Session {
     /// One tile of the picture of a look as it is on the screen, without marks.
     ShownTile screen_tile(size_t index, const image::Window& tile) const;
 
-    /// The bytes that the screen shows of a scene-linear colour in the numbers of the file, without
+    /// The bytes that the screen shows of a scene-linear color in the numbers of the file, without
     /// exposure.
     std::array<uint8_t, 3> screen_color(const std::array<float, 3>& rgb) const;
 

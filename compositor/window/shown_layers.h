@@ -22,7 +22,7 @@ struct ShownLayer {
 };
 
 /// Those of the file in its order, `rgba` (the beauty as stored) first. Without half images and
-/// channels of integers, which are no colours.
+/// channels of integers, which are no colors.
 std::vector<ShownLayer> shown_layers(const LayerStack& stack);
 
 }  // namespace velatura::compositor::window

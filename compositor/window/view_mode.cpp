@@ -91,7 +91,7 @@ void clean(std::vector<float>& values, size_t per_pixel, std::vector<uint8_t>& m
     }
 }
 
-/// Scene-linear colours of a layer, exposed.
+/// Scene-linear colors of a layer, exposed.
 std::vector<float> layer_colors(const TileSource& source,
                                 const ShownLayer& layer,
                                 const Tile& tile) {

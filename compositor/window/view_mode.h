@@ -39,7 +39,7 @@ struct ViewMode {
 
     bool operator==(const ViewMode&) const = default;
 
-    /// `key, red`; empty for the mix in colour.
+    /// `key, red`; empty for the mix in color.
     std::string text() const;
 };
 
@@ -58,7 +58,7 @@ struct Faults {
     std::string text() const;
 };
 
-/// Colours that mark them, as bytes.
+/// Colors that mark them, as bytes.
 inline constexpr std::array<uint8_t, 3> not_finite_mark = {255, 0, 255}, above_mark = {255, 60, 0},
                                         below_mark = {0, 90, 255};
 
@@ -76,7 +76,7 @@ struct TileSource {
     const std::set<std::string>& not_finite;  ///< channels with such values (Levels)
 };
 
-/// A tile of the picture as the mode says. The mix in colour without marks is display_rgba of
+/// A tile of the picture as the mode says. The mix in color without marks is display_rgba of
 /// mix_tile. Exposure and display transform act on every layer and channel alike but alpha, which
 /// is shown as it is: 0 black, 1 white. NaN and infinite values are shown as 0, as in a mix.
 ShownTile show_tile(const TileSource& source, const ViewMode& mode, const image::Window& tile);

@@ -186,4 +186,27 @@ std::string settings_json(const FrameSettings& settings,
     return j.dump();
 }
 
+image::Window data_window(const scene::RenderSettings& s, const std::vector<double>& crop) {
+    double x0 = s.data_window_ndc[0], y0 = s.data_window_ndc[1], x1 = s.data_window_ndc[2],
+           y1 = s.data_window_ndc[3];
+    if (crop.size() == 4) {
+        x0 = std::max(x0, crop[0]);
+        x1 = std::min(x1, crop[1]);
+        y0 = std::max(y0, crop[2]);
+        y1 = std::min(y1, crop[3]);
+    }
+    // Pixel i has its centre at (i + 0.5) / n; rows count from the top, NDC from the bottom
+    constexpr double widest = 4.0;  // pictures of overscan on each side
+    const auto first = [](double ndc, int n) {
+        return std::isnan(ndc) ? 0
+                               : int(std::ceil(std::clamp(ndc, -widest, 1.0 + widest) * n - 0.5));
+    };
+    image::Window w;
+    w.x0 = first(x0, s.width);
+    w.x1 = first(x1, s.width);
+    w.y0 = s.height - first(y1, s.height);
+    w.y1 = s.height - first(y0, s.height);
+    return w;
+}
+
 }  // namespace velatura::app

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/picture_needs.h"
 
+#include "app/frame_settings.h"
 #include "app/render_layers.h"
 #include "base/tasks.h"
 

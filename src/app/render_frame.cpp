@@ -375,14 +375,7 @@ class FrameRenderer {
     /// What --bounces auto decided: -v prints it.
     void note_bounces() {
         if (!bounces_) return;
-        std::string shares;
-        for (size_t b = 0; b + 1 < bounces_->shares.size(); ++b)
-            shares += fmt::format("b{} {:.2g} %, ", b, 100 * bounces_->shares[b]);
-        diagnostics_.note(
-            "bounces", {}, {},
-            fmt::format("b0 to b{} are stored one by one, the rest in tail; shares of "
-                        "the light: {}tail {:.2g} %",
-                        layers_.last_bounce, shares, 100 * bounces_->shares.back()));
+        diagnostics_.note("bounces", {}, {}, text_of(*bounces_, layers_.last_bounce));
     }
 
     void show(const integrator::RenderState& state, bool is_last) {
@@ -744,29 +737,6 @@ class FrameRenderer {
 };
 
 }  // namespace
-
-image::Window data_window(const scene::RenderSettings& s, const std::vector<double>& crop) {
-    double x0 = s.data_window_ndc[0], y0 = s.data_window_ndc[1], x1 = s.data_window_ndc[2],
-           y1 = s.data_window_ndc[3];
-    if (crop.size() == 4) {
-        x0 = std::max(x0, crop[0]);
-        x1 = std::min(x1, crop[1]);
-        y0 = std::max(y0, crop[2]);
-        y1 = std::min(y1, crop[3]);
-    }
-    // Pixel i has its centre at (i + 0.5) / n; rows count from the top, NDC from the bottom
-    constexpr double widest = 4.0;  // pictures of overscan on each side
-    const auto first = [](double ndc, int n) {
-        return std::isnan(ndc) ? 0
-                               : int(std::ceil(std::clamp(ndc, -widest, 1.0 + widest) * n - 0.5));
-    };
-    image::Window w;
-    w.x0 = first(x0, s.width);
-    w.x1 = first(x1, s.width);
-    w.y0 = s.height - first(y1, s.height);
-    w.y1 = s.height - first(y0, s.height);
-    return w;
-}
 
 int render_frame(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics) {
     const image::Window window = data_window(input.scene.settings, job.arguments.crop);

@@ -84,9 +84,4 @@ struct FrameInput {
 /// quiet. Returns: an exit code of exit_codes.h.
 int render_frame(const RenderJob& job, const FrameInput& input, Diagnostics& diagnostics);
 
-/// The part of the picture to render: data window of the settings cut by --crop; it may reach
-/// beyond the picture (overscan). Origin top left, in pixels. A pixel is in if its centre is
-/// (UsdRenderSettings dataWindowNDC).
-image::Window data_window(const scene::RenderSettings& settings, const std::vector<double>& crop);
-
 }  // namespace velatura::app

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/study_renderer.h"
 
+#include "app/frame_settings.h"
 #include "app/light_images.h"
 #include "app/render_layers.h"
 #include "app/stats.h"

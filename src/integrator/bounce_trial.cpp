@@ -4,6 +4,8 @@
 #include "base/hash.h"
 #include "base/tasks.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <numeric>
@@ -95,6 +97,15 @@ BounceTrial try_bounces(const World& world,
     }
     out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return out;
+}
+
+std::string text_of(const BounceTrial& trial, int last_bounce) {
+    std::string shares;
+    for (size_t b = 0; b + 1 < trial.shares.size(); ++b)
+        shares += fmt::format("b{} {:.2g} %, ", b, 100 * trial.shares[b]);
+    return fmt::format(
+        "b0 to b{} are stored one by one, the rest in tail; shares of the light: {}tail {:.2g} %",
+        last_bounce, shares, 100 * trial.shares.back());
 }
 
 }  // namespace velatura::integrator

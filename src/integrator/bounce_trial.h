@@ -4,6 +4,7 @@
 #include "integrator/path_tracer.h"
 
 #include <atomic>
+#include <string>
 #include <vector>
 
 namespace velatura::integrator {
@@ -19,6 +20,9 @@ struct BounceTrial {
     /// direct light is told from the rest. Without light, and where the trial was stopped: `most`.
     int last_bounce(double share, int most) const;
 };
+
+/// "b0 to b3 are stored one by one, the rest in tail; shares of the light: ..."
+std::string text_of(const BounceTrial& trial, int last_bounce);
 
 /// Finds out how much light each bounce brings: 8 samples each of up to 4096 pixels spread over the
 /// picture, whose random numbers the render never meets.

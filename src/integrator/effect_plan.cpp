@@ -56,7 +56,8 @@ void add_options(const PlanOptions& o, EffectPlan& plan) {
     set(Effect::CausticSearch, o.caustics != Caustics::Path, "--caustics");
     set(Effect::AdaptiveSampling, o.is_adaptive, "samples where the noise is");
     const film::LayerSet& l = o.layers;
-    set(Effect::BounceLayers, l.bounce_layers, fmt::format("one by one up to b{}, and tail", l.last_bounce));
+    set(Effect::BounceLayers, l.bounce_layers,
+        fmt::format("one by one up to b{}, and tail", l.last_bounce));
     set(Effect::LightLayers, l.group_layers, fmt::format("{} groups", l.groups.size()));
     set(Effect::MatrixLayers, l.matrix_layers,
         fmt::format("{} groups x {} columns", l.groups.size(), l.bounce_count()));

@@ -76,7 +76,7 @@ TEST(BadInput, TexturesThatCannotBeReadAreCountedOrTheEnd) {
     w.write("fine.usda", "#usda 1.0\ndef Sphere \"S\"\n{\n}\n");
     for (const std::string scene : {"never", "late", "dome", "fine"}) {
         const bool is_fine = scene == "fine";
-        // Trial paths would find out before the render. With a colour, the default: in the
+        // Trial paths would find out before the render. With a color, the default: in the
         // statistics, and at the end
         const std::string render = "render " + scene +
                                    ".usda --res 16 12 --spp 1 --progress none --guiding off "

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/parse_values.h"
 
-#include "app/render_frame.h"
+#include "app/frame_settings.h"
 
 #include <gtest/gtest.h>
 

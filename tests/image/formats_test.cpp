@@ -116,8 +116,7 @@ TEST_F(ReadRgbImage, RefusesWhatIsNoRegularFile) {
 }
 
 TEST_F(WriteDisplayImage, LeavesNothingWhereItCannotWrite) {
-    EXPECT_EQ(write_display_image("/dev/null/a.png", 1, 1, {0, 0, 0}).error().code,
-              "io-write");
+    EXPECT_EQ(write_display_image("/dev/null/a.png", 1, 1, {0, 0, 0}).error().code, "io-write");
     const std::string path = temporary("unknown.format");
     EXPECT_EQ(write_display_image(path, 1, 1, {0, 0, 0}).error().code, "io-write");
     EXPECT_FALSE(std::filesystem::exists(path));
