@@ -45,7 +45,7 @@ Result<RgbImage> read_rgb_image(const std::string& path,
 /// A display-referred value as a picture of 8 bits has it: clamped to [0, 1] and rounded; NaN is 0.
 inline uint8_t display_byte(float v) {
     const float clamped = v > 0.0f ? std::min(v, 1.0f) : 0.0f;
-    return uint8_t(std::lround(clamped * 255.0f));
+    return uint8_t(std::lround(double(clamped) * 255));
 }
 
 /// A format of display pictures.

@@ -145,9 +145,9 @@ TEST(Typing, MisspeltWordsGetTheNearest) {
     const Workplace w;
     w.write("s.usda", small_scene());
     for (const auto& [typed, said] : std::vector<std::pair<const char*, const char*>>{
-             {"render --ssp 4 s.usda", "unknown option --ssp (did you mean '--spp'?)"},
-             {"render s.usda --ssp=4", "unknown option --ssp (did you mean '--spp'?)"},
-             {"s.usda --ssp 4", "unknown option --ssp (did you mean '--spp'?)"},
+             {"render --ssp 4 s.usda", "unknown option --ssp (did you mean '--spp'"},
+             {"render s.usda --ssp=4", "unknown option --ssp (did you mean '--spp'"},
+             {"s.usda --ssp 4", "unknown option --ssp (did you mean '--spp'"},
              {"render s.usda --bounce 4", "did you mean '--bounces'"},
              {"rendr s.usda", "unknown command 'rendr' (did you mean 'render'?)"},
              {"inof", "unknown command 'inof' (did you mean 'info'?)"},
