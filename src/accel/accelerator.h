@@ -11,6 +11,8 @@
 
 namespace velatura::accel {
 
+struct SoupScene;  // bvh.h
+
 /// Triangles that were left out of a tree because each lies exactly on another, with a smaller
 /// number.
 struct Duplicates {
@@ -33,7 +35,7 @@ struct AcceleratorStats {
 };
 
 /// Finds where rays meet the triangles and primitives of a scene. Implementations are immutable
-/// after the build and safe to share among threads. Results depend on nothing but the geometry: of
+/// after the build, but for move_instances, and safe to share among threads. Results depend on nothing but the geometry: of
 /// hits with the same t one by which the ray enters wins, then the smallest (instance, shape,
 /// triangle or primitive). Rays with a NaN or infinite component meet nothing.
 class Accelerator {
@@ -68,6 +70,13 @@ class Accelerator {
 
     /// Whether these two do anything else than trace one ray after the other.
     virtual bool has_batches() const { return false; }
+
+    /// Places the instances as in `scene`, whose shapes and prototypes are those that it was built
+    /// of. Not while rays are traced. Returns: false where it has to be built again for that.
+    virtual bool move_instances(const SoupScene& scene) {
+        (void)scene;
+        return false;
+    }
 
     /// Box of everything, render space.
     virtual Box3 bounds() const = 0;

@@ -13,7 +13,7 @@ namespace velatura::accel {
 /// Under this name and version a plugin hands out a `const AcceleratorFactory*`. The version
 /// changes whenever this header or a type that it mentions does.
 inline constexpr const char* accelerator_interface = "accelerator";
-inline constexpr uint32_t accelerator_interface_version = 4;
+inline constexpr uint32_t accelerator_interface_version = 5;
 
 /// Builds accelerators of another kind than build_bvh.
 class AcceleratorFactory {

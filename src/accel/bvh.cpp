@@ -260,6 +260,7 @@ class Bvh final : public Accelerator {
   public:
     Bvh(const SoupScene& scene, BvhOptions options)
         : kernels_(options.kernels ? *options.kernels : best_kernels()),
+          options_(options),
           has_classes_(!scene.classes.is_empty()) {
         const auto start = std::chrono::steady_clock::now();
         if (has_classes_) options.keep_shapes_apart = true;
@@ -289,10 +290,7 @@ class Bvh final : public Accelerator {
         });
         build_top(scene, options);
         set_classes(scene, trees_);
-        if (trees_.has_motion()) {
-            kernels_.intersect = kernels_.intersect_moving;
-            kernels_.is_occluded = kernels_.is_occluded_moving;
-        }
+        choose_kernels();
         for (const AcceleratorStats& part : stored) {
             stats_.triangles += part.triangles;
             stats_.references += part.references;
@@ -347,6 +345,18 @@ class Bvh final : public Accelerator {
                trees_.moving_instances.empty();
     }
 
+    bool move_instances(const SoupScene& scene) override {
+        trees_.instances.clear();
+        prototype_of_instance_.clear();
+        moving_bounds_ = Box3();
+        build_top(scene, options_);
+        set_classes(scene, trees_);
+        choose_kernels();
+        stats_.nodes = stats_.bytes = stats_.primitives = 0;
+        count_memory();
+        return true;
+    }
+
     Box3 bounds() const override {
         Box3 box = trees_.direct.bounds;
         box.extendBy(trees_.direct_motion.bounds);
@@ -358,6 +368,13 @@ class Bvh final : public Accelerator {
     AcceleratorStats stats() const override { return stats_; }
 
   private:
+    void choose_kernels() {
+        const Kernels all = options_.kernels ? *options_.kernels : best_kernels();
+        const bool moves = trees_.has_motion();
+        kernels_.intersect = moves ? all.intersect_moving : all.intersect;
+        kernels_.is_occluded = moves ? all.is_occluded_moving : all.is_occluded;
+    }
+
     geometry::Hit hit_of(const TreeHit& best) const {
         geometry::Hit hit;
         hit.t = best.t;
@@ -493,6 +510,7 @@ class Bvh final : public Accelerator {
     }
 
     Kernels kernels_;
+    BvhOptions options_;
     bool has_classes_ = false;
     SceneTrees trees_;
     TriangleNumbers direct_numbers_;

@@ -103,6 +103,7 @@ void set_classes(const SoupScene& scene, SceneTrees& trees) {
                        scene.classes.row_of_instance.size() == scene.instances.size(),
                    "classes of another scene");
     SceneClasses& classes = trees.classes;
+    classes = SceneClasses();
     classes.of_shape = scene.classes.of_shape;
     classes.direct_first = first_ids(scene.shapes);
     for (const auto& shapes : scene.prototypes)

@@ -68,6 +68,7 @@ CameraModel::CameraModel(const scene::Camera& camera, int width, int height)
     const Vec3d axis = transform_direction(Vec3d(0.0, 0.0, -1.0), render_from_camera_);
     scale_ = std::sqrt(axis.dot(axis));
     view_direction_ = to_float(normalize(axis));
+    eye_ = to_float(transform_point(Vec3d(0.0), render_from_camera_));
     pixel_ = std::sqrt(std::abs(dx_ * dy_)) * scale_;
 
     Mat4d world_from_camera = render_from_camera_;

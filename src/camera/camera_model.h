@@ -49,9 +49,8 @@ class CameraModel {
     /// Whether u_lens matters: lens radius and focus distance both > 0.
     bool has_lens() const { return lens_radius_ > 0.0; }
 
-    /// Unit viewing direction (−Z of the camera) in render space; depth of a point P = P ·
-    /// view_direction().
-    Vec3 view_direction() const { return view_direction_; }
+    /// Of a point of render space, along the viewing direction (−Z of the camera).
+    float depth(const Vec3& p) const { return (p - eye_).dot(view_direction_); }
 
     /// 2^exposure: multiplies radiance.
     float exposure_scale() const { return exposure_scale_; }
@@ -78,7 +77,7 @@ class CameraModel {
     double scale_;  // length in render space of one unit along −Z
     double pixel_;  // edge of a pixel at depth 1, render space
     float exposure_scale_;
-    Vec3 view_direction_;
+    Vec3 view_direction_, eye_;
     Mat4d world_to_camera_, world_to_ndc_;
 };
 

@@ -104,6 +104,12 @@ GeometrySet::GeometrySet(const scene::Scene& scene,
     });
     for (const ListedShape& listed : list)
         tessellated_quadrics_ += is_quadric(*listed.shape) && !mesh_of(listed).primitives();
+    place_instances(scene);
+}
+
+void GeometrySet::place_instances(const scene::Scene& scene) {
+    instances_.clear();
+    moving_.clear();
     instances_.reserve(scene.instances.size());
     for (const scene::Instance& instance : scene.instances) {
         if (!instance.later_render_from_prototype.empty())

@@ -37,8 +37,8 @@ struct InstanceTransform {
 Mat4 render_from_prototype(const scene::Instance& instance, float time);
 
 /// TriangleMeshes of the scene's shapes and of each prototype: what acceleration structures are
-/// built over. Does not refer to the scene after construction. Immutable, safe to share among
-/// threads.
+/// built over. Does not refer to the scene after construction. Immutable but for place_instances,
+/// safe to share among threads.
 class GeometrySet {
   public:
     GeometrySet() = default;
@@ -50,6 +50,10 @@ class GeometrySet {
     explicit GeometrySet(const scene::Scene& scene,
                          const TessellationOptions& options = {},
                          Refinement refined = {});
+
+    /// Places the instances as the scene does, whose shapes and prototypes are those that this was
+    /// made from. Not while it is looked at.
+    void place_instances(const scene::Scene& scene);
 
     /// [shape of Scene::shapes], render space.
     const std::vector<TriangleMesh>& shapes() const { return shapes_; }

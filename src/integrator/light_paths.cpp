@@ -85,7 +85,7 @@ void PathTracer::add_light_hits(const Path& path, float t_max, film::SampleRadia
                     count_call(Effect::DeepSamples);
                     const Vec3 p = path.straight_o + path.ray.d * hit.t;
                     out.cover(film::SampleRadiance::DepthKind::Surface,
-                              p.dot(world_.camera.view_direction()));
+                              world_.camera.depth(p));
                 }
             }
         } else if (may_have_links() && world_.has_links()) {

@@ -431,7 +431,7 @@ void PathTracer::record_first_hit(const geometry::SurfacePoint& point,
     if (is_built(Effect::DeepSamples) && options_.deep) {
         count_call(Effect::DeepSamples);
         out.cover(film::SampleRadiance::DepthKind::Surface,
-                  point.p.dot(world_.camera.view_direction()));
+                  world_.camera.depth(point.p));
     }
     if (!is_built(Effect::DataLayers) || !has_data_layers_) return;
     out.albedo = bsdf.albedo();
@@ -443,7 +443,7 @@ void PathTracer::record_first_hit(const geometry::SurfacePoint& point,
     out.N = bsdf.ns();
     const Vec3d world = Vec3d(point.p) + world_.scene.camera.world_position;
     out.P = Vec3(float(world.x), float(world.y), float(world.z));
-    out.Z = point.p.dot(world_.camera.view_direction());
+    out.Z = world_.camera.depth(point.p);
     float st[4] = {0, 0, 0, 0};
     if (point.mesh->primvar(point.mesh->texture_coordinates(), point.triangle, point.b1, point.b2,
                             st))

@@ -225,7 +225,7 @@ void PathTracer::record_first_collision(const Scatterer& matter,
     out.albedo = matter.albedo;
     const Vec3d world = Vec3d(p) + world_.scene.camera.world_position;
     out.P = to_float(world);
-    out.Z = p.dot(world_.camera.view_direction());
+    out.Z = world_.camera.depth(p);
     out.prim_id = matter.provenance;
     if (is_built(Effect::DeepSamples) && options_.deep) {
         count_call(Effect::DeepSamples);

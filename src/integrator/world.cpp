@@ -102,6 +102,27 @@ Box3 content_bounds(const accel::Accelerator& accelerator, const media::VolumeSe
     return bounds;
 }
 
+lights::LightSet make_lights(const scene::Scene& scene,
+                             const WorldOptions& options,
+                             const lights::ImageLoader& load_image,
+                             const geometry::GeometrySet& geometry,
+                             const shading::MaterialEvaluator& materials,
+                             Diagnostics& diagnostics) {
+    return lights::LightSet(scene, load_image, diagnostics,
+                            {.compensate_mis = options.compensate_mis,
+                             .by_area = options.samples_light_area,
+                             .geometry = &geometry,
+                             .materials = &materials});
+}
+
+std::unique_ptr<lights::LightSelector> make_selector(const lights::LightSet& lights,
+                                                     const accel::Accelerator& accelerator,
+                                                     const media::VolumeSet* volumes,
+                                                     const WorldOptions& options) {
+    return lights::make_light_selector(lights, content_bounds(accelerator, volumes),
+                                       {.kind = options.light_selection});
+}
+
 /// Surfaces that the camera's surroundings are searched through.
 constexpr int most_surfaces = 1024;
 
@@ -217,45 +238,78 @@ World::World(const scene::Scene& s,
       accelerator(timed(times.accelerator_s,
                         [&] { return make_accelerator(s, geometry, options, diagnostics); })),
       volumes(make_volumes(s, options)),
-      lights(timed(times.lights_s,
-                   [&] {
-                       return lights::LightSet(s, load_image, diagnostics,
-                                               {.compensate_mis = options.compensate_mis,
-                                                .by_area = options.samples_light_area,
-                                                .geometry = &geometry,
-                                                .materials = &materials});
-                   })),
+      lights(timed(
+          times.lights_s,
+          [&] { return make_lights(s, options, load_image, geometry, materials, diagnostics); })),
       selector(timed(times.lights_s,
-                     [&] {
-                         return lights::make_light_selector(
-                             lights, content_bounds(*accelerator, volumes.get()),
-                             {.kind = options.light_selection});
-                     })),
+                     [&] { return make_selector(lights, *accelerator, volumes.get(), options); })),
       camera(s.camera, options.width, options.height),
-      uses_lens(camera.has_lens() || options.forced.has(scene::Effect::DepthOfField)),
-      has_motion(geometry.has_motion() || camera.has_motion() ||
-                 options.forced.has(scene::Effect::DeformationBlur)),
-      chooses_lights(!selector->is_single() || options.forced.has(scene::Effect::LightSelection)),
-      has_very_many_lights(lights::wants_fine_numbers(lights)),
-      has_light_links(lights.has_light_links() || options.forced.has(scene::Effect::LightLinking)),
-      has_own_shadows(lights.has_own_shadows()),
-      own_shadow_surfaces(list_own_shadow_surfaces(s)),
-      has_lobe_multipliers(
-          options.forced.has(scene::Effect::LobeMultipliers) ||
-          std::any_of(s.lights.begin(), s.lights.end(), has_multiplier<scene::Light>) ||
-          std::any_of(
-              s.mesh_lights.begin(), s.mesh_lights.end(), has_multiplier<scene::MeshLight>)) {
+      options_(options),
+      load_image_(load_image) {
     warn_of_duplicates(s, accelerator->stats().duplicates, diagnostics);
-    if (materials.has_absorption() && has_own_shadows) caster_materials = list_caster_materials(s);
-    if (materials.has_interior_media()) body_media = std::make_unique<BodyMedia>(s);
-    if (materials.has_subsurface())
-        subsurface = std::make_unique<SubsurfaceWalk>(s, geometry, materials);
-    if (materials.has_priorities()) nested = std::make_unique<NestedBodies>(s, geometry, materials);
+    make_bodies();
+    set_facts();
+}
+
+void World::update(const WorldChange& change, int width, int height, Diagnostics& diagnostics) {
+    options_.width = width;
+    options_.height = height;
+    if (change.materials) materials.update(diagnostics);
+    if (change.geometry) {
+        refinement = {};
+        geometry = make_geometry(scene, materials, options_, refinement, diagnostics);
+    } else if (change.placement) {
+        geometry.place_instances(scene);
+    }
+    const bool can_move = !change.geometry && change.placement &&
+                          accelerator->move_instances(accel::make_soup(scene, geometry));
+    if (!can_move && (change.geometry || change.placement))
+        accelerator = make_accelerator(scene, geometry, options_, diagnostics);
+    if (change.geometry || change.placement || change.materials || change.lights) {
+        selector.reset();
+        lights = make_lights(scene, options_, load_image_, geometry, materials, diagnostics);
+        selector = make_selector(lights, *accelerator, volumes.get(), options_);
+    }
+    if (change.geometry || change.placement || change.materials) make_bodies();
+    if (change.camera) camera = camera::CameraModel(scene.camera, width, height);
+    set_facts();
+}
+
+/// What is inside of bodies, and the trees that tell.
+void World::make_bodies() {
+    body_media = materials.has_interior_media() ? std::make_unique<BodyMedia>(scene) : nullptr;
+    subsurface = materials.has_subsurface()
+                     ? std::make_unique<SubsurfaceWalk>(scene, geometry, materials)
+                     : nullptr;
+    nested = materials.has_priorities() ? std::make_unique<NestedBodies>(scene, geometry, materials)
+                                        : nullptr;
+}
+
+/// What follows from the other parts at the cost of a look.
+void World::set_facts() {
+    const auto is_forced = [this](scene::Effect e) { return options_.forced.has(e); };
+    uses_lens = camera.has_lens() || is_forced(scene::Effect::DepthOfField);
+    has_motion =
+        geometry.has_motion() || camera.has_motion() || is_forced(scene::Effect::DeformationBlur);
+    chooses_lights = !selector->is_single() || is_forced(scene::Effect::LightSelection);
+    has_very_many_lights = lights::wants_fine_numbers(lights);
+    has_light_links = lights.has_light_links() || is_forced(scene::Effect::LightLinking);
+    has_own_shadows = lights.has_own_shadows();
+    own_shadow_surfaces = list_own_shadow_surfaces(scene);
+    has_lobe_multipliers =
+        is_forced(scene::Effect::LobeMultipliers) ||
+        std::any_of(scene.lights.begin(), scene.lights.end(), has_multiplier<scene::Light>) ||
+        std::any_of(scene.mesh_lights.begin(), scene.mesh_lights.end(),
+                    has_multiplier<scene::MeshLight>);
+    caster_materials.clear();
+    if (materials.has_absorption() && has_own_shadows)
+        caster_materials = list_caster_materials(scene);
     interior_changes = materials.has_absorption() && (geometry.has_motion() || camera.has_motion());
+    camera_interior = Interior();
     if (materials.has_absorption() && !interior_changes)
         camera_interior = interior_at(
             camera
-                .generate_ray(Vec2(0.5f * float(options.width), 0.5f * float(options.height)),
+                .generate_ray(Vec2(0.5f * float(options_.width), 0.5f * float(options_.height)),
                               Vec2(0.5f))
                 .o,
             0.0f);

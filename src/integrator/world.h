@@ -53,6 +53,17 @@ struct WorldTimes {
     double lights_s = 0;
 };
 
+/// What of a scene has changed since its world was made.
+struct WorldChange {
+    bool geometry = false;   ///< shapes, but neither primvars' names nor textures
+    bool placement = false;  ///< of instances, whose number is the same
+    bool materials = false;  ///< whose textures are the same; displaced meshes are `geometry`
+    bool lights = false;
+    bool camera = false;  ///< or the size of the picture; meshes stay as fine as they are
+
+    bool is_any() const { return geometry || placement || materials || lights || camera; }
+};
+
 /// Geometry that is light, with the same shadows of its own.
 struct OwnShadowSurfaces {
     scene::LightLinks links;            ///< `lit` has no meaning
@@ -65,7 +76,7 @@ struct OwnShadowSurfaces {
     }
 };
 
-/// Everything that rays need, made from a Scene. Immutable once built; the scene must outlive it.
+/// Everything that rays need, made from a Scene, which must outlive it. Immutable but for update().
 struct World {
     World(const scene::Scene& scene,
           const WorldOptions& options,
@@ -73,6 +84,11 @@ struct World {
           Diagnostics& diagnostics);
     World(const World&) = delete;
     World& operator=(const World&) = delete;
+
+    /// Follows a scene that has changed, and makes only what depends on that: a camera neither
+    /// trees nor tables, a light no geometry, an instance no tree of a prototype. Not while rays
+    /// are traced; what holds on to this world (tracers, what was learned) is to be made anew.
+    void update(const WorldChange& change, int width, int height, Diagnostics& diagnostics);
 
     /// Whether some light has links of whatever kind.
     bool has_links() const { return has_light_links || has_own_shadows; }
@@ -115,6 +131,13 @@ struct World {
         false;  ///< some light has a diffuse or specular multiplier other than 1
     std::vector<std::vector<bool>>
         caster_materials;  ///< [set][material]; only where something absorbs
+
+  private:
+    void make_bodies();
+    void set_facts();
+
+    WorldOptions options_;
+    lights::ImageLoader load_image_;
 };
 
 }  // namespace velatura::integrator

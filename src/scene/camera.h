@@ -15,8 +15,9 @@ struct Camera {
     enum class Projection : uint8_t { Perspective, Orthographic };
     std::string name;  ///< prim path
     Projection projection = Projection::Perspective;
-    /// Rotation (and scale, normally 1) from camera space to render space; the camera's position is
-    /// the render-space origin, hence no translation.
+    /// Rotation (and scale, normally 1) from camera space to render space. `translate` puts the
+    /// camera into the origin of render space, hence no translation; a camera that was moved since
+    /// has one.
     Mat4d render_from_camera;
     /// [key] the same, with translation, at equal steps from when the shutter opens to when it
     /// closes, for a camera that moves meanwhile; it goes straight on between. Two or more, or

@@ -131,6 +131,7 @@ MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene,
                                      float texture_bias,
                                      size_t texture_bytes)
     : scene_(scene),
+      forced_(forced),
       texture_width_(std::exp2(texture_bias)),
       textures_(texture_bytes),
       display_color_(scene::find_primvar(scene, scene::display_color_primvar)),
@@ -141,6 +142,15 @@ MaterialEvaluator::MaterialEvaluator(const scene::Scene& scene,
         if (t.provenance < scene.provenance.size()) where = scene.provenance[t.provenance];
         texture_handles_.push_back(textures_.open(t, where.loc, where.prim_path, diagnostics));
     }
+    update(diagnostics);
+}
+
+void MaterialEvaluator::update(Diagnostics& diagnostics) {
+    const scene::Scene& scene = scene_;
+    const scene::EffectSet forced = forced_;
+    flags_.clear();
+    has_presence_ = has_emission_ = is_see_through_ = has_absorption_ = has_interior_media_ =
+        has_priorities_ = has_subsurface_ = false;
     for (const scene::Material& m : scene.materials) {
         check_constants(scene, m, diagnostics);
         Flags f;

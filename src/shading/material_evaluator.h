@@ -46,6 +46,11 @@ class MaterialEvaluator final : public geometry::Displacer {
                       float texture_bias = 0.0f,
                       size_t texture_bytes = TextureCache::usual_bytes);
     ~MaterialEvaluator() override;
+
+    /// Reads the scene's materials again, which have changed; their textures are those that were
+    /// opened. Not while it is looked at.
+    void update(Diagnostics& diagnostics);
+
     MaterialEvaluator(const MaterialEvaluator&) = delete;
     MaterialEvaluator& operator=(const MaterialEvaluator&) = delete;
 
@@ -233,6 +238,7 @@ class MaterialEvaluator final : public geometry::Displacer {
                        SurfaceParameters& parameters) const;
 
     const scene::Scene& scene_;
+    scene::EffectSet forced_;
     float texture_width_;  // over that of footprints
     TextureCache textures_;
     std::vector<TextureCache::Handle> texture_handles_;  // [texture]
