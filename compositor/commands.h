@@ -12,7 +12,7 @@ namespace velatura::compositor {
 void add_info_command(Command& app, std::function<int()>& run);
 void add_mix_command(Command& app, std::function<int()>& run);
 void add_noise_command(Command& app, std::function<int()>& run);
-void add_plan_command(Command& app, std::function<int()>& run);
+void add_request_command(Command& app, std::function<int()>& run);
 void add_ui_command(Command& app, std::function<int()>& run);
 void add_verify_command(Command& app, std::function<int()>& run);
 void add_diff_command(Command& app, std::function<int()>& run);

@@ -25,7 +25,7 @@ int run_command(int argc, char** argv) {
     add_info_command(app, run);
     add_mix_command(app, run);
     add_noise_command(app, run);
-    add_plan_command(app, run);
+    add_request_command(app, run);
     add_ui_command(app, run);
     add_verify_command(app, run);
     add_diff_command(app, run);

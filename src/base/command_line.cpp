@@ -64,9 +64,10 @@ const CLI::App& given_command(const CLI::App& app) {
     return given.empty() ? app : given_command(*given.back());
 }
 
-/// Subcommands of an option group's kind have no name.
+/// Subcommands of an option group's kind have no name, hidden ones no group.
 std::vector<const CLI::App*> named_subcommands(const CLI::App& app) {
-    return app.get_subcommands([](const CLI::App* sub) { return !sub->get_name().empty(); });
+    return app.get_subcommands(
+        [](const CLI::App* sub) { return !sub->get_name().empty() && !sub->get_group().empty(); });
 }
 
 /// Long names of a command and its groups, without dashes and without hidden ones.
@@ -457,6 +458,11 @@ std::vector<TypedOption> Command::typed_options() const {
             {option->get_name(), occurrence < values.size() ? values[occurrence] : std::string()});
     }
     return typed;
+}
+
+Command Command::hidden() {
+    app_->group("");
+    return *this;
 }
 
 void Command::require_subcommand() {

@@ -124,6 +124,9 @@ class Command {
     /// in the order typed. Only meaningful for options that take one value per occurrence.
     std::vector<TypedOption> typed_options() const;
 
+    /// Works, and stands in no help: a former name.
+    Command hidden();
+
     /// Exactly one subcommand must be given.
     void require_subcommand();
     /// Number of distinct options that may be given; max 0 = any number.

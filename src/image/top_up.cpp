@@ -201,7 +201,7 @@ Result<TopUpRequest> read_top_up(const std::string& path) {
     if (is_json_too_deep(*text)) return bad("the request is nested too deeply");
     const auto j = nlohmann::ordered_json::parse(*text, nullptr, false);
     if (!j.is_object() || j.value("schema", nlohmann::ordered_json()) != schema)
-        return bad("not a request for samples, as velatura-comp plan writes it");
+        return bad("not a request for samples, as velatura-comp request writes it");
     TopUpRequest request;
     fs::path name;
     try {

@@ -11,7 +11,7 @@
 namespace velatura::image {
 
 /// A wish for further samples of a render where a mix of its layers is noisy: what
-/// `velatura-comp plan` writes and `velatura render --for-mix` reads.
+/// `velatura-comp request` writes and `velatura render --for-mix` reads.
 struct TopUpRequest {
     std::string scene_hash, settings_hash;  ///< of the render
     double samples = 0;            ///< per pixel in the mean, those that are there included

@@ -32,7 +32,7 @@ class TopUpCommands : public testing::Test {
     }
 
     void plan(const std::string& arguments) {
-        const CommandResult r = w.comp("plan base.exr " + arguments);
+        const CommandResult r = w.comp("request base.exr " + arguments);
         ASSERT_EQ(r.exit_code, 0) << r.output;
     }
 
@@ -125,13 +125,13 @@ TEST_F(TopUpCommands, RequestsOfOtherRendersAreRefused) {
     expect(1, "--resume --for-mix missing.json -o base.exr", "missing.json");
     w.write("preset.json", R"({"schema": "velatura.look/1", "controls": []})");
     expect(1, "--resume --for-mix preset.json -o base.exr",
-           "not a request for samples, as velatura-comp plan writes it");
+           "not a request for samples, as velatura-comp request writes it");
     EXPECT_TRUE(bytes("base.exr") == before);
 }
 
 TEST_F(TopUpCommands, PlansThatCannotBe) {
     const auto expect = [&](int code, const std::string& arguments, const std::string& why) {
-        const CommandResult r = w.comp("plan " + arguments);
+        const CommandResult r = w.comp("request " + arguments);
         EXPECT_EQ(r.exit_code, code) << arguments << ": " << r.output;
         EXPECT_NE(r.output.find(why), std::string::npos) << arguments << ": " << r.output;
     };
@@ -144,10 +144,10 @@ TEST_F(TopUpCommands, PlansThatCannotBe) {
     expect(2, "base.exr -o look.txt", "is not .json");
     expect(2, "base.exr --target 0 -o look.json", "--target: cannot read '0'");
     expect(2, "base.exr --gain nobody=2 -o look.json", "nobody");
-    EXPECT_NE(w.comp("plan base.exr --time 10m -o look.json").exit_code, 0);
-    EXPECT_NE(w.comp("plan base.exr --spp 9 --target 1% -o look.json").exit_code, 0);
+    EXPECT_NE(w.comp("request base.exr --time 10m -o look.json").exit_code, 0);
+    EXPECT_NE(w.comp("request base.exr --spp 9 --target 1% -o look.json").exit_code, 0);
     EXPECT_FALSE(w.exists("look.json"));
-    const CommandResult reached = w.comp("plan base.exr --target 90% -o look.json");
+    const CommandResult reached = w.comp("request base.exr --target 90% -o look.json");
     EXPECT_NE(reached.output.find("90 % is reached"), std::string::npos) << reached.output;
 }
 

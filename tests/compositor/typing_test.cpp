@@ -24,7 +24,7 @@ struct Program {
     Program() {
         line.require_subcommand();
         for (const auto& add :
-             {add_info_command, add_mix_command, add_noise_command, add_plan_command,
+             {add_info_command, add_mix_command, add_noise_command, add_request_command,
               add_ui_command, add_verify_command, add_diff_command, add_merge_command,
               add_view_command, add_export_command, add_denoise_command, add_preset_command,
               add_bake_command})
@@ -36,7 +36,7 @@ TEST(Typing, EveryNumberOptionRefusesWhatMakesNoSense) {
     Program program;
     std::set<std::string> below_zero = {"view --exposure", "ui --frame", "bake --crop"},
                           unbounded = {"ui --frame", "bake --crop", "diff --threshold"};
-    for (const std::string command : {"mix", "noise", "plan", "export", "bake"}) {
+    for (const std::string command : {"mix", "noise", "request", "export", "bake"}) {
         for (const char* name : {" --exposure", " --frame"}) below_zero.insert(command + name);
         unbounded.insert(command + " --frame");
     }
@@ -55,7 +55,7 @@ TEST(Typing, NoCommandWritesOverWhatItReads) {
          "--save-preset",
          {"mix", "x", "-o", "y", "--preset", "IN", "--save-preset", "IN"}},
         {"--stats", "--output", {"noise", "x", "--stats", "IN", "-o", "IN"}},
-        {"--stats", "--output", {"plan", "x", "--stats", "IN", "--time", "5s", "-o", "IN"}},
+        {"--stats", "--output", {"request", "x", "--stats", "IN", "--time", "5s", "-o", "IN"}},
         {"a", "--output", {"diff", "IN", "x", "-o", "IN"}},
         {"b", "--output", {"diff", "x", "IN", "-o", "IN"}},
         {"inputs", "--output", {"merge", "x", "IN", "-o", "IN"}},
@@ -64,9 +64,9 @@ TEST(Typing, NoCommandWritesOverWhatItReads) {
         {"--file", "--output", {"export", "oiio", "x", "--file", "IN", "-o", "IN"}},
         {"input", "--output", {"denoise", "IN", "-o", "IN"}},
         {"--scene", "--output", {"bake", "x", "--prove", "--scene", "IN", "-o", "IN"}}};
-    for (const std::string command : {"noise", "plan", "bake"})
+    for (const std::string command : {"noise", "request", "bake"})
         rows.push_back({"input", "--output", {command, "IN", "-o", "IN"}});
-    for (const std::string command : {"noise", "plan", "bake"})
+    for (const std::string command : {"noise", "request", "bake"})
         rows.push_back({"--preset", "--output", {command, "x", "--preset", "IN", "-o", "IN"}});
     rows.push_back({"--preset", "--output", {"export", "nuke", "x", "--preset", "IN", "-o", "IN"}});
     expect_inputs_guarded(program.line, rows, testing::TempDir() + "comp_inputs");
@@ -86,6 +86,18 @@ TEST(Typing, MisspeltWordsGetTheNearest) {
         EXPECT_EQ(ended->code, 2);
         EXPECT_EQ(ended->message, said);
     }
+}
+
+// The name that the command had is taken, and stands in no help.
+TEST(Typing, RequestIsStillFoundByItsFormerName) {
+    Program program;
+    EXPECT_FALSE(program.line.parse({"plan", "a.exr", "-o", "b.json"}).has_value());
+    EXPECT_TRUE(bool(program.run));
+    Program other;
+    const auto help = other.line.parse({"--help"});
+    ASSERT_TRUE(help.has_value());
+    EXPECT_NE(help->message.find("request"), std::string::npos);
+    EXPECT_EQ(help->message.find("\n  plan"), std::string::npos) << help->message;
 }
 
 TEST(Typing, OptionsStandWhereverPeoplePutThem) {

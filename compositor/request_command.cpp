@@ -18,7 +18,7 @@ namespace velatura::compositor {
 
 namespace {
 
-struct PlanOptions {
+struct RequestOptions {
     std::string input, output, stats, target, time;
     std::optional<double> samples, factor;
     LookOptions look;
@@ -31,7 +31,7 @@ double mean_of(const std::vector<uint64_t>& counts) {
 }
 
 /// What the options ask for. Errors: "bad-target", those of render_seconds.
-Result<TopUpWish> wish_of(const PlanOptions& o, const std::vector<uint64_t>& counts) {
+Result<TopUpWish> wish_of(const RequestOptions& o, const std::vector<uint64_t>& counts) {
     TopUpWish wish;
     if (!o.target.empty()) {
         const auto target = parse_target(o.target);
@@ -67,7 +67,7 @@ void print_plan(const TopUpPlan& plan) {
     fmt::print("{}", shares_text(f));
 }
 
-int run_plan(const PlanOptions& o) {
+int run_request(const RequestOptions& o) {
     if (!o.output.ends_with(".json")) return report({"bad-output", o.output + " is not .json"});
     const auto asked = o.look.look_of_frame();
     if (!asked) return report(asked.error());
@@ -93,12 +93,7 @@ int run_plan(const PlanOptions& o) {
     return done;
 }
 
-}  // namespace
-
-void add_plan_command(Command& app, std::function<int()>& run) {
-    const auto o = std::make_shared<PlanOptions>();
-    Command command = app.add_subcommand(
-        "plan", "Ask for further samples where a mix is noisy: for velatura render --for-mix");
+void declare(Command& command, const std::shared_ptr<RequestOptions>& o) {
     command
         .add_option("input", o->input,
                     "File rendered with --halves --keep-sums, or shot.####.exr with --frame")
@@ -122,7 +117,28 @@ void add_plan_command(Command& app, std::function<int()>& run) {
         command.add_option("--stats", o->stats, "Statistics of the render, for --time").reads();
     time.needs(stats);
     stats.needs(time);
-    command.callback([&run, o] { run = [o] { return run_plan(*o); }; });
+}
+
+}  // namespace
+
+void add_request_command(Command& app, std::function<int()>& run) {
+    const auto o = std::make_shared<RequestOptions>();
+    Command command = app.add_subcommand(
+        "request", "Ask for further samples where a mix is noisy: for velatura render --for-mix");
+    declare(command, o);
+    command.callback([&run, o] { run = [o] { return run_request(*o); }; });
+
+    // As it was called until 0.1.0; `velatura plan` is something else
+    const auto old = std::make_shared<RequestOptions>();
+    Command former = app.add_subcommand("plan", "The former name of request").hidden();
+    declare(former, old);
+    former.callback([&run, old] {
+        run = [old] {
+            fmt::print(stderr,
+                       "note: velatura-comp plan is called velatura-comp request now [renamed]\n");
+            return run_request(*old);
+        };
+    });
 }
 
 }  // namespace velatura::compositor
