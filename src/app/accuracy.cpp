@@ -55,12 +55,12 @@ std::optional<PictureError> picture_error(const RenderJob& job,
                                           const film::NoiseEstimate& noise,
                                           const integrator::ErrorCurve& curve) {
     // What velatura-comp noise says of the file
-    if (job.schedule.has_independent_halves && noise.is_known)
+    if (job.settings.schedule.has_independent_halves && noise.is_known)
         return PictureError{.error = noise.error,
                             .is_lower = noise.error.is_lower || curve.is_lower()};
     if (!curve.is_empty())
-        return PictureError{curve.error_at(noise.samples_mean), job.schedule.has_dependent_changes,
-                            curve.is_lower()};
+        return PictureError{curve.error_at(noise.samples_mean),
+                            job.settings.schedule.has_dependent_changes, curve.is_lower()};
     if (!noise.is_known) return std::nullopt;
     integrator::ErrorCurve last;
     if (const std::optional<image::RelativeError> change = image::picture_change(film.sums()))
@@ -68,7 +68,7 @@ std::optional<PictureError> picture_error(const RenderJob& job,
     // The first strata of a pixel are no picture of their own
     if (!last.is_empty()) return picture_error(job, film, noise, last);
     return PictureError{.error = noise.error,
-                        .is_upper = !job.schedule.has_independent_halves,
+                        .is_upper = !job.settings.schedule.has_independent_halves,
                         .is_lower = noise.error.is_lower};
 }
 
@@ -83,7 +83,7 @@ BudgetOutcome budget_outcome(const RenderJob& job,
                              const std::optional<PictureError>& error,
                              const integrator::RenderResult& result) {
     const RenderArguments& a = job.arguments;
-    const double target = job.schedule.target_error;
+    const double target = job.settings.schedule.target_error;
     const bool is_out_of_time = result.reason == integrator::StopReason::TimeBudget;
     const bool is_sure = error && !error->is_lower;
     const bool is_exact = result.reason == integrator::StopReason::TargetError ||
@@ -93,12 +93,12 @@ BudgetOutcome budget_outcome(const RenderJob& job,
         target > 0 ? is_exact && (is_sure || !a.requires_target) : !is_out_of_time;
     BudgetOutcome outcome;
     if (is_reached) return outcome;
-    outcome.is_missed = target > 0 || !job.is_open_ended;
+    outcome.is_missed = target > 0 || !job.settings.schedule.is_open_ended;
     if (is_out_of_time)
         outcome.text = fmt::format("--time {} ended the render", a.time);
     else if (is_exact)
         outcome.text = fmt::format("the render ended at --target-error {}", a.target_error);
-    else if (job.is_open_ended)
+    else if (job.settings.schedule.is_open_ended)
         outcome.text = "the most samples without --spp ended the render";
     else
         outcome.text =
@@ -106,7 +106,8 @@ BudgetOutcome budget_outcome(const RenderJob& job,
     if (target > 0 && !is_exact)
         outcome.text += fmt::format(" before --target-error {}", a.target_error);
     else if (outcome.is_missed && is_out_of_time)
-        outcome.text += fmt::format(" before all {} samples per pixel", job.schedule.end_sample);
+        outcome.text +=
+            fmt::format(" before all {} samples per pixel", job.settings.schedule.end_sample);
     const bool has_used_budget = is_out_of_time || a.spp || !a.samples.empty();
     if (outcome.is_missed && (a.requires_target || !has_used_budget)) outcome.code = TargetMissed;
     return outcome;
@@ -250,8 +251,8 @@ json forecast_json(const ErrorForecast& f) {
 }
 
 double wanted_error(const RenderJob& job) {
-    return job.schedule.forecast_error > 0 ? job.schedule.forecast_error
-                                           : job.schedule.target_error;
+    return job.settings.schedule.forecast_error > 0 ? job.settings.schedule.forecast_error
+                                                    : job.settings.schedule.target_error;
 }
 
 std::string forecast_text(const integrator::ErrorCurve& curve, double samples_mean, double target) {

@@ -103,7 +103,7 @@ std::string_view name_of(sampling::SamplerKind kind) {
 }
 
 std::string roulette_state(const RenderJob& job) {
-    const integrator::EstimatorOptions& e = job.tracer.estimator;
+    const integrator::EstimatorOptions& e = job.settings.tracer.estimator;
     if (e.roulette == integrator::Roulette::Cutoff) return fmt::format("cutoff {}", e.cutoff);
     return fmt::format("{} from {}", job.arguments.roulette, e.roulette_start);
 }
@@ -121,12 +121,12 @@ std::string camera_state(const scene::Camera& c) {
 FrameSettings frame_settings(const RenderJob& job, const FrameInput& input) {
     const RenderArguments& a = job.arguments;
     const scene::RenderSettings& s = input.scene.settings;
-    const integrator::EstimatorOptions& e = job.tracer.estimator;
+    const integrator::EstimatorOptions& e = job.settings.tracer.estimator;
     FrameSettings settings;
     const auto add = [&settings](const char* name, auto value) {
         settings.emplace_back(name, fmt::format("{}", value));
     };
-    add("seed", job.tracer.seed);
+    add("seed", job.settings.tracer.seed);
     add("resolution", fmt::format("{} x {}", s.width, s.height));
     add("pixel aspect ratio", s.pixel_aspect_ratio);
     add("frame", input.frame);
@@ -137,7 +137,7 @@ FrameSettings frame_settings(const RenderJob& job, const FrameInput& input) {
     add("purposes", fmt::format("{}", fmt::join(s.included_purposes, ",")));
     add("material purposes", fmt::format("{}", fmt::join(s.material_binding_purposes, ",")));
     add("files", files_state(input.scene));
-    add("--max-depth", job.tracer.max_depth);
+    add("--max-depth", job.settings.tracer.max_depth);
     add("--filter", a.filter);
     add("--texture-bias", a.texture_bias);
     add("--volume-bounds", a.volume_bounds);
@@ -145,16 +145,17 @@ FrameSettings frame_settings(const RenderJob& job, const FrameInput& input) {
     add("--light-sampling", job.light_sampling);
     add("--light-selection", job.light_selection_name);
     add("--roulette", roulette_state(job));
-    add("--sampler", name_of(job.tracer.sampler));
-    add("--adaptive", job.schedule.adaptive ? "on" : "off");
-    add("--splitting", job.splits ? "auto" : "off");
+    add("--sampler", name_of(job.settings.tracer.sampler));
+    add("--adaptive", job.settings.schedule.adaptive ? "on" : "off");
+    add("--splitting", job.settings.splits ? "auto" : "off");
     add("--caustics", a.caustics);
     add("--effects", left_out(input.plan));
-    add("--accel", job.accelerator ? a.accel : "bvh");
+    add("--accel", job.settings.world.accelerator ? a.accel : "bvh");
     if (!a.casters.empty()) add("--casters", fmt::format("{}", fmt::join(a.casters, " ")));
     const bool is_diced = geometry::first_subdivided(input.scene) != nullptr;
-    add("dicing", is_diced ? fmt::format("{} {} {}", job.dicing.rate, job.dicing.level.value_or(-1),
-                                         job.dicing.most_triangles)
+    add("dicing", is_diced ? fmt::format("{} {} {}", job.settings.world.dicing.rate,
+                                         job.settings.world.dicing.level.value_or(-1),
+                                         job.settings.world.dicing.most_triangles)
                            : "none");
     add("plugins", opened_plugins(job, input));
     return settings;

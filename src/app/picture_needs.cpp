@@ -107,7 +107,7 @@ PictureNeeds::File expected_deep_file(const RenderJob& job, const FrameInput& in
     file.name = film::deep_path(input.output);
     file.channels = 6;
     // And the background
-    const uint64_t most = uint64_t(job.deep->most_samples) + 1;
+    const uint64_t most = uint64_t(job.settings.deep->most_samples) + 1;
     file.most_bytes =
         uint64_t(data_window(input.scene.settings, job.arguments.crop).pixel_count()) *
         (sizeof(uint32_t) + most * sizeof(image::DeepSample));
@@ -118,8 +118,8 @@ PictureNeeds::File expected_deep_file(const RenderJob& job, const FrameInput& in
 /// their number.
 uint64_t nodes_of(const RenderJob& job) {
     constexpr uint64_t usual = 4;
-    if (job.is_open_ended) return usual;
-    return uint64_t(std::popcount(job.schedule.end_sample));
+    if (job.settings.schedule.is_open_ended) return usual;
+    return uint64_t(std::popcount(job.settings.schedule.end_sample));
 }
 
 /// Beside the film, while a file is written: its pixels, and rows of them on the way to the disk
@@ -162,10 +162,10 @@ PictureNeeds picture_needs(const RenderJob& job, const FrameInput& input) {
     PictureNeeds needs;
     needs.files = {expected_file(job, input)};
     const image::Window window = data_window(input.scene.settings, job.arguments.crop);
-    if (job.deep) needs.files.push_back(expected_deep_file(job, input));
+    if (job.settings.deep) needs.files.push_back(expected_deep_file(job, input));
     const uint64_t sums =
         image::SampleSums::expected_bytes(window, layers_of(job, input.scene)) * nodes_of(job);
-    needs.film_bytes = sums + (job.deep ? film::DeepFilm::expected_bytes(window) : 0);
+    needs.film_bytes = sums + (job.settings.deep ? film::DeepFilm::expected_bytes(window) : 0);
     needs.writing_bytes = writing_bytes(
         needs.files.front().most_bytes + (keeps_sums(job) ? sums : 0), window.height());
     return needs;

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/prepare_frame.h"
 
-#include "app/accelerator_choice.h"
 #include "app/exit_codes.h"
 #include "app/memory_options.h"
 #include "app/parse_values.h"
 #include "app/render_layers.h"
 #include "app/scene_loader.h"
 #include "app/stop_signals.h"
-#include "app/volume_loading.h"
 #include "base/asset_roots.h"
 #include "base/frames.h"
 #include "base/lost_pages.h"
 #include "base/memory_limit.h"
 #include "base/tasks.h"
+#include "render/accelerator_choice.h"
+#include "render/volume_loading.h"
 #include "scene/effect_build.h"
 #include "translate/authored_names.h"
 #include "translate/light_values.h"
@@ -107,7 +107,7 @@ translate::TranslateOptions translate_options(const RenderJob& job, double frame
     }
     options.max_instances = instance_limit(a.instance_limit);
     options.max_copies = copy_limit();
-    options.finds_casters = job.layers.caster_layers;
+    options.finds_casters = job.settings.layers.caster_layers;
     options.casters = a.casters;
     options.light_grouping = a.lights == "off"      ? translate::LightGrouping::Off
                              : a.lights == "groups" ? translate::LightGrouping::Groups
@@ -125,26 +125,6 @@ void check_products(const scene::RenderSettings& settings, Diagnostics& diagnost
     }
 }
 
-integrator::PlanOptions plan_options(const RenderJob& job, const scene::Scene& scene) {
-    integrator::PlanOptions options;
-    options.layers = layers_of(job, scene);
-    options.estimator = job.tracer.estimator;
-    options.guiding = job.guiding;
-    options.caustics = job.caustics;
-    options.splits = job.splits;
-    options.is_adaptive = job.schedule.adaptive;
-    options.is_deep = job.deep.has_value();
-    options.left_out = job.effects.left_out;
-    options.force_all = job.effects.force_all;
-    return options;
-}
-
-void leave_out_effects(const integrator::EffectPlan& plan, scene::Scene& scene) {
-    for (size_t i = 0; i < scene::effect_count; ++i)
-        if (plan.entries[i].state == integrator::EffectState::LeftOut)
-            integrator::leave_out(scene, scene::Effect(i));
-}
-
 /// Of what a render would run, the effects that this build lacks; see scene::is_built.
 std::string missing_effects(const integrator::EffectPlan& plan) {
     std::string names;
@@ -159,14 +139,14 @@ std::string missing_effects(const integrator::EffectPlan& plan) {
 void read_volumes(const RenderJob& job, scene::Scene& scene, Diagnostics& diagnostics) {
     // What is left out is not read; surfaces of level sets are no volumes
     std::vector<scene::Volume> unread;
-    if (job.effects.left_out.has(scene::Effect::Volumes)) {
+    if (job.settings.left_out.has(scene::Effect::Volumes)) {
         std::erase_if(scene.volumes, [&](scene::Volume& v) {
             if (scene::is_level_set(v, scene.volume_fields)) return false;
             unread.push_back(std::move(v));
             return true;
         });
     }
-    load_volumes(scene, job.arguments.volume_memory_gb, diagnostics);
+    render::load_volumes(scene, job.arguments.volume_memory_gb, diagnostics);
     for (scene::Volume& v : unread) scene.volumes.push_back(std::move(v));
 }
 
@@ -208,11 +188,12 @@ int prepare_one(const RenderJob& job,
     }
     MemoryLimit::enforce("while grids of volumes were read");
     read_volumes(job, *scene, diagnostics);
-    integrator::EffectPlan plan = integrator::make_plan(*scene, plan_options(job, *scene));
+    render::Settings settings = job.settings;
+    settings.layers = layers_of(job, *scene);
+    integrator::EffectPlan plan = render::plan_effects(settings, *scene);
     if (const std::string names = missing_effects(plan); !names.empty())
         return fail({"effect-not-built", "this build lacks what the render calls for: " + names},
                     RenderError);
-    leave_out_effects(plan, *scene);
     FrameInput input(*scene);
     input.plan = std::move(plan);
     input.output =
@@ -251,9 +232,9 @@ int prepare_all(const RenderArguments& arguments, const FrameFunction& use) {
     const StopSignals signals;
     Diagnostics diagnostics;
     print_diagnostics(diagnostics, arguments.quiet, arguments.verbosity > 0);
-    const auto accelerator = find_accelerator(arguments.accel, diagnostics);
+    const auto accelerator = render::find_accelerator(arguments.accel, diagnostics);
     if (!accelerator) return RenderError;
-    job->accelerator = *accelerator;
+    job->settings.world.accelerator = *accelerator;
     MemoryLimit::enforce("while the scene was read");
     const Result<LoadedStage> loaded = load_stage(arguments.scene, diagnostics, arguments.assets);
     if (!loaded)

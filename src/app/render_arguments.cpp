@@ -96,7 +96,7 @@ void declare_render_options(Command& command, RenderArguments& a) {
                  "refuses another scene or other settings (exit 5)");
     how.add_option("--for-mix", a.for_mix,
                    "with --resume: place the further samples where a mix is noisy, as the request "
-                   "says that `velatura-comp plan` wrote; --spp, in the mean, beats the request's")
+                   "says that `velatura-comp request` wrote; --spp, in the mean, beats the request's")
         .type_name("FILE.json")
         .reads();
     how.add_option(

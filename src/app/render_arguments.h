@@ -42,7 +42,7 @@ struct RenderArguments {
     std::string samples;  ///< A:B
     bool keep_sums = false;
     bool resume = false;
-    std::string for_mix;  ///< a request of velatura-comp plan
+    std::string for_mix;  ///< a request of velatura-comp request
     std::string checkpoint;
     std::string lights = "per-light";
     std::string layers = "bounce,light,matrix,shadow,data";

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "app/render_job.h"
+
+#include "app/effect_choice.h"
 #include "app/parse_values.h"
-#include "app/render_frame.h"
 #include "film/lobe_layers.h"
 #include "usd/stage/path_expression.h"
 
@@ -70,8 +72,8 @@ Result<void> choose_light_sampling(const RenderArguments& a, RenderJob& job) {
     if (way == std::end(ways))
         return usage(fmt::format("--light-sampling: unknown way \"{}\"", wanted));
     job.light_sampling = wanted;
-    job.tracer.estimator.light_sampling = way->sampling;
-    job.samples_light_area = way->by_area;
+    job.settings.tracer.estimator.light_sampling = way->sampling;
+    job.settings.world.samples_light_area = way->by_area;
 
     const bool is_global = wanted == "global-area";
     if (is_global && !a.light_selection.empty() && a.light_selection != "area")
@@ -81,7 +83,7 @@ Result<void> choose_light_sampling(const RenderArguments& a, RenderJob& job) {
     job.light_selection_name = !a.light_selection.empty() ? a.light_selection
                                : is_global                ? "area"
                                                           : "tree";
-    job.light_selection = selection_kind(job.light_selection_name);
+    job.settings.world.light_selection = selection_kind(job.light_selection_name);
     return {};
 }
 
@@ -113,11 +115,11 @@ Result<void> choose_roulette(const RenderArguments& a, integrator::EstimatorOpti
 
 /// The estimator that the command line names.
 Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
-    integrator::EstimatorOptions& estimator = job.tracer.estimator;
+    integrator::EstimatorOptions& estimator = job.settings.tracer.estimator;
     if (const auto ok = choose_light_sampling(a, job); !ok) return ok.error();
     estimator.specular_chains_only = a.integrator == "whitted";
     if (const auto ok = choose_roulette(a, estimator); !ok) return ok.error();
-    job.tracer.sampler = sampler_kind(a);
+    job.settings.tracer.sampler = sampler_kind(a);
     const std::optional<integrator::Guiding> guiding = integrator::guiding_mode(a.guiding);
     if (!guiding)
         return usage(fmt::format("--guiding: expected off, auto or on, found \"{}\"", a.guiding));
@@ -125,11 +127,12 @@ Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
     if (*guiding == integrator::Guiding::On && estimator.specular_chains_only)
         return usage(
             "--integrator whitted follows mirrors only: --guiding on has nothing to guide");
-    job.guiding = *guiding;
-    job.splits = a.splitting == "auto";
+    job.settings.guiding = *guiding;
+    job.settings.splits = a.splitting == "auto";
     const Result<EffectChoice> effects = parse_effects(a.effects);
     if (!effects) return effects.error();
-    job.effects = *effects;
+    job.settings.left_out = effects->left_out;
+    job.settings.force_all = effects->force_all;
     const std::optional<integrator::Caustics> caustics = integrator::caustics_mode(a.caustics);
     if (!caustics)
         return usage(
@@ -138,23 +141,23 @@ Result<void> choose_estimator(const RenderArguments& a, RenderJob& job) {
         return usage(fmt::format(
             "--integrator whitted leaves caustics out: --caustics {} has nothing to find",
             a.caustics));
-    job.caustics = *caustics;
+    job.settings.caustics = *caustics;
     for (const accel::BvhQuality quality :
          {accel::BvhQuality::Fast, accel::BvhQuality::Balanced, accel::BvhQuality::High}) {
-        if (a.bvh_quality == accel::name_of(quality)) job.bvh_quality = quality;
+        if (a.bvh_quality == accel::name_of(quality)) job.settings.world.bvh_quality = quality;
     }
-    if (!job.bvh_quality && a.bvh_quality != "auto")
+    if (!job.settings.world.bvh_quality && a.bvh_quality != "auto")
         return usage(fmt::format(
             "--bvh-quality: expected auto, fast, balanced or high, found \"{}\"", a.bvh_quality));
     return {};
 }
 
 Result<void> choose_layers(const RenderArguments& a, RenderJob& job) {
-    film::LayerSet& layers = job.layers;
+    film::LayerSet& layers = job.settings.layers;
     const Result<StoredBounces> bounces = parse_bounces(a.bounces);
     if (!bounces) return usage("--bounces: " + bounces.error().message);
     layers.last_bounce = bounces->last;
-    job.least_bounce_share = bounces->least_share;
+    job.settings.least_bounce_share = bounces->least_share;
     layers.halves = a.halves;
     layers.float_layers = a.float_layers;
     layers.bounce_layers = layers.group_layers = layers.matrix_layers = layers.shadow_layers =
@@ -210,15 +213,14 @@ Result<void> choose_layers(const RenderArguments& a, RenderJob& job) {
 }
 
 Result<void> choose_samples(const RenderArguments& a, RenderJob& job) {
-    integrator::RenderOptions& schedule = job.schedule;
+    integrator::RenderOptions& schedule = job.settings.schedule;
     // A budget that is given alone decides; a request for a mix says how many samples it wants
-    job.is_open_ended = !a.spp && a.samples.empty() && a.for_mix.empty() &&
-                        (!a.time.empty() || !a.target_error.empty());
-    schedule.end_sample = a.spp                ? *a.spp
-                          : !job.is_open_ended ? default_spp
-                          : !a.time.empty()    ? max_timed_spp
-                                               : max_target_spp;
-    schedule.is_open_ended = job.is_open_ended;
+    schedule.is_open_ended = !a.spp && a.samples.empty() && a.for_mix.empty() &&
+                             (!a.time.empty() || !a.target_error.empty());
+    schedule.end_sample = a.spp                     ? *a.spp
+                          : !schedule.is_open_ended ? default_spp
+                          : !a.time.empty()         ? max_timed_spp
+                                                    : max_target_spp;
     if (a.requires_target && !a.spp && a.samples.empty() && a.target_error.empty())
         return usage("--require-target needs a target: --target-error, --spp or --samples");
     schedule.needs_sure_target = a.requires_target;
@@ -323,61 +325,70 @@ bool keeps_sums(const RenderJob& job) {
 
 Result<RenderJob> make_render_job(const RenderArguments& a) {
     RenderJob job;
+    render::Settings& settings = job.settings;
     job.arguments = a;
     if (const auto ok = check_sizes(a); !ok) return ok.error();
     if (const auto ok = check_combinations(a); !ok) return ok.error();
     if (const auto ok = choose_layers(a, job); !ok) return ok.error();
     if (const auto ok = choose_samples(a, job); !ok) return ok.error();
-    if (const auto ok = parse_into(job.schedule.time_budget_s, a.time, "--time", parse_duration);
+    if (const auto ok =
+            parse_into(settings.schedule.time_budget_s, a.time, "--time", parse_duration);
+        !ok)
+        return ok.error();
+    if (const auto ok = parse_into(settings.schedule.target_error, a.target_error, "--target-error",
+                                   parse_fraction);
         !ok)
         return ok.error();
     if (const auto ok =
-            parse_into(job.schedule.target_error, a.target_error, "--target-error", parse_fraction);
+            parse_into(settings.schedule.forecast_error, a.forecast, "--forecast", parse_fraction);
         !ok)
         return ok.error();
-    if (const auto ok =
-            parse_into(job.schedule.forecast_error, a.forecast, "--forecast", parse_fraction);
-        !ok)
-        return ok.error();
-    if (const auto ok =
-            parse_into(job.schedule.snapshot_interval_s, a.snapshot, "--snapshot", parse_duration);
+    if (const auto ok = parse_into(settings.schedule.snapshot_interval_s, a.snapshot, "--snapshot",
+                                   parse_duration);
         !ok)
         return ok.error();
     if (a.deep)
-        job.deep = film::DeepOptions{.most_samples =
-                                         a.deep_samples.value_or(film::DeepOptions{}.most_samples)};
+        settings.deep = film::DeepOptions{
+            .most_samples = a.deep_samples.value_or(film::DeepOptions{}.most_samples)};
     double checkpoint_s = 0;
     if (const auto ok = parse_into(checkpoint_s, a.checkpoint, "--checkpoint", parse_duration); !ok)
         return ok.error();
     if (checkpoint_s > 0 && a.exr_layout == "split")
         return usage("--checkpoint replaces one file in one step: leave out --exr-layout split");
     // An interim picture has sums, as a checkpoint: of both the more frequent
-    double& interval_s = job.schedule.snapshot_interval_s;
+    double& interval_s = settings.schedule.snapshot_interval_s;
     if (checkpoint_s > 0)
         interval_s = interval_s > 0 ? std::min(interval_s, checkpoint_s) : checkpoint_s;
-    job.schedule.mode =
+    settings.schedule.mode =
         a.mode == "tile" ? integrator::RenderMode::Tile : integrator::RenderMode::Progressive;
-    if (job.schedule.mode == integrator::RenderMode::Tile &&
-        (job.schedule.time_budget_s > 0 || job.schedule.target_error > 0 ||
-         job.schedule.forecast_error > 0 || job.schedule.snapshot_interval_s > 0)) {
+    if (settings.schedule.mode == integrator::RenderMode::Tile &&
+        (settings.schedule.time_budget_s > 0 || settings.schedule.target_error > 0 ||
+         settings.schedule.forecast_error > 0 || settings.schedule.snapshot_interval_s > 0)) {
         return usage(
             "--time, --target-error, --forecast, --snapshot and --checkpoint need --mode "
             "progressive");
     }
-    job.schedule.seed = job.tracer.seed = a.seed;
-    job.schedule.tile_size = a.tile;
-    job.schedule.adaptive = a.adaptive == "on";
-    job.dicing.rate = a.dicing_rate;
-    job.dicing.level = a.subdivision_level;
-    job.dicing.most_triangles = uint64_t(a.dicing_limit * 1e6);
-    job.schedule.max_depth = job.tracer.max_depth = a.max_depth;
+    settings.schedule.seed = settings.tracer.seed = a.seed;
+    settings.schedule.tile_size = a.tile;
+    settings.schedule.adaptive = a.adaptive == "on";
+    settings.world.texture_bias = float(a.texture_bias);
+    settings.world.media.majorants =
+        a.volume_bounds == "one" ? media::Majorants::One : media::Majorants::Bricks;
+    settings.world.dicing.rate = a.dicing_rate;
+    settings.world.dicing.level = a.subdivision_level;
+    settings.world.dicing.most_triangles = uint64_t(a.dicing_limit * 1e6);
+    settings.schedule.max_depth = settings.tracer.max_depth = a.max_depth;
     const auto filter = sampling::filter_kind(a.filter);
     if (!filter) return usage(fmt::format("--filter: unknown filter \"{}\"", a.filter));
-    job.tracer.filter = *filter;
+    settings.tracer.filter = *filter;
     if (const auto ok = choose_estimator(a, job); !ok) return ok.error();
-    job.schedule.has_dependent_changes = job.tracer.sampler == sampling::SamplerKind::Stratified;
-    job.schedule.has_independent_halves = sampling::has_halves(job.tracer.sampler) ||
-                                          job.tracer.sampler == sampling::SamplerKind::Independent;
+    settings.world.compensate_mis =
+        settings.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
+    settings.schedule.has_dependent_changes =
+        settings.tracer.sampler == sampling::SamplerKind::Stratified;
+    settings.schedule.has_independent_halves =
+        sampling::has_halves(settings.tracer.sampler) ||
+        settings.tracer.sampler == sampling::SamplerKind::Independent;
     job.layout = a.exr_layout == "single"  ? image::Layout::SinglePart
                  : a.exr_layout == "split" ? image::Layout::Split
                                            : image::Layout::MultiPart;

@@ -199,14 +199,7 @@ void add_vars(const scene::RenderSettings& settings, LayerChoice& choice, const 
 }
 
 LayerChoice without_vars(const RenderJob& job, const scene::Scene& scene) {
-    film::LayerSet layers = job.layers;
-    for (const scene::LightGroup& g : scene.groups)
-        layers.groups.push_back({g.name, g.prims, g.is_environment, g.label});
-    if (layers.caster_layers)
-        for (const scene::Caster& c : scene.casters.list)
-            layers.casters.push_back({c.name, c.prim});
-    layers.normalise_names();
-    return LayerChoice(std::move(layers));
+    return LayerChoice(render::with_rows(job.settings.layers, scene));
 }
 
 }  // namespace

@@ -123,11 +123,11 @@ std::string difference(const EarlierPart& earlier,
         return fmt::format("it shows the pixels {}, and {} are wanted",
                            text_of(earlier.sums.window()), text_of(window));
     film::LayerSet layers = layers_of(job, input.scene);
-    if (job.least_bounce_share) layers.last_bounce = earlier.sums.layer_set().last_bounce;
+    if (job.settings.least_bounce_share) layers.last_bounce = earlier.sums.layer_set().last_bounce;
     if (earlier.sums.layer_set() != layers) return "it stores other light layers";
-    if (earlier.first_sample != job.schedule.first_sample)
+    if (earlier.first_sample != job.settings.schedule.first_sample)
         return fmt::format("its samples begin at {}, and {} is wanted", earlier.first_sample,
-                           job.schedule.first_sample);
+                           job.settings.schedule.first_sample);
     return {};
 }
 

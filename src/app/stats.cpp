@@ -62,10 +62,10 @@ json make_estimator_stats(const RenderJob& job) {
     j["light_sampling"] = job.light_sampling;
     j["light_selection"] = job.light_selection_name;
     j["roulette"] = a.roulette;
-    if (job.tracer.estimator.roulette == integrator::Roulette::Cutoff)
-        j["cutoff"] = job.tracer.estimator.cutoff;
+    if (job.settings.tracer.estimator.roulette == integrator::Roulette::Cutoff)
+        j["cutoff"] = job.settings.tracer.estimator.cutoff;
     j["sampler"] = a.sampler;
-    j["adaptive"] = job.schedule.adaptive;
+    j["adaptive"] = job.settings.schedule.adaptive;
     j["accelerator"] = a.accel;
     j["guiding"] = a.guiding;
     j["splitting"] = a.splitting;
@@ -141,25 +141,25 @@ json make_ledger(const RenderJob& job,
              {"effect",
               "pictures that could not be read are their fallback values; not measured"}});
     }
-    if (job.tracer.max_depth > 0) {
-        ledger.push_back(depth_entry(job.tracer.max_depth, film));
+    if (job.settings.tracer.max_depth > 0) {
+        ledger.push_back(depth_entry(job.settings.tracer.max_depth, film));
     }
-    if (job.tracer.estimator.roulette == integrator::Roulette::Cutoff) {
+    if (job.settings.tracer.estimator.roulette == integrator::Roulette::Cutoff) {
         ledger.push_back({{"approximation", "throughput-cutoff"},
-                          {"value", job.tracer.estimator.cutoff},
+                          {"value", job.settings.tracer.estimator.cutoff},
                           {"kind", "bias"},
                           {"effect",
                            "light of paths is missing once they carry less than this part of what "
                            "they began with; not measured"}});
     }
-    if (job.tracer.estimator.specular_chains_only) {
+    if (job.settings.tracer.estimator.specular_chains_only) {
         ledger.push_back(
             {{"approximation", "whitted"},
              {"value", "paths end at the first surface that is no perfect mirror or glass"},
              {"kind", "bias"},
              {"effect", "indirect light is missing; not measured"}});
     }
-    if (job.layers.has_clamp()) {
+    if (job.settings.layers.has_clamp()) {
         const double share = image::clamped_share(film.sums());
         json limits;
         for (const auto& [name, limit] : {std::pair("direct", job.arguments.clamp_direct),
@@ -174,13 +174,13 @@ json make_ledger(const RenderJob& job,
               fmt::format("{:.3g} % of the picture's light is taken away; clamp_ layers hold it",
                           100 * share)}});
     }
-    if (job.tracer.filter == sampling::FilterKind::Mitchell) {
+    if (job.settings.tracer.filter == sampling::FilterKind::Mitchell) {
         ledger.push_back({{"approximation", "mitchell-ratio"},
                           {"value", "weights normalised per pixel"},
                           {"kind", "consistent"},
                           {"effect", "vanishes with samples; not measured"}});
     }
-    if (job.caustics != integrator::Caustics::Path) {
+    if (job.settings.caustics != integrator::Caustics::Path) {
         ledger.push_back({{"approximation", "caustic-trial-cap"},
                           {"value", integrator::CausticSampler::trial_cap},
                           {"kind", "bias"},
@@ -209,7 +209,8 @@ json samples_json(const film::NoiseEstimate& noise,
     j["spp_mean"] = noise.samples_mean;
     j["spp_max"] = noise.samples_max;
     j["total"] = result.rays.paths;
-    j["ranges"] = json::array({json::array({job.schedule.first_sample, result.end_sample})});
+    j["ranges"] =
+        json::array({json::array({job.settings.schedule.first_sample, result.end_sample})});
     return j;
 }
 
@@ -273,7 +274,7 @@ json make_stats(const RenderJob& job,
     json error = error_json(stated);
     if (!result.layer_noise.empty())
         error["layers"] = layer_noise_json(result.layer_noise, stated ? stated->error.value : 0.0);
-    error["target"] = job.schedule.target_error;
+    error["target"] = job.settings.schedule.target_error;
     error["blocks"] = blocks_json(film, result.curve);
     error["reached"] = !budget_outcome(job, stated, result).is_missed;
     j["error"] = error;

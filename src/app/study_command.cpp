@@ -214,8 +214,8 @@ class FrameStudy {
         subject_.date = today();
         subject_.width = renderer_.window().width();
         subject_.height = renderer_.window().height();
-        subject_.spp = options_.spp = job_.schedule.end_sample;
-        subject_.seed = options_.seed = job_.tracer.seed;
+        subject_.spp = options_.spp = job_.settings.schedule.end_sample;
+        subject_.seed = options_.seed = job_.settings.tracer.seed;
         subject_.threads = thread_count();
         options_.width = subject_.width;
         options_.height = subject_.height;

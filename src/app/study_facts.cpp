@@ -44,13 +44,14 @@ Result<study::Facts> StudyRenderer::facts() {
     const integrator::World& world = *(*base)->place->world;
     study::Facts facts;
     facts.now = values_now(job_.arguments, job_.light_selection_name);
-    facts.spp = job_.schedule.end_sample;
+    facts.spp = job_.settings.schedule.end_sample;
     if (world.chooses_lights) facts.holds.insert("several lights");
     if (!integrator::CausticSampler(world).is_empty()) facts.holds.insert("casters of caustics");
     if (!world.scene.textures.empty()) facts.holds.insert("textures");
     if (world.volumes) facts.holds.insert("volumes");
     if (geometry::first_subdivided(input_.scene))
-        facts.holds.insert(job_.dicing.level ? "subdivision by level" : "subdivision by rate");
+        facts.holds.insert(job_.settings.world.dicing.level ? "subdivision by level"
+                                                            : "subdivision by rate");
     for (size_t e = 0; e < scene::effect_count; ++e) {
         const scene::EffectInfo& info = scene::info(scene::Effect(e));
         const bool is_on = input_.plan.entries[e].state == integrator::EffectState::On;

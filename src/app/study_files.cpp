@@ -50,7 +50,7 @@ std::vector<study::FileFormat> StudyRenderer::measure_files(const study::RenderR
     const std::string path = (std::filesystem::path(folder) / ".file.exr").string();
     std::vector<float> beauties[2];
     for (const bool is_float : {false, true}) {
-        film::LayerSet layers = p.layers;
+        film::LayerSet layers = p.renderer->layers();
         layers.float_layers = is_float;
         film::Film film({0, 0, part.grid.width, part.grid.height}, layers,
                         {.final_sample_end = integrator::most_samples(schedule_of(p, part))});
@@ -66,7 +66,7 @@ std::vector<study::FileFormat> StudyRenderer::measure_files(const study::RenderR
             std::error_code error;
             const double bytes = double(std::filesystem::file_size(path, error));
             const bool is_now =
-                is_float == p.job.layers.float_layers && compression == p.job.compression;
+                is_float == p.job.settings.layers.float_layers && compression == p.job.compression;
             files.push_back({fmt::format("{}, {}", is_float ? "float" : "half", name),
                              bytes * scale, seconds * scale, 0.0, is_now});
             if (beauties[is_float].empty()) beauties[is_float] = stored_beauty(path);

@@ -2,12 +2,11 @@
 #include "app/study_renderer.h"
 
 #include "app/frame_settings.h"
-#include "app/light_images.h"
 #include "app/render_layers.h"
+#include "app/render_settings.h"
 #include "app/stats.h"
 #include "app/stop_signals.h"
 #include "app/study_outlines.h"
-#include "app/world_options.h"
 #include "base/command_line.h"
 #include "base/hash.h"
 #include "image/pixel_means.h"
@@ -141,22 +140,23 @@ Result<RenderJob> StudyRenderer::job_with(const std::string& options) const {
             return Error{"usage", ended->message};
     }
     Result<RenderJob> job = make_render_job(arguments);
-    if (job) job->accelerator = job_.accelerator;
+    if (job) job->settings.world.accelerator = job_.settings.world.accelerator;
     return job;
 }
 
 std::string StudyRenderer::place_key(const RenderJob& job) const {
     std::string left_out;
     for (size_t e = 0; e < scene::effect_count; ++e)
-        if (job.effects.left_out.has(scene::Effect(e)) &&
-            !job_.effects.left_out.has(scene::Effect(e)))
+        if (job.settings.left_out.has(scene::Effect(e)) &&
+            !job_.settings.left_out.has(scene::Effect(e)))
             left_out += fmt::format("-{}", scene::info(scene::Effect(e)).name);
     const bool is_compensated =
-        job.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
+        job.settings.tracer.estimator.light_sampling == integrator::LightSampling::Mis;
     return fmt::format("{} {} {} {} {} {} {} {} {}", job.arguments.texture_bias,
-                       job.arguments.volume_bounds, left_out, int(job.light_selection),
-                       job.arguments.bvh_quality, job.dicing.rate, job.dicing.level.value_or(-1),
-                       is_compensated, job.samples_light_area);
+                       job.arguments.volume_bounds, left_out,
+                       int(job.settings.world.light_selection), job.arguments.bvh_quality,
+                       job.settings.world.dicing.rate, job.settings.world.dicing.level.value_or(-1),
+                       is_compensated, job.settings.world.samples_light_area);
 }
 
 std::shared_ptr<const StudyRenderer::Place> StudyRenderer::find_place(const RenderJob& job) {
@@ -172,16 +172,18 @@ std::shared_ptr<const StudyRenderer::Place> StudyRenderer::find_place(const Rend
 
     const scene::Scene* scene = &input_.scene;
     for (size_t e = 0; e < scene::effect_count; ++e) {
-        if (!job.effects.left_out.has(scene::Effect(e)) ||
-            job_.effects.left_out.has(scene::Effect(e)))
+        if (!job.settings.left_out.has(scene::Effect(e)) ||
+            job_.settings.left_out.has(scene::Effect(e)))
             continue;
         if (!place->scene) place->scene = std::make_unique<scene::Scene>(input_.scene);
         integrator::leave_out(*place->scene, scene::Effect(e));
         scene = place->scene.get();
     }
+    render::Settings settings = render_settings(job, input_);
     const auto make_world = [&](Diagnostics& d) {
-        return std::make_unique<integrator::World>(*scene, world_options(job, input_, *scene, d),
-                                                   make_light_image_loader(), d);
+        render::Renderer renderer(*scene, settings);
+        renderer.build(d);
+        return renderer.shared_world();
     };
     place->world = make_world(diagnostics);
     place->setup_s = cpu_seconds() - start;
@@ -212,15 +214,6 @@ void StudyRenderer::make_room() {
     std::erase_if(places_, [&](const auto& p) { return p.first != base; });
 }
 
-integrator::PathTracerOptions StudyRenderer::tracer_options(const Prepared& p) const {
-    integrator::PathTracerOptions options = p.job.tracer;
-    options.guide = p.training.is_used ? &p.training.field : nullptr;
-    options.roulette = p.roulette ? &p.roulette->gains : nullptr;
-    options.caustics = p.caustics.get();
-    options.disable_lens = input_.scene.settings.disable_depth_of_field;
-    return options;
-}
-
 Result<std::shared_ptr<const StudyRenderer::Prepared>> StudyRenderer::prepare(
     const std::string& options) {
     if (const auto found = prepared_.find(options); found != prepared_.end()) return found->second;
@@ -239,13 +232,10 @@ Result<std::shared_ptr<const StudyRenderer::Prepared>> StudyRenderer::prepare(
     const std::atomic<bool>* stop = &StopSignals::stop_flag();
 
     const double start = cpu_seconds();
-    p->layers = layers_of(p->job, world.scene);
-    p->caustics = integrator::make_caustic_sampler(p->job.caustics, world);
-    p->training = integrator::train_guide(world, tracer_options(*p), p->job.guiding, stop);
-    if (p->job.tracer.estimator.roulette == integrator::Roulette::Efficiency)
-        p->roulette = integrator::try_roulette(world, tracer_options(*p), stop);
-    if (p->job.splits)
-        p->branches = integrator::try_branches(world, tracer_options(*p), window_, stop);
+    render::Settings settings = render_settings(p->job, input_);
+    settings.layers = layers_of(p->job, world.scene);
+    p->renderer.emplace(p->place->world, std::move(settings));
+    p->renderer->learn(stop);
     if (*stop) return Error{"stopped", "stopped"};
     p->setup_s = p->place->setup_s + cpu_seconds() - start;
     prepared_[options] = p;
@@ -256,14 +246,14 @@ Result<study::RenderRun> StudyRenderer::render(const study::RenderRequest& reque
     const Result<std::shared_ptr<const Prepared>> prepared = prepare(request.options);
     if (!prepared) return prepared.error();
     const Prepared& p = **prepared;
-    film::Film film({0, 0, request.grid.width, request.grid.height}, p.layers,
+    film::Film film({0, 0, request.grid.width, request.grid.height}, p.renderer->layers(),
                     {.final_sample_end = integrator::most_samples(schedule_of(p, request))});
     return render_into(film, p, request);
 }
 
 integrator::RenderOptions StudyRenderer::schedule_of(const Prepared& p,
                                                      const study::RenderRequest& request) {
-    integrator::RenderOptions schedule = p.job.schedule;
+    integrator::RenderOptions schedule = p.job.settings.schedule;
     schedule.seed = request.seed;
     schedule.tile_size = film::Film::tile_size;
     schedule.end_sample = request.spp.back();
@@ -274,10 +264,8 @@ Result<study::RenderRun> StudyRenderer::render_into(film::Film& film,
                                                     const Prepared& p,
                                                     const study::RenderRequest& request) {
     integrator::RenderOptions schedule = schedule_of(p, request);
-    integrator::PathTracerOptions options = tracer_options(p);
-    options.branches = &p.branches.map;
-    options.seed = request.seed;
-    const integrator::PathTracer tracer(*p.place->world, p.layers, options);
+    const std::unique_ptr<const integrator::PathTracer> tracer =
+        p.renderer->make_tracer(request.seed);
     const GridPixels pixels =
         request.region ? GridPixels(*request.region, window_) : GridPixels(request.grid, window_);
     study::RenderRun run;
@@ -289,7 +277,7 @@ Result<study::RenderRun> StudyRenderer::render_into(film::Film& film,
                             integrator::RayCounts& counts) {
         const size_t i = size_t(y) * size_t(request.grid.width) + size_t(x);
         const auto begin = std::chrono::steady_clock::now();
-        tracer.trace(pixels.x(i), pixels.y(i), s, out, counts);
+        tracer->trace(pixels.x(i), pixels.y(i), s, out, counts);
         run.pixel_s[i] +=
             std::chrono::duration<float>(std::chrono::steady_clock::now() - begin).count();
     };
@@ -307,7 +295,7 @@ Result<study::RenderRun> StudyRenderer::render_into(film::Film& film,
         // Where samples go is decided by pilot samples: a render that begins without them would
         // take them twice
         if (schedule.adaptive && spp <= integrator::pilot_samples &&
-            spp != p.job.schedule.end_sample && spp != request.spp.back())
+            spp != p.job.settings.schedule.end_sample && spp != request.spp.back())
             continue;
         schedule.end_sample = spp;
         const double start = cpu_seconds();

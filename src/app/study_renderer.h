@@ -2,16 +2,12 @@
 #pragma once
 
 #include "app/render_frame.h"
-#include "integrator/branch_trial.h"
-#include "integrator/caustics.h"
-#include "integrator/guide_training.h"
-#include "integrator/roulette_trial.h"
 #include "integrator/world.h"
+#include "render/renderer.h"
 #include "study/knobs.h"
 #include "study/render.h"
 #include "study/report.h"
 
-#include <atomic>
 #include <map>
 #include <memory>
 #include <optional>
@@ -44,7 +40,7 @@ class StudyRenderer {
     /// A world and the scene that it was made from, if that is another one than the frame's.
     struct Place {
         std::unique_ptr<scene::Scene> scene;
-        std::unique_ptr<integrator::World> world;
+        std::shared_ptr<const integrator::World> world;
         double setup_s = 0;
         double outline_px = 0;
         size_t bytes = 0;
@@ -55,11 +51,7 @@ class StudyRenderer {
         RenderJob job;
         std::string place_key;
         std::shared_ptr<const Place> place;
-        film::LayerSet layers;
-        std::unique_ptr<const integrator::CausticSampler> caustics;
-        integrator::GuideTraining training;
-        std::optional<integrator::RouletteTrial> roulette;
-        integrator::BranchTrial branches;
+        std::optional<render::Renderer> renderer;
         double setup_s = 0;
     };
 
@@ -72,7 +64,6 @@ class StudyRenderer {
     std::string place_key(const RenderJob& job) const;
     std::shared_ptr<const Place> find_place(const RenderJob& job);
     Result<std::shared_ptr<const Prepared>> prepare(const std::string& options);
-    integrator::PathTracerOptions tracer_options(const Prepared& p) const;
     void make_room();
 
     const RenderJob& job_;

@@ -4,10 +4,8 @@
 #include "base/tasks.h"
 #include "film/film.h"
 #include "image/resolve.h"
-#include "integrator/path_tracer.h"
-#include "integrator/schedule.h"
-#include "integrator/world.h"
 #include "lights/light_set.h"
+#include "render/renderer.h"
 #include "sampling/sampler.h"
 
 #include <fmt/format.h>
@@ -109,32 +107,26 @@ struct RenderOptions {
 };
 
 film::Film render(const scene::Scene& scene, const RenderOptions& options) {
-    Diagnostics diagnostics;
-    film::LayerSet set;
-    set.last_bounce = 4;
-    set.matrix_layers = true;
-    for (const scene::LightGroup& group : scene.groups)
-        set.groups.push_back({group.name, group.prims, group.is_environment});
-    const integrator::World world(scene, {.width = options.size, .height = options.size}, {},
-                                  diagnostics);
-    integrator::PathTracerOptions tracer_options{.max_depth = options.max_depth};
+    render::Settings settings;
+    settings.world.width = settings.world.height = options.size;
+    settings.layers.last_bounce = 4;
+    settings.layers.matrix_layers = true;
+    settings.layers = render::with_rows(std::move(settings.layers), scene);
+    settings.guiding = integrator::Guiding::Off;
+    settings.splits = false;
+    settings.schedule.mode = integrator::RenderMode::Tile;
+    settings.schedule.tile_size = options.tile;
+    settings.schedule.end_sample = options.samples;
+    settings.tracer.max_depth = options.max_depth;
     if (options.by_paths_alone) {
-        tracer_options.estimator.light_sampling = integrator::LightSampling::Bsdf;
-        tracer_options.estimator.roulette = integrator::Roulette::None;
+        settings.tracer.estimator.light_sampling = integrator::LightSampling::Bsdf;
+        settings.tracer.estimator.roulette = integrator::Roulette::None;
     }
-    const integrator::PathTracer tracer(world, set, tracer_options);
-    film::Film film({0, 0, options.size, options.size}, set);
-    integrator::RenderOptions schedule;
-    schedule.mode = integrator::RenderMode::Tile;
-    schedule.tile_size = options.tile;
-    schedule.end_sample = options.samples;
-    integrator::run_schedule(
-        film, schedule,
-        [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) {
-            tracer.trace(x, y, s, out, counts);
-        },
-        {});
-    return film;
+    Diagnostics diagnostics;
+    render::Renderer renderer(scene, std::move(settings));
+    renderer.prepare(diagnostics);
+    renderer.advance();
+    return renderer.take_film();
 }
 
 /// Every sum of every pixel.

@@ -2,7 +2,7 @@
 #include "test_scene.h"
 
 #include "hard_case.h"
-#include "integrator/schedule.h"
+#include "render/renderer.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -156,42 +156,34 @@ TestScene closed_room(float albedo, float Le) {
 }
 
 RenderedLayers render(const TestScene& test, const TestRenderOptions& options) {
+    render::Settings settings;
+    settings.layers.last_bounce = options.last_bounce;
+    settings.layers.matrix_layers = true;
+    settings.layers.shadow_layers = options.shadow_layers;
+    settings.layers = render::with_rows(std::move(settings.layers), test.scene);
+    settings.world = {.width = options.size,
+                      .height = options.size,
+                      .light_selection = options.light_selection,
+                      .media = options.media,
+                      .samples_light_area = options.samples_light_area};
+    settings.tracer = {.seed = options.seed,
+                       .max_depth = options.max_depth,
+                       .filter = sampling::FilterKind::Box,
+                       .estimator = options.estimator,
+                       .sampler = options.sampler,
+                       .roulette = options.roulette};
+    settings.caustics = options.caustics;
+    settings.guiding = integrator::Guiding::Off;
+    settings.splits = false;
+    settings.schedule.mode = integrator::RenderMode::Tile;
+    settings.schedule.tile_size = 16;
+    settings.schedule.end_sample = options.samples;
+    const int groups = int(settings.layers.groups.size());
     Diagnostics diagnostics;
-    film::LayerSet layers;
-    layers.last_bounce = options.last_bounce;
-    layers.matrix_layers = true;
-    layers.shadow_layers = options.shadow_layers;
-    for (const scene::LightGroup& g : test.scene.groups)
-        layers.groups.push_back({g.name, g.prims, g.is_environment});
-
-    const integrator::World world(test.scene,
-                                  {.width = options.size,
-                                   .height = options.size,
-                                   .light_selection = options.light_selection,
-                                   .media = options.media,
-                                   .samples_light_area = options.samples_light_area},
-                                  {}, diagnostics);
-    const std::unique_ptr<const integrator::CausticSampler> caustics =
-        integrator::make_caustic_sampler(options.caustics, world);
-    const integrator::PathTracer tracer(world, layers,
-                                        {.seed = options.seed,
-                                         .max_depth = options.max_depth,
-                                         .filter = sampling::FilterKind::Box,
-                                         .estimator = options.estimator,
-                                         .sampler = options.sampler,
-                                         .roulette = options.roulette,
-                                         .caustics = caustics.get()});
-    RenderedLayers out{film::Film({0, 0, options.size, options.size}, layers),
-                       int(layers.groups.size())};
-    integrator::RenderOptions schedule;
-    schedule.mode = integrator::RenderMode::Tile;
-    schedule.tile_size = 16;
-    schedule.end_sample = options.samples;
-    const integrator::RenderResult result = integrator::run_schedule(
-        out.film, schedule,
-        [&](int x, int y, uint64_t s, film::SampleRadiance& radiance,
-            integrator::RayCounts& counts) { tracer.trace(x, y, s, radiance, counts); },
-        {});
+    render::Renderer renderer(test.scene, std::move(settings));
+    renderer.prepare(diagnostics);
+    const integrator::RenderResult result = renderer.advance();
+    RenderedLayers out{renderer.take_film(), groups};
     out.rays = result.rays;
     for (const Diagnostic& d : diagnostics.all()) ADD_FAILURE() << diagnostics.format(d);
     EXPECT_EQ(out.film.invalid_count(), 0u);

@@ -38,9 +38,9 @@ class Workplace {
     /// SHA-256 of all pixel data, as `velatura-comp info --hash` prints it.
     std::string hash(const std::string& exr) const;
 
-  private:
     CommandResult run(const std::string& program, const std::string& arguments) const;
 
+  private:
     std::string folder_;
 };
 

@@ -2,9 +2,9 @@
 // What sampling an environment by its picture is worth: irradiance of unoccluded matte receivers of
 // 14 orientations under the maps in the folder hdri of the test files, efficiency = 1 / (relative
 // variance × CPU seconds). Usage: velatura_bench_environment [MAP…]
-#include "app/light_images.h"
 #include "cpu_clock.h"
 #include "lights/light_set.h"
+#include "render/light_images.h"
 #include "sampling/sampler.h"
 #include "sampling/warp.h"
 #include "test_assets.h"
@@ -77,7 +77,7 @@ class Environment {
         dome.texture_file = file;
         scene_.lights = {dome};
         scene_.groups.resize(2);
-        const lights::ImageLoader load = app::make_light_image_loader();
+        const lights::ImageLoader load = render::make_light_image_loader();
         plain_ = std::make_unique<lights::LightSet>(scene_, load, diagnostics_);
         compensated_ = std::make_unique<lights::LightSet>(
             scene_, load, diagnostics_, lights::LightSetOptions{.compensate_mis = true});

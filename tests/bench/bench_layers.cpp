@@ -5,9 +5,7 @@
 #include "base/tasks.h"
 #include "cpu_clock.h"
 #include "film/film.h"
-#include "integrator/path_tracer.h"
-#include "integrator/schedule.h"
-#include "integrator/world.h"
+#include "render/renderer.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -77,25 +75,21 @@ struct Measured {
 };
 
 Measured measure(const scene::Scene& scene, uint64_t samples, bool writes) {
+    render::Settings settings;
+    settings.layers.matrix_layers = settings.layers.shadow_layers = true;
+    settings.layers = render::with_rows(std::move(settings.layers), scene);
+    settings.tracer.seed = 1;
+    settings.schedule.end_sample = samples;
+    settings.guiding = integrator::Guiding::Off;
+    settings.splits = false;
     Diagnostics diagnostics;
-    film::LayerSet layers;
-    layers.matrix_layers = layers.shadow_layers = true;
-    for (const scene::LightGroup& g : scene.groups)
-        layers.groups.push_back({g.name, g.prims, false});
-    const int size = scene.settings.width;
-    const integrator::World world(scene, {.width = size, .height = size}, {}, diagnostics);
-    const integrator::PathTracer tracer(world, layers, {.seed = 1});
-    integrator::RenderOptions options;
-    options.end_sample = samples;
-    film::Film film({0, 0, size, size}, layers, {.final_sample_end = samples});
+    render::Renderer renderer(scene, std::move(settings));
+    renderer.prepare(diagnostics);
+    renderer.start_film({.final_sample_end = samples});
+    const film::Film& film = renderer.film();
     Measured m;
     double start = bench::cpu_seconds();
-    integrator::run_schedule(
-        film, options,
-        [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) {
-            tracer.trace(x, y, s, out, counts);
-        },
-        {});
+    renderer.advance();
     m.render_s = bench::cpu_seconds() - start;
     m.film_bytes = film.memory_bytes();
     if (!writes) return m;

@@ -2,17 +2,12 @@
 // Whole renders, one thread: paths per second, where the time goes, and the bound that the same
 // rays alone set. Usage: velatura_bench_paths [SCENE.usda…]; without arguments the scenes of
 // scenes/ and two of velatura_bench_rays.
-#include "app/light_images.h"
 #include "base/tasks.h"
 #include "bench_scenes.h"
 #include "cpu_clock.h"
-#include "integrator/branch_trial.h"
-#include "integrator/guide_training.h"
-#include "integrator/path_tracer.h"
-#include "integrator/schedule.h"
-#include "integrator/world.h"
 #include "path_profile.h"
 #include "recorded_rays.h"
+#include "render/renderer.h"
 #include "translate/translate.h"
 
 #include <fmt/format.h>
@@ -32,13 +27,32 @@ constexpr uint64_t sample_count = 64;
 constexpr uint64_t recorded_samples = 4;
 constexpr int rounds = 3;
 
-film::LayerSet all_layers(const scene::Scene& scene) {
-    film::LayerSet layers;
-    layers.matrix_layers = layers.shadow_layers = true;
-    for (const scene::LightGroup& g : scene.groups)
-        layers.groups.push_back({g.name, g.prims, g.is_environment});
-    return layers;
+/// Those of the program, without its file, but as many samples in every pixel: as those recorded.
+render::Settings settings_of(const scene::Scene& scene) {
+    render::Settings settings;
+    settings.layers.matrix_layers = settings.layers.shadow_layers = true;
+    settings.layers = render::with_rows(std::move(settings.layers), scene);
+    settings.world = {.width = width, .height = height, .expected_rays = 1e8};
+    settings.schedule.end_sample = sample_count;
+    return settings;
 }
+
+/// Own trees that keep the rays they are asked about.
+class RecordingFactory final : public accel::AcceleratorFactory {
+  public:
+    Result<std::unique_ptr<accel::Accelerator>> build(const accel::SoupScene& soup) const override {
+        traced_ = accel::build_bvh(soup);
+        auto recorder = std::make_unique<bench::RayRecorder>(*traced_);
+        recorder_ = recorder.get();
+        return std::unique_ptr<accel::Accelerator>(std::move(recorder));
+    }
+
+    bench::RayRecorder& recorder() const { return *recorder_; }
+
+  private:
+    mutable std::unique_ptr<accel::Accelerator> traced_;
+    mutable bench::RayRecorder* recorder_ = nullptr;
+};
 
 /// A scene of velatura_bench_rays with one grey material and its light.
 scene::Scene minimal_scene(const bench::BenchScene& from) {
@@ -116,14 +130,8 @@ struct Row {
 class Measurement {
   public:
     Measurement(std::string name, const scene::Scene& scene)
-        : scene_(scene),
-          layers_(all_layers(scene)),
-          world_(scene,
-                 {.width = width, .height = height, .expected_rays = 1e8},
-                 app::make_light_image_loader(),
-                 diagnostics_),
-          training_(integrator::train_guide(world_, {}, integrator::Guiding::Auto)),
-          branches_(integrator::try_branches(world_, tracer_options(), {0, 0, width, height})) {
+        : scene_(scene), renderer_(scene, settings_of(scene)) {
+        renderer_.prepare(diagnostics_);
         for (const Diagnostic& d : diagnostics_.all())
             fmt::print(stderr, "{}\n", diagnostics_.format(d));
         row_.name = std::move(name);
@@ -146,7 +154,7 @@ class Measurement {
         std::sort(whole_s.begin(), whole_s.end());
         row_.path_s = whole_s[rounds / 2];
 
-        const bench::ReplayTimes alone = bench::replay(rays, *world_.accelerator);
+        const bench::ReplayTimes alone = bench::replay(rays, *renderer_.world().accelerator);
         row_.alone_s = alone.all_s / recorded_paths;
         row_.shadow_gain = alone.shadow_s / alone.batched_shadow_s;
         row_.bounce_gain = alone.bounce_s / alone.batched_bounce_s;
@@ -158,36 +166,22 @@ class Measurement {
     }
 
   private:
-    integrator::PathTracerOptions tracer_options() const {
-        integrator::PathTracerOptions options;
-        options.guide = training_.is_used ? &training_.field : nullptr;
-        options.branches = &branches_.map;
-        return options;
-    }
-
-    /// A render by the defaults of the program, without its file, but as many samples in every
-    /// pixel: as those recorded.
     void render() {
-        integrator::RenderOptions options;
-        options.end_sample = sample_count;
-        const integrator::PathTracer tracer(world_, layers_, tracer_options());
-        film::Film film({0, 0, width, height}, layers_, {.final_sample_end = sample_count});
-        const integrator::RenderResult result = integrator::run_schedule(
-            film, options,
-            [&](int x, int y, uint64_t s, film::SampleRadiance& out,
-                integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); },
-            {});
-        path_count_ = result.rays.paths;
+        renderer_.start_film({.final_sample_end = sample_count});
+        path_count_ = renderer_.advance().rays.paths;
     }
 
     /// The rays of a few samples of every pixel, pixel by pixel as the schedule goes.
     std::vector<bench::RecordedRay> record() {
-        std::unique_ptr<accel::Accelerator> traced = std::move(world_.accelerator);
-        auto recorder = std::make_unique<bench::RayRecorder>(*traced);
-        bench::RayRecorder& rays = *recorder;
-        world_.accelerator = std::move(recorder);
-        const integrator::PathTracer tracer(world_, layers_, tracer_options());
-        film::SampleRadiance radiance(layers_);
+        const RecordingFactory trees;
+        render::Settings settings = settings_of(scene_);
+        settings.world.accelerator = &trees;
+        render::Renderer recorded(scene_, std::move(settings));
+        Diagnostics told_before;
+        recorded.prepare(told_before);
+        bench::RayRecorder& rays = trees.recorder();
+        rays.clear();
+        film::SampleRadiance radiance(recorded.layers());
         integrator::RayCounts counts;
         constexpr int tile = 32;
         for (int ty = 0; ty < height; ty += tile) {
@@ -197,23 +191,18 @@ class Measurement {
                         for (uint64_t s = 0; s < recorded_samples; ++s) {
                             rays.begin_path();
                             radiance.clear();
-                            tracer.trace(x, y, s, radiance, counts);
+                            recorded.tracer().trace(x, y, s, radiance, counts);
                         }
                     }
                 }
             }
         }
-        const std::vector<bench::RecordedRay> out = rays.rays();
-        world_.accelerator = std::move(traced);
-        return out;
+        return rays.rays();
     }
 
     const scene::Scene& scene_;
     Diagnostics diagnostics_;
-    film::LayerSet layers_;
-    integrator::World world_;
-    integrator::GuideTraining training_;
-    integrator::BranchTrial branches_;
+    render::Renderer renderer_;
     uint64_t path_count_ = 1;  ///< of the last render, those of the pilot included
     Row row_;
 };

@@ -4,13 +4,10 @@
 // [SCENE.usda [FRAME]]; without arguments the smoke of OpenUSD's tests, and a cloud with dense
 // cores that is made here.
 #include "../media/grid_fixtures.h"
-#include "app/light_images.h"
-#include "app/volume_loading.h"
 #include "base/tasks.h"
 #include "cpu_clock.h"
-#include "integrator/path_tracer.h"
-#include "integrator/schedule.h"
-#include "integrator/world.h"
+#include "render/renderer.h"
+#include "render/volume_loading.h"
 #include "test_assets.h"
 #include "translate/translate.h"
 
@@ -40,22 +37,19 @@ struct Picture {
 };
 
 Picture render(const scene::Scene& scene, media::Majorants majorants, uint64_t seed) {
+    render::Settings settings;
+    settings.layers = render::with_rows({}, scene);
+    settings.world = {.width = width, .height = height, .media = {.majorants = majorants}};
+    settings.tracer.seed = settings.schedule.seed = seed;
+    settings.schedule.end_sample = samples;
+    settings.guiding = integrator::Guiding::Off;
+    settings.splits = false;
     Diagnostics diagnostics;
-    const integrator::World world(
-        scene, {.width = width, .height = height, .media = {.majorants = majorants}},
-        app::make_light_image_loader(), diagnostics);
-    film::LayerSet layers;
-    for (const scene::LightGroup& g : scene.groups)
-        layers.groups.push_back({g.name, g.prims, g.is_environment});
-    const integrator::PathTracer tracer(world, layers, {.seed = seed});
-    film::Film film({0, 0, width, height}, layers);
+    render::Renderer renderer(scene, std::move(settings));
+    renderer.prepare(diagnostics);
     const double start = bench::thread_seconds();
-    const integrator::RenderResult result = integrator::run_schedule(
-        film, {.seed = seed, .end_sample = samples},
-        [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) {
-            tracer.trace(x, y, s, out, counts);
-        },
-        {});
+    const integrator::RenderResult result = renderer.advance();
+    const film::Film& film = renderer.film();
     Picture picture;
     picture.seconds = bench::thread_seconds() - start;
     picture.lookups =
@@ -95,7 +89,7 @@ std::optional<scene::Scene> load(const std::string& path, double frame) {
     options.resolution = std::array<int, 2>{width, height};
     options.time = frame;
     Result<scene::Scene> scene = translate::translate_stage(*stage, options, diagnostics);
-    if (scene) app::load_volumes(*scene, {}, diagnostics);
+    if (scene) render::load_volumes(*scene, {}, diagnostics);
     for (const Diagnostic& d : diagnostics.all())
         if (d.severity == Severity::Error) fmt::print(stderr, "{}\n", diagnostics.format(d));
     if (!scene || scene->volumes.empty()) return std::nullopt;

@@ -22,6 +22,12 @@ class RayRecorder final : public accel::Accelerator {
   public:
     explicit RayRecorder(const accel::Accelerator& traced) : traced_(traced) {}
 
+    /// Forgets those so far.
+    void clear() {
+        rays_.clear();
+        path_ = depth_ = 0;
+    }
+
     void begin_path() {
         ++path_;
         depth_ = 0;

@@ -5,11 +5,8 @@
 #include "base/atomic_file.h"
 #include "base/hash.h"
 #include "base/tasks.h"
-#include "integrator/branch_trial.h"
-#include "integrator/path_tracer.h"
-#include "integrator/schedule.h"
-#include "integrator/world.h"
 #include "media/load_volumes.h"
+#include "render/renderer.h"
 #include "translate/translate.h"
 #include "usd/stage/stage.h"
 
@@ -94,53 +91,37 @@ film::Film render_scene(const scene::Scene& scene,
                         const integrator::RenderOptions& options,
                         const RenderSetup& setup) {
     const ThreadLimit limit(setup.threads);
+    render::Settings settings;
+    settings.layers.last_bounce = 3;
+    settings.layers.matrix_layers = settings.layers.shadow_layers = settings.layers.halves = true;
+    settings.layers.caster_layers = !scene.casters.list.empty();
+    settings.layers = render::with_rows(std::move(settings.layers), scene);
+    settings.world = {.light_selection = setup.light_selection,
+                      .bvh_quality = setup.bvh_quality,
+                      .forced = setup.forced};
+    settings.tracer = {
+        .seed = options.seed, .max_depth = options.max_depth, .sampler = setup.sampler};
+    const integrator::BranchMap branches(std::max(setup.branches, 1u));
+    settings.splits = setup.branches == 0;
+    if (!settings.splits) settings.tracer.branches = &branches;
+    settings.guiding = setup.guiding;
+    settings.caustics = setup.caustics;
+    settings.schedule = options;
+    settings.window = setup.window;
     Diagnostics diagnostics;
-    film::LayerSet layers;
-    layers.last_bounce = 3;
-    layers.matrix_layers = layers.shadow_layers = layers.halves = true;
-    for (const scene::LightGroup& g : scene.groups)
-        layers.groups.push_back({g.name, g.prims, g.is_environment});
-    layers.caster_layers = !scene.casters.list.empty();
-    for (const scene::Caster& c : scene.casters.list) layers.casters.push_back({c.name, c.prim});
-    const integrator::World world(scene,
-                                  {.width = scene.settings.width,
-                                   .height = scene.settings.height,
-                                   .light_selection = setup.light_selection,
-                                   .bvh_quality = setup.bvh_quality,
-                                   .forced = setup.forced},
-                                  {}, diagnostics);
-    film::Film film(
-        setup.window.value_or(film::Window{0, 0, scene.settings.width, scene.settings.height}),
-        layers);
-    const std::unique_ptr<const integrator::CausticSampler> caustics =
-        integrator::make_caustic_sampler(setup.caustics, world);
+    render::Renderer renderer(scene, std::move(settings));
+    renderer.build(diagnostics);
     std::vector<uint64_t> ends = setup.sample_splits;
     ends.push_back(options.end_sample);
-    integrator::RenderOptions part = options;
     for (const uint64_t end : ends) {
-        part.end_sample = end;
-        const integrator::GuideTraining training = integrator::train_guide(
-            world, {.seed = options.seed, .caustics = caustics.get()}, setup.guiding);
-        integrator::PathTracerOptions tracer_options{.seed = options.seed,
-                                                     .max_depth = options.max_depth,
-                                                     .sampler = setup.sampler,
-                                                     .caustics = caustics.get()};
-        if (training.is_used) tracer_options.guide = &training.field;
-        integrator::BranchMap branches(setup.branches);
-        if (setup.branches == 0)
-            branches = integrator::try_branches(world, tracer_options, film.window()).map;
-        tracer_options.branches = &branches;
-        const integrator::PathTracer tracer(world, layers, tracer_options);
-        const integrator::RenderResult result = integrator::run_schedule(
-            film, part,
-            [&](int x, int y, uint64_t s, film::SampleRadiance& out,
-                integrator::RayCounts& counts) { tracer.trace(x, y, s, out, counts); },
-            {});
+        // As another process would that goes on
+        renderer.learn();
+        const integrator::RenderResult result = renderer.advance_to(end);
         if (setup.counts) *setup.counts += result.rays;
-        part.first_sample = end;
+        renderer.schedule().first_sample = end;
     }
-    EXPECT_EQ(film.invalid_count(), 0u);
-    return film;
+    EXPECT_EQ(renderer.film().invalid_count(), 0u);
+    return renderer.take_film();
 }
 
 uint64_t fingerprint(const film::Film& film) {

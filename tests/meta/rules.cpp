@@ -108,28 +108,13 @@ SourceFile make_file(std::string path, const std::string& text) {
 }
 
 std::vector<SourceFile> read_tree(const std::string& root) {
-    static const std::set<std::string> kept = {"src",
-                                               "compositor",
-                                               "plugins",
-                                               "tests",
-                                               "scenes",
-                                               "docs",
-                                               ".ci",
-                                               "dev",
-                                               "README.md",
-                                               "CONTRIBUTING.md",
-                                               "CHANGELOG.md",
-                                               "SECURITY.md",
-                                               "NOTICE",
-                                               "CMakeLists.txt",
-                                               "CMakePresets.json",
-                                               ".github",
-                                               ".clangd",
-                                               ".editorconfig",
-                                               ".git-blame-ignore-revs",
-                                               ".clang-format",
-                                               ".clang-tidy",
-                                               ".gitignore"};
+    static const std::set<std::string> kept = {
+        "src",           "compositor",  "plugins",         "tests",
+        "scenes",        "docs",        "examples",        ".ci",
+        "dev",           "README.md",   "CONTRIBUTING.md", "CHANGELOG.md",
+        "SECURITY.md",   "NOTICE",      "CMakeLists.txt",  "CMakePresets.json",
+        ".github",       ".clangd",     ".editorconfig",   ".git-blame-ignore-revs",
+        ".clang-format", ".clang-tidy", ".gitignore"};
     static const std::set<std::string> text = {".h",    ".cpp", ".inl", ".cmake", ".txt",
                                                ".md",   ".py",  ".sh",  ".usda",  ".toml",
                                                ".json", ".yml", ""};
@@ -328,6 +313,17 @@ std::vector<std::string> check_silence(const SourceFile& file) {
     return lines_matching(file, pattern, "libraries never print");
 }
 
+std::vector<std::string> check_one_renderer(const SourceFile& file) {
+    static const std::regex assembles(
+        R"((train_guide|try_roulette|try_bounces|try_branches|make_caustic_sampler)\s*\(|)"
+        R"(integrator::(World|PathTracer)\s+\w+\s*[({]|make_(unique|shared)<(const )?integrator::(World|PathTracer)>)");
+    // Tests look at the parts one by one
+    if (!file.is_cpp_or_header() || file.is_below("src/integrator/") ||
+        file.is_below("src/render/") || file.is_below("tests/"))
+        return {};
+    return lines_matching(file, assembles, "only src/render puts renderers together");
+}
+
 std::vector<std::string> check_test_is_real(const SourceFile& file) {
     if (!file.is_below("tests/") || file.is_below("tests/meta/") || !file.ends_with(".cpp"))
         return {};
@@ -437,6 +433,7 @@ std::vector<std::string> check_root_entries(const std::vector<std::string>& name
                                                 "tests",
                                                 "scenes",
                                                 "docs",
+                                                "examples",
                                                 ".ci",
                                                 ".github",
                                                 "dev",

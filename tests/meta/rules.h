@@ -43,6 +43,8 @@ std::vector<std::string> check_line_length(const SourceFile&);
 std::vector<std::string> check_machine_paths(const SourceFile&);
 std::vector<std::string> check_banned_words(const SourceFile&);
 std::vector<std::string> check_silence(const SourceFile&);
+/// World, trials and tracer are made in one place.
+std::vector<std::string> check_one_renderer(const SourceFile&);
 std::vector<std::string> check_test_is_real(const SourceFile&);
 /// One header finds the folder of the test files.
 std::vector<std::string> check_test_assets(const SourceFile&);

@@ -56,6 +56,18 @@ TEST(Rules, TierIncludes) {
             .empty());
 }
 
+TEST(Rules, OneRenderer) {
+    const std::string world = "    const integrator::World world(scene, options);\n",
+                      trial = "    x = integrator::try_branches(world, options, window);\n";
+    EXPECT_EQ(check_one_renderer(make_file("src/app/a.cpp", world + trial)).size(), 2u);
+    EXPECT_EQ(check_one_renderer(make_file("examples/a.cpp", trial)).size(), 1u);
+    EXPECT_TRUE(check_one_renderer(make_file("src/render/a.cpp", world + trial)).empty());
+    EXPECT_TRUE(check_one_renderer(make_file("tests/a.cpp", world)).empty());
+    EXPECT_TRUE(
+        check_one_renderer(make_file("src/app/a.cpp", "void f(const integrator::World& world);\n"))
+            .empty());
+}
+
 TEST(Rules, StandardIncludesOfHeaders) {
     const auto violations = [](const std::string& path, const std::string& text) {
         return check_standard_includes(make_file(path, text));

@@ -101,6 +101,10 @@ TEST(Tree, LibrariesNeverPrint) {
     expect_none(report_all(check_silence));
 }
 
+TEST(Tree, RenderersArePutTogetherInOnePlace) {
+    expect_none(report_all(check_one_renderer));
+}
+
 TEST(Tree, TestsCanFail) {
     expect_none(report_all(check_test_is_real));
 }

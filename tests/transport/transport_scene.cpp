@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transport/transport_scene.h"
 
-#include "app/light_images.h"
 #include "base/check.h"
 #include "base/tasks.h"
 #include "image/pixel_means.h"
-#include "integrator/branch_trial.h"
-#include "integrator/roulette_trial.h"
-#include "integrator/schedule.h"
-#include "translate/translate.h"
-#include "usd/stage/stage.h"
+#include "render/load_scene.h"
 
 #include <fmt/format.h>
 
@@ -114,14 +109,11 @@ const std::vector<std::string>& transport_scenes() {
 }
 
 scene::Scene load_scene(const std::string& name, int width, int height) {
-    Diagnostics diagnostics;
     const std::string path = std::string(VELATURA_SOURCE_DIR) + "/scenes/" + name + ".usda";
-    const Result<usd::stage::Stage> stage = usd::stage::Stage::open(path, {}, diagnostics);
-    VELATURA_CHECK(stage.has_value(), "a scene of the project does not open");
-    translate::TranslateOptions options;
-    options.resolution = std::array<int, 2>{width, height};
-    options.time = stage->start_time_code();
-    Result<scene::Scene> scene = translate::translate_stage(*stage, options, diagnostics);
+    render::LoadOptions options;
+    options.translate.resolution = std::array<int, 2>{width, height};
+    Diagnostics diagnostics;
+    Result<scene::Scene> scene = render::load_scene(path, options, diagnostics);
     for (const Diagnostic& d : diagnostics.all()) fmt::print(stderr, "{}\n", diagnostics.format(d));
     VELATURA_CHECK(scene.has_value() && diagnostics.error_count() == 0,
                    "a scene of the project has errors");
@@ -130,75 +122,54 @@ scene::Scene load_scene(const std::string& name, int width, int height) {
 
 TransportRenderer::TransportRenderer(const scene::Scene& scene, const Technique& technique)
     : scene_(scene) {
-    integrator::WorldOptions world;
-    world.width = scene.settings.width;
-    world.height = scene.settings.height;
-    technique.change(world, options_);
+    settings_.caustics = technique.caustics;
+    settings_.guiding = integrator::Guiding::Off;
+    settings_.splits = false;
+    settings_.layers = beauty_layers();
+    technique.change(settings_.world, settings_.tracer);
     Diagnostics diagnostics;
-    world_ = std::make_unique<integrator::World>(scene, world, app::make_light_image_loader(),
-                                                 diagnostics);
+    renderer_ = std::make_unique<render::Renderer>(scene, settings_);
+    renderer_->prepare(diagnostics);
     for (const Diagnostic& d : diagnostics.all()) fmt::print(stderr, "{}\n", diagnostics.format(d));
-    caustics_ = integrator::make_caustic_sampler(technique.caustics, *world_);
-    options_.caustics = caustics_.get();
-    if (options_.estimator.roulette == integrator::Roulette::Efficiency) {
-        gains_ = integrator::try_roulette(*world_, options_).gains;
-        options_.roulette = &gains_;
-    }
 }
 
 film::LayerSet TransportRenderer::beauty_layers() const {
     film::LayerSet layers;
     layers.matrix_layers = layers.shadow_layers = layers.bounce_layers = layers.group_layers =
         layers.data_layers = false;
-    for (const scene::LightGroup& g : scene_.groups)
-        layers.groups.push_back({g.name, g.prims, g.is_environment});
-    layers.normalise_names();
-    return layers;
+    return render::with_rows(std::move(layers), scene_);
 }
 
 film::Film TransportRenderer::render_film(uint64_t seed,
                                           uint64_t samples,
                                           const Placement& placement,
                                           const film::LayerSet& layers) {
-    integrator::PathTracerOptions tracer_options = options_;
-    tracer_options.seed = seed;
-    if (layers.halves) tracer_options.sampler = sampling::SamplerKind::SobolHalves;
-    const integrator::GuideTraining training =
-        integrator::train_guide(*world_, tracer_options, placement.guiding);
-    was_guided_ = training.is_used;
-    if (training.is_used) tracer_options.guide = &training.field;
-    const integrator::BranchTrial branches =
-        placement.splits
-            ? integrator::try_branches(*world_, tracer_options,
-                                       {0, 0, scene_.settings.width, scene_.settings.height})
-            : integrator::BranchTrial();
-    mean_branches_ = branches.map.mean();
-    tracer_options.branches = &branches.map;
-    const integrator::PathTracer tracer(*world_, layers, tracer_options);
-    integrator::RenderOptions options;
-    options.seed = seed;
-    options.end_sample = samples;
-    options.has_independent_halves = layers.halves;
-    options.adaptive = placement.is_adaptive;
-    options.target_error = placement.target_error;
+    render::Settings settings = settings_;
+    settings.layers = layers;
+    settings.tracer.seed = settings.schedule.seed = seed;
+    if (layers.halves) settings.tracer.sampler = sampling::SamplerKind::SobolHalves;
+    settings.guiding = placement.guiding;
+    settings.splits = placement.splits;
+    settings.schedule.end_sample = samples;
+    settings.schedule.has_independent_halves = layers.halves;
+    settings.schedule.adaptive = placement.is_adaptive;
+    settings.schedule.target_error = placement.target_error;
     integrator::RenderCallbacks callbacks;
     callbacks.snapshot = placement.after_pass;
     callbacks.snapshot_requested = [] { return true; };
-    const int width = scene_.settings.width, height = scene_.settings.height;
-    film::Film film({0, 0, width, height}, layers,
-                    {.final_sample_end = integrator::most_samples(options)});
-    const integrator::RenderResult result = integrator::run_schedule(
-        film, options,
-        [&](int x, int y, uint64_t s, film::SampleRadiance& out, integrator::RayCounts& counts) {
-            tracer.trace(x, y, s, out, counts);
-        },
-        callbacks);
+    render::Renderer renderer(renderer_->shared_world(), std::move(settings));
+    renderer.learn();
+    renderer.start_film({.final_sample_end = integrator::most_samples(renderer.schedule())});
+    const render::Learned& learned = renderer.learned();
+    was_guided_ = learned.guide.is_used;
+    mean_branches_ = learned.branches.map.mean();
+    const integrator::RenderResult result = renderer.advance(callbacks);
     curve_ = result.curve;
     rays_ += result.rays;
-    rays_ += training.rays;
-    rays_ += branches.rays;
-    bad_ += film.invalid_count();
-    return film;
+    rays_ += learned.guide.rays;
+    rays_ += learned.branches.rays;
+    bad_ += renderer.film().invalid_count();
+    return renderer.take_film();
 }
 
 Pixels TransportRenderer::render_scheduled(uint64_t seed,
@@ -215,9 +186,7 @@ Pixels TransportRenderer::render_scheduled(uint64_t seed,
 
 Pixels TransportRenderer::render(uint64_t seed, uint64_t samples) {
     const film::LayerSet layers = beauty_layers();
-    integrator::PathTracerOptions options = options_;
-    options.seed = seed;
-    const integrator::PathTracer tracer(*world_, layers, options);
+    const std::unique_ptr<const integrator::PathTracer> tracer = renderer_->make_tracer(seed);
 
     // Every row sums its own pixels, so that the result does not depend on the threads
     const int width = scene_.settings.width, height = scene_.settings.height;
@@ -230,7 +199,7 @@ Pixels TransportRenderer::render(uint64_t seed, uint64_t samples) {
             double* pixel = &pixels[(y * size_t(width) + size_t(x)) * 3];
             for (uint64_t s = 0; s < samples; ++s) {
                 out.clear();
-                tracer.trace(x, int(y), s, out, rays[y]);
+                tracer->trace(x, int(y), s, out, rays[y]);
                 if (out.is_bad()) {
                     ++bad[y];
                     continue;

@@ -2,9 +2,7 @@
 #pragma once
 
 #include "integrator/error_curve.h"
-#include "integrator/guide_training.h"
-#include "integrator/path_tracer.h"
-#include "integrator/world.h"
+#include "render/renderer.h"
 #include "scene/scene.h"
 
 #include <cstdint>
@@ -88,10 +86,8 @@ class TransportRenderer {
 
   private:
     const scene::Scene& scene_;
-    integrator::PathTracerOptions options_;
-    std::unique_ptr<integrator::World> world_;
-    std::unique_ptr<const integrator::CausticSampler> caustics_;
-    integrator::RouletteGains gains_;  ///< by a trial, for Roulette::Efficiency
+    render::Settings settings_;
+    std::unique_ptr<render::Renderer> renderer_;  ///< of render(), and whose world the others share
     integrator::RayCounts rays_;
     uint64_t bad_ = 0;
     bool was_guided_ = false;

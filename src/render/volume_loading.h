@@ -6,11 +6,11 @@
 
 #include <optional>
 
-namespace velatura::app {
+namespace velatura::render {
 
 /// Reads the grids of the scene's volumes by the plugin, opened when the first scene holds one
 /// that may be seen. Volumes without their grids are errors, and are left out. most_gb: memory
 /// that grids may take; nothing: half of the machine's.
 void load_volumes(scene::Scene& scene, std::optional<double> most_gb, Diagnostics& diagnostics);
 
-}  // namespace velatura::app
+}  // namespace velatura::render

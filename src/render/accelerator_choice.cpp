@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/accelerator_choice.h"
+#include "render/accelerator_choice.h"
 
 #include "plugin/registry.h"
 
@@ -7,7 +7,7 @@
 
 #include <string_view>
 
-namespace velatura::app {
+namespace velatura::render {
 
 namespace {
 
@@ -47,4 +47,4 @@ std::optional<const accel::AcceleratorFactory*> find_accelerator(const std::stri
     return static_cast<const accel::AcceleratorFactory*>(object);
 }
 
-}  // namespace velatura::app
+}  // namespace velatura::render

@@ -3,9 +3,9 @@
 
 #include "lights/environment_image.h"
 
-namespace velatura::app {
+namespace velatura::render {
 
 /// Reads light textures from disk, decoded to scene-linear colour.
 lights::ImageLoader make_light_image_loader();
 
-}  // namespace velatura::app
+}  // namespace velatura::render

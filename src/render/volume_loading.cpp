@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/volume_loading.h"
+#include "render/volume_loading.h"
 
 #include "base/asset_roots.h"
 #include "base/memory_limit.h"
@@ -8,7 +8,7 @@
 
 #include <new>
 
-namespace velatura::app {
+namespace velatura::render {
 
 namespace {
 
@@ -57,4 +57,4 @@ void load_volumes(scene::Scene& scene, std::optional<double> most_gb, Diagnostic
     media::load_volumes(scene, source, most, diagnostics);
 }
 
-}  // namespace velatura::app
+}  // namespace velatura::render

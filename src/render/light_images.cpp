@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/light_images.h"
+#include "render/light_images.h"
 
 #include "image/formats.h"
 
 #include <algorithm>
 
-namespace velatura::app {
+namespace velatura::render {
 
 namespace {
 
@@ -47,4 +47,4 @@ lights::ImageLoader make_light_image_loader() {
     };
 }
 
-}  // namespace velatura::app
+}  // namespace velatura::render

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-namespace velatura::app {
+namespace velatura::render {
 
 /// What `--accel NAME` stands for: nullptr for the own tree ("bvh"), which opens no plugin. Nothing
 /// when no plugin brings the name or it cannot be loaded, which is reported: somebody who compares
@@ -15,4 +15,4 @@ namespace velatura::app {
 std::optional<const accel::AcceleratorFactory*> find_accelerator(const std::string& name,
                                                                  Diagnostics& diagnostics);
 
-}  // namespace velatura::app
+}  // namespace velatura::render

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/subdivider_choice.h"
+#include "render/subdivider_choice.h"
 
 #include "geometry/refinement.h"
 #include "plugin/registry.h"
 
 #include <fmt/format.h>
 
-namespace velatura::app {
+namespace velatura::render {
 
 namespace {
 
@@ -32,4 +32,4 @@ const geometry::Subdivider* find_subdivider(const scene::Scene& scene, Diagnosti
     return nullptr;
 }
 
-}  // namespace velatura::app
+}  // namespace velatura::render

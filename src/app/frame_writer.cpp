@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/frame_writer.h"
+
+#include "app/accuracy.h"
+#include "app/plan_report.h"
+#include "app/stats.h"
+#include "base/atomic_file.h"
+#include "base/memory_limit.h"
+#include "image/exr.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include <filesystem>
+#include <new>
+#include <system_error>
+#include <utility>
+
+namespace velatura::app {
+
+namespace {
+
+constexpr const char* writing = "while the picture was written";
+
+std::string scene_json(const FrameInput& input, const std::string& hash) {
+    nlohmann::ordered_json j;
+    j["name"] = input.scene_name;
+    j["hash"] = hash;
+    j["frame"] = input.frame;
+    j["layers"] = input.layer_names;
+    j["camera"] = input.scene.camera.name;
+    return j.dump();
+}
+
+/// What two runs of one render have alike.
+std::string stats_json(const RenderJob& job,
+                       const FrameInput& input,
+                       const render::Renderer& renderer) {
+    const render::Learned& learned = renderer.learned();
+    nlohmann::ordered_json stats;
+    stats["scene"] = make_scene_stats(input, renderer.world());
+    stats["estimator"] = make_estimator_stats(job);
+    stats["guiding"] = make_guiding_stats(learned.guide);
+    stats["splitting"] = make_splitting_stats(learned.branches);
+    if (learned.roulette) stats["roulette"] = make_roulette_stats(*learned.roulette);
+    stats["error"] = error_json(picture_error(job, renderer.film()));
+    stats["ledger"] = make_ledger(job, input, renderer.world(), renderer.film());
+    return stats.dump();
+}
+
+/// Where a render is to stop follows from the curve: one that goes on must not have to find it
+/// again. Without a target no file is to depend on how samples came.
+nlohmann::ordered_json kept_curve(const RenderJob& job, const integrator::ErrorCurve& curve) {
+    return job.settings.schedule.target_error > 0 ? observations_json(curve)
+                                                  : nlohmann::ordered_json::array();
+}
+
+void add_memory_stats(const MemoryNeeds& needs, nlohmann::ordered_json& memory) {
+    if (MemoryLimit::is_set()) memory["limit"] = MemoryLimit::allowed();
+    memory["before_first_sample"] = needs.now;
+    memory["textures_expected"] = needs.textures;
+    memory["writing_expected"] = needs.writing;
+    memory["peak_expected"] = needs.total();
+}
+
+std::string name_of(const std::string& path) {
+    return std::filesystem::path(path).filename().string();
+}
+
+}  // namespace
+
+image::FileInfo FrameWriter::file_info(const integrator::ErrorCurve& curve,
+                                       const std::vector<scene::Effect>& broken) const {
+    image::FileInfo info = renderer_.file_info();
+    info.layout = job_.layout;
+    info.compression = job_.compression;
+    info.store_sums = keeps_sums(job_);
+    info.scene_hash = fmt::format("{:016x}", input_.content_hash);
+    info.settings_hash = settings_hash(settings_, renderer_.layers(), renderer_.window());
+    info.scene_json = scene_json(input_, info.scene_hash);
+    info.stats_json = stats_json(job_, input_, renderer_);
+    info.light_values = input_.light_values;
+    info.software = fmt::format("velatura {}", VELATURA_VERSION);
+    info.plan_json = plan_json(input_.plan, broken).dump();
+    info.settings_json = settings_json(settings_, job_.settings.schedule.first_sample, top_ups_,
+                                       kept_curve(job_, curve));
+    return info;
+}
+
+Result<image::WriteReport> FrameWriter::write_once(const integrator::ErrorCurve& curve,
+                                                   const std::vector<scene::Effect>& broken) const {
+    return renderer_.film().write(input_.output, file_info(curve, broken));
+}
+
+Result<image::WriteReport> FrameWriter::write(const integrator::ErrorCurve& curve,
+                                              const std::vector<scene::Effect>& broken) {
+    if (!memory_.has_plenty_to_write()) image::use_one_exr_thread();
+    MemoryLimit::enforce(writing);
+    try {
+        Result<image::WriteReport> written = write_once(curve, broken);
+        // OpenEXR's threads leave rows out that they have no memory for
+        if (written || !MemoryLimit::is_set() || written.error().code != "verify-failed")
+            return written;
+    } catch (const std::bad_alloc&) {
+        if (!MemoryLimit::is_set()) throw;
+    }
+    memory_.make_room();
+    MemoryLimit::enforce(writing);
+    return write_once(curve, broken);
+}
+
+Result<image::WriteReport> FrameWriter::write_interim(const integrator::ErrorCurve& curve) {
+    const auto written = [&]() -> Result<image::WriteReport> {
+        try {
+            return write(curve, {});
+        } catch (const std::bad_alloc&) {
+            return Error{"memory-limit", "there is not enough memory"};
+        }
+    }();
+    MemoryLimit::watch();
+    return written;
+}
+
+std::string FrameWriter::rescue(const integrator::ErrorCurve& curve,
+                                const std::vector<scene::Effect>& broken) const {
+    std::error_code failed;
+    const std::filesystem::path folder = std::filesystem::temp_directory_path(failed);
+    const std::string path =
+        (folder / fmt::format("velatura-{}-{}", ::getpid(), name_of(input_.output))).string();
+    image::FileInfo info = file_info(curve, broken);
+    info.layout = image::Layout::MultiPart;
+    const Result<image::WriteReport> written =
+        failed ? Error{"io-write", failed.message()} : renderer_.film().write(path, info);
+    if (!written) return fmt::format("nor can it be put elsewhere: {}", written.error().message);
+    return fmt::format(
+        "it is in {} instead{}", path,
+        info.store_sums ? ", which --resume goes on from once it is in its place" : "");
+}
+
+bool FrameWriter::write_deep(Diagnostics& diagnostics) const {
+    const film::DeepFilm* const deep = renderer_.film().deep();
+    if (!deep) return true;
+    const Result<image::DeepImage> written = film::write_deep_picture(*deep, input_.output);
+    if (!written)
+        diagnostics.error(written.error().code, {}, {}, written.error().message);
+    else if (!job_.arguments.quiet)
+        fmt::print("{}: {} deep samples, {:.3g} a pixel\n", film::deep_path(input_.output),
+                   written->samples.size(),
+                   double(written->samples.size()) / double(written->counts.size()));
+    return written.has_value();
+}
+
+bool FrameWriter::write_stats(const MemoryNeeds& needs,
+                              const film::NoiseEstimate& noise,
+                              const integrator::RenderResult& result,
+                              const image::WriteReport& written,
+                              Diagnostics& diagnostics) const {
+    if (input_.stats_file.empty()) return true;
+    const render::Learned& learned = renderer_.learned();
+    nlohmann::ordered_json stats = make_stats(job_, input_, renderer_.world(), learned.guide,
+                                              learned.branches, renderer_.film(), noise, result);
+    if (learned.roulette) {
+        stats["roulette"] = make_roulette_stats(*learned.roulette);
+        stats["phases_s"]["roulette"] = learned.roulette->seconds;
+    }
+    if (learned.bounces) {
+        stats["bounces"] = make_bounce_stats(*learned.bounces, renderer_.layers().last_bounce);
+        stats["phases_s"]["bounces"] = learned.bounces->seconds;
+    }
+    add_memory_stats(needs, stats["memory_bytes"]);
+    stats["error"]["storage"] = written.storage_error;
+    stats["closure"] = {{"family", written.closure_family},
+                        {"layers", written.layers},
+                        {"bound", 1.0},
+                        {"measured", written.closure_measured}};
+    stats["files"] = nlohmann::ordered_json::array();
+    for (const std::string& file : written.files)
+        stats["files"].push_back({{"path", name_of(file)}, {"sha256", written.sha256}});
+    if (renderer_.film().deep())
+        stats["files"].push_back({{"path", name_of(film::deep_path(input_.output))}});
+    const Result<void> ok = write_file_atomically(input_.stats_file, stats.dump(2) + "\n");
+    if (!ok) diagnostics.error(ok.error().code, {}, {}, ok.error().message);
+    return ok.has_value();
+}
+
+}  // namespace velatura::app

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "app/frame_settings.h"
+#include "app/memory_needs.h"
+#include "app/render_frame.h"
+#include "base/diagnostics.h"
+#include "film/film.h"
+#include "integrator/error_curve.h"
+#include "integrator/schedule.h"
+#include "render/renderer.h"
+
+#include <string>
+#include <vector>
+
+namespace velatura::app {
+
+/// Writes what a frame leaves: its file of light layers, interim ones, its deep picture, its
+/// statistics. All that it is made with must outlive it.
+class FrameWriter {
+  public:
+    /// `top_ups`: a JSON list of the looks by which samples were placed.
+    FrameWriter(const RenderJob& job,
+                const FrameInput& input,
+                const render::Renderer& renderer,
+                const FrameSettings& settings,
+                const std::string& top_ups,
+                MemoryWatch& memory)
+        : job_(job),
+          input_(input),
+          renderer_(renderer),
+          settings_(settings),
+          top_ups_(top_ups),
+          memory_(memory) {}
+
+    /// broken: effects that ran though the plan has them off. What was rendered for hours is not
+    /// lost for some megabytes: a second try takes less memory, and longer.
+    Result<image::WriteReport> write(const integrator::ErrorCurve& curve,
+                                     const std::vector<scene::Effect>& broken);
+
+    /// One that there is no memory for is left out: code "memory-limit".
+    Result<image::WriteReport> write_interim(const integrator::ErrorCurve& curve);
+
+    /// Where the picture cannot be had in its folder after hours it is put into that for temporary
+    /// files, as one file. Says where.
+    std::string rescue(const integrator::ErrorCurve& curve,
+                       const std::vector<scene::Effect>& broken) const;
+
+    /// Of a film that has one; prints it unless quiet. Returns: whether it could be written.
+    bool write_deep(Diagnostics& diagnostics) const;
+
+    /// Where they are asked for. Returns: whether they could be written.
+    bool write_stats(const MemoryNeeds& needs,
+                     const film::NoiseEstimate& noise,
+                     const integrator::RenderResult& result,
+                     const image::WriteReport& written,
+                     Diagnostics& diagnostics) const;
+
+  private:
+    image::FileInfo file_info(const integrator::ErrorCurve& curve,
+                              const std::vector<scene::Effect>& broken) const;
+    Result<image::WriteReport> write_once(const integrator::ErrorCurve& curve,
+                                          const std::vector<scene::Effect>& broken) const;
+
+    const RenderJob& job_;
+    const FrameInput& input_;
+    const render::Renderer& renderer_;
+    const FrameSettings& settings_;
+    const std::string& top_ups_;
+    MemoryWatch& memory_;
+};
+
+}  // namespace velatura::app

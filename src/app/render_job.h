@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "app/progress.h"
+#include "app/render_arguments.h"
+#include "base/result.h"
+#include "film/film.h"
+#include "render/settings.h"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace velatura::app {
+
+/// The command line of a render, checked and with the scene's own settings filled in; the same for
+/// every frame.
+struct RenderJob {
+    RenderArguments arguments;
+    render::Settings settings;           ///< layers without groups
+    std::string light_sampling = "mis";  ///< as the option names it
+    std::string light_selection_name = "tree";
+    image::Layout layout = image::Layout::MultiPart;
+    image::Compression compression = image::Compression::Zip;
+    ProgressStyle progress = ProgressStyle::Bar;
+    std::optional<std::array<uint64_t, 3>> replay;  ///< x, y, sample
+};
+
+/// Whether files hold the exact sums: to be merged, or gone on from.
+bool keeps_sums(const RenderJob& job);
+
+/// Checks values and combinations of options. Errors: "usage" (exit 2).
+Result<RenderJob> make_render_job(const RenderArguments& arguments);
+
+/// Whether the name ends in .exr, in whatever case: the only format a render is written in.
+bool has_exr_extension(const std::string& path);
+
+}  // namespace velatura::app

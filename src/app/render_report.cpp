@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/render_report.h"
+
+#include "app/exit_codes.h"
+#include "app/progress.h"
+#include "integrator/subsurface_walk.h"
+
+#include <fmt/format.h>
+
+#include <string>
+
+namespace velatura::app {
+
+namespace {
+
+void note_guiding(const integrator::GuideTraining& training, Diagnostics& diagnostics) {
+    const std::string why =
+        training.field.is_empty()
+            ? std::string("indirect light makes little noise here")
+            : fmt::format("guided trial paths were the better ones in {} of {} groups",
+                          training.wins, integrator::GuideTraining::group_count);
+    diagnostics.note("guiding", {}, {},
+                     fmt::format("paths are {}guided: {}; --guiding on or off decides otherwise",
+                                 training.is_used ? "" : "not ", why));
+}
+
+}  // namespace
+
+void note_what_was_learned(const RenderJob& job,
+                           const render::Renderer& renderer,
+                           Diagnostics& diagnostics) {
+    const render::Learned& learned = renderer.learned();
+    if (job.settings.guiding == integrator::Guiding::Auto) note_guiding(learned.guide, diagnostics);
+    if (learned.bounces)
+        diagnostics.note("bounces", {}, {},
+                         text_of(*learned.bounces, renderer.layers().last_bounce));
+}
+
+void report_bad_samples(const film::Film& film,
+                        const integrator::RenderResult& result,
+                        Diagnostics& diagnostics) {
+    for (const film::BadSample& b : film.bad_samples()) {
+        diagnostics.warn("bad-sample", {}, {},
+                         fmt::format("pixel ({}, {}) sample {}: radiance is {}; left out; see "
+                                     "it with --replay {},{},{}",
+                                     b.x, b.y, b.sample, b.reason, b.x, b.y, b.sample));
+    }
+    if (film.invalid_count() > 16)
+        diagnostics.warn(
+            "bad-sample", {}, {},
+            fmt::format("{} bad samples in all were left out; layer `invalid` shows where",
+                        film.invalid_count()));
+    if (result.rays.caustics_capped > 0) {
+        diagnostics.warn(
+            "caustics", {}, {},
+            fmt::format(
+                "{} of {} caustic chains were so hard to find again that they count too little",
+                result.rays.caustics_capped, result.rays.caustics_found));
+    }
+    const media::TrackingCounts& tracking = result.rays.tracking;
+    if (tracking.violations > 0)
+        diagnostics.error(
+            "volume-majorant", {}, {},
+            fmt::format("{} lookups in volumes were above their bound: this is a bug of Velatura",
+                        tracking.violations));
+    if (tracking.capped > 0)
+        diagnostics.warn(
+            "volume-cap", {}, {},
+            fmt::format("{} ways through volumes were cut because light met too much on them",
+                        tracking.capped));
+    if (result.rays.walks_given_up > 0)
+        diagnostics.warn(
+            "subsurface", {}, {},
+            fmt::format("{} walks below surfaces were given up after {} scatterings: a white "
+                        "body is very large for its subsurfaceRadius, or not closed",
+                        result.rays.walks_given_up, integrator::SubsurfaceWalk::most_steps));
+    if (result.rays.bodies_unmatched > 0)
+        diagnostics.warn("nested-bodies", {}, {},
+                         fmt::format("rays left bodies {} times without having entered them: "
+                                     "some body with or beside a priority is not closed",
+                                     result.rays.bodies_unmatched));
+    if (result.rays.bodies_too_deep > 0)
+        diagnostics.warn("nested-bodies", {}, {},
+                         fmt::format("rays were within more bodies than can be told apart, {} "
+                                     "times: the last ones did not count",
+                                     result.rays.bodies_too_deep));
+    if (result.rays.depth_limited > 0)
+        diagnostics.warn("depth-limit", {}, {},
+                         fmt::format("{} paths were cut after {} scatterings",
+                                     result.rays.depth_limited, integrator::hard_depth_limit));
+}
+
+void warn_of_lower_bound(const std::optional<PictureError>& error,
+                         bool is_rare,
+                         const film::Window& window,
+                         Diagnostics& diagnostics) {
+    if (!error || !error->is_lower) return;
+    const image::RelativeError& e = error->error;
+    // The few pixels of an image that is exact elsewhere are its edges
+    constexpr double negligible = 0.005;
+    if (e.is_lower && e.value >= negligible)
+        diagnostics.warn(
+            "rare-light", {}, {},
+            fmt::format("rare bright samples: the error of {:.3g} % is a lower bound; {} of {} "
+                        "pixels hold{} half of the squared error",
+                        100 * e.value, e.half_in, window.pixel_count(), e.half_in == 1 ? "s" : ""));
+    if (is_rare)
+        diagnostics.warn(
+            "rare-light", {}, {},
+            fmt::format("the error does not fall as samples grow, some light is met too rarely: "
+                        "the error of {:.3g} % is a lower bound",
+                        100 * e.value));
+}
+
+int report_budget(const RenderJob& job,
+                  const film::NoiseEstimate& noise,
+                  const integrator::RenderResult& result,
+                  const std::optional<PictureError>& error,
+                  Diagnostics& diagnostics) {
+    const BudgetOutcome outcome = budget_outcome(job, error, result);
+    if (outcome.text.empty()) return Done;
+    const std::string text = fmt::format("{} after {:.4g} samples per pixel: the error is {}",
+                                         outcome.text, noise.samples_mean, reached_text(error));
+    if (outcome.is_missed)
+        diagnostics.warn("budget", {}, {}, text);
+    else if (!job.arguments.quiet)
+        fmt::print("{}\n", text);
+    return outcome.code;
+}
+
+}  // namespace velatura::app

@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/renderer.h"
+
+#include "base/check.h"
+#include "render/light_images.h"
+#include "render/subdivider_choice.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace velatura::render {
+
+namespace {
+
+/// Pixels times samples times a ray to the next surface and one to a light at each of a few
+/// scatterings.
+double expected_rays(const integrator::RenderOptions& schedule, int width, int height) {
+    constexpr int usual_depth = 4;
+    // Of a render that something else ends nobody knows how many there will be
+    constexpr double usual_samples = 64;
+    const int depth =
+        schedule.max_depth > 0 ? std::min(schedule.max_depth, usual_depth) : usual_depth;
+    const double samples = schedule.is_open_ended
+                               ? usual_samples
+                               : double(schedule.end_sample - schedule.first_sample);
+    return double(width) * double(height) * samples * double(1 + 2 * depth);
+}
+
+template <class Matrix>
+image::Matrix44 to_floats(const Matrix& m) {
+    image::Matrix44 out{};
+    for (size_t r = 0; r < 4; ++r) {
+        for (size_t c = 0; c < 4; ++c) out[4 * r + c] = float(m[int(r)][int(c)]);
+    }
+    return out;
+}
+
+}  // namespace
+
+double Learned::seconds() const {
+    return guide.seconds + branches.seconds + (roulette ? roulette->seconds : 0.0) +
+           (bounces ? bounces->seconds : 0.0);
+}
+
+Renderer::Renderer(const scene::Scene& scene, Settings settings)
+    : scene_(&scene), settings_(std::move(settings)), layers_(settings_.layers) {}
+
+Renderer::Renderer(scene::Scene&& scene, Settings settings)
+    : own_scene_(std::make_unique<scene::Scene>(std::move(scene))),
+      scene_(own_scene_.get()),
+      settings_(std::move(settings)),
+      layers_(settings_.layers) {}
+
+Renderer::Renderer(std::shared_ptr<const integrator::World> world, Settings settings)
+    : scene_(&world->scene),
+      settings_(std::move(settings)),
+      world_(std::move(world)),
+      layers_(settings_.layers) {}
+
+Renderer::~Renderer() = default;
+Renderer::Renderer(Renderer&&) noexcept = default;
+Renderer& Renderer::operator=(Renderer&&) noexcept = default;
+
+void Renderer::prepare(Diagnostics& diagnostics, const std::atomic<bool>* stop) {
+    if (!world_ || change_.is_any()) build(diagnostics);
+    if (!tracer_) learn(stop);
+}
+
+integrator::WorldOptions Renderer::world_options() const {
+    integrator::WorldOptions options = settings_.world;
+    if (options.width == 0) options.width = scene_->settings.width;
+    if (options.height == 0) options.height = scene_->settings.height;
+    if (options.expected_rays == 0)
+        options.expected_rays = expected_rays(settings_.schedule, options.width, options.height);
+    return options;
+}
+
+void Renderer::build(Diagnostics& diagnostics) {
+    integrator::WorldOptions options = world_options();
+    if (own_world_) {
+        own_world_->update(std::exchange(change_, {}), options.width, options.height, diagnostics);
+        return;
+    }
+    if (!options.subdivider) options.subdivider = find_subdivider(*scene_, diagnostics);
+    world_ = own_world_ = std::make_shared<integrator::World>(
+        *scene_, options, make_light_image_loader(), diagnostics);
+    change_ = {};
+}
+
+scene::Scene& Renderer::edit() {
+    VELATURA_CHECK(own_scene_ != nullptr, "only a scene of the renderer's own can be edited");
+    film_.reset();
+    tracer_.reset();
+    return *own_scene_;
+}
+
+void Renderer::set_camera(const scene::Camera& camera) {
+    scene::Scene& scene = edit();
+    const Vec3d origin = scene.camera.world_position;
+    scene.camera = camera;
+    scene.camera.world_position = origin;
+    change_.camera = true;
+}
+
+void Renderer::set_size(int width, int height, const std::optional<film::Window>& window) {
+    VELATURA_CHECK(width >= 1 && height >= 1, "a picture has at least one pixel");
+    scene::Scene& scene = edit();
+    scene.settings.width = width;
+    scene.settings.height = height;
+    settings_.world.width = settings_.world.height = 0;
+    settings_.window = window;
+    change_.camera = true;
+}
+
+void Renderer::set_light(size_t light, const scene::Light& value) {
+    scene::Scene& scene = edit();
+    VELATURA_CHECK(light < scene.lights.size(), "no such light");
+    const scene::GroupId group = scene.lights[light].group;
+    scene.lights[light] = value;
+    scene.lights[light].group = group;
+    change_.lights = true;
+}
+
+void Renderer::set_material(scene::MaterialId material, const scene::Material& value) {
+    scene::Scene& scene = edit();
+    VELATURA_CHECK(material < scene.materials.size(), "no such material");
+    scene::Material& old = scene.materials[material];
+    change_.materials = true;
+    if (scene::is_displacing(old) || scene::is_displacing(value)) change_.geometry = true;
+    old = value;
+}
+
+void Renderer::set_instance(size_t instance, const Mat4& render_from_prototype) {
+    scene::Scene& scene = edit();
+    VELATURA_CHECK(instance < scene.instances.size(), "no such instance");
+    const auto hidden = hidden_instances_.find(instance);
+    scene::Instance& placed =
+        hidden == hidden_instances_.end() ? scene.instances[instance] : hidden->second;
+    placed.render_from_prototype = render_from_prototype;
+    placed.later_render_from_prototype.clear();
+    change_.placement = true;
+}
+
+void Renderer::set_instance_visible(size_t instance, bool is_visible) {
+    scene::Scene& scene = edit();
+    VELATURA_CHECK(instance < scene.instances.size(), "no such instance");
+    scene::Instance& placed = scene.instances[instance];
+    const auto hidden = hidden_instances_.find(instance);
+    if (is_visible == (hidden == hidden_instances_.end())) return;
+    change_.placement = true;
+    if (is_visible) {
+        placed = hidden->second;
+        hidden_instances_.erase(hidden);
+        return;
+    }
+    hidden_instances_.emplace(instance, placed);
+    // What has no inverse is not met by rays
+    Mat4 nowhere;
+    nowhere.setScale(0.0f);
+    placed.render_from_prototype = nowhere;
+    placed.later_render_from_prototype.clear();
+}
+
+void Renderer::set_shape(size_t shape, const scene::Shape& value) {
+    scene::Scene& scene = edit();
+    VELATURA_CHECK(shape < scene.shapes.size(), "no such shape");
+    const auto hidden = hidden_shapes_.find(shape);
+    (hidden == hidden_shapes_.end() ? scene.shapes[shape] : hidden->second) = value;
+    change_.geometry = true;
+}
+
+void Renderer::set_shape_visible(size_t shape, bool is_visible) {
+    scene::Scene& scene = edit();
+    VELATURA_CHECK(shape < scene.shapes.size(), "no such shape");
+    const auto hidden = hidden_shapes_.find(shape);
+    if (is_visible == (hidden == hidden_shapes_.end())) return;
+    change_.geometry = true;
+    if (is_visible) {
+        scene.shapes[shape] = hidden->second;
+        hidden_shapes_.erase(hidden);
+        return;
+    }
+    hidden_shapes_.emplace(shape, scene.shapes[shape]);
+    // A mesh without faces
+    scene.shapes[shape].geometry = scene::Mesh();
+}
+
+/// Of what was learned, as far as it was by now.
+integrator::PathTracerOptions Renderer::trial_options() const {
+    integrator::PathTracerOptions options = settings_.tracer;
+    if (learned_->guide.is_used) options.guide = &learned_->guide.field;
+    if (learned_->roulette) options.roulette = &learned_->roulette->gains;
+    options.caustics = caustics_.get();
+    options.disable_lens = scene_->settings.disable_depth_of_field;
+    return options;
+}
+
+/// Those of the picture, for which trial paths did without what is only written.
+integrator::PathTracerOptions Renderer::picture_options() const {
+    integrator::PathTracerOptions options = trial_options();
+    if (settings_.splits) options.branches = &learned_->branches.map;
+    options.mattes = mattes_.get();
+    options.deep = settings_.deep.has_value();
+    return options;
+}
+
+void Renderer::learn(const std::atomic<bool>* stop) {
+    VELATURA_CHECK(world_ != nullptr, "build() comes before learn()");
+    caustics_ = integrator::make_caustic_sampler(settings_.caustics, *world_);
+    learned_ = std::make_unique<Learned>();
+    learned_->guide = integrator::train_guide(*world_, trial_options(), settings_.guiding, stop);
+    if (settings_.tracer.estimator.roulette == integrator::Roulette::Efficiency)
+        learned_->roulette = integrator::try_roulette(*world_, trial_options(), stop);
+    layers_ = settings_.layers;
+    if (settings_.least_bounce_share) {
+        learned_->bounces =
+            integrator::try_bounces(*world_, trial_options(), layers_.last_bounce, stop);
+        layers_.last_bounce =
+            learned_->bounces->last_bounce(*settings_.least_bounce_share, layers_.last_bounce);
+    }
+    mattes_ =
+        layers_.has_mattes() ? std::make_unique<const integrator::MatteIds>(*scene_) : nullptr;
+    if (settings_.splits)
+        learned_->branches = integrator::try_branches(*world_, trial_options(), window(), stop);
+    tracer_ = std::make_unique<const integrator::PathTracer>(*world_, layers_, picture_options());
+}
+
+std::unique_ptr<const integrator::PathTracer> Renderer::make_tracer(uint64_t seed) const {
+    integrator::PathTracerOptions options = picture_options();
+    options.seed = seed;
+    return std::make_unique<const integrator::PathTracer>(*world_, layers_, options);
+}
+
+film::Window Renderer::window() const {
+    const integrator::WorldOptions size = world_options();
+    return settings_.window.value_or(film::Window{0, 0, size.width, size.height});
+}
+
+void Renderer::start_film(image::SampleSums sums, std::vector<film::BadSample> bad) {
+    film_ = std::make_unique<film::Film>(std::move(sums), std::move(bad));
+    if (settings_.deep) film_->make_deep(*settings_.deep);
+}
+
+void Renderer::start_film(const film::FilmOptions& options) {
+    film_ = std::make_unique<film::Film>(window(), layers_, options);
+    if (settings_.deep) film_->make_deep(*settings_.deep);
+}
+
+film::Film Renderer::take_film() {
+    VELATURA_CHECK(film_ != nullptr, "there is no film before the first advance()");
+    const std::unique_ptr<film::Film> taken = std::move(film_);
+    return std::move(*taken);
+}
+
+image::FileInfo Renderer::file_info() const {
+    const scene::RenderSettings& s = scene_->settings;
+    const integrator::WorldOptions size = world_options();
+    image::FileInfo info;
+    info.display = {0, 0, size.width, size.height};
+    info.seed = settings_.tracer.seed;
+    info.frames_per_second = scene_->frames_per_second;
+    info.pixel_aspect_ratio = s.pixel_aspect_ratio;
+    info.world_to_camera = to_floats(world_->camera.world_to_camera());
+    info.world_to_ndc = to_floats(world_->camera.world_to_ndc());
+    info.bad_samples = film_->bad_samples();
+    if (mattes_) info.matte_names = mattes_->names();
+    return info;
+}
+
+Result<image::WriteReport> Renderer::write(const std::string& path) const {
+    VELATURA_CHECK(film_ != nullptr, "advance() comes before write()");
+    return film_->write(path, file_info());
+}
+
+integrator::RenderResult Renderer::advance(const integrator::RenderCallbacks& callbacks,
+                                           const integrator::TopUpCounts* top_up) {
+    VELATURA_CHECK(tracer_ != nullptr, "learn() comes before advance()");
+    if (!film_) start_film(film::FilmOptions{});
+    integrator::RenderOptions options = settings_.schedule;
+    if (options.time_budget_s > 0)
+        options.time_budget_s = std::max(options.time_budget_s - learned_->seconds(), 1e-6);
+    integrator::RenderResult result = integrator::run_schedule(
+        *film_, options,
+        [this](int x, int y, uint64_t sample, film::SampleRadiance& out,
+               integrator::RayCounts& counts) { tracer_->trace(x, y, sample, out, counts); },
+        callbacks, top_up);
+    // What building did is part of what the render did
+    auto& counts = result.rays.effects.count;
+    counts[size_t(scene::Effect::Subdivision)] += world_->refinement.meshes;
+    counts[size_t(scene::Effect::Displacement)] += world_->refinement.displaced;
+    return result;
+}
+
+integrator::RenderResult Renderer::advance_to(uint64_t end,
+                                              const integrator::RenderCallbacks& callbacks) {
+    settings_.schedule.end_sample = end;
+    return advance(callbacks);
+}
+
+}  // namespace velatura::render
