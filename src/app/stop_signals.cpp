@@ -4,6 +4,9 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdint>
+#include <ctime>
+#include <limits>
 
 namespace velatura::app {
 
@@ -12,12 +15,30 @@ namespace {
 std::atomic<bool> stop_requested = false;
 std::atomic<bool> snapshot_requested = false;
 std::atomic<int> stop_signal = 0;
-static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free,
+/// Of the first signal; far ahead until it is known.
+constexpr int64_t far_ahead = std::numeric_limits<int64_t>::max();
+std::atomic<int64_t> stop_time_ms = far_ahead;
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free &&
+                  std::atomic<int64_t>::is_always_lock_free,
               "used in signal handlers");
 
+int64_t now_ms() {
+    timespec now{};
+    ::clock_gettime(CLOCK_MONOTONIC, &now);
+    return int64_t(now.tv_sec) * 1000 + now.tv_nsec / 1'000'000;
+}
+
 void on_stop(int signal) {
-    if (stop_requested.exchange(true)) ::_exit(128 + signal);
-    stop_signal = signal;
+    const int64_t now = now_ms();
+    int none = 0;
+    if (stop_signal.compare_exchange_strong(none, signal)) {
+        stop_time_ms = now;
+        stop_requested = true;
+        return;
+    }
+    // One request may come as two signals: timeout(1) and farms send one to the process and one to
+    // its group
+    if (now - StopSignals::repeat_ms > stop_time_ms) ::_exit(128 + signal);
 }
 
 void on_snapshot(int) {
@@ -38,6 +59,7 @@ void handle(int signal, void (*handler)(int)) {
 StopSignals::StopSignals() {
     stop_requested = false;
     stop_signal = 0;
+    stop_time_ms = far_ahead;
     handle(SIGINT, on_stop);
     handle(SIGTERM, on_stop);
     handle(SIGUSR1, on_snapshot);

@@ -5,10 +5,13 @@
 
 namespace velatura::app {
 
-/// While it lives, SIGINT and SIGTERM ask for a stop and SIGUSR1 for an interim picture; a second
-/// SIGINT or SIGTERM ends the process at once. One at a time per process.
+/// While it lives, SIGINT and SIGTERM ask for a stop and SIGUSR1 for an interim image; another
+/// SIGINT or SIGTERM, more than `repeat_ms` later, ends the process at once. One at a time per
+/// process.
 class StopSignals {
   public:
+    static constexpr int repeat_ms = 500;
+
     StopSignals();
     ~StopSignals();
     StopSignals(const StopSignals&) = delete;
