@@ -73,6 +73,19 @@ float lower_quarter(const NoisyChannel& channel, int width, int height, int x, i
     return *quarter;
 }
 
+/// Of a figure that is known to ±10 %.
+constexpr double largest_excess = 1.1;
+
+/// A pixel that met one sample of a thing of radiance L beside the dark q has an unknown part x/n
+/// of it, n samples, x a Poisson mean: without other knowledge of density x e^−x. Its true relative
+/// square, (1 − x)² / (x² + ε²) with ε = n q / L, has the second moment ∫ x e^−x (1 − x)⁴ / (x² +
+/// ε²)² dx, at most 1 / (2 ε²): half of its square by the dark base, 1 / ε². Of the sum of three
+/// channels that is 3/2.
+constexpr double of_unknown_coverage = 1.5;
+
+/// The variance of the square s of normal noise of deviation σ, 2 σ⁴, over its second moment 3 σ⁴.
+constexpr double of_normal_noise = 2.0 / 3;
+
 constexpr size_t bin_bits = 18, bin_count = size_t(1) << (31 - bin_bits);
 
 /// Of a square, which has no sign.
@@ -92,13 +105,14 @@ ErrorBase error_base(double mean, double variance, const Neighbourhood& around) 
     const double likely = std::clamp(blend, mean - reach, mean + reach);
     constexpr double far = 3;  // standard deviations of what is around
     const bool is_outlier = mean > middle + far * std::sqrt(spread);
-    return {likely, is_outlier ? std::max(mean, likely) : likely};
+    return {likely, is_outlier ? middle : mean};
 }
 
 ErrorBases error_bases(int width, int height, const NoisyChannel& channel) {
     const size_t pixels = channel.mean.size();
     ErrorBases bases{std::vector<float>(pixels), std::vector<float>(pixels),
                      std::vector<float>(pixels)};
+    // The mean square of k samples' halves is 1/k: two are 0.7²
     constexpr double near_mean = 0.7;
     for_each_row({0, 0, width, height}, [&](int y) {
         const std::vector<Sums> columns = column_sums(width, height, y, channel);
@@ -116,7 +130,7 @@ ErrorBases error_bases(int width, int height, const NoisyChannel& channel) {
             around.variances = all.variances - variance;
             const ErrorBase base = error_base(mean, variance, around);
             bases.likely[i] = float(base.likely);
-            bases.cautious[i] = float(base.cautious);
+            bases.beside[i] = float(base.beside);
             const bool hangs_on_one = std::sqrt(variance) > near_mean * std::abs(mean);
             bases.dark[i] = hangs_on_one ? std::min(bases.likely[i],
                                                     lower_quarter(channel, width, height, x, y))
@@ -146,10 +160,10 @@ void PictureErrorSum::add(int width,
             const double likely = relative_of(strip, bases, &ErrorBases::likely, i),
                          dark = relative_of(strip, bases, &ErrorBases::dark, i);
             likely_[set] += likely;
-            cautious_[set] += relative_of(strip, bases, &ErrorBases::cautious, i);
-            dark_[set] += dark;
             counts_[set] += 3;
-            sum_of_squares_ += likely * likely;
+            variance_ += dark > likely ? std::max(likely * likely, of_unknown_coverage * dark)
+                                       : of_normal_noise * likely * likely;
+            add_outlier(strip, bases, i);
             Bin& bin = bins_[bin_of(dark)];
             ++bin.count;
             bin.sum += dark;
@@ -157,14 +171,50 @@ void PictureErrorSum::add(int width,
     }
 }
 
+void PictureErrorSum::add_outlier(const NoisyPicture& strip,
+                                  const std::array<ErrorBases, 3>& bases,
+                                  size_t i) {
+    double darker = 0;
+    for (size_t c = 0; c < 3; ++c) {
+        const double mean = double(strip[c].mean[i]), beside = double(bases[c].beside[i]);
+        if (!(beside < mean)) continue;
+        const double variance = double(strip[c].variance[i]), apart = std::sqrt(variance),
+                     likely = double(bases[c].likely[i]),
+                     by_likely = relative_square(variance, likely);
+        const double brighter = mean + apart - beside;
+        outliers_.brighter += brighter;
+        darker += mean - apart - beside;
+        const auto change = [&](double base) {
+            return relative_square(variance, std::max(base, likely)) - by_likely;
+        };
+        constexpr double all = (2 * Neighbourhood::radius + 1) * (2 * Neighbourhood::radius + 1);
+        for (int step = 0; step <= Outliers::steps; ++step)
+            outliers_.change[size_t(step)] +=
+                change(beside + std::max(brighter * step / Outliers::steps, (mean - beside) / all));
+        outliers_.own_change += change(mean);
+    }
+    outliers_.darker += darker;
+    outliers_.darker_squares += darker * darker;
+}
+
+size_t PictureErrorSum::Outliers::step() const {
+    if (!(brighter > 0)) return 0;
+    const double share = (darker + 2 * std::sqrt(darker_squares)) / brighter;
+    return size_t(std::ceil(std::clamp(share, 0.0, 1.0) * steps));
+}
+
 void PictureErrorSum::add(const PictureErrorSum& other) {
     for (size_t set = 0; set < interleaved_sets; ++set) {
         likely_[set] += other.likely_[set];
-        cautious_[set] += other.cautious_[set];
-        dark_[set] += other.dark_[set];
         counts_[set] += other.counts_[set];
     }
-    sum_of_squares_ += other.sum_of_squares_;
+    outliers_.brighter += other.outliers_.brighter;
+    outliers_.darker += other.outliers_.darker;
+    outliers_.darker_squares += other.outliers_.darker_squares;
+    for (size_t i = 0; i < outliers_.change.size(); ++i)
+        outliers_.change[i] += other.outliers_.change[i];
+    outliers_.own_change += other.outliers_.own_change;
+    variance_ += other.variance_;
     bins_.resize(bin_count);
     for (size_t i = 0; i < other.bins_.size(); ++i) {
         bins_[i].count += other.bins_[i].count;
@@ -191,15 +241,19 @@ size_t PictureErrorSum::half_in() const {
 
 RelativeError PictureErrorSum::result() const {
     RelativeError stated = error_of(likely_, counts_);
-    const RelativeError cautious = error_of(cautious_, counts_), dark = error_of(dark_, counts_);
-    const double pixels = std::accumulate(counts_.begin(), counts_.end(), 0.0) / 3;
-    constexpr double agreement = 1.1, darkest = 1.3;
-    stated.is_lower = stated.value > agreement * cautious.value ||
-                      dark.value > darkest * stated.value ||
-                      few_pixels(3 * pixels * stated.value * stated.value, sum_of_squares_, pixels);
+    const double count = std::accumulate(counts_.begin(), counts_.end(), 0.0),
+                 sum = std::accumulate(likely_.begin(), likely_.end(), 0.0);
+    // Roots of sums over that of the stated one
+    const auto by = [&](double change) {
+        return sum > 0 ? std::sqrt(std::max(0.0, sum + change) / sum) : 1;
+    };
+    const double cautious = by(outliers_.change[outliers_.step()]), own = by(outliers_.own_change);
+    stated.is_lower = largest_excess * cautious < 1 || few_pixels(sum, variance_, count / 3);
     if (!stated.is_lower) return stated;
     // No step where bases begin to disagree: a search for a target goes by the figure
-    const double share = std::min(1.0, agreement * cautious.value / stated.value);
+    const double doubt = std::clamp(
+        (1 / (largest_excess * std::max(cautious, 1e-9)) - 1) / (largest_excess - 1), 0.0, 1.0);
+    const double share = 1 - doubt * (1 - std::min(1.0, largest_excess * own));
     for (double* part : {&stated.value, &stated.low, &stated.high}) *part *= share;
     stated.half_in = half_in();
     return stated;

@@ -46,20 +46,20 @@ struct ErrorBase {
     /// pixel, whose noise is small beside it, keeps its brightness.
     double likely = 0;
 
-    /// Its own mean where that is far above all around it: a small bright thing with much noise,
-    /// which one pixel cannot tell from a rare bright sample. Else `likely`.
-    double cautious = 0;
+    /// The mean around it where its own is far above all around it: a rare bright sample, or a
+    /// small bright thing with much noise. Else its own mean.
+    double beside = 0;
 };
 
 ErrorBase error_base(double mean, double variance, const Neighbourhood& around);
 
 /// [height][width].
 struct ErrorBases {
-    std::vector<float> likely, cautious;
+    std::vector<float> likely, beside;
 
-    /// Of a pixel that hangs on one sample, as its standard error is near its mean or above, what a
-    /// quarter of those around are below: at the edge of a lamp it may be the dark beside the lamp
-    /// that met its light by chance. Else `likely`.
+    /// Of a pixel that hangs on one sample or two, as its standard error is 0.7 of its mean or
+    /// above, what a quarter of those around are below: at the edge of a lamp it may be the dark
+    /// beside the lamp that met its light by chance. Else `likely`.
     std::vector<float> dark;
 };
 
@@ -72,9 +72,13 @@ std::array<ErrorBases, 3> error_bases(int width, int height, const NoisyPicture&
 ///
 /// Every figure of the error of one picture is this one: the render's, from changes as samples
 /// double (picture_change.h), and that of mixes, from half images. It is by the likely bases, and
-/// never more than a tenth above that by the cautious ones. It is a lower bound where the likely
-/// bases would give more than that, where it would be more than 3/10 more by the dark ones, and
-/// where few_pixels hold it.
+/// a lower bound where it is not known to ±10 % with 95 % confidence (derived in docs/numerics.md,
+/// Error):
+/// - what few pixels hold, by few_pixels; of one that hangs on a sample or two, what its unknown
+///   coverage by a bright thing leaves open counts as the variance of its square;
+/// - where it would be more than a tenth less if pixels far above all around them were as bright as
+///   their halves say of each other; what is stated goes then to at most a tenth above what it
+///   would be if they were as bright as they look.
 class PictureErrorSum {
   public:
     /// Rows [first, end) of a strip. Its other rows are what these are judged by: `radius` of
@@ -102,11 +106,32 @@ class PictureErrorSum {
         double sum = 0;
     };
 
+    /// Pixels far above all around them. The bright half of a rare sample's pixel says nothing of
+    /// the other half; that of a small bright thing does.
+    struct Outliers {
+        /// How far the brighter and the darker half are above what is around, in all.
+        double brighter = 0, darker = 0;
+        double darker_squares = 0;  ///< of pixels
+
+        static constexpr int steps = 64;
+
+        /// What is added to the sum of squares where the bases are at least so many steps from what
+        /// is around to the brighter half, and at least the mean of all 25 pixels.
+        std::array<double, steps + 1> change{};
+        double own_change = 0;  ///< the same where they are at least their own means
+
+        /// The step that holds the true mean, as far as the darker halves tell: two standard errors
+        /// above.
+        size_t step() const;
+    };
+
+    void add_outlier(const NoisyPicture& strip, const std::array<ErrorBases, 3>& bases, size_t i);
     size_t half_in() const;
 
-    BySet likely_{}, cautious_{}, dark_{}, counts_{};
-    double sum_of_squares_ = 0;  ///< of pixels, by the likely bases
-    std::vector<Bin> bins_;      ///< of pixels, by the dark bases; [float bits / 2^18]
+    BySet likely_{}, counts_{};
+    Outliers outliers_;
+    double variance_ = 0;    ///< of the sum of squares: what is not known of the pixels
+    std::vector<Bin> bins_;  ///< of pixels, by the dark bases; [float bits / 2^18]
 };
 
 /// Writes the pixels of row y of an image into a strip, from index `at` of each channel on.

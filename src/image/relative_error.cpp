@@ -6,9 +6,9 @@
 
 namespace velatura::image {
 
-bool few_pixels(double sum, double sum_of_squares, double pixels) {
+bool few_pixels(double sum, double variance, double pixels) {
     constexpr double fewest = 100, of_even_noise = 12;
-    return sum > 0 && sum * sum < std::min(fewest, pixels / of_even_noise) * sum_of_squares;
+    return sum > 0 && sum * sum < std::min(fewest, pixels / of_even_noise) * variance;
 }
 
 void RelativeErrorSum::add_tile(double sum, double count) {

@@ -25,14 +25,15 @@ inline double relative_square(double variance, double mean) {
     return variance / (mean * mean + 0.01);
 }
 
-/// Whether so few of `pixels` hold a sum of squares that the sum is no figure to rely on.
+/// Whether so few of `pixels` hold a sum of squares, of this variance, that the sum is no figure to
+/// rely on.
 ///
-/// Squares that are there by the chance of a rare sample have, like Poisson counts, a standard
-/// deviation of √(Σ s²) in their sum Σ s: that of 1/√n of the sum for n = (Σ s)² / Σ s² equal ones.
-/// Of the root of the sum that is half as much, so that below n = 100 the error is not known to
-/// ±10 % with 95 % confidence; and since such sums are skewed, most pictures state too little. Of a
-/// small picture with even noise n is a third of its pixels (E s² = 3 (E s)² of normal errors).
-bool few_pixels(double sum, double sum_of_squares, double pixels);
+/// n = sum² / variance; of squares s that are there by the chance of a rare sample the variance is,
+/// as of Poisson counts, Σ s², and n their number. The sum is known to 1/√n, its root to half of
+/// that: below n = 100 not to ±10 % with 95 % confidence; and since such sums are skewed, most
+/// pictures state too little. Of a small picture with even noise n is half of its pixels (normal
+/// errors: the variance of s is 2 (E s)²).
+bool few_pixels(double sum, double variance, double pixels);
 
 /// Collects relative squares tile by tile: the tiles are the batches of a ratio estimator, whose
 /// spread gives the interval (Cochran 1977, Sampling Techniques, 6.3).

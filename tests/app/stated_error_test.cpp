@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a render and `velatura-comp noise` say of its error against what `diff` finds beside a
-// render of many samples, on ten scenes made for that: lamps in view, textures, a map with a sun,
-// gloss, glass, mirrors, indirect light, many lights. All agree within a tenth, or say that the
-// figure is a lower bound; a lower bound is none if the error is less.
+// render of many samples, on fifteen scenes made for that: lamps in view, textures, a map with a
+// sun, gloss, glass, mirrors, indirect light, many lights, leaves. All agree within a tenth, or say
+// that the figure is a lower bound; a lower bound is none if the error is less. Where the truth is
+// met, few renders call it a bound.
 #include "command.h"
 
 #include <fmt/format.h>
@@ -102,9 +103,13 @@ class Mean {
     int count_ = 0;
 };
 
-void check(const std::string& scene, const std::string& resolution, int spp, int renders) {
+void check(const std::string& scene,
+           const std::string& resolution,
+           int spp,
+           int renders,
+           int most_bounds) {
     Truth truth(scene, resolution, spp);
-    Mean line, noise, found;
+    Mean line, noise, found, sure_line, sure_noise, sure_found;
     int bounds = 0;
     for (int seed = 1; seed <= renders; ++seed) {
         truth.render(seed);
@@ -115,43 +120,59 @@ void check(const std::string& scene, const std::string& resolution, int spp, int
         noise.add(truth.noise.value);
         found.add(truth.found);
         bounds += truth.line.is_lower;
+        if (truth.line.is_lower) continue;
+        sure_line.add(truth.line.value);
+        sure_noise.add(truth.noise.value);
+        sure_found.add(truth.found);
     }
-    std::printf("%-10s render %5.2f %%  noise %5.2f %%  diff %5.2f %%  lower bound in %d of %d\n",
+    std::printf("%-13s render %5.2f %%  noise %5.2f %%  diff %6.2f %%  lower bound in %d of %d\n",
                 scene.c_str(), 100 * line.value(), 100 * noise.value(), 100 * found.value(), bounds,
                 renders);
     EXPECT_LT(line.value(), 1.1 * found.value()) << scene;
     EXPECT_LT(noise.value(), 1.1 * found.value()) << scene;
-    if (bounds > 0) return;
-    EXPECT_GT(line.value(), 0.9 * found.value()) << scene;
-    EXPECT_GT(noise.value(), 0.9 * found.value()) << scene;
+    EXPECT_LE(bounds, most_bounds) << scene;
+    if (bounds == renders) return;
+    EXPECT_NEAR(sure_line.value(), sure_found.value(), 0.1 * sure_found.value()) << scene;
+    EXPECT_NEAR(sure_noise.value(), sure_found.value(), 0.1 * sure_found.value()) << scene;
 }
 
-class StatedError : public testing::TestWithParam<const char*> {};
+struct Scene {
+    const char* name;
+    int most_bounds;  ///< of three renders
+};
+
+class StatedError : public testing::TestWithParam<Scene> {};
 
 }  // namespace
 
 TEST_P(StatedError, IsThatOfTheImageOrALowerBound) {
-    check(GetParam(), "80 60", 1024, 3);
+    check(GetParam().name, "80 60", 1024, 3, GetParam().most_bounds);
 }
 
+/// In emissive one render of three has a bright sample that holds a tenth of its error.
 INSTANTIATE_TEST_SUITE_P(OfAScene,
                          StatedError,
-                         testing::Values("lamps",
-                                         "texture",
-                                         "hdr",
-                                         "glossy",
-                                         "studio",
-                                         "many",
-                                         "sun_glass",
-                                         "indirect",
-                                         "emissive",
-                                         "mirror"),
-                         [](const auto& scene) { return std::string(scene.param); });
+                         testing::Values(Scene{"lamps", 3},
+                                         Scene{"texture", 0},
+                                         Scene{"hdr", 0},
+                                         Scene{"glossy", 3},
+                                         Scene{"studio", 3},
+                                         Scene{"many", 3},
+                                         Scene{"sun_glass", 0},
+                                         Scene{"indirect", 0},
+                                         Scene{"emissive", 1},
+                                         Scene{"mirror", 3},
+                                         Scene{"doorway", 0},
+                                         Scene{"metal", 3},
+                                         Scene{"glass_caustic", 3},
+                                         Scene{"leaves", 0},
+                                         Scene{"night", 3}),
+                         [](const auto& scene) { return std::string(scene.param.name); });
 
 /// A small twin of two of these.
 TEST(StatedErrorQuick, IsThatOfTheImageOrALowerBound) {
-    check("indirect", "32 24", 256, 1);
-    check("lamps", "32 24", 256, 1);
+    check("indirect", "32 24", 256, 1, 0);
+    check("lamps", "32 24", 256, 1, 1);
 }
 
 }  // namespace velatura::test
