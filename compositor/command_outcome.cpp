@@ -10,9 +10,10 @@ namespace velatura::compositor {
 int report(const Error& error) {
     fmt::print(stderr, "velatura-comp: error: {} [{}]\n", error.message, error.code);
     const auto is = [&](const char* code) { return error.code == code; };
-    for (const char* code : {"bad-gain", "bad-matte", "unknown-name", "matte-layer", "matte-name",
-                             "matte-channel", "bad-output", "bad-target", "bad-frames", "no-frame",
-                             "unknown-space", "export-sequence", "overwrites-input"}) {
+    for (const char* code :
+         {"bad-gain", "bad-matte", "unknown-name", "matte-layer", "matte-name", "matte-channel",
+          "bad-output", "bad-target", "bad-frames", "no-frame", "unknown-space", "unknown-view",
+          "files-differ", "export-sequence", "overwrites-input"}) {
         if (is(code)) return usage;
     }
     if (is("closure-failed") || is("verify-failed") || is("not-finite") || is("proof-failed"))

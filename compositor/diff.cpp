@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compositor/diff.h"
 
-#include "image/layer_check.h"
+#include "base/unique_names.h"
+#include "image/digest.h"
 #include "image/relative_error.h"
 
 #include <fmt/format.h>
@@ -16,11 +17,17 @@ namespace velatura::compositor {
 
 namespace {
 
-using Channels = std::vector<const image::Channel*>;
+/// A channel by the name that it is compared by.
+struct Named {
+    std::string name;
+    const image::Channel* channel;
+};
+
+using Channels = std::vector<Named>;
 
 const image::Channel* named(const Channels& channels, const std::string& name) {
-    for (const image::Channel* c : channels) {
-        if (c->name == name) return c;
+    for (const Named& c : channels) {
+        if (c.name == name) return c.channel;
     }
     return nullptr;
 }
@@ -30,23 +37,47 @@ bool has_same_bits(const image::Channel& a, const image::Channel& b) {
            std::memcmp(a.bytes(), b.bytes(), a.byte_count()) == 0;
 }
 
-bool is_colour(const image::Channel& channel) {
-    const std::string suffix = channel.name.substr(channel.name.rfind('.') + 1);
+std::string suffix_of(const std::string& channel) {
+    return channel.substr(channel.rfind('.') + 1);
+}
+
+bool is_colour(const Named& channel) {
+    const std::string suffix = suffix_of(channel.channel->name);
     return suffix == "R" || suffix == "G" || suffix == "B";
 }
 
-bool is_alpha(const image::Channel& channel) {
-    return channel.name.substr(channel.name.rfind('.') + 1) == "A";
+/// What stands before the last dot; the bare colors are `rgba`.
+std::string layer_of(const std::string& channel) {
+    const bool is_beauty =
+        channel.size() == 1 && std::string("RGBA").find(channel) != std::string::npos;
+    return is_beauty ? "rgba" : channel.substr(0, channel.rfind('.'));
+}
+
+/// All channels by names that are each there once: a name that an earlier part has, as those of the
+/// other eye or of parts with bare colors, is told by its part.
+std::map<std::string, Channels> named_layers(const image::Image& image) {
+    std::map<std::string, Channels> layers;
+    UniqueNames names;
+    for (const image::Part& part : image.parts) {
+        for (const image::Channel& c : part.channels) {
+            if (image::is_bookkeeping(c.name)) continue;
+            const bool is_first = !names.has(c.name);
+            const std::string prefix = is_first ? "" : part.name + " ";
+            layers[prefix + layer_of(c.name)].push_back({names.make(prefix + c.name), &c});
+        }
+    }
+    return layers;
 }
 
 /// With the alphas of layers with colour apart.
 std::map<std::string, Channels> compared_layers(const image::Image& image) {
     std::map<std::string, Channels> layers;
-    for (auto& [name, channels] : image::channels_by_layer(image)) {
-        const bool has_colour = std::any_of(channels.begin(), channels.end(),
-                                            [](const image::Channel* c) { return is_colour(*c); });
-        for (const image::Channel* c : channels)
-            layers[has_colour && is_alpha(*c) ? name + ".A" : name].push_back(c);
+    for (auto& [name, channels] : named_layers(image)) {
+        const bool has_colour = std::any_of(channels.begin(), channels.end(), is_colour);
+        for (const Named& c : channels) {
+            const bool is_alpha = suffix_of(c.channel->name) == "A";
+            layers[has_colour && is_alpha ? name + ".A" : name].push_back(c);
+        }
     }
     return layers;
 }
@@ -68,8 +99,8 @@ LayerDifference compare_layer(const image::Window& w,
     const size_t pixels = w.pixel_count();
     std::vector<bool> is_different(pixels, false);
     double sum = 0, squares = 0;
-    for (const image::Channel* x : a) {
-        const image::Channel* y = named(b, x->name);
+    for (const auto& [channel, x] : a) {
+        const image::Channel* y = named(b, channel);
         if (!y) {
             d.only_in_a = true;
             continue;
@@ -117,8 +148,8 @@ Result<Difference> compare(const image::Image& a, const image::Image& b) {
             d.only_in_a = true;
         } else {
             d = compare_layer(a.data, name, channels, other->second);
-            for (const image::Channel* c : channels) {
-                const image::Channel* o = named(other->second, c->name);
+            for (const auto& [channel, c] : channels) {
+                const image::Channel* o = named(other->second, channel);
                 if (!o || !has_same_bits(*c, *o)) result.is_equal = false;
             }
         }
@@ -142,14 +173,18 @@ image::Image difference_image(const image::Image& a, const image::Image& b) {
     out.data = a.data;
     out.display = a.display;
     image::Part part;
-    for (const image::Part& p : a.parts) {
-        for (const image::Channel& c : p.channels) {
-            const image::Channel* o = b.find(c.name);
-            if (!o || c.type() == image::ChannelType::Uint || o->type() == image::ChannelType::Uint)
+    const auto in_b = named_layers(b);
+    for (const auto& [layer, channels] : named_layers(a)) {
+        const auto other = in_b.find(layer);
+        if (other == in_b.end()) continue;
+        for (const auto& [name, c] : channels) {
+            const image::Channel* o = named(other->second, name);
+            if (!o || c->type() == image::ChannelType::Uint ||
+                o->type() == image::ChannelType::Uint)
                 continue;
-            image::Channel d = image::Channel::make(c.name, image::ChannelType::Float, c.size());
+            image::Channel d = image::Channel::make(name, image::ChannelType::Float, c->size());
             auto& values = std::get<std::vector<float>>(d.data);
-            for (size_t i = 0; i < values.size(); ++i) values[i] = c.value(i) - o->value(i);
+            for (size_t i = 0; i < values.size(); ++i) values[i] = c->value(i) - o->value(i);
             part.channels.push_back(std::move(d));
         }
     }

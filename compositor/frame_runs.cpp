@@ -55,6 +55,13 @@ void add_frames_option(Command& command, std::string& frames) {
                        "Frames of a sequence, 1-100x2 or 1,5,9; without: all there are");
 }
 
+Option add_stereo_option(Command& command, std::string& view) {
+    return command.add_option(
+        "--stereo", view,
+        "View of a stereo file: left, right or as the file calls it (default: its "
+        "first)");
+}
+
 bool has_sequence(const FrameRuns& runs) {
     return std::any_of(runs.inputs.begin(), runs.inputs.end(), is_sequence);
 }

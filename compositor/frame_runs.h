@@ -38,6 +38,9 @@ struct FrameRuns {
 
 void add_frames_option(Command& command, std::string& frames);
 
+/// --stereo: which view of a file is read.
+Option add_stereo_option(Command& command, std::string& view);
+
 /// True where an input is a sequence.
 bool has_sequence(const FrameRuns& runs);
 

@@ -14,6 +14,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 namespace velatura::compositor {
 
@@ -43,6 +44,19 @@ Energy energy(const LayerStack& stack, const std::string& layer) {
     return energy;
 }
 
+/// Of the beauty, or of the rows whose sum it is.
+Energy whole_energy(const LayerStack& stack) {
+    if (stack.has_beauty()) return energy(stack, "rgba");
+    Energy whole;
+    for (const image::LayerEntry& e : stack.header().layers) {
+        if (e.family != "plain") continue;
+        const Energy row = energy(stack, e.name);
+        whole.sum += row.sum;
+        whole.absolute += row.absolute;
+    }
+    return whole;
+}
+
 using Json = nlohmann::ordered_json;
 
 /// None where the whole is nothing, or what is left where light and its negative cancel.
@@ -57,12 +71,19 @@ std::optional<double> share_of(const LayerStack& stack,
 }
 
 /// Values of a layer that are not finite.
-size_t not_finite_of(const LayerStack& stack, const std::string& layer) {
-    size_t count = 0;
-    for (size_t c = 0; c < 4; ++c) {
-        if (const image::Channel* channel = stack.channel(layer, c))
-            count += find_not_finite({channel->type(), channel->bytes()}, 0, channel->size()).count;
+size_t not_finite_of(const LayerStack& stack, const image::LayerEntry& layer) {
+    std::vector<const image::Channel*> channels;
+    for (size_t c = 0; c < 4 && layer.family != "data"; ++c) {
+        if (const image::Channel* channel = stack.channel(layer.name, c))
+            channels.push_back(channel);
     }
+    if (layer.family == "data") {
+        for (const image::ChannelPlace& at : stack.data_channels(layer.name))
+            channels.push_back(&stack.image().parts[at.part].channels[at.channel]);
+    }
+    size_t count = 0;
+    for (const image::Channel* channel : channels)
+        count += find_not_finite({channel->type(), channel->bytes()}, 0, channel->size()).count;
     return count;
 }
 
@@ -186,6 +207,10 @@ std::string info_text(const LayerStack& stack) {
     text += color_text(stack);
     text += origin_text(image);
     if (stack.is_plain()) text += "plain      no header of Velatura: colour layers are rows\n";
+    if (!stack.views().empty())
+        text += fmt::format("views      {} (this is {})\n", fmt::join(stack.views(), " "),
+                            stack.view());
+    for (const std::string& note : stack.notes()) text += fmt::format("  warning  {}\n", note);
     if (!stack.is_plain()) {
         text +=
             fmt::format("samples    {}:{}{}, seed {}, {} invalid\n", s.first, s.end,
@@ -207,7 +232,7 @@ std::string info_text(const LayerStack& stack) {
         text += fmt::format("group      {:<21} {}{}\n", g.name, g.is_dome ? "dome " : "",
                             fmt::join(g.prims, " "));
     }
-    const Energy whole = energy(stack, "rgba");
+    const Energy whole = whole_energy(stack);
     for (const image::LayerEntry& e : header.layers) {
         text += fmt::format("layer      {:<24} {:<11} {:<6}", e.name, e.family,
                             e.is_empty ? "black" : e.type);
@@ -217,7 +242,7 @@ std::string info_text(const LayerStack& stack) {
         }
         if (!e.lpe.empty()) text += "  " + e.lpe;
         text += "\n";
-        if (const size_t bad = not_finite_of(stack, e.name); bad > 0)
+        if (const size_t bad = not_finite_of(stack, e); bad > 0)
             text += fmt::format("  warning  {} values of {} are not finite\n", bad, e.name);
     }
     return text + mattes_text(stack);
@@ -236,6 +261,9 @@ std::string info_json(const LayerStack& stack) {
     j["bytes"] = whole_file.bytes;
     j["manyChannels"] = whole_file.channels > many_channels;
     j["plain"] = stack.is_plain();
+    j["views"] = stack.views();
+    j["view"] = stack.view();
+    j["notes"] = stack.notes();
     j["software"] = image.text("software");
     j["scene"] = parsed(image, image::scene_attribute);
     const Json stats = parsed(image, image::stats_attribute);
@@ -262,7 +290,7 @@ std::string info_json(const LayerStack& stack) {
             matte["names"][n.name] = fmt::format("{:08x}", n.id);
         j["mattes"].push_back(std::move(matte));
     }
-    const Energy whole = energy(stack, "rgba");
+    const Energy whole = whole_energy(stack);
     for (const image::LayerEntry& e : header.layers) {
         nlohmann::ordered_json l;
         l["name"] = e.name;
@@ -272,7 +300,7 @@ std::string info_json(const LayerStack& stack) {
         l["inSum"] = e.in_sum;
         if (const auto share = has_share(e) ? share_of(stack, e.name, whole) : std::nullopt)
             l["energyShare"] = *share;
-        if (const size_t bad = not_finite_of(stack, e.name); bad > 0) l["notFinite"] = bad;
+        if (const size_t bad = not_finite_of(stack, e); bad > 0) l["notFinite"] = bad;
         j["layers"].push_back(std::move(l));
     }
     return j.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";

@@ -14,6 +14,8 @@
 
 namespace velatura::compositor {
 
+struct PlainFiles;
+
 /// What to do with a file that has no header of Velatura: refuse it, or take each `layer.RGB` of it
 /// as a row (plain_layers.h).
 enum class ForeignFiles : uint8_t { Refuse, Plain };
@@ -24,16 +26,28 @@ Error layer_missing(const std::string& layer);
 /// A file of light layers in memory, or only what it holds.
 class LayerStack {
   public:
-    /// Errors: "io-open", "io-read", "not-layers", "layers-damaged".
+    /// `view`: of a stereo file; empty takes the first.
+    /// Errors: "io-open", "io-read", "not-layers", "layers-damaged", "unknown-view".
     static Result<LayerStack> load(const std::string& path,
-                                   ForeignFiles foreign = ForeignFiles::Refuse);
-    /// Errors: "not-layers", "layers-damaged".
+                                   ForeignFiles foreign = ForeignFiles::Refuse,
+                                   const std::string& view = "");
+    /// Errors: "not-layers", "layers-damaged", "unknown-view".
     static Result<LayerStack> from_image(image::Image image,
-                                         ForeignFiles foreign = ForeignFiles::Refuse);
+                                         ForeignFiles foreign = ForeignFiles::Refuse,
+                                         const std::string& view = "");
     /// Without pixels: enough for plan_mix and mix_file. Errors as from_image, which name the file.
     static Result<LayerStack> describe(const image::StripReader& file,
                                        const std::string& path,
-                                       ForeignFiles foreign = ForeignFiles::Refuse);
+                                       ForeignFiles foreign = ForeignFiles::Refuse,
+                                       const std::string& view = "");
+    /// The same of files that were opened together: the beauty of each is a row by the name that
+    /// stands for it. Errors: those of describe.
+    static Result<LayerStack> describe_together(const image::StripReader& files,
+                                                const std::vector<std::string>& names,
+                                                const std::string& view = "");
+
+    /// The same layers of an image that was described without them.
+    LayerStack with_pixels(image::Image image) &&;
 
     const image::Image& image() const { return image_; }
 
@@ -41,6 +55,23 @@ class LayerStack {
 
     /// True for a file without a header of Velatura.
     bool is_plain() const { return is_plain_; }
+
+    /// False for a file of light layers alone, whose beauty is their sum.
+    bool has_beauty() const { return place("rgba", 0).has_value(); }
+
+    /// The part that says what the beauty is: its colors, its view.
+    size_t beauty_part() const;
+
+    /// Views of a stereo file, none for others, and that of the layers.
+    const std::vector<std::string>& views() const { return views_; }
+
+    const std::string& view() const { return view_; }
+
+    /// What a person may want to know of how the file was read.
+    const std::vector<std::string>& notes() const { return notes_; }
+
+    /// Channels of a layer of family "data".
+    std::vector<image::ChannelPlace> data_channels(const std::string& layer) const;
 
     /// Of the file; empty where it came from memory.
     const std::string& path() const { return path_; }
@@ -63,9 +94,17 @@ class LayerStack {
     }
 
   private:
+    static Result<LayerStack> from_plain(image::Image image,
+                                         const std::string& view,
+                                         const PlainFiles* files);
+    void note_skipped(const image::StripReader& file);
+
     image::Image image_;
     image::LayerHeader header_;
-    std::unordered_map<std::string, image::ChannelPlace> channels_;  ///< by full name
+    std::unordered_map<std::string, image::ChannelPlace> channels_;           ///< by full name
+    std::unordered_map<std::string, std::vector<image::ChannelPlace>> data_;  ///< plain files only
+    std::vector<std::string> views_, notes_;
+    std::string view_;
     bool is_plain_ = false;
     std::string path_;
 };

@@ -240,8 +240,9 @@ image::Image Mixer::picture(const Look& look) {
         image::Channel channel = float_channel(std::move(name), std::move(values));
         return type_ == image::ChannelType::Half ? as_half(channel) : channel;
     };
-    if (const auto beauty = layout_.place("rgba", 0))
-        rgba.attributes = image::carried_attributes(layout_.image().parts[beauty->part].attributes);
+    rgba.attributes =
+        image::carried_attributes(layout_.image().parts[layout_.beauty_part()].attributes);
+    if (!layout_.view().empty()) rgba.attributes["view"] = layout_.view();
     layers.name = plan_.family;
     for (size_t c = 0; c < 3; ++c)
         rgba.channels.push_back(as_stored(rgb_names[c], std::move(fold_[c])));

@@ -4,6 +4,7 @@
 #include "compositor/command_outcome.h"
 #include "compositor/commands.h"
 #include "compositor/frame_runs.h"
+#include "compositor/input_files.h"
 #include "compositor/look_command_options.h"
 #include "compositor/mix_job.h"
 #include "compositor/picture_name.h"
@@ -18,13 +19,15 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace velatura::compositor {
 
 namespace {
 
 struct MixOptions {
-    std::string input, output, save_preset, display, view, frames;
+    std::vector<std::string> inputs;
+    std::string output, save_preset, display, view, stereo, frames;
     LookOptions look;
     PictureStorageOptions storage;
     double memory_gb = 4;
@@ -84,13 +87,13 @@ class FrameProgress {
 };
 
 FrameRuns runs_of(const MixOptions& o) {
-    return {{o.input}, {o.output}, o.frames};
+    return {o.inputs, {o.output}, o.frames};
 }
 
 void warn_of_memory(const MixJob& job, const MemoryShare& share) {
     if (share.frame_bytes > job.memory_bytes)
         warn(fmt::format("{} takes some {:.1f} GB, more than --memory",
-                         is_sequence(job.input) ? "a frame" : job.input,
+                         has_sequence({job.inputs, {}, {}}) ? "a frame" : job.inputs[0],
                          double(share.frame_bytes) * 0x1p-30));
 }
 
@@ -113,7 +116,7 @@ int mix_file(const MixOptions& o, const MixJob& job) {
         const bool has_frame = o.look.frame && is_plainly_sequence(o.output);
         const std::string output =
             has_frame ? frame_path(o.output, *o.look.frame) : names.output(o.output);
-        const auto mixed = mix_one(job, o.input, output, o.look.frame,
+        const auto mixed = mix_one(job, o.inputs, output, o.look.frame,
                                    std::min(share.strip_bytes, job.memory_bytes / 4));
         if (!mixed) return report(mixed.error());
         for (const std::string& warning : *mixed) warn(warning);
@@ -134,8 +137,14 @@ int run_mix(const MixOptions& o) {
     if (!look) return report(look.error());
     if (!o.display.empty()) look->display = o.display;
     if (!o.view.empty()) look->view = o.view;
+    if (are_frames(o.inputs))
+        return report({"bad-frames",
+                       fmt::format("{} and {} look like frames of one sequence, several files are "
+                                   "AOVs of one image: name the frames by one ####",
+                                   o.inputs[0], o.inputs[1])});
     MixJob job;
-    job.input = o.input;
+    job.inputs = o.inputs;
+    job.view = o.stereo;
     job.output = o.output;
     job.look = *look;
     job.with_layers = o.with_layers;
@@ -143,7 +152,7 @@ int run_mix(const MixOptions& o) {
     job.is_lenient = o.look.is_lenient;
     job.is_strict = o.is_strict;
     job.memory_bytes = size_t(o.memory_gb * 0x1p30);
-    const int code = is_sequence(o.input) ? mix_frames(o, job) : mix_file(o, job);
+    const int code = has_sequence(runs_of(o)) ? mix_frames(o, job) : mix_file(o, job);
     if (code != done || o.save_preset.empty()) return code;
     const auto saved = write_file_atomically(o.save_preset, look_to_json(*look));
     return saved ? int(done) : report(saved.error());
@@ -155,9 +164,10 @@ void add_mix_command(Command& app, std::function<int()>& run) {
     const auto o = std::make_shared<MixOptions>();
     Command command = app.add_subcommand("mix", "Gains, tints, mute, solo and shadow lift");
     command
-        .add_option("input", o->input,
+        .add_option("input", o->inputs,
                     "File of light layers, or shot.####.exr; of another renderer: each layer.RGB "
-                    "is a row, `rest` what they leave of the beauty")
+                    "is a row, `rest` what they leave of the beauty. Several files (one per AOV) "
+                    "are one mix: each is a row by what tells their names apart")
         .required()
         .reads();
     command
@@ -167,6 +177,7 @@ void add_mix_command(Command& app, std::function<int()>& run) {
         .writes();
     o->look.add_to(command);
     command.add_option("--save-preset", o->save_preset, "Write the look as JSON").writes();
+    add_stereo_option(command, o->stereo);
     command.add_option("--display", o->display, "OpenColorIO display for all but .exr");
     command.add_option("--view", o->view,
                        "OpenColorIO view: ACES, sRGB or Raw in the built-in config");

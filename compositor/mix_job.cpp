@@ -4,6 +4,7 @@
 #include "base/frames.h"
 #include "base/tasks.h"
 #include "compositor/fit_look.h"
+#include "compositor/input_files.h"
 #include "compositor/mix.h"
 #include "compositor/mix_plan.h"
 #include "compositor/picture_name.h"
@@ -59,19 +60,26 @@ size_t frame_bytes(const MixJob& job, const LayerStack& layout, int frame) {
     return layout.image().data.pixel_count() * bytes_per_pixel;
 }
 
+std::vector<std::string> inputs_of(const MixJob& job, int frame) {
+    std::vector<std::string> inputs;
+    for (const std::string& input : job.inputs) inputs.push_back(frame_file(input, frame));
+    return inputs;
+}
+
 FrameOutcome mix_frame(const MixJob& job, int frame, size_t strip_bytes) {
     FrameOutcome outcome;
     outcome.frame = frame;
     outcome.output = frame_path(job.output, frame);
-    const std::string input = frame_file(job.input, frame);
-    std::error_code error;
-    if (!std::filesystem::exists(input, error)) {
+    const std::vector<std::string> inputs = inputs_of(job, frame);
+    for (const std::string& input : inputs) {
+        std::error_code error;
+        if (std::filesystem::exists(input, error)) continue;
         outcome.error =
             Error{"frame-missing", fmt::format("frame {}: {} is not there", frame, input)};
         return outcome;
     }
     try {
-        auto mixed = mix_one(job, input, outcome.output, double(frame), strip_bytes);
+        auto mixed = mix_one(job, inputs, outcome.output, double(frame), strip_bytes);
         if (mixed) {
             outcome.warnings = std::move(*mixed);
         } else {
@@ -89,12 +97,9 @@ FrameOutcome mix_frame(const MixJob& job, int frame, size_t strip_bytes) {
 MemoryShare share_memory(const MixJob& job, const std::vector<int>& frames) {
     MemoryShare share;
     for (const int frame : frames) {
-        const std::string input = frame_file(job.input, frame);
-        const auto file = image::StripReader::open(input);
-        if (!file) continue;
-        const auto layout = LayerStack::describe(*file, input, ForeignFiles::Plain);
-        if (!layout) continue;
-        share.frame_bytes = frame_bytes(job, *layout, frame);
+        const auto input = open_input(inputs_of(job, frame), job.view, job.look.input_space);
+        if (!input) continue;
+        share.frame_bytes = frame_bytes(job, input->layout, frame);
         break;
     }
     share.frames =
@@ -107,19 +112,20 @@ MemoryShare share_memory(const MixJob& job, const std::vector<int>& frames) {
 }
 
 Result<std::vector<std::string>> mix_one(const MixJob& job,
-                                         const std::string& input,
+                                         const std::vector<std::string>& inputs,
                                          const std::string& output,
                                          std::optional<double> frame,
                                          size_t strip_bytes) {
     std::vector<std::string> warnings;
-    const auto file = image::StripReader::open(input);
-    if (!file) return file.error();
-    const auto layout = LayerStack::describe(*file, input, ForeignFiles::Plain);
-    if (!layout) return layout.error();
-    for (const std::string& part : file->foreign_parts())
-        warnings.push_back(fmt::format(
-            "{}: part {} skipped: its data window is too far from the others", input, part));
-    if (layout->is_plain() && job.with_layers)
+    const auto opened = open_input(inputs, job.view, job.look.input_space);
+    if (!opened) return opened.error();
+    const image::StripReader& file = opened->file;
+    const LayerStack& layout = opened->layout;
+    const std::string input = inputs.size() == 1
+                                  ? inputs[0]
+                                  : fmt::format("{} and {} more", inputs[0], inputs.size() - 1);
+    for (const std::string& note : layout.notes()) warnings.push_back(input + ": " + note);
+    if (layout.is_plain() && job.with_layers)
         return Error{"not-layers",
                      fmt::format("{} has no light layers of Velatura to store again", input)};
 
@@ -129,12 +135,12 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
         look = look_at(std::move(look), *frame);
     }
     if (job.is_lenient) {
-        FittedLook fitted = fit_look(*layout, look, &*file, strip_bytes);
+        FittedLook fitted = fit_look(layout, look, &file, strip_bytes);
         for (const std::string& line : fitted.left_out)
             warnings.push_back(fmt::format("{}: left out {}", input, line));
         look = std::move(fitted.look);
     }
-    const auto plan = plan_mix(*layout, look, &*file, strip_bytes);
+    const auto plan = plan_mix(layout, look, &file, strip_bytes);
     if (!plan) return Error{plan.error().code, fmt::format("{}: {}", input, plan.error().message)};
     if (job.with_layers && plan->family == "beauty")
         return Error{"not-layers", input + " stores no light layers that could be stored again"};
@@ -142,7 +148,7 @@ Result<std::vector<std::string>> mix_one(const MixJob& job,
 
     const bool is_linear = is_exr(output);
     std::vector<NotFiniteLayer> not_finite;
-    const auto mixed = mix_file(*file, *layout, *plan, look, job.with_layers && is_linear,
+    const auto mixed = mix_file(file, layout, *plan, look, job.with_layers && is_linear,
                                 &not_finite, strip_bytes, job.storage.type);
     if (!mixed) return mixed.error();
     if (!not_finite.empty() && job.is_strict)

@@ -15,8 +15,9 @@ namespace velatura::compositor {
 
 /// What `velatura-comp mix` does with a file, or with each frame of a sequence.
 struct MixJob {
-    std::string input,
-        output;  ///< .exr → .exr or a display picture; both may be sequences (base/frames.h)
+    std::vector<std::string> inputs;  ///< .exr; several are one mix (input_files.h)
+    std::string output;  ///< .exr or a display picture; all may be sequences (base/frames.h)
+    std::string view;    ///< of a stereo file; empty: the first
     Look look;
     bool with_layers = false;               ///< only to .exr
     PictureStorage storage;                 ///< of the output
@@ -35,12 +36,12 @@ struct MemoryShare {
 /// By what the first frame that is there needs.
 MemoryShare share_memory(const MixJob& job, const std::vector<int>& frames);
 
-/// Mixes one file and writes the result under a temporary name, renamed when it is whole. Returns:
+/// Mixes one frame and writes the result under a temporary name, renamed when it is whole. Returns:
 /// warnings. `frame` is where keys of the look are read.
 /// Errors: "no-frame" (keys and no frame), "not-finite" (strict), "not-layers" (none to
 /// store), and those of opening, planning and writing.
 Result<std::vector<std::string>> mix_one(const MixJob& job,
-                                         const std::string& input,
+                                         const std::vector<std::string>& inputs,
                                          const std::string& output,
                                          std::optional<double> frame,
                                          size_t strip_bytes);

@@ -297,6 +297,14 @@ Result<void> Planner::add_family(const image::FamilyClosure& family) {
 
 void Planner::add_plain_terms() {
     plan_.family = "plain";
+    if (!stack_.has_beauty()) {
+        // The beauty is the sum of the rows, in the order of the file
+        for (const image::LayerEntry& entry : stack_.header().layers) {
+            if (entry.family == "plain")
+                plan_.terms.push_back({entry.name, cell(entry).gain, cell(entry).mattes});
+        }
+        return;
+    }
     // beauty = rest + rows, so a mix is rest's gain on the beauty, and what rows differ from it
     const CellGain& rest = cells_.back();
     plan_.terms.push_back({"rgba", rest.gain, rest.mattes});

@@ -2,12 +2,19 @@
 #include "compositor/plain_layers.h"
 
 #include "base/unique_names.h"
+#include "compositor/pass_names.h"
+#include "compositor/stereo_views.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <optional>
-#include <vector>
+#include <map>
+#include <set>
+#include <tuple>
+#include <utility>
 
 namespace velatura::compositor {
 
@@ -15,142 +22,326 @@ namespace {
 
 using image::ChannelPlace;
 
-std::string lower(std::string text) {
-    for (char& c : text) c = char(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-}
+constexpr std::array rgba_suffixes = {"R", "G", "B", "A"};
 
 /// A layer by the name of its channels before the last dot, or by its part.
 struct NamedLayer {
     std::string name;
-    std::array<std::optional<ChannelPlace>, 4> channels;  ///< R G B A
-    bool is_bare = false;                                 ///< channels without a dot
+    size_t file = 0;
+    bool is_bare = false;  ///< channels without a dot
+    bool is_data = false;  ///< by the types of its channels, or as its part says
+    std::array<std::optional<ChannelPlace>, 4> channels = {};  ///< R G B A
+    std::vector<ChannelPlace> all = {};                        ///< whatever they are called
 
     bool has_colour() const { return channels[0] && channels[1] && channels[2]; }
+
+    PassKind kind() const { return is_data ? PassKind::Data : pass_kind(name); }
+
+    bool is_beauty() const { return kind() == PassKind::Beauty; }
+
+    bool is_light() const { return has_colour() && kind() == PassKind::Light; }
 };
 
-std::optional<size_t> component(const std::string& suffix) {
+std::optional<size_t> component(std::string suffix) {
     constexpr std::array<std::array<const char*, 2>, 4> names = {
         {{"r", "red"}, {"g", "green"}, {"b", "blue"}, {"a", "alpha"}}};
+    for (char& c : suffix) c = char(std::tolower(static_cast<unsigned char>(c)));
     for (size_t c = 0; c < names.size(); ++c) {
-        if (lower(suffix) == names[c][0] || lower(suffix) == names[c][1]) return c;
+        if (suffix == names[c][0] || suffix == names[c][1]) return c;
     }
     return std::nullopt;
 }
 
-std::vector<NamedLayer> colour_layers(const image::Image& image) {
+bool says_data(const image::Part& part) {
+    const auto at = part.attributes.find("colorInteropID");
+    const auto* id = at == part.attributes.end() ? nullptr : std::get_if<std::string>(&at->second);
+    return id && *id == "data";
+}
+
+/// All layers of the view that is read, in the order of their channels.
+std::vector<NamedLayer> named_layers(const image::Image& image,
+                                     const StereoViews& views,
+                                     const PlainFiles* files) {
     std::vector<NamedLayer> layers;
+    std::map<std::tuple<size_t, std::string, bool>, size_t> places;  // by part, name, is bare
     for (size_t p = 0; p < image.parts.size(); ++p) {
+        if (!views.has_part(p)) continue;
         const image::Part& part = image.parts[p];
+        const std::string part_name = views.part_name(part);
         for (size_t c = 0; c < part.channels.size(); ++c) {
-            const std::string& full = part.channels[c].name;
-            const size_t dot = full.rfind('.');
+            const auto full = views.channel_name(part, part.channels[c].name);
+            if (!full) continue;
+            const size_t dot = full->rfind('.');
             const bool is_bare = dot == std::string::npos;
-            const auto index = component(is_bare ? full : full.substr(dot + 1));
-            if (!index) continue;
-            const std::string name = is_bare ? part.name : full.substr(0, dot);
-            auto at = std::find_if(layers.begin(), layers.end(), [&](const NamedLayer& l) {
-                return l.name == name && l.is_bare == is_bare;
-            });
-            if (at == layers.end()) at = layers.insert(at, {name, {}, is_bare});
-            if (!at->channels[*index]) at->channels[*index] = ChannelPlace{p, c};
+            const auto index = component(is_bare ? *full : full->substr(dot + 1));
+            // A bare channel that is no color is a layer by itself: Z, id, mask
+            const bool is_alone = is_bare && !index && (*full != "Y" || part.find("X"));
+            const std::string name = is_alone ? *full : is_bare ? part_name : full->substr(0, dot);
+            const auto [at, is_new] =
+                places.try_emplace({p, name, is_bare && !is_alone}, layers.size());
+            if (is_new)
+                layers.push_back(
+                    {name, files ? files->of_part[p] : 0, is_bare && !is_alone, says_data(part)});
+            NamedLayer& layer = layers[at->second];
+            // `key.red` beside `key.R` is no second red
+            if (index && layer.channels[*index]) {
+                layers.push_back({*full, layer.file, false, true, {}, {{p, c}}});
+                continue;
+            }
+            layer.all.push_back({p, c});
+            if (index) layer.channels[*index] = ChannelPlace{p, c};
         }
     }
-    std::erase_if(layers, [](const NamedLayer& l) { return !l.has_colour(); });
     return layers;
 }
 
-/// What comes after the view layer: `ViewLayer.DiffDir` of Cycles → `DiffDir`. All of a name whose
-/// dots mean something else, as those of a light path expression do.
-std::string end_of(const std::string& name) {
-    const size_t dot = name.rfind('.');
-    const bool is_expression = name.find_first_of("<>[](){}'\"|*+^") != std::string::npos;
-    return is_expression || dot == std::string::npos || dot + 1 == name.size()
-               ? name
-               : name.substr(dot + 1);
-}
-
-std::string last_word(const std::string& name) {
-    return lower(end_of(name));
-}
-
-bool is_beauty_name(const std::string& name) {
-    constexpr std::array words = {"combined", "rgba", "rgb", "beauty", "c"};
-    return std::find(words.begin(), words.end(), last_word(name)) != words.end();
-}
-
-/// Passes that hold no light: of Cycles, Arnold, pbrt, RenderMan, Karma.
-bool is_data_name(const std::string& name) {
-    const std::string word = last_word(name);
-    constexpr std::array words = {"albedo",   "n",      "ns",          "ng",      "p",
-                                  "position", "normal", "uv",          "st",      "z",
-                                  "depth",    "vector", "motion",      "diffcol", "glosscol",
-                                  "transcol", "mist",   "motionvector"};
-    constexpr std::array beginnings = {"crypto", "denoising", "rgbalbedo", "id_", "debug"};
-    return std::find(words.begin(), words.end(), word) != words.end() ||
-           std::any_of(beginnings.begin(), beginnings.end(),
-                       [&](const char* b) { return word.starts_with(b); }) ||
-           word.ends_with("albedo") || word.ends_with("normal");
-}
-
-const NamedLayer* find_beauty(const std::vector<NamedLayer>& layers) {
-    const auto named_or_unnamed = [](const NamedLayer& l) {
-        return l.is_bare && (l.name.empty() || is_beauty_name(l.name));
-    };
-    auto at = std::find_if(layers.begin(), layers.end(), named_or_unnamed);
-    if (at == layers.end()) {
-        at = std::find_if(layers.begin(), layers.end(),
-                          [](const NamedLayer& l) { return is_beauty_name(l.name); });
+/// A picture in shades of grey has the one channel Y, which stands for all three.
+void take_grey(const image::Image& image, NamedLayer& layer) {
+    if (!layer.is_bare || layer.channels[0] || layer.channels[1] || layer.channels[2]) return;
+    for (const ChannelPlace& place : layer.all) {
+        if (image.parts[place.part].channels[place.channel].name != "Y") continue;
+        layer.channels[0] = layer.channels[1] = layer.channels[2] = place;
     }
-    if (at == layers.end()) {
-        at = std::find_if(layers.begin(), layers.end(),
-                          [](const NamedLayer& l) { return l.is_bare && !is_data_name(l.name); });
+}
+
+/// Layers whose R, G and B stand in different parts.
+void join_parts(std::vector<NamedLayer>& layers) {
+    for (size_t i = 0; i < layers.size(); ++i) {
+        NamedLayer& layer = layers[i];
+        const auto is_broken = [](const NamedLayer& l) {
+            return !l.has_colour() && (l.channels[0] || l.channels[1] || l.channels[2]);
+        };
+        if (layer.is_bare || !is_broken(layer)) continue;
+        for (size_t j = i + 1; j < layers.size(); ++j) {
+            NamedLayer& other = layers[j];
+            if (other.is_bare || other.name != layer.name || other.file != layer.file ||
+                !is_broken(other))
+                continue;
+            for (size_t c = 0; c < 4; ++c) {
+                if (!layer.channels[c]) layer.channels[c] = std::exchange(other.channels[c], {});
+            }
+            layer.all.insert(layer.all.end(), other.all.begin(), other.all.end());
+            other.all.clear();
+        }
     }
-    return at == layers.end() ? nullptr : &*at;
+    std::erase_if(layers, [](const NamedLayer& l) { return l.all.empty(); });
+}
+
+void mark_integers(const image::Image& image, std::vector<NamedLayer>& layers) {
+    for (NamedLayer& layer : layers) {
+        const bool is_picture = layer.is_bare && (layer.name.empty() || layer.is_beauty());
+        for (size_t c = 0; c < 3 && !is_picture; ++c) {
+            if (!layer.channels[c]) continue;
+            const image::Channel& channel =
+                image.parts[layer.channels[c]->part].channels[layer.channels[c]->channel];
+            layer.is_data = layer.is_data || channel.type() == image::ChannelType::Uint;
+        }
+    }
+}
+
+using Found = std::vector<NamedLayer>::iterator;
+
+/// Of layers [begin, end): bare colors without a name, or called as a beauty; then a layer called
+/// so; then the only light there is, or the only one with alpha.
+Found find_beauty(Found begin, Found end) {
+    const auto bare = std::find_if(begin, end, [](const NamedLayer& l) {
+        return l.has_colour() && l.is_bare && (l.name.empty() || l.is_beauty());
+    });
+    if (bare != end) return bare;
+    Found named = end;
+    for (Found at = begin; at != end; ++at) {
+        if (!at->has_colour() || !at->is_beauty()) continue;
+        if (named == end || beauty_rank(at->name) < beauty_rank(named->name)) named = at;
+    }
+    if (named != end) return named;
+    for (const bool needs_alpha : {false, true}) {
+        const auto is_one = [&](const NamedLayer& l) {
+            return l.is_light() && (!needs_alpha || l.channels[3]);
+        };
+        const auto at = std::find_if(begin, end, is_one);
+        if (at != end && at->is_bare && std::count_if(begin, end, is_one) == 1) return at;
+    }
+    return end;
 }
 
 /// Names that a control can be typed with: the last word where that is enough to tell rows apart.
-std::string row_name(const NamedLayer& layer, const std::vector<NamedLayer>& layers) {
-    const std::string last = end_of(layer.name);
-    const auto same = std::count_if(layers.begin(), layers.end(),
-                                    [&](const NamedLayer& l) { return end_of(l.name) == last; });
-    return same == 1 ? last : layer.name;
+std::string row_name(const NamedLayer& layer, const std::map<std::string, size_t>& last_words) {
+    if (layer.name.empty()) return "unnamed";
+    const std::string last = last_word(layer.name);
+    return last_words.at(last) == 1 ? last : layer.name;
 }
 
-image::LayerEntry entry_of(const std::string& name, const char* family) {
-    image::LayerEntry entry;
-    entry.name = name;
-    entry.family = family;
-    entry.type = "mixed";
-    return entry;
+std::string type_of(const image::Image& image, const std::vector<ChannelPlace>& places) {
+    constexpr std::array names = {"half", "float", "uint"};
+    std::optional<image::ChannelType> type;
+    for (const ChannelPlace& place : places) {
+        const image::ChannelType one = image.parts[place.part].channels[place.channel].type();
+        if (type && *type != one) return "mixed";
+        type = one;
+    }
+    return type ? names[size_t(*type)] : "mixed";
+}
+
+/// Puts the layers together.
+class Builder {
+  public:
+    Builder(const image::Image& image, std::vector<NamedLayer> layers)
+        : image_(image), layers_(std::move(layers)) {
+        for (const NamedLayer& l : layers_)
+            if (l.has_colour()) ++last_words_[last_word(l.name)];
+    }
+
+    Result<PlainLayers> run() {
+        const auto beauty = find_beauty(layers_.begin(), layers_.end());
+        if (beauty == layers_.end()) return run_without_beauty();
+        return run_with(*beauty);
+    }
+
+  private:
+    image::LayerEntry& add_entry(const NamedLayer& layer,
+                                 const std::string& name,
+                                 const char* family) {
+        image::LayerEntry entry;
+        entry.name = name;
+        entry.family = family;
+        entry.type = type_of(image_, layer.all);
+        return plain_.header.layers.emplace_back(std::move(entry));
+    }
+
+    void add_channels(const NamedLayer& layer, const std::string& name) {
+        for (size_t c = 0; c < 4; ++c) {
+            if (layer.channels[c])
+                plain_.channels.emplace(name + "." + rgba_suffixes[c], *layer.channels[c]);
+        }
+    }
+
+    void add_row(const NamedLayer& layer) {
+        const std::string name = names_.make(row_name(layer, last_words_));
+        add_entry(layer, name, "plain").group = name;
+        add_channels(layer, name);
+        plain_.header.lights.push_back({name, {}, false});
+    }
+
+    /// After all rows, which have the better right to their names.
+    void add_data(const NamedLayer& layer) {
+        const std::string name = names_.make(layer.has_colour()   ? row_name(layer, last_words_)
+                                             : layer.name.empty() ? std::string("unnamed")
+                                                                  : layer.name);
+        add_entry(layer, name, "data");
+        if (layer.has_colour()) add_channels(layer, name);
+        plain_.data.emplace(name, layer.all);
+    }
+
+    /// Channels of a row or the beauty that are no colors: `key.Z` beside `key.R`.
+    void add_others(const NamedLayer& layer) {
+        for (const ChannelPlace& place : layer.all) {
+            const auto is_here = [&](const auto& c) { return c && *c == place; };
+            if (std::any_of(layer.channels.begin(), layer.channels.end(), is_here)) continue;
+            const std::string& channel = image_.parts[place.part].channels[place.channel].name;
+            add_data({channel, layer.file, false, true, {}, {place}});
+        }
+    }
+
+    void add_all_data(const std::vector<const NamedLayer*>& used) {
+        for (const NamedLayer& layer : layers_) {
+            const bool is_used = std::find(used.begin(), used.end(), &layer) != used.end();
+            is_used ? add_others(layer) : add_data(layer);
+        }
+    }
+
+    PlainLayers run_with(const NamedLayer& beauty) {
+        add_entry(beauty, "rgba", "beauty");
+        names_.take("rgba");
+        for (size_t c = 0; c < 4; ++c) {
+            if (beauty.channels[c]) plain_.channels.emplace(rgba_suffixes[c], *beauty.channels[c]);
+        }
+        std::vector<const NamedLayer*> used = {&beauty};
+        for (const NamedLayer& layer : layers_) {
+            if (&layer == &beauty || !layer.is_light()) continue;
+            add_row(layer);
+            used.push_back(&layer);
+        }
+        plain_.header.lights.push_back({names_.make("rest"), {}, false});
+        add_all_data(used);
+        return std::move(plain_);
+    }
+
+    Result<PlainLayers> run_without_beauty() {
+        std::set<std::string> lights;
+        for (const NamedLayer& layer : layers_)
+            if (layer.is_light()) lights.insert(layer.name);
+        const auto has = [&](const std::string& name) { return lights.count(name) != 0; };
+        std::vector<const NamedLayer*> used;
+        std::string without;
+        names_.take("rgba");
+        for (const NamedLayer& layer : layers_) {
+            if (!layer.is_light()) continue;
+            if (is_total(layer.name, has) || is_shadow_pass(layer.name)) {
+                without += (without.empty() ? ", without " : ", ") + layer.name;
+                continue;
+            }
+            if (used.empty() && layer.channels[3]) plain_.channels.emplace("A", *layer.channels[3]);
+            add_row(layer);
+            used.push_back(&layer);
+        }
+        if (used.empty())
+            return Error{"not-layers", "the file has no channels R, G and B of a picture"};
+        add_all_data(used);
+        plain_.notes.push_back(fmt::format(
+            "no beauty: the sum of its {} light layers is taken for it{}", used.size(), without));
+        return std::move(plain_);
+    }
+
+    const image::Image& image_;
+    std::vector<NamedLayer> layers_;
+    std::map<std::string, size_t> last_words_;
+    UniqueNames names_;
+    PlainLayers plain_;
+};
+
+/// The beauty of each file becomes a bare layer by the file's name, everything else is data of it.
+void name_by_files(std::vector<NamedLayer>& layers, const PlainFiles& files) {
+    std::stable_sort(layers.begin(), layers.end(),
+                     [](const NamedLayer& a, const NamedLayer& b) { return a.file < b.file; });
+    for (Found begin = layers.begin(); begin != layers.end();) {
+        const Found end = std::find_if(begin, layers.end(),
+                                       [&](const NamedLayer& l) { return l.file != begin->file; });
+        const std::string& file = files.names[begin->file];
+        const Found beauty = find_beauty(begin, end);
+        for (Found at = begin; at != end; ++at) {
+            if (at == beauty) {
+                at->name = file;
+                at->is_bare = true;
+                continue;
+            }
+            // Without a beauty its light layers are rows; beside one they are parts of it
+            at->is_data = at->is_data || beauty != end || at->kind() != PassKind::Light;
+            at->name = file.empty() ? at->name : file + "." + at->name;
+            at->is_bare = false;
+        }
+        begin = end;
+    }
 }
 
 }  // namespace
 
-Result<PlainLayers> plain_layers(const image::Image& image) {
-    const std::vector<NamedLayer> layers = colour_layers(image);
-    const NamedLayer* beauty = find_beauty(layers);
-    if (!beauty) return Error{"not-layers", "the file has no channels R, G and B of a picture"};
-
-    constexpr std::array suffixes = {"R", "G", "B", "A"};
-    PlainLayers plain;
-    plain.header.layers.push_back(entry_of("rgba", "beauty"));
-    for (size_t c = 0; c < 4; ++c) {
-        if (beauty->channels[c]) plain.channels.emplace(suffixes[c], *beauty->channels[c]);
-    }
-    UniqueNames names;
-    names.take("rgba");
-    for (const NamedLayer& layer : layers) {
-        if (&layer == beauty) continue;
-        const std::string name = names.make(row_name(layer, layers));
-        const bool is_row = !is_data_name(layer.name);
-        plain.header.layers.push_back(entry_of(name, is_row ? "plain" : "data"));
-        if (is_row) plain.header.lights.push_back({name, {}, false});
-        if (is_row) plain.header.layers.back().group = name;
-        for (size_t c = 0; c < 3; ++c)
-            plain.channels.emplace(name + "." + suffixes[c], *layer.channels[c]);
-    }
-    plain.header.lights.push_back({names.make("rest"), {}, false});
+Result<PlainLayers> plain_layers(const image::Image& image,
+                                 const std::string& view,
+                                 const PlainFiles* files) {
+    const auto views = StereoViews::of(image, view);
+    if (!views) return views.error();
+    std::vector<NamedLayer> layers = named_layers(image, *views, files);
+    for (NamedLayer& layer : layers) take_grey(image, layer);
+    mark_integers(image, layers);
+    join_parts(layers);
+    if (files) name_by_files(layers, *files);
+    auto plain = Builder(image, std::move(layers)).run();
+    if (!plain) return plain;
+    plain->views = views->names();
+    plain->view = views->chosen();
+    if (!plain->views.empty() && view.empty())
+        plain->notes.push_back(fmt::format("views {}: {} is read (--stereo for another)",
+                                           fmt::join(plain->views, " "), plain->view));
     return plain;
 }
 

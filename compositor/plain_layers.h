@@ -5,22 +5,39 @@
 #include "image/layer_header.h"
 #include "image/strip_reader.h"
 
+#include <optional>
+#include <span>
 #include <string>
 #include <unordered_map>
+#include <vector>
 
 namespace velatura::compositor {
 
 /// A file of another renderer as rows of a mixer: each colour layer is a row that it is a part of
-/// the beauty, `rest` is what is left of the beauty without them. Names of data (albedo, normals,
-/// Cycles' colour passes, Cryptomatte …) make no rows.
+/// the beauty, `rest` is what is left of the beauty without them. Layers of data (pass_names.h) and
+/// integers make no rows.
 struct PlainLayers {
     image::LayerHeader header;  ///< rows as groups, layers of family "plain" or "data", no closure
-    /// `R` … `A` of the beauty, `row.R` …
+    /// `R` … `A` of the beauty, `row.R` …; without a beauty `A` is that of the first row.
     std::unordered_map<std::string, image::ChannelPlace> channels;
+    std::unordered_map<std::string, std::vector<image::ChannelPlace>> data;  ///< by layer
+    std::vector<std::string> views;  ///< none where the file has only one
+    std::string view;                ///< that of the layers
+    std::vector<std::string> notes;  ///< choices that a person may want to know of
+};
+
+/// Files that were opened together: the beauty of each is a layer by its name, that of one without
+/// a name the beauty of all.
+struct PlainFiles {
+    std::vector<std::string> names;
+    std::vector<size_t> of_part;  ///< the file of each part
 };
 
 /// The beauty is `R G B` of the first part that has them bare, else a layer `Combined`, `rgba` or
-/// `beauty`. Errors: "not-layers" (no colours that could be a beauty).
-Result<PlainLayers> plain_layers(const image::Image& image);
+/// `beauty`; of a file with light layers alone it is their sum. `view`: of a stereo file; empty
+/// takes the first. Errors: "not-layers" (no colours that could be a beauty), "unknown-view".
+Result<PlainLayers> plain_layers(const image::Image& image,
+                                 const std::string& view = "",
+                                 const PlainFiles* files = nullptr);
 
 }  // namespace velatura::compositor

@@ -4,8 +4,7 @@
 namespace velatura::compositor {
 
 Result<image::FileColor> color_of_stack(const LayerStack& stack, const Look& look) {
-    const auto beauty = stack.place("rgba", 0);
-    return image::color_of(stack.image(), look.input_space, beauty ? beauty->part : 0);
+    return image::color_of(stack.image(), look.input_space, stack.beauty_part());
 }
 
 }  // namespace velatura::compositor

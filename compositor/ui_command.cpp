@@ -2,6 +2,7 @@
 #include "base/frames.h"
 #include "compositor/command_outcome.h"
 #include "compositor/commands.h"
+#include "compositor/frame_runs.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -22,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct UiOptions {
-    std::string input, preset, input_space;
+    std::string input, preset, input_space, stereo;
     std::optional<double> frame;
     std::vector<int> size;
 };
@@ -64,6 +65,7 @@ int run_ui(const UiOptions& o) {
     if (!o.preset.empty()) arguments.insert(arguments.end(), {"--preset", o.preset});
     if (o.frame) arguments.insert(arguments.end(), {"--frame", fmt::format("{}", *o.frame)});
     if (!o.input_space.empty()) arguments.insert(arguments.end(), {"--input-space", o.input_space});
+    if (!o.stereo.empty()) arguments.insert(arguments.end(), {"--stereo", o.stereo});
     if (!o.size.empty()) {
         arguments.emplace_back("--size");
         for (const int v : o.size) arguments.push_back(std::to_string(v));
@@ -88,6 +90,7 @@ void add_ui_command(Command& app, std::function<int()>& run) {
     command.add_option("--frame", o->frame, "Frame at which keys are read (default: the file's)");
     command.add_option("--input-space", o->input_space,
                        "Color space of the file, where it does not say it (see mix)");
+    add_stereo_option(command, o->stereo);
     command.add_option("--size", o->size, "Width and height of the window").size(16384);
     command.callback([&run, o] { run = [o] { return run_ui(*o); }; });
 }

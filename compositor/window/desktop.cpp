@@ -16,8 +16,8 @@ namespace velatura::compositor::window {
 
 namespace {
 
-Result<std::shared_ptr<const Levels>> load(const std::string& path) {
-    auto stack = LayerStack::load(path, ForeignFiles::Plain);
+Result<std::shared_ptr<const Levels>> load(const std::string& path, const std::string& view) {
+    auto stack = LayerStack::load(path, ForeignFiles::Plain, view);
     if (!stack) return stack.error();
     auto levels = Levels::make(std::make_shared<const LayerStack>(std::move(*stack)));
     if (!levels) return levels.error();
@@ -60,7 +60,7 @@ Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
     : frame_(frame),
       session_(RecentFiles(recent_list_path()), KeptLooks(kept_looks_folder())),
       drawing_{session_, textures_, {}, window.fonts(), {}, {}, {}, {}, {}, 0,
-               {},       true,      {}, false,          {}, {}, {}, {}},
+               {},       true,      {}, false,          {}, {}, {}, {}, {}},
       worker_(GlfwWindow::wake),
       loading_(GlfwWindow::wake),
       comparing_(GlfwWindow::wake),
@@ -73,24 +73,36 @@ Desktop::Desktop(const GlfwWindow& window, std::optional<double> frame)
     if (auto spaces = image::color_spaces()) drawing_.spaces = std::move(*spaces);
     drawing_.open_file = [this](const std::string& path) { open(path); };
     drawing_.open_compared = [this](const std::string& path) { open_compared(path); };
+    drawing_.open_view = [this](const std::string& view) {
+        set_stereo(view);
+        open(session_.path());
+    };
     drawing_.write_output = [this](const std::string& path) { write_output(path); };
 }
 
 void Desktop::open(const std::string& path) {
     if (path.ends_with(".json")) return session_.load_preset(path);
-    loading_.replace(
-        [path = file_to_open(path, frame_)]() -> Result<Loaded> { return load_file(path); });
+    loading_.replace([path = file_to_open(path, frame_), view = stereo_,
+                      has_file = session_.has_file()]() -> Result<Loaded> {
+        return load_file(path, view, has_file);
+    });
     session_.tell("loading " + path);
 }
 
 void Desktop::open_compared(const std::string& path) {
-    comparing_.replace(
-        [path = file_to_open(path, frame_)]() -> Result<Loaded> { return load_file(path); });
+    comparing_.replace([path = file_to_open(path, frame_), view = stereo_,
+                        has_file = session_.has_file()]() -> Result<Loaded> {
+        return load_file(path, view, has_file);
+    });
     session_.tell("loading " + path);
 }
 
-Result<Desktop::Loaded> Desktop::load_file(const std::string& path) {
-    auto levels = load(path);
+Result<Desktop::Loaded> Desktop::load_file(const std::string& path,
+                                           const std::string& view,
+                                           bool is_lenient) {
+    auto levels = load(path, view);
+    // A view that was chosen for one file is that of others as far as they have it
+    if (!levels && is_lenient && levels.error().code == "unknown-view") levels = load(path, "");
     if (!levels) return levels.error();
     return Loaded{path, std::move(*levels)};
 }

@@ -26,6 +26,9 @@ class Desktop {
     /// Of the file's numbers; empty: what the file says.
     void set_input_space(const std::string& space) { session_.set_input_space(space); }
 
+    /// View of the stereo files that are opened from here on; empty: the first of each.
+    void set_stereo(const std::string& view) { stereo_ = view; }
+
     void load_preset(const std::string& path) { session_.load_preset(path); }
 
     void press(const KeyPress& key, bool is_repeat);
@@ -57,7 +60,9 @@ class Desktop {
     };
 
     void take_up();
-    static Result<Loaded> load_file(const std::string& path);
+    static Result<Loaded> load_file(const std::string& path,
+                                    const std::string& view,
+                                    bool is_lenient);
     void open_compared(const std::string& path);
     void take_loaded();
     void take_compared();
@@ -67,6 +72,7 @@ class Desktop {
     void request();
 
     std::optional<double> frame_;
+    std::string stereo_;
     Session session_;
     Textures textures_;
     Drawing drawing_;

@@ -38,6 +38,8 @@ struct Drawing {
 
     /// What the window's owner does for a dialog.
     std::function<void(const std::string&)> open_file, open_compared, write_output;
+    /// Reads that view of the stereo file.
+    std::function<void(const std::string&)> open_view;
 };
 
 }  // namespace velatura::compositor::window

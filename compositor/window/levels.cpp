@@ -168,7 +168,8 @@ Result<Levels> Levels::make(std::shared_ptr<const LayerStack> stack) {
     while (levels.frame(levels.count() - 1).pixel_count() > smallest_pixels) {
         auto smaller = LayerStack::from_image(
             half_size(*levels.stacks_.back()),
-            levels.stack(0).is_plain() ? ForeignFiles::Plain : ForeignFiles::Refuse);
+            levels.stack(0).is_plain() ? ForeignFiles::Plain : ForeignFiles::Refuse,
+            levels.stack(0).view());
         if (!smaller) return smaller.error();
         levels.stacks_.push_back(std::make_shared<const LayerStack>(std::move(*smaller)));
     }

@@ -25,7 +25,7 @@ namespace {
 enum ExitCode { done = 0, failed = 1, usage = 2 };
 
 struct Options {
-    std::string input, preset, script, input_space;
+    std::string input, preset, script, input_space, stereo;
     std::optional<double> frame;
     int width = 1600, height = 960;
     bool prints_times = false;
@@ -99,6 +99,7 @@ int run(const Options& o) {
     if (!window) return report(window.error());
     Desktop desktop(**window, o.frame);
     desktop.set_input_space(o.input_space);
+    desktop.set_stereo(o.stereo);
     if (o.frame && !std::isfinite(*o.frame))
         return report({"bad-arguments", "--frame is no number"});
     for (const std::string& path : {o.preset, is_preset(o.input) ? o.input : std::string()}) {
@@ -154,6 +155,7 @@ int run_command(int argc, char** argv) {
     app.add_option("--frame", o.frame, "Frame at which keys are read (default: the file's)");
     app.add_option("--input-space", o.input_space,
                    "Color space of the file, where it does not say it (velatura-comp mix --help)");
+    app.add_option("--stereo", o.stereo, "View of a stereo file (velatura-comp mix --help)");
     std::vector<int> size = {o.width, o.height};
     app.add_option("--size", size, "Width and height of the window").size(16384);
     app.add_option("--script", o.script, "Play mouse and keys from a file, then quit");

@@ -25,6 +25,20 @@ void draw_recent(Drawing& drawing) {
     ImGui::EndMenu();
 }
 
+void draw_views(Drawing& drawing) {
+    const Session& session = drawing.session;
+    const bool is_stereo = session.has_file() && !session.stack().views().empty();
+    const bool is_open = begin_menu("Stereo view", is_stereo);
+    note_item(drawing, "menu Stereo view");
+    if (!is_open) return;
+    for (const std::string& view : session.stack().views()) {
+        if (ImGui::MenuItem(view.c_str(), nullptr, view == session.stack().view()))
+            drawing.open_view(view);
+        note_item(drawing, "stereo " + view);
+    }
+    ImGui::EndMenu();
+}
+
 bool always(const Session& /*session*/) {
     return true;
 }
@@ -71,6 +85,7 @@ const std::vector<Menu>& menus() {
           {"End the comparison", Action::EndComparison, is_comparing},
           {"Previous frame", Action::PreviousFrame},
           {"Next frame", Action::NextFrame},
+          {"Stereo view", Action::OpenFile, has_file, draw_views},
           {},
           {"Load preset …", Action::OpenPreset, always},
           {"Save preset …", Action::SavePreset},

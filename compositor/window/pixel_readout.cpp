@@ -17,13 +17,11 @@ float value_at(const image::Image& image, const image::Channel* channel, int x, 
     return channel && image.data.contains(fx, fy) ? channel->value(image.data.index(fx, fy)) : 0.0f;
 }
 
-std::vector<float> data_values(const image::Image& image, const std::string& name, int x, int y) {
+std::vector<float> data_values(const LayerStack& stack, const std::string& name, int x, int y) {
     std::vector<float> values;
-    for (const image::Part& part : image.parts) {
-        for (const image::Channel& channel : part.channels) {
-            if (channel.name == name || channel.name.starts_with(name + "."))
-                values.push_back(value_at(image, &channel, x, y));
-        }
+    for (const image::ChannelPlace& place : stack.data_channels(name)) {
+        const image::Channel& channel = stack.image().parts[place.part].channels[place.channel];
+        values.push_back(value_at(stack.image(), &channel, x, y));
     }
     return values;
 }
@@ -56,7 +54,7 @@ class Reader {
     void add_unused(const std::string& layer) { add(layer, {}); }
 
     void add_data(const std::string& name) {
-        out_.data.push_back({name, data_values(stack_.image(), name, out_.x, out_.y)});
+        out_.data.push_back({name, data_values(stack_, name, out_.x, out_.y)});
     }
 
   private:
@@ -94,7 +92,8 @@ PixelReadout read_pixel(
     out.y = y;
     const std::vector<float> mix = mix_tile(stack, plan, exposure_stops, {x, y, x + 1, y + 1});
     std::copy(mix.begin(), mix.end(), out.mix.begin());
-    if (const image::Channel* alpha = image.find("A")) out.alpha = value_at(image, alpha, x, y);
+    if (const image::Channel* alpha = stack.channel("rgba", 3))
+        out.alpha = value_at(image, alpha, x, y);
 
     const float exposure = std::exp2(exposure_stops);
     Reader reader(stack, plan, out);

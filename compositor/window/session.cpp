@@ -79,9 +79,16 @@ void Session::show(std::string path,
     tell(fmt::format(
              "{} layers, {} {}", file.header().layers.size(), rows_of_file,
              file.is_plain() ? "rows of a file without a header of Velatura" : "light groups") +
-         not_finite_text() +
+         notes_text() + not_finite_text() +
          (is_plain(look()) ? "" : "; the look is the one from before (Ctrl+R: as rendered)"));
     if (waiting_) take_over(*std::exchange(waiting_, std::nullopt));
+}
+
+/// How the file was read.
+std::string Session::notes_text() const {
+    std::string text;
+    for (const std::string& note : stack().notes()) text += "; " + note;
+    return text;
 }
 
 /// `; NaN or Inf in key.R, key.G (taken as 0)`, at most three of them; empty: all are finite.

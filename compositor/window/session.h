@@ -277,6 +277,7 @@ class Session {
     void keep_picks();
     RowTarget selected_row() const;
     std::string not_finite_text() const;
+    std::string notes_text() const;
     bool is_saved(const Look& look) const;
     void remember_saved(const Look& look);
     void want_neighbour(int step);

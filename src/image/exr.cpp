@@ -158,6 +158,8 @@ struct ExrReader::Impl {
     std::string path;
     std::unique_ptr<Imf::MultiPartInputFile> file;
     Image header;
+    std::vector<int> places;  ///< in the file, of the parts that are not deep
+    std::vector<std::string> deep_parts;
     std::vector<Window> windows;
     std::vector<int> chunk_rows;
 };
@@ -183,8 +185,11 @@ Result<ExrReader> ExrReader::open(const std::string& path, Chunks chunks) {
         uint64_t least_bytes = 0;  // of all parts up to here
         for (int i = 0; i < impl->file->parts(); ++i) {
             const Imf::Header& header = impl->file->header(i);
-            if (header.hasType() && !Imf::isImage(header.type()))
-                return error("deep data are not read");
+            if (header.hasType() && !Imf::isImage(header.type())) {
+                impl->deep_parts.push_back(header.hasName() ? header.name() : std::string());
+                continue;
+            }
+            const bool is_first = impl->places.empty();
             const Window data = window_of(header.dataWindow());
             if (data.is_empty() || data.pixel_count() > max_pixels)
                 return error("data window too large");
@@ -192,17 +197,18 @@ Result<ExrReader> ExrReader::open(const std::string& path, Chunks chunks) {
             if (least_bytes > file_bytes)
                 return error(fmt::format("{} bytes cannot hold {}×{} pixels of part {}", file_bytes,
                                          data.width(), data.height(), i + 1));
+            impl->places.push_back(i);
             impl->windows.push_back(data);
             impl->chunk_rows.push_back(rows_per_chunk_of(header));
             Part part;
             part.name = header.hasName() ? header.name() : std::string();
             part.is_lossy = is_lossy(header.compression());
-            if (i == 0) {
+            if (is_first) {
                 impl->header.data = data;
                 impl->header.display = window_of(header.displayWindow());
                 impl->header.pixel_aspect_ratio = header.pixelAspectRatio();
             }
-            read_attributes(header, i == 0 ? impl->header.attributes : part.attributes);
+            read_attributes(header, is_first ? impl->header.attributes : part.attributes);
             for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
                 if (c.channel().xSampling != 1 || c.channel().ySampling != 1) {
                     return error(fmt::format("channel {} is subsampled", c.name()));
@@ -211,6 +217,7 @@ Result<ExrReader> ExrReader::open(const std::string& path, Chunks chunks) {
             }
             impl->header.parts.push_back(std::move(part));
         }
+        if (impl->places.empty()) return error("it holds deep data only, which are not read");
     } catch (const std::exception& e) {
         throw_if_memory(e);
         return error(e.what());
@@ -220,6 +227,10 @@ Result<ExrReader> ExrReader::open(const std::string& path, Chunks chunks) {
 
 int ExrReader::part_count() const {
     return int(impl_->header.parts.size());
+}
+
+const std::vector<std::string>& ExrReader::deep_parts() const {
+    return impl_->deep_parts;
 }
 
 const Image& ExrReader::header() const {
@@ -248,7 +259,7 @@ Result<void> ExrReader::read_rows(int index,
             buffer.insert(t.channel, Imf::Slice::Make(pixel_type(t.type), t.values, exr_box(rows),
                                                       size, size * size_t(rows.width())));
         }
-        Imf::InputPart input(*impl_->file, index);
+        Imf::InputPart input(*impl_->file, impl_->places[size_t(index)]);
         input.setFrameBuffer(buffer);
         input.readPixels(y0, y1 - 1);
         return {};
@@ -263,7 +274,7 @@ Result<Part> ExrReader::read_part(int index) const {
         Part part = impl_->header.parts[size_t(index)];
         const Window& w = impl_->windows[size_t(index)];
         for (Channel& c : part.channels) c = Channel::make(c.name, c.type(), w.pixel_count());
-        Imf::InputPart input(*impl_->file, index);
+        Imf::InputPart input(*impl_->file, impl_->places[size_t(index)]);
         input.setFrameBuffer(frame_buffer(part, w));
         input.readPixels(w.y0, w.y1 - 1);
         return part;

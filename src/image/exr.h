@@ -9,6 +9,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace velatura::image {
 
@@ -37,14 +38,17 @@ class ExrReader {
     /// memory.
     enum class Chunks : uint8_t { Several, One };
 
-    /// Errors: "io-open" (missing, not EXR, deep, windows too large or more of them than the file
-    /// can hold, subsampled channels).
+    /// Deep parts are skipped. Errors: "io-open" (missing, not EXR, nothing but deep data, windows
+    /// too large or more of them than the file can hold, subsampled channels).
     static Result<ExrReader> open(const std::string& path, Chunks chunks = Chunks::Several);
     ~ExrReader();
     ExrReader(ExrReader&&) noexcept;
     ExrReader& operator=(ExrReader&&) noexcept;
 
+    /// Of those that are not deep, which all numbers of parts count.
     int part_count() const;
+    /// Names of the deep parts, which are skipped.
+    const std::vector<std::string>& deep_parts() const;
     /// Windows and attributes of the file; parts have names, attributes and channel names without
     /// data.
     const Image& header() const;

@@ -130,7 +130,6 @@ bool is_structural(const std::string& name) {
                                    "version",
                                    "chunkCount",
                                    "tiles",
-                                   "view",
                                    "maxSamplesPerPixel",
                                    "deepImageState"};
     return std::any_of(std::begin(own), std::end(own), [&](const char* n) { return name == n; });

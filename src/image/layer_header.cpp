@@ -268,7 +268,9 @@ Attributes carried_attributes(const Attributes& attributes) {
         const auto* other = std::get_if<OtherAttribute>(&attribute);
         const bool is_of_pixels =
             other && (other->type == "preview" || other->type == "idmanifest");
-        if (!name.starts_with("velatura/") && !name.starts_with("cryptomatte/") && !is_of_pixels)
+        const bool is_of_views = name == "view" || name == "multiView";
+        if (!name.starts_with("velatura/") && !name.starts_with("cryptomatte/") && !is_of_pixels &&
+            !is_of_views)
             carried[name] = attribute;
     }
     return carried;

@@ -61,7 +61,7 @@ void write_layer_header(Image& image,
 Result<LayerHeader> read_layer_header(const Image& image);
 
 /// Those that still hold for a file that is made from another: all but our own, and what describes
-/// pixels that are gone (previews, manifests of ids).
+/// pixels that are gone (previews, manifests of ids, lists of views).
 Attributes carried_attributes(const Attributes& attributes);
 
 /// The caller's part of the header, for a file that is made from this one.

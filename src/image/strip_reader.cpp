@@ -186,13 +186,19 @@ struct StripReader::Impl {
         size_t file = 0;
         int part = 0;
         Window window;
+        size_t input = 0;  ///< of those that were opened together
     };
 
     std::vector<SourceFile> files;
     Image description;
     std::vector<Source> sources;  ///< per part of the description
-    std::vector<std::string> foreign_parts;
+    std::vector<std::string> foreign_parts, deep_parts;
+    size_t input_count = 0;
+    Window input_window;  ///< of the file that is being added
 
+    /// A file with those beside it for the split layout.
+    Result<void> add_input(const std::string& path);
+    Result<void> take_header(const std::string& path, const Image& header);
     Result<void> add_file(const std::string& path,
                           const std::string& part_name,
                           SplitChannels* channels);
@@ -210,25 +216,69 @@ Result<void> StripReader::Impl::add_file(const std::string& path,
     SourceFile file{path, FileStamp::of(path), {}};
     const auto reader = file.open(ExrReader::Chunks::One);
     if (!reader) return reader.error();
-    const bool is_first = files.empty();
+    const bool is_first = channels == nullptr;
     if (is_first) {
-        description = reader->header();
-        description.parts.clear();
-    } else if (reader->header().data != description.data) {
+        if (auto taken = take_header(path, reader->header()); !taken) return taken;
+        input_window = reader->header().data;
+    } else if (reader->header().data != input_window) {
         return Error{"io-read", fmt::format("cannot read {}: its data window differs", path)};
     } else if (auto added = channels->add(path, reader->header()); !added) {
         return added;
     }
+    deep_parts.insert(deep_parts.end(), reader->deep_parts().begin(), reader->deep_parts().end());
     for (int p = 0; p < reader->part_count(); ++p) {
         Part part = reader->header().parts[size_t(p)];
         if (!is_first) part.name = part_name;
+        if (is_first && p == 0 && input_count > 0) part.attributes = reader->header().attributes;
         size_t pixel_bytes = 0;
         for (const Channel& c : part.channels) pixel_bytes += value_bytes(c.type());
         file.parts.push_back({reader->rows_per_chunk(p), pixel_bytes});
         description.parts.push_back(std::move(part));
-        sources.push_back({files.size(), p, reader->data_window(p)});
+        sources.push_back({files.size(), p, reader->data_window(p), input_count});
     }
     files.push_back(std::move(file));
+    return {};
+}
+
+/// Of the first file, or what another has to have in common with it.
+Result<void> StripReader::Impl::take_header(const std::string& path, const Image& header) {
+    if (input_count == 0) {
+        description = header;
+        description.parts.clear();
+        return {};
+    }
+    const Window &own = header.display, &first = description.display;
+    if (own == first && header.pixel_aspect_ratio == description.pixel_aspect_ratio) return {};
+    return Error{"files-differ",
+                 fmt::format("{} is a picture of {}×{} at {},{} with pixel aspect {}, the first "
+                             "file one of {}×{} at {},{} with {}: they make no one mix",
+                             path, own.width(), own.height(), own.x0, own.y0,
+                             header.pixel_aspect_ratio, first.width(), first.height(), first.x0,
+                             first.y0, description.pixel_aspect_ratio)};
+}
+
+Result<void> StripReader::Impl::add_input(const std::string& path) {
+    guard_input(path);
+    const size_t first_part = description.parts.size();
+    if (auto added = add_file(path, "", nullptr); !added) return added;
+    const Image* header = &description;
+    Image own;
+    if (input_count > 0) {
+        if (first_part < description.parts.size())
+            own.attributes = description.parts[first_part].attributes;
+        header = &own;
+    }
+    const auto split = split_layers(path, *header);
+    if (!split) return split.error();
+    Image of_input;
+    of_input.parts.assign(description.parts.begin() + std::ptrdiff_t(first_part),
+                          description.parts.end());
+    SplitChannels channels(of_input);
+    for (const SplitLayer& s : *split) {
+        guard_input(s.path);
+        if (auto added = add_file(s.path, s.layer, &channels); !added) return added;
+    }
+    ++input_count;
     return {};
 }
 
@@ -328,15 +378,20 @@ StripReader& StripReader::operator=(StripReader&&) noexcept = default;
 
 Result<StripReader> StripReader::open(const std::string& path) {
     auto impl = std::make_unique<Impl>();
-    guard_input(path);
-    if (auto added = impl->add_file(path, "", nullptr); !added) return added.error();
-    const auto split = split_layers(path, impl->description);
-    if (!split) return split.error();
-    SplitChannels channels(impl->description);
-    for (const SplitLayer& s : *split) {
-        guard_input(s.path);
-        if (auto added = impl->add_file(s.path, s.layer, &channels); !added) return added.error();
-    }
+    if (auto added = impl->add_input(path); !added) return added.error();
+    impl->unite_windows();
+    return StripReader(std::move(impl));
+}
+
+Result<StripReader> StripReader::open_together(std::span<const std::string> paths) {
+    auto impl = std::make_unique<Impl>();
+    for (const std::string& path : paths)
+        if (auto added = impl->add_input(path); !added) return added.error();
+    const auto is_ours = [](const auto& attribute) {
+        return attribute.first.starts_with("velatura/");
+    };
+    std::erase_if(impl->description.attributes, is_ours);
+    for (Part& part : impl->description.parts) std::erase_if(part.attributes, is_ours);
     impl->unite_windows();
     return StripReader(std::move(impl));
 }
@@ -347,6 +402,14 @@ const Image& StripReader::description() const {
 
 const std::vector<std::string>& StripReader::foreign_parts() const {
     return impl_->foreign_parts;
+}
+
+const std::vector<std::string>& StripReader::deep_parts() const {
+    return impl_->deep_parts;
+}
+
+size_t StripReader::file_of(size_t part) const {
+    return impl_->sources[part].input;
 }
 
 Result<void> StripReader::read(std::span<const ChannelPlace> channels,

@@ -38,6 +38,10 @@ class StripReader {
   public:
     /// Errors: "io-open", "io-read".
     static Result<StripReader> open(const std::string& path);
+    /// Several files as parts of one picture. Attributes are those of the first, without ours; what
+    /// the others say stands with the first part of each. Errors: also "files-differ" (other display
+    /// windows or pixel aspects).
+    static Result<StripReader> open_together(std::span<const std::string> paths);
     ~StripReader();
     StripReader(StripReader&&) noexcept;
     StripReader& operator=(StripReader&&) noexcept;
@@ -50,6 +54,12 @@ class StripReader {
     /// pixels than the first part's, and parts so far off that the picture would be many times
     /// larger than what is stored.
     const std::vector<std::string>& foreign_parts() const;
+
+    /// Names of deep parts, which are skipped.
+    const std::vector<std::string>& deep_parts() const;
+
+    /// Which of the files opened together a part is of.
+    size_t file_of(size_t part) const;
 
     /// Calls body for all strips of the data window, in any order and from several threads at once;
     /// a strip is gone after its call. `channels` names each once. Readers take at most

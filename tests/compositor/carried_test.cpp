@@ -97,7 +97,7 @@ TEST(Carried, AMixSaysAllThatItsFileSaysAndNothingElse) {
     const std::string path = foreign_file(), mixed = path_of("mixed.exr");
     MixJob job;
     job.look = look_of({{Gain, "key=2"}});
-    ASSERT_TRUE(mix_one(job, path, mixed, {}, 1).has_value());
+    ASSERT_TRUE(mix_one(job, {path}, mixed, {}, 1).has_value());
     const auto before = attributes_of(path), after = attributes_of(mixed);
     for (const auto& [name, value] : before) {
         if (name == "channels" || name == "compression") continue;
@@ -121,7 +121,7 @@ TEST(Carried, TypesThatAreNotKnownKeepTheirBytes) {
     image.attributes["studio/secret"] = secret;
     const std::string path = path_of("unknown.exr"), mixed = path_of("unknown_mixed.exr");
     ASSERT_TRUE(image::write_image_file(path, image).has_value());
-    ASSERT_TRUE(mix_one({}, path, mixed, {}, 1).has_value());
+    ASSERT_TRUE(mix_one({}, {path}, mixed, {}, 1).has_value());
     const auto reader = image::ExrReader::open(mixed);
     ASSERT_TRUE(reader.has_value());
     const auto at = reader->header().attributes.find("studio/secret");
@@ -190,7 +190,7 @@ TEST(Numbers, GainsBeyondFloatsAreToldAndRefusedWhenStrict) {
     ASSERT_TRUE(image::write_exr(path, image).has_value());
     MixJob job;
     job.look = look_of({{Gain, "key=8"}});
-    const auto warnings = mix_one(job, path, mixed, {}, 1);
+    const auto warnings = mix_one(job, {path}, mixed, {}, 1);
     ASSERT_TRUE(warnings.has_value());
     ASSERT_EQ(warnings->size(), 1u);
     EXPECT_NE((*warnings)[0].find("1 values of the mix beyond what floats hold (the first at pixel "
@@ -198,7 +198,7 @@ TEST(Numbers, GainsBeyondFloatsAreToldAndRefusedWhenStrict) {
               std::string::npos)
         << (*warnings)[0];
     job.is_strict = true;
-    const auto refused = mix_one(job, path, path_of("strict.exr"), {}, 1);
+    const auto refused = mix_one(job, {path}, path_of("strict.exr"), {}, 1);
     ASSERT_FALSE(refused.has_value());
     EXPECT_EQ(refused.error().code, "not-finite");
 }

@@ -157,7 +157,7 @@ TEST(ForeignMattes, AnEmptyMatteIsTold) {
     MixJob job;
     job.look = look_of({{Gain, "key=2"}});
     job.look.controls[0].matte = "CryptoObject:nobody";
-    const auto warnings = mix_one(job, path, path_of("empty.exr"), {}, 1);
+    const auto warnings = mix_one(job, {path}, path_of("empty.exr"), {}, 1);
     ASSERT_TRUE(warnings.has_value()) << warnings.error().message;
     ASSERT_EQ(warnings->size(), 2u);
     EXPECT_NE((*warnings)[0].find("there is none; names count by their hash"), std::string::npos)

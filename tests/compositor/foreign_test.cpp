@@ -212,14 +212,14 @@ TEST(Damaged, HalvesAreReadToTheLastBit) {
 TEST(MixJob, RefusesNanWhenStrict) {
     MixJob job;
     const std::string input = file_with_nan("strict.exr"), output = film::temporary_file("o.exr");
-    const auto lax = mix_one(job, input, output, {}, size_t(1) << 20);
+    const auto lax = mix_one(job, {input}, output, {}, size_t(1) << 20);
     ASSERT_TRUE(lax.has_value()) << lax.error().message;
     ASSERT_EQ(lax->size(), 1u);
     EXPECT_NE((*lax)[0].find("3 values of b1_key are not finite (the first at pixel 3,1)"),
               std::string::npos)
         << (*lax)[0];
     job.is_strict = true;
-    EXPECT_EQ(mix_one(job, input, output, {}, size_t(1) << 20).error().code, "not-finite");
+    EXPECT_EQ(mix_one(job, {input}, output, {}, size_t(1) << 20).error().code, "not-finite");
 }
 
 TEST(MixJob, AFileGivesTheBitsOfTheImageInMemory) {

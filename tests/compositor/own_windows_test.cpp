@@ -51,7 +51,7 @@ TEST(OwnWindows, PartsArePlacedNotDropped) {
     MixJob job;
     job.look = look_of({{Gain, "key=3"}, {Gain, "fill=2"}});
     const std::string mixed = path_of("mixed.exr"), right = path_of("right.exr");
-    const auto warnings = mix_one(job, path, mixed, {}, 1);
+    const auto warnings = mix_one(job, {path}, mixed, {}, 1);
     ASSERT_TRUE(warnings.has_value()) << warnings.error().message;
     EXPECT_TRUE(warnings->empty());
     // The same sum by oiiotool, which places by data windows
@@ -102,13 +102,13 @@ TEST(OwnWindows, APartFarAwayIsLeftOutByName) {
         EXPECT_EQ(file->foreign_parts(), (std::vector<std::string>{"key"}));
         EXPECT_EQ(file->description().data, (image::Window{0, 0, 37, 21}));
         MixJob job;
-        const auto warnings = mix_one(job, path, path_of("near.exr"), {}, 1);
+        const auto warnings = mix_one(job, {path}, path_of("near.exr"), {}, 1);
         ASSERT_TRUE(warnings.has_value());
         ASSERT_EQ(warnings->size(), 1u);
         EXPECT_NE((*warnings)[0].find("part key skipped: its data window is too far"),
                   std::string::npos);
         job.look = look_of({{Gain, "key=2"}});
-        EXPECT_EQ(mix_one(job, path, path_of("near.exr"), {}, 1).error().code, "unknown-name");
+        EXPECT_EQ(mix_one(job, {path}, path_of("near.exr"), {}, 1).error().code, "unknown-name");
     }
 }
 

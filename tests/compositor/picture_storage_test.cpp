@@ -90,7 +90,7 @@ TEST(PictureStorage, AlphaDividesWhatIsShown) {
         MixJob job;
         job.look = raw();
         job.storage.has_alpha = true;
-        const auto warnings = mix_one(job, ramp, path_of(name), {}, 1);
+        const auto warnings = mix_one(job, {ramp}, path_of(name), {}, 1);
         ASSERT_TRUE(warnings.has_value()) << warnings.error().message;
         EXPECT_TRUE(std::any_of(warnings->begin(), warnings->end(), [](const std::string& w) {
             return w.find("1 pixels have light and no alpha") != std::string::npos;
@@ -125,7 +125,7 @@ TEST(PictureStorage, EveryFormatStoresItsBits) {
         MixJob job;
         job.look = raw();
         job.storage.display.bits = row.bits;
-        const auto warnings = mix_one(job, ramp, path_of(row.name), {}, 1);
+        const auto warnings = mix_one(job, {ramp}, path_of(row.name), {}, 1);
         ASSERT_TRUE(warnings.has_value()) << warnings.error().message;
         const std::vector<double> green = stored_values(path_of(row.name), "G");
         ASSERT_EQ(green.size(), size_t(width)) << row.name;
@@ -172,9 +172,9 @@ TEST(PictureStorage, HalvesAreTheMixRoundedAndSoIsItsHeader) {
     ASSERT_TRUE(image::write_exr(layers, made_layers()).has_value());
     MixJob job;
     job.look = look_of({{Gain, "key=1.7"}});
-    ASSERT_TRUE(mix_one(job, layers, path_of("float.exr"), {}, 1).has_value());
+    ASSERT_TRUE(mix_one(job, {layers}, path_of("float.exr"), {}, 1).has_value());
     job.storage.type = image::ChannelType::Half;
-    ASSERT_TRUE(mix_one(job, layers, path_of("half.exr"), {}, 1).has_value());
+    ASSERT_TRUE(mix_one(job, {layers}, path_of("half.exr"), {}, 1).has_value());
     const auto a = image::read_exr(path_of("float.exr")), b = image::read_exr(path_of("half.exr"));
     ASSERT_TRUE(a.has_value() && b.has_value());
     for (const char* name : {"R", "G", "B"}) {
@@ -187,13 +187,13 @@ TEST(PictureStorage, HalvesAreTheMixRoundedAndSoIsItsHeader) {
 
     // Beyond 65,504 there is no half
     job.look = look_of({{Gain, "all=1e6"}});
-    const auto warnings = mix_one(job, layers, path_of("half.exr"), {}, 1);
+    const auto warnings = mix_one(job, {layers}, path_of("half.exr"), {}, 1);
     ASSERT_TRUE(warnings.has_value());
     ASSERT_FALSE(warnings->empty());
     EXPECT_NE((*warnings)[0].find("beyond what half floats hold"), std::string::npos)
         << (*warnings)[0];
     job.is_strict = true;
-    EXPECT_EQ(mix_one(job, layers, path_of("half.exr"), {}, 1).error().code, "not-finite");
+    EXPECT_EQ(mix_one(job, {layers}, path_of("half.exr"), {}, 1).error().code, "not-finite");
 }
 
 TEST(PictureStorage, ExrFilesArePackedAsAsked) {
@@ -209,7 +209,7 @@ TEST(PictureStorage, ExrFilesArePackedAsAsked) {
     for (const auto& [asked, found] : rows) {
         MixJob job;
         job.storage.compression = asked;
-        ASSERT_TRUE(mix_one(job, layers, path_of("packed.exr"), {}, 1).has_value());
+        ASSERT_TRUE(mix_one(job, {layers}, path_of("packed.exr"), {}, 1).has_value());
         const Imf::MultiPartInputFile file(path_of("packed.exr").c_str());
         EXPECT_EQ(file.header(0).compression(), found);
         const auto read = image::read_exr(path_of("packed.exr"));

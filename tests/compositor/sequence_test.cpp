@@ -52,12 +52,12 @@ TEST(MixJob, WithLayersNeedsLayers) {
     film::Film film({0, 0, 24, 18}, set);
     film::render(film, 0, 2);
     MixJob job;
-    job.input = film::temporary_file("beauty_only.exr");
+    job.inputs = {film::temporary_file("beauty_only.exr")};
     job.output = film::temporary_file("beauty_mixed.exr");
-    ASSERT_TRUE(film.write(job.input, {}).has_value());
-    EXPECT_TRUE(mix_one(job, job.input, job.output, {}, 1).has_value());
+    ASSERT_TRUE(film.write(job.inputs[0], {}).has_value());
+    EXPECT_TRUE(mix_one(job, job.inputs, job.output, {}, 1).has_value());
     job.with_layers = true;
-    EXPECT_EQ(mix_one(job, job.input, job.output, {}, 1).error().code, "not-layers");
+    EXPECT_EQ(mix_one(job, job.inputs, job.output, {}, 1).error().code, "not-layers");
 }
 
 TEST(Presets, DifferencesAreToldControlByControl) {
@@ -85,7 +85,7 @@ TEST(Sequence, MemoryIsForMattesAndLayersAsWell) {
     film::render(film, 0, 2);
     ASSERT_TRUE(film.write(frame_path(film::temporary_file("mem.##.exr"), 2), {}).has_value());
     MixJob job;
-    job.input = film::temporary_file("mem.##.exr");
+    job.inputs = {film::temporary_file("mem.##.exr")};
     job.output = film::temporary_file("mem_out.##.exr");
     job.look = look_of({{Control::Kind::Gain, "key=2"}, {Control::Kind::Gain, "key=1@1,3@3"}});
     const std::vector<int> frames = {1, 2, 3, 4};  // the first is not there
@@ -97,7 +97,7 @@ TEST(Sequence, MemoryIsForMattesAndLayersAsWell) {
     EXPECT_EQ(two.frames, std::min<size_t>(2, size_t(thread_count())));
     EXPECT_LT(two.strip_bytes, fewest);
     // Two mattes, one of them twice
-    const std::string mask = frame_path(job.input, 2);
+    const std::string mask = frame_path(job.inputs[0], 2);
     job.look.controls.push_back(job.look.controls[0]);
     job.look.controls[0].matte = job.look.controls[1].matte = mask + ":A";
     job.look.controls[2].matte = mask + ":Z";
@@ -122,7 +122,7 @@ TEST(Sequence, MixesFramesAndReportsThoseThatAreMissing) {
     }
     ASSERT_TRUE(write_file_atomically(film::temporary_file("seq.05.exr"), "no image").has_value());
     MixJob job;
-    job.input = film::temporary_file("seq.##.exr");
+    job.inputs = {film::temporary_file("seq.##.exr")};
     job.output = film::temporary_file("mixed.##.exr");
     job.look = look_of({{Control::Kind::Gain, "all=1@1,4@4"}});
     std::map<int, FrameOutcome> outcomes;
@@ -133,7 +133,7 @@ TEST(Sequence, MixesFramesAndReportsThoseThatAreMissing) {
     EXPECT_FALSE(fs::exists(frame_path(job.output, 5)));
     for (const int frame : {1, 2, 4}) {
         ASSERT_FALSE(outcomes[frame].error) << outcomes[frame].error->message;
-        const auto before = image::read_exr(frame_path(job.input, frame)),
+        const auto before = image::read_exr(frame_path(job.inputs[0], frame)),
                    after = image::read_exr(frame_path(job.output, frame));
         ASSERT_TRUE(before.has_value() && after.has_value());
         for (size_t i = 0; i < before->data.pixel_count(); ++i) {
@@ -141,8 +141,9 @@ TEST(Sequence, MixesFramesAndReportsThoseThatAreMissing) {
             ASSERT_NEAR(after->find("G")->value(i), expected, 1e-5f * (1.0f + std::abs(expected)));
         }
     }
-    EXPECT_EQ(mix_one(job, frame_path(job.input, 1), frame_path(job.output, 1), {}, 1).error().code,
-              "no-frame");
+    EXPECT_EQ(
+        mix_one(job, {frame_path(job.inputs[0], 1)}, frame_path(job.output, 1), {}, 1).error().code,
+        "no-frame");
 }
 
 }  // namespace

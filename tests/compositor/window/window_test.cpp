@@ -551,6 +551,39 @@ TEST_F(WindowTest, WhatCannotBeOpenedIsSaid) {
     EXPECT_NE(lost.output.find("line 2: there is no 'mute moon' here"), std::string::npos);
 }
 
+TEST_F(WindowTest, TheOtherEyeIsInTheMenu) {
+    image::Image image;
+    image.data = image.display = {0, 0, 64, 36};
+    for (const char* view : {"left", "right"}) {
+        image::Part& part = image.parts.emplace_back();
+        part.name = std::string("rgba.") + view;
+        part.attributes["view"] = std::string(view);
+        for (const char* c : {"R", "G", "B"}) {
+            image::Channel channel;
+            channel.name = c;
+            const float value = std::string(view) == "left" ? 0.1f : 0.6f;
+            channel.data = std::vector<float>(image.data.pixel_count(), value);
+            part.channels.push_back(std::move(channel));
+        }
+    }
+    const std::string path = file("eyes.exr");
+    ASSERT_TRUE(image::write_exr(path, image).has_value());
+    const std::string shot = "wait\nkey 1\nwait\nscreenshot ";
+    const Outcome played =
+        play(path + " --size 1280 800",
+             shot + file("eye_left.png") + " picture\nclick \"menu File\"\nframes 2\n" +
+                 "click \"menu Stereo view\"\nframes 2\nclick \"stereo right\"\n" + shot +
+                 file("eye_right.png") + " picture\n");
+    ASSERT_EQ(played.code, 0) << played.output;
+    for (const std::string eye : {"left", "right"}) {
+        ASSERT_EQ(run("env OCIO= " + bin + "/velatura-comp mix " + path + " --stereo " + eye +
+                      " -o " + file("eye.png"))
+                      .code,
+                  0);
+        expect_same_picture(file("eye_" + eye + ".png"), file("eye.png"));
+    }
+}
+
 #ifdef VELATURA_HAVE_WINDOW
 TEST(Ui, WithoutAScreenSaysSo) {
     const Outcome ui =
